@@ -1,0 +1,252 @@
+"""What is known about one module: each value with how and when it came to be known, and what casts doubt on it.
+
+A value appears here only because the module said it. What was never said is absent, which is shown as "unknown";
+a default of the vendor's table never stands in for it.
+
+    read          the module answered a question with it
+    acknowledged  the module confirmed a set (E2: received, which is not yet "stands")
+    streamed      it came unasked, in the stream
+    stale         any of these, but a restart, a lost link, an unconfirmed write or its age casts doubt on it
+    unknown       never said, or (E8) unreadable and lost at a restart
+"""
+
+from collections import deque
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from enum import Enum
+from types import MappingProxyType
+from typing import NamedTuple
+
+from protocol.catalogue import ACTIVATION, SERIAL_OUTPUT, SETTINGS, Command, Request
+from protocol.events import (
+    Answered,
+    Event,
+    OutcomeUnknown,
+    Received,
+    Restarted,
+    Role,
+    WentOffline,
+    WentOnline,
+)
+from protocol.fields import Value
+from protocol.link_states import Presence
+from protocol.messages import Acknowledgement, Reading, Status
+
+
+class How(Enum):
+    READ = "read"
+    ACKNOWLEDGED = "acknowledged"
+    STREAMED = "streamed"
+
+
+class Doubt(Enum):
+    """Why a value that was known may no longer be true."""
+
+    RESTARTED = "restarted"
+    LINK_LOST = "link lost"
+    WRITE_UNCONFIRMED = "write unconfirmed"
+    AGED = "aged"
+
+
+STATUS_KEYS = ("tilt_deg", "acceleration_g", "triggered", "active")
+SLOW_KEYS = ("cell_voltage_v", "charging", "light_v")
+FRESH_FOR_S: Mapping[str, float] = MappingProxyType(
+    dict.fromkeys(STATUS_KEYS, 1.0) | dict.fromkeys(SLOW_KEYS, 5.0),
+)
+"""Seconds after which a live value is stale. Settings and the boot count change only by an act or a restart."""
+
+UNREADABLE = frozenset(command.key for command in SETTINGS if not command.reads_back) - {"baud_rate"}
+"""E8: once in doubt they cannot be read again, so a restart makes them unknown."""
+
+
+@dataclass(frozen=True, slots=True)
+class Known:
+    """One value, in its field's unit; `at` is monotonic seconds."""
+
+    value: Value
+    how: How
+    at: float
+    doubt: Doubt | None = None
+
+    @property
+    def is_stale(self) -> bool:
+        return self.doubt is not None
+
+
+class Sample(NamedTuple):
+    """One status report. `at`: monotonic seconds at which its bytes were read from the port."""
+
+    at: float
+    tilt_deg: int
+    acceleration_g: float
+    triggered: bool
+    active: bool
+
+
+@dataclass(frozen=True, slots=True)
+class DeviceView:
+    """What was known at one moment; never changes, so any thread may keep it."""
+
+    values: Mapping[str, Known] = field(default_factory=lambda: MappingProxyType({}))
+    presence: Presence = Presence.UNKNOWN
+    presence_since: float | None = None
+    is_streaming: bool = False
+    stream_hz: float = 0.0
+    restarts: int = 0
+
+    def known(self, key: str, now: float) -> Known | None:
+        """The value with the doubt that its age casts on it at `now`; None while unknown."""
+        known = self.values.get(key)
+        if known is None or known.doubt is not None:
+            return known
+        limit_s = FRESH_FOR_S.get(key)
+        if limit_s is not None and now - known.at > limit_s:
+            return replace(known, doubt=Doubt.AGED)
+        return known
+
+    def fresh(self, key: str, now: float) -> Value | None:
+        """The value where it is known and nothing casts doubt on it, else None."""
+        known = self.known(key, now)
+        return None if known is None or known.is_stale else known.value
+
+
+class Device:
+    """Learns from the link's events. One object for one module on one port."""
+
+    def __init__(self, baud_rate: int | None = None) -> None:
+        self._baud_rate = baud_rate
+        self._values: dict[str, Known] = {}
+        self._presence = Presence.UNKNOWN
+        self._presence_since: float | None = None
+        self._streamed_at: deque[float] = deque(maxlen=4096)
+        self._restarts = 0
+        self._samples: list[Sample] = []
+
+    def use_rate(self, baud_rate: int) -> None:
+        """The port now runs at this rate: what the next frame proves."""
+        self._baud_rate = baud_rate
+
+    def apply(self, event: Event) -> None:
+        """Take in one event of the link."""
+        match event:
+            case Received():
+                self._take_frame(event)
+            case Answered():
+                self._take_answer(event)
+            case OutcomeUnknown():
+                self._doubt_write(event.request)
+            case Restarted():
+                self._take_restart()
+            case WentOnline():
+                self._set_presence(Presence.ONLINE, event.at)
+                if self._baud_rate is not None:
+                    self._values["baud_rate"] = Known(self._baud_rate, How.READ, event.at)
+            case WentOffline():
+                self._set_presence(Presence.OFFLINE, event.at)
+                self.doubt_everything(Doubt.LINK_LOST)
+            case _:
+                pass
+
+    def doubt_everything(self, doubt: Doubt) -> None:
+        """Nothing that was known is certain any more (port lost, module offline)."""
+        self._values = {
+            key: known if known.is_stale else replace(known, doubt=doubt) for key, known in self._values.items()
+        }
+        self._streamed_at.clear()
+
+    def take_samples(self) -> list[Sample]:
+        """The status reports since the last call, oldest first; none is ever left out."""
+        samples, self._samples = self._samples, []
+        return samples
+
+    def view(self, now: float) -> DeviceView:
+        while self._streamed_at and now - self._streamed_at[0] > 1.0:
+            self._streamed_at.popleft()
+        hz = 0.0
+        if len(self._streamed_at) > 1:
+            span_s = self._streamed_at[-1] - self._streamed_at[0]
+            hz = (len(self._streamed_at) - 1) / span_s if span_s > 0 else 0.0
+        return DeviceView(
+            MappingProxyType(dict(self._values)),
+            self._presence,
+            self._presence_since,
+            self.is_streaming(now),
+            hz,
+            self._restarts,
+        )
+
+    def is_streaming(self, now: float) -> bool:
+        """Status reports came unasked, the last within 1.5 s."""
+        return len(self._streamed_at) > 1 and now - self._streamed_at[-1] < 1.5
+
+    def value(self, key: str) -> Known | None:
+        return self._values.get(key)
+
+    def _set_presence(self, presence: Presence, at: float) -> None:
+        self._presence, self._presence_since = presence, at
+
+    def _take_frame(self, event: Received) -> None:
+        message = event.message
+        if not isinstance(message, Status) or event.role in (Role.LATE, Role.ECHO):
+            return
+        how = How.READ if event.role is Role.ANSWER else How.STREAMED
+        if event.role is Role.STREAMED:
+            self._streamed_at.append(event.at)
+            if len(self._streamed_at) > 1:
+                self._values[SERIAL_OUTPUT.key] = Known(True, How.STREAMED, event.at)
+        self._samples.append(Sample(event.at, *_status_values(message)))
+        for key, value in zip(STATUS_KEYS, _status_values(message), strict=True):
+            self._values[key] = Known(value, how, event.at)
+
+    def _take_answer(self, event: Answered) -> None:
+        for message in event.messages:
+            if isinstance(message, Reading):
+                self._take_reading(message, event.at)
+            elif isinstance(message, Acknowledgement):
+                self._take_acknowledgement(message, event.at)
+
+    def _take_reading(self, reading: Reading, at: float) -> None:
+        key = reading.command.key
+        before = self._values.get(key)
+        if key == "boot_count" and before is not None and before.value != reading.value:
+            self._take_restart()  # it was switched off and on while nobody listened
+        self._values[key] = Known(reading.value, How.READ, at)
+
+    def _take_acknowledgement(self, acknowledgement: Acknowledgement, at: float) -> None:
+        command = acknowledgement.request.command
+        if not acknowledgement.is_accepted:
+            self._doubt_write(acknowledgement.request)
+            return
+        key = _key_changed_by(command)
+        if key is not None and command.write is not None and key != "baud_rate":
+            value = command.write.decode(acknowledgement.request.data)
+            self._values[key] = Known(value, How.ACKNOWLEDGED, at)
+            if command is SERIAL_OUTPUT and value is False:
+                self._streamed_at.clear()
+
+    def _doubt_write(self, request: Request) -> None:
+        key = _key_changed_by(request.command) if request.is_set else None
+        if key is None:
+            return
+        known = self._values.get(key)
+        if key in UNREADABLE:
+            self._values.pop(key, None)
+        elif known is not None:
+            self._values[key] = replace(known, doubt=Doubt.WRITE_UNCONFIRMED)
+
+    def _take_restart(self) -> None:
+        self._restarts += 1
+        self.doubt_everything(Doubt.RESTARTED)
+        for key in UNREADABLE:
+            self._values.pop(key, None)
+
+
+def _status_values(status: Status) -> tuple[int, float, bool, bool]:
+    return status.tilt_deg, status.acceleration_g, status.triggered, status.active
+
+
+def _key_changed_by(command: Command) -> str | None:
+    """The value that a set of this command changes."""
+    if command is ACTIVATION:
+        return "active"
+    return command.key if command.is_setting else None

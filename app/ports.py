@@ -1,0 +1,112 @@
+"""Which serial ports there are.
+
+Listing can take ten seconds where Bluetooth ports are asked one by one, with every Python thread stopped meanwhile.
+So it never runs in the window's thread: on Linux, where it only reads files, in a thread; elsewhere in a process of
+its own. Either way it gets a deadline.
+"""
+
+import json
+import subprocess
+import sys
+import threading
+from dataclasses import asdict, dataclass
+
+from serial.tools import list_ports as pyserial_ports
+
+
+@dataclass(frozen=True, slots=True)
+class PortInfo:
+    """One serial port as the system describes it; "" and None where it does not say."""
+
+    device: str
+    description: str = ""
+    maker: str = ""
+    serial_number: str = ""
+    vid: int | None = None
+    """USB vendor."""
+    pid: int | None = None
+    """USB product."""
+    location: str = ""
+    """USB bus and socket."""
+
+    @property
+    def identity(self) -> str:
+        """Names the adapter, not the port: equal when the same adapter comes back under another device name.
+
+        USB serial number where there is one, else vendor, product and socket; "" for what is not on USB.
+        """
+        if self.vid is None or self.pid is None:
+            return ""
+        product = f"{self.vid:04x}:{self.pid:04x}"
+        if self.serial_number:
+            return f"{product}:{self.serial_number}"
+        return f"{product}@{self.location}" if self.location else ""
+
+
+class PortsUnknown(Exception):
+    """The system did not list its ports within the time."""
+
+
+def scan() -> list[PortInfo]:
+    """Ask the system now, in this thread. May take ten seconds."""
+    found = [
+        PortInfo(
+            device=port.device,
+            description=_text(port.product) or _text(port.description),
+            maker=_text(port.manufacturer),
+            serial_number=_text(port.serial_number),
+            vid=port.vid,
+            pid=port.pid,
+            location=_text(port.location),
+        )
+        for port in pyserial_ports.comports()
+    ]
+    return sorted(found, key=lambda port: (port.vid is None, port.device))
+
+
+def _text(value: str | None) -> str:
+    return "" if value is None or value == "n/a" else value
+
+
+def list_ports(deadline_s: float = 3.0) -> list[PortInfo]:
+    """The ports, USB first; raises `PortsUnknown` after `deadline_s`. Blocks: not for the window's thread."""
+    return _scan_in_thread(deadline_s) if sys.platform.startswith("linux") else _scan_in_process(deadline_s)
+
+
+def _scan_in_thread(deadline_s: float) -> list[PortInfo]:
+    found: list[PortInfo] = []
+
+    def look() -> None:
+        found.extend(scan())
+
+    thread = threading.Thread(target=look, name="dps-s ports", daemon=True)
+    thread.start()
+    thread.join(deadline_s)
+    if thread.is_alive():
+        raise PortsUnknown
+    return found
+
+
+def _scan_in_process(deadline_s: float) -> list[PortInfo]:
+    is_bundled = getattr(sys, "frozen", False)
+    command = [sys.executable, "ports", "--json"] if is_bundled else [sys.executable, "-m", "app", "ports", "--json"]
+    try:
+        # Our own program, fixed words: the listing runs where it cannot stop the window.
+        listing = subprocess.run(  # noqa: S603
+            command, capture_output=True, timeout=deadline_s, check=True, stdin=subprocess.DEVNULL
+        )
+    except (subprocess.SubprocessError, OSError) as error:
+        raise PortsUnknown from error
+    return from_json(listing.stdout.decode())
+
+
+def to_json(ports: list[PortInfo]) -> str:
+    return json.dumps({"ports": [asdict(port) for port in ports]}, ensure_ascii=False)
+
+
+def from_json(text: str) -> list[PortInfo]:
+    """The inverse of `to_json`; raises `PortsUnknown` for anything else."""
+    try:
+        return [PortInfo(**port) for port in json.loads(text)["ports"]]
+    except (ValueError, KeyError, TypeError) as error:
+        raise PortsUnknown from error

@@ -1,0 +1,98 @@
+"""What a procedure may want, and what it is handed in return.
+
+A procedure is a generator: it yields one of these, is resumed with what came of it, and returns its result. It holds no
+port, clock or thread, so the same one runs in the window, on the command line and, in microseconds, in tests.
+
+    want         resumed with
+    Ask          Answered | Unanswered | OutcomeUnknown
+    Pause        the time (monotonic seconds)
+    Listen       tuple[Received, ...]: the frames that came meanwhile
+    UseRate      the time; the port runs at the new rate and its buffers are empty
+    Look         Sight: what the link and the device know, at once
+    Report       the time, at once
+
+It is cancelled by `Cancelled` raised at a yield, and learns of a lost port by `PortLost` there. After `Cancelled`
+it may still yield to put right what it changed, within the session's closing time.
+"""
+
+from collections.abc import Generator
+from dataclasses import dataclass
+from typing import Any, TypeVar
+
+from app.device import DeviceView
+from protocol.catalogue import Request
+from protocol.events import Counters
+
+
+@dataclass(frozen=True, slots=True)
+class Ask:
+    """One exchange. `waits_s`: seconds to wait at each attempt, else as measured. See `Link.ask`."""
+
+    request: Request
+    waits_s: tuple[float, ...] | None = None
+    is_deliberate: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class Pause:
+    seconds: float
+
+
+@dataclass(frozen=True, slots=True)
+class Listen:
+    seconds: float
+
+
+@dataclass(frozen=True, slots=True)
+class UseRate:
+    baud_rate: int
+
+
+@dataclass(frozen=True, slots=True)
+class Look:
+    pass
+
+
+@dataclass(frozen=True, slots=True)
+class LinkView:
+    """Figures of the link at one moment."""
+
+    counters: Counters
+    round_trip_minimum_s: float | None
+    round_trip_median_s: float | None
+    round_trip_95_s: float | None
+    bytes_received: int
+
+
+@dataclass(frozen=True, slots=True)
+class Sight:
+    """What `Look` shows. `baud_rate` is the port's."""
+
+    now: float
+    opened_at: float
+    baud_rate: int
+    device: DeviceView
+    link: LinkView
+
+
+@dataclass(frozen=True, slots=True)
+class Report:
+    """Progress: `done` of `total` steps, and what is being done now (English, marked for translation)."""
+
+    done: int
+    total: int
+    doing: str
+    values: tuple[tuple[str, object], ...] = ()
+
+
+Want = Ask | Pause | Listen | UseRate | Look | Report
+Result = TypeVar("Result")
+Procedure = Generator[Want, Any, Result]
+
+
+class Cancelled(Exception):
+    """Somebody no longer wants the procedure."""
+
+
+class PortLost(Exception):
+    """The port went away or was closed while the procedure ran."""

@@ -1,0 +1,54 @@
+"""Is a module there, and if not, what is seen instead?"""
+
+from dataclasses import dataclass
+from enum import Enum
+
+from app.procedure import Ask, Look, Procedure, Sight
+from protocol.catalogue import HEARTBEAT
+from protocol.events import Answered, Role
+
+GREETING_WAITS_S = (0.5, 1.0)
+"""Two heartbeats, the second with the vendor's full second: a silent port is known after 1.5 s."""
+
+
+class Silence(Enum):
+    """What came instead of an answer."""
+
+    NOTHING = "nothing"
+    GARBAGE = "garbage"
+    """Bytes, but no frame: most likely another baud rate."""
+    ECHO = "echo"
+    """Only our own bytes."""
+    OTHER_FRAMES = "other frames"
+    """The module sends, and does not answer: its receive line may be open."""
+
+
+@dataclass(frozen=True, slots=True)
+class Greeting:
+    """`silence` is None when the module answered; `round_trip_s` where it answered the first heartbeat."""
+
+    silence: Silence | None
+    round_trip_s: float | None = None
+
+    @property
+    def is_answered(self) -> bool:
+        return self.silence is None
+
+
+def greet() -> Procedure[Greeting]:
+    before: Sight = yield Look()
+    outcome = yield Ask(HEARTBEAT.query(), GREETING_WAITS_S)
+    if isinstance(outcome, Answered):
+        return Greeting(None, outcome.round_trip_s)
+    after: Sight = yield Look()
+    return Greeting(_silence(before, after))
+
+
+def _silence(before: Sight, after: Sight) -> Silence:
+    old, new = before.link.counters, after.link.counters
+    echoes = new.by_role[Role.ECHO] - old.by_role[Role.ECHO]
+    if new.frames - old.frames > echoes:
+        return Silence.OTHER_FRAMES
+    if new.rejected > old.rejected:
+        return Silence.GARBAGE
+    return Silence.ECHO if echoes else Silence.NOTHING

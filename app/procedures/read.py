@@ -1,0 +1,56 @@
+"""Ask for everything that can be asked for."""
+
+from dataclasses import dataclass, field
+
+from app.procedure import Ask, Procedure, Report
+from protocol.catalogue import BY_NAME, COMMANDS, HEARTBEAT, STATUS, TRIGGER_RECORDS, Command
+from protocol.events import Answered, Unanswered
+from protocol.fields import Value
+from protocol.messages import Reading, Status
+from protocol.text import marked
+
+PROBE_WAITS_S = (0.4,)
+"""After an unanswered question: is anybody there at all?"""
+
+READABLE: tuple[Command, ...] = (
+    STATUS,
+    *(
+        command
+        for command in COMMANDS
+        if command.can_be_asked
+        and command not in (STATUS, HEARTBEAT, TRIGGER_RECORDS, BY_NAME["active"], BY_NAME["triggered"])
+    ),
+)
+"""Status first, it matters most. 30 and 31 say nothing that the status does not."""
+
+
+@dataclass(slots=True)
+class Everything:
+    """What came of reading everything. `errors`: what was not had, and why."""
+
+    status: Status | None = None
+    values: dict[str, Value] = field(default_factory=dict)
+    """By key ("light_threshold_v"), in the field's unit."""
+    errors: dict[str, Unanswered] = field(default_factory=dict)
+    is_line_dead: bool = False
+    """The module fell silent in the middle: the rest was not asked for."""
+
+
+def read_everything() -> Procedure[Everything]:
+    everything = Everything()
+    for done, command in enumerate(READABLE):
+        yield Report(done, len(READABLE), marked("Reading: {what}"), (("what", command.title),))
+        outcome = yield Ask(command.query())
+        if not isinstance(outcome, Answered):
+            everything.errors[command.key] = outcome
+            alive = yield Ask(HEARTBEAT.query(), PROBE_WAITS_S)
+            if not isinstance(alive, Answered):
+                everything.is_line_dead = True
+                break
+            continue
+        message = outcome.messages[0]
+        if isinstance(message, Status):
+            everything.status = message
+        elif isinstance(message, Reading):
+            everything.values[command.key] = message.value
+    return everything

@@ -1,0 +1,136 @@
+"""Status reports without end: streamed where the module streams, polled where it does not.
+
+The module is left as it was found. The state of its serial output cannot be read (E8), so what was found is what came
+unasked before anything was switched on; a module that was streaming already is left streaming.
+"""
+
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+
+from app.procedure import Ask, Look, Pause, Procedure, Sight
+from app.procedures.read import READABLE
+from protocol.catalogue import BY_NAME, SERIAL_OUTPUT, STATUS, Request
+from protocol.events import Answered, OutcomeUnknown
+from protocol.link_states import Presence
+from protocol.messages import Acknowledgement
+
+LISTEN_FIRST_S = 1.1
+"""A stream that was on before shows itself within this time, down to one report a second."""
+STREAM_STARTS_S = 1.5
+"""No report this long after a confirmed "on": this module does not stream."""
+POLL_EVERY_S = 0.1
+UNSEEN_POLL_EVERY_S = 0.5
+"""While no page shows the stream: enough for the state in the top bar."""
+SLOW_EVERY_S = 1.0
+BOOT_EVERY_S = 10.0
+TURN_S = 0.02
+OFF_ATTEMPTS = 3
+_SLOW = tuple(BY_NAME[name].query() for name in ("cell_voltage", "charging", "light"))
+
+
+@dataclass(slots=True)
+class StreamSwitch:
+    """Whether somebody looks at the stream. Set by any thread, read by the procedure."""
+
+    is_wanted: bool = True
+
+
+@dataclass(slots=True)
+class _Course:
+    """Where the procedure stands between two turns."""
+
+    switched_on_at: float | None = None
+    is_hopeless: bool = False
+    """It was switched on and nothing came; polled until the next restart."""
+    restarts: int = 0
+    has_read: bool = False
+    due: dict[Request, float] = field(default_factory=dict)
+    """When each polled question is due next."""
+
+
+def watch(switch: StreamSwitch, *, read_all: bool = True) -> Procedure[None]:
+    """Keep everything about the module fresh until cancelled.
+
+    `read_all`: first ask for everything, and again after a restart or a lost link. The stream is switched on only after
+    listening for a while whether it was on already; until then the status is polled.
+    """
+    course = _Course()
+    try:
+        while True:
+            sight: Sight = yield Look()
+            yield from _turn(course, switch, sight, read_all=read_all)
+            yield Pause(TURN_S)
+    finally:
+        yield from _switch_off(course)
+
+
+def _turn(course: _Course, switch: StreamSwitch, sight: Sight, *, read_all: bool) -> Procedure[None]:
+    if sight.device.presence is Presence.OFFLINE:
+        course.has_read = False  # the link's own heartbeats look for it; then everything is asked again
+        return
+    if sight.device.restarts != course.restarts:
+        course.restarts = sight.device.restarts
+        course.switched_on_at, course.is_hopeless, course.has_read = None, False, False
+    if read_all and not course.has_read:
+        yield from _read_all(course)
+        return
+    yield from _steer_stream(course, switch, sight)
+    for request, every_s in _polled(switch, sight):
+        if sight.now >= course.due.get(request, 0.0):
+            course.due[request] = sight.now + every_s
+            yield Ask(request)
+            return
+
+
+def _read_all(course: _Course) -> Procedure[None]:
+    for command in READABLE:
+        outcome = yield Ask(command.query())
+        if not isinstance(outcome, Answered):
+            sight: Sight = yield Look()
+            if sight.device.presence is Presence.OFFLINE:
+                return
+    course.has_read = True
+
+
+def _steer_stream(course: _Course, switch: StreamSwitch, sight: Sight) -> Procedure[None]:
+    if not switch.is_wanted:
+        yield from _switch_off(course)
+        return
+    if course.switched_on_at is not None:
+        waited_s = sight.now - course.switched_on_at
+        if not sight.device.is_streaming and waited_s > STREAM_STARTS_S:
+            course.is_hopeless = True
+        return
+    listened_s = sight.now - sight.opened_at
+    if sight.device.is_streaming or course.is_hopeless or listened_s < LISTEN_FIRST_S:
+        return
+    outcome = yield Ask(SERIAL_OUTPUT.set(True))
+    refused = isinstance(outcome, Answered) and not _is_accepted(outcome)
+    if isinstance(outcome, Answered | OutcomeUnknown) and not refused:
+        course.switched_on_at = sight.now  # unconfirmed counts as on, so that it is switched off again
+    else:
+        course.is_hopeless = True
+
+
+def _is_accepted(outcome: Answered) -> bool:
+    return any(isinstance(message, Acknowledgement) and message.is_accepted for message in outcome.messages)
+
+
+def _polled(switch: StreamSwitch, sight: Sight) -> Iterator[tuple[Request, float]]:
+    """Questions with their period in seconds. The status is asked for where it does not come by itself."""
+    if not sight.device.is_streaming:
+        yield STATUS.query(), POLL_EVERY_S if switch.is_wanted else UNSEEN_POLL_EVERY_S
+    for request in _SLOW:
+        yield request, SLOW_EVERY_S
+    yield BY_NAME["boot_count"].query(), BOOT_EVERY_S
+
+
+def _switch_off(course: _Course) -> Procedure[None]:
+    """Only what this procedure switched on. Asked again when unanswered: off twice is still off."""
+    if course.switched_on_at is None:
+        return
+    for _ in range(OFF_ATTEMPTS):
+        outcome = yield Ask(SERIAL_OUTPUT.set(False), (0.12,))
+        if isinstance(outcome, Answered) and _is_accepted(outcome):
+            break
+    course.switched_on_at = None

@@ -1,0 +1,336 @@
+"""Time series in bounded memory: exact for the last minutes, lowest and highest values for hours.
+
+- Times never run backwards; values are finite.  Anything else is our own mistake and raises ValueError.
+- What was measured is never averaged: an envelope holds the lowest and highest sample of each bucket.
+- Buckets lie on multiples of their width since time 0, so a picture that scrolls does not shimmer.  All
+  widths are sums of a few powers of two of a second, which floating point holds exactly.
+- A bucket without samples does not exist; a drawing sees the gap from ``end_s`` to the next ``start_s``.
+
+Memory at the default sizes is reserved once, about 16 MB for the exact part and 9 MB for the hours.
+One thread appends and reads.
+"""
+
+import math
+from collections import deque
+from collections.abc import Iterator
+from typing import Final, NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+Seconds = NDArray[np.float64]
+Values = NDArray[np.float32]
+
+# Samples: 12 minutes of status frames as fast as 115200 baud carry them, 1,440 a second.
+EXACT_SAMPLES: Final = 12 * 60 * 1440
+# Width of the buckets kept for hours, in seconds.
+SUMMARY_S: Final = 0.125
+# Buckets kept: ten hours.
+SUMMARY_BUCKETS: Final = int(10 * 3600 / SUMMARY_S)
+# Reserve behind a ring, as a part of its length: it moves to the front once per that many samples.
+_SLACK: Final = 0.25
+# Changes of a limit that are kept.
+STEPS_KEPT: Final = 1000
+
+
+class Window(NamedTuple):
+    """Exact samples, oldest first: views into the series, good until the next ``append``."""
+
+    time_s: Seconds
+    value: Values
+
+
+class Sample(NamedTuple):
+    """One exact sample."""
+
+    time_s: float
+    value: float
+
+
+class Extent(NamedTuple):
+    """What was measured around one instant; ``low`` equals ``high`` for a single exact sample."""
+
+    time_s: float
+    low: float
+    high: float
+
+
+class Envelope(NamedTuple):
+    """Buckets, oldest first: time of the first and last sample of each, and its lowest and highest value."""
+
+    start_s: Seconds
+    end_s: Seconds
+    low: Values
+    high: Values
+
+
+class Change(NamedTuple):
+    """From this time on the value stood; None: nobody knows it."""
+
+    time_s: float
+    value: float | None
+
+
+class _Ring:
+    """Columns of one length that keep the newest ``capacity`` rows side by side in memory."""
+
+    def __init__(self, capacity: int, *kinds: type[np.floating]) -> None:
+        self.capacity = capacity
+        self._length = capacity + max(1, int(capacity * _SLACK))
+        # Empty pages are not taken from the system before they are written.
+        self._columns = [np.empty(self._length, kind) for kind in kinds]
+        self._start = 0
+        self._stop = 0
+
+    def __len__(self) -> int:
+        return self._stop - self._start
+
+    def column(self, number: int) -> NDArray[np.floating]:
+        return self._columns[number][self._start : self._stop]
+
+    def append(self, *rows: NDArray[np.floating]) -> None:
+        count = len(rows[0])
+        if count > self.capacity:
+            rows = tuple(row[-self.capacity :] for row in rows)
+            count = self.capacity
+        if self._stop + count > self._length:
+            kept = min(len(self), self.capacity - count)
+            for column in self._columns:
+                column[:kept] = column[self._stop - kept : self._stop]
+            self._start, self._stop = 0, kept
+        for column, row in zip(self._columns, rows, strict=True):
+            column[self._stop : self._stop + count] = row
+        self._stop += count
+        self._start = max(self._start, self._stop - self.capacity)
+
+
+class Series:
+    """One measured value over time.
+
+    ``capacity`` is the number of exact samples kept, ``summary_buckets`` that of the buckets of 1/8 s kept
+    for longer.  Times are monotonic seconds.
+    """
+
+    def __init__(self, capacity: int = EXACT_SAMPLES, *, summary_buckets: int = SUMMARY_BUCKETS) -> None:
+        if capacity < 1 or summary_buckets < 2:
+            raise ValueError("a series keeps one sample and two buckets at least")
+        self._exact = _Ring(capacity, np.float64, np.float32)
+        self._summary = _Ring(summary_buckets, np.float64, np.float64, np.float32, np.float32)
+
+    def __len__(self) -> int:
+        """Exact samples kept."""
+        return len(self._exact)
+
+    @property
+    def last(self) -> Sample | None:
+        """The newest sample, None before the first."""
+        if not len(self._exact):
+            return None
+        return Sample(float(self._times[-1]), float(self._values[-1]))
+
+    @property
+    def exact_since_s(self) -> float:
+        """Time of the oldest exact sample, infinity when there is none; older ones are summed up."""
+        return float(self._times[0]) if len(self._exact) else math.inf
+
+    @property
+    def _times(self) -> Seconds:
+        return self._exact.column(0)  # type: ignore[return-value]
+
+    @property
+    def _values(self) -> Values:
+        return self._exact.column(1)
+
+    def append(self, time_s: ArrayLike, value: ArrayLike) -> None:
+        """Add a batch, or one sample, newest last.
+
+        Raises ValueError when the two differ in length, times run backwards or anything is not finite;
+        nothing is added then.
+        """
+        times = np.atleast_1d(np.asarray(time_s, np.float64))
+        values = np.atleast_1d(np.asarray(value, np.float32))
+        if times.shape != values.shape or times.ndim != 1:
+            raise ValueError(f"{times.shape} times for {values.shape} values")
+        if not len(times):
+            return
+        if not (np.isfinite(times).all() and np.isfinite(values).all()):
+            raise ValueError("times and values have to be finite")
+        newest = self._times[-1] if len(self._exact) else -math.inf
+        if times[0] < newest or (np.diff(times) < 0).any():
+            raise ValueError("times run backwards")
+        self._exact.append(times, values)
+        self._summarise(times, values)
+
+    def _summarise(self, times: Seconds, values: Values) -> None:
+        numbers = np.floor(times / SUMMARY_S)
+        firsts = np.flatnonzero(np.concatenate(([True], numbers[1:] != numbers[:-1])))
+        batch = _buckets(times, values, firsts)
+        start, end, low, high = (self._summary.column(number) for number in range(4))
+        if len(start) and math.floor(start[-1] / SUMMARY_S) == numbers[0]:
+            end[-1] = batch.end_s[0]
+            low[-1] = min(low[-1], batch.low[0])
+            high[-1] = max(high[-1], batch.high[0])
+            batch = Envelope(batch.start_s[1:], batch.end_s[1:], batch.low[1:], batch.high[1:])
+        self._summary.append(*batch)
+
+    def window(self, start_s: float, end_s: float) -> Window:
+        """The exact samples of a span, both ends included, without a copy."""
+        times = self._times
+        first = int(np.searchsorted(times, start_s, "left"))
+        stop = int(np.searchsorted(times, end_s, "right"))
+        return Window(times[first:stop], self._values[first:stop])
+
+    def decimated(self, start_s: float, end_s: float, buckets: int = 1000) -> Envelope:
+        """The span as an envelope of ``buckets`` buckets and two for the ends, or less.
+
+        Few samples come back as they are, one per bucket.  The buckets at the ends are whole: they may hold
+        samples just outside the span.  Raises ValueError for a span or number that is not positive.
+        """
+        if not end_s > start_s or buckets < 1:
+            raise ValueError(f"no picture of {buckets} buckets from {start_s} to {end_s} s")
+        width_s = bucket_width_s((end_s - start_s) / buckets)
+        exact_since_s = self.exact_since_s
+        start, end, low, high = self._summary_columns()
+        needs_summary = bool(len(start)) and start[0] < exact_since_s and start_s < exact_since_s
+        if width_s % SUMMARY_S == 0 or (needs_summary and width_s > SUMMARY_S):
+            width_s = math.ceil(width_s / SUMMARY_S) * SUMMARY_S
+            # At a slow rate the exact samples reach back further than the summary does.
+            reaches_back = bool(len(start)) and start[0] <= max(start_s, exact_since_s)
+            window = self.window(start_s - width_s, end_s + width_s)
+            if needs_summary or (reaches_back and len(window.time_s) > buckets):
+                return self._from_summary(start_s, end_s, width_s)
+        if not needs_summary:
+            return self._from_exact(start_s, end_s, width_s)
+        # Where the exact samples begin in the middle of a bucket, that bucket comes from the summary.
+        seam_s = math.ceil(exact_since_s / SUMMARY_S) * SUMMARY_S
+        if seam_s >= end_s:
+            return self._from_summary(start_s, end_s, SUMMARY_S)
+        old = int(np.searchsorted(start, seam_s, "left"))
+        first = max(0, int(np.searchsorted(end, start_s, "left")))
+        new = self._from_exact(seam_s, end_s, width_s)
+        return Envelope(
+            np.concatenate((start[first:old], new.start_s)),
+            np.concatenate((end[first:old], new.end_s)),
+            np.concatenate((low[first:old], new.low)),
+            np.concatenate((high[first:old], new.high)),
+        )
+
+    def _summary_columns(self) -> Envelope:
+        return Envelope(*(self._summary.column(number) for number in range(4)))  # type: ignore[arg-type]
+
+    def _from_exact(self, start_s: float, end_s: float, width_s: float) -> Envelope:
+        edges = _edges(start_s, end_s, width_s)
+        times = self._times
+        bounds = np.searchsorted(times, edges, "left")
+        first, stop = int(bounds[0]), int(bounds[-1])
+        times, values = times[first:stop], self._values[first:stop]
+        if len(times) <= len(edges):
+            return Envelope(times.copy(), times.copy(), values.copy(), values.copy())
+        firsts = bounds[:-1][bounds[:-1] < bounds[1:]] - first
+        return _buckets(times, values, firsts)
+
+    def _from_summary(self, start_s: float, end_s: float, width_s: float) -> Envelope:
+        start, end, low, high = self._summary_columns()
+        bounds = np.searchsorted(start, _edges(start_s, end_s, width_s), "left")
+        first, stop = int(bounds[0]), int(bounds[-1])
+        firsts = bounds[:-1][bounds[:-1] < bounds[1:]] - first
+        if not len(firsts):
+            return Envelope(start[:0].copy(), end[:0].copy(), low[:0].copy(), high[:0].copy())
+        lasts = np.append(firsts[1:], stop - first) - 1
+        return Envelope(
+            start[first:stop][firsts],
+            end[first:stop][lasts],
+            np.minimum.reduceat(low[first:stop], firsts),
+            np.maximum.reduceat(high[first:stop], firsts),
+        )
+
+    def around(self, time_s: float, *, within_s: float) -> Extent | None:
+        """What was measured nearest to an instant, None when nothing was within ``within_s`` of it."""
+        if len(self._exact) and time_s >= self.exact_since_s:
+            times = self._times
+            after = int(np.searchsorted(times, time_s, "left"))
+            beside = [number for number in (after - 1, after) if 0 <= number < len(times)]
+            near = min(beside, key=lambda number: abs(times[number] - time_s))
+            if abs(times[near] - time_s) > within_s:
+                return None
+            value = float(self._values[near])
+            return Extent(float(times[near]), value, value)
+        start, end, low, high = self._summary_columns()
+        bucket = int(np.searchsorted(end, time_s, "left"))
+        if bucket >= len(start) or start[bucket] - time_s > within_s:
+            return None
+        return Extent(max(float(start[bucket]), time_s), float(low[bucket]), float(high[bucket]))
+
+    def rows(self, start_s: float, end_s: float) -> Iterator[Sample]:
+        """The exact samples of a span, as they are now, for a file.
+
+        What is older than ``exact_since_s`` is not in it: say so where that matters.
+        """
+        times, values = self.window(start_s, end_s)
+        # tolist() copies, so that samples appended while the file is written change nothing.
+        yield from map(Sample, times.tolist(), values.tolist())
+
+    def clear(self) -> None:
+        """Forget everything."""
+        self._exact = _Ring(self._exact.capacity, np.float64, np.float32)
+        self._summary = _Ring(self._summary.capacity, np.float64, np.float64, np.float32, np.float32)
+
+
+class Steps:
+    """A setting over time: each value stands until the next one.  The newest 1,000 changes are kept."""
+
+    def __init__(self) -> None:
+        self._changes: deque[Change] = deque(maxlen=STEPS_KEPT)
+
+    def __len__(self) -> int:
+        return len(self._changes)
+
+    @property
+    def value(self) -> float | None:
+        """What stands now, None when it is not known."""
+        return self._changes[-1].value if self._changes else None
+
+    def put(self, time_s: float, value: float | None) -> None:
+        """Note what stands from now on; None: it is no longer known.  Raises ValueError for an earlier time."""
+        if self._changes:
+            newest = self._changes[-1]
+            if time_s < newest.time_s:
+                raise ValueError("times run backwards")
+            if value == newest.value:
+                return
+        self._changes.append(Change(time_s, value))
+
+    def between(self, start_s: float, end_s: float) -> list[Change]:
+        """What stood at ``start_s``, if anything was noted by then, and every change up to ``end_s``."""
+        found: list[Change] = []
+        for change in reversed(self._changes):
+            if change.time_s > end_s:
+                continue
+            found.append(change)
+            if change.time_s <= start_s:
+                break
+        found.reverse()
+        return found
+
+
+def bucket_width_s(at_least_s: float) -> float:
+    """The narrowest bucket of 1, 1.25, 1.5 or 1.75 times a power of two seconds that is wide enough."""
+    power = 2.0 ** math.floor(math.log2(at_least_s))
+    return math.ceil(at_least_s / power * 4) / 4 * power
+
+
+def _edges(start_s: float, end_s: float, width_s: float) -> Seconds:
+    """Multiples of the width from the one at or before the start to the first one after the end."""
+    first, last = math.floor(start_s / width_s), math.floor(end_s / width_s) + 1
+    return np.arange(first, last + 1, dtype=np.float64) * width_s
+
+
+def _buckets(times: Seconds, values: Values, firsts: NDArray[np.intp]) -> Envelope:
+    """One bucket from each index of ``firsts`` up to the next; none of them empty."""
+    lasts = np.append(firsts[1:], len(times)) - 1
+    return Envelope(
+        times[firsts],
+        times[lasts],
+        np.minimum.reduceat(values, firsts),
+        np.maximum.reduceat(values, firsts),
+    )

@@ -1,0 +1,286 @@
+"""One open port with its link, its device and the procedures that run on it: everything but the thread.
+
+The way of a byte: `Line.read` -> `Link.receive` (stream, frame, message) -> `Device.apply` -> `take_events`.
+`step` is called over and over by the worker's thread, or by a test with a fake line and a fake clock.
+
+Two procedures may run: one in the foreground (what somebody asked for) and one in the background (what keeps the screen
+fresh), which gets the line only while the foreground does not want it.
+"""
+
+from collections.abc import Callable
+from typing import Any, Generic
+
+from app.device import Device, Doubt
+from app.procedure import (
+    Ask,
+    Cancelled,
+    LinkView,
+    Listen,
+    Look,
+    Pause,
+    PortLost,
+    Procedure,
+    Report,
+    Result,
+    Sight,
+    UseRate,
+    Want,
+)
+from app.transport import Line
+from protocol.catalogue import Hazard
+from protocol.events import Answered, Event, OutcomeUnknown, Received, Unanswered
+from protocol.link import Link
+from protocol.round_trips import Timing
+
+LONGEST_STEP_S = 0.02
+GATHER_S = 0.008
+"""How long to let streamed bytes pile up while no answer is awaited."""
+
+
+class Run(Generic[Result]):
+    """One procedure under way. `result` or `error` is set when `is_done`.
+
+    Only the session's thread touches it, except `cancel`, which any thread may call.
+    """
+
+    def __init__(self, procedure: Procedure[Result], on_progress: Callable[[Report], None] | None = None) -> None:
+        self.is_done = False
+        self.result: Result | None = None
+        self.error: BaseException | None = None
+        self.is_cancelled = False
+        self._procedure = procedure
+        self._on_progress = on_progress
+        self._want: Want | None = None
+        self._resume_at = 0.0
+        self._heard: list[Received] = []
+
+    def cancel(self) -> None:
+        self.is_cancelled = True
+
+    def start(self, now: float) -> None:
+        self._advance(None, now)
+
+    @property
+    def wants_to_ask(self) -> Ask | None:
+        return self._want if isinstance(self._want, Ask) else None
+
+    @property
+    def wants_to_look(self) -> bool:
+        return isinstance(self._want, Look)
+
+    @property
+    def wanted_rate(self) -> UseRate | None:
+        return self._want if isinstance(self._want, UseRate) else None
+
+    @property
+    def resume_at(self) -> float | None:
+        """When a pause or a listening ends; None while it waits for something else."""
+        return self._resume_at if isinstance(self._want, Pause | Listen) else None
+
+    def hear(self, received: Received) -> None:
+        if isinstance(self._want, Listen):
+            self._heard.append(received)
+
+    def resume(self, value: object, now: float) -> None:
+        self._advance(value, now)
+
+    def tick(self, now: float) -> None:
+        """End a pause or a listening that is due."""
+        if self.is_done or self.resume_at is None or now < self._resume_at:
+            return
+        heard, self._heard = tuple(self._heard), []
+        self._advance(now if isinstance(self._want, Pause) else heard, now)
+
+    def throw(self, reason: Exception, now: float) -> None:
+        """Raise `reason` where the procedure stands; it may go on with cleaning up, or end."""
+        if not self.is_done:
+            self._heard.clear()
+            self._drive(lambda: self._procedure.throw(reason), now)
+
+    def _advance(self, value: object, now: float) -> None:
+        self._drive(lambda: self._procedure.send(value), now)
+
+    def _drive(self, move: Callable[[], Want], now: float) -> None:
+        try:
+            want = move()
+            while isinstance(want, Report):
+                if self._on_progress is not None:
+                    self._on_progress(want)
+                want = self._procedure.send(now)
+        except StopIteration as stop:
+            self._finish(stop.value, None)
+        except (Cancelled, PortLost) as error:
+            self._finish(None, error)
+        except Exception as error:  # noqa: BLE001  a bug in a procedure ends this run, not the session
+            self._finish(None, error)
+        else:
+            self._want = want
+            if isinstance(want, Pause | Listen):
+                self._resume_at = now + want.seconds
+
+    def _finish(self, result: Any, error: BaseException | None) -> None:
+        self.is_done, self.result, self.error, self._want = True, result, error, None
+
+
+class Session:
+    """See the module's docstring. Every method belongs to one thread.
+
+    `step` raises `PortError` when the port is lost; the owner then calls `close`. What had arrived before stays in
+    `take_events` and in the device.
+    """
+
+    def __init__(self, line: Line, clock: Callable[[], float], *, timing: Timing | None = None) -> None:
+        self.line = line
+        self.clock = clock
+        self.opened_at = clock()
+        self.device = Device(line.baud_rate)
+        self.bytes_received = 0
+        self._timing = timing
+        self._link = Link(self.opened_at, timing=timing)
+        self._foreground: list[Run[Any]] = []
+        self._background: Run[Any] | None = None
+        self._asking: Run[Any] | None = None
+        self._events: list[Event] = []
+
+    # Procedures
+
+    def run(self, run: Run[Any]) -> None:
+        """Queue a procedure; the first of the queue runs, the others wait for it."""
+        self._foreground.append(run)
+        if len(self._foreground) == 1:
+            run.start(self.clock())
+
+    def run_in_background(self, procedure: Procedure[None]) -> None:
+        self._background = Run(procedure)
+        self._background.start(self.clock())
+
+    @property
+    def background(self) -> Run[Any] | None:
+        return self._background
+
+    @property
+    def is_busy(self) -> bool:
+        return bool(self._foreground)
+
+    def link_view(self) -> LinkView:
+        trips = self._link.round_trips
+        return LinkView(
+            self._link.counters.copy(),
+            trips.minimum_s,
+            trips.median_s,
+            trips.quantile_s(0.95),
+            self.bytes_received,
+        )
+
+    # The wheel
+
+    def step(self, longest_s: float = LONGEST_STEP_S) -> None:
+        """Wait at most `longest_s` for bytes and deal with all that is due."""
+        now = self.clock()
+        self._serve(now)
+        wait_s = max(0.0, min(longest_s, self._next_due() - now))
+        gather_s = GATHER_S if self._link.is_idle else 0.0
+        data = self.line.read(wait_s, gather_s)
+        now = self.clock()
+        self.bytes_received += len(data)
+        self._digest(self._link.receive(data, now) + self._link.tick(now), now)
+        self._write_outgoing()
+        self._serve(now)
+
+    def take_events(self) -> list[Event]:
+        """What happened since the last call, in order."""
+        events, self._events = self._events, []
+        return events
+
+    def close(self, *, why: Exception | None = None) -> None:
+        """End all procedures and close the port. Idempotent, never raises."""
+        now = self.clock()
+        self._asking = None
+        for run in self._runs():
+            run.throw(why or PortLost(), now)
+            for _ in range(8):  # a procedure that cleans up learns at each of its wants that there is no port
+                run.throw(PortLost(), now)
+        self._foreground.clear()
+        self._background = None
+        self.device.doubt_everything(Doubt.LINK_LOST)
+        self.line.close()
+
+    def _runs(self) -> list[Run[Any]]:
+        return self._foreground + ([self._background] if self._background is not None else [])
+
+    def _next_due(self) -> float:
+        dues = [run.resume_at for run in self._runs() if run.resume_at is not None]
+        return min([self._link.next_deadline(), *dues])
+
+    def _serve(self, now: float) -> None:
+        """Advance whatever can advance without new bytes."""
+        for run in self._runs():
+            if run.is_cancelled and not run.is_done:
+                run.is_cancelled = False
+                if self._asking is run:
+                    self._link.abandon(now)
+                    self._asking = None
+                run.throw(Cancelled(), now)
+            run.tick(now)
+            while run.wants_to_look:
+                run.resume(self._sight(now), now)
+        self._drop_finished(now)
+        active = self._foreground[0] if self._foreground else self._background
+        if active is None or active.is_done or self._asking is not None:
+            return
+        if (rate := active.wanted_rate) is not None:
+            self._use_rate(rate.baud_rate, now)
+            active.resume(now, now)
+            self._serve(now)
+            return
+        ask = active.wants_to_ask
+        if ask is not None and self._link.is_idle:
+            self._send(active, ask, now)
+
+    def _send(self, run: Run[Any], ask: Ask, now: float) -> None:
+        if ask.request.hazard is Hazard.DANGEROUS and not ask.is_deliberate:
+            raise ValueError(f"a procedure wants {ask.request.command.name} without an explicit act")
+        sent = self._link.ask(ask.request, now, waits_s=ask.waits_s, is_deliberate=ask.is_deliberate)
+        self._asking = run
+        self._write_outgoing()
+        self._events += sent
+
+    def _write_outgoing(self) -> None:
+        outgoing = self._link.take_outgoing()
+        if outgoing:
+            self.line.write(outgoing)
+
+    def _sight(self, now: float) -> Sight:
+        return Sight(now, self.opened_at, self.line.baud_rate, self.device.view(now), self.link_view())
+
+    def _use_rate(self, baud_rate: int, now: float) -> None:
+        """A link of its own for each rate: nothing that came at another rate can be mistaken for an answer."""
+        self.line.use_rate(baud_rate)
+        old = self._link
+        self._link = Link(now, timing=self._timing)
+        self._link.counters = old.counters
+        self._link.round_trips = old.round_trips
+        self.device.use_rate(baud_rate)
+
+    def _digest(self, events: list[Event], now: float) -> None:
+        self._events += events
+        for event in events:
+            self.device.apply(event)
+            match event:
+                case Answered() | Unanswered() | OutcomeUnknown():
+                    run, self._asking = self._asking, None
+                    if run is not None:
+                        run.resume(event, now)
+                case Received():
+                    for run in self._runs():
+                        run.hear(event)
+                case _:
+                    pass
+
+    def _drop_finished(self, now: float) -> None:
+        while self._foreground and self._foreground[0].is_done:
+            del self._foreground[0]
+            for following in self._foreground[:1]:
+                following.start(now)
+        if self._background is not None and self._background.is_done:
+            self._background = None

@@ -1,0 +1,128 @@
+"""What the simulated module remembers, with and without power, and its trigger records."""
+
+import random
+from collections import deque
+from dataclasses import dataclass, field
+
+from app.judge import Limits
+from protocol.catalogue import BAUD, CENTISECOND, QUERY, RECORD_CODE, RECORDS_KEPT, TENTH_G
+from protocol.frame import encode_long
+from protocol.messages import Source
+
+ODD_VOLTAGE = 0xEB  # 4.70 V, the worked example (E12)
+RECORD_DATA_LENGTH = 11
+
+
+@dataclass(slots=True, kw_only=True)
+class Memory:
+    """Survives a restart. Bytes as on the wire, as a module would keep them."""
+
+    light_threshold: int = 0x12
+    attitude_threshold: int = 60
+    freefall_acceleration: int = 5
+    freefall_time: int = 160
+    baud_code: int = 6
+    boot_count: int = 0
+    zero_tilt_deg: float = 0.0
+    records: deque[bytes] = field(default_factory=lambda: deque(maxlen=RECORDS_KEPT))
+    """Eleven data bytes each (D4 … D14), oldest first: the tenth trigger pushes the first one out."""
+
+    @property
+    def baud_rate(self) -> int:
+        return BAUD.values[self.baud_code]
+
+
+@dataclass(slots=True, kw_only=True)
+class State:
+    """Gone with the power, unless the dialect remembers (E15). As after every power-up: locked, triggers enabled."""
+
+    is_active: bool = False
+    attitude_is_enabled: bool = True
+    freefall_is_enabled: bool = True
+    serial_output_is_on: bool = False
+    is_forbidden: bool = False
+    """By `11 00`: holds back everything until `11 01`, `10` or a restart; the table names no end (E15)."""
+
+
+def limits(memory: Memory, state: State) -> Limits:
+    """The settings in a person's units, for the judge."""
+    return Limits(
+        attitude_threshold_deg=memory.attitude_threshold,
+        freefall_acceleration_g=memory.freefall_acceleration / TENTH_G.per_unit,
+        freefall_time_s=memory.freefall_time / CENTISECOND.per_unit,
+        attitude_is_enabled=state.attitude_is_enabled,
+        freefall_is_enabled=state.freefall_is_enabled,
+    )
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Moment:
+    """What a record says besides the settings."""
+
+    uptime_s: float
+    sources: Source
+    serial_is_connected: bool
+    is_charging: bool
+    light: int
+    voltage: int
+
+
+def record_data(memory: Memory, moment: Moment) -> bytes:
+    """D4 … D14 of the table's "trigger record"."""
+    uptime = min(0xFFFF, int(moment.uptime_s))  # "最高记录65535秒"
+    return bytes(
+        (
+            memory.boot_count,
+            uptime >> 8,
+            uptime & 0xFF,
+            moment.sources.value,
+            memory.attitude_threshold,
+            memory.freefall_acceleration,
+            memory.freefall_time,
+            0x00 if moment.serial_is_connected else 0x01,
+            0x00 if moment.is_charging else 0x01,
+            moment.light,
+            moment.voltage,
+        )
+    )
+
+
+def record_frame(data: bytes) -> bytes:
+    """The sixteen bytes on the wire."""
+    return encode_long(RECORD_CODE, bytes((QUERY,)) + data)
+
+
+_PAST_SOURCES = (
+    Source.ATTITUDE,
+    Source.FREEFALL,
+    Source.SERIAL,
+    Source.ATTITUDE | Source.FREEFALL,
+    Source.PWM,
+    Source.ATTITUDE,
+    Source.SERIAL | Source.PWM,
+    Source.FREEFALL,
+    Source.ATTITUDE | Source.PWM | Source.FREEFALL,
+)
+
+
+def invent_records(memory: Memory, count: int, *, seed: int, has_odd_voltage: bool) -> None:
+    """Fill the memory with `count` (0 … 9) triggers of earlier days, varied, the same for the same seed."""
+    source = random.Random(seed)  # noqa: S311 (variety, not secrets)
+    sources = _PAST_SOURCES[:count]
+    boots = sorted(source.randrange(max(1, memory.boot_count)) for _ in sources)
+    for boot, why in zip(boots, sources, strict=True):
+        then = Memory(
+            boot_count=boot,
+            attitude_threshold=source.choice((55, 60, 60, 65, 70)),
+            freefall_acceleration=source.choice((4, 5, 5, 6)),
+            freefall_time=source.choice((120, 160, 160, 200)),
+        )
+        moment = Moment(
+            uptime_s=source.choice((source.randrange(20, 255), source.randrange(300, 5400))),
+            sources=why,
+            serial_is_connected=Source.SERIAL in why or source.random() < 0.5,
+            is_charging=False,
+            light=source.randrange(2, 5),
+            voltage=ODD_VOLTAGE if has_odd_voltage else source.randrange(182, 208),
+        )
+        memory.records.append(record_data(then, moment))

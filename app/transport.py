@@ -1,0 +1,200 @@
+"""The serial port: the one place that touches pyserial, and where its exceptions become `PortError`.
+
+One thread opens, reads, writes and closes (pyserial fails in many ways otherwise). For one pulled cable pyserial
+raises SerialException, plain OSError, termios.error (no OSError) or TypeError, depending on where it is caught; all
+of them are `PortTrouble.LOST` here.
+
+    PortError
+     ├─ MISSING      no such port: unplugged, or another name
+     ├─ BUSY         another program has it
+     ├─ NOT_ALLOWED  this user may not open it
+     ├─ UNUSABLE     the name is no port, or the driver refuses the settings
+     ├─ LOST         it was open and went away
+     └─ STUCK        it takes no bytes
+"""
+
+import errno
+import os
+import sys
+from contextlib import suppress
+from dataclasses import dataclass
+from enum import Enum
+from pathlib import Path
+from threading import Event
+from typing import Protocol
+
+import serial
+
+try:
+    import termios
+except ImportError:  # Windows
+    _DRIVER_ERRORS: tuple[type[Exception], ...] = (OSError, ValueError, TypeError, AttributeError)
+else:
+    _DRIVER_ERRORS = (OSError, ValueError, TypeError, AttributeError, termios.error)
+
+READ_SLICE_S = 0.01
+"""Longest time that a read blocks: how soon the owner can do something else."""
+WRITE_LIMIT_S = 0.5
+READ_CHUNK = 65536
+
+
+class PortTrouble(Enum):
+    MISSING = "missing"
+    BUSY = "busy"
+    NOT_ALLOWED = "not allowed"
+    UNUSABLE = "unusable"
+    LOST = "lost"
+    STUCK = "stuck"
+
+
+@dataclass(frozen=True, slots=True)
+class Holder:
+    """A program that has the port open, where the system tells."""
+
+    name: str
+    pid: int
+
+
+class PortError(Exception):
+    """The port could not be had, or was lost. `detail` is the driver's own text, for the log."""
+
+    def __init__(self, trouble: PortTrouble, port: str, detail: str, holder: Holder | None = None) -> None:
+        super().__init__(f"{port}: {trouble.value}: {detail}")
+        self.trouble = trouble
+        self.port = port
+        self.detail = detail
+        self.holder = holder
+
+
+class Line(Protocol):
+    """What a session needs of a port; a test's fake gives the same."""
+
+    @property
+    def baud_rate(self) -> int: ...
+
+    def read(self, longest_s: float, gather_s: float) -> bytes: ...
+
+    def write(self, data: bytes) -> None: ...
+
+    def use_rate(self, baud_rate: int) -> None: ...
+
+    def close(self) -> None: ...
+
+
+def holder_of(port: str) -> Holder | None:
+    """Who else has this device open; only on Linux, and only programs that this user may see."""
+    if not sys.platform.startswith("linux"):
+        return None
+    try:
+        target = os.path.realpath(port)
+        for link in Path("/proc").glob("[0-9]*/fd/*"):
+            pid = int(link.parts[2])
+            if pid != os.getpid() and os.path.realpath(link) == target:
+                return Holder((link.parents[1] / "comm").read_text().strip(), pid)
+    except OSError:
+        return None
+    return None
+
+
+def _trouble_at_opening(error: Exception) -> PortTrouble:
+    number = getattr(error, "errno", None)
+    text = str(error)
+    if number in (errno.ENOENT, errno.ENXIO, errno.ENODEV) or "FileNotFoundError" in text or "No such" in text:
+        return PortTrouble.MISSING
+    if number in (errno.EBUSY, errno.EAGAIN) or "exclusively lock" in text:
+        return PortTrouble.BUSY
+    if sys.platform == "win32" and "PermissionError" in text:
+        return PortTrouble.BUSY  # Windows refuses a port that is open elsewhere with this very error
+    if number in (errno.EACCES, errno.EPERM):
+        return PortTrouble.NOT_ALLOWED
+    if "ConnectionRefused" in text or number == errno.ECONNREFUSED or "Connection refused" in text:
+        return PortTrouble.MISSING
+    return PortTrouble.UNUSABLE
+
+
+class SerialLine:
+    """An open port. Made by `open_line`; belongs to the thread that opened it, except `wake`."""
+
+    def __init__(self, port: str, opened: serial.Serial) -> None:
+        self.port = port
+        self._serial = opened
+        self._woken = Event()
+
+    @property
+    def baud_rate(self) -> int:
+        return int(self._serial.baudrate)
+
+    def read(self, longest_s: float, gather_s: float) -> bytes:
+        """Bytes that came within `longest_s` (at most `READ_SLICE_S`), b"" if none did.
+
+        With `gather_s` it lingers that long after the first byte, so that a stream costs a hundred wake-ups a second
+        and not a thousand. Raises `PortError` LOST.
+        """
+        try:
+            if longest_s <= 0 and not self._serial.in_waiting:
+                return b""
+            first: bytes = self._serial.read(1)
+            if not first:
+                return b""
+            if gather_s > 0:
+                self._woken.wait(gather_s)
+            waiting = self._serial.in_waiting
+            return first + self._serial.read(min(waiting, READ_CHUNK)) if waiting else first
+        except _DRIVER_ERRORS as error:
+            raise PortError(PortTrouble.LOST, self.port, str(error)) from error
+
+    def write(self, data: bytes) -> None:
+        """Hand all of `data` to the driver; raises `PortError` LOST, or STUCK after 0.5 s."""
+        try:
+            self._serial.write(data)
+        except serial.SerialTimeoutException as error:
+            raise PortError(PortTrouble.STUCK, self.port, str(error)) from error
+        except _DRIVER_ERRORS as error:
+            raise PortError(PortTrouble.LOST, self.port, str(error)) from error
+
+    def use_rate(self, baud_rate: int) -> None:
+        """Continue at another rate, with empty buffers; raises `PortError` LOST."""
+        try:
+            self._serial.baudrate = baud_rate
+            self._serial.reset_input_buffer()
+        except _DRIVER_ERRORS as error:
+            raise PortError(PortTrouble.LOST, self.port, str(error)) from error
+
+    def wake(self) -> None:
+        """End a lingering read now. From any thread."""
+        self._woken.set()
+
+    def close(self) -> None:
+        """Idempotent; never raises, whatever became of the port."""
+        with suppress(*_DRIVER_ERRORS):  # the port is gone, which is what was wanted
+            self._serial.close()
+
+
+def open_line(port: str, baud_rate: int) -> SerialLine:
+    """Open a device name, a pseudo-terminal or a pyserial URL (`socket://`, `sim://`), 8N1; raises `PortError`.
+
+    Asks for exclusive use, leaves DTR and RTS low (some adapters wire them to a reset), and drops what was received
+    before the opening.
+    """
+    if "app.simulator" not in serial.protocol_handler_packages:
+        serial.protocol_handler_packages.append("app.simulator")
+    try:
+        opened = serial.serial_for_url(
+            port, do_not_open=True, baudrate=baud_rate, timeout=READ_SLICE_S, write_timeout=WRITE_LIMIT_S
+        )
+        if "://" not in port:
+            opened.exclusive = True
+        opened.dtr = False
+        opened.rts = False
+        opened.open()
+    except _DRIVER_ERRORS as error:
+        trouble = _trouble_at_opening(error)
+        holder = holder_of(port) if trouble is PortTrouble.BUSY else None
+        raise PortError(trouble, port, str(error), holder) from error
+    line = SerialLine(port, opened)
+    try:
+        opened.reset_input_buffer()
+    except _DRIVER_ERRORS as error:
+        line.close()
+        raise PortError(PortTrouble.LOST, port, str(error)) from error
+    return line

@@ -1,0 +1,308 @@
+"""Every command of the vendor's table (2019-04-30), one entry each.
+
+Codec, link, command line, simulated module, screens, help and `docs/protocol.md` derive from these entries:
+to add a command is to add an entry here. Bracketed names (E1 … E15) are the places where the table contradicts
+itself, explained in `docs/protocol.md`.
+"""
+
+from dataclasses import dataclass, field
+from enum import Enum
+
+from protocol.fields import Choice, Done, Field, Flag, Quantity, Value
+from protocol.text import marked
+
+HOST_HEADER = b"Ba"  # 42 61, host to module
+MODULE_HEADER = b"Au"  # 41 75, module to host
+QUERY = 0x01  # D3: query, and also every reply
+SET = 0x02  # D3: set
+RECORDS_KEPT = 9  # "记录最近的9次触发记录": the module keeps its last nine triggers
+
+
+class Hazard(Enum):
+    """What a request can do to the module."""
+
+    NONE = "none"
+    """A question. May be repeated."""
+    CHANGES = "changes"
+    """Changes the module. Sent once for each act; whether it stands is proven by reading back."""
+    DANGEROUS = "dangerous"
+    """Fires, arms, ends the session, moves the reference or can cut the link. Never without an explicit act."""
+
+
+class Layout(Enum):
+    """Shape of a module frame; the value is its length in bytes, header and checksum included."""
+
+    SHORT = 6
+    """41 75 code 01 D4 sum."""
+    STATUS = 8
+    """41 75 32 tilt acc trig act sum: no control byte."""
+    RECORD = 16
+    """41 75 35 01 and eleven data bytes, sum."""
+
+
+@dataclass(frozen=True, slots=True)
+class Advice:
+    """The vendor's advice about a value: 建议. Against it is a warning, never a refusal."""
+
+    text: str
+    minimum: float | None = None
+    maximum_below: float | None = None
+    """The value should stay below this one."""
+
+    def is_followed_by(self, value: float) -> bool:
+        if self.minimum is not None and value < self.minimum:
+            return False
+        return self.maximum_below is None or value < self.maximum_below
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Command:
+    """One row of the table. See the module's docstring."""
+
+    code: int
+    """D2."""
+    name: str
+    """The name in JSON, `--asked`, code and tests."""
+    title: str
+    """English, translatable."""
+    vendor_term: str
+    """The table's word."""
+    explanation: str
+    """One or two sentences for a technician; translatable."""
+    reply: Field | None = None
+    """Meaning of D4 in a six-byte reply; None where the layout is another or D4 is fixed."""
+    reply_key: str | None = None
+    """Name of the reply's value in `dps-s decode`; carries the unit."""
+    layout: Layout = Layout.SHORT
+    query_data: int | None = None
+    """D4 of the query; None where it cannot be asked."""
+    query_hazard: Hazard = Hazard.NONE
+    """25 has the shape of a query and is an act."""
+    write: Field | None = None
+    """Meaning of D4 in a set; None where it cannot be set."""
+    write_key: str | None = None
+    write_hazards: dict[int, Hazard] = field(default_factory=dict, hash=False)
+    """Hazard by D4 of a set, where it differs from CHANGES."""
+    extra_reply_codes: frozenset[int] = frozenset()
+    """Codes besides `code` that answer it while it is outstanding (E3, E4)."""
+    acknowledged_by_one: bool = False
+    """A set may be acknowledged by D4 = 01 instead of the value (E2)."""
+    is_setting: bool = False
+    """Part of what a technician configures: in `read`'s "settings", in `set` and in profiles."""
+    is_action: bool = False
+    """Does something at once; there is no value to keep."""
+    default: int | None = None
+    """D4 as delivered, where the table says so. Never shown as the module's value."""
+    advice: Advice | None = None
+
+    @property
+    def key(self) -> str:
+        """Name with its unit, as in JSON and profiles: "light_threshold_v"."""
+        return self.name + (self.reply.suffix if self.reply is not None else "")
+
+    @property
+    def reply_codes(self) -> frozenset[int]:
+        return self.extra_reply_codes | {self.code}
+
+    @property
+    def can_be_asked(self) -> bool:
+        return self.query_data is not None and self.query_hazard is Hazard.NONE
+
+    @property
+    def reads_back(self) -> bool:
+        """A set can be proven by asking for the value afterwards (E8: not for 13, 16, 17; E2: not for 24)."""
+        return self.write is not None and self.can_be_asked
+
+    def query(self) -> "Request":
+        """The question (for 25: the act, in the shape of a question). Raises `LookupError` where there is none."""
+        if self.query_data is None:
+            raise LookupError(f"{self.name} has no query")
+        if self.code == HEARTBEAT_CODE:
+            return Request(self, 0xA5, self.query_data)
+        return Request(self, QUERY, self.query_data)
+
+    def set(self, value: Value) -> "Request":
+        """The set frame for `value`, in the field's unit. Raises `LookupError` or `ValueRefused`."""
+        if self.write is None:
+            raise LookupError(f"{self.name} cannot be set")
+        return Request(self, SET, self.write.encode(value))
+
+
+@dataclass(frozen=True, slots=True)
+class Request:
+    """A host frame with its meaning: 42 61, code, control, data, sum. Always six bytes."""
+
+    command: Command
+    control: int
+    data: int
+
+    @property
+    def is_set(self) -> bool:
+        return self.control == SET
+
+    @property
+    def hazard(self) -> Hazard:
+        if self.is_set:
+            return self.command.write_hazards.get(self.data, Hazard.CHANGES)
+        return self.command.query_hazard
+
+    @property
+    def is_repeatable(self) -> bool:
+        """Only a question may be sent again without being asked for again."""
+        return self.hazard is Hazard.NONE
+
+    def encode(self) -> bytes:
+        body = bytes((self.command.code, self.control, self.data))
+        return HOST_HEADER + body + bytes((sum(body) & 0xFF,))
+
+
+HEARTBEAT_CODE = 0x01
+STATUS_CODE = 0x32
+RECORD_CODE = 0x35
+
+TENTH_VOLT = Quantity(unit="V", suffix="_v", per_unit=10)
+CELL_VOLT = Quantity(unit="V", suffix="_v", per_unit=50)
+TENTH_G = Quantity(unit="g", suffix="_g", per_unit=10)
+CENTISECOND = Quantity(unit="s", suffix="_s", per_unit=100)
+DEGREE = Quantity(unit="°", suffix="_deg", per_unit=1)
+COUNT = Quantity(unit="", suffix="", per_unit=1)
+FLAG = Flag()
+INVERTED = Flag(true=0x00)
+BAUD = Choice({1: 4800, 2: 9600, 3: 19200, 4: 38400, 5: 57600, 6: 115200}, unit="baud")
+
+COMMANDS: tuple[Command, ...] = (
+    Command(
+        code=HEARTBEAT_CODE, name="heartbeat", title=marked("Heartbeat"), vendor_term="心跳",
+        explanation=marked("Proves that the module is there. It sends two by itself, 50 ms apart, after power-up."),
+        query_data=0x5A,
+    ),
+    Command(
+        code=0x10, name="activation", title=marked("Activate / lock"), vendor_term="激活/锁定",
+        explanation=marked("An active module fires by its thresholds; a locked one is in standby and does not fire."),
+        reply=FLAG, reply_key="active", write=FLAG, write_key="set", is_action=True,
+        write_hazards={0x01: Hazard.DANGEROUS},
+    ),
+    Command(
+        code=0x11, name="deploy", title=marked("Deploy over serial"), vendor_term="串口触发开伞",
+        explanation=marked("Fires the parachute. 00 forbids it; for how long, the vendor does not say."),
+        reply=FLAG, reply_key="deployed", write=FLAG, write_key="set", is_action=True,
+        write_hazards={0x00: Hazard.DANGEROUS, 0x01: Hazard.DANGEROUS},
+    ),
+    Command(
+        code=0x12, name="shutdown", title=marked("Shut down"), vendor_term="关机",
+        explanation=marked("Switches the module off. It comes back by its switch, held 2 s, or by external power."),
+        reply=Done(), write=Done(), is_action=True,
+        write_hazards={0x01: Hazard.DANGEROUS},
+    ),
+    Command(
+        code=0x13, name="serial_output", title=marked("Serial output"), vendor_term="串口输出",
+        explanation=marked("Switched on, the module streams its status unasked. Its state cannot be read."),
+        reply=FLAG, reply_key="on", write=FLAG, write_key="set", is_setting=True,
+    ),
+    Command(
+        code=0x14, name="light", title=marked("Light"), vendor_term="当前光线值",
+        explanation=marked("Reading of the light sensor in the parachute bay: tells whether the bay is open."),
+        reply=TENTH_VOLT, reply_key="light_v", query_data=0x01,
+    ),
+    Command(
+        code=0x15, name="light_threshold", title=marked("Light threshold"), vendor_term="光线阈值",
+        explanation=marked("Decides when the parachute counts as having left the bay."),
+        reply=TENTH_VOLT, reply_key="value_v", query_data=0x00, write=TENTH_VOLT, write_key="set_v",
+        is_setting=True, advice=Advice(marked("Set it to the reading with the bay fully open.")),
+    ),
+    Command(
+        code=0x16, name="attitude_trigger", title=marked("Attitude trigger"), vendor_term="姿态触发",
+        explanation=marked("Whether the module fires by itself when it tips over. Its state cannot be read."),
+        reply=INVERTED, reply_key="enabled", write=INVERTED, write_key="set_enabled",
+        is_setting=True, default=0x00,
+    ),
+    Command(
+        code=0x17, name="freefall_trigger", title=marked("Free-fall trigger"), vendor_term="失重触发",
+        explanation=marked("Whether the module fires by itself in free fall. Its state cannot be read."),
+        reply=INVERTED, reply_key="enabled", write=INVERTED, write_key="set_enabled",
+        extra_reply_codes=frozenset((0x16,)), is_setting=True, default=0x00,
+    ),
+    Command(
+        code=0x20, name="attitude_threshold", title=marked("Attitude threshold"), vendor_term="姿态开伞阈值",
+        explanation=marked("Angle between aircraft and horizontal plane at which it fires; it resets 10° below."),
+        reply=DEGREE, reply_key="value_deg", query_data=0x00, write=DEGREE, write_key="set_deg",
+        is_setting=True, default=60, advice=Advice(marked("55° or more."), minimum=55),
+    ),
+    Command(
+        code=0x21, name="freefall_acceleration", title=marked("Free-fall acceleration threshold"),
+        vendor_term="失重加速度阈值",
+        explanation=marked("Below this acceleration the module counts itself as falling."),
+        reply=TENTH_G, reply_key="value_g", query_data=0x00, write=TENTH_G, write_key="set_g",
+        acknowledged_by_one=True, is_setting=True, default=5,
+        advice=Advice(marked("Below 0.7 g."), maximum_below=0.7),
+    ),
+    Command(
+        code=0x22, name="freefall_time", title=marked("Free-fall time"), vendor_term="失重时间",
+        explanation=marked("How long a fall must last before it fires. Longer avoids false triggers, costs height."),
+        reply=CENTISECOND, reply_key="value_s", query_data=0x00, write=CENTISECOND, write_key="set_s",
+        acknowledged_by_one=True, is_setting=True, default=160,
+    ),
+    Command(
+        code=0x23, name="boot_count", title=marked("Boot count"), vendor_term="开机次数",
+        explanation=marked("How often the module was switched on; 0 follows 255."),
+        reply=COUNT, reply_key="boot_count", query_data=0x00,
+    ),
+    Command(
+        code=0x24, name="baud_rate", title=marked("Baud rate"), vendor_term="波特率",
+        explanation=marked("Speed of the serial line. The vendor advises not to change it."),
+        reply=BAUD, reply_key="value_baud", write=BAUD, write_key="set_baud",
+        write_hazards=dict.fromkeys(BAUD.values, Hazard.DANGEROUS), acknowledged_by_one=True,
+        is_setting=True, default=6, advice=Advice(marked("Do not change it.")),
+    ),
+    Command(
+        code=0x25, name="zero_sensor", title=marked("Zero the sensor"), vendor_term="传感器置零",
+        explanation=marked("Takes today's mounting as level. For small mounting errors only."),
+        reply=Done(), query_data=0x00, query_hazard=Hazard.DANGEROUS, is_action=True,
+    ),
+    Command(
+        code=0x30, name="active", title=marked("Active?"), vendor_term="是否激活",
+        explanation=marked("01 is active; anything else is not."),
+        reply=Flag(lenient=True), reply_key="active", query_data=0x00,
+    ),
+    Command(
+        code=0x31, name="triggered", title=marked("Triggered?"), vendor_term="开伞状态",
+        explanation=marked("01 is triggered; anything else is not."),
+        reply=Flag(lenient=True), reply_key="triggered", query_data=0x00,
+    ),
+    Command(
+        code=STATUS_CODE, name="status", title=marked("Status"), vendor_term="降落伞状态",
+        explanation=marked("Tilt, acceleration, trigger and activation in one report; also what is streamed."),
+        layout=Layout.STATUS, query_data=0x00,
+    ),
+    Command(
+        code=0x33, name="charging", title=marked("Charging"), vendor_term="充电状态",
+        explanation=marked("Whether external power is charging the module."),
+        reply=FLAG, reply_key="charging", query_data=0x00,
+    ),
+    Command(
+        code=0x34, name="cell_voltage", title=marked("Cell voltage"), vendor_term="电芯电压",
+        explanation=marked("Voltage of the module's cell; with external power connected it is the charging voltage."),
+        reply=CELL_VOLT, reply_key="cell_voltage_v", query_data=0x00,
+        extra_reply_codes=frozenset((RECORD_CODE,)),
+    ),
+    Command(
+        code=RECORD_CODE, name="trigger_records", title=marked("Trigger records"), vendor_term="触发记录",
+        explanation=marked("The last nine triggers, each with the settings and readings of its moment."),
+        layout=Layout.RECORD, query_data=0x00,
+    ),
+)  # fmt: skip
+
+BY_CODE: dict[int, Command] = {command.code: command for command in COMMANDS}
+BY_NAME: dict[str, Command] = {command.name: command for command in COMMANDS}
+SETTINGS: tuple[Command, ...] = tuple(command for command in COMMANDS if command.is_setting)
+
+HEARTBEAT = BY_NAME["heartbeat"]
+STATUS = BY_NAME["status"]
+TRIGGER_RECORDS = BY_NAME["trigger_records"]
+CELL_VOLTAGE = BY_NAME["cell_voltage"]
+SERIAL_OUTPUT = BY_NAME["serial_output"]
+ACTIVATION = BY_NAME["activation"]
+BAUD_RATE = BY_NAME["baud_rate"]
+BAUD_RATES: tuple[int, ...] = tuple(sorted(BAUD.values.values(), reverse=True))
+DEFAULT_BAUD_RATE = 115200
+RESET_BELOW_THRESHOLD_DEG = 10  # "复位角度=姿态阈值角度减10°"

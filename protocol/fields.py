@@ -1,0 +1,176 @@
+"""What one data byte (D4 of a six-byte frame) means: the four kinds of field in the vendor's table.
+
+Three representations of a value, and the way between them:
+
+    on the wire        in the program          in the unit a person reads
+    0x05 (u8)    <->   5 / 10 = 0.5 (float) <-> "0.5 g"
+
+`decode` accepts whatever byte is in `allowed`; the stream parser has rejected every other byte before.
+`encode` refuses what a byte cannot carry exactly: it never rounds, because a rounded threshold is one that
+nobody asked for.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from decimal import Decimal
+from itertools import count
+
+from protocol.text import marked
+
+Value = bool | int | float
+
+EVERY_BYTE = frozenset(range(256))
+
+
+class ValueRefused(ValueError):
+    """A value that the field's byte cannot carry.
+
+    `neighbours` are the nearest values that it can carry: two for a value between two steps, one for a value
+    outside the range, the whole set for a choice.
+    """
+
+    def __init__(self, reason: str, neighbours: tuple[Value, ...]) -> None:
+        super().__init__(reason)
+        self.neighbours = neighbours
+
+
+@dataclass(frozen=True, slots=True)
+class Quantity:
+    """A measured or set amount: byte / `per_unit`, in `unit`.
+
+    Dividing by a whole number gives the nearest float to the decimal that the vendor prints (190 / 50 is 3.8),
+    which multiplying by 0.02 does not.
+    """
+
+    unit: str
+    """Symbol beside the number: "V", "g", "s", "°", or "" for a count."""
+    suffix: str
+    """What a name gets to carry the unit: "_v" makes "light_v"."""
+    per_unit: int
+    """Steps to one unit: 10 for a step of 0.1 V. Divides a power of ten, so that every step has an end."""
+
+    @property
+    def allowed(self) -> frozenset[int]:
+        return EVERY_BYTE
+
+    @property
+    def decimals(self) -> int:
+        """Digits behind the point that show every step and no more."""
+        return next(places for places in count() if 10**places % self.per_unit == 0)
+
+    @property
+    def maximum(self) -> float:
+        return 255 / self.per_unit
+
+    def decode(self, raw: int) -> Value:
+        return raw if self.per_unit == 1 else raw / self.per_unit
+
+    def encode(self, value: Value) -> int:
+        """Byte for `value`; raises `ValueRefused` off the range 0 … `maximum` or between two steps."""
+        if isinstance(value, bool):
+            raise ValueRefused("a number is needed, not yes or no", ())
+        exact = Decimal(str(value))
+        if not exact.is_finite():
+            raise ValueRefused("a finite number is needed", ())
+        steps = exact * self.per_unit
+        if not 0 <= steps <= 255:
+            nearest = 0 if steps < 0 else 255
+            limits = f"{self.text(0)} to {self.text(255)}"
+            raise ValueRefused(f"{value} is outside {limits}", (self.decode(nearest),))
+        raw = int(steps)
+        if steps != raw:
+            low, high = self.decode(raw), self.decode(raw + 1)
+            between = f"{self.text(raw)} and {self.text(raw + 1)}"
+            raise ValueRefused(f"{value} lies between the steps {between}", (low, high))
+        return raw
+
+    def text(self, raw: int) -> str:
+        """ "1.60 s", "60°", "37": the byte as a person reads it."""
+        gap = "" if self.unit in ("°", "") else " "
+        return f"{raw / self.per_unit:.{self.decimals}f}{gap}{self.unit}"
+
+
+@dataclass(frozen=True, slots=True)
+class Flag:
+    """Yes or no. `true` is the byte for yes: 00 for the two inverted trigger flags (16, 17).
+
+    `lenient`: any byte but `true` means no, as the table says of 30 and 31 ("01 active, anything else not").
+    """
+
+    true: int = 0x01
+    lenient: bool = False
+    suffix: str = ""
+
+    @property
+    def false(self) -> int:
+        return 1 - self.true
+
+    @property
+    def allowed(self) -> frozenset[int]:
+        return EVERY_BYTE if self.lenient else frozenset((0x00, 0x01))
+
+    def decode(self, raw: int) -> Value:
+        return raw == self.true
+
+    def encode(self, value: Value) -> int:
+        """Byte for `value`; raises `ValueRefused` for anything but True and False."""
+        if not isinstance(value, bool):
+            raise ValueRefused("yes or no is needed", (True, False))
+        return self.true if value else self.false
+
+    def text(self, raw: int) -> str:
+        return marked("yes") if raw == self.true else marked("no")
+
+
+@dataclass(frozen=True, slots=True)
+class Choice:
+    """One of a few values, each with a code of its own (the baud rates)."""
+
+    values: Mapping[int, int] = field(hash=False)
+    """Code on the wire -> value."""
+    unit: str
+    suffix: str = ""
+
+    @property
+    def allowed(self) -> frozenset[int]:
+        return frozenset(self.values)
+
+    def decode(self, raw: int) -> Value:
+        return self.values[raw]
+
+    def encode(self, value: Value) -> int:
+        """Code for `value`; raises `ValueRefused` for a value that has none."""
+        for code, known in self.values.items():
+            if known == value and not isinstance(value, bool):
+                return code
+        listed = ", ".join(str(known) for known in self.values.values())
+        raise ValueRefused(f"{value} is not one of {listed}", tuple(self.values.values()))
+
+    def text(self, raw: int) -> str:
+        return f"{self.values[raw]} {self.unit}"
+
+
+@dataclass(frozen=True, slots=True)
+class Done:
+    """A byte that is always 01 and says only "understood" (12, 25)."""
+
+    suffix: str = ""
+
+    @property
+    def allowed(self) -> frozenset[int]:
+        return frozenset((0x01,))
+
+    def decode(self, raw: int) -> Value:
+        return raw == 0x01
+
+    def encode(self, value: Value) -> int:
+        """01; raises `ValueRefused` for anything but True, since there is no byte for "do not"."""
+        if value is not True:
+            raise ValueRefused("this can only be done, not undone", (True,))
+        return 0x01
+
+    def text(self, raw: int) -> str:
+        return marked("done") if raw == 0x01 else f"{raw:02X}"
+
+
+Field = Quantity | Flag | Choice | Done

@@ -1,0 +1,359 @@
+"""One conversation with one module, without port, clock or thread: bytes and `now` in, bytes and events out.
+
+Rules that it lives by:
+
+- One request in flight. Replies are matched by what was asked, never by position.
+- Only questions are asked again. A set or an act goes onto the wire once; unanswered, it is `OutcomeUnknown`.
+- A module answers in the order in which it was asked (the table knows no other). So once it has answered something
+  that was asked later, nothing earlier can still come. Where an earlier reply could be mistaken for the present one
+  (the acknowledgement of a set for its read-back, a trigger record for a cell voltage, 16 for 17), the link first
+  sends a heartbeat, the *fence*, and lets everything that comes before its answer pass by as late.
+- Two heartbeats that nobody asked for are a restart.
+- A heartbeat goes out when nothing has proven the link for ten seconds; unanswered, the module is offline.
+
+The owner writes what `take_outgoing` gives after each call, and calls `tick` no later than `next_deadline` says.
+All state changes go through the two tables of `link_states`.
+"""
+
+from collections import deque
+from dataclasses import dataclass, replace
+
+from protocol.catalogue import HEARTBEAT, Hazard, Layout, Request
+from protocol.events import (
+    Answered,
+    Counters,
+    Event,
+    OutcomeUnknown,
+    Received,
+    Rejected,
+    Restarted,
+    Role,
+    Sent,
+    Unanswered,
+    WentOffline,
+    WentOnline,
+)
+from protocol.frame import Direction, Frame, Noise
+from protocol.link_states import EXCHANGE, PRESENCE, Exchange, Presence, Sign, Step
+from protocol.messages import Heartbeat, Message, Status, answers, decode
+from protocol.round_trips import RoundTrips, Timing
+from protocol.stream import Piece, StreamParser
+
+
+class LinkMisused(RuntimeError):
+    """A bug of the owner: a second request while one is in flight, or a dangerous one without an explicit act."""
+
+
+@dataclass(frozen=True, slots=True)
+class _Flight:
+    """The request in flight and how far it is."""
+
+    request: Request
+    waits_s: tuple[float, ...]
+    attempt: int = 0
+    sent_at: float = 0.0
+    deadline: float = 0.0
+    messages: tuple[Message, ...] = ()
+    collects_until: float = 0.0
+
+
+@dataclass(frozen=True, slots=True)
+class _Owed:
+    """A request whose answer may still come."""
+
+    request: Request
+    at: float
+
+
+_HEARTBEAT = HEARTBEAT.query()
+
+
+def _overlap(one: Request, other: Request) -> bool:
+    return bool(one.command.reply_codes & other.command.reply_codes)
+
+
+class Link:
+    """See the module's docstring. One object for one opening of a port."""
+
+    def __init__(self, now: float, *, timing: Timing | None = None) -> None:
+        self.timing = timing or Timing()
+        self.counters = Counters()
+        self.round_trips = RoundTrips()
+        self.exchange = Exchange.IDLE
+        self.presence = Presence.UNKNOWN
+        self._parser = StreamParser()
+        self._outgoing = bytearray()
+        self._flight: _Flight | None = None
+        self._behind_fence: _Flight | None = None
+        self._owed: deque[_Owed] = deque(maxlen=32)
+        self._not_past: list[Request] = []
+        """Requests of which a (further) reply may still be under way, oldest first: see the fence."""
+        self._last_answered: _Owed | None = None
+        self._unasked_heartbeat_at: float | None = None
+        self._last_byte_at = now
+        self._proven_at = now
+        self._probe_at = now + self.timing.heartbeat_every_s
+
+    # What the owner calls
+
+    @property
+    def is_idle(self) -> bool:
+        return self.exchange is Exchange.IDLE
+
+    def ask(
+        self,
+        request: Request,
+        now: float,
+        *,
+        waits_s: tuple[float, ...] | None = None,
+        is_deliberate: bool = False,
+    ) -> list[Event]:
+        """Send `request`; its outcome comes later as `Answered`, `Unanswered` or `OutcomeUnknown`, exactly one of them.
+
+        `waits_s` sets how long each attempt waits (seconds) and how many there are; ignored beyond the first for
+        what must not be repeated. A dangerous request needs `is_deliberate`. Raises `LinkMisused` while another
+        request is in flight.
+        """
+        if not self.is_idle:
+            raise LinkMisused(f"{request.command.name} asked while the link is {self.exchange.name}")
+        if request.hazard is Hazard.DANGEROUS and not is_deliberate:
+            raise LinkMisused(f"{request.command.name} is dangerous and was not asked for by an explicit act")
+        if request.command.layout is Layout.RECORD or not request.is_repeatable:
+            waits = (waits_s or (self.timing.answer_s,))[:1]
+        else:
+            waits = waits_s or self.round_trips.waits_s(self.timing)
+        flight = _Flight(request, waits)
+        self._forget_owed(now)
+        if self._needs_fence(request):
+            self._behind_fence = flight
+            self._move(Step.ASK_BEHIND_FENCE)
+            return self._send(_Flight(_HEARTBEAT, self.round_trips.waits_s(self.timing)), now)
+        self._move(Step.ASK)
+        return self._send(flight, now)
+
+    def abandon(self, now: float) -> None:
+        """Stop waiting for the request in flight, if there is one. Its reply, should it come, is late."""
+        if self._flight is not None:
+            self._owe(self._flight.request, now)
+        self._behind_fence = None
+        self._finish(Step.ABANDON)
+
+    def take_outgoing(self) -> bytes:
+        """The bytes to write now; the next call gives only newer ones."""
+        outgoing = bytes(self._outgoing)
+        self._outgoing.clear()
+        return outgoing
+
+    def receive(self, data: bytes, now: float) -> list[Event]:
+        """What `data`, just read from the port, means."""
+        if not data:
+            return []
+        self._last_byte_at = now
+        events: list[Event] = []
+        for piece in self._parser.feed(data):
+            self._digest(piece, now, events)
+        return events
+
+    def tick(self, now: float) -> list[Event]:
+        """What the passing of time means; idempotent for the same `now`."""
+        events: list[Event] = []
+        if self._parser.pending and now - self._last_byte_at >= self.timing.quiet_s:
+            for piece in self._parser.flush():
+                self._digest(piece, now, events)
+        suspicion = self._unasked_heartbeat_at
+        if suspicion is not None and now - suspicion >= self.timing.restart_s:
+            self._restart(events, now, is_certain=False)
+        if self._flight is not None and now >= self._flight.deadline:
+            self._run_out(self._flight, now, events)
+        if self.is_idle and now >= self._probe_at:
+            self._move(Step.PROBE)
+            events += self._send(_Flight(_HEARTBEAT, (self.timing.answer_s,)), now)
+        return events
+
+    def next_deadline(self) -> float:
+        """When `tick` has something to do, in monotonic seconds, if nothing arrives before."""
+        deadlines = []
+        if self._flight is not None:
+            deadlines.append(self._flight.deadline)
+        elif self.is_idle:
+            deadlines.append(self._probe_at)
+        if self._parser.pending:
+            deadlines.append(self._last_byte_at + self.timing.quiet_s)
+        if self._unasked_heartbeat_at is not None:
+            deadlines.append(self._unasked_heartbeat_at + self.timing.restart_s)
+        return min(deadlines)
+
+    # Sending
+
+    def _move(self, step: Step) -> None:
+        self.exchange = EXCHANGE[self.exchange, step]
+
+    def _send(self, flight: _Flight, now: float) -> list[Event]:
+        wait_s = flight.waits_s[flight.attempt]
+        self._flight = replace(flight, attempt=flight.attempt + 1, sent_at=now, deadline=now + wait_s)
+        if flight.attempt:
+            self.counters.retries += 1
+        self.counters.sent += 1
+        self._parser.asked = flight.request
+        raw = flight.request.encode()
+        self._outgoing += raw
+        return [Sent(raw, flight.request, flight.attempt + 1, now)]
+
+    def _needs_fence(self, request: Request) -> bool:
+        repeats = request.is_repeatable and request.command.layout is not Layout.RECORD
+        return any(_overlap(earlier, request) for earlier in self._not_past if not (repeats and earlier == request))
+
+    def _owe(self, request: Request, now: float) -> None:
+        self._owed.append(_Owed(request, now))
+        self._remember(request)
+
+    def _remember(self, request: Request) -> None:
+        if request not in self._not_past:
+            self._not_past.append(request)
+
+    def _forget_owed(self, now: float) -> None:
+        while self._owed and now - self._owed[0].at > self.timing.late_s:
+            self._owed.popleft()
+
+    # Receiving
+
+    def _digest(self, piece: Piece, now: float, events: list[Event]) -> None:
+        if isinstance(piece, Noise):
+            self.counters.rejected_bytes[piece.reason] += len(piece.raw)
+            events.append(Rejected(piece, now))
+            return
+        self.counters.frames += 1
+        if piece.direction is Direction.HOST_TO_MODULE:
+            self._note(events, piece, None, Role.ECHO, now)
+            return
+        self._prove(now, events)
+        flight = self._flight
+        if flight is not None and answers(piece.raw, flight.request) and not self._may_precede_fence():
+            self._take_answer(flight, piece, now, events)
+        else:
+            self._take_other(piece, now, events)
+
+    def _note(self, events: list[Event], frame: Frame, message: Message | None, role: Role, now: float) -> None:
+        self.counters.by_role[role] += 1
+        events.append(Received(frame, message, role, now))
+
+    def _prove(self, now: float, events: list[Event]) -> None:
+        self._proven_at = now
+        self._probe_at = now + self.timing.heartbeat_every_s
+        if self.presence is not Presence.ONLINE:
+            self.presence = PRESENCE[self.presence, Sign.FRAME]
+            events.append(WentOnline(now))
+
+    def _may_precede_fence(self) -> bool:
+        """A heartbeat that was given up before the fence went out may still come: it must not open the fence."""
+        return self.exchange is Exchange.FENCING and any(owed.request == _HEARTBEAT for owed in self._owed)
+
+    def _take_answer(self, flight: _Flight, frame: Frame, now: float, events: list[Event]) -> None:
+        message = decode(frame.raw, flight.request)
+        self._note(events, frame, message, Role.ANSWER, now)
+        if flight.request.command.layout is Layout.RECORD:
+            self._collect(flight, message, now)
+            return
+        round_trip_s = now - flight.sent_at if flight.attempt == 1 else None
+        if round_trip_s is not None:
+            self.round_trips.add(round_trip_s)
+        self._last_answered = _Owed(flight.request, now)
+        self._pass_fence(flight.request)
+        self._owed.extend([_Owed(flight.request, now)] * (flight.attempt - 1))
+        if not flight.request.is_repeatable:
+            self._remember(flight.request)
+        fenced, self._behind_fence = self._behind_fence, None
+        probing = self.exchange is Exchange.PROBING
+        self._finish(Step.ANSWER)
+        if fenced is not None:
+            events += self._send(fenced, now)
+        elif not probing:
+            events.append(Answered(flight.request, (message,), flight.attempt, round_trip_s, now))
+
+    def _finish(self, step: Step) -> None:
+        self._move(step)
+        self._flight = None
+        self._parser.asked = None
+
+    def _collect(self, flight: _Flight, message: Message, now: float) -> None:
+        ends = flight.collects_until or now + self.timing.records_longest_s
+        deadline = min(ends, now + self.timing.records_quiet_s)
+        self._flight = replace(flight, messages=(*flight.messages, message), deadline=deadline, collects_until=ends)
+
+    def _pass_fence(self, answered: Request) -> None:
+        """The answer to `answered` proves that the replies to everything asked before it have passed."""
+        if any(_overlap(owed.request, answered) for owed in self._owed):
+            return  # it may be the late answer to an earlier one, which proves less
+        self._not_past = [earlier for earlier in self._not_past if _overlap(earlier, answered)]
+
+    def _take_other(self, frame: Frame, now: float, events: list[Event]) -> None:
+        """A frame that does not answer the request in flight."""
+        self._forget_owed(now)
+        for owed in self._owed:
+            if answers(frame.raw, owed.request):
+                self._owed.remove(owed)
+                self._note(events, frame, decode(frame.raw, owed.request), Role.LATE, now)
+                return
+        last = self._last_answered
+        if last is not None and answers(frame.raw, last.request) and now - last.at <= self.timing.doubled_s:
+            self._last_answered = None
+            self._note(events, frame, decode(frame.raw, last.request), Role.DOUBLED, now)
+            return
+        message = decode(frame.raw)
+        role = Role.STREAMED if isinstance(message, Status) else Role.UNASKED
+        self._note(events, frame, message, role, now)
+        if isinstance(message, Heartbeat):
+            if self._unasked_heartbeat_at is None:
+                self._unasked_heartbeat_at = now
+            else:
+                self._restart(events, now, is_certain=True)
+
+    def _restart(self, events: list[Event], now: float, *, is_certain: bool) -> None:
+        self._unasked_heartbeat_at = None
+        self._owed.clear()
+        self._not_past.clear()
+        self.counters.restarts += 1
+        events.append(Restarted(is_certain, now))
+
+    # Time
+
+    def _run_out(self, flight: _Flight, now: float, events: list[Event]) -> None:
+        if self.exchange is Exchange.DRAINING:
+            self._move(Step.QUIET)
+            events += self._send(flight, now)
+            return
+        if flight.messages:
+            self._remember(flight.request)
+            self._finish(Step.ANSWER)
+            events.append(Answered(flight.request, flight.messages, flight.attempt, None, now))
+            return
+        self.counters.time_outs += 1
+        if flight.attempt < len(flight.waits_s):
+            self._move(Step.TIME_OUT)
+            if self.exchange is Exchange.FENCING:
+                events += self._send(flight, now)
+            else:
+                self._flight = replace(flight, deadline=now + self.timing.drain_s)
+            return
+        self._give_up(flight, now, events)
+
+    def _give_up(self, flight: _Flight, now: float, events: list[Event]) -> None:
+        fenced, self._behind_fence = self._behind_fence, None
+        probing = self.exchange is Exchange.PROBING
+        self._finish(Step.GIVE_UP)
+        self._owe(flight.request, now)
+        self._probe_at = now
+        if flight.request == _HEARTBEAT:
+            self._probe_at = now + self.timing.offline_probe_s
+            if self.presence is not Presence.OFFLINE:
+                self.presence = PRESENCE[self.presence, Sign.HEARTBEAT_LOST]
+                events.append(WentOffline(now))
+        if probing:
+            return
+        waited_s = flight.waits_s[-1]
+        if fenced is not None:
+            events.append(Unanswered(fenced.request, 0, waited_s, now))
+        elif flight.request.is_repeatable:
+            events.append(Unanswered(flight.request, flight.attempt, waited_s, now))
+        else:
+            events.append(OutcomeUnknown(flight.request, waited_s, now))

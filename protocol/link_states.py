@@ -1,0 +1,72 @@
+"""The two state machines of the link, each one literal table: (state, input) -> state. A missing key is a bug."""
+
+from enum import Enum, auto
+
+
+class Exchange(Enum):
+    """What the one request in flight is doing."""
+
+    IDLE = auto()
+    FENCING = auto()
+    """A heartbeat is out; the request waits behind it."""
+    WAITING = auto()
+    DRAINING = auto()
+    """Unanswered; waiting for the line to fall quiet before the next attempt."""
+    PROBING = auto()
+    """The link's own heartbeat is out."""
+
+
+class Step(Enum):
+    ASK = auto()
+    ASK_BEHIND_FENCE = auto()
+    PROBE = auto()
+    ANSWER = auto()
+    TIME_OUT = auto()
+    QUIET = auto()
+    GIVE_UP = auto()
+    ABANDON = auto()
+    """The owner no longer wants the answer."""
+
+
+EXCHANGE: dict[tuple[Exchange, Step], Exchange] = {
+    (Exchange.IDLE, Step.ASK): Exchange.WAITING,
+    (Exchange.IDLE, Step.ASK_BEHIND_FENCE): Exchange.FENCING,
+    (Exchange.IDLE, Step.PROBE): Exchange.PROBING,
+    (Exchange.FENCING, Step.ANSWER): Exchange.WAITING,
+    (Exchange.FENCING, Step.TIME_OUT): Exchange.FENCING,
+    (Exchange.FENCING, Step.GIVE_UP): Exchange.IDLE,
+    (Exchange.WAITING, Step.ANSWER): Exchange.IDLE,
+    (Exchange.WAITING, Step.TIME_OUT): Exchange.DRAINING,
+    (Exchange.WAITING, Step.GIVE_UP): Exchange.IDLE,
+    (Exchange.DRAINING, Step.QUIET): Exchange.WAITING,
+    (Exchange.DRAINING, Step.ANSWER): Exchange.IDLE,
+    (Exchange.DRAINING, Step.GIVE_UP): Exchange.IDLE,
+    (Exchange.PROBING, Step.ANSWER): Exchange.IDLE,
+    (Exchange.PROBING, Step.GIVE_UP): Exchange.IDLE,
+    (Exchange.IDLE, Step.ABANDON): Exchange.IDLE,
+    (Exchange.FENCING, Step.ABANDON): Exchange.IDLE,
+    (Exchange.WAITING, Step.ABANDON): Exchange.IDLE,
+    (Exchange.DRAINING, Step.ABANDON): Exchange.IDLE,
+    (Exchange.PROBING, Step.ABANDON): Exchange.IDLE,
+}
+
+
+class Presence(Enum):
+    UNKNOWN = "unknown"
+    ONLINE = "online"
+    OFFLINE = "offline"
+
+
+class Sign(Enum):
+    FRAME = auto()
+    HEARTBEAT_LOST = auto()
+
+
+PRESENCE: dict[tuple[Presence, Sign], Presence] = {
+    (Presence.UNKNOWN, Sign.FRAME): Presence.ONLINE,
+    (Presence.ONLINE, Sign.FRAME): Presence.ONLINE,
+    (Presence.OFFLINE, Sign.FRAME): Presence.ONLINE,
+    (Presence.UNKNOWN, Sign.HEARTBEAT_LOST): Presence.OFFLINE,
+    (Presence.ONLINE, Sign.HEARTBEAT_LOST): Presence.OFFLINE,
+    (Presence.OFFLINE, Sign.HEARTBEAT_LOST): Presence.OFFLINE,
+}

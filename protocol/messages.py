@@ -1,0 +1,231 @@
+"""Decoded module frames: frozen, typed, with the unit in each name.
+
+A frame alone does not say what it means: a six-byte 35 is a cell voltage when that was asked (E3), a 16 answers a
+set of 17 (E4), D4 = 01 after a set may be "understood" instead of a value (E2). So `decode` takes the request that is
+being answered, where there is one.
+"""
+
+from dataclasses import dataclass
+from enum import Flag as BitFlag
+
+from protocol.catalogue import (
+    BY_CODE,
+    CELL_VOLT,
+    CELL_VOLTAGE,
+    CENTISECOND,
+    DEGREE,
+    FLAG,
+    HEARTBEAT_CODE,
+    INVERTED,
+    RECORD_CODE,
+    STATUS_CODE,
+    TENTH_G,
+    TENTH_VOLT,
+    Command,
+    Layout,
+    Request,
+)
+from protocol.fields import Value
+from protocol.frame import encode_long, is_empty_slot
+from protocol.text import marked
+
+HIGHEST_CELL_V = 4.2
+"""No lithium cell stands above it; the table's own example says D2 = 4.2 V is full (E12)."""
+LOWEST_CELL_V = 2.5
+"""Below it a lithium cell is destroyed and could not have driven the module."""
+
+
+@dataclass(frozen=True, slots=True)
+class Heartbeat:
+    """Code 01: the module is there."""
+
+
+@dataclass(frozen=True, slots=True)
+class Reading:
+    """The value that a command's six-byte reply carries. `raw` is D4."""
+
+    command: Command
+    raw: int
+
+    @property
+    def value(self) -> Value:
+        """In the unit of the command's field. Raises `LookupError` for a command whose reply carries none."""
+        if self.command.reply is None:
+            raise LookupError(f"the reply to {self.command.name} carries no value")
+        return self.command.reply.decode(self.raw)
+
+
+@dataclass(frozen=True, slots=True)
+class Acknowledgement:
+    """The reply to a set, or to the act in the shape of a query (25): received, which is not yet "stands" (E2)."""
+
+    request: Request
+    raw: int
+
+    @property
+    def is_echo(self) -> bool:
+        """The module repeated the value that was sent."""
+        return self.raw == self.request.data
+
+    @property
+    def is_accepted(self) -> bool:
+        """The value itself, or 01 where the table says that 01 means success (E2, and 25, which sends no value)."""
+        is_by_one = self.request.command.acknowledged_by_one or not self.request.is_set
+        return self.is_echo or (is_by_one and self.raw == 0x01)
+
+
+@dataclass(frozen=True, slots=True)
+class Status:
+    """Code 32: `41 75 32 tilt acc trig act sum`. Also what is streamed."""
+
+    tilt_deg: int
+    """Angle to the horizontal plane, whole degrees, 0 … 255."""
+    acceleration_g: float
+    """Magnitude, 0.0 … 25.5 g in steps of 0.1."""
+    triggered: bool
+    active: bool
+
+    def encode(self) -> bytes:
+        data = (
+            DEGREE.encode(self.tilt_deg),
+            TENTH_G.encode(self.acceleration_g),
+            FLAG.encode(self.triggered),
+            FLAG.encode(self.active),
+        )
+        return encode_long(STATUS_CODE, bytes(data))
+
+
+class Source(BitFlag):
+    """What pulled the trigger (D7). Bits may be combined; the upper four are in no table."""
+
+    SERIAL = 0x01
+    ATTITUDE = 0x02
+    PWM = 0x04
+    FREEFALL = 0x08
+    BIT4 = 0x10
+    BIT5 = 0x20
+    BIT6 = 0x40
+    BIT7 = 0x80
+
+
+@dataclass(frozen=True, slots=True)
+class TriggerRecord:
+    """Code 35, sixteen bytes: one trigger and the module's state at its moment. Byte numbers are the table's."""
+
+    boot_count: int
+    """D4: which power-on it was."""
+    uptime_s: int
+    """D5 D6: seconds since that power-on, 0 … 65535."""
+    sources: tuple[str, ...]
+    """D7: names from `Source`, lower case, lowest bit first."""
+    attitude_threshold_deg: int
+    freefall_acceleration_g: float
+    freefall_time_s: float
+    serial_connected: bool
+    """D11: 00 is connected."""
+    charging: bool
+    """D12: 00 is charging, the opposite of command 33."""
+    light_v: float
+    """D13: the light at the trigger; the example's caption "threshold" is wrong (E14)."""
+    cell_voltage_v: float
+    """D14."""
+    raw: bytes
+
+    @property
+    def implausible(self) -> tuple[str, ...]:
+        """Names of the values that cannot be true of a lithium cell without external power (E12)."""
+        in_range = LOWEST_CELL_V <= self.cell_voltage_v <= HIGHEST_CELL_V
+        return () if in_range or self.charging else ("cell_voltage_v",)
+
+
+@dataclass(frozen=True, slots=True)
+class EmptySlot:
+    """A record slot that was never used: all 00 or all FF (E7). Not a trigger."""
+
+    raw: bytes
+
+
+Message = Heartbeat | Reading | Acknowledgement | Status | TriggerRecord | EmptySlot
+
+
+def decode_status(raw: bytes) -> Status:
+    """The eight bytes of a valid status frame."""
+    return Status(raw[3], raw[4] / TENTH_G.per_unit, raw[5] == 0x01, raw[6] == 0x01)
+
+
+def decode_record(raw: bytes) -> TriggerRecord | EmptySlot:
+    """The sixteen bytes of a valid record frame."""
+    if is_empty_slot(raw):
+        return EmptySlot(raw)
+    names = tuple((source.name or "").lower() for source in Source if raw[7] & source.value)
+    return TriggerRecord(
+        boot_count=raw[4],
+        uptime_s=raw[5] << 8 | raw[6],
+        sources=names,
+        attitude_threshold_deg=raw[8],
+        freefall_acceleration_g=TENTH_G.decode(raw[9]),
+        freefall_time_s=CENTISECOND.decode(raw[10]),
+        serial_connected=INVERTED.decode(raw[11]) is True,
+        charging=INVERTED.decode(raw[12]) is True,
+        light_v=TENTH_VOLT.decode(raw[13]),
+        cell_voltage_v=CELL_VOLT.decode(raw[14]),
+        raw=raw,
+    )
+
+
+def decode(raw: bytes, asked: Request | None = None) -> Message:
+    """What a valid module frame says, as the answer to `asked` where it can be one (`answers`)."""
+    code = raw[2]
+    if code == HEARTBEAT_CODE:
+        return Heartbeat()
+    if code == STATUS_CODE:
+        return decode_status(raw)
+    if len(raw) == Layout.RECORD.value:
+        return decode_record(raw)
+    if asked is not None and answers(raw, asked):
+        if asked.is_repeatable:
+            return Reading(asked.command, raw[4])
+        return Acknowledgement(asked, raw[4])
+    return Reading(CELL_VOLTAGE if code == RECORD_CODE else BY_CODE[code], raw[4])
+
+
+def answers(raw: bytes, asked: Request) -> bool:
+    """Whether a valid module frame can be the answer to `asked`: by code, by length and by allowed value."""
+    command = asked.command
+    if raw[2] not in command.reply_codes or len(raw) != command.layout.value:
+        return False
+    if command.reply is None or asked.is_set:
+        return True
+    return raw[4] in command.reply.allowed
+
+
+@dataclass(frozen=True, slots=True)
+class Part:
+    """One named value of a long frame: for documents and drawings of its bytes."""
+
+    name: str
+    first: int
+    """Index of its first byte in the frame (D0 is the header's first)."""
+    length: int
+    meaning: str
+    """English, translatable."""
+
+
+STATUS_PARTS: tuple[Part, ...] = (
+    Part("tilt_deg", 3, 1, marked("tilt, 1°")),
+    Part("acceleration_g", 4, 1, marked("acceleration, 0.1 g")),
+    Part("triggered", 5, 1, marked("01 triggered, 00 not")),
+    Part("active", 6, 1, marked("01 active, 00 not")),
+)
+RECORD_PARTS: tuple[Part, ...] = (
+    Part("boot_count", 4, 1, marked("boot count at the trigger")),
+    Part("uptime_s", 5, 2, marked("seconds since power-on, high byte first")),
+    Part("sources", 7, 1, marked("one bit each: 01 serial, 02 attitude, 04 PWM, 08 free fall")),
+    Part("attitude_threshold_deg", 8, 1, marked("attitude threshold then, 1°")),
+    Part("freefall_acceleration_g", 9, 1, marked("free-fall acceleration threshold then, 0.1 g")),
+    Part("freefall_time_s", 10, 1, marked("free-fall time then, 0.01 s")),
+    Part("serial_connected", 11, 1, marked("00 serial link connected, 01 not")),
+    Part("charging", 12, 1, marked("00 external power, charging; 01 not")),
+    Part("light_v", 13, 1, marked("light at the trigger, 0.1 V")),
+    Part("cell_voltage_v", 14, 1, marked("cell voltage, 0.02 V")),
+)
