@@ -89,7 +89,7 @@ def meaning(frame: Frame, asked: Asked = None) -> dict[str, Plain]:
 def sentence(piece: Frame | Noise, asked: Asked = None) -> str:
     """One line for a person, in the language in use; rejected bytes are explained by their reason."""
     if isinstance(piece, Noise):
-        return tr("no frame: {why}", why=piece.detail)
+        return tr("no frame: {why}", why=tr(piece.fault.text, **piece.fault.values))
     if piece.direction is Direction.HOST_TO_MODULE:
         return _words_of_request(decode_request(piece.raw))
     return _words_of_message(read_reply(piece.raw, asked), asked)
@@ -211,7 +211,8 @@ def _inside(title: str) -> str:
 
 
 def _value(field: Quantity | Flag | Choice | Done, raw: int) -> str:
-    return field.text(raw) if isinstance(field, Quantity | Choice) else tr(field.text(raw))
+    text = field.text(raw)
+    return text if isinstance(field, Quantity | Choice) else tr(text)
 
 
 def _words_of_request(request: Request) -> str:
@@ -274,7 +275,7 @@ def _what(command: Command, raw: int) -> str:
 
 def _words_of_record(record: TriggerRecord) -> str:
     minutes, seconds = divmod(record.uptime_s, 60)
-    sources = ", ".join(tr(_SOURCES.get(name, name)) for name in record.sources)
+    sources = ", ".join(tr(_SOURCES[name]) if name in _SOURCES else name for name in record.sources)
     words = tr(
         "trigger record: boot {boot}, {minutes} min {seconds} s after power-on, source {sources}; cell {cell:.2f} V",
         boot=record.boot_count,

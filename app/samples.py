@@ -81,6 +81,12 @@ class _Ring:
         self._columns = [np.empty(self._length, kind) for kind in kinds]
         self._start = 0
         self._stop = 0
+        self._appended = 0
+
+    @property
+    def has_dropped(self) -> bool:
+        """Rows were more than it keeps."""
+        return self._appended > self.capacity
 
     def __len__(self) -> int:
         return self._stop - self._start
@@ -90,6 +96,7 @@ class _Ring:
 
     def append(self, *rows: NDArray[np.floating]) -> None:
         count = len(rows[0])
+        self._appended += count
         if count > self.capacity:
             rows = tuple(row[-self.capacity :] for row in rows)
             count = self.capacity
@@ -183,15 +190,16 @@ class Series:
     def decimated(self, start_s: float, end_s: float, buckets: int = 1000) -> Envelope:
         """The span as an envelope of ``buckets`` buckets and two for the ends, or less.
 
-        Few samples come back as they are, one per bucket.  The buckets at the ends are whole: they may hold
-        samples just outside the span.  Raises ValueError for a span or number that is not positive.
+        Few samples come back as they are, one per bucket, with the one before and the one after the span.
+        The buckets at the ends are whole: they may hold samples just outside the span.  Raises ValueError for a span or number that is not positive.
         """
         if not end_s > start_s or buckets < 1:
             raise ValueError(f"no picture of {buckets} buckets from {start_s} to {end_s} s")
         width_s = bucket_width_s((end_s - start_s) / buckets)
         exact_since_s = self.exact_since_s
         start, end, low, high = self._summary_columns()
-        needs_summary = bool(len(start)) and start[0] < exact_since_s and start_s < exact_since_s
+        # Equal times count as older: the exact part may have lost one of several samples of one instant.
+        needs_summary = self._exact.has_dropped and start[0] <= exact_since_s and start_s <= exact_since_s
         if width_s % SUMMARY_S == 0 or (needs_summary and width_s > SUMMARY_S):
             width_s = math.ceil(width_s / SUMMARY_S) * SUMMARY_S
             # At a slow rate the exact samples reach back further than the summary does.
@@ -200,14 +208,14 @@ class Series:
             if needs_summary or (reaches_back and len(window.time_s) > buckets):
                 return self._from_summary(start_s, end_s, width_s)
         if not needs_summary:
-            return self._from_exact(start_s, end_s, width_s)
+            return self._from_exact(start_s, end_s, width_s, has_neighbours=True)
         # Where the exact samples begin in the middle of a bucket, that bucket comes from the summary.
-        seam_s = math.ceil(exact_since_s / SUMMARY_S) * SUMMARY_S
+        seam_s = (math.floor(exact_since_s / SUMMARY_S) + 1) * SUMMARY_S
         if seam_s >= end_s:
             return self._from_summary(start_s, end_s, SUMMARY_S)
         old = int(np.searchsorted(start, seam_s, "left"))
         first = max(0, int(np.searchsorted(end, start_s, "left")))
-        new = self._from_exact(seam_s, end_s, width_s)
+        new = self._from_exact(seam_s, end_s, width_s, has_neighbours=False)
         return Envelope(
             np.concatenate((start[first:old], new.start_s)),
             np.concatenate((end[first:old], new.end_s)),
@@ -218,16 +226,20 @@ class Series:
     def _summary_columns(self) -> Envelope:
         return Envelope(*(self._summary.column(number) for number in range(4)))  # type: ignore[arg-type]
 
-    def _from_exact(self, start_s: float, end_s: float, width_s: float) -> Envelope:
+    def _from_exact(
+        self, start_s: float, end_s: float, width_s: float, *, has_neighbours: bool
+    ) -> Envelope:
         edges = _edges(start_s, end_s, width_s)
         times = self._times
         bounds = np.searchsorted(times, edges, "left")
         first, stop = int(bounds[0]), int(bounds[-1])
-        times, values = times[first:stop], self._values[first:stop]
-        if len(times) <= len(edges):
+        if stop - first + 2 <= len(edges):
+            if has_neighbours:
+                first, stop = max(0, first - 1), stop + 1
+            times, values = times[first:stop], self._values[first:stop]
             return Envelope(times.copy(), times.copy(), values.copy(), values.copy())
         firsts = bounds[:-1][bounds[:-1] < bounds[1:]] - first
-        return _buckets(times, values, firsts)
+        return _buckets(times[first:stop], self._values[first:stop], firsts)
 
     def _from_summary(self, start_s: float, end_s: float, width_s: float) -> Envelope:
         start, end, low, high = self._summary_columns()

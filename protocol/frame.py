@@ -12,8 +12,8 @@ something that the table allows: a known code, its control byte, a value from th
 passes all of this is still only as true as eight bits can make it.
 """
 
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
 from enum import Enum
 from typing import NamedTuple
 
@@ -30,6 +30,7 @@ from protocol.catalogue import (
     Layout,
     Request,
 )
+from protocol.text import marked
 
 HOST_FRAME_LENGTH = 6
 LONGEST_FRAME = Layout.RECORD.value
@@ -72,21 +73,35 @@ class Frame(NamedTuple):
 
 
 @dataclass(frozen=True, slots=True)
-class Noise:
-    """A run of bytes that is no frame, with the reason, in words and hex that a technician can report."""
+class Fault:
+    """What is wrong with bytes that begin like a frame: English, translatable, with the bytes at fault in hex."""
 
-    raw: bytes
     reason: Reason
-    detail: str
-    offset: int = 0
+    text: str
+    values: Mapping[str, str] = field(default_factory=dict, hash=False)
+    """What the placeholders of `text` stand for."""
+
+    @property
+    def detail(self) -> str:
+        """The whole sentence in English, as a technician can report it."""
+        return self.text.format(**self.values)
 
 
 @dataclass(frozen=True, slots=True)
-class Fault:
-    """What `check` found wrong."""
+class Noise:
+    """A run of bytes that is no frame, with what is wrong with it."""
 
-    reason: Reason
-    detail: str
+    raw: bytes
+    fault: Fault
+    offset: int = 0
+
+    @property
+    def reason(self) -> Reason:
+        return self.fault.reason
+
+    @property
+    def detail(self) -> str:
+        return self.fault.detail
 
 
 def checksum(body: bytes) -> int:
@@ -134,22 +149,40 @@ def _host_forms() -> dict[int, dict[int, frozenset[int]]]:
 SHORT_VALUES = _short_values()
 HOST_FORMS = _host_forms()
 _HEARTBEAT_BODY = bytes((0xA5, 0x5A))
-_RECORD_FLAGS = (11, 12)  # D11 serial link, D12 charging
 
 
 def _sum_fault(raw: bytes) -> Fault | None:
     expected = checksum(raw[2:-1])
     if raw[-1] == expected:
         return None
-    return Fault(Reason.CHECKSUM, f"checksum {raw[-1]:02X}, the sum is {expected:02X}")
+    values = {"found": f"{raw[-1]:02X}", "expected": f"{expected:02X}"}
+    return Fault(Reason.CHECKSUM, marked("checksum {found}, the sum is {expected}"), values)
 
 
-def _flag_fault(name: str, value: int) -> Fault | None:
-    return Fault(Reason.VALUE, f"{name} flag {value:02X}, expected 00 or 01") if value > 1 else None
+def unknown_code(code: int) -> Fault:
+    return Fault(Reason.UNKNOWN_CODE, marked("unknown command code {code}"), {"code": f"{code:02X}"})
+
+
+def wrong_control(control: int) -> Fault:
+    """A module frame whose control byte is not 01."""
+    return Fault(Reason.CONTROL, marked("control byte {control}, expected 01"), {"control": f"{control:02X}"})
+
+
+def _wrong_value(raw: bytes) -> Fault:
+    values = {"value": f"{raw[4]:02X}", "code": f"{raw[2]:02X}"}
+    return Fault(Reason.VALUE, marked("value {value} is not one that the table allows for {code}"), values)
+
+
+def _flag_fault(text: str, value: int) -> Fault | None:
+    return Fault(Reason.VALUE, text, {"value": f"{value:02X}"}) if value > 1 else None
 
 
 def _check_status(raw: bytes) -> Fault | None:
-    return _sum_fault(raw) or _flag_fault("trigger", raw[5]) or _flag_fault("activation", raw[6])
+    return (
+        _sum_fault(raw)
+        or _flag_fault(marked("trigger flag {value}, expected 00 or 01"), raw[5])
+        or _flag_fault(marked("activation flag {value}, expected 00 or 01"), raw[6])
+    )
 
 
 def is_empty_slot(raw: bytes) -> bool:
@@ -160,40 +193,37 @@ def is_empty_slot(raw: bytes) -> bool:
 
 def _check_record(raw: bytes) -> Fault | None:
     if raw[3] != QUERY:
-        return Fault(Reason.CONTROL, f"control byte {raw[3]:02X}, expected 01")
+        return wrong_control(raw[3])
     fault = _sum_fault(raw)
     if fault is not None or is_empty_slot(raw):
         return fault
-    link, charge = (raw[position] for position in _RECORD_FLAGS)
-    return _flag_fault("serial link", link) or _flag_fault("charging", charge)
+    return _flag_fault(marked("serial link flag {value}, expected 00 or 01"), raw[11]) or _flag_fault(
+        marked("charging flag {value}, expected 00 or 01"), raw[12]
+    )
 
 
 def _check_short(raw: bytes) -> Fault | None:
     code = raw[2]
     if code == HEARTBEAT_CODE:
         if raw[3:5] != _HEARTBEAT_BODY:
-            return Fault(Reason.VALUE, f"heartbeat carries {raw[3:5].hex(' ').upper()}, expected A5 5A")
+            values = {"found": raw[3:5].hex(" ").upper()}
+            return Fault(Reason.VALUE, marked("heartbeat carries {found}, expected A5 5A"), values)
         return _sum_fault(raw)
     if raw[3] != QUERY:
-        return Fault(Reason.CONTROL, f"control byte {raw[3]:02X}, expected 01")
-    fault = _sum_fault(raw)
-    if fault is None and raw[4] not in SHORT_VALUES[code]:
-        return Fault(Reason.VALUE, f"value {raw[4]:02X} is not one that the table allows for {code:02X}")
-    return fault
+        return wrong_control(raw[3])
+    return _sum_fault(raw) or (None if raw[4] in SHORT_VALUES[code] else _wrong_value(raw))
 
 
 def check_host(raw: bytes) -> Fault | None:
     """What is wrong with these six bytes as a host frame, or None. The header is taken for granted."""
     forms = HOST_FORMS.get(raw[2])
     if forms is None:
-        return Fault(Reason.UNKNOWN_CODE, f"unknown command code {raw[2]:02X}")
+        return unknown_code(raw[2])
     values = forms.get(raw[3])
     if values is None:
-        return Fault(Reason.CONTROL, f"control byte {raw[3]:02X} does not go with command {raw[2]:02X}")
-    fault = _sum_fault(raw)
-    if fault is None and raw[4] not in values:
-        return Fault(Reason.VALUE, f"value {raw[4]:02X} is not one that the table allows for {raw[2]:02X}")
-    return fault
+        names = {"control": f"{raw[3]:02X}", "code": f"{raw[2]:02X}"}
+        return Fault(Reason.CONTROL, marked("control byte {control} does not go with command {code}"), names)
+    return _sum_fault(raw) or (None if raw[4] in values else _wrong_value(raw))
 
 
 def module_check(length: int) -> Callable[[bytes], Fault | None]:

@@ -157,11 +157,11 @@ class Link:
     def tick(self, now: float) -> list[Event]:
         """What the passing of time means; idempotent for the same `now`."""
         events: list[Event] = []
-        if self._parser.pending and now - self._last_byte_at >= self.timing.quiet_s:
+        if self._parser.pending and now >= self._last_byte_at + self.timing.quiet_s:
             for piece in self._parser.flush():
                 self._digest(piece, now, events)
         suspicion = self._unasked_heartbeat_at
-        if suspicion is not None and now - suspicion >= self.timing.restart_s:
+        if suspicion is not None and now >= suspicion + self.timing.restart_s:
             self._restart(events, now, is_certain=False)
         if self._flight is not None and now >= self._flight.deadline:
             self._run_out(self._flight, now, events)
@@ -342,7 +342,7 @@ class Link:
         probing = self.exchange is Exchange.PROBING
         self._finish(Step.GIVE_UP)
         self._owe(flight.request, now)
-        self._probe_at = now
+        self._probe_at = now + self.timing.probe_after_s
         if flight.request == _HEARTBEAT:
             self._probe_at = now + self.timing.offline_probe_s
             if self.presence is not Presence.OFFLINE:

@@ -12,6 +12,8 @@ class Timing:
     """ "若1秒内没有收到模块答复": the vendor gives the module one second."""
     heartbeat_every_s: float = 10.0
     """ "建议上位机发送间隔时间10-30秒"."""
+    probe_after_s: float = 0.1
+    """After an unanswered request, if the owner asks nothing else before: is anybody there?"""
     offline_probe_s: float = 2.0
     """Between heartbeats while the module is offline, so that its return is seen soon."""
     shortest_wait_s: float = 0.15
@@ -31,6 +33,9 @@ class Timing:
     restart_s: float = 0.3
     """Two unasked heartbeats within it are a restart ("间隔50ms"), with room for a late adapter."""
     attempts: int = 3
+
+
+ENOUGH_SAMPLES = 8
 
 
 class RoundTrips:
@@ -67,12 +72,14 @@ class RoundTrips:
     def waits_s(self, timing: Timing) -> tuple[float, ...]:
         """How long to wait at each attempt of a question.
 
-        The vendor's second until enough is measured; then four times the 95th percentile, doubled at each attempt.
-        The last attempt always gets the vendor's full second: only then is "no answer" said.
+        The vendor's second until something is measured; then four times the 95th percentile (eight times while that
+        stands on few samples), doubled at each attempt. The last attempt always gets the vendor's full second: only
+        then is "no answer" said.
         """
         usual_s = self.quantile_s(0.95)
-        if usual_s is None or len(self._samples) < 8:
+        if usual_s is None:
             return (timing.answer_s,) * timing.attempts
-        first_s = min(timing.answer_s, max(timing.shortest_wait_s, 4 * usual_s))
+        caution = 1 if len(self._samples) >= ENOUGH_SAMPLES else 2
+        first_s = min(timing.answer_s, caution * max(timing.shortest_wait_s, 4 * usual_s))
         growing = [min(timing.answer_s, first_s * 2**attempt) for attempt in range(timing.attempts - 1)]
         return (*growing, timing.answer_s)

@@ -38,17 +38,20 @@ from protocol.frame import (
     decode_request,
     module_check,
     module_lengths,
+    unknown_code,
+    wrong_control,
 )
+from protocol.text import marked
 
 _HEADER = re.compile(b"Au|Ba")
 _HEADER_STARTS = b"AB"
-_STATUS_RUN = re.compile(rb"(?:Au2.{5}){1,256}", re.DOTALL)  # bounded: a bad frame makes the search start anew
+_STATUS_RUN = re.compile(rb"(?:Au2.{5}){1,64}", re.DOTALL)  # bounded: a bad frame makes the search start anew
 _STATUS_LENGTH = Layout.STATUS.value
 _SHORT_LENGTH = Layout.SHORT.value
 _AFTER_A_FRAME = (b"", MODULE_HEADER, HOST_HEADER)
 
-_NO_HEADER = Fault(Reason.NO_HEADER, "no frame header")
-_INCOMPLETE = Fault(Reason.INCOMPLETE, "the frame broke off")
+_NO_HEADER = Fault(Reason.NO_HEADER, marked("no frame header"))
+_INCOMPLETE = Fault(Reason.INCOMPLETE, marked("the frame broke off"))
 _TO_HOST = Direction.MODULE_TO_HOST
 
 Piece = Frame | Noise
@@ -110,7 +113,7 @@ class StreamParser:
             else:
                 # Only the first byte is given up; the tail shares its reason unless a header shows up in it.
                 self._blame, self._blamed_bytes = found, self._blame_length(data, position)
-                pieces.append(Noise(b"", found.reason, found.detail, self._offset + position))
+                pieces.append(Noise(b"", found, self._offset + position))
                 position = self._give_up(pieces, data, position, position + 1)
         self._kept = data[position:]
         self._offset += position
@@ -153,10 +156,10 @@ class StreamParser:
                 fault, stop = _NO_HEADER, end
             raw = data[start:stop]
             last = pieces[-1] if pieces else None
-            if isinstance(last, Noise) and last.reason is fault.reason and last.detail is fault.detail:
-                pieces[-1] = Noise(last.raw + raw, last.reason, last.detail, last.offset)
+            if isinstance(last, Noise) and last.fault is fault:
+                pieces[-1] = Noise(last.raw + raw, fault, last.offset)
             else:
-                pieces.append(Noise(raw, fault.reason, fault.detail, self._offset + start))
+                pieces.append(Noise(raw, fault, self._offset + start))
             start = stop
         return end
 
@@ -180,7 +183,7 @@ class StreamParser:
         code = data[position + 2]
         lengths = module_lengths(code)
         if not lengths:
-            return Fault(Reason.UNKNOWN_CODE, f"unknown command code {code:02X}")
+            return unknown_code(code)
         if code == RECORD_CODE:
             return self._record_or_voltage(data, position, is_final=is_final)
         if available < lengths[0]:
@@ -194,7 +197,7 @@ class StreamParser:
         offset = self._offset + position
         asked = self.asked.command if self.asked is not None else None
         if len(raw) > 3 and raw[3] != QUERY:
-            return Fault(Reason.CONTROL, f"control byte {raw[3]:02X}, expected 01")
+            return wrong_control(raw[3])
         if len(voltage) < _SHORT_LENGTH:
             return _INCOMPLETE if is_final else None
         voltage_fault = module_check(_SHORT_LENGTH)(voltage)

@@ -7,13 +7,12 @@ Exit code 0; 2 for text that is not hex; 4 where some bytes were no frame.
 """
 
 import argparse
-import json
-import os
 import sys
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
 from itertools import chain
 
+from app.commands import console
 from app.explain import Asked, Plain, meaning, sentence
 from app.hextext import HexText, NotHex
 from app.i18n import tr
@@ -21,7 +20,6 @@ from protocol.catalogue import BY_NAME, Command
 from protocol.frame import Direction, Frame, Noise, decode_request
 from protocol.stream import Piece, StreamParser
 
-DONE, USED_WRONGLY, PARTLY = 0, 2, 4
 LONGEST_RUN = 4096
 """Rejected bytes in one line at most; a longer run goes on in the next line, so that memory stays bounded."""
 SHOWN_BYTES = 16
@@ -53,7 +51,7 @@ def add_parser(subparsers: "argparse._SubParsersAction[argparse.ArgumentParser]"
         choices=sorted(BY_NAME),
         help=tr("the command that the module's frames answer: {names}", names=", ".join(BY_NAME)),
     )
-    parser.add_argument("--json", action="store_true", help=tr("print one JSON object a line"))
+    console.add_json_argument(parser)
     parser.set_defaults(run=run)
 
 
@@ -64,28 +62,25 @@ def run(args: argparse.Namespace) -> int:
     asked = BY_NAME[args.asked] if args.asked else None
     pieces = _bytes_of_input() if words == ["-"] else _bytes_of_words(words)
     try:
-        return _print_all(pieces, asked, _print_json if args.json else _print_for_people)
+        return _print_all(pieces, asked, _json_text if args.json else _text_for_people)
     except NotHex as error:
         return _refuse(
             tr("“{word}” is no pair of hex digits; bytes look like 41 75 32, 417532 or 0x41,0x75.", word=error.word)
         )
     except UnicodeDecodeError:
         return _refuse(tr("Standard input is not text; decode reads bytes written in hex, such as 41 75 32."))
-    except BrokenPipeError:
-        # Whoever read has seen enough. Python would flush once more at its end and complain.
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-        return DONE
 
 
-def _print_all(data: Iterable[bytes], asked: Command | None, write: Callable[[Line], None]) -> int:
+def _print_all(data: Iterable[bytes], asked: Command | None, text_of: Callable[[Line], str]) -> int:
     capture = Capture(asked)
     has_rejected = False
     for lines in chain(map(capture.feed, data), (capture.finish(),)):
+        texts = []
         for line in lines:
             has_rejected |= isinstance(line.piece, Noise)
-            write(line)
-        sys.stdout.flush()
-    return PARTLY if has_rejected else DONE
+            texts.append(text_of(line))
+        console.write_lines(texts)
+    return console.PARTLY if has_rejected else console.DONE
 
 
 class Capture:
@@ -117,16 +112,16 @@ class Capture:
 
     def _longer_run(self, noise: Noise) -> Iterator[Line]:
         run = self._run
-        if run is not None and (run.reason is not noise.reason or run.detail is not noise.detail):
+        if run is not None and run.fault is not noise.fault:
             yield from self._end_of_run()
             run = None
         if run is not None:
-            noise = Noise(run.raw + noise.raw, run.reason, run.detail, run.offset)
+            noise = Noise(run.raw + noise.raw, run.fault, run.offset)
         raw, offset = noise.raw, noise.offset
         while len(raw) > LONGEST_RUN:
-            yield Line(Noise(raw[:LONGEST_RUN], noise.reason, noise.detail, offset), self._asked)
+            yield Line(Noise(raw[:LONGEST_RUN], noise.fault, offset), self._asked)
             raw, offset = raw[LONGEST_RUN:], offset + LONGEST_RUN
-        self._run = Noise(raw, noise.reason, noise.detail, offset)
+        self._run = Noise(raw, noise.fault, offset)
 
     def _end_of_run(self) -> Iterator[Line]:
         if self._run is not None:
@@ -143,11 +138,11 @@ def as_json(line: Line) -> dict[str, Plain]:
     return place | {"direction": piece.direction.value} | meaning(piece, line.asked)
 
 
-def _print_json(line: Line) -> None:
-    print(json.dumps(as_json(line), ensure_ascii=False))
+def _json_text(line: Line) -> str:
+    return console.as_json(as_json(line))
 
 
-def _print_for_people(line: Line) -> None:
+def _text_for_people(line: Line) -> str:
     piece = line.piece
     if isinstance(piece, Noise):
         sender = "-"
@@ -157,7 +152,7 @@ def _print_for_people(line: Line) -> None:
     words = sentence(piece, line.asked)
     if len(piece.raw) > SHOWN_BYTES:
         words = tr("… {count} bytes: {words}", count=len(piece.raw), words=words)
-    print(f"{piece.offset:6}  {sender:6}  {shown:{3 * SHOWN_BYTES - 1}}  {words}")
+    return f"{piece.offset:6}  {sender:6}  {shown:{3 * SHOWN_BYTES - 1}}  {words}"
 
 
 def _bytes_of_words(words: list[str]) -> Iterator[bytes]:
@@ -181,5 +176,5 @@ def _hex(raw: bytes) -> str:
 
 
 def _refuse(reason: str) -> int:
-    print(reason, file=sys.stderr)
-    return USED_WRONGLY
+    console.say(reason)
+    return console.USED_WRONGLY

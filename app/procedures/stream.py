@@ -7,9 +7,9 @@ unasked before anything was switched on; a module that was streaming already is 
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 
-from app.procedure import Ask, Look, Pause, Procedure, Sight
+from app.procedure import Ask, Cancelled, Look, Pause, Procedure, Sight
 from app.procedures.read import READABLE
-from protocol.catalogue import BY_NAME, SERIAL_OUTPUT, STATUS, Request
+from protocol.catalogue import BY_NAME, HEARTBEAT, SERIAL_OUTPUT, STATUS, Request
 from protocol.events import Answered, OutcomeUnknown
 from protocol.link_states import Presence
 from protocol.messages import Acknowledgement
@@ -23,7 +23,7 @@ UNSEEN_POLL_EVERY_S = 0.5
 """While no page shows the stream: enough for the state in the top bar."""
 SLOW_EVERY_S = 1.0
 BOOT_EVERY_S = 10.0
-TURN_S = 0.02
+TURN_S = 0.01
 OFF_ATTEMPTS = 3
 _SLOW = tuple(BY_NAME[name].query() for name in ("cell_voltage", "charging", "light"))
 
@@ -60,8 +60,9 @@ def watch(switch: StreamSwitch, *, read_all: bool = True) -> Procedure[None]:
             sight: Sight = yield Look()
             yield from _turn(course, switch, sight, read_all=read_all)
             yield Pause(TURN_S)
-    finally:
+    except Cancelled:  # not where the port was lost: there is nobody left to tell
         yield from _switch_off(course)
+        raise
 
 
 def _turn(course: _Course, switch: StreamSwitch, sight: Sight, *, read_all: bool) -> Procedure[None]:
@@ -78,18 +79,25 @@ def _turn(course: _Course, switch: StreamSwitch, sight: Sight, *, read_all: bool
     for request, every_s in _polled(switch, sight):
         if sight.now >= course.due.get(request, 0.0):
             course.due[request] = sight.now + every_s
-            yield Ask(request)
+            yield from _ask(request)
             return
 
 
 def _read_all(course: _Course) -> Procedure[None]:
     for command in READABLE:
-        outcome = yield Ask(command.query())
-        if not isinstance(outcome, Answered):
-            sight: Sight = yield Look()
-            if sight.device.presence is Presence.OFFLINE:
-                return
+        is_alive = yield from _ask(command.query())
+        if not is_alive:
+            return
     course.has_read = True
+
+
+def _ask(question: Request) -> Procedure[bool]:
+    """Whether the module is still there: an unanswered question is followed by a heartbeat, which decides."""
+    outcome = yield Ask(question)
+    if isinstance(outcome, Answered):
+        return True
+    heartbeat = yield Ask(HEARTBEAT.query())
+    return isinstance(heartbeat, Answered)
 
 
 def _steer_stream(course: _Course, switch: StreamSwitch, sight: Sight) -> Procedure[None]:
@@ -104,11 +112,12 @@ def _steer_stream(course: _Course, switch: StreamSwitch, sight: Sight) -> Proced
     listened_s = sight.now - sight.opened_at
     if sight.device.is_streaming or course.is_hopeless or listened_s < LISTEN_FIRST_S:
         return
+    # Unconfirmed counts as on, so that it is switched off again; also where this is cancelled before the answer came.
+    course.switched_on_at = sight.now
     outcome = yield Ask(SERIAL_OUTPUT.set(True))
     refused = isinstance(outcome, Answered) and not _is_accepted(outcome)
-    if isinstance(outcome, Answered | OutcomeUnknown) and not refused:
-        course.switched_on_at = sight.now  # unconfirmed counts as on, so that it is switched off again
-    else:
+    if refused or not isinstance(outcome, Answered | OutcomeUnknown):
+        course.switched_on_at = None
         course.is_hopeless = True
 
 

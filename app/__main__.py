@@ -1,0 +1,180 @@
+"""`dps-s`: the command line and the way to the window.
+
+The one composition root. A sub-command's module is imported only when it is called, so that `dps-s --help` needs
+none of them and `dps-s decode` no serial port.
+"""
+
+import argparse
+import io
+import logging
+import os
+import sys
+from collections.abc import Callable, Sequence
+from importlib import import_module
+from typing import NamedTuple
+
+from app.commands import console
+from app.i18n import set_language, system_language, tr
+from protocol.text import marked
+
+DEBUG = "DPS_S_DEBUG"
+"""Environment variable: with 1 an error of our own shows its traceback, and the log goes to standard error."""
+
+
+class Entry(NamedTuple):
+    """A sub-command: `add_parser` of `module` describes it."""
+
+    name: str
+    module: str
+    summary: str
+
+
+WINDOW = "gui"
+ENTRIES = (
+    Entry(WINDOW, "app.commands.gui", marked("open the window")),
+    Entry("ports", "app.commands.ports", marked("list the serial ports")),
+    Entry("read", "app.commands.read", marked("read everything that can be read")),
+    Entry("monitor", "app.commands.monitor", marked("print the status as it comes")),
+    Entry("history", "app.commands.history", marked("read the trigger records")),
+    Entry("find", "app.commands.find", marked("find the baud rate at which a module answers")),
+    Entry("set", "app.commands.set", marked("change a setting")),
+    Entry("decode", "app.commands.decode", marked("explain captured bytes")),
+    Entry("simulate", "app.commands.simulate", marked("run a simulated module")),
+)
+_BY_NAME = {entry.name: entry for entry in ENTRIES}
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """Run `dps-s` with these arguments (the program's own by default); the exit code."""
+    words = list(sys.argv[1:] if argv is None else argv)
+    _prepare_output()
+    set_language(system_language())
+    try:
+        code = _run_or_refuse(words)
+        sys.stdout.flush()
+    except KeyboardInterrupt as interrupted:
+        # As a shell reports it: 130 for Ctrl-C, 143 for SIGTERM.
+        code = 128 + getattr(interrupted, "number", 2)
+    except BrokenPipeError:
+        console.abandon_output()  # whoever read has seen enough
+        code = console.DONE
+    except console.OutputLost as error:
+        console.abandon_output()
+        console.say(tr("What was read cannot be written: {error}.", error=error))
+        code = console.PARTLY
+    except Exception as error:  # noqa: BLE001  the program's top: people get a sentence, never a traceback
+        code = _explain(error)
+    return code
+
+
+def _run_or_refuse(words: list[str]) -> int:
+    try:
+        return _run(words)
+    except SystemExit as end:  # argparse: help, or used wrongly
+        return end.code if isinstance(end.code, int) else console.USED_WRONGLY
+
+
+def _run(words: list[str]) -> int:
+    if words[:1] in (["-h"], ["--help"]):
+        _whole_parser().print_help()
+        return console.DONE
+    if words[:1] == ["--version"]:
+        from app import version
+
+        print(f"DPS-S Configurator {version()}")
+        return console.DONE
+    if not words or words[0].startswith("-"):
+        words = [WINDOW, *words]
+    entry = _BY_NAME.get(words[0])
+    if entry is None:
+        _whole_parser().parse_args(words)  # says what is wrong, and ends
+        raise AssertionError(words)
+    parser = _bare_parser()
+    import_module(entry.module).add_parser(parser.add_subparsers(dest="command", metavar="COMMAND"))
+    args = parser.parse_args(words)
+    _prepare_log(is_window=entry.name == WINDOW)
+    if entry.name == WINDOW:
+        return _open_window(args)
+    if getattr(args, "json", False):
+        _write_utf8()
+    run: Callable[[argparse.Namespace], int] = args.run
+    return run(args)
+
+
+def _bare_parser() -> argparse.ArgumentParser:
+    return argparse.ArgumentParser(
+        prog="dps-s",
+        description=tr("Configure, test and watch a DPS-S drone parachute module over its serial port."),
+        epilog=tr(
+            "Without a command the window opens. Exit code: 0 done; 1 done and the answer is no; 2 used wrongly; "
+            "3 no link (no such port, busy, no permission, no answer); 4 some of it could not be had; "
+            "130 or 143 interrupted before there was a result."
+        ),
+    )
+
+
+def _whole_parser() -> argparse.ArgumentParser:
+    """Knows all sub-commands by name and summary, and imports none."""
+    parser = _bare_parser()
+    parser.add_argument("--version", action="store_true", help=tr("print the version"))
+    subparsers = parser.add_subparsers(
+        title=tr("commands"), metavar="COMMAND", description=tr("dps-s COMMAND --help tells more.")
+    )
+    for entry in ENTRIES:
+        subparsers.add_parser(entry.name, help=tr(entry.summary))
+    return parser
+
+
+def _open_window(args: argparse.Namespace) -> int:
+    from ui.application import WindowOptions, run
+
+    return run(
+        WindowOptions(
+            port=args.port,
+            baud_rate=args.baud,
+            demo=args.demo,
+            language=args.lang,
+            offscreen_seconds=args.offscreen_seconds,
+            evidence=args.evidence,
+        )
+    )
+
+
+def _prepare_output() -> None:
+    for stream in (sys.stdout, sys.stderr):
+        if isinstance(stream, io.TextIOWrapper):
+            stream.reconfigure(errors="replace")  # a console that lacks a character shows "?"
+
+
+def _write_utf8() -> None:
+    """JSON is UTF-8 everywhere; a byte of a file name that is none is written as the JSON escape that stands for it."""
+    if isinstance(sys.stdout, io.TextIOWrapper):
+        sys.stdout.reconfigure(encoding="utf-8", errors="backslashreplace")
+
+
+def _prepare_log(*, is_window: bool) -> None:
+    """On the command line the log is for whoever asks for it; the window looks after its own."""
+    if os.environ.get(DEBUG) == "1":
+        logging.basicConfig(level=logging.DEBUG)
+    elif not is_window:
+        logging.getLogger().addHandler(logging.NullHandler())  # else Python prints warnings and tracebacks
+
+
+def _explain(error: Exception) -> int:
+    from app.commands.connection import link_trouble
+    from app.troubles import explain
+
+    if os.environ.get(DEBUG) == "1":
+        import traceback
+
+        traceback.print_exception(error)
+    sentence = link_trouble(error)
+    if sentence is not None:
+        console.say(sentence)
+        return console.NO_LINK
+    console.say(explain(error).sentence)
+    return console.SAID_NO
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,183 @@
+"""The simulated module's answer to each command of the catalogue."""
+
+from collections.abc import Callable
+from typing import TYPE_CHECKING
+
+from app.simulator.dialect import BaudChange, Delivery, EmptySlots, Streaming
+from app.simulator.memory import RECORD_DATA_LENGTH, record_frame
+from app.simulator.settings import ACCEPTED, Kept, keep
+from protocol.catalogue import FLAG, HEARTBEAT, INVERTED, MODULE_HEADER, RECORDS_KEPT, Request
+from protocol.fields import Flag
+from protocol.frame import encode_reply
+from protocol.messages import Source
+
+if TYPE_CHECKING:
+    from app.simulator.module import SimulatedModule
+
+HEARTBEAT_REPLY = MODULE_HEADER + HEARTBEAT.query().encode()[2:]
+PIECE_LENGTH = 7
+"""Neither a frame nor half of one, so that every border of a frame is crossed."""
+
+Answer = Callable[["SimulatedModule", Request, float], None]
+
+
+def answer(module: "SimulatedModule", request: Request, now_s: float) -> None:
+    """Do what a valid request says and queue the reply."""
+    if request.command.code not in module.dialect.mute_codes:
+        _ANSWERS[request.command.name](module, request, now_s)
+
+
+def _reply(module: "SimulatedModule", code: int, value: int, now_s: float) -> None:
+    module.send(encode_reply(code, value), now_s)
+
+
+def _value(read: Callable[["SimulatedModule", float], int]) -> Answer:
+    """Answer of a command that only reports one byte."""
+
+    def report(module: "SimulatedModule", request: Request, now_s: float) -> None:
+        module.advance(now_s)
+        _reply(module, request.command.code, read(module, now_s), now_s)
+
+    return report
+
+
+def _setting(attribute: str) -> Answer:
+    """Answer of a setting in the memory that can be asked and set."""
+
+    def ask_or_set(module: "SimulatedModule", request: Request, now_s: float) -> None:
+        value: int = getattr(module.memory, attribute)
+        if request.is_set:
+            kept = keep(request.command, request.data, value, module.dialect)
+            setattr(module.memory, attribute, kept.value)
+            value = kept.acknowledgement
+        _reply(module, request.command.code, value, now_s)
+
+    return ask_or_set
+
+
+def _flag(attribute: str, field: Flag) -> Answer:
+    """Answer of a flag that can be set and never asked (E8)."""
+
+    def set_flag(module: "SimulatedModule", request: Request, now_s: float) -> None:
+        kept = _keep_flag(module, request, attribute, field)
+        code = request.command.code
+        # E4: the table prints the acknowledgement of 17 with code 16.
+        _reply(module, module.dialect.freefall_ack if code == 0x17 else code, kept.acknowledgement, now_s)
+
+    return set_flag
+
+
+def _keep_flag(module: "SimulatedModule", request: Request, attribute: str, field: Flag) -> Kept:
+    old = field.encode(getattr(module.state, attribute))
+    kept = keep(request.command, request.data, old, module.dialect)
+    setattr(module.state, attribute, kept.value == field.true)
+    return kept
+
+
+def _heartbeat(module: "SimulatedModule", _request: Request, now_s: float) -> None:
+    module.send(HEARTBEAT_REPLY, now_s)
+
+
+def _activation(module: "SimulatedModule", request: Request, now_s: float) -> None:
+    kept = keep(request.command, request.data, int(module.state.is_active), module.dialect)
+    module.activate(is_active=kept.value == 0x01)
+    _reply(module, request.command.code, kept.acknowledgement, now_s)
+
+
+def _deploy(module: "SimulatedModule", request: Request, now_s: float) -> None:
+    if request.data == 0x01:
+        module.state.is_forbidden = False
+        has_fired = module.fire(Source.SERIAL, now_s)
+        _reply(module, request.command.code, int(has_fired), now_s)
+    else:
+        module.state.is_forbidden = True
+        module.end_trigger()
+        _reply(module, request.command.code, 0x00, now_s)
+
+
+def _shutdown(module: "SimulatedModule", request: Request, now_s: float) -> None:
+    _reply(module, request.command.code, ACCEPTED, now_s)
+    module.shut_down(now_s)
+
+
+def _serial_output(module: "SimulatedModule", request: Request, now_s: float) -> None:
+    how = module.dialect.stream
+    if how is Streaming.SILENT:
+        return
+    kept = _keep_flag(module, request, "serial_output_is_on", FLAG)
+    _reply(module, request.command.code, kept.acknowledgement, now_s)
+    if module.state.serial_output_is_on and how is Streaming.YES:
+        module.start_stream(now_s)
+    else:
+        module.stop_stream()
+
+
+def _baud_rate(module: "SimulatedModule", request: Request, now_s: float) -> None:
+    kept = keep(request.command, request.data, module.memory.baud_code, module.dialect)
+    module.memory.baud_code = kept.value
+    how = module.dialect.baud_ack
+    if how is BaudChange.NEW:
+        module.baud_rate = module.memory.baud_rate
+    _reply(module, request.command.code, kept.acknowledgement, now_s)
+    if how is BaudChange.OLD:
+        module.baud_rate = module.memory.baud_rate
+
+
+def _zero(module: "SimulatedModule", request: Request, now_s: float) -> None:
+    if module.dialect.keeps:
+        module.memory.zero_tilt_deg = module.world.motion(now_s).tilt_deg
+    _reply(module, request.command.code, ACCEPTED, now_s)
+
+
+def _status(module: "SimulatedModule", _request: Request, now_s: float) -> None:
+    module.advance(now_s)
+    module.send(module.status(now_s), now_s)
+
+
+def _cell_voltage(module: "SimulatedModule", _request: Request, now_s: float) -> None:
+    module.advance(now_s)
+    _reply(module, module.dialect.voltage_code, module.voltage(now_s), now_s)
+
+
+def _trigger_records(module: "SimulatedModule", _request: Request, now_s: float) -> None:
+    module.advance(now_s)
+    frames = [record_frame(data) for data in module.memory.records]
+    fill = {EmptySlots.ZEROS: b"\x00", EmptySlots.ONES: b"\xff"}.get(module.dialect.empty_slots)
+    if fill is not None:
+        frames += [record_frame(fill * RECORD_DATA_LENGTH)] * (RECORDS_KEPT - len(frames))
+    together = b"".join(frames)
+    delivery = module.dialect.records
+    if delivery is Delivery.PIECES:
+        frames = [together[at : at + PIECE_LENGTH] for at in range(0, len(together), PIECE_LENGTH)]
+    elif delivery is Delivery.TOGETHER:
+        frames = [together] if together else []
+    gap_s = module.dialect.record_gap_ms / 1000
+    for position, frame in enumerate(frames):
+        module.send(frame, now_s + position * gap_s)
+    if delivery is Delivery.PIECES and frames:
+        module.hold_stream(now_s + len(frames) * gap_s)
+
+
+_ANSWERS: dict[str, Answer] = {
+    "heartbeat": _heartbeat,
+    "activation": _activation,
+    "deploy": _deploy,
+    "shutdown": _shutdown,
+    "serial_output": _serial_output,
+    "light": _value(lambda module, now_s: module.light(now_s)),
+    "light_threshold": _setting("light_threshold"),
+    "attitude_trigger": _flag("attitude_is_enabled", INVERTED),
+    "freefall_trigger": _flag("freefall_is_enabled", INVERTED),
+    "attitude_threshold": _setting("attitude_threshold"),
+    "freefall_acceleration": _setting("freefall_acceleration"),
+    "freefall_time": _setting("freefall_time"),
+    "boot_count": _value(lambda module, _now_s: module.memory.boot_count),
+    "baud_rate": _baud_rate,
+    "zero_sensor": _zero,
+    "active": _value(lambda module, _now_s: int(module.state.is_active)),
+    "triggered": _value(lambda module, _now_s: int(module.is_triggered)),
+    "status": _status,
+    "charging": _value(lambda module, _now_s: int(module.world.has_external_power)),
+    "cell_voltage": _cell_voltage,
+    "trigger_records": _trigger_records,
+}

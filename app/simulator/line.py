@@ -1,0 +1,191 @@
+"""The line between host and simulated module: its speed, and everything that goes wrong on lines.
+
+Seeded: the same seed and the same traffic give the same faults. Times are seconds of the module's clock.
+"""
+
+import math
+import random
+from collections import deque
+from dataclasses import dataclass
+from enum import StrEnum
+from typing import NamedTuple
+
+from app.simulator.module import BITS_PER_BYTE, Sent, SimulatedModule
+
+LONGEST_GARBAGE = 12
+KEPT_BYTES = 65536
+"""What a driver keeps for a host that does not read."""
+
+
+class Direction(StrEnum):
+    """Which way drop, lose, corrupt, garbage and double apply."""
+
+    TO_HOST = "to-host"
+    TO_MODULE = "to-module"
+    BOTH = "both"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Faults:
+    """Shares are 0 … 1. Frozen; use `dataclasses.replace` for other ones."""
+
+    drop: float = 0.0
+    """Share of whole bursts (a request, a reply) that vanish."""
+    lose: float = 0.0
+    """Share of single bytes that vanish."""
+    corrupt: float = 0.0
+    """Share of bytes that get one bit turned."""
+    garbage: float = 0.0
+    """Share of bursts with up to twelve random bytes before them."""
+    double: float = 0.0
+    """Share of bursts that come twice."""
+    direction: Direction = Direction.TO_HOST
+    delay_ms: float = 0.0
+    """Of every reply."""
+    jitter_ms: float = 0.0
+    """Up to this much more, at random."""
+    split_ms: float = 0.0
+    """Replies come in pieces with this pause between them; 0 leaves them whole."""
+    echo: bool = False
+    """The host's own bytes come back."""
+    mute: bool = False
+    """Nothing of the module comes through."""
+    paced: bool = True
+    """Bytes take the time that they take at their baud rate."""
+
+
+class _Burst(NamedTuple):
+    begins_s: float
+    data: bytes
+    byte_s: float
+    """Time of one byte; 0 when not paced."""
+
+    @property
+    def ends_s(self) -> float:
+        return self.begins_s + len(self.data) * self.byte_s
+
+
+class Wire:
+    """Both directions of one line, with the module at its end. `host_baud` None: the host's rate always fits (TCP)."""
+
+    def __init__(
+        self, module: SimulatedModule, faults: Faults | None = None, *, seed: int = 1, host_baud: int | None = None
+    ) -> None:
+        self.module = module
+        self.faults = faults or Faults()
+        self.host_baud = host_baud
+        self._up: deque[_Burst] = deque()
+        self._down: deque[_Burst] = deque()
+        self._up_free_s = -math.inf
+        self._down_free_s = -math.inf
+        self._up_random = random.Random(seed)  # noqa: S311 (faults, not secrets)
+        self._down_random = random.Random(seed + 1)  # noqa: S311
+
+    def write(self, data: bytes, now_s: float) -> None:
+        """The host sends."""
+        if not data:
+            return
+        byte_s = self._byte_s(self.host_baud or self.module.baud_rate)
+        begins_s = max(now_s, self._up_free_s)
+        self._up_free_s = begins_s + len(data) * byte_s
+        if self.faults.echo:
+            self._down.append(_Burst(max(begins_s, self._down_free_s), data, byte_s))
+            self._down_free_s = self._down[-1].ends_s
+        for burst in self._suffer(data, self._up_random, Direction.TO_MODULE):
+            self._up.append(_Burst(begins_s, burst, byte_s))
+
+    def read(self, now_s: float) -> bytes:
+        """What has arrived at the host since the last call."""
+        self._pump(now_s)
+        arrived = bytearray()
+        while self._down and self._down[0].begins_s <= now_s:
+            burst = self._down[0]
+            if burst.ends_s <= now_s:
+                arrived += burst.data
+                self._down.popleft()
+                continue
+            count = int((now_s - burst.begins_s) / burst.byte_s)
+            if count:
+                arrived += burst.data[:count]
+                self._down[0] = _Burst(burst.begins_s + count * burst.byte_s, burst.data[count:], burst.byte_s)
+            break
+        return bytes(arrived[-KEPT_BYTES:])
+
+    def next_due(self, now_s: float) -> float | None:
+        """When the next whole burst ends or the module has something to do; None while nothing is under way."""
+        due_s = self.module.next_due(now_s)
+        times_s = [] if due_s is None else [due_s]
+        if self._up:
+            times_s.append(self._up[0].ends_s)
+        if self._down:
+            times_s.append(self._down[0].ends_s)
+        return max(now_s, min(times_s)) if times_s else None
+
+    def clear(self, now_s: float) -> None:
+        """What is on its way to nobody is lost: the plug was pulled, or the port is only opened now."""
+        self._pump(now_s)
+        self._up.clear()
+        self._down.clear()
+        self._up_free_s = self._down_free_s = -math.inf
+
+    def _pump(self, now_s: float) -> None:
+        while self._up and self._up[0].ends_s <= now_s:
+            burst = self._up.popleft()
+            data = burst.data
+            if self.host_baud is not None and self.host_baud != self.module.baud_rate:
+                data = _garble(data, self.host_baud, self.module.baud_rate, self._up_random)
+            self._send_down(self.module.hear(data, burst.ends_s))
+        self._send_down(self.module.collect(now_s))
+
+    def _send_down(self, bursts: list[Sent]) -> None:
+        faults = self.faults
+        for sent in bursts:
+            if faults.mute:
+                continue
+            byte_s = self._byte_s(sent.baud_rate)
+            whole = sent.data
+            if self.host_baud is not None and self.host_baud != sent.baud_rate:
+                whole = _garble(whole, sent.baud_rate, self.host_baud, self._down_random)
+            delay_s = faults.delay_ms / 1000
+            if faults.jitter_ms:
+                delay_s += self._down_random.uniform(0.0, faults.jitter_ms) / 1000
+            begins_s = sent.at_s + delay_s
+            for data in self._suffer(whole, self._down_random, Direction.TO_HOST):
+                for position, piece in enumerate(self._pieces(data)):
+                    pause_s = faults.split_ms / 1000 if position else 0.0
+                    burst = _Burst(max(begins_s, self._down_free_s + pause_s), piece, byte_s)
+                    self._down_free_s = burst.ends_s
+                    self._down.append(burst)
+
+    def _byte_s(self, baud_rate: int) -> float:
+        return BITS_PER_BYTE / baud_rate if self.faults.paced else 0.0
+
+    def _pieces(self, data: bytes) -> list[bytes]:
+        if not self.faults.split_ms or len(data) < 2:
+            return [data]
+        cuts = sorted({self._down_random.randrange(1, len(data)) for _ in range(2)})
+        return [data[start:end] for start, end in zip([0, *cuts], [*cuts, len(data)], strict=True)]
+
+    def _suffer(self, data: bytes, source: random.Random, direction: Direction) -> list[bytes]:
+        """What becomes of one burst: nothing, itself, or itself and more."""
+        faults = self.faults
+        if faults.direction not in (direction, Direction.BOTH):
+            return [data]
+        if faults.drop and source.random() < faults.drop:
+            return []
+        if faults.lose:
+            data = bytes(byte for byte in data if source.random() >= faults.lose)
+        if faults.corrupt:
+            data = bytes(
+                byte ^ (1 << source.randrange(8)) if source.random() < faults.corrupt else byte for byte in data
+            )
+        if faults.garbage and source.random() < faults.garbage:
+            data = source.randbytes(source.randint(1, LONGEST_GARBAGE)) + data
+        if not data:
+            return []
+        return [data, data] if faults.double and source.random() < faults.double else [data]
+
+
+def _garble(data: bytes, sent_baud: int, read_baud: int, source: random.Random) -> bytes:
+    """What a receiver at another rate makes of it: as many wrong bytes as fit into the time."""
+    return source.randbytes(max(1, min(4 * len(data), len(data) * read_baud // sent_baud)))

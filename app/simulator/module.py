@@ -1,0 +1,341 @@
+"""The simulated module: bytes and the time in, bytes out, as the vendor's table says.
+
+    power_on -> two heartbeats 50 ms apart -> answers, streams while serial output is on -> shut_down -> silence
+
+No clock and no thread: every method takes `now_s`, seconds of one monotonic clock that does not go back. The sensor is
+judged 200 times a second however seldom anybody asks, up to `LONGEST_WATCH_S` back.
+
+Where the table is silent, this module: answers `11 01` with 00 while it is locked, and does not fire; ends "triggered"
+at the reset angle for an attitude trigger, and with `10 00`, `11 00` or a restart for every other one; lets `11 00`
+hold back every trigger until `11 01`, `10` or a restart; sends records oldest first; does not answer what is no valid
+host frame.
+"""
+
+import heapq
+import math
+from typing import NamedTuple
+
+from app.judge import Judge, Sample
+from app.simulator.answers import HEARTBEAT_REPLY, answer
+from app.simulator.dialect import Dialect
+from app.simulator.memory import ODD_VOLTAGE, Memory, Moment, State, limits, record_data
+from app.simulator.world import SENSOR_PERIOD_S, World
+from protocol.catalogue import (
+    CELL_VOLT,
+    HOST_HEADER,
+    STATUS_CODE,
+    TENTH_G,
+    TENTH_VOLT,
+    Layout,
+    Request,
+)
+from protocol.frame import HOST_FRAME_LENGTH, check_host, decode_request, encode_long
+from protocol.messages import Source
+
+BOOT_GAP_S = 0.05  # "间隔50ms"
+LONGEST_WATCH_S = 10.0
+STREAM_BACKLOG_S = 5.0
+"""A stream that nobody collected for longer is lost, as in a driver whose buffer is full."""
+BROKEN_OFF_S = 0.1
+"""Part of a host frame, then this much silence: the rest will not come."""
+HOST_SILENT_S = 30.0
+"""The host sends a heartbeat every 10 to 30 s: after this a record says that the serial link is not connected."""
+LOWEST_RATE_HZ, HIGHEST_RATE_HZ = 1.0, 1440.0
+BITS_PER_BYTE = 10
+
+
+class Sent(NamedTuple):
+    """Bytes that leave the module as one burst."""
+
+    at_s: float
+    """When its first bit leaves; may lie ahead while the line is busy."""
+    data: bytes
+    baud_rate: int
+
+
+class _Due(NamedTuple):
+    at_s: float
+    order: int
+    data: bytes
+    baud_rate: int
+
+
+def to_byte(value: float) -> int:
+    """Nearest u8."""
+    return min(255, max(0, round(value)))
+
+
+class SimulatedModule:
+    """One module, switched off at first. `world` may be shared with whoever moves it, between two calls."""
+
+    def __init__(
+        self, world: World, dialect: Dialect | None = None, *, memory: Memory | None = None, rate_hz: float = 50.0
+    ) -> None:
+        self.world: World = world
+        self.dialect: Dialect = dialect or Dialect()
+        self.memory: Memory = memory or Memory()
+        self.state: State = State()
+        self.baud_rate = self.memory.baud_rate
+        """Of its line now; the one in `memory` counts after a restart (E9)."""
+        self.is_on = False
+        self.stream_frames_sent = 0
+        self._rate_hz = rate_hz
+        self._judge = Judge()
+        self._fired = Source(0)
+        self._heard = b""
+        self._due: list[_Due] = []
+        self._order = 0
+        self._line_free_s = -math.inf
+        self._stream_due_s = self._stream_base_s = math.inf
+        self._stream_step = 0
+        self._stream_held_until_s = -math.inf
+        self._booted_s = 0.0
+        self._heard_s = self._last_byte_s = -math.inf
+        self._sampled_s = -math.inf
+
+    # What it is
+
+    @property
+    def is_triggered(self) -> bool:
+        return bool(self._fired)
+
+    @property
+    def rate_hz(self) -> float:
+        """Status frames a second while serial output is on; the table names none."""
+        return self._rate_hz
+
+    @rate_hz.setter
+    def rate_hz(self, rate_hz: float) -> None:
+        self._rate_hz = min(HIGHEST_RATE_HZ, max(LOWEST_RATE_HZ, rate_hz))
+        self._base_stream(self._stream_due_s)
+
+    @property
+    def is_streaming(self) -> bool:
+        return self._stream_due_s != math.inf
+
+    def tilt_deg(self, now_s: float) -> float:
+        """Angle to what was level at the last zeroing."""
+        return abs(self.world.motion(now_s).tilt_deg - self.memory.zero_tilt_deg)
+
+    def light(self, now_s: float) -> int:
+        return to_byte(self.world.light_v(now_s, is_inverted=self.dialect.light_inverted) * TENTH_VOLT.per_unit)
+
+    def voltage(self, now_s: float) -> int:
+        return to_byte(self.world.voltage_v(now_s) * CELL_VOLT.per_unit)
+
+    def status(self, now_s: float) -> bytes:
+        """The eight bytes of frame 32."""
+        motion = self.world.motion(now_s)
+        tilt = to_byte(abs(motion.tilt_deg - self.memory.zero_tilt_deg))
+        acceleration = to_byte(motion.acceleration_g * TENTH_G.per_unit)
+        return encode_long(STATUS_CODE, bytes((tilt, acceleration, bool(self._fired), self.state.is_active)))
+
+    # Power
+
+    def power_on(self, now_s: float) -> None:
+        """Boot: one more boot counted (0 follows 255), two heartbeats, triggers enabled, locked (but see E15)."""
+        self.memory.boot_count = (self.memory.boot_count + 1) & 0xFF
+        if not self.dialect.remembers:
+            self.state = State()
+        if self.dialect.stream_at_boot:
+            self.state.serial_output_is_on = True
+        self.is_on = True
+        self.baud_rate = self.memory.baud_rate
+        self._clear()
+        self._booted_s = self._sampled_s = now_s
+        self.send(HEARTBEAT_REPLY, now_s)
+        self.send(HEARTBEAT_REPLY, now_s + BOOT_GAP_S)
+        if self.state.serial_output_is_on:
+            self.start_stream(now_s + 2 * BOOT_GAP_S)
+
+    def power_off(self) -> None:
+        """At once; what it had still to say is lost."""
+        self.is_on = False
+        self._clear()
+
+    def shut_down(self, now_s: float) -> None:
+        """Off after what is waiting to be sent up to now."""
+        due = [one for one in self._due if one.at_s <= now_s]
+        self.power_off()
+        self._due = sorted(due)
+
+    def restart(self, now_s: float) -> None:
+        self.power_off()
+        self.power_on(now_s)
+
+    def press_switch(self, now_s: float) -> None:
+        """Its switch, held for 2 s: on if it was off."""
+        if not self.is_on:
+            self.power_on(now_s)
+
+    def plug_charger(self, now_s: float) -> None:
+        """External power; it also wakes a module that was shut down ("通过外接供电通电自醒开机")."""
+        self.advance(now_s)
+        was_powered = self.world.has_external_power
+        self.world.has_external_power = True
+        if not was_powered:
+            self.press_switch(now_s)
+
+    def unplug_charger(self, now_s: float) -> None:
+        self.advance(now_s)
+        self.world.has_external_power = False
+
+    def _clear(self) -> None:
+        self._fired = Source(0)
+        self._judge.stand_by()
+        self._heard = b""
+        self._due.clear()
+        self._line_free_s = self._stream_held_until_s = -math.inf
+        self._heard_s = self._last_byte_s = -math.inf
+        self._stream_due_s = math.inf
+
+    # Its triggers
+
+    def activate(self, *, is_active: bool) -> None:
+        """Active or locked; either ends a prohibition, and locking ends "triggered"."""
+        self.state.is_active = is_active
+        self.state.is_forbidden = False
+        if not is_active:
+            self.end_trigger()
+
+    def end_trigger(self) -> None:
+        self._fired = Source(0)
+        self._judge.stand_by()
+
+    def fire(self, sources: Source, now_s: float) -> bool:
+        """Fire and write a record, unless locked or forbidden; False then."""
+        if not (self.is_on and self.state.is_active) or self.state.is_forbidden:
+            return False
+        self._fired |= sources
+        moment = Moment(
+            uptime_s=now_s - self._booted_s,
+            sources=sources,
+            serial_is_connected=now_s - self._heard_s <= HOST_SILENT_S,
+            is_charging=self.world.has_external_power,
+            light=self.light(now_s),
+            voltage=ODD_VOLTAGE if self.dialect.odd_voltage else self.voltage(now_s),
+        )
+        self.memory.records.append(record_data(self.memory, moment))
+        self.world.open_parachute(now_s)
+        return True
+
+    def advance(self, now_s: float) -> None:
+        """Let the time pass for its sensor and its triggers; sends nothing."""
+        if not (self.is_on and self.state.is_active):
+            self._sampled_s = now_s
+        watch_until_s = min(now_s, self._sampled_s + LONGEST_WATCH_S)
+        while self._sampled_s + SENSOR_PERIOD_S <= watch_until_s:
+            self._sampled_s += SENSOR_PERIOD_S
+            self._sense(self._sampled_s)
+        if watch_until_s < now_s:
+            self._sampled_s = now_s
+            self._sense(now_s)
+        self.world.advance(now_s)
+
+    def _sense(self, at_s: float) -> None:
+        motion = self.world.motion(at_s)
+        sample = Sample(at_s, abs(motion.tilt_deg - self.memory.zero_tilt_deg), motion.acceleration_g)
+        is_armed = self.state.is_active and not self.state.is_forbidden
+        verdict = self._judge.judge(sample, limits(self.memory, self.state), is_active=is_armed)
+        if Source.ATTITUDE in self._fired and Source.ATTITUDE not in verdict.standing:
+            self._fired &= ~Source.ATTITUDE
+        if verdict.fired:
+            self.fire(verdict.fired, at_s)
+
+    # Its line
+
+    def receive(self, data: bytes, now_s: float) -> bytes:
+        """Take bytes from the host; the bytes that leave at once, without regard to the time they take on the line."""
+        return b"".join(sent.data for sent in self.hear(data, now_s))
+
+    def tick(self, now_s: float) -> bytes:
+        """Whatever is due by now."""
+        return b"".join(sent.data for sent in self.collect(now_s))
+
+    def hear(self, data: bytes, now_s: float) -> list[Sent]:
+        """Like `receive`, burst by burst, with the time and the rate of each."""
+        sent = self.collect(now_s)
+        if not self.is_on:
+            return sent
+        for request in self._requests(data, now_s):
+            if self.is_on:
+                self._heard_s = now_s
+                answer(self, request, now_s)
+        return sent + self.collect(now_s)
+
+    def _requests(self, data: bytes, now_s: float) -> list[Request]:
+        """The valid host frames that `data` completes; whatever lies between is given up byte by byte."""
+        if now_s - self._last_byte_s > BROKEN_OFF_S:
+            self._heard = b""
+        self._last_byte_s = now_s
+        heard = self._heard + data
+        requests: list[Request] = []
+        position = 0
+        while (start := heard.find(HOST_HEADER, position)) >= 0 and len(heard) - start >= HOST_FRAME_LENGTH:
+            raw = heard[start : start + HOST_FRAME_LENGTH]
+            if check_host(raw) is None:
+                requests.append(decode_request(raw))
+                position = start + HOST_FRAME_LENGTH
+            else:
+                position = start + 1
+        self._heard = heard[start:] if start >= 0 else heard[position:][-1:]
+        return requests
+
+    def collect(self, now_s: float) -> list[Sent]:
+        """Like `tick`, burst by burst, with the time and the rate of each."""
+        sent: list[Sent] = []
+        if self._stream_due_s < now_s - STREAM_BACKLOG_S:
+            self._base_stream(now_s - STREAM_BACKLOG_S)
+        while True:
+            queued_s = self._due[0].at_s if self._due else math.inf
+            at_s = min(queued_s, self._stream_due_s)
+            if at_s > now_s:
+                break
+            if queued_s <= self._stream_due_s:
+                due = heapq.heappop(self._due)
+                sent.append(self._transmit(due.data, due.at_s, due.baud_rate))
+            else:
+                self._stream_one(at_s, sent)
+        self.advance(now_s)
+        return sent
+
+    def next_due(self, now_s: float) -> float | None:
+        """When `tick` has something to send next; None while it only waits."""
+        due_s = min(self._due[0].at_s if self._due else math.inf, self._stream_due_s)
+        return None if due_s == math.inf else max(now_s, due_s)
+
+    def send(self, data: bytes, at_s: float) -> None:
+        """Queue a burst at the rate that the line has now."""
+        self._order += 1
+        heapq.heappush(self._due, _Due(at_s, self._order, data, self.baud_rate))
+
+    def hold_stream(self, until_s: float) -> None:
+        """No status may fall between the pieces of a record."""
+        self._stream_held_until_s = until_s
+
+    def start_stream(self, now_s: float) -> None:
+        if not self.is_streaming:
+            self._base_stream(now_s + 1 / self._rate_hz)
+
+    def stop_stream(self) -> None:
+        self._stream_due_s = math.inf
+
+    def _base_stream(self, first_s: float) -> None:
+        """The next frame is due then, and the others by multiplication: adding up would drift."""
+        self._stream_due_s = self._stream_base_s = first_s
+        self._stream_step = 0
+
+    def _stream_one(self, at_s: float, sent: list[Sent]) -> None:
+        self._stream_step += 1
+        self._stream_due_s = self._stream_base_s + self._stream_step / self._rate_hz
+        self.advance(at_s)
+        frame_s = Layout.STATUS.value * BITS_PER_BYTE / self.baud_rate
+        # A line that is a whole frame behind cannot carry this one too: it is left out, never queued without end.
+        if at_s >= self._stream_held_until_s and self._line_free_s - at_s <= frame_s:
+            sent.append(self._transmit(self.status(at_s), at_s, self.baud_rate))
+            self.stream_frames_sent += 1
+
+    def _transmit(self, data: bytes, at_s: float, baud_rate: int) -> Sent:
+        begins_s = max(at_s, self._line_free_s)
+        self._line_free_s = begins_s + len(data) * BITS_PER_BYTE / baud_rate
+        return Sent(begins_s, data, baud_rate)

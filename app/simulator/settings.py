@@ -1,0 +1,36 @@
+"""How the simulated module takes a new setting: kept, clamped, refused or forgotten, and what it acknowledges."""
+
+from typing import NamedTuple
+
+from app.simulator.dialect import Acknowledge, Dialect
+from protocol.catalogue import BY_NAME, Command
+
+ACCEPTED = 0x01
+FAILED = 0x00
+
+_CLAMPS = {
+    BY_NAME["attitude_threshold"]: range(55, 91),
+    BY_NAME["freefall_acceleration"]: range(1, 7),
+    BY_NAME["freefall_time"]: range(50, 256),
+    BY_NAME["light_threshold"]: range(1, 34),
+}
+"""What the vendor advises, or what the sensor can read at all."""
+
+
+class Kept(NamedTuple):
+    value: int
+    """What the setting is from now on."""
+    acknowledgement: int
+    """D4 of the reply."""
+
+
+def keep(command: Command, wanted: int, old: int, dialect: Dialect) -> Kept:
+    """What becomes of a set of `command` from `old` to `wanted` (bytes)."""
+    by_one = dialect.ack is Acknowledge.ONE and command.acknowledged_by_one
+    if dialect.refuses and wanted != old:
+        return Kept(old, FAILED if by_one else old)
+    value = wanted
+    if dialect.clamps and command in _CLAMPS:
+        allowed = _CLAMPS[command]
+        value = min(max(wanted, allowed.start), allowed.stop - 1)
+    return Kept(value if dialect.keeps else old, ACCEPTED if by_one else value)

@@ -1,0 +1,124 @@
+"""What every test gets: no screen, no files of the user's, English, and no thread left behind."""
+
+import os
+import sys
+import threading
+from collections.abc import Iterator
+from itertools import count
+from pathlib import Path
+from time import monotonic
+from typing import TYPE_CHECKING
+
+# Qt reads these once, when it is loaded or when the application object is made.
+os.environ.setdefault("QT_QPA_PLATFORM", "offscreen")
+if os.environ.get("LC_ALL") in ("C", "POSIX"):
+    os.environ["LC_ALL"] = "C.UTF-8"  # else Qt warns, and Qt's warnings are failures
+
+import pytest
+from hypothesis import settings
+
+from app import i18n
+from tests.setup_files import SetupFiles, loaded_setup_files
+
+if TYPE_CHECKING:
+    from PySide6.QtWidgets import QApplication
+
+LEAK_GRACE_S = 2.0
+_CHINESE_FONTS = (
+    "/usr/share/fonts/truetype/wqy/wqy-microhei.ttc",
+    "/System/Library/Fonts/PingFang.ttc",
+    "C:/Windows/Fonts/msyh.ttc",
+    "C:/Windows/Fonts/simsun.ttc",
+)
+
+settings.register_profile("quick", max_examples=50, deadline=None)
+settings.register_profile("thorough", max_examples=2000, deadline=None)
+settings.load_profile(os.environ.get("HYPOTHESIS_PROFILE", "quick"))
+
+
+def leaked_threads(before: set[threading.Thread], grace_s: float) -> list[threading.Thread]:
+    """The threads that were not there before and are still running after they had ``grace_s`` to end.
+
+    Threads that Python did not start (Qt's own) are left out: Python can neither join nor watch them.
+    """
+    deadline = monotonic() + grace_s
+    leaked = []
+    for thread in set(threading.enumerate()) - before:
+        if not isinstance(thread, threading._DummyThread):
+            thread.join(max(0.0, deadline - monotonic()))
+            if thread.is_alive():
+                leaked.append(thread)
+    return leaked
+
+
+@pytest.fixture(autouse=True)
+def no_leaked_thread() -> Iterator[None]:
+    """Fail a test after which a thread it started, daemon or not, still runs."""
+    before = set(threading.enumerate())
+    yield
+    leaked = leaked_threads(before, LEAK_GRACE_S)
+    if leaked:
+        names = ", ".join(f"{one.name}{' (daemon)' if one.daemon else ''}" for one in leaked)
+        pytest.fail(f"threads still running after the test: {names}", pytrace=False)
+
+
+@pytest.fixture(scope="session")
+def _homes(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Path]:
+    """One folder per test is taken from here; none is made before a test writes into it."""
+    return (tmp_path_factory.getbasetemp() / "homes" / str(number) for number in count(1))
+
+
+@pytest.fixture(autouse=True)
+def user_files(_homes: Iterator[Path], monkeypatch: pytest.MonkeyPatch) -> Path:
+    """The folder that stands for the user's home; settings, data and caches of the test go below it."""
+    home = next(_homes)
+    monkeypatch.setenv("HOME", str(home))
+    for variable in ("CONFIG", "DATA", "STATE", "CACHE"):
+        monkeypatch.setenv(f"XDG_{variable}_HOME", str(home / variable.lower()))
+    for variable in ("APPDATA", "LOCAL_APPDATA", "COMMON_APPDATA", "PERSONAL"):  # platformdirs, on Windows
+        monkeypatch.setenv(f"WIN_PD_OVERRIDE_{variable}", str(home / variable.lower()))
+    return home
+
+
+@pytest.fixture(autouse=True)
+def in_english() -> Iterator[None]:
+    """Start and leave every test in English."""
+    i18n.set_language(i18n.ENGLISH)
+    yield
+    i18n.set_language(i18n.ENGLISH)
+
+
+@pytest.fixture(scope="session", autouse=True)
+def _runtime_folder(tmp_path_factory: pytest.TempPathFactory) -> Iterator[None]:
+    """A private runtime folder, because Qt warns about a missing or shared one."""
+    with pytest.MonkeyPatch.context() as patch:
+        folder = tmp_path_factory.mktemp("runtime")
+        folder.chmod(0o700)
+        patch.setenv("XDG_RUNTIME_DIR", str(folder))
+        yield
+
+
+@pytest.fixture(scope="session")
+def qapp(qapp: "QApplication") -> "QApplication":
+    """pytest-qt's application object, away from the user's files, with a font for Chinese where there is one."""
+    from PySide6.QtCore import QStandardPaths
+    from PySide6.QtGui import QFontDatabase
+
+    QStandardPaths.setTestModeEnabled(True)
+    if not QFontDatabase.families(QFontDatabase.WritingSystem.SimplifiedChinese):
+        for font in _CHINESE_FONTS:
+            if Path(font).exists() and QFontDatabase.addApplicationFont(font) >= 0:
+                break
+    return qapp
+
+
+@pytest.fixture(scope="session")
+def qapp_args() -> list[str]:
+    return [sys.argv[0]]
+
+
+@pytest.fixture(scope="module")
+def setup() -> Iterator[SetupFiles]:
+    """The modules of packaging/ that set a checkout up."""
+    with loaded_setup_files() as files:
+        yield files

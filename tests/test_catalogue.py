@@ -1,0 +1,214 @@
+"""The catalogue itself: nothing doubled, nothing missing, and exactly these requests are dangerous."""
+
+import pytest
+
+from protocol.catalogue import (
+    BAUD_RATES,
+    BY_CODE,
+    BY_NAME,
+    COMMANDS,
+    DEFAULT_BAUD_RATE,
+    HEARTBEAT_CODE,
+    QUERY,
+    RESET_BELOW_THRESHOLD_DEG,
+    SET,
+    SETTINGS,
+    Advice,
+    Command,
+    Hazard,
+    Layout,
+    Request,
+)
+from protocol.fields import Flag, Quantity
+
+NAMES = (
+    "heartbeat activation deploy shutdown serial_output light light_threshold attitude_trigger freefall_trigger "
+    "attitude_threshold freefall_acceleration freefall_time boot_count baud_rate zero_sensor active triggered status "
+    "charging cell_voltage trigger_records"
+)
+CODES = [0x01, *range(0x10, 0x18), *range(0x20, 0x26), *range(0x30, 0x36)]
+
+DANGEROUS = {
+    "42 61 10 02 01",  # activate
+    "42 61 11 02 00",  # forbid deploying: for how long, nobody knows (E15)
+    "42 61 11 02 01",  # fire
+    "42 61 12 02 01",  # shut down
+    "42 61 24 02 01",  # the six baud rates
+    "42 61 24 02 02",
+    "42 61 24 02 03",
+    "42 61 24 02 04",
+    "42 61 24 02 05",
+    "42 61 24 02 06",
+    "42 61 25 01 00",  # zero the sensor, in the shape of a query
+}
+REPEATABLE = {
+    "42 61 01 A5 5A",
+    "42 61 14 01 01",
+    "42 61 15 01 00",
+    "42 61 20 01 00",
+    "42 61 21 01 00",
+    "42 61 22 01 00",
+    "42 61 23 01 00",
+    "42 61 30 01 00",
+    "42 61 31 01 00",
+    "42 61 32 01 00",
+    "42 61 33 01 00",
+    "42 61 34 01 00",
+    "42 61 35 01 00",
+}
+
+
+def every_request() -> list[Request]:
+    """Each request that the catalogue can make, with every value that may be set."""
+    requests = [command.query() for command in COMMANDS if command.query_data is not None]
+    for command in COMMANDS:
+        if command.write is not None:
+            requests += [Request(command, SET, raw) for raw in sorted(command.write.allowed)]
+    return requests
+
+
+def without_sum(request: Request) -> str:
+    return request.encode()[:-1].hex(" ").upper()
+
+
+def test_names_and_codes_are_those_of_the_table() -> None:
+    assert " ".join(command.name for command in COMMANDS) == NAMES
+    assert sorted(command.code for command in COMMANDS) == CODES
+    assert len(BY_CODE) == len(BY_NAME) == len(COMMANDS)
+
+
+def test_exactly_these_requests_are_dangerous() -> None:
+    assert {without_sum(one) for one in every_request() if one.hazard is Hazard.DANGEROUS} == DANGEROUS
+
+
+def test_exactly_these_requests_may_be_repeated() -> None:
+    assert {without_sum(one) for one in every_request() if one.is_repeatable} == REPEATABLE
+
+
+def test_every_other_request_changes_the_module() -> None:
+    others = {without_sum(one) for one in every_request() if one.hazard is Hazard.CHANGES}
+    assert not others & (DANGEROUS | REPEATABLE)
+    assert others == {without_sum(one) for one in every_request()} - DANGEROUS - REPEATABLE
+    assert {one.split()[2] for one in others} == {"10", "13", "15", "16", "17", "20", "21", "22"}
+
+
+def test_a_loop_over_all_queries_would_be_a_mistake_and_can_be_asked_prevents_it() -> None:
+    askable = {command.name for command in COMMANDS if command.can_be_asked}
+    assert "zero_sensor" not in askable
+    assert all(command.query().is_repeatable for command in COMMANDS if command.can_be_asked)
+
+
+def test_the_settings_and_their_keys() -> None:
+    assert [command.key for command in SETTINGS] == [
+        "serial_output",
+        "light_threshold_v",
+        "attitude_trigger",
+        "freefall_trigger",
+        "attitude_threshold_deg",
+        "freefall_acceleration_g",
+        "freefall_time_s",
+        "baud_rate",
+    ]
+    assert len({command.key for command in COMMANDS}) == len(COMMANDS)
+
+
+def test_what_can_be_set_and_proven_by_reading_back() -> None:
+    provable = {command.name for command in COMMANDS if command.reads_back}
+    assert provable == {"light_threshold", "attitude_threshold", "freefall_acceleration", "freefall_time"}
+
+
+def test_codes_that_answer_for_another_command() -> None:
+    extra = {command.name: command.extra_reply_codes for command in COMMANDS if command.extra_reply_codes}
+    assert extra == {"freefall_trigger": {0x16}, "cell_voltage": {0x35}}
+    assert {command.name for command in COMMANDS if command.acknowledged_by_one} == {
+        "freefall_acceleration",
+        "freefall_time",
+        "baud_rate",
+    }
+
+
+@pytest.mark.parametrize("command", COMMANDS, ids=lambda command: command.name)
+def test_an_entry_is_complete(command: Command) -> None:
+    assert command.title
+    assert command.vendor_term
+    assert command.explanation.endswith(".")
+    assert (command.layout is Layout.SHORT) or command.reply is None
+    assert (command.write is None) or command.can_be_asked is command.reads_back
+    assert command.query_data is not None or command.write is not None
+    if command.reply_key is not None:
+        assert command.reply is not None
+        assert command.reply_key.endswith(command.reply.suffix)
+    if command.write_key is not None:
+        assert command.write is not None
+        assert command.write_key.startswith("set")
+    if isinstance(command.write, Quantity) or (command.write is not None and len(command.write.allowed) > 1):
+        assert command.write_key is not None
+
+
+@pytest.mark.parametrize("command", COMMANDS, ids=lambda command: command.name)
+def test_a_default_is_a_value_that_follows_the_advice(command: Command) -> None:
+    if command.default is None:
+        return
+    assert command.write is not None
+    assert command.default in command.write.allowed
+    if command.advice is not None:
+        assert command.advice.is_followed_by(command.write.decode(command.default))
+
+
+def test_the_defaults_of_the_table() -> None:
+    defaults = {one.name: one.write.decode(one.default) for one in COMMANDS if one.write and one.default is not None}
+    assert defaults == {
+        "attitude_trigger": True,
+        "freefall_trigger": True,
+        "attitude_threshold": 60,
+        "freefall_acceleration": 0.5,
+        "freefall_time": 1.6,
+        "baud_rate": 115200,
+    }
+    assert RESET_BELOW_THRESHOLD_DEG == 10
+
+
+def test_hazards_are_declared_for_values_that_exist_only() -> None:
+    for command in COMMANDS:
+        assert set(command.write_hazards) <= (command.write.allowed if command.write is not None else set())
+
+
+def test_advice() -> None:
+    attitude = BY_NAME["attitude_threshold"].advice
+    fall = BY_NAME["freefall_acceleration"].advice
+    assert attitude is not None
+    assert fall is not None
+    assert [attitude.is_followed_by(value) for value in (54, 55, 60, 255)] == [False, True, True, True]
+    assert [fall.is_followed_by(value) for value in (0.0, 0.6, 0.7, 0.8)] == [True, True, False, False]
+    assert Advice("anything").is_followed_by(1e9)
+
+
+def test_frames_are_built_from_the_entry() -> None:
+    query = BY_NAME["light"].query()
+    assert (query.control, query.data, query.is_set) == (QUERY, 1, False)
+    assert query.encode() == bytes.fromhex("42 61 14 01 01 16")
+    assert BY_CODE[HEARTBEAT_CODE].query().encode() == bytes.fromhex("42 61 01 A5 5A 00")
+    assert BY_NAME["freefall_time"].set(1.6).encode() == bytes.fromhex("42 61 22 02 A0 C4")
+    assert BY_NAME["freefall_time"].set(1.6).is_set
+
+
+@pytest.mark.parametrize("name", ["activation", "deploy", "shutdown", "serial_output", "baud_rate", "attitude_trigger"])
+def test_what_has_no_query_cannot_be_asked(name: str) -> None:
+    with pytest.raises(LookupError, match=name):
+        BY_NAME[name].query()
+
+
+@pytest.mark.parametrize("name", ["heartbeat", "light", "status", "zero_sensor", "trigger_records"])
+def test_what_is_read_only_cannot_be_set(name: str) -> None:
+    with pytest.raises(LookupError, match=name):
+        BY_NAME[name].set(1)
+
+
+def test_baud_rates_fastest_first() -> None:
+    assert BAUD_RATES == (115200, 57600, 38400, 19200, 9600, 4800)
+    assert BAUD_RATES[0] == DEFAULT_BAUD_RATE
+
+
+def test_the_flags_of_the_triggers_are_inverted_and_no_other() -> None:
+    inverted = {command.name for command in COMMANDS if isinstance(command.write, Flag) and command.write.true == 0x00}
+    assert inverted == {"attitude_trigger", "freefall_trigger"}
