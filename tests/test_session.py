@@ -1,11 +1,12 @@
 """Procedures on the simulated module, on a fake clock: what is known, how, and what was sent for it."""
 
 from collections.abc import Callable
+from itertools import pairwise
 
 import pytest
 
 from app.device import Doubt, How
-from app.procedure import Cancelled, PortLost
+from app.procedure import Ask, Cancelled, PortLost, Procedure
 from app.procedures.find import find_rate
 from app.procedures.greet import Silence, greet
 from app.procedures.history import read_history
@@ -14,7 +15,7 @@ from app.procedures.read import READABLE, read_everything
 from app.procedures.stream import StreamSwitch, watch
 from app.session import Run
 from app.transport import PortError, PortTrouble
-from protocol.catalogue import HEARTBEAT, SERIAL_OUTPUT, Hazard
+from protocol.catalogue import BY_NAME, HEARTBEAT, SERIAL_OUTPUT, Hazard
 from protocol.messages import TriggerRecord
 from tests import reference_decoder
 from tests.sim_line import Rig
@@ -263,7 +264,7 @@ def test_at_line_rate_no_status_is_lost() -> None:
     statuses = [found for found in reference_decoder.frames(bytes(rig.line.arrived)) if found.raw[:3] == b"Au2"]
     assert len(statuses) > 1440 * 15
     assert len(samples) == len(statuses)
-    assert all(a.at <= b.at for a, b in zip(samples, samples[1:], strict=False))
+    assert all(earlier.at <= later.at for earlier, later in pairwise(samples))
 
 
 def test_a_restart_casts_doubt_on_everything_until_it_is_read_again() -> None:
@@ -283,10 +284,7 @@ def test_a_restart_casts_doubt_on_everything_until_it_is_read_again() -> None:
     assert again.fresh("boot_count", rig.clock.now_s) == 6
 
 
-def _set_trigger():  # type: ignore[no-untyped-def]
-    from app.procedure import Ask
-    from protocol.catalogue import BY_NAME
-
+def _set_trigger() -> Procedure[None]:
     yield Ask(BY_NAME["attitude_trigger"].set(True))
 
 
@@ -363,7 +361,7 @@ def test_a_second_procedure_waits_for_the_first() -> None:
 
 
 def test_a_bug_in_a_procedure_ends_only_that_procedure() -> None:
-    def broken():  # type: ignore[no-untyped-def]
+    def broken() -> Procedure[None]:
         yield from greet()
         raise ZeroDivisionError
 
@@ -374,10 +372,7 @@ def test_a_bug_in_a_procedure_ends_only_that_procedure() -> None:
 
 
 def test_a_dangerous_request_never_leaves_without_an_explicit_act() -> None:
-    from app.procedure import Ask
-    from protocol.catalogue import BY_NAME
-
-    def careless():  # type: ignore[no-untyped-def]
+    def careless() -> Procedure[None]:
         yield Ask(BY_NAME["zero_sensor"].query())
 
     rig = rig_with()

@@ -1,0 +1,7 @@
+# Only shortens packaging/bootstrap.py, which works without make.  Arguments: make test ARGS="-k frame"
+PYTHON ?= python3
+ARGS ?=
+
+.PHONY: demo test check bench soak clean
+demo test check bench soak clean:
+	$(PYTHON) packaging/bootstrap.py $@ $(ARGS)

@@ -1,0 +1,157 @@
+"""The commands of bootstrap.py: each makes sure that all is installed, then runs one thing."""
+
+import argparse
+import io
+import os
+import shutil
+import subprocess
+import sys
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import NamedTuple
+
+import environment
+import system_libraries
+from environment import BIN, ROOT, VENV_PYTHON, SetupError
+
+OFFSCREEN_DEMO_S = 10
+EVIDENCE = ROOT / "build" / "demo"
+
+
+class Command(NamedTuple):
+    """What a command does, in words and in code; the code turns arguments into an exit code."""
+
+    explanation: str
+    run: Callable[[list[str]], int]
+
+
+def call(program: Sequence[str | Path], **variables: str) -> int:
+    """Run a program in the root of the checkout to its end; its exit code, 130 when it was interrupted.
+
+    ``variables`` are environment variables that hold unless the user's own environment has them.
+    """
+    sys.stdout.flush()
+    words = [str(word) for word in program]
+    with subprocess.Popen(words, cwd=ROOT, env={**variables, **os.environ}) as process:
+        while True:
+            try:
+                code = process.wait()
+                break
+            except KeyboardInterrupt:  # the program was told by the terminal too: let it end in its own way
+                continue
+    return code if code >= 0 else 128 - code
+
+
+def _python(*arguments: str) -> list[str | Path]:
+    return [VENV_PYTHON, *arguments]
+
+
+def _take_none(arguments: list[str]) -> None:
+    if arguments:
+        raise SetupError(f"This command takes no arguments: {' '.join(arguments)}", exit_code=2)
+
+
+def _test(arguments: list[str]) -> int:
+    return call(_python("-m", "pytest", *arguments), QT_QPA_PLATFORM="offscreen")
+
+
+def _check(arguments: list[str]) -> int:
+    _take_none(arguments)
+    return max(call(_python("-m", "ruff", "check", ".")), call(_python("-m", "mypy")))
+
+
+def _demo(arguments: list[str]) -> int:
+    program: list[str | Path] = [BIN / "dps-s", "gui", "--demo"]
+    reason = system_libraries.why_no_screen(VENV_PYTHON)
+    if reason is None:
+        return call([*program, *arguments])
+    print(f"{reason} The same window now runs unseen for {OFFSCREEN_DEMO_S} seconds on the simulated module.")
+    code = call(
+        [*program, "--offscreen-seconds", str(OFFSCREEN_DEMO_S), "--evidence", EVIDENCE, *arguments],
+        QT_QPA_PLATFORM="offscreen",
+    )
+    if code == 0:
+        print("What it showed and the values that it saw:")
+        for path in sorted(EVIDENCE.iterdir()):
+            print(f"  {path}")
+    return code
+
+
+def _run(arguments: list[str]) -> int:
+    return call([BIN / "dps-s", *arguments])
+
+
+def _bench(arguments: list[str]) -> int:
+    return call(_python("-m", "tests.bench", *arguments), QT_QPA_PLATFORM="offscreen")
+
+
+def _soak(arguments: list[str]) -> int:
+    return call(_python("-m", "tests.soak", *arguments), QT_QPA_PLATFORM="offscreen")
+
+
+def _translations(arguments: list[str]) -> int:
+    return call(_python("packaging/translations.py", *arguments))
+
+
+def _setup(arguments: list[str]) -> int:
+    _take_none(arguments)
+    print(f"All is installed in {environment.VENV}.")
+    return 0
+
+
+COMMANDS: dict[str, Command] = {
+    "demo": Command("open the window on the simulated module", _demo),
+    "test": Command("run the tests (arguments go to pytest)", _test),
+    "check": Command("run ruff and mypy", _check),
+    "bench": Command("run the benchmark", _bench),
+    "soak": Command("run the endurance test", _soak),
+    "run": Command("run dps-s with the arguments", _run),
+    "translations": Command("update, check or merge the translations", _translations),
+    "setup": Command("only install what is needed", _setup),
+}
+LEFTOVERS = ("build", "dist", ".pytest_cache", ".mypy_cache", ".ruff_cache", ".hypothesis")
+
+
+def clean() -> None:
+    """Delete what building and testing left behind; .venv stays."""
+    folders = [ROOT / name for name in LEFTOVERS]
+    for top in ("app", "protocol", "ui", "tests", "packaging"):
+        folders += (ROOT / top).rglob("__pycache__")
+    folders += ROOT.glob("*.egg-info")
+    for folder in folders:
+        shutil.rmtree(folder, ignore_errors=True)
+
+
+def _explanations() -> str:
+    explanations = {name: command.explanation for name, command in COMMANDS.items()}
+    explanations["clean"] = "delete what builds and tests left behind, but not .venv"
+    return "\n".join(["commands:", *(f"  {name:<14}{text}" for name, text in explanations.items())])
+
+
+def main(arguments: list[str]) -> int:
+    """Do one command; its exit code (3: the machine lacks something that only its user can give it)."""
+    for stream in (sys.stdout, sys.stderr):
+        if isinstance(stream, io.TextIOWrapper):
+            stream.reconfigure(errors="replace")  # what pip says may hold letters that a console has not
+    parser = argparse.ArgumentParser(
+        prog="bootstrap.py",
+        description="Set up DPS-S Configurator in this checkout, then run one thing.",
+        epilog=_explanations(),
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    parser.add_argument("command", choices=[*COMMANDS, "clean"], metavar="command")
+    parser.add_argument("arguments", nargs=argparse.REMAINDER, help="passed on")
+    chosen = parser.parse_args(arguments[:1])
+    try:
+        if chosen.command == "clean":
+            clean()
+            return 0
+        environment.make_ready()
+        system_libraries.make_ready(VENV_PYTHON, is_screen_wanted=chosen.command in ("demo", "run"))
+        return COMMANDS[chosen.command].run(arguments[1:])
+    except SetupError as error:
+        print(error, file=sys.stderr)
+        return error.exit_code
+    except KeyboardInterrupt:
+        print("Interrupted; what is half done will be done anew.", file=sys.stderr)
+        return 130

@@ -1,0 +1,191 @@
+"""The .venv of a checkout: made, kept current and repaired.
+
+A stamp in it tells what it was made from.  The stamp is taken away before anything in .venv is changed and
+written after everything is done, so an interrupted installation has none, and is made anew.
+"""
+
+import contextlib
+import hashlib
+import importlib.util
+import json
+import os
+import shutil
+import subprocess
+import sys
+import time
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parent.parent
+LOCK = ROOT / "packaging" / "lock.txt"
+PYPROJECT = ROOT / "pyproject.toml"
+VENV = ROOT / ".venv"
+BIN = VENV / ("Scripts" if os.name == "nt" else "bin")
+VENV_PYTHON = BIN / ("python.exe" if os.name == "nt" else "python")
+STAMP = VENV / "bootstrap.json"
+QT_PROVEN = VENV / "qt-proven"
+
+
+class SetupError(Exception):
+    """The sentence for the user: what is missing and what to type."""
+
+    def __init__(self, sentence: str, *, exit_code: int = 3) -> None:
+        super().__init__(sentence)
+        self.exit_code = exit_code
+
+
+def wanted_stamp() -> dict[str, str]:
+    """What a .venv that is current was made from.  The place counts, because scripts in .venv contain it."""
+    return {
+        "root": str(ROOT),
+        "python": f"{sys.implementation.name} {sys.version_info.major}.{sys.version_info.minor}",
+        "lock": hashlib.sha256(LOCK.read_bytes()).hexdigest(),
+        "pyproject": hashlib.sha256(PYPROJECT.read_bytes()).hexdigest(),
+    }
+
+
+def found_stamp() -> dict[str, str]:
+    """What the .venv that is there was made from; empty when there is none, or only a part of one."""
+    try:
+        stamp = json.loads(STAMP.read_text(encoding="utf-8"))
+    except (OSError, ValueError):
+        return {}
+    return stamp if isinstance(stamp, dict) else {}
+
+
+def make_ready() -> None:
+    """Make sure that .venv has everything.  Raises SetupError."""
+    if _is_current():
+        return
+    with _only_one():
+        if _is_current():  # while this one waited, another made it
+            return
+        try:
+            _make()
+        except OSError as error:
+            raise SetupError(f"{VENV} cannot be made: {error}.") from error
+
+
+def _is_current() -> bool:
+    return found_stamp() == wanted_stamp() and _runs()
+
+
+def _runs() -> bool:
+    """Does the Python of .venv start at all?  It does not after its own Python was removed or moved."""
+    command = [str(VENV_PYTHON), "-I", "-S", "-c", ""]
+    try:
+        return subprocess.run(command, capture_output=True, timeout=60, check=False).returncode == 0
+    except (OSError, subprocess.TimeoutExpired):
+        return False
+
+
+def _make() -> None:
+    started = time.monotonic()
+    wanted, found = wanted_stamp(), found_stamp()
+    can_be_kept = (found.get("root"), found.get("python")) == (wanted["root"], wanted["python"]) and _runs()
+    for mark in (STAMP, QT_PROVEN):
+        mark.unlink(missing_ok=True)
+    if not can_be_kept:
+        _make_anew()
+    packages = sum(1 for line in LOCK.read_text(encoding="utf-8").splitlines() if "==" in line)
+    say(f"Installing {packages} packages from packaging/lock.txt into .venv...")
+    # The lock names everything, so nothing is left to resolve; pip takes its index from its own settings.
+    _pip("install", "--no-deps", "--requirement", str(LOCK))
+    _pip("install", "--no-deps", "--no-build-isolation", "--editable", str(ROOT))
+    _pip("check")
+    half = STAMP.with_suffix(".half")
+    half.write_text(json.dumps(wanted, indent=1), encoding="utf-8")
+    half.replace(STAMP)
+    say(f"Installed in {time.monotonic() - started:.0f} s.")
+
+
+def _make_anew() -> None:
+    if not os.access(ROOT, os.W_OK):
+        raise SetupError(f"{ROOT} cannot be written by this user, and .venv has to go there.")
+    need_venv_module()
+    if VENV.is_symlink() or VENV.is_file():
+        VENV.unlink()
+    elif VENV.exists():
+        if Path(sys.prefix).resolve() == VENV.resolve():
+            raise SetupError(f"{VENV} has to be made anew, and this is its own Python: use another Python.")
+        say("The .venv that is here is broken, unfinished or of another Python: making it anew.")
+        shutil.rmtree(VENV)
+    say(f"Making .venv with Python {sys.version.split()[0]}...")
+    made = _quietly([sys.executable, "-m", "venv", str(VENV)])
+    if made.returncode != 0:
+        raise SetupError(f"{made.stdout}\nPython's own venv module could not make {VENV}; it says why above.")
+
+
+def need_venv_module() -> None:
+    """Make sure that this Python has ``venv`` and ``ensurepip``, which Debian and Ubuntu ship apart."""
+    if _has_venv_module():
+        return
+    package = f"python{sys.version_info.major}.{sys.version_info.minor}-venv"
+    if sys.base_prefix != "/usr" or not shutil.which("apt-get"):
+        raise SetupError(
+            f"This Python ({sys.executable}) was built without ensurepip: use another Python 3.11 or later."
+        )
+    install_with_apt([package], reason="Python's venv module is missing")
+    importlib.invalidate_caches()
+    if not _has_venv_module():
+        raise SetupError(f"{package} is installed, yet {sys.executable} still has no ensurepip.")
+
+
+def _has_venv_module() -> bool:
+    return all(importlib.util.find_spec(name) for name in ("venv", "ensurepip"))
+
+
+def install_with_apt(packages: Sequence[str], *, reason: str) -> None:
+    """Install Debian packages where this user may, else raise SetupError with the command to type."""
+    names = " ".join(packages)
+    if os.geteuid() != 0:
+        raise SetupError(f"{reason}. Type: sudo apt-get install {names}")
+    say(f"{reason}: installing {names}...")
+    for command in (["update", "-q"], ["install", "-q", "-y", "--no-install-recommends", *packages]):
+        done = _quietly(["apt-get", *command], DEBIAN_FRONTEND="noninteractive")
+        # An unreachable source among several is no reason to stop before the installation was tried.
+        if done.returncode != 0 and command[0] == "install":
+            raise SetupError(f"{done.stdout}\napt-get install {names} failed; it says why above.")
+
+
+def _pip(*arguments: str) -> None:
+    done = _quietly([str(VENV_PYTHON), "-m", "pip", *arguments], PIP_DISABLE_PIP_VERSION_CHECK="1", PIP_USER="0")
+    if done.returncode != 0:
+        raise SetupError(
+            f"{done.stdout}\npip {arguments[0]} failed; it says why above. Mend that, then run this again.",
+            exit_code=4,
+        )
+
+
+def _quietly(command: Sequence[str], **variables: str) -> "subprocess.CompletedProcess[str]":
+    """Run to the end; what it printed is kept for the case that it fails."""
+    return subprocess.run(
+        command,
+        cwd=ROOT,
+        env={**os.environ, **variables},
+        stdin=subprocess.DEVNULL,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.STDOUT,
+        text=True,
+        errors="replace",
+        check=False,
+    )
+
+
+@contextlib.contextmanager
+def _only_one() -> Iterator[None]:
+    """Let one process at a time change .venv, where the platform has file locks; a killed one leaves none."""
+    try:
+        import fcntl
+    except ImportError:
+        yield
+        return
+    with LOCK.open("rb") as lock:
+        with contextlib.suppress(OSError):  # some network drives have no locks
+            fcntl.flock(lock, fcntl.LOCK_EX)
+        yield
+
+
+def say(sentence: str) -> None:
+    """Tell the user at once what is being done."""
+    print(sentence, flush=True)

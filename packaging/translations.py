@@ -1,0 +1,211 @@
+"""Keep app/locale/zh_CN.ts in step with the texts of the source.
+
+    python3 packaging/translations.py update       write the file anew: new texts unfinished, gone ones removed
+    python3 packaging/translations.py check        exit 1 with a list when it is not in step or not finished
+    python3 packaging/translations.py merge DIR    update, and fill in from DIR/*.json ({"English": "中文"})
+
+Texts are the literals in calls of ``tr(...)``, ``marked(...)`` and ``bind(setter, ...)``.  Whatever else ``tr`` is
+given has to be the name of something marked.
+"""
+
+import argparse
+import ast
+import json
+import string
+import sys
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Final, NamedTuple
+from xml.etree import ElementTree
+from xml.sax.saxutils import escape
+
+ROOT: Final = Path(__file__).resolve().parent.parent
+TS: Final = ROOT / "app" / "locale" / "zh_CN.ts"
+PACKAGES: Final = ("protocol", "app", "ui")
+CONTEXT: Final = "dps-s"
+_POSITION_OF_TEXT: Final = {"tr": 0, "marked": 0, "bind": 1}
+
+
+@dataclass(slots=True)
+class Extract:
+    """The texts of sources, each with the place where it was first seen, and what is wrong with calls."""
+
+    texts: dict[str, str] = field(default_factory=dict)
+    faults: list[str] = field(default_factory=list)
+
+
+class Translation(NamedTuple):
+    """The Chinese for one text (empty where there is none yet) and whether somebody declared it done."""
+
+    chinese: str
+    is_finished: bool
+
+
+def extract_all(root: Path = ROOT) -> Extract:
+    """The texts of every Python file of the packages."""
+    found = Extract()
+    for package in PACKAGES:
+        for path in sorted((root / package).rglob("*.py")):
+            extract(path.read_text(encoding="utf-8"), path.relative_to(root).as_posix(), found)
+    return found
+
+
+def extract(source: str, path: str, found: Extract) -> None:
+    """Add the texts and faults of one source text."""
+    for node in ast.walk(ast.parse(source)):
+        if isinstance(node, ast.Call):
+            name = _called_name(node.func)
+            position = _POSITION_OF_TEXT.get(name)
+            if position is not None and len(node.args) > position:
+                _extract_call(node, name, node.args[position], f"{path}:{node.lineno}", found)
+
+
+def _called_name(function: ast.expr) -> str:
+    match function:
+        case ast.Name(id=name) | ast.Attribute(attr=name):
+            return name
+    return ""
+
+
+def _extract_call(call: ast.Call, name: str, text: ast.expr, place: str, found: Extract) -> None:
+    match text:
+        case ast.Constant(value=str(literal)):
+            found.texts.setdefault(literal, place)
+            if name != "marked":
+                _check_values(call, literal, place, found)
+        case ast.IfExp(body=one, orelse=other):
+            _extract_call(call, name, one, place, found)
+            _extract_call(call, name, other, place, found)
+        case ast.Name() | ast.Attribute() if name != "marked":
+            pass
+        case ast.Subscript(value=ast.Name() | ast.Attribute()) if name != "marked":
+            pass  # a table of marked texts
+        case ast.JoinedStr():
+            found.faults.append(f"{place}: {name}() is given an f-string; use {{name}} and name=value")
+        case _:
+            wanted = "a literal" if name == "marked" else "a literal or the name of a marked text"
+            found.faults.append(f"{place}: {name}() wants {wanted}, not {ast.unparse(text)}")
+
+
+def _check_values(call: ast.Call, literal: str, place: str, found: Extract) -> None:
+    """The placeholders of a text and the values that the call gives have to be the same."""
+    given = {keyword.arg for keyword in call.keywords}
+    if None in given:  # **values: known at run time only
+        return
+    wanted = {name.partition(".")[0].partition("[")[0] for name in placeholders(literal)}
+    if wanted != given:
+        found.faults.append(f"{place}: placeholders {_listed(wanted)}, values {_listed(given)}: {literal!r}")
+
+
+def _listed(names: set[str | None] | set[str]) -> str:
+    return ", ".join(sorted(str(name) for name in names)) or "none"
+
+
+def placeholders(text: str) -> set[str]:
+    """The names in braces; none where the text is no format at all, but holds stray braces."""
+    try:
+        return {name for _, name, _, _ in string.Formatter().parse(text) if name is not None}
+    except ValueError:
+        return set()
+
+
+def read_ts(path: Path = TS) -> dict[str, Translation]:
+    """All messages of a .ts file, unfinished ones too."""
+    messages = {}
+    for message in ElementTree.parse(path).getroot().iterfind("context/message"):
+        translation = message.find("translation")
+        if translation is not None:
+            is_finished = translation.get("type") is None and bool(translation.text)
+            messages[message.findtext("source", "")] = Translation(translation.text or "", is_finished)
+    return messages
+
+
+def write_ts(messages: Mapping[str, Translation], path: Path = TS) -> None:
+    """Write a .ts file, sorted by the English text and without line numbers, so that a change shows as small."""
+    lines = [
+        '<?xml version="1.0" encoding="utf-8"?>',
+        "<!DOCTYPE TS>",
+        '<TS version="2.1" language="zh_CN" sourcelanguage="en">',
+        "<context>",
+        f"    <name>{CONTEXT}</name>",
+    ]
+    for english, translation in sorted(messages.items()):
+        kind = "" if translation.is_finished else ' type="unfinished"'
+        lines += [
+            "    <message>",
+            f"        <source>{escape(english)}</source>",
+            f"        <translation{kind}>{escape(translation.chinese)}</translation>",
+            "    </message>",
+        ]
+    lines += ["</context>", "</TS>", ""]
+    path.write_text("\n".join(lines), encoding="utf-8", newline="\n")
+
+
+def updated(texts: Mapping[str, str], old: Mapping[str, Translation]) -> dict[str, Translation]:
+    """The messages for exactly these texts, with the translations there were."""
+    return {english: old.get(english, Translation("", is_finished=False)) for english in texts}
+
+
+def problems(found: Extract, messages: Mapping[str, Translation]) -> Iterator[str]:
+    """Everything that ``check`` objects to, a line each."""
+    yield from found.faults
+    for english, place in sorted(found.texts.items()):
+        translation = messages.get(english)
+        if translation is None:
+            yield f"{place}: missing: {english!r}"
+        elif not translation.is_finished:
+            yield f"{place}: unfinished: {english!r}"
+        elif placeholders(english) != placeholders(translation.chinese):
+            yield f"{place}: other placeholders: {english!r}, {translation.chinese!r}"
+    for english in sorted(messages.keys() - found.texts.keys()):
+        yield f"{TS.name}: gone from the source: {english!r}"
+
+
+def merge(folder: Path, messages: dict[str, Translation]) -> Iterator[str]:
+    """Fill in what is not finished from the JSON files of a folder; yields what was not taken, and why."""
+    filled: dict[str, str] = {}
+    for path in sorted(folder.glob("*.json")):
+        pairs = json.loads(path.read_text(encoding="utf-8"))
+        for english, chinese in pairs.items():
+            old = messages.get(english)
+            if old is None:
+                yield f"{path.name}: not in the source: {english!r}"
+            elif not chinese:
+                yield f"{path.name}: empty: {english!r}"
+            elif placeholders(english) != placeholders(chinese):
+                yield f"{path.name}: other placeholders: {english!r}, {chinese!r}"
+            elif old.is_finished:
+                if old.chinese != chinese:
+                    there = filled.get(english, TS.name)
+                    yield f"{path.name}: {english!r} stays {old.chinese!r} ({there}), not {chinese!r}"
+            else:
+                messages[english] = Translation(chinese, is_finished=True)
+                filled[english] = path.name
+
+
+def main(arguments: list[str]) -> int:
+    parser = argparse.ArgumentParser(description="Keep app/locale/zh_CN.ts in step with the texts of the source.")
+    commands = parser.add_subparsers(dest="command", required=True)
+    commands.add_parser("update", help="write the file anew")
+    commands.add_parser("check", help="exit 1 when it is not in step or not finished")
+    commands.add_parser("merge", help="update, and fill in from JSON files").add_argument("folder", type=Path)
+    chosen = parser.parse_args(arguments)
+
+    found, messages = extract_all(), read_ts()
+    if chosen.command == "check":
+        listed = list(problems(found, messages))
+        print("\n".join([*listed, f"{len(listed)} problems in {len(found.texts)} texts"]))
+        return 1 if listed else 0
+    messages = updated(found.texts, messages)
+    if chosen.command == "merge":
+        print(*merge(chosen.folder, messages), sep="\n")
+    write_ts(messages)
+    unfinished = sum(not one.is_finished for one in messages.values())
+    print(f"{len(messages)} texts, {unfinished} of them unfinished")
+    print(*found.faults, sep="\n")
+    return 1 if found.faults else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))

@@ -1,0 +1,111 @@
+"""What tests/conftest.py and the settings promise to fail does fail: shown on a test file made to fail."""
+
+import os
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parent.parent
+
+BAD_TESTS = """
+import gc, threading, warnings
+import pytest
+from PySide6.QtCore import qWarning
+from tests import conftest
+
+conftest.LEAK_GRACE_S = 0.1
+is_over = threading.Event()
+
+@pytest.fixture(scope="module", autouse=True)
+def end():
+    yield
+    is_over.set()
+
+def test_leaves_a_thread():
+    threading.Thread(target=is_over.wait, name="forgotten").start()
+
+def test_leaves_a_daemon():
+    threading.Thread(target=is_over.wait, name="lurking", daemon=True).start()
+
+def test_leaves_an_ending_thread():
+    threading.Thread(target=int).start()
+
+def test_warns():
+    warnings.warn("careful")
+
+def test_lets_qt_warn():
+    qWarning("careful, says Qt")
+
+def test_leaves_a_file_open():
+    open(__file__)
+    gc.collect()
+
+def test_fails_in_a_thread():
+    thread = threading.Thread(target=int, args=("no number",))
+    thread.start()
+    thread.join()
+
+@pytest.mark.never_declared
+def test_has_a_marker():
+    pass
+"""
+
+
+@pytest.fixture(scope="module")
+def printed(tmp_path_factory: pytest.TempPathFactory) -> str:
+    """What pytest prints over the bad tests with this checkout's settings and conftest, markers aside."""
+    return run_pytest(BAD_TESTS.replace("@pytest.mark.never_declared\n", ""), tmp_path_factory.mktemp("bad"))
+
+
+def run_pytest(source: str, folder: Path) -> str:
+    path = folder / "test_bad.py"
+    path.write_text(source, encoding="utf-8")
+    command = [sys.executable, "-m", "pytest", "-c", str(ROOT / "pyproject.toml"), "--rootdir", str(folder)]
+    command += ["-p", "tests.conftest", "-p", "no:cacheprovider", "-o", f"pythonpath={ROOT}", str(path)]
+    run = subprocess.run(
+        command, cwd=ROOT, env=dict(os.environ), capture_output=True, text=True, timeout=120, check=False
+    )
+    assert run.returncode != 0
+    return run.stdout + run.stderr
+
+
+@pytest.mark.parametrize(
+    ("test", "reason"),
+    [
+        ("test_leaves_a_thread", "threads still running after the test: forgotten"),
+        ("test_leaves_a_daemon", r"threads still running after the test: lurking \(daemon\)"),
+        ("test_warns", "UserWarning: careful"),
+        ("test_lets_qt_warn", "careful, says Qt"),
+        ("test_leaves_a_file_open", "ResourceWarning"),
+        ("test_fails_in_a_thread", "ValueError"),
+    ],
+)
+def test_it_fails(printed: str, test: str, reason: str) -> None:
+    assert re.search(rf"^(FAILED|ERROR) .*::{test}\b", printed, re.MULTILINE), printed
+    assert re.search(reason, printed)
+
+
+def test_what_is_in_order_passes(printed: str) -> None:
+    assert not re.search(r"^(FAILED|ERROR) .*::test_(leaves_an_ending_thread|has_a_marker)", printed, re.MULTILINE)
+    assert "4 failed, 4 passed, 2 errors" in printed
+
+
+def test_an_unknown_marker_is_refused(tmp_path: Path) -> None:
+    assert "'never_declared' not found in `markers`" in run_pytest(BAD_TESTS, tmp_path)
+
+
+def test_nothing_of_the_users_is_in_reach(user_files: Path) -> None:
+    import platformdirs
+
+    folders = [
+        platformdirs.user_data_path("dps-s"),
+        platformdirs.user_config_path("dps-s"),
+        platformdirs.user_state_path("dps-s"),
+        platformdirs.user_cache_path("dps-s"),
+        Path.home(),
+    ]
+    assert all(folder == user_files or user_files in folder.parents for folder in folders)
+    assert not user_files.exists()
