@@ -13,6 +13,8 @@ from typing import NamedTuple
 from app.simulator.module import BITS_PER_BYTE, Sent, SimulatedModule
 
 LONGEST_GARBAGE = 12
+PART_S = 0.005
+"""Bursts that take longer arrive in parts of this length, as from an adapter."""
 KEPT_BYTES = 65536
 """What a driver keeps for a host that does not read."""
 
@@ -112,13 +114,14 @@ class Wire:
         return bytes(arrived[-KEPT_BYTES:])
 
     def next_due(self, now_s: float) -> float | None:
-        """When the next whole burst ends or the module has something to do; None while nothing is under way."""
+        """When the next burst, or a part of a long one, is there, or the module has something to do; None for never."""
         due_s = self.module.next_due(now_s)
         times_s = [] if due_s is None else [due_s]
         if self._up:
             times_s.append(self._up[0].ends_s)
         if self._down:
-            times_s.append(self._down[0].ends_s)
+            burst = self._down[0]
+            times_s.append(min(burst.ends_s, burst.begins_s + PART_S))
         return max(now_s, min(times_s)) if times_s else None
 
     def clear(self, now_s: float) -> None:

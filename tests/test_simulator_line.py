@@ -1,0 +1,173 @@
+"""Faults of the line: each does what it says, and the same again for the same seed."""
+
+from typing import Any
+
+import pytest
+
+from app.simulator.line import Direction, Faults, Wire
+from app.simulator.module import SimulatedModule
+from app.simulator.world import World
+from protocol.catalogue import BY_NAME, STATUS
+from protocol.frame import Frame
+from protocol.stream import StreamParser
+
+ASK = STATUS.query().encode()
+ANSWER = bytes.fromhex("41 75 32 00 0a 00 00 3c")
+BYTE_S = 10 / 115200
+
+
+def wire(*, seed: int = 1, host_baud: int | None = None, **faults: Any) -> Wire:
+    module = SimulatedModule(World())
+    module.power_on(-60.0)
+    module.tick(0.0)
+    return Wire(module, Faults(**faults), seed=seed, host_baud=host_baud)
+
+
+def conversation(line: Wire, count: int = 200) -> list[bytes]:
+    """What comes back to each of `count` requests, 50 ms apart."""
+    answers = []
+    for number in range(count):
+        line.write(ASK, number * 0.05)
+        answers.append(line.read(number * 0.05 + 0.049))
+    return answers
+
+
+def test_bytes_take_their_time() -> None:
+    line = wire()
+    line.write(ASK, 0.0)
+    assert line.next_due(0.0) == pytest.approx(6 * BYTE_S)
+    assert line.read(6 * BYTE_S - 1e-6) == b""
+    assert line.read(6 * BYTE_S + 1e-6) == b""
+    assert line.next_due(6 * BYTE_S + 1e-6) == pytest.approx(14 * BYTE_S)
+    assert line.read(10.5 * BYTE_S) == ANSWER[:4]
+    assert line.read(14 * BYTE_S + 1e-9) == ANSWER[4:]
+    assert line.next_due(1.0) is None
+
+
+def test_at_most_11520_bytes_a_second() -> None:
+    line = wire()
+    line.write(ASK * 10_000, 0.0)
+    assert len(line.read(1.0)) <= 11_520
+
+
+def test_without_pacing_the_answer_is_there_at_once() -> None:
+    line = wire(paced=False)
+    line.write(ASK, 0.0)
+    assert line.read(0.0) == ANSWER
+
+
+@pytest.mark.parametrize(
+    "faults",
+    [
+        {"drop": 0.3},
+        {"lose": 0.05},
+        {"corrupt": 0.05},
+        {"garbage": 0.3},
+        {"double": 0.3},
+        {"jitter_ms": 5.0, "split_ms": 2.0},
+        {"drop": 0.1, "corrupt": 0.1, "direction": Direction.BOTH},
+    ],
+)
+def test_the_same_seed_gives_the_same_faults(faults: dict[str, Any]) -> None:
+    first = conversation(wire(seed=5, **faults))
+    assert first == conversation(wire(seed=5, **faults))
+    assert first != conversation(wire(seed=6, **faults)) or "jitter_ms" in faults
+
+
+def test_drop_takes_whole_answers() -> None:
+    answers = conversation(wire(drop=0.3))
+    assert set(answers) == {b"", ANSWER}
+    assert 30 <= answers.count(b"") <= 90
+
+
+def test_lose_takes_single_bytes() -> None:
+    short = [answer for answer in conversation(wire(lose=0.05)) if answer != ANSWER]
+    assert short
+    assert all(len(answer) < len(ANSWER) for answer in short)
+
+
+def test_corrupt_turns_single_bits() -> None:
+    wrong = [answer for answer in conversation(wire(corrupt=0.02)) if answer != ANSWER]
+    assert wrong
+    for answer in wrong:
+        assert {(a ^ b).bit_count() for a, b in zip(answer, ANSWER, strict=True)} <= {0, 1}
+
+
+def test_garbage_comes_before_the_answer() -> None:
+    answers = conversation(wire(garbage=0.3))
+    assert all(answer.endswith(ANSWER) for answer in answers)
+    assert 30 <= sum(len(answer) > len(ANSWER) for answer in answers) <= 90
+
+
+def test_doubled_answers() -> None:
+    assert set(conversation(wire(double=0.5))) == {ANSWER, 2 * ANSWER}
+
+
+def test_faults_towards_the_module_lose_requests() -> None:
+    line = wire(drop=1.0, direction=Direction.TO_MODULE)
+    line.write(BY_NAME["attitude_threshold"].set(70).encode(), 0.0)
+    assert line.read(1.0) == b""
+    assert line.module.memory.attitude_threshold == 60
+    line.faults = Faults(drop=1.0)
+    line.write(BY_NAME["attitude_threshold"].set(70).encode(), 1.0)
+    assert line.read(2.0) == b""
+    assert line.module.memory.attitude_threshold == 70, "the request came through, the answer did not"
+
+
+def test_delay_and_jitter() -> None:
+    line = wire(delay_ms=20.0, jitter_ms=10.0)
+    line.write(ASK, 0.0)
+    assert line.read(0.020 + 6 * BYTE_S) == b""
+    assert line.read(0.030 + 14 * BYTE_S + 1e-9) == ANSWER
+
+
+def test_split_answers_come_in_pieces() -> None:
+    line = wire(split_ms=5.0)
+    line.write(ASK, 0.0)
+    parts = [line.read(step / 1000) for step in range(30)]
+    parts = [part for part in parts if part]
+    assert len(parts) in (2, 3)
+    assert b"".join(parts) == ANSWER
+
+
+def test_echo_brings_the_hosts_bytes_back() -> None:
+    line = wire(echo=True)
+    line.write(ASK, 0.0)
+    assert line.read(1.0) == ASK + ANSWER
+
+
+def test_mute() -> None:
+    assert set(conversation(wire(mute=True), 5)) == {b""}
+
+
+def test_at_the_wrong_rate_nothing_is_understood() -> None:
+    line = wire(host_baud=9600)
+    assert b"Au" not in b"".join(conversation(line, 20))
+    line.module.start_stream(1.0)
+    garbled = line.read(2.0)
+    assert garbled
+    assert not [piece for piece in StreamParser().feed(garbled) if isinstance(piece, Frame)]
+    line.host_baud = 115200
+    line.clear(2.0)
+    assert ANSWER in line.read(2.5)
+
+
+def test_what_was_on_its_way_at_the_opening_is_lost() -> None:
+    line = wire()
+    line.write(ASK, 0.0)
+    line.clear(1.0)
+    assert line.read(2.0) == b""
+
+
+def test_a_long_burst_on_a_slow_line_arrives_in_parts() -> None:
+    line = wire(host_baud=4800)
+    line.module.baud_rate = 4800
+    line.module.send(bytes(144), 0.0)
+    assert line.read(0.0) == b""
+    now_s, parts = 0.0, []
+    while (due_s := line.next_due(now_s)) is not None:
+        now_s = due_s + 1e-6
+        parts.append(len(line.read(now_s)))
+    assert sum(parts) == 144
+    assert max(parts) <= 3
+    assert now_s == pytest.approx(0.3, abs=0.001)
