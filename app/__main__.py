@@ -122,6 +122,7 @@ def _whole_parser() -> argparse.ArgumentParser:
     )
     for entry in ENTRIES:
         subparsers.add_parser(entry.name, help=tr(entry.summary))
+    parser.usage = "dps-s [-h] [--version] [COMMAND] …"  # without one the window opens
     return parser
 
 

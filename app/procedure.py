@@ -26,10 +26,12 @@ from protocol.events import Counters
 
 @dataclass(frozen=True, slots=True)
 class Ask:
-    """One exchange. `waits_s`: seconds to wait at each attempt, else as measured. See `Link.ask`."""
+    """One exchange. `waits_s`: seconds to wait at each attempt, else as measured; `attempts`: at most so many of
+    them. See `Link.ask`."""
 
     request: Request
     waits_s: tuple[float, ...] | None = None
+    attempts: int | None = None
     is_deliberate: bool = False
 
 

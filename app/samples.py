@@ -191,7 +191,8 @@ class Series:
         """The span as an envelope of ``buckets`` buckets and two for the ends, or less.
 
         Few samples come back as they are, one per bucket, with the one before and the one after the span.
-        The buckets at the ends are whole: they may hold samples just outside the span.  Raises ValueError for a span or number that is not positive.
+        The buckets at the ends are whole: they may hold samples just outside the span.  Raises ValueError for
+        a span or a number that is not positive.
         """
         if not end_s > start_s or buckets < 1:
             raise ValueError(f"no picture of {buckets} buckets from {start_s} to {end_s} s")
@@ -226,9 +227,7 @@ class Series:
     def _summary_columns(self) -> Envelope:
         return Envelope(*(self._summary.column(number) for number in range(4)))  # type: ignore[arg-type]
 
-    def _from_exact(
-        self, start_s: float, end_s: float, width_s: float, *, has_neighbours: bool
-    ) -> Envelope:
+    def _from_exact(self, start_s: float, end_s: float, width_s: float, *, has_neighbours: bool) -> Envelope:
         edges = _edges(start_s, end_s, width_s)
         times = self._times
         bounds = np.searchsorted(times, edges, "left")

@@ -240,7 +240,9 @@ class Session:
     def _send(self, run: Run[Any], ask: Ask, now: float) -> None:
         if ask.request.hazard is Hazard.DANGEROUS and not ask.is_deliberate:
             raise ValueError(f"a procedure wants {ask.request.command.name} without an explicit act")
-        sent = self._link.ask(ask.request, now, waits_s=ask.waits_s, is_deliberate=ask.is_deliberate)
+        sent = self._link.ask(
+            ask.request, now, waits_s=ask.waits_s, attempts=ask.attempts, is_deliberate=ask.is_deliberate
+        )
         self._asking = run
         self._write_outgoing()
         self._events += sent

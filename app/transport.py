@@ -138,10 +138,23 @@ class SerialLine:
                 return b""
             if gather_s > 0:
                 self._woken.wait(gather_s)
-            waiting = self._serial.in_waiting
-            return first + self._serial.read(min(waiting, READ_CHUNK)) if waiting else first
+            return first + self._read_waiting()
         except _DRIVER_ERRORS as error:
             raise PortError(PortTrouble.LOST, self.port, str(error)) from error
+
+    def _read_waiting(self) -> bytes:
+        """What is there now, without waiting."""
+        if self.port.startswith("socket://"):
+            # pyserial counts at most one byte of a socket, so a stream would come ever later; a read without a time-out
+            # takes all. (A real port would be configured anew at every change of the time-out.)
+            self._serial.timeout = 0
+            try:
+                rest: bytes = self._serial.read(READ_CHUNK)
+            finally:
+                self._serial.timeout = READ_SLICE_S
+            return rest
+        waiting = self._serial.in_waiting
+        return self._serial.read(min(waiting, READ_CHUNK)) if waiting else b""
 
     def write(self, data: bytes) -> None:
         """Hand all of `data` to the driver; raises `PortError` LOST, or STUCK after 0.5 s."""

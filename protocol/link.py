@@ -17,6 +17,7 @@ All state changes go through the two tables of `link_states`.
 
 from collections import deque
 from dataclasses import dataclass, replace
+from math import inf
 
 from protocol.catalogue import HEARTBEAT, Hazard, Layout, Request
 from protocol.events import (
@@ -91,7 +92,7 @@ class Link:
         self._last_answered: _Owed | None = None
         self._unasked_heartbeat_at: float | None = None
         self._last_byte_at = now
-        self._proven_at = now
+        self._proven_at = -inf
         self._probe_at = now + self.timing.heartbeat_every_s
 
     # What the owner calls
@@ -106,13 +107,14 @@ class Link:
         now: float,
         *,
         waits_s: tuple[float, ...] | None = None,
+        attempts: int | None = None,
         is_deliberate: bool = False,
     ) -> list[Event]:
         """Send `request`; its outcome comes later as `Answered`, `Unanswered` or `OutcomeUnknown`, exactly one of them.
 
-        `waits_s` sets how long each attempt waits (seconds) and how many there are; ignored beyond the first for
-        what must not be repeated. A dangerous request needs `is_deliberate`. Raises `LinkMisused` while another
-        request is in flight.
+        `waits_s` sets how long each attempt waits (seconds) and how many there are, else the measured round trips do;
+        `attempts` takes only the first of them, for what is asked again soon anyway. What must not be repeated has
+        one. A dangerous request needs `is_deliberate`. Raises `LinkMisused` while another request is in flight.
         """
         if not self.is_idle:
             raise LinkMisused(f"{request.command.name} asked while the link is {self.exchange.name}")
@@ -121,7 +123,7 @@ class Link:
         if request.command.layout is Layout.RECORD or not request.is_repeatable:
             waits = (waits_s or (self.timing.answer_s,))[:1]
         else:
-            waits = waits_s or self.round_trips.waits_s(self.timing)
+            waits = (waits_s or self.round_trips.waits_s(self.timing))[:attempts]
         flight = _Flight(request, waits)
         self._forget_owed(now)
         if self._needs_fence(request):
@@ -345,7 +347,8 @@ class Link:
         self._probe_at = now + self.timing.probe_after_s
         if flight.request == _HEARTBEAT:
             self._probe_at = now + self.timing.offline_probe_s
-            if self.presence is not Presence.OFFLINE:
+            is_proven_otherwise = self._proven_at >= flight.sent_at
+            if self.presence is not Presence.OFFLINE and not is_proven_otherwise:
                 self.presence = PRESENCE[self.presence, Sign.HEARTBEAT_LOST]
                 events.append(WentOffline(now))
         if probing:

@@ -362,6 +362,26 @@ def test_an_unanswered_heartbeat_is_offline_and_any_frame_is_online_again(bench:
     assert bench.link.presence is Presence.ONLINE
 
 
+def test_a_lost_heartbeat_is_not_offline_while_other_frames_come(bench: Bench) -> None:
+    bench.warm_up()
+    bench.ask(HEARTBEAT.query(), waits_s=(1.0,))
+    bench.hear(STREAMED, after_s=0.5)
+    bench.wait(0.6)
+    assert bench.taken(WentOffline) == []
+    assert bench.link.presence is Presence.ONLINE
+
+
+def test_a_single_attempt_is_short_and_not_repeated(bench: Bench) -> None:
+    bench.warm_up()
+    light = named("light").query()
+    bench.ask(light, attempts=1)
+    start = bench.now
+    assert light.encode() not in bench.wait(0.2)
+    (given_up,) = bench.taken(Unanswered)
+    assert isinstance(given_up, Unanswered)
+    assert given_up.at - start == pytest.approx(0.15)
+
+
 def test_an_unanswered_question_makes_the_link_look_soon(bench: Bench) -> None:
     bench.warm_up()
     bench.ask(named("light").query(), waits_s=(0.2,))

@@ -293,7 +293,7 @@ def test_a_silent_module_goes_offline_and_what_was_known_is_stale() -> None:
     watched(rig)
     rig.step_for(3)
     rig.bench.change(mute=True)
-    rig.step_for(8)
+    rig.step_for(2)
     view = rig.session.device.view(rig.clock.now_s)
     assert view.presence.value == "offline"
     assert all(known.doubt is Doubt.LINK_LOST for known in view.values.values())

@@ -24,6 +24,8 @@ UNSEEN_POLL_EVERY_S = 0.5
 SLOW_EVERY_S = 1.0
 BOOT_EVERY_S = 10.0
 TURN_S = 0.01
+HEARTBEAT_WAITS_S = (1.0,)
+"""The vendor's second: unanswered within it, the module is offline."""
 OFF_ATTEMPTS = 3
 _SLOW = tuple(BY_NAME[name].query() for name in ("cell_voltage", "charging", "light"))
 
@@ -79,7 +81,7 @@ def _turn(course: _Course, switch: StreamSwitch, sight: Sight, *, read_all: bool
     for request, every_s in _polled(switch, sight):
         if sight.now >= course.due.get(request, 0.0):
             course.due[request] = sight.now + every_s
-            yield from _ask(request)
+            yield from _ask(request, attempts=1)  # it is asked again soon anyway
             return
 
 
@@ -91,12 +93,12 @@ def _read_all(course: _Course) -> Procedure[None]:
     course.has_read = True
 
 
-def _ask(question: Request) -> Procedure[bool]:
+def _ask(question: Request, *, attempts: int | None = None) -> Procedure[bool]:
     """Whether the module is still there: an unanswered question is followed by a heartbeat, which decides."""
-    outcome = yield Ask(question)
+    outcome = yield Ask(question, attempts=attempts)
     if isinstance(outcome, Answered):
         return True
-    heartbeat = yield Ask(HEARTBEAT.query())
+    heartbeat = yield Ask(HEARTBEAT.query(), HEARTBEAT_WAITS_S)
     return isinstance(heartbeat, Answered)
 
 

@@ -1,0 +1,130 @@
+"""`dps-s history`: the trigger records.
+
+The table does not say how many come (E6), so they are read until two passes agree. Exit code 0 when they did; 4 when
+not, or when the line died in the middle; 3 where no link was to be had.
+"""
+
+import argparse
+from typing import TYPE_CHECKING
+
+from app.commands.console import (
+    DONE,
+    NO_LINK,
+    PARTLY,
+    add_json_argument,
+    add_port_arguments,
+    as_json,
+    say,
+    write,
+    write_lines,
+)
+from app.i18n import tr
+
+if TYPE_CHECKING:
+    from app.procedures.history import History
+    from app.worker import Batch
+    from protocol.messages import TriggerRecord
+
+
+def add_parser(subparsers: "argparse._SubParsersAction[argparse.ArgumentParser]") -> None:
+    parser = subparsers.add_parser(
+        "history",
+        description=tr(
+            "Read the trigger records, as often as it takes until two readings agree. Exit code 4 when they do not."
+        ),
+    )
+    add_port_arguments(parser)
+    shape = parser.add_mutually_exclusive_group()
+    add_json_argument(shape)
+    shape.add_argument("--csv", metavar="FILE", help=tr("write a CSV file; - prints it"))
+    parser.set_defaults(run=run)
+
+
+def run(args: argparse.Namespace) -> int:
+    from app.commands.connection import connected, link_trouble
+    from app.procedures.history import History, read_history
+
+    received = Received()
+    trouble: str | None = None
+    with connected(args.port, args.baud, on_batch=received.take) as conversation:
+        try:
+            history: History = conversation.run(read_history())
+        except Exception as error:
+            trouble = link_trouble(error)
+            if trouble is None:
+                raise
+            history = received.history()
+    if history.is_line_dead and trouble is None:
+        trouble = tr("The module on {port} stopped answering. Check its power and the wiring.", port=args.port)
+    has_something = bool(history.records or history.empty_slots)
+    is_written = _print(history, args) if has_something or trouble is None else True
+    if trouble is not None:
+        say(trouble)
+        return PARTLY if has_something else NO_LINK
+    if not history.is_confirmed:
+        say(tr("No two readings agreed: records may be missing. Read again."))
+        return PARTLY
+    return DONE if is_written else PARTLY
+
+
+class Received:
+    """The records as they came, by reading: what there is to tell when the port goes away in the middle."""
+
+    def __init__(self) -> None:
+        self._passes: list[list[TriggerRecord]] = []
+        self._empty_slots: list[int] = []
+
+    def take(self, batch: "Batch") -> None:
+        from protocol.catalogue import TRIGGER_RECORDS
+        from protocol.events import Received as FrameReceived
+        from protocol.events import Role, Sent
+        from protocol.messages import EmptySlot, TriggerRecord
+
+        for event in batch.events:
+            match event:
+                case Sent(request=request) if request.command is TRIGGER_RECORDS:
+                    self._passes.append([])
+                    self._empty_slots.append(0)
+                case FrameReceived(message=TriggerRecord() as record, role=Role.ANSWER):
+                    self._passes[-1].append(record)
+                case FrameReceived(message=EmptySlot(), role=Role.ANSWER):
+                    self._empty_slots[-1] += 1
+                case _:
+                    pass
+
+    def history(self) -> "History":
+        """All records that came, those of the fullest reading first."""
+        from app.procedures.history import History
+
+        records: list[TriggerRecord] = []
+        for one in sorted(self._passes, key=len, reverse=True):
+            known = list(records)
+            for record in one:
+                if record in known:
+                    known.remove(record)  # the module may hold two equal records
+                else:
+                    records.append(record)
+        return History(tuple(records), max(self._empty_slots, default=0), is_line_dead=True)
+
+
+def _print(history: "History", args: argparse.Namespace) -> bool:
+    """Whether it could be written."""
+    from app.commands.records import csv_of, json_of, page_of, write_csv
+
+    if args.json:
+        write_lines([as_json(json_of(history))])
+        return True
+    if args.csv is None:
+        write_lines(page_of(history))
+        return True
+    if args.csv == "-":
+        write(csv_of(history))
+        return True
+    try:
+        write_csv(args.csv, history)
+    except OSError as error:
+        write_lines(page_of(history))  # nothing that was read is lost
+        say(tr("{file} cannot be written: {why}.", file=args.csv, why=error.strerror or str(error)))
+        return False
+    write_lines([tr("{count} trigger records written to {file}.", count=len(history.records), file=args.csv)])
+    return True

@@ -1,0 +1,42 @@
+"""`dps-s ports`: which serial ports there are. Opens none of them."""
+
+import argparse
+
+from app.commands.console import DONE, PARTLY, add_json_argument, say, table, write_lines
+from app.i18n import tr
+
+
+def add_parser(subparsers: "argparse._SubParsersAction[argparse.ArgumentParser]") -> None:
+    parser = subparsers.add_parser("ports", description=tr("List the serial ports, USB first. Opens none of them."))
+    add_json_argument(parser)
+    parser.set_defaults(run=run)
+
+
+def run(args: argparse.Namespace) -> int:
+    from app.ports import PortsUnknown, list_ports, scan, to_json
+
+    if args.json:
+        # This is what `list_ports` itself starts in a process of its own, with a deadline, where listing can hang.
+        write_lines([to_json(scan())])
+        return DONE
+    try:
+        ports = list_ports()
+    except PortsUnknown:
+        say(tr("The system did not list its serial ports in time. Switch Bluetooth off and try again."))
+        return PARTLY
+    if not ports:
+        say(tr("There is no serial port. Plug the adapter in; if it stays away, try another cable or its driver."))
+        return DONE
+    head = (tr("Port"), tr("Name"), tr("Maker"), tr("Serial number"), "USB")
+    rows = [
+        (
+            port.device,
+            port.description,
+            port.maker,
+            port.serial_number,
+            f"{port.vid:04x}:{port.pid:04x}" if port.vid is not None and port.pid is not None else "",
+        )
+        for port in ports
+    ]
+    write_lines(table(head, rows))
+    return DONE

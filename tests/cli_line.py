@@ -1,0 +1,39 @@
+"""For the tests of the command line: what was printed, the module behind a port, and accidents on request."""
+
+import pytest
+
+from app.simulator import bench as benches
+
+
+def bench_of(port: str) -> benches.SimulatedBench:
+    return benches.module(port.removeprefix("sim://"))
+
+
+class Printed:
+    def __init__(self, capsys: pytest.CaptureFixture[str]) -> None:
+        self.out, self.err = capsys.readouterr()
+
+
+def is_one_sentence(text: str) -> bool:
+    return text.count("\n") == 1 and "Traceback" not in text and text.strip().endswith(".")
+
+
+class falls_after:  # noqa: N801  reads as a statement
+    """Do something to the module with the `number`-th frame that the host sends."""
+
+    def __init__(self, bench: benches.SimulatedBench, number: int, act: object) -> None:
+        self._bench, self._number, self._act = bench, number, act
+        self._write = bench.wire.write
+
+    def __enter__(self) -> None:
+        def counted(data: bytes, now_s: float) -> None:
+            self._number -= 1
+            if self._number == 0 and callable(self._act):
+                self._act()
+                return
+            self._write(data, now_s)
+
+        self._bench.wire.write = counted  # type: ignore[method-assign]
+
+    def __exit__(self, *_error: object) -> None:
+        self._bench.wire.write = self._write  # type: ignore[method-assign]

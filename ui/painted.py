@@ -1,0 +1,32 @@
+"""What the painted widgets have in common."""
+
+from enum import Enum
+
+from PySide6.QtCore import QEvent
+from PySide6.QtGui import QAccessible, QAccessibleEvent
+from PySide6.QtWidgets import QWidget
+
+
+class Freshness(Enum):
+    """How a value is known."""
+
+    FRESH = "fresh"
+    STALE = "stale"
+    UNKNOWN = "unknown"
+
+
+class Painted(QWidget):
+    """A widget that paints itself: it measures and paints anew after a change of font, theme or language."""
+
+    def changeEvent(self, event: QEvent) -> None:
+        if event.type() in (QEvent.Type.FontChange, QEvent.Type.PaletteChange, QEvent.Type.LanguageChange):
+            self.updateGeometry()
+            self.update()
+        super().changeEvent(event)
+
+    def announce(self, name: str) -> None:
+        """Give the widget its name, tell screen readers if that is a new one, and paint again."""
+        if name != self.accessibleName():
+            self.setAccessibleName(name)
+            QAccessible.updateAccessibility(QAccessibleEvent(self, QAccessible.Event.NameChanged))
+        self.update()
