@@ -1,0 +1,264 @@
+"""The foot of the Live page: save what is seen, and where it went or why not."""
+
+from collections.abc import Callable, Iterator
+from datetime import datetime
+from pathlib import Path
+from typing import Final
+
+from PySide6.QtCore import QBuffer, QByteArray, QIODevice, QRectF, QSize, QStandardPaths, Qt
+from PySide6.QtGui import QColor, QFontMetrics, QImage, QPainter, QPaintEvent, QPixmap
+from PySide6.QtWidgets import QFileDialog, QHBoxLayout, QPushButton, QSizePolicy, QWidget
+
+from app import version
+from app.i18n import tr
+from app.worker import Connection
+from ui import icons
+from ui.icons import MEANING_ICONS, Icon, icon
+from ui.live_data import Recording
+from ui.live_export import Cancelled, Saving, csv_parts, part_count
+from ui.named import named
+from ui.painted import Painted
+from ui.texts import Texts
+from ui.theme import Meaning, Size, Space, current, font
+
+_ICON_PX: Final = 16
+_FOOT_PX: Final = 28
+
+AskPath = Callable[[QWidget, str, Path, str], Path | None]
+"""Parent, title, suggested path, filter; None where nobody wants it after all."""
+
+
+def ask_path(parent: QWidget, title: str, suggested: Path, name_filter: str) -> Path | None:
+    """Let a person choose where to save; asks before it replaces a file."""
+    dialog = QFileDialog(parent, title, str(suggested.parent), name_filter)
+    dialog.setObjectName("save_dialog")
+    dialog.setAcceptMode(QFileDialog.AcceptMode.AcceptSave)
+    dialog.setDefaultSuffix(suggested.suffix.lstrip("."))
+    dialog.selectFile(suggested.name)
+    try:
+        chosen = dialog.selectedFiles() if dialog.exec() else []
+    finally:
+        dialog.deleteLater()
+    return Path(chosen[0]) if chosen else None
+
+
+def default_name(port: str, suffix: str, when: datetime) -> str:
+    """"dps-s ttyUSB0 2026-11-21 09-30-05.csv": what it is of, and when, in letters that every system takes."""
+    short = port.removeprefix("/dev/").partition("?")[0].replace("://", "-")
+    safe = "".join(one if one.isalnum() or one in "-_." else "-" for one in short)
+    return " ".join(part for part in ("dps-s", safe, f"{when:%Y-%m-%d %H-%M-%S}") if part) + suffix
+
+
+def picture_with_foot(content: QWidget, foot: str) -> QImage:
+    """A widget as it looks, with a line below that tells what it is a picture of."""
+    pixmap = content.grab()
+    ratio = pixmap.devicePixelRatio()
+    width, height = pixmap.width() / ratio, pixmap.height() / ratio
+    whole = QPixmap(pixmap.width(), pixmap.height() + round(_FOOT_PX * ratio))
+    whole.setDevicePixelRatio(ratio)
+    whole.fill(QColor(current().window))
+    painter = QPainter(whole)
+    painter.drawPixmap(0, 0, pixmap)
+    painter.setFont(font(Size.SMALL))
+    painter.setPen(QColor(current().text))
+    room = QRectF(Space.M, height, width - 2 * Space.M, _FOOT_PX)
+    painter.drawText(room, Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter, foot)
+    painter.end()
+    return whole.toImage()
+
+
+def foot_text(connection: Connection, when: datetime) -> str:
+    """When, which module, which program."""
+    port = f"{connection.port} · {connection.baud_rate} baud" if connection.port else tr("Not connected")
+    stamp = when.astimezone().isoformat(" ", "seconds")
+    return f"{stamp}  ·  {port}  ·  DPS-S Configurator {version()}"
+
+
+def png_parts(image: QImage) -> Iterator[bytes]:
+    """The picture as PNG, encoded when it is asked for; raises OSError where that fails."""
+    data = QByteArray()
+    buffer = QBuffer(data)
+    buffer.open(QIODevice.OpenModeFlag.WriteOnly)
+    if not image.save(buffer, "PNG"):  # type: ignore[call-overload]
+        raise OSError("no PNG could be made of it")
+    yield bytes(data.data())
+
+
+class Note(Painted):
+    """One line with an icon; what does not fit is cut in its middle and stands whole in the tooltip."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.setObjectName("live_note")
+        self._text = ""
+        self._meaning: Meaning | None = None
+        self.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Preferred)
+
+    @property
+    def text(self) -> str:
+        return self._text
+
+    @property
+    def meaning(self) -> Meaning | None:
+        return self._meaning
+
+    def say(self, text: str, meaning: Meaning | None = None) -> None:
+        if (text, meaning) != (self._text, self._meaning):
+            self._text, self._meaning = text, meaning
+            self.setToolTip(text)
+            self.announce(text)
+
+    def sizeHint(self) -> QSize:
+        return QSize(80, 24)
+
+    def paintEvent(self, _event: QPaintEvent) -> None:
+        if not self._text:
+            return
+        painter = QPainter(self)
+        left = 0
+        if self._meaning is not None:
+            square = QRectF(0, (self.height() - _ICON_PX) / 2, _ICON_PX, _ICON_PX)
+            icons.draw(painter, MEANING_ICONS[self._meaning], square, current().ink(self._meaning))
+            left = _ICON_PX + Space.XS
+        one = font(Size.SMALL)
+        text = QFontMetrics(one).elidedText(self._text, Qt.TextElideMode.ElideMiddle, self.width() - left)
+        painter.setFont(one)
+        painter.setPen(QColor(current().text))
+        room = QRectF(left, 0, self.width() - left, self.height())
+        painter.drawText(room, Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter, text)
+        painter.end()
+
+
+class SaveBar(QWidget):
+    """``take_recording`` and ``take_picture`` give what is seen at that moment, before anybody chooses a file."""
+
+    def __init__(
+        self,
+        texts: Texts,
+        *,
+        take_recording: Callable[[], Recording],
+        take_picture: Callable[[str], QImage],
+        find_connection: Callable[[], Connection],
+        wall_offset_s: float,
+    ) -> None:
+        super().__init__()
+        self.setObjectName("live_save")
+        self.ask_path: AskPath = ask_path
+        self._take_recording, self._take_picture = take_recording, take_picture
+        self._find_connection = find_connection
+        self._wall_offset_s = wall_offset_s
+        self._folder: Path | None = None
+        self._saving: Saving | None = None
+        self._saved_text = ""
+        self.note = Note()
+        self.csv = self._button("live_save_csv", Icon.TABLE, self.save_csv)
+        self.png = self._button("live_save_png", Icon.CAMERA, self.save_png)
+        self.stop = self._button("live_save_cancel", Icon.CROSS, self._cancel)
+        self.stop.hide()
+        texts.bind(self.csv.setText, "Save values …")
+        texts.bind(self.csv.setAccessibleName, "Save the values in sight as CSV")
+        texts.bind(self.csv.setToolTip, "Save every sample in sight as a table, CSV (Ctrl+S)")
+        texts.bind(self.png.setText, "Save picture …")
+        texts.bind(self.png.setAccessibleName, "Save a picture as PNG")
+        texts.bind(self.png.setToolTip, "Save a picture of what is in sight, PNG (Ctrl+Shift+S)")
+        texts.bind(self.stop.setText, "Cancel")
+        texts.bind(self.stop.setAccessibleName, "Cancel saving")
+        texts.bind(self.stop.setToolTip, "Stop saving; no file is left")
+        row = QHBoxLayout(self)
+        row.setContentsMargins(0, 0, 0, 0)
+        row.setSpacing(Space.S)
+        row.addWidget(self.note, 1)
+        for button in (self.stop, self.csv, self.png):
+            row.addWidget(button)
+
+    @property
+    def is_saving(self) -> bool:
+        return self._saving is not None
+
+    def save_csv(self) -> None:
+        """Save the samples in sight, as they are at this moment."""
+        if self.is_saving:
+            return
+        recording = self._take_recording()
+        path = self._choose(tr("Save values"), ".csv", tr("Table (*.csv)"))
+        if path is None:
+            return
+        rows = f"{recording.row_count:,}"
+        self._saved_text = (
+            tr("Saved {rows} rows to {path}", rows=rows, path=path)
+            if recording.is_whole
+            else tr("Saved {rows} rows to {path}. What is older is no longer kept.", rows=rows, path=path)
+        )
+        offset_s = self._wall_offset_s
+        self._begin(Saving(path, lambda: csv_parts(recording, wall_offset_s=offset_s), part_count(recording)))
+
+    def save_png(self) -> None:
+        """Save a picture of what is in sight."""
+        if self.is_saving:
+            return
+        image = self._take_picture(foot_text(self._find_connection(), datetime.now().astimezone()))
+        path = self._choose(tr("Save picture"), ".png", tr("Picture (*.png)"))
+        if path is None:
+            return
+        self._saved_text = tr("Saved the picture to {path}", path=path)
+        self._begin(Saving(path, lambda: png_parts(image)))
+
+    def refresh(self) -> None:
+        """Say how the saving gets on; called by the page's timer."""
+        saving = self._saving
+        if saving is None:
+            return
+        if not saving.is_done:
+            self.note.say(tr("Saving … {percent} %", percent=f"{saving.progress * 100:.0f}"))
+            return
+        self._saving = None
+        self._set_busy(is_busy=False)
+        match saving.error:
+            case None:
+                self.note.say(self._saved_text, Meaning.GOOD)
+            case Cancelled():
+                self.note.say(tr("Cancelled, nothing was saved."))
+            case OSError() as error:
+                why = error.strerror or str(error)
+                text = tr("Not saved to {path}: {why}. Choose another folder.", path=saving.path, why=why)
+                self.note.say(text, Meaning.ATTENTION)
+            case error:
+                text = tr("Not saved to {path}: {why}. Choose another folder.", path=saving.path, why=error)
+                self.note.say(text, Meaning.ATTENTION)
+
+    def finish(self, timeout_s: float) -> bool:
+        """Wait for a saving under way; whether none is left."""
+        return self._saving is None or self._saving.wait(timeout_s)
+
+    def _begin(self, saving: Saving) -> None:
+        self._saving = saving
+        self._set_busy(is_busy=True)
+        self.refresh()
+
+    def _set_busy(self, *, is_busy: bool) -> None:
+        self.csv.setEnabled(not is_busy)
+        self.png.setEnabled(not is_busy)
+        self.stop.setVisible(is_busy)
+
+    def _cancel(self) -> None:
+        if self._saving is not None:
+            self._saving.cancel()
+
+    def _choose(self, title: str, suffix: str, name_filter: str) -> Path | None:
+        folder = self._folder or _documents()
+        name = default_name(self._find_connection().port, suffix, datetime.now().astimezone())
+        path = self.ask_path(self, title, folder / name, name_filter)
+        if path is not None:
+            self._folder = path.parent
+        return path
+
+    def _button(self, name: str, picture: Icon, act: Callable[[], None]) -> QPushButton:
+        button = named(QPushButton(), name)
+        button.setIcon(icon(picture))
+        button.setIconSize(QSize(16, 16))
+        button.clicked.connect(act)
+        return button
+
+
+def _documents() -> Path:
+    return Path(QStandardPaths.writableLocation(QStandardPaths.StandardLocation.DocumentsLocation) or Path.home())

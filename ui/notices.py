@@ -1,0 +1,77 @@
+"""What the notice bar says: about the link, about a lock that was asked for, and before an ACTIVE module is left."""
+
+from collections.abc import Callable
+
+from app.i18n import tr
+from app.procedures.lock import Locked
+from ui.link_state import LinkState, Phase, Step, words
+from ui.notice_bar import Choice, Notice
+from ui.theme import Meaning
+
+
+def link_notice(
+    state: LinkState, now: float, acts: dict[Step, Callable[[], None]], *, was_active: bool
+) -> Notice | None:
+    """What is the matter with the link, and the one thing to do about it; None while nothing is."""
+    if state.is_fine:
+        return None
+    said = words(state, now)
+    parts = [said.what, said.next_step]
+    if was_active and state.phase in (Phase.OFFLINE, Phase.LOST, Phase.FAILED):
+        parts.append(tr("The module was ACTIVE when it was last heard: treat it as ready to fire."))
+    steps: tuple[Step, ...] = () if said.step is None else (said.step,)
+    if said.step is Step.CONNECT_AGAIN:
+        steps = (Step.CONNECT_AGAIN, Step.CHOOSE_PORT)
+    choices = tuple(Choice(step.value, _step_text(step), acts[step]) for step in steps)
+    meaning = Meaning.INFORMATION if state.phase is Phase.CLOSED else Meaning.ATTENTION
+    return Notice(meaning, " ".join(part for part in parts if part), choices)
+
+
+def _step_text(step: Step) -> str:
+    match step:
+        case Step.CHOOSE_PORT:
+            return tr("Choose a port")
+        case Step.FIND_RATE:
+            return tr("Find the rate")
+        case Step.CONNECT_AGAIN:
+            return tr("Connect again")
+
+
+def lock_notice(locked: Locked | None, retry: Callable[[], None], dismiss: Callable[[], None]) -> Notice | None:
+    """What came of a lock, where it is not known to have worked; None where the module says LOCKED."""
+    again = (Choice("lock_again", tr("LOCK again"), retry, is_main=True),)
+    if locked is None:
+        return Notice(
+            Meaning.DANGER,
+            tr("The port closed while locking. Treat the module as ACTIVE."),
+            dismiss=dismiss,
+        )
+    if locked.is_locked is None:
+        return Notice(
+            Meaning.DANGER,
+            tr("LOCK was sent, but the module does not say that it is locked. Treat it as ACTIVE."),
+            again,
+            dismiss,
+        )
+    if not locked.is_locked:
+        return Notice(Meaning.DANGER, tr("LOCK was sent, and the module still says ACTIVE."), again, dismiss)
+    return None
+
+
+def leaving_notice(
+    lock: Callable[[], None], leave: Callable[[], None], stay: Callable[[], None], *, is_closing: bool
+) -> Notice:
+    """Before the window closes, or the port does, while the module is ACTIVE."""
+    if is_closing:
+        locks, leaves = tr("LOCK and close"), tr("Close, leave it ACTIVE")
+    else:
+        locks, leaves = tr("LOCK and disconnect"), tr("Disconnect, leave it ACTIVE")
+    return Notice(
+        Meaning.ATTENTION,
+        tr("The module is ACTIVE: it fires by its thresholds, with or without this program."),
+        (
+            Choice("lock_and_leave", locks, lock, is_main=True),
+            Choice("leave_active", leaves, leave),
+            Choice("stay", tr("Stay"), stay),
+        ),
+    )

@@ -1,0 +1,42 @@
+"""What a page of the window is, and what it is given to work with."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Protocol
+
+from PySide6.QtWidgets import QWidget
+
+from app.worker import Batch
+from ui.connector import Connector
+from ui.icons import Icon
+from ui.texts import Texts
+from ui.theme import Appearance
+
+
+class Page(Protocol):
+    """A widget that is shown every batch, whether it is in sight or not. It learns that from Qt's show and hide
+    events, a change of language from `changeEvent`, and a change of theme from `Services.appearance`."""
+
+    def take(self, batch: Batch) -> None: ...
+
+
+@dataclass(frozen=True, slots=True)
+class Services:
+    """What the pages share."""
+
+    connector: Connector
+    texts: Texts
+    appearance: Appearance
+
+
+@dataclass(frozen=True, slots=True)
+class PageEntry:
+    """One line of the navigation. `make` is called when the page is first wanted, or when the window is idle."""
+
+    key: str
+    title: str
+    """English, marked."""
+    icon: Icon
+    make: Callable[[Services], QWidget]
+    wants_stream: bool = False
+    """While it is in sight the module streams its status."""

@@ -1,0 +1,109 @@
+"""What the window remembers from one start to the next, in one INI file in the platform's folder for settings."""
+
+from dataclasses import dataclass
+from pathlib import Path
+
+from platformdirs import user_config_path
+from PySide6.QtCore import QByteArray, QSettings
+
+from protocol.catalogue import DEFAULT_BAUD_RATE
+
+APPLICATION = "dps-s-configurator"
+
+
+@dataclass(frozen=True, slots=True)
+class LastPort:
+    """`identity` tells one adapter from another by its USB numbers; empty for what is no USB adapter."""
+
+    device: str
+    identity: str
+    baud_rate: int
+
+
+def settings_file() -> Path:
+    return user_config_path(APPLICATION, appauthor=False) / "window.ini"
+
+
+class Remembered:
+    """Typed access to the file. What is missing or spoilt in it reads as never set; a file that cannot be
+    written is no reason to stop (a read-only home)."""
+
+    def __init__(self, path: Path | None = None) -> None:
+        self._settings = QSettings(str(path or settings_file()), QSettings.Format.IniFormat)
+
+    def save(self) -> None:
+        self._settings.sync()
+
+    @property
+    def language(self) -> str | None:
+        return self._text("language")
+
+    @language.setter
+    def language(self, name: str) -> None:
+        self._settings.setValue("language", name)
+
+    @property
+    def theme(self) -> str | None:
+        return self._text("theme")
+
+    @theme.setter
+    def theme(self, name: str) -> None:
+        self._settings.setValue("theme", name)
+
+    @property
+    def page(self) -> str | None:
+        return self._text("page")
+
+    @page.setter
+    def page(self, key: str) -> None:
+        self._settings.setValue("page", key)
+
+    @property
+    def last_port(self) -> LastPort | None:
+        device = self._text("port/device")
+        if device is None:
+            return None
+        rate = self._text("port/baud_rate") or ""
+        return LastPort(
+            device, self._text("port/identity") or "", int(rate) if rate.isdecimal() else DEFAULT_BAUD_RATE
+        )
+
+    @last_port.setter
+    def last_port(self, port: LastPort) -> None:
+        self._settings.setValue("port/device", port.device)
+        self._settings.setValue("port/identity", port.identity)
+        self._settings.setValue("port/baud_rate", str(port.baud_rate))
+
+    @property
+    def seen_ports(self) -> tuple[str, ...]:
+        """Identities of the ports that were there at the last look."""
+        return tuple(filter(None, (self._text("port/seen") or "").split("\n")))
+
+    @seen_ports.setter
+    def seen_ports(self, identities: tuple[str, ...]) -> None:
+        self._settings.setValue("port/seen", "\n".join(identities))
+
+    @property
+    def geometry(self) -> QByteArray | None:
+        return self._bytes("window/geometry")
+
+    @geometry.setter
+    def geometry(self, geometry: QByteArray) -> None:
+        self._settings.setValue("window/geometry", geometry)
+
+    @property
+    def layout(self) -> QByteArray | None:
+        """Where the docks are."""
+        return self._bytes("window/layout")
+
+    @layout.setter
+    def layout(self, layout: QByteArray) -> None:
+        self._settings.setValue("window/layout", layout)
+
+    def _text(self, key: str) -> str | None:
+        value = self._settings.value(key)
+        return value if isinstance(value, str) and value else None
+
+    def _bytes(self, key: str) -> QByteArray | None:
+        value = self._settings.value(key)
+        return value if isinstance(value, QByteArray) and not value.isEmpty() else None

@@ -1,0 +1,271 @@
+"""Every frame sent and received, rejected bytes and why: a plain list that follows the end while one is there."""
+
+from functools import partial
+
+from PySide6.QtCore import QEvent, QSize, Qt, QTimer
+from PySide6.QtGui import QAction, QFontDatabase, QFontMetrics, QGuiApplication, QHideEvent, QKeySequence, QShowEvent
+from PySide6.QtWidgets import (
+    QAbstractItemView,
+    QComboBox,
+    QHBoxLayout,
+    QHeaderView,
+    QLabel,
+    QTableView,
+    QToolButton,
+    QVBoxLayout,
+    QWidget,
+)
+
+from app.i18n import tr
+from app.worker import Batch
+from protocol.text import marked
+from ui.icons import Icon, icon
+from ui.named import named
+from ui.pages import Services
+from ui.simulator_controls import WheelGuard
+from ui.texts import Texts
+from ui.theme import Size, Space, font
+from ui.traffic_model import Column, Filter, TrafficModel, hex_of, kind_of, meaning_of, raw_of
+
+DRAW_EVERY_MS = 160
+"""Rows are added six times a second: more cannot be read, and each repaint costs."""
+_ROW_PX = 24
+_FILTERS = (
+    (Filter.ALL, marked("All frames")),
+    (Filter.WITHOUT_STREAM, marked("Without the stream")),
+    (Filter.REJECTED, marked("Only rejected bytes")),
+)
+
+
+class TrafficPage(QWidget):
+    """Out of sight it only remembers; in sight it draws at its own pace, however fast frames come."""
+
+    def __init__(self, services: Services, parent: QWidget | None = None) -> None:
+        super().__init__(parent)
+        self.setObjectName("traffic_page")
+        self._texts: Texts = services.texts
+        self._is_paused = False
+        self._follows = True
+        self.model = TrafficModel(self)
+        self.table = self._make_table()
+        self.detail = self._make_detail()
+        self._count = named(QLabel(), "traffic_count")
+        self._count.setProperty("role", "muted")
+        self.filter = self._make_filter()
+        self.pause = self._make_button("traffic_pause", Icon.PAUSE, is_checkable=True)
+        self.copy = self._make_button("traffic_copy", Icon.TABLE)
+        self.clear = self._make_button("traffic_clear", Icon.CROSS)
+        self._name_buttons()
+        layout = QVBoxLayout(self)
+        layout.setContentsMargins(Space.M, Space.S, Space.M, Space.S)
+        layout.setSpacing(Space.S)
+        layout.addLayout(self._make_bar())
+        layout.addWidget(self.table, 1)
+        layout.addWidget(self.detail)
+        self._timer = QTimer(self)
+        self._timer.setInterval(DRAW_EVERY_MS)
+        self._timer.timeout.connect(self.draw)
+        services.appearance.changed.connect(self._follow_theme)
+        self._follow_theme()
+        self._show_detail()
+
+    def take(self, batch: Batch) -> None:
+        if batch.events:
+            self.model.keep(batch.events)
+
+    def draw(self) -> None:
+        """Show what came since the last time, unless paused."""
+        if self._is_paused:
+            self._show_count()
+            return
+        follows = self._follows
+        bar = self.table.verticalScrollBar()
+        position = bar.value()
+        dropped = self.model.show_new()
+        if dropped and not follows:
+            bar.setValue(position - dropped * self.table.verticalHeader().defaultSectionSize())
+        self._show_count()
+
+    def _notice_scrolling(self, position: int) -> None:
+        self._follows = position >= self.table.verticalScrollBar().maximum()
+
+    def _keep_following(self, _lowest: int, highest: int) -> None:
+        """Rows came or the table shrank: who was at the end stays there."""
+        if self._follows:
+            self.table.verticalScrollBar().setValue(highest)
+
+    # Making
+
+    def _make_table(self) -> QTableView:
+        table = named(QTableView(), "traffic_table")
+        table.setModel(self.model)
+        table.setSelectionBehavior(QAbstractItemView.SelectionBehavior.SelectRows)
+        table.setSelectionMode(QAbstractItemView.SelectionMode.ExtendedSelection)
+        table.setVerticalScrollMode(QAbstractItemView.ScrollMode.ScrollPerPixel)
+        table.setEditTriggers(QAbstractItemView.EditTrigger.NoEditTriggers)
+        table.setShowGrid(False)
+        table.setWordWrap(False)
+        table.setTabKeyNavigation(False)
+        table.setIconSize(QSize(14, 14))
+        rows = table.verticalHeader()
+        rows.hide()
+        rows.setSectionResizeMode(QHeaderView.ResizeMode.Fixed)
+        rows.setDefaultSectionSize(_ROW_PX)
+        columns = table.horizontalHeader()
+        columns.setHighlightSections(False)
+        columns.setStyleSheet("QHeaderView::section { padding-left: 4px; }")  # above the text of the rows
+        columns.setDefaultAlignment(Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter)
+        columns.setStretchLastSection(True)
+        bar = table.verticalScrollBar()
+        bar.valueChanged.connect(self._notice_scrolling)
+        bar.rangeChanged.connect(self._keep_following)
+        table.selectionModel().selectionChanged.connect(self._show_detail)
+        self._texts.bind(table.setAccessibleName, "Frames sent and received")
+        return table
+
+    def _make_detail(self) -> QLabel:
+        label = named(QLabel(), "traffic_detail")
+        label.setWordWrap(True)
+        label.setTextInteractionFlags(
+            Qt.TextInteractionFlag.TextSelectableByMouse | Qt.TextInteractionFlag.TextSelectableByKeyboard
+        )
+        label.setProperty("role", "muted")
+        label.setTextFormat(Qt.TextFormat.PlainText)
+        label.setMinimumHeight(2 * label.fontMetrics().lineSpacing() + Space.XS)
+        label.setAlignment(Qt.AlignmentFlag.AlignTop | Qt.AlignmentFlag.AlignLeft)
+        self._texts.bind(label.setAccessibleName, "The selected row in full")
+        return label
+
+    def _make_filter(self) -> QComboBox:
+        box = named(QComboBox(), "traffic_filter")
+        for number, (wanted, title) in enumerate(_FILTERS):
+            box.addItem("", wanted)
+            self._texts.bind(partial(box.setItemText, number), title)
+        self._texts.bind(box.setAccessibleName, "Which rows to show")
+        self._texts.bind(box.setToolTip, "Which rows to show")
+        WheelGuard(self).guard(box)
+        box.setSizeAdjustPolicy(QComboBox.SizeAdjustPolicy.AdjustToContents)
+        box.currentIndexChanged.connect(self._use_filter)
+        return box
+
+    def _make_button(self, name: str, picture: Icon, *, is_checkable: bool = False) -> QToolButton:
+        button = named(QToolButton(), name)
+        button.setIcon(icon(picture))
+        button.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonTextBesideIcon)
+        button.setCheckable(is_checkable)
+        return button
+
+    def _name_buttons(self) -> None:
+        bind = self._texts.bind
+        self._texts.bind(self.pause.setText, "Pause")
+        bind(self.pause.setAccessibleName, "Pause the list")
+        bind(self.pause.setToolTip, "Hold the list still; frames go on being recorded (Ctrl+P)")
+        self.pause.toggled.connect(self._pause)
+        bind(self.copy.setText, "Copy")
+        bind(self.copy.setAccessibleName, "Copy the selected rows")
+        bind(self.copy.setToolTip, "Copy the selected rows, or all of them when none is selected (Ctrl+C)")
+        self.copy.clicked.connect(self.copy_rows)
+        bind(self.clear.setText, "Clear")
+        bind(self.clear.setAccessibleName, "Clear the list")
+        bind(self.clear.setToolTip, "Forget all rows (Ctrl+Shift+X)")
+        self.clear.clicked.connect(self._clear)
+        self._add_shortcut("traffic_pause_key", "Ctrl+P", self.pause.toggle)
+        self._add_shortcut("traffic_copy_key", QKeySequence.StandardKey.Copy, self.copy_rows)
+        self._add_shortcut("traffic_clear_key", "Ctrl+Shift+X", self._clear)
+
+    def _add_shortcut(self, name: str, key: str | QKeySequence.StandardKey, act: object) -> None:
+        action = named(QAction(self), name)
+        action.setShortcut(QKeySequence(key))
+        action.setShortcutContext(Qt.ShortcutContext.WindowShortcut)  # Qt leaves out those of pages out of sight
+        action.triggered.connect(act)
+        self.addAction(action)
+
+    def _make_bar(self) -> QHBoxLayout:
+        bar = QHBoxLayout()
+        bar.setSpacing(Space.S)
+        bar.addWidget(self.filter)
+        bar.addWidget(self._count)
+        bar.addStretch(1)
+        for button in (self.pause, self.copy, self.clear):
+            bar.addWidget(button)
+        return bar
+
+    # Doing
+
+    def copy_rows(self) -> None:
+        """The selected rows, or all of them, as tab-separated text to the clipboard."""
+        rows = sorted(index.row() for index in self.table.selectionModel().selectedRows())
+        QGuiApplication.clipboard().setText(self.model.as_text(rows or range(self.model.rowCount())))
+
+    def _use_filter(self, number: int) -> None:
+        self.model.use_filter(_FILTERS[number][0])
+        self.table.scrollToBottom()
+        self._show_count()
+
+    def _pause(self, is_paused: bool) -> None:
+        self._is_paused = is_paused
+        self.pause.setIcon(icon(Icon.PLAY if is_paused else Icon.PAUSE))
+        self._texts.bind(self.pause.setText, "Go on" if is_paused else "Pause")
+        self.draw()
+
+    def _clear(self) -> None:
+        self.model.clear()
+        self._show_detail()
+        self._show_count()
+
+    def _show_count(self) -> None:
+        rows = self.model.rowCount()
+        if self._is_paused:
+            text = tr("{rows} rows, held still; {more} more came", rows=f"{rows:,}", more=f"{self.model.unseen:,}")
+        elif rows:
+            text = tr("{rows} rows", rows=f"{rows:,}")
+        else:
+            text = tr("No rows yet")
+        if text != self._count.text():
+            self._count.setText(text)
+
+    def _show_detail(self) -> None:
+        rows = [index.row() for index in self.table.selectionModel().selectedRows()]
+        if len(rows) != 1:
+            several = tr("{n} rows are selected.", n=len(rows))
+            self.detail.setText(several if rows else tr("Choose a row to see all of its bytes."))
+            return
+        event = self.model.event_at(rows[0])
+        self.detail.setText(f"{kind_of(event)}  {hex_of(raw_of(event), 96)}\n{meaning_of(event)}")
+
+    def _follow_theme(self) -> None:
+        fixed = QFontDatabase.systemFont(QFontDatabase.SystemFont.FixedFont)
+        fixed.setPixelSize(Size.SMALL)
+        small = font(Size.SMALL)
+        self.table.setFont(small)
+        self.model.bytes_font = fixed
+        metrics = self.table.fontMetrics()
+        width = metrics.horizontalAdvance
+        self.table.setColumnWidth(Column.TIME.value, width("00:00:00.000") + Space.XL)
+        self.table.setColumnWidth(Column.KIND.value, 14 + width("rejected, again") + Space.XL)
+        eight_bytes = QFontMetrics(fixed).horizontalAdvance("00 " * 8)
+        self.table.setColumnWidth(Column.BYTES.value, eight_bytes + Space.XL + Space.L)
+        self.table.viewport().update()
+
+    # Qt
+
+    def showEvent(self, event: QShowEvent) -> None:
+        super().showEvent(event)
+        if not self._is_paused:
+            self.model.rebuild()
+            self.table.scrollToBottom()
+        self._show_count()
+        self._timer.start()
+
+    def hideEvent(self, event: QHideEvent) -> None:
+        super().hideEvent(event)
+        self._timer.stop()
+
+    def changeEvent(self, event: QEvent) -> None:
+        super().changeEvent(event)
+        if event.type() == QEvent.Type.LanguageChange:
+            self.model.retranslate()
+            self._show_count()
+            self._show_detail()
+
+
