@@ -173,7 +173,7 @@ def _explain(error: Exception) -> int:
     if sentence is not None:
         console.say(sentence)
         return console.NO_LINK
-    console.say(explain(error).sentence)
+    console.say(explain(error).terminal_sentence)
     return console.SAID_NO
 
 

@@ -55,6 +55,9 @@ FRESH_FOR_S: Mapping[str, float] = MappingProxyType(
 )
 """Seconds after which a live value is stale. Settings and the boot count change only by an act or a restart."""
 
+STREAM_PROVES_S = 1.5
+"""How long a status that came unasked proves that the serial output is on."""
+
 UNREADABLE = frozenset(command.key for command in SETTINGS if not command.reads_back) - {"baud_rate"}
 """E8: once in doubt they cannot be read again, so a restart makes them unknown."""
 
@@ -99,7 +102,7 @@ class DeviceView:
         known = self.values.get(key)
         if known is None or known.doubt is not None:
             return known
-        limit_s = FRESH_FOR_S.get(key)
+        limit_s = STREAM_PROVES_S if known.how is How.STREAMED and key == SERIAL_OUTPUT.key else FRESH_FOR_S.get(key)
         if limit_s is not None and now - known.at > limit_s:
             return replace(known, doubt=Doubt.AGED)
         return known
@@ -177,7 +180,7 @@ class Device:
 
     def is_streaming(self, now: float) -> bool:
         """Status reports came unasked, the last within 1.5 s."""
-        return len(self._streamed_at) > 1 and now - self._streamed_at[-1] < 1.5
+        return len(self._streamed_at) > 1 and now - self._streamed_at[-1] < STREAM_PROVES_S
 
     def value(self, key: str) -> Known | None:
         return self._values.get(key)

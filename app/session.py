@@ -48,16 +48,25 @@ class Run(Generic[Result]):
         self.result: Result | None = None
         self.error: BaseException | None = None
         self.is_cancelled = False
+        self._is_told = False
         self._procedure = procedure
         self._on_progress = on_progress
         self._want: Want | None = None
         self._resume_at = 0.0
         self._heard: list[Received] = []
+        self.is_started = False
 
     def cancel(self) -> None:
         self.is_cancelled = True
 
+    def take_cancel(self) -> bool:
+        """Whether it is to be told now that it is cancelled: once only, or a second cancel would break off its cleaning up."""
+        is_news = self.is_cancelled and not self._is_told and not self.is_done
+        self._is_told = self._is_told or is_news
+        return is_news
+
     def start(self, now: float) -> None:
+        self.is_started = True
         self._advance(None, now)
 
     @property
@@ -144,11 +153,23 @@ class Session:
 
     # Procedures
 
-    def run(self, run: Run[Any]) -> None:
-        """Queue a procedure; the first of the queue runs, the others wait for it."""
-        self._foreground.append(run)
-        if len(self._foreground) == 1:
+    def run(self, run: Run[Any], *, is_urgent: bool = False) -> None:
+        """Queue a procedure; the first of the queue runs, the others wait for it.
+
+        An urgent one goes before all others, in the middle of what they do; they go on after it. Either way nobody
+        waits for the answer to a question of lesser rank: it is asked again later.
+        """
+        place = 0 if is_urgent else len(self._foreground)
+        self._foreground.insert(place, run)
+        if place == 0:
+            self._interrupt_question()
             run.start(self.clock())
+
+    def _interrupt_question(self) -> None:
+        ask = self._asking.wants_to_ask if self._asking is not None else None
+        if ask is not None and ask.request.is_repeatable:
+            self._link.abandon(self.clock())
+            self._asking = None
 
     def run_in_background(self, procedure: Procedure[None]) -> None:
         self._background = Run(procedure)
@@ -215,11 +236,10 @@ class Session:
     def _serve(self, now: float) -> None:
         """Advance whatever can advance without new bytes."""
         for run in self._runs():
-            if run.is_cancelled and not run.is_done:
-                run.is_cancelled = False
+            if run.take_cancel():
                 if self._asking is run:
-                    self._link.abandon(now)
                     self._asking = None
+                    self._digest(self._link.abandon(now), now)
                 run.throw(Cancelled(), now)
             run.tick(now)
             while run.wants_to_look:
@@ -283,6 +303,7 @@ class Session:
         while self._foreground and self._foreground[0].is_done:
             del self._foreground[0]
             for following in self._foreground[:1]:
-                following.start(now)
+                if not following.is_started:
+                    following.start(now)
         if self._background is not None and self._background.is_done:
             self._background = None

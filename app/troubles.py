@@ -17,10 +17,16 @@ class Explanation:
 
     what: str
     next_step: str
+    command: str = ""
+    """What to type for the next step, for whoever sits at a terminal."""
 
     @property
     def sentence(self) -> str:
         return f"{self.what} {self.next_step}".strip()
+
+    @property
+    def terminal_sentence(self) -> str:
+        return f"{self.sentence} ({self.command})" if self.command else self.sentence
 
 
 class NoAnswer(Exception):
@@ -51,7 +57,8 @@ def _explain_port(error: PortError) -> Explanation:
         case PortTrouble.MISSING:
             return Explanation(
                 tr("There is no port {port}.", port=port),
-                tr("Plug the adapter in and choose it from the list (dps-s ports)."),
+                tr("Plug the adapter in and choose it from the list."),
+                "dps-s ports",
             )
         case PortTrouble.BUSY:
             return _explain_busy(error)
@@ -60,7 +67,8 @@ def _explain_port(error: PortError) -> Explanation:
         case PortTrouble.UNUSABLE:
             return Explanation(
                 tr("{port} cannot be used as a serial port.", port=port),
-                tr("Choose another port from the list (dps-s ports)."),
+                tr("Choose another port from the list."),
+                "dps-s ports",
             )
         case PortTrouble.LOST:
             return Explanation(
@@ -102,12 +110,14 @@ def _explain_silence(error: NoAnswer) -> Explanation:
         case Silence.NOTHING:
             return Explanation(
                 tr("No module answers on {port} at {rate} baud.", port=port, rate=rate),
-                tr("Check that it is switched on and that TX and RX are crossed; if so, find the rate (dps-s find)."),
+                tr("Check that it is switched on and that TX and RX are crossed; if so, find the rate."),
+                f"dps-s find --port {port}",
             )
         case Silence.GARBAGE:
             return Explanation(
                 tr("Something sends on {port}, but no frame can be read at {rate} baud.", port=port, rate=rate),
-                tr("Most likely the module has another baud rate: find it (dps-s find, or --baud auto)."),
+                tr("Most likely the module has another baud rate: find it."),
+                "--baud auto",
             )
         case Silence.ECHO:
             return Explanation(

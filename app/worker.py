@@ -99,6 +99,7 @@ class _Close:
 @dataclass(frozen=True, slots=True)
 class _Start:
     job: Job[Any]
+    is_urgent: bool
 
 
 @dataclass(frozen=True, slots=True)
@@ -146,9 +147,9 @@ class Worker:
         """Close the port, after the background procedure has put right what it changed."""
         self._orders.put(_Close())
 
-    def submit(self, job: Job[Result]) -> Job[Result]:
-        """Run a procedure; without an open port it ends at once with `PortLost`."""
-        self._orders.put(_Start(job))
+    def submit(self, job: Job[Result], *, is_urgent: bool = False) -> Job[Result]:
+        """Run a procedure; without an open port it ends at once with `PortLost`. See `Session.run`."""
+        self._orders.put(_Start(job, is_urgent))
         return job
 
     def stop(self, deadline_s: float = 2.0) -> bool:
@@ -201,13 +202,13 @@ class Worker:
                 self._enter(order)
             case _Close():
                 self._leave()
-            case _Start(job):
+            case _Start(job, is_urgent):
                 self._jobs.append(job)
                 if self._session is None:
                     job.run.throw(self._connection.trouble or PortLost(), self._clock())
                     self._collect_finished()
                 else:
-                    self._session.run(job.run)
+                    self._session.run(job.run, is_urgent=is_urgent)
             case _Stop():
                 self._leave()
                 self._is_stopping = True

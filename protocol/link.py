@@ -133,12 +133,20 @@ class Link:
         self._move(Step.ASK)
         return self._send(flight, now)
 
-    def abandon(self, now: float) -> None:
-        """Stop waiting for the request in flight, if there is one. Its reply, should it come, is late."""
+    def abandon(self, now: float) -> list[Event]:
+        """Stop waiting for the request in flight, if there is one. Its reply, should it come, is late.
+
+        A set or an act that had gone out is `OutcomeUnknown`: it may have been carried out.
+        """
+        events: list[Event] = []
         if self._flight is not None:
-            self._owe(self._flight.request, now)
+            flight = self._flight
+            self._owe(flight.request, now)
+            if not flight.request.is_repeatable:
+                events.append(OutcomeUnknown(flight.request, now - flight.sent_at, now))
         self._behind_fence = None
         self._finish(Step.ABANDON)
+        return events
 
     def take_outgoing(self) -> bytes:
         """The bytes to write now; the next call gives only newer ones."""

@@ -360,6 +360,31 @@ def test_a_second_procedure_waits_for_the_first() -> None:
     assert rig.line.requests[-1] == HEARTBEAT.query()
 
 
+def test_an_urgent_procedure_goes_first_and_the_others_go_on() -> None:
+    rig = rig_with(active=True, **{"mute-codes": "14"})
+    rig.run(greet())
+    reading, locking = Run(read_everything()), Run(lock())
+    rig.session.run(reading)
+    rig.step_until(lambda: rig.line.requests[-1].command.name == "light")
+    start_s = rig.clock.now_s
+    rig.session.run(locking, is_urgent=True)
+    rig.step_until(lambda: locking.is_done)
+    assert rig.clock.now_s - start_s < 0.1
+    assert not rig.bench.state().is_active
+    rig.step_until(lambda: reading.is_done)
+    assert reading.result is not None
+    assert list(reading.result.errors) == ["light_v"]
+
+
+def test_the_background_does_not_hold_up_the_foreground() -> None:
+    rig = rig_with(**{"mute-codes": "14,32,33,34"})
+    watched(rig)
+    rig.step_for(0.05)
+    start_s = rig.clock.now_s
+    assert rig.run(greet()).is_answered
+    assert rig.clock.now_s - start_s < 0.1
+
+
 def test_a_bug_in_a_procedure_ends_only_that_procedure() -> None:
     def broken() -> Procedure[None]:
         yield from greet()

@@ -3,6 +3,7 @@
 import logging
 import signal
 import sys
+import tempfile
 import threading
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -119,7 +120,23 @@ def run(options: WindowOptions) -> int:
     app.setApplicationDisplayName("DPS-S Configurator")
     app.setDesktopFileName("dps-s-configurator")
     app.setWindowIcon(app_icon())
-    assembly = assemble(app, options)
+    with _memory(options) as remembered:
+        assembly = assemble(app, options, remembered=remembered)
+        _stay(app, assembly, options)
+    return assembly.exit_code
+
+
+@contextmanager
+def _memory(options: WindowOptions) -> Iterator[Remembered]:
+    """What is remembered; an unattended run begins with nothing and changes nothing for the person."""
+    if options.offscreen_seconds is None:
+        yield Remembered()
+        return
+    with tempfile.TemporaryDirectory() as folder:
+        yield Remembered(Path(folder) / "window.ini")
+
+
+def _stay(app: QApplication, assembly: Assembly, options: WindowOptions) -> None:
     with _faults_said(assembly.window), _signals_close(assembly.window):
         start(assembly, options)
         if options.offscreen_seconds is not None:
@@ -127,7 +144,6 @@ def run(options: WindowOptions) -> int:
                 round(options.offscreen_seconds * 1000), assembly.window, lambda: _end_unattended(assembly, options)
             )
         app.exec()
-    return assembly.exit_code
 
 
 def _end_unattended(assembly: Assembly, options: WindowOptions) -> None:

@@ -165,13 +165,15 @@ class Connector(QObject):
         def end(job: Job[Locked]) -> None:
             then(None if job.run.error is not None else job.outcome())
 
-        self.run(lock(), end)
+        self.run(lock(), end, is_urgent=True)
 
-    def run(self, procedure: Procedure[Result], then: Callable[[Job[Result]], None]) -> Job[Result]:
+    def run(
+        self, procedure: Procedure[Result], then: Callable[[Job[Result]], None], *, is_urgent: bool = False
+    ) -> Job[Result]:
         """Hand a procedure to the worker; `then` is called in the window's thread when it has ended."""
         job = Job(procedure)
         self._endings[job] = then
-        return self._worker.submit(job)
+        return self._worker.submit(job, is_urgent=is_urgent)
 
     def stop(self, deadline_s: float) -> bool:
         """Close the port and end the worker, within `deadline_s`; whether it ended."""

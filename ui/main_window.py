@@ -144,8 +144,7 @@ class MainWindow(QMainWindow):
         self.menus.choose(self.menus.languages, self._speech.language)
         self._ports.remember_seen(remembered.seen_ports)
         self.panel.prefer(remembered.last_port)
-        if not (remembered.page and self.navigation.choose(remembered.page)):
-            self.navigation.setCurrentRow(0)
+        self.navigation.setCurrentRow(0)
         self.navigation.setFocus()
 
     def make_pages(self) -> None:
@@ -318,7 +317,6 @@ class MainWindow(QMainWindow):
         remembered = self._remembered
         remembered.geometry = self.saveGeometry()
         remembered.layout = self.saveState()
-        remembered.page = self.navigation.chosen
         remembered.seen_ports = tuple(sorted(self._ports.seen))
         remembered.save()
         if not self._connector.stop(CLOSE_LIMIT_S):

@@ -51,14 +51,6 @@ class Remembered:
         self._settings.setValue("theme", name)
 
     @property
-    def page(self) -> str | None:
-        return self._text("page")
-
-    @page.setter
-    def page(self, key: str) -> None:
-        self._settings.setValue("page", key)
-
-    @property
     def last_port(self) -> LastPort | None:
         device = self._text("port/device")
         if device is None:

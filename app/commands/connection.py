@@ -208,5 +208,5 @@ def link_trouble(error: Exception) -> str | None:
     if isinstance(error, PortError | NoAnswer):
         from app.troubles import explain
 
-        return explain(error).sentence
+        return explain(error).terminal_sentence
     return None
