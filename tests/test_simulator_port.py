@@ -26,8 +26,8 @@ def fresh() -> Iterator[None]:
     benches.forget("test")
 
 
-def port(url: str = URL, *, timeout_s: float | None = 0.5, baud_rate: int = 115200) -> serial.SerialBase:
-    opened: serial.SerialBase = serial.serial_for_url(url, baudrate=baud_rate, timeout=timeout_s)
+def port(url: str = URL, *, timeout_s: float | None = 0.5, baud_rate: int = 115200) -> serial.Serial:
+    opened: serial.Serial = serial.serial_for_url(url, baudrate=baud_rate, timeout=timeout_s)
     return opened
 
 
@@ -129,7 +129,7 @@ def test_it_comes_back_by_itself() -> None:
     port().close()
 
 
-def _reading(opened: serial.SerialBase, size: int = 1) -> tuple[threading.Thread, list[object]]:
+def _reading(opened: serial.Serial, size: int = 1) -> tuple[threading.Thread, list[object]]:
     got: list[object] = []
 
     def read() -> None:

@@ -100,6 +100,12 @@ class Recording:
     """False where the span reaches back to what is no longer kept sample by sample."""
 
     @property
+    def first_s(self) -> float:
+        """When its first row was measured; the start of the span where it has none."""
+        firsts = [float(times[0]) for times in (self.time_s, self.cell_time_s, self.light_time_s) if len(times)]
+        return min((*firsts, *(one.time_s for one in self.happenings)), default=self.start_s)
+
+    @property
     def row_count(self) -> int:
         """Of everything that has a time of its own."""
         return len(self.time_s) + len(self.cell_time_s) + len(self.light_time_s) + len(self.happenings)

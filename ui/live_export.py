@@ -11,9 +11,7 @@ import numpy as np
 
 from ui.live_data import Happening, Kind, Recording
 
-HEAD: Final = (
-    "time,elapsed_s,tilt_deg,acceleration_g,triggered,active,cell_voltage_v,light_v,event"
-)
+HEAD: Final = "time,elapsed_s,tilt_deg,acceleration_g,triggered,active,cell_voltage_v,light_v,event"
 # Rows between two looks at whether somebody wants it to stop: some 10 ms.
 _ROWS_AT_ONCE: Final = 5000
 _END: Final = "\r\n"
@@ -27,10 +25,11 @@ def csv_parts(recording: Recording, *, wall_offset_s: float) -> Iterator[bytes]:
     """The recording in UTF-8 with a byte-order mark, in pieces.
 
     One row per status report, and rows of their own for cell voltage, light and events, in order of time; what
-    a row does not tell is empty.  ``wall_offset_s`` added to the recording's times gives seconds since 1970.
+    a row does not tell is empty.  ``wall_offset_s`` added to the recording's times gives seconds since 1970;
+    ``elapsed_s`` counts from the first row.
     """
     yield f"\ufeff{HEAD}{_END}".encode()
-    stamp = Stamp(wall_offset_s)
+    stamp = Stamp(wall_offset_s, first_s=recording.first_s)
     lines: list[str] = []
     for line in _lines(recording, stamp):
         lines.append(line)
@@ -52,12 +51,11 @@ def _lines(recording: Recording, stamp: "Stamp") -> Iterator[str]:
     for (at, cells), place in zip(others, places, strict=True):
         yield from _status_lines(recording, stamp, row, place)
         row = place
-        yield f"{stamp.at(at)},{at - recording.start_s:.3f},,,,,{cells}{_END}"
+        yield f"{stamp.at(at)},,,,,{cells}{_END}"
     yield from _status_lines(recording, stamp, row, len(recording.time_s))
 
 
 def _status_lines(recording: Recording, stamp: "Stamp", start: int, stop: int) -> Iterator[str]:
-    start_s = recording.start_s
     for first in range(start, stop, _ROWS_AT_ONCE):
         part = slice(first, min(stop, first + _ROWS_AT_ONCE))
         columns = zip(
@@ -69,9 +67,7 @@ def _status_lines(recording: Recording, stamp: "Stamp", start: int, stop: int) -
             strict=True,
         )
         for at, tilt, acceleration, is_triggered, is_active in columns:
-            yield (
-                f"{stamp.at(at)},{at - start_s:.3f},{tilt:g},{acceleration:.1f},{is_triggered:d},{is_active:d},,,{_END}"
-            )
+            yield f"{stamp.at(at)},{tilt:g},{acceleration:.1f},{is_triggered:d},{is_active:d},,,{_END}"
 
 
 def _other_cells(recording: Recording) -> Iterator[tuple[float, str]]:
@@ -96,10 +92,12 @@ def _quoted(text: str) -> str:
 
 
 class Stamp:
-    """Monotonic seconds as local time of ISO 8601 with its offset, to the millisecond; quick for times in order."""
+    """The first two cells of a row: monotonic seconds as local time of ISO 8601 with its offset, and as seconds
+    since the first row, both to the millisecond.  Quick for times in order."""
 
-    def __init__(self, wall_offset_s: float) -> None:
+    def __init__(self, wall_offset_s: float, *, first_s: float = 0.0) -> None:
         self._offset_s = wall_offset_s
+        self._first_s = first_s
         self._second: int | None = None
         self._head = self._zone = ""
 
@@ -108,7 +106,7 @@ class Stamp:
         if second != self._second:
             text = datetime.fromtimestamp(second).astimezone().isoformat()
             self._second, self._head, self._zone = second, text[:19], text[19:]
-        return f"{self._head}.{millisecond:03d}{self._zone}"
+        return f"{self._head}.{millisecond:03d}{self._zone},{time_s - self._first_s:.3f}"
 
 
 def write_atomically(path: Path, parts: Iterable[bytes], *, between: Callable[[], None] = lambda: None) -> None:

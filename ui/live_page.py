@@ -7,30 +7,26 @@ looked at.
 import time
 from typing import Final, cast
 
-from PySide6.QtCore import QEvent, QPoint, QSize, Qt, QTimer
+from PySide6.QtCore import QEvent, Qt, QTimer
 from PySide6.QtGui import QAction, QHideEvent, QImage, QKeySequence, QShowEvent, QWindow
-from PySide6.QtWidgets import QFrame, QHBoxLayout, QLabel, QPushButton, QStackedLayout, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QFrame, QHBoxLayout, QStackedLayout, QVBoxLayout, QWidget
 
-from app.i18n import tr
 from app.worker import Batch
-from protocol.catalogue import DEFAULT_BAUD_RATE
-from ui.connect_panel import SIMULATED_PORT
-from ui.connector import Target
-from ui.icons import Icon, icon, pixmap
-from ui.link_state import Phase, words
+from ui.bridge import joined
 from ui.live_data import LiveData, Recording, lanes
+from ui.live_empty import EmptyPage
 from ui.live_panel import Limits, LivePanel
 from ui.live_save import SaveBar, picture_with_foot
 from ui.named import named
 from ui.pages import Services
 from ui.plots import TimePlot
-from ui.theme import Space, current
+from ui.theme import Space
 
 DRAW_EVERY_MS: Final = 33
 _DRAWS_PER_REFRESH: Final = 3
 """Numbers change ten times a second at most: faster cannot be read."""
-_EMPTY_PX: Final = 420
-_BUSY: Final = (Phase.OPENING, Phase.FINDING, Phase.ASKING, Phase.ONLINE)
+_WAITING_MOST: Final = 15
+"""Batches, a quarter of a second: out of sight that is often enough."""
 
 
 class LivePage(QWidget):
@@ -52,7 +48,7 @@ class LivePage(QWidget):
             find_connection=lambda: self._connector.connection,
             wall_offset_s=wall_offset_s,
         )
-        self.empty = _Empty(services)
+        self.empty = EmptyPage(services)
         self._content = self._lay_out()
         self._stack = QStackedLayout(self)
         self._stack.addWidget(self.empty)
@@ -61,6 +57,8 @@ class LivePage(QWidget):
         self._add_action("live_save_png_key", "Ctrl+Shift+S", self._save_png)
         self._add_action("live_pause_key", "Ctrl+P", self._pause)
         self._draws = 0
+        self._drawn_s = 0.0
+        self._waiting: list[Batch] = []
         self._timer = QTimer(self)
         self._timer.setInterval(DRAW_EVERY_MS)
         self._timer.setTimerType(Qt.TimerType.PreciseTimer)
@@ -74,17 +72,23 @@ class LivePage(QWidget):
         return self._stack.currentWidget() is self.empty
 
     def take(self, batch: Batch) -> None:
-        """Remember a batch; nothing is drawn here."""
-        for mark in self.data.take(batch):
-            self.plot.add_mark(mark)
+        """Remember a batch; nothing is drawn here, and what is alike is worked through together."""
+        if self._waiting and not _is_alike(self._waiting[-1], batch):
+            self._digest()
+        self._waiting.append(batch)
+        if len(self._waiting) >= _WAITING_MOST:
+            self._digest()
 
     def draw(self) -> None:
         """The plots as they are now."""
+        self._digest()
         if not self.is_empty:
-            self.plot.draw(self._connector.clock())
+            self._drawn_s = self._connector.clock()
+            self.plot.draw(self._drawn_s)
 
     def refresh(self) -> None:
         """Numbers, ages and words as they are now."""
+        self._digest()
         now_s, device, data = self._connector.clock(), self._connector.device, self.data
         if data.has_samples and self.is_empty:
             self._stack.setCurrentWidget(self._content)
@@ -104,14 +108,28 @@ class LivePage(QWidget):
         is_turn = self._draws % _DRAWS_PER_REFRESH == 0
         if is_turn:
             self.refresh()
-        if self.plot.is_live or is_turn:
+        if is_turn or (self.plot.is_live and self._connector.clock() - self._drawn_s >= self._pixel_s):
             self.draw()
+
+    @property
+    def _pixel_s(self) -> float:
+        """How much time a pixel shows: the picture moves by no less."""
+        return self.plot.span.length_s / max(1.0, self.plot.width() * self.devicePixelRatio())
+
+    def _digest(self) -> None:
+        """Work through what waits."""
+        if self._waiting:
+            batch = joined(self._waiting)
+            self._waiting.clear()
+            for mark in self.data.take(batch):
+                self.plot.add_mark(mark)
 
     def _refresh_empty(self) -> None:
         if self.is_empty:
             self.empty.refresh()
 
     def _recording(self) -> Recording:
+        self._digest()
         span = self.plot.span
         return self.data.recording(span.start_s, span.end_s)
 
@@ -184,99 +202,10 @@ class LivePage(QWidget):
             self.refresh()
 
 
-class _Empty(QWidget):
-    """Before there is anything to show: how the link stands, and the next thing to do."""
-
-    def __init__(self, services: Services) -> None:
-        super().__init__()
-        self.setObjectName("live_empty")
-        self._connector = services.connector
-        self._picture = named(QLabel(), "live_empty_icon")
-        self._title = named(QLabel(), "live_empty_title")
-        self._title.setProperty("role", "title")
-        self.text = named(QLabel(), "live_empty_text")
-        self._promise = named(QLabel(), "live_empty_promise")
-        self._promise.setProperty("role", "muted")
-        self.choose = named(QPushButton(), "live_choose_port")
-        self.choose.setProperty("role", "primary")
-        self.choose.setIcon(icon(Icon.PLUG, is_on_primary=True))
-        self.choose.clicked.connect(self._choose_port)
-        self.simulate = named(QPushButton(), "live_simulate")
-        self.simulate.setIcon(icon(Icon.SIMULATOR))
-        self.simulate.clicked.connect(self._simulate)
-        texts = services.texts
-        texts.bind(self.choose.setText, "Choose a port …")
-        texts.bind(self.choose.setAccessibleName, "Choose a port")
-        texts.bind(self.choose.setToolTip, "Choose the port that the module is plugged into (Ctrl+K)")
-        texts.bind(self.simulate.setText, "Simulated module")
-        texts.bind(self.simulate.setAccessibleName, "Connect to the simulated module")
-        texts.bind(self.simulate.setToolTip, "Try everything without a module")
-        texts.bind(self._promise.setText, "Tilt, acceleration and cell voltage appear here as soon as a module answers.")
-        for label in (self._picture, self._title, self.text, self._promise):
-            label.setAlignment(Qt.AlignmentFlag.AlignHCenter)
-        for label in (self._title, self.text, self._promise):
-            label.setWordWrap(True)
-            label.setFixedWidth(_EMPTY_PX)
-        for button in (self.choose, self.simulate):
-            button.setIconSize(QSize(16, 16))
-            policy = button.sizePolicy()
-            policy.setRetainSizeWhenHidden(True)
-            button.setSizePolicy(policy)
-        services.appearance.changed.connect(self._dress)
-        self._lay_out()
-        self._dress()
-
-    def refresh(self) -> None:
-        """How the link stands now."""
-        state = self._connector.state
-        said = words(state, self._connector.clock())
-        is_idle = state.phase is Phase.CLOSED
-        self._title.setText(tr("No module connected") if is_idle else said.word)
-        self.text.setText(said.next_step if is_idle else f"{said.what}\n{said.next_step}".strip())
-        panel_px = self._covered_px()
-        margins = self._column.contentsMargins()
-        if margins.left() != panel_px:
-            self._column.setContentsMargins(panel_px, 0, 0, 0)
-        for button in (self.choose, self.simulate):
-            button.setVisible(state.phase not in _BUSY and not panel_px)
-
-    def _covered_px(self) -> int:
-        """How much of the left is under the sheet with the ports."""
-        panel = self.window().findChild(QWidget, "connect_panel")
-        if panel is None or not panel.isVisible():
-            return 0
-        return max(0, panel.mapTo(self.window(), panel.rect().topRight()).x() - self.mapTo(self.window(), QPoint()).x())
-
-    def _choose_port(self) -> None:
-        panel = self.window().findChild(QWidget, "connect_panel")
-        act = self.window().findChild(QAction, "act_connect")
-        if act is not None and (panel is None or not panel.isVisible()):
-            act.trigger()
-
-    def _simulate(self) -> None:
-        self._connector.connect_to(Target(SIMULATED_PORT, DEFAULT_BAUD_RATE))
-
-    def _dress(self) -> None:
-        ratio = self.devicePixelRatio()
-        self._picture.setPixmap(pixmap(Icon.LIVE, 48, current().muted, ratio=ratio))
-
-    def _lay_out(self) -> None:
-        buttons = QHBoxLayout()
-        buttons.setSpacing(Space.S)
-        buttons.addStretch(1)
-        buttons.addWidget(self.choose)
-        buttons.addWidget(self.simulate)
-        buttons.addStretch(1)
-        column = QVBoxLayout()
-        column.setSpacing(Space.S)
-        column.addStretch(2)
-        for label in (self._picture, self._title, self.text, self._promise):
-            column.addWidget(label)
-        column.addSpacing(Space.S)
-        column.addLayout(buttons)
-        column.addStretch(3)
-        self._column = QHBoxLayout(self)
-        self._column.setContentsMargins(0, 0, 0, 0)
-        self._column.addStretch(1)
-        self._column.addLayout(column)
-        self._column.addStretch(1)
+def _is_alike(one: Batch, other: Batch) -> bool:
+    """Nothing happened to the link in between."""
+    return (
+        one.connection == other.connection
+        and one.device.presence is other.device.presence
+        and one.device.restarts == other.device.restarts
+    )

@@ -123,7 +123,7 @@ class LivePanel(QFrame):
         elif device.presence is Presence.ONLINE and reports_per_s > 0:
             self.stream.show_value(f"{reports_per_s:.0f}", note=tr(_POLLED))
         else:
-            self.stream.show_unknown(tr(_NO_STREAM))
+            self.stream.show_value("0", note=tr(_NO_STREAM))
 
     def _name_cell(self, caption: str) -> None:
         if caption != self._cell_caption:
@@ -133,7 +133,6 @@ class LivePanel(QFrame):
     # Making
 
     def _name(self, texts: Texts) -> None:
-        self.setAccessibleName(tr("Measured values"))
         texts.bind(self.setAccessibleName, "Measured values")
         texts.bind(self.tilt.set_caption, "Tilt")
         texts.bind(self.acceleration.set_caption, "Acceleration")
