@@ -37,7 +37,13 @@ ENTRIES = (
     Entry("monitor", "app.commands.monitor", marked("print the status as it comes")),
     Entry("history", "app.commands.history", marked("read the trigger records")),
     Entry("find", "app.commands.find", marked("find the baud rate at which a module answers")),
-    Entry("set", "app.commands.set", marked("change a setting")),
+    Entry("set", "app.commands.set", marked("change settings and prove that they stand")),
+    Entry("activate", "app.commands.act", marked("make the module ready to fire (asks for --yes)")),
+    Entry("lock", "app.commands.act", marked("put the module into standby (asks for --yes)")),
+    Entry("zero", "app.commands.act", marked("zero the sensor (asks for --yes)")),
+    Entry("shutdown", "app.commands.act", marked("switch the module off (asks for --yes)")),
+    Entry("preflight", "app.commands.preflight", marked("check whether the module is fit to fly")),
+    Entry("verify", "app.commands.verify", marked("tell whether a pre-flight record was altered")),
     Entry("decode", "app.commands.decode", marked("explain captured bytes")),
     Entry("simulate", "app.commands.simulate", marked("run a simulated module")),
 )
@@ -97,6 +103,8 @@ def _run(words: list[str]) -> int:
         return _open_window(args)
     if getattr(args, "json", False):
         _write_utf8()
+    if entry.name == "preflight":
+        args.printer = _print_report
     run: Callable[[argparse.Namespace], int] = args.run
     return run(args)
 
@@ -139,6 +147,13 @@ def _open_window(args: argparse.Namespace) -> int:
             evidence=args.evidence,
         )
     )
+
+
+def _print_report(body: str, attachment: bytes) -> bytes:
+    """Qt prints; the command is handed this, and stays free of Qt."""
+    from ui.report_printer import print_report
+
+    return print_report(body, attachment)
 
 
 def _prepare_output() -> None:

@@ -60,7 +60,7 @@ class Run(Generic[Result]):
         self.is_cancelled = True
 
     def take_cancel(self) -> bool:
-        """Whether it is to be told now that it is cancelled: once only, or a second cancel would break off its cleaning up."""
+        """Whether to tell it now that it is cancelled. Once only: a second time would break off its cleaning up."""
         is_news = self.is_cancelled and not self._is_told and not self.is_done
         self._is_told = self._is_told or is_news
         return is_news

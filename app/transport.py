@@ -20,7 +20,7 @@ from contextlib import suppress
 from dataclasses import dataclass
 from enum import Enum
 from pathlib import Path
-from threading import Event
+from threading import Event, Lock
 from typing import Protocol
 
 import serial
@@ -34,7 +34,8 @@ else:
 
 READ_SLICE_S = 0.01
 """Longest time that a read blocks: how soon the owner can do something else."""
-WRITE_LIMIT_S = 0.5
+WRITE_LIMIT_S = 0.3
+"""Longest time that a write blocks: closing waits for it, and must take half a second at most."""
 READ_CHUNK = 65536
 
 
@@ -85,14 +86,12 @@ def holder_of(port: str) -> Holder | None:
     """Who else has this device open; only on Linux, and only programs that this user may see."""
     if not sys.platform.startswith("linux"):
         return None
-    try:
-        target = os.path.realpath(port)
-        for link in Path("/proc").glob("[0-9]*/fd/*"):
-            pid = int(link.parts[2])
-            if pid != os.getpid() and os.path.realpath(link) == target:
+    target = os.path.realpath(port)
+    for link in Path("/proc").glob("[0-9]*/fd/*"):
+        pid = int(link.parts[2])
+        with suppress(OSError):  # it has ended meanwhile, or is none of this user's business: on to the next
+            if pid != os.getpid() and str(link.readlink()) == target:
                 return Holder((link.parents[1] / "comm").read_text().strip(), pid)
-    except OSError:
-        return None
     return None
 
 
@@ -113,12 +112,14 @@ def _trouble_at_opening(error: Exception) -> PortTrouble:
 
 
 class SerialLine:
-    """An open port. Made by `open_line`; belongs to the thread that opened it, except `wake`."""
+    """An open port. Made by `open_line`; belongs to the thread that opened it, except `wake` and `interrupt`."""
 
     def __init__(self, port: str, opened: serial.Serial) -> None:
         self.port = port
         self._serial = opened
         self._woken = Event()
+        self._closing = Lock()
+        self._is_closed = False
 
     @property
     def baud_rate(self) -> int:
@@ -157,7 +158,7 @@ class SerialLine:
         return self._serial.read(min(waiting, READ_CHUNK)) if waiting else b""
 
     def write(self, data: bytes) -> None:
-        """Hand all of `data` to the driver; raises `PortError` LOST, or STUCK after 0.5 s."""
+        """Hand all of `data` to the driver; raises `PortError` LOST, or STUCK after 0.3 s."""
         try:
             self._serial.write(data)
         except serial.SerialTimeoutException as error:
@@ -177,8 +178,17 @@ class SerialLine:
         """End a lingering read now. From any thread."""
         self._woken.set()
 
+    def interrupt(self) -> None:
+        """End a read that waits, with nothing. From any thread; with nobody reading, the next read ends at once."""
+        with self._closing:  # a closed port's pipe may be another file by now
+            if not self._is_closed:
+                with suppress(*_DRIVER_ERRORS):  # a socket cannot: it is waited for
+                    self._serial.cancel_read()
+
     def close(self) -> None:
         """Idempotent; never raises, whatever became of the port."""
+        with self._closing:
+            self._is_closed = True
         with suppress(*_DRIVER_ERRORS):  # the port is gone, which is what was wanted
             self._serial.close()
 

@@ -26,7 +26,9 @@ class Explanation:
 
     @property
     def terminal_sentence(self) -> str:
-        return f"{self.sentence} ({self.command})" if self.command else self.sentence
+        if not self.command:
+            return self.sentence
+        return f"{self.sentence[:-1]} ({self.command}){self.sentence[-1]}"  # before the full stop
 
 
 class NoAnswer(Exception):
@@ -111,13 +113,13 @@ def _explain_silence(error: NoAnswer) -> Explanation:
             return Explanation(
                 tr("No module answers on {port} at {rate} baud.", port=port, rate=rate),
                 tr("Check that it is switched on and that TX and RX are crossed; if so, find the rate."),
-                f"dps-s find --port {port}",
+                "dps-s find",
             )
         case Silence.GARBAGE:
             return Explanation(
                 tr("Something sends on {port}, but no frame can be read at {rate} baud.", port=port, rate=rate),
                 tr("Most likely the module has another baud rate: find it."),
-                "--baud auto",
+                "dps-s find, or --baud auto",
             )
         case Silence.ECHO:
             return Explanation(

@@ -17,7 +17,7 @@ from typing import Any, Generic
 from app.device import Device, DeviceView, Sample
 from app.procedure import LinkView, PortLost, Procedure, Report, Result
 from app.session import Run, Session
-from app.transport import PortError, open_line
+from app.transport import PortError, SerialLine, open_line
 from protocol.events import Event
 
 _log = logging.getLogger(__name__)
@@ -129,6 +129,7 @@ class Worker:
         self._orders: queue.SimpleQueue[_Order] = queue.SimpleQueue()
         self._thread = threading.Thread(target=self._work, name="dps-s worker", daemon=True)
         self._session: Session | None = None
+        self._line: SerialLine | None = None
         self._device = Device()
         self._connection = Connection()
         self._jobs: list[Job[Any]] = []
@@ -141,24 +142,30 @@ class Worker:
 
     def open(self, port: str, baud_rate: int, background: Callable[[], Procedure[None]] | None = None) -> None:
         """Open `port`, closing what was open. `background` makes the procedure that keeps the device fresh."""
-        self._orders.put(_Open(port, baud_rate, background))
+        self._order(_Open(port, baud_rate, background))
 
     def close(self) -> None:
         """Close the port, after the background procedure has put right what it changed."""
-        self._orders.put(_Close())
+        self._order(_Close())
 
     def submit(self, job: Job[Result], *, is_urgent: bool = False) -> Job[Result]:
         """Run a procedure; without an open port it ends at once with `PortLost`. See `Session.run`."""
-        self._orders.put(_Start(job, is_urgent))
+        self._order(_Start(job, is_urgent))
         return job
 
     def stop(self, deadline_s: float = 2.0) -> bool:
         """Close the port and end the thread; whether it ended within `deadline_s`. Idempotent."""
         if not self._thread.is_alive():
             return True
-        self._orders.put(_Stop())
+        self._order(_Stop())
         self._thread.join(deadline_s)
         return not self._thread.is_alive()
+
+    def _order(self, order: _Order) -> None:
+        self._orders.put(order)
+        line = self._line
+        if line is not None:
+            line.interrupt()  # else a quiet port would let it wait for up to 10 ms: as long as reading everything takes
 
     # The thread
 
@@ -216,7 +223,7 @@ class Worker:
 
     def _enter(self, order: _Open) -> None:
         self._set_connection(Connection(PortState.OPENING, order.port, order.baud_rate))
-        line = open_line(order.port, order.baud_rate)
+        line = self._line = open_line(order.port, order.baud_rate)
         self._session = Session(line, self._clock)
         self._device = self._session.device
         self._set_connection(Connection(PortState.OPEN, order.port, order.baud_rate))
@@ -245,6 +252,7 @@ class Worker:
     def _end_session(self, why: Exception) -> None:
         if self._session is not None:
             self._session.close(why=why)
+            self._line = None
             self._gather(self._session)
             self._session = None
         self._collect_finished()

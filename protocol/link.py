@@ -19,7 +19,7 @@ from collections import deque
 from dataclasses import dataclass, replace
 from math import inf
 
-from protocol.catalogue import HEARTBEAT, Hazard, Layout, Request
+from protocol.catalogue import ACTIVATION, HEARTBEAT, Hazard, Layout, Request
 from protocol.events import (
     Answered,
     Counters,
@@ -67,6 +67,7 @@ class _Owed:
 
 
 _HEARTBEAT = HEARTBEAT.query()
+_LOCK = ACTIVATION.set(False)
 
 
 def _overlap(one: Request, other: Request) -> bool:
@@ -210,6 +211,8 @@ class Link:
         return [Sent(raw, flight.request, flight.attempt + 1, now)]
 
     def _needs_fence(self, request: Request) -> bool:
+        if request == _LOCK:
+            return False  # standby cannot wait; whose acknowledgement comes matters less than the state read afterwards
         repeats = request.is_repeatable and request.command.layout is not Layout.RECORD
         return any(_overlap(earlier, request) for earlier in self._not_past if not (repeats and earlier == request))
 

@@ -260,7 +260,7 @@ def test_flags_are_read(text: str, value: bool) -> None:
         ["serial_output="],
         ["serial_output=1"],
         ["serial_output=true", "serial_output=false"],
-        ["attitude_threshold_deg=60"],
+        ["attitude_threshold_deg=60.5"],
         ["deploy=true"],
         ["activation=true"],
     ],

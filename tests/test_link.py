@@ -303,6 +303,13 @@ def test_a_fence_without_answer_sends_nothing_else(bench: Bench) -> None:
     assert given_up.attempts == 0
 
 
+def test_locking_waits_behind_no_fence(bench: Bench) -> None:
+    lock = named("activation").set(False)
+    bench.ask(lock)
+    bench.wait(1.01)
+    assert bench.ask(lock) == lock.encode()
+
+
 def test_two_unasked_heartbeats_are_a_restart(bench: Bench) -> None:
     bench.warm_up()
     bench.hear(PULSE, after_s=1)

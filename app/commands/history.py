@@ -37,18 +37,23 @@ def add_parser(subparsers: "argparse._SubParsersAction[argparse.ArgumentParser]"
     shape = parser.add_mutually_exclusive_group()
     add_json_argument(shape)
     shape.add_argument("--csv", metavar="FILE", help=tr("write a CSV file; - prints it"))
+    parser.add_argument("--module", metavar="NAME", help=tr("keep what is read under this name, and tell what is new"))
     parser.set_defaults(run=run)
 
 
 def run(args: argparse.Namespace) -> int:
     from app.commands.connection import connected, link_trouble
+    from app.commands.visited import keep_visit, read_boot_count
     from app.procedures.history import History, read_history
 
     received = Received()
     trouble: str | None = None
+    boot_count: int | None = None
     with connected(args.port, args.baud, on_batch=received.take) as conversation:
         try:
             history: History = conversation.run(read_history())
+            if args.module is not None:
+                boot_count = conversation.run(read_boot_count())
         except Exception as error:
             trouble = link_trouble(error)
             if trouble is None:
@@ -58,6 +63,8 @@ def run(args: argparse.Namespace) -> int:
         trouble = tr("The module on {port} stopped answering. Check its power and the wiring.", port=args.port)
     has_something = bool(history.records or history.empty_slots)
     is_written = _print(history, args) if has_something or trouble is None else True
+    if args.module is not None and (has_something or trouble is None):
+        keep_visit(history, args.module, port=args.port, boot_count=boot_count)
     if trouble is not None:
         say(trouble)
         return PARTLY if has_something else NO_LINK

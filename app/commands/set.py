@@ -1,10 +1,12 @@
-"""`dps-s set NAME=VALUE …`: change settings.
+"""`dps-s set NAME=VALUE …`, `dps-s set --profile FILE`: change settings and prove that they stand.
 
-All values are checked before the first one is sent. A set goes onto the wire once; unanswered, it may have been carried
-out, which is said. Exit code 1 when one of them was not acknowledged.
+All values are checked before the first one is sent; if one is bad nothing is sent and the exit code is 2. A set goes
+onto the wire once and is read back. What cannot be read back is only ever acknowledged. Exit code 1 where one of them
+is not what was wanted, 3 where the link was lost.
 """
 
 import argparse
+import time
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
@@ -25,14 +27,22 @@ from app.commands.console import (
 from app.i18n import tr
 
 if TYPE_CHECKING:
-    from app.procedure import Procedure
+    from app.procedures.write import Written
+    from app.safety import Refusal
     from protocol.catalogue import Command
     from protocol.fields import Field, Value
 
-NAMES = ("serial_output",)
-"""The settings on offer, by key. One that can be read back also needs the reading back before it may stand here."""
-
-_WORDS = {"true": True, "on": True, "yes": True, "false": False, "off": False, "no": False}
+NAMES = (
+    "attitude_threshold_deg",
+    "freefall_acceleration_g",
+    "freefall_time_s",
+    "light_threshold_v",
+    "attitude_trigger",
+    "freefall_trigger",
+    "serial_output",
+    "baud_rate",
+)
+"""The catalogue's settings by key, written out so that the help needs no catalogue; a test holds them equal."""
 
 
 class Unfit(ValueError):
@@ -49,10 +59,15 @@ class Wish:
 
 @dataclass(frozen=True, slots=True)
 class Result:
-    """What became of one wish. `error`: English, for JSON; `words`: the same for people, in their language."""
+    """What became of one wish. `error`: English, for JSON; `words`: the same for people, in their language.
+
+    `is_acknowledged` None: nothing had to be sent.
+    """
 
     wanted: "Value"
-    is_acknowledged: bool
+    is_acknowledged: bool | None
+    read_back: "Value | None" = None
+    verified: bool | None = None
     error: str | None = None
     words: str | None = None
     is_link_lost: bool = False
@@ -62,49 +77,61 @@ def add_parser(subparsers: "argparse._SubParsersAction[argparse.ArgumentParser]"
     parser = subparsers.add_parser(
         "set",
         description=tr(
-            "Change settings: {names} (true or false). What cannot be read back is only ever acknowledged, never "
-            "verified. Exit code 1 where the module did not acknowledge.",
+            "Change settings: {names}. Triggers and serial output take true or false. Each is read back; what cannot "
+            "be read back is only ever acknowledged, never verified. Exit code 1 where one is not what was wanted.",
             names=", ".join(NAMES),
         ),
     )
-    parser.add_argument("wishes", nargs="+", metavar="NAME=VALUE", help=tr("for example serial_output=false"))
+    parser.add_argument("wishes", nargs="*", metavar="NAME=VALUE", help=tr("for example freefall_time_s=1.6"))
+    parser.add_argument("--profile", metavar="FILE", help=tr("all settings of this profile"))
+    parser.add_argument(
+        "--unlock", action="store_true", help=tr("write also while the module is active, or may be: it can fire")
+    )
     add_port_arguments(parser)
     add_json_argument(parser)
     parser.set_defaults(run=run)
 
 
 def run(args: argparse.Namespace) -> int:
-    from app.commands.connection import connected, link_trouble
-
     try:
-        wishes = parse(args.wishes)
+        wishes = _wishes(args.wishes, args.profile)
     except Unfit as error:
         say(str(error))
         return USED_WRONGLY
-    results: dict[str, Result] = {}
-    trouble: str | None = None
-    with connected(args.port, args.baud) as conversation:
-        for wish in wishes:
-            try:
-                results[wish.command.key] = conversation.run(_write(wish))
-            except Exception as error:
-                trouble = link_trouble(error)
-                if trouble is None:
-                    raise
-                results[wish.command.key] = _lost(wish)
+    _warn(wishes)
+    results, trouble = _write(wishes, args)
     write_lines([as_json(json_of(results))] if args.json else page_of(results))
     if trouble is not None:
         say(trouble)
     if any(result.is_link_lost for result in results.values()):
         return NO_LINK
-    return DONE if all(result.is_acknowledged for result in results.values()) else SAID_NO
+    return DONE if all(result.error is None for result in results.values()) else SAID_NO
+
+
+def _wishes(words: Sequence[str], profile: str | None) -> list[Wish]:
+    if bool(words) == (profile is not None):
+        raise Unfit(tr("dps-s set needs NAME=VALUE … or --profile FILE, and not both."))
+    if profile is None:
+        return parse(words)
+    from pathlib import Path
+
+    from app.profile_file import ProfileRefused, read_profile
+    from app.profiles import SETTINGS_BY_KEY
+
+    try:
+        settings = read_profile(Path(profile)).settings
+    except ProfileRefused as error:
+        raise Unfit("\n".join(error.sentences)) from error
+    if not settings:
+        raise Unfit(tr("{path} holds no settings.", path=profile))
+    return [Wish(SETTINGS_BY_KEY[key], value) for key, value in settings.items()]
 
 
 def parse(words: Sequence[str]) -> list[Wish]:
     """Every word checked; raises `Unfit` with all that is wrong."""
     from protocol.catalogue import SETTINGS
 
-    offered = {command.key: command for command in SETTINGS if command.key in NAMES}
+    offered = {command.key: command for command in SETTINGS}
     wishes: dict[str, Wish] = {}
     faults: list[str] = []
     for word in words:
@@ -127,74 +154,112 @@ def parse(words: Sequence[str]) -> list[Wish]:
 
 
 def parse_value(field: "Field", text: str) -> "Value":
-    """`text` in the field's unit, exactly as it will be sent; raises `ValueError` for what the field cannot carry."""
-    from protocol.fields import Done, Flag
+    """`text` in the field's unit, exactly as it will be sent; raises `ValueError`, its text in the language in use."""
+    from app import values
 
-    if isinstance(field, Flag | Done):
-        value: Value | None = _WORDS.get(text.lower())
-        if value is None:
-            raise ValueError(tr("“{text}” is neither true nor false", text=text))
-    else:
+    try:
+        return values.parse_value(field, text)
+    except values.NotAValue as error:
+        raise ValueError(error.why.sentence) from error
+
+
+def _warn(wishes: Sequence[Wish]) -> None:
+    """Against advice is a warning, never a refusal."""
+    from app.consequences import Weight, consequences
+
+    for wish in wishes:
+        for consequence in consequences(wish.command, wish.value):
+            if consequence.weight is not Weight.PLAIN:
+                say(tr("Warning: {name}: {what}", name=wish.command.key, what=consequence.sentence))
+
+
+def _write(wishes: Sequence[Wish], args: argparse.Namespace) -> tuple[dict[str, Result], str | None]:
+    """The results by key, in the order of the wishes, and the sentence about a line that was lost on the way."""
+    from app.acts import Act
+    from app.commands.audited import records_of
+    from app.commands.connection import connected, link_trouble
+    from app.permit import Origin, Permit
+    from app.procedures.write_all import Change, Leave, write_all
+
+    written: list[Written] = []
+    refusals: tuple[Refusal, ...] = ()
+    trouble: str | None = None
+    found: dict[str, Result] = {}
+    with records_of(args.port) as records, connected(args.port, args.baud) as conversation:
+        sent = list(wishes)
+        for wish in wishes:
+            if args.profile is not None and wish.command.key == "baud_rate" and wish.value == conversation.baud_rate:
+                # It has just answered at this rate; a dangerous frame that changes nothing is not sent.
+                found[wish.command.key] = Result(wish.value, None, read_back=wish.value, verified=True)
+                sent.remove(wish)
+        leave = Leave(
+            journal=records.journal,
+            permit=Permit(Act.CHANGE_BAUD, Origin.COMMAND_LINE, time.monotonic()),
+            is_unlocked=args.unlock,
+            keep_snapshot=records.keep_snapshot,
+            on_written=written.append,
+        )
         try:
-            value = int(text) if text.lstrip("+-").isdecimal() else float(text)
-        except ValueError:
-            raise ValueError(tr("“{text}” is no number", text=text)) from None
-    field.encode(value)
-    return value
+            report = conversation.run(write_all([Change(wish.command, wish.value) for wish in sent], leave))
+            written, refusals = list(report.results), report.refusals
+        except Exception as error:
+            trouble = link_trouble(error)
+            if trouble is None:
+                raise
+    found |= {one.command.key: result_of(one, refusals) for one in written}
+    is_first_lost = True
+    for wish in sorted(sent, key=lambda one: one.command.key == "baud_rate"):
+        if wish.command.key not in found:
+            found[wish.command.key] = _lost(wish, may_be_done=is_first_lost)
+            is_first_lost = False
+    return {wish.command.key: found[wish.command.key] for wish in wishes}, trouble
 
 
-def _write(wish: Wish) -> "Procedure[Result]":
-    from app.procedure import Ask
-    from protocol.events import Answered, Unanswered
-    from protocol.messages import Acknowledgement
+def result_of(written: "Written", refusals: "Sequence[Refusal]" = ()) -> Result:
+    from app.procedures.write import Heard, WriteFault
+    from app.safety import Condition
 
-    outcome = yield Ask(wish.command.set(wish.value))
-    if isinstance(outcome, Unanswered):
-        return Result(
-            wish.value,
-            is_acknowledged=False,
-            error="not sent: the module stopped answering",
-            words=tr("not sent: the module stopped answering"),
-            is_link_lost=True,
-        )
-    if not isinstance(outcome, Answered):
-        return Result(
-            wish.value,
-            is_acknowledged=False,
-            error=f"no reply within {outcome.waited_s:.1f} s; it may have been carried out",
-            words=tr("no reply within {seconds:.1f} s; it may have been carried out", seconds=outcome.waited_s),
-        )
-    answer = outcome.messages[0]
-    if isinstance(answer, Acknowledgement) and answer.is_accepted:
-        return Result(wish.value, is_acknowledged=True)
-    raw = f"{getattr(answer, 'raw', 0):02X}"
+    error = words = None
+    fault = written.fault
+    if fault is WriteFault.NO_REPLY and written.waited_s is not None:
+        error = f"no reply within {written.waited_s:.1f} s; it may have been carried out"
+        words = tr("no reply within {seconds:.1f} s; it may have been carried out", seconds=written.waited_s)
+    elif fault is WriteFault.NOT_ALLOWED and refusals:
+        error = "not sent: " + " ".join(refusal.text.format(**refusal.values) for refusal in refusals)
+        words = tr("not sent: {why}", why=" ".join(refusal.sentence for refusal in refusals))
+    elif fault is not None:
+        error, words = fault.value, tr(fault.value)
+    is_refused = fault is WriteFault.NOT_ALLOWED and all(one.condition is not Condition.ONLINE for one in refusals)
     return Result(
-        wish.value,
-        is_acknowledged=False,
-        error=f"the module answered {raw} instead",
-        words=tr("the module answered {raw} instead", raw=raw),
+        written.wanted,
+        written.is_acknowledged,
+        read_back=written.stands,
+        verified=written.verified,
+        error=error,
+        words=words,
+        is_link_lost=written.heard is Heard.NOT_SENT and not is_refused,
     )
 
 
-def _lost(wish: Wish) -> Result:
-    return Result(
-        wish.value,
-        is_acknowledged=False,
-        error="the port was lost; it may have been carried out",
-        words=tr("the port was lost; it may have been carried out"),
-        is_link_lost=True,
-    )
+def _lost(wish: Wish, *, may_be_done: bool) -> Result:
+    if may_be_done:
+        error = "the port was lost; it may have been carried out"
+        words = tr("the port was lost; it may have been carried out")
+    else:
+        error, words = "not sent: the port was lost", tr("not sent: the port was lost")
+    verified = False if wish.command.reads_back or wish.command.key == "baud_rate" else None
+    return Result(wish.value, is_acknowledged=False, verified=verified, error=error, words=words, is_link_lost=True)
 
 
 def json_of(results: dict[str, Result]) -> dict[str, object]:
-    """The object of `dps-s set --json`. Nothing on offer today has a read-back, so nothing is verified."""
+    """The object of `dps-s set --json`."""
     return {
         "results": {
             name: {
                 "wanted": result.wanted,
                 "acknowledged": result.is_acknowledged,
-                "read_back": None,
-                "verified": None,
+                "read_back": result.read_back,
+                "verified": result.verified,
                 "error": result.error,
             }
             for name, result in results.items()
@@ -207,7 +272,19 @@ def page_of(results: dict[str, Result]) -> list[str]:
 
 
 def _sentence(result: Result) -> str:
-    wanted = str(result.wanted).lower()
-    if result.is_acknowledged:
-        return tr("{value}: acknowledged (cannot be read back)", value=wanted)
-    return tr("{value}: not acknowledged ({why})", value=wanted, why=result.words or "")
+    wanted = _typed(result.wanted)
+    if result.error is not None:
+        if result.read_back is not None:
+            stands = _typed(result.read_back)
+            return tr("{value}: NOT verified ({why}); it is {stands}", value=wanted, why=result.words, stands=stands)
+        return tr("{value}: NOT verified ({why})", value=wanted, why=result.words)
+    if result.is_acknowledged is None:
+        return tr("{value}: was so already", value=wanted)
+    if result.verified:
+        return tr("{value}: verified", value=wanted)
+    return tr("{value}: acknowledged (cannot be read back)", value=wanted)
+
+
+def _typed(value: "Value") -> str:
+    """As one would type it."""
+    return str(value).lower() if isinstance(value, bool) else f"{value:g}"

@@ -28,6 +28,10 @@
         <translation>（!）没有外接供电时，锂电芯不会有此电压；此处按收到的值显示。</translation>
     </message>
     <message>
+        <source>--done needs a profile with manual items.</source>
+        <translation>--done 需要含人工检查项目的配置文件。</translation>
+    </message>
+    <message>
         <source>00 external power, charging; 01 not</source>
         <translation>00 外接供电，充电中；01 未充电</translation>
     </message>
@@ -56,8 +60,16 @@
         <translation>01 已触发，00 未触发</translation>
     </message>
     <message>
+        <source>1 change of a setting has not been written to the module.</source>
+        <translation type="unfinished"></translation>
+    </message>
+    <message>
         <source>1 g at rest, near 0 g in free fall</source>
         <translation>静止时为 1 g，失重时接近 0 g</translation>
+    </message>
+    <message>
+        <source>1. Bay closed</source>
+        <translation type="unfinished"></translation>
     </message>
     <message>
         <source>10 min</source>
@@ -72,6 +84,10 @@
         <translation>115200（常用）</translation>
     </message>
     <message>
+        <source>2. Bay open</source>
+        <translation type="unfinished"></translation>
+    </message>
+    <message>
         <source>55° or more.</source>
         <translation>55° 或以上。</translation>
     </message>
@@ -80,20 +96,60 @@
         <translation>60 秒</translation>
     </message>
     <message>
+        <source>A change from {old} to {new} baud at {port} was broken off. The module may be at either rate.</source>
+        <translation type="unfinished"></translation>
+    </message>
+    <message>
+        <source>A file of another program was in the way. It was kept as {path}.</source>
+        <translation>原位置有其他程序的文件，已另存为 {path}。</translation>
+    </message>
+    <message>
+        <source>A modem program (ModemManager) tries out {port}: it sends AT commands to the module.</source>
+        <translation type="unfinished"></translation>
+    </message>
+    <message>
         <source>A module answers on {port} at {rate} baud.</source>
         <translation>{port} 上有模块以波特率 {rate} 应答。</translation>
+    </message>
+    <message>
+        <source>A module that has fired does not fire again.</source>
+        <translation>已经触发的模块不会再次触发。</translation>
     </message>
     <message>
         <source>A port that is not in the list</source>
         <translation>列表中没有的串口</translation>
     </message>
     <message>
+        <source>A reading that wanders while the aircraft stands still comes from a loose or failing sensor.</source>
+        <translation>航空器静止时读数漂移，说明传感器松动或失效。</translation>
+    </message>
+    <message>
         <source>A simulated module, written from the vendor's table. Prints the port to open as its first line and runs until it is stopped (Ctrl-C). The same options go into the query of sim://NAME?option=value.</source>
         <translation>按厂家协议表编写的模拟模块。第一行打印要打开的串口，一直运行到被停止（Ctrl-C）。同样的选项也可写入 sim://NAME?option=value 的查询部分。</translation>
     </message>
     <message>
+        <source>A slow answer points to a bad adapter or a busy computer.</source>
+        <translation>应答慢说明适配器不良或电脑繁忙。</translation>
+    </message>
+    <message>
+        <source>A trigger that nobody has explained can happen again in flight.</source>
+        <translation>原因不明的触发可能在飞行中再次发生。</translation>
+    </message>
+    <message>
+        <source>A weak cell may not deploy the parachute, and falls further in the cold.</source>
+        <translation>电量不足可能无法开伞，低温时电压还会下降。</translation>
+    </message>
+    <message>
         <source>ACTIVE</source>
         <translation>已激活</translation>
+    </message>
+    <message>
+        <source>ALTERED: {parts}.</source>
+        <translation>已被改动：{parts}。</translation>
+    </message>
+    <message>
+        <source>ARMED for {seconds:.0f} s more. Hold the button for 2 s.</source>
+        <translation type="unfinished"></translation>
     </message>
     <message>
         <source>About</source>
@@ -104,12 +160,28 @@
         <translation>加速度</translation>
     </message>
     <message>
+        <source>Acceleration: 1 g</source>
+        <translation>加速度：1 g</translation>
+    </message>
+    <message>
+        <source>Acceleration: steady</source>
+        <translation>加速度：稳定</translation>
+    </message>
+    <message>
         <source>Activate</source>
-        <translation type="unfinished"></translation>
+        <translation>激活</translation>
     </message>
     <message>
         <source>Activate / lock</source>
         <translation>激活/锁定</translation>
+    </message>
+    <message>
+        <source>Activate now</source>
+        <translation type="unfinished"></translation>
+    </message>
+    <message>
+        <source>Activate …</source>
+        <translation type="unfinished"></translation>
     </message>
     <message>
         <source>Activation</source>
@@ -128,12 +200,36 @@
         <translation>开机后时间</translation>
     </message>
     <message>
+        <source>Against the vendor's advice: {advice}</source>
+        <translation>与厂家建议不符：{advice}</translation>
+    </message>
+    <message>
+        <source>Aircraft</source>
+        <translation>航空器</translation>
+    </message>
+    <message>
+        <source>All files (*)</source>
+        <translation type="unfinished"></translation>
+    </message>
+    <message>
         <source>All frames</source>
         <translation>全部帧</translation>
     </message>
     <message>
+        <source>All {count} checks hold; worth a look: {looks}.</source>
+        <translation>全部 {count} 项检查通过；需留意：{looks} 项。</translation>
+    </message>
+    <message>
         <source>An active module fires by its thresholds; a locked one is in standby and does not fire.</source>
         <translation>激活的模块按阈值触发开伞；锁定的模块处于待机状态，不会触发。</translation>
+    </message>
+    <message>
+        <source>An active module fires when it is moved; a locked one does not fire in flight.</source>
+        <translation>激活的模块移动时可能触发；锁定的模块飞行中不会触发。</translation>
+    </message>
+    <message>
+        <source>An old status says nothing about the module now.</source>
+        <translation>旧状态不能说明模块现在的情况。</translation>
     </message>
     <message>
         <source>Angle between aircraft and horizontal plane</source>
@@ -148,6 +244,22 @@
         <translation>飞行器与水平面的夹角。激活时超过阈值会触发。</translation>
     </message>
     <message>
+        <source>Apply {count} ticked</source>
+        <translation type="unfinished"></translation>
+    </message>
+    <message>
+        <source>Arm for 10 s</source>
+        <translation type="unfinished"></translation>
+    </message>
+    <message>
+        <source>Arm: the next ten seconds it can be held</source>
+        <translation type="unfinished"></translation>
+    </message>
+    <message>
+        <source>As it was found</source>
+        <translation type="unfinished"></translation>
+    </message>
+    <message>
         <source>As the system</source>
         <translation>跟随系统</translation>
     </message>
@@ -156,8 +268,24 @@
         <translation type="unfinished"></translation>
     </message>
     <message>
+        <source>Ask the module for everything (F5)</source>
+        <translation type="unfinished"></translation>
+    </message>
+    <message>
+        <source>Asking the module …</source>
+        <translation type="unfinished"></translation>
+    </message>
+    <message>
         <source>Asking …</source>
         <translation>正在询问……</translation>
+    </message>
+    <message>
+        <source>At rest the sensor must read 1 g, else free fall is judged wrongly.</source>
+        <translation>静止时传感器必须读 1 g，否则会误判失重。</translation>
+    </message>
+    <message>
+        <source>At {port} there is a computer that wants somebody to log in, not a module.</source>
+        <translation type="unfinished"></translation>
     </message>
     <message>
         <source>Attitude</source>
@@ -172,12 +300,32 @@
         <translation>姿态触发</translation>
     </message>
     <message>
+        <source>Attitude trigger enabled</source>
+        <translation>姿态触发已启用</translation>
+    </message>
+    <message>
         <source>Back to live</source>
         <translation>回到实时</translation>
     </message>
     <message>
+        <source>Back to the settings</source>
+        <translation type="unfinished"></translation>
+    </message>
+    <message>
+        <source>Back to the settings; nothing is applied (Esc)</source>
+        <translation type="unfinished"></translation>
+    </message>
+    <message>
+        <source>Back to the settings; nothing is changed</source>
+        <translation type="unfinished"></translation>
+    </message>
+    <message>
         <source>Baud rate</source>
         <translation>波特率</translation>
+    </message>
+    <message>
+        <source>Begin: choose, arm, then hold for two seconds</source>
+        <translation type="unfinished"></translation>
     </message>
     <message>
         <source>Below 0.7 g.</source>
@@ -196,12 +344,40 @@
         <translation>开机次数</translation>
     </message>
     <message>
+        <source>Boot count fits the module</source>
+        <translation>开机次数与模块相符</translation>
+    </message>
+    <message>
+        <source>Boot count {before} → {after}.</source>
+        <translation type="unfinished"></translation>
+    </message>
+    <message>
         <source>Bright</source>
         <translation>浅色</translation>
     </message>
     <message>
+        <source>Broken off: it is not known whether the module is at {rate} baud now. Use “Find my module”.</source>
+        <translation type="unfinished"></translation>
+    </message>
+    <message>
+        <source>Broken off: the connection was lost.</source>
+        <translation type="unfinished"></translation>
+    </message>
+    <message>
+        <source>Broken off: the connection was lost. What was not read back is not known.</source>
+        <translation type="unfinished"></translation>
+    </message>
+    <message>
         <source>Bytes</source>
         <translation>字节</translation>
+    </message>
+    <message>
+        <source>CHAIN BROKEN: the record itself is intact.</source>
+        <translation>链条断裂：记录本身完好。</translation>
+    </message>
+    <message>
+        <source>Calibrate it with the bay closed and open, and keep it in a profile.</source>
+        <translation>在伞仓关闭和打开时校准，并保存到配置文件。</translation>
     </message>
     <message>
         <source>Cancel</source>
@@ -216,6 +392,18 @@
         <translation>已取消，没有保存任何内容。</translation>
     </message>
     <message>
+        <source>Cancelled. Nothing was sent.</source>
+        <translation type="unfinished"></translation>
+    </message>
+    <message>
+        <source>Cancelled. What was not read back is not known.</source>
+        <translation type="unfinished"></translation>
+    </message>
+    <message>
+        <source>Capture (*.dpscap)</source>
+        <translation type="unfinished"></translation>
+    </message>
+    <message>
         <source>Cell</source>
         <translation>电芯</translation>
     </message>
@@ -228,12 +416,32 @@
         <translation>电芯电压与充电</translation>
     </message>
     <message>
-        <source>Change settings: {names} (true or false). What cannot be read back is only ever acknowledged, never verified. Exit code 1 where the module did not acknowledge.</source>
-        <translation>修改设置：{names}（true 或 false）。无法回读的设置只能得到确认，无法验证。模块未确认时退出码为 1。</translation>
+        <source>Chain: {what}.</source>
+        <translation>记录链：{what}。</translation>
+    </message>
+    <message>
+        <source>Change it now</source>
+        <translation type="unfinished"></translation>
+    </message>
+    <message>
+        <source>Change settings: {names}. Triggers and serial output take true or false. Each is read back; what cannot be read back is only ever acknowledged, never verified. Exit code 1 where one is not what was wanted.</source>
+        <translation>修改设置：{names}。触发开关和串口输出取 true 或 false。每项都会回读；无法回读的只能得到应答，不算已验证。有一项与要求不符时退出码为 1。</translation>
     </message>
     <message>
         <source>Change the baud rate</source>
+        <translation>修改波特率</translation>
+    </message>
+    <message>
+        <source>Change the baud rate …</source>
         <translation type="unfinished"></translation>
+    </message>
+    <message>
+        <source>Changing the baud rate …</source>
+        <translation type="unfinished"></translation>
+    </message>
+    <message>
+        <source>Charge the module, unplug it, wait a minute and check again.</source>
+        <translation>给模块充电，拔下后等一分钟再检查。</translation>
     </message>
     <message>
         <source>Charger</source>
@@ -252,11 +460,35 @@
         <translation>充电电压</translation>
     </message>
     <message>
+        <source>Check</source>
+        <translation>检查项目</translation>
+    </message>
+    <message>
+        <source>Check cable and power, and check again.</source>
+        <translation>检查线缆和电源后重新检查。</translation>
+    </message>
+    <message>
+        <source>Check its plug and its cell; hold its switch for two seconds to switch it on.</source>
+        <translation type="unfinished"></translation>
+    </message>
+    <message>
         <source>Check its power and the cable; it is asked again every 2 s.</source>
         <translation>请检查模块供电和接线；每 2 秒重新询问一次。</translation>
     </message>
     <message>
-        <source>Check that it is switched on and that TX and RX are crossed; if so, find the rate (dps-s find).</source>
+        <source>Check plugs, ground and cable length, and check again.</source>
+        <translation>检查插头、地线和线缆长度后重新检查。</translation>
+    </message>
+    <message>
+        <source>Check power and cable, and check again.</source>
+        <translation>检查电源和线缆后重新检查。</translation>
+    </message>
+    <message>
+        <source>Check ran undisturbed</source>
+        <translation>检查过程未受干扰</translation>
+    </message>
+    <message>
+        <source>Check that it is switched on and that TX and RX are crossed; if so, find the rate.</source>
         <translation type="unfinished"></translation>
     </message>
     <message>
@@ -276,6 +508,14 @@
         <translation type="unfinished"></translation>
     </message>
     <message>
+        <source>Check whether the module is fit to fly: all checks are run and listed. Exit code 0 for GO, 1 for NO-GO, 3 where no module answers. Nothing is ever activated, zeroed or deployed.</source>
+        <translation>检查模块是否可以飞行：所有检查都执行并列出。退出码 0 为 GO，1 为 NO-GO，3 为没有模块应答。绝不激活、置零或开伞。</translation>
+    </message>
+    <message>
+        <source>Checked by</source>
+        <translation>检查人</translation>
+    </message>
+    <message>
         <source>Choose a port</source>
         <translation>选择串口</translation>
     </message>
@@ -292,7 +532,15 @@
         <translation>选择一行可查看全部字节。</translation>
     </message>
     <message>
-        <source>Choose another port from the list (dps-s ports).</source>
+        <source>Choose another port from the list.</source>
+        <translation type="unfinished"></translation>
+    </message>
+    <message>
+        <source>Choose another port.</source>
+        <translation type="unfinished"></translation>
+    </message>
+    <message>
+        <source>Choose the adapter that the module is connected to.</source>
         <translation type="unfinished"></translation>
     </message>
     <message>
@@ -302,6 +550,14 @@
     <message>
         <source>Choose the port that the module is plugged into.</source>
         <translation>请选择模块所接的串口。</translation>
+    </message>
+    <message>
+        <source>Choose “enable now” (--enable-triggers): only an acknowledged set says how it stands.</source>
+        <translation>选择“立即启用”（--enable-triggers）：只有得到应答的设置才能说明其状态。</translation>
+    </message>
+    <message>
+        <source>Chosen. Next: arm it. {frame} is what would leave.</source>
+        <translation type="unfinished"></translation>
     </message>
     <message>
         <source>Clamps what is set</source>
@@ -320,12 +576,28 @@
         <translation>关闭</translation>
     </message>
     <message>
+        <source>Close every program that uses serial ports, a second window of this one too, and connect again.</source>
+        <translation type="unfinished"></translation>
+    </message>
+    <message>
+        <source>Close profile</source>
+        <translation type="unfinished"></translation>
+    </message>
+    <message>
         <source>Close that program and connect again.</source>
         <translation type="unfinished"></translation>
     </message>
     <message>
+        <source>Close the bay; if it is closed, calibrate the light threshold.</source>
+        <translation>关闭伞仓；若已关闭，请校准光线阈值。</translation>
+    </message>
+    <message>
         <source>Close the port (Ctrl+D)</source>
         <translation>关闭串口（Ctrl+D）</translation>
+    </message>
+    <message>
+        <source>Close the profile and apply nothing</source>
+        <translation type="unfinished"></translation>
     </message>
     <message>
         <source>Close this message</source>
@@ -340,12 +612,24 @@
         <translation type="unfinished"></translation>
     </message>
     <message>
+        <source>Close, drop the edits</source>
+        <translation type="unfinished"></translation>
+    </message>
+    <message>
         <source>Close, leave it ACTIVE</source>
         <translation>关闭，保持激活</translation>
     </message>
     <message>
         <source>Closed</source>
         <translation>已关闭</translation>
+    </message>
+    <message>
+        <source>Commands</source>
+        <translation type="unfinished"></translation>
+    </message>
+    <message>
+        <source>Compare the settings with the profile and write what differs; or approve them.</source>
+        <translation>将设置与配置文件比较并写入不同之处；或批准现有设置。</translation>
     </message>
     <message>
         <source>Configure, test and watch a DPS-S drone parachute module over its serial port.</source>
@@ -358,6 +642,10 @@
     <message>
         <source>Connect</source>
         <translation>连接</translation>
+    </message>
+    <message>
+        <source>Connect a module to see and change its settings.</source>
+        <translation type="unfinished"></translation>
     </message>
     <message>
         <source>Connect again</source>
@@ -396,12 +684,28 @@
         <translation>复制所选行；未选择时复制全部（Ctrl+C）</translation>
     </message>
     <message>
+        <source>Counts as falling below {limit:.1f} g; at rest it is 1 g.</source>
+        <translation>低于 {limit:.1f} g 判定为失重；静止时为 1 g。</translation>
+    </message>
+    <message>
+        <source>Counts as falling while it stands still (1 g): it fires as soon as the free-fall time is over.</source>
+        <translation>静止（1 g）时也判定为失重：失重时间一到就会开伞。</translation>
+    </message>
+    <message>
+        <source>DISABLED: acknowledged</source>
+        <translation>已禁用：模块已应答</translation>
+    </message>
+    <message>
         <source>DPS-S Configurator</source>
         <translation>DPS-S 上位机</translation>
     </message>
     <message>
         <source>DPS-S Configurator {version}</source>
         <translation>DPS-S 上位机 {version}</translation>
+    </message>
+    <message>
+        <source>Dangerous: each asks again, is written into the log first, and is sent once</source>
+        <translation type="unfinished"></translation>
     </message>
     <message>
         <source>Dark</source>
@@ -412,32 +716,108 @@
         <translation>用于判断降落伞是否已出仓。</translation>
     </message>
     <message>
+        <source>Default {value}</source>
+        <translation type="unfinished"></translation>
+    </message>
+    <message>
+        <source>Defaults</source>
+        <translation type="unfinished"></translation>
+    </message>
+    <message>
         <source>Delay</source>
         <translation>延迟</translation>
     </message>
     <message>
         <source>Deploy</source>
-        <translation type="unfinished"></translation>
+        <translation>触发开伞</translation>
     </message>
     <message>
         <source>Deploy over serial</source>
         <translation>串口触发开伞</translation>
     </message>
     <message>
+        <source>Deploy …</source>
+        <translation type="unfinished"></translation>
+    </message>
+    <message>
         <source>Direction of faults</source>
         <translation>故障方向</translation>
+    </message>
+    <message>
+        <source>Disabled</source>
+        <translation type="unfinished"></translation>
+    </message>
+    <message>
+        <source>Disabled, it does not fire in free fall. The module cannot be asked.</source>
+        <translation>禁用后失重时不会开伞。此状态无法向模块查询。</translation>
+    </message>
+    <message>
+        <source>Disabled, it does not fire when the aircraft tips over. The module cannot be asked.</source>
+        <translation>禁用后航空器翻倒时不会开伞。此状态无法向模块查询。</translation>
+    </message>
+    <message>
+        <source>Disarm; nothing is sent (Esc)</source>
+        <translation type="unfinished"></translation>
+    </message>
+    <message>
+        <source>Disarmed: a condition is no longer fulfilled. Nothing was sent.</source>
+        <translation type="unfinished"></translation>
+    </message>
+    <message>
+        <source>Disarmed: the keyboard went elsewhere. Nothing was sent.</source>
+        <translation type="unfinished"></translation>
+    </message>
+    <message>
+        <source>Disarmed: the link was lost. Nothing was sent.</source>
+        <translation type="unfinished"></translation>
+    </message>
+    <message>
+        <source>Disarmed: the module restarted. Nothing was sent.</source>
+        <translation type="unfinished"></translation>
+    </message>
+    <message>
+        <source>Disarmed: the program met an error. Nothing was sent.</source>
+        <translation type="unfinished"></translation>
+    </message>
+    <message>
+        <source>Disarmed: the window was left. Nothing was sent.</source>
+        <translation type="unfinished"></translation>
     </message>
     <message>
         <source>Disconnect</source>
         <translation>断开</translation>
     </message>
     <message>
+        <source>Disconnect, drop the edits</source>
+        <translation type="unfinished"></translation>
+    </message>
+    <message>
         <source>Disconnect, leave it ACTIVE</source>
         <translation>断开，保持激活</translation>
     </message>
     <message>
+        <source>Do it again (Ctrl+Shift+Z)</source>
+        <translation type="unfinished"></translation>
+    </message>
+    <message>
         <source>Do not change it.</source>
         <translation>不要更改。</translation>
+    </message>
+    <message>
+        <source>Do not touch the aircraft meanwhile; check how the module is fixed.</source>
+        <translation>检查期间不要触碰航空器；检查模块的固定。</translation>
+    </message>
+    <message>
+        <source>Do not write</source>
+        <translation type="unfinished"></translation>
+    </message>
+    <message>
+        <source>Does NOT fire in free fall.</source>
+        <translation>失重时不会开伞。</translation>
+    </message>
+    <message>
+        <source>Does NOT fire when it tips over.</source>
+        <translation>翻倒时不会开伞。</translation>
     </message>
     <message>
         <source>Doubled answers</source>
@@ -532,6 +912,10 @@
         <translation>回送上位机字节</translation>
     </message>
     <message>
+        <source>Enabled</source>
+        <translation type="unfinished"></translation>
+    </message>
+    <message>
         <source>End all faults</source>
         <translation>结束所有故障</translation>
     </message>
@@ -548,6 +932,10 @@
         <translation>外接供电</translation>
     </message>
     <message>
+        <source>FAIL</source>
+        <translation>不合格</translation>
+    </message>
+    <message>
         <source>Fall</source>
         <translation>坠落</translation>
     </message>
@@ -560,12 +948,64 @@
         <translation>链路数据</translation>
     </message>
     <message>
+        <source>Find my module</source>
+        <translation type="unfinished"></translation>
+    </message>
+    <message>
+        <source>Find out why it fired (Triggers), repack the parachute, lock and restart the module.</source>
+        <translation>查明触发原因（触发记录），重新叠伞，锁定并重启模块。</translation>
+    </message>
+    <message>
         <source>Find the baud rate at which a module answers. Sends nothing but heartbeats, first at the rate of --baud. Exit code 3 where none answers.</source>
         <translation>查找模块应答的波特率。只发送心跳，先用 --baud 指定的波特率。无应答时退出码为 3。</translation>
     </message>
     <message>
+        <source>Find the light threshold by measuring</source>
+        <translation type="unfinished"></translation>
+    </message>
+    <message>
         <source>Find the rate</source>
         <translation>查找波特率</translation>
+    </message>
+    <message>
+        <source>Fingerprint of the settings: {code}</source>
+        <translation type="unfinished"></translation>
+    </message>
+    <message>
+        <source>Fingerprint of what can be read back: same settings, same code</source>
+        <translation type="unfinished"></translation>
+    </message>
+    <message>
+        <source>Fingerprint: not known: {names}</source>
+        <translation type="unfinished"></translation>
+    </message>
+    <message>
+        <source>Fires as soon as it is activated, however it lies.</source>
+        <translation>无论姿态如何，一激活就会开伞。</translation>
+    </message>
+    <message>
+        <source>Fires at the first moment of free fall: any jolt may do it.</source>
+        <translation>一出现失重就开伞：任何颠簸都可能触发。</translation>
+    </message>
+    <message>
+        <source>Fires at {fires:.0f}° and never rearms: that would be at {rearms:.0f}°.</source>
+        <translation>在 {fires:.0f}° 开伞，且不会复位：复位角度为 {rearms:.0f}°。</translation>
+    </message>
+    <message>
+        <source>Fires at {fires:.0f}°, rearms at {rearms:.0f}°.</source>
+        <translation>在 {fires:.0f}° 开伞，在 {rearms:.0f}° 复位。</translation>
+    </message>
+    <message>
+        <source>Fires by itself in free fall.</source>
+        <translation>失重时自动开伞。</translation>
+    </message>
+    <message>
+        <source>Fires by itself when it tips over.</source>
+        <translation>翻倒时自动开伞。</translation>
+    </message>
+    <message>
+        <source>Fires only when it is upside down, at {fires:.0f}°; rearms at {rearms:.0f}°.</source>
+        <translation>仅在倒扣时开伞（{fires:.0f}°）；在 {rearms:.0f}° 复位。</translation>
     </message>
     <message>
         <source>Fires the parachute. 00 forbids it; for how long, the vendor does not say.</source>
@@ -573,6 +1013,14 @@
     </message>
     <message>
         <source>Forbid deploying</source>
+        <translation>禁止串口触发开伞</translation>
+    </message>
+    <message>
+        <source>Forbid deploying …</source>
+        <translation type="unfinished"></translation>
+    </message>
+    <message>
+        <source>Forbid now</source>
         <translation type="unfinished"></translation>
     </message>
     <message>
@@ -580,8 +1028,20 @@
         <translation>清除所有行（Ctrl+Shift+X）</translation>
     </message>
     <message>
+        <source>Forget it</source>
+        <translation type="unfinished"></translation>
+    </message>
+    <message>
+        <source>Found</source>
+        <translation>实测</translation>
+    </message>
+    <message>
         <source>Frames a second, usual round trip, bytes that were no frame</source>
         <translation>每秒帧数、常见往返时间、无法识别的字节数</translation>
+    </message>
+    <message>
+        <source>Frames arrive damaged: {rejected} of {bytes} bytes were rejected.</source>
+        <translation type="unfinished"></translation>
     </message>
     <message>
         <source>Frames sent and received</source>
@@ -604,12 +1064,20 @@
         <translation>失重触发</translation>
     </message>
     <message>
+        <source>Free-fall trigger enabled</source>
+        <translation>失重触发已启用</translation>
+    </message>
+    <message>
         <source>From 13 m on a fall lasts longer than 1.60 s.</source>
         <translation>从 13 m 起，坠落时间超过 1.60 秒。</translation>
     </message>
     <message>
         <source>Full screen</source>
         <translation>全屏</translation>
+    </message>
+    <message>
+        <source>GO: fit to fly</source>
+        <translation>GO 可以飞行</translation>
     </message>
     <message>
         <source>Garbage</source>
@@ -620,12 +1088,32 @@
         <translation>继续</translation>
     </message>
     <message>
+        <source>Go through all baud rates until the module answers</source>
+        <translation type="unfinished"></translation>
+    </message>
+    <message>
         <source>Heartbeat</source>
         <translation>心跳</translation>
     </message>
     <message>
         <source>Height of the fall</source>
         <translation>坠落高度</translation>
+    </message>
+    <message>
+        <source>Hex text (*.txt *.hex *.log)</source>
+        <translation type="unfinished"></translation>
+    </message>
+    <message>
+        <source>Hold for two seconds</source>
+        <translation type="unfinished"></translation>
+    </message>
+    <message>
+        <source>Hold for two seconds, by mouse or by the space bar; letting go cancels</source>
+        <translation type="unfinished"></translation>
+    </message>
+    <message>
+        <source>Hold its switch for two seconds, or connect external power.</source>
+        <translation type="unfinished"></translation>
     </message>
     <message>
         <source>Hold the list still; frames go on being recorded (Ctrl+P)</source>
@@ -636,6 +1124,14 @@
         <translation>画面静止，记录继续（空格键）</translation>
     </message>
     <message>
+        <source>Hold to DEPLOY</source>
+        <translation type="unfinished"></translation>
+    </message>
+    <message>
+        <source>Hold to rehearse</source>
+        <translation type="unfinished"></translation>
+    </message>
+    <message>
         <source>How long a fall must last before it fires. Longer avoids false triggers, costs height.</source>
         <translation>失重持续多久才触发开伞。时间越长越能防止误触发，但会损失开伞高度。</translation>
     </message>
@@ -644,31 +1140,55 @@
         <translation>模块的开机次数；255 之后归零。</translation>
     </message>
     <message>
+        <source>INTACT: every part is as it was recorded.</source>
+        <translation>完好：各部分与记录时一致。</translation>
+    </message>
+    <message>
         <source>If it does not, try another cable.</source>
         <translation>如未出现，请换一根线。</translation>
     </message>
     <message>
-        <source>It has not been armed and held for two seconds.</source>
+        <source>If nobody here uses a Braille display, type: {command} — then plug the adapter in again.</source>
         <translation type="unfinished"></translation>
+    </message>
+    <message>
+        <source>Interrupted: if the command had left already, it may have been carried out.</source>
+        <translation>已中断：若指令已经发出，可能已经执行。</translation>
+    </message>
+    <message>
+        <source>It can be set and acknowledged, not read back.</source>
+        <translation type="unfinished"></translation>
+    </message>
+    <message>
+        <source>It decides whether the parachute counts as having left the bay.</source>
+        <translation>用于判断降落伞是否已离开伞仓。</translation>
+    </message>
+    <message>
+        <source>It has not been armed and held for two seconds.</source>
+        <translation>尚未解除保险并按住两秒。</translation>
     </message>
     <message>
         <source>It has not been confirmed.</source>
-        <translation type="unfinished"></translation>
+        <translation>尚未确认。</translation>
     </message>
     <message>
         <source>It is not known whether the module has fired.</source>
-        <translation type="unfinished"></translation>
+        <translation>不知道模块是否已触发。</translation>
     </message>
     <message>
         <source>It is not known whether the module is active.</source>
-        <translation type="unfinished"></translation>
+        <translation>不知道模块是否已激活。</translation>
     </message>
     <message>
         <source>It is not known whether the module is locked.</source>
-        <translation type="unfinished"></translation>
+        <translation>不知道模块是否已锁定。</translation>
     </message>
     <message>
         <source>It is not known whether the module is locked: settings are not changed.</source>
+        <translation>不知道模块是否已锁定：不修改设置。</translation>
+    </message>
+    <message>
+        <source>It works, but the adapter holds every answer back ({ms} ms): its latency timer is long.</source>
         <translation type="unfinished"></translation>
     </message>
     <message>
@@ -678,6 +1198,10 @@
     <message>
         <source>Keeps what is set</source>
         <translation>保存设置</translation>
+    </message>
+    <message>
+        <source>Kept over the power cycle.</source>
+        <translation type="unfinished"></translation>
     </message>
     <message>
         <source>Kind</source>
@@ -720,6 +1244,10 @@
         <translation>已锁定：模块已确认。</translation>
     </message>
     <message>
+        <source>LOST at the power cycle: it holds {stands}.</source>
+        <translation type="unfinished"></translation>
+    </message>
+    <message>
         <source>Language</source>
         <translation>语言</translation>
     </message>
@@ -736,16 +1264,40 @@
         <translation>光线</translation>
     </message>
     <message>
+        <source>Light in the bay means that it is open; without a calibration, that more light reads higher is an assumption.</source>
+        <translation>伞仓内有光说明已打开；未校准时，“光线越强读数越高”只是假定。</translation>
+    </message>
+    <message>
         <source>Light threshold</source>
         <translation>光线阈值</translation>
+    </message>
+    <message>
+        <source>Light threshold by measurement</source>
+        <translation type="unfinished"></translation>
+    </message>
+    <message>
+        <source>Limit</source>
+        <translation>要求</translation>
     </message>
     <message>
         <source>Line and dialect</source>
         <translation>线路与方言</translation>
     </message>
     <message>
+        <source>Line {line}: {what}</source>
+        <translation>第 {line} 行：{what}</translation>
+    </message>
+    <message>
         <source>Lines on standard input while it runs:</source>
         <translation>运行时可在标准输入中键入的命令：</translation>
+    </message>
+    <message>
+        <source>Link: answer time</source>
+        <translation>链路：应答时间</translation>
+    </message>
+    <message>
+        <source>Link: loss</source>
+        <translation>链路：丢失</translation>
     </message>
     <message>
         <source>List the serial ports, USB first. Opens none of them.</source>
@@ -757,11 +1309,43 @@
     </message>
     <message>
         <source>Lock</source>
+        <translation>锁定</translation>
+    </message>
+    <message>
+        <source>Lock the module</source>
         <translation type="unfinished"></translation>
+    </message>
+    <message>
+        <source>Lock the module, or activate it, as the procedure for this aircraft says.</source>
+        <translation>按该航空器的规程锁定或激活模块。</translation>
     </message>
     <message>
         <source>Locking …</source>
         <translation>正在锁定……</translation>
+    </message>
+    <message>
+        <source>Log out and in again; on some systems only a restart helps.</source>
+        <translation type="unfinished"></translation>
+    </message>
+    <message>
+        <source>Look at it (Triggers) and judge it: bench test, real or false.</source>
+        <translation>查看触发记录并判定：台架测试、真实或误触发。</translation>
+    </message>
+    <message>
+        <source>Look at what somebody else recorded, and play it (Ctrl+O); or drop the file here</source>
+        <translation type="unfinished"></translation>
+    </message>
+    <message>
+        <source>Look for the module</source>
+        <translation type="unfinished"></translation>
+    </message>
+    <message>
+        <source>Looked at by a person</source>
+        <translation>人工检查项目</translation>
+    </message>
+    <message>
+        <source>Looking at the triggers</source>
+        <translation>正在检查触发开关</translation>
     </message>
     <message>
         <source>Looking for ports …</source>
@@ -772,12 +1356,20 @@
         <translation>正在查找模块能应答的波特率。</translation>
     </message>
     <message>
+        <source>Looking for the module at {rate} baud</source>
+        <translation>正在以 {rate} 波特率查找模块</translation>
+    </message>
+    <message>
         <source>Lost answers</source>
         <translation>应答丢失</translation>
     </message>
     <message>
         <source>Lost bytes</source>
         <translation>字节丢失</translation>
+    </message>
+    <message>
+        <source>Make sure which module this is, and name it.</source>
+        <translation>确认是哪个模块并命名。</translation>
     </message>
     <message>
         <source>Make the line perfect again; the dialect stays.</source>
@@ -788,12 +1380,40 @@
         <translation>制造商</translation>
     </message>
     <message>
+        <source>Making sure that nothing changed</source>
+        <translation>正在确认没有变化</translation>
+    </message>
+    <message>
         <source>Meaning</source>
         <translation>含义</translation>
     </message>
     <message>
+        <source>Measure both to get a threshold.</source>
+        <translation type="unfinished"></translation>
+    </message>
+    <message>
+        <source>Measure with the bay closed, then open, and take a threshold between</source>
+        <translation type="unfinished"></translation>
+    </message>
+    <message>
+        <source>Measure …</source>
+        <translation type="unfinished"></translation>
+    </message>
+    <message>
+        <source>Measure, closed</source>
+        <translation type="unfinished"></translation>
+    </message>
+    <message>
+        <source>Measure, open</source>
+        <translation type="unfinished"></translation>
+    </message>
+    <message>
         <source>Measured values</source>
         <translation>测量值</translation>
+    </message>
+    <message>
+        <source>Measuring the light</source>
+        <translation>正在测量光线</translation>
     </message>
     <message>
         <source>Message</source>
@@ -804,6 +1424,10 @@
         <translation>消息：{text}</translation>
     </message>
     <message>
+        <source>Module</source>
+        <translation>模块</translation>
+    </message>
+    <message>
         <source>Module on {port}, {rate} baud</source>
         <translation>{port} 上的模块，波特率 {rate}</translation>
     </message>
@@ -812,7 +1436,15 @@
         <translation>{port} 上的模块，波特率 {rate}，应答时间 {milliseconds:.1f} 毫秒</translation>
     </message>
     <message>
-        <source>Most likely the module has another baud rate: find it (dps-s find, or --baud auto).</source>
+        <source>More light reads higher.</source>
+        <translation>光线越强，读数越高。</translation>
+    </message>
+    <message>
+        <source>More light reads lower.</source>
+        <translation>光线越强，读数越低。</translation>
+    </message>
+    <message>
+        <source>Most likely the module has another baud rate: find it.</source>
         <translation type="unfinished"></translation>
     </message>
     <message>
@@ -824,12 +1456,40 @@
         <translation>静默</translation>
     </message>
     <message>
+        <source>NO-GO: do not fly</source>
+        <translation>NO-GO 禁止飞行</translation>
+    </message>
+    <message>
+        <source>NOT IN ORDER</source>
+        <translation>不正常</translation>
+    </message>
+    <message>
         <source>NOT TRIGGERED</source>
         <translation>未触发</translation>
     </message>
     <message>
         <source>Name</source>
         <translation>名称</translation>
+    </message>
+    <message>
+        <source>Name of the module</source>
+        <translation type="unfinished"></translation>
+    </message>
+    <message>
+        <source>Name the module, so that it is known again.</source>
+        <translation>请给模块命名，以便下次识别。</translation>
+    </message>
+    <message>
+        <source>Name, date</source>
+        <translation>姓名、日期</translation>
+    </message>
+    <message>
+        <source>Never counts as falling: nothing is below 0 g.</source>
+        <translation>永远不会判定为失重：加速度不可能低于 0 g。</translation>
+    </message>
+    <message>
+        <source>Never fires: no aircraft tilts by {fires:.0f}°.</source>
+        <translation>永远不会开伞：倾角不可能达到 {fires:.0f}°。</translation>
     </message>
     <message>
         <source>No answer</source>
@@ -852,12 +1512,24 @@
         <translation>未连接模块</translation>
     </message>
     <message>
+        <source>No new trigger record</source>
+        <translation>没有新的触发记录</translation>
+    </message>
+    <message>
         <source>No port is open.</source>
         <translation>没有打开的串口。</translation>
     </message>
     <message>
+        <source>No pre-flight record can be read in it: {why}.</source>
+        <translation>无法从中读出飞行前检查记录：{why}。</translation>
+    </message>
+    <message>
         <source>No records came.</source>
         <translation>没有收到记录。</translation>
+    </message>
+    <message>
+        <source>No restart was seen: nothing is known about a power cycle.</source>
+        <translation type="unfinished"></translation>
     </message>
     <message>
         <source>No rows yet</source>
@@ -872,16 +1544,44 @@
         <translation>未连接模拟模块。</translation>
     </message>
     <message>
+        <source>No threshold is proposed.</source>
+        <translation type="unfinished"></translation>
+    </message>
+    <message>
         <source>No two readings agreed: records may be missing. Read again.</source>
         <translation>没有两次读取一致：可能缺少记录。请重新读取。</translation>
+    </message>
+    <message>
+        <source>No. {number} of this module</source>
+        <translation>该模块第 {number} 号</translation>
+    </message>
+    <message>
+        <source>Noise at rest can end or fake a free fall.</source>
+        <translation>静止时的噪声可能中断或误报失重。</translation>
+    </message>
+    <message>
+        <source>Not a single byte has come on {port}, and it was asked {asked} times.</source>
+        <translation type="unfinished"></translation>
+    </message>
+    <message>
+        <source>Not charging</source>
+        <translation>未充电</translation>
     </message>
     <message>
         <source>Not connected</source>
         <translation>未连接</translation>
     </message>
     <message>
+        <source>Not everything was kept over the power cycle: see the rows. {boots}</source>
+        <translation type="unfinished"></translation>
+    </message>
+    <message>
         <source>Not had: {names}. Read again; if it stays so, check the wiring.</source>
         <translation>未取得：{names}。请重新读取；若依然如此，请检查接线。</translation>
+    </message>
+    <message>
+        <source>Not kept: these records or the boot count do not follow those of {module}.</source>
+        <translation>未保存：这些记录或开机次数与 {module} 不相接。</translation>
     </message>
     <message>
         <source>Not opened</source>
@@ -892,12 +1592,44 @@
         <translation>未能保存到 {path}：{why}。请选择其他文件夹。</translation>
     </message>
     <message>
+        <source>Not triggered</source>
+        <translation>未触发</translation>
+    </message>
+    <message>
+        <source>Nothing is changed (Esc)</source>
+        <translation type="unfinished"></translation>
+    </message>
+    <message>
+        <source>Nothing is known of the module's settings: read them first.</source>
+        <translation type="unfinished"></translation>
+    </message>
+    <message>
         <source>Nothing to decode: give the bytes in hex, or - to read them from standard input.</source>
         <translation>没有可解码的内容：请给出十六进制字节，或用 - 从标准输入读取。</translation>
     </message>
     <message>
         <source>Nothing to plug in; behaves as the vendor's table says</source>
         <translation>无需接线；行为与厂商协议表一致</translation>
+    </message>
+    <message>
+        <source>Nothing was sent.</source>
+        <translation>没有发送任何内容。</translation>
+    </message>
+    <message>
+        <source>Nothing was sent. To do it, say dps-s {name} --port {port} --yes.</source>
+        <translation>没有发送任何内容。要执行，请使用 dps-s {name} --port {port} --yes。</translation>
+    </message>
+    <message>
+        <source>Nothing was sent: the connection was lost before.</source>
+        <translation type="unfinished"></translation>
+    </message>
+    <message>
+        <source>Nothing was taken from it. Put these right and open it again:</source>
+        <translation type="unfinished"></translation>
+    </message>
+    <message>
+        <source>Nothing was written.</source>
+        <translation type="unfinished"></translation>
     </message>
     <message>
         <source>Now</source>
@@ -916,6 +1648,26 @@
         <translation>已离线 {time}</translation>
     </message>
     <message>
+        <source>One code stands for all settings that can be read.</source>
+        <translation>一个代码代表所有可读取的设置。</translation>
+    </message>
+    <message>
+        <source>One step less</source>
+        <translation type="unfinished"></translation>
+    </message>
+    <message>
+        <source>One step less (arrow down)</source>
+        <translation type="unfinished"></translation>
+    </message>
+    <message>
+        <source>One step more</source>
+        <translation type="unfinished"></translation>
+    </message>
+    <message>
+        <source>One step more (arrow up)</source>
+        <translation type="unfinished"></translation>
+    </message>
+    <message>
         <source>Only an echo</source>
         <translation>只有回显</translation>
     </message>
@@ -926,6 +1678,30 @@
     <message>
         <source>Only rejected bytes</source>
         <translation>仅拒收字节</translation>
+    </message>
+    <message>
+        <source>Open Settings, write the value wanted, and see it verified.</source>
+        <translation>打开“设置”，写入所需的值并确认已核实。</translation>
+    </message>
+    <message>
+        <source>Open a capture</source>
+        <translation type="unfinished"></translation>
+    </message>
+    <message>
+        <source>Open a profile</source>
+        <translation type="unfinished"></translation>
+    </message>
+    <message>
+        <source>Open a profile and compare it with the module (Ctrl+O); or drop it here</source>
+        <translation type="unfinished"></translation>
+    </message>
+    <message>
+        <source>Open capture …</source>
+        <translation type="unfinished"></translation>
+    </message>
+    <message>
+        <source>Open profile …</source>
+        <translation type="unfinished"></translation>
     </message>
     <message>
         <source>Open the chosen port (Enter)</source>
@@ -948,8 +1724,16 @@
         <translation>其他串口</translation>
     </message>
     <message>
+        <source>Over a bad line a value may be missing or wrong.</source>
+        <translation>线路不良时，数值可能缺失或错误。</translation>
+    </message>
+    <message>
         <source>Pages</source>
         <translation>页面</translation>
+    </message>
+    <message>
+        <source>Parachute bay closed</source>
+        <translation>伞仓已关闭</translation>
     </message>
     <message>
         <source>Parachute bay open</source>
@@ -980,7 +1764,15 @@
         <translation>插入</translation>
     </message>
     <message>
-        <source>Plug the adapter in and choose it from the list (dps-s ports).</source>
+        <source>Plug the adapter in again: the program connects by itself, to this adapter only.</source>
+        <translation type="unfinished"></translation>
+    </message>
+    <message>
+        <source>Plug the adapter in and choose it from the list.</source>
+        <translation type="unfinished"></translation>
+    </message>
+    <message>
+        <source>Plug the adapter in. If it is plugged in and no new port appears, its driver is missing.</source>
         <translation type="unfinished"></translation>
     </message>
     <message>
@@ -1004,6 +1796,14 @@
         <translation>串口</translation>
     </message>
     <message>
+        <source>Power cycle: {fate}.</source>
+        <translation type="unfinished"></translation>
+    </message>
+    <message>
+        <source>Pre-flight check of a parachute module</source>
+        <translation>伞降模块飞行前检查</translation>
+    </message>
+    <message>
         <source>Press its switch</source>
         <translation>按下模块开关</translation>
     </message>
@@ -1012,12 +1812,36 @@
         <translation>持续输出模块的状态，直到按下 Ctrl-C；模块不主动输出时改为轮询。串口输出若原为关闭则打开，结束时再关闭。时间从第一个状态算起。</translation>
     </message>
     <message>
+        <source>Profile</source>
+        <translation>配置文件</translation>
+    </message>
+    <message>
+        <source>Profile (*.toml)</source>
+        <translation type="unfinished"></translation>
+    </message>
+    <message>
+        <source>Profiles that were opened or saved before</source>
+        <translation type="unfinished"></translation>
+    </message>
+    <message>
+        <source>Program</source>
+        <translation>程序</translation>
+    </message>
+    <message>
         <source>Proves that the module is there. It sends two by itself, 50 ms apart, after power-up.</source>
         <translation>证明模块在线。模块上电后自行发送两次，间隔 50 ms。</translation>
     </message>
     <message>
+        <source>Proving the link</source>
+        <translation>正在检验链路</translation>
+    </message>
+    <message>
         <source>Pull the serial adapter out.</source>
         <translation>拔出串口适配器。</translation>
+    </message>
+    <message>
+        <source>Put the module into standby, at once (Ctrl+L)</source>
+        <translation type="unfinished"></translation>
     </message>
     <message>
         <source>Put the module into standby: it no longer fires by itself (Ctrl+L)</source>
@@ -1028,8 +1852,20 @@
         <translation>重新插入串口适配器。</translation>
     </message>
     <message>
+        <source>Puts it into the form; it is written with the other changes</source>
+        <translation type="unfinished"></translation>
+    </message>
+    <message>
         <source>Quit</source>
         <translation>退出</translation>
+    </message>
+    <message>
+        <source>Read again</source>
+        <translation type="unfinished"></translation>
+    </message>
+    <message>
+        <source>Read all</source>
+        <translation type="unfinished"></translation>
     </message>
     <message>
         <source>Read everything that can be read. What cannot be had is shown as unknown; exit code 4 then.</source>
@@ -1040,11 +1876,23 @@
         <translation>读取触发记录，直到两次读取一致为止。不一致时退出码为 4。</translation>
     </message>
     <message>
+        <source>Reading cell, charge and light</source>
+        <translation>正在读取电芯、充电和光线</translation>
+    </message>
+    <message>
         <source>Reading of the light sensor in the parachute bay: tells whether the bay is open.</source>
         <translation>伞仓内光线传感器的读数：用于判断伞仓是否打开。</translation>
     </message>
     <message>
+        <source>Reading the settings</source>
+        <translation>正在读取设置</translation>
+    </message>
+    <message>
         <source>Reading the trigger records</source>
+        <translation>正在读取触发记录</translation>
+    </message>
+    <message>
+        <source>Reading {name} …</source>
         <translation type="unfinished"></translation>
     </message>
     <message>
@@ -1052,8 +1900,52 @@
         <translation type="unfinished"></translation>
     </message>
     <message>
+        <source>Received; it cannot be read back.</source>
+        <translation type="unfinished"></translation>
+    </message>
+    <message>
+        <source>Recent</source>
+        <translation type="unfinished"></translation>
+    </message>
+    <message>
+        <source>Recent profiles</source>
+        <translation type="unfinished"></translation>
+    </message>
+    <message>
+        <source>Record</source>
+        <translation>记录</translation>
+    </message>
+    <message>
+        <source>Record before it</source>
+        <translation>上一份记录</translation>
+    </message>
+    <message>
+        <source>Record {number} of {module}: {verdict}, {at}, checked by {who}.</source>
+        <translation>{module} 的第 {number} 号记录：{verdict}，{at}，检查人 {who}。</translation>
+    </message>
+    <message>
+        <source>Redo</source>
+        <translation type="unfinished"></translation>
+    </message>
+    <message>
         <source>Refuses what is set</source>
         <translation>拒绝设置</translation>
+    </message>
+    <message>
+        <source>Rehearsal, nothing is sent.</source>
+        <translation type="unfinished"></translation>
+    </message>
+    <message>
+        <source>Rehearsal: {frame} would have been sent. Nothing was.</source>
+        <translation>演练：本应发送 {frame}。实际没有发送任何内容。</translation>
+    </message>
+    <message>
+        <source>Rehearse …</source>
+        <translation type="unfinished"></translation>
+    </message>
+    <message>
+        <source>Remarks</source>
+        <translation>备注</translation>
     </message>
     <message>
         <source>Reports</source>
@@ -1064,12 +1956,36 @@
         <translation>重启</translation>
     </message>
     <message>
+        <source>Result</source>
+        <translation>结果</translation>
+    </message>
+    <message>
+        <source>Revert</source>
+        <translation type="unfinished"></translation>
+    </message>
+    <message>
+        <source>Save a capture</source>
+        <translation type="unfinished"></translation>
+    </message>
+    <message>
         <source>Save a picture as PNG</source>
         <translation>保存 PNG 图片</translation>
     </message>
     <message>
         <source>Save a picture of what is in sight, PNG (Ctrl+Shift+S)</source>
         <translation>将所见画面存为 PNG 图片（Ctrl+Shift+S）</translation>
+    </message>
+    <message>
+        <source>Save as a profile</source>
+        <translation type="unfinished"></translation>
+    </message>
+    <message>
+        <source>Save as profile …</source>
+        <translation type="unfinished"></translation>
+    </message>
+    <message>
+        <source>Save capture …</source>
+        <translation type="unfinished"></translation>
     </message>
     <message>
         <source>Save every sample in sight as a table, CSV (Ctrl+S)</source>
@@ -1084,6 +2000,10 @@
         <translation>保存图片…</translation>
     </message>
     <message>
+        <source>Save the module's settings as a profile</source>
+        <translation type="unfinished"></translation>
+    </message>
+    <message>
         <source>Save the values in sight as CSV</source>
         <translation>将所见数据存为 CSV</translation>
     </message>
@@ -1096,8 +2016,32 @@
         <translation>保存数据…</translation>
     </message>
     <message>
+        <source>Save what the module holds now as a profile; what is not known is left out</source>
+        <translation type="unfinished"></translation>
+    </message>
+    <message>
+        <source>Save what went over the line, as a text file (Ctrl+S)</source>
+        <translation type="unfinished"></translation>
+    </message>
+    <message>
+        <source>Saved as {path}.</source>
+        <translation type="unfinished"></translation>
+    </message>
+    <message>
+        <source>Saved as {path}. Not known, so not in it: {names}.</source>
+        <translation type="unfinished"></translation>
+    </message>
+    <message>
+        <source>Saved the last {count} entries to {path}. What is older is no longer kept.</source>
+        <translation type="unfinished"></translation>
+    </message>
+    <message>
         <source>Saved the picture to {path}</source>
         <translation>图片已保存到 {path}</translation>
+    </message>
+    <message>
+        <source>Saved {count} entries to {path}.</source>
+        <translation type="unfinished"></translation>
     </message>
     <message>
         <source>Saved {rows} rows to {path}</source>
@@ -1108,8 +2052,40 @@
         <translation>已保存 {rows} 行到 {path}。更早的数据已不再保留。</translation>
     </message>
     <message>
+        <source>Saving {name} …</source>
+        <translation type="unfinished"></translation>
+    </message>
+    <message>
         <source>Saving … {percent} %</source>
         <translation>正在保存… {percent} %</translation>
+    </message>
+    <message>
+        <source>Send nothing (Esc)</source>
+        <translation type="unfinished"></translation>
+    </message>
+    <message>
+        <source>Sends its status all the time, without being asked.</source>
+        <translation>不经询问，持续发送状态。</translation>
+    </message>
+    <message>
+        <source>Sent, not acknowledged; the module is silent now: look at it.</source>
+        <translation>已发送，未得到应答；模块现在没有响应：请查看模块。</translation>
+    </message>
+    <message>
+        <source>Sent, not confirmed: check the tilt before you rely on it.</source>
+        <translation>已发送，未得到确认：请先检查倾角，再作为依据。</translation>
+    </message>
+    <message>
+        <source>Sent, not confirmed: do not rely on it.</source>
+        <translation>已发送，未得到确认：不要以此为准。</translation>
+    </message>
+    <message>
+        <source>Sent, not confirmed: treat it as fired.</source>
+        <translation>已发送，未得到确认：请视为已触发开伞。</translation>
+    </message>
+    <message>
+        <source>Sent, not confirmed: treat the module as ACTIVE.</source>
+        <translation>已发送，未得到确认：请视模块为已激活。</translation>
     </message>
     <message>
         <source>Serial</source>
@@ -1128,8 +2104,28 @@
         <translation>设置为伞仓完全打开时的读数。</translation>
     </message>
     <message>
+        <source>Set the aircraft down and check again; if it stays, the sensor is faulty: do not fly.</source>
+        <translation>放下航空器后重新检查；若仍如此，传感器有故障：禁止飞行。</translation>
+    </message>
+    <message>
+        <source>Set the aircraft level. If it is level, correct the mounting and zero the sensor.</source>
+        <translation>将航空器放平。若已放平，请校正安装并将传感器置零。</translation>
+    </message>
+    <message>
+        <source>Set the latency timer to 1 ms in the settings of the adapter's driver (port, advanced).</source>
+        <translation type="unfinished"></translation>
+    </message>
+    <message>
         <source>Settings</source>
         <translation>设置</translation>
+    </message>
+    <message>
+        <source>Settings as approved</source>
+        <translation>设置与批准的一致</translation>
+    </message>
+    <message>
+        <source>Settings code</source>
+        <translation>设置代码</translation>
     </message>
     <message>
         <source>Show the newest samples again (End, or a double click on the plots)</source>
@@ -1144,8 +2140,20 @@
         <translation>关机</translation>
     </message>
     <message>
+        <source>Shut down now</source>
+        <translation type="unfinished"></translation>
+    </message>
+    <message>
+        <source>Shut down …</source>
+        <translation type="unfinished"></translation>
+    </message>
+    <message>
         <source>Shut down. It comes back by its switch or by external power.</source>
         <translation>已关机。可通过开关或外接供电重新开机。</translation>
+    </message>
+    <message>
+        <source>Signature</source>
+        <translation>签名</translation>
     </message>
     <message>
         <source>Simulated module</source>
@@ -1156,8 +2164,12 @@
         <translation>模拟模块面板</translation>
     </message>
     <message>
+        <source>Skipped by a person: {count}.</source>
+        <translation>人工跳过：{count} 项。</translation>
+    </message>
+    <message>
         <source>Something else is armed: {what}.</source>
-        <translation type="unfinished"></translation>
+        <translation>另一项操作已解除保险：{what}。</translation>
     </message>
     <message>
         <source>Something sends on {port}, but no frame can be read at {rate} baud.</source>
@@ -1166,6 +2178,10 @@
     <message>
         <source>Source</source>
         <translation>来源</translation>
+    </message>
+    <message>
+        <source>Speaks only when asked.</source>
+        <translation>只在被询问时应答。</translation>
     </message>
     <message>
         <source>Speed of the serial line. The vendor advises not to change it.</source>
@@ -1184,8 +2200,16 @@
         <translation>模拟模块的状态</translation>
     </message>
     <message>
+        <source>State of {setting}</source>
+        <translation type="unfinished"></translation>
+    </message>
+    <message>
         <source>Status</source>
         <translation>状态</translation>
+    </message>
+    <message>
+        <source>Status is fresh</source>
+        <translation>状态是最新的</translation>
     </message>
     <message>
         <source>Status reports a second: streamed by the module, or polled</source>
@@ -1194,6 +2218,10 @@
     <message>
         <source>Stay</source>
         <translation>留下</translation>
+    </message>
+    <message>
+        <source>Stop motors and fans, do not touch the aircraft, and check again.</source>
+        <translation>停止电机和风扇，不要触碰航空器，然后重新检查。</translation>
     </message>
     <message>
         <source>Stop saving; no file is left</source>
@@ -1210,6 +2238,18 @@
     <message>
         <source>Sunlight</source>
         <translation>阳光下</translation>
+    </message>
+    <message>
+        <source>Survives a power cycle?</source>
+        <translation type="unfinished"></translation>
+    </message>
+    <message>
+        <source>Switch the module off and on again</source>
+        <translation>请将模块关机后再开机</translation>
+    </message>
+    <message>
+        <source>Switch the module on, connect ground, and cross the wires: TX to RX and RX to TX.</source>
+        <translation type="unfinished"></translation>
     </message>
     <message>
         <source>Switched on, the module streams its status unasked. Its state cannot be read.</source>
@@ -1232,20 +2272,64 @@
         <translation>表格 (*.csv)</translation>
     </message>
     <message>
+        <source>Take the last edit back (Ctrl+Z)</source>
+        <translation type="unfinished"></translation>
+    </message>
+    <message>
         <source>Takes today's mounting as level. For small mounting errors only.</source>
         <translation>将当前安装方式作为水平面。仅用于修正小角度安装误差。</translation>
     </message>
     <message>
-        <source>The attitude threshold is not known: read the settings first.</source>
+        <source>Tell whether a pre-flight record was altered, where, and whether the record before it is intact. The hash has no key: it finds alterations, it does not prove who wrote the record. Exit code 1 when not intact.</source>
+        <translation>查明飞行前检查记录是否被改动、改动之处，以及上一份记录是否完好。哈希不含密钥：能发现改动，不能证明由谁写成。不完好时退出码为 1。</translation>
+    </message>
+    <message>
+        <source>The adapter at {port} has come and gone {visits} times: it loses its power or its contact.</source>
         <translation type="unfinished"></translation>
+    </message>
+    <message>
+        <source>The angle at which it fires: too small fires in a turn, too large too late.</source>
+        <translation>开伞角度：过小转弯时会触发，过大则触发太晚。</translation>
+    </message>
+    <message>
+        <source>The attitude threshold is not known: read the settings first.</source>
+        <translation>姿态开伞阈值未知：请先读取设置。</translation>
+    </message>
+    <message>
+        <source>The attitude trigger counts from level; a wrong zero fires early on one side and late on the other.</source>
+        <translation>姿态触发以水平为基准；零位错误会使一侧过早、另一侧过晚触发。</translation>
     </message>
     <message>
         <source>The audit log cannot be written, so nothing dangerous is sent.</source>
+        <translation>无法写入操作记录，因此不发送任何危险指令。</translation>
+    </message>
+    <message>
+        <source>The audit log cannot be written.</source>
+        <translation>无法写入操作记录。</translation>
+    </message>
+    <message>
+        <source>The baud rate is not applied with a profile: change it in its own place.</source>
         <translation type="unfinished"></translation>
     </message>
     <message>
+        <source>The check was not kept.</source>
+        <translation>本次检查未保存。</translation>
+    </message>
+    <message>
+        <source>The check will not be kept.</source>
+        <translation>本次检查将不会保存。</translation>
+    </message>
+    <message>
         <source>The confirmation is {seconds:.1f} s old: confirm again.</source>
-        <translation type="unfinished"></translation>
+        <translation>确认是 {seconds:.1f} 秒前的：请重新确认。</translation>
+    </message>
+    <message>
+        <source>The disk is full: {path} cannot be written.</source>
+        <translation>磁盘已满：无法写入 {path}。</translation>
+    </message>
+    <message>
+        <source>The file is larger than {kilobytes} KB.</source>
+        <translation>文件大于 {kilobytes} KB。</translation>
     </message>
     <message>
         <source>The last nine triggers, each with the settings and readings of its moment.</source>
@@ -1253,6 +2337,46 @@
     </message>
     <message>
         <source>The last status is {seconds:.1f} s old.</source>
+        <translation>最近一次状态是 {seconds:.1f} 秒前的。</translation>
+    </message>
+    <message>
+        <source>The module acknowledged and is silent now.</source>
+        <translation>模块已应答，现在没有响应。</translation>
+    </message>
+    <message>
+        <source>The module acknowledged and still answers at {old} baud. Switch it off and on; then look for it at {new} baud.</source>
+        <translation>模块已应答，但仍使用 {old} 波特率。请将其关机再开机，然后以 {new} 波特率查找。</translation>
+    </message>
+    <message>
+        <source>The module acknowledged. Check the tilt: it should read 0° now.</source>
+        <translation>模块已应答。请检查倾角：现在应为 0°。</translation>
+    </message>
+    <message>
+        <source>The module acknowledged. For how long it holds is not known.</source>
+        <translation>模块已应答。持续多久不得而知。</translation>
+    </message>
+    <message>
+        <source>The module answered before and has fallen silent; the port is fine.</source>
+        <translation type="unfinished"></translation>
+    </message>
+    <message>
+        <source>The module answered that it did not fire, and reports no trigger.</source>
+        <translation>模块应答没有开伞，也没有报告触发。</translation>
+    </message>
+    <message>
+        <source>The module answers at no baud rate. Switch it off and on, then use “Find my module”; it was at {old} and was told {new} baud.</source>
+        <translation>模块在任何波特率下都没有应答。请将其关机再开机，然后使用“查找模块”；原波特率为 {old}，要求改为 {new}。</translation>
+    </message>
+    <message>
+        <source>The module answers at {found} baud, which nobody asked for. Change it again.</source>
+        <translation>模块以 {found} 波特率应答，这并非所要求的速率。请重新修改。</translation>
+    </message>
+    <message>
+        <source>The module answers at {new} baud, and so does the port.</source>
+        <translation>模块以 {new} 波特率应答，串口也已切换到该速率。</translation>
+    </message>
+    <message>
+        <source>The module answers at {rate} baud.</source>
         <translation type="unfinished"></translation>
     </message>
     <message>
@@ -1261,27 +2385,51 @@
     </message>
     <message>
         <source>The module becomes ready: from then on it fires by itself when it tips over or falls.</source>
+        <translation>模块进入激活状态：此后翻倒或坠落时会自动开伞。</translation>
+    </message>
+    <message>
+        <source>The module counts the parachute as gone by the light in its bay. Measure in the light of the day on which it flies, with nobody's hand before the sensor.</source>
         <translation type="unfinished"></translation>
+    </message>
+    <message>
+        <source>The module did not accept it.</source>
+        <translation>模块没有接受。</translation>
+    </message>
+    <message>
+        <source>The module did not take the new rate: it still answers at {old} baud.</source>
+        <translation>模块没有采用新的波特率：仍以 {old} 波特率应答。</translation>
     </message>
     <message>
         <source>The module does not answer.</source>
-        <translation type="unfinished"></translation>
+        <translation>模块没有应答。</translation>
     </message>
     <message>
         <source>The module fires the parachute.</source>
-        <translation type="unfinished"></translation>
+        <translation>模块触发开伞。</translation>
     </message>
     <message>
         <source>The module gets another value for this setting.</source>
-        <translation type="unfinished"></translation>
+        <translation>模块的这项设置改为另一个值。</translation>
     </message>
     <message>
         <source>The module goes into standby: it does not fire, also not when it tips over or falls.</source>
+        <translation>模块进入待机状态：即使翻倒或坠落也不会开伞。</translation>
+    </message>
+    <message>
+        <source>The module has another baud rate: find the rate.</source>
         <translation type="unfinished"></translation>
     </message>
     <message>
-        <source>The module has not reported its status yet.</source>
+        <source>The module has no serial number: name it once, and it is known again</source>
         <translation type="unfinished"></translation>
+    </message>
+    <message>
+        <source>The module has no serial number; its boot count only grows.</source>
+        <translation>模块没有序列号；开机次数只增不减。</translation>
+    </message>
+    <message>
+        <source>The module has not reported its status yet.</source>
+        <translation>模块尚未报告状态。</translation>
     </message>
     <message>
         <source>The module is ACTIVE: it fires by its thresholds, with or without this program.</source>
@@ -1289,19 +2437,19 @@
     </message>
     <message>
         <source>The module is ACTIVE: lock it before changing settings, or unlock this one write.</source>
-        <translation type="unfinished"></translation>
+        <translation>模块已激活：请先锁定再修改设置，或仅为本次写入解锁。</translation>
     </message>
     <message>
         <source>The module is ACTIVE: lock it first.</source>
-        <translation type="unfinished"></translation>
+        <translation>模块已激活：请先锁定。</translation>
     </message>
     <message>
         <source>The module is LOCKED: a locked module does not fire.</source>
-        <translation type="unfinished"></translation>
+        <translation>模块已锁定：锁定的模块不会开伞。</translation>
     </message>
     <message>
         <source>The module is told not to fire over serial; for how long, the vendor does not say.</source>
-        <translation type="unfinished"></translation>
+        <translation>通知模块禁止串口触发开伞；禁止持续多久，厂家没有说明。</translation>
     </message>
     <message>
         <source>The module keeps no trigger records.</source>
@@ -1329,27 +2477,63 @@
     </message>
     <message>
         <source>The module reports that it has fired.</source>
-        <translation type="unfinished"></translation>
+        <translation>模块报告已触发开伞。</translation>
+    </message>
+    <message>
+        <source>The module reports that it is ACTIVE.</source>
+        <translation>模块报告已激活。</translation>
+    </message>
+    <message>
+        <source>The module reports that it is LOCKED.</source>
+        <translation>模块报告已锁定。</translation>
+    </message>
+    <message>
+        <source>The module reports that it is still ACTIVE.</source>
+        <translation>模块报告仍处于激活状态。</translation>
+    </message>
+    <message>
+        <source>The module reports that it is still LOCKED.</source>
+        <translation>模块报告仍处于锁定状态。</translation>
     </message>
     <message>
         <source>The module restarted and has not reported its status since.</source>
+        <translation>模块已重启，此后尚未报告状态。</translation>
+    </message>
+    <message>
+        <source>The module restarted, but the boot count does not prove that its power was off.</source>
         <translation type="unfinished"></translation>
+    </message>
+    <message>
+        <source>The module still answers: it is not switched off.</source>
+        <translation>模块仍有应答：没有关机。</translation>
     </message>
     <message>
         <source>The module switches off. It comes back by its switch, held for 2 s, or by external power.</source>
-        <translation type="unfinished"></translation>
+        <translation>模块关机。长按开关 2 秒或接通外接电源可重新开机。</translation>
     </message>
     <message>
         <source>The module takes its present position as level. For small mounting errors only.</source>
-        <translation type="unfinished"></translation>
+        <translation>模块将当前姿态作为水平基准。仅用于消除小的安装误差。</translation>
     </message>
     <message>
         <source>The module was ACTIVE when it was last heard: treat it as ready to fire.</source>
         <translation>最后一次收到数据时模块处于激活状态：请按随时可能开伞对待。</translation>
     </message>
     <message>
+        <source>The module was not found. Switch it off and on, then use “Find my module”.</source>
+        <translation type="unfinished"></translation>
+    </message>
+    <message>
+        <source>The module was shut down by this program.</source>
+        <translation type="unfinished"></translation>
+    </message>
+    <message>
         <source>The module's baud rate; 115200 unless somebody changed it</source>
         <translation>模块的波特率；未改动过时为 115200</translation>
+    </message>
+    <message>
+        <source>The parachute counts as out of the bay when the light reads beyond {limit:.1f} V. Which way light moves the reading is found by measuring with the bay closed, then open.</source>
+        <translation>光线读数越过 {limit:.1f} V 时，判定降落伞已离开伞仓。光线使读数变大还是变小，需先合上再打开伞仓测量得知。</translation>
     </message>
     <message>
         <source>The port closed while locking. Treat the module as ACTIVE.</source>
@@ -1372,8 +2556,40 @@
         <translation>串口已消失。</translation>
     </message>
     <message>
+        <source>The profile has no manual item {number}.</source>
+        <translation>配置文件没有第 {number} 项人工检查。</translation>
+    </message>
+    <message>
+        <source>The profile is of format {format}; this program knows {known}. Use a newer version of it.</source>
+        <translation>配置文件的格式为 {format}；本程序支持到 {known}。请使用更新版本的程序。</translation>
+    </message>
+    <message>
+        <source>The program may not write into {path}.</source>
+        <translation>程序无权写入 {path}。</translation>
+    </message>
+    <message>
         <source>The program met an error that it did not expect: {error}.</source>
         <translation>程序遇到意外错误：{error}。</translation>
+    </message>
+    <message>
+        <source>The program's records were damaged. They were kept as {path}; new ones begin.</source>
+        <translation>程序的记录已损坏，已另存为 {path}；将重新开始记录。</translation>
+    </message>
+    <message>
+        <source>The readings are spread wide: measure again in steady light.</source>
+        <translation type="unfinished"></translation>
+    </message>
+    <message>
+        <source>The readings are too close together for a threshold with a margin: look at the sensor.</source>
+        <translation>读数过于接近，无法设置有余量的阈值：请检查传感器。</translation>
+    </message>
+    <message>
+        <source>The readings with the bay closed and open overlap: light does not tell the two apart.</source>
+        <translation>伞仓合上与打开时的读数重叠：光线无法区分两种状态。</translation>
+    </message>
+    <message>
+        <source>The report cannot be written: {why}.</source>
+        <translation>报告无法写入：{why}。</translation>
     </message>
     <message>
         <source>The selected row in full</source>
@@ -1381,23 +2597,47 @@
     </message>
     <message>
         <source>The serial line gets another speed. The vendor advises not to change it.</source>
-        <translation type="unfinished"></translation>
+        <translation>串口改用另一速率。厂家建议不要修改。</translation>
     </message>
     <message>
         <source>The system did not list its serial ports in time. Switch Bluetooth off and try again.</source>
         <translation>系统未能及时列出串口。请关闭蓝牙后重试。</translation>
     </message>
     <message>
-        <source>The tilt is not known.</source>
+        <source>The ten seconds are over. Nothing was sent.</source>
         <translation type="unfinished"></translation>
     </message>
     <message>
+        <source>The tilt is not known.</source>
+        <translation>倾角未知。</translation>
+    </message>
+    <message>
         <source>The tilt is {tilt:.0f}° and the module fires at {threshold:.0f}°: it would fire at once.</source>
+        <translation>倾角为 {tilt:.0f}°，而模块在 {threshold:.0f}° 开伞：会立即开伞。</translation>
+    </message>
+    <message>
+        <source>The vendor advises not to change it. The program looks for the module at the new rate, the old one, then all; should it be lost, switch it off and on and use “Find my module”.</source>
+        <translation type="unfinished"></translation>
+    </message>
+    <message>
+        <source>The vendor's advice, the reading with the bay fully open, would be {volts:.1f} V.</source>
+        <translation type="unfinished"></translation>
+    </message>
+    <message>
+        <source>The whole ritual; nothing is sent at its end</source>
         <translation type="unfinished"></translation>
     </message>
     <message>
         <source>Theme</source>
         <translation>主题</translation>
+    </message>
+    <message>
+        <source>There are no bytes in {name}.</source>
+        <translation type="unfinished"></translation>
+    </message>
+    <message>
+        <source>There is no folder {folder}.</source>
+        <translation>没有文件夹 {folder}。</translation>
     </message>
     <message>
         <source>There is no port {port}.</source>
@@ -1408,11 +2648,23 @@
         <translation>没有串口。请插入适配器；若仍未出现，请更换数据线或安装驱动程序。</translation>
     </message>
     <message>
+        <source>This computer does not keep this record.</source>
+        <translation>本机没有保存此记录。</translation>
+    </message>
+    <message>
+        <source>This computer keeps the same record.</source>
+        <translation>本机保存有相同的记录。</translation>
+    </message>
+    <message>
         <source>This confirmation has been used already: confirm again.</source>
-        <translation type="unfinished"></translation>
+        <translation>此确认已使用过：请重新确认。</translation>
     </message>
     <message>
         <source>This is a rehearsal: nothing is sent.</source>
+        <translation>这是演练：不发送任何内容。</translation>
+    </message>
+    <message>
+        <source>Ticked settings are written to the module</source>
         <translation type="unfinished"></translation>
     </message>
     <message>
@@ -1420,12 +2672,20 @@
         <translation>倾角</translation>
     </message>
     <message>
-        <source>Tilt, acceleration and cell voltage appear here as soon as a module answers.</source>
-        <translation>模块应答后，这里会显示倾角、加速度和电芯电压。</translation>
+        <source>Tilt, acceleration and voltage appear here as soon as a module answers.</source>
+        <translation>模块应答后，这里会显示倾角、加速度和电压。</translation>
     </message>
     <message>
         <source>Tilt, acceleration, trigger and activation in one report; also what is streamed.</source>
         <translation>一次报告倾角、加速度、触发状态和激活状态；实时输出的内容与此相同。</translation>
+    </message>
+    <message>
+        <source>Tilt: level</source>
+        <translation>倾角：水平</translation>
+    </message>
+    <message>
+        <source>Tilt: steady</source>
+        <translation>倾角：稳定</translation>
     </message>
     <message>
         <source>Time</source>
@@ -1438,6 +2698,26 @@
     <message>
         <source>Time since the last frame</source>
         <translation>距上一帧的时间</translation>
+    </message>
+    <message>
+        <source>Time until it is disarmed</source>
+        <translation type="unfinished"></translation>
+    </message>
+    <message>
+        <source>Too few readings with the bay closed: measure again.</source>
+        <translation>伞仓合上时的读数太少：请重新测量。</translation>
+    </message>
+    <message>
+        <source>Too few readings with the bay open: measure again.</source>
+        <translation>伞仓打开时的读数太少：请重新测量。</translation>
+    </message>
+    <message>
+        <source>Too high fires in a descent, too low never.</source>
+        <translation>过高下降时会触发，过低则永不触发。</translation>
+    </message>
+    <message>
+        <source>Too short fires falsely, too long costs height.</source>
+        <translation>过短会误触发，过长损失高度。</translation>
     </message>
     <message>
         <source>Traffic</source>
@@ -1476,7 +2756,35 @@
         <translation>位翻转</translation>
     </message>
     <message>
+        <source>Twenty readings, about two seconds</source>
+        <translation type="unfinished"></translation>
+    </message>
+    <message>
         <source>Type: sudo usermod -aG dialout $USER — then log out and in again.</source>
+        <translation type="unfinished"></translation>
+    </message>
+    <message>
+        <source>Type: {command}</source>
+        <translation type="unfinished"></translation>
+    </message>
+    <message>
+        <source>Type: {command} — then log out and in again.</source>
+        <translation type="unfinished"></translation>
+    </message>
+    <message>
+        <source>Type: {command} — then plug the adapter in again.</source>
+        <translation type="unfinished"></translation>
+    </message>
+    <message>
+        <source>UNKNOWN</source>
+        <translation>未知</translation>
+    </message>
+    <message>
+        <source>Undo</source>
+        <translation type="unfinished"></translation>
+    </message>
+    <message>
+        <source>Unlock this one write</source>
         <translation type="unfinished"></translation>
     </message>
     <message>
@@ -1492,8 +2800,40 @@
         <translation>请拔下适配器，重新插上后再试。</translation>
     </message>
     <message>
+        <source>Unplug the adapter, wait two seconds, and plug it in again.</source>
+        <translation type="unfinished"></translation>
+    </message>
+    <message>
+        <source>Unplug the external power and check again.</source>
+        <translation>拔下外接供电后重新检查。</translation>
+    </message>
+    <message>
         <source>Unplugged</source>
         <translation>已拔出</translation>
+    </message>
+    <message>
+        <source>Use a shorter cable, connect ground, and keep it away from motors and antennas.</source>
+        <translation type="unfinished"></translation>
+    </message>
+    <message>
+        <source>Use another USB cable and another socket, without a hub.</source>
+        <translation type="unfinished"></translation>
+    </message>
+    <message>
+        <source>Use another adapter or USB socket; close other programs.</source>
+        <translation>换用其他适配器或 USB 口；关闭其他程序。</translation>
+    </message>
+    <message>
+        <source>Use this threshold</source>
+        <translation type="unfinished"></translation>
+    </message>
+    <message>
+        <source>VOID: not a valid check</source>
+        <translation>作废：检查无效</translation>
+    </message>
+    <message>
+        <source>Void: {why}.</source>
+        <translation>作废：{why}。</translation>
     </message>
     <message>
         <source>Voltage of the module's cell. It drains slowly by itself.</source>
@@ -1504,12 +2844,36 @@
         <translation>模块的电芯电压；接有外接供电时为充电电压。</translation>
     </message>
     <message>
+        <source>Want the settings from before the first change of this session</source>
+        <translation type="unfinished"></translation>
+    </message>
+    <message>
+        <source>Want the vendor's defaults; nothing is written yet</source>
+        <translation type="unfinished"></translation>
+    </message>
+    <message>
+        <source>Want what the module holds: drop all edits</source>
+        <translation type="unfinished"></translation>
+    </message>
+    <message>
+        <source>Warning: {name}: {what}</source>
+        <translation>警告：{name}：{what}</translation>
+    </message>
+    <message>
+        <source>Watching tilt and acceleration for two seconds</source>
+        <translation>正在观察倾角和加速度两秒</translation>
+    </message>
+    <message>
         <source>What is this?</source>
         <translation>这是什么？</translation>
     </message>
     <message>
         <source>What was read cannot be written: {error}.</source>
         <translation>读到的内容无法写出：{error}。</translation>
+    </message>
+    <message>
+        <source>What was seen before a restart or a break says nothing about the module now.</source>
+        <translation>重启或中断之前看到的情况不能说明模块现在的状态。</translation>
     </message>
     <message>
         <source>Whether external power is charging the module.</source>
@@ -1528,8 +2892,20 @@
         <translation>显示哪些行</translation>
     </message>
     <message>
+        <source>Whoever talks to the module, also the flight controller, must use {rate} baud from then on.</source>
+        <translation>此后与模块通信的各方（包括飞控）都必须使用 {rate} 波特率。</translation>
+    </message>
+    <message>
         <source>Windows has no pseudo-terminals: use --tcp 127.0.0.1:0</source>
         <translation>Windows 没有伪终端：请使用 --tcp 127.0.0.1:0</translation>
+    </message>
+    <message>
+        <source>With external power the voltage that is read is not the cell's.</source>
+        <translation>接外接供电时读到的不是电芯电压。</translation>
+    </message>
+    <message>
+        <source>Without --yes it says so and sends nothing (exit code 2). What is done is written to the audit log.</source>
+        <translation>不带 --yes 时只作说明，不发送任何内容（退出码 2）。所做的操作会写入操作记录。</translation>
     </message>
     <message>
         <source>Without a command the window opens. Exit code: 0 done; 1 done and the answer is no; 2 used wrongly; 3 no link (no such port, busy, no permission, no answer); 4 some of it could not be had; 130 or 143 interrupted before there was a result.</source>
@@ -1544,8 +2920,44 @@
         <translation>轻微晃动</translation>
     </message>
     <message>
-        <source>Write a setting</source>
+        <source>Write 0 changes</source>
         <translation type="unfinished"></translation>
+    </message>
+    <message>
+        <source>Write 1 change</source>
+        <translation type="unfinished"></translation>
+    </message>
+    <message>
+        <source>Write a setting</source>
+        <translation>写入设置</translation>
+    </message>
+    <message>
+        <source>Write anyway</source>
+        <translation type="unfinished"></translation>
+    </message>
+    <message>
+        <source>Write what is ticked to the module and read it back</source>
+        <translation type="unfinished"></translation>
+    </message>
+    <message>
+        <source>Write what is wanted to the module and prove it (Ctrl+Return)</source>
+        <translation type="unfinished"></translation>
+    </message>
+    <message>
+        <source>Write {count} changes</source>
+        <translation type="unfinished"></translation>
+    </message>
+    <message>
+        <source>Writing: {what}</source>
+        <translation>正在写入：{what}</translation>
+    </message>
+    <message>
+        <source>Written and read back equal.</source>
+        <translation type="unfinished"></translation>
+    </message>
+    <message>
+        <source>Written: {files}.</source>
+        <translation>已写入：{files}。</translation>
     </message>
     <message>
         <source>Wrong rate?</source>
@@ -1556,8 +2968,24 @@
         <translation type="unfinished"></translation>
     </message>
     <message>
+        <source>You may open {port}, but this session does not know it yet.</source>
+        <translation type="unfinished"></translation>
+    </message>
+    <message>
+        <source>Zero now</source>
+        <translation type="unfinished"></translation>
+    </message>
+    <message>
         <source>Zero the sensor</source>
         <translation>传感器置零</translation>
+    </message>
+    <message>
+        <source>Zero the sensor …</source>
+        <translation type="unfinished"></translation>
+    </message>
+    <message>
+        <source>[{name}] is a table.</source>
+        <translation>[{name}] 应为一个表。</translation>
     </message>
     <message>
         <source>a TCP socket instead; port 0 picks one</source>
@@ -1576,6 +3004,10 @@
         <translation>设备名（见 dps-s ports）、伪终端或 URL：socket://HOST:PORT、sim://</translation>
     </message>
     <message>
+        <source>a finite number is needed</source>
+        <translation>需要一个有限的数</translation>
+    </message>
+    <message>
         <source>a heartbeat was not answered: offline</source>
         <translation>心跳无应答：离线</translation>
     </message>
@@ -1584,8 +3016,20 @@
         <translation>需要 0 到 10000 m 之间的高度</translation>
     </message>
     <message>
+        <source>a list of at most {count} [[manual]] tables is needed.</source>
+        <translation>需要由 [[manual]] 表组成的列表，最多 {count} 个。</translation>
+    </message>
+    <message>
+        <source>a module without a name</source>
+        <translation>未命名的模块</translation>
+    </message>
+    <message>
         <source>a number from {least} to {most} is needed</source>
         <translation>需要 {least} 到 {most} 之间的数</translation>
+    </message>
+    <message>
+        <source>a number is needed</source>
+        <translation>需要一个数</translation>
     </message>
     <message>
         <source>a simulated module; prints the port to open</source>
@@ -1596,12 +3040,28 @@
         <translation>需要 {least} 到 {most} 之间的整数</translation>
     </message>
     <message>
+        <source>above the threshold, {limit}</source>
+        <translation>高于阈值 {limit}</translation>
+    </message>
+    <message>
         <source>acceleration, 0.1 g</source>
         <translation>加速度，0.1 g</translation>
     </message>
     <message>
+        <source>acknowledged</source>
+        <translation type="unfinished"></translation>
+    </message>
+    <message>
         <source>acknowledged only</source>
         <translation>只应答</translation>
+    </message>
+    <message>
+        <source>acknowledged {time} ago</source>
+        <translation type="unfinished"></translation>
+    </message>
+    <message>
+        <source>acknowledged, but still at the old rate: it changes at the next start, or not at all</source>
+        <translation>已应答，但仍使用原波特率：下次开机时改变，或不会改变</translation>
     </message>
     <message>
         <source>acknowledged: {name}, value not repeated</source>
@@ -1636,6 +3096,14 @@
         <translation>已激活：在标准输入中键入 tilt 70 即会触发</translation>
     </message>
     <message>
+        <source>advised: {advice}</source>
+        <translation type="unfinished"></translation>
+    </message>
+    <message>
+        <source>all settings of this profile</source>
+        <translation>此配置文件中的所有设置</translation>
+    </message>
+    <message>
         <source>also as {path}</source>
         <translation>也可用路径 {path}</translation>
     </message>
@@ -1648,6 +3116,10 @@
         <translation>与水平面的夹角，单位为度</translation>
     </message>
     <message>
+        <source>another adapter is plugged in; the program does not connect to it by itself</source>
+        <translation type="unfinished"></translation>
+    </message>
+    <message>
         <source>answer</source>
         <translation>应答</translation>
     </message>
@@ -1656,8 +3128,40 @@
         <translation>应答最多分成三段发送，段间间隔为此值</translation>
     </message>
     <message>
+        <source>as found, before the first change</source>
+        <translation>原始设置，首次修改之前</translation>
+    </message>
+    <message>
+        <source>as read with the bay open</source>
+        <translation>等于伞仓打开时的读数</translation>
+    </message>
+    <message>
         <source>at a restart</source>
         <translation>重启后生效</translation>
+    </message>
+    <message>
+        <source>at least {limit}</source>
+        <translation>不低于 {limit}</translation>
+    </message>
+    <message>
+        <source>at most {count} characters</source>
+        <translation>最多 {count} 个字符</translation>
+    </message>
+    <message>
+        <source>at most {limit}</source>
+        <translation>不超过 {limit}</translation>
+    </message>
+    <message>
+        <source>at most {lost} of {sent} heartbeats lost, no damaged bytes</source>
+        <translation>{sent} 次心跳最多丢失 {lost} 次，无损坏字节</translation>
+    </message>
+    <message>
+        <source>at most {milliseconds} ms</source>
+        <translation>不超过 {milliseconds} ms</translation>
+    </message>
+    <message>
+        <source>at most {seconds} s old at the end</source>
+        <translation>结束时不超过 {seconds} s 前</translation>
     </message>
     <message>
         <source>at the new rate</source>
@@ -1696,8 +3200,28 @@
         <translation>波特率：{rates}，或用 auto 逐一尝试；默认 115200</translation>
     </message>
     <message>
+        <source>before an unconfirmed write</source>
+        <translation type="unfinished"></translation>
+    </message>
+    <message>
+        <source>before the link was lost</source>
+        <translation type="unfinished"></translation>
+    </message>
+    <message>
+        <source>before the restart</source>
+        <translation type="unfinished"></translation>
+    </message>
+    <message>
         <source>begin active instead of locked: it fires by its own thresholds</source>
         <translation>启动时为激活而非锁定：模块会按自身阈值触发</translation>
+    </message>
+    <message>
+        <source>below the threshold, {limit}</source>
+        <translation>低于阈值 {limit}</translation>
+    </message>
+    <message>
+        <source>bench test</source>
+        <translation>台架测试</translation>
     </message>
     <message>
         <source>boot count at the trigger</source>
@@ -1716,12 +3240,32 @@
         <translation>双向</translation>
     </message>
     <message>
+        <source>brackets are nested too deeply.</source>
+        <translation>括号嵌套过深。</translation>
+    </message>
+    <message>
         <source>built in, or without a description</source>
         <translation>内置串口或无描述</translation>
     </message>
     <message>
         <source>bytes in hex; - reads hex text from standard input</source>
         <translation>十六进制字节；- 表示从标准输入读取十六进制文本</translation>
+    </message>
+    <message>
+        <source>cannot be read</source>
+        <translation type="unfinished"></translation>
+    </message>
+    <message>
+        <source>cannot be read, and was not set since the last start</source>
+        <translation>无法读取，且本次开机后未设置</translation>
+    </message>
+    <message>
+        <source>cannot be read: unknown after the restart</source>
+        <translation>无法读取：重启后未知</translation>
+    </message>
+    <message>
+        <source>cannot be sent</source>
+        <translation type="unfinished"></translation>
     </message>
     <message>
         <source>cell voltage</source>
@@ -1732,12 +3276,16 @@
         <translation>电芯电压，0.02 V</translation>
     </message>
     <message>
-        <source>change a setting</source>
-        <translation>修改设置</translation>
+        <source>change settings and prove that they stand</source>
+        <translation>修改设置并验证其生效</translation>
     </message>
     <message>
         <source>change the dialect or the rate</source>
         <translation>更改方言或输出速率</translation>
+    </message>
+    <message>
+        <source>changed while it was watched</source>
+        <translation>观察期间发生变化</translation>
     </message>
     <message>
         <source>charger connected</source>
@@ -1756,8 +3304,16 @@
         <translation>充电状态标志为 {value}，应为 00 或 01</translation>
     </message>
     <message>
+        <source>check whether the module is fit to fly</source>
+        <translation>检查模块是否可以飞行</translation>
+    </message>
+    <message>
         <source>checksum {found}, the sum is {expected}</source>
         <translation>校验为 {found}，累加和应为 {expected}</translation>
+    </message>
+    <message>
+        <source>choose</source>
+        <translation type="unfinished"></translation>
     </message>
     <message>
         <source>codes in hexadecimal are needed, such as 14,33</source>
@@ -1770,6 +3326,10 @@
     <message>
         <source>commands that it does not know, such as 14,33</source>
         <translation>模块不认识的命令，例如 14,33</translation>
+    </message>
+    <message>
+        <source>confirmed</source>
+        <translation>已确认</translation>
     </message>
     <message>
         <source>connect to a built-in simulated module</source>
@@ -1792,8 +3352,16 @@
         <translation>控制字符为 {control}，应为 01</translation>
     </message>
     <message>
+        <source>could not be read back</source>
+        <translation>无法回读</translation>
+    </message>
+    <message>
         <source>cut its power</source>
         <translation>切断模块电源</translation>
+    </message>
+    <message>
+        <source>darker than the light threshold</source>
+        <translation>暗于光线阈值</translation>
     </message>
     <message>
         <source>delay of every answer</source>
@@ -1814,6 +3382,10 @@
     <message>
         <source>dialect: where the vendor's table leaves it open</source>
         <translation>方言：厂家协议表未明确之处</translation>
+    </message>
+    <message>
+        <source>different</source>
+        <translation>不同</translation>
     </message>
     <message>
         <source>disable the attitude trigger</source>
@@ -1840,8 +3412,24 @@
         <translation>详见 dps-s COMMAND --help。</translation>
     </message>
     <message>
+        <source>dps-s set needs NAME=VALUE … or --profile FILE, and not both.</source>
+        <translation>dps-s set 需要 NAME=VALUE … 或 --profile FILE，二者不可同时使用。</translation>
+    </message>
+    <message>
+        <source>each [[manual]] needs a text.</source>
+        <translation>每个 [[manual]] 都需要文本。</translation>
+    </message>
+    <message>
         <source>echo</source>
         <translation>回显</translation>
+    </message>
+    <message>
+        <source>edited</source>
+        <translation type="unfinished"></translation>
+    </message>
+    <message>
+        <source>enable both automatic triggers first: they cannot be read</source>
+        <translation>先启用两种自动触发：其状态无法读取</translation>
     </message>
     <message>
         <source>enable the attitude trigger</source>
@@ -1852,8 +3440,20 @@
         <translation>启用失重触发</translation>
     </message>
     <message>
+        <source>enabled, acknowledged since the last start</source>
+        <translation>已启用，且本次开机后得到应答</translation>
+    </message>
+    <message>
+        <source>enabled: acknowledged</source>
+        <translation>已启用：模块已应答</translation>
+    </message>
+    <message>
         <source>end S seconds after the first status</source>
         <translation>在第一个状态之后 S 秒结束</translation>
+    </message>
+    <message>
+        <source>exactly {limit}</source>
+        <translation>等于 {limit}</translation>
     </message>
     <message>
         <source>explain captured bytes</source>
@@ -1864,16 +3464,48 @@
         <translation>外接供电已接通</translation>
     </message>
     <message>
+        <source>failed</source>
+        <translation type="unfinished"></translation>
+    </message>
+    <message>
+        <source>false trigger</source>
+        <translation>误触发</translation>
+    </message>
+    <message>
         <source>faults of the line</source>
         <translation>线路故障</translation>
+    </message>
+    <message>
+        <source>fell (below {acceleration} for {seconds})</source>
+        <translation>失重（低于 {acceleration} 达 {seconds}）</translation>
     </message>
     <message>
         <source>find the baud rate at which a module answers</source>
         <translation>查找模块应答的波特率</translation>
     </message>
     <message>
-        <source>for example serial_output=false</source>
-        <translation>例如 serial_output=false</translation>
+        <source>fired by PWM</source>
+        <translation>由 PWM 触发</translation>
+    </message>
+    <message>
+        <source>fired by a source that the vendor does not name ({bit})</source>
+        <translation>由厂家未注明的来源触发（{bit}）</translation>
+    </message>
+    <message>
+        <source>fired over the serial line</source>
+        <translation>由串口触发</translation>
+    </message>
+    <message>
+        <source>fired without a stated cause</source>
+        <translation>触发，原因未注明</translation>
+    </message>
+    <message>
+        <source>follows that of the named module</source>
+        <translation>与所命名模块的次数相接</translation>
+    </message>
+    <message>
+        <source>for example freefall_time_s=1.6</source>
+        <translation>例如 freefall_time_s=1.6</translation>
     </message>
     <message>
         <source>forbid deploying over serial</source>
@@ -1936,16 +3568,64 @@
         <translation>拆成片段</translation>
     </message>
     <message>
+        <source>interrupted</source>
+        <translation>被中断</translation>
+    </message>
+    <message>
+        <source>it did not come to its end</source>
+        <translation>检查没有完成</translation>
+    </message>
+    <message>
         <source>it does not fire: it is locked, forbidden or off</source>
         <translation>未触发：模块已锁定、被禁止触发或已关机</translation>
+    </message>
+    <message>
+        <source>it holds what no record holds</source>
+        <translation>含有记录中不应有的内容</translation>
+    </message>
+    <message>
+        <source>it is another kind of file</source>
+        <translation>不是飞行前检查记录</translation>
+    </message>
+    <message>
+        <source>it is no JSON, or damaged</source>
+        <translation>不是 JSON，或已损坏</translation>
+    </message>
+    <message>
+        <source>it is the named module, although its boot count says otherwise</source>
+        <translation>尽管开机次数不符，确为所命名的模块</translation>
+    </message>
+    <message>
+        <source>it is too large</source>
+        <translation>文件过大</translation>
+    </message>
+    <message>
+        <source>it was not kept when it was made, so it is in no chain</source>
+        <translation>生成时未保存，不在任何链中</translation>
+    </message>
+    <message>
+        <source>it was written by a newer version of this program</source>
+        <translation>由本程序的更新版本生成</translation>
     </message>
     <message>
         <source>it wobbles a few degrees, as in the wind</source>
         <translation>像在风中一样晃动几度</translation>
     </message>
     <message>
+        <source>keep what is read under this name, and tell what is new</source>
+        <translation>以此名称保存读到的记录，并说明哪些是新的</translation>
+    </message>
+    <message>
         <source>keeps the old setting and acknowledges that</source>
         <translation>保留旧设置，并以旧值应答</translation>
+    </message>
+    <message>
+        <source>kept</source>
+        <translation>已保留</translation>
+    </message>
+    <message>
+        <source>kept on request</source>
+        <translation>按要求保存</translation>
     </message>
     <message>
         <source>language of the window: {names}</source>
@@ -1996,6 +3676,26 @@
         <translation>已锁定</translation>
     </message>
     <message>
+        <source>look</source>
+        <translation>请留意</translation>
+    </message>
+    <message>
+        <source>lost</source>
+        <translation>已丢失</translation>
+    </message>
+    <message>
+        <source>make the module ready to fire (asks for --yes)</source>
+        <translation>激活模块（需要 --yes）</translation>
+    </message>
+    <message>
+        <source>manual item N of the profile was looked at and is in order</source>
+        <translation>配置文件的第 N 项人工检查已查看且正常</translation>
+    </message>
+    <message>
+        <source>measuring … {done} readings</source>
+        <translation type="unfinished"></translation>
+    </message>
+    <message>
         <source>module</source>
         <translation>模块</translation>
     </message>
@@ -2032,6 +3732,10 @@
         <translation>无数据</translation>
     </message>
     <message>
+        <source>no external power</source>
+        <translation>未接外接供电</translation>
+    </message>
+    <message>
         <source>no frame header</source>
         <translation>没有帧头</translation>
     </message>
@@ -2040,12 +3744,32 @@
         <translation>不是有效帧：{why}</translation>
     </message>
     <message>
+        <source>no name</source>
+        <translation>未命名</translation>
+    </message>
+    <message>
+        <source>no pairs of hex digits</source>
+        <translation type="unfinished"></translation>
+    </message>
+    <message>
         <source>no port for the simulated module: {reason}</source>
         <translation>模拟模块没有可用的端口：{reason}</translation>
     </message>
     <message>
-        <source>no reply to the set, and the value is not what was sent</source>
+        <source>no readings</source>
         <translation type="unfinished"></translation>
+    </message>
+    <message>
+        <source>no record is attached to this PDF</source>
+        <translation>此 PDF 没有附带记录</translation>
+    </message>
+    <message>
+        <source>no reply</source>
+        <translation>无应答</translation>
+    </message>
+    <message>
+        <source>no reply to the set, and the value is not what was sent</source>
+        <translation>写入没有应答，且当前值与发送的值不同</translation>
     </message>
     <message>
         <source>no reply within {seconds:.1f} s, asked once</source>
@@ -2061,7 +3785,7 @@
     </message>
     <message>
         <source>no reply; it may have been carried out</source>
-        <translation type="unfinished"></translation>
+        <translation>没有应答；可能已经执行</translation>
     </message>
     <message>
         <source>no serial number</source>
@@ -2076,6 +3800,14 @@
         <translation>没有该命令：{codes}</translation>
     </message>
     <message>
+        <source>no time, direction and bytes</source>
+        <translation type="unfinished"></translation>
+    </message>
+    <message>
+        <source>no two readings agreed</source>
+        <translation>多次读取结果不一致</translation>
+    </message>
+    <message>
         <source>no: acknowledges settings and does not keep them</source>
         <translation>no：应答设置但不保存</translation>
     </message>
@@ -2088,8 +3820,28 @@
         <translation>否：已锁定，待机</translation>
     </message>
     <message>
+        <source>nobody named</source>
+        <translation>未填写</translation>
+    </message>
+    <message>
         <source>noise of the sensors: 0 none, 1 usual</source>
         <translation>传感器噪声：0 无，1 正常</translation>
+    </message>
+    <message>
+        <source>none</source>
+        <translation>无</translation>
+    </message>
+    <message>
+        <source>none approved yet</source>
+        <translation>尚无已批准的代码</translation>
+    </message>
+    <message>
+        <source>none that nobody has looked at</source>
+        <translation>没有未经查看的记录</translation>
+    </message>
+    <message>
+        <source>none: the vendor's advice</source>
+        <translation>无：按厂家建议</translation>
     </message>
     <message>
         <source>not acknowledged: {name}, the answer is {raw:02X}</source>
@@ -2104,8 +3856,16 @@
         <translation>不应答</translation>
     </message>
     <message>
+        <source>not asked</source>
+        <translation>未询问</translation>
+    </message>
+    <message>
         <source>not asked: the module stopped answering</source>
         <translation>未询问：模块不再应答</translation>
+    </message>
+    <message>
+        <source>not before {count}, where {module} was last</source>
+        <translation>不小于 {module} 上次的 {count}</translation>
     </message>
     <message>
         <source>not charging</source>
@@ -2116,12 +3876,44 @@
         <translation>未连接</translation>
     </message>
     <message>
+        <source>not enabled: {why}</source>
+        <translation>未启用：{why}</translation>
+    </message>
+    <message>
+        <source>not in the profile</source>
+        <translation>配置文件中没有</translation>
+    </message>
+    <message>
+        <source>not kept on this computer</source>
+        <translation>未保存在本机</translation>
+    </message>
+    <message>
+        <source>not measured yet</source>
+        <translation type="unfinished"></translation>
+    </message>
+    <message>
+        <source>not named yet</source>
+        <translation type="unfinished"></translation>
+    </message>
+    <message>
+        <source>not read yet</source>
+        <translation type="unfinished"></translation>
+    </message>
+    <message>
         <source>not read: the module restarted again and again</source>
         <translation>未读取：模块反复重启</translation>
     </message>
     <message>
         <source>not read: the port was lost</source>
         <translation>未读取：串口已断开</translation>
+    </message>
+    <message>
+        <source>not sent</source>
+        <translation>未发送</translation>
+    </message>
+    <message>
+        <source>not sent: a condition is not fulfilled</source>
+        <translation>未发送：有条件未满足</translation>
     </message>
     <message>
         <source>not sent: the module did not answer the heartbeat before it</source>
@@ -2132,8 +3924,24 @@
         <translation>未发送：模块不再应答</translation>
     </message>
     <message>
+        <source>not sent: the port was lost</source>
+        <translation>未发送：串口已断开</translation>
+    </message>
+    <message>
+        <source>not sent: {why}</source>
+        <translation>未发送：{why}</translation>
+    </message>
+    <message>
+        <source>not stated</source>
+        <translation>未填写</translation>
+    </message>
+    <message>
         <source>not triggered</source>
         <translation>未触发</translation>
+    </message>
+    <message>
+        <source>nothing happens to the module or the link meanwhile</source>
+        <translation>检查期间模块和链路无异常</translation>
     </message>
     <message>
         <source>nothing that the module sends comes through</source>
@@ -2150,6 +3958,10 @@
     <message>
         <source>offline</source>
         <translation>离线</translation>
+    </message>
+    <message>
+        <source>on external power, {voltage}</source>
+        <translation>接外接供电，{voltage}</translation>
     </message>
     <message>
         <source>on: it streams</source>
@@ -2176,6 +3988,10 @@
         <translation>只能更改以下选项：{names}</translation>
     </message>
     <message>
+        <source>only {count} reports came in two seconds</source>
+        <translation>两秒内只收到 {count} 次状态</translation>
+    </message>
+    <message>
         <source>open or close the parachute bay</source>
         <translation>打开或关闭伞仓</translation>
     </message>
@@ -2190,6 +4006,10 @@
     <message>
         <source>parachute deployed</source>
         <translation>已开伞</translation>
+    </message>
+    <message>
+        <source>pass</source>
+        <translation>合格</translation>
     </message>
     <message>
         <source>paused, {seconds} s behind</source>
@@ -2224,6 +4044,10 @@
         <translation>标准输出只输出 JSON</translation>
     </message>
     <message>
+        <source>print a report; the same as HTML and the record as JSON go beside it</source>
+        <translation>打印报告；同名的 HTML 和 JSON 记录放在旁边</translation>
+    </message>
+    <message>
         <source>print the status as it comes</source>
         <translation>持续输出状态</translation>
     </message>
@@ -2240,8 +4064,16 @@
         <translation>拔出串口适配器，一直拔出或只拔出若干秒</translation>
     </message>
     <message>
+        <source>put the module into standby (asks for --yes)</source>
+        <translation>锁定模块（需要 --yes）</translation>
+    </message>
+    <message>
         <source>query: {name}</source>
         <translation>查询：{name}</translation>
+    </message>
+    <message>
+        <source>read</source>
+        <translation type="unfinished"></translation>
     </message>
     <message>
         <source>read everything that can be read</source>
@@ -2252,12 +4084,32 @@
         <translation>读取触发记录</translation>
     </message>
     <message>
+        <source>read {time} ago</source>
+        <translation type="unfinished"></translation>
+    </message>
+    <message>
+        <source>real</source>
+        <translation>真实触发</translation>
+    </message>
+    <message>
+        <source>really do it</source>
+        <translation>确认执行</translation>
+    </message>
+    <message>
+        <source>received</source>
+        <translation type="unfinished"></translation>
+    </message>
+    <message>
         <source>reconnected</source>
         <translation>已重新连接</translation>
     </message>
     <message>
         <source>records: {count}</source>
         <translation>记录：{count}</translation>
+    </message>
+    <message>
+        <source>refused</source>
+        <translation>被拒绝</translation>
     </message>
     <message>
         <source>rejected</source>
@@ -2284,6 +4136,10 @@
         <translation>窗口运行 S 秒后结束</translation>
     </message>
     <message>
+        <source>same</source>
+        <translation>相同</translation>
+    </message>
+    <message>
         <source>seconds since it was switched on; 0 lets the two heartbeats be seen</source>
         <translation>已开机的秒数；0 可看到两次开机心跳</translation>
     </message>
@@ -2294,6 +4150,10 @@
     <message>
         <source>seed of faults, noise and history: the same seed, the same run</source>
         <translation>故障、噪声和记录的随机种子：种子相同，过程相同</translation>
+    </message>
+    <message>
+        <source>seen {time} ago</source>
+        <translation type="unfinished"></translation>
     </message>
     <message>
         <source>sensor zeroed</source>
@@ -2324,8 +4184,16 @@
         <translation>串口</translation>
     </message>
     <message>
+        <source>serial link connected</source>
+        <translation>串口已连接</translation>
+    </message>
+    <message>
         <source>serial link flag {value}, expected 00 or 01</source>
         <translation>串口状态标志为 {value}，应为 00 或 01</translation>
+    </message>
+    <message>
+        <source>serial link not connected</source>
+        <translation>串口未连接</translation>
     </message>
     <message>
         <source>serial number {number}</source>
@@ -2356,6 +4224,10 @@
         <translation>将{name}设置为 {value}</translation>
     </message>
     <message>
+        <source>several adapters look the same; choose one</source>
+        <translation type="unfinished"></translation>
+    </message>
+    <message>
         <source>share of answers that come twice</source>
         <translation>重复发送的应答比例</translation>
     </message>
@@ -2378,6 +4250,14 @@
     <message>
         <source>shut the module down</source>
         <translation>模块关机</translation>
+    </message>
+    <message>
+        <source>skipped</source>
+        <translation>已跳过</translation>
+    </message>
+    <message>
+        <source>stale</source>
+        <translation type="unfinished"></translation>
     </message>
     <message>
         <source>status frames a second while serial output is on, 1 to 1440</source>
@@ -2404,6 +4284,10 @@
         <translation>关机后再开机</translation>
     </message>
     <message>
+        <source>switch the module off (asks for --yes)</source>
+        <translation>模块关机（需要 --yes）</translation>
+    </message>
+    <message>
         <source>switch the serial output off</source>
         <translation>关闭串口输出</translation>
     </message>
@@ -2416,8 +4300,52 @@
         <translation>指向伪终端的符号链接</translation>
     </message>
     <message>
+        <source>tell whether a pre-flight record was altered</source>
+        <translation>查明飞行前检查记录是否被改动</translation>
+    </message>
+    <message>
+        <source>the adapter is back, and its port does not open yet</source>
+        <translation type="unfinished"></translation>
+    </message>
+    <message>
+        <source>the adapter is not plugged in</source>
+        <translation type="unfinished"></translation>
+    </message>
+    <message>
+        <source>the aircraft it sits in</source>
+        <translation>所在的航空器</translation>
+    </message>
+    <message>
+        <source>the bytes are no pairs of hex digits</source>
+        <translation type="unfinished"></translation>
+    </message>
+    <message>
+        <source>the capture is of a later version of the program</source>
+        <translation type="unfinished"></translation>
+    </message>
+    <message>
         <source>the command that the module's frames answer: {names}</source>
         <translation>模块的帧所答复的命令：{names}</translation>
+    </message>
+    <message>
+        <source>the connection was lost while writing; what stands is not known</source>
+        <translation type="unfinished"></translation>
+    </message>
+    <message>
+        <source>the file is too long for a capture</source>
+        <translation type="unfinished"></translation>
+    </message>
+    <message>
+        <source>the first record of this module</source>
+        <translation>该模块的第一份记录</translation>
+    </message>
+    <message>
+        <source>the first visit of {module}</source>
+        <translation>{module} 第一次检查</translation>
+    </message>
+    <message>
+        <source>the format is a whole number from 1 on.</source>
+        <translation>format 是从 1 开始的整数。</translation>
     </message>
     <message>
         <source>the frame broke off</source>
@@ -2428,24 +4356,40 @@
         <translation>上位机发送的字节被回送</translation>
     </message>
     <message>
-        <source>the module acknowledged it and did not keep it</source>
+        <source>the line is too long</source>
         <translation type="unfinished"></translation>
     </message>
     <message>
-        <source>the module answered {raw} instead</source>
-        <translation>模块的应答却是 {raw}</translation>
+        <source>the lowest acceleration is above the highest.</source>
+        <translation>最小加速度大于最大加速度。</translation>
+    </message>
+    <message>
+        <source>the module acknowledged it and did not keep it</source>
+        <translation>模块已应答，但没有保存</translation>
+    </message>
+    <message>
+        <source>the module answers at no rate</source>
+        <translation>模块在任何波特率下都没有应答</translation>
     </message>
     <message>
         <source>the module answers: online</source>
         <translation>模块应答：在线</translation>
     </message>
     <message>
+        <source>the module changed</source>
+        <translation>模块状态已改变</translation>
+    </message>
+    <message>
+        <source>the module did not answer when it was enabled</source>
+        <translation>启用时模块没有应答</translation>
+    </message>
+    <message>
         <source>the module gives different answers to the same question</source>
-        <translation type="unfinished"></translation>
+        <translation>模块对同一询问给出不同的应答</translation>
     </message>
     <message>
         <source>the module keeps another value than the one that was sent</source>
-        <translation type="unfinished"></translation>
+        <translation>模块保存的值与发送的值不同</translation>
     </message>
     <message>
         <source>the module probably restarted</source>
@@ -2453,7 +4397,11 @@
     </message>
     <message>
         <source>the module refused it and keeps the old value</source>
-        <translation type="unfinished"></translation>
+        <translation>模块拒绝了，保留原值</translation>
+    </message>
+    <message>
+        <source>the module refused to enable it</source>
+        <translation>模块拒绝启用</translation>
     </message>
     <message>
         <source>the module restarted</source>
@@ -2461,23 +4409,71 @@
     </message>
     <message>
         <source>the module restarted in the middle; what stands is not known</source>
-        <translation type="unfinished"></translation>
+        <translation>模块中途重启；当前值未知</translation>
+    </message>
+    <message>
+        <source>the module still answers at the old rate</source>
+        <translation>模块仍以原波特率应答</translation>
+    </message>
+    <message>
+        <source>the module stopped answering</source>
+        <translation>模块停止应答</translation>
     </message>
     <message>
         <source>the name of the port is empty</source>
         <translation>串口名为空</translation>
     </message>
     <message>
+        <source>the name that you gave this module</source>
+        <translation>您给此模块起的名称</translation>
+    </message>
+    <message>
         <source>the parachute bay is open</source>
         <translation>伞仓已打开</translation>
+    </message>
+    <message>
+        <source>the port has only a name, which may be another adapter's by now; connect again by hand</source>
+        <translation type="unfinished"></translation>
+    </message>
+    <message>
+        <source>the port was lost</source>
+        <translation>串口断开</translation>
     </message>
     <message>
         <source>the port was lost; it may have been carried out</source>
         <translation>串口已断开；命令可能已被执行</translation>
     </message>
     <message>
+        <source>the profile that says what it should be like</source>
+        <translation>说明模块应有状态的配置文件</translation>
+    </message>
+    <message>
+        <source>the record (.json), its page (.html) or the report (.pdf)</source>
+        <translation>记录（.json）、网页（.html）或报告（.pdf）</translation>
+    </message>
+    <message>
+        <source>the record before it is not on this computer</source>
+        <translation>上一份记录不在本机</translation>
+    </message>
+    <message>
+        <source>the record before it is there and intact</source>
+        <translation>上一份记录存在且完好</translation>
+    </message>
+    <message>
+        <source>the record before it was altered or is another one</source>
+        <translation>上一份记录被改动或不是同一链</translation>
+    </message>
+    <message>
         <source>the simulated module has no option {name}</source>
         <translation>模拟模块没有选项 {name}</translation>
+    </message>
+    <message>
+        <source>the time runs backwards; the line before counts</source>
+        <translation type="unfinished"></translation>
+    </message>
+    <message>
+        <source>the trigger records that the module keeps have been looked at</source>
+        <translation>模块中的触发记录已经查看</translation>
     </message>
     <message>
         <source>the value</source>
@@ -2485,15 +4481,43 @@
     </message>
     <message>
         <source>the value could not be read back</source>
-        <translation type="unfinished"></translation>
+        <translation>无法回读该值</translation>
     </message>
     <message>
         <source>then leave a screenshot and the values seen in this folder</source>
         <translation>然后在此文件夹中留下截图和所见数值</translation>
     </message>
     <message>
+        <source>there are too many dots in a row.</source>
+        <translation>一行中的点太多。</translation>
+    </message>
+    <message>
+        <source>there is no limit “{name}”.</source>
+        <translation>没有名为“{name}”的限值。</translation>
+    </message>
+    <message>
+        <source>there is no setting “{name}”.</source>
+        <translation>没有名为“{name}”的设置。</translation>
+    </message>
+    <message>
+        <source>this is no fingerprint.</source>
+        <translation>这不是有效的指纹码。</translation>
+    </message>
+    <message>
+        <source>this is not TOML: {why}.</source>
+        <translation>这不是 TOML：{why}。</translation>
+    </message>
+    <message>
+        <source>this is not UTF-8 text.</source>
+        <translation>这不是 UTF-8 文本。</translation>
+    </message>
+    <message>
         <source>tilt, 1°</source>
         <translation>倾角，1°</translation>
+    </message>
+    <message>
+        <source>tipped past {threshold}</source>
+        <translation>倾斜超过 {threshold}</translation>
     </message>
     <message>
         <source>to the host</source>
@@ -2502,6 +4526,10 @@
     <message>
         <source>to the module</source>
         <translation>发往模块</translation>
+    </message>
+    <message>
+        <source>too old</source>
+        <translation>已过期</translation>
     </message>
     <message>
         <source>trigger by its PWM input</source>
@@ -2532,6 +4560,10 @@
         <translation>已触发</translation>
     </message>
     <message>
+        <source>true or false is needed</source>
+        <translation>需要 true 或 false</translation>
+    </message>
+    <message>
         <source>unasked</source>
         <translation>主动</translation>
     </message>
@@ -2552,6 +4584,14 @@
         <translation>未知命令码 {code}</translation>
     </message>
     <message>
+        <source>unknown on the module</source>
+        <translation>模块上的值未知</translation>
+    </message>
+    <message>
+        <source>unknown: {why}</source>
+        <translation>未知：{why}</translation>
+    </message>
+    <message>
         <source>up to this much more delay, at random</source>
         <translation>随机增加的延迟上限</translation>
     </message>
@@ -2568,12 +4608,28 @@
         <translation>数值 {value} 不是协议表允许命令 {code} 使用的值</translation>
     </message>
     <message>
+        <source>verified</source>
+        <translation type="unfinished"></translation>
+    </message>
+    <message>
         <source>volts that the cell loses in an hour</source>
         <translation>电芯每小时下降的电压（V）</translation>
     </message>
     <message>
+        <source>what is entered here</source>
+        <translation type="unfinished"></translation>
+    </message>
+    <message>
         <source>which way the five above apply</source>
         <translation>以上五项作用的方向</translation>
+    </message>
+    <message>
+        <source>who checks</source>
+        <translation>检查人</translation>
+    </message>
+    <message>
+        <source>within {limit} over two seconds</source>
+        <translation>两秒内变化不超过 {limit}</translation>
     </message>
     <message>
         <source>without a screen</source>
@@ -2586,6 +4642,14 @@
     <message>
         <source>write a CSV file; - prints it</source>
         <translation>写入 CSV 文件；- 表示直接输出</translation>
+    </message>
+    <message>
+        <source>write also while the module is active, or may be: it can fire</source>
+        <translation>模块已激活或可能已激活时也写入：它可能开伞</translation>
+    </message>
+    <message>
+        <source>writing</source>
+        <translation type="unfinished"></translation>
     </message>
     <message>
         <source>yes</source>
@@ -2608,8 +4672,44 @@
         <translation>传感器置零</translation>
     </message>
     <message>
+        <source>zero the sensor (asks for --yes)</source>
+        <translation>传感器置零（需要 --yes）</translation>
+    </message>
+    <message>
         <source>{address} is not HOST:PORT, such as 127.0.0.1:5000</source>
         <translation>{address} 不是 HOST:PORT 的形式，例如 127.0.0.1:5000</translation>
+    </message>
+    <message>
+        <source>{bytes} bytes came on {port} at {rate} baud, and no frame is among them.</source>
+        <translation type="unfinished"></translation>
+    </message>
+    <message>
+        <source>{code}, approved</source>
+        <translation>已批准的 {code}</translation>
+    </message>
+    <message>
+        <source>{count} NOT as wanted: see the red rows.</source>
+        <translation type="unfinished"></translation>
+    </message>
+    <message>
+        <source>{count} acknowledged; cannot be read back.</source>
+        <translation type="unfinished"></translation>
+    </message>
+    <message>
+        <source>{count} changes of settings have not been written to the module.</source>
+        <translation type="unfinished"></translation>
+    </message>
+    <message>
+        <source>{count} could not be read; the rows say what is not known.</source>
+        <translation type="unfinished"></translation>
+    </message>
+    <message>
+        <source>{count} kept over the power cycle. {boots}</source>
+        <translation type="unfinished"></translation>
+    </message>
+    <message>
+        <source>{count} of {all} checks stand against it.</source>
+        <translation>{all} 项检查中有 {count} 项不通过。</translation>
     </message>
     <message>
         <source>{count} slots are empty.</source>
@@ -2620,8 +4720,72 @@
         <translation>已将 {count} 条触发记录写入 {file}。</translation>
     </message>
     <message>
+        <source>{count} written and read back equal: verified.</source>
+        <translation type="unfinished"></translation>
+    </message>
+    <message>
+        <source>{count}, but its trigger records are others: is it the same module?</source>
+        <translation>{count}，但触发记录不同：是同一个模块吗？</translation>
+    </message>
+    <message>
+        <source>{count}: is it the same module?</source>
+        <translation>{count}：是同一个模块吗？</translation>
+    </message>
+    <message>
+        <source>{count}; a person says that it is</source>
+        <translation>{count}；人员确认是该模块</translation>
+    </message>
+    <message>
+        <source>{count}; the module has no name</source>
+        <translation>{count}；模块尚未命名</translation>
+    </message>
+    <message>
+        <source>{file} cannot be read: {why}.</source>
+        <translation>无法读取 {file}：{why}。</translation>
+    </message>
+    <message>
         <source>{file} cannot be written: {why}.</source>
         <translation>无法写入 {file}：{why}。</translation>
+    </message>
+    <message>
+        <source>{file} is not a profile</source>
+        <translation type="unfinished"></translation>
+    </message>
+    <message>
+        <source>{file} is there and is no pre-flight report: choose another name.</source>
+        <translation>{file} 已存在且不是飞行前检查报告：请换一个名称。</translation>
+    </message>
+    <message>
+        <source>{file}: the name of the report must end in .pdf.</source>
+        <translation>{file}：报告文件名必须以 .pdf 结尾。</translation>
+    </message>
+    <message>
+        <source>{hours} h {minutes} min {seconds} s</source>
+        <translation>{hours} 小时 {minutes} 分 {seconds} 秒</translation>
+    </message>
+    <message>
+        <source>{lost} of {sent} lost, {bytes} damaged bytes</source>
+        <translation>{sent} 次中丢失 {lost} 次，损坏字节 {bytes} 个</translation>
+    </message>
+    <message>
+        <source>{low} to {high}</source>
+        <translation>{low} 至 {high}</translation>
+    </message>
+    <message>
+        <source>{median:.1f} V ({count} readings, {low:.1f} to {high:.1f} V)</source>
+        <translation type="unfinished"></translation>
+    </message>
+    <message>
+        <source>{minutes} min {seconds} s</source>
+        <translation>{minutes} 分 {seconds} 秒</translation>
+    </message>
+    <message>
+        <source>{module}: the first visit; {count} records are kept.</source>
+        <translation>{module}：第一次检查；保存了 {count} 条记录。</translation>
+    </message>
+    <message>
+        <source>{module}: {new} new since the last visit; {count} records are kept.</source>
+        <translation>{module}：自上次以来新增 {new} 条；共保存 {count} 条记录。</translation>
     </message>
     <message>
         <source>{ms} ms</source>
@@ -2632,12 +4796,44 @@
         <translation>{name} 给了两次。</translation>
     </message>
     <message>
+        <source>{name} was not opened: {why}.</source>
+        <translation type="unfinished"></translation>
+    </message>
+    <message>
         <source>{name} {value}</source>
         <translation>{name} {value}</translation>
     </message>
     <message>
+        <source>{name}: a number from {low} to {high} is needed.</source>
+        <translation>{name}：需要 {low} 至 {high} 之间的数。</translation>
+    </message>
+    <message>
+        <source>{name}: a text in quotation marks is needed.</source>
+        <translation>{name}：需要带引号的文本。</translation>
+    </message>
+    <message>
+        <source>{name}: at most {count} characters.</source>
+        <translation>{name}：最多 {count} 个字符。</translation>
+    </message>
+    <message>
+        <source>{name}: the character {code} is not allowed.</source>
+        <translation>{name}：不允许使用字符 {code}。</translation>
+    </message>
+    <message>
+        <source>{name}: true or false is needed.</source>
+        <translation>{name}：需要 true 或 false。</translation>
+    </message>
+    <message>
         <source>{name}: {why}.</source>
         <translation>{name}：{why}。</translation>
+    </message>
+    <message>
+        <source>{new} new since the last GO, {total} in all</source>
+        <translation>自上次合格检查后新增 {new} 条，共 {total} 条</translation>
+    </message>
+    <message>
+        <source>{new} of {total}, and no earlier GO knows them</source>
+        <translation>{total} 条中有 {new} 条，此前没有合格检查见过</translation>
     </message>
     <message>
         <source>{n} bytes rejected</source>
@@ -2648,6 +4844,10 @@
         <translation>已选 {n} 行。</translation>
     </message>
     <message>
+        <source>{one} and {other}</source>
+        <translation>{one}，同时{other}</translation>
+    </message>
+    <message>
         <source>{option}={value}: {reason}</source>
         <translation>{option}={value}：{reason}</translation>
     </message>
@@ -2656,8 +4856,36 @@
         <translation>{page}（{key}）</translation>
     </message>
     <message>
+        <source>{path} cannot be read: {why}.</source>
+        <translation>无法读取 {path}：{why}。</translation>
+    </message>
+    <message>
+        <source>{path} cannot be used.</source>
+        <translation>{path} 无法使用。</translation>
+    </message>
+    <message>
         <source>{path} exists and is no symbolic link; it is left alone</source>
         <translation>{path} 已存在且不是符号链接；未作改动</translation>
+    </message>
+    <message>
+        <source>{path} holds no settings.</source>
+        <translation>{path} 中没有设置。</translation>
+    </message>
+    <message>
+        <source>{path} is damaged.</source>
+        <translation>{path} 已损坏。</translation>
+    </message>
+    <message>
+        <source>{path} is held by another program.</source>
+        <translation>{path} 被其他程序占用。</translation>
+    </message>
+    <message>
+        <source>{path} was not saved: {why}.</source>
+        <translation type="unfinished"></translation>
+    </message>
+    <message>
+        <source>{path} was written by a newer version of this program.</source>
+        <translation>{path} 由本程序的更新版本写入。</translation>
     </message>
     <message>
         <source>{port} cannot be used as a serial port.</source>
@@ -2666,6 +4894,10 @@
     <message>
         <source>{port} does not open within {seconds:.0f} s.</source>
         <translation>{port} 在 {seconds:.0f} 秒内未能打开。</translation>
+    </message>
+    <message>
+        <source>{port} is in use by another program, and the system does not tell which.</source>
+        <translation type="unfinished"></translation>
     </message>
     <message>
         <source>{port} is in use by another program.</source>
@@ -2680,8 +4912,24 @@
         <translation type="unfinished"></translation>
     </message>
     <message>
+        <source>{port} takes no bytes: the adapter or its driver hangs.</source>
+        <translation type="unfinished"></translation>
+    </message>
+    <message>
+        <source>{port} vanishes again: the driver for Braille displays (brltty) takes this adapter for one.</source>
+        <translation type="unfinished"></translation>
+    </message>
+    <message>
         <source>{port} was unplugged or its driver failed.</source>
         <translation type="unfinished"></translation>
+    </message>
+    <message>
+        <source>{port} was unplugged, or its driver failed.</source>
+        <translation type="unfinished"></translation>
+    </message>
+    <message>
+        <source>{port}, {rate} baud</source>
+        <translation>{port}，{rate} 波特</translation>
     </message>
     <message>
         <source>{rate:.0f} a second</source>
@@ -2696,6 +4944,10 @@
         <translation>{rate} 帧/秒</translation>
     </message>
     <message>
+        <source>{reason}: {what}</source>
+        <translation>{reason}：{what}</translation>
+    </message>
+    <message>
         <source>{rows} rows</source>
         <translation>{rows} 行</translation>
     </message>
@@ -2704,8 +4956,32 @@
         <translation>{rows} 行，已静止；又收到 {more} 行</translation>
     </message>
     <message>
+        <source>{seconds:.2f} s of free fall is {height:.1f} m before it fires, at {speed:.0f} km/h (from rest, without drag).</source>
+        <translation>失重 {seconds:.2f} 秒后开伞，此时已下落 {height:.1f} 米，速度 {speed:.0f} 公里/小时（由静止开始，不计空气阻力）。</translation>
+    </message>
+    <message>
         <source>{seconds:8.1f} s   tilt {tilt:3}°   {acceleration:4.1f} g   {triggered}   {active}</source>
         <translation>{seconds:8.1f} s   倾角 {tilt:3}°   {acceleration:4.1f} g   {triggered}   {active}</translation>
+    </message>
+    <message>
+        <source>{seconds} s</source>
+        <translation>{seconds} 秒</translation>
+    </message>
+    <message>
+        <source>{setting} on the module: {value}</source>
+        <translation type="unfinished"></translation>
+    </message>
+    <message>
+        <source>{setting}: {why}</source>
+        <translation type="unfinished"></translation>
+    </message>
+    <message>
+        <source>{setting}: {why}.</source>
+        <translation type="unfinished"></translation>
+    </message>
+    <message>
+        <source>{slowest} ms at most, {median} ms usually</source>
+        <translation>最慢 {slowest} ms，通常 {median} ms</translation>
     </message>
     <message>
         <source>{text} (default: {default})</source>
@@ -2720,8 +4996,28 @@
         <translation>{text} 不是数字</translation>
     </message>
     <message>
+        <source>{threshold:.1f} V, {closed:.1f} V away from the closed bay and {open:.1f} V from the open one.</source>
+        <translation>{threshold:.1f} V，与伞仓合上时相差 {closed:.1f} V，与打开时相差 {open:.1f} V。</translation>
+    </message>
+    <message>
         <source>{time} ago</source>
         <translation>{time}前</translation>
+    </message>
+    <message>
+        <source>{time} or more</source>
+        <translation>{time}或更久</translation>
+    </message>
+    <message>
+        <source>{time}, marked</source>
+        <translation type="unfinished"></translation>
+    </message>
+    <message>
+        <source>{total}, looked at by a person now</source>
+        <translation>{total} 条，已由人员查看</translation>
+    </message>
+    <message>
+        <source>{total}, none new</source>
+        <translation>{total} 条，没有新记录</translation>
     </message>
     <message>
         <source>{value:.0f} h</source>
@@ -2744,12 +5040,40 @@
         <translation>{value} g 失重</translation>
     </message>
     <message>
+        <source>{value} has more digits than can be sent</source>
+        <translation>{value} 的位数超过可发送的位数</translation>
+    </message>
+    <message>
+        <source>{value} is not one of {values}</source>
+        <translation>{value} 不在 {values} 之中</translation>
+    </message>
+    <message>
+        <source>{value} is outside {low} to {high}</source>
+        <translation>{value} 超出 {low} 至 {high} 的范围</translation>
+    </message>
+    <message>
+        <source>{value} lies between two steps; the nearest are {low} and {high}</source>
+        <translation>{value} 位于两个步进值之间；最近的是 {low} 和 {high}</translation>
+    </message>
+    <message>
+        <source>{value}: NOT verified ({why})</source>
+        <translation>{value}：未验证（{why}）</translation>
+    </message>
+    <message>
+        <source>{value}: NOT verified ({why}); it is {stands}</source>
+        <translation>{value}：未验证（{why}）；当前为 {stands}</translation>
+    </message>
+    <message>
         <source>{value}: acknowledged (cannot be read back)</source>
         <translation>{value}：已确认（无法回读）</translation>
     </message>
     <message>
-        <source>{value}: not acknowledged ({why})</source>
-        <translation>{value}：未确认（{why}）</translation>
+        <source>{value}: verified</source>
+        <translation>{value}：已验证</translation>
+    </message>
+    <message>
+        <source>{value}: was so already</source>
+        <translation>{value}：原本就是如此</translation>
     </message>
     <message>
         <source>{value}° fires</source>
@@ -2758,6 +5082,22 @@
     <message>
         <source>{value}° rearms</source>
         <translation>{value}° 复位</translation>
+    </message>
+    <message>
+        <source>{voltage} is more than any lithium cell has</source>
+        <translation>{voltage} 高于任何锂电芯的电压</translation>
+    </message>
+    <message>
+        <source>{voltage} is the charging voltage</source>
+        <translation>{voltage} 是充电电压</translation>
+    </message>
+    <message>
+        <source>{voltage}, or the charger's</source>
+        <translation>{voltage}，也可能是充电器的电压</translation>
+    </message>
+    <message>
+        <source>{voltage}: implausible for one cell</source>
+        <translation>{voltage}：对单节电芯不可信</translation>
     </message>
     <message>
         <source>{volts:.2f} V</source>
@@ -2772,20 +5112,36 @@
         <translation>{volts:.2f} V，充电中</translation>
     </message>
     <message>
+        <source>{wanted} was sent: {why}.</source>
+        <translation type="unfinished"></translation>
+    </message>
+    <message>
+        <source>{wanted} was sent: {why}. It holds {stands}.</source>
+        <translation type="unfinished"></translation>
+    </message>
+    <message>
+        <source>{what} ({done} of {total})</source>
+        <translation type="unfinished"></translation>
+    </message>
+    <message>
+        <source>{what} {uptime} after power-on of boot {boot}, {link}, {voltage}</source>
+        <translation>第 {boot} 次开机后 {uptime}：{what}，{link}，{voltage}</translation>
+    </message>
+    <message>
         <source>{word} is unknown; try: help</source>
         <translation>未知命令 {word}；请键入 help</translation>
+    </message>
+    <message>
+        <source>“dps-s verify FILE” tells whether this record or this page was altered, and where. The hash has no key: keep the file, whose record also holds the raw frames, with the papers of the aircraft.</source>
+        <translation>用“dps-s verify 文件”可查明此记录或此页是否被改动以及改动之处。哈希不含密钥：请将文件（其中的记录还含有原始帧）与航空器资料一并保存。</translation>
     </message>
     <message>
         <source>“{name}” cannot be set; what can: {names}.</source>
         <translation>“{name}”无法设置；可以设置的有：{names}。</translation>
     </message>
     <message>
-        <source>“{text}” is neither true nor false</source>
-        <translation>“{text}”既不是 true 也不是 false</translation>
-    </message>
-    <message>
-        <source>“{text}” is no number</source>
-        <translation>“{text}”不是数字</translation>
+        <source>“{name}” is not known here.</source>
+        <translation>此处没有“{name}”这一项。</translation>
     </message>
     <message>
         <source>“{text}” is no number of seconds above 0</source>
@@ -2794,6 +5150,14 @@
     <message>
         <source>“{text}” is none of {rates} or auto</source>
         <translation>“{text}”不是 {rates} 之一，也不是 auto</translation>
+    </message>
+    <message>
+        <source>“{value}” is neither true nor false</source>
+        <translation>“{value}”既不是 true 也不是 false</translation>
+    </message>
+    <message>
+        <source>“{value}” is no number</source>
+        <translation>“{value}”不是数字</translation>
     </message>
     <message>
         <source>“{word}” is no pair of hex digits; bytes look like 41 75 32, 417532 or 0x41,0x75.</source>

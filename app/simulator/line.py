@@ -149,6 +149,7 @@ class Wire:
             whole = sent.data
             if self.host_baud is not None and self.host_baud != sent.baud_rate:
                 whole = _garble(whole, sent.baud_rate, self.host_baud, self._down_random)
+                byte_s *= len(sent.data) / max(1, len(whole))  # misread, it takes the time that it took to send
             delay_s = faults.delay_ms / 1000
             if faults.jitter_ms:
                 delay_s += self._down_random.uniform(0.0, faults.jitter_ms) / 1000

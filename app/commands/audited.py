@@ -1,0 +1,56 @@
+"""The journal for commands that change a module: kept in the store, or done without where there is none."""
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from app.commands.console import say
+
+if TYPE_CHECKING:
+    from app.journal import Journal
+    from app.snapshots import Snapshot
+    from app.store.store import Store
+
+ORIGIN = "command line"
+
+
+@dataclass(frozen=True, slots=True)
+class Records:
+    """`store` None: it cannot be had, which has been said; nothing dangerous is sent then."""
+
+    journal: "Journal"
+    store: "Store | None"
+    port: str
+
+    def keep_snapshot(self, snapshot: "Snapshot") -> None:
+        """Never raises: a setting may be changed also where its old value cannot be kept."""
+        from app.store.database import StoreTrouble
+
+        if self.store is not None:
+            try:
+                self.store.keep_snapshot(snapshot, port=self.port)
+            except StoreTrouble as error:
+                say(error.sentence)
+
+
+@contextmanager
+def records_of(port: str) -> Iterator[Records]:
+    from app.store.database import StoreTrouble
+    from app.store.store import open_store
+    from app.store.store_journal import journal_for
+
+    store: Store | None = None
+    try:
+        store = open_store()
+        if store.notice is not None:
+            say(store.notice)
+        yield Records(journal_for(store, port=port, origin=ORIGIN), store, port)
+    except StoreTrouble as error:
+        if store is not None:
+            raise
+        say(error.sentence)
+        yield Records(journal_for(error, port=port, origin=ORIGIN), None, port)
+    finally:
+        if store is not None:
+            store.close()

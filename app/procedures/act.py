@@ -1,0 +1,252 @@
+"""Do one act to the module, at most once, written down before and after.
+
+    ask the status -> conditions (`app.safety`) -> intent, durable -> conditions again -> the frame, once
+    -> what does the module report now? -> outcome, written down
+
+One permit puts at most one frame on the wire: it is spent before the frame leaves, and a permit that had to wait is too
+old. Nothing here is ever sent again. What counts is what the module reports afterwards.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+from app.acts import REQUESTS, Act
+from app.i18n import tr
+from app.journal import Journal, JournalFailed, Outcome, begin_if_possible
+from app.permit import Permit
+from app.procedure import Ask, Cancelled, Look, Pause, PortLost, Procedure, Sight
+from app.safety import Condition, Refusal, refusals, situation
+from app.transport import PortError
+from protocol.catalogue import BY_NAME, HEARTBEAT, STATUS
+from protocol.events import Answered, Unanswered
+from protocol.messages import Acknowledgement, Status
+from protocol.text import marked
+
+AFTER_WAITS_S = (0.3, 0.3, 1.0)
+LOOKS = 2
+"""Reports in a row that must agree before a trigger is said not to have happened."""
+
+SENTENCES: Mapping[tuple[Act, Outcome], str] = {
+    (Act.LOCK, Outcome.CONFIRMED): marked("The module reports that it is LOCKED."),
+    (Act.LOCK, Outcome.REFUSED): marked("The module reports that it is still ACTIVE."),
+    (Act.LOCK, Outcome.UNKNOWN): marked("Sent, not confirmed: treat the module as ACTIVE."),
+    (Act.ACTIVATE, Outcome.CONFIRMED): marked("The module reports that it is ACTIVE."),
+    (Act.ACTIVATE, Outcome.REFUSED): marked("The module reports that it is still LOCKED."),
+    (Act.ACTIVATE, Outcome.UNKNOWN): marked("Sent, not confirmed: treat the module as ACTIVE."),
+    (Act.ZERO, Outcome.CONFIRMED): marked("The module acknowledged. Check the tilt: it should read 0° now."),
+    (Act.ZERO, Outcome.REFUSED): marked("The module did not accept it."),
+    (Act.ZERO, Outcome.UNKNOWN): marked("Sent, not confirmed: check the tilt before you rely on it."),
+    (Act.SHUTDOWN, Outcome.CONFIRMED): marked("The module acknowledged and is silent now."),
+    (Act.SHUTDOWN, Outcome.REFUSED): marked("The module still answers: it is not switched off."),
+    (Act.SHUTDOWN, Outcome.UNKNOWN): marked("Sent, not acknowledged; the module is silent now: look at it."),
+    (Act.FORBID_DEPLOY, Outcome.CONFIRMED): marked("The module acknowledged. For how long it holds is not known."),
+    (Act.FORBID_DEPLOY, Outcome.REFUSED): marked("The module did not accept it."),
+    (Act.FORBID_DEPLOY, Outcome.UNKNOWN): marked("Sent, not confirmed: do not rely on it."),
+    (Act.DEPLOY, Outcome.CONFIRMED): marked("The module reports that it has fired."),
+    (Act.DEPLOY, Outcome.REFUSED): marked("The module answered that it did not fire, and reports no trigger."),
+    (Act.DEPLOY, Outcome.UNKNOWN): marked("Sent, not confirmed: treat it as fired."),
+}
+_NOT_SENT = marked("Nothing was sent.")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Performed:
+    """What became of an act. `refusals`: the open conditions, where nothing was sent for them."""
+
+    act: Act
+    outcome: Outcome
+    refusals: tuple[Refusal, ...] = ()
+    frame: bytes = b""
+    """What went onto the wire; for a rehearsal what would have gone."""
+    is_rehearsal: bool = False
+    is_acknowledged: bool = False
+    status: Status | None = None
+    """What the module reports afterwards."""
+    trouble: str | None = None
+    """Why the audit log did not take the intent: a sentence."""
+
+    @property
+    def sentence(self) -> str:
+        """In the language in use now."""
+        if self.is_rehearsal:
+            return tr("Rehearsal: {frame} would have been sent. Nothing was.", frame=self.frame.hex(" ").upper())
+        if self.outcome is not Outcome.NOT_SENT:
+            return tr(SENTENCES[self.act, self.outcome])
+        parts = [tr(_NOT_SENT), *(refusal.sentence for refusal in self.refusals)]
+        if self.trouble:
+            parts.append(self.trouble)
+        return " ".join(parts)
+
+
+@dataclass(slots=True)
+class Armed:
+    """What is armed at this moment: shared by the window, which sets it, and the procedures, which ask."""
+
+    act: Act | None = None
+
+
+def rehearse(act: Act, permit: Permit) -> Performed:
+    """The end of a rehearsal: the bytes that would have been sent. Raises ValueError for a permit in earnest."""
+    if not permit.is_rehearsal or permit.act is not act:
+        raise ValueError("no rehearsal")
+    permit.spend()
+    return Performed(act=act, outcome=Outcome.NOT_SENT, frame=REQUESTS[act].encode(), is_rehearsal=True)
+
+
+@dataclass(frozen=True, slots=True)
+class _Aftermath:
+    is_acknowledged: bool
+    raw: int | None
+    reports: tuple[Status, ...] = ()
+    is_alive: bool | None = None
+    is_sent: bool = True
+    details: Mapping[str, object] = field(default_factory=dict)
+
+
+def perform(
+    act: Act, journal: Journal, *, permit: Permit | None = None, armed: Armed | None = None
+) -> Procedure[Performed]:
+    """One act of `REQUESTS`. Locking needs no permit, is never refused, and is done also where nothing can be logged.
+
+    Ends with a result also where the port is lost or the act is cancelled after the frame may have left: unknown.
+    """
+    if permit is not None and permit.is_rehearsal and permit.act is act:
+        return rehearse(act, permit)
+    if act is not Act.LOCK:
+        yield from _refresh(act)
+    open_conditions = yield from _open_conditions(act, journal, permit, armed)
+    if open_conditions:
+        return Performed(act=act, outcome=Outcome.NOT_SENT, refusals=open_conditions)
+    request = REQUESTS[act]
+    frame = request.encode()
+    entry: int | None
+    if act is Act.LOCK:
+        entry = begin_if_possible(journal, act, frame, {})
+    else:
+        try:
+            entry = journal.begin(act, frame, _detail((yield Look())))
+        except JournalFailed as error:
+            refusal = Refusal(Condition.INTENT_DURABLE, _LOG_FAILED)
+            return Performed(act=act, outcome=Outcome.NOT_SENT, refusals=(refusal,), trouble=error.sentence)
+        # Writing may have taken its time: the permit, the status and the module's state are judged at the last moment,
+        # and the pause lets the session look at the clock and at what has arrived.
+        yield Pause(0.0)
+        open_conditions = yield from _open_conditions(act, journal, permit, armed)
+        if open_conditions or permit is None or not permit.spend():
+            journal.settle(entry, Outcome.NOT_SENT, {"why": [one.condition.name for one in open_conditions]})
+            return Performed(act=act, outcome=Outcome.NOT_SENT, refusals=open_conditions)
+    try:
+        after = yield from _send(act)
+    except (Cancelled, PortLost, PortError) as error:
+        if entry is not None:
+            journal.settle(entry, Outcome.UNKNOWN, {"why": type(error).__name__})
+        return Performed(act=act, outcome=Outcome.UNKNOWN, frame=frame)
+    outcome = _outcome(act, after)
+    if entry is not None:
+        journal.settle(entry, outcome, _result(after))
+    return Performed(
+        act=act,
+        outcome=outcome,
+        frame=frame if after.is_sent else b"",
+        is_acknowledged=after.is_acknowledged,
+        status=after.reports[-1] if after.reports else None,
+    )
+
+
+_LOG_FAILED = marked("The audit log cannot be written, so nothing dangerous is sent.")
+
+
+def _refresh(act: Act) -> Procedure[None]:
+    """What the conditions look at, fresh from the module. The heartbeat lets every late answer pass by first, so that
+    the act itself needs no fence and leaves at once."""
+    yield Ask(HEARTBEAT.query())
+    sight: Sight = yield Look()
+    if act is Act.ACTIVATE and sight.device.fresh("attitude_threshold_deg", sight.now) is None:
+        yield Ask(BY_NAME["attitude_threshold"].query())
+    yield Ask(STATUS.query())
+
+
+def _open_conditions(
+    act: Act, journal: Journal, permit: Permit | None, armed: Armed | None
+) -> Procedure[tuple[Refusal, ...]]:
+    sight: Sight = yield Look()
+    now_is = situation(
+        sight.device,
+        sight.now,
+        permit=permit,
+        armed=armed.act if armed is not None else None,
+        is_audit_ready=journal.is_ready,
+    )
+    return refusals(act, now_is)
+
+
+def _detail(sight: Sight) -> dict[str, object]:
+    """What was known when it was decided."""
+    keys = ("tilt_deg", "acceleration_g", "active", "triggered", "boot_count", "attitude_threshold_deg")
+    return {key: sight.device.fresh(key, sight.now) for key in keys}
+
+
+def _send(act: Act) -> Procedure[_Aftermath]:
+    outcome = yield Ask(REQUESTS[act], is_deliberate=True)
+    if isinstance(outcome, Unanswered):
+        return _Aftermath(is_acknowledged=False, raw=None, is_sent=False)
+    message = outcome.messages[0] if isinstance(outcome, Answered) else None
+    raw = message.raw if isinstance(message, Acknowledgement) else None
+    is_acknowledged = isinstance(message, Acknowledgement) and message.is_accepted
+    if act is Act.SHUTDOWN:
+        alive = yield Ask(HEARTBEAT.query(), AFTER_WAITS_S)
+        return _Aftermath(is_acknowledged, raw, is_alive=isinstance(alive, Answered))
+    reports: list[Status] = []
+    for _ in range(LOOKS):
+        seen = yield Ask(STATUS.query(), AFTER_WAITS_S)
+        if isinstance(seen, Answered) and isinstance(seen.messages[0], Status):
+            reports.append(seen.messages[0])
+    return _Aftermath(is_acknowledged, raw, tuple(reports))
+
+
+def _outcome(act: Act, after: _Aftermath) -> Outcome:
+    if not after.is_sent:
+        return Outcome.NOT_SENT
+    match act:
+        case Act.LOCK | Act.ACTIVATE:
+            return _activation_outcome(after, is_wanted=act is Act.ACTIVATE)
+        case Act.SHUTDOWN:
+            if after.is_alive:
+                return Outcome.REFUSED
+            return Outcome.CONFIRMED if after.is_acknowledged else Outcome.UNKNOWN
+        case Act.DEPLOY:
+            return _deploy_outcome(after)
+        case _:
+            if after.is_acknowledged:
+                return Outcome.CONFIRMED
+            return Outcome.UNKNOWN if after.raw is None else Outcome.REFUSED
+
+
+def _activation_outcome(after: _Aftermath, *, is_wanted: bool) -> Outcome:
+    states = {report.active for report in after.reports}
+    if len(after.reports) < LOOKS or len(states) != 1:
+        return Outcome.UNKNOWN
+    if states == {is_wanted}:
+        return Outcome.CONFIRMED
+    # Without an answer to the act, these reports may be older than it is.
+    return Outcome.UNKNOWN if after.raw is None else Outcome.REFUSED
+
+
+def _deploy_outcome(after: _Aftermath) -> Outcome:
+    """It had not fired before (a condition), so a trigger reported now is this one. "Not fired" needs every witness."""
+    if after.is_acknowledged or any(report.triggered for report in after.reports):
+        return Outcome.CONFIRMED
+    if after.raw == 0x00 and len(after.reports) == LOOKS:
+        return Outcome.REFUSED
+    return Outcome.UNKNOWN
+
+
+def _result(after: _Aftermath) -> dict[str, object]:
+    last = after.reports[-1] if after.reports else None
+    return {
+        "acknowledgement": None if after.raw is None else f"{after.raw:02X}",
+        "is_alive": after.is_alive,
+        "active": None if last is None else last.active,
+        "triggered": None if last is None else last.triggered,
+        "tilt_deg": None if last is None else last.tilt_deg,
+    }

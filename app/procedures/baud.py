@@ -1,0 +1,181 @@
+"""Change the module's baud rate, and find it again whatever it did (E9).
+
+    conditions -> old and new rate written down, durably -> the set, once -> look for the module: new, old, all
+    -> the port stays where it answers
+
+The table does not say at which rate the acknowledgement comes, nor when the change begins. So the acknowledgement
+proves nothing either way; a heartbeat answered at a rate does. Should the program end in the middle, the rates that
+were written down are looked at when it starts again: `look_for`.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from enum import Enum
+
+from app.acts import Act
+from app.i18n import tr
+from app.journal import Journal, JournalFailed, Outcome
+from app.permit import Permit
+from app.procedure import Ask, Cancelled, Listen, Look, Pause, PortLost, Procedure, Report, Sight, UseRate
+from app.procedures.act import Armed
+from app.procedures.find import SETTLE_S
+from app.procedures.write import Heard, acknowledged
+from app.safety import Condition, Refusal, refusals, situation
+from app.transport import PortError
+from protocol.catalogue import BAUD_RATE, BAUD_RATES, HEARTBEAT, STATUS
+from protocol.events import Answered
+from protocol.text import marked
+
+LIKELY_WAITS_S = (0.25, 0.5, 1.0)
+"""At the new and the old rate: enough for a line that loses every other frame."""
+SWEEP_WAITS_S = (0.25, 0.5)
+ROUNDS = 2
+
+
+class BaudEnd(Enum):
+    CHANGED = "changed"
+    AT_RESTART = "at restart"
+    """Acknowledged, and still at the old rate: it changes at the next start, or not at all."""
+    UNCHANGED = "unchanged"
+    ELSEWHERE = "elsewhere"
+    """It answers at a rate that nobody asked for: the set was corrupted on the way."""
+    LOST = "lost"
+    NOT_SENT = "not sent"
+
+
+SENTENCES: Mapping[BaudEnd, str] = {
+    BaudEnd.CHANGED: marked("The module answers at {new} baud, and so does the port."),
+    BaudEnd.AT_RESTART: marked(
+        "The module acknowledged and still answers at {old} baud. Switch it off and on; then look for it at {new} baud."
+    ),
+    BaudEnd.UNCHANGED: marked("The module did not take the new rate: it still answers at {old} baud."),
+    BaudEnd.ELSEWHERE: marked("The module answers at {found} baud, which nobody asked for. Change it again."),
+    BaudEnd.LOST: marked(
+        "The module answers at no baud rate. Switch it off and on, then use “Find my module”; it was at {old} and was "
+        "told {new} baud."
+    ),
+    BaudEnd.NOT_SENT: marked("Nothing was sent."),
+}
+_OUTCOMES: Mapping[BaudEnd, Outcome] = {
+    BaudEnd.CHANGED: Outcome.CONFIRMED,
+    BaudEnd.AT_RESTART: Outcome.UNKNOWN,
+    BaudEnd.UNCHANGED: Outcome.REFUSED,
+    BaudEnd.ELSEWHERE: Outcome.UNKNOWN,
+    BaudEnd.LOST: Outcome.UNKNOWN,
+    BaudEnd.NOT_SENT: Outcome.NOT_SENT,
+}
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class BaudChanged:
+    old_rate: int
+    new_rate: int
+    end: BaudEnd
+    heard: Heard = Heard.NOT_SENT
+    found_rate: int | None = None
+    """Where it answers now, and where the port is; None: nowhere, and the port is at the old rate."""
+    refusals: tuple[Refusal, ...] = ()
+    trouble: str | None = None
+    """Why the rates could not be written down: a sentence."""
+
+    @property
+    def sentence(self) -> str:
+        """In the language in use now."""
+        text = SENTENCES[self.end]
+        rates = {"old": self.old_rate, "new": self.new_rate, "found": self.found_rate}
+        said = tr(text, **{name: rate for name, rate in rates.items() if f"{{{name}}}" in text})
+        return " ".join([said, *(refusal.sentence for refusal in self.refusals), self.trouble or ""]).strip()
+
+
+def change_baud(
+    new_rate: int, journal: Journal, *, permit: Permit | None = None, armed: Armed | None = None
+) -> Procedure[BaudChanged]:
+    """Raises `ValueRefused` for a rate that has no code, before anything is sent.
+
+    Where it is broken off (cancelled, port lost) after the set went out it raises, and the rates stay written down.
+    """
+    request = BAUD_RATE.set(new_rate)
+    yield Ask(HEARTBEAT.query())
+    yield Ask(STATUS.query())
+    sight: Sight = yield Look()
+    old_rate = sight.baud_rate
+    refused = yield from _open_conditions(journal, permit, armed)
+    if refused:
+        return BaudChanged(old_rate=old_rate, new_rate=new_rate, end=BaudEnd.NOT_SENT, refusals=refused)
+    pending: int | None = None
+    try:
+        pending = journal.begin_baud(old_rate, new_rate)
+        entry = journal.begin(Act.CHANGE_BAUD, request.encode(), {"old": old_rate, "new": new_rate})
+    except JournalFailed as error:
+        if pending is not None:
+            journal.settle_baud(pending, BaudEnd.NOT_SENT.value)
+        refusal = Refusal(Condition.INTENT_DURABLE, marked("The audit log cannot be written."))
+        return BaudChanged(
+            old_rate=old_rate, new_rate=new_rate, end=BaudEnd.NOT_SENT, refusals=(refusal,), trouble=error.sentence
+        )
+    yield Pause(0.0)  # the log may have taken its time: the conditions are judged at the last moment
+    refused = yield from _open_conditions(journal, permit, armed)
+    if refused or permit is None or not permit.spend():
+        journal.settle(entry, Outcome.NOT_SENT, {})
+        journal.settle_baud(pending, BaudEnd.NOT_SENT.value)
+        return BaudChanged(old_rate=old_rate, new_rate=new_rate, end=BaudEnd.NOT_SENT, refusals=refused)
+    try:
+        said = acknowledged((yield Ask(request, is_deliberate=True)))
+        if said.heard is Heard.NOT_SENT:
+            changed = BaudChanged(old_rate=old_rate, new_rate=new_rate, end=BaudEnd.NOT_SENT)
+        else:
+            found = yield from look_for(new_rate, old_rate)
+            end = _end(old_rate, new_rate, found, said.heard)
+            changed = BaudChanged(
+                old_rate=old_rate, new_rate=new_rate, end=end, heard=said.heard, found_rate=found
+            )
+    except (Cancelled, PortLost, PortError) as error:
+        journal.settle(entry, Outcome.UNKNOWN, {"why": type(error).__name__})
+        raise
+    journal.settle(entry, _OUTCOMES[changed.end], {"end": changed.end.value, "found": changed.found_rate})
+    if changed.end is not BaudEnd.LOST:  # a lost one stays pending, to be looked for at the next start
+        journal.settle_baud(pending, changed.end.value)
+    return changed
+
+
+def _open_conditions(
+    journal: Journal, permit: Permit | None, armed: Armed | None
+) -> Procedure[tuple[Refusal, ...]]:
+    sight: Sight = yield Look()
+    now_is = situation(
+        sight.device,
+        sight.now,
+        permit=permit,
+        armed=armed.act if armed is not None else None,
+        is_audit_ready=journal.is_ready,
+    )
+    return refusals(Act.CHANGE_BAUD, now_is)
+
+
+def _end(old_rate: int, new_rate: int, found: int | None, heard: Heard) -> BaudEnd:
+    if found is None:
+        return BaudEnd.LOST
+    if found == new_rate:
+        return BaudEnd.CHANGED
+    if found != old_rate:
+        return BaudEnd.ELSEWHERE
+    return BaudEnd.AT_RESTART if heard in (Heard.ECHO, Heard.ONE) else BaudEnd.UNCHANGED
+
+
+def look_for(new_rate: int, old_rate: int) -> Procedure[int | None]:
+    """Where the module answers after a change of rate: new, old, then all. The port stays there, else at the old rate.
+
+    Sends nothing but heartbeats.
+    """
+    likely = list(dict.fromkeys((new_rate, old_rate)))
+    others = [rate for rate in BAUD_RATES if rate not in likely]
+    places = [(rate, LIKELY_WAITS_S) for rate in likely * ROUNDS] + [(rate, SWEEP_WAITS_S) for rate in others]
+    for done, (rate, waits_s) in enumerate(places):
+        yield Report(done, len(places), marked("Looking for the module at {rate} baud"), (("rate", rate),))
+        yield UseRate(rate)
+        yield Listen(SETTLE_S)
+        outcome = yield Ask(HEARTBEAT.query(), waits_s)
+        if isinstance(outcome, Answered):
+            return rate
+    yield UseRate(old_rate)
+    return None

@@ -1,0 +1,144 @@
+"""A light threshold by measurement: bay closed, read; bay open, read; and which way light moves the reading (E11).
+
+The proposal is the step in the middle of the gap between the two bands of readings, so that both sides have the same
+margin. The vendor's own advice, "the reading with the bay fully open", is shown beside it: taken literally it leaves no
+margin on the open side.
+"""
+
+from dataclasses import dataclass
+from enum import Enum
+from statistics import median
+
+from app.i18n import tr
+from app.procedure import Ask, Look, Pause, Procedure, Report, Sight
+from protocol.catalogue import BY_NAME
+from protocol.events import Answered
+from protocol.fields import Quantity
+from protocol.messages import Reading
+from protocol.text import marked
+
+SAMPLES = 20
+EVERY_S = 0.1
+ENOUGH_SAMPLES = 10
+MOST_LOST = 10
+"""Unanswered questions after which a measurement ends."""
+SMALLEST_MARGIN_STEPS = 1
+"""On each side: a threshold on a reading is none."""
+WIDE_SPREAD_STEPS = 3
+"""A band wider than this is not steady light: a hand, a shadow, a loose lid."""
+
+_LIGHT = BY_NAME["light"]
+_STEPS_PER_V = _LIGHT.reply.per_unit if isinstance(_LIGHT.reply, Quantity) else 0
+
+
+@dataclass(frozen=True, slots=True)
+class Band:
+    """Readings of one position of the bay, as bytes in the order in which they came."""
+
+    raws: tuple[int, ...]
+    lost: int = 0
+    has_restarted: bool = False
+
+    @property
+    def is_enough(self) -> bool:
+        return len(self.raws) >= ENOUGH_SAMPLES and not self.has_restarted
+
+    @property
+    def low_v(self) -> float:
+        return min(self.raws) / _STEPS_PER_V
+
+    @property
+    def high_v(self) -> float:
+        return max(self.raws) / _STEPS_PER_V
+
+    @property
+    def median_v(self) -> float:
+        return median(self.raws) / _STEPS_PER_V
+
+    @property
+    def is_steady(self) -> bool:
+        return bool(self.raws) and max(self.raws) - min(self.raws) <= WIDE_SPREAD_STEPS
+
+
+def measure_light(*, samples: int = SAMPLES) -> Procedure[Band]:
+    """Read the light over and over, at the position that the bay has now."""
+    raws: list[int] = []
+    lost = 0
+    before: Sight = yield Look()
+    while len(raws) < samples and lost < MOST_LOST:
+        yield Report(len(raws), samples, marked("Measuring the light"))
+        outcome = yield Ask(_LIGHT.query())
+        reading = outcome.messages[0] if isinstance(outcome, Answered) else None
+        if isinstance(reading, Reading):
+            raws.append(reading.raw)
+        else:
+            lost += 1
+        yield Pause(EVERY_S)
+    after: Sight = yield Look()
+    return Band(tuple(raws), lost, has_restarted=after.device.restarts != before.device.restarts)
+
+
+class Obstacle(Enum):
+    """Why there is no proposal; the value is a sentence in English, translatable."""
+
+    CLOSED_TOO_FEW = marked("Too few readings with the bay closed: measure again.")
+    OPEN_TOO_FEW = marked("Too few readings with the bay open: measure again.")
+    OVERLAP = marked("The readings with the bay closed and open overlap: light does not tell the two apart.")
+    TOO_CLOSE = marked("The readings are too close together for a threshold with a margin: look at the sensor.")
+
+
+class Direction(Enum):
+    """The value is a sentence in English, translatable."""
+
+    RISES = marked("More light reads higher.")
+    FALLS = marked("More light reads lower.")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Proposal:
+    """`margin_closed_v`, `margin_open_v`: from the threshold to the nearest reading of each side."""
+
+    threshold_v: float
+    direction: Direction
+    margin_closed_v: float
+    margin_open_v: float
+    vendors_v: float
+    """The vendor's advice taken literally: the reading with the bay fully open."""
+    is_steady: bool
+    """Both bands are narrow."""
+
+    @property
+    def sentence(self) -> str:
+        """In the language in use now."""
+        return tr(
+            "{threshold:.1f} V, {closed:.1f} V away from the closed bay and {open:.1f} V from the open one.",
+            threshold=self.threshold_v,
+            closed=self.margin_closed_v,
+            open=self.margin_open_v,
+        )
+
+
+def propose(closed: Band, opened: Band) -> Proposal | Obstacle:
+    """The threshold in the middle of the gap, or why there is none."""
+    if not closed.is_enough:
+        return Obstacle.CLOSED_TOO_FEW
+    if not opened.is_enough:
+        return Obstacle.OPEN_TOO_FEW
+    rises = min(opened.raws) > max(closed.raws)
+    if not rises and max(opened.raws) >= min(closed.raws):
+        return Obstacle.OVERLAP
+    near_closed, near_open = (
+        (max(closed.raws), min(opened.raws)) if rises else (min(closed.raws), max(opened.raws))
+    )
+    threshold = (near_closed + near_open) // 2
+    margin_closed, margin_open = abs(threshold - near_closed), abs(near_open - threshold)
+    if min(margin_closed, margin_open) < SMALLEST_MARGIN_STEPS:
+        return Obstacle.TOO_CLOSE
+    return Proposal(
+        threshold_v=threshold / _STEPS_PER_V,
+        direction=Direction.RISES if rises else Direction.FALLS,
+        margin_closed_v=margin_closed / _STEPS_PER_V,
+        margin_open_v=margin_open / _STEPS_PER_V,
+        vendors_v=opened.median_v,
+        is_steady=closed.is_steady and opened.is_steady,
+    )

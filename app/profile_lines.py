@@ -1,0 +1,42 @@
+"""On which line of a TOML text each key stands. `tomllib` tells values, not places."""
+
+import re
+from collections.abc import Mapping
+
+_TABLE = re.compile(r"^\s*\[\[?\s*([^\]]*?)\s*\]\]?")
+_KEY = re.compile(r"""^\s*(?:"([^"]*)"|'([^']*)'|([A-Za-z0-9_-]+))\s*(?:\.\s*([A-Za-z0-9_-]+)\s*)?=""")
+_LONG_QUOTES = ('"""', "'''")
+
+
+def key_lines(text: str) -> Mapping[tuple[str, ...], int]:
+    """Line (from 1) of each key by its path, (table, key) or (key,), and of each table's first head.
+
+    Good enough to point at; for a key written in a way that this does not know there is the table's line, or none.
+    """
+    found: dict[tuple[str, ...], int] = {}
+    table: tuple[str, ...] = ()
+    open_quote: str | None = None
+    for number, line in enumerate(text.split("\n"), start=1):
+        if open_quote is not None:
+            if open_quote in line:
+                open_quote = None
+            continue
+        head = _TABLE.match(line)
+        if head is not None:
+            table = (head.group(1).strip("\"' "),)
+            found.setdefault(table, number)
+            continue
+        key = _KEY.match(line)
+        if key is not None:
+            name = next(part for part in key.groups()[:3] if part is not None)
+            inner = (key.group(4),) if key.group(4) else ()
+            found.setdefault((*table, name, *inner), number)
+        open_quote = _quote_left_open(line)
+    return found
+
+
+def _quote_left_open(line: str) -> str | None:
+    for quote in _LONG_QUOTES:
+        if line.count(quote) % 2:
+            return quote
+    return None

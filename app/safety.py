@@ -1,0 +1,257 @@
+"""Under which conditions the program changes a module: one literal table, asked by the engine before every frame.
+
+The window asks it too, to say what is still open, but it is the procedures (`perform`, `change_baud`, `write_all`)
+that refuse.
+What is not known never counts as fulfilled: a state that is stale, or only acknowledged, is unknown here.
+"""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from enum import Enum, auto
+from types import MappingProxyType
+
+from app.acts import TITLES, Act
+from app.device import FRESH_FOR_S, DeviceView, Doubt, How, Known
+from app.i18n import tr
+from app.permit import Origin, Permit
+from protocol.link_states import Presence
+from protocol.text import marked
+
+
+class Condition(Enum):
+    ONLINE = auto()
+    """The module answers."""
+    FRESH_STATUS = auto()
+    """It reported its status within the last second."""
+    IS_LOCKED = auto()
+    IS_ACTIVE = auto()
+    NOT_TRIGGERED = auto()
+    BELOW_TILT = auto()
+    """It lies flatter than its attitude threshold: activated as it is, it does not fire at once."""
+    NOTHING_ELSE_ARMED = auto()
+    CONFIRMED = auto()
+    """A person said so, for this act and a moment ago, and it has not been used yet."""
+    RITUAL_DONE = auto()
+    """The same by the deploy ritual, and by nothing else."""
+    INTENT_DURABLE = auto()
+    """The audit log can be written."""
+    MAY_WRITE = auto()
+    """Locked, or unlocked for this one write."""
+
+
+_ALWAYS = (Condition.ONLINE, Condition.FRESH_STATUS)
+_EXPLICIT = (Condition.NOTHING_ELSE_ARMED, Condition.CONFIRMED, Condition.INTENT_DURABLE)
+
+CONDITIONS: Mapping[Act, tuple[Condition, ...]] = MappingProxyType({
+    Act.LOCK: (),  # always safe: never refused
+    Act.ACTIVATE: (*_ALWAYS, Condition.IS_LOCKED, Condition.NOT_TRIGGERED, Condition.BELOW_TILT, *_EXPLICIT),
+    Act.ZERO: (*_ALWAYS, Condition.IS_LOCKED, *_EXPLICIT),
+    Act.SHUTDOWN: (*_ALWAYS, Condition.IS_LOCKED, *_EXPLICIT),
+    Act.FORBID_DEPLOY: (*_ALWAYS, *_EXPLICIT),
+    Act.DEPLOY: (*_ALWAYS, Condition.IS_ACTIVE, Condition.NOT_TRIGGERED,
+                 Condition.NOTHING_ELSE_ARMED, Condition.RITUAL_DONE, Condition.INTENT_DURABLE),
+    Act.CHANGE_BAUD: (*_ALWAYS, Condition.IS_LOCKED, *_EXPLICIT),
+    Act.WRITE: (Condition.ONLINE, Condition.MAY_WRITE, Condition.NOTHING_ELSE_ARMED),
+})  # fmt: skip
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Situation:
+    """Everything that the conditions look at, at the moment `now` (monotonic seconds)."""
+
+    now: float
+    presence: Presence = Presence.UNKNOWN
+    status_at: float | None = None
+    """When the last status report came."""
+    status_doubt: Doubt | None = None
+    active: bool | None = None
+    triggered: bool | None = None
+    tilt_deg: float | None = None
+    attitude_threshold_deg: float | None = None
+    armed: Act | None = None
+    """What is armed at this moment, in this window or another."""
+    permit: Permit | None = None
+    is_unlocked: bool = False
+    """Somebody allowed this one write although the module is, or may be, active."""
+    is_audit_ready: bool = True
+
+
+def situation(
+    device: DeviceView,
+    now: float,
+    *,
+    permit: Permit | None = None,
+    armed: Act | None = None,
+    is_unlocked: bool = False,
+    is_audit_ready: bool = True,
+) -> Situation:
+    """From what is known about the module at `now`."""
+    tilt = device.known("tilt_deg", now)
+    threshold = device.fresh("attitude_threshold_deg", now)
+    return Situation(
+        now=now,
+        presence=device.presence,
+        status_at=None if tilt is None else tilt.at,
+        status_doubt=None if tilt is None else tilt.doubt,
+        active=_reported(device.known("active", now)),
+        triggered=_reported(device.known("triggered", now)),
+        tilt_deg=None if tilt is None or tilt.is_stale else tilt.value,
+        attitude_threshold_deg=threshold,
+        armed=armed,
+        permit=permit,
+        is_unlocked=is_unlocked,
+        is_audit_ready=is_audit_ready,
+    )
+
+
+def _reported(known: Known | None) -> bool | None:
+    """What the module reports of itself; an acknowledgement is no report."""
+    if known is None or known.is_stale or known.how is How.ACKNOWLEDGED:
+        return None
+    return bool(known.value)
+
+
+@dataclass(frozen=True, slots=True)
+class Refusal:
+    """One open condition. `text` is English with placeholders for `values`."""
+
+    condition: Condition
+    text: str
+    values: Mapping[str, object] = field(default_factory=dict)
+
+    @property
+    def sentence(self) -> str:
+        """In the language in use now."""
+        shown = {name: tr(value) if isinstance(value, str) else value for name, value in self.values.items()}
+        return tr(self.text, **shown)
+
+
+def refusals(act: Act, now_is: Situation) -> tuple[Refusal, ...]:
+    """The open conditions of `act`, in the order of the table; none: it may be done."""
+    found = (_CHECKS[condition](act, now_is) for condition in CONDITIONS[act])
+    return tuple(refusal for refusal in found if refusal is not None)
+
+
+_Check = Callable[[Act, Situation], Refusal | None]
+
+
+def _online(_act: Act, now_is: Situation) -> Refusal | None:
+    if now_is.presence is Presence.ONLINE:
+        return None
+    return Refusal(Condition.ONLINE, marked("The module does not answer."))
+
+
+def _fresh_status(_act: Act, now_is: Situation) -> Refusal | None:
+    condition = Condition.FRESH_STATUS
+    if now_is.status_at is None:
+        return Refusal(condition, marked("The module has not reported its status yet."))
+    if now_is.status_doubt is Doubt.RESTARTED:
+        return Refusal(condition, marked("The module restarted and has not reported its status since."))
+    age_s = now_is.now - now_is.status_at
+    if now_is.status_doubt is None and 0.0 <= age_s <= FRESH_FOR_S["tilt_deg"]:
+        return None
+    return Refusal(condition, marked("The last status is {seconds:.1f} s old."), {"seconds": max(0.0, age_s)})
+
+
+def _is_locked(_act: Act, now_is: Situation) -> Refusal | None:
+    if now_is.active is False:
+        return None
+    if now_is.active:
+        return Refusal(Condition.IS_LOCKED, marked("The module is ACTIVE: lock it first."))
+    return Refusal(Condition.IS_LOCKED, marked("It is not known whether the module is locked."))
+
+
+def _is_active(_act: Act, now_is: Situation) -> Refusal | None:
+    if now_is.active:
+        return None
+    if now_is.active is False:
+        return Refusal(Condition.IS_ACTIVE, marked("The module is LOCKED: a locked module does not fire."))
+    return Refusal(Condition.IS_ACTIVE, marked("It is not known whether the module is active."))
+
+
+def _not_triggered(_act: Act, now_is: Situation) -> Refusal | None:
+    if now_is.triggered is False:
+        return None
+    if now_is.triggered:
+        return Refusal(Condition.NOT_TRIGGERED, marked("The module reports that it has fired."))
+    return Refusal(Condition.NOT_TRIGGERED, marked("It is not known whether the module has fired."))
+
+
+def _below_tilt(_act: Act, now_is: Situation) -> Refusal | None:
+    condition = Condition.BELOW_TILT
+    tilt, threshold = now_is.tilt_deg, now_is.attitude_threshold_deg
+    if threshold is None:
+        return Refusal(condition, marked("The attitude threshold is not known: read the settings first."))
+    if tilt is None:
+        return Refusal(condition, marked("The tilt is not known."))
+    if tilt < threshold:
+        return None
+    return Refusal(
+        condition,
+        marked("The tilt is {tilt:.0f}° and the module fires at {threshold:.0f}°: it would fire at once."),
+        {"tilt": tilt, "threshold": threshold},
+    )
+
+
+def _nothing_else_armed(act: Act, now_is: Situation) -> Refusal | None:
+    armed = now_is.armed
+    if armed is None or armed is act:
+        return None
+    return Refusal(Condition.NOTHING_ELSE_ARMED, marked("Something else is armed: {what}."), {"what": TITLES[armed]})
+
+
+def _confirmed(act: Act, now_is: Situation) -> Refusal | None:
+    return _permitted(Condition.CONFIRMED, act, now_is, marked("It has not been confirmed."))
+
+
+def _ritual_done(act: Act, now_is: Situation) -> Refusal | None:
+    missing = marked("It has not been armed and held for two seconds.")
+    permit = now_is.permit
+    if permit is not None and permit.origin is not Origin.RITUAL:
+        return Refusal(Condition.RITUAL_DONE, missing)
+    return _permitted(Condition.RITUAL_DONE, act, now_is, missing)
+
+
+def _permitted(condition: Condition, act: Act, now_is: Situation, missing: str) -> Refusal | None:
+    permit = now_is.permit
+    if permit is None or permit.act is not act:
+        return Refusal(condition, missing)
+    if permit.is_good(act, now_is.now):
+        return None
+    if permit.is_rehearsal:
+        return Refusal(condition, marked("This is a rehearsal: nothing is sent."))
+    if permit.is_spent:
+        return Refusal(condition, marked("This confirmation has been used already: confirm again."))
+    age_s = max(0.0, permit.age_s(now_is.now))
+    return Refusal(condition, marked("The confirmation is {seconds:.1f} s old: confirm again."), {"seconds": age_s})
+
+
+def _intent_durable(_act: Act, now_is: Situation) -> Refusal | None:
+    if now_is.is_audit_ready:
+        return None
+    return Refusal(Condition.INTENT_DURABLE, marked("The audit log cannot be written, so nothing dangerous is sent."))
+
+
+def _may_write(_act: Act, now_is: Situation) -> Refusal | None:
+    if now_is.is_unlocked or now_is.active is False:
+        return None
+    if now_is.active:
+        text = marked("The module is ACTIVE: lock it before changing settings, or unlock this one write.")
+        return Refusal(Condition.MAY_WRITE, text)
+    text = marked("It is not known whether the module is locked: settings are not changed.")
+    return Refusal(Condition.MAY_WRITE, text)
+
+
+_CHECKS: Mapping[Condition, _Check] = MappingProxyType({
+    Condition.ONLINE: _online,
+    Condition.FRESH_STATUS: _fresh_status,
+    Condition.IS_LOCKED: _is_locked,
+    Condition.IS_ACTIVE: _is_active,
+    Condition.NOT_TRIGGERED: _not_triggered,
+    Condition.BELOW_TILT: _below_tilt,
+    Condition.NOTHING_ELSE_ARMED: _nothing_else_armed,
+    Condition.CONFIRMED: _confirmed,
+    Condition.RITUAL_DONE: _ritual_done,
+    Condition.INTENT_DURABLE: _intent_durable,
+    Condition.MAY_WRITE: _may_write,
+})  # fmt: skip

@@ -1,0 +1,246 @@
+"""The file and its dangers: opened, checked, migrated, and never overwritten.
+
+    not there        made
+    ours             checked, its copy kept before a migration, migrated
+    damaged          set aside under another name; a new one is made; said
+    another's        the same
+    a newer version's left alone; the program goes on without; said
+    not writable     the program goes on without; said
+
+Every commit is on the disk when the call returns (WAL, `synchronous=FULL`). One connection, used under a lock, so any
+thread may call; two programs share the file through SQLite's own locks.
+"""
+
+import errno
+import os
+import sqlite3
+import threading
+from collections.abc import Callable, Sequence
+from contextlib import closing, suppress
+from dataclasses import dataclass
+from datetime import UTC, datetime
+from enum import Enum
+from pathlib import Path
+from typing import Any
+
+from app.i18n import tr
+from app.store.schema import APPLICATION_ID, MIGRATIONS
+from protocol.text import marked
+
+FILE_NAME = "dps-s.sqlite"
+BUSY_S = 1.0
+"""How long another program may hold the file before a call fails."""
+_MAGIC = b"SQLite format 3\x00"
+_COMPANIONS = ("", "-wal", "-shm")
+
+Clock = Callable[[], datetime]
+
+
+def utc_now() -> datetime:
+    return datetime.now(UTC)
+
+
+class StoreFault(Enum):
+    """The value is a sentence in English with the place for the path, translatable."""
+
+    FULL = marked("The disk is full: {path} cannot be written.")
+    READ_ONLY = marked("The program may not write into {path}.")
+    NEWER = marked("{path} was written by a newer version of this program.")
+    BUSY = marked("{path} is held by another program.")
+    DAMAGED = marked("{path} is damaged.")
+    FAILED = marked("{path} cannot be used.")
+
+
+class StoreTrouble(Exception):
+    """The store cannot be had, or could not take something. What it had taken before stays."""
+
+    def __init__(self, fault: StoreFault, path: Path, detail: str = "") -> None:
+        super().__init__(f"{path}: {fault.name}: {detail}")
+        self.fault = fault
+        self.path = path
+
+    @property
+    def sentence(self) -> str:
+        return tr(self.fault.value, path=self.path)
+
+
+class Foreign(Exception):
+    """The file is not ours, or no database at all."""
+
+
+@dataclass(frozen=True, slots=True)
+class SetAside:
+    """The old file now has this name. `was_damaged`: else it was another program's."""
+
+    path: Path
+    was_damaged: bool
+
+    @property
+    def sentence(self) -> str:
+        if self.was_damaged:
+            return tr("The program's records were damaged. They were kept as {path}; new ones begin.", path=self.path)
+        return tr("A file of another program was in the way. It was kept as {path}.", path=self.path)
+
+
+class Database:
+    """Made by `open_database`. Every method may be called from any thread and raises `StoreTrouble`."""
+
+    def __init__(self, path: Path, connection: sqlite3.Connection, clock: Clock) -> None:
+        self.path = path
+        self._clock = clock
+        self._connection = connection
+        self._lock = threading.Lock()
+
+    def now(self) -> str:
+        return self._clock().isoformat(timespec="milliseconds")
+
+    def write(self, statement: str, values: Sequence[Any] = ()) -> int:
+        """One statement, one commit; the id of the row that it inserted. Durable when it returns."""
+        with self._lock:
+            try:
+                cursor = self._connection.execute(statement, values)
+            except sqlite3.Error as error:
+                raise trouble_of(error, self.path) from error
+            return cursor.lastrowid or 0
+
+    def read(self, query: str, values: Sequence[Any] = ()) -> list[Any]:
+        with self._lock:
+            try:
+                return self._connection.execute(query, values).fetchall()
+            except sqlite3.Error as error:
+                raise trouble_of(error, self.path) from error
+
+    def close(self) -> None:
+        """Idempotent, never raises."""
+        with self._lock, suppress(sqlite3.Error):
+            self._connection.close()
+
+
+@dataclass(frozen=True, slots=True)
+class Opened:
+    database: Database
+    set_aside: SetAside | None = None
+
+
+def open_database(
+    folder: Path, *, clock: Clock = utc_now, migrations: Sequence[Sequence[str]] = MIGRATIONS
+) -> Opened:
+    """Raises `StoreTrouble` where the program has to go on without it."""
+    path = folder / FILE_NAME
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        try:
+            return Opened(_open(path, clock, migrations))
+        except (Foreign, sqlite3.DatabaseError) as error:
+            if not _is_bad_file(error):
+                raise
+            aside = _set_aside(path, clock, was_damaged=not isinstance(error, Foreign))
+            return Opened(_open(path, clock, migrations), aside)
+    except sqlite3.Error as error:
+        raise trouble_of(error, path) from error
+    except OSError as error:
+        fault = StoreFault.FULL if error.errno == errno.ENOSPC else StoreFault.READ_ONLY
+        raise StoreTrouble(fault, path, str(error)) from error
+
+
+def _is_bad_file(error: Exception) -> bool:
+    """A file that will never be readable, unlike a lock, a full disk or a missing permission."""
+    return isinstance(error, Foreign) or not isinstance(error, sqlite3.OperationalError)
+
+
+def trouble_of(error: sqlite3.Error, path: Path) -> StoreTrouble:
+    name = getattr(error, "sqlite_errorname", "") or ""
+    faults = {
+        "SQLITE_FULL": StoreFault.FULL,
+        "SQLITE_READONLY": StoreFault.READ_ONLY,
+        "SQLITE_CANTOPEN": StoreFault.READ_ONLY,
+        "SQLITE_PERM": StoreFault.READ_ONLY,
+        "SQLITE_BUSY": StoreFault.BUSY,
+        "SQLITE_LOCKED": StoreFault.BUSY,
+        "SQLITE_CORRUPT": StoreFault.DAMAGED,
+        "SQLITE_NOTADB": StoreFault.DAMAGED,
+    }
+    fault = next((fault for start, fault in faults.items() if name.startswith(start)), StoreFault.FAILED)
+    return StoreTrouble(fault, path, str(error))
+
+
+def _open(path: Path, clock: Clock, migrations: Sequence[Sequence[str]]) -> Database:
+    if path.exists() and path.stat().st_size:
+        with path.open("rb") as file:
+            if file.read(len(_MAGIC)) != _MAGIC:
+                raise Foreign
+    connection = sqlite3.connect(path, timeout=BUSY_S, isolation_level=None, check_same_thread=False)
+    try:
+        _check(connection)
+        connection.execute("PRAGMA journal_mode = WAL")
+        connection.execute("PRAGMA synchronous = FULL")
+        connection.execute("PRAGMA foreign_keys = ON")
+        _migrate(connection, path, migrations)
+    except BaseException:
+        connection.close()
+        raise
+    return Database(path, connection, clock)
+
+
+def _check(connection: sqlite3.Connection) -> None:
+    tables = connection.execute("SELECT count(*) FROM sqlite_master").fetchone()[0]
+    application = connection.execute("PRAGMA application_id").fetchone()[0]
+    if tables and application != APPLICATION_ID:
+        raise Foreign
+    if connection.execute("PRAGMA quick_check(1)").fetchone()[0] != "ok":
+        raise sqlite3.DatabaseError("quick_check")
+
+
+def _migrate(connection: sqlite3.Connection, path: Path, migrations: Sequence[Sequence[str]]) -> None:
+    version = _version(connection)
+    if version > len(migrations):
+        raise StoreTrouble(StoreFault.NEWER, path, f"version {version}")
+    if version == len(migrations):
+        return
+    if version:
+        _keep_copy(connection, path, version)
+    connection.execute("BEGIN IMMEDIATE")
+    try:
+        # Another window may have migrated while this one waited for the lock.
+        for step in migrations[_version(connection) :]:
+            for statement in step:
+                connection.execute(statement)
+        connection.execute(f"PRAGMA application_id = {APPLICATION_ID}")
+        connection.execute(f"PRAGMA user_version = {len(migrations)}")
+        connection.execute("COMMIT")
+    except BaseException:
+        with suppress(sqlite3.Error):
+            connection.execute("ROLLBACK")
+        raise
+
+
+def _version(connection: sqlite3.Connection) -> int:
+    return int(connection.execute("PRAGMA user_version").fetchone()[0])
+
+
+def _keep_copy(connection: sqlite3.Connection, path: Path, version: int) -> None:
+    """The file as it was, whole or not at all. One that is there already is older and stays."""
+    kept = path.with_name(f"{path.stem}.version-{version}{path.suffix}")
+    if kept.exists():
+        return
+    unfinished = kept.with_name(f"{kept.name}.{os.getpid()}.part")
+    try:
+        with closing(sqlite3.connect(unfinished)) as copy:
+            connection.backup(copy)
+        unfinished.replace(kept)
+    finally:
+        unfinished.unlink(missing_ok=True)
+
+
+def _set_aside(path: Path, clock: Clock, *, was_damaged: bool) -> SetAside:
+    """Rename the file, and its write-ahead log with it: together they may be repaired one day."""
+    word = "damaged" if was_damaged else "foreign"
+    stamp = clock().strftime("%Y%m%d-%H%M%S")
+    number = 1
+    while (aside := path.with_name(f"{path.stem}.{word}-{stamp}-{number}{path.suffix}")).exists():
+        number += 1
+    for companion in reversed(_COMPANIONS):
+        source = path.with_name(path.name + companion)
+        if source.exists():
+            source.rename(aside.with_name(aside.name + companion))
+    return SetAside(aside, was_damaged)

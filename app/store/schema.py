@@ -1,0 +1,64 @@
+"""The tables, as the list of steps that lead to them.
+
+A step that has been released is never changed; what is new is a step behind it. The number of steps taken is the
+file's `user_version`. Times are ISO 8601 in UTC.
+"""
+
+from app.store.preflight_schema import PREFLIGHT_TABLES
+
+APPLICATION_ID = 0x44505353
+""" "DPSS": how our file is told from another program's."""
+
+MIGRATIONS: tuple[tuple[str, ...], ...] = (
+    (
+        """
+        CREATE TABLE modules (
+            id INTEGER PRIMARY KEY,
+            name TEXT NOT NULL UNIQUE,
+            adapter TEXT NOT NULL,
+            first_seen_at TEXT NOT NULL,
+            last_seen_at TEXT NOT NULL
+        ) STRICT
+        """,
+        """
+        CREATE TABLE settings_snapshots (
+            id INTEGER PRIMARY KEY,
+            module_id INTEGER REFERENCES modules (id),
+            port TEXT NOT NULL,
+            taken_at TEXT NOT NULL,
+            reason TEXT NOT NULL,
+            boot_count INTEGER,
+            settings TEXT NOT NULL
+        ) STRICT
+        """,
+        """
+        CREATE TABLE audit (
+            id INTEGER PRIMARY KEY,
+            module_id INTEGER REFERENCES modules (id),
+            port TEXT NOT NULL,
+            origin TEXT NOT NULL,
+            at TEXT NOT NULL,
+            act TEXT NOT NULL,
+            frame TEXT NOT NULL,
+            detail TEXT NOT NULL,
+            settled_at TEXT,
+            outcome TEXT,
+            result TEXT
+        ) STRICT
+        """,
+        "CREATE INDEX audit_by_time ON audit (at)",
+        """
+        CREATE TABLE pending_baud (
+            id INTEGER PRIMARY KEY,
+            port TEXT NOT NULL,
+            adapter TEXT NOT NULL,
+            old_rate INTEGER NOT NULL,
+            new_rate INTEGER NOT NULL,
+            at TEXT NOT NULL,
+            settled_at TEXT,
+            outcome TEXT
+        ) STRICT
+        """,
+    ),
+    PREFLIGHT_TABLES,
+)

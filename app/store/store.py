@@ -1,0 +1,207 @@
+"""What is kept: modules by name, settings as they were found, the audit log, changes of baud rate under way."""
+
+import json
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+from app.acts import Act
+from app.journal import Outcome
+from app.snapshots import Snapshot, restorable
+from app.store.database import Clock, Database, open_database, utc_now
+
+
+def data_folder() -> Path:
+    """The platform's folder for this program's data."""
+    from platformdirs import user_data_path
+
+    return user_data_path("dps-s", appauthor=False)
+
+
+@dataclass(frozen=True, slots=True)
+class Module:
+    """A module has no serial number of its own: the technician names it. `adapter`: the USB identity it was last at."""
+
+    id: int
+    name: str
+    adapter: str
+    first_seen_at: str
+    last_seen_at: str
+
+
+@dataclass(frozen=True, slots=True)
+class KeptSnapshot:
+    id: int
+    module_id: int | None
+    port: str
+    taken_at: str
+    snapshot: Snapshot
+
+
+@dataclass(frozen=True, slots=True)
+class AuditEntry:
+    """`settled_at` None: the program ended before the outcome was known; the outcome reads as unknown."""
+
+    id: int
+    module_id: int | None
+    port: str
+    origin: str
+    at: str
+    act: Act
+    frame: bytes
+    detail: Mapping[str, object]
+    settled_at: str | None
+    outcome: Outcome
+    result: Mapping[str, object]
+
+
+@dataclass(frozen=True, slots=True)
+class PendingBaud:
+    """A change of rate whose end nobody saw: look at `new_rate`, then `old_rate`, then all."""
+
+    id: int
+    port: str
+    adapter: str
+    old_rate: int
+    new_rate: int
+    at: str
+
+
+class Store:
+    """Every method may be called from any thread and raises `StoreTrouble`."""
+
+    def __init__(self, database: Database, notice: str | None = None) -> None:
+        self.database = database
+        self.notice = notice
+        """What a person should know about the opening: that an old file was set aside."""
+
+    def close(self) -> None:
+        self.database.close()
+
+    # Modules
+
+    def meet_module(self, name: str, adapter: str = "") -> Module:
+        """The module of this name, new or known; it was seen now."""
+        now = self.database.now()
+        self.database.write(
+            "INSERT INTO modules (name, adapter, first_seen_at, last_seen_at) VALUES (?, ?, ?, ?) "
+            "ON CONFLICT (name) DO UPDATE SET adapter = excluded.adapter, last_seen_at = excluded.last_seen_at",
+            (name, adapter, now, now),
+        )
+        return next(module for module in self.modules() if module.name == name)
+
+    def modules(self) -> tuple[Module, ...]:
+        """The last seen first."""
+        rows = self.database.read(
+            "SELECT id, name, adapter, first_seen_at, last_seen_at FROM modules ORDER BY last_seen_at DESC, id DESC"
+        )
+        return tuple(Module(*row) for row in rows)
+
+    # Snapshots
+
+    def keep_snapshot(self, snapshot: Snapshot, *, port: str, module_id: int | None = None) -> int:
+        return self.database.write(
+            "INSERT INTO settings_snapshots (module_id, port, taken_at, reason, boot_count, settings) "
+            "VALUES (?, ?, ?, ?, ?, ?)",
+            (
+                module_id,
+                port,
+                self.database.now(),
+                snapshot.reason,
+                snapshot.boot_count,
+                json.dumps(dict(snapshot.settings), sort_keys=True),
+            ),
+        )
+
+    def snapshots(self, *, limit: int = 100) -> tuple[KeptSnapshot, ...]:
+        """The newest first."""
+        rows = self.database.read(
+            "SELECT id, module_id, port, taken_at, settings, boot_count, reason FROM settings_snapshots "
+            "ORDER BY id DESC LIMIT ?",
+            (limit,),
+        )
+        return tuple(
+            KeptSnapshot(
+                row[0],
+                row[1],
+                row[2],
+                row[3],
+                Snapshot(settings=restorable(_object(row[4])), boot_count=row[5], reason=row[6]),
+            )
+            for row in rows
+        )
+
+    # Audit
+
+    def begin(self, act: Act, frame: bytes, detail: Mapping[str, object], *, port: str, origin: str,
+              module_id: int | None = None) -> int:  # fmt: skip
+        return self.database.write(
+            "INSERT INTO audit (module_id, port, origin, at, act, frame, detail) VALUES (?, ?, ?, ?, ?, ?, ?)",
+            (module_id, port, origin, self.database.now(), act.value, frame.hex(" ").upper(), json.dumps(dict(detail))),
+        )
+
+    def settle(self, entry: int, outcome: Outcome, result: Mapping[str, object]) -> None:
+        self.database.write(
+            "UPDATE audit SET settled_at = ?, outcome = ?, result = ? WHERE id = ? AND settled_at IS NULL",
+            (self.database.now(), outcome.value, json.dumps(dict(result)), entry),
+        )
+
+    def audit(self, *, limit: int = 200) -> tuple[AuditEntry, ...]:
+        """The newest first."""
+        rows = self.database.read(
+            "SELECT id, module_id, port, origin, at, act, frame, detail, settled_at, outcome, result FROM audit "
+            "ORDER BY id DESC LIMIT ?",
+            (limit,),
+        )
+        return tuple(
+            AuditEntry(
+                row[0],
+                row[1],
+                row[2],
+                row[3],
+                row[4],
+                Act(row[5]),
+                bytes.fromhex(row[6]),
+                _object(row[7]),
+                row[8],
+                Outcome(row[9]) if row[9] else Outcome.UNKNOWN,
+                _object(row[10]),
+            )
+            for row in rows
+        )
+
+    # Changes of baud rate
+
+    def begin_baud(self, old_rate: int, new_rate: int, *, port: str, adapter: str) -> int:
+        return self.database.write(
+            "INSERT INTO pending_baud (port, adapter, old_rate, new_rate, at) VALUES (?, ?, ?, ?, ?)",
+            (port, adapter, old_rate, new_rate, self.database.now()),
+        )
+
+    def settle_baud(self, entry: int, outcome: str) -> None:
+        self.database.write(
+            "UPDATE pending_baud SET settled_at = ?, outcome = ? WHERE id = ?", (self.database.now(), outcome, entry)
+        )
+
+    def pending_bauds(self) -> tuple[PendingBaud, ...]:
+        """The newest first; to be picked up at the next start."""
+        rows = self.database.read(
+            "SELECT id, port, adapter, old_rate, new_rate, at FROM pending_baud WHERE settled_at IS NULL "
+            "ORDER BY id DESC"
+        )
+        return tuple(PendingBaud(*row) for row in rows)
+
+
+def _object(text: str | None) -> dict[str, object]:
+    """A JSON object; an empty one for what is none."""
+    try:
+        value = json.loads(text or "{}")
+    except ValueError:
+        return {}
+    return value if isinstance(value, dict) else {}
+
+
+def open_store(folder: Path | None = None, *, clock: Clock = utc_now) -> Store:
+    """Raises `StoreTrouble`: say its sentence and go on without."""
+    opened = open_database(folder or data_folder(), clock=clock)
+    return Store(opened.database, opened.set_aside.sentence if opened.set_aside is not None else None)
