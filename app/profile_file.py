@@ -24,7 +24,8 @@ MOST_ERRORS = 20
 MOST_DOTS = 200
 """`tomllib` takes half a minute for a key of some ten thousand parts."""
 _KEYS = frozenset(
-    ("format", "name", "airframe", "notes", "settings", "limits", "manual", "approved_fingerprint", "light_inverted")
+    ("format", "name", "airframe", "notes", "settings", "limits", "manual", "approved_fingerprint", "light_inverted",
+     "expect_active")
 )
 _SYNTAX = re.compile(r"^(?P<why>.*) \(at (?:line (?P<line>\d+), column \d+|end of document)\)$", re.DOTALL)
 _TURNING = frozenset("\u202a\u202b\u202c\u202d\u202e\u2066\u2067\u2068\u2069")
@@ -87,6 +88,8 @@ def profile_text(profile: Profile) -> str:
         tables["approved_fingerprint"] = profile.approved_fingerprint
     if profile.is_light_inverted:
         tables["light_inverted"] = True
+    if profile.expects_active:
+        tables["expect_active"] = True
     tables["settings"] = {key: profile.settings[key] for key in SETTINGS_BY_KEY if key in profile.settings}
     if profile.limits:
         tables["limits"] = {name: profile.limits[name] for name in LIMITS if name in profile.limits}
@@ -169,6 +172,7 @@ class _Reader:
             manual=tuple(self._manual(tables.get("manual", []))),
             approved_fingerprint=fingerprint,
             is_light_inverted=self._flag(tables, ("light_inverted",)),
+            expects_active=self._flag(tables, ("expect_active",)),
         )
 
     def _all_settings(self, tables: dict[str, Any]) -> dict[str, Value]:

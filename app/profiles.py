@@ -5,6 +5,8 @@
     airframe = "H6"
     notes = "Bay sensor measured on 2026-01-02."
 
+    expect_active = false           true: at the pre-flight check the module is to be active, not locked
+
     [settings]                      any of the settings, with their units in the name
     attitude_threshold_deg = 60
     freefall_acceleration_g = 0.5
@@ -80,6 +82,8 @@ class Profile:
     """Of a module that was found right with this profile: see `app.fingerprint`."""
     is_light_inverted: bool = False
     """A calibration found that more light reads lower (E11)."""
+    expects_active: bool = False
+    """The pre-flight check expects an active module instead of a locked one."""
 
 
 class Match(Enum):

@@ -1,0 +1,137 @@
+"""What a check saw: filled in step by step, so that what was seen before it broke off is still there."""
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field
+from enum import Enum
+from typing import NamedTuple
+
+from app.preflight.wording import Said
+from app.procedures.history import History
+from protocol.events import Event, Received, Rejected, Role, Sent
+from protocol.fields import Value
+from protocol.messages import Status
+from protocol.text import marked
+
+HEARTBEATS = 20
+STILL_S = 2.0
+"""How long tilt and acceleration are watched."""
+KEPT_FRAMES = 1500
+KEPT_STREAMED = 200
+
+
+class Disturbance(Enum):
+    """Why a check is void; the value is English, translatable."""
+
+    INTERRUPTED = marked("interrupted")
+    DISCONNECTED = marked("the port was lost")
+    SILENT = marked("the module stopped answering")
+    RESTARTED = marked("the module restarted")
+    CHANGED = marked("the module changed")
+    TOO_OLD = marked("too old")
+
+
+class Trial(NamedTuple):
+    """One status of the two seconds."""
+
+    at: float
+    status: Status
+
+
+class FlagFate(Enum):
+    """What became of a trigger flag; only an acknowledged set says how it stands (E8)."""
+
+    NEVER_SET = "never set"
+    ENABLED = "enabled"
+    DISABLED = "disabled"
+    REFUSED = "refused"
+    UNANSWERED = "unanswered"
+    NOT_SENT = "not sent"
+
+
+@dataclass(frozen=True, slots=True)
+class Flag:
+    """`why`: why it was not sent."""
+
+    fate: FlagFate = FlagFate.NEVER_SET
+    why: tuple[Said, ...] = ()
+
+
+@dataclass(slots=True)
+class Evidence:
+    """Times are monotonic seconds. Whatever was not had is empty or None."""
+
+    port: str = ""
+    baud_rate: int = 0
+    began_at: float | None = None
+    ended_at: float | None = None
+    opened_at: float | None = None
+    restarts: int = 0
+    """The session's count when it began."""
+    heartbeats_sent: int = 0
+    round_trips_s: list[float] = field(default_factory=list)
+    """One for each heartbeat that was answered."""
+    rejected_bytes: int = 0
+    trials: list[Trial] = field(default_factory=list)
+    trials_asked: int = 0
+    status: Status | None = None
+    status_age_s: float | None = None
+    """At the end of the check."""
+    values: dict[str, Value] = field(default_factory=dict)
+    """Settings and the boot count by key, each said twice in a row."""
+    series: dict[str, list[Value]] = field(default_factory=dict)
+    """Cell voltage, charging and light by key, as often as they were answered."""
+    faults: dict[str, Said] = field(default_factory=dict)
+    """Why a value was not had, by key."""
+    history: History | None = None
+    flags: dict[str, Flag] = field(default_factory=dict)
+    """By key of the trigger."""
+    is_enabling: bool = False
+    disturbance: Disturbance | None = None
+
+    @property
+    def heartbeats_lost(self) -> int:
+        return self.heartbeats_sent - len(self.round_trips_s)
+
+    @property
+    def is_complete(self) -> bool:
+        return self.ended_at is not None and self.disturbance is None
+
+    def settings(self, keys: Iterable[str]) -> Mapping[str, Value]:
+        return {key: self.values[key] for key in keys if key in self.values}
+
+
+class LoggedFrame(NamedTuple):
+    """`way`: "out", "in", or "noise" for bytes that were no frame."""
+
+    at: float
+    way: str
+    raw: bytes
+
+
+class FrameLog:
+    """The raw frames of a check. Bounded: of a stream only the first are kept, and what was left out is counted."""
+
+    def __init__(self) -> None:
+        self.frames: list[LoggedFrame] = []
+        self.left_out = 0
+        self._streamed = 0
+
+    def take(self, events: Iterable[Event]) -> None:
+        for event in events:
+            match event:
+                case Sent():
+                    self._keep(LoggedFrame(event.at, "out", event.raw))
+                case Received():
+                    self._streamed += event.role is Role.STREAMED
+                    is_too_much = event.role is Role.STREAMED and self._streamed > KEPT_STREAMED
+                    self._keep(LoggedFrame(event.at, "in", event.frame.raw), is_left_out=is_too_much)
+                case Rejected():
+                    self._keep(LoggedFrame(event.at, "noise", event.noise.raw))
+                case _:
+                    pass
+
+    def _keep(self, frame: LoggedFrame, *, is_left_out: bool = False) -> None:
+        if is_left_out or len(self.frames) >= KEPT_FRAMES:
+            self.left_out += 1
+        else:
+            self.frames.append(frame)

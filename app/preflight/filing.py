@@ -1,0 +1,112 @@
+"""From what was seen to a record that is kept: judged against the module's past, sealed, chained, filed.
+
+The window and the command line do the same. A store that fails costs the keeping, never the verdict or the record.
+"""
+
+from dataclasses import dataclass
+from datetime import UTC, datetime
+
+from app.preflight.evidence import Evidence, FrameLog
+from app.preflight.expectations import Expectations, Past, settings_code
+from app.preflight.findings import Case, Result
+from app.preflight.record import Circumstances, Record, make_record
+from app.preflight.verdict import Assessment, assess
+from app.preflight.wording import clean
+from app.store.checks import CheckStore
+from app.store.database import StoreTrouble
+from app.store.store import Store
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Person:
+    """What a person says about a check. `module` None: it has no name."""
+
+    who: str = ""
+    module: str | None = None
+    aircraft: str = ""
+    remarks: str = ""
+    are_records_looked_at: bool = False
+    """The trigger records that the module keeps have been looked at."""
+    is_same_module: bool = False
+    """It is this module, although its boot count or its records say otherwise."""
+
+
+@dataclass(frozen=True, slots=True)
+class Filed:
+    """`trouble`: why it was not kept, where it was not."""
+
+    assessment: Assessment
+    record: Record
+    trouble: StoreTrouble | None = None
+
+
+def local_now() -> datetime:
+    """With the time zone of this computer."""
+    return datetime.now(UTC).astimezone()
+
+
+def file_check(
+    evidence: Evidence,
+    expectations: Expectations,
+    person: Person,
+    log: FrameLog,
+    *,
+    store: Store | None,
+    program_version: str,
+    at: datetime | None = None,
+) -> Filed:
+    """Judge, seal and keep a check, whatever came of it, also one that broke off."""
+    name = clean(person.module.strip()) if person.module is not None and person.module.strip() else None
+    trouble: StoreTrouble | None = None
+    past, number, previous = Past(module=name), 0, None
+    checks = CheckStore(store.database) if store is not None else None
+    module_id: int | None = None
+    try:
+        if store is not None and checks is not None:
+            module_id = next((one.id for one in store.modules() if one.name == name), None)
+            if module_id is not None:
+                past = _past(checks, module_id, name, evidence)
+            last = checks.chain_end(module_id) if module_id is not None or name is None else None
+            number, previous = (last.number + 1, last.hash) if last is not None else (1, None)
+    except StoreTrouble as error:
+        trouble, checks = error, None
+    case = Case(
+        evidence=evidence, expectations=expectations, past=past, fingerprint=settings_code,
+        are_records_looked_at=person.are_records_looked_at, is_same_module=person.is_same_module,
+    )  # fmt: skip
+    assessment = assess(case)
+    circumstances = Circumstances(
+        at=at or local_now(), program_version=program_version, who=person.who, module=name,
+        aircraft=person.aircraft, remarks=person.remarks, number=number, previous=previous,
+    )  # fmt: skip
+    record = make_record(assessment, circumstances, log)
+    if store is not None and checks is not None:
+        try:
+            _keep(store, checks, assessment, record, name=name)
+        except StoreTrouble as error:
+            trouble = error
+    return Filed(assessment, record, trouble)
+
+
+def _past(checks: CheckStore, module_id: int, name: str | None, evidence: Evidence) -> Past:
+    history = evidence.history
+    if history is None:
+        return checks.past(module_id, name)
+    slots = [one.raw for one in history.records]
+    return checks.past(module_id, name, slots, is_confirmed=history.is_confirmed)
+
+
+def _keep(store: Store, checks: CheckStore, assessment: Assessment, record: Record, *, name: str | None) -> None:
+    module_id = store.meet_module(name).id if name is not None else None
+    checks.keep_check(record, module_id)
+    evidence = assessment.case.evidence
+    history, boots = evidence.history, evidence.values.get("boot_count")
+    # What may be another module must not become this one's past.
+    if history is not None and assessment.result("boot_count") is not Result.FAIL:
+        checks.visit(
+            module_id,
+            [one.raw for one in history.records],
+            port=evidence.port,
+            boot_count=None if boots is None else int(boots),
+            is_confirmed=history.is_confirmed,
+        )

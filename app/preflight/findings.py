@@ -1,0 +1,74 @@
+"""What one check found, and what it had to go by."""
+
+from dataclasses import dataclass
+from enum import Enum
+
+from app.preflight.evidence import Evidence
+from app.preflight.expectations import Expectations, Fingerprint, Past
+from app.preflight.wording import Said, said
+from protocol.fields import Value
+from protocol.text import marked
+
+
+class Result(Enum):
+    """The value is the contract's word."""
+
+    PASS = "pass"  # noqa: S105  no password
+    FAIL = "fail"
+    WARN = "warn"
+    """Worth a look; does not stand against GO."""
+    UNKNOWN = "unknown"
+    """Not known, which is as good as failed."""
+
+
+RESULT_WORDS = {
+    Result.PASS: marked("pass"),
+    Result.FAIL: marked("FAIL"),
+    Result.WARN: marked("look"),
+    Result.UNKNOWN: marked("UNKNOWN"),
+}
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Case:
+    """Everything that the checks look at. `are_records_looked_at` and
+    `is_same_module`: a person says so."""
+
+    evidence: Evidence
+    expectations: Expectations
+    past: Past
+    fingerprint: Fingerprint | None = None
+    are_records_looked_at: bool = False
+    is_same_module: bool = False
+
+    def fault(self, key: str) -> Said:
+        """Why a value is not known."""
+        why = self.evidence.faults.get(key)
+        if why is None and self.evidence.disturbance is not None:
+            why = said(self.evidence.disturbance.value)
+        return why or said(marked("not asked"))
+
+
+@dataclass(frozen=True, slots=True)
+class Finding:
+    """`measured` is for programs, in the unit of `shown`, None where it is not known. `do` where it is another than
+    the check's own."""
+
+    result: Result
+    measured: Value | str | None
+    shown: Said
+    limit: Said
+    do: Said | None = None
+
+
+def unknown(why: Said, limit: Said, *, do: Said | None = None) -> Finding:
+    return Finding(Result.UNKNOWN, None, said(marked("unknown: {why}"), why=why), limit, do)
+
+
+def judged(measured: Value | str, shown: str | Said, limit: Said, *, is_fine: bool) -> Finding:
+    text = shown if isinstance(shown, Said) else Said(shown)
+    return Finding(Result.PASS if is_fine else Result.FAIL, measured, text, limit)
+
+
+YES = said(marked("yes"))
+NO = said(marked("no"))

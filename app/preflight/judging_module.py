@@ -1,0 +1,157 @@
+"""Judging the settings, the triggers, and whether it is the module that it should be."""
+
+from collections import Counter
+
+from app.fingerprint import COVERED
+from app.preflight.evidence import FlagFate
+from app.preflight.findings import Case, Finding, Result, judged, unknown
+from app.preflight.wording import Said, said
+from protocol.catalogue import BY_NAME, Command
+from protocol.text import marked
+
+FINGERPRINT_KEYS = tuple(command.key for command in COVERED)
+HIGHEST_ATTITUDE_DEG = 90
+"""Ours: above it an aircraft on its side does not fire."""
+SHORTEST_FALL_S = 0.5
+"""Ours: below it a bump can fire."""
+WENT_BACK = 128
+"""Of 256: a boot count that grew by more has more likely gone back."""
+
+
+def attitude_threshold(case: Case) -> Finding:
+    advice = said(marked("{low} to {high}"), low="55°", high=f"{HIGHEST_ATTITUDE_DEG}°")
+    return _setting(case, "attitude_threshold", advice, lowest=55, highest=HIGHEST_ATTITUDE_DEG)
+
+
+def freefall_acceleration(case: Case) -> Finding:
+    advice = said(marked("{low} to {high}"), low="0.1 g", high="0.6 g")
+    return _setting(case, "freefall_acceleration", advice, lowest=0.1, highest=0.6)
+
+
+def freefall_time(case: Case) -> Finding:
+    advice = said(marked("{low} to {high}"), low=f"{SHORTEST_FALL_S:.2f} s", high="2.55 s")
+    return _setting(case, "freefall_time", advice, lowest=SHORTEST_FALL_S, highest=2.55)
+
+
+def light_threshold(case: Case) -> Finding:
+    """Without a profile the advice (the reading with the bay open) cannot be proven: a person has to know."""
+    advice = said(marked("as read with the bay open"))
+    finding = _setting(case, "light_threshold", advice, lowest=0.1, highest=25.5)
+    is_compared = "light_threshold_v" in case.expectations.settings
+    if finding.result is not Result.PASS or is_compared:
+        return finding
+    return Finding(Result.WARN, finding.measured, finding.shown, advice)
+
+
+def _setting(case: Case, name: str, advice: Said, *, lowest: float, highest: float) -> Finding:
+    """Equal to the profile's where that has one, else within the advice."""
+    command = BY_NAME[name]
+    wanted = case.expectations.settings.get(command.key)
+    limit = advice if wanted is None else said(marked("exactly {limit}"), limit=_text(command, wanted))
+    value = case.evidence.values.get(command.key)
+    if value is None:
+        return unknown(case.fault(command.key), limit)
+    is_fine = lowest <= value <= highest if wanted is None else value == wanted
+    return judged(value, _text(command, value), limit, is_fine=is_fine)
+
+
+def _text(command: Command, value: float) -> str:
+    try:
+        return command.reply.text(command.reply.encode(value)) if command.reply is not None else str(value)
+    except ValueError:
+        return str(value)
+
+
+def attitude_trigger(case: Case) -> Finding:
+    return _trigger(case, "attitude_trigger")
+
+
+def freefall_trigger(case: Case) -> Finding:
+    return _trigger(case, "freefall_trigger")
+
+
+def _trigger(case: Case, key: str) -> Finding:
+    limit = said(marked("enabled, acknowledged since the last start"))
+    flag = case.evidence.flags.get(key)
+    if flag is None:
+        return unknown(case.fault(key), limit)
+    match flag.fate:
+        case FlagFate.ENABLED:
+            return Finding(Result.PASS, True, said(marked("enabled: acknowledged")), limit)
+        case FlagFate.DISABLED:
+            return Finding(Result.FAIL, False, said(marked("DISABLED: acknowledged")), limit)
+        case FlagFate.REFUSED:
+            return Finding(Result.FAIL, None, said(marked("the module refused to enable it")), limit)
+        case FlagFate.UNANSWERED:
+            return unknown(said(marked("the module did not answer when it was enabled")), limit)
+        case FlagFate.NOT_SENT:
+            why = flag.why[0] if flag.why else said(marked("not sent"))
+            return unknown(said(marked("not enabled: {why}"), why=why), limit)
+        case FlagFate.NEVER_SET:
+            return unknown(said(marked("cannot be read, and was not set since the last start")), limit)
+
+
+def trigger_records(case: Case) -> Finding:
+    limit = said(marked("none that nobody has looked at"))
+    history = case.evidence.history
+    if history is None:
+        return unknown(case.fault("trigger_records"), limit)
+    new = (Counter(record.raw for record in history.records) - case.past.looked_at).total()
+    total = str(len(history.records))
+    if new and not case.are_records_looked_at:
+        if case.past.has_check:
+            shown = said(marked("{new} new since the last GO, {total} in all"), new=str(new), total=total)
+            return judged(new, shown, limit, is_fine=False)
+        why = said(marked("{new} of {total}, and no earlier GO knows them"), new=str(new), total=total)
+        return unknown(why, limit)
+    if not history.is_confirmed:
+        return unknown(said(marked("no two readings agreed")), limit)
+    if new:
+        return judged(0, said(marked("{total}, looked at by a person now"), total=total), limit, is_fine=True)
+    return judged(0, said(marked("{total}, none new"), total=total), limit, is_fine=True)
+
+
+def boot_count(case: Case) -> Finding:
+    past, count = case.past, case.evidence.values.get("boot_count")
+    if past.module is None:
+        limit = said(marked("follows that of the named module"))
+        if count is None:
+            return unknown(case.fault("boot_count"), limit)
+        shown = said(marked("{count}; the module has no name"), count=str(count))
+        return Finding(Result.WARN, count, shown, limit, said(marked("Name the module, so that it is known again.")))
+    if past.boot_count is None:
+        limit = said(marked("the first visit of {module}"), module=past.module)
+        if count is None:
+            return unknown(case.fault("boot_count"), limit)
+        return judged(count, str(count), limit, is_fine=True)
+    limit = said(
+        marked("not before {count}, where {module} was last"), count=str(past.boot_count), module=past.module
+    )
+    if count is None:
+        return unknown(case.fault("boot_count"), limit)
+    if case.is_same_module:
+        return judged(count, said(marked("{count}; a person says that it is"), count=str(count)), limit, is_fine=True)
+    if went_back(past.boot_count, int(count)):
+        return judged(count, said(marked("{count}: is it the same module?"), count=str(count)), limit, is_fine=False)
+    if not past.is_same_module:
+        shown = said(marked("{count}, but its trigger records are others: is it the same module?"), count=str(count))
+        return judged(count, shown, limit, is_fine=False)
+    return judged(count, str(count), limit, is_fine=True)
+
+
+def went_back(before: int | None, now: int | None) -> bool:
+    """Whether the boot count fell, which that of one module never does; 0 follows 255."""
+    return before is not None and now is not None and (now - before) % 256 >= WENT_BACK
+
+
+def settings_fingerprint(case: Case) -> Finding:
+    approved = case.expectations.approved_fingerprint or case.past.fingerprint
+    limit = said(marked("none approved yet")) if approved is None else said(marked("{code}, approved"), code=approved)
+    settings = case.evidence.settings(FINGERPRINT_KEYS)
+    if case.fingerprint is None or len(settings) < len(FINGERPRINT_KEYS):
+        missing = next((key for key in FINGERPRINT_KEYS if key not in settings), "")
+        return unknown(case.fault(missing), limit)
+    code = case.fingerprint(settings)
+    if approved is None:
+        return Finding(Result.WARN, code, Said(code), limit)
+    return judged(code, code, limit, is_fine=code == approved)

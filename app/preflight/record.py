@@ -1,0 +1,217 @@
+"""The record of one check: what was seen, judged and expected, by whom, when, with the raw frames; sealed by its hash.
+
+    canonical JSON   keys sorted, no spaces, UTF-8, no NaN: the same content, the same bytes
+    "digests"        SHA-256 of each part, so that an alteration can be located
+    "hash"           SHA-256 of the digests, with "previous" among the parts: a chain for each module
+
+The hash has no key: it finds what was altered, it cannot prove who wrote the record. What the store keeps, and the next
+record of the module, which holds this one's hash, do more.
+"""
+
+import hashlib
+import json
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from datetime import datetime
+
+from app.preflight.evidence import FrameLog
+from app.preflight.findings import Case, Result
+from app.preflight.judging_module import FINGERPRINT_KEYS
+from app.preflight.verdict import Assessment, Verdict
+from app.preflight.wording import clean
+
+FORMAT = "dps-s pre-flight record"
+VERSION = 1
+PARTS_OF = {"checks": "id", "manual": "text"}
+"""Lists whose entries get a digest each, and the key that names an entry."""
+SEALS = ("digests", "hash")
+
+Record = dict[str, object]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Circumstances:
+    """What the module cannot say. `at` knows its time zone. `previous`: hash of this module's record before it."""
+
+    at: datetime
+    program_version: str
+    who: str = ""
+    module: str | None = None
+    aircraft: str = ""
+    remarks: str = ""
+    number: int = 1
+    previous: str | None = None
+
+
+def make_record(assessment: Assessment, circumstances: Circumstances, log: FrameLog) -> Record:
+    """Everything, as plain JSON values, sealed."""
+    if circumstances.at.tzinfo is None:
+        raise ValueError("the time of a record needs its zone")
+    case, evidence = assessment.case, assessment.case.evidence
+    began_at = evidence.began_at or 0.0
+    record: Record = {
+        "format": FORMAT,
+        "version": VERSION,
+        "verdict": assessment.verdict.value,
+        "void": None if evidence.disturbance is None else evidence.disturbance.name.lower(),
+        "at": circumstances.at.isoformat(timespec="seconds"),
+        "zone": clean(circumstances.at.tzname() or ""),
+        "program": {"name": "DPS-S Configurator", "version": circumstances.program_version},
+        "who": clean(circumstances.who),
+        "module": None if circumstances.module is None else clean(circumstances.module),
+        "aircraft": clean(circumstances.aircraft),
+        "remarks": clean(circumstances.remarks),
+        "is_simulated": is_simulated(evidence.port),
+        "profile": None if case.expectations.profile is None else clean(case.expectations.profile),
+        "fingerprint": fingerprint_of(case),
+        "are_triggers_set_by_this_check": evidence.is_enabling,
+        "checks": [_check(one.check.id, assessment) for one in assessment.checks],
+        "manual": [
+            {"text": clean(item.text), "is_done": item.is_done, "is_required": item.is_required}
+            for item in assessment.manual
+        ],
+        "read": readings_of(case),
+        "trigger_records": [] if evidence.history is None else [one.raw.hex() for one in evidence.history.records],
+        "frames": [[round(frame.at - began_at, 4), frame.way, frame.raw.hex(" ").upper()] for frame in log.frames],
+        "frames_left_out": log.left_out,
+        "number": circumstances.number,
+        "previous": circumstances.previous,
+    }
+    return seal(record)
+
+
+def _check(id_: str, assessment: Assessment) -> dict[str, object]:
+    one = next(one for one in assessment.checks if one.check.id == id_)
+    finding = one.finding
+    return {
+        "id": id_,
+        "title": one.check.title,
+        "result": finding.result.value,
+        "measured": finding.measured,
+        "shown": finding.shown.plain(),
+        "limit": finding.limit.plain(),
+        "why": one.check.why,
+        "do": one.do.plain(),
+    }
+
+
+def fingerprint_of(case: Case) -> str | None:
+    settings = case.evidence.settings(FINGERPRINT_KEYS)
+    if case.fingerprint is None or len(settings) < len(FINGERPRINT_KEYS):
+        return None
+    return case.fingerprint(settings)
+
+
+def readings_of(case: Case) -> dict[str, object]:
+    """In the form of `dps-s read --json`: what was known in the end, null for what was not."""
+    from app.commands.findings import LIVE_KEYS, SETTING_KEYS, STATUS_KEYS
+    from app.preflight.evidence import FlagFate
+
+    evidence = case.evidence
+    trips = sorted(evidence.round_trips_s)
+    live = {key: values[-1] for key, values in evidence.series.items() if values} | evidence.values
+    settings = dict(evidence.values) | {"baud_rate": evidence.baud_rate or None}
+    for key, flag in evidence.flags.items():
+        settings[key] = {FlagFate.ENABLED: True, FlagFate.DISABLED: False}.get(flag.fate)
+    status = evidence.status
+    return {
+        "link": {
+            "port": clean(evidence.port),
+            "baud_rate": evidence.baud_rate,
+            "round_trip_ms": round(1000 * trips[len(trips) // 2], 1) if trips else None,
+        },
+        "status": {key: None if status is None else getattr(status, key) for key in STATUS_KEYS},
+        **{key: live.get(key) for key in LIVE_KEYS},
+        "settings": {key: settings.get(key) for key in SETTING_KEYS},
+        "errors": {key: why.in_english() for key, why in sorted(evidence.faults.items())},
+    }
+
+
+def contract_of(assessment: Assessment) -> dict[str, object]:
+    """The object of `dps-s preflight --json`, in English. Manual items stand at the end, as "manual_1" …"""
+    checks: list[dict[str, object]] = [
+        {
+            "id": one.check.id,
+            "result": one.finding.result.value,
+            "measured": one.finding.measured if one.finding.result is not Result.UNKNOWN else None,
+            "limit": one.finding.limit.in_english(),
+            "why": _why(one.check.why, one.finding.result, one.finding.shown.in_english()),
+            "do": one.do.in_english(),
+        }
+        for one in assessment.checks
+    ]
+    for number, item in enumerate(assessment.manual, 1):
+        if item.is_done is None:
+            result = Result.UNKNOWN if item.is_required else Result.WARN
+        else:
+            result = Result.PASS if item.is_done else Result.FAIL
+        checks.append({
+            "id": f"manual_{number}", "result": result.value,
+            "measured": {True: "done", False: "not in order", None: "skipped"}[item.is_done],
+            "limit": "done", "why": clean(item.text), "do": "Look at it and tick it.",
+        })  # fmt: skip
+    return {"verdict": assessment.verdict.value, "checks": checks, "read": readings_of(assessment.case)}
+
+
+def _why(why: str, result: Result, shown: str) -> str:
+    return why if result is Result.PASS else f"{why} Found: {shown}."
+
+
+def is_simulated(port: str) -> bool:
+    """As far as its name tells: a check of it is no evidence of anything."""
+    return port.lower().startswith("sim://")
+
+
+# The seal
+
+
+def canonical(value: object) -> bytes:
+    """The bytes that are hashed. Raises `ValueError` for what is no JSON (NaN among it)."""
+    text = json.dumps(value, ensure_ascii=False, sort_keys=True, separators=(",", ":"), allow_nan=False)
+    return text.encode("utf-8", "surrogatepass")
+
+
+def digest(value: object) -> str:
+    return hashlib.sha256(canonical(value)).hexdigest()
+
+
+def digests_of(record: Mapping[str, object]) -> dict[str, str]:
+    """By part: "verdict", "checks.cell_voltage" …, and the order of the lists."""
+    found: dict[str, str] = {}
+    for key, value in record.items():
+        if key in SEALS:
+            continue
+        if key in PARTS_OF and isinstance(value, list):
+            names = [_name(entry, PARTS_OF[key], place) for place, entry in enumerate(value)]
+            found[f"{key}: order"] = digest(names)
+            for name, entry in zip(names, value, strict=True):
+                found[f"{key}.{name}"] = digest(entry)
+        else:
+            found[key] = digest(value)
+    return found
+
+
+def _name(entry: object, key: str, place: int) -> str:
+    named = entry.get(key) if isinstance(entry, Mapping) else None
+    return named if key == "id" and isinstance(named, str) else str(place + 1)
+
+
+def seal(record: Mapping[str, object]) -> Record:
+    """`record` with its digests and its hash."""
+    digests = digests_of(record)
+    return {**{key: value for key, value in record.items() if key not in SEALS}, "digests": digests,
+            "hash": digest(digests)}  # fmt: skip
+
+
+def as_text(record: Mapping[str, object]) -> str:
+    """The file: for people to read, and the same record when it is read back."""
+    return json.dumps(record, ensure_ascii=False, indent=1, allow_nan=False) + "\n"
+
+
+def is_go(record: Mapping[str, object]) -> bool:
+    return record.get("verdict") == Verdict.GO.value and record.get("void") is None
+
+
+FindRecord = Callable[[str], Mapping[str, object] | None]
+"""By hash; None where it is not at hand."""
+Records = Sequence[Mapping[str, object]]

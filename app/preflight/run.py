@@ -1,0 +1,222 @@
+"""The check as a procedure: it gathers, by questions only, and judges nothing.
+
+    boot count -> 20 heartbeats -> settings -> cell, charge, light -> trigger records
+               -> the two trigger flags, only when asked -> two seconds of status -> boot count and status once more
+
+What decides is asked until two answers in a row agree, or asked several times, because the 8-bit sum lets some damaged
+frames pass. The boot count at both ends catches a restart that nobody heard. Nothing that is sent activates, locks,
+fires, zeroes, shuts down or changes the rate.
+"""
+
+from app.acts import Act
+from app.device import How
+from app.journal import Journal, NoJournal, Outcome, begin_if_possible
+from app.preflight.evidence import HEARTBEATS, STILL_S, Disturbance, Evidence, Flag, FlagFate, Trial
+from app.preflight.wording import said, said_with
+from app.procedure import Ask, Cancelled, Look, Pause, PortLost, Procedure, Report, Sight
+from app.procedures.history import read_history
+from app.procedures.write import read_back
+from app.safety import refusals, situation
+from protocol.catalogue import BY_NAME, HEARTBEAT, STATUS, Command
+from protocol.events import Answered, Unanswered
+from protocol.messages import Acknowledgement, Reading, Status
+from protocol.text import marked
+
+HEARTBEAT_WAITS_S = (1.0,)
+"""The vendor gives the module one second; a lost heartbeat is lost, and not asked for again."""
+TRIAL_EVERY_S = 0.05
+TRIAL_WAITS_S = (0.25,)
+TURNS = 3
+"""How often cell voltage, charge and light are asked for."""
+HOPELESS = 4
+"""So many questions in a row without an answer: nobody is there."""
+STEPS = 7
+SETTINGS = tuple(
+    BY_NAME[name] for name in ("attitude_threshold", "freefall_acceleration", "freefall_time", "light_threshold")
+)
+TRIGGERS = (BY_NAME["attitude_trigger"], BY_NAME["freefall_trigger"])
+SLOW = tuple(BY_NAME[name] for name in ("cell_voltage", "charging", "light"))
+BOOT_COUNT = BY_NAME["boot_count"]
+
+
+class _Silent(Exception):
+    """The module stopped answering: the rest is not asked for."""
+
+
+def run_preflight(
+    evidence: Evidence, *, is_enabling: bool = False, journal: Journal | None = None
+) -> Procedure[Evidence]:
+    """Fill `evidence`; with `is_enabling` both automatic triggers are set to enabled, where the module is locked.
+
+    Cancelled or without its port it raises, as every procedure does, and `evidence` says so: it is void.
+    """
+    evidence.is_enabling = is_enabling
+    try:
+        yield from _gather(evidence, journal or NoJournal())
+    except _Silent:
+        evidence.disturbance = Disturbance.SILENT
+    except Cancelled:
+        evidence.disturbance = Disturbance.INTERRUPTED
+        raise
+    except PortLost:
+        evidence.disturbance = Disturbance.DISCONNECTED
+        raise
+    return evidence
+
+
+def _gather(evidence: Evidence, journal: Journal) -> Procedure[None]:
+    begin: Sight = yield Look()
+    evidence.began_at, evidence.opened_at, evidence.baud_rate = begin.now, begin.opened_at, begin.baud_rate
+    yield Report(0, STEPS, marked("Proving the link"))
+    yield from _read(evidence, BOOT_COUNT)
+    # A restart from before the check, seen only now, is none in the middle of it.
+    begin = yield Look()
+    evidence.restarts = begin.device.restarts
+    yield from _heartbeats(evidence)
+    yield Report(1, STEPS, marked("Reading the settings"))
+    for command in SETTINGS:
+        yield from _read(evidence, command)
+    yield Report(2, STEPS, marked("Reading cell, charge and light"))
+    for _ in range(TURNS):
+        for command in SLOW:
+            yield from _read_slow(evidence, command)
+    yield Report(3, STEPS, marked("Reading the trigger records"))
+    history = yield from read_history()
+    if history.is_line_dead:
+        raise _Silent
+    evidence.history = history
+    yield Report(4, STEPS, marked("Looking at the triggers"))
+    for command in TRIGGERS:
+        evidence.flags[command.key] = Flag()
+        if evidence.is_enabling:
+            evidence.flags[command.key] = yield from _enable(command, journal)
+    yield Report(5, STEPS, marked("Watching tilt and acceleration for two seconds"))
+    yield from _watch(evidence)
+    yield Report(6, STEPS, marked("Making sure that nothing changed"))
+    yield from _finish(evidence, begin)
+
+
+def _finish(evidence: Evidence, begin: Sight) -> Procedure[None]:
+    before = evidence.values.get(BOOT_COUNT.key)
+    yield from _read(evidence, BOOT_COUNT)
+    changed = before is not None and evidence.values.get(BOOT_COUNT.key, before) != before
+    outcome = yield Ask(STATUS.query())
+    if isinstance(outcome, Answered):
+        _take_status(evidence, outcome)
+    end: Sight = yield Look()
+    for command in TRIGGERS:
+        evidence.flags[command.key] = _stands(command, evidence.flags[command.key], end)
+    if evidence.trials:
+        evidence.status_age_s = max(0.0, end.now - evidence.trials[-1].at)
+    evidence.rejected_bytes = end.link.counters.rejected - begin.link.counters.rejected
+    evidence.ended_at = end.now
+    if changed or end.device.restarts != evidence.restarts:
+        evidence.disturbance = Disturbance.RESTARTED
+
+
+def _heartbeats(evidence: Evidence) -> Procedure[None]:
+    silent_in_a_row = 0
+    for _ in range(HEARTBEATS):
+        evidence.heartbeats_sent += 1
+        outcome = yield Ask(HEARTBEAT.query(), HEARTBEAT_WAITS_S)
+        if isinstance(outcome, Answered) and outcome.round_trip_s is not None:
+            evidence.round_trips_s.append(outcome.round_trip_s)
+            silent_in_a_row = 0
+        else:
+            silent_in_a_row += 1
+            if silent_in_a_row >= 2 * HOPELESS:
+                raise _Silent
+
+
+def _read(evidence: Evidence, command: Command) -> Procedure[None]:
+    """A value that two answers in a row agree on."""
+    before: Sight = yield Look()
+    back = yield from read_back(command)
+    if back.raw is not None and command.reply is not None:
+        evidence.values[command.key] = command.reply.decode(back.raw)
+        evidence.faults.pop(command.key, None)
+        return
+    evidence.values.pop(command.key, None)
+    why = marked("the module gives different answers to the same question") if back.is_unsteady else marked("no reply")
+    evidence.faults[command.key] = said(why)
+    if not back.is_unsteady:
+        yield from _make_sure(before)
+
+
+def _read_slow(evidence: Evidence, command: Command) -> Procedure[None]:
+    before: Sight = yield Look()
+    outcome = yield Ask(command.query())
+    reading = outcome.messages[0] if isinstance(outcome, Answered) else None
+    if isinstance(reading, Reading):
+        evidence.series.setdefault(command.key, []).append(reading.value)
+        return
+    evidence.faults[command.key] = said(marked("no reply"))
+    yield from _make_sure(before)
+
+
+def _make_sure(before: Sight) -> Procedure[None]:
+    """After an unanswered question: is anybody there at all? Raises `_Silent`."""
+    frames = before.link.counters.frames
+    for _ in range(HOPELESS):
+        sight: Sight = yield Look()
+        if sight.link.counters.frames > frames:
+            return
+        yield Ask(HEARTBEAT.query(), HEARTBEAT_WAITS_S)
+    sight = yield Look()
+    if sight.link.counters.frames == frames:
+        raise _Silent
+
+
+def _watch(evidence: Evidence) -> Procedure[None]:
+    evidence.trials.clear()
+    begin: Sight = yield Look()
+    ends_at = begin.now + STILL_S
+    now = begin.now
+    while now < ends_at:
+        outcome = yield Ask(STATUS.query(), TRIAL_WAITS_S)
+        evidence.trials_asked += 1
+        if isinstance(outcome, Answered):
+            _take_status(evidence, outcome)
+        now = yield Pause(TRIAL_EVERY_S)
+
+
+def _take_status(evidence: Evidence, outcome: Answered) -> None:
+    message = outcome.messages[0]
+    if isinstance(message, Status):
+        evidence.status = message
+        evidence.trials.append(Trial(outcome.at, message))
+
+
+def _enable(command: Command, journal: Journal) -> Procedure[Flag]:
+    """Set a trigger to enabled, once, where writing is allowed: never while the module is active."""
+    yield Ask(STATUS.query())
+    sight: Sight = yield Look()
+    refused = refusals(Act.WRITE, situation(sight.device, sight.now))
+    if refused:
+        return Flag(FlagFate.NOT_SENT, tuple(said_with(one.text, one.values) for one in refused))
+    request = command.set(True)
+    entry = begin_if_possible(journal, Act.WRITE, request.encode(), {"setting": command.key, "wanted": True})
+    flag, outcome = FlagFate.UNANSWERED, Outcome.UNKNOWN
+    try:
+        came = yield Ask(request)
+        if isinstance(came, Answered):
+            flag, outcome = FlagFate.REFUSED, Outcome.REFUSED
+            message = came.messages[0]
+            if isinstance(message, Acknowledgement) and message.is_accepted:
+                flag, outcome = FlagFate.ENABLED, Outcome.CONFIRMED
+        elif isinstance(came, Unanswered):
+            flag, outcome = FlagFate.NOT_SENT, Outcome.NOT_SENT
+    finally:
+        if entry is not None:
+            journal.settle(entry, outcome, {"acknowledged": flag is FlagFate.ENABLED})
+    return Flag(flag, (said(marked("the module stopped answering")),) if flag is FlagFate.NOT_SENT else ())
+
+
+def _stands(command: Command, flag: Flag, sight: Sight) -> Flag:
+    """How the trigger stands in the end: what the module acknowledged since its last start, in no doubt."""
+    known = sight.device.known(command.key, sight.now)
+    if known is None or known.is_stale or known.how is not How.ACKNOWLEDGED:
+        return Flag() if flag.fate is FlagFate.ENABLED else flag
+    if flag.fate in (FlagFate.REFUSED, FlagFate.UNANSWERED):
+        return flag
+    return Flag(FlagFate.ENABLED if known.value is True else FlagFate.DISABLED)

@@ -1,0 +1,168 @@
+"""The verdict, and what voids it afterwards.
+
+GO only when every check passes, or is worth no more than a look, and when no manual item stands against it. Whatever is
+not known counts as failed. A verdict holds for the module as it was: `void_reason` says, at any later moment, why not
+any more.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from enum import Enum
+
+from app.device import DeviceView
+from app.preflight.checks import CHECKS, Check
+from app.preflight.evidence import Disturbance, FlagFate
+from app.preflight.expectations import ManualItem
+from app.preflight.findings import Case, Finding, Result
+from app.preflight.judging_module import FINGERPRINT_KEYS
+from app.preflight.wording import Said, said
+from protocol.fields import Value
+from protocol.link_states import Presence
+from protocol.text import marked
+
+VALID_FOR_S = 900.0
+"""A quarter of an hour, then it is checked again."""
+
+
+class Verdict(Enum):
+    """The value is the contract's word."""
+
+    GO = "GO"
+    NO_GO = "NO-GO"
+
+
+MANUAL_WORDS: Mapping[bool | None, str] = {
+    True: marked("done"),
+    False: marked("NOT IN ORDER"),
+    None: marked("skipped"),
+}
+
+
+@dataclass(frozen=True, slots=True)
+class Judged:
+    check: Check
+    finding: Finding
+
+    @property
+    def stands_against(self) -> bool:
+        return self.finding.result in (Result.FAIL, Result.UNKNOWN)
+
+    @property
+    def do(self) -> Said:
+        return self.finding.do or Said(self.check.do)
+
+
+@dataclass(frozen=True, slots=True)
+class Assessment:
+    """All checks, in the order of the table, whatever came of them."""
+
+    case: Case
+    checks: tuple[Judged, ...]
+    manual: tuple[ManualItem, ...]
+
+    @property
+    def verdict(self) -> Verdict:
+        is_manual_fine = not any(stands_against(item) for item in self.manual)
+        is_fine = is_manual_fine and not any(one.stands_against for one in self.checks)
+        return Verdict.GO if is_fine else Verdict.NO_GO
+
+    @property
+    def against(self) -> tuple[str, ...]:
+        """What stands against GO, by id."""
+        return tuple(one.check.id for one in self.checks if one.stands_against)
+
+    def result(self, id_: str) -> Result:
+        return next(one.finding.result for one in self.checks if one.check.id == id_)
+
+
+def stands_against(item: ManualItem) -> bool:
+    """Skipped is allowed where the profile does not require it, and printed."""
+    return item.is_done is False or (item.is_done is None and item.is_required)
+
+
+def assess(case: Case) -> Assessment:
+    """Judge everything; no check hides another. Pure."""
+    return Assessment(
+        case, tuple(Judged(check, check.judge(case)) for check in CHECKS), tuple(case.expectations.manual)
+    )
+
+
+@dataclass(frozen=True, slots=True)
+class Void:
+    """`what`: the value that is another now, where one is."""
+
+    reason: Disturbance
+    what: Said | None = None
+
+    @property
+    def said(self) -> Said:
+        reason = Said(self.reason.value)
+        return reason if self.what is None else said(marked("{reason}: {what}"), reason=reason, what=self.what)
+
+
+def void_reason(assessment: Assessment, device: DeviceView, now: float, *, opened_at: float | None) -> Void | None:
+    """Why the verdict no longer holds at `now`; None while it does. Ask it whenever the module has said something.
+
+    `opened_at`: when the port that is open now was opened (`Sight.opened_at`); None with no port.
+    """
+    evidence = assessment.case.evidence
+    if evidence.disturbance is not None or evidence.ended_at is None:
+        return Void(evidence.disturbance or Disturbance.INTERRUPTED)
+    if opened_at is None or opened_at != evidence.opened_at:
+        return Void(Disturbance.DISCONNECTED)
+    if device.restarts != evidence.restarts:
+        return Void(Disturbance.RESTARTED)
+    if device.presence is Presence.OFFLINE:
+        return Void(Disturbance.SILENT)
+    changed = _changed(assessment, device, now)
+    if changed is not None:
+        return Void(Disturbance.CHANGED, changed)
+    is_old = not 0.0 <= now - evidence.ended_at <= VALID_FOR_S
+    return Void(Disturbance.TOO_OLD) if is_old else None
+
+
+def _changed(assessment: Assessment, device: DeviceView, now: float) -> Said | None:
+    """The first value that is known now and is another than the one checked."""
+    evidence, expectations = assessment.case.evidence, assessment.case.expectations
+    checked: dict[str, Value | None] = {key: evidence.values.get(key) for key in (*FINGERPRINT_KEYS, "boot_count")}
+    if evidence.status is not None:
+        checked |= {"active": evidence.status.active, "triggered": evidence.status.triggered}
+    charging = evidence.series.get("charging")
+    if charging:
+        checked["charging"] = charging[-1]
+    for key, flag in evidence.flags.items():
+        if flag.fate in (FlagFate.ENABLED, FlagFate.DISABLED):
+            checked[key] = flag.fate is FlagFate.ENABLED
+    for key, before in checked.items():
+        known = device.values.get(key)
+        if before is not None and known is not None and known.value != before:
+            return Said(_TITLES[key])
+    for key in evidence.flags:
+        if checked.get(key) is not None and key not in device.values:
+            return Said(_TITLES[key])  # a set that nobody confirmed
+    voltage = device.fresh("cell_voltage_v", now)
+    was_charged = assessment.result("cell_voltage") is Result.PASS
+    if was_charged and voltage is not None and voltage < expectations.limits.cell_voltage_min_v:
+        return Said(_TITLES["cell_voltage_v"])
+    light, threshold = device.fresh("light_v", now), evidence.values.get("light_threshold_v")
+    if light is not None and threshold is not None and assessment.result("light") is Result.PASS:
+        is_dark = light > threshold if expectations.is_light_inverted else light < threshold
+        if not is_dark:
+            return Said(_TITLES["light_v"])
+    return None
+
+
+_TITLES: Mapping[str, str] = {
+    "attitude_threshold_deg": marked("Attitude threshold"),
+    "freefall_acceleration_g": marked("Free-fall acceleration threshold"),
+    "freefall_time_s": marked("Free-fall time"),
+    "light_threshold_v": marked("Light threshold"),
+    "boot_count": marked("Boot count"),
+    "active": marked("Activation"),
+    "triggered": marked("Triggered"),
+    "charging": marked("Charging"),
+    "attitude_trigger": marked("Attitude trigger"),
+    "freefall_trigger": marked("Free-fall trigger"),
+    "cell_voltage_v": marked("Cell voltage"),
+    "light_v": marked("Light"),
+}

@@ -1,0 +1,146 @@
+"""GO only when everything holds: every single fault and every pair turns it, is named, and hides none of the others."""
+
+from itertools import combinations
+
+import pytest
+
+from app.preflight.checks import CHECKS
+from app.preflight.expectations import Expectations, Limits, ManualItem, expectations_of
+from app.preflight.findings import Result
+from app.preflight.run import TRIGGERS
+from app.preflight.verdict import Verdict
+from app.profile_file import parse_profile
+from app.profiles import LIMITS
+from protocol.catalogue import Hazard
+from tests.preflight_rig import APPROVED, FAULTS, Fault, assert_only_questions, check, on_request
+
+
+def test_a_sound_module_goes() -> None:
+    checked = check()
+    assert checked.assessment.verdict is Verdict.GO
+    assert checked.against == set()
+    assert {one.finding.result for one in checked.assessment.checks} == {Result.PASS}
+    assert_only_questions(checked)
+    sets = [request for request in checked.rig.line.requests if request.hazard is not Hazard.NONE]
+    assert [request.command for request in sets] == list(TRIGGERS)
+
+
+@pytest.mark.parametrize("dialect", [
+    {"ack": "one", "voltage_code": "34", "freefall_ack": "17"},
+    {"voltage_code": "35", "freefall_ack": "16", "records": "pieces"},
+    {"stream_at_boot": "yes", "rate": "500"},
+    {"stream_at_boot": "yes", "rate": "1440"},
+    {"empty_slots": "ones"}, {"empty_slots": "zeros", "records": "spaced"},
+    {"noise": "0.5"}, {"delay_ms": "40", "jitter_ms": "20"}, {"split_ms": "4"},
+])  # fmt: skip
+def test_every_dialect_of_a_sound_module_goes(dialect: dict[str, str]) -> None:
+    checked = check(options=dialect)
+    assert checked.against == set()
+    assert_only_questions(checked)
+
+
+@pytest.mark.parametrize("name", FAULTS)
+def test_each_single_fault_is_named(name: str) -> None:
+    fault = FAULTS[name]
+    checked = check(fault)
+    assert checked.assessment.verdict is Verdict.NO_GO
+    assert fault.named <= checked.against
+    assert [one.check for one in checked.assessment.checks] == list(CHECKS)
+    assert_only_questions(checked, is_enabling=fault.is_enabling)
+
+
+@pytest.mark.parametrize("name", FAULTS)
+def test_no_pair_of_faults_hides_one(name: str) -> None:
+    names = list(FAULTS)
+    for other in names[names.index(name) + 1 :]:
+        pair = (FAULTS[name], FAULTS[other])
+        checked = check(*pair)
+        assert checked.assessment.verdict is Verdict.NO_GO, (name, other)
+        # Two faults of one setting, or of one state, are one fault of another value.
+        expected = set().union(*(fault.named for fault in pair))
+        assert expected <= checked.against, (name, other, expected - checked.against)
+        assert_only_questions(checked, is_enabling=all(fault.is_enabling for fault in pair))
+
+
+def test_a_profile_may_expect_an_active_module() -> None:
+    wanted = Fault(frozenset(), expectations={"is_active": True})
+    assert check(wanted).against == {"activation"}
+    # The triggers of an active module are never touched: they have to be enabled before it is activated.
+    assert check(wanted, options={"active": "yes"}).against == {"attitude_trigger", "freefall_trigger"}
+
+
+def test_a_profile_is_taken_whole() -> None:
+    profile = parse_profile(b"""
+        name = "H6"
+        expect_active = true
+        light_inverted = true
+        approved_fingerprint = "%s"
+        [settings]
+        attitude_threshold_deg = 65
+        [limits]
+        heartbeats_lost_max = 1.0
+        tilt_max_deg = 3
+        cell_voltage_min_v = 3.9
+        [[manual]]
+        text = "Bridle free"
+        required = true
+        [[manual]]
+        text = "Pack date"
+    """ % APPROVED.encode())
+    expectations = expectations_of(profile, {"Pack date": False})
+    assert expectations == Expectations(
+        profile="H6",
+        limits=Limits(heartbeats_lost_max=1, tilt_max_deg=3, cell_voltage_min_v=3.9),
+        settings={"attitude_threshold_deg": 65},
+        is_active=True,
+        is_light_inverted=True,
+        approved_fingerprint=APPROVED,
+        manual=(ManualItem("Bridle free", None, is_required=True), ManualItem("Pack date", is_done=False)),
+    )
+    assert set(LIMITS) == set(Limits.__slots__)
+
+
+def test_light_that_reads_lower_is_judged_the_other_way() -> None:
+    inverted = Fault(frozenset(), {"light_inverted": "yes"}, expectations={"is_light_inverted": True})
+    assert check(inverted).against == set()
+    assert check(inverted, FAULTS["bay open"]).against == {"light"}
+
+
+def test_all_pairs_are_run() -> None:
+    assert len(list(combinations(FAULTS, 2))) > 500
+
+
+@pytest.mark.parametrize("direction", ["to-host", "to-module", "both"])
+def test_half_of_the_replies_lost_is_no_pass(direction: str) -> None:
+    for seed in range(12):
+        checked = check(options={"drop": "0.5", "seed": str(seed), "direction": direction})
+        assert checked.assessment.verdict is Verdict.NO_GO
+        assert checked.against & {"link_loss", "undisturbed"}
+        assert_only_questions(checked)
+
+
+def test_a_bad_line_never_turns_a_fault_into_go() -> None:
+    for seed in range(60):
+        checked = check(FAULTS["cell low"], options={"corrupt": "0.004", "seed": str(seed)})
+        assert checked.assessment.verdict is Verdict.NO_GO
+        assert_only_questions(checked)
+
+
+def test_nobody_there_is_all_unknown() -> None:
+    checked = check(options={"mute": "yes"})
+    assert checked.assessment.verdict is Verdict.NO_GO
+    assert checked.against == {check.id for check in CHECKS}
+    assert checked.rig.clock.now_s - 1000.0 < 12.0
+
+
+@pytest.mark.parametrize("number", range(1, 60, 4))
+def test_a_restart_at_any_moment_never_goes_on_old_values(number: int) -> None:
+    """A GO, where there is one, is of the module as it stands: the flags were set after its last start."""
+    code = [request.command.code for request in check().rig.line.requests][number]
+    for count in (1, 2, 12):
+        checked = check(Fault(frozenset(), arrange=on_request(code, count, lambda rig: rig.bench.restart())))
+        module = checked.rig.bench.module
+        if checked.assessment.verdict is Verdict.GO:
+            assert module.memory.boot_count == checked.assessment.case.evidence.values["boot_count"] == 37
+        else:
+            assert "undisturbed" in checked.against
