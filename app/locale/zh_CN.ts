@@ -64,6 +64,10 @@
         <translation type="unfinished"></translation>
     </message>
     <message>
+        <source>1 check</source>
+        <translation type="unfinished"></translation>
+    </message>
+    <message>
         <source>1 g at rest, near 0 g in free fall</source>
         <translation>静止时为 1 g，失重时接近 0 g</translation>
     </message>
@@ -105,7 +109,7 @@
     </message>
     <message>
         <source>A modem program (ModemManager) tries out {port}: it sends AT commands to the module.</source>
-        <translation type="unfinished"></translation>
+        <translation>调制解调器程序（ModemManager）正在试探 {port}：它向模块发送 AT 命令。</translation>
     </message>
     <message>
         <source>A module answers on {port} at {rate} baud.</source>
@@ -122,6 +126,14 @@
     <message>
         <source>A reading that wanders while the aircraft stands still comes from a loose or failing sensor.</source>
         <translation>航空器静止时读数漂移，说明传感器松动或失效。</translation>
+    </message>
+    <message>
+        <source>A recording is played.</source>
+        <translation type="unfinished"></translation>
+    </message>
+    <message>
+        <source>A recording is played. Nothing is sent to any module.</source>
+        <translation type="unfinished"></translation>
     </message>
     <message>
         <source>A simulated module, written from the vendor's table. Prints the port to open as its first line and runs until it is stopped (Ctrl-C). The same options go into the query of sim://NAME?option=value.</source>
@@ -200,12 +212,24 @@
         <translation>开机后时间</translation>
     </message>
     <message>
+        <source>Against it: {names}</source>
+        <translation type="unfinished"></translation>
+    </message>
+    <message>
         <source>Against the vendor's advice: {advice}</source>
         <translation>与厂家建议不符：{advice}</translation>
     </message>
     <message>
         <source>Aircraft</source>
         <translation>航空器</translation>
+    </message>
+    <message>
+        <source>Aircraft {name}</source>
+        <translation type="unfinished"></translation>
+    </message>
+    <message>
+        <source>All checks that are kept, and what they measured (Ctrl+H)</source>
+        <translation type="unfinished"></translation>
     </message>
     <message>
         <source>All files (*)</source>
@@ -244,6 +268,10 @@
         <translation>飞行器与水平面的夹角。激活时超过阈值会触发。</translation>
     </message>
     <message>
+        <source>Apply what is ticked</source>
+        <translation type="unfinished"></translation>
+    </message>
+    <message>
         <source>Apply {count} ticked</source>
         <translation type="unfinished"></translation>
     </message>
@@ -265,7 +293,7 @@
     </message>
     <message>
         <source>Ask the administrator of this computer for access to serial ports.</source>
-        <translation type="unfinished"></translation>
+        <translation>请向本计算机的管理员申请串口访问权限。</translation>
     </message>
     <message>
         <source>Ask the module for everything (F5)</source>
@@ -285,7 +313,7 @@
     </message>
     <message>
         <source>At {port} there is a computer that wants somebody to log in, not a module.</source>
-        <translation type="unfinished"></translation>
+        <translation>{port} 上连接的是一台等待登录的计算机，不是模块。</translation>
     </message>
     <message>
         <source>Attitude</source>
@@ -306,6 +334,14 @@
     <message>
         <source>Back to live</source>
         <translation>回到实时</translation>
+    </message>
+    <message>
+        <source>Back to the check</source>
+        <translation type="unfinished"></translation>
+    </message>
+    <message>
+        <source>Back to the check (Esc)</source>
+        <translation type="unfinished"></translation>
     </message>
     <message>
         <source>Back to the settings</source>
@@ -352,6 +388,10 @@
         <translation type="unfinished"></translation>
     </message>
     <message>
+        <source>Break the check off; it is void then (Esc)</source>
+        <translation type="unfinished"></translation>
+    </message>
+    <message>
         <source>Bright</source>
         <translation>浅色</translation>
     </message>
@@ -372,8 +412,24 @@
         <translation>字节</translation>
     </message>
     <message>
+        <source>Bytes received</source>
+        <translation type="unfinished"></translation>
+    </message>
+    <message>
+        <source>Bytes such as 41 75, or words; Enter goes to the next row (Ctrl+F)</source>
+        <translation type="unfinished"></translation>
+    </message>
+    <message>
+        <source>Bytes that are no frame</source>
+        <translation type="unfinished"></translation>
+    </message>
+    <message>
         <source>CHAIN BROKEN: the record itself is intact.</source>
         <translation>链条断裂：记录本身完好。</translation>
+    </message>
+    <message>
+        <source>CHECKING</source>
+        <translation type="unfinished"></translation>
     </message>
     <message>
         <source>Calibrate it with the bay closed and open, and keep it in a profile.</source>
@@ -464,12 +520,16 @@
         <translation>检查项目</translation>
     </message>
     <message>
+        <source>Check again</source>
+        <translation type="unfinished"></translation>
+    </message>
+    <message>
         <source>Check cable and power, and check again.</source>
         <translation>检查线缆和电源后重新检查。</translation>
     </message>
     <message>
         <source>Check its plug and its cell; hold its switch for two seconds to switch it on.</source>
-        <translation type="unfinished"></translation>
+        <translation>请检查插头和电芯；按住开关两秒可开机。</translation>
     </message>
     <message>
         <source>Check its power and the cable; it is asked again every 2 s.</source>
@@ -501,11 +561,11 @@
     </message>
     <message>
         <source>Check the wire from the adapter's TX to the module's RX.</source>
-        <translation type="unfinished"></translation>
+        <translation>请检查适配器 TX 到模块 RX 的连线。</translation>
     </message>
     <message>
         <source>Check the wiring: TX and RX touch each other, or the module is not connected.</source>
-        <translation type="unfinished"></translation>
+        <translation>请检查接线：TX 与 RX 短接，或模块未连接。</translation>
     </message>
     <message>
         <source>Check whether the module is fit to fly: all checks are run and listed. Exit code 0 for GO, 1 for NO-GO, 3 where no module answers. Nothing is ever activated, zeroed or deployed.</source>
@@ -514,6 +574,14 @@
     <message>
         <source>Checked by</source>
         <translation>检查人</translation>
+    </message>
+    <message>
+        <source>Checks</source>
+        <translation type="unfinished"></translation>
+    </message>
+    <message>
+        <source>Checks that are kept</source>
+        <translation type="unfinished"></translation>
     </message>
     <message>
         <source>Choose a port</source>
@@ -537,11 +605,11 @@
     </message>
     <message>
         <source>Choose another port.</source>
-        <translation type="unfinished"></translation>
+        <translation>请选择其他串口。</translation>
     </message>
     <message>
         <source>Choose the adapter that the module is connected to.</source>
-        <translation type="unfinished"></translation>
+        <translation>请选择连接模块的适配器。</translation>
     </message>
     <message>
         <source>Choose the port that the module is plugged into (Ctrl+K)</source>
@@ -577,7 +645,7 @@
     </message>
     <message>
         <source>Close every program that uses serial ports, a second window of this one too, and connect again.</source>
-        <translation type="unfinished"></translation>
+        <translation>请关闭所有使用串口的程序，包括本程序的另一个窗口，然后重新连接。</translation>
     </message>
     <message>
         <source>Close profile</source>
@@ -609,7 +677,7 @@
     </message>
     <message>
         <source>Close {program} and connect again.</source>
-        <translation type="unfinished"></translation>
+        <translation>请关闭 {program}，然后重新连接。</translation>
     </message>
     <message>
         <source>Close, drop the edits</source>
@@ -648,6 +716,10 @@
         <translation type="unfinished"></translation>
     </message>
     <message>
+        <source>Connect a module, then run the check.</source>
+        <translation type="unfinished"></translation>
+    </message>
+    <message>
         <source>Connect again</source>
         <translation>重新连接</translation>
     </message>
@@ -674,6 +746,10 @@
     <message>
         <source>Copy</source>
         <translation>复制</translation>
+    </message>
+    <message>
+        <source>Copy the command</source>
+        <translation type="unfinished"></translation>
     </message>
     <message>
         <source>Copy the selected rows</source>
@@ -808,6 +884,10 @@
         <translation>检查期间不要触碰航空器；检查模块的固定。</translation>
     </message>
     <message>
+        <source>Do not touch the aircraft.</source>
+        <translation type="unfinished"></translation>
+    </message>
+    <message>
         <source>Do not write</source>
         <translation type="unfinished"></translation>
     </message>
@@ -912,6 +992,18 @@
         <translation>回送上位机字节</translation>
     </message>
     <message>
+        <source>Enable both automatic triggers on the module, and check again</source>
+        <translation type="unfinished"></translation>
+    </message>
+    <message>
+        <source>Enable now</source>
+        <translation type="unfinished"></translation>
+    </message>
+    <message>
+        <source>Enable triggers and check</source>
+        <translation type="unfinished"></translation>
+    </message>
+    <message>
         <source>Enabled</source>
         <translation type="unfinished"></translation>
     </message>
@@ -926,6 +1018,10 @@
     <message>
         <source>Explain captured bytes. What was asked is taken from the host's frames in the capture, else from --asked; with neither, a whole trigger record of 16 bytes wins over a reply of six.</source>
         <translation>解释捕获的字节。所查询的内容取自捕获中上位机的帧，否则取自 --asked；两者皆无时，完整的 16 字节触发记录优先于 6 字节答复。</translation>
+    </message>
+    <message>
+        <source>Explain every check</source>
+        <translation type="unfinished"></translation>
     </message>
     <message>
         <source>External power</source>
@@ -1041,6 +1137,14 @@
     </message>
     <message>
         <source>Frames arrive damaged: {rejected} of {bytes} bytes were rejected.</source>
+        <translation>收到的帧有损坏：{bytes} 字节中有 {rejected} 字节被拒绝。</translation>
+    </message>
+    <message>
+        <source>Frames of our own that came back</source>
+        <translation type="unfinished"></translation>
+    </message>
+    <message>
+        <source>Frames of the module</source>
         <translation type="unfinished"></translation>
     </message>
     <message>
@@ -1072,8 +1176,16 @@
         <translation>从 13 m 起，坠落时间超过 1.60 秒。</translation>
     </message>
     <message>
+        <source>From the start</source>
+        <translation type="unfinished"></translation>
+    </message>
+    <message>
         <source>Full screen</source>
         <translation>全屏</translation>
+    </message>
+    <message>
+        <source>GO</source>
+        <translation type="unfinished"></translation>
     </message>
     <message>
         <source>GO: fit to fly</source>
@@ -1096,6 +1208,10 @@
         <translation>心跳</translation>
     </message>
     <message>
+        <source>Heartbeats lost</source>
+        <translation type="unfinished"></translation>
+    </message>
+    <message>
         <source>Height of the fall</source>
         <translation>坠落高度</translation>
     </message>
@@ -1113,7 +1229,7 @@
     </message>
     <message>
         <source>Hold its switch for two seconds, or connect external power.</source>
-        <translation type="unfinished"></translation>
+        <translation>请按住模块开关两秒，或接上外接供电。</translation>
     </message>
     <message>
         <source>Hold the list still; frames go on being recorded (Ctrl+P)</source>
@@ -1140,6 +1256,14 @@
         <translation>模块的开机次数；255 之后归零。</translation>
     </message>
     <message>
+        <source>How quick it is played; another speed begins from the start</source>
+        <translation type="unfinished"></translation>
+    </message>
+    <message>
+        <source>I looked at them</source>
+        <translation type="unfinished"></translation>
+    </message>
+    <message>
         <source>INTACT: every part is as it was recorded.</source>
         <translation>完好：各部分与记录时一致。</translation>
     </message>
@@ -1149,11 +1273,19 @@
     </message>
     <message>
         <source>If nobody here uses a Braille display, type: {command} — then plug the adapter in again.</source>
+        <translation>如果这里无人使用盲文显示器，请输入：{command}，然后重新插入适配器。</translation>
+    </message>
+    <message>
+        <source>In order</source>
         <translation type="unfinished"></translation>
     </message>
     <message>
         <source>Interrupted: if the command had left already, it may have been carried out.</source>
         <translation>已中断：若指令已经发出，可能已经执行。</translation>
+    </message>
+    <message>
+        <source>It asks questions only and takes about six seconds. Set the aircraft level and do not touch it.</source>
+        <translation type="unfinished"></translation>
     </message>
     <message>
         <source>It can be set and acknowledged, not read back.</source>
@@ -1188,8 +1320,12 @@
         <translation>不知道模块是否已锁定：不修改设置。</translation>
     </message>
     <message>
-        <source>It works, but the adapter holds every answer back ({ms} ms): its latency timer is long.</source>
+        <source>It is this module</source>
         <translation type="unfinished"></translation>
+    </message>
+    <message>
+        <source>It works, but the adapter holds every answer back ({ms} ms): its latency timer is long.</source>
+        <translation>可以工作，但适配器延迟了每个应答（{ms} ms）：其延迟计时器过长。</translation>
     </message>
     <message>
         <source>Jitter</source>
@@ -1276,6 +1412,10 @@
         <translation type="unfinished"></translation>
     </message>
     <message>
+        <source>Light, bay closed</source>
+        <translation type="unfinished"></translation>
+    </message>
+    <message>
         <source>Limit</source>
         <translation>要求</translation>
     </message>
@@ -1325,7 +1465,7 @@
     </message>
     <message>
         <source>Log out and in again; on some systems only a restart helps.</source>
-        <translation type="unfinished"></translation>
+        <translation>请注销后重新登录；有些系统需要重启。</translation>
     </message>
     <message>
         <source>Look at it (Triggers) and judge it: bench test, real or false.</source>
@@ -1384,6 +1524,18 @@
         <translation>正在确认没有变化</translation>
     </message>
     <message>
+        <source>Mark</source>
+        <translation type="unfinished"></translation>
+    </message>
+    <message>
+        <source>Mark the selected rows</source>
+        <translation type="unfinished"></translation>
+    </message>
+    <message>
+        <source>Mark the selected rows, or take their marks off (Ctrl+M)</source>
+        <translation type="unfinished"></translation>
+    </message>
+    <message>
         <source>Meaning</source>
         <translation>含义</translation>
     </message>
@@ -1436,6 +1588,14 @@
         <translation>{port} 上的模块，波特率 {rate}，应答时间 {milliseconds:.1f} 毫秒</translation>
     </message>
     <message>
+        <source>Module {name}</source>
+        <translation type="unfinished"></translation>
+    </message>
+    <message>
+        <source>Modules without a name</source>
+        <translation type="unfinished"></translation>
+    </message>
+    <message>
         <source>More light reads higher.</source>
         <translation>光线越强，读数越高。</translation>
     </message>
@@ -1456,8 +1616,16 @@
         <translation>静默</translation>
     </message>
     <message>
+        <source>NO-GO</source>
+        <translation type="unfinished"></translation>
+    </message>
+    <message>
         <source>NO-GO: do not fly</source>
         <translation>NO-GO 禁止飞行</translation>
+    </message>
+    <message>
+        <source>NOT CHECKED</source>
+        <translation type="unfinished"></translation>
     </message>
     <message>
         <source>NOT IN ORDER</source>
@@ -1492,8 +1660,20 @@
         <translation>永远不会开伞：倾角不可能达到 {fires:.0f}°。</translation>
     </message>
     <message>
+        <source>Next row found</source>
+        <translation type="unfinished"></translation>
+    </message>
+    <message>
+        <source>Next row found (Enter)</source>
+        <translation type="unfinished"></translation>
+    </message>
+    <message>
         <source>No answer</source>
         <translation>无应答</translation>
+    </message>
+    <message>
+        <source>No check is kept yet. A check is kept as soon as it has been run to its end.</source>
+        <translation type="unfinished"></translation>
     </message>
     <message>
         <source>No module</source>
@@ -1560,8 +1740,16 @@
         <translation>静止时的噪声可能中断或误报失重。</translation>
     </message>
     <message>
-        <source>Not a single byte has come on {port}, and it was asked {asked} times.</source>
+        <source>Noise of the acceleration</source>
         <translation type="unfinished"></translation>
+    </message>
+    <message>
+        <source>None: the vendor's advice</source>
+        <translation type="unfinished"></translation>
+    </message>
+    <message>
+        <source>Not a single byte has come on {port}, and it was asked {asked} times.</source>
+        <translation>{port} 上没有收到任何字节，已询问 {asked} 次。</translation>
     </message>
     <message>
         <source>Not charging</source>
@@ -1576,8 +1764,16 @@
         <translation type="unfinished"></translation>
     </message>
     <message>
+        <source>Not found</source>
+        <translation type="unfinished"></translation>
+    </message>
+    <message>
         <source>Not had: {names}. Read again; if it stays so, check the wiring.</source>
         <translation>未取得：{names}。请重新读取；若依然如此，请检查接线。</translation>
+    </message>
+    <message>
+        <source>Not in order</source>
+        <translation type="unfinished"></translation>
     </message>
     <message>
         <source>Not kept: these records or the boot count do not follow those of {module}.</source>
@@ -1601,6 +1797,10 @@
     </message>
     <message>
         <source>Nothing is known of the module's settings: read them first.</source>
+        <translation type="unfinished"></translation>
+    </message>
+    <message>
+        <source>Nothing is sent to any module.</source>
         <translation type="unfinished"></translation>
     </message>
     <message>
@@ -1672,8 +1872,12 @@
         <translation>只有回显</translation>
     </message>
     <message>
-        <source>Only our own bytes come back on {port}.</source>
+        <source>Only marked rows</source>
         <translation type="unfinished"></translation>
+    </message>
+    <message>
+        <source>Only our own bytes come back on {port}.</source>
+        <translation>{port} 上只收到我们自己发出的字节。</translation>
     </message>
     <message>
         <source>Only rejected bytes</source>
@@ -1693,6 +1897,10 @@
     </message>
     <message>
         <source>Open a profile and compare it with the module (Ctrl+O); or drop it here</source>
+        <translation type="unfinished"></translation>
+    </message>
+    <message>
+        <source>Open a profile …</source>
         <translation type="unfinished"></translation>
     </message>
     <message>
@@ -1740,6 +1948,10 @@
         <translation>伞仓打开</translation>
     </message>
     <message>
+        <source>Past checks</source>
+        <translation type="unfinished"></translation>
+    </message>
+    <message>
         <source>Pause</source>
         <translation>暂停</translation>
     </message>
@@ -1750,6 +1962,14 @@
     <message>
         <source>Picture (*.png)</source>
         <translation>图片 (*.png)</translation>
+    </message>
+    <message>
+        <source>Place in the recording</source>
+        <translation type="unfinished"></translation>
+    </message>
+    <message>
+        <source>Play the recording from the start</source>
+        <translation type="unfinished"></translation>
     </message>
     <message>
         <source>Plots</source>
@@ -1765,7 +1985,7 @@
     </message>
     <message>
         <source>Plug the adapter in again: the program connects by itself, to this adapter only.</source>
-        <translation type="unfinished"></translation>
+        <translation>请重新插入适配器：程序会自动连接，且只连接这个适配器。</translation>
     </message>
     <message>
         <source>Plug the adapter in and choose it from the list.</source>
@@ -1773,7 +1993,7 @@
     </message>
     <message>
         <source>Plug the adapter in. If it is plugged in and no new port appears, its driver is missing.</source>
-        <translation type="unfinished"></translation>
+        <translation>请插入适配器。如果已插入而没有出现新串口，则缺少驱动程序。</translation>
     </message>
     <message>
         <source>Plug the same adapter in again: it is connected by itself.</source>
@@ -1808,8 +2028,32 @@
         <translation>按下模块开关</translation>
     </message>
     <message>
+        <source>Print report …</source>
+        <translation type="unfinished"></translation>
+    </message>
+    <message>
+        <source>Print the check as PDF, HTML and JSON (Ctrl+P)</source>
+        <translation type="unfinished"></translation>
+    </message>
+    <message>
+        <source>Print the chosen record</source>
+        <translation type="unfinished"></translation>
+    </message>
+    <message>
+        <source>Print the chosen record as it was kept, with its time</source>
+        <translation type="unfinished"></translation>
+    </message>
+    <message>
+        <source>Print the report</source>
+        <translation type="unfinished"></translation>
+    </message>
+    <message>
         <source>Print the status as it streams, or polled where the module does not stream, until Ctrl-C. The stream is switched on where it was off, and off again at the end. Times count from the first status.</source>
         <translation>持续输出模块的状态，直到按下 Ctrl-C；模块不主动输出时改为轮询。串口输出若原为关闭则打开，结束时再关闭。时间从第一个状态算起。</translation>
+    </message>
+    <message>
+        <source>Print this record …</source>
+        <translation type="unfinished"></translation>
     </message>
     <message>
         <source>Profile</source>
@@ -1817,6 +2061,10 @@
     </message>
     <message>
         <source>Profile (*.toml)</source>
+        <translation type="unfinished"></translation>
+    </message>
+    <message>
+        <source>Profile: {name}</source>
         <translation type="unfinished"></translation>
     </message>
     <message>
@@ -1856,8 +2104,24 @@
         <translation type="unfinished"></translation>
     </message>
     <message>
+        <source>Questions without an answer</source>
+        <translation type="unfinished"></translation>
+    </message>
+    <message>
         <source>Quit</source>
         <translation>退出</translation>
+    </message>
+    <message>
+        <source>RECORDING – DPS-S Configurator</source>
+        <translation type="unfinished"></translation>
+    </message>
+    <message>
+        <source>RECORDING: {name}</source>
+        <translation type="unfinished"></translation>
+    </message>
+    <message>
+        <source>RECORDING: {name}, it has ended</source>
+        <translation type="unfinished"></translation>
     </message>
     <message>
         <source>Read again</source>
@@ -1892,6 +2156,10 @@
         <translation>正在读取触发记录</translation>
     </message>
     <message>
+        <source>Reading {file} …</source>
+        <translation type="unfinished"></translation>
+    </message>
+    <message>
         <source>Reading {name} …</source>
         <translation type="unfinished"></translation>
     </message>
@@ -1918,6 +2186,10 @@
     <message>
         <source>Record before it</source>
         <translation>上一份记录</translation>
+    </message>
+    <message>
+        <source>Record or report (*.json *.html *.htm *.pdf)</source>
+        <translation type="unfinished"></translation>
     </message>
     <message>
         <source>Record {number} of {module}: {verdict}, {at}, checked by {who}.</source>
@@ -1948,6 +2220,10 @@
         <translation>备注</translation>
     </message>
     <message>
+        <source>Report (*.pdf)</source>
+        <translation type="unfinished"></translation>
+    </message>
+    <message>
         <source>Reports</source>
         <translation>状态上报</translation>
     </message>
@@ -1962,6 +2238,30 @@
     <message>
         <source>Revert</source>
         <translation type="unfinished"></translation>
+    </message>
+    <message>
+        <source>Row found before</source>
+        <translation type="unfinished"></translation>
+    </message>
+    <message>
+        <source>Row found before (Shift+Enter)</source>
+        <translation type="unfinished"></translation>
+    </message>
+    <message>
+        <source>Run all checks: questions only (Ctrl+Return)</source>
+        <translation type="unfinished"></translation>
+    </message>
+    <message>
+        <source>Run the check</source>
+        <translation type="unfinished"></translation>
+    </message>
+    <message>
+        <source>Run the check.</source>
+        <translation type="unfinished"></translation>
+    </message>
+    <message>
+        <source>SIMULATED MODULE: this is no evidence.</source>
+        <translation>模拟模块：不能作为证据。</translation>
     </message>
     <message>
         <source>Save a capture</source>
@@ -2060,6 +2360,26 @@
         <translation>正在保存… {percent} %</translation>
     </message>
     <message>
+        <source>Say that it is the named module, and check again</source>
+        <translation type="unfinished"></translation>
+    </message>
+    <message>
+        <source>Say that you looked at the trigger records, and check again</source>
+        <translation type="unfinished"></translation>
+    </message>
+    <message>
+        <source>Say why each check matters, also where it passes</source>
+        <translation type="unfinished"></translation>
+    </message>
+    <message>
+        <source>Search</source>
+        <translation type="unfinished"></translation>
+    </message>
+    <message>
+        <source>Search in the rows</source>
+        <translation type="unfinished"></translation>
+    </message>
+    <message>
         <source>Send nothing (Esc)</source>
         <translation type="unfinished"></translation>
     </message>
@@ -2113,7 +2433,7 @@
     </message>
     <message>
         <source>Set the latency timer to 1 ms in the settings of the adapter's driver (port, advanced).</source>
-        <translation type="unfinished"></translation>
+        <translation>请在适配器驱动程序的设置（端口，高级）中把延迟计时器设为 1 ms。</translation>
     </message>
     <message>
         <source>Settings</source>
@@ -2168,6 +2488,10 @@
         <translation>人工跳过：{count} 项。</translation>
     </message>
     <message>
+        <source>Slowest answer</source>
+        <translation type="unfinished"></translation>
+    </message>
+    <message>
         <source>Something else is armed: {what}.</source>
         <translation>另一项操作已解除保险：{what}。</translation>
     </message>
@@ -2182,6 +2506,10 @@
     <message>
         <source>Speaks only when asked.</source>
         <translation>只在被询问时应答。</translation>
+    </message>
+    <message>
+        <source>Speed of the recording</source>
+        <translation type="unfinished"></translation>
     </message>
     <message>
         <source>Speed of the serial line. The vendor advises not to change it.</source>
@@ -2224,6 +2552,18 @@
         <translation>停止电机和风扇，不要触碰航空器，然后重新检查。</translation>
     </message>
     <message>
+        <source>Stop playing</source>
+        <translation type="unfinished"></translation>
+    </message>
+    <message>
+        <source>Stop playing the recording</source>
+        <translation type="unfinished"></translation>
+    </message>
+    <message>
+        <source>Stop playing; a module can be connected then</source>
+        <translation type="unfinished"></translation>
+    </message>
+    <message>
         <source>Stop saving; no file is left</source>
         <translation>停止保存，不留下文件</translation>
     </message>
@@ -2249,7 +2589,7 @@
     </message>
     <message>
         <source>Switch the module on, connect ground, and cross the wires: TX to RX and RX to TX.</source>
-        <translation type="unfinished"></translation>
+        <translation>请打开模块，接好地线，并交叉接线：TX 接 RX，RX 接 TX。</translation>
     </message>
     <message>
         <source>Switched on, the module streams its status unasked. Its state cannot be read.</source>
@@ -2285,6 +2625,10 @@
     </message>
     <message>
         <source>The adapter at {port} has come and gone {visits} times: it loses its power or its contact.</source>
+        <translation>{port} 上的适配器已经出现又消失 {visits} 次：供电或接触不良。</translation>
+    </message>
+    <message>
+        <source>The aircraft that the module sits in</source>
         <translation type="unfinished"></translation>
     </message>
     <message>
@@ -2320,6 +2664,10 @@
         <translation>本次检查将不会保存。</translation>
     </message>
     <message>
+        <source>The checks of one module, or of one aircraft</source>
+        <translation type="unfinished"></translation>
+    </message>
+    <message>
         <source>The confirmation is {seconds:.1f} s old: confirm again.</source>
         <translation>确认是 {seconds:.1f} 秒前的：请重新确认。</translation>
     </message>
@@ -2336,8 +2684,16 @@
         <translation>最近九次触发，每条含触发时的设置和读数。</translation>
     </message>
     <message>
+        <source>The last rejected bytes</source>
+        <translation type="unfinished"></translation>
+    </message>
+    <message>
         <source>The last status is {seconds:.1f} s old.</source>
         <translation>最近一次状态是 {seconds:.1f} 秒前的。</translation>
+    </message>
+    <message>
+        <source>The link works: the module answers.</source>
+        <translation type="unfinished"></translation>
     </message>
     <message>
         <source>The module acknowledged and is silent now.</source>
@@ -2357,7 +2713,7 @@
     </message>
     <message>
         <source>The module answered before and has fallen silent; the port is fine.</source>
-        <translation type="unfinished"></translation>
+        <translation>模块先前有应答，现在没有了；串口正常。</translation>
     </message>
     <message>
         <source>The module answered that it did not fire, and reports no trigger.</source>
@@ -2417,7 +2773,7 @@
     </message>
     <message>
         <source>The module has another baud rate: find the rate.</source>
-        <translation type="unfinished"></translation>
+        <translation>模块使用另一个波特率：请查找波特率。</translation>
     </message>
     <message>
         <source>The module has no serial number: name it once, and it is known again</source>
@@ -2465,7 +2821,7 @@
     </message>
     <message>
         <source>The module on {port} sends, but does not answer.</source>
-        <translation type="unfinished"></translation>
+        <translation>{port} 上的模块在发送，但不应答。</translation>
     </message>
     <message>
         <source>The module on {port} stopped answering. Check its power and the wiring, and read again.</source>
@@ -2525,7 +2881,7 @@
     </message>
     <message>
         <source>The module was shut down by this program.</source>
-        <translation type="unfinished"></translation>
+        <translation>模块已由本程序关机。</translation>
     </message>
     <message>
         <source>The module's baud rate; 115200 unless somebody changed it</source>
@@ -2564,6 +2920,10 @@
         <translation>配置文件的格式为 {format}；本程序支持到 {known}。请使用更新版本的程序。</translation>
     </message>
     <message>
+        <source>The profile says what the module should be like, and what a person looks at</source>
+        <translation type="unfinished"></translation>
+    </message>
+    <message>
         <source>The program may not write into {path}.</source>
         <translation>程序无权写入 {path}。</translation>
     </message>
@@ -2586,6 +2946,10 @@
     <message>
         <source>The readings with the bay closed and open overlap: light does not tell the two apart.</source>
         <translation>伞仓合上与打开时的读数重叠：光线无法区分两种状态。</translation>
+    </message>
+    <message>
+        <source>The recording has ended</source>
+        <translation type="unfinished"></translation>
     </message>
     <message>
         <source>The report cannot be written: {why}.</source>
@@ -2641,7 +3005,7 @@
     </message>
     <message>
         <source>There is no port {port}.</source>
-        <translation type="unfinished"></translation>
+        <translation>没有串口 {port}。</translation>
     </message>
     <message>
         <source>There is no serial port. Plug the adapter in; if it stays away, try another cable or its driver.</source>
@@ -2670,6 +3034,10 @@
     <message>
         <source>Tilt</source>
         <translation>倾角</translation>
+    </message>
+    <message>
+        <source>Tilt at rest</source>
+        <translation type="unfinished"></translation>
     </message>
     <message>
         <source>Tilt, acceleration and voltage appear here as soon as a module answers.</source>
@@ -2765,15 +3133,15 @@
     </message>
     <message>
         <source>Type: {command}</source>
-        <translation type="unfinished"></translation>
+        <translation>请输入：{command}</translation>
     </message>
     <message>
         <source>Type: {command} — then log out and in again.</source>
-        <translation type="unfinished"></translation>
+        <translation>请输入：{command}，然后注销并重新登录。</translation>
     </message>
     <message>
         <source>Type: {command} — then plug the adapter in again.</source>
-        <translation type="unfinished"></translation>
+        <translation>请输入：{command}，然后重新插入适配器。</translation>
     </message>
     <message>
         <source>UNKNOWN</source>
@@ -2801,7 +3169,7 @@
     </message>
     <message>
         <source>Unplug the adapter, wait two seconds, and plug it in again.</source>
-        <translation type="unfinished"></translation>
+        <translation>请拔出适配器，等待两秒，再插入。</translation>
     </message>
     <message>
         <source>Unplug the external power and check again.</source>
@@ -2813,11 +3181,11 @@
     </message>
     <message>
         <source>Use a shorter cable, connect ground, and keep it away from motors and antennas.</source>
-        <translation type="unfinished"></translation>
+        <translation>请使用更短的线，接好地线，并远离电机和天线。</translation>
     </message>
     <message>
         <source>Use another USB cable and another socket, without a hub.</source>
-        <translation type="unfinished"></translation>
+        <translation>请换一根 USB 线和另一个 USB 口，不要经过集线器。</translation>
     </message>
     <message>
         <source>Use another adapter or USB socket; close other programs.</source>
@@ -2828,8 +3196,28 @@
         <translation type="unfinished"></translation>
     </message>
     <message>
+        <source>Usual round trip</source>
+        <translation type="unfinished"></translation>
+    </message>
+    <message>
+        <source>VOID</source>
+        <translation type="unfinished"></translation>
+    </message>
+    <message>
         <source>VOID: not a valid check</source>
         <translation>作废：检查无效</translation>
+    </message>
+    <message>
+        <source>Verdict</source>
+        <translation type="unfinished"></translation>
+    </message>
+    <message>
+        <source>Verify a file …</source>
+        <translation type="unfinished"></translation>
+    </message>
+    <message>
+        <source>Verify a record</source>
+        <translation type="unfinished"></translation>
     </message>
     <message>
         <source>Void: {why}.</source>
@@ -2860,6 +3248,10 @@
         <translation>警告：{name}：{what}</translation>
     </message>
     <message>
+        <source>Was a record or a report altered? Or drop the file here</source>
+        <translation type="unfinished"></translation>
+    </message>
+    <message>
         <source>Watching tilt and acceleration for two seconds</source>
         <translation>正在观察倾角和加速度两秒</translation>
     </message>
@@ -2868,12 +3260,24 @@
         <translation>这是什么？</translation>
     </message>
     <message>
+        <source>What was found below no longer says anything about the module. Check again.</source>
+        <translation type="unfinished"></translation>
+    </message>
+    <message>
         <source>What was read cannot be written: {error}.</source>
         <translation>读到的内容无法写出：{error}。</translation>
     </message>
     <message>
         <source>What was seen before a restart or a break says nothing about the module now.</source>
         <translation>重启或中断之前看到的情况不能说明模块现在的状态。</translation>
+    </message>
+    <message>
+        <source>What was seen since the module last answered</source>
+        <translation type="unfinished"></translation>
+    </message>
+    <message>
+        <source>When</source>
+        <translation type="unfinished"></translation>
     </message>
     <message>
         <source>Whether external power is charging the module.</source>
@@ -2894,6 +3298,14 @@
     <message>
         <source>Whoever talks to the module, also the flight controller, must use {rate} baud from then on.</source>
         <translation>此后与模块通信的各方（包括飞控）都必须使用 {rate} 波特率。</translation>
+    </message>
+    <message>
+        <source>Whose checks</source>
+        <translation type="unfinished"></translation>
+    </message>
+    <message>
+        <source>Why does it not connect?</source>
+        <translation type="unfinished"></translation>
     </message>
     <message>
         <source>Windows has no pseudo-terminals: use --tcp 127.0.0.1:0</source>
@@ -2956,6 +3368,10 @@
         <translation type="unfinished"></translation>
     </message>
     <message>
+        <source>Written to {folder}: {names}.</source>
+        <translation type="unfinished"></translation>
+    </message>
+    <message>
         <source>Written: {files}.</source>
         <translation>已写入：{files}。</translation>
     </message>
@@ -2964,11 +3380,23 @@
         <translation>波特率不对？</translation>
     </message>
     <message>
-        <source>You may not open {port}.</source>
+        <source>You looked at it and it is in order</source>
         <translation type="unfinished"></translation>
     </message>
     <message>
+        <source>You looked at it and it is not in order</source>
+        <translation type="unfinished"></translation>
+    </message>
+    <message>
+        <source>You may not open {port}.</source>
+        <translation>您没有权限打开 {port}。</translation>
+    </message>
+    <message>
         <source>You may open {port}, but this session does not know it yet.</source>
+        <translation>您有权打开 {port}，但当前登录会话尚未生效。</translation>
+    </message>
+    <message>
+        <source>Your name, as it will stand in the record</source>
         <translation type="unfinished"></translation>
     </message>
     <message>
@@ -3117,7 +3545,7 @@
     </message>
     <message>
         <source>another adapter is plugged in; the program does not connect to it by itself</source>
-        <translation type="unfinished"></translation>
+        <translation>插入的是另一个适配器；程序不会自动连接它</translation>
     </message>
     <message>
         <source>answer</source>
@@ -3308,6 +3736,10 @@
         <translation>检查模块是否可以飞行</translation>
     </message>
     <message>
+        <source>checking …</source>
+        <translation type="unfinished"></translation>
+    </message>
+    <message>
         <source>checksum {found}, the sum is {expected}</source>
         <translation>校验为 {found}，累加和应为 {expected}</translation>
     </message>
@@ -3394,6 +3826,10 @@
     <message>
         <source>disable the free-fall trigger</source>
         <translation>禁用失重触发</translation>
+    </message>
+    <message>
+        <source>do not fly</source>
+        <translation type="unfinished"></translation>
     </message>
     <message>
         <source>done</source>
@@ -3500,6 +3936,10 @@
         <translation>触发，原因未注明</translation>
     </message>
     <message>
+        <source>fit to fly</source>
+        <translation type="unfinished"></translation>
+    </message>
+    <message>
         <source>follows that of the named module</source>
         <translation>与所命名模块的次数相接</translation>
     </message>
@@ -3546,6 +3986,14 @@
     <message>
         <source>hold its switch for 2 s: on, if it was off</source>
         <translation>按住模块开关 2 秒：若已关机则开机</translation>
+    </message>
+    <message>
+        <source>holds for {minutes} min</source>
+        <translation type="unfinished"></translation>
+    </message>
+    <message>
+        <source>holds for {seconds} s</source>
+        <translation type="unfinished"></translation>
     </message>
     <message>
         <source>host</source>
@@ -3692,6 +4140,10 @@
         <translation>配置文件的第 N 项人工检查已查看且正常</translation>
     </message>
     <message>
+        <source>may be skipped, and is printed so</source>
+        <translation type="unfinished"></translation>
+    </message>
+    <message>
         <source>measuring … {done} readings</source>
         <translation type="unfinished"></translation>
     </message>
@@ -3710,6 +4162,10 @@
     <message>
         <source>module shuts down</source>
         <translation>模块即将关机</translation>
+    </message>
+    <message>
+        <source>needed for GO</source>
+        <translation type="unfinished"></translation>
     </message>
     <message>
         <source>new</source>
@@ -3749,7 +4205,7 @@
     </message>
     <message>
         <source>no pairs of hex digits</source>
-        <translation type="unfinished"></translation>
+        <translation>不是成对的十六进制数字</translation>
     </message>
     <message>
         <source>no port for the simulated module: {reason}</source>
@@ -3801,7 +4257,7 @@
     </message>
     <message>
         <source>no time, direction and bytes</source>
-        <translation type="unfinished"></translation>
+        <translation>没有时间、方向和字节</translation>
     </message>
     <message>
         <source>no two readings agreed</source>
@@ -3870,6 +4326,10 @@
     <message>
         <source>not charging</source>
         <translation>未充电</translation>
+    </message>
+    <message>
+        <source>not checked</source>
+        <translation type="unfinished"></translation>
     </message>
     <message>
         <source>not connected</source>
@@ -4225,7 +4685,7 @@
     </message>
     <message>
         <source>several adapters look the same; choose one</source>
-        <translation type="unfinished"></translation>
+        <translation>有多个适配器无法区分；请选择一个</translation>
     </message>
     <message>
         <source>share of answers that come twice</source>
@@ -4305,11 +4765,11 @@
     </message>
     <message>
         <source>the adapter is back, and its port does not open yet</source>
-        <translation type="unfinished"></translation>
+        <translation>适配器已插回，但其串口还打不开</translation>
     </message>
     <message>
         <source>the adapter is not plugged in</source>
-        <translation type="unfinished"></translation>
+        <translation>适配器未插入</translation>
     </message>
     <message>
         <source>the aircraft it sits in</source>
@@ -4317,11 +4777,11 @@
     </message>
     <message>
         <source>the bytes are no pairs of hex digits</source>
-        <translation type="unfinished"></translation>
+        <translation>字节不是成对的十六进制数字</translation>
     </message>
     <message>
         <source>the capture is of a later version of the program</source>
-        <translation type="unfinished"></translation>
+        <translation>抓包文件来自本程序的更新版本</translation>
     </message>
     <message>
         <source>the command that the module's frames answer: {names}</source>
@@ -4333,7 +4793,7 @@
     </message>
     <message>
         <source>the file is too long for a capture</source>
-        <translation type="unfinished"></translation>
+        <translation>文件太长，不是抓包文件</translation>
     </message>
     <message>
         <source>the first record of this module</source>
@@ -4357,7 +4817,7 @@
     </message>
     <message>
         <source>the line is too long</source>
-        <translation type="unfinished"></translation>
+        <translation>该行太长</translation>
     </message>
     <message>
         <source>the lowest acceleration is above the highest.</source>
@@ -4433,7 +4893,7 @@
     </message>
     <message>
         <source>the port has only a name, which may be another adapter's by now; connect again by hand</source>
-        <translation type="unfinished"></translation>
+        <translation>该串口只有名称，现在可能已属于另一个适配器；请手动重新连接</translation>
     </message>
     <message>
         <source>the port was lost</source>
@@ -4469,7 +4929,7 @@
     </message>
     <message>
         <source>the time runs backwards; the line before counts</source>
-        <translation type="unfinished"></translation>
+        <translation>时间倒退；以前一行的时间为准</translation>
     </message>
     <message>
         <source>the trigger records that the module keeps have been looked at</source>
@@ -4612,6 +5072,10 @@
         <translation type="unfinished"></translation>
     </message>
     <message>
+        <source>void</source>
+        <translation type="unfinished"></translation>
+    </message>
+    <message>
         <source>volts that the cell loses in an hour</source>
         <translation>电芯每小时下降的电压（V）</translation>
     </message>
@@ -4668,6 +5132,10 @@
         <translation>是：已开伞</translation>
     </message>
     <message>
+        <source>your name</source>
+        <translation type="unfinished"></translation>
+    </message>
+    <message>
         <source>zero the sensor</source>
         <translation>传感器置零</translation>
     </message>
@@ -4681,7 +5149,7 @@
     </message>
     <message>
         <source>{bytes} bytes came on {port} at {rate} baud, and no frame is among them.</source>
-        <translation type="unfinished"></translation>
+        <translation>{port} 在波特率 {rate} 下收到 {bytes} 字节，其中没有任何一帧。</translation>
     </message>
     <message>
         <source>{code}, approved</source>
@@ -4697,6 +5165,10 @@
     </message>
     <message>
         <source>{count} changes of settings have not been written to the module.</source>
+        <translation type="unfinished"></translation>
+    </message>
+    <message>
+        <source>{count} checks</source>
         <translation type="unfinished"></translation>
     </message>
     <message>
@@ -4748,6 +5220,10 @@
         <translation>无法写入 {file}：{why}。</translation>
     </message>
     <message>
+        <source>{file} is no profile: {why}</source>
+        <translation type="unfinished"></translation>
+    </message>
+    <message>
         <source>{file} is not a profile</source>
         <translation type="unfinished"></translation>
     </message>
@@ -4762,6 +5238,10 @@
     <message>
         <source>{hours} h {minutes} min {seconds} s</source>
         <translation>{hours} 小时 {minutes} 分 {seconds} 秒</translation>
+    </message>
+    <message>
+        <source>{lost} of {sent}</source>
+        <translation type="unfinished"></translation>
     </message>
     <message>
         <source>{lost} of {sent} lost, {bytes} damaged bytes</source>
@@ -4790,6 +5270,10 @@
     <message>
         <source>{ms} ms</source>
         <translation>{ms} 毫秒</translation>
+    </message>
+    <message>
+        <source>{names} and {count} more</source>
+        <translation type="unfinished"></translation>
     </message>
     <message>
         <source>{name} is given twice.</source>
@@ -4888,8 +5372,12 @@
         <translation>{path} 由本程序的更新版本写入。</translation>
     </message>
     <message>
-        <source>{port} cannot be used as a serial port.</source>
+        <source>{port} at {rate} baud</source>
         <translation type="unfinished"></translation>
+    </message>
+    <message>
+        <source>{port} cannot be used as a serial port.</source>
+        <translation>{port} 不能作为串口使用。</translation>
     </message>
     <message>
         <source>{port} does not open within {seconds:.0f} s.</source>
@@ -4897,7 +5385,7 @@
     </message>
     <message>
         <source>{port} is in use by another program, and the system does not tell which.</source>
-        <translation type="unfinished"></translation>
+        <translation>{port} 正被其他程序占用，系统没有说明是哪一个。</translation>
     </message>
     <message>
         <source>{port} is in use by another program.</source>
@@ -4905,7 +5393,7 @@
     </message>
     <message>
         <source>{port} is in use by {program} (process {pid}).</source>
-        <translation type="unfinished"></translation>
+        <translation>{port} 正被 {program}（进程 {pid}）占用。</translation>
     </message>
     <message>
         <source>{port} takes no bytes.</source>
@@ -4913,11 +5401,11 @@
     </message>
     <message>
         <source>{port} takes no bytes: the adapter or its driver hangs.</source>
-        <translation type="unfinished"></translation>
+        <translation>{port} 不接收字节：适配器或其驱动程序卡住了。</translation>
     </message>
     <message>
         <source>{port} vanishes again: the driver for Braille displays (brltty) takes this adapter for one.</source>
-        <translation type="unfinished"></translation>
+        <translation>{port} 又消失了：盲文显示器驱动（brltty）把这个适配器当成了盲文显示器。</translation>
     </message>
     <message>
         <source>{port} was unplugged or its driver failed.</source>
@@ -4925,11 +5413,15 @@
     </message>
     <message>
         <source>{port} was unplugged, or its driver failed.</source>
-        <translation type="unfinished"></translation>
+        <translation>{port} 已被拔出，或其驱动程序出错。</translation>
     </message>
     <message>
         <source>{port}, {rate} baud</source>
         <translation>{port}，{rate} 波特</translation>
+    </message>
+    <message>
+        <source>{position} of {length}</source>
+        <translation type="unfinished"></translation>
     </message>
     <message>
         <source>{rate:.0f} a second</source>
@@ -5009,6 +5501,14 @@
     </message>
     <message>
         <source>{time}, marked</source>
+        <translation type="unfinished"></translation>
+    </message>
+    <message>
+        <source>{title} over {count} checks: {low} to {high}, last {last}</source>
+        <translation type="unfinished"></translation>
+    </message>
+    <message>
+        <source>{title}: not measured yet</source>
         <translation type="unfinished"></translation>
     </message>
     <message>

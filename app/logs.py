@@ -1,0 +1,211 @@
+"""The program's log: a rotating file in the platform's log folder, and the last lines in memory for the support bundle.
+
+The log never stops the program: where the folder cannot be written, the disk is full, or another copy of the program
+has the file, that is said once (`Log.trouble`) and the lines go on in memory, or into a file of their own.
+"""
+
+import contextlib
+import logging
+import os
+import sys
+import threading
+import traceback
+from collections import deque
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from logging.handlers import RotatingFileHandler
+from pathlib import Path
+from types import TracebackType
+from typing import IO
+
+from platformdirs import user_log_path
+
+if sys.platform == "win32":
+    import msvcrt
+else:
+    import fcntl
+
+APP_NAME = "dps-s"
+FILE_BYTES = 1_000_000
+FILES_KEPT = 5
+"""Besides the one that is written."""
+LINES_KEPT = 2000
+MOST_COPIES = 8
+"""Copies of the program that run at once and each get a file."""
+_FORMAT = "%(asctime)s.%(msecs)03d %(levelname)-7s %(threadName)s %(name)s: %(message)s"
+_DATE_FORMAT = "%Y-%m-%d %H:%M:%S"
+_log = logging.getLogger(__name__)
+
+
+class Recent(logging.Handler):
+    """The last lines. `text` may be called from any thread."""
+
+    def __init__(self, kept: int = LINES_KEPT) -> None:
+        super().__init__()
+        self._lines: deque[str] = deque(maxlen=kept)
+
+    def emit(self, record: logging.LogRecord) -> None:
+        self._lines.append(self.format(record))
+
+    def text(self) -> str:
+        with contextlib.nullcontext() if self.lock is None else self.lock:
+            return "".join(f"{line}\n" for line in self._lines)
+
+
+class _File(RotatingFileHandler):
+    """Falls silent at the first error, which goes to `on_error`: the disk is full, or the folder went away."""
+
+    def __init__(self, path: Path, on_error: Callable[[OSError], None]) -> None:
+        super().__init__(path, maxBytes=FILE_BYTES, backupCount=FILES_KEPT, encoding="utf-8", errors="replace")
+        self._on_error = on_error
+        self._is_broken = False
+
+    def emit(self, record: logging.LogRecord) -> None:
+        if not self._is_broken:
+            super().emit(record)
+
+    def handleError(self, record: logging.LogRecord) -> None:  # noqa: ARG002  its base names it
+        error = sys.exc_info()[1]
+        self._is_broken = True
+        self._on_error(error if isinstance(error, OSError) else OSError(str(error)))
+
+    def close(self) -> None:
+        with contextlib.suppress(OSError):  # the last lines do not fit on a full disk
+            super().close()
+
+
+@dataclass(slots=True)
+class Log:
+    """Where the log goes. Made by `start_log`; `stop` ends it."""
+
+    recent: Recent
+    path: Path | None = None
+    """The file; None where there is none."""
+    trouble: OSError | None = None
+    """Why there is no file, or why it is no longer written."""
+    _handlers: list[logging.Handler] = field(default_factory=list)
+    _lock_file: IO[bytes] | None = None
+
+    def stop(self) -> None:
+        """Idempotent."""
+        root = logging.getLogger()
+        handlers, self._handlers = self._handlers, []
+        for handler in handlers:
+            root.removeHandler(handler)
+            handler.close()
+        lock_file, self._lock_file = self._lock_file, None
+        if lock_file is not None:
+            lock_file.close()
+
+    def _lose_file(self, error: OSError) -> None:
+        self.trouble = error
+        text = "The log file is no longer written: %s"
+        self.recent.handle(logging.LogRecord(__name__, logging.WARNING, __file__, 0, text, (error,), None))
+
+
+def start_log(folder: Path | None = None, *, level: int = logging.INFO) -> Log:
+    """Begin to log, into `folder` or the platform's log folder. Never raises."""
+    formatter = logging.Formatter(_FORMAT, _DATE_FORMAT)
+    log = Log(Recent())
+    log.recent.setFormatter(formatter)
+    handlers: list[logging.Handler] = [log.recent]
+    try:
+        folder = folder or user_log_path(APP_NAME, appauthor=False)
+        folder.mkdir(parents=True, exist_ok=True)
+        path, log._lock_file = _own_file(folder)
+        handler = _File(path, log._lose_file)
+        handler.setFormatter(formatter)
+        handlers.append(handler)
+        log.path = path
+    except OSError as error:
+        log.trouble = error
+    root = logging.getLogger()
+    root.setLevel(min(root.level or level, level))
+    for handler_ in handlers:
+        root.addHandler(handler_)
+    log._handlers = handlers
+    if log.trouble is not None:
+        _log.warning("There is no log file: %s", log.trouble)
+    return log
+
+
+def _own_file(folder: Path) -> tuple[Path, IO[bytes]]:
+    """A file that no other copy of the program writes: two of them would rotate each other's lines away."""
+    for number in range(1, MOST_COPIES + 1):
+        name = APP_NAME if number == 1 else f"{APP_NAME}-{number}"
+        lock_file = (folder / f"{name}.lock").open("ab")
+        if _lock(lock_file):
+            return folder / f"{name}.log", lock_file
+        lock_file.close()
+    raise OSError(f"{MOST_COPIES} copies of the program run already")
+
+
+def _lock(file: IO[bytes]) -> bool:
+    """The system gives it free when the program ends, however it ends."""
+    try:
+        if sys.platform == "win32":
+            msvcrt.locking(file.fileno(), msvcrt.LK_NBLCK, 1)
+        else:
+            fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except OSError:
+        return False
+    return True
+
+
+# Errors that nobody caught
+
+
+@dataclass(frozen=True, slots=True)
+class Mishap:
+    """An exception that nobody caught. `details` is for the clipboard, not for the eye."""
+
+    summary: str
+    details: str
+    thread: str
+
+
+Hook = Callable[[Mishap], None]
+
+
+def catch_mishaps(on_mishap: Hook) -> Callable[[], None]:
+    """From now on an uncaught exception, in any thread, goes into the log and to `on_mishap`, not to a terminal.
+
+    Returns what ends it. `on_mishap` is called in the thread of the exception. Ctrl-C stays as it is.
+    """
+    before, before_thread = sys.excepthook, threading.excepthook
+
+    def caught(kind: type[BaseException], error: BaseException, trace: TracebackType | None) -> None:
+        if issubclass(kind, KeyboardInterrupt):
+            before(kind, error, trace)
+            return
+        _tell(on_mishap, error, trace, threading.current_thread().name)
+
+    def caught_in_thread(args: threading.ExceptHookArgs) -> None:
+        if args.exc_value is not None:
+            _tell(on_mishap, args.exc_value, args.exc_traceback, args.thread.name if args.thread is not None else "")
+
+    def undo() -> None:
+        sys.excepthook, threading.excepthook = before, before_thread
+
+    sys.excepthook, threading.excepthook = caught, caught_in_thread
+    return undo
+
+
+def _tell(on_mishap: Hook, error: BaseException, trace: TracebackType | None, thread: str) -> None:
+    details = "".join(traceback.format_exception(type(error), error, trace))
+    _log.error("An error that nobody expected, in thread %s:\n%s", thread, details)
+    try:
+        on_mishap(Mishap(f"{type(error).__name__}: {error}", details, thread))
+    except Exception:  # noqa: BLE001  telling of one error must not make the next
+        _log.exception("The error could not be told")
+
+
+def text_of(log: Log, *, longest_bytes: int = FILE_BYTES) -> str:
+    """The last lines: of the file where there is one, with those of earlier runs, else of this run. Never raises."""
+    if log.path is not None and log.trouble is None:
+        with contextlib.suppress(OSError), log.path.open("rb") as file:
+            size = file.seek(0, os.SEEK_END)
+            file.seek(max(0, size - longest_bytes))
+            text = file.read(longest_bytes).decode("utf-8", "replace")
+            return text if size <= longest_bytes else text.partition("\n")[2]
+    return log.recent.text()

@@ -1,0 +1,175 @@
+"""When and where to open the port again after it was lost: the rules, without a clock, a thread or a port.
+
+- Only a port that was open and went away is opened again, and only while somebody wants it.
+- Only the same adapter: by USB serial number, else by vendor, product and socket. Where several ports show the same
+  (two adapters of one clone maker, two ports of one adapter) the socket and the interface must be the same too.
+- Never the bare name: another adapter may have it by now. Without an identity only an address that cannot pass to
+  another adapter is tried again: a URL, or a link that somebody made, as long as no adapter has come behind it.
+- It looks twice a second at first, then once: an adapter that returns is open again within two seconds.
+- Nothing is sent again. What was under way has ended with the port's error; the new session reads everything anew.
+
+The owner calls `take` for each connection it hears of, lists the ports when `is_due`, hands them to `look`, and opens
+what that returns.
+"""
+
+import os
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
+from enum import Enum
+
+from app.ports import PortInfo
+from app.transport import PortTrouble
+from app.worker import Connection, PortState
+from protocol.text import marked
+
+EAGER_S = 0.5
+"""Between two looks at first; the list itself takes some 10 ms on Linux."""
+EAGER_FOR_S = 30.0
+PATIENT_S = 1.0
+RETURN_LIMIT_S = 2.0
+"""From the adapter's return to the open port: one look, one list, one opening."""
+LOSSES = frozenset({PortTrouble.LOST, PortTrouble.STUCK})
+"""Troubles of a port that was open."""
+
+
+@dataclass(frozen=True, slots=True)
+class Address:
+    """Where the module was. `identity` and `location` as in `PortInfo`, empty where there are none."""
+
+    device: str
+    identity: str = ""
+    location: str = ""
+
+    @property
+    def is_url(self) -> bool:
+        return "://" in self.device
+
+
+class Absence(Enum):
+    """Why the port is not open again yet; the value is English, translatable."""
+
+    AWAY = marked("the adapter is not plugged in")
+    ANOTHER = marked("another adapter is plugged in; the program does not connect to it by itself")
+    SEVERAL = marked("several adapters look the same; choose one")
+    FAILED = marked("the adapter is back, and its port does not open yet")
+    NAME_ONLY = marked("the port has only a name, which may be another adapter's by now; connect again by hand")
+
+
+def address_of(device: str, ports: Iterable[PortInfo]) -> Address:
+    """The address of `device` (a name, a link or a URL) with its identity, where it is among `ports`."""
+    if "://" in device:
+        return Address(device)
+    target = os.path.realpath(device)
+    for port in ports:
+        if port.device in (device, target):
+            return Address(device, port.identity, port.location)
+    return Address(device)
+
+
+class Reconnection:
+    """See the module's docstring. One object for as long as the program runs; one thread calls it."""
+
+    def __init__(self, *, is_link: Callable[[str], bool] = os.path.islink) -> None:
+        self._is_link = is_link
+        self._address: Address | None = None
+        self._lasts = False
+        self._lost_at: float | None = None
+        self._next_at = 0.0
+        self._was_open = False
+        self._absence = Absence.AWAY
+        self.returns = 0
+        """How often a lost port was opened again."""
+
+    @property
+    def is_waiting(self) -> bool:
+        """The port was lost and is opened again when it comes back."""
+        return self._lost_at is not None
+
+    @property
+    def lost_at(self) -> float | None:
+        return self._lost_at
+
+    @property
+    def absence(self) -> Absence | None:
+        """Why it is not open again yet; None while nothing is lost."""
+        return self._absence if self.is_waiting else None
+
+    @property
+    def address(self) -> Address | None:
+        """Where the module is wanted; None where nothing is."""
+        return self._address
+
+    def want(self, address: Address) -> None:
+        """Somebody connects to it. Call it before the port is opened: a link must be looked at while it is there."""
+        self._address = address
+        self._lasts = address.is_url or (not address.identity and self._is_link(address.device))
+        self._lost_at = None
+        self._was_open = False
+
+    def give_up(self) -> None:
+        """Somebody disconnects."""
+        self._address = None
+        self._lost_at = None
+        self._was_open = False
+
+    def take(self, connection: Connection, now: float) -> None:
+        """What became of the port."""
+        if self._address is None:
+            return
+        if connection.state is PortState.OPEN:
+            self.returns += self.is_waiting
+            self._lost_at = None
+            self._was_open = True
+        elif connection.state is PortState.CLOSED and connection.trouble is not None:
+            self._take_trouble(connection.trouble.trouble, now)
+
+    def is_due(self, now: float) -> bool:
+        """Whether to list the ports now, and hand them to `look`."""
+        return self.is_waiting and self._absence is not Absence.NAME_ONLY and now >= self._next_at
+
+    def next_look(self) -> float | None:
+        """When `is_due`; None where nothing is waited for."""
+        return self._next_at if self.is_waiting and self._absence is not Absence.NAME_ONLY else None
+
+    def look(self, ports: Iterable[PortInfo], now: float) -> Address | None:
+        """What to open now, None for nothing. `absence` says why not."""
+        address, lost_at = self._address, self._lost_at
+        if address is None or lost_at is None or self._absence is Absence.NAME_ONLY:
+            return None
+        self._next_at = now + (EAGER_S if now - lost_at < EAGER_FOR_S else PATIENT_S)
+        listed = tuple(ports)
+        if not address.identity:
+            return self._at_lasting_address(address, listed)
+        same = [port for port in listed if port.identity == address.identity]
+        if len(same) > 1:
+            same = [port for port in same if port.location == address.location]
+        if len(same) == 1:
+            return Address(same[0].device, address.identity, same[0].location)
+        several = any(port.identity == address.identity for port in listed)
+        self._absence = Absence.SEVERAL if several else self._away_or_another(address, listed)
+        return None
+
+    def opening(self, address: Address) -> None:
+        """`address`, from `look`, is being opened: from now on it is where the module is."""
+        self._address = address
+
+    def _take_trouble(self, trouble: PortTrouble, now: float) -> None:
+        if self.is_waiting:
+            gone_again = trouble in LOSSES or trouble is PortTrouble.MISSING
+            self._absence = Absence.AWAY if gone_again else Absence.FAILED
+        elif self._was_open and trouble in LOSSES:
+            self._lost_at = self._next_at = now
+            is_known = self._lasts or (self._address is not None and bool(self._address.identity))
+            self._absence = Absence.AWAY if is_known else Absence.NAME_ONLY
+        self._was_open = False
+
+    def _at_lasting_address(self, address: Address, ports: tuple[PortInfo, ...]) -> Address | None:
+        behind = os.path.realpath(address.device) if not address.is_url else ""
+        if any(port.identity and port.device in (address.device, behind) for port in ports):
+            self._absence = Absence.ANOTHER
+            return None
+        return address
+
+    def _away_or_another(self, address: Address, ports: tuple[PortInfo, ...]) -> Absence:
+        has_name = any(port.device == address.device for port in ports)
+        return Absence.ANOTHER if has_name else Absence.AWAY
