@@ -12,7 +12,8 @@ from PySide6.QtGui import QFocusEvent, QFontMetricsF, QKeyEvent, QMouseEvent, QP
 from PySide6.QtWidgets import QGraphicsItem, QStyleOptionGraphicsItem, QWidget
 
 from ui.plot_curve import LaneCurve
-from ui.plot_paint import Picture, gutter_px, paint_back, paint_front
+from ui.plot_ground import Ground
+from ui.plot_paint import Picture, gutter_px, paint_front
 from ui.plot_view import Lane, Span
 from ui.theme import Size, Theme, font
 
@@ -63,10 +64,11 @@ class Canvas(pg.GraphicsView):  # type: ignore[misc]  # pyqtgraph has no types
         self.cursor_part: float | None = None
         self._dragged_from: float | None = None
         self._picture: Picture | None = None
+        self._ground = Ground()
         self._left = self._right = 0.0
         scene: Any = self.scene()
         self.lanes = [LaneCurve(lane, number, scene) for number, lane in enumerate(lanes)]
-        self._back = _Layer(self._paint_back, depth=-100)
+        self._back = _Layer(self._paint_back, depth=-200)  # a view box is at -100
         self._front = _Layer(self._paint_front, depth=100)
         scene.addItem(self._back)
         scene.addItem(self._front)
@@ -80,6 +82,7 @@ class Canvas(pg.GraphicsView):  # type: ignore[misc]  # pyqtgraph has no types
 
     def arrange(self) -> None:
         """Give each lane its place; after a change of size, language or font."""
+        self._ground.forget()
         size = self.viewport().size()
         whole = QRectF(0, 0, size.width(), size.height())
         line = QFontMetricsF(font(Size.SMALL)).height()
@@ -115,7 +118,7 @@ class Canvas(pg.GraphicsView):  # type: ignore[misc]  # pyqtgraph has no types
 
     def _paint_back(self, painter: QPainter) -> None:
         if self._picture is not None:
-            paint_back(painter, self._picture)
+            self._ground.paint(painter, self._picture, self._back.boundingRect())
 
     def _paint_front(self, painter: QPainter) -> None:
         if self._picture is not None:

@@ -1,0 +1,43 @@
+"""`python -m tests.bench [NAME …]`: run the benchmarks and print what they found as a table."""
+
+import argparse
+import platform
+import sys
+import time
+from collections.abc import Callable, Sequence
+from importlib import import_module
+
+from tests.bench.figures import Figure, table
+from tests.bench.runs import cores
+
+NAMES = ("parser", "reading", "startup", "cpu", "gui", "memory")
+
+
+def main(words: Sequence[str] | None = None) -> int:
+    """Exit code 0 whatever the figures are: they depend on the machine. 1 with `--strict` where an aim was missed."""
+    parser = argparse.ArgumentParser(
+        prog="python -m tests.bench",
+        description="Measure the program. Other work on the machine makes every figure worse: compare ratios.",
+    )
+    parser.add_argument("names", nargs="*", metavar="NAME", help=f"of {', '.join(NAMES)}; all of them by default")
+    parser.add_argument("--strict", action="store_true", help="exit code 1 where an aim was missed")
+    args = parser.parse_args(words)
+    unknown = sorted(set(args.names) - set(NAMES))
+    if unknown:
+        parser.error(f"no such benchmark: {', '.join(unknown)}")
+    chosen = [name for name in NAMES if name in args.names or not args.names]
+    print(f"Python {platform.python_version()}, {platform.platform()}, {cores()} cores")
+    found: list[Figure] = []
+    for name in chosen:
+        began = time.monotonic()
+        measure: Callable[[], list[Figure]] = import_module(f"tests.bench.{name}").figures
+        found += measure()
+        print(f"{name}: measured in {time.monotonic() - began:.0f} s", file=sys.stderr, flush=True)
+    print(table(found))
+    missed = [one for one in found if one.is_met is False]
+    print(f"{len(missed)} of {sum(one.is_met is not None for one in found)} aims missed")
+    return 1 if missed and args.strict else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

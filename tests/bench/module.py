@@ -1,0 +1,99 @@
+"""The simulated module in a process of its own that also tells how many status frames it streamed.
+
+    python -m tests.bench.module PATH OPTION=VALUE …
+
+Prints its port, then obeys the control lines of `dps-s simulate` on standard input, one answer a line; "count" is
+answered by the number of streamed frames. Ends with its input.
+"""
+
+import subprocess
+import sys
+import threading
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+from app.simulator.bench import SimulatedBench
+from app.simulator.control import LineRefused, obey
+from app.simulator.endpoint import Loop
+from app.simulator.options import parse_options, setup_from
+from app.simulator.pty_server import PtyEndpoint
+from tests.processes import ENVIRONMENT, ROOT
+
+COUNT = "count"
+
+
+class StreamingModule:
+    """The host's side of such a process. `port` stays the same when it is unplugged and plugged in again."""
+
+    def __init__(self, process: "subprocess.Popen[str]") -> None:
+        self._process = process
+        self._answers = threading.Lock()
+        self.port = self._read()
+
+    def _read(self) -> str:
+        if self._process.stdout is None:
+            raise RuntimeError("no output to read")
+        line = self._process.stdout.readline().strip()
+        if not line:
+            raise RuntimeError("the simulated module ended")
+        return line
+
+    def tell(self, line: str) -> str:
+        """A control line, and what the module answered."""
+        if self._process.stdin is None:
+            raise RuntimeError("no input to write")
+        with self._answers:
+            self._process.stdin.write(line + "\n")
+            self._process.stdin.flush()
+            return self._read()
+
+    @property
+    def frames_sent(self) -> int:
+        """Status frames that nobody asked for, since it was switched on."""
+        return int(self.tell(COUNT))
+
+
+@contextmanager
+def streaming_module(link: Path, *options: str) -> Iterator[StreamingModule]:
+    """A module reached through the symbolic link `link`, ended at the end. `options`: "rate=1440"."""
+    with subprocess.Popen(
+        [sys.executable, "-m", "tests.bench.module", str(link), *options],
+        cwd=ROOT, env=ENVIRONMENT, text=True, stdin=subprocess.PIPE, stdout=subprocess.PIPE,
+    ) as process:  # fmt: skip
+        try:
+            yield StreamingModule(process)
+        finally:
+            process.communicate(timeout=10)
+
+
+def _answer(bench: SimulatedBench, line: str) -> str:
+    if line == COUNT:
+        with bench.changed:
+            return str(bench.module.stream_frames_sent)
+    try:
+        return obey(bench, line).replace("\n", " ")
+    except LineRefused as error:
+        return f"refused: {error}"
+
+
+def main(words: list[str]) -> int:
+    """Serve until the input ends."""
+    link, *options = words
+    bench = SimulatedBench(setup_from(parse_options(text.split("=", 1) for text in options)))  # type: ignore[misc]
+    is_ready = threading.Event()
+    loop = Loop(bench, PtyEndpoint(Path(link), baud_rate=bench.module.baud_rate), announce=lambda _: is_ready.set())
+    server = threading.Thread(target=loop.run, name="simulated module")
+    server.start()
+    is_ready.wait(10)
+    print(link, flush=True)
+    for line in sys.stdin:
+        print(_answer(bench, line.strip()) or "done", flush=True)
+        loop.wake()
+    loop.stop()
+    server.join(5)
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))

@@ -1,0 +1,188 @@
+"""`python -m tests.soak`: the whole window, a stream at line rate, and everything that can go wrong on a line.
+
+The module runs in another process. Faults, restarts, unplugging and plugging in come at random; the window is expected
+to come back each time by itself. In the end the line is healed, and then not one frame may be lost. Exit code 1 for
+an exception, a frame lost on the healed line, a thread that stays, memory that grows, or a window that does not
+come back.
+"""
+
+import argparse
+import statistics
+import sys
+import tempfile
+import threading
+import time
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Final
+
+from PySide6.QtCore import QTimer
+from PySide6.QtWidgets import QApplication
+
+from app.worker import PortState
+from protocol.link_states import Presence
+from tests.bench.figures import quantile
+from tests.bench.module import StreamingModule, streaming_module
+from tests.bench.window import (
+    BEAT_MS,
+    LIMIT_S,
+    LoopWatch,
+    Traffic,
+    assemble_apart,
+    live_page,
+    reserve,
+    resident_mb,
+    turn_for,
+    turn_until,
+)
+from tests.soak.chaos import Chaos
+from tests.soak.faults import Mistakes
+from ui.application import Assembly, WindowOptions, start
+from ui.connector import Connector, Target
+
+CLEAN_S: Final = 5.0
+"""How long the healed line is watched for lost frames."""
+SHORTEST_S: Final = 5.0
+MOST_GROWTH_MB: Final = 5.0
+"""From the middle of a soak to its end."""
+_MEASURE_EVERY_MS: Final = 500
+_THREAD_LIMIT_S: Final = 3.0
+_BAUD_RATE: Final = 115200
+
+
+@dataclass
+class Outcome:
+    """What a soak found. `complaints` make it fail."""
+
+    lines: list[str] = field(default_factory=list)
+    complaints: list[str] = field(default_factory=list)
+
+    def say(self, name: str, text: str, complaint: str = "") -> None:
+        """One line of the report; with a complaint the soak has failed."""
+        self.lines.append(f"{name:<28}{text}" + (f"  <- {complaint}" if complaint else ""))
+        if complaint:
+            self.complaints.append(f"{name}: {complaint}")
+
+
+def _is_back(connector: Connector) -> bool:
+    return connector.is_open and connector.device.presence is Presence.ONLINE and connector.device.is_streaming
+
+
+def _soak(assembly: Assembly, module: StreamingModule, outcome: Outcome, *, seconds: float, seed: int) -> None:
+    connector = assembly.connector
+    traffic, watch, memory = Traffic(), LoopWatch(), list[float]()
+    connector.batch.connect(traffic.take)
+    beats, measures = QTimer(), QTimer()
+    beats.setTimerType(beats.timerType().PreciseTimer)
+    beats.setInterval(BEAT_MS)
+    beats.timeout.connect(watch.beat)
+    measures.setInterval(_MEASURE_EVERY_MS)
+    measures.timeout.connect(lambda: memory.append(resident_mb()))
+    connector.connect_to(Target(module.port, _BAUD_RATE))
+    if not turn_until(lambda: connector.device.is_streaming, LIMIT_S):
+        outcome.say("stream", "none", "the module did not begin to stream")
+    chaos = Chaos(module, seed)
+    beats.start()
+    if sys.platform.startswith("linux"):
+        measures.start()
+    watch.is_measuring = True
+    chaos.start()
+    turn_for(seconds)
+    if not chaos.end(LIMIT_S) or chaos.error is not None:
+        outcome.say("troubles", "broke off", str(chaos.error or "did not end"))
+    came_back = turn_until(lambda: _is_back(connector), LIMIT_S)
+    sent, last = module.frames_sent, connector.last
+    rejected = last.link.counters.rejected if last is not None and last.link is not None else 0
+    outcome.say("troubles", ", ".join(f"{count} x {what}" for what, count in sorted(chaos.done.items())) or "none")
+    outcome.say("came back and streams", "yes" if came_back else "no", "" if came_back else "it should have")
+    outcome.say(
+        "while in trouble",
+        f"{sent} streamed, {traffic.statuses} status frames received, {rejected} bytes rejected since the last opening",
+    )
+    _watch_healed_line(connector, module, outcome)
+    beats.stop()
+    measures.stop()
+    stall_ms, usual_ms = max(watch.late_s) * 1000, quantile(watch.late_s, 0.99) * 1000
+    outcome.say("longest stall of the window", f"{stall_ms:.0f} ms (99 % of its beats within {usual_ms:.1f} ms)")
+    _judge_memory(memory, outcome)
+
+
+def _watch_healed_line(connector: Connector, module: StreamingModule, outcome: Outcome) -> None:
+    connector.disconnect_port()
+    turn_until(lambda: connector.connection.state is PortState.CLOSED, LIMIT_S)
+    for line in ("unplug", "plug", "restart"):  # what a slowed line still held up is gone with its plug
+        module.tell(line)
+    turn_for(0.3)  # its two heartbeats are over
+    traffic, before = Traffic(), module.frames_sent
+    connector.batch.connect(traffic.take)
+    connector.connect_to(Target(module.port, _BAUD_RATE))
+    turn_until(lambda: connector.device.is_streaming, LIMIT_S)
+    turn_for(CLEAN_S)
+    connector.disconnect_port()
+    turn_until(lambda: connector.connection.state is PortState.CLOSED, LIMIT_S)
+    sent = module.frames_sent - before
+    lost = sent + traffic.asked - traffic.statuses
+    complaint = "frames were lost" if lost else "" if sent > CLEAN_S else "it did not stream"
+    outcome.say("on the healed line", f"{sent} streamed, {lost} lost", complaint)
+
+
+def _judge_memory(memory: list[float], outcome: Outcome) -> None:
+    later = memory[len(memory) // 2 :]
+    if len(later) < 4:
+        outcome.say("memory", "not measured")
+        return
+    slope = statistics.linear_regression(range(len(later)), later).slope * 1000 / _MEASURE_EVERY_MS * 60
+    tenth = max(1, len(later) // 10)
+    growth = statistics.median(later[-tenth:]) - statistics.median(later[:tenth])
+    outcome.say(
+        "memory",
+        f"{memory[0]:.0f} MB at first, {memory[-1]:.0f} in the end; second half {growth:+.1f} MB, {slope:+.2f} MB/min",
+        "it grows" if growth > MOST_GROWTH_MB else "",
+    )
+
+
+def _run(seconds: float, seed: int) -> Outcome:
+    outcome = Outcome()
+    app = QApplication.instance() or QApplication(sys.argv[:1])
+    if not isinstance(app, QApplication):
+        raise TypeError("a window needs an application object with a screen")
+    before = set(threading.enumerate())
+    with tempfile.TemporaryDirectory() as folder, Mistakes() as mistakes:
+        options = WindowOptions(language="en", offscreen_seconds=seconds)
+        assembly = assemble_apart(app, options, Path(folder))
+        start(assembly, options)
+        turn_until(lambda: live_page(assembly) is not None, LIMIT_S)
+        reserve(live_page(assembly))
+        turn_for(0.5)
+        with streaming_module(Path(folder) / "module", "rate=1440", "lifelike=yes", "noise=1") as module:
+            _soak(assembly, module, outcome, seconds=seconds, seed=seed)
+            assembly.window.close_now()
+        assembly.connector.stop(_THREAD_LIMIT_S)
+        assembly.ports.stop(_THREAD_LIMIT_S)
+        assembly.keeping.close()
+        app.processEvents()
+    left = [thread.name for thread in set(threading.enumerate()) - before]
+    outcome.say("threads left", ", ".join(left) or "none", "a thread stayed" if left else "")
+    outcome.say("exceptions and errors", str(len(mistakes.texts)), "see below" if mistakes.texts else "")
+    outcome.lines += mistakes.texts
+    return outcome
+
+
+def main() -> int:
+    """Run from the command line."""
+    parser = argparse.ArgumentParser(prog="python -m tests.soak", description="Everything that can go wrong on a line.")
+    parser.add_argument("--seconds", type=float, default=60.0, help="of trouble, 5 at least (default: 60)")
+    parser.add_argument("--seed", type=int, default=1, help="the same seed, the same troubles")
+    args = parser.parse_args()
+    if args.seconds < SHORTEST_S:
+        parser.error("5 seconds at least")
+    began = time.monotonic()
+    outcome = _run(args.seconds, args.seed)
+    print("\n".join(outcome.lines))
+    verdict = "; ".join(outcome.complaints) or "all as it should be"
+    print(f"{verdict} ({time.monotonic() - began:.0f} s, seed {args.seed})")
+    return 1 if outcome.complaints else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
