@@ -58,6 +58,9 @@ FRESH_FOR_S: Mapping[str, float] = MappingProxyType(
 STREAM_PROVES_S = 1.5
 """How long a status that came unasked proves that the serial output is on."""
 
+STREAM_WINDOW_S = 3.0
+"""Over which the rate of the stream is counted: slow ones, down to one report a second, are streams too."""
+
 UNREADABLE = frozenset(command.key for command in SETTINGS if not command.reads_back) - {"baud_rate"}
 """E8: once in doubt they cannot be read again, so a restart makes them unknown."""
 
@@ -121,7 +124,9 @@ class Device:
         self._values: dict[str, Known] = {}
         self._presence = Presence.UNKNOWN
         self._presence_since: float | None = None
-        self._streamed_at: deque[float] = deque(maxlen=4096)
+        self._streamed_at: deque[float] = deque(maxlen=8192)
+        self._latest: Received | None = None
+        """The last status frame while it is not yet among the values: at line rate each is soon followed by another."""
         self._restarts = 0
         self._samples: list[Sample] = []
 
@@ -131,9 +136,11 @@ class Device:
 
     def apply(self, event: Event) -> None:
         """Take in one event of the link."""
+        if isinstance(event, Received):
+            self._take_frame(event)
+            return
+        self._settle()
         match event:
-            case Received():
-                self._take_frame(event)
             case Answered():
                 self._take_answer(event)
             case OutcomeUnknown():
@@ -152,6 +159,7 @@ class Device:
 
     def doubt_everything(self, doubt: Doubt) -> None:
         """Nothing that was known is certain any more (port lost, module offline)."""
+        self._settle()
         self._values = {
             key: known if known.is_stale else replace(known, doubt=doubt) for key, known in self._values.items()
         }
@@ -163,7 +171,8 @@ class Device:
         return samples
 
     def view(self, now: float) -> DeviceView:
-        while self._streamed_at and now - self._streamed_at[0] > 1.0:
+        self._settle()
+        while self._streamed_at and now - self._streamed_at[0] > STREAM_WINDOW_S:
             self._streamed_at.popleft()
         hz = 0.0
         if len(self._streamed_at) > 1:
@@ -183,6 +192,7 @@ class Device:
         return len(self._streamed_at) > 1 and now - self._streamed_at[-1] < STREAM_PROVES_S
 
     def value(self, key: str) -> Known | None:
+        self._settle()
         return self._values.get(key)
 
     def _set_presence(self, presence: Presence, at: float) -> None:
@@ -192,14 +202,23 @@ class Device:
         message = event.message
         if not isinstance(message, Status) or event.role in (Role.LATE, Role.ECHO):
             return
-        how = How.READ if event.role is Role.ANSWER else How.STREAMED
         if event.role is Role.STREAMED:
             self._streamed_at.append(event.at)
-            if len(self._streamed_at) > 1:
-                self._values[SERIAL_OUTPUT.key] = Known(True, How.STREAMED, event.at)
-        self._samples.append(Sample(event.at, *_status_values(message)))
-        for key, value in zip(STATUS_KEYS, _status_values(message), strict=True):
+        self._samples.append(
+            Sample(event.at, message.tilt_deg, message.acceleration_g, message.triggered, message.active)
+        )
+        self._latest = event
+
+    def _settle(self) -> None:
+        """Put the last status frame among the values."""
+        event, self._latest = self._latest, None
+        if event is None or not isinstance(event.message, Status):
+            return
+        how = How.READ if event.role is Role.ANSWER else How.STREAMED
+        for key, value in zip(STATUS_KEYS, _status_values(event.message), strict=True):
             self._values[key] = Known(value, how, event.at)
+        if len(self._streamed_at) > 1:
+            self._values[SERIAL_OUTPUT.key] = Known(True, How.STREAMED, self._streamed_at[-1])
 
     def _take_answer(self, event: Answered) -> None:
         for message in event.messages:

@@ -228,6 +228,18 @@ def test_a_module_that_streamed_before_is_left_streaming() -> None:
     assert SERIAL_OUTPUT.name not in {request.command.name for request in rig.line.requests}
 
 
+def test_a_stream_of_one_report_a_second_is_a_stream() -> None:
+    rig = rig_with(rate=1, **{"stream-at-boot": True})
+    watched(rig)
+    rig.step_for(4)
+    for _ in range(20):
+        rig.step_for(0.37)
+        assert rig.session.device.view(rig.clock.now_s).is_streaming
+    assert SERIAL_OUTPUT.name not in {request.command.name for request in rig.line.requests}
+    end_watch(rig)
+    assert rig.bench.state().is_streaming
+
+
 @pytest.mark.parametrize("stream", ["acknowledged", "silent"])
 def test_a_module_that_will_not_stream_is_polled(stream: str) -> None:
     rig = rig_with(stream=stream)

@@ -174,6 +174,7 @@ def _open_conditions(
         sight.device,
         sight.now,
         permit=permit,
+        overtaken_at=sight.overtaken_at,
         armed=armed.act if armed is not None else None,
         is_audit_ready=journal.is_ready,
     )

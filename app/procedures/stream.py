@@ -14,8 +14,8 @@ from protocol.events import Answered, OutcomeUnknown
 from protocol.link_states import Presence
 from protocol.messages import Acknowledgement
 
-LISTEN_FIRST_S = 1.1
-"""A stream that was on before shows itself within this time, down to one report a second."""
+LISTEN_FIRST_S = 2.2
+"""A stream that was on before shows two reports within this time, down to one a second."""
 STREAM_STARTS_S = 1.5
 """No report this long after a confirmed "on": this module does not stream."""
 POLL_EVERY_S = 0.1
