@@ -114,7 +114,7 @@ def test_a_stranger_can_read_it(module: Simulated) -> None:
 def test_monitor_interrupted_leaves_the_module_silent(module: Simulated) -> None:
     with started("monitor", "--port", module.port, "--json") as process:
         assert process.stdout is not None
-        lines = lines_until(process.stdout, 1.4)
+        lines = lines_until(process.stdout, 2.9)
         process.send_signal(signal.SIGINT)
         began = time.monotonic()
         rest, errors = process.communicate(timeout=LONGEST_S)
@@ -130,7 +130,7 @@ def test_monitor_into_head(module: Simulated) -> None:
     with started("monitor", "--port", module.port, "--json") as process:
         assert process.stdout is not None
         assert process.stderr is not None
-        lines_until(process.stdout, 1.4)
+        lines_until(process.stdout, 2.9)
         process.stdout.close()
         assert process.wait(LONGEST_S) == 0
         assert process.stderr.read() == ""
