@@ -15,7 +15,7 @@ def data_folder() -> Path:
     """The platform's folder for this program's data."""
     from platformdirs import user_data_path
 
-    return user_data_path("dps-s", appauthor=False)
+    return user_data_path("dps-s-configurator", appauthor=False)
 
 
 @dataclass(frozen=True, slots=True)
