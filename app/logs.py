@@ -110,7 +110,7 @@ def start_log(folder: Path | None = None, *, level: int = logging.INFO) -> Log:
     log.recent.setFormatter(formatter)
     handlers: list[logging.Handler] = [log.recent]
     try:
-        folder = folder or user_log_path(APP_NAME, appauthor=False)
+        folder = folder or user_log_path("dps-s-configurator", appauthor=False)
         folder.mkdir(parents=True, exist_ok=True)
         path, log._lock_file = _own_file(folder)
         handler = _File(path, log._lose_file)
