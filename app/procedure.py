@@ -75,6 +75,8 @@ class Sight:
     baud_rate: int
     device: DeviceView
     link: LinkView
+    overtaken_at: float | None = None
+    """When something urgent (LOCK) last went before everything else: what was confirmed before it no longer counts."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -71,6 +71,8 @@ class Situation:
     armed: Act | None = None
     """What is armed at this moment, in this window or another."""
     permit: Permit | None = None
+    overtaken_at: float | None = None
+    """When LOCK last went before everything else; a permit from before that is void."""
     is_unlocked: bool = False
     """Somebody allowed this one write although the module is, or may be, active."""
     is_audit_ready: bool = True
@@ -81,6 +83,7 @@ def situation(
     now: float,
     *,
     permit: Permit | None = None,
+    overtaken_at: float | None = None,
     armed: Act | None = None,
     is_unlocked: bool = False,
     is_audit_ready: bool = True,
@@ -99,6 +102,7 @@ def situation(
         attitude_threshold_deg=threshold,
         armed=armed,
         permit=permit,
+        overtaken_at=overtaken_at,
         is_unlocked=is_unlocked,
         is_audit_ready=is_audit_ready,
     )
@@ -217,7 +221,9 @@ def _permitted(condition: Condition, act: Act, now_is: Situation, missing: str) 
     if permit is None or permit.act is not act:
         return Refusal(condition, missing)
     if permit.is_good(act, now_is.now):
-        return None
+        if now_is.overtaken_at is None or permit.granted_at > now_is.overtaken_at:
+            return None
+        return Refusal(condition, marked("LOCK was pressed after this was confirmed: confirm again."))
     if permit.is_rehearsal:
         return Refusal(condition, marked("This is a rehearsal: nothing is sent."))
     if permit.is_spent:

@@ -149,6 +149,7 @@ class Session:
         self._foreground: list[Run[Any]] = []
         self._background: Run[Any] | None = None
         self._asking: Run[Any] | None = None
+        self._overtaken_at: float | None = None
         self._events: list[Event] = []
 
     # Procedures
@@ -157,8 +158,12 @@ class Session:
         """Queue a procedure; the first of the queue runs, the others wait for it.
 
         An urgent one goes before all others, in the middle of what they do; they go on after it. Either way nobody
-        waits for the answer to a question of lesser rank: it is asked again later.
+        waits for the answer to a question of lesser rank: it is asked again later. Nothing dangerous that was confirmed
+        before an urgent one follows it.
         """
+        if is_urgent:
+            self._overtaken_at = self.clock()
+            self._withhold_dangerous()
         place = 0 if is_urgent else len(self._foreground)
         self._foreground.insert(place, run)
         if place == 0:
@@ -170,6 +175,14 @@ class Session:
         if ask is not None and ask.request.is_repeatable:
             self._link.abandon(self.clock())
             self._asking = None
+
+    def _withhold_dangerous(self) -> None:
+        """What is decided and waits for the line only does not go out; see `Unanswered`."""
+        now = self.clock()
+        for run in self._runs():
+            ask = run.wants_to_ask
+            if ask is not None and ask.request.hazard is Hazard.DANGEROUS and run is not self._asking:
+                run.resume(Unanswered(ask.request, 0, 0.0, now), now)
 
     def run_in_background(self, procedure: Procedure[None]) -> None:
         self._background = Run(procedure)
@@ -273,7 +286,8 @@ class Session:
             self.line.write(outgoing)
 
     def _sight(self, now: float) -> Sight:
-        return Sight(now, self.opened_at, self.line.baud_rate, self.device.view(now), self.link_view())
+        view = self.device.view(now)
+        return Sight(now, self.opened_at, self.line.baud_rate, view, self.link_view(), self._overtaken_at)
 
     def _use_rate(self, baud_rate: int, now: float) -> None:
         """A link of its own for each rate: nothing that came at another rate can be mistaken for an answer."""

@@ -30,19 +30,24 @@ class Witness:
     def __init__(self) -> None:
         self._seen = Evidence(platform=sys.platform)
         self._mark = _Mark(Counters(), 0)
+        self._base = self._mark
+        """The totals when the port was opened or got its rate: what came at another rate says nothing of this one."""
         self._noise = bytearray()
 
     def begin(self, port: str) -> None:
         """Somebody connects to `port`: nothing that was seen before counts."""
         self._seen = Evidence(port=port, platform=sys.platform)
-        self._mark = _Mark(Counters(), 0)
+        self._mark = self._base = _Mark(Counters(), 0)
         self._noise.clear()
 
     def take(self, batch: Batch) -> None:
         """Take in one batch; every batch, in order."""
         connection = batch.connection
         if connection.state is PortState.OPENING:
-            self._mark = _Mark(Counters(), 0)
+            self._mark = self._base = _Mark(Counters(), 0)
+            self._noise.clear()
+        elif connection.baud_rate != self._seen.baud_rate and self._seen.is_open and batch.link is not None:
+            self._mark = self._base = _Mark(batch.link.counters, batch.link.bytes_received)
             self._noise.clear()
         was_shut_down = self._seen.was_shut_down
         for event in batch.events:
@@ -82,7 +87,7 @@ class Witness:
         has_answered = link.counters.by_role[Role.ANSWER] > 0
         misses = link.counters.time_outs - self._mark.counters.time_outs
         is_answering = is_online and has_answered and misses < MISSES_OF_A_DEAF_MODULE
-        since = _Mark(Counters(), 0) if is_answering else self._mark
+        since = self._base if is_answering else self._mark
         self._seen = replace(
             self._seen,
             is_answering=is_answering,

@@ -19,6 +19,8 @@ THEMES = ("light", "dark", "sunlight")
 LANGUAGES = ("en", "zh_CN")
 SECONDS = 14
 WIDTH, HEIGHT = 1024, 600
+PRESSED = {"triggers": "triggers_read", "preflight": "preflight_enable"}
+"""The button that fills a page, by its key."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -60,24 +62,35 @@ def run_window(path: Path, page: str, theme: str, language: str, home: Path) -> 
     """The window of one picture: a module that is tipped, rights itself and is then looked at."""
     sys.path.insert(0, str(ROOT))
     from PySide6.QtCore import QTimer
-    from PySide6.QtWidgets import QApplication
+    from PySide6.QtWidgets import QApplication, QPushButton
 
     from app.simulator import bench
     from ui.application import WindowOptions, assemble, start
+    from ui.keeping import Keeping
     from ui.remembered import Remembered
 
     app = QApplication(sys.argv[:1])
+    bench.module("demo", {"history": 4, "cell": 4.0})
     remembered = Remembered(home / "window.ini")
     remembered.theme = theme
     options = WindowOptions(demo=True, language=language)
-    assembly = assemble(app, options, remembered=remembered)
+    assembly = assemble(app, options, remembered=remembered, keeping=Keeping(home))
     window = assembly.window
     window.resize(WIDTH, HEIGHT)
     start(assembly, options)
     window.pages_made.connect(lambda: window.go_to(page))
-    for second, tilt_deg in ((4, 28), (5, 47), (6.5, 33), (8, 12), (9, 4)):
+
+    def press() -> None:
+        button = window.findChild(QPushButton, PRESSED.get(page, "none"))
+        if button is not None:
+            button.click()
+
+    QTimer.singleShot(3000, window, press)
+    # A check wants it left alone.
+    for second, tilt_deg in ((4, 28), (5, 47), (6.5, 33), (8, 12), (9, 4)) if page != "preflight" else ():
         QTimer.singleShot(round(second * 1000), window, lambda tilt=tilt_deg: bench.module("demo").set_tilt(tilt))
-    QTimer.singleShot(7000, window, lambda: bench.module("demo").drop(3))
+    if page != "preflight":
+        QTimer.singleShot(7000, window, lambda: bench.module("demo").drop(3))
 
     def shoot() -> None:
         window.grab().save(str(path))
@@ -96,7 +109,7 @@ def main(arguments: list[str]) -> int:
     parser.add_argument("--all", type=Path, metavar="FOLDER", help="every page, theme, language and scale")
     parser.add_argument("--page", action="append", metavar="KEY", help="with --all: only this page (repeatable)")
     chosen = parser.parse_args(arguments)
-    shots = readme_shots() if chosen.all is None else all_shots(chosen.all, tuple(chosen.page or ("live", "traffic")))
+    shots = readme_shots() if chosen.all is None else all_shots(chosen.all, tuple(chosen.page or ("live", "diagnosis")))
     for shot in shots:
         take(shot)
     return 0

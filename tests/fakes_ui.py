@@ -13,15 +13,17 @@ from app.ports import PortInfo
 from app.simulator import bench
 from app.simulator.bench import SimulatedBench
 from protocol.link_states import Presence
-from ui.application import PAGES, Assembly, WindowOptions, assemble, start
+from ui.application import Assembly, WindowOptions, assemble, start
+from ui.icons import Icon
 from ui.pages import PageEntry
 from ui.port_watch import PortWatch
 from ui.remembered import Remembered
+from ui.traffic_page import TrafficPage
 
 WAIT_MS = 8000
 ADAPTER = PortInfo("/dev/ttyUSB0", "CP2102 USB to UART", "Silicon Labs", "0001", 0x10C4, 0xEA60, "1-1")
 SECOND_ADAPTER = PortInfo("/dev/ttyACM0", "USB Single Serial", "QinHeng", "5523", 0x1A86, 0x55D3, "1-2")
-TRAFFIC_ALONE = tuple(entry for entry in PAGES if entry.key == "traffic")
+TRAFFIC_ALONE = (PageEntry("traffic", "Traffic", Icon.TRAFFIC, TrafficPage),)
 """The page that needs no plots: these tests are about what is around the pages."""
 
 

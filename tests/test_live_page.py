@@ -287,7 +287,7 @@ def test_out_of_sight_it_remembers_and_draws_nothing(qtbot: QtBot, qapp: QApplic
         qtbot.waitUntil(lambda: not page.is_empty, timeout=WAIT_MS)
         qtbot.waitUntil(lambda: "60° fires" in page.panel.gauge.accessibleName(), timeout=WAIT_MS)
         qtbot.waitUntil(lambda: bench.state().is_streaming, timeout=WAIT_MS)
-        assembly.window.go_to("traffic")
+        assembly.window.go_to("diagnosis")
         span, count = page.plot.span, len(page.data.tilt)
         asked: list[Path] = []
         page.save.ask_path = lambda _parent, _title, path, _filter: asked.append(path)

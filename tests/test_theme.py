@@ -73,7 +73,7 @@ def test_sunlight_is_black_on_white_with_thick_lines() -> None:
 def test_the_style_sheet_uses_only_colours_of_the_theme(one: Theme) -> None:
     known = {one.text, one.muted, one.border, one.divider, one.selection, one.primary, one.on_primary}
     known |= set(one.surfaces) | {one.danger.ink, one.danger.fill, one.danger.on_fill, one.danger.wash}
-    known.add(one.information.ink)
+    known |= {one.information.ink, one.attention.ink}
     used = set(re.findall(r"#[0-9A-Fa-f]{6}\b", style_sheet(one)))
     assert used <= known
     assert "$" not in style_sheet(one)
@@ -130,6 +130,8 @@ def test_auto_follows_the_system_and_a_choice_does_not(
         system["is_dark"] = is_dark
         qapp.styleHints().colorSchemeChanged.emit(Qt.ColorScheme.Dark if is_dark else Qt.ColorScheme.Light)
 
+    for other in qapp.findChildren(Appearance):  # of a window of another test; a program has one
+        shiboken6.delete(other)
     appearance = Appearance(qapp)
     try:
         assert theme.current() is LIGHT

@@ -20,6 +20,7 @@ from ui.application import Assembly
 from ui.connector import Target
 from ui.traffic_model import KEPT_ROWS, LONGEST_ROW_BYTES, Column, Filter, TrafficModel
 from ui.traffic_page import TrafficPage
+from ui.traffic_words import at_of
 
 LINE_RATE = 1440
 STREAMED = Status(7, 1.0, triggered=False, active=False).encode()
@@ -121,8 +122,8 @@ def test_the_oldest_rows_go_and_memory_is_bounded(qapp: QApplication) -> None:
     model.keep(streamed(11, first=KEPT_ROWS))
     assert model.show_new() == 10
     assert model.rowCount() == KEPT_ROWS
-    assert model.event_at(0).at == 10.0
-    assert model.event_at(KEPT_ROWS - 1).at == KEPT_ROWS + 10
+    assert at_of(model.event_at(0)) == 10.0
+    assert at_of(model.event_at(KEPT_ROWS - 1)) == KEPT_ROWS + 10
 
 
 def test_a_long_run_of_garbage_takes_several_rows_and_loses_nothing(qapp: QApplication) -> None:

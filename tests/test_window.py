@@ -295,7 +295,8 @@ def test_a_fault_in_a_slot_is_a_calm_line(qtbot: QtBot, qapp: QApplication, tmp_
             raise LookupError("a bug")
         except LookupError as error:
             sys.excepthook(type(error), error, error.__traceback__)
-        assert "LookupError" in assembly.window.status_line.passing.text()
+        passing = assembly.window.status_line.passing
+        qtbot.waitUntil(lambda: "LookupError" in passing.text(), timeout=WAIT_MS)
         assert assembly.window.isVisible()
 
 
@@ -360,7 +361,9 @@ def test_sigterm_closes_in_good_order(tmp_path: Path) -> None:
         "raise SystemExit(run(WindowOptions(demo=True)))"
     )
     ended = subprocess.run([sys.executable, "-c", code], timeout=60, check=False, capture_output=True)
-    assert (ended.returncode, ended.stderr) == (0, b"")
+    # The offscreen platform has no window manager to tell of sizes, and says so.
+    said = [line for line in ended.stderr.splitlines() if b"propagateSizeHints" not in line]
+    assert (ended.returncode, said) == (0, [])
 
 
 def test_an_unattended_run_leaves_a_picture_and_values(tmp_path: Path) -> None:

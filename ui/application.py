@@ -1,34 +1,46 @@
 """Puts the window together and runs it. Shown first, filled afterwards: pages and ports come after the first paint."""
 
 import logging
+import platform
 import signal
 import sys
 import tempfile
 import threading
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from functools import partial
 from pathlib import Path
-from types import FrameType, TracebackType
+from types import FrameType
 
-from PySide6.QtCore import QTimer
+from PySide6.QtCore import QEvent, QObject, QTimer
 from PySide6.QtWidgets import QApplication, QWidget
 
-from app.i18n import LANGUAGES, system_language, tr
+from app import version
+from app.i18n import LANGUAGES, system_language
+from app.logs import Log, catch_mishaps, start_log
+from app.procedures.act import Armed
 from protocol.text import marked
+from ui.baud_recovery import BaudRecovery
 from ui.connect_panel import SIMULATED_PORT
 from ui.connector import Connector, Target
 from ui.evidence import has_seen_status, leave_evidence
 from ui.icons import Icon, app_icon
+from ui.keeping import Keeping
 from ui.main_window import MainWindow
+from ui.mishaps import Mishaps
+from ui.notice_bar import Notice
 from ui.pages import PageEntry, Services
 from ui.port_watch import PortWatch
 from ui.remembered import Remembered
 from ui.speech import Speech
 from ui.texts import Texts
-from ui.theme import Appearance, Choice
+from ui.theme import Appearance, Choice, Meaning
 
 _log = logging.getLogger(__name__)
+
+PAINT_LIMIT_MS = 1000
+"""A window that was begun out of sight (minimised) is filled after this time."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -49,15 +61,43 @@ def _live(services: Services) -> QWidget:
     return LivePage(services)
 
 
-def _traffic(services: Services) -> QWidget:
-    from ui.traffic_page import TrafficPage
+def _diagnosis(services: Services) -> QWidget:
+    from ui.diagnosis_page import DiagnosisPage
 
-    return TrafficPage(services)
+    return DiagnosisPage(services)
+
+
+def _settings(services: Services) -> QWidget:
+    from ui.settings_page import SettingsPage
+
+    return SettingsPage(services)
+
+
+def _triggers(services: Services) -> QWidget:
+    from ui.triggers_page import TriggersPage
+
+    return TriggersPage(services)
+
+
+def _preflight(services: Services) -> QWidget:
+    from ui.preflight_page import PreflightPage
+
+    return PreflightPage(services)
+
+
+def _commands(services: Services) -> QWidget:
+    from ui.commands_page import CommandsPage
+
+    return CommandsPage(services)
 
 
 PAGES: tuple[PageEntry, ...] = (
     PageEntry("live", marked("Live"), Icon.LIVE, _live, wants_stream=True),
-    PageEntry("traffic", marked("Traffic"), Icon.TRAFFIC, _traffic),
+    PageEntry("settings", marked("Settings"), Icon.SETTINGS, _settings),
+    PageEntry("triggers", marked("Triggers"), Icon.HISTORY, _triggers),
+    PageEntry("preflight", marked("Pre-flight"), Icon.CHECKLIST, _preflight),
+    PageEntry("commands", marked("Commands"), Icon.ACTIVE, _commands, wants_stream=True),
+    PageEntry("diagnosis", marked("Diagnosis"), Icon.DIAGNOSIS, _diagnosis),
 )
 
 
@@ -70,6 +110,8 @@ class Assembly:
     ports: PortWatch
     appearance: Appearance
     speech: Speech
+    keeping: Keeping
+    armed: Armed = field(default_factory=Armed)
     exit_code: int = 0
 
 
@@ -79,6 +121,8 @@ def assemble(
     *,
     remembered: Remembered | None = None,
     ports: PortWatch | None = None,
+    keeping: Keeping | None = None,
+    log: Log | None = None,
     entries: tuple[PageEntry, ...] = PAGES,
 ) -> Assembly:
     """The window, not yet shown, with nothing connected."""
@@ -89,9 +133,12 @@ def assemble(
     appearance = Appearance(app, _theme(remembered))
     ports = ports or PortWatch()
     connector = Connector(ports)
-    services = Services(connector, texts, appearance)
+    keeping = keeping or Keeping()
+    keeping.is_recording = lambda: connector.is_recording
+    connector.log_to(keeping.journal)
+    services = Services(connector, texts, appearance, keeping, remembered, log=log)
     window = MainWindow(services, ports, speech, remembered, entries=entries)
-    return Assembly(window, connector, ports, appearance, speech)
+    return Assembly(window, connector, ports, appearance, speech, keeping, services.armed)
 
 
 def start(assembly: Assembly, options: WindowOptions) -> None:
@@ -102,13 +149,50 @@ def start(assembly: Assembly, options: WindowOptions) -> None:
     def fill() -> None:
         window.make_pages()
         assembly.ports.refresh()
+        _tell_of_store(assembly)
         if target is not None:
             assembly.connector.connect_to(target)
 
     if target is None:
         QTimer.singleShot(0, window, window.toggle_panel)
+    _AfterPaint(window, fill)
     window.show()
-    QTimer.singleShot(0, window, fill)
+
+
+def _tell_of_store(assembly: Assembly) -> None:
+    """Say what is the matter with the store, and what was broken off when the program last ended."""
+    attention, keeping = assembly.window.attention, assembly.keeping
+    if keeping.notice is not None:
+        attention.tell(lambda: Notice(Meaning.ATTENTION, keeping.notice or "", dismiss=attention.forget_told))
+    recovery = BaudRecovery(
+        assembly.connector, assembly.ports, keeping, close=attention.forget_told, say=assembly.window.say
+    )
+    for pending in recovery.pending():
+        attention.tell(partial(recovery.notice, pending))
+
+
+class _AfterPaint(QObject):
+    """Calls `act` when `window` has been painted for the first time. A timer alone would come before that paint."""
+
+    def __init__(self, window: QWidget, act: Callable[[], None]) -> None:
+        super().__init__(window)
+        self._window, self._act = window, act
+        self._limit = QTimer(self)
+        self._limit.setSingleShot(True)
+        self._limit.timeout.connect(self._go_on)
+        self._limit.start(PAINT_LIMIT_MS)
+        window.installEventFilter(self)
+
+    def eventFilter(self, _watched: QObject, event: QEvent) -> bool:
+        if event.type() == QEvent.Type.Paint:
+            self._window.removeEventFilter(self)
+            self._limit.start(0)  # the children are painted within this same event
+        return False
+
+    def _go_on(self) -> None:
+        self._window.removeEventFilter(self)
+        self._act()
+        self.deleteLater()
 
 
 def run(options: WindowOptions) -> int:
@@ -120,24 +204,25 @@ def run(options: WindowOptions) -> int:
     app.setApplicationDisplayName("DPS-S Configurator")
     app.setDesktopFileName("dps-s-configurator")
     app.setWindowIcon(app_icon())
-    with _memory(options) as remembered:
-        assembly = assemble(app, options, remembered=remembered)
+    with _memory(options) as folder, _logging(folder) as log:
+        remembered = Remembered() if folder is None else Remembered(folder / "window.ini")
+        assembly = assemble(app, options, remembered=remembered, keeping=Keeping(folder), log=log)
         _stay(app, assembly, options)
     return assembly.exit_code
 
 
 @contextmanager
-def _memory(options: WindowOptions) -> Iterator[Remembered]:
-    """What is remembered; an unattended run begins with nothing and changes nothing for the person."""
+def _memory(options: WindowOptions) -> Iterator[Path | None]:
+    """Where things are kept, None for the usual places; an unattended run begins with nothing and changes nothing."""
     if options.offscreen_seconds is None:
-        yield Remembered()
+        yield None
         return
     with tempfile.TemporaryDirectory() as folder:
-        yield Remembered(Path(folder) / "window.ini")
+        yield Path(folder)
 
 
 def _stay(app: QApplication, assembly: Assembly, options: WindowOptions) -> None:
-    with _faults_said(assembly.window), _signals_close(assembly.window):
+    with _faults_said(assembly.window, assembly.armed), _signals_close(assembly.window):
         start(assembly, options)
         if options.offscreen_seconds is not None:
             QTimer.singleShot(
@@ -197,16 +282,22 @@ def _signals_close(window: MainWindow) -> Iterator[None]:
 
 
 @contextmanager
-def _faults_said(window: MainWindow) -> Iterator[None]:
-    """An error of ours in the window's thread is logged and said in the status line; the window stays."""
-    before: Callable[[type[BaseException], BaseException, TracebackType | None], object] = sys.excepthook
-
-    def say(kind: type[BaseException], error: BaseException, trace: TracebackType | None) -> None:
-        _log.error("An error that was not expected", exc_info=(kind, error, trace))
-        window.say(tr("The program met an error that it did not expect: {error}.", error=kind.__name__))
-
-    sys.excepthook = say
+def _faults_said(window: MainWindow, armed: Armed | None = None) -> Iterator[None]:
+    """An error of ours, in whatever thread, disarms, is logged and said; the window stays."""
+    mishaps = Mishaps(window.attention, armed or Armed(), say=window.say, parent=window)
+    undo = catch_mishaps(mishaps.tell)
     try:
         yield
     finally:
-        sys.excepthook = before
+        undo()
+
+
+@contextmanager
+def _logging(folder: Path | None) -> Iterator[Log]:
+    """The rotating log, for as long as the window runs."""
+    log = start_log(folder)
+    _log.info("DPS-S Configurator %s on %s, Python %s", version(), platform.platform(), platform.python_version())
+    try:
+        yield log
+    finally:
+        log.stop()

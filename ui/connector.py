@@ -10,12 +10,14 @@ from typing import Any
 from PySide6.QtCore import QObject, QTimer, Signal
 
 from app.device import DeviceView
+from app.journal import Journal, NoJournal
 from app.ports import PortInfo
-from app.procedure import Procedure, Result
+from app.procedure import Procedure, Report, Result
 from app.procedures.find import Found, find_rate
 from app.procedures.greet import Greeting, greet
 from app.procedures.lock import Locked, lock
 from app.procedures.stream import StreamSwitch, watch
+from app.recording import is_recording, questions_only
 from app.transport import PortError
 from app.worker import Batch, Connection, Job, PortState, Worker
 from protocol.link_states import Presence
@@ -42,6 +44,11 @@ class Target:
     @property
     def is_simulated(self) -> bool:
         return self.device.startswith("sim:")
+
+    @property
+    def is_recording(self) -> bool:
+        """A capture that is played."""
+        return is_recording(self.device)
 
 
 class Connector(QObject):
@@ -78,6 +85,7 @@ class Connector(QObject):
         self._greeter: Job[Greeting] | None = None
         self._is_wanted = False
         self._is_reconnecting = False
+        self._journal_of: Callable[[Target | None], Journal] = lambda _target: NoJournal()
         self._trouble: PortError | None = None
         """The last; it stays in sight between two attempts to reconnect."""
         self._is_ordered = False
@@ -132,8 +140,20 @@ class Connector(QObject):
         )
 
     @property
+    def is_recording(self) -> bool:
+        """There is no module: a capture is played, and nothing but questions is asked."""
+        return self._target is not None and self._target.is_recording and self._is_wanted
+
+    @property
+    def ports(self) -> PortWatch:
+        return self._ports
+
+    @property
     def is_active(self) -> bool:
-        """As far as is known the module will fire by its thresholds. A doubtful "active" counts as active."""
+        """As far as is known the module will fire by its thresholds. A doubtful "active" counts as active; one that
+        was only recorded does not."""
+        if self.is_recording:
+            return False
         known = self.device.known("active", self.clock())
         return known is not None and known.value is True
 
@@ -159,19 +179,29 @@ class Connector(QObject):
         self._finding = self.run(find_rate(self.connection.baud_rate), self._end_finding)
         self.changed.emit()
 
+    def log_to(self, journal_of: Callable[[Target | None], Journal]) -> None:
+        """Where a LOCK is written down, by the module that it is for."""
+        self._journal_of = journal_of
+
     def lock(self, then: Callable[[Locked | None], None]) -> None:
         """Put the module into standby; `then` gets what the module says of it, None where the port is gone."""
 
         def end(job: Job[Locked]) -> None:
             then(None if job.run.error is not None else job.outcome())
 
-        self.run(lock(), end, is_urgent=True)
+        self.run(lock(self._journal_of(self.target)), end, is_urgent=True)
 
     def run(
-        self, procedure: Procedure[Result], then: Callable[[Job[Result]], None], *, is_urgent: bool = False
+        self,
+        procedure: Procedure[Result],
+        then: Callable[[Job[Result]], None],
+        *,
+        is_urgent: bool = False,
+        on_progress: Callable[[Report], None] | None = None,
     ) -> Job[Result]:
-        """Hand a procedure to the worker; `then` is called in the window's thread when it has ended."""
-        job = Job(procedure)
+        """Hand a procedure to the worker; `then` is called in the window's thread when it has ended, `on_progress`
+        in the worker's: it may only remember what it is given."""
+        job = Job(questions_only(procedure) if self.is_recording else procedure, on_progress)
         self._endings[job] = then
         return self._worker.submit(job, is_urgent=is_urgent)
 
@@ -189,7 +219,10 @@ class Connector(QObject):
         self._greeting = None
         self._finding = self._greeter = None
         self._is_ordered = True
-        self._worker.open(target.device, target.baud_rate, partial(watch, self.stream))
+        background = partial(watch, self.stream)
+        if target.is_recording:
+            background = partial(_watch_recording, self.stream)
+        self._worker.open(target.device, target.baud_rate, background)
         if target.finds_rate:
             self._finding = self.run(find_rate(target.baud_rate), self._end_finding)
         else:
@@ -198,6 +231,8 @@ class Connector(QObject):
 
     def _take(self, batch: Batch) -> None:
         before, was_online = self.state, self._is_online()
+        if self._last is None or batch.connection != self._last.connection:
+            _log.info("Port: %s", batch.connection)
         self._last = batch
         if batch.connection.state is not PortState.CLOSED or batch.connection.trouble is not None:
             self._is_ordered = False
@@ -260,6 +295,10 @@ class Connector(QObject):
         if job.run.error is None and job.outcome().baud_rate is None:
             _log.info("No module answered at any of %s baud", job.outcome().tried)
             self._greeter = self.run(greet(), self._end_greeting)  # says what is on the line instead
+
+
+def _watch_recording(switch: StreamSwitch) -> Procedure[None]:
+    return questions_only(watch(switch))
 
 
 def from_port(port: PortInfo, baud_rate: int, *, finds_rate: bool = False) -> Target:

@@ -89,11 +89,23 @@ class Icon(Enum):
     CHEVRON_RIGHT = '<path d="m9.5 5 7 7-7 7"/>'
     CHEVRON_UP = '<path d="m5 14.5 7-7 7 7"/>'
     CHEVRON_DOWN = '<path d="m5 9.5 7 7 7-7"/>'
+    AGAIN = '<path d="M3.8 12a8.2 8.2 0 1 0 2.6-6L3.8 8.3M3.8 3.6v4.7h4.7"/>'
+    COPY = (
+        '<rect x="8.5" y="8.5" width="12" height="12" rx="1.8"/>'
+        '<path d="M15.5 8.5v-3a2 2 0 0 0-2-2h-8a2 2 0 0 0-2 2v8a2 2 0 0 0 2 2h3"/>'
+    )
+    ERASE = '<path d="M4 6.5h16M9.5 6.5V4h5v2.5M6 6.5 7 20.5h10l1-14M10 10.5v6M14 10.5v6"/>'
+    BOOKMARK = f'<path {_FULL} d="M6.5 3h11v18.2L12 17l-5.5 4.2Z"/>'
+    SEARCH = '<circle cx="10.5" cy="10.5" r="6.8"/><path d="m15.6 15.6 5 5"/>'
+    FOLDER = '<path d="M3 19V5.5h6.2L11.4 8H21v11Z"/>'
+    BUNDLE = '<path d="M3.5 7.5 12 3l8.5 4.5v9L12 21l-8.5-4.5ZM3.5 7.5 12 12l8.5-4.5M12 12v9"/>'
     TO_LIVE = (
         f'<path {_FULL} d="M4.5 5.2v13.6a.8.8 0 0 0 1.2.7l10-6.8a.8.8 0 0 0 0-1.4l-10-6.8a.8.8 0 0 0-1.2.7Z"/>'
         '<path d="M19.5 4.8v14.4"/>'
     )
     RESTART = '<path d="M12 2.8v8.4M7.2 5.6a8.2 8.2 0 1 0 9.6 0"/>'
+    UNDO = '<path d="M8.5 4.5 4 9l4.5 4.5M4.5 9H14.5a5.5 5.5 0 0 1 0 11H11"/>'
+    REDO = '<path d="M15.5 4.5 20 9l-4.5 4.5M19.5 9H9.5a5.5 5.5 0 0 0 0 11H13"/>'
     SUN = LIGHT
     MOON = '<path d="M20 14.2A8.4 8.4 0 0 1 9.8 4a8.4 8.4 0 1 0 10.2 10.2Z"/>'
     DROP = '<path d="M12 3v13M6.5 10.8 12 16.3l5.5-5.5M4.5 20.5h15"/>'

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from app.device import DeviceView
 from app.device import Sample as Status
+from app.recording import is_recording
 from app.samples import Seconds, Series, Steps, Values
 from app.worker import Batch, Connection, PortState
 from protocol.catalogue import RESET_BELOW_THRESHOLD_DEG
@@ -38,6 +39,7 @@ class Kind(Enum):
     """What can happen; the value is the word in a file, which stays English."""
 
     CONNECTED = "connected"
+    RECORDING = "recording played"
     RECONNECTED = "reconnected"
     PORT_LOST = "port lost"
     OFFLINE = "offline"
@@ -61,6 +63,7 @@ class Happening:
 
 _MARKS: Final[dict[Kind, tuple[str, Icon, Meaning | None]]] = {
     Kind.CONNECTED: (marked("connected"), Icon.LINK, Meaning.INFORMATION),
+    Kind.RECORDING: (marked("recording"), Icon.PLAY, Meaning.INFORMATION),
     Kind.RECONNECTED: (marked("reconnected"), Icon.LINK, Meaning.INFORMATION),
     Kind.PORT_LOST: (marked("port lost"), Icon.UNPLUGGED, Meaning.ATTENTION),
     Kind.OFFLINE: (marked("offline"), Icon.LINK_LOST, Meaning.ATTENTION),
@@ -211,7 +214,8 @@ class LiveData:
         if self._lost_port != connection.port:
             # A person chose it: another module, of which nothing is known.
             self._lost_port, self._flags_now, self._is_charging = None, None, None
-            new.append(Happening(at, Kind.CONNECTED, self._port))
+            kind = Kind.RECORDING if is_recording(self._port) else Kind.CONNECTED
+            new.append(Happening(at, kind, self._port))
 
     def _follow_loss(self, connection: Connection, at: float, new: list[Happening]) -> None:
         was_open, self._state = self._state is PortState.OPEN, connection.state

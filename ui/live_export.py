@@ -81,7 +81,7 @@ def _other_cells(recording: Recording) -> Iterator[tuple[float, str]]:
 
 
 def _event_text(happening: Happening) -> str:
-    names_port = happening.kind in (Kind.CONNECTED, Kind.RECONNECTED, Kind.PORT_LOST)
+    names_port = happening.kind in (Kind.CONNECTED, Kind.RECORDING, Kind.RECONNECTED, Kind.PORT_LOST)
     return f"{happening.kind.value}: {happening.port}" if names_port and happening.port else happening.kind.value
 
 

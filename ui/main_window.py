@@ -14,6 +14,7 @@ from app.worker import Batch
 from ui.attention import Attention
 from ui.connect_panel import ConnectPanel
 from ui.connector import Connector, Target
+from ui.file_drops import FileDrops, FilePage
 from ui.icons import app_icon
 from ui.link_state import Step
 from ui.menus import Menus
@@ -21,6 +22,7 @@ from ui.navigation import Navigation
 from ui.notice_bar import NoticeBar
 from ui.pages import Page, PageEntry, Services
 from ui.port_watch import PortWatch
+from ui.recording_bar import RecordingBar
 from ui.remembered import LastPort, Remembered
 from ui.simulator_dock import SimulatorDock
 from ui.speech import Speech
@@ -65,6 +67,7 @@ class MainWindow(QMainWindow):
         texts.bind(self.setWindowTitle, "DPS-S Configurator")
         self.top_bar = TopBar(self._connector, texts)
         self.notice_bar = NoticeBar(texts)
+        self.recording_bar = RecordingBar(self._connector, texts)
         self.navigation = Navigation(entries, texts)
         self.stack = QStackedWidget()
         self.stack.setObjectName("pages")
@@ -80,7 +83,10 @@ class MainWindow(QMainWindow):
             Step.FIND_RATE: self._connector.find_rate,
             Step.CONNECT_AGAIN: self._connect_again,
         }
-        self.attention = Attention(self._connector, self.notice_bar, say=self.say, acts=acts, parent=self)
+        self.attention = Attention(
+            self._connector, self.notice_bar, say=self.say, acts=acts, unsent=services.unsent, parent=self
+        )
+        self._drops = FileDrops(self, self._page_for, self.go_to)
         self._wire()
         self._restore()
         self._timer = QTimer(self)
@@ -102,6 +108,7 @@ class MainWindow(QMainWindow):
         body.addWidget(self.navigation)
         body.addWidget(self.stack, 1)
         layout.addWidget(self.top_bar)
+        layout.addWidget(self.recording_bar)
         layout.addWidget(self.notice_bar)
         layout.addLayout(body, 1)
         layout.addWidget(self.status_line)
@@ -158,9 +165,17 @@ class MainWindow(QMainWindow):
             page = self._entries[key].make(self._services)
             self._pages[key] = page
             self.stack.addWidget(page)
+            for wanted in (page.connect_wanted,) if hasattr(page, "connect_wanted") else ():
+                wanted.connect(self.connect_to)
             if key == self.navigation.chosen:
                 self.stack.setCurrentWidget(page)
         return self._pages[key]
+
+    def _page_for(self, suffix: str) -> FilePage | None:
+        for key, page in self._pages.items():
+            if suffix in getattr(page, "suffixes", ()):
+                return FilePage(key, page.open_file)  # type: ignore[attr-defined]
+        return None
 
     # What a person does
 
@@ -206,10 +221,11 @@ class MainWindow(QMainWindow):
     def refresh(self) -> None:
         """Bring everything that shows the link or an age up to date."""
         self.top_bar.refresh()
+        self.recording_bar.refresh()
         self.status_line.refresh()
         connector = self._connector
-        self.menus.lock.setEnabled(connector.is_open)
-        self.menus.find_rate.setEnabled(connector.is_open)
+        self.menus.lock.setEnabled(connector.is_open and not connector.is_recording)
+        self.menus.find_rate.setEnabled(connector.is_open and not connector.is_recording)
         self.menus.disconnect.setEnabled(connector.is_wanted)
         self._refresh_notice()
 
@@ -224,7 +240,8 @@ class MainWindow(QMainWindow):
             self._connector.connect_to(self._connector.target)
 
     def _remember_port(self, target: Target) -> None:
-        self._remembered.last_port = LastPort(target.device, target.identity, self._connector.connection.baud_rate)
+        if not target.is_recording:
+            self._remembered.last_port = LastPort(target.device, target.identity, self._connector.connection.baud_rate)
         self.panel.hide()
 
     def _show_page(self, key: str) -> None:
@@ -302,10 +319,7 @@ class MainWindow(QMainWindow):
             self.refresh()
 
     def closeEvent(self, event: QCloseEvent) -> None:
-        attention = self.attention
-        # A second attempt while the question stands is an answer too.
-        if attention.is_risky_to_leave and not self._is_leaving and not attention.asks_about_closing:
-            attention.leave(self.close_now, is_closing=True)
+        if not self._is_leaving and not self.attention.may_close(self.close_now):
             event.ignore()
             return
         self._end()
@@ -322,3 +336,4 @@ class MainWindow(QMainWindow):
         if not self._connector.stop(CLOSE_LIMIT_S):
             _log.warning("The port did not close within %s s; it is left to the system", CLOSE_LIMIT_S)
         self._ports.stop(0.05)
+        self._services.keeping.close()

@@ -9,7 +9,7 @@ from ui.icons import icon
 from ui.pages import PageEntry
 from ui.texts import Texts
 
-WIDTH_PX = 148
+WIDTH_PX = 160
 NARROW_PX = 60
 ROW_PX = 40
 

@@ -87,6 +87,16 @@ class NoticeBar(QWidget):
         )
 
     def _fill(self, notice: Notice) -> None:
+        if self.notice is None or _buttons_of(self.notice) != _buttons_of(notice):
+            self._make_buttons(notice)
+        self._text.setText(notice.text)
+        self._dismiss.setVisible(notice.dismiss is not None)
+        self.setAccessibleName(tr("Message: {text}", text=notice.text))
+        self._paint_icon(notice.meaning)
+        self.update()
+
+    def _make_buttons(self, notice: Notice) -> None:
+        """Only where they are others: a new one under the pointer would swallow the click that is under way."""
         had_focus = next((one.objectName() for one in self._buttons if one.hasFocus()), None)
         for button in self._buttons:
             self._row.removeWidget(button)
@@ -97,11 +107,6 @@ class NoticeBar(QWidget):
             self._row.insertWidget(2 + number, button)
             if button.objectName() == had_focus:
                 button.setFocus()
-        self._text.setText(notice.text)
-        self._dismiss.setVisible(notice.dismiss is not None)
-        self.setAccessibleName(tr("Message: {text}", text=notice.text))
-        self._paint_icon(notice.meaning)
-        self.update()
 
     def _make_button(self, choice: Choice, number: int) -> QPushButton:
         button = named(QPushButton(choice.text), f"notice_{choice.key}")
@@ -140,3 +145,7 @@ class NoticeBar(QWidget):
         painter.fillRect(0, 0, 4, self.height(), QColor(tint.ink))
         painter.fillRect(0, self.height() - theme.border_px, self.width(), theme.border_px, QColor(theme.divider))
         painter.end()
+
+
+def _buttons_of(notice: Notice) -> list[tuple[str, str, bool]]:
+    return [(one.key, one.text, one.is_main) for one in notice.choices]

@@ -75,3 +75,15 @@ def leaving_notice(
             Choice("stay", tr("Stay"), stay),
         ),
     )
+
+
+def unsent_notice(
+    count: int, leave: Callable[[], None], stay: Callable[[], None], *, is_closing: bool
+) -> Notice:
+    """Before edits of settings are lost."""
+    leaves = tr("Close, drop the edits") if is_closing else tr("Disconnect, drop the edits")
+    text = tr("{count} changes of settings have not been written to the module.", count=count)
+    if count == 1:
+        text = tr("1 change of a setting has not been written to the module.")
+    stays = Choice("stay", tr("Stay"), stay, is_main=True)
+    return Notice(Meaning.ATTENTION, text, (stays, Choice("drop_edits", leaves, leave)))

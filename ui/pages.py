@@ -1,14 +1,19 @@
 """What a page of the window is, and what it is given to work with."""
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Protocol
 
 from PySide6.QtWidgets import QWidget
 
+from app.logs import Log
+from app.procedures.act import Armed
 from app.worker import Batch
 from ui.connector import Connector
 from ui.icons import Icon
+from ui.keeping import Keeping, Unsent
+from ui.module_name import ModuleName
+from ui.remembered import Remembered
 from ui.texts import Texts
 from ui.theme import Appearance
 
@@ -27,6 +32,13 @@ class Services:
     connector: Connector
     texts: Texts
     appearance: Appearance
+    keeping: Keeping = field(default_factory=Keeping)
+    remembered: Remembered = field(default_factory=Remembered)
+    armed: Armed = field(default_factory=Armed)
+    """What is armed in this window; the procedures ask it too."""
+    unsent: Unsent = field(default_factory=Unsent)
+    log: Log | None = None
+    naming: ModuleName = field(default_factory=ModuleName)
 
 
 @dataclass(frozen=True, slots=True)

@@ -76,6 +76,33 @@ class Remembered:
         self._settings.setValue("port/seen", "\n".join(identities))
 
     @property
+    def recent_profiles(self) -> tuple[str, ...]:
+        """Paths of profiles, the last used first."""
+        return tuple(filter(None, (self._text("profiles/recent") or "").split("\n")))
+
+    @recent_profiles.setter
+    def recent_profiles(self, paths: tuple[str, ...]) -> None:
+        self._settings.setValue("profiles/recent", "\n".join(paths))
+
+    @property
+    def who(self) -> str:
+        """Who checked last."""
+        return self._text("preflight/who") or ""
+
+    @who.setter
+    def who(self, name: str) -> None:
+        self._settings.setValue("preflight/who", name)
+
+    @property
+    def aircraft(self) -> str:
+        """The last aircraft."""
+        return self._text("preflight/aircraft") or ""
+
+    @aircraft.setter
+    def aircraft(self, name: str) -> None:
+        self._settings.setValue("preflight/aircraft", name)
+
+    @property
     def geometry(self) -> QByteArray | None:
         return self._bytes("window/geometry")
 

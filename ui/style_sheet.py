@@ -3,8 +3,9 @@
 What a widget is for is its dynamic property ``role``:
 
 - QPushButton: ``primary`` (one on a page), ``danger``, ``quiet`` (no frame); none is an everyday button
-- QFrame: ``card``, ``bar``, ``danger-corner``
-- QLabel: ``muted``, ``small``, ``title``, ``heading`` (28 px), ``hero`` (48 px), ``caption``
+- QFrame: ``card``, ``bar``, ``danger-corner``, ``row``, ``row-failed``
+- QLabel: ``muted``, ``small``, ``title``, ``heading`` (28 px), ``hero`` (48 px), ``caption``, ``strong``, ``danger``,
+  ``attention``
 - QToolButton: ``quiet``, ``segment``
 """
 
@@ -25,6 +26,13 @@ QStatusBar::item { border: none; }
 QFrame[role="card"] { background: $surface; border: ${edge}px solid $divider; border-radius: 8px; }
 QFrame[role="bar"] { background: $sunken; border: none; border-bottom: ${edge}px solid $divider; }
 QFrame[role="danger-corner"] { background: $surface; border: ${edge}px solid $danger_ink; border-radius: 8px; }
+QFrame[role="row"] { background: transparent; border: none; border-bottom: ${edge}px solid $divider; }
+QFrame[role="row-failed"] {
+    background: $danger_wash; border: none; border-left: 3px solid $danger_ink; border-bottom: ${edge}px solid $divider;
+}
+QLabel[role="strong"] { font-weight: 600; }
+QLabel[role="danger"] { color: $danger_ink; font-size: 12px; font-weight: 600; }
+QLabel[role="attention"] { color: $attention_ink; font-size: 12px; }
 QLabel[role="muted"] { color: $muted; }
 QLabel[role="small"] { color: $muted; font-size: 12px; }
 QLabel[role="caption"] { color: $muted; font-size: 12px; font-weight: 600; }
@@ -82,6 +90,7 @@ QSpinBox::down-arrow, QDoubleSpinBox::down-arrow, QComboBox::down-arrow {
     image: url("$arrow_down"); width: 14px; height: 13px;
 }
 QComboBox { padding-right: 26px; }
+QComboBox QLineEdit, QComboBox QLineEdit:focus { border: none; background: transparent; padding: 0; min-height: 0; }
 QComboBox:focus { padding-right: 26px; }
 QComboBox::drop-down { subcontrol-origin: border; subcontrol-position: center right; width: 26px; border: none; }
 QAbstractSpinBox QLineEdit { border: none; background: transparent; padding: 0 0 0 6px; min-height: 0; }
@@ -158,6 +167,7 @@ def style_sheet(theme: "Theme") -> str:
         danger_fill=theme.danger.fill,
         on_danger=theme.danger.on_fill,
         danger_wash=theme.danger.wash,
+        attention_ink=theme.attention.ink,
         edge=theme.border_px,
         round=7 + theme.border_px,
         dot=4 + theme.border_px,

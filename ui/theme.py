@@ -106,6 +106,11 @@ class Theme:
         return self.meanings[Meaning.DANGER]
 
     @property
+    def attention(self) -> Tint:
+        """What needs a second look."""
+        return self.meanings[Meaning.ATTENTION]
+
+    @property
     def information(self) -> Tint:
         """What is chosen, focused or linked."""
         return self.meanings[Meaning.INFORMATION]
@@ -322,7 +327,7 @@ class Appearance(QObject):
             self._apply()
 
     def _follow(self) -> None:
-        if self._choice is Choice.AUTO and self._wanted() is not current():
+        if self._choice is Choice.AUTO and self._wanted() is not self._applied:
             self._apply()
 
     def _wanted(self) -> Theme:
@@ -331,7 +336,8 @@ class Appearance(QObject):
         return DARK if is_system_dark(self._app) else LIGHT
 
     def _apply(self) -> None:
-        apply(self._app, self._wanted())
+        self._applied = self._wanted()
+        apply(self._app, self._applied)
         self.changed.emit()
 
 

@@ -14,6 +14,7 @@ from ui.icons import Icon, battery, draw, icon
 from ui.link_state import LinkState, LinkWords, Phase, duration, words
 from ui.named import named
 from ui.readout import StateChip
+from ui.recording_bar import recording_name, recording_word
 from ui.texts import Texts
 from ui.theme import Meaning, Size, Space, current, font
 
@@ -53,6 +54,8 @@ def port_title(state: LinkState, target: Target | None) -> str:
     device = target.device if target is not None else state.port
     if device.startswith("sim:"):
         return tr("Simulated module")
+    if target is not None and target.is_recording:
+        return tr("RECORDING: {name}", name=recording_name(device))
     name = device.removeprefix("/dev/")
     return f"{name} · {state.baud_rate}" if state.baud_rate else name
 
@@ -194,11 +197,16 @@ class TopBar(QFrame):
     def refresh(self) -> None:
         connector, now = self._connector, self._connector.clock()
         state, device = connector.state, connector.device
-        self.port.show_link(port_title(state, connector.target), state.phase, words(state, now))
+        said = words(state, now)
+        recorded = recording_word(connector)
+        if recorded:
+            said = LinkWords(recorded, tr("A recording is played. Nothing is sent to any module."), "", None)
+        phase = Phase.ASKING if recorded else state.phase  # never the green of a module that answers
+        self.port.show_link(port_title(state, connector.target), phase, said)
         self._show_activation(device.known("active", now), now)
         self._show_trigger(device.known("triggered", now), now)
         self._show_cell(device, now)
-        self.lock.setEnabled(connector.is_open)
+        self.lock.setEnabled(connector.is_open and not connector.is_recording)
         is_main = connector.is_open and connector.is_active
         if is_main != (self.lock.property("role") == "primary"):
             self._dress_lock(self.lock, is_main=is_main)

@@ -1,5 +1,6 @@
 """Every frame sent and received, rejected bytes and why: a plain list that follows the end while one is there."""
 
+from collections.abc import Sequence
 from functools import partial
 
 from PySide6.QtCore import QEvent, QSize, Qt, QTimer
@@ -25,7 +26,9 @@ from ui.pages import Services
 from ui.simulator_controls import WheelGuard
 from ui.texts import Texts
 from ui.theme import Size, Space, font
-from ui.traffic_model import Column, Filter, TrafficModel, hex_of, kind_of, meaning_of, raw_of
+from ui.traffic_model import Column, Filter, TrafficModel
+from ui.traffic_search import TrafficSearch
+from ui.traffic_words import Row, hex_of, kind_of, meaning_of, raw_of
 
 DRAW_EVERY_MS = 160
 """Rows are added six times a second: more cannot be read, and each repaint costs."""
@@ -34,6 +37,7 @@ _FILTERS = (
     (Filter.ALL, marked("All frames")),
     (Filter.WITHOUT_STREAM, marked("Without the stream")),
     (Filter.REJECTED, marked("Only rejected bytes")),
+    (Filter.MARKED, marked("Only marked rows")),
 )
 
 
@@ -46,15 +50,22 @@ class TrafficPage(QWidget):
         self._texts: Texts = services.texts
         self._is_paused = False
         self._follows = True
+        self._is_lost = False
         self.model = TrafficModel(self)
         self.table = self._make_table()
         self.detail = self._make_detail()
         self._count = named(QLabel(), "traffic_count")
         self._count.setProperty("role", "muted")
         self.filter = self._make_filter()
+        self.search = TrafficSearch(
+            self.model, services.texts, find_start=self._search_start, show_row=self._show_found, say=self._tell_found
+        )
         self.pause = self._make_button("traffic_pause", Icon.PAUSE, is_checkable=True)
-        self.copy = self._make_button("traffic_copy", Icon.TABLE)
-        self.clear = self._make_button("traffic_clear", Icon.CROSS)
+        self.mark = self._make_button("traffic_mark", Icon.BOOKMARK)
+        self.copy = self._make_button("traffic_copy", Icon.COPY)
+        self.clear = self._make_button("traffic_clear", Icon.ERASE)
+        for button in (self.mark, self.copy, self.clear):
+            button.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonIconOnly)
         self._name_buttons()
         layout = QVBoxLayout(self)
         layout.setContentsMargins(Space.M, Space.S, Space.M, Space.S)
@@ -161,6 +172,10 @@ class TrafficPage(QWidget):
         bind(self.pause.setAccessibleName, "Pause the list")
         bind(self.pause.setToolTip, "Hold the list still; frames go on being recorded (Ctrl+P)")
         self.pause.toggled.connect(self._pause)
+        bind(self.mark.setText, "Mark")
+        bind(self.mark.setAccessibleName, "Mark the selected rows")
+        bind(self.mark.setToolTip, "Mark the selected rows, or take their marks off (Ctrl+M)")
+        self.mark.clicked.connect(self.mark_rows)
         bind(self.copy.setText, "Copy")
         bind(self.copy.setAccessibleName, "Copy the selected rows")
         bind(self.copy.setToolTip, "Copy the selected rows, or all of them when none is selected (Ctrl+C)")
@@ -168,10 +183,12 @@ class TrafficPage(QWidget):
         bind(self.clear.setText, "Clear")
         bind(self.clear.setAccessibleName, "Clear the list")
         bind(self.clear.setToolTip, "Forget all rows (Ctrl+Shift+X)")
-        self.clear.clicked.connect(self._clear)
+        self.clear.clicked.connect(self.clear_rows)
         self._add_shortcut("traffic_pause_key", "Ctrl+P", self.pause.toggle)
+        self._add_shortcut("traffic_mark_key", "Ctrl+M", self.mark_rows)
+        self._add_shortcut("traffic_search_key", QKeySequence.StandardKey.Find, self._go_to_search)
         self._add_shortcut("traffic_copy_key", QKeySequence.StandardKey.Copy, self.copy_rows)
-        self._add_shortcut("traffic_clear_key", "Ctrl+Shift+X", self._clear)
+        self._add_shortcut("traffic_clear_key", "Ctrl+Shift+X", self.clear_rows)
 
     def _add_shortcut(self, name: str, key: str | QKeySequence.StandardKey, act: object) -> None:
         action = named(QAction(self), name)
@@ -184,9 +201,9 @@ class TrafficPage(QWidget):
         bar = QHBoxLayout()
         bar.setSpacing(Space.S)
         bar.addWidget(self.filter)
-        bar.addWidget(self._count)
-        bar.addStretch(1)
-        for button in (self.pause, self.copy, self.clear):
+        bar.addWidget(self.search)
+        bar.addWidget(self._count, 1)
+        for button in (self.pause, self.mark, self.copy, self.clear):
             bar.addWidget(button)
         return bar
 
@@ -196,6 +213,43 @@ class TrafficPage(QWidget):
         """The selected rows, or all of them, as tab-separated text to the clipboard."""
         rows = sorted(index.row() for index in self.table.selectionModel().selectedRows())
         QGuiApplication.clipboard().setText(self.model.as_text(rows or range(self.model.rowCount())))
+
+    def mark_rows(self) -> None:
+        """Mark the selected rows, or take their marks off."""
+        rows = sorted(index.row() for index in self.table.selectionModel().selectedRows())
+        if rows:
+            self.model.mark(rows)
+        self._show_count()
+
+    def show_recorded(self, rows: Sequence[Row] | None) -> None:
+        """The rows of a capture in place of those of now; None goes back."""
+        self.model.show_recorded(rows)
+        self.clear.setEnabled(rows is None)
+        self.pause.setEnabled(rows is None)
+        if rows is None:
+            self.table.scrollToBottom()
+        else:
+            self.table.scrollToTop()
+        self._show_detail()
+        self._show_count()
+
+    def _search_start(self) -> int:
+        """The selected row, else the first in sight."""
+        rows = self.table.selectionModel().selectedRows()
+        return rows[-1].row() if rows else self.table.rowAt(0) - 1
+
+    def _show_found(self, row: int) -> None:
+        self._follows = False
+        self.table.selectRow(row)
+        self.table.scrollTo(self.model.index(row, 0), QAbstractItemView.ScrollHint.EnsureVisible)
+
+    def _tell_found(self, is_found: bool) -> None:
+        self._is_lost = not is_found
+        self._show_count()
+
+    def _go_to_search(self) -> None:
+        self.search.field.setFocus()
+        self.search.field.selectAll()
 
     def _use_filter(self, number: int) -> None:
         self.model.use_filter(_FILTERS[number][0])
@@ -208,14 +262,17 @@ class TrafficPage(QWidget):
         self._texts.bind(self.pause.setText, "Go on" if is_paused else "Pause")
         self.draw()
 
-    def _clear(self) -> None:
+    def clear_rows(self) -> None:
+        """Forget all rows."""
         self.model.clear()
         self._show_detail()
         self._show_count()
 
     def _show_count(self) -> None:
         rows = self.model.rowCount()
-        if self._is_paused:
+        if self._is_lost:
+            text = tr("Not found")
+        elif self._is_paused and not self.model.is_recorded:
             text = tr("{rows} rows, held still; {more} more came", rows=f"{rows:,}", more=f"{self.model.unseen:,}")
         elif rows:
             text = tr("{rows} rows", rows=f"{rows:,}")
@@ -251,7 +308,7 @@ class TrafficPage(QWidget):
 
     def showEvent(self, event: QShowEvent) -> None:
         super().showEvent(event)
-        if not self._is_paused:
+        if not self._is_paused and not self.model.is_recorded:
             self.model.rebuild()
             self.table.scrollToBottom()
         self._show_count()

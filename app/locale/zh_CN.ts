@@ -61,19 +61,23 @@
     </message>
     <message>
         <source>1 change of a setting has not been written to the module.</source>
-        <translation type="unfinished"></translation>
+        <translation>有 1 项设置更改尚未写入模块。</translation>
     </message>
     <message>
         <source>1 check</source>
-        <translation type="unfinished"></translation>
+        <translation>1 次检查</translation>
     </message>
     <message>
         <source>1 g at rest, near 0 g in free fall</source>
         <translation>静止时为 1 g，失重时接近 0 g</translation>
     </message>
     <message>
+        <source>1 trigger record</source>
+        <translation>1 条触发记录</translation>
+    </message>
+    <message>
         <source>1. Bay closed</source>
-        <translation type="unfinished"></translation>
+        <translation>1. 伞仓关闭</translation>
     </message>
     <message>
         <source>10 min</source>
@@ -88,8 +92,12 @@
         <translation>115200（常用）</translation>
     </message>
     <message>
+        <source>12 h</source>
+        <translation>12 小时</translation>
+    </message>
+    <message>
         <source>2. Bay open</source>
-        <translation type="unfinished"></translation>
+        <translation>2. 伞仓打开</translation>
     </message>
     <message>
         <source>55° or more.</source>
@@ -100,8 +108,12 @@
         <translation>60 秒</translation>
     </message>
     <message>
+        <source>95 of 100 within</source>
+        <translation>95% 不超过</translation>
+    </message>
+    <message>
         <source>A change from {old} to {new} baud at {port} was broken off. The module may be at either rate.</source>
-        <translation type="unfinished"></translation>
+        <translation>{port} 上从 {old} 到 {new} 波特的更改曾被中断。模块可能处于其中任一波特率。</translation>
     </message>
     <message>
         <source>A file of another program was in the way. It was kept as {path}.</source>
@@ -129,11 +141,15 @@
     </message>
     <message>
         <source>A recording is played.</source>
-        <translation type="unfinished"></translation>
+        <translation>正在播放录制。</translation>
     </message>
     <message>
         <source>A recording is played. Nothing is sent to any module.</source>
-        <translation type="unfinished"></translation>
+        <translation>正在播放录制。不会向任何模块发送内容。</translation>
+    </message>
+    <message>
+        <source>A recording is played: nothing of it is kept as a module’s.</source>
+        <translation>正在播放录制：其内容不会作为模块数据保存。</translation>
     </message>
     <message>
         <source>A simulated module, written from the vendor's table. Prints the port to open as its first line and runs until it is stopped (Ctrl-C). The same options go into the query of sim://NAME?option=value.</source>
@@ -152,6 +168,10 @@
         <translation>电量不足可能无法开伞，低温时电压还会下降。</translation>
     </message>
     <message>
+        <source>A write since was not confirmed.</source>
+        <translation>此后有一次写入未得到确认。</translation>
+    </message>
+    <message>
         <source>ACTIVE</source>
         <translation>已激活</translation>
     </message>
@@ -161,7 +181,7 @@
     </message>
     <message>
         <source>ARMED for {seconds:.0f} s more. Hold the button for 2 s.</source>
-        <translation type="unfinished"></translation>
+        <translation>已预备，还剩 {seconds:.0f} 秒。请按住按钮 2 秒。</translation>
     </message>
     <message>
         <source>About</source>
@@ -189,11 +209,11 @@
     </message>
     <message>
         <source>Activate now</source>
-        <translation type="unfinished"></translation>
+        <translation>立即激活</translation>
     </message>
     <message>
         <source>Activate …</source>
-        <translation type="unfinished"></translation>
+        <translation>激活…</translation>
     </message>
     <message>
         <source>Activation</source>
@@ -213,7 +233,7 @@
     </message>
     <message>
         <source>Against it: {names}</source>
-        <translation type="unfinished"></translation>
+        <translation>不通过：{names}</translation>
     </message>
     <message>
         <source>Against the vendor's advice: {advice}</source>
@@ -225,19 +245,23 @@
     </message>
     <message>
         <source>Aircraft {name}</source>
-        <translation type="unfinished"></translation>
+        <translation>航空器 {name}</translation>
     </message>
     <message>
         <source>All checks that are kept, and what they measured (Ctrl+H)</source>
-        <translation type="unfinished"></translation>
+        <translation>本机保存的所有检查及其实测值（Ctrl+H）</translation>
     </message>
     <message>
         <source>All files (*)</source>
-        <translation type="unfinished"></translation>
+        <translation>所有文件 (*)</translation>
     </message>
     <message>
         <source>All frames</source>
         <translation>全部帧</translation>
+    </message>
+    <message>
+        <source>All records</source>
+        <translation>全部记录</translation>
     </message>
     <message>
         <source>All {count} checks hold; worth a look: {looks}.</source>
@@ -269,23 +293,23 @@
     </message>
     <message>
         <source>Apply what is ticked</source>
-        <translation type="unfinished"></translation>
+        <translation>应用勾选的项目</translation>
     </message>
     <message>
         <source>Apply {count} ticked</source>
-        <translation type="unfinished"></translation>
+        <translation>应用 {count} 项</translation>
     </message>
     <message>
         <source>Arm for 10 s</source>
-        <translation type="unfinished"></translation>
+        <translation>预备 10 秒</translation>
     </message>
     <message>
         <source>Arm: the next ten seconds it can be held</source>
-        <translation type="unfinished"></translation>
+        <translation>预备：接下来十秒内可以按住</translation>
     </message>
     <message>
         <source>As it was found</source>
-        <translation type="unfinished"></translation>
+        <translation>恢复最初</translation>
     </message>
     <message>
         <source>As the system</source>
@@ -297,11 +321,15 @@
     </message>
     <message>
         <source>Ask the module for everything (F5)</source>
-        <translation type="unfinished"></translation>
+        <translation>向模块读取全部内容 (F5)</translation>
+    </message>
+    <message>
+        <source>Ask the module for its trigger records (F5)</source>
+        <translation>向模块读取触发记录（F5）</translation>
     </message>
     <message>
         <source>Asking the module …</source>
-        <translation type="unfinished"></translation>
+        <translation>正在询问模块…</translation>
     </message>
     <message>
         <source>Asking …</source>
@@ -337,23 +365,27 @@
     </message>
     <message>
         <source>Back to the check</source>
-        <translation type="unfinished"></translation>
+        <translation>返回检查</translation>
     </message>
     <message>
         <source>Back to the check (Esc)</source>
-        <translation type="unfinished"></translation>
+        <translation>返回检查（Esc）</translation>
+    </message>
+    <message>
+        <source>Back to the line</source>
+        <translation>返回当前通信</translation>
     </message>
     <message>
         <source>Back to the settings</source>
-        <translation type="unfinished"></translation>
+        <translation>返回设置</translation>
     </message>
     <message>
         <source>Back to the settings; nothing is applied (Esc)</source>
-        <translation type="unfinished"></translation>
+        <translation>返回设置；不应用任何内容 (Esc)</translation>
     </message>
     <message>
         <source>Back to the settings; nothing is changed</source>
-        <translation type="unfinished"></translation>
+        <translation>返回设置；不作任何更改</translation>
     </message>
     <message>
         <source>Baud rate</source>
@@ -361,7 +393,7 @@
     </message>
     <message>
         <source>Begin: choose, arm, then hold for two seconds</source>
-        <translation type="unfinished"></translation>
+        <translation>开始：选择、预备，然后按住两秒</translation>
     </message>
     <message>
         <source>Below 0.7 g.</source>
@@ -385,11 +417,11 @@
     </message>
     <message>
         <source>Boot count {before} → {after}.</source>
-        <translation type="unfinished"></translation>
+        <translation>开机次数 {before} → {after}。</translation>
     </message>
     <message>
         <source>Break the check off; it is void then (Esc)</source>
-        <translation type="unfinished"></translation>
+        <translation>中断检查；检查随即作废（Esc）</translation>
     </message>
     <message>
         <source>Bright</source>
@@ -397,15 +429,19 @@
     </message>
     <message>
         <source>Broken off: it is not known whether the module is at {rate} baud now. Use “Find my module”.</source>
-        <translation type="unfinished"></translation>
+        <translation>已中断：不知道模块现在是否为 {rate} 波特。请使用“查找模块”。</translation>
     </message>
     <message>
         <source>Broken off: the connection was lost.</source>
-        <translation type="unfinished"></translation>
+        <translation>已中断：连接丢失。</translation>
+    </message>
+    <message>
+        <source>Broken off: the connection was lost. Nothing was kept of this reading.</source>
+        <translation>已中断：连接丢失。本次读取未保存。</translation>
     </message>
     <message>
         <source>Broken off: the connection was lost. What was not read back is not known.</source>
-        <translation type="unfinished"></translation>
+        <translation>已中断：连接丢失。未回读的内容未知。</translation>
     </message>
     <message>
         <source>Bytes</source>
@@ -413,15 +449,15 @@
     </message>
     <message>
         <source>Bytes received</source>
-        <translation type="unfinished"></translation>
+        <translation>收到的字节</translation>
     </message>
     <message>
         <source>Bytes such as 41 75, or words; Enter goes to the next row (Ctrl+F)</source>
-        <translation type="unfinished"></translation>
+        <translation>输入字节（如 41 75）或文字；按回车转到下一行（Ctrl+F）</translation>
     </message>
     <message>
         <source>Bytes that are no frame</source>
-        <translation type="unfinished"></translation>
+        <translation>不成帧的字节</translation>
     </message>
     <message>
         <source>CHAIN BROKEN: the record itself is intact.</source>
@@ -429,7 +465,7 @@
     </message>
     <message>
         <source>CHECKING</source>
-        <translation type="unfinished"></translation>
+        <translation>检查中</translation>
     </message>
     <message>
         <source>Calibrate it with the bay closed and open, and keep it in a profile.</source>
@@ -448,16 +484,24 @@
         <translation>已取消，没有保存任何内容。</translation>
     </message>
     <message>
+        <source>Cancelled. Nothing was kept of this reading.</source>
+        <translation>已取消。本次读取未保存。</translation>
+    </message>
+    <message>
         <source>Cancelled. Nothing was sent.</source>
-        <translation type="unfinished"></translation>
+        <translation>已取消。未发送任何内容。</translation>
     </message>
     <message>
         <source>Cancelled. What was not read back is not known.</source>
-        <translation type="unfinished"></translation>
+        <translation>已取消。未回读的内容未知。</translation>
     </message>
     <message>
         <source>Capture (*.dpscap)</source>
-        <translation type="unfinished"></translation>
+        <translation>抓包文件 (*.dpscap)</translation>
+    </message>
+    <message>
+        <source>Capture {name}: {rows} rows.</source>
+        <translation>抓包文件 {name}：{rows} 行。</translation>
     </message>
     <message>
         <source>Cell</source>
@@ -477,7 +521,7 @@
     </message>
     <message>
         <source>Change it now</source>
-        <translation type="unfinished"></translation>
+        <translation>立即更改</translation>
     </message>
     <message>
         <source>Change settings: {names}. Triggers and serial output take true or false. Each is read back; what cannot be read back is only ever acknowledged, never verified. Exit code 1 where one is not what was wanted.</source>
@@ -489,11 +533,15 @@
     </message>
     <message>
         <source>Change the baud rate …</source>
-        <translation type="unfinished"></translation>
+        <translation>更改波特率…</translation>
     </message>
     <message>
         <source>Changing the baud rate …</source>
-        <translation type="unfinished"></translation>
+        <translation>正在更改波特率…</translation>
+    </message>
+    <message>
+        <source>Charge</source>
+        <translation>充电</translation>
     </message>
     <message>
         <source>Charge the module, unplug it, wait a minute and check again.</source>
@@ -521,7 +569,7 @@
     </message>
     <message>
         <source>Check again</source>
-        <translation type="unfinished"></translation>
+        <translation>重新检查</translation>
     </message>
     <message>
         <source>Check cable and power, and check again.</source>
@@ -577,11 +625,11 @@
     </message>
     <message>
         <source>Checks</source>
-        <translation type="unfinished"></translation>
+        <translation>检查项目</translation>
     </message>
     <message>
         <source>Checks that are kept</source>
-        <translation type="unfinished"></translation>
+        <translation>已保存的检查</translation>
     </message>
     <message>
         <source>Choose a port</source>
@@ -594,6 +642,10 @@
     <message>
         <source>Choose a port, connect or disconnect (Ctrl+K)</source>
         <translation>选择串口、连接或断开（Ctrl+K）</translation>
+    </message>
+    <message>
+        <source>Choose a record to judge it or to see its bytes.</source>
+        <translation>选择一条记录以作判断或查看原始字节。</translation>
     </message>
     <message>
         <source>Choose a row to see all of its bytes.</source>
@@ -625,7 +677,7 @@
     </message>
     <message>
         <source>Chosen. Next: arm it. {frame} is what would leave.</source>
-        <translation type="unfinished"></translation>
+        <translation>已选择。下一步：预备。将发送的帧为 {frame}。</translation>
     </message>
     <message>
         <source>Clamps what is set</source>
@@ -640,6 +692,10 @@
         <translation>清空列表</translation>
     </message>
     <message>
+        <source>Clear the search</source>
+        <translation>清除搜索</translation>
+    </message>
+    <message>
         <source>Close</source>
         <translation>关闭</translation>
     </message>
@@ -649,7 +705,7 @@
     </message>
     <message>
         <source>Close profile</source>
-        <translation type="unfinished"></translation>
+        <translation>关闭配置文件</translation>
     </message>
     <message>
         <source>Close that program and connect again.</source>
@@ -665,7 +721,7 @@
     </message>
     <message>
         <source>Close the profile and apply nothing</source>
-        <translation type="unfinished"></translation>
+        <translation>关闭配置文件，不应用任何内容</translation>
     </message>
     <message>
         <source>Close this message</source>
@@ -681,7 +737,7 @@
     </message>
     <message>
         <source>Close, drop the edits</source>
-        <translation type="unfinished"></translation>
+        <translation>关闭并放弃修改</translation>
     </message>
     <message>
         <source>Close, leave it ACTIVE</source>
@@ -693,11 +749,15 @@
     </message>
     <message>
         <source>Commands</source>
-        <translation type="unfinished"></translation>
+        <translation>命令</translation>
     </message>
     <message>
         <source>Compare the settings with the profile and write what differs; or approve them.</source>
         <translation>将设置与配置文件比较并写入不同之处；或批准现有设置。</translation>
+    </message>
+    <message>
+        <source>Comparison</source>
+        <translation>比较</translation>
     </message>
     <message>
         <source>Configure, test and watch a DPS-S drone parachute module over its serial port.</source>
@@ -712,12 +772,16 @@
         <translation>连接</translation>
     </message>
     <message>
+        <source>Connect a module and read its records, or choose a module that was read before.</source>
+        <translation>连接模块并读取记录，或选择以前读取过的模块。</translation>
+    </message>
+    <message>
         <source>Connect a module to see and change its settings.</source>
-        <translation type="unfinished"></translation>
+        <translation>连接模块后即可查看和更改其设置。</translation>
     </message>
     <message>
         <source>Connect a module, then run the check.</source>
-        <translation type="unfinished"></translation>
+        <translation>连接模块，然后开始检查。</translation>
     </message>
     <message>
         <source>Connect again</source>
@@ -744,12 +808,32 @@
         <translation>已连接</translation>
     </message>
     <message>
+        <source>Connection</source>
+        <translation>连接</translation>
+    </message>
+    <message>
+        <source>Contents of the chosen file</source>
+        <translation>所选文件的内容</translation>
+    </message>
+    <message>
         <source>Copy</source>
         <translation>复制</translation>
     </message>
     <message>
+        <source>Copy details</source>
+        <translation>复制详细信息</translation>
+    </message>
+    <message>
+        <source>Copy the chosen records</source>
+        <translation>复制所选记录</translation>
+    </message>
+    <message>
+        <source>Copy the chosen records, or all that are shown (Ctrl+C)</source>
+        <translation>复制所选记录，未选择时复制全部显示的记录（Ctrl+C）</translation>
+    </message>
+    <message>
         <source>Copy the command</source>
-        <translation type="unfinished"></translation>
+        <translation>复制命令</translation>
     </message>
     <message>
         <source>Copy the selected rows</source>
@@ -781,7 +865,7 @@
     </message>
     <message>
         <source>Dangerous: each asks again, is written into the log first, and is sent once</source>
-        <translation type="unfinished"></translation>
+        <translation>危险：每项都会再次确认，先写入日志，且只发送一次</translation>
     </message>
     <message>
         <source>Dark</source>
@@ -793,11 +877,11 @@
     </message>
     <message>
         <source>Default {value}</source>
-        <translation type="unfinished"></translation>
+        <translation>默认 {value}</translation>
     </message>
     <message>
         <source>Defaults</source>
-        <translation type="unfinished"></translation>
+        <translation>默认值</translation>
     </message>
     <message>
         <source>Delay</source>
@@ -813,7 +897,11 @@
     </message>
     <message>
         <source>Deploy …</source>
-        <translation type="unfinished"></translation>
+        <translation>开伞…</translation>
+    </message>
+    <message>
+        <source>Diagnosis</source>
+        <translation>诊断</translation>
     </message>
     <message>
         <source>Direction of faults</source>
@@ -821,7 +909,7 @@
     </message>
     <message>
         <source>Disabled</source>
-        <translation type="unfinished"></translation>
+        <translation>禁用</translation>
     </message>
     <message>
         <source>Disabled, it does not fire in free fall. The module cannot be asked.</source>
@@ -833,31 +921,31 @@
     </message>
     <message>
         <source>Disarm; nothing is sent (Esc)</source>
-        <translation type="unfinished"></translation>
+        <translation>解除；不发送任何内容 (Esc)</translation>
     </message>
     <message>
         <source>Disarmed: a condition is no longer fulfilled. Nothing was sent.</source>
-        <translation type="unfinished"></translation>
+        <translation>已解除：某项条件不再满足。未发送任何内容。</translation>
     </message>
     <message>
         <source>Disarmed: the keyboard went elsewhere. Nothing was sent.</source>
-        <translation type="unfinished"></translation>
+        <translation>已解除：键盘焦点移到别处。未发送任何内容。</translation>
     </message>
     <message>
         <source>Disarmed: the link was lost. Nothing was sent.</source>
-        <translation type="unfinished"></translation>
+        <translation>已解除：链路丢失。未发送任何内容。</translation>
     </message>
     <message>
         <source>Disarmed: the module restarted. Nothing was sent.</source>
-        <translation type="unfinished"></translation>
+        <translation>已解除：模块重启。未发送任何内容。</translation>
     </message>
     <message>
         <source>Disarmed: the program met an error. Nothing was sent.</source>
-        <translation type="unfinished"></translation>
+        <translation>已解除：程序出错。未发送任何内容。</translation>
     </message>
     <message>
         <source>Disarmed: the window was left. Nothing was sent.</source>
-        <translation type="unfinished"></translation>
+        <translation>已解除：离开了窗口。未发送任何内容。</translation>
     </message>
     <message>
         <source>Disconnect</source>
@@ -865,7 +953,7 @@
     </message>
     <message>
         <source>Disconnect, drop the edits</source>
-        <translation type="unfinished"></translation>
+        <translation>断开并放弃修改</translation>
     </message>
     <message>
         <source>Disconnect, leave it ACTIVE</source>
@@ -873,7 +961,7 @@
     </message>
     <message>
         <source>Do it again (Ctrl+Shift+Z)</source>
-        <translation type="unfinished"></translation>
+        <translation>重做 (Ctrl+Shift+Z)</translation>
     </message>
     <message>
         <source>Do not change it.</source>
@@ -885,11 +973,11 @@
     </message>
     <message>
         <source>Do not touch the aircraft.</source>
-        <translation type="unfinished"></translation>
+        <translation>请勿触碰航空器。</translation>
     </message>
     <message>
         <source>Do not write</source>
-        <translation type="unfinished"></translation>
+        <translation>不写入</translation>
     </message>
     <message>
         <source>Does NOT fire in free fall.</source>
@@ -993,23 +1081,27 @@
     </message>
     <message>
         <source>Enable both automatic triggers on the module, and check again</source>
-        <translation type="unfinished"></translation>
+        <translation>在模块上启用两种自动触发，并重新检查</translation>
     </message>
     <message>
         <source>Enable now</source>
-        <translation type="unfinished"></translation>
+        <translation>立即启用</translation>
     </message>
     <message>
         <source>Enable triggers and check</source>
-        <translation type="unfinished"></translation>
+        <translation>启用触发并检查</translation>
     </message>
     <message>
         <source>Enabled</source>
-        <translation type="unfinished"></translation>
+        <translation>启用</translation>
     </message>
     <message>
         <source>End all faults</source>
         <translation>结束所有故障</translation>
+    </message>
+    <message>
+        <source>Every frame sent and received (Alt+2)</source>
+        <translation>收发的每一帧（Alt+2）</translation>
     </message>
     <message>
         <source>Examples:</source>
@@ -1021,7 +1113,7 @@
     </message>
     <message>
         <source>Explain every check</source>
-        <translation type="unfinished"></translation>
+        <translation>解释每项检查</translation>
     </message>
     <message>
         <source>External power</source>
@@ -1040,12 +1132,20 @@
         <translation>线路故障，以及厂家协议表未明确的行为。</translation>
     </message>
     <message>
+        <source>Figures</source>
+        <translation>数据</translation>
+    </message>
+    <message>
         <source>Figures of the link</source>
         <translation>链路数据</translation>
     </message>
     <message>
+        <source>Files in the bundle</source>
+        <translation>支持包中的文件</translation>
+    </message>
+    <message>
         <source>Find my module</source>
-        <translation type="unfinished"></translation>
+        <translation>查找模块</translation>
     </message>
     <message>
         <source>Find out why it fired (Triggers), repack the parachute, lock and restart the module.</source>
@@ -1057,7 +1157,7 @@
     </message>
     <message>
         <source>Find the light threshold by measuring</source>
-        <translation type="unfinished"></translation>
+        <translation>通过测量确定光线阈值</translation>
     </message>
     <message>
         <source>Find the rate</source>
@@ -1065,15 +1165,15 @@
     </message>
     <message>
         <source>Fingerprint of the settings: {code}</source>
-        <translation type="unfinished"></translation>
+        <translation>设置指纹：{code}</translation>
     </message>
     <message>
         <source>Fingerprint of what can be read back: same settings, same code</source>
-        <translation type="unfinished"></translation>
+        <translation>可回读设置的指纹：设置相同，代码相同</translation>
     </message>
     <message>
         <source>Fingerprint: not known: {names}</source>
-        <translation type="unfinished"></translation>
+        <translation>指纹：未知：{names}</translation>
     </message>
     <message>
         <source>Fires as soon as it is activated, however it lies.</source>
@@ -1108,16 +1208,20 @@
         <translation>触发开伞。00 为禁止触发；禁止多久，厂家未说明。</translation>
     </message>
     <message>
+        <source>First seen {time}.</source>
+        <translation>首次读到：{time}。</translation>
+    </message>
+    <message>
         <source>Forbid deploying</source>
         <translation>禁止串口触发开伞</translation>
     </message>
     <message>
         <source>Forbid deploying …</source>
-        <translation type="unfinished"></translation>
+        <translation>禁止开伞…</translation>
     </message>
     <message>
         <source>Forbid now</source>
-        <translation type="unfinished"></translation>
+        <translation>立即禁止</translation>
     </message>
     <message>
         <source>Forget all rows (Ctrl+Shift+X)</source>
@@ -1125,7 +1229,7 @@
     </message>
     <message>
         <source>Forget it</source>
-        <translation type="unfinished"></translation>
+        <translation>不再提醒</translation>
     </message>
     <message>
         <source>Found</source>
@@ -1141,11 +1245,11 @@
     </message>
     <message>
         <source>Frames of our own that came back</source>
-        <translation type="unfinished"></translation>
+        <translation>返回的自己发送的帧</translation>
     </message>
     <message>
         <source>Frames of the module</source>
-        <translation type="unfinished"></translation>
+        <translation>模块发来的帧</translation>
     </message>
     <message>
         <source>Frames sent and received</source>
@@ -1176,16 +1280,12 @@
         <translation>从 13 m 起，坠落时间超过 1.60 秒。</translation>
     </message>
     <message>
-        <source>From the start</source>
-        <translation type="unfinished"></translation>
-    </message>
-    <message>
         <source>Full screen</source>
         <translation>全屏</translation>
     </message>
     <message>
         <source>GO</source>
-        <translation type="unfinished"></translation>
+        <translation>GO</translation>
     </message>
     <message>
         <source>GO: fit to fly</source>
@@ -1201,7 +1301,7 @@
     </message>
     <message>
         <source>Go through all baud rates until the module answers</source>
-        <translation type="unfinished"></translation>
+        <translation>逐一尝试所有波特率，直到模块应答</translation>
     </message>
     <message>
         <source>Heartbeat</source>
@@ -1209,7 +1309,7 @@
     </message>
     <message>
         <source>Heartbeats lost</source>
-        <translation type="unfinished"></translation>
+        <translation>丢失的心跳</translation>
     </message>
     <message>
         <source>Height of the fall</source>
@@ -1217,15 +1317,15 @@
     </message>
     <message>
         <source>Hex text (*.txt *.hex *.log)</source>
-        <translation type="unfinished"></translation>
+        <translation>十六进制文本 (*.txt *.hex *.log)</translation>
     </message>
     <message>
         <source>Hold for two seconds</source>
-        <translation type="unfinished"></translation>
+        <translation>按住两秒</translation>
     </message>
     <message>
         <source>Hold for two seconds, by mouse or by the space bar; letting go cancels</source>
-        <translation type="unfinished"></translation>
+        <translation>用鼠标或空格键按住两秒；松开即取消</translation>
     </message>
     <message>
         <source>Hold its switch for two seconds, or connect external power.</source>
@@ -1241,11 +1341,11 @@
     </message>
     <message>
         <source>Hold to DEPLOY</source>
-        <translation type="unfinished"></translation>
+        <translation>按住开伞</translation>
     </message>
     <message>
         <source>Hold to rehearse</source>
-        <translation type="unfinished"></translation>
+        <translation>按住演练</translation>
     </message>
     <message>
         <source>How long a fall must last before it fires. Longer avoids false triggers, costs height.</source>
@@ -1257,11 +1357,15 @@
     </message>
     <message>
         <source>How quick it is played; another speed begins from the start</source>
-        <translation type="unfinished"></translation>
+        <translation>播放速度；更改速度后从头开始</translation>
+    </message>
+    <message>
+        <source>How the link does, in figures and over time (Alt+3)</source>
+        <translation>通信质量：数值及随时间的变化（Alt+3）</translation>
     </message>
     <message>
         <source>I looked at them</source>
-        <translation type="unfinished"></translation>
+        <translation>我已查看</translation>
     </message>
     <message>
         <source>INTACT: every part is as it was recorded.</source>
@@ -1276,8 +1380,16 @@
         <translation>如果这里无人使用盲文显示器，请输入：{command}，然后重新插入适配器。</translation>
     </message>
     <message>
+        <source>Implausible</source>
+        <translation>不可信</translation>
+    </message>
+    <message>
         <source>In order</source>
-        <translation type="unfinished"></translation>
+        <translation>正常</translation>
+    </message>
+    <message>
+        <source>In the profile</source>
+        <translation>配置文件中</translation>
     </message>
     <message>
         <source>Interrupted: if the command had left already, it may have been carried out.</source>
@@ -1285,15 +1397,23 @@
     </message>
     <message>
         <source>It asks questions only and takes about six seconds. Set the aircraft level and do not touch it.</source>
-        <translation type="unfinished"></translation>
+        <translation>检查只发送查询，约需六秒。请将航空器放平，不要触碰。</translation>
     </message>
     <message>
         <source>It can be set and acknowledged, not read back.</source>
-        <translation type="unfinished"></translation>
+        <translation>可以设置并得到应答，但无法回读。</translation>
     </message>
     <message>
         <source>It decides whether the parachute counts as having left the bay.</source>
         <translation>用于判断降落伞是否已离开伞仓。</translation>
+    </message>
+    <message>
+        <source>It has happened {n} times.</source>
+        <translation>已发生 {n} 次。</translation>
+    </message>
+    <message>
+        <source>It has no times: those shown are of bytes back to back.</source>
+        <translation>文件中没有时间；显示的时间按字节连续发送推算。</translation>
     </message>
     <message>
         <source>It has not been armed and held for two seconds.</source>
@@ -1302,6 +1422,10 @@
     <message>
         <source>It has not been confirmed.</source>
         <translation>尚未确认。</translation>
+    </message>
+    <message>
+        <source>It is another one</source>
+        <translation>是另一个模块</translation>
     </message>
     <message>
         <source>It is not known whether the module has fired.</source>
@@ -1321,7 +1445,19 @@
     </message>
     <message>
         <source>It is this module</source>
-        <translation type="unfinished"></translation>
+        <translation>是该模块</translation>
+    </message>
+    <message>
+        <source>It is {module}: keep them</source>
+        <translation>是 {module}：保存记录</translation>
+    </message>
+    <message>
+        <source>It says what the module should be like, and what a person looks at</source>
+        <translation>配置文件说明模块应有的状态和人工检查项目</translation>
+    </message>
+    <message>
+        <source>It was not kept.</source>
+        <translation>未保存。</translation>
     </message>
     <message>
         <source>It works, but the adapter holds every answer back ({ms} ms): its latency timer is long.</source>
@@ -1332,16 +1468,28 @@
         <translation>抖动</translation>
     </message>
     <message>
+        <source>Judged</source>
+        <translation>判断</translation>
+    </message>
+    <message>
         <source>Keeps what is set</source>
         <translation>保存设置</translation>
     </message>
     <message>
         <source>Kept over the power cycle.</source>
-        <translation type="unfinished"></translation>
+        <translation>断电重启后仍保持。</translation>
+    </message>
+    <message>
+        <source>Kept with the record when the field is left</source>
+        <translation>离开输入框时与记录一起保存</translation>
     </message>
     <message>
         <source>Kind</source>
         <translation>类别</translation>
+    </message>
+    <message>
+        <source>Known from an earlier visit.</source>
+        <translation>由以前的读取得知。</translation>
     </message>
     <message>
         <source>LOCK</source>
@@ -1358,6 +1506,10 @@
     <message>
         <source>LOCK and disconnect</source>
         <translation>锁定并断开</translation>
+    </message>
+    <message>
+        <source>LOCK was pressed after this was confirmed: confirm again.</source>
+        <translation>确认之后又按了“锁定”：请重新确认。</translation>
     </message>
     <message>
         <source>LOCK was sent, and the module still says ACTIVE.</source>
@@ -1381,7 +1533,7 @@
     </message>
     <message>
         <source>LOST at the power cycle: it holds {stands}.</source>
-        <translation type="unfinished"></translation>
+        <translation>断电重启后丢失：模块当前为 {stands}。</translation>
     </message>
     <message>
         <source>Language</source>
@@ -1409,11 +1561,11 @@
     </message>
     <message>
         <source>Light threshold by measurement</source>
-        <translation type="unfinished"></translation>
+        <translation>通过测量确定光线阈值</translation>
     </message>
     <message>
         <source>Light, bay closed</source>
-        <translation type="unfinished"></translation>
+        <translation>光线（伞仓关闭）</translation>
     </message>
     <message>
         <source>Limit</source>
@@ -1430,6 +1582,10 @@
     <message>
         <source>Lines on standard input while it runs:</source>
         <translation>运行时可在标准输入中键入的命令：</translation>
+    </message>
+    <message>
+        <source>Link</source>
+        <translation>串口</translation>
     </message>
     <message>
         <source>Link: answer time</source>
@@ -1453,7 +1609,7 @@
     </message>
     <message>
         <source>Lock the module</source>
-        <translation type="unfinished"></translation>
+        <translation>锁定模块</translation>
     </message>
     <message>
         <source>Lock the module, or activate it, as the procedure for this aircraft says.</source>
@@ -1464,6 +1620,14 @@
         <translation>正在锁定……</translation>
     </message>
     <message>
+        <source>Log</source>
+        <translation>日志</translation>
+    </message>
+    <message>
+        <source>Log file: {path}</source>
+        <translation>日志文件：{path}</translation>
+    </message>
+    <message>
         <source>Log out and in again; on some systems only a restart helps.</source>
         <translation>请注销后重新登录；有些系统需要重启。</translation>
     </message>
@@ -1472,12 +1636,12 @@
         <translation>查看触发记录并判定：台架测试、真实或误触发。</translation>
     </message>
     <message>
-        <source>Look at what somebody else recorded, and play it (Ctrl+O); or drop the file here</source>
-        <translation type="unfinished"></translation>
+        <source>Look at what was recorded, and play it (Ctrl+O); or drop the file on the window</source>
+        <translation>查看并回放录制内容（Ctrl+O）；也可将文件拖到窗口上</translation>
     </message>
     <message>
         <source>Look for the module</source>
-        <translation type="unfinished"></translation>
+        <translation>查找该模块</translation>
     </message>
     <message>
         <source>Looked at by a person</source>
@@ -1516,6 +1680,14 @@
         <translation>恢复线路正常；方言保持不变。</translation>
     </message>
     <message>
+        <source>Make the preview anew</source>
+        <translation>重新生成预览</translation>
+    </message>
+    <message>
+        <source>Make the preview anew, with what happened since</source>
+        <translation>重新生成预览，包含此后发生的内容</translation>
+    </message>
+    <message>
         <source>Maker</source>
         <translation>制造商</translation>
     </message>
@@ -1525,15 +1697,15 @@
     </message>
     <message>
         <source>Mark</source>
-        <translation type="unfinished"></translation>
+        <translation>标记</translation>
     </message>
     <message>
         <source>Mark the selected rows</source>
-        <translation type="unfinished"></translation>
+        <translation>标记所选行</translation>
     </message>
     <message>
         <source>Mark the selected rows, or take their marks off (Ctrl+M)</source>
-        <translation type="unfinished"></translation>
+        <translation>标记所选行，或取消其标记（Ctrl+M）</translation>
     </message>
     <message>
         <source>Meaning</source>
@@ -1541,23 +1713,23 @@
     </message>
     <message>
         <source>Measure both to get a threshold.</source>
-        <translation type="unfinished"></translation>
+        <translation>两种状态都测量后才能得到阈值。</translation>
     </message>
     <message>
         <source>Measure with the bay closed, then open, and take a threshold between</source>
-        <translation type="unfinished"></translation>
+        <translation>先后在伞仓关闭和打开时测量，取两者之间的阈值</translation>
     </message>
     <message>
         <source>Measure …</source>
-        <translation type="unfinished"></translation>
+        <translation>测量…</translation>
     </message>
     <message>
         <source>Measure, closed</source>
-        <translation type="unfinished"></translation>
+        <translation>测量（关闭）</translation>
     </message>
     <message>
         <source>Measure, open</source>
-        <translation type="unfinished"></translation>
+        <translation>测量（打开）</translation>
     </message>
     <message>
         <source>Measured values</source>
@@ -1589,11 +1761,11 @@
     </message>
     <message>
         <source>Module {name}</source>
-        <translation type="unfinished"></translation>
+        <translation>模块 {name}</translation>
     </message>
     <message>
         <source>Modules without a name</source>
-        <translation type="unfinished"></translation>
+        <translation>未命名的模块</translation>
     </message>
     <message>
         <source>More light reads higher.</source>
@@ -1616,8 +1788,12 @@
         <translation>静默</translation>
     </message>
     <message>
+        <source>NEW: {sentence}</source>
+        <translation>新：{sentence}</translation>
+    </message>
+    <message>
         <source>NO-GO</source>
-        <translation type="unfinished"></translation>
+        <translation>NO-GO</translation>
     </message>
     <message>
         <source>NO-GO: do not fly</source>
@@ -1625,7 +1801,7 @@
     </message>
     <message>
         <source>NOT CHECKED</source>
-        <translation type="unfinished"></translation>
+        <translation>未检查</translation>
     </message>
     <message>
         <source>NOT IN ORDER</source>
@@ -1640,8 +1816,12 @@
         <translation>名称</translation>
     </message>
     <message>
+        <source>Name it</source>
+        <translation>命名</translation>
+    </message>
+    <message>
         <source>Name of the module</source>
-        <translation type="unfinished"></translation>
+        <translation>模块名称</translation>
     </message>
     <message>
         <source>Name the module, so that it is known again.</source>
@@ -1660,20 +1840,28 @@
         <translation>永远不会开伞：倾角不可能达到 {fires:.0f}°。</translation>
     </message>
     <message>
+        <source>New since the last visit</source>
+        <translation>上次读取后新增</translation>
+    </message>
+    <message>
         <source>Next row found</source>
-        <translation type="unfinished"></translation>
+        <translation>下一个匹配行</translation>
     </message>
     <message>
         <source>Next row found (Enter)</source>
-        <translation type="unfinished"></translation>
+        <translation>下一个匹配行（回车）</translation>
     </message>
     <message>
         <source>No answer</source>
         <translation>无应答</translation>
     </message>
     <message>
+        <source>No byte was rejected</source>
+        <translation>没有拒收的字节</translation>
+    </message>
+    <message>
         <source>No check is kept yet. A check is kept as soon as it has been run to its end.</source>
-        <translation type="unfinished"></translation>
+        <translation>尚未保存任何检查。检查完整结束后即保存。</translation>
     </message>
     <message>
         <source>No module</source>
@@ -1704,12 +1892,20 @@
         <translation>无法从中读出飞行前检查记录：{why}。</translation>
     </message>
     <message>
+        <source>No records came, and no two readings agreed. Read again, or check the line.</source>
+        <translation>没有收到记录，且多次读取结果不一致。请重新读取或检查线路。</translation>
+    </message>
+    <message>
         <source>No records came.</source>
         <translation>没有收到记录。</translation>
     </message>
     <message>
         <source>No restart was seen: nothing is known about a power cycle.</source>
-        <translation type="unfinished"></translation>
+        <translation>未观察到重启：无法判断断电后的情况。</translation>
+    </message>
+    <message>
+        <source>No round trip measured yet</source>
+        <translation>尚未测得往返时间</translation>
     </message>
     <message>
         <source>No rows yet</source>
@@ -1725,7 +1921,11 @@
     </message>
     <message>
         <source>No threshold is proposed.</source>
-        <translation type="unfinished"></translation>
+        <translation>不给出阈值建议。</translation>
+    </message>
+    <message>
+        <source>No two readings agreed: records may be missing here, or be doubtful. Read again, or check the line.</source>
+        <translation>多次读取结果不一致：此处可能缺少记录或记录可疑。请重新读取或检查线路。</translation>
     </message>
     <message>
         <source>No two readings agreed: records may be missing. Read again.</source>
@@ -1741,11 +1941,11 @@
     </message>
     <message>
         <source>Noise of the acceleration</source>
-        <translation type="unfinished"></translation>
+        <translation>加速度噪声</translation>
     </message>
     <message>
         <source>None: the vendor's advice</source>
-        <translation type="unfinished"></translation>
+        <translation>无：按厂家建议</translation>
     </message>
     <message>
         <source>Not a single byte has come on {port}, and it was asked {asked} times.</source>
@@ -1761,11 +1961,11 @@
     </message>
     <message>
         <source>Not everything was kept over the power cycle: see the rows. {boots}</source>
-        <translation type="unfinished"></translation>
+        <translation>断电重启后并非全部保持：请看各行。{boots}</translation>
     </message>
     <message>
         <source>Not found</source>
-        <translation type="unfinished"></translation>
+        <translation>未找到</translation>
     </message>
     <message>
         <source>Not had: {names}. Read again; if it stays so, check the wiring.</source>
@@ -1773,7 +1973,15 @@
     </message>
     <message>
         <source>Not in order</source>
-        <translation type="unfinished"></translation>
+        <translation>不正常</translation>
+    </message>
+    <message>
+        <source>Not judged yet</source>
+        <translation>尚未判断</translation>
+    </message>
+    <message>
+        <source>Not kept: name the module to keep its records, to judge them, and to add a note.</source>
+        <translation>未保存：请给模块命名，以保存记录、作出判断并添加备注。</translation>
     </message>
     <message>
         <source>Not kept: these records or the boot count do not follow those of {module}.</source>
@@ -1792,16 +2000,20 @@
         <translation>未触发</translation>
     </message>
     <message>
+        <source>Note on this trigger</source>
+        <translation>对此次触发的备注</translation>
+    </message>
+    <message>
         <source>Nothing is changed (Esc)</source>
-        <translation type="unfinished"></translation>
+        <translation>不作任何更改 (Esc)</translation>
     </message>
     <message>
         <source>Nothing is known of the module's settings: read them first.</source>
-        <translation type="unfinished"></translation>
+        <translation>模块的设置全部未知：请先读取。</translation>
     </message>
     <message>
         <source>Nothing is sent to any module.</source>
-        <translation type="unfinished"></translation>
+        <translation>不会向任何模块发送内容。</translation>
     </message>
     <message>
         <source>Nothing to decode: give the bytes in hex, or - to read them from standard input.</source>
@@ -1810,6 +2022,14 @@
     <message>
         <source>Nothing to plug in; behaves as the vendor's table says</source>
         <translation>无需接线；行为与厂商协议表一致</translation>
+    </message>
+    <message>
+        <source>Nothing was heard of it for long.</source>
+        <translation>已很久没有收到其数据。</translation>
+    </message>
+    <message>
+        <source>Nothing was kept yet.</source>
+        <translation>尚未保存。</translation>
     </message>
     <message>
         <source>Nothing was sent.</source>
@@ -1821,15 +2041,15 @@
     </message>
     <message>
         <source>Nothing was sent: the connection was lost before.</source>
-        <translation type="unfinished"></translation>
+        <translation>未发送任何内容：此前连接已丢失。</translation>
     </message>
     <message>
         <source>Nothing was taken from it. Put these right and open it again:</source>
-        <translation type="unfinished"></translation>
+        <translation>未采用其中任何内容。请更正以下问题后重新打开：</translation>
     </message>
     <message>
         <source>Nothing was written.</source>
-        <translation type="unfinished"></translation>
+        <translation>未写入任何内容。</translation>
     </message>
     <message>
         <source>Now</source>
@@ -1848,24 +2068,32 @@
         <translation>已离线 {time}</translation>
     </message>
     <message>
+        <source>On the module</source>
+        <translation>模块上</translation>
+    </message>
+    <message>
+        <source>On the module now</source>
+        <translation>模块中现有</translation>
+    </message>
+    <message>
         <source>One code stands for all settings that can be read.</source>
         <translation>一个代码代表所有可读取的设置。</translation>
     </message>
     <message>
         <source>One step less</source>
-        <translation type="unfinished"></translation>
+        <translation>减一档</translation>
     </message>
     <message>
         <source>One step less (arrow down)</source>
-        <translation type="unfinished"></translation>
+        <translation>减一档（下箭头）</translation>
     </message>
     <message>
         <source>One step more</source>
-        <translation type="unfinished"></translation>
+        <translation>加一档</translation>
     </message>
     <message>
         <source>One step more (arrow up)</source>
-        <translation type="unfinished"></translation>
+        <translation>加一档（上箭头）</translation>
     </message>
     <message>
         <source>Only an echo</source>
@@ -1873,11 +2101,15 @@
     </message>
     <message>
         <source>Only marked rows</source>
-        <translation type="unfinished"></translation>
+        <translation>仅标记的行</translation>
     </message>
     <message>
         <source>Only our own bytes come back on {port}.</source>
         <translation>{port} 上只收到我们自己发出的字节。</translation>
+    </message>
+    <message>
+        <source>Only records in which all these words stand (Ctrl+F)</source>
+        <translation>只显示包含所有这些词的记录（Ctrl+F）</translation>
     </message>
     <message>
         <source>Only rejected bytes</source>
@@ -1889,27 +2121,27 @@
     </message>
     <message>
         <source>Open a capture</source>
-        <translation type="unfinished"></translation>
+        <translation>打开抓包文件</translation>
     </message>
     <message>
         <source>Open a profile</source>
-        <translation type="unfinished"></translation>
+        <translation>打开配置文件</translation>
     </message>
     <message>
         <source>Open a profile and compare it with the module (Ctrl+O); or drop it here</source>
-        <translation type="unfinished"></translation>
+        <translation>打开配置文件并与模块比较 (Ctrl+O)；也可拖放到此处</translation>
     </message>
     <message>
         <source>Open a profile …</source>
-        <translation type="unfinished"></translation>
+        <translation>打开配置文件…</translation>
     </message>
     <message>
         <source>Open capture …</source>
-        <translation type="unfinished"></translation>
+        <translation>打开抓包…</translation>
     </message>
     <message>
         <source>Open profile …</source>
-        <translation type="unfinished"></translation>
+        <translation>打开配置文件…</translation>
     </message>
     <message>
         <source>Open the chosen port (Enter)</source>
@@ -1936,6 +2168,14 @@
         <translation>线路不良时，数值可能缺失或错误。</translation>
     </message>
     <message>
+        <source>Over the last {time}: {lanes}; restarts: {restarts}; port lost: {losses}</source>
+        <translation>最近 {time}：{lanes}；重启：{restarts}；串口丢失：{losses}</translation>
+    </message>
+    <message>
+        <source>Over time</source>
+        <translation>随时间变化</translation>
+    </message>
+    <message>
         <source>Pages</source>
         <translation>页面</translation>
     </message>
@@ -1949,7 +2189,7 @@
     </message>
     <message>
         <source>Past checks</source>
-        <translation type="unfinished"></translation>
+        <translation>历次检查</translation>
     </message>
     <message>
         <source>Pause</source>
@@ -1965,11 +2205,15 @@
     </message>
     <message>
         <source>Place in the recording</source>
-        <translation type="unfinished"></translation>
+        <translation>播放位置</translation>
+    </message>
+    <message>
+        <source>Play it through the window</source>
+        <translation>在窗口中回放</translation>
     </message>
     <message>
         <source>Play the recording from the start</source>
-        <translation type="unfinished"></translation>
+        <translation>从头播放录制</translation>
     </message>
     <message>
         <source>Plots</source>
@@ -2004,6 +2248,10 @@
         <translation>串口</translation>
     </message>
     <message>
+        <source>Port and figures of the link</source>
+        <translation>串口与通信数据</translation>
+    </message>
+    <message>
         <source>Port lost</source>
         <translation>串口丢失</translation>
     </message>
@@ -2017,11 +2265,19 @@
     </message>
     <message>
         <source>Power cycle: {fate}.</source>
-        <translation type="unfinished"></translation>
+        <translation>断电重启：{fate}。</translation>
+    </message>
+    <message>
+        <source>Pre-flight</source>
+        <translation>飞行前检查</translation>
     </message>
     <message>
         <source>Pre-flight check of a parachute module</source>
         <translation>伞降模块飞行前检查</translation>
+    </message>
+    <message>
+        <source>Preferences</source>
+        <translation>偏好设置</translation>
     </message>
     <message>
         <source>Press its switch</source>
@@ -2029,23 +2285,23 @@
     </message>
     <message>
         <source>Print report …</source>
-        <translation type="unfinished"></translation>
+        <translation>打印报告…</translation>
     </message>
     <message>
         <source>Print the check as PDF, HTML and JSON (Ctrl+P)</source>
-        <translation type="unfinished"></translation>
+        <translation>将检查打印为 PDF、HTML 和 JSON（Ctrl+P）</translation>
     </message>
     <message>
         <source>Print the chosen record</source>
-        <translation type="unfinished"></translation>
+        <translation>打印所选记录</translation>
     </message>
     <message>
         <source>Print the chosen record as it was kept, with its time</source>
-        <translation type="unfinished"></translation>
+        <translation>按保存时的内容和时间打印所选记录</translation>
     </message>
     <message>
         <source>Print the report</source>
-        <translation type="unfinished"></translation>
+        <translation>打印报告</translation>
     </message>
     <message>
         <source>Print the status as it streams, or polled where the module does not stream, until Ctrl-C. The stream is switched on where it was off, and off again at the end. Times count from the first status.</source>
@@ -2053,7 +2309,7 @@
     </message>
     <message>
         <source>Print this record …</source>
-        <translation type="unfinished"></translation>
+        <translation>打印此记录…</translation>
     </message>
     <message>
         <source>Profile</source>
@@ -2061,19 +2317,23 @@
     </message>
     <message>
         <source>Profile (*.toml)</source>
-        <translation type="unfinished"></translation>
+        <translation>配置文件 (*.toml)</translation>
     </message>
     <message>
         <source>Profile: {name}</source>
-        <translation type="unfinished"></translation>
+        <translation>配置文件：{name}</translation>
     </message>
     <message>
         <source>Profiles that were opened or saved before</source>
-        <translation type="unfinished"></translation>
+        <translation>以前打开或保存过的配置文件</translation>
     </message>
     <message>
         <source>Program</source>
         <translation>程序</translation>
+    </message>
+    <message>
+        <source>Program and system</source>
+        <translation>程序与系统</translation>
     </message>
     <message>
         <source>Proves that the module is there. It sends two by itself, 50 ms apart, after power-up.</source>
@@ -2089,7 +2349,7 @@
     </message>
     <message>
         <source>Put the module into standby, at once (Ctrl+L)</source>
-        <translation type="unfinished"></translation>
+        <translation>立即使模块进入待机 (Ctrl+L)</translation>
     </message>
     <message>
         <source>Put the module into standby: it no longer fires by itself (Ctrl+L)</source>
@@ -2101,11 +2361,11 @@
     </message>
     <message>
         <source>Puts it into the form; it is written with the other changes</source>
-        <translation type="unfinished"></translation>
+        <translation>填入表单；与其他更改一起写入</translation>
     </message>
     <message>
         <source>Questions without an answer</source>
-        <translation type="unfinished"></translation>
+        <translation>未应答的询问</translation>
     </message>
     <message>
         <source>Quit</source>
@@ -2113,27 +2373,43 @@
     </message>
     <message>
         <source>RECORDING – DPS-S Configurator</source>
-        <translation type="unfinished"></translation>
+        <translation>回放录制 – DPS-S 上位机</translation>
     </message>
     <message>
         <source>RECORDING: {name}</source>
-        <translation type="unfinished"></translation>
+        <translation>回放录制：{name}</translation>
     </message>
     <message>
         <source>RECORDING: {name}, it has ended</source>
-        <translation type="unfinished"></translation>
+        <translation>回放录制：{name}，已播完</translation>
+    </message>
+    <message>
+        <source>Raw bytes</source>
+        <translation>原始字节</translation>
     </message>
     <message>
         <source>Read again</source>
-        <translation type="unfinished"></translation>
+        <translation>重新读取</translation>
     </message>
     <message>
         <source>Read all</source>
-        <translation type="unfinished"></translation>
+        <translation>全部读取</translation>
     </message>
     <message>
         <source>Read everything that can be read. What cannot be had is shown as unknown; exit code 4 then.</source>
         <translation>读取全部可读内容。无法取得的显示为未知，此时退出码为 4。</translation>
+    </message>
+    <message>
+        <source>Read the records</source>
+        <translation>读取记录</translation>
+    </message>
+    <message>
+        <source>Read the records to see why and when the module fired.</source>
+        <translation>读取记录，查看模块触发的原因和时间。</translation>
+    </message>
+    <message>
+        <source>Read the trigger records</source>
+        <translation>读取触发记录</translation>
     </message>
     <message>
         <source>Read the trigger records, as often as it takes until two readings agree. Exit code 4 when they do not.</source>
@@ -2157,11 +2433,11 @@
     </message>
     <message>
         <source>Reading {file} …</source>
-        <translation type="unfinished"></translation>
+        <translation>正在读取 {file}…</translation>
     </message>
     <message>
         <source>Reading {name} …</source>
-        <translation type="unfinished"></translation>
+        <translation>正在读取 {name}……</translation>
     </message>
     <message>
         <source>Reading: {what}</source>
@@ -2169,15 +2445,15 @@
     </message>
     <message>
         <source>Received; it cannot be read back.</source>
-        <translation type="unfinished"></translation>
+        <translation>模块已收到；无法回读。</translation>
     </message>
     <message>
         <source>Recent</source>
-        <translation type="unfinished"></translation>
+        <translation>最近</translation>
     </message>
     <message>
         <source>Recent profiles</source>
-        <translation type="unfinished"></translation>
+        <translation>最近的配置文件</translation>
     </message>
     <message>
         <source>Record</source>
@@ -2189,7 +2465,7 @@
     </message>
     <message>
         <source>Record or report (*.json *.html *.htm *.pdf)</source>
-        <translation type="unfinished"></translation>
+        <translation>记录或报告 (*.json *.html *.htm *.pdf)</translation>
     </message>
     <message>
         <source>Record {number} of {module}: {verdict}, {at}, checked by {who}.</source>
@@ -2197,7 +2473,7 @@
     </message>
     <message>
         <source>Redo</source>
-        <translation type="unfinished"></translation>
+        <translation>重做</translation>
     </message>
     <message>
         <source>Refuses what is set</source>
@@ -2205,7 +2481,7 @@
     </message>
     <message>
         <source>Rehearsal, nothing is sent.</source>
-        <translation type="unfinished"></translation>
+        <translation>演练，不发送任何内容。</translation>
     </message>
     <message>
         <source>Rehearsal: {frame} would have been sent. Nothing was.</source>
@@ -2213,15 +2489,31 @@
     </message>
     <message>
         <source>Rehearse …</source>
-        <translation type="unfinished"></translation>
+        <translation>演练…</translation>
+    </message>
+    <message>
+        <source>Rejected bytes</source>
+        <translation>拒收字节</translation>
+    </message>
+    <message>
+        <source>Rejected bytes, by reason</source>
+        <translation>拒收字节，按原因</translation>
+    </message>
+    <message>
+        <source>Rejected bytes. {reasons}</source>
+        <translation>拒收字节。{reasons}</translation>
     </message>
     <message>
         <source>Remarks</source>
         <translation>备注</translation>
     </message>
     <message>
+        <source>Renew</source>
+        <translation>刷新</translation>
+    </message>
+    <message>
         <source>Report (*.pdf)</source>
-        <translation type="unfinished"></translation>
+        <translation>报告 (*.pdf)</translation>
     </message>
     <message>
         <source>Reports</source>
@@ -2232,32 +2524,44 @@
         <translation>重启</translation>
     </message>
     <message>
+        <source>Restarts</source>
+        <translation>重启</translation>
+    </message>
+    <message>
         <source>Result</source>
         <translation>结果</translation>
     </message>
     <message>
         <source>Revert</source>
-        <translation type="unfinished"></translation>
+        <translation>还原</translation>
+    </message>
+    <message>
+        <source>Round trips, by how many milliseconds they took</source>
+        <translation>往返时间分布（毫秒）</translation>
+    </message>
+    <message>
+        <source>Round trips: {n}. {classes}</source>
+        <translation>往返：{n} 次。{classes}</translation>
     </message>
     <message>
         <source>Row found before</source>
-        <translation type="unfinished"></translation>
+        <translation>上一个匹配行</translation>
     </message>
     <message>
         <source>Row found before (Shift+Enter)</source>
-        <translation type="unfinished"></translation>
+        <translation>上一个匹配行（Shift+回车）</translation>
     </message>
     <message>
         <source>Run all checks: questions only (Ctrl+Return)</source>
-        <translation type="unfinished"></translation>
+        <translation>进行全部检查：只发送查询（Ctrl+Return）</translation>
     </message>
     <message>
         <source>Run the check</source>
-        <translation type="unfinished"></translation>
+        <translation>开始检查</translation>
     </message>
     <message>
         <source>Run the check.</source>
-        <translation type="unfinished"></translation>
+        <translation>请开始检查。</translation>
     </message>
     <message>
         <source>SIMULATED MODULE: this is no evidence.</source>
@@ -2265,7 +2569,7 @@
     </message>
     <message>
         <source>Save a capture</source>
-        <translation type="unfinished"></translation>
+        <translation>保存抓包文件</translation>
     </message>
     <message>
         <source>Save a picture as PNG</source>
@@ -2277,19 +2581,31 @@
     </message>
     <message>
         <source>Save as a profile</source>
-        <translation type="unfinished"></translation>
+        <translation>另存为配置文件</translation>
     </message>
     <message>
         <source>Save as profile …</source>
-        <translation type="unfinished"></translation>
+        <translation>另存为配置文件…</translation>
     </message>
     <message>
         <source>Save capture …</source>
-        <translation type="unfinished"></translation>
+        <translation>保存抓包…</translation>
+    </message>
+    <message>
+        <source>Save every record ever seen of this module as CSV (Ctrl+Shift+S)</source>
+        <translation>将该模块所有见过的记录保存为 CSV（Ctrl+Shift+S）</translation>
+    </message>
+    <message>
+        <source>Save every record of this module as CSV</source>
+        <translation>将该模块的所有记录保存为 CSV</translation>
     </message>
     <message>
         <source>Save every sample in sight as a table, CSV (Ctrl+S)</source>
         <translation>将所见的每个采样存为 CSV 表格（Ctrl+S）</translation>
+    </message>
+    <message>
+        <source>Save exactly what is shown here as one zip file, to send it to whoever helps</source>
+        <translation>将此处显示的内容原样保存为一个 zip 文件，以便发给提供帮助的人</translation>
     </message>
     <message>
         <source>Save picture</source>
@@ -2300,8 +2616,36 @@
         <translation>保存图片…</translation>
     </message>
     <message>
+        <source>Save support bundle …</source>
+        <translation>保存支持包…</translation>
+    </message>
+    <message>
+        <source>Save the archive …</source>
+        <translation>保存全部…</translation>
+    </message>
+    <message>
         <source>Save the module's settings as a profile</source>
-        <translation type="unfinished"></translation>
+        <translation>将模块的设置保存为配置文件</translation>
+    </message>
+    <message>
+        <source>Save the page …</source>
+        <translation>保存本页…</translation>
+    </message>
+    <message>
+        <source>Save the records that are shown as CSV</source>
+        <translation>将显示的记录保存为 CSV</translation>
+    </message>
+    <message>
+        <source>Save the records that are shown, in their order, as CSV (Ctrl+S)</source>
+        <translation>按显示顺序将记录保存为 CSV（Ctrl+S）</translation>
+    </message>
+    <message>
+        <source>Save the support bundle</source>
+        <translation>保存支持包</translation>
+    </message>
+    <message>
+        <source>Save the trigger records</source>
+        <translation>保存触发记录</translation>
     </message>
     <message>
         <source>Save the values in sight as CSV</source>
@@ -2317,23 +2661,23 @@
     </message>
     <message>
         <source>Save what the module holds now as a profile; what is not known is left out</source>
-        <translation type="unfinished"></translation>
+        <translation>将模块当前的设置保存为配置文件；未知的项目不包含在内</translation>
     </message>
     <message>
         <source>Save what went over the line, as a text file (Ctrl+S)</source>
-        <translation type="unfinished"></translation>
+        <translation>将通信内容保存为文本文件（Ctrl+S）</translation>
     </message>
     <message>
         <source>Saved as {path}.</source>
-        <translation type="unfinished"></translation>
+        <translation>已保存为 {path}。</translation>
     </message>
     <message>
         <source>Saved as {path}. Not known, so not in it: {names}.</source>
-        <translation type="unfinished"></translation>
+        <translation>已保存为 {path}。以下项目未知，未包含在内：{names}。</translation>
     </message>
     <message>
-        <source>Saved the last {count} entries to {path}. What is older is no longer kept.</source>
-        <translation type="unfinished"></translation>
+        <source>Saved the last {count} entries to {path}; older ones are no longer kept.</source>
+        <translation>已将最近 {count} 条保存到 {path}；更早的内容已不再保留。</translation>
     </message>
     <message>
         <source>Saved the picture to {path}</source>
@@ -2341,7 +2685,7 @@
     </message>
     <message>
         <source>Saved {count} entries to {path}.</source>
-        <translation type="unfinished"></translation>
+        <translation>已将 {count} 条保存到 {path}。</translation>
     </message>
     <message>
         <source>Saved {rows} rows to {path}</source>
@@ -2353,7 +2697,7 @@
     </message>
     <message>
         <source>Saving {name} …</source>
-        <translation type="unfinished"></translation>
+        <translation>正在保存 {name}……</translation>
     </message>
     <message>
         <source>Saving … {percent} %</source>
@@ -2361,31 +2705,39 @@
     </message>
     <message>
         <source>Say that it is the named module, and check again</source>
-        <translation type="unfinished"></translation>
+        <translation>确认是所命名的模块，并重新检查</translation>
     </message>
     <message>
         <source>Say that you looked at the trigger records, and check again</source>
-        <translation type="unfinished"></translation>
+        <translation>确认已查看触发记录，并重新检查</translation>
     </message>
     <message>
         <source>Say why each check matters, also where it passes</source>
-        <translation type="unfinished"></translation>
+        <translation>说明每项检查的意义，包括合格的项目</translation>
     </message>
     <message>
         <source>Search</source>
-        <translation type="unfinished"></translation>
+        <translation>搜索</translation>
     </message>
     <message>
         <source>Search in the rows</source>
-        <translation type="unfinished"></translation>
+        <translation>在各行中搜索</translation>
+    </message>
+    <message>
+        <source>Search the records</source>
+        <translation>搜索记录</translation>
     </message>
     <message>
         <source>Send nothing (Esc)</source>
-        <translation type="unfinished"></translation>
+        <translation>不发送任何内容 (Esc)</translation>
     </message>
     <message>
         <source>Sends its status all the time, without being asked.</source>
         <translation>不经询问，持续发送状态。</translation>
+    </message>
+    <message>
+        <source>Sent</source>
+        <translation>已发送</translation>
     </message>
     <message>
         <source>Sent, not acknowledged; the module is silent now: look at it.</source>
@@ -2436,6 +2788,10 @@
         <translation>请在适配器驱动程序的设置（端口，高级）中把延迟计时器设为 1 ms。</translation>
     </message>
     <message>
+        <source>Setting</source>
+        <translation>设置项</translation>
+    </message>
+    <message>
         <source>Settings</source>
         <translation>设置</translation>
     </message>
@@ -2452,6 +2808,14 @@
         <translation>重新显示最新数据（End 键，或双击曲线）</translation>
     </message>
     <message>
+        <source>Show the raw bytes</source>
+        <translation>显示原始字节</translation>
+    </message>
+    <message>
+        <source>Show the sixteen bytes as the module sent them</source>
+        <translation>显示模块发出的十六个字节</translation>
+    </message>
+    <message>
         <source>Show the time of day instead of seconds before now</source>
         <translation>显示时刻，而不是距现在的秒数</translation>
     </message>
@@ -2461,11 +2825,11 @@
     </message>
     <message>
         <source>Shut down now</source>
-        <translation type="unfinished"></translation>
+        <translation>立即关机</translation>
     </message>
     <message>
         <source>Shut down …</source>
-        <translation type="unfinished"></translation>
+        <translation>关机…</translation>
     </message>
     <message>
         <source>Shut down. It comes back by its switch or by external power.</source>
@@ -2489,7 +2853,7 @@
     </message>
     <message>
         <source>Slowest answer</source>
-        <translation type="unfinished"></translation>
+        <translation>最慢应答</translation>
     </message>
     <message>
         <source>Something else is armed: {what}.</source>
@@ -2509,7 +2873,7 @@
     </message>
     <message>
         <source>Speed of the recording</source>
-        <translation type="unfinished"></translation>
+        <translation>播放速度</translation>
     </message>
     <message>
         <source>Speed of the serial line. The vendor advises not to change it.</source>
@@ -2529,7 +2893,7 @@
     </message>
     <message>
         <source>State of {setting}</source>
-        <translation type="unfinished"></translation>
+        <translation>{setting}的状态</translation>
     </message>
     <message>
         <source>Status</source>
@@ -2553,15 +2917,15 @@
     </message>
     <message>
         <source>Stop playing</source>
-        <translation type="unfinished"></translation>
+        <translation>停止播放</translation>
     </message>
     <message>
         <source>Stop playing the recording</source>
-        <translation type="unfinished"></translation>
+        <translation>停止播放录制</translation>
     </message>
     <message>
         <source>Stop playing; a module can be connected then</source>
-        <translation type="unfinished"></translation>
+        <translation>停止播放；之后可以连接模块</translation>
     </message>
     <message>
         <source>Stop saving; no file is left</source>
@@ -2580,8 +2944,12 @@
         <translation>阳光下</translation>
     </message>
     <message>
+        <source>Support</source>
+        <translation>支持</translation>
+    </message>
+    <message>
         <source>Survives a power cycle?</source>
-        <translation type="unfinished"></translation>
+        <translation>断电后是否保持？</translation>
     </message>
     <message>
         <source>Switch the module off and on again</source>
@@ -2613,7 +2981,7 @@
     </message>
     <message>
         <source>Take the last edit back (Ctrl+Z)</source>
-        <translation type="unfinished"></translation>
+        <translation>撤销上一次修改 (Ctrl+Z)</translation>
     </message>
     <message>
         <source>Takes today's mounting as level. For small mounting errors only.</source>
@@ -2629,7 +2997,7 @@
     </message>
     <message>
         <source>The aircraft that the module sits in</source>
-        <translation type="unfinished"></translation>
+        <translation>安装该模块的航空器</translation>
     </message>
     <message>
         <source>The angle at which it fires: too small fires in a turn, too large too late.</source>
@@ -2653,7 +3021,11 @@
     </message>
     <message>
         <source>The baud rate is not applied with a profile: change it in its own place.</source>
-        <translation type="unfinished"></translation>
+        <translation>波特率不随配置文件应用：请在其专门位置更改。</translation>
+    </message>
+    <message>
+        <source>The bundle could not be put together: {why}.</source>
+        <translation>无法生成支持包：{why}。</translation>
     </message>
     <message>
         <source>The check was not kept.</source>
@@ -2665,11 +3037,15 @@
     </message>
     <message>
         <source>The checks of one module, or of one aircraft</source>
-        <translation type="unfinished"></translation>
+        <translation>某个模块或某架航空器的检查</translation>
     </message>
     <message>
         <source>The confirmation is {seconds:.1f} s old: confirm again.</source>
         <translation>确认是 {seconds:.1f} 秒前的：请重新确认。</translation>
+    </message>
+    <message>
+        <source>The details are on the clipboard.</source>
+        <translation>详细信息已复制到剪贴板。</translation>
     </message>
     <message>
         <source>The disk is full: {path} cannot be written.</source>
@@ -2685,15 +3061,35 @@
     </message>
     <message>
         <source>The last rejected bytes</source>
-        <translation type="unfinished"></translation>
+        <translation>最近拒收的字节</translation>
     </message>
     <message>
         <source>The last status is {seconds:.1f} s old.</source>
         <translation>最近一次状态是 {seconds:.1f} 秒前的。</translation>
     </message>
     <message>
+        <source>The last ten minutes</source>
+        <translation>最近十分钟</translation>
+    </message>
+    <message>
+        <source>The last ten minutes, second by second</source>
+        <translation>最近十分钟，逐秒显示</translation>
+    </message>
+    <message>
+        <source>The last twelve hours</source>
+        <translation>最近十二小时</translation>
+    </message>
+    <message>
+        <source>The last twelve hours, minute by minute</source>
+        <translation>最近十二小时，逐分钟显示</translation>
+    </message>
+    <message>
+        <source>The link was lost since.</source>
+        <translation>此后链路曾丢失。</translation>
+    </message>
+    <message>
         <source>The link works: the module answers.</source>
-        <translation type="unfinished"></translation>
+        <translation>通信正常：模块有应答。</translation>
     </message>
     <message>
         <source>The module acknowledged and is silent now.</source>
@@ -2733,7 +3129,7 @@
     </message>
     <message>
         <source>The module answers at {rate} baud.</source>
-        <translation type="unfinished"></translation>
+        <translation>模块以 {rate} 波特应答。</translation>
     </message>
     <message>
         <source>The module answers.</source>
@@ -2745,7 +3141,7 @@
     </message>
     <message>
         <source>The module counts the parachute as gone by the light in its bay. Measure in the light of the day on which it flies, with nobody's hand before the sensor.</source>
-        <translation type="unfinished"></translation>
+        <translation>模块根据伞仓内的光线判断降落伞是否已离仓。请在飞行当天的光线下测量，手不要遮挡传感器。</translation>
     </message>
     <message>
         <source>The module did not accept it.</source>
@@ -2776,8 +3172,12 @@
         <translation>模块使用另一个波特率：请查找波特率。</translation>
     </message>
     <message>
+        <source>The module has no name, so these records are not kept. Name it once, at the top.</source>
+        <translation>模块没有名称，因此这些记录不会保存。请在上方命名一次。</translation>
+    </message>
+    <message>
         <source>The module has no serial number: name it once, and it is known again</source>
-        <translation type="unfinished"></translation>
+        <translation>模块没有序列号：命名一次，下次即可识别</translation>
     </message>
     <message>
         <source>The module has no serial number; its boot count only grows.</source>
@@ -2810,6 +3210,10 @@
     <message>
         <source>The module keeps no trigger records.</source>
         <translation>模块中没有触发记录。</translation>
+    </message>
+    <message>
+        <source>The module keeps no trigger records: it has never fired, or its memory was cleared.</source>
+        <translation>模块没有触发记录：从未触发，或存储已被清除。</translation>
     </message>
     <message>
         <source>The module no longer answers.</source>
@@ -2856,12 +3260,24 @@
         <translation>模块已重启，此后尚未报告状态。</translation>
     </message>
     <message>
+        <source>The module restarted since.</source>
+        <translation>此后模块已重启。</translation>
+    </message>
+    <message>
         <source>The module restarted, but the boot count does not prove that its power was off.</source>
-        <translation type="unfinished"></translation>
+        <translation>模块已重启，但开机次数不能证明曾断电。</translation>
     </message>
     <message>
         <source>The module still answers: it is not switched off.</source>
         <translation>模块仍有应答：没有关机。</translation>
+    </message>
+    <message>
+        <source>The module still keeps it.</source>
+        <translation>模块中仍保存。</translation>
+    </message>
+    <message>
+        <source>The module stopped answering. Nothing was kept; read again.</source>
+        <translation>模块停止应答。未保存；请重新读取。</translation>
     </message>
     <message>
         <source>The module switches off. It comes back by its switch, held for 2 s, or by external power.</source>
@@ -2877,7 +3293,7 @@
     </message>
     <message>
         <source>The module was not found. Switch it off and on, then use “Find my module”.</source>
-        <translation type="unfinished"></translation>
+        <translation>未找到模块。请将其关机再开机，然后使用“查找模块”。</translation>
     </message>
     <message>
         <source>The module was shut down by this program.</source>
@@ -2920,12 +3336,12 @@
         <translation>配置文件的格式为 {format}；本程序支持到 {known}。请使用更新版本的程序。</translation>
     </message>
     <message>
-        <source>The profile says what the module should be like, and what a person looks at</source>
-        <translation type="unfinished"></translation>
-    </message>
-    <message>
         <source>The program may not write into {path}.</source>
         <translation>程序无权写入 {path}。</translation>
+    </message>
+    <message>
+        <source>The program met an error that it did not expect and goes on: {error}. Nothing is armed.</source>
+        <translation>程序遇到意外错误，将继续运行：{error}。所有待命操作均已解除。</translation>
     </message>
     <message>
         <source>The program met an error that it did not expect: {error}.</source>
@@ -2937,7 +3353,7 @@
     </message>
     <message>
         <source>The readings are spread wide: measure again in steady light.</source>
-        <translation type="unfinished"></translation>
+        <translation>读数分散较大：请在稳定光线下重新测量。</translation>
     </message>
     <message>
         <source>The readings are too close together for a threshold with a margin: look at the sensor.</source>
@@ -2949,7 +3365,11 @@
     </message>
     <message>
         <source>The recording has ended</source>
-        <translation type="unfinished"></translation>
+        <translation>录制已播完</translation>
+    </message>
+    <message>
+        <source>The records do not follow those that {module} had: is it the same module?</source>
+        <translation>这些记录与 {module} 以前的记录不相接：是同一个模块吗？</translation>
     </message>
     <message>
         <source>The report cannot be written: {why}.</source>
@@ -2964,12 +3384,16 @@
         <translation>串口改用另一速率。厂家建议不要修改。</translation>
     </message>
     <message>
+        <source>The settings at that moment: angle, acceleration and time</source>
+        <translation>触发时的设置：角度、加速度和时间</translation>
+    </message>
+    <message>
         <source>The system did not list its serial ports in time. Switch Bluetooth off and try again.</source>
         <translation>系统未能及时列出串口。请关闭蓝牙后重试。</translation>
     </message>
     <message>
         <source>The ten seconds are over. Nothing was sent.</source>
-        <translation type="unfinished"></translation>
+        <translation>十秒已过。未发送任何内容。</translation>
     </message>
     <message>
         <source>The tilt is not known.</source>
@@ -2981,15 +3405,15 @@
     </message>
     <message>
         <source>The vendor advises not to change it. The program looks for the module at the new rate, the old one, then all; should it be lost, switch it off and on and use “Find my module”.</source>
-        <translation type="unfinished"></translation>
+        <translation>厂家建议不要更改。程序会先以新波特率、再以旧波特率、然后以全部波特率查找模块；若找不到，请将模块关机再开机，并使用“查找模块”。</translation>
     </message>
     <message>
         <source>The vendor's advice, the reading with the bay fully open, would be {volts:.1f} V.</source>
-        <translation type="unfinished"></translation>
+        <translation>厂家建议取伞仓完全打开时的读数，即 {volts:.1f} V。</translation>
     </message>
     <message>
         <source>The whole ritual; nothing is sent at its end</source>
-        <translation type="unfinished"></translation>
+        <translation>完整流程；最后不发送任何内容</translation>
     </message>
     <message>
         <source>Theme</source>
@@ -2997,11 +3421,15 @@
     </message>
     <message>
         <source>There are no bytes in {name}.</source>
-        <translation type="unfinished"></translation>
+        <translation>{name} 中没有字节。</translation>
     </message>
     <message>
         <source>There is no folder {folder}.</source>
         <translation>没有文件夹 {folder}。</translation>
+    </message>
+    <message>
+        <source>There is no log file: {why}</source>
+        <translation>没有日志文件：{why}</translation>
     </message>
     <message>
         <source>There is no port {port}.</source>
@@ -3028,8 +3456,16 @@
         <translation>这是演练：不发送任何内容。</translation>
     </message>
     <message>
+        <source>This is all that goes in. Names of the user and the computer were replaced; nothing is sent anywhere.</source>
+        <translation>支持包的全部内容都在这里。用户名和计算机名已替换；不会发送到任何地方。</translation>
+    </message>
+    <message>
+        <source>This says boot {now}, {module} was at {before}: is it the same module?</source>
+        <translation>此模块开机次数为 {now}，{module} 上次为 {before}：是同一个模块吗？</translation>
+    </message>
+    <message>
         <source>Ticked settings are written to the module</source>
-        <translation type="unfinished"></translation>
+        <translation>勾选的设置将写入模块</translation>
     </message>
     <message>
         <source>Tilt</source>
@@ -3037,7 +3473,7 @@
     </message>
     <message>
         <source>Tilt at rest</source>
-        <translation type="unfinished"></translation>
+        <translation>静止倾角</translation>
     </message>
     <message>
         <source>Tilt, acceleration and voltage appear here as soon as a module answers.</source>
@@ -3069,7 +3505,11 @@
     </message>
     <message>
         <source>Time until it is disarmed</source>
-        <translation type="unfinished"></translation>
+        <translation>距离解除的时间</translation>
+    </message>
+    <message>
+        <source>Told</source>
+        <translation>说明</translation>
     </message>
     <message>
         <source>Too few readings with the bay closed: measure again.</source>
@@ -3108,6 +3548,10 @@
         <translation>开伞状态</translation>
     </message>
     <message>
+        <source>Triggers</source>
+        <translation>触发记录</translation>
+    </message>
+    <message>
         <source>Try everything without a module</source>
         <translation>没有模块也能试用全部功能</translation>
     </message>
@@ -3125,7 +3569,7 @@
     </message>
     <message>
         <source>Twenty readings, about two seconds</source>
-        <translation type="unfinished"></translation>
+        <translation>二十次读数，约两秒</translation>
     </message>
     <message>
         <source>Type: sudo usermod -aG dialout $USER — then log out and in again.</source>
@@ -3149,11 +3593,11 @@
     </message>
     <message>
         <source>Undo</source>
-        <translation type="unfinished"></translation>
+        <translation>撤销</translation>
     </message>
     <message>
         <source>Unlock this one write</source>
-        <translation type="unfinished"></translation>
+        <translation>仅为本次写入解锁</translation>
     </message>
     <message>
         <source>Unplug</source>
@@ -3193,31 +3637,35 @@
     </message>
     <message>
         <source>Use this threshold</source>
-        <translation type="unfinished"></translation>
+        <translation>采用此阈值</translation>
     </message>
     <message>
         <source>Usual round trip</source>
-        <translation type="unfinished"></translation>
+        <translation>通常往返时间</translation>
     </message>
     <message>
         <source>VOID</source>
-        <translation type="unfinished"></translation>
+        <translation>作废</translation>
     </message>
     <message>
         <source>VOID: not a valid check</source>
         <translation>作废：检查无效</translation>
     </message>
     <message>
+        <source>Vendor's advice</source>
+        <translation>厂家建议</translation>
+    </message>
+    <message>
         <source>Verdict</source>
-        <translation type="unfinished"></translation>
+        <translation>结论</translation>
     </message>
     <message>
         <source>Verify a file …</source>
-        <translation type="unfinished"></translation>
+        <translation>校验文件…</translation>
     </message>
     <message>
         <source>Verify a record</source>
-        <translation type="unfinished"></translation>
+        <translation>校验记录</translation>
     </message>
     <message>
         <source>Void: {why}.</source>
@@ -3233,15 +3681,15 @@
     </message>
     <message>
         <source>Want the settings from before the first change of this session</source>
-        <translation type="unfinished"></translation>
+        <translation>填入本次会话首次更改之前的设置</translation>
     </message>
     <message>
         <source>Want the vendor's defaults; nothing is written yet</source>
-        <translation type="unfinished"></translation>
+        <translation>填入厂家默认值；尚未写入</translation>
     </message>
     <message>
         <source>Want what the module holds: drop all edits</source>
-        <translation type="unfinished"></translation>
+        <translation>采用模块当前值：放弃所有修改</translation>
     </message>
     <message>
         <source>Warning: {name}: {what}</source>
@@ -3249,35 +3697,55 @@
     </message>
     <message>
         <source>Was a record or a report altered? Or drop the file here</source>
-        <translation type="unfinished"></translation>
+        <translation>记录或报告是否被改动？也可将文件拖到此处</translation>
     </message>
     <message>
         <source>Watching tilt and acceleration for two seconds</source>
         <translation>正在观察倾角和加速度两秒</translation>
     </message>
     <message>
+        <source>What comes after them is not shown.</source>
+        <translation>其后的内容不显示。</translation>
+    </message>
+    <message>
+        <source>What is known of the module</source>
+        <translation>已知的模块信息</translation>
+    </message>
+    <message>
         <source>What is this?</source>
         <translation>这是什么？</translation>
     </message>
     <message>
+        <source>What it was, as far as a person knows; kept with the record</source>
+        <translation>据人员所知的实际情况；与记录一起保存</translation>
+    </message>
+    <message>
+        <source>What to send to whoever helps (Alt+4)</source>
+        <translation>发给提供帮助的人的资料（Alt+4）</translation>
+    </message>
+    <message>
         <source>What was found below no longer says anything about the module. Check again.</source>
-        <translation type="unfinished"></translation>
+        <translation>下面的结果已不能说明模块现在的状态。请重新检查。</translation>
     </message>
     <message>
         <source>What was read cannot be written: {error}.</source>
         <translation>读到的内容无法写出：{error}。</translation>
     </message>
     <message>
+        <source>What was seen</source>
+        <translation>观察到的情况</translation>
+    </message>
+    <message>
         <source>What was seen before a restart or a break says nothing about the module now.</source>
         <translation>重启或中断之前看到的情况不能说明模块现在的状态。</translation>
     </message>
     <message>
-        <source>What was seen since the module last answered</source>
-        <translation type="unfinished"></translation>
+        <source>What went over the line last</source>
+        <translation>最近的通信内容</translation>
     </message>
     <message>
         <source>When</source>
-        <translation type="unfinished"></translation>
+        <translation>时间</translation>
     </message>
     <message>
         <source>Whether external power is charging the module.</source>
@@ -3292,6 +3760,10 @@
         <translation>模块倾翻时是否自动触发开伞。此开关的状态无法读取。</translation>
     </message>
     <message>
+        <source>Which records to show</source>
+        <translation>显示哪些记录</translation>
+    </message>
+    <message>
         <source>Which rows to show</source>
         <translation>显示哪些行</translation>
     </message>
@@ -3301,11 +3773,19 @@
     </message>
     <message>
         <source>Whose checks</source>
-        <translation type="unfinished"></translation>
+        <translation>谁的检查</translation>
+    </message>
+    <message>
+        <source>Why</source>
+        <translation>原因</translation>
     </message>
     <message>
         <source>Why does it not connect?</source>
-        <translation type="unfinished"></translation>
+        <translation>为什么连不上？</translation>
+    </message>
+    <message>
+        <source>Why does it not connect? (Alt+1)</source>
+        <translation>为什么连不上？（Alt+1）</translation>
     </message>
     <message>
         <source>Windows has no pseudo-terminals: use --tcp 127.0.0.1:0</source>
@@ -3324,6 +3804,10 @@
         <translation>不带命令时打开窗口。退出码：0 完成；1 完成，但结果为否；2 用法错误；3 无连接（无此串口、被占用、无权限、无应答）；4 部分内容未能取得；130 或 143 在得到结果之前被中断。</translation>
     </message>
     <message>
+        <source>Without an answer</source>
+        <translation>未应答</translation>
+    </message>
+    <message>
         <source>Without the stream</source>
         <translation>不含串口输出</translation>
     </message>
@@ -3332,12 +3816,8 @@
         <translation>轻微晃动</translation>
     </message>
     <message>
-        <source>Write 0 changes</source>
-        <translation type="unfinished"></translation>
-    </message>
-    <message>
         <source>Write 1 change</source>
-        <translation type="unfinished"></translation>
+        <translation>写入 1 项更改</translation>
     </message>
     <message>
         <source>Write a setting</source>
@@ -3345,19 +3825,23 @@
     </message>
     <message>
         <source>Write anyway</source>
-        <translation type="unfinished"></translation>
+        <translation>仍然写入</translation>
+    </message>
+    <message>
+        <source>Write the changes</source>
+        <translation>写入更改</translation>
     </message>
     <message>
         <source>Write what is ticked to the module and read it back</source>
-        <translation type="unfinished"></translation>
+        <translation>将勾选的项目写入模块并回读</translation>
     </message>
     <message>
         <source>Write what is wanted to the module and prove it (Ctrl+Return)</source>
-        <translation type="unfinished"></translation>
+        <translation>将期望值写入模块并验证 (Ctrl+Return)</translation>
     </message>
     <message>
         <source>Write {count} changes</source>
-        <translation type="unfinished"></translation>
+        <translation>写入 {count} 项更改</translation>
     </message>
     <message>
         <source>Writing: {what}</source>
@@ -3365,11 +3849,11 @@
     </message>
     <message>
         <source>Written and read back equal.</source>
-        <translation type="unfinished"></translation>
+        <translation>已写入，回读一致。</translation>
     </message>
     <message>
         <source>Written to {folder}: {names}.</source>
-        <translation type="unfinished"></translation>
+        <translation>已写入 {folder}：{names}。</translation>
     </message>
     <message>
         <source>Written: {files}.</source>
@@ -3381,11 +3865,11 @@
     </message>
     <message>
         <source>You looked at it and it is in order</source>
-        <translation type="unfinished"></translation>
+        <translation>您已查看，情况正常</translation>
     </message>
     <message>
         <source>You looked at it and it is not in order</source>
-        <translation type="unfinished"></translation>
+        <translation>您已查看，情况不正常</translation>
     </message>
     <message>
         <source>You may not open {port}.</source>
@@ -3397,11 +3881,11 @@
     </message>
     <message>
         <source>Your name, as it will stand in the record</source>
-        <translation type="unfinished"></translation>
+        <translation>您的姓名，将写入记录</translation>
     </message>
     <message>
         <source>Zero now</source>
-        <translation type="unfinished"></translation>
+        <translation>立即置零</translation>
     </message>
     <message>
         <source>Zero the sensor</source>
@@ -3409,7 +3893,11 @@
     </message>
     <message>
         <source>Zero the sensor …</source>
-        <translation type="unfinished"></translation>
+        <translation>传感器置零…</translation>
+    </message>
+    <message>
+        <source>Zip file (*.zip)</source>
+        <translation>Zip 文件 (*.zip)</translation>
     </message>
     <message>
         <source>[{name}] is a table.</source>
@@ -3477,7 +3965,7 @@
     </message>
     <message>
         <source>acknowledged</source>
-        <translation type="unfinished"></translation>
+        <translation>已应答</translation>
     </message>
     <message>
         <source>acknowledged only</source>
@@ -3485,7 +3973,7 @@
     </message>
     <message>
         <source>acknowledged {time} ago</source>
-        <translation type="unfinished"></translation>
+        <translation>{time}前应答</translation>
     </message>
     <message>
         <source>acknowledged, but still at the old rate: it changes at the next start, or not at all</source>
@@ -3525,7 +4013,7 @@
     </message>
     <message>
         <source>advised: {advice}</source>
-        <translation type="unfinished"></translation>
+        <translation>建议：{advice}</translation>
     </message>
     <message>
         <source>all settings of this profile</source>
@@ -3629,15 +4117,15 @@
     </message>
     <message>
         <source>before an unconfirmed write</source>
-        <translation type="unfinished"></translation>
+        <translation>未确认的写入之前</translation>
     </message>
     <message>
         <source>before the link was lost</source>
-        <translation type="unfinished"></translation>
+        <translation>链路丢失之前</translation>
     </message>
     <message>
         <source>before the restart</source>
-        <translation type="unfinished"></translation>
+        <translation>重启之前</translation>
     </message>
     <message>
         <source>begin active instead of locked: it fires by its own thresholds</source>
@@ -3660,6 +4148,10 @@
         <translation>开机次数，0 到 255</translation>
     </message>
     <message>
+        <source>boot {boot} · {uptime}</source>
+        <translation>第 {boot} 次开机 · {uptime}</translation>
+    </message>
+    <message>
         <source>boot {count}</source>
         <translation>开机次数 {count}</translation>
     </message>
@@ -3672,6 +4164,10 @@
         <translation>括号嵌套过深。</translation>
     </message>
     <message>
+        <source>broken off</source>
+        <translation>帧不完整</translation>
+    </message>
+    <message>
         <source>built in, or without a description</source>
         <translation>内置串口或无描述</translation>
     </message>
@@ -3681,7 +4177,7 @@
     </message>
     <message>
         <source>cannot be read</source>
-        <translation type="unfinished"></translation>
+        <translation>无法读取</translation>
     </message>
     <message>
         <source>cannot be read, and was not set since the last start</source>
@@ -3693,7 +4189,7 @@
     </message>
     <message>
         <source>cannot be sent</source>
-        <translation type="unfinished"></translation>
+        <translation>无法发送</translation>
     </message>
     <message>
         <source>cell voltage</source>
@@ -3737,7 +4233,7 @@
     </message>
     <message>
         <source>checking …</source>
-        <translation type="unfinished"></translation>
+        <translation>检查中…</translation>
     </message>
     <message>
         <source>checksum {found}, the sum is {expected}</source>
@@ -3745,7 +4241,7 @@
     </message>
     <message>
         <source>choose</source>
-        <translation type="unfinished"></translation>
+        <translation>请选择</translation>
     </message>
     <message>
         <source>codes in hexadecimal are needed, such as 14,33</source>
@@ -3829,7 +4325,7 @@
     </message>
     <message>
         <source>do not fly</source>
-        <translation type="unfinished"></translation>
+        <translation>禁止飞行</translation>
     </message>
     <message>
         <source>done</source>
@@ -3861,7 +4357,7 @@
     </message>
     <message>
         <source>edited</source>
-        <translation type="unfinished"></translation>
+        <translation>已修改</translation>
     </message>
     <message>
         <source>enable both automatic triggers first: they cannot be read</source>
@@ -3901,7 +4397,7 @@
     </message>
     <message>
         <source>failed</source>
-        <translation type="unfinished"></translation>
+        <translation>失败</translation>
     </message>
     <message>
         <source>false trigger</source>
@@ -3937,7 +4433,7 @@
     </message>
     <message>
         <source>fit to fly</source>
-        <translation type="unfinished"></translation>
+        <translation>可以飞行</translation>
     </message>
     <message>
         <source>follows that of the named module</source>
@@ -3989,11 +4485,11 @@
     </message>
     <message>
         <source>holds for {minutes} min</source>
-        <translation type="unfinished"></translation>
+        <translation>有效 {minutes} 分钟</translation>
     </message>
     <message>
         <source>holds for {seconds} s</source>
-        <translation type="unfinished"></translation>
+        <translation>有效 {seconds} 秒</translation>
     </message>
     <message>
         <source>host</source>
@@ -4006,6 +4502,10 @@
     <message>
         <source>how it is reached</source>
         <translation>连接方式</translation>
+    </message>
+    <message>
+        <source>impossible value</source>
+        <translation>数值不可能</translation>
     </message>
     <message>
         <source>in one go</source>
@@ -4046,6 +4546,10 @@
     <message>
         <source>it is too large</source>
         <translation>文件过大</translation>
+    </message>
+    <message>
+        <source>it was broken off while writing; what stands is not known</source>
+        <translation>写入时中断；当前值未知</translation>
     </message>
     <message>
         <source>it was not kept when it was made, so it is in no chain</source>
@@ -4104,6 +4608,10 @@
         <translation>限值 {value}</translation>
     </message>
     <message>
+        <source>line {line}: {why}</source>
+        <translation>第 {line} 行：{why}</translation>
+    </message>
+    <message>
         <source>link</source>
         <translation>链路</translation>
     </message>
@@ -4124,6 +4632,10 @@
         <translation>已锁定</translation>
     </message>
     <message>
+        <source>longer</source>
+        <translation>更长</translation>
+    </message>
+    <message>
         <source>look</source>
         <translation>请留意</translation>
     </message>
@@ -4141,11 +4653,11 @@
     </message>
     <message>
         <source>may be skipped, and is printed so</source>
-        <translation type="unfinished"></translation>
+        <translation>可跳过，打印时注明</translation>
     </message>
     <message>
         <source>measuring … {done} readings</source>
-        <translation type="unfinished"></translation>
+        <translation>正在测量…已读 {done} 次</translation>
     </message>
     <message>
         <source>module</source>
@@ -4165,7 +4677,7 @@
     </message>
     <message>
         <source>needed for GO</source>
-        <translation type="unfinished"></translation>
+        <translation>合格所必需</translation>
     </message>
     <message>
         <source>new</source>
@@ -4184,6 +4696,10 @@
         <translation>{seconds:.2f} 秒内无应答，共询问 {n} 次</translation>
     </message>
     <message>
+        <source>no cause stated</source>
+        <translation>未注明原因</translation>
+    </message>
+    <message>
         <source>no data</source>
         <translation>无数据</translation>
     </message>
@@ -4200,6 +4716,10 @@
         <translation>不是有效帧：{why}</translation>
     </message>
     <message>
+        <source>no header</source>
+        <translation>无帧头</translation>
+    </message>
+    <message>
         <source>no name</source>
         <translation>未命名</translation>
     </message>
@@ -4213,7 +4733,7 @@
     </message>
     <message>
         <source>no readings</source>
-        <translation type="unfinished"></translation>
+        <translation>没有读数</translation>
     </message>
     <message>
         <source>no record is attached to this PDF</source>
@@ -4329,7 +4849,7 @@
     </message>
     <message>
         <source>not checked</source>
-        <translation type="unfinished"></translation>
+        <translation>未检查</translation>
     </message>
     <message>
         <source>not connected</source>
@@ -4344,20 +4864,24 @@
         <translation>配置文件中没有</translation>
     </message>
     <message>
+        <source>not judged</source>
+        <translation>未判断</translation>
+    </message>
+    <message>
         <source>not kept on this computer</source>
         <translation>未保存在本机</translation>
     </message>
     <message>
         <source>not measured yet</source>
-        <translation type="unfinished"></translation>
+        <translation>尚未测量</translation>
     </message>
     <message>
         <source>not named yet</source>
-        <translation type="unfinished"></translation>
+        <translation>尚未命名</translation>
     </message>
     <message>
         <source>not read yet</source>
-        <translation type="unfinished"></translation>
+        <translation>尚未读取</translation>
     </message>
     <message>
         <source>not read: the module restarted again and again</source>
@@ -4398,6 +4922,10 @@
     <message>
         <source>not triggered</source>
         <translation>未触发</translation>
+    </message>
+    <message>
+        <source>note: what happened, who found out</source>
+        <translation>备注：发生了什么，由谁查明</translation>
     </message>
     <message>
         <source>nothing happens to the module or the link meanwhile</source>
@@ -4533,7 +5061,7 @@
     </message>
     <message>
         <source>read</source>
-        <translation type="unfinished"></translation>
+        <translation>已读取</translation>
     </message>
     <message>
         <source>read everything that can be read</source>
@@ -4545,7 +5073,7 @@
     </message>
     <message>
         <source>read {time} ago</source>
-        <translation type="unfinished"></translation>
+        <translation>{time}前读取</translation>
     </message>
     <message>
         <source>real</source>
@@ -4557,11 +5085,15 @@
     </message>
     <message>
         <source>received</source>
-        <translation type="unfinished"></translation>
+        <translation>已接收</translation>
     </message>
     <message>
         <source>reconnected</source>
         <translation>已重新连接</translation>
+    </message>
+    <message>
+        <source>recording</source>
+        <translation>回放录制</translation>
     </message>
     <message>
         <source>records: {count}</source>
@@ -4613,7 +5145,7 @@
     </message>
     <message>
         <source>seen {time} ago</source>
-        <translation type="unfinished"></translation>
+        <translation>{time}前收到</translation>
     </message>
     <message>
         <source>sensor zeroed</source>
@@ -4717,7 +5249,7 @@
     </message>
     <message>
         <source>stale</source>
-        <translation type="unfinished"></translation>
+        <translation>已过时</translation>
     </message>
     <message>
         <source>status frames a second while serial output is on, 1 to 1440</source>
@@ -4786,10 +5318,6 @@
     <message>
         <source>the command that the module's frames answer: {names}</source>
         <translation>模块的帧所答复的命令：{names}</translation>
-    </message>
-    <message>
-        <source>the connection was lost while writing; what stands is not known</source>
-        <translation type="unfinished"></translation>
     </message>
     <message>
         <source>the file is too long for a capture</source>
@@ -5040,6 +5568,10 @@
         <translation>未知（{why}）</translation>
     </message>
     <message>
+        <source>unknown code</source>
+        <translation>未知命令码</translation>
+    </message>
+    <message>
         <source>unknown command code {code}</source>
         <translation>未知命令码 {code}</translation>
     </message>
@@ -5052,8 +5584,16 @@
         <translation>未知：{why}</translation>
     </message>
     <message>
+        <source>unnamed ({bit})</source>
+        <translation>未命名来源（{bit}）</translation>
+    </message>
+    <message>
         <source>up to this much more delay, at random</source>
         <translation>随机增加的延迟上限</translation>
+    </message>
+    <message>
+        <source>up to {ms} ms</source>
+        <translation>不超过 {ms} 毫秒</translation>
     </message>
     <message>
         <source>usage: {usage}</source>
@@ -5069,11 +5609,11 @@
     </message>
     <message>
         <source>verified</source>
-        <translation type="unfinished"></translation>
+        <translation>已验证</translation>
     </message>
     <message>
         <source>void</source>
-        <translation type="unfinished"></translation>
+        <translation>作废</translation>
     </message>
     <message>
         <source>volts that the cell loses in an hour</source>
@@ -5081,7 +5621,7 @@
     </message>
     <message>
         <source>what is entered here</source>
-        <translation type="unfinished"></translation>
+        <translation>此处填写的内容</translation>
     </message>
     <message>
         <source>which way the five above apply</source>
@@ -5113,7 +5653,15 @@
     </message>
     <message>
         <source>writing</source>
-        <translation type="unfinished"></translation>
+        <translation>写入中</translation>
+    </message>
+    <message>
+        <source>wrong checksum</source>
+        <translation>校验错误</translation>
+    </message>
+    <message>
+        <source>wrong control byte</source>
+        <translation>控制字节错误</translation>
     </message>
     <message>
         <source>yes</source>
@@ -5133,7 +5681,7 @@
     </message>
     <message>
         <source>your name</source>
-        <translation type="unfinished"></translation>
+        <translation>您的姓名</translation>
     </message>
     <message>
         <source>zero the sensor</source>
@@ -5157,35 +5705,43 @@
     </message>
     <message>
         <source>{count} NOT as wanted: see the red rows.</source>
-        <translation type="unfinished"></translation>
+        <translation>{count} 项与期望不符：请看红色行。</translation>
     </message>
     <message>
         <source>{count} acknowledged; cannot be read back.</source>
-        <translation type="unfinished"></translation>
+        <translation>{count} 项已应答；无法回读。</translation>
     </message>
     <message>
         <source>{count} changes of settings have not been written to the module.</source>
-        <translation type="unfinished"></translation>
+        <translation>有 {count} 项设置更改尚未写入模块。</translation>
     </message>
     <message>
         <source>{count} checks</source>
-        <translation type="unfinished"></translation>
+        <translation>{count} 次检查</translation>
     </message>
     <message>
         <source>{count} could not be read; the rows say what is not known.</source>
-        <translation type="unfinished"></translation>
+        <translation>有 {count} 项无法读取；各行会标明未知项。</translation>
     </message>
     <message>
         <source>{count} kept over the power cycle. {boots}</source>
-        <translation type="unfinished"></translation>
+        <translation>断电重启后有 {count} 项保持。{boots}</translation>
     </message>
     <message>
         <source>{count} of {all} checks stand against it.</source>
         <translation>{all} 项检查中有 {count} 项不通过。</translation>
     </message>
     <message>
+        <source>{count} records are chosen.</source>
+        <translation>已选择 {count} 条记录。</translation>
+    </message>
+    <message>
         <source>{count} slots are empty.</source>
         <translation>{count} 个存储位为空。</translation>
+    </message>
+    <message>
+        <source>{count} trigger records</source>
+        <translation>{count} 条触发记录</translation>
     </message>
     <message>
         <source>{count} trigger records written to {file}.</source>
@@ -5193,7 +5749,7 @@
     </message>
     <message>
         <source>{count} written and read back equal: verified.</source>
-        <translation type="unfinished"></translation>
+        <translation>{count} 项已写入且回读一致：已验证。</translation>
     </message>
     <message>
         <source>{count}, but its trigger records are others: is it the same module?</source>
@@ -5221,11 +5777,11 @@
     </message>
     <message>
         <source>{file} is no profile: {why}</source>
-        <translation type="unfinished"></translation>
+        <translation>{file} 不是配置文件：{why}</translation>
     </message>
     <message>
         <source>{file} is not a profile</source>
-        <translation type="unfinished"></translation>
+        <translation>{file} 不是配置文件</translation>
     </message>
     <message>
         <source>{file} is there and is no pre-flight report: choose another name.</source>
@@ -5241,7 +5797,7 @@
     </message>
     <message>
         <source>{lost} of {sent}</source>
-        <translation type="unfinished"></translation>
+        <translation>{lost} / {sent}</translation>
     </message>
     <message>
         <source>{lost} of {sent} lost, {bytes} damaged bytes</source>
@@ -5253,11 +5809,19 @@
     </message>
     <message>
         <source>{median:.1f} V ({count} readings, {low:.1f} to {high:.1f} V)</source>
-        <translation type="unfinished"></translation>
+        <translation>{median:.1f} V（{count} 次读数，{low:.1f} 至 {high:.1f} V）</translation>
     </message>
     <message>
         <source>{minutes} min {seconds} s</source>
         <translation>{minutes} 分 {seconds} 秒</translation>
+    </message>
+    <message>
+        <source>{module} · first visit</source>
+        <translation>{module} · 首次读取</translation>
+    </message>
+    <message>
+        <source>{module} · {new} new since the last visit</source>
+        <translation>{module} · 上次读取后新增 {new} 条</translation>
     </message>
     <message>
         <source>{module}: the first visit; {count} records are kept.</source>
@@ -5273,7 +5837,7 @@
     </message>
     <message>
         <source>{names} and {count} more</source>
-        <translation type="unfinished"></translation>
+        <translation>{names} 及另外 {count} 项</translation>
     </message>
     <message>
         <source>{name} is given twice.</source>
@@ -5281,7 +5845,7 @@
     </message>
     <message>
         <source>{name} was not opened: {why}.</source>
-        <translation type="unfinished"></translation>
+        <translation>未打开 {name}：{why}。</translation>
     </message>
     <message>
         <source>{name} {value}</source>
@@ -5320,8 +5884,16 @@
         <translation>{total} 条中有 {new} 条，此前没有合格检查见过</translation>
     </message>
     <message>
+        <source>{n} ({percent})</source>
+        <translation>{n}（{percent}）</translation>
+    </message>
+    <message>
         <source>{n} bytes rejected</source>
         <translation>拒收 {n} 字节</translation>
+    </message>
+    <message>
+        <source>{n} lines could not be read; {first}.</source>
+        <translation>有 {n} 行无法读取；{first}。</translation>
     </message>
     <message>
         <source>{n} rows are selected.</source>
@@ -5365,7 +5937,7 @@
     </message>
     <message>
         <source>{path} was not saved: {why}.</source>
-        <translation type="unfinished"></translation>
+        <translation>{path} 未能保存：{why}。</translation>
     </message>
     <message>
         <source>{path} was written by a newer version of this program.</source>
@@ -5373,7 +5945,7 @@
     </message>
     <message>
         <source>{port} at {rate} baud</source>
-        <translation type="unfinished"></translation>
+        <translation>{port}，{rate} 波特</translation>
     </message>
     <message>
         <source>{port} cannot be used as a serial port.</source>
@@ -5421,7 +5993,7 @@
     </message>
     <message>
         <source>{position} of {length}</source>
-        <translation type="unfinished"></translation>
+        <translation>{position} / {length}</translation>
     </message>
     <message>
         <source>{rate:.0f} a second</source>
@@ -5460,16 +6032,20 @@
         <translation>{seconds} 秒</translation>
     </message>
     <message>
+        <source>{sentence} — note: {note}</source>
+        <translation>{sentence} — 备注：{note}</translation>
+    </message>
+    <message>
         <source>{setting} on the module: {value}</source>
-        <translation type="unfinished"></translation>
+        <translation>模块上的{setting}：{value}</translation>
     </message>
     <message>
         <source>{setting}: {why}</source>
-        <translation type="unfinished"></translation>
+        <translation>{setting}：{why}</translation>
     </message>
     <message>
         <source>{setting}: {why}.</source>
-        <translation type="unfinished"></translation>
+        <translation>{setting}：{why}。</translation>
     </message>
     <message>
         <source>{slowest} ms at most, {median} ms usually</source>
@@ -5501,15 +6077,15 @@
     </message>
     <message>
         <source>{time}, marked</source>
-        <translation type="unfinished"></translation>
+        <translation>{time}，已标记</translation>
     </message>
     <message>
         <source>{title} over {count} checks: {low} to {high}, last {last}</source>
-        <translation type="unfinished"></translation>
+        <translation>{title}，{count} 次检查：{low} 至 {high}，最近 {last}</translation>
     </message>
     <message>
         <source>{title}: not measured yet</source>
-        <translation type="unfinished"></translation>
+        <translation>{title}：尚未测量</translation>
     </message>
     <message>
         <source>{total}, looked at by a person now</source>
@@ -5584,6 +6160,10 @@
         <translation>{value}° 复位</translation>
     </message>
     <message>
+        <source>{voltage} implausible</source>
+        <translation>{voltage} 不可信</translation>
+    </message>
+    <message>
         <source>{voltage} is more than any lithium cell has</source>
         <translation>{voltage} 高于任何锂电芯的电压</translation>
     </message>
@@ -5613,15 +6193,21 @@
     </message>
     <message>
         <source>{wanted} was sent: {why}.</source>
-        <translation type="unfinished"></translation>
+        <translation>已发送 {wanted}：{why}。</translation>
     </message>
     <message>
         <source>{wanted} was sent: {why}. It holds {stands}.</source>
-        <translation type="unfinished"></translation>
+        <translation>已发送 {wanted}：{why}。模块当前为 {stands}。</translation>
+    </message>
+    <message>
+        <source>{what}
+{name}, {size} kB</source>
+        <translation>{what}
+{name}，{size} kB</translation>
     </message>
     <message>
         <source>{what} ({done} of {total})</source>
-        <translation type="unfinished"></translation>
+        <translation>{what}（{done}/{total}）</translation>
     </message>
     <message>
         <source>{what} {uptime} after power-on of boot {boot}, {link}, {voltage}</source>
@@ -5678,6 +6264,10 @@
     <message>
         <source>−{seconds} s</source>
         <translation>−{seconds} 秒</translation>
+    </message>
+    <message>
+        <source>▼ module restarted   ■ port lost</source>
+        <translation>▼ 模块重启   ■ 串口丢失</translation>
     </message>
 </context>
 </TS>

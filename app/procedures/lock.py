@@ -1,11 +1,11 @@
-"""Put the module into standby: the one act that is always safe."""
+"""Put the module into standby: the one act that is always safe, never refused, and done at once."""
 
 from dataclasses import dataclass
 
-from app.procedure import Ask, Procedure
-from protocol.catalogue import ACTIVATION, BY_NAME
-from protocol.events import Answered
-from protocol.messages import Acknowledgement, Reading
+from app.acts import Act
+from app.journal import Journal, NoJournal, Outcome
+from app.procedure import Procedure
+from app.procedures.act import perform
 
 
 @dataclass(frozen=True, slots=True)
@@ -16,17 +16,8 @@ class Locked:
     is_locked: bool | None
 
 
-def lock() -> Procedure[Locked]:
-    """Sent once; what counts is what the module reports afterwards."""
-    outcome = yield Ask(ACTIVATION.set(False))
-    acknowledged = isinstance(outcome, Answered) and any(
-        isinstance(message, Acknowledgement) and message.is_accepted for message in outcome.messages
-    )
-    state = yield Ask(BY_NAME["active"].query())
-    if not isinstance(state, Answered):
-        return Locked(acknowledged, None)
-    return Locked(acknowledged, not _is_active(state))
-
-
-def _is_active(state: Answered) -> bool:
-    return any(isinstance(message, Reading) and message.value is True for message in state.messages)
+def lock(journal: Journal | None = None) -> Procedure[Locked]:
+    """Sent once; what counts is what the module reports afterwards. Written down where that is possible."""
+    performed = yield from perform(Act.LOCK, journal or NoJournal())
+    says = {Outcome.CONFIRMED: True, Outcome.REFUSED: False}
+    return Locked(performed.is_acknowledged, says.get(performed.outcome))

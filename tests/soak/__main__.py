@@ -37,6 +37,7 @@ from tests.bench.window import (
 )
 from tests.soak.chaos import Chaos
 from tests.soak.faults import Mistakes
+from tests.soak.stateful import run_for
 from ui.application import Assembly, WindowOptions, start
 from ui.connector import Connector, Target
 
@@ -178,6 +179,11 @@ def main() -> int:
         parser.error("5 seconds at least")
     began = time.monotonic()
     outcome = _run(args.seconds, args.seed)
+    stretch = run_for(args.seconds, args.seed)
+    outcome.say(
+        "gestures and accidents", f"{stretch.steps} steps in {stretch.rounds} rounds", stretch.failure and "see below"
+    )
+    outcome.lines += [stretch.failure] if stretch.failure else []
     print("\n".join(outcome.lines))
     verdict = "; ".join(outcome.complaints) or "all as it should be"
     print(f"{verdict} ({time.monotonic() - began:.0f} s, seed {args.seed})")

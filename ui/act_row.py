@@ -1,0 +1,106 @@
+"""One dangerous act in its own row: what it does, what still stands against it, a second click, and what came of it."""
+
+from collections.abc import Callable, Mapping
+from functools import partial
+from typing import Final
+
+from PySide6.QtCore import Qt
+from PySide6.QtWidgets import QFrame, QGridLayout, QVBoxLayout
+
+from app.acts import EFFECTS, TITLES, Act
+from app.permit import Origin, Permit
+from app.procedures.act import Performed, perform
+from app.safety import Condition
+from app.worker import Job
+from protocol.text import marked
+from ui.confirm import Confirm
+from ui.labels import text_label
+from ui.notice_bar import Notice, NoticeBar
+from ui.outcomes import asking, not_begun, open_conditions, outcome_notice
+from ui.pages import Services
+from ui.theme import Space
+
+ASK_WORDS: Final[Mapping[Act, str]] = {
+    Act.ACTIVATE: marked("Activate …"),
+    Act.ZERO: marked("Zero the sensor …"),
+    Act.SHUTDOWN: marked("Shut down …"),
+    Act.FORBID_DEPLOY: marked("Forbid deploying …"),
+}
+GO_WORDS: Final[Mapping[Act, str]] = {
+    Act.ACTIVATE: marked("Activate now"),
+    Act.ZERO: marked("Zero now"),
+    Act.SHUTDOWN: marked("Shut down now"),
+    Act.FORBID_DEPLOY: marked("Forbid now"),
+}
+
+
+class ActRow(QFrame):
+    """`refresh` brings the open conditions up to date."""
+
+    def __init__(self, services: Services, act: Act) -> None:
+        super().__init__()
+        self.setObjectName(f"act_{act.value}")
+        self.setProperty("role", "row")
+        self.act = act
+        self._services, self._connector = services, services.connector
+        self._done: Callable[[], Notice] | None = None
+        self._is_busy = False
+        texts = services.texts
+        self._title = text_label(f"act_{act.value}_title", "strong")
+        self._effect = text_label(f"act_{act.value}_effect", "small")
+        self.conditions = text_label(f"act_{act.value}_conditions", "attention")
+        self.confirm = Confirm(f"act_{act.value}", texts, ask=ASK_WORDS[act], go=GO_WORDS[act])
+        self.said = NoticeBar(texts)
+        self.said.setObjectName(f"act_{act.value}_said")
+        texts.bind(self._title.setText, TITLES[act])
+        texts.bind(self._effect.setText, EFFECTS[act])
+        texts.bind(self.setWhatsThis, EFFECTS[act])
+        self.confirm.confirmed.connect(self._perform)
+        self.confirm.asked.connect(self._forget)
+        services.appearance.changed.connect(self.said.follow_theme)
+        self._lay_out()
+
+    def refresh(self) -> None:
+        found = open_conditions(self._services, self.act)
+        # What is armed is in sight on this page; a line more in each row would move the button under the hand.
+        told = [one for one in found if one.condition is not Condition.NOTHING_ELSE_ARMED]
+        self.conditions.setText(" ".join(one.sentence for one in told))
+        self.conditions.setVisible(bool(told))
+        # An old status alone does not hinder: the engine asks for a new one before it decides.
+        in_the_way = [one for one in found if one.condition is not Condition.FRESH_STATUS]
+        self.confirm.set_possible(not in_the_way and not self._is_busy)
+        self.said.show_notice(None if self._done is None else self._done())
+
+    def _perform(self) -> None:
+        connector, act = self._connector, self.act
+        permit = Permit(act, Origin.CONFIRMATION, connector.clock())
+        journal = self._services.keeping.journal(connector.target)
+        self._is_busy = True
+        self._done = asking
+        connector.run(perform(act, journal, permit=permit, armed=self._services.armed), self._end)
+        self.refresh()
+
+    def _end(self, job: Job[Performed]) -> None:
+        self._is_busy = False
+        if job.run.error is not None:
+            self._done = not_begun
+        else:
+            self._done = partial(outcome_notice, job.outcome(), self._forget)
+        self.refresh()
+
+    def _forget(self) -> None:
+        self._done = None
+        self.refresh()
+
+    def _lay_out(self) -> None:
+        words = QVBoxLayout()
+        words.setSpacing(2)
+        for label in (self._title, self._effect, self.conditions):
+            words.addWidget(label)
+        grid = QGridLayout(self)
+        grid.setContentsMargins(Space.M, Space.S, Space.M, Space.S)
+        grid.setHorizontalSpacing(Space.L)
+        grid.addLayout(words, 0, 0)
+        grid.addWidget(self.confirm, 0, 1, alignment=Qt.AlignmentFlag.AlignVCenter)
+        grid.addWidget(self.said, 1, 0, 1, 2)
+        grid.setColumnStretch(0, 1)

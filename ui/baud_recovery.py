@@ -1,0 +1,76 @@
+"""A change of baud rate whose end nobody saw: said at the next start, with a way to look for the module."""
+
+from collections.abc import Callable
+
+from app.i18n import tr
+from app.procedures.baud import BaudEnd, look_for
+from app.store.database import StoreTrouble
+from app.store.store import PendingBaud, Store
+from app.worker import Job
+from ui.connector import Connector, Target
+from ui.keeping import Keeping
+from ui.notice_bar import Choice, Notice
+from ui.port_watch import PortWatch
+from ui.theme import Meaning
+
+
+class BaudRecovery:
+    """`tell` is given the question, `close` takes it away again, `say` is for what came of it."""
+
+    def __init__(
+        self,
+        connector: Connector,
+        ports: PortWatch,
+        keeping: Keeping,
+        *,
+        close: Callable[[], None],
+        say: Callable[[str], None],
+    ) -> None:
+        self._connector, self._ports, self._keeping = connector, ports, keeping
+        self._close, self._say = close, say
+
+    def pending(self) -> tuple[PendingBaud, ...]:
+        store = self._keeping.store
+        try:
+            return store.pending_bauds() if isinstance(store, Store) else ()
+        except StoreTrouble:
+            return ()
+
+    def notice(self, pending: PendingBaud) -> Notice:
+        """In the language in use."""
+        text = tr(
+            "A change from {old} to {new} baud at {port} was broken off. The module may be at either rate.",
+            old=pending.old_rate, new=pending.new_rate, port=pending.port,
+        )  # fmt: skip
+        look = Choice("look_for_baud", tr("Look for the module"), lambda: self._look(pending), is_main=True)
+        forget = Choice("forget_baud", tr("Forget it"), lambda: self._forget(pending))
+        return Notice(Meaning.ATTENTION, text, (look, forget))
+
+    def _look(self, pending: PendingBaud) -> None:
+        same = [port.device for port in self._ports.ports if pending.adapter and port.identity == pending.adapter]
+        device = same[0] if len(same) == 1 else pending.port
+        self._close()
+        self._connector.connect_to(Target(device, pending.new_rate, pending.adapter))
+
+        def end(job: Job[int | None]) -> None:
+            found = None if job.run.error is not None else job.outcome()
+            if found is None:
+                self._say(tr("The module was not found. Switch it off and on, then use “Find my module”."))
+                return
+            changed = BaudEnd.CHANGED if found == pending.new_rate else BaudEnd.UNCHANGED
+            self._settle(pending, changed.value if found in (pending.new_rate, pending.old_rate) else "elsewhere")
+            self._say(tr("The module answers at {rate} baud.", rate=found))
+
+        self._connector.run(look_for(pending.new_rate, pending.old_rate), end)
+
+    def _forget(self, pending: PendingBaud) -> None:
+        self._settle(pending, "forgotten")
+        self._close()
+
+    def _settle(self, pending: PendingBaud, end: str) -> None:
+        store = self._keeping.store
+        if isinstance(store, Store):
+            try:
+                store.settle_baud(pending.id, end)
+            except StoreTrouble as trouble:
+                self._say(trouble.sentence)

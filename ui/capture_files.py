@@ -1,0 +1,247 @@
+"""Captures as files: save what went over the line, open one by dialog or by dropping it on the window."""
+
+import time
+from collections import deque
+from collections.abc import Callable, Iterable, Iterator
+from dataclasses import dataclass
+from datetime import UTC, datetime
+from itertools import islice
+from pathlib import Path
+
+from PySide6.QtCore import QSize, QTimer, Signal
+from PySide6.QtWidgets import QFileDialog, QHBoxLayout, QPushButton, QWidget
+
+from app import version
+from app.capture import Capture, CaptureRefused, Entry, Explained, Header, entries_of, explained, lines_of, read_capture
+from app.i18n import tr
+from protocol.events import Event
+from ui.beside import Beside
+from ui.icons import Icon, icon
+from ui.live_export import Cancelled, Saving
+from ui.live_save import AskPath, ask_path, default_name
+from ui.named import named
+from ui.notice_bar import Choice, Notice
+from ui.pages import Services
+from ui.theme import Meaning, Space
+from ui.traffic_model import KEPT_RECORDED
+
+SUFFIX = ".dpscap"
+OPENED_SUFFIXES = (SUFFIX, ".hex", ".txt", ".log")
+KEPT_ENTRIES = 60_000
+"""Half an hour of a usual stream, 40 s of a full line; some 10 MB."""
+_ENTRIES_AT_ONCE = 1000
+_LOOK_EVERY_MS = 100
+AskOpen = Callable[[QWidget, Path], Path | None]
+
+
+def ask_open(parent: QWidget, folder: Path) -> Path | None:
+    """A dialog; None where nobody chose."""
+    kinds = ";;".join((tr("Capture (*.dpscap)"), tr("Hex text (*.txt *.hex *.log)"), tr("All files (*)")))
+    name, _filter = QFileDialog.getOpenFileName(parent, tr("Open a capture"), str(folder), kinds)
+    return Path(name) if name else None
+
+
+class Kept:
+    """What went over the line, oldest first, in bounded memory. One thread."""
+
+    def __init__(self) -> None:
+        self._entries: deque[Entry] = deque(maxlen=KEPT_ENTRIES)
+        self._wall_offset_s = time.time() - time.monotonic()
+        self.has_dropped = False
+        """What is older is no longer kept."""
+
+    def __len__(self) -> int:
+        return len(self._entries)
+
+    def take(self, events: Iterable[Event]) -> None:
+        new = list(entries_of(events, 0.0))
+        self.has_dropped |= len(self._entries) + len(new) > KEPT_ENTRIES
+        self._entries.extend(new)
+
+    def entries(self, most: int = KEPT_ENTRIES) -> tuple[Entry, ...]:
+        """The last `most`, with times that begin at 0."""
+        last = list(islice(reversed(self._entries), most))
+        last.reverse()
+        began_s = last[0].at_s if last else 0.0
+        return tuple(entry._replace(at_s=entry.at_s - began_s) for entry in last)
+
+    def header(self, port: str, baud_rate: int, most: int = KEPT_ENTRIES) -> Header:
+        """Of a file with `entries(most)`."""
+        first = next(islice(self._entries, max(0, len(self._entries) - most), None), None)
+        started = "" if first is None else _iso(first.at_s + self._wall_offset_s)
+        return Header(
+            program=f"DPS-S Configurator {version()}", port=port, baud_rate=baud_rate or None, started=started
+        )
+
+
+def _iso(wall_s: float) -> str:
+    return datetime.fromtimestamp(wall_s, UTC).isoformat(timespec="seconds").replace("+00:00", "Z")
+
+
+def capture_parts(entries: tuple[Entry, ...], header: Header) -> Iterator[bytes]:
+    """The file in pieces."""
+    yield "".join(f"{line}\n" for line in header.lines()).encode()
+    for first in range(0, len(entries), _ENTRIES_AT_ONCE):
+        some = entries[first : first + _ENTRIES_AT_ONCE]
+        yield "".join(f"{line}\n" for entry in some for line in lines_of(entry)).encode()
+
+
+@dataclass(frozen=True, slots=True)
+class Opened:
+    """A capture as it is shown. `is_cut`: it has more rows than are shown."""
+
+    path: Path
+    capture: Capture
+    rows: tuple[Explained, ...]
+    is_cut: bool
+
+
+def load(path: Path, is_wanted: Callable[[], bool]) -> Opened:
+    """Read and explain a file. Raises OSError, `CaptureRefused` or `Cancelled`."""
+    capture = read_capture(path)
+    rows: list[Explained] = []
+    for row in explained(capture):
+        if not is_wanted():
+            raise Cancelled
+        if len(rows) == KEPT_RECORDED:
+            return Opened(path, capture, tuple(rows), is_cut=True)
+        rows.append(row)
+    return Opened(path, capture, tuple(rows), is_cut=False)
+
+
+class CaptureFiles(QWidget):
+    """Two buttons. `opened` gives an `Opened`, `said` a `Notice`, or None when there is nothing more to say."""
+
+    opened = Signal(object)
+    said = Signal(object)
+
+    def __init__(self, services: Services, kept: Kept) -> None:
+        super().__init__()
+        self.setObjectName("capture_files")
+        self.ask_open: AskOpen = ask_open
+        self.ask_save: AskPath = ask_path
+        self._connector, self._kept = services.connector, kept
+        self._folder = Path.home()
+        self._saving: Saving | None = None
+        self._loading: Beside[Opened] = Beside("dps-s open capture", self)
+        self._saved_text = ""
+        texts = services.texts
+        self.open = self._button("capture_open", Icon.FOLDER)
+        self.save = self._button("capture_save", Icon.SAVE)
+        texts.bind(self.open.setText, "Open capture …")
+        texts.bind(self.open.setAccessibleName, "Open a capture")
+        texts.bind(
+            self.open.setToolTip, "Look at what was recorded, and play it (Ctrl+O); or drop the file on the window"
+        )
+        texts.bind(self.save.setText, "Save capture …")
+        texts.bind(self.save.setAccessibleName, "Save a capture")
+        texts.bind(self.save.setToolTip, "Save what went over the line, as a text file (Ctrl+S)")
+        self.open.clicked.connect(self.choose)
+        self.save.clicked.connect(self.choose_and_save)
+        row = QHBoxLayout(self)
+        row.setContentsMargins(0, 0, 0, 0)
+        row.setSpacing(Space.S)
+        row.addWidget(self.open)
+        row.addWidget(self.save)
+        self._timer = QTimer(self)
+        self._timer.setInterval(_LOOK_EVERY_MS)
+        self._timer.timeout.connect(self._look)
+
+    @property
+    def is_busy(self) -> bool:
+        return self._saving is not None or self._loading.is_running
+
+    def refresh(self) -> None:
+        self.save.setEnabled(len(self._kept) > 0 and self._saving is None)
+
+    def choose(self) -> None:
+        path = self.ask_open(self, self._folder)
+        if path is not None:
+            self.open_file(path)
+
+    def open_file(self, path: Path) -> None:
+        """Whatever comes of it is told by a signal."""
+        self._folder = path.parent
+        cancel = (Choice("capture_cancel", tr("Cancel"), self._cancel_loading),)
+        self.said.emit(Notice(Meaning.INFORMATION, tr("Reading {name} …", name=path.name), cancel))
+
+        def refuse(error: Exception) -> None:
+            self._say(Meaning.ATTENTION, _refusal(path, error))
+
+        self._loading.run(lambda is_wanted: load(path, is_wanted), self._show, refuse)
+
+    def choose_and_save(self) -> None:
+        """What is kept at this moment, before anybody chooses a file."""
+        if not len(self._kept) or self._saving is not None:
+            return
+        connection = self._connector.connection
+        entries = self._kept.entries()
+        header = self._kept.header(connection.port, connection.baud_rate)
+        is_whole = not self._kept.has_dropped
+        suggested = self._folder / default_name(connection.port, SUFFIX, datetime.now().astimezone())
+        path = self.ask_save(self, tr("Save a capture"), suggested, tr("Capture (*.dpscap)"))
+        if path is None:
+            return
+        self._folder = path.parent
+        count = f"{len(entries):,}"
+        self._saved_text = (
+            tr("Saved {count} entries to {path}.", count=count, path=path)
+            if is_whole
+            else tr("Saved the last {count} entries to {path}; older ones are no longer kept.", count=count, path=path)
+        )
+        self._saving = Saving(path, lambda: capture_parts(entries, header), len(entries) // _ENTRIES_AT_ONCE + 2)
+        self._timer.start()
+        self.refresh()
+
+    def _look(self) -> None:
+        saving = self._saving
+        if saving is None:
+            self._timer.stop()
+        elif not saving.is_done:
+            cancel = (Choice("capture_cancel", tr("Cancel"), saving.cancel),)
+            self.said.emit(Notice(Meaning.INFORMATION, tr("Saving {name} …", name=saving.path.name), cancel))
+        else:
+            self._end_saving(saving)
+
+    def _end_saving(self, saving: Saving) -> None:
+        self._saving = None
+        self._timer.stop()
+        self.refresh()
+        if saving.error is None:
+            self._say(Meaning.GOOD, self._saved_text)
+        elif isinstance(saving.error, Cancelled):
+            self._say(Meaning.INFORMATION, tr("Cancelled, nothing was saved."))
+        else:
+            why = getattr(saving.error, "strerror", None) or saving.error
+            self._say(
+                Meaning.ATTENTION,
+                tr("Not saved to {path}: {why}. Choose another folder.", path=saving.path, why=why),
+            )
+
+    def _cancel_loading(self) -> None:
+        self._loading.cancel()
+        self.said.emit(None)
+
+    def _show(self, opened: Opened) -> None:
+        if not opened.rows:
+            self._say(Meaning.ATTENTION, tr("There are no bytes in {name}.", name=opened.path.name))
+            return
+        self.said.emit(None)
+        self.opened.emit(opened)
+
+    def _say(self, meaning: Meaning, text: str) -> None:
+        self.said.emit(Notice(meaning, text, dismiss=lambda: self.said.emit(None)))
+
+    @staticmethod
+    def _button(name: str, picture: Icon) -> QPushButton:
+        button = named(QPushButton(), name)
+        button.setIcon(icon(picture))
+        button.setIconSize(QSize(16, 16))
+        return button
+
+
+def _refusal(path: Path, error: Exception) -> str:
+    if isinstance(error, CaptureRefused):
+        return tr("{name} was not opened: {why}.", name=path.name, why=tr(error.args[0]))
+    why = getattr(error, "strerror", None) or error
+    return tr("{name} was not opened: {why}.", name=path.name, why=why)

@@ -1,0 +1,183 @@
+"""What acts on the module at once. LOCK, always safe, at the top; the dangerous rest framed and apart below."""
+
+from typing import Final
+
+from PySide6.QtCore import QEvent, QSize, QTimer
+from PySide6.QtGui import QHideEvent, QShowEvent
+from PySide6.QtWidgets import QFrame, QHBoxLayout, QPushButton, QScrollArea, QVBoxLayout, QWidget
+
+from app.acts import EFFECTS, Act
+from app.i18n import tr
+from app.journal import Outcome
+from app.procedures.act import Performed, perform
+from app.worker import Batch, Job
+from ui.act_row import ActRow
+from ui.icons import Icon, icon
+from ui.labels import text_label
+from ui.named import named
+from ui.notice_bar import Notice, NoticeBar
+from ui.outcomes import outcome_meaning
+from ui.pages import Services
+from ui.readout import StateChip
+from ui.ritual_widget import RitualWidget
+from ui.theme import Meaning, Size, Space
+
+REFRESH_EVERY_MS: Final = 200
+DANGEROUS: Final = (Act.ACTIVATE, Act.ZERO, Act.SHUTDOWN, Act.FORBID_DEPLOY)
+
+
+class CommandsPage(QWidget):
+    """See the module's docstring."""
+
+    def __init__(self, services: Services, parent: QWidget | None = None) -> None:
+        super().__init__(parent)
+        self.setObjectName("commands_page")
+        self._services, self._connector = services, services.connector
+        texts = services.texts
+        self.activation = named(StateChip("", size=Size.TITLE), "commands_activation")
+        self.trigger = named(StateChip("", size=Size.TITLE), "commands_trigger")
+        self.lock = named(QPushButton(), "commands_lock")
+        self.lock.setProperty("role", "primary")
+        self.lock.setIcon(icon(Icon.LOCK, is_on_primary=True))
+        self.lock.setIconSize(QSize(20, 20))
+        self.lock.setMinimumHeight(40)
+        self.lock.clicked.connect(self._lock)
+        texts.bind(self.lock.setText, "LOCK")
+        texts.bind(self.lock.setAccessibleName, "Lock the module")
+        texts.bind(self.lock.setToolTip, "Put the module into standby, at once (Ctrl+L)")
+        self.said = NoticeBar(texts)
+        self.said.setObjectName("commands_said")
+        self._locked: Performed | None = None
+        self._lock_failed = False
+        self.acts = {act: ActRow(services, act) for act in DANGEROUS}
+        self.ritual = RitualWidget(services)
+        services.appearance.changed.connect(self.said.follow_theme)
+        self._lay_out()
+        self._timer = QTimer(self)
+        self._timer.setInterval(REFRESH_EVERY_MS)
+        self._timer.timeout.connect(self.refresh)
+        self._connector.changed.connect(self.refresh)
+        self.refresh()
+
+    def take(self, batch: Batch) -> None:
+        """Everything shown is looked up at the next refresh."""
+
+    def refresh(self) -> None:
+        self._show_state()
+        self.lock.setEnabled(self._connector.is_open)
+        for row in self.acts.values():
+            row.refresh()
+        self.ritual.refresh()
+        self.said.show_notice(self._notice())
+
+    def _show_state(self) -> None:
+        device, now = self._connector.device, self._connector.clock()
+        self.activation.set_caption(tr("Activation"))
+        self.trigger.set_caption(tr("Trigger"))
+        active, triggered = device.known("active", now), device.known("triggered", now)
+        stale = tr("stale")
+        if active is None:
+            self.activation.show_unknown()
+        else:
+            word, picture, meaning = (
+                (tr("ACTIVE"), Icon.ACTIVE, Meaning.ATTENTION)
+                if active.value is True
+                else (tr("LOCKED"), Icon.LOCK, None)
+            )
+            self.activation.show_state(word, picture, meaning, stale_age=stale if active.is_stale else "")
+        if triggered is None:
+            self.trigger.show_unknown()
+        else:
+            word, picture, meaning = (
+                (tr("TRIGGERED"), Icon.PARACHUTE, Meaning.DANGER)
+                if triggered.value is True
+                else (tr("NOT TRIGGERED"), Icon.NOT_TRIGGERED, None)
+            )
+            self.trigger.show_state(word, picture, meaning, stale_age=stale if triggered.is_stale else "")
+
+    def _notice(self) -> Notice | None:
+        if self._lock_failed:
+            return Notice(Meaning.DANGER, tr("The port closed while locking. Treat the module as ACTIVE."))
+        if self._locked is None:
+            return None
+        is_fine = self._locked.outcome is Outcome.CONFIRMED
+        return Notice(
+            outcome_meaning(self._locked) if is_fine else Meaning.DANGER, self._locked.sentence, dismiss=self._forget
+        )
+
+    def _lock(self) -> None:
+        self._locked, self._lock_failed = None, False
+        journal = self._services.keeping.journal(self._connector.target)
+        self._connector.run(perform(Act.LOCK, journal), self._end_lock, is_urgent=True)
+
+    def _end_lock(self, job: Job[Performed]) -> None:
+        self._lock_failed = job.run.error is not None
+        self._locked = None if self._lock_failed else job.outcome()
+        self.refresh()
+
+    def _forget(self) -> None:
+        self._locked, self._lock_failed = None, False
+        self.refresh()
+
+    def _lay_out(self) -> None:
+        texts = self._services.texts
+        card = named(QFrame(), "commands_state")
+        card.setProperty("role", "card")
+        inner = QVBoxLayout(card)
+        inner.setContentsMargins(Space.M, Space.M, Space.M, Space.M)
+        inner.setSpacing(Space.XS)
+        row = QHBoxLayout()
+        row.setSpacing(Space.M)
+        row.addWidget(self.activation)
+        row.addWidget(self.trigger)
+        row.addStretch(1)
+        row.addWidget(self.lock)
+        inner.addLayout(row)
+        effect = text_label("commands_lock_effect", "small")
+        texts.bind(effect.setText, EFFECTS[Act.LOCK])
+        inner.addWidget(effect)
+        inner.addWidget(self.said)
+        heading = text_label("commands_danger_heading", "caption")
+        texts.bind(heading.setText, "Dangerous: each asks again, is written into the log first, and is sent once")
+        corner = named(QFrame(), "commands_danger")
+        corner.setProperty("role", "danger-corner")
+        rows = QVBoxLayout(corner)
+        rows.setContentsMargins(2, 2, 2, 2)
+        rows.setSpacing(0)
+        for act in self.acts.values():
+            rows.addWidget(act)
+        content = named(QWidget(), "commands_content")
+        column = QVBoxLayout(content)
+        column.setContentsMargins(Space.S, Space.S, Space.S, Space.S)
+        column.setSpacing(Space.S)
+        column.addWidget(card)
+        column.addSpacing(Space.M)
+        column.addWidget(heading)
+        column.addWidget(corner)
+        column.addSpacing(Space.M)
+        column.addWidget(self.ritual)
+        column.addStretch(1)
+        scroll = named(QScrollArea(), "commands_scroll")
+        scroll.setWidgetResizable(True)
+        scroll.setWidget(content)
+        texts.bind(scroll.setAccessibleName, "Commands")
+        self.ritual.grew.connect(lambda: scroll.ensureWidgetVisible(self.ritual))
+        whole = QVBoxLayout(self)
+        whole.setContentsMargins(0, 0, 0, 0)
+        whole.addWidget(scroll)
+
+    # Qt
+
+    def showEvent(self, event: QShowEvent) -> None:
+        super().showEvent(event)
+        self._timer.start()
+        self.refresh()
+
+    def hideEvent(self, event: QHideEvent) -> None:
+        super().hideEvent(event)
+        self._timer.stop()
+
+    def changeEvent(self, event: QEvent) -> None:
+        super().changeEvent(event)
+        if event.type() == QEvent.Type.LanguageChange and hasattr(self, "_timer"):
+            self.refresh()

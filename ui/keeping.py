@@ -1,0 +1,91 @@
+"""What the pages share besides the link: the store with its journal, and edits that were not sent."""
+
+import logging
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+from app.i18n import tr
+from app.journal import Journal, NoJournal
+from app.recording import is_recording
+from app.snapshots import Snapshot
+from app.store.database import StoreFault, StoreTrouble
+from app.store.store import Store, open_store
+from app.store.store_journal import journal_for
+from ui.connector import Target
+
+_log = logging.getLogger(__name__)
+ORIGIN = "window"
+
+
+class RecordingPlayed(StoreTrouble):
+    """What a recording says is not to be mixed with what modules said."""
+
+    def __init__(self) -> None:
+        super().__init__(StoreFault.FAILED, Path())
+
+    @property
+    def sentence(self) -> str:
+        return tr("A recording is played: nothing of it is kept as a module’s.")
+
+
+class Keeping:
+    """The store is opened when it is first asked for, which is after the first paint."""
+
+    def __init__(self, folder: Path | None = None) -> None:
+        self.is_recording: Callable[[], bool] = bool
+        """Whether a capture is played in place of a module."""
+        self._folder = folder
+        self._store: Store | StoreTrouble | None = None
+
+    @property
+    def store(self) -> Store | StoreTrouble:
+        """The trouble where there is none: say it and go on without."""
+        if self.is_recording():
+            return RecordingPlayed()
+        if self._store is None:
+            try:
+                self._store = open_store(self._folder)
+            except StoreTrouble as trouble:
+                _log.warning("There is no store: %s", trouble)
+                self._store = trouble
+        return self._store
+
+    @property
+    def notice(self) -> str | None:
+        """What a person should know about the store, in the language in use."""
+        store = self.store
+        return store.notice if isinstance(store, Store) else store.sentence
+
+    @property
+    def has_store(self) -> bool:
+        return isinstance(self.store, Store)
+
+    def journal(self, target: Target | None) -> Journal:
+        """For one connection."""
+        if target is None or target.is_recording:
+            return NoJournal("")
+        return journal_for(self.store, port=target.device, origin=ORIGIN, adapter=target.identity)
+
+    def keep_snapshot(self, snapshot: Snapshot, port: str) -> None:
+        """From any thread. One that cannot be kept on disk is still in the window's memory."""
+        if not isinstance(self._store, Store) or is_recording(port):
+            return
+        try:
+            self._store.keep_snapshot(snapshot, port=port)
+        except StoreTrouble as trouble:
+            _log.warning("The settings as they were found are not in the store: %s", trouble)
+
+    def close(self) -> None:
+        if isinstance(self._store, Store):
+            self._store.close()
+        self._store = None
+
+
+@dataclass(slots=True)
+class Unsent:
+    """Edits that leaving would lose; the page that has them puts its answers here."""
+
+    count: Callable[[], int] = int
+    discard: Callable[[], object] = bool
+

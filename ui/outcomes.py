@@ -1,0 +1,54 @@
+"""What stands against an act, and what is said of its outcome: the same for a row, the ritual and the baud rate."""
+
+from collections.abc import Callable
+from typing import Final
+
+from app.acts import Act
+from app.i18n import tr
+from app.journal import Outcome
+from app.procedures.act import Performed
+from app.safety import Condition, Refusal, refusals, situation
+from ui.notice_bar import Notice
+from ui.pages import Services
+from ui.theme import Meaning
+
+_ASKED_ANYWAY: Final = (Condition.CONFIRMED, Condition.RITUAL_DONE)
+"""What the person is about to do; not shown as standing against it."""
+
+
+def open_conditions(services: Services, act: Act) -> tuple[Refusal, ...]:
+    """What stands against `act` now, apart from the person's own word."""
+    connector = services.connector
+    now_is = situation(
+        connector.device,
+        connector.clock(),
+        armed=services.armed.act,
+        is_audit_ready=services.keeping.journal(connector.target).is_ready,
+    )
+    return tuple(one for one in refusals(act, now_is) if one.condition not in _ASKED_ANYWAY)
+
+
+def outcome_meaning(done: Performed) -> Meaning:
+    """How loud the outcome of an act is said."""
+    if done.is_rehearsal:
+        return Meaning.INFORMATION
+    match done.outcome:
+        case Outcome.UNKNOWN:
+            return Meaning.DANGER
+        case Outcome.CONFIRMED:
+            is_hot = done.act in (Act.ACTIVATE, Act.DEPLOY)
+            return Meaning.DANGER if done.act is Act.DEPLOY else Meaning.ATTENTION if is_hot else Meaning.GOOD
+        case _:
+            return Meaning.ATTENTION
+
+
+def asking() -> Notice:
+    return Notice(Meaning.INFORMATION, tr("Asking the module …"))
+
+
+def not_begun() -> Notice:
+    return Notice(Meaning.ATTENTION, tr("Nothing was sent: the connection was lost before."))
+
+
+def outcome_notice(done: Performed, dismiss: Callable[[], None]) -> Notice:
+    return Notice(outcome_meaning(done), done.sentence, dismiss=dismiss)

@@ -1,0 +1,59 @@
+"""The foot of the Pre-flight page: what is done seldom at the left, the one main button at the right."""
+
+from PySide6.QtCore import QSize
+from PySide6.QtWidgets import QHBoxLayout, QPushButton, QWidget
+
+from protocol.text import marked
+from ui.icons import Icon, icon
+from ui.named import named
+from ui.preflight_work import PreflightWork, Standing
+from ui.texts import Texts
+from ui.theme import Space
+
+
+class PreflightButtons(QWidget):
+    def __init__(self, texts: Texts) -> None:
+        super().__init__()
+        self.setObjectName("preflight_buttons")
+        self._texts = texts
+        self.run = self._button("preflight_run", None, marked("Run the check"),
+                                marked("Run all checks: questions only (Ctrl+Return)"))  # fmt: skip
+        self.run.setProperty("role", "primary")
+        self.run.setIcon(icon(Icon.CHECKLIST, is_on_primary=True))
+        self.enable = self._button("preflight_enable", None, marked("Enable triggers and check"),
+                                   marked("Enable both automatic triggers on the module, and check again"))  # fmt: skip
+        self.cancel = self._button("preflight_cancel", Icon.CROSS, marked("Cancel"),
+                                   marked("Break the check off; it is void then (Esc)"))  # fmt: skip
+        self.print = self._button("preflight_print", Icon.SAVE, marked("Print report …"),
+                                  marked("Print the check as PDF, HTML and JSON (Ctrl+P)"))  # fmt: skip
+        self.history = self._button("preflight_history", Icon.HISTORY, marked("Past checks"),
+                                    marked("All checks that are kept, and what they measured (Ctrl+H)"))  # fmt: skip
+        self.verify = self._button("preflight_verify", Icon.DIAGNOSIS, marked("Verify a file …"),
+                                   marked("Was a record or a report altered? Or drop the file here"))  # fmt: skip
+        row = QHBoxLayout(self)
+        row.setContentsMargins(Space.M, Space.XS, Space.M, Space.S)
+        row.setSpacing(Space.S)
+        for widget in (self.history, self.verify, self.print):
+            row.addWidget(widget)
+        row.addStretch(1)
+        for widget in (self.cancel, self.enable, self.run):
+            row.addWidget(widget)
+
+    def show_work(self, work: PreflightWork) -> None:
+        is_checking = work.standing is Standing.CHECKING
+        self.run.setEnabled(work.can_check)
+        self._texts.bind(self.run.setText, "Run the check" if work.filed is None else "Check again")
+        self.enable.setEnabled(work.can_check)
+        self.enable.setVisible(not is_checking)
+        self.cancel.setVisible(is_checking)
+        self.print.setEnabled(work.record is not None)
+
+    def _button(self, name: str, picture: Icon | None, english: str, tip: str) -> QPushButton:
+        button = named(QPushButton(), name)
+        if picture is not None:
+            button.setIcon(icon(picture))
+            button.setIconSize(QSize(16, 16))
+        self._texts.bind(button.setText, english)
+        self._texts.bind(button.setAccessibleName, english)
+        self._texts.bind(button.setToolTip, tip)
+        return button

@@ -1,0 +1,84 @@
+"""What the banner of the Pre-flight page says, in the language in use."""
+
+from app.i18n import tr
+from app.preflight.checks import CHECKS
+from app.preflight.findings import Result
+from app.preflight.verdict import Assessment, stands_against
+from app.preflight.wording import clean
+from ui.preflight_work import PreflightWork, Standing
+from ui.verdict import Announcement
+
+MOST_NAMED = 5
+"""Checks that are named in the banner; the rows name all."""
+
+
+def announcement(work: PreflightWork, *, is_connected: bool) -> Announcement:
+    standing = work.standing
+    match standing:
+        case Standing.NOT_CHECKED:
+            todo = tr("Run the check.") if is_connected else tr("Connect a module, then run the check.")
+            what = tr(
+                "It asks questions only and takes about six seconds. Set the aircraft level and do not touch it."
+            )
+            return Announcement(standing, tr("NOT CHECKED"), todo, (what,))
+        case Standing.CHECKING:
+            return _checking(work)
+        case Standing.VOID:
+            why = work.void.said.in_words() if work.void is not None else ""
+            lines = (tr("What was found below no longer says anything about the module. Check again."),)
+            return Announcement(standing, tr("VOID"), why, lines)
+        case Standing.GO | Standing.NO_GO:
+            return _judged(work, standing)
+
+
+def _checking(work: PreflightWork) -> Announcement:
+    report = work.progress
+    doing = tr("Proving the link") if report is None else tr(report.doing)
+    share = 0.0 if report is None or not report.total else report.done / report.total
+    lines = (tr("Do not touch the aircraft."),)
+    return Announcement(Standing.CHECKING, tr("CHECKING"), doing, lines, progress=share)
+
+
+def _judged(work: PreflightWork, standing: Standing) -> Announcement:
+    assessment = work.assessment
+    if assessment is None:
+        return Announcement(standing, "")
+    if standing is Standing.GO:
+        looks = sum(one.finding.result is Result.WARN for one in assessment.checks)
+        what = tr("All {count} checks hold; worth a look: {looks}.", count=len(CHECKS), looks=looks)
+        skipped = sum(item.is_done is None for item in assessment.manual)
+        if skipped:
+            what = f"{what} {tr('Skipped by a person: {count}.', count=skipped)}"
+        return Announcement(standing, tr("GO"), tr("fit to fly"), (what, *_foot(work)))
+    names = names_against(assessment)
+    named = ", ".join(names[:MOST_NAMED])
+    if len(names) > MOST_NAMED:
+        named = tr("{names} and {count} more", names=named, count=len(names) - MOST_NAMED)
+    lines = (tr("Against it: {names}", names=named), *_foot(work))
+    return Announcement(standing, tr("NO-GO"), tr("do not fly"), lines)
+
+
+def names_against(assessment: Assessment) -> list[str]:
+    """What stands against GO: checks by title, manual items by their text."""
+    checks = [tr(one.check.title) for one in assessment.checks if one.stands_against]
+    return checks + [clean(item.text, longest=40) for item in assessment.manual if stands_against(item)]
+
+
+def _foot(work: PreflightWork) -> tuple[str, ...]:
+    """Whose record it is, and how long it holds."""
+    filed = work.filed
+    if filed is None:
+        return ()
+    record = filed.record
+    parts = [str(record[key]) for key in ("module", "aircraft", "who") if record.get(key)]
+    at = str(record.get("at", ""))[11:19]
+    parts.append(at)
+    left_s = work.expires_in_s
+    if left_s is not None:
+        minutes = int(left_s) // 60
+        parts.append(
+            tr("holds for {minutes} min", minutes=minutes)
+            if minutes
+            else tr("holds for {seconds} s", seconds=int(left_s))
+        )
+    return (" · ".join(parts),)

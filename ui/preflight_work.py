@@ -1,0 +1,250 @@
+"""The check as the window runs it: gather, judge, file, and watch whether the verdict still holds.
+
+A verdict that was voided stays void, whatever comes afterwards: only another check gives another one.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from enum import Enum
+from typing import Any
+
+from PySide6.QtCore import QObject, Signal
+
+from app import version
+from app.preflight.evidence import Disturbance, Evidence, FrameLog
+from app.preflight.expectations import Expectations, expectations_of
+from app.preflight.filing import Filed, Person, file_check
+from app.preflight.findings import Result
+from app.preflight.record import Record
+from app.preflight.run import run_preflight
+from app.preflight.verdict import VALID_FOR_S, Assessment, Verdict, Void, void_reason
+from app.preflight.wording import said
+from app.procedure import Cancelled, Report
+from app.profiles import Profile
+from app.store.database import StoreTrouble
+from app.store.store import Store
+from app.worker import Batch, Job
+from protocol.text import marked
+from ui.link_state import Phase
+from ui.pages import Services
+
+
+class Standing(Enum):
+    """How the verdict stands at this moment."""
+
+    NOT_CHECKED = "not checked"
+    CHECKING = "checking"
+    GO = "GO"
+    NO_GO = "NO-GO"
+    VOID = "void"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Statement:
+    """What a person said with the click that began a check."""
+
+    is_enabling: bool = False
+    are_records_looked_at: bool = False
+    is_same_module: bool = False
+
+
+@dataclass(slots=True)
+class Entered:
+    """What was filled in. `ticked`: manual items by their text; who is not in it skipped it."""
+
+    who: str = ""
+    aircraft: str = ""
+    profile: Profile | None = None
+    ticked: Mapping[str, bool] | None = None
+
+    def expectations(self) -> Expectations:
+        return Expectations() if self.profile is None else expectations_of(self.profile, self.ticked)
+
+
+class PreflightWork(QObject):
+    """`changed`: the standing, or what was found or entered, is different."""
+
+    changed = Signal()
+
+    def __init__(self, services: Services, parent: QObject | None = None) -> None:
+        super().__init__(parent)
+        self._services, self._connector, self._naming = services, services.connector, services.naming
+        self.entered = Entered()
+        self.filed: Filed | None = None
+        self.void: Void | None = None
+        self.trouble: StoreTrouble | None = None
+        """Why the last check was not kept."""
+        self._job: Job[Any] | None = None
+        self._evidence = Evidence()
+        self._log = FrameLog()
+        self._statement = Statement()
+        self._progress: Report | None = None
+        self._is_port_broken = False
+        self._is_entered_anew = False
+        """While a check ran."""
+        self._connector.changed.connect(self._watch_port)
+        self._connector.batch.connect(self._take)
+        self._naming.changed.connect(self.enter)
+
+    # What is known
+
+    @property
+    def standing(self) -> Standing:
+        if self._job is not None:
+            return Standing.CHECKING
+        if self.filed is None:
+            return Standing.NOT_CHECKED
+        if self.void is not None:
+            return Standing.VOID
+        return Standing.GO if self.filed.assessment.verdict is Verdict.GO else Standing.NO_GO
+
+    @property
+    def assessment(self) -> Assessment | None:
+        """Of the last check; None while one runs, so that no finding of an older one is shown."""
+        return None if self.filed is None or self._job is not None else self.filed.assessment
+
+    @property
+    def record(self) -> Record | None:
+        """What may be printed: only of a check that still holds."""
+        return self.filed.record if self.filed is not None and self.standing in _HOLDS else None
+
+    @property
+    def progress(self) -> Report | None:
+        return self._progress
+
+    @property
+    def can_check(self) -> bool:
+        is_settled = self._connector.state.phase not in (Phase.OPENING, Phase.FINDING)
+        is_there = self._connector.is_open and not self._connector.is_recording
+        return is_there and is_settled and self._job is None
+
+    @property
+    def expires_in_s(self) -> float | None:
+        """Until the verdict is too old."""
+        ended_at = self._evidence.ended_at
+        if ended_at is None or self.standing not in _HOLDS:
+            return None
+        return max(0.0, VALID_FOR_S - (self._connector.clock() - ended_at))
+
+    def result(self, id_: str) -> Result | None:
+        assessment = self.assessment
+        return None if assessment is None else assessment.result(id_)
+
+    # What a person does
+
+    def check(self, statement: Statement | None = None) -> None:
+        """Begin a check; what was found before is gone from here on."""
+        if not self.can_check:
+            return
+        target = self._connector.target
+        self._statement = statement or Statement()
+        self.filed = self.void = self.trouble = self._progress = None
+        self._evidence = Evidence(port=self._connector.connection.port)
+        self._log = FrameLog()
+        self._is_port_broken = False
+        procedure = run_preflight(
+            self._evidence, is_enabling=self._statement.is_enabling, journal=self._services.keeping.journal(target)
+        )
+        self._job = self._connector.run(procedure, self._end, on_progress=self._remember_progress)
+        self.changed.emit()
+
+    def cancel(self) -> None:
+        if self._job is not None:
+            self._job.cancel()
+
+    def enter(self) -> None:
+        """Something that belongs to the record was filled in otherwise: the record no longer says what is entered."""
+        if self._job is not None:
+            self._is_entered_anew = True
+        elif self.filed is not None and self.void is None:
+            self.void = _ENTERED_ANEW
+        self.changed.emit()
+
+    def look(self) -> None:
+        """Does the verdict still hold?"""
+        if self.filed is None or self.void is not None or self._job is not None:
+            return
+        opened_at = None if self._is_port_broken else self._evidence.opened_at
+        self.void = void_reason(
+            self.filed.assessment, self._connector.device, self._connector.clock(), opened_at=opened_at
+        )
+        if self.void is not None:
+            self.changed.emit()
+
+    # How it ends
+
+    def _remember_progress(self, report: Report) -> None:
+        """In the worker's thread."""
+        self._progress = report
+
+    def _end(self, job: Job[Any]) -> None:
+        if job is not self._job:
+            return
+        evidence = self._evidence
+        if self._connector.last is not None:
+            self._keep_frames(self._connector.last)
+        self._job = None
+        if job.run.error is not None and evidence.disturbance is None:
+            is_cancelled = isinstance(job.run.error, Cancelled)
+            evidence.disturbance = Disturbance.INTERRUPTED if is_cancelled else Disturbance.DISCONNECTED
+        if self._is_port_broken or not self._connector.is_open:
+            evidence.disturbance = evidence.disturbance or Disturbance.DISCONNECTED
+        self._file(evidence)
+        self.look()
+        self.changed.emit()
+
+    def _file(self, evidence: Evidence) -> None:
+        """Keep it, unless it is void: of a void check no record is made."""
+        store = self._services.keeping.store
+        statement, entered = self._statement, self.entered
+        person = Person(
+            who=entered.who,
+            module=self._naming.name or None,
+            aircraft=entered.aircraft,
+            are_records_looked_at=statement.are_records_looked_at,
+            is_same_module=statement.is_same_module,
+        )
+        is_kept = evidence.is_complete and not self._is_entered_anew
+        self.filed = file_check(
+            evidence,
+            entered.expectations(),
+            person,
+            self._log,
+            store=store if is_kept and isinstance(store, Store) else None,
+            program_version=version(),
+        )
+        self.trouble = store if isinstance(store, StoreTrouble) else self.filed.trouble
+        if self._is_entered_anew:
+            self.void = _ENTERED_ANEW
+        self._is_entered_anew = False
+        if is_kept and self.trouble is None:
+            self._remember_adapter()
+
+    def _remember_adapter(self) -> None:
+        """So that the module is known again where it is plugged in."""
+        if self.result("boot_count") is Result.FAIL:
+            return
+        try:
+            self._naming.meet()
+        except StoreTrouble as trouble:
+            self.trouble = trouble
+
+    def _take(self, batch: Batch) -> None:
+        if self._job is not None:
+            self._keep_frames(batch)
+        else:
+            self.look()
+
+    def _keep_frames(self, batch: Batch) -> None:
+        began_at = self._evidence.began_at
+        if began_at is not None:
+            self._log.take(event for event in batch.events if event.at >= began_at)
+
+    def _watch_port(self) -> None:
+        if not self._connector.is_open or self._connector.state.phase is Phase.OPENING:
+            self._is_port_broken = True
+        self.look()
+
+
+_HOLDS = (Standing.GO, Standing.NO_GO)
+_ENTERED_ANEW = Void(Disturbance.CHANGED, said(marked("what is entered here")))

@@ -1,0 +1,156 @@
+"""Reports and records as files: print what was checked; tell of a file that was dropped whether it was altered."""
+
+import logging
+import threading
+from collections.abc import Callable
+from contextlib import suppress
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Final
+
+from PySide6.QtCore import QObject, Signal
+from PySide6.QtWidgets import QFileDialog, QWidget
+
+from app.i18n import tr
+from app.preflight.record import Record
+from app.preflight.report_files import Printer, ReportRefused, check_target, suggested_name, write_report
+from app.preflight.verification import State, Verification, verify_file
+from app.preflight.wording import clean
+from app.store.checks import CheckStore
+from app.store.store import Store
+from ui.keeping import Keeping
+from ui.live_save import AskPath, ask_path
+from ui.notice_bar import Notice
+from ui.report_printer import print_report
+from ui.theme import Meaning
+
+_log = logging.getLogger(__name__)
+SUFFIXES: Final = (".json", ".html", ".htm", ".pdf")
+AskRecord = Callable[[QWidget], Path | None]
+
+
+def ask_record(parent: QWidget) -> Path | None:
+    """A dialog; None where nobody chose."""
+    name, _filter = QFileDialog.getOpenFileName(
+        parent, tr("Verify a record"), str(Path.home()), tr("Record or report (*.json *.html *.htm *.pdf)")
+    )
+    return Path(name) if name else None
+
+
+class RecordFiles(QObject):
+    """`said`: a `Notice` without buttons, about the last thing that was done."""
+
+    said = Signal(object)
+    _verified = Signal(object)
+
+    def __init__(self, keeping: Keeping, parent: QWidget) -> None:
+        super().__init__(parent)
+        self.ask_path: AskPath = ask_path
+        self.ask_record: AskRecord = ask_record
+        self.printer: Printer = print_report
+        self._keeping, self._window = keeping, parent
+        self._folder = Path.home()
+        self._thread: threading.Thread | None = None
+        self._verified.connect(self._say_verified)
+
+    # Printing
+
+    def print_record(self, record: Record) -> None:
+        """Ask where to, then write the report as PDF, HTML and JSON."""
+        suggested = self._folder / f"{suggested_name(record)}.pdf"
+        path = self.ask_path(self._window, tr("Print the report"), suggested, tr("Report (*.pdf)"))
+        if path is None:
+            return
+        try:
+            check_target(path)
+            written = write_report(path, record, self.printer)
+        except ReportRefused as refused:
+            self._say(Meaning.ATTENTION, str(refused))
+        except (OSError, RuntimeError) as error:
+            why = getattr(error, "strerror", None) or str(error)
+            self._say(Meaning.DANGER, tr("The report cannot be written: {why}.", why=why))
+        else:
+            self._folder = path.parent
+            names = ", ".join(one.name for one in reversed(written))
+            self._say(Meaning.GOOD, tr("Written to {folder}: {names}.", folder=path.parent, names=names))
+
+    # Verifying
+
+    @property
+    def is_verifying(self) -> bool:
+        return self._thread is not None
+
+    def choose_and_verify(self) -> None:
+        path = self.ask_record(self._window)
+        if path is not None:
+            self.verify(path)
+
+    def verify(self, path: Path) -> None:
+        """In a thread of its own: the file may be large, and on a slow disk."""
+        if self._thread is not None:
+            return
+        self._say(Meaning.INFORMATION, tr("Reading {file} …", file=path.name))
+        store = self._keeping.store
+        find = CheckStore(store.database).record if isinstance(store, Store) else None
+
+        def work() -> None:
+            try:
+                outcome: Verification | str = verify_file(path, find)
+            except (OSError, ValueError) as error:  # ValueError: a NUL in the name
+                outcome = getattr(error, "strerror", None) or str(error)
+            except Exception as error:  # noqa: BLE001  the page must be told whatever happens in this thread
+                _log.exception("%s could not be verified", path)
+                outcome = type(error).__name__
+            with suppress(RuntimeError):  # the window was closed meanwhile
+                self._verified.emit(_Verified(path, outcome))
+
+        self._thread = threading.Thread(target=work, name="dps-s verify", daemon=True)
+        self._thread.start()
+
+    def _say_verified(self, done: "_Verified") -> None:
+        self._thread = None
+        file = clean(done.path.name, longest=60)
+        if isinstance(done.outcome, str):
+            self._say(Meaning.ATTENTION, tr("{file} cannot be read: {why}.", file=file, why=done.outcome))
+            return
+        self._say(_MEANINGS[done.outcome.state], f"{file} — {verification_text(done.outcome)}")
+
+    def _say(self, meaning: Meaning, text: str) -> None:
+        self.said.emit(Notice(meaning, text))
+
+
+@dataclass(frozen=True, slots=True)
+class _Verified:
+    """`outcome`: a text where the file could not be read."""
+
+    path: Path
+    outcome: Verification | str
+
+
+_MEANINGS: Final = {
+    State.INTACT: Meaning.GOOD,
+    State.ALTERED: Meaning.DANGER,
+    State.CHAIN_BROKEN: Meaning.DANGER,
+    State.UNREADABLE: Meaning.ATTENTION,
+}
+
+
+def verification_text(verification: Verification) -> str:
+    """In the language in use: intact or altered, then what record it is."""
+    parts = [one.in_words() for one in verification.sentences()]
+    record = verification.record
+    if record is not None:
+        told = tr(
+            "Record {number} of {module}: {verdict}, {at}, checked by {who}.",
+            number=_shown(record.get("number")),
+            module=_shown(record.get("module") or tr("a module without a name")),
+            verdict=_shown(record.get("verdict")),
+            at=_shown(record.get("at")),
+            who=_shown(record.get("who") or tr("nobody named")),
+        )
+        parts.insert(1, told)
+    return " ".join(parts)
+
+
+def _shown(value: object) -> str:
+    return clean(str(value), longest=60)

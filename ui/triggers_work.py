@@ -1,0 +1,286 @@
+"""What the Triggers page does with the module and the store: read the records, line them up with all ever seen, keep
+what a person says of them."""
+
+from collections import Counter
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import partial
+
+from PySide6.QtCore import QObject, Signal
+
+from app.i18n import tr
+from app.preflight.judging_module import WENT_BACK
+from app.procedure import Cancelled, Procedure, Report
+from app.procedures.history import History, read_history
+from app.procedures.write import read_back
+from app.store.checks import CheckStore, SeenRecord
+from app.store.database import StoreTrouble, utc_now
+from app.store.store import Store
+from app.trigger_history import BOOTS, Judgement, in_order, record_of
+from app.worker import Job
+from protocol.catalogue import BY_NAME
+from protocol.messages import TriggerRecord
+from ui.notice_bar import Choice, Notice
+from ui.pages import Services
+from ui.theme import Meaning
+
+BOOT_COUNT = BY_NAME["boot_count"]
+
+
+@dataclass(frozen=True, slots=True)
+class TriggersReading:
+    """What the module keeps now. `boot_count` None: it did not say."""
+
+    history: History
+    boot_count: int | None
+
+
+@dataclass(frozen=True, slots=True)
+class TriggerRow:
+    """One trigger. `is_kept`: it is in the store, so that it can be judged."""
+
+    seen: SeenRecord
+    record: TriggerRecord
+    is_new: bool
+    is_on_module: bool
+    is_kept: bool
+
+
+def read_triggers() -> Procedure[TriggersReading]:
+    """Questions only."""
+    history = yield from read_history()
+    back = yield from read_back(BOOT_COUNT)
+    boots = None
+    if back.raw is not None and BOOT_COUNT.reply is not None:
+        boots = int(BOOT_COUNT.reply.decode(back.raw))
+    return TriggersReading(history, boots)
+
+
+class TriggersWork(QObject):
+    """`changed`: rows, progress or what is to be said is different."""
+
+    changed = Signal()
+
+    def __init__(self, services: Services, parent: QObject | None = None) -> None:
+        super().__init__(parent)
+        self._services, self._connector, self._naming = services, services.connector, services.naming
+        self.rows: tuple[TriggerRow, ...] = ()
+        """The oldest first."""
+        self.reading: TriggersReading | None = None
+        """Of the module that is connected; None before it was read."""
+        self.is_first_visit = True
+        self._new: frozenset[int] = frozenset()
+        self._is_kept = False
+        self._progress: Report | None = None
+        self._job: Job[TriggersReading] | None = None
+        self._notice: Callable[[], Notice | None] | None = None
+        self._whose: tuple[str, str] | None = None
+        self._connector.changed.connect(self._watch_port)
+        self._naming.changed.connect(self._take_name)
+        self._show_archive()
+
+    @property
+    def is_busy(self) -> bool:
+        return self._job is not None
+
+    @property
+    def can_read(self) -> bool:
+        return self._connector.is_open and self._job is None
+
+    @property
+    def new_count(self) -> int:
+        return sum(row.is_new for row in self.rows)
+
+    def notice(self) -> Notice | None:
+        """Progress, or what was said last, in the language in use."""
+        if self._job is not None:
+            said = tr("Reading the trigger records") if self._progress is None else tr(self._progress.doing)
+            if self._progress is not None:
+                done, total = self._progress.done + 1, self._progress.total
+                said = tr("{what} ({done} of {total})", what=said, done=done, total=total)
+            return Notice(Meaning.INFORMATION, said, (Choice("cancel", tr("Cancel"), self.cancel),))
+        return None if self._notice is None else self._notice()
+
+    # What a person does
+
+    def read(self) -> None:
+        if self.can_read:
+            self._notice = self._progress = None
+            self._job = self._connector.run(read_triggers(), self._end, on_progress=self._remember_progress)
+            self.changed.emit()
+
+    def cancel(self) -> None:
+        if self._job is not None:
+            self._job.cancel()
+
+    def say(self, make: Callable[[], Notice | None] | None) -> None:
+        self._notice = make
+        self.changed.emit()
+
+    def dismiss(self) -> None:
+        self.say(None)
+
+    def judge(self, record_id: int, judgement: Judgement | None, note: str) -> None:
+        """Kept at once."""
+        store = self._store
+        if store is None:
+            return
+        try:
+            CheckStore(store.database).judge(record_id, judgement, note)
+        except StoreTrouble as trouble:
+            self._say(Meaning.DANGER, partial(_not_kept, trouble))
+            return
+        self._show_archive()
+        self.changed.emit()
+
+    # What happens
+
+    @property
+    def _store(self) -> Store | None:
+        store = self._services.keeping.store
+        return store if isinstance(store, Store) else None
+
+    def _remember_progress(self, report: Report) -> None:
+        """In the worker's thread."""
+        self._progress = report
+
+    def _end(self, job: Job[TriggersReading]) -> None:
+        if job is not self._job:
+            return
+        self._job = None
+        if job.run.error is not None:
+            is_cancelled = isinstance(job.run.error, Cancelled)
+            self._say(Meaning.INFORMATION if is_cancelled else Meaning.DANGER, partial(_broken_off, job.run.error))
+        elif job.outcome().history.is_line_dead:
+            self._say(Meaning.DANGER, lambda: tr("The module stopped answering. Nothing was kept; read again."))
+        else:
+            self.reading = job.outcome()
+            self._keep()
+        self.changed.emit()
+
+    def _keep(self, *, is_same_module: bool = False) -> None:
+        """Put the reading into the store, where there is one and the module has a name."""
+        reading, store, name = self.reading, self._store, self._naming.name
+        self._is_kept, self._new = False, frozenset()
+        if reading is not None and store is not None and name:
+            try:
+                if is_same_module or not self._is_doubtful(CheckStore(store.database), reading):
+                    self._visit(store, reading)
+                    self._notice = None
+            except StoreTrouble as trouble:
+                self._say(Meaning.DANGER, partial(_not_kept, trouble))
+        if reading is not None and not reading.history.is_confirmed:
+            self._say(Meaning.ATTENTION, lambda: tr(
+                "No two readings agreed: records may be missing here, or be doubtful. Read again, or check the line."
+            ))  # fmt: skip
+        self._show_archive()
+
+    def _visit(self, store: Store, reading: TriggersReading) -> None:
+        module = self._naming.meet()
+        if module is None:
+            return
+        visit = CheckStore(store.database).visit(
+            module.id,
+            [one.raw for one in reading.history.records],
+            port=self._connector.connection.port,
+            boot_count=reading.boot_count,
+            is_confirmed=reading.history.is_confirmed,
+        )
+        self._is_kept = True
+        self.is_first_visit = visit.new is None
+        self._new = visit.new or frozenset()
+
+    def _is_doubtful(self, checks: CheckStore, reading: TriggersReading) -> bool:
+        """Whether it may be another module than the one that is named; then nothing is kept before somebody says."""
+        module_id = self._naming.module_id
+        if module_id is None:
+            return False
+        slots = [one.raw for one in reading.history.records]
+        past = checks.past(module_id, self._naming.name, slots, is_confirmed=reading.history.is_confirmed)
+        went_back = (
+            past.boot_count is not None
+            and reading.boot_count is not None
+            and (reading.boot_count - past.boot_count) % BOOTS >= WENT_BACK
+        )
+        if not went_back and past.is_same_module:
+            return False
+        self._notice = partial(self._ask_whose, reading.boot_count, past.boot_count if went_back else None)
+        return True
+
+    def _ask_whose(self, boots: int | None, before: int | None) -> Notice:
+        name = self._naming.name
+        if before is not None:
+            text = tr("This says boot {now}, {module} was at {before}: is it the same module?", now=boots,
+                      module=name, before=before)  # fmt: skip
+        else:
+            text = tr("The records do not follow those that {module} had: is it the same module?", module=name)
+        choices = (
+            Choice("another_module", tr("It is another one"), lambda: self._naming.choose("")),
+            Choice("same_module", tr("It is {module}: keep them", module=name), self._keep_anyway),
+        )
+        return Notice(Meaning.ATTENTION, f"{text} {tr('Nothing was kept yet.')}", choices)
+
+    def _keep_anyway(self) -> None:
+        self._notice = None
+        self._keep(is_same_module=True)
+        self.changed.emit()
+
+    def _take_name(self) -> None:
+        """The module has another name: what was read belongs to that one."""
+        self._notice = None
+        self._keep()
+        self.changed.emit()
+
+    def _watch_port(self) -> None:
+        target = self._connector.target
+        whose = (target.device, target.identity) if target is not None and self._connector.is_wanted else None
+        if whose != self._whose:
+            self._whose, self.reading, self._new, self._is_kept = whose, None, frozenset(), False
+            self._show_archive()
+        self.changed.emit()
+
+    def _show_archive(self) -> None:
+        """Rows of all that is known: what is kept under the name, else what was just read."""
+        slots = Counter(one.raw for one in self.reading.history.records) if self.reading is not None else Counter()
+        kept: tuple[SeenRecord, ...] = ()
+        store, module_id = self._store, self._naming.module_id
+        is_of_this_name = self._is_kept or self.reading is None
+        if store is not None and module_id is not None and is_of_this_name:
+            try:
+                kept = CheckStore(store.database).records(module_id)
+            except StoreTrouble as trouble:
+                self._say(Meaning.DANGER, partial(_not_kept, trouble))
+        if not kept and self.reading is not None:
+            self.rows = self._unkept_rows(self.reading)
+            return
+        rows = []
+        for seen in reversed(kept):  # of two equal records the later one is the one that is still there
+            is_on_module = slots[seen.raw] > 0
+            slots[seen.raw] -= is_on_module
+            rows.append(TriggerRow(seen, record_of(seen.raw), seen.id in self._new, is_on_module, is_kept=True))
+        self.rows = tuple(reversed(rows))
+
+    @staticmethod
+    def _unkept_rows(reading: TriggersReading) -> tuple[TriggerRow, ...]:
+        now = utc_now().isoformat(timespec="seconds")
+        raws = in_order([one.raw for one in reading.history.records], reading.boot_count)
+        return tuple(
+            TriggerRow(
+                SeenRecord(-1 - place, place, raw, now, None, ""), record_of(raw),
+                is_new=False, is_on_module=True, is_kept=False,
+            )
+            for place, raw in enumerate(raws)
+        )  # fmt: skip
+
+    def _say(self, meaning: Meaning, make: Callable[[], str]) -> None:
+        self._notice = lambda: Notice(meaning, make(), dismiss=self.dismiss)
+
+
+def _broken_off(error: BaseException) -> str:
+    if isinstance(error, Cancelled):
+        return tr("Cancelled. Nothing was kept of this reading.")
+    return tr("Broken off: the connection was lost. Nothing was kept of this reading.")
+
+
+def _not_kept(trouble: StoreTrouble) -> str:
+    return f"{trouble.sentence} {tr('It was not kept.')}"
