@@ -104,6 +104,8 @@ class SettingsForm:
         self._drafts = Drafts()
         self._writing: dict[str, Value] = {}
         self._verified: dict[str, Value] = {}
+        self._seen: tuple[int, float | None] | None = None
+        """Restarts, and since when the module answers or not, when the rows were last looked at."""
         self._failures: dict[str, _Failure] = {}
         self._written: dict[str, Value] = {}
         self._stamps: dict[str, Stamp] = {}
@@ -187,6 +189,10 @@ class SettingsForm:
         return sum(row.is_pending or row.state is RowState.UNFIT for row in self.rows(device, now))
 
     def _observe(self, device: DeviceView, now: float) -> None:
+        seen = (device.restarts, device.presence_since)
+        if seen != self._seen:
+            # A restart or a loss since, even one that nobody looked at: what was verified before proves nothing now.
+            self._seen, self._verified = seen, {}
         for key, value in list(self._verified.items()):
             known = device.known(key, now)
             if known is None or known.is_stale or known.how is not How.READ or known.value != value:
@@ -268,6 +274,7 @@ class SettingsForm:
         self._written, self._stamps = {}, {}
         self._drafts = Drafts()
         self._writing, self._verified, self._failures = {}, {}, {}
+        self._seen = None
 
 
 def does_stand(command: Command, stands: Known | None, value: Value) -> bool:

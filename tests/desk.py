@@ -73,9 +73,6 @@ class Desk(DeskPort):
 
     # Settings
 
-    def show(self) -> None:
-        self.rows()
-
     def rows(self) -> tuple[FormRow, ...]:
         return self.form.rows(self.view, self.clock())
 

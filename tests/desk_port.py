@@ -69,9 +69,6 @@ class DeskPort:
     def look(self) -> None:
         """What the window does whenever something may have changed."""
 
-    def show(self) -> None:
-        """What is painted, also while nothing can be clicked."""
-
     def turn(self) -> None:
         """A small step of time, and everything that is due."""
         self.step()
@@ -148,7 +145,6 @@ class DeskPort:
             self.collect()
             self.ledger.lose()
             self.look()
-            self.show()
 
     # The wheel
 
@@ -165,7 +161,6 @@ class DeskPort:
             self.session.step()
         except PortError as error:
             self._close(error)
-        self.show()
 
     def run(self, procedure: Procedure[Any], then: Callable[[Run[Any]], None], *, is_urgent: bool = False) -> Run[Any]:
         run: Run[Any] = Run(procedure)

@@ -9,11 +9,13 @@ from typing import TypeVar
 import pytest
 from PySide6.QtCore import QMimeData, QPointF, Qt, QUrl
 from PySide6.QtGui import QDragEnterEvent, QDropEvent
-from PySide6.QtWidgets import QApplication, QWidget
+from PySide6.QtWidgets import QApplication, QLineEdit, QWidget
 from pytestqt.qtbot import QtBot
 
 from app.preflight import judging_line, run
 from app.simulator.bench import SimulatedBench
+from app.store.checks import CheckStore
+from app.store.store import Store
 from app.worker import Batch
 from protocol.catalogue import Hazard, Request
 from protocol.events import Sent
@@ -129,3 +131,23 @@ def on_bench(qtbot: QtBot, qapp: QApplication, folder: Path, name: str, *, is_co
             one.connect()
         yield one
         assembly.keeping.close()
+
+
+def kept(bench: OnBench, module: str = "") -> list[str]:
+    store = bench.assembly.keeping.store
+    assert isinstance(store, Store)
+    module_id = next((one.id for one in store.modules() if one.name == module), None)
+    return [one.verdict for one in CheckStore(store.database).checks(module_id)]
+
+
+def said(bench: OnBench) -> str:
+    notice = bench.preflight.strip.notice
+    return "" if notice is None else notice.text
+
+
+def name_module(bench: OnBench, name: str) -> None:
+    edit = bench.find(QLineEdit, "preflight_module_edit")
+    edit.setFocus()
+    edit.clear()
+    bench.qtbot.keyClicks(edit, name)
+    bench.qtbot.keyClick(edit, Qt.Key.Key_Return)

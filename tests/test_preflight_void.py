@@ -1,156 +1,147 @@
-"""A verdict voids itself: interrupted, disconnected, restarted, changed or too old."""
+"""What voids a verdict of the Pre-flight page, visibly, while one looks."""
 
+import time
 from collections.abc import Callable
+from pathlib import Path
 
 import pytest
+from PySide6.QtCore import Qt
+from PySide6.QtWidgets import QApplication, QLineEdit
+from pytestqt.qtbot import QtBot
 
-from app.preflight.evidence import Disturbance, Evidence
-from app.preflight.expectations import Expectations, Past, settings_code
-from app.preflight.findings import Case, Result
-from app.preflight.run import run_preflight
-from app.preflight.verdict import VALID_FOR_S, Assessment, Verdict, Void, assess, void_reason
-from app.procedure import Ask, Cancelled, Look, PortLost, Procedure, Sight
-from app.procedures.write import write_verified
-from app.session import Run
-from app.transport import PortError
-from protocol.catalogue import BY_NAME, HEARTBEAT, STATUS
-from tests.sim_line import Rig
+from tests.preflight_window import OnBench, hurry, kept, name_module, on_bench
+from ui.preflight_work import Standing
 
 
-def _sight() -> Procedure[Sight]:
-    sight: Sight = yield Look()
-    return sight
+@pytest.fixture
+def quick(monkeypatch: pytest.MonkeyPatch) -> None:
+    hurry(monkeypatch)
 
 
-def _glance() -> Procedure[Sight]:
-    """What the window asks for all the time."""
-    yield Ask(STATUS.query())
-    for name in ("charging", "cell_voltage", "light", "boot_count"):
-        yield Ask(BY_NAME[name].query())
-    sight: Sight = yield Look()
-    return sight
+def restart(bench: OnBench) -> None:
+    bench.bench.restart()
 
 
-def _heartbeat() -> Procedure[Sight]:
-    yield Ask(HEARTBEAT.query(), (1.0,))
-    sight: Sight = yield Look()
-    return sight
+def unplug(bench: OnBench) -> None:
+    bench.bench.unplug()
 
 
-def _assessed(evidence: Evidence) -> Assessment:
-    return assess(Case(evidence=evidence, expectations=Expectations(), past=Past(), fingerprint=settings_code))
+def silence(bench: OnBench) -> None:
+    bench.bench.power_off()
 
 
-def _go(rig: Rig) -> Assessment:
-    evidence = Evidence()
-    rig.run(run_preflight(evidence, is_enabling=True))
-    assessment = _assessed(evidence)
-    assert assessment.verdict is Verdict.GO
-    return assessment
+def open_bay(bench: OnBench) -> None:
+    bench.bench.set_bay(is_open=True)
 
 
-def _void(assessment: Assessment, sight: Sight) -> Void | None:
-    return void_reason(assessment, sight.device, sight.now, opened_at=sight.opened_at)
+def plug_charger(bench: OnBench) -> None:
+    bench.bench.set_charger(is_plugged_in=True)
 
 
-def test_it_stands_while_nothing_happens() -> None:
-    rig = Rig()
-    assessment = _go(rig)
-    assert _void(assessment, rig.run(_sight())) is None
-    for _ in range(5):
-        rig.step_for(60.0)
-        assert _void(assessment, rig.run(_glance())) is None
-    rig.step_for(VALID_FOR_S)
-    assert _void(assessment, rig.run(_glance())) == Void(Disturbance.TOO_OLD)
+def activate(bench: OnBench) -> None:
+    bench.bench.module.activate(is_active=True)
 
 
-@pytest.mark.parametrize(("act", "what"), [
-    (lambda rig: rig.bench.module.activate(is_active=True), "Activation"),
-    (lambda rig: rig.bench.set_charger(is_plugged_in=True), "Charging"),
-    (lambda rig: rig.bench.set_cell(3.5), "Cell voltage"),
-    (lambda rig: rig.bench.set_bay(is_open=True), "Light"),
-    (lambda rig: rig.run(write_verified(BY_NAME["attitude_threshold"], 70)), "Attitude threshold"),
-    (lambda rig: rig.run(write_verified(BY_NAME["freefall_trigger"], False)), "Free-fall trigger"),
-    (lambda rig: rig.bench.change(mute_codes=frozenset({0x16}))
-     or rig.run(write_verified(BY_NAME["attitude_trigger"], True)), "Attitude trigger"),
-])  # fmt: skip
-def test_what_changes_afterwards_voids_it(act: Callable[[Rig], object], what: str) -> None:
-    rig = Rig()
-    assessment = _go(rig)
-    act(rig)
-    void = _void(assessment, rig.run(_glance()))
-    assert void is not None
-    assert void.reason is Disturbance.CHANGED
-    assert void.said.in_words() == f"the module changed: {what}"
+def grow_old(bench: OnBench) -> None:
+    bench.assembly.connector.clock = lambda: time.monotonic() + 901.0
 
 
-def test_a_restart_a_silence_and_another_port_void_it() -> None:
-    rig = Rig()
-    assessment = _go(rig)
-    sight = rig.run(_sight())
-    assert void_reason(assessment, sight.device, sight.now, opened_at=None) == Void(Disturbance.DISCONNECTED)
-    assert void_reason(assessment, sight.device, sight.now, opened_at=1.0) == Void(Disturbance.DISCONNECTED)
-    rig.bench.change(mute=True)
-    assert _void(assessment, rig.run(_heartbeat())) == Void(Disturbance.SILENT)
-    rig.bench.heal()
-    rig.bench.restart()
-    rig.step_for(1.0)
-    assert _void(assessment, rig.run(_glance())) == Void(Disturbance.RESTARTED)
+def type_another_name(bench: OnBench) -> None:
+    edit = bench.find(QLineEdit, "preflight_who")
+    edit.setFocus()
+    bench.qtbot.keyClicks(edit, "Li Wei")
+    bench.qtbot.keyClick(edit, Qt.Key.Key_Return)
 
 
-def test_a_restart_that_nobody_heard_voids_it() -> None:
-    rig = Rig()
-    assessment = _go(rig)
-    rig.bench.change(mute=True)
-    rig.bench.restart()
-    rig.step_for(0.5)
-    rig.bench.heal()
-    assert _void(assessment, rig.run(_glance())) == Void(Disturbance.RESTARTED)
+def name_it(bench: OnBench) -> None:
+    name_module(bench, "M-08")
 
 
-@pytest.mark.parametrize("after_s", [0.0, 0.02, 0.2, 1.0, 2.5, 3.5])
-def test_interrupted_it_is_void_and_no_go_with_what_was_seen(after_s: float) -> None:
-    rig, evidence = Rig(), Evidence()
-    run = Run(run_preflight(evidence, is_enabling=True))
-    rig.session.run(run)
-    rig.step_for(after_s)
-    run.cancel()
-    rig.step_until(lambda: run.is_done, limit_s=1.0)
-    assert isinstance(run.error, Cancelled)
-    assessment = _assessed(evidence)
-    assert assessment.verdict is Verdict.NO_GO
-    assert assessment.result("undisturbed") is Result.FAIL
-    assert _void(assessment, rig.run(_sight())) == Void(Disturbance.INTERRUPTED)
-    if after_s >= 1.0:
-        assert evidence.values["attitude_threshold_deg"] == 60
+@pytest.mark.parametrize(
+    ("act", "why"),
+    [
+        (restart, "the module restarted"),
+        (unplug, "the port was lost"),
+        (silence, "the module stopped answering"),
+        (open_bay, "the module changed: Light"),
+        (plug_charger, "the module changed: Charging"),
+        (activate, "the module changed: Activation"),
+        (grow_old, "too old"),
+        (type_another_name, "the module changed: what is entered here"),
+        (name_it, "the module changed: what is entered here"),
+    ],
+)
+def test_what_voids_a_go(
+    qtbot: QtBot, qapp: QApplication, tmp_path: Path, quick: None, act: Callable[[OnBench], None], why: str
+) -> None:
+    with on_bench(qtbot, qapp, tmp_path, "void") as bench:
+        page = bench.preflight
+        assert bench.check() is Standing.GO, page.banner.accessibleName()
+        act(bench)
+        bench.wait_standing(Standing.VOID)
+        one = page.banner.announcement
+        assert (one.word, one.head) == ("VOID", why)
+        assert "GO" not in page.banner.accessibleName()
+        assert not page.buttons.print.isEnabled()
+        assert page.work.record is None
+        assert "void" in page.list.rows["tilt"].chip.accessibleName()
 
 
-@pytest.mark.parametrize("after_s", [0.01, 0.5, 2.5])
-def test_unplugged_it_is_void_and_no_go(after_s: float) -> None:
-    rig, evidence = Rig(), Evidence()
-    run = Run(run_preflight(evidence, is_enabling=True))
-    rig.session.run(run)
-    rig.step_for(after_s)
-    rig.bench.unplug()
-    with pytest.raises(PortError):
-        rig.step_for(5.0)
-    rig.session.close()
-    assert isinstance(run.error, PortLost)
-    assessment = _assessed(evidence)
-    assert assessment.verdict is Verdict.NO_GO
-    assert evidence.disturbance is Disturbance.DISCONNECTED
-    assert "undisturbed" in assessment.against
+def test_a_void_check_stays_void(qtbot: QtBot, qapp: QApplication, tmp_path: Path, quick: None) -> None:
+    with on_bench(qtbot, qapp, tmp_path, "stays") as bench:
+        assert bench.check() is Standing.GO
+        bench.bench.set_bay(is_open=True)
+        bench.wait_standing(Standing.VOID)
+        bench.bench.set_bay(is_open=False)
+        qtbot.waitUntil(lambda: bench.assembly.connector.device.values["light_v"].value < 1.0, timeout=8000)
+        bench.preflight.tick()
+        assert bench.preflight.banner.announcement.standing is Standing.VOID
 
 
-def test_an_active_module_gets_no_set_and_is_told_why() -> None:
-    rig, evidence = Rig({"active": "yes"}), Evidence()
-    rig.run(run_preflight(evidence, is_enabling=True))
-    assert not [request for request in rig.line.requests if request.is_set]
-    finding = next(one.finding for one in _assessed(evidence).checks if one.check.id == "attitude_trigger")
-    assert "The module is ACTIVE" in finding.shown.in_words()
+def test_a_check_that_is_cancelled_is_void_and_not_kept(
+    qtbot: QtBot, qapp: QApplication, tmp_path: Path, quick: None
+) -> None:
+    with on_bench(qtbot, qapp, tmp_path, "cancel") as bench:
+        page = bench.preflight
+        bench.click(page.buttons.run)
+        qtbot.waitUntil(page.buttons.cancel.isVisible)
+        bench.click(page.buttons.cancel)
+        bench.wait_standing(Standing.VOID)
+        assert page.banner.announcement.head == "interrupted"
+        assert not page.buttons.print.isEnabled()
+        assert kept(bench) == []
 
 
-def test_no_evidence_at_all_is_no_go() -> None:
-    assessment = _assessed(Evidence())
-    assert assessment.verdict is Verdict.NO_GO
-    assert {one.finding.result for one in assessment.checks} == {Result.UNKNOWN}
+def test_unplugged_in_the_middle(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
+    with on_bench(qtbot, qapp, tmp_path, "middle") as bench:
+        page = bench.preflight
+        bench.click(page.buttons.enable)
+        qtbot.waitUntil(lambda: page.work.progress is not None and page.work.progress.done >= 2, timeout=8000)
+        bench.bench.unplug()
+        bench.wait_standing(Standing.VOID)
+        assert page.banner.announcement.head == "the port was lost"
+        assert kept(bench) == []
+
+
+def test_a_module_that_says_nothing_is_never_go(qtbot: QtBot, qapp: QApplication, tmp_path: Path, quick: None) -> None:
+    with on_bench(qtbot, qapp, tmp_path, "mute") as bench:
+        bench.bench.change(mute=True)
+        assert bench.check() is Standing.VOID
+        assert bench.preflight.work.assessment is not None
+        assert bench.preflight.work.assessment.verdict.value == "NO-GO"
+
+
+def test_a_new_check_shows_nothing_of_the_old_one(
+    qtbot: QtBot, qapp: QApplication, tmp_path: Path, quick: None
+) -> None:
+    with on_bench(qtbot, qapp, tmp_path, "again") as bench:
+        page = bench.preflight
+        assert bench.check() is Standing.GO
+        bench.bench.set_cell(3.0)
+        bench.click(page.buttons.run)
+        assert page.banner.announcement.word == "CHECKING"
+        assert "GO" not in page.banner.accessibleName()
+        assert {row.chip.word for row in page.list.rows.values()} == {"checking …"}
+        assert all(not row.measured.text() for row in page.list.rows.values())
+        assert not page.buttons.print.isEnabled()
+        bench.wait_standing(Standing.NO_GO)

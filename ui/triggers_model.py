@@ -189,8 +189,6 @@ def _decoration(row: TriggerRow, column: Column) -> Any:
             return icon(Icon.INFORMATION, Meaning.INFORMATION)
         case Column.CELL if row.record.implausible:
             return icon(Icon.WARNING, Meaning.ATTENTION)
-        case Column.CHARGE if row.record.charging:
-            return icon(Icon.BOLT)
     return None
 
 

@@ -107,14 +107,14 @@ class TriggersTable(QTableView):
     def measure(self) -> None:
         """Columns as wide as their widest usual text, after a change of language, font or theme."""
         small, strong = QFontMetrics(font(Size.SMALL)), QFontMetrics(_strong())
-        when = "   " + tr("boot {boot} · {uptime}", boot=255, uptime="00:00:00")
+        when = "   " + tr("boot {boot} · {uptime}", boot=255, uptime="0:00:00")
         texts = {
             Column.WHY: max(
                 f"{tr('attitude')} + {tr('free fall')}", f"{tr('serial')} + PWM", key=strong.horizontalAdvance
             ),
             Column.SETTINGS: "180° 2.5 g 2.55 s",
             Column.LINK: tr("connected"),
-            Column.CHARGE: "    " + tr("charging"),
+            Column.CHARGE: tr("charging"),
             Column.LIGHT: "25.5 V",
             Column.CELL: "     " + tr("{voltage} implausible", voltage="4.70 V"),
         }

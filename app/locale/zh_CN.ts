@@ -597,7 +597,7 @@
     </message>
     <message>
         <source>Check that it is switched on and that TX and RX are crossed; if so, find the rate.</source>
-        <translation type="unfinished"></translation>
+        <translation>请检查模块是否已开机、TX 与 RX 是否交叉连接；若无误，请查找波特率。</translation>
     </message>
     <message>
         <source>Check that it is switched on, that TX and RX are crossed, and that ground is connected.</source>
@@ -605,7 +605,7 @@
     </message>
     <message>
         <source>Check the cable, plug the adapter in again and connect.</source>
-        <translation type="unfinished"></translation>
+        <translation>请检查线缆，重新插入转接器后再连接。</translation>
     </message>
     <message>
         <source>Check the wire from the adapter's TX to the module's RX.</source>
@@ -653,7 +653,7 @@
     </message>
     <message>
         <source>Choose another port from the list.</source>
-        <translation type="unfinished"></translation>
+        <translation>请从列表中选择其他串口。</translation>
     </message>
     <message>
         <source>Choose another port.</source>
@@ -709,7 +709,7 @@
     </message>
     <message>
         <source>Close that program and connect again.</source>
-        <translation type="unfinished"></translation>
+        <translation>请关闭该程序后重新连接。</translation>
     </message>
     <message>
         <source>Close the bay; if it is closed, calibrate the light threshold.</source>
@@ -793,7 +793,7 @@
     </message>
     <message>
         <source>Connect again; if it comes back, send us the log.</source>
-        <translation type="unfinished"></translation>
+        <translation>请重新连接；若再次出现，请把日志发给我们。</translation>
     </message>
     <message>
         <source>Connect to the simulated module</source>
@@ -1777,7 +1777,7 @@
     </message>
     <message>
         <source>Most likely the module has another baud rate: find it.</source>
-        <translation type="unfinished"></translation>
+        <translation>模块很可能使用其他波特率：请查找波特率。</translation>
     </message>
     <message>
         <source>Moves by a few degrees, as in the wind.</source>
@@ -1873,7 +1873,7 @@
     </message>
     <message>
         <source>No module answers on {port} at {rate} baud.</source>
-        <translation type="unfinished"></translation>
+        <translation>{port} 在 {rate} 波特率下没有模块应答。</translation>
     </message>
     <message>
         <source>No module connected</source>
@@ -2233,7 +2233,7 @@
     </message>
     <message>
         <source>Plug the adapter in and choose it from the list.</source>
-        <translation type="unfinished"></translation>
+        <translation>请插入转接器并从列表中选择。</translation>
     </message>
     <message>
         <source>Plug the adapter in. If it is plugged in and no new port appears, its driver is missing.</source>
@@ -2441,7 +2441,7 @@
     </message>
     <message>
         <source>Reading: {what}</source>
-        <translation type="unfinished"></translation>
+        <translation>正在读取：{what}</translation>
     </message>
     <message>
         <source>Received; it cannot be read back.</source>
@@ -2861,7 +2861,7 @@
     </message>
     <message>
         <source>Something sends on {port}, but no frame can be read at {rate} baud.</source>
-        <translation type="unfinished"></translation>
+        <translation>{port} 上有数据，但在 {rate} 波特率下读不出任何帧。</translation>
     </message>
     <message>
         <source>Source</source>
@@ -3557,7 +3557,7 @@
     </message>
     <message>
         <source>Trying {rate} baud</source>
-        <translation type="unfinished"></translation>
+        <translation>正在尝试 {rate} 波特率</translation>
     </message>
     <message>
         <source>Trying {rate} baud …</source>
@@ -3573,7 +3573,7 @@
     </message>
     <message>
         <source>Type: sudo usermod -aG dialout $USER — then log out and in again.</source>
-        <translation type="unfinished"></translation>
+        <translation>请输入：sudo usermod -aG dialout $USER，然后注销并重新登录。</translation>
     </message>
     <message>
         <source>Type: {command}</source>
@@ -3605,7 +3605,7 @@
     </message>
     <message>
         <source>Unplug the adapter, plug it in again and connect.</source>
-        <translation type="unfinished"></translation>
+        <translation>请拔下转接器，重新插入后再连接。</translation>
     </message>
     <message>
         <source>Unplug the adapter, plug it in again and try again.</source>
@@ -5961,7 +5961,7 @@
     </message>
     <message>
         <source>{port} is in use by another program.</source>
-        <translation type="unfinished"></translation>
+        <translation>{port} 正被其他程序占用。</translation>
     </message>
     <message>
         <source>{port} is in use by {program} (process {pid}).</source>
@@ -5969,7 +5969,7 @@
     </message>
     <message>
         <source>{port} takes no bytes.</source>
-        <translation type="unfinished"></translation>
+        <translation>{port} 不接收数据。</translation>
     </message>
     <message>
         <source>{port} takes no bytes: the adapter or its driver hangs.</source>
@@ -5981,7 +5981,7 @@
     </message>
     <message>
         <source>{port} was unplugged or its driver failed.</source>
-        <translation type="unfinished"></translation>
+        <translation>{port} 已被拔出或驱动出错。</translation>
     </message>
     <message>
         <source>{port} was unplugged, or its driver failed.</source>
