@@ -311,3 +311,13 @@ def test_joined_batches_end_with_the_latest_state() -> None:
     last = Batch(2.0, Connection(), DeviceView(restarts=2), None)
     both = joined([first, last])
     assert (both.at, both.connection, both.device.restarts) == (2.0, Connection(), 2)
+
+
+def test_only_what_can_be_recognised_is_reopened_by_itself(tmp_path: Path) -> None:
+    """A bare device name may be another adapter's by the time that it is back."""
+    link = tmp_path / "module"
+    link.symlink_to("/dev/null")
+    assert not Target("/dev/ttyS7", 115200).is_recognisable
+    assert Target("/dev/ttyUSB0", 115200, identity="10c4:ea60:0001").is_recognisable
+    assert Target("socket://127.0.0.1:7", 115200).is_recognisable
+    assert Target(str(link), 115200).is_recognisable

@@ -5,6 +5,7 @@ import time
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import partial
+from pathlib import Path
 from typing import Any
 
 from PySide6.QtCore import QObject, QTimer, Signal
@@ -50,6 +51,14 @@ class Target:
         """A capture that is played."""
         return is_recording(self.device)
 
+    @property
+    def is_recognisable(self) -> bool:
+        """It can be told that the same adapter is back: by its USB identity, or because a URL or a link stands for it.
+
+        A bare device name may be another adapter's by then.
+        """
+        return bool(self.identity) or "://" in self.device or Path(self.device).is_symlink()
+
 
 class Connector(QObject):
     """Owns the worker. Reconnects by itself after a loss, but only to the same adapter."""
@@ -84,6 +93,7 @@ class Connector(QObject):
         self._finding: Job[Found] | None = None
         self._greeter: Job[Greeting] | None = None
         self._is_wanted = False
+        self._is_recognisable = False
         self._is_reconnecting = False
         self._journal_of: Callable[[Target | None], Journal] = lambda _target: NoJournal()
         self._trouble: PortError | None = None
@@ -162,6 +172,7 @@ class Connector(QObject):
     def connect_to(self, target: Target) -> None:
         """Open `target`, closing what is open."""
         self._is_wanted = True
+        self._is_recognisable = target.is_recognisable
         self._set_reconnecting(is_reconnecting=False)
         self._open(target)
 
@@ -256,7 +267,7 @@ class Connector(QObject):
         trouble = connection.trouble
         self._trouble = trouble or self._trouble
         if connection.state is PortState.CLOSED and trouble is not None and trouble.trouble in GONE:
-            self._set_reconnecting(is_reconnecting=self._is_wanted)
+            self._set_reconnecting(is_reconnecting=self._is_wanted and self._is_recognisable)
 
     def _set_reconnecting(self, *, is_reconnecting: bool) -> None:
         if is_reconnecting == self._is_reconnecting:
