@@ -1,8 +1,10 @@
 """What holds while a capture is played: there is no module, so nothing that changes one is ever asked."""
 
 from app.procedure import Ask, Procedure, Result
-from app.replay import SCHEME
 from protocol.events import Unanswered
+
+SCHEME = "capture://"
+"""Of the URL of a port on which a capture is played; `app.replay` reads the rest of it."""
 
 
 def is_recording(port: str) -> bool:

@@ -8,19 +8,24 @@ answered while the capture shows any sign of the module. After the end of the ca
 
 import threading
 import time
+from array import array
 from bisect import bisect_right
 from collections import deque
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 from urllib.parse import parse_qsl, quote, unquote, urlsplit
 
-from app.capture import Capture, Explained, Way, explained
+from app.capture import Capture, Entries, Entry, Way
+from app.pace import Pace
+from app.recording import SCHEME
 from protocol.catalogue import HEARTBEAT, HOST_HEADER, MODULE_HEADER, Layout, Request
 from protocol.frame import HOST_FRAME_LENGTH, Direction, Frame, check_host, decode_request
 from protocol.messages import answers
 
-SCHEME = "capture://"
+if TYPE_CHECKING:
+    from app.capture_rows import Explained
+
 SLOWEST, QUICKEST = 0.05, 100.0
 ALIVE_FOR_S = 12.0
 """How long a frame of the module proves that it was there: one heartbeat period and some."""
@@ -39,18 +44,13 @@ class Answer(NamedTuple):
     data: bytes
 
 
-class _Unasked(NamedTuple):
-    at_s: float
-    data: bytes
-
-
 @dataclass(slots=True)
 class Script:
     """A capture, sorted into what comes by itself and what answers what."""
 
-    unasked: list[_Unasked] = field(default_factory=list)
+    unasked: Entries = field(default_factory=Entries)
     answers: dict[Request, list[Answer]] = field(default_factory=dict)
-    alive_at_s: list[float] = field(default_factory=list)
+    alive_at_s: "array[float]" = field(default_factory=lambda: array("d"))
     duration_s: float = 0.0
 
 
@@ -68,9 +68,13 @@ class _Question:
 
 def script_of(capture: Capture) -> Script:
     """See the class."""
+    from app.capture_rows import explained  # numpy comes with it, and the window starts without
+
     script = Script(duration_s=capture.duration_s)
     question: _Question | None = None
-    for one in explained(capture):
+    pace = Pace()
+    for one in explained(capture.entries):
+        pace.keep()
         if one.way is Way.OUT:
             if isinstance(one.piece, Frame):
                 _end(script, question)
@@ -83,12 +87,12 @@ def script_of(capture: Capture) -> Script:
             question.answered_at_s = question.answered_at_s or one.at_s
             question.data += one.piece.raw
         else:
-            script.unasked.append(_Unasked(one.at_s, one.piece.raw))
+            script.unasked.append(Entry(one.at_s, Way.IN, one.piece.raw))
     _end(script, question)
     return script
 
 
-def _answers(question: _Question, one: Explained) -> bool:
+def _answers(question: _Question, one: "Explained") -> bool:
     is_free = not question.data or question.takes_several
     limit_s = LONGEST_RECORDS_S if question.takes_several else LONGEST_ANSWER_S
     return is_free and one.at_s - question.at_s <= limit_s and answers(one.piece.raw, question.request)
@@ -140,7 +144,7 @@ class Player:
         """What has come since the last call."""
         arrived = bytearray()
         while (due_s := self._next_unasked_s()) is not None and due_s <= now_s:
-            arrived += self._script.unasked[self._next].data
+            arrived += self._script.unasked[self._next].raw
             self._next += 1
         while self._due and self._due[0][0] <= now_s:
             arrived += self._due.popleft()[1]

@@ -3,16 +3,18 @@
 from pathlib import Path
 
 from PySide6.QtCore import QEvent, QSize, Qt
-from PySide6.QtGui import QColor, QPainter, QPaintEvent
+from PySide6.QtGui import QPaintEvent
 from PySide6.QtWidgets import QComboBox, QHBoxLayout, QLabel, QProgressBar, QPushButton, QSizePolicy, QWidget
 
 from app.i18n import tr
 from app.replay import UrlRefused, parse_url, playing, url_of
+from app.spans import stopwatch
 from protocol.catalogue import DEFAULT_BAUD_RATE
 from protocol.text import marked
 from ui.connector import Connector, Target
 from ui.icons import Icon, icon, pixmap
 from ui.named import named
+from ui.painted import paint_banner
 from ui.simulator_controls import WheelGuard
 from ui.texts import Texts
 from ui.theme import Meaning, Space, current
@@ -34,13 +36,6 @@ def recording_name(device: str) -> str:
         return device
 
 
-def clock_text(seconds: float) -> str:
-    """"1:05", "1:02:03"."""
-    minutes, rest = divmod(int(seconds), 60)
-    hours, minutes = divmod(minutes, 60)
-    return f"{hours}:{minutes:02d}:{rest:02d}" if hours else f"{minutes}:{rest:02d}"
-
-
 def recording_word(connector: Connector) -> str:
     """How far the recording is, for the top bar; "" while none is played."""
     player = playing(connector.target.device) if connector.is_recording and connector.target is not None else None
@@ -49,7 +44,7 @@ def recording_word(connector: Connector) -> str:
     now = connector.clock()
     if player.is_over(now):
         return tr("The recording has ended")
-    position, length = clock_text(player.position_s(now)), clock_text(player.duration_s)
+    position, length = stopwatch(player.position_s(now)), stopwatch(player.duration_s)
     return tr("{position} of {length}", position=position, length=length)
 
 
@@ -172,10 +167,4 @@ class RecordingBar(QWidget):
             self.refresh()
 
     def paintEvent(self, _event: QPaintEvent) -> None:
-        theme = current()
-        tint = theme.tint(Meaning.INFORMATION)
-        painter = QPainter(self)
-        painter.fillRect(self.rect(), QColor(tint.wash))
-        painter.fillRect(0, 0, 4, self.height(), QColor(tint.ink))
-        painter.fillRect(0, self.height() - theme.border_px, self.width(), theme.border_px, QColor(theme.divider))
-        painter.end()
+        paint_banner(self, Meaning.INFORMATION)

@@ -1,0 +1,26 @@
+"""Values as cells of a CSV file that a person opens in a spreadsheet."""
+
+BYTE_ORDER_MARK = b"\xef\xbb\xbf"
+"""By it spreadsheets know UTF-8."""
+_FORMULA_STARTS = ("=", "+", "-", "@", "|", "%", "＝", "＋", "－", "＠", "'")
+"""What makes a spreadsheet calculate instead of show, also in the wide forms that Chinese keyboards give."""
+
+
+def cell(value: object) -> str:
+    """A value as a cell; text that a spreadsheet would calculate is defused."""
+    match value:
+        case None:
+            return ""
+        case bool():
+            return "true" if value else "false"
+        case list():
+            return defused(" ".join(map(str, value)))
+        case str():
+            return defused(value)
+        case _:
+            return str(value)
+
+
+def defused(text: str) -> str:
+    """With an apostrophe before it where a spreadsheet would take it for a formula, also behind spaces."""
+    return f"'{text}" if text.lstrip().startswith(_FORMULA_STARTS) else text

@@ -1,0 +1,86 @@
+"""Columns of a recording as the plots read them: straight from the file, with a summary made at the opening."""
+
+import math
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from app.samples import SUMMARY_S, Envelope, Readable, Seconds, Values
+
+_ROWS_AT_ONCE = 1 << 19
+"""Looked at together: a few megabytes, whatever the file is long."""
+
+
+def column(path: Path, kind: str, rows: int) -> NDArray[Any]:
+    """The first rows of a file, without reading them. Raises OSError."""
+    if not rows:
+        return np.empty(0, kind)
+    return np.asarray(np.memmap(path, kind, "r", shape=(rows,)))
+
+
+@dataclass(frozen=True, slots=True)
+class Beginnings:
+    """Where the buckets of `SUMMARY_S` begin, within the first `rows` that can be what they say they are."""
+
+    rows: int
+    firsts: NDArray[np.intp]
+
+
+def beginnings(times: Seconds, *values: Values) -> Beginnings:
+    """One pass over a table: times have to ascend, and everything has to be finite."""
+    found: list[NDArray[np.intp]] = []
+    newest_s, number = -math.inf, -math.inf
+    for first in range(0, len(times), _ROWS_AT_ONCE):
+        rows = slice(first, first + _ROWS_AT_ONCE)
+        part = times[rows]
+        is_bad = ~np.isfinite(part)
+        is_bad[0] |= part[0] < newest_s
+        is_bad[1:] |= part[1:] < part[:-1]
+        for value in values:
+            is_bad |= ~np.isfinite(value[rows])
+        good = int(np.argmax(is_bad)) if is_bad.any() else len(part)
+        if good:
+            numbers = np.floor(part[:good] / SUMMARY_S)
+            is_first = np.empty(good, bool)
+            is_first[0] = numbers[0] != number
+            np.not_equal(numbers[1:], numbers[:-1], out=is_first[1:])
+            found.append(np.flatnonzero(is_first) + first)
+            newest_s, number = float(part[good - 1]), float(numbers[-1])
+        if good < len(part):
+            return Beginnings(first + good, _joined(found))
+    return Beginnings(len(times), _joined(found))
+
+
+def _joined(parts: list[NDArray[np.intp]]) -> NDArray[np.intp]:
+    return np.concatenate(parts) if parts else np.empty(0, np.intp)
+
+
+class RecordedSeries(Readable):
+    """A measured value over a whole recording. `times` and `values` may lie in a file; `firsts`: see `Beginnings`."""
+
+    def __init__(self, times: Seconds, values: Values, firsts: NDArray[np.intp]) -> None:
+        self._time_column, self._value_column = times, values
+        if len(firsts):
+            lasts = np.append(firsts[1:], len(times)) - 1
+            low, high = np.minimum.reduceat(values, firsts), np.maximum.reduceat(values, firsts)
+            self._summary = Envelope(times[firsts], times[lasts], low, high)
+        else:
+            self._summary = Envelope(np.empty(0), np.empty(0), np.empty(0, np.float32), np.empty(0, np.float32))
+
+    @property
+    def _times(self) -> Seconds:
+        return self._time_column
+
+    @property
+    def _values(self) -> Values:
+        return self._value_column
+
+    @property
+    def _has_dropped(self) -> bool:
+        return False
+
+    def _summary_columns(self) -> Envelope:
+        return self._summary

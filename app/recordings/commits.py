@@ -1,0 +1,154 @@
+"""How much of a recording's files counts: what was committed, each time with a checksum of what had been added."""
+
+import os
+import zlib
+from collections.abc import Mapping
+from contextlib import ExitStack
+from pathlib import Path
+from typing import IO, Final, NamedTuple
+
+import numpy as np
+
+from app.recordings.layout import COLUMNS, COMMITS, DATA_FILES, JOURNAL, LINE, Opening
+
+COMMIT: Final = np.dtype(
+    [
+        ("at_s", "<f8"),
+        ("status_rows", "<u8"),
+        ("cell_rows", "<u8"),
+        ("light_rows", "<u8"),
+        ("line_bytes", "<u8"),
+        ("journal_bytes", "<u8"),
+        ("is_last", "<u4"),
+        ("data_crc32", "<u4"),
+        ("reserved", "<u4"),
+        ("own_crc32", "<u4"),
+    ]
+)
+_OWN_BYTES: Final = COMMIT.itemsize - 4
+_CHECKED_COMMITS: Final = 240
+"""How far back a cut-off recording is checked against its checksums: two minutes, more than lies between two syncs."""
+
+
+class Extents(NamedTuple):
+    """How much of each file counts."""
+
+    at_s: float
+    status_rows: int
+    cell_rows: int
+    light_rows: int
+    line_bytes: int
+    journal_bytes: int
+    is_last: bool
+    """The recording was closed in an orderly way."""
+
+    def length(self, name: str) -> int:
+        """Bytes of this data file that count."""
+        if name == LINE:
+            return self.line_bytes
+        if name == JOURNAL:
+            return self.journal_bytes
+        table = name.partition(".")[0]
+        return int(getattr(self, f"{table}_rows")) * np.dtype(COLUMNS[table][name]).itemsize
+
+
+def encoded_commit(extents: Extents, data_crc32: int) -> bytes:
+    record = np.zeros(1, COMMIT)
+    record[0] = (*extents, data_crc32, 0, 0)
+    head = record.tobytes()[:_OWN_BYTES]
+    return head + zlib.crc32(head).to_bytes(4, "little")
+
+
+def _decoded(raw: bytes) -> Extents | None:
+    if zlib.crc32(raw[:_OWN_BYTES]).to_bytes(4, "little") != raw[_OWN_BYTES:]:
+        return None
+    one = np.frombuffer(raw, COMMIT)[0]
+    return Extents(
+        float(one["at_s"]),
+        int(one["status_rows"]),
+        int(one["cell_rows"]),
+        int(one["light_rows"]),
+        int(one["line_bytes"]),
+        int(one["journal_bytes"]),
+        is_last=bool(one["is_last"]),
+    )
+
+
+def nothing(opening: Opening) -> Extents:
+    """Before the first commit."""
+    return Extents(opening.start_s, 0, 0, 0, 0, 0, is_last=False)
+
+
+class _Commits:
+    """The commits of a folder, read as they are asked for."""
+
+    def __init__(self, folder: Path) -> None:
+        self._folder = folder
+        self._sizes = {name: (folder / name).stat().st_size for name in DATA_FILES}
+        self._file = (folder / COMMITS).open("rb")
+        self.count = os.fstat(self._file.fileno()).st_size // COMMIT.itemsize
+
+    def _raw(self, number: int) -> bytes:
+        self._file.seek(number * COMMIT.itemsize)
+        return self._file.read(COMMIT.itemsize)
+
+    def extents(self, number: int) -> Extents | None:
+        """None where the commit is damaged or says more than there is."""
+        found = _decoded(self._raw(number))
+        if found is None or any(found.length(name) > size for name, size in self._sizes.items()):
+            return None
+        return found
+
+    def newest(self, before: int | None = None) -> int | None:
+        """The last good one, of those before this number."""
+        first = self.count if before is None else before
+        return next((n for n in range(first - 1, -1, -1) if self.extents(n) is not None), None)
+
+    def first_false(self, first: int, stop: int) -> int | None:
+        """The first of these whose checksum is not that of the data since the commit before."""
+        with ExitStack() as stack:
+            files = {name: stack.enter_context((self._folder / name).open("rb")) for name in DATA_FILES}
+            before = self.extents(first - 1) if first else None
+            for number in range(first, stop):
+                now = self.extents(number)
+                if now is None or (number and before is None) or not self._is_true(number, before, now, files):
+                    return number
+                before = now
+        return None
+
+    def _is_true(self, number: int, before: Extents | None, now: Extents, files: Mapping[str, IO[bytes]]) -> bool:
+        crc = 0
+        for name, file in files.items():
+            start = before.length(name) if before is not None else 0
+            length = now.length(name) - start
+            if length < 0:
+                return False
+            if length:
+                file.seek(start)
+                crc = zlib.crc32(file.read(length), crc)
+        return crc == int(np.frombuffer(self._raw(number), COMMIT)[0]["data_crc32"])
+
+    def close(self) -> None:
+        self._file.close()
+
+
+def read_extents(folder: Path, opening: Opening, *, is_checked: bool) -> Extents:
+    """What counts. Raises OSError.
+
+    `is_checked`: where it was cut off, its last two minutes are compared with their checksums.
+    """
+    commits = _Commits(folder)
+    try:
+        newest = commits.newest()
+        if newest is None:
+            return nothing(opening)
+        found = commits.extents(newest)
+        if is_checked and found is not None and not found.is_last:
+            first = max(0, newest - _CHECKED_COMMITS)
+            bad = commits.first_false(first, newest + 1)
+            if bad is not None:
+                newest = commits.newest(bad)
+                found = commits.extents(newest) if newest is not None else None
+        return found or nothing(opening)
+    finally:
+        commits.close()

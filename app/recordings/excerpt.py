@@ -1,0 +1,40 @@
+"""A span of what was measured, for a file."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from app.recordings.happenings import Happening
+from app.samples import Seconds, Values
+
+
+@dataclass(frozen=True, slots=True)
+class Excerpt:
+    """Nothing that comes later changes it. Times are monotonic seconds; each group of columns is equally long."""
+
+    start_s: float
+    end_s: float
+    time_s: Seconds
+    tilt_deg: Values
+    acceleration_g: Values
+    is_triggered: NDArray[np.bool_]
+    is_active: NDArray[np.bool_]
+    cell_time_s: Seconds
+    cell_voltage_v: Values
+    light_time_s: Seconds
+    light_v: Values
+    happenings: tuple[Happening, ...]
+    is_whole: bool = True
+    """False where the span reaches back to what is no longer kept sample by sample."""
+
+    @property
+    def first_s(self) -> float:
+        """When its first row was measured; the start of the span where it has none."""
+        firsts = [float(times[0]) for times in (self.time_s, self.cell_time_s, self.light_time_s) if len(times)]
+        return min((*firsts, *(one.time_s for one in self.happenings)), default=self.start_s)
+
+    @property
+    def row_count(self) -> int:
+        """Of everything that has a time of its own."""
+        return len(self.time_s) + len(self.cell_time_s) + len(self.light_time_s) + len(self.happenings)

@@ -1,0 +1,298 @@
+"""Records the session under way, in a thread of its own.
+
+A disk that is slow, full or gone is no reason to lose a frame of the link: `take` only puts a batch into a bounded
+queue. What does not fit is counted, and noted in the recording.
+"""
+
+import errno
+import logging
+import shutil
+import threading
+import time
+from collections.abc import Callable
+from dataclasses import replace
+from datetime import UTC, datetime
+from pathlib import Path
+
+from app.i18n import tr
+from app.recordings.happenings import Follower, Happening
+from app.recordings.layout import Opening
+from app.recordings.orders import Begin, End, Heading, Lost, Name, Order, OrderQueue, Settle
+from app.recordings.shelf import Entry, Shelf, entry_of
+from app.recordings.writer import SessionWriter, new_folder
+from app.worker import Batch
+
+__all__ = ["Heading", "Recorder"]
+_log = logging.getLogger(__name__)
+
+FLUSH_EVERY_S = 0.5
+SYNC_EVERY_S = 30.0
+LOOK_EVERY_S = 10.0
+"""At the room on the disk."""
+RESERVE_BYTES = 256 * 1024**2
+"""Of the disk, that is left to the rest of the computer."""
+MOST_WAITING = 200_000
+"""Status reports and events in the queue: more than a minute of a full line."""
+LONGEST_PART_S = 24 * 3600.0
+_DISK_FULL = frozenset({errno.ENOSPC, getattr(errno, "EDQUOT", errno.ENOSPC)})
+CLOCK_JUMP_S = 2.0
+"""So far the calendar's clock may go astray before a new part begins, with the right time."""
+
+
+class Recorder:
+    """The public methods may be called from any thread and return at once, except `stop` and `settle`.
+
+    The thread begins with the first `begin`; a folder is made when the first byte went over the line.
+    """
+
+    def __init__(
+        self,
+        shelf: Shelf,
+        *,
+        clock: Callable[[], float] = time.monotonic,
+        wall_clock: Callable[[], float] = time.time,
+        find_free_bytes: Callable[[Path], int] = lambda folder: shutil.disk_usage(folder).free,
+        most_waiting: int = MOST_WAITING,
+    ) -> None:
+        self.shelf = shelf
+        self._clock, self._wall_clock, self._find_free_bytes = clock, wall_clock, find_free_bytes
+        self._queue = OrderQueue(most_waiting)
+        self._lock = threading.Lock()
+        # Under the lock:
+        self._dropped = 0
+        self._is_wanted = False
+        self._is_stopped = False
+        self._begun = 0
+        self._error: Exception | None = None
+        # Of the thread:
+        self._thread: threading.Thread | None = None
+        self._heading: Begin | None = None
+        self._part = 1
+        self._follower = Follower()
+        self._pending: list[Happening] = []
+        self._writer: SessionWriter | None = None
+        self._entry: Entry | None = None
+        self._synced_at = self._looked_at = 0.0
+
+    # Any thread
+
+    def begin(self, heading: Heading) -> None:
+        """Record from now on; ends what is being recorded."""
+        with self._lock:
+            if self._is_stopped:
+                return
+            self._is_wanted, self._error, self._dropped = True, None, 0
+            self._begun += 1
+            self._queue.put(Begin(heading, self._clock(), self._begun))
+            if self._thread is None:
+                self._thread = threading.Thread(target=self._work, name="dps-s recorder", daemon=True)
+                self._thread.start()
+
+    def take(self, batch: Batch) -> None:
+        """Record this batch; nothing where nothing is recorded."""
+        with self._lock:
+            if self._is_wanted:
+                self._dropped += self._queue.offer(batch)
+
+    def name_module(self, module: str) -> None:
+        """A person named the module of this session."""
+        with self._lock:
+            if self._is_wanted:
+                self._queue.put(Name(module))
+
+    def end(self) -> None:
+        """Close the recording. Idempotent."""
+        with self._lock:
+            if self._is_wanted:
+                self._is_wanted = False
+                self._queue.put(End())
+
+    def settle(self, deadline_s: float) -> bool:
+        """Whether everything that was taken before is on disk, or given up, within the time."""
+        order = Settle()
+        with self._lock:
+            if self._thread is None or self._is_stopped:
+                return True
+            self._queue.put(order)
+        return order.done.wait(deadline_s)
+
+    def stop(self, deadline_s: float = 0.4) -> bool:
+        """Close the recording and end the thread; whether it ended within the time. Idempotent."""
+        with self._lock:
+            thread = self._thread
+            if not self._is_stopped:
+                self._is_wanted, self._is_stopped = False, True
+                self._queue.put(End(is_stop=True))
+        if thread is None:
+            return True
+        thread.join(deadline_s)
+        return not thread.is_alive()
+
+    @property
+    def is_recording(self) -> bool:
+        """A session is recorded, or will be with its first byte."""
+        return self._is_wanted
+
+    @property
+    def entry(self) -> Entry | None:
+        """What is being recorded, without a look at the disk; None before the first byte."""
+        return self._entry
+
+    @property
+    def trouble(self) -> str | None:
+        """Why nothing is recorded although that was wanted, in the language in use; the next `begin` tries again."""
+        error = self._error
+        if error is None:
+            return None
+        if isinstance(error, OSError) and error.errno in _DISK_FULL:
+            return tr(
+                "The session is no longer recorded: the disk is full. Delete old recordings or free some space; "
+                "the next connection is recorded again."
+            )
+        why = getattr(error, "strerror", None) or str(error)
+        return tr("The session is no longer recorded in {folder}: {why}.", folder=self.shelf.folder, why=why)
+
+    @property
+    def dropped(self) -> int:
+        """Status reports and events of this session that are missing because the disk was too slow."""
+        return self._dropped
+
+    # The thread
+
+    def _work(self) -> None:
+        is_stopping = False
+        while not is_stopping:
+            orders = self._queue.take(None if self._heading is None else FLUSH_EVERY_S)
+            for order in orders:
+                is_stopping |= isinstance(order, End) and order.is_stop
+                if isinstance(order, Begin):
+                    self._guarded(self._close)
+                self._guarded(self._obey, order)
+            self._guarded(self._look_after)
+            for order in orders:
+                if isinstance(order, Settle):
+                    order.done.set()
+
+    def _guarded(self, act: Callable[..., None], *args: Order) -> None:
+        """Whatever goes wrong ends the recording, and nothing else."""
+        try:
+            act(*args)
+        except Exception as error:  # noqa: BLE001  the program goes on without a recording
+            if not isinstance(error, OSError):
+                _log.exception("The recorder met an error it did not expect")
+            _log.warning("The session is no longer recorded: %s", error)
+            heading, self._heading = self._heading, None
+            with self._lock:
+                if heading is not None and heading.number == self._begun:
+                    self._is_wanted, self._error = False, error
+            self._let_go()
+
+    def _obey(self, order: Order) -> None:
+        match order:
+            case Batch():
+                self._record(order)
+            case Begin():
+                self._heading, self._part = order, 1
+                self._follower, self._pending = Follower(), []
+            case Name(module):
+                self._name(module)
+            case Lost(count):
+                if self._writer is not None:
+                    self._writer.note(self._clock(), "missing", count=count)
+            case End():
+                self._close()
+                self._heading = None
+            case Settle():
+                self._flush()
+
+    def _record(self, batch: Batch) -> None:
+        heading = self._heading
+        if heading is None:
+            return
+        happenings = self._pending + self._follower.take(batch)
+        self._pending = []
+        if self._writer is None:
+            firsts = [one.at for one in (*batch.samples[:1], *batch.events[:1])]
+            if not firsts:
+                self._pending = happenings
+                return
+            self._open(heading.heading, min(heading.at, *firsts, *(one.time_s for one in happenings)))
+        if self._writer is not None:
+            self._writer.put(batch, happenings, self._follower.limits)
+
+    def _open(self, heading: Heading, start_s: float) -> None:
+        """Begin a part."""
+        wall_offset_s = self._wall_clock() - self._clock()
+        opening = Opening(
+            started_at=datetime.fromtimestamp(start_s + wall_offset_s, UTC),
+            start_s=start_s,
+            port=heading.port,
+            baud_rate=heading.baud_rate,
+            module=heading.module,
+            program=heading.program,
+            part=self._part,
+        )
+        self.shelf.folder.mkdir(parents=True, exist_ok=True, mode=0o700)
+        self.shelf.prune(datetime.fromtimestamp(self._wall_clock(), UTC))
+        self._look_at_disk()
+        self._writer = SessionWriter(new_folder(self.shelf.folder, opening.started_at), opening)
+        self._synced_at = self._looked_at = self._clock()
+        self._show()
+
+    def _name(self, module: str) -> None:
+        if self._heading is not None:
+            self._heading = replace(self._heading, heading=replace(self._heading.heading, module=module))
+        if self._writer is not None:
+            self._writer.name_module(module)
+            self._show()
+
+    def _look_after(self) -> None:
+        """Flush, and every now and then look whether it can go on like this."""
+        writer, now = self._writer, self._clock()
+        if writer is None or self._heading is None:
+            return
+        self._flush()
+        if now - self._synced_at >= SYNC_EVERY_S:
+            self._synced_at = now
+            writer.sync()
+        if now - self._looked_at >= LOOK_EVERY_S:
+            self._looked_at = now
+            self._look_at_disk()
+        opening = writer.opening
+        is_astray = abs(self._wall_clock() - now - opening.wall_offset_s) > CLOCK_JUMP_S
+        is_long = now - opening.start_s > LONGEST_PART_S or writer.size_bytes > self.shelf.most_bytes / 4
+        if is_astray or is_long:
+            # The next part begins with the next byte.
+            self._close()
+            self._part += 1
+            self._heading = replace(self._heading, at=now)
+
+    def _look_at_disk(self) -> None:
+        if self._find_free_bytes(self.shelf.folder) < RESERVE_BYTES:
+            raise OSError(errno.ENOSPC, "the disk is nearly full")
+
+    def _flush(self, *, is_last: bool = False) -> None:
+        if self._writer is not None:
+            self._writer.flush(self._clock(), is_last=is_last)
+            self._show()
+
+    def _close(self) -> None:
+        """In good order."""
+        try:
+            self._flush(is_last=True)
+            if self._writer is not None:
+                self._writer.sync()
+        finally:
+            self._let_go()
+
+    def _let_go(self) -> None:
+        if self._writer is not None:
+            self._writer.close()
+        self._writer = self._entry = None
+
+    def _show(self) -> None:
+        writer = self._writer
+        if writer is not None:
+            self._entry = entry_of(
+                writer.folder, writer.opening, writer.extents, size_bytes=writer.size_bytes, is_running=True
+            )

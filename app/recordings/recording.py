@@ -1,0 +1,226 @@
+"""A recording read back."""
+
+import math
+from collections.abc import Iterator
+from pathlib import Path
+from types import TracebackType
+from typing import Any, NamedTuple, Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+from app.capture import Way
+from app.i18n import tr
+from app.recordings.columns import RecordedSeries, beginnings, column
+from app.recordings.commits import Extents, read_extents
+from app.recordings.excerpt import Excerpt
+from app.recordings.happenings import KIND_OF_WORD, Happening, Limits
+from app.recordings.layout import (
+    ACTIVE,
+    COLUMNS,
+    JOURNAL,
+    LINE,
+    TRIGGERED,
+    Opening,
+    Unreadable,
+    is_held,
+    journal_lines,
+    read_opening,
+)
+from app.recordings.shelf import Entry, entry_of, size_of
+from app.samples import Readable
+from app.steps import Steps
+
+_LIMITS_KEPT = 1_000_000
+
+
+class Traffic(NamedTuple):
+    """Bytes that went one way together. `time_s`: monotonic seconds."""
+
+    time_s: float
+    way: Way
+    raw: bytes
+
+
+class LimitsAt(NamedTuple):
+    """From this time on these limits stood."""
+
+    time_s: float
+    limits: Limits
+
+
+class RecordingUnreadable(Exception):
+    """`sentence` says why, in the language in use."""
+
+    def __init__(self, why: str) -> None:
+        super().__init__(why)
+        self.sentence = tr("This recording cannot be read. {why}", why=why)
+
+
+class Recording:
+    """Made by `open_recording`. Nothing in it changes; a session that still runs is read as far as it is written.
+
+    Times are monotonic seconds of the computer that recorded; `wall_offset_s` added gives seconds since 1970.
+    """
+
+    def __init__(self, entry: Entry, opening: Opening, extents: Extents) -> None:
+        """Raises OSError."""
+        self.entry = entry
+        self.opening = opening
+        self.wall_offset_s = opening.wall_offset_s
+        self._extents = extents
+        status = self._table("status", extents.status_rows)
+        self._status_time, self._tilt, self._acceleration, self._flags = status
+        self._cell_time, self._cell = self._table("cell", extents.cell_rows)
+        self._light_time, self._light = self._table("light", extents.light_rows)
+        self.tilt: Readable
+        self.acceleration: Readable
+        self.cell: Readable
+        self.light: Readable
+        self._make_series()
+        self.fires, self.rearms, self.falls, self.lights = (Steps(_LIMITS_KEPT) for _ in range(4))
+        self.limits: tuple[LimitsAt, ...]
+        self.happenings: tuple[Happening, ...]
+        self.missing_count = 0
+        """Status reports and events that are not in it, because the disk was too slow."""
+        self._read_journal()
+        firsts = [float(times[0]) for times in (self._status_time, self._cell_time, self._light_time) if len(times)]
+        lasts = [float(times[-1]) for times in (self._status_time, self._cell_time, self._light_time) if len(times)]
+        self.start_s = min((opening.start_s, *firsts, *(one.time_s for one in self.happenings[:1])))
+        self.end_s = max((extents.at_s, *lasts, *(one.time_s for one in self.happenings[-1:])))
+
+    def excerpt(self, start_s: float, end_s: float) -> Excerpt:
+        """Everything in a span, both ends included; views of the file, so ten million rows cost nothing."""
+        tilt, cell, light = (one.window(start_s, end_s) for one in (self.tilt, self.cell, self.light))
+        first = int(np.searchsorted(self._status_time, start_s, "left"))
+        rows = slice(first, first + len(tilt.time_s))
+        flags = self._flags[rows]
+        return Excerpt(
+            start_s=start_s,
+            end_s=end_s,
+            time_s=tilt.time_s,
+            tilt_deg=tilt.value,
+            acceleration_g=self._acceleration[rows],
+            is_triggered=(flags & TRIGGERED) != 0,
+            is_active=(flags & ACTIVE) != 0,
+            cell_time_s=cell.time_s,
+            cell_voltage_v=cell.value,
+            light_time_s=light.time_s,
+            light_v=light.value,
+            happenings=tuple(one for one in self.happenings if start_s <= one.time_s <= end_s),
+        )
+
+    def traffic(self) -> Iterator[Traffic]:
+        """Every byte that went over the line, in its order. Raises OSError."""
+        with (self.entry.folder / LINE).open("rb") as file:
+            left = self._extents.line_bytes
+            while left > 0 and (line := file.readline(left)):
+                left -= len(line)
+                words = line.split(b" ", 2)
+                if line.startswith(b"#") or len(words) < 3:
+                    continue
+                try:
+                    at_s, way, raw = float(words[0]), Way(words[1].decode()), bytes.fromhex(words[2].decode())
+                except ValueError:
+                    continue
+                yield Traffic(self.opening.start_s + at_s, way, raw)
+
+    @property
+    def line_bytes(self) -> int:
+        """Length of the text that `traffic` reads, for a progress."""
+        return self._extents.line_bytes
+
+    def close(self) -> None:
+        """Let go of the files. What was taken out of it before (series, excerpts) still holds on to them."""
+        nothing = np.empty(0)
+        self._status_time = self._cell_time = self._light_time = nothing
+        self._tilt = self._acceleration = self._cell = self._light = nothing.astype(np.float32)
+        self._flags = nothing.astype(np.uint8)
+        self._make_series()
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.close()
+
+    def _table(self, name: str, rows: int) -> list[NDArray[Any]]:
+        folder = self.entry.folder
+        return [column(folder / file, kind, rows) for file, kind in COLUMNS[name].items()]
+
+    def _make_series(self) -> None:
+        """Rows behind one that cannot be true are left out."""
+        status = beginnings(self._status_time, self._tilt, self._acceleration)
+        cell = beginnings(self._cell_time, self._cell)
+        light = beginnings(self._light_time, self._light)
+        self._status_time, self._tilt = self._status_time[: status.rows], self._tilt[: status.rows]
+        self._acceleration, self._flags = self._acceleration[: status.rows], self._flags[: status.rows]
+        self._cell_time, self._cell = self._cell_time[: cell.rows], self._cell[: cell.rows]
+        self._light_time, self._light = self._light_time[: light.rows], self._light[: light.rows]
+        self.tilt = RecordedSeries(self._status_time, self._tilt, status.firsts)
+        self.acceleration = RecordedSeries(self._status_time, self._acceleration, status.firsts)
+        self.cell = RecordedSeries(self._cell_time, self._cell, cell.firsts)
+        self.light = RecordedSeries(self._light_time, self._light, light.firsts)
+
+    def _read_journal(self) -> None:
+        with (self.entry.folder / JOURNAL).open("rb") as file:
+            raw = file.read(self._extents.journal_bytes)
+        happenings: list[Happening] = []
+        limits: list[LimitsAt] = []
+        for line in journal_lines(raw):
+            at = _number(line.get("at"))
+            if at is None:
+                continue
+            match line.get("what"):
+                case "happening":
+                    kind = KIND_OF_WORD.get(str(line.get("kind")))
+                    if kind is not None:
+                        happenings.append(Happening(at, kind, str(line.get("port", ""))))
+                case "limits":
+                    values = (_number(line.get(key)) for key in ("fires_deg", "rearms_deg", "free_fall_g", "light_v"))
+                    limits.append(LimitsAt(at, Limits(*values)))
+                case "missing":
+                    self.missing_count += int(_number(line.get("count")) or 0)
+                case _:
+                    pass  # of a later version
+        self.happenings = tuple(sorted(happenings, key=lambda one: one.time_s))
+        self.limits = tuple(sorted(limits, key=lambda one: one.time_s))
+        for time_s, stood in self.limits:
+            self.fires.put(time_s, stood.fires_deg)
+            self.rearms.put(time_s, stood.rearms_deg)
+            self.falls.put(time_s, stood.free_fall_g)
+            self.lights.put(time_s, stood.light_v)
+        if self.limits:
+            # Nobody knows what stood after the end.
+            end_s = max(self._extents.at_s, self.limits[-1].time_s)
+            for steps in (self.fires, self.rearms, self.falls, self.lights):
+                steps.put(end_s, None)
+
+
+def open_recording(folder: Path) -> Recording:
+    """Half a second for ten million samples: not in the window's thread. Raises `RecordingUnreadable`."""
+    try:
+        is_running = is_held(folder)
+        opening = read_opening(folder)
+        extents = read_extents(folder, opening, is_checked=not is_running)
+        is_running = is_running and not extents.is_last
+        entry = entry_of(folder, opening, extents, size_bytes=size_of(folder), is_running=is_running)
+        return Recording(entry, opening, extents)
+    except Unreadable as error:
+        text = str(error)
+        raise RecordingUnreadable(tr(text)) from error
+    except (OSError, ValueError) as error:  # ValueError: a file that shrank between two looks
+        raise RecordingUnreadable(getattr(error, "strerror", None) or str(error)) from error
+
+
+def _number(value: object) -> float | None:
+    """A finite one."""
+    if isinstance(value, bool) or not isinstance(value, int | float):
+        return None
+    try:
+        number = float(value)
+    except OverflowError:
+        return None
+    return number if math.isfinite(number) else None

@@ -1,0 +1,104 @@
+"""What was measured as a table, CSV: for the Live page, where it is a span, and for a whole recording."""
+
+from collections.abc import Iterator
+from datetime import datetime
+from typing import Final
+
+import numpy as np
+
+from app.recordings.excerpt import Excerpt
+from app.recordings.happenings import Happening, Kind
+
+HEAD: Final = "time,elapsed_s,tilt_deg,acceleration_g,triggered,active,cell_voltage_v,light_v,event"
+ROWS_AT_ONCE: Final = 5000
+"""Between two looks at whether somebody wants it to stop: some 10 ms."""
+_END: Final = "\r\n"
+
+
+def csv_parts(excerpt: Excerpt, *, wall_offset_s: float) -> Iterator[bytes]:
+    """In UTF-8 with a byte-order mark, in pieces.
+
+    One row per status report, and rows of their own for cell voltage, light and events, in order of time; what a row
+    does not tell is empty. `wall_offset_s` added to the times gives seconds since 1970; `elapsed_s` counts from the
+    first row.
+    """
+    yield f"\ufeff{HEAD}{_END}".encode()
+    stamp = Stamp(wall_offset_s, first_s=excerpt.first_s)
+    lines: list[str] = []
+    for line in _lines(excerpt, stamp):
+        lines.append(line)
+        if len(lines) == ROWS_AT_ONCE:
+            yield "".join(lines).encode()
+            lines.clear()
+    yield "".join(lines).encode()
+
+
+def part_count(excerpt: Excerpt) -> int:
+    """How many pieces `csv_parts` has."""
+    return excerpt.row_count // ROWS_AT_ONCE + 2
+
+
+def _lines(excerpt: Excerpt, stamp: "Stamp") -> Iterator[str]:
+    others = sorted(_other_cells(excerpt))
+    places = np.searchsorted(excerpt.time_s, [at for at, _ in others], "right").tolist()
+    row = 0
+    for (at, cells), place in zip(others, places, strict=True):
+        yield from _status_lines(excerpt, stamp, row, place)
+        row = place
+        yield f"{stamp.at(at)},,,,,{cells}{_END}"
+    yield from _status_lines(excerpt, stamp, row, len(excerpt.time_s))
+
+
+def _status_lines(excerpt: Excerpt, stamp: "Stamp", start: int, stop: int) -> Iterator[str]:
+    for first in range(start, stop, ROWS_AT_ONCE):
+        part = slice(first, min(stop, first + ROWS_AT_ONCE))
+        columns = zip(
+            excerpt.time_s[part].tolist(),
+            excerpt.tilt_deg[part].tolist(),
+            excerpt.acceleration_g[part].tolist(),
+            excerpt.is_triggered[part].tolist(),
+            excerpt.is_active[part].tolist(),
+            strict=True,
+        )
+        for at, tilt, acceleration, is_triggered, is_active in columns:
+            yield f"{stamp.at(at)},{tilt:g},{acceleration:.1f},{is_triggered:d},{is_active:d},,,{_END}"
+
+
+def _other_cells(excerpt: Excerpt) -> Iterator[tuple[float, str]]:
+    """Time, and the last three cells of the row."""
+    for at, volts in zip(excerpt.cell_time_s.tolist(), excerpt.cell_voltage_v.tolist(), strict=True):
+        yield at, f"{volts:.2f},,"
+    for at, volts in zip(excerpt.light_time_s.tolist(), excerpt.light_v.tolist(), strict=True):
+        yield at, f",{volts:.1f},"
+    for happening in excerpt.happenings:
+        yield happening.time_s, f",,{_quoted(event_text(happening))}"
+
+
+def event_text(happening: Happening) -> str:
+    """ "connected: /dev/ttyUSB0": in English, as in every file."""
+    names_port = happening.kind in (Kind.CONNECTED, Kind.RECORDING, Kind.RECONNECTED, Kind.PORT_LOST)
+    return f"{happening.kind.value}: {happening.port}" if names_port and happening.port else happening.kind.value
+
+
+def _quoted(text: str) -> str:
+    if any(one in text for one in ',"\r\n'):
+        return '"' + text.replace('"', '""') + '"'
+    return text
+
+
+class Stamp:
+    """The first two cells of a row: monotonic seconds as local time of ISO 8601 with its offset, and as seconds
+    since the first row, both to the millisecond. Quick for times in order."""
+
+    def __init__(self, wall_offset_s: float, *, first_s: float = 0.0) -> None:
+        self._offset_s = wall_offset_s
+        self._first_s = first_s
+        self._second: int | None = None
+        self._head = self._zone = ""
+
+    def at(self, time_s: float) -> str:
+        second, millisecond = divmod(round((time_s + self._offset_s) * 1000), 1000)
+        if second != self._second:
+            text = datetime.fromtimestamp(second).astimezone().isoformat()
+            self._second, self._head, self._zone = second, text[:19], text[19:]
+        return f"{self._head}.{millisecond:03d}{self._zone},{time_s - self._first_s:.3f}"

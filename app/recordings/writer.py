@@ -1,0 +1,194 @@
+"""One recording being written. Belongs to the recorder's thread."""
+
+import json
+import math
+import os
+import secrets
+import zlib
+from collections.abc import Iterable
+from dataclasses import replace
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import IO
+
+import numpy as np
+
+from app.capture import Header, entries_of, lines_of
+from app.device import DeviceView, Sample
+from app.recordings.commits import Extents, encoded_commit, nothing
+from app.recordings.happenings import NO_LIMITS, Happening, Limits
+from app.recordings.layout import (
+    ACTIVE,
+    COLUMNS,
+    COMMITS,
+    DATA_FILES,
+    JOURNAL,
+    LINE,
+    SESSION,
+    TRIGGERED,
+    Opening,
+    hold,
+    private_opener,
+    write_private,
+)
+from app.worker import Batch, PortState
+
+_STATUS, _CELL, _LIGHT = (tuple(COLUMNS[table]) for table in ("status", "cell", "light"))
+
+
+def new_folder(shelf: Path, started_at: datetime) -> Path:
+    """Named for the moment, so that the names are in order of time. Raises OSError."""
+    folder = shelf / f"{started_at.astimezone(UTC):%Y%m%dT%H%M%SZ}-{secrets.token_hex(3)}"
+    folder.mkdir(mode=0o700)
+    return folder
+
+
+class SessionWriter:
+    """Every method raises OSError where the disk does not take it; what was committed before stays readable."""
+
+    def __init__(self, folder: Path, opening: Opening) -> None:
+        self.folder = folder
+        self.opening = opening
+        self.extents = nothing(opening)
+        """What is on disk."""
+        self.size_bytes = 0
+        self._limits = NO_LIMITS
+        self._baud_rate = opening.baud_rate
+        self._samples: list[Sample] = []
+        self._slow: dict[str, list[tuple[float, float]]] = {"cell": [], "light": []}
+        self._batches: list[Batch] = []
+        self._journal: list[dict[str, object]] = []
+        # What was polled before the beginning is in the part before.
+        self._newest_s = dict.fromkeys(COLUMNS, math.nextafter(opening.start_s, -math.inf)) | {"status": -math.inf}
+        self._lock = hold(folder)
+        self._files: dict[str, IO[bytes]] = {}
+        try:
+            for name in (*DATA_FILES, COMMITS):
+                self._files[name] = open(folder / name, "xb", buffering=0, opener=private_opener)  # noqa: SIM115
+            write_private(folder / SESSION, opening.encoded())
+            header = Header(
+                program=opening.program,
+                port=opening.port,
+                baud_rate=opening.baud_rate,
+                started=opening.started_at.isoformat(),
+            )
+            self._head = "".join(f"{line}\n" for line in header.lines()).encode("utf-8", "replace")
+        except BaseException:
+            self.close()
+            raise
+
+    def put(self, batch: Batch, happenings: Iterable[Happening], limits: Limits) -> None:
+        """Take in what is to be written with the next `flush`."""
+        self._samples += batch.samples
+        if batch.events:
+            self._batches.append(batch)
+        if batch.connection.state is PortState.OPEN:
+            # While a port opens, the view is still that of the module before.
+            self._put_slow(batch.device)
+            if batch.connection.baud_rate != self._baud_rate:
+                self._baud_rate = batch.connection.baud_rate
+                self.note(batch.at, "baud_rate", baud_rate=self._baud_rate)
+        for one in happenings:
+            self.note(one.time_s, "happening", kind=one.kind.value, port=one.port)
+        if limits != self._limits:
+            self._limits = limits
+            self.note(
+                batch.at,
+                "limits",
+                fires_deg=limits.fires_deg,
+                rearms_deg=limits.rearms_deg,
+                free_fall_g=limits.free_fall_g,
+                light_v=limits.light_v,
+            )
+
+    def note(self, at: float, what: str, **values: object) -> None:
+        """Put an object into the journal."""
+        self._journal.append({"at": at, "what": what, **values})
+
+    def name_module(self, module: str) -> None:
+        self.opening = replace(self.opening, module=module)
+        write_private(self.folder / SESSION, self.opening.encoded())
+
+    def flush(self, now_s: float, *, is_last: bool = False) -> None:
+        """Hand everything to the system, and commit it."""
+        data = self._encoded()
+        crc = 0
+        for name in DATA_FILES:
+            raw = data.get(name, b"")
+            self._write(name, raw)
+            crc = zlib.crc32(raw, crc)
+        size = sum(map(len, data.values()))
+        if not (size or is_last) and now_s < self.extents.at_s + 1.0:
+            return
+        rows = {table: len(data.get(next(iter(columns)), b"")) // 8 for table, columns in COLUMNS.items()}
+        before = self.extents
+        extents = Extents(
+            max(now_s, before.at_s, *(at for at in self._newest_s.values())),
+            before.status_rows + rows["status"],
+            before.cell_rows + rows["cell"],
+            before.light_rows + rows["light"],
+            before.line_bytes + len(data.get(LINE, b"")),
+            before.journal_bytes + len(data.get(JOURNAL, b"")),
+            is_last=is_last,
+        )
+        record = encoded_commit(extents, crc)
+        self._write(COMMITS, record)
+        self.extents = extents
+        self.size_bytes += size + len(record)
+
+    def sync(self) -> None:
+        """Wait until the disk has it: from then on a power failure takes nothing away."""
+        for name in (*DATA_FILES, COMMITS):
+            os.fsync(self._files[name].fileno())
+
+    def close(self) -> None:
+        """Let go of the files; never raises. Idempotent."""
+        files, self._files = self._files, {}
+        for file in (*files.values(), self._lock):
+            if file is not None:
+                try:
+                    file.close()
+                except OSError:
+                    continue  # unbuffered: there is nothing left that could be lost
+        self._lock = None
+
+    def _put_slow(self, device: DeviceView) -> None:
+        for table, key in (("cell", "cell_voltage_v"), ("light", "light_v")):
+            known = device.values.get(key)
+            if known is not None and not known.is_stale and known.at > self._newest_s[table]:
+                self._newest_s[table] = known.at
+                self._slow[table].append((known.at, float(known.value)))
+
+    def _encoded(self) -> dict[str, bytes]:
+        """What waits, as bytes by file; afterwards nothing waits."""
+        data: dict[str, bytes] = {}
+        if self._samples:
+            columns = np.array(self._samples, np.float64).T
+            # The clock never goes back; whoever reads relies on it.
+            times = np.maximum.accumulate(np.maximum(columns[0], self._newest_s["status"]))
+            self._newest_s["status"] = float(times[-1])
+            flags = columns[3] * TRIGGERED + columns[4] * ACTIVE
+            for name, column in zip(_STATUS, (times, columns[1], columns[2], flags), strict=True):
+                data[name] = column.astype(COLUMNS["status"][name]).tobytes()
+        for table, names in (("cell", _CELL), ("light", _LIGHT)):
+            if self._slow[table]:
+                pairs = np.array(self._slow[table], np.float64).T
+                for name, column in zip(names, pairs, strict=True):
+                    data[name] = column.astype(COLUMNS[table][name]).tobytes()
+        if self._batches:
+            events = (event for batch in self._batches for event in batch.events)
+            entries = entries_of(events, self.opening.start_s)
+            text = "".join(f"{line}\n" for entry in entries for line in lines_of(entry)).encode()
+            data[LINE] = text
+        if self._head:
+            data[LINE], self._head = self._head + data.get(LINE, b""), b""
+        if self._journal:
+            data[JOURNAL] = "".join(f"{json.dumps(one)}\n" for one in self._journal).encode()
+        self._samples, self._batches, self._journal = [], [], []
+        self._slow = {"cell": [], "light": []}
+        return data
+
+    def _write(self, name: str, raw: bytes) -> None:
+        view = memoryview(raw)
+        while view:
+            view = view[self._files[name].write(view) :]

@@ -1,0 +1,114 @@
+"""An instant of a recording in the numbers of the Live page, where a module's own state stands at other times."""
+
+from dataclasses import dataclass
+from typing import Final
+
+from app.i18n import tr
+from app.recordings.recording import Recording
+from app.samples import Readable
+from app.steps import Steps
+from protocol.catalogue import RESET_BELOW_THRESHOLD_DEG
+from ui.icons import Icon
+from ui.live_data import SLOW_GAP_S
+from ui.live_panel import CELL, FALLING, OVER, Limits, LivePanel
+from ui.plot_ticks import clock_text
+from ui.readout import Readout, StateChip
+from ui.theme import Meaning
+
+# As wide as a gap that the plots leave open: what is further away is no answer.
+_NEAR_S: Final = 1.0
+
+
+@dataclass(frozen=True, slots=True)
+class Moment:
+    """What was measured around an instant; None where nothing was.  ``time_text`` is for a person."""
+
+    time_text: str
+    limits: Limits
+    tilt_deg: float | None = None
+    acceleration_g: float | None = None
+    light_v: float | None = None
+    cell_voltage_v: float | None = None
+    is_active: bool | None = None
+    is_triggered: bool | None = None
+
+
+def moment_of(recording: Recording, time_s: float) -> Moment:
+    """What the recording says of an instant, in its monotonic seconds."""
+    tilt = recording.tilt.around(time_s, within_s=_NEAR_S)
+    # The flags came with the tilt, in one report.
+    flags = None if tilt is None else recording.excerpt(tilt.time_s, tilt.time_s)
+    has_flags = flags is not None and len(flags.time_s) > 0
+    return Moment(
+        time_text=clock_text(time_s + recording.wall_offset_s, 1),
+        limits=Limits(
+            _standing(recording.fires, time_s), _standing(recording.falls, time_s), _standing(recording.lights, time_s)
+        ),
+        tilt_deg=None if tilt is None else tilt.high,
+        acceleration_g=_value(recording.acceleration, time_s, _NEAR_S),
+        light_v=_value(recording.light, time_s, SLOW_GAP_S),
+        cell_voltage_v=_value(recording.cell, time_s, SLOW_GAP_S),
+        is_active=bool(flags.is_active[-1]) if flags is not None and has_flags else None,
+        is_triggered=bool(flags.is_triggered[-1]) if flags is not None and has_flags else None,
+    )
+
+
+def show_moment(panel: LivePanel, moment: Moment | None) -> None:
+    """Put it into the numbers; None: no instant is pointed at."""
+    if moment is None:
+        moment = Moment(tr("point at the plots"), Limits(None, None, None))
+    fires_deg, falls_g = moment.limits.fires_deg, moment.limits.falls_g
+    panel.moment.show_state(moment.time_text, Icon.HISTORY, Meaning.INFORMATION)
+    panel.name_cell(CELL)
+    panel.gauge.set_threshold(
+        fires_deg, reset_deg=None if fires_deg is None else fires_deg - RESET_BELOW_THRESHOLD_DEG
+    )
+    if moment.tilt_deg is None:
+        panel.gauge.show_unknown()
+    else:
+        panel.gauge.show_tilt(moment.tilt_deg)
+    is_over = moment.tilt_deg is not None and fires_deg is not None and moment.tilt_deg >= fires_deg
+    _show(panel.tilt, moment.tilt_deg, 0, tr(OVER, value=f"{fires_deg:g}") if is_over else "")
+    is_falling = moment.acceleration_g is not None and falls_g is not None and moment.acceleration_g < falls_g
+    _show(panel.acceleration, moment.acceleration_g, 1, tr(FALLING) if is_falling else "")
+    panel.light.set_limit("" if moment.limits.light_v is None else f"{moment.limits.light_v:.1f} V")
+    _show(panel.light, moment.light_v, 1)
+    _show(panel.cell, moment.cell_voltage_v, 2)
+    _show_activation(panel.activation, moment.is_active)
+    _show_trigger(panel.trigger, moment.is_triggered)
+
+
+def _standing(steps: Steps, time_s: float) -> float | None:
+    """What stood at an instant."""
+    changes = steps.between(time_s, time_s)
+    return changes[-1].value if changes else None
+
+
+def _value(series: Readable, time_s: float, within_s: float) -> float | None:
+    found = series.around(time_s, within_s=within_s)
+    return None if found is None else found.high
+
+
+def _show(readout: Readout, value: float | None, decimals: int, note: str = "") -> None:
+    if value is None:
+        readout.show_unknown()
+    else:
+        readout.show_value(f"{value:.{decimals}f}", meaning=Meaning.DANGER if note else None, note=note)
+
+
+def _show_activation(chip: StateChip, is_active: bool | None) -> None:
+    if is_active is None:
+        chip.show_unknown()
+    elif is_active:
+        chip.show_state(tr("ACTIVE"), Icon.ACTIVE, Meaning.ATTENTION)
+    else:
+        chip.show_state(tr("LOCKED"), Icon.LOCK)
+
+
+def _show_trigger(chip: StateChip, is_triggered: bool | None) -> None:
+    if is_triggered is None:
+        chip.show_unknown()
+    elif is_triggered:
+        chip.show_state(tr("TRIGGERED"), Icon.PARACHUTE, Meaning.DANGER)
+    else:
+        chip.show_state(tr("NOT TRIGGERED"), Icon.NOT_TRIGGERED)

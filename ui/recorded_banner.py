@@ -1,0 +1,103 @@
+"""The strip above the plots while a recording is looked at: what it is, that it is not live, and the way back."""
+
+from typing import Final
+
+from PySide6.QtCore import QEvent, QSize, Qt, Signal
+from PySide6.QtGui import QPaintEvent, QResizeEvent
+from PySide6.QtWidgets import QHBoxLayout, QLabel, QPushButton, QSizePolicy, QWidget
+
+from app.i18n import tr
+from app.recordings.shelf import Entry
+from ui.icons import Icon, icon, pixmap
+from ui.link_state import duration
+from ui.named import named
+from ui.painted import paint_banner
+from ui.recordings_model import remarks, told
+from ui.texts import Texts
+from ui.theme import Meaning, Space, current
+
+_ICON_PX: Final = 16
+
+
+class RecordedBanner(QWidget):
+    """Not there while the module's own values are shown."""
+
+    left = Signal()
+    """Back to live."""
+
+    def __init__(self, texts: Texts, parent: QWidget | None = None) -> None:
+        super().__init__(parent)
+        self.setObjectName("recorded_banner")
+        self._entry: Entry | None = None
+        self._picture = named(QLabel(), "recorded_icon")
+        self.label = named(QLabel(), "recorded_label")
+        self.label.setProperty("role", "strong")
+        self.label.setTextFormat(Qt.TextFormat.PlainText)
+        self.label.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Preferred)
+        self.back = named(QPushButton(), "recorded_back")
+        self.back.setIcon(icon(Icon.TO_LIVE))
+        self.back.setIconSize(QSize(_ICON_PX, _ICON_PX))
+        texts.bind(self.back.setText, "Back to live")
+        texts.bind(self.back.setAccessibleName, "Back to live")
+        texts.bind(self.back.setToolTip, "Close the recording and show the module as it is now (Esc)")
+        self.back.clicked.connect(self.left)
+        row = QHBoxLayout(self)
+        row.setContentsMargins(Space.M, Space.XS, Space.S, Space.XS)
+        row.setSpacing(Space.S)
+        row.addWidget(self._picture)
+        row.addWidget(self.label, 1)
+        row.addWidget(self.back)
+        self.hide()
+
+    @property
+    def text(self) -> str:
+        """What it says, whole."""
+        return self.accessibleName()
+
+    def show_entry(self, entry: Entry | None) -> None:
+        """None takes the strip away."""
+        self._entry = entry
+        self.setVisible(entry is not None)
+        self._write()
+
+    def _write(self) -> None:
+        entry = self._entry
+        if entry is None:
+            return
+        began = tr(
+            "Recording of {when}, {length}",
+            when=f"{entry.started_at.astimezone():%Y-%m-%d %H:%M}",
+            length=duration(entry.duration_s),
+        )
+        text = " · ".join(filter(None, (began, entry.module, entry.port, remarks(entry), tr("not live"))))
+        self.setAccessibleName(text)
+        self.label.setAccessibleName(text)
+        self.label.setToolTip(told(entry))
+        self._fit()
+        self._dress()
+
+    def _fit(self) -> None:
+        room = self.label.width()
+        self.label.setText(
+            self.label.fontMetrics().elidedText(self.accessibleName(), Qt.TextElideMode.ElideMiddle, room)
+        )
+
+    def _dress(self) -> None:
+        ink = current().ink(Meaning.INFORMATION)
+        self._picture.setPixmap(pixmap(Icon.HISTORY, _ICON_PX, ink, ratio=self.devicePixelRatioF()))
+
+    # Qt
+
+    def resizeEvent(self, event: QResizeEvent) -> None:
+        super().resizeEvent(event)
+        self._fit()
+
+    def changeEvent(self, event: QEvent) -> None:
+        super().changeEvent(event)
+        if event.type() == QEvent.Type.LanguageChange:
+            self._write()
+        elif event.type() in (QEvent.Type.PaletteChange, QEvent.Type.StyleChange) and hasattr(self, "_picture"):
+            self._dress()
+
+    def paintEvent(self, _event: QPaintEvent) -> None:
+        paint_banner(self, Meaning.INFORMATION)

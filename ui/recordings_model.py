@@ -1,0 +1,199 @@
+"""The recordings as a table: what each is, in words; sorted and searched."""
+
+from enum import IntEnum
+from typing import Any, Final
+
+from PySide6.QtCore import QObject, QSortFilterProxyModel, Qt
+from PySide6.QtGui import QColor
+
+from app.i18n import tr
+from app.recordings.shelf import Entry
+from app.spans import stopwatch
+from protocol.text import marked
+from ui.icons import Icon, icon
+from ui.recordings_work import when_text
+from ui.rows_model import Index, RowsModel, aligned
+from ui.theme import Meaning, current
+
+SORT_ROLE: Final = Qt.ItemDataRole.UserRole
+ENTRY_ROLE: Final = Qt.ItemDataRole.UserRole + 1
+
+
+class Column(IntEnum):
+    WHEN = 0
+    MODULE = 1
+    PORT = 2
+    DURATION = 3
+    SAMPLES = 4
+    SIZE = 5
+    KEPT = 6
+    REMARKS = 7
+
+
+HEADS: Final = (
+    marked("When"),
+    marked("Module"),
+    marked("Port"),
+    marked("Duration"),
+    marked("Samples"),
+    marked("Size"),
+    marked("Kept"),
+    marked("Remarks"),
+)
+RIGHT: Final = frozenset((Column.DURATION, Column.SAMPLES, Column.SIZE))
+
+
+def size_text(size_bytes: float) -> str:
+    """In powers of 1024, as exact as a person wants to know it."""
+    if size_bytes < 1024**2:
+        return tr("{value:.0f} kB", value=size_bytes / 1024)
+    if size_bytes < 100 * 1024**2:
+        return tr("{value:.1f} MB", value=size_bytes / 1024**2)
+    if size_bytes < 1024**3:
+        return tr("{value:.0f} MB", value=size_bytes / 1024**2)
+    return tr("{value:.1f} GB", value=size_bytes / 1024**3)
+
+
+def remarks(entry: Entry) -> str:
+    """Whatever is out of the ordinary."""
+    if entry.trouble is not None:
+        return tr("cannot be read")
+    words = []
+    if entry.is_running:
+        words.append(tr("being recorded"))
+    if entry.was_cut_off:
+        words.append(tr("cut off"))
+    if entry.is_simulated:
+        words.append(tr("simulated"))
+    if entry.part > 1:
+        words.append(tr("part {number}", number=entry.part))
+    return " · ".join(words)
+
+
+def cell_text(entry: Entry, column: Column) -> str:
+    is_known = entry.trouble is None
+    match column:
+        case Column.WHEN:
+            return f"{entry.started_at.astimezone():%Y-%m-%d %H:%M}"
+        case Column.MODULE:
+            return entry.module or "—"
+        case Column.PORT:
+            return entry.port.removeprefix("/dev/") or "—"
+        case Column.DURATION:
+            return stopwatch(entry.duration_s) if is_known else "—"
+        case Column.SAMPLES:
+            return f"{entry.sample_count:,}" if is_known else "—"
+        case Column.SIZE:
+            return size_text(entry.size_bytes)
+        case Column.KEPT:
+            return tr("kept") if entry.is_kept else ""
+        case Column.REMARKS:
+            return remarks(entry)
+
+
+def told(entry: Entry) -> str:
+    """One recording in a sentence, for the tooltip and screen readers."""
+    if entry.trouble is not None:
+        return entry.trouble
+    text = tr(
+        "{when}, {module}, {port} at {rate} baud: {duration}, {samples} status reports, {size}",
+        when=when_text(entry),
+        module=entry.module or tr("a module without a name"),
+        port=entry.port,
+        rate=entry.baud_rate,
+        duration=stopwatch(entry.duration_s),
+        samples=f"{entry.sample_count:,}",
+        size=size_text(entry.size_bytes),
+    )
+    more = [remarks(entry), tr("kept") if entry.is_kept else ""]
+    if entry.was_cut_off:
+        more.append(tr("the program or the computer ended in the middle; what arrived until then is there"))
+    for one in filter(None, more):
+        text = tr("{what}; {more}", what=text, more=one)
+    return text
+
+
+class RecordingsModel(RowsModel[Entry]):
+    def __init__(self, parent: QObject | None = None) -> None:
+        super().__init__(HEADS, lambda entry: entry.folder, parent=parent)
+
+    def headerData(self, section: int, orientation: Qt.Orientation, role: int = Qt.ItemDataRole.DisplayRole) -> Any:
+        if orientation is Qt.Orientation.Horizontal and role == Qt.ItemDataRole.TextAlignmentRole:
+            return aligned(is_right=section in RIGHT)
+        return super().headerData(section, orientation, role)
+
+    def data(self, index: Index, role: int = Qt.ItemDataRole.DisplayRole) -> Any:
+        if not index.isValid() or index.row() >= len(self.rows):
+            return None
+        entry, column = self.rows[index.row()], Column(index.column())
+        match role:
+            case Qt.ItemDataRole.DisplayRole:
+                return cell_text(entry, column)
+            case Qt.ItemDataRole.DecorationRole:
+                return _decoration(entry, column)
+            case Qt.ItemDataRole.ForegroundRole if entry.trouble is not None:
+                return QColor(current().attention.ink)
+            case Qt.ItemDataRole.TextAlignmentRole:
+                return aligned(is_right=column in RIGHT)
+            case Qt.ItemDataRole.ToolTipRole | Qt.ItemDataRole.AccessibleDescriptionRole:
+                return told(entry)
+            case _ if role == SORT_ROLE:
+                return sort_key(entry, column)
+            case _ if role == ENTRY_ROLE:
+                return entry
+        return None
+
+
+def sort_key(entry: Entry, column: Column) -> float | str:
+    match column:
+        case Column.WHEN:
+            return entry.started_at.timestamp()
+        case Column.DURATION:
+            return entry.duration_s
+        case Column.SAMPLES:
+            return float(entry.sample_count)
+        case Column.SIZE:
+            return float(entry.size_bytes)
+        case _:
+            return cell_text(entry, column).casefold()
+
+
+def _decoration(entry: Entry, column: Column) -> Any:
+    match column:
+        case Column.KEPT if entry.is_kept:
+            return icon(Icon.BOOKMARK)
+        case Column.REMARKS if entry.trouble is not None or entry.was_cut_off:
+            return icon(Icon.WARNING, Meaning.ATTENTION)
+        case Column.REMARKS if entry.is_running:
+            return icon(Icon.RECORD)
+        case Column.REMARKS if entry.is_simulated:
+            return icon(Icon.SIMULATOR)
+    return None
+
+
+class RecordingsFilter(QSortFilterProxyModel):
+    """By words, which must all be found somewhere in the row."""
+
+    def __init__(self, parent: QObject | None = None) -> None:
+        super().__init__(parent)
+        self.setSortRole(SORT_ROLE)
+        self._words: tuple[str, ...] = ()
+
+    def search(self, text: str) -> None:
+        self.beginFilterChange()
+        self._words = tuple(text.casefold().split())
+        self.endFilterChange(QSortFilterProxyModel.Direction.Rows)
+
+    def filterAcceptsRow(self, source_row: int, _source_parent: Index) -> bool:
+        model = self.sourceModel()
+        if not isinstance(model, RecordingsModel):
+            return False
+        entry = model.rows[source_row]
+        text = " ".join(cell_text(entry, column) for column in Column).casefold()
+        return all(word in text for word in self._words)
+
+    def entry_at(self, row: int) -> Entry:
+        found = self.index(row, 0).data(ENTRY_ROLE)
+        if not isinstance(found, Entry):
+            raise IndexError(row)
+        return found
