@@ -44,11 +44,6 @@ class Slice:
     """The longest round trip."""
 
     @property
-    def loss_share(self) -> float | None:
-        """Requests without an answer, of all that were sent, 0 … 1; None where none was."""
-        return min(1.0, self.time_outs / self.sent) if self.sent else None
-
-    @property
     def rejected_bytes(self) -> int:
         return sum(count for _, count in self.rejected)
 

@@ -28,13 +28,21 @@ from app.procedure import (
 )
 from app.transport import Line
 from protocol.catalogue import Hazard
-from protocol.events import Answered, Event, OutcomeUnknown, Received, Unanswered
+from protocol.events import Answered, Event, OutcomeUnknown, Received, Unanswered, WentOffline
 from protocol.link import Link
 from protocol.round_trips import Timing
 
 LONGEST_STEP_S = 0.02
 GATHER_S = 0.008
 """How long to let streamed bytes pile up while no answer is awaited."""
+
+
+class Slept(Cancelled):
+    """The computer slept while the procedure ran: what it had found out may not be so any more."""
+
+    def __init__(self, slept_s: float) -> None:
+        super().__init__(f"the computer slept for {slept_s:.0f} s")
+        self.slept_s = slept_s
 
 
 class Run(Generic[Result]):
@@ -55,6 +63,7 @@ class Run(Generic[Result]):
         self._resume_at = 0.0
         self._heard: list[Received] = []
         self.is_started = False
+        self.is_urgent = False
 
     def cancel(self) -> None:
         self.is_cancelled = True
@@ -135,17 +144,25 @@ class Session:
     """See the module's docstring. Every method belongs to one thread.
 
     `step` raises `PortError` when the port is lost; the owner then calls `close`. What had arrived before stays in
-    `take_events` and in the device.
+    `take_events` and in the device. `asleep_s` tells for how long the computer slept since it was last asked.
     """
 
-    def __init__(self, line: Line, clock: Callable[[], float], *, timing: Timing | None = None) -> None:
+    def __init__(
+        self,
+        line: Line,
+        clock: Callable[[], float],
+        *,
+        timing: Timing | None = None,
+        asleep_s: Callable[[], float] = float,
+    ) -> None:
         self.line = line
         self.clock = clock
+        self._asleep_s = asleep_s
         self.opened_at = clock()
         self.device = Device(line.baud_rate)
         self.bytes_received = 0
-        self._timing = timing
-        self._link = Link(self.opened_at, timing=timing)
+        self._timing = timing or Timing()
+        self._link = Link(self.opened_at, timing=self._timing)
         self._foreground: list[Run[Any]] = []
         self._background: Run[Any] | None = None
         self._asking: Run[Any] | None = None
@@ -161,6 +178,7 @@ class Session:
         waits for the answer to a question of lesser rank: it is asked again later. Nothing dangerous that was confirmed
         before an urgent one follows it.
         """
+        run.is_urgent = is_urgent
         if is_urgent:
             self._overtaken_at = self.clock()
             self._withhold_dangerous()
@@ -211,12 +229,18 @@ class Session:
     def step(self, longest_s: float = LONGEST_STEP_S) -> None:
         """Wait at most `longest_s` for bytes and deal with all that is due."""
         now = self.clock()
+        self._notice_sleep(now)
         self._serve(now)
         wait_s = max(0.0, min(longest_s, self._next_due() - now))
         gather_s = GATHER_S if self._link.is_idle else 0.0
         data = self.line.read(wait_s, gather_s)
-        now = self.clock()
+        began, now = now, self.clock()
         self.bytes_received += len(data)
+        slept_s = self._asleep_s()
+        if slept_s:
+            self._digest(self._link.receive(data, began), began)  # it may have come before the sleep
+            self._wake(slept_s, now)
+            data = b""
         self._digest(self._link.receive(data, now) + self._link.tick(now), now)
         self._write_outgoing()
         self._serve(now)
@@ -270,9 +294,41 @@ class Session:
         if ask is not None and self._link.is_idle:
             self._send(active, ask, now)
 
+    def _notice_sleep(self, now: float) -> bool:
+        slept_s = self._asleep_s()
+        if slept_s:
+            self._wake(slept_s, now)
+        return bool(slept_s)
+
+    def _wake(self, slept_s: float, now: float) -> None:
+        """Nothing that was heard before the sleep counts, nothing that was decided before it is done.
+
+        What is in flight counts as unanswered and is not sent again. Procedures end with `Slept`, but for what is
+        urgent (LOCK) and for the background, which reads everything again as soon as the module answers.
+        """
+        self._overtaken_at = now
+        asking, self._asking = self._asking, None
+        ask = asking.wants_to_ask if asking is not None else None
+        gone = self._link.abandon(now)
+        self.line.use_rate(self.line.baud_rate)  # what waited in the driver may be from before the sleep
+        # As if nothing had been heard for long: it asks for a sign of life at once.
+        self._renew_link(now - self._timing.heartbeat_every_s)
+        for event in [*gone, WentOffline(now)]:
+            self._events.append(event)
+            self.device.apply(event)
+        self.device.note_sleep(slept_s, now)
+        if asking is not None and ask is not None and (asking.is_urgent or asking is self._background):
+            attempts = 1 if ask.request.is_repeatable else 0
+            asking.resume(gone[0] if gone else Unanswered(ask.request, attempts, 0.0, now), now)
+        for run in self._foreground:
+            if not run.is_urgent:
+                run.throw(Slept(slept_s), now)
+
     def _send(self, run: Run[Any], ask: Ask, now: float) -> None:
         if ask.request.hazard is Hazard.DANGEROUS and not ask.is_deliberate:
             raise ValueError(f"a procedure wants {ask.request.command.name} without an explicit act")
+        if not ask.request.is_repeatable and self._notice_sleep(now):
+            return  # decided before the sleep
         sent = self._link.ask(
             ask.request, now, waits_s=ask.waits_s, attempts=ask.attempts, is_deliberate=ask.is_deliberate
         )
@@ -292,11 +348,14 @@ class Session:
     def _use_rate(self, baud_rate: int, now: float) -> None:
         """A link of its own for each rate: nothing that came at another rate can be mistaken for an answer."""
         self.line.use_rate(baud_rate)
+        self._renew_link(now)
+        self.device.use_rate(baud_rate)
+
+    def _renew_link(self, now: float) -> None:
         old = self._link
         self._link = Link(now, timing=self._timing)
         self._link.counters = old.counters
         self._link.round_trips = old.round_trips
-        self.device.use_rate(baud_rate)
 
     def _digest(self, events: list[Event], now: float) -> None:
         self._events += events
@@ -317,7 +376,7 @@ class Session:
         while self._foreground and self._foreground[0].is_done:
             del self._foreground[0]
             for following in self._foreground[:1]:
-                if not following.is_started:
+                if not following.is_started and not following.is_done:
                     following.start(now)
         if self._background is not None and self._background.is_done:
             self._background = None

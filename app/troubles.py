@@ -8,6 +8,7 @@ from dataclasses import dataclass
 
 from app.i18n import tr
 from app.procedures.greet import Silence
+from app.session import Slept
 from app.transport import PortError, PortTrouble
 
 
@@ -42,11 +43,13 @@ class NoAnswer(Exception):
 
 
 def explain(error: Exception) -> Explanation:
-    """The explanation of a `PortError` or `NoAnswer`; anything else is a bug and is said as such."""
+    """The explanation of a `PortError`, `NoAnswer` or `Slept`; anything else is a bug and is said as such."""
     if isinstance(error, PortError):
         return _explain_port(error)
     if isinstance(error, NoAnswer):
         return _explain_silence(error)
+    if isinstance(error, Slept):
+        return Explanation(tr("The computer slept; what was under way has ended."), tr("Start it again."))
     return Explanation(
         tr("The program met an error that it did not expect: {error}.", error=error),
         tr("Connect again; if it comes back, send us the log."),

@@ -89,8 +89,6 @@ class Command:
     """A set may be acknowledged by D4 = 01 instead of the value (E2)."""
     is_setting: bool = False
     """Part of what a technician configures: in `read`'s "settings", in `set` and in profiles."""
-    is_action: bool = False
-    """Does something at once; there is no value to keep."""
     default: int | None = None
     """D4 as delivered, where the table says so. Never shown as the module's value."""
     advice: Advice | None = None
@@ -168,7 +166,7 @@ DEGREE = Quantity(unit="°", suffix="_deg", per_unit=1)
 COUNT = Quantity(unit="", suffix="", per_unit=1)
 FLAG = Flag()
 INVERTED = Flag(true=0x00)
-BAUD = Choice({1: 4800, 2: 9600, 3: 19200, 4: 38400, 5: 57600, 6: 115200}, unit="baud")
+BAUD = Choice({1: 4800, 2: 9600, 3: 19200, 4: 38400, 5: 57600, 6: 115200}, unit=marked("baud"))
 
 COMMANDS: tuple[Command, ...] = (
     Command(
@@ -179,19 +177,19 @@ COMMANDS: tuple[Command, ...] = (
     Command(
         code=0x10, name="activation", title=marked("Activate / lock"), vendor_term="激活/锁定",
         explanation=marked("An active module fires by its thresholds; a locked one is in standby and does not fire."),
-        reply=FLAG, reply_key="active", write=FLAG, write_key="set", is_action=True,
+        reply=FLAG, reply_key="active", write=FLAG, write_key="set",
         write_hazards={0x01: Hazard.DANGEROUS},
     ),
     Command(
         code=0x11, name="deploy", title=marked("Deploy over serial"), vendor_term="串口触发开伞",
         explanation=marked("Fires the parachute. 00 forbids it; for how long, the vendor does not say."),
-        reply=FLAG, reply_key="deployed", write=FLAG, write_key="set", is_action=True,
+        reply=FLAG, reply_key="deployed", write=FLAG, write_key="set",
         write_hazards={0x00: Hazard.DANGEROUS, 0x01: Hazard.DANGEROUS},
     ),
     Command(
         code=0x12, name="shutdown", title=marked("Shut down"), vendor_term="关机",
         explanation=marked("Switches the module off. It comes back by its switch, held 2 s, or by external power."),
-        reply=Done(), write=Done(), is_action=True,
+        reply=Done(), write=Done(),
         write_hazards={0x01: Hazard.DANGEROUS},
     ),
     Command(
@@ -257,7 +255,7 @@ COMMANDS: tuple[Command, ...] = (
     Command(
         code=0x25, name="zero_sensor", title=marked("Zero the sensor"), vendor_term="传感器置零",
         explanation=marked("Takes today's mounting as level. For small mounting errors only."),
-        reply=Done(), query_data=0x00, query_hazard=Hazard.DANGEROUS, is_action=True,
+        reply=Done(), query_data=0x00, query_hazard=Hazard.DANGEROUS,
     ),
     Command(
         code=0x30, name="active", title=marked("Active?"), vendor_term="是否激活",

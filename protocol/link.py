@@ -7,7 +7,9 @@ Rules that it lives by:
 - A module answers in the order in which it was asked (the table knows no other). So once it has answered something
   that was asked later, nothing earlier can still come. Where an earlier reply could be mistaken for the present one
   (the acknowledgement of a set for its read-back, a trigger record for a cell voltage, 16 for 17), the link first
-  sends a heartbeat, the *fence*, and lets everything that comes before its answer pass by as late.
+  sends a heartbeat, the *fence* (another harmless question where one may come unasked), and lets everything that comes
+  before its answer pass by as late. `Earlier` knows what may still come.
+- What began before a request went out is no answer to it.
 - Two heartbeats that nobody asked for are a restart.
 - A heartbeat goes out when nothing has proven the link for ten seconds; unanswered, the module is offline.
 
@@ -15,11 +17,11 @@ The owner writes what `take_outgoing` gives after each call, and calls `tick` no
 All state changes go through the two tables of `link_states`.
 """
 
-from collections import deque
 from dataclasses import dataclass, replace
 from math import inf
 
 from protocol.catalogue import ACTIVATION, HEARTBEAT, Hazard, Layout, Request
+from protocol.earlier import Earlier
 from protocol.events import (
     Answered,
     Counters,
@@ -54,24 +56,14 @@ class _Flight:
     attempt: int = 0
     sent_at: float = 0.0
     deadline: float = 0.0
+    heard_before: int = 0
+    """Bytes that had been heard when it first went out: a frame that began among them is no answer."""
     messages: tuple[Message, ...] = ()
     collects_until: float = 0.0
 
 
-@dataclass(frozen=True, slots=True)
-class _Owed:
-    """A request whose answer may still come."""
-
-    request: Request
-    at: float
-
-
 _HEARTBEAT = HEARTBEAT.query()
 _LOCK = ACTIVATION.set(False)
-
-
-def _overlap(one: Request, other: Request) -> bool:
-    return bool(one.command.reply_codes & other.command.reply_codes)
 
 
 class Link:
@@ -87,12 +79,10 @@ class Link:
         self._outgoing = bytearray()
         self._flight: _Flight | None = None
         self._behind_fence: _Flight | None = None
-        self._owed: deque[_Owed] = deque(maxlen=32)
-        self._not_past: list[Request] = []
-        """Requests of which a (further) reply may still be under way, oldest first: see the fence."""
-        self._last_answered: _Owed | None = None
+        self._earlier = Earlier(self.timing)
         self._unasked_heartbeat_at: float | None = None
         self._last_byte_at = now
+        self._heard_bytes = 0
         self._proven_at = -inf
         self._probe_at = now + self.timing.heartbeat_every_s
 
@@ -126,11 +116,11 @@ class Link:
         else:
             waits = (waits_s or self.round_trips.waits_s(self.timing))[:attempts]
         flight = _Flight(request, waits)
-        self._forget_owed(now)
-        if self._needs_fence(request):
+        self._earlier.forget_owed(now)
+        if self._needs_fence(request, now):
             self._behind_fence = flight
             self._move(Step.ASK_BEHIND_FENCE)
-            return self._send(_Flight(_HEARTBEAT, self.round_trips.waits_s(self.timing)), now)
+            return self._send(_Flight(self._earlier.fence(now), self.round_trips.waits_s(self.timing)), now)
         self._move(Step.ASK)
         return self._send(flight, now)
 
@@ -142,7 +132,7 @@ class Link:
         events: list[Event] = []
         if self._flight is not None:
             flight = self._flight
-            self._owe(flight.request, now)
+            self._earlier.owe(flight.request, now, count=flight.attempt)
             if not flight.request.is_repeatable:
                 events.append(OutcomeUnknown(flight.request, now - flight.sent_at, now))
         self._behind_fence = None
@@ -160,6 +150,7 @@ class Link:
         if not data:
             return []
         self._last_byte_at = now
+        self._heard_bytes += len(data)
         events: list[Event] = []
         for piece in self._parser.feed(data):
             self._digest(piece, now, events)
@@ -201,7 +192,10 @@ class Link:
 
     def _send(self, flight: _Flight, now: float) -> list[Event]:
         wait_s = flight.waits_s[flight.attempt]
-        self._flight = replace(flight, attempt=flight.attempt + 1, sent_at=now, deadline=now + wait_s)
+        heard_before = flight.heard_before if flight.attempt else self._heard_bytes
+        self._flight = replace(
+            flight, attempt=flight.attempt + 1, sent_at=now, deadline=now + wait_s, heard_before=heard_before
+        )
         if flight.attempt:
             self.counters.retries += 1
         self.counters.sent += 1
@@ -210,23 +204,10 @@ class Link:
         self._outgoing += raw
         return [Sent(raw, flight.request, flight.attempt + 1, now)]
 
-    def _needs_fence(self, request: Request) -> bool:
+    def _needs_fence(self, request: Request, now: float) -> bool:
         if request == _LOCK:
             return False  # standby cannot wait; whose acknowledgement comes matters less than the state read afterwards
-        repeats = request.is_repeatable and request.command.layout is not Layout.RECORD
-        return any(_overlap(earlier, request) for earlier in self._not_past if not (repeats and earlier == request))
-
-    def _owe(self, request: Request, now: float) -> None:
-        self._owed.append(_Owed(request, now))
-        self._remember(request)
-
-    def _remember(self, request: Request) -> None:
-        if request not in self._not_past:
-            self._not_past.append(request)
-
-    def _forget_owed(self, now: float) -> None:
-        while self._owed and now - self._owed[0].at > self.timing.late_s:
-            self._owed.popleft()
+        return self._earlier.could_answer(request, now)
 
     # Receiving
 
@@ -240,8 +221,10 @@ class Link:
             self._note(events, piece, None, Role.ECHO, now)
             return
         self._prove(now, events)
+        if answers(piece.raw, _HEARTBEAT):
+            self._earlier.hear_heartbeat(now)
         flight = self._flight
-        if flight is not None and answers(piece.raw, flight.request) and not self._may_precede_fence():
+        if flight is not None and self._is_answer(flight, piece, now):
             self._take_answer(flight, piece, now, events)
         else:
             self._take_other(piece, now, events)
@@ -257,24 +240,28 @@ class Link:
             self.presence = PRESENCE[self.presence, Sign.FRAME]
             events.append(WentOnline(now))
 
-    def _may_precede_fence(self) -> bool:
-        """A heartbeat that was given up before the fence went out may still come: it must not open the fence."""
-        return self.exchange is Exchange.FENCING and any(owed.request == _HEARTBEAT for owed in self._owed)
+    def _is_answer(self, flight: _Flight, frame: Frame, now: float) -> bool:
+        if frame.offset < flight.heard_before or not answers(frame.raw, flight.request):
+            return False
+        return self.exchange is not Exchange.FENCING or self._earlier.opens(flight.request, frame.raw, now)
 
     def _take_answer(self, flight: _Flight, frame: Frame, now: float, events: list[Event]) -> None:
         message = decode(frame.raw, flight.request)
         self._note(events, frame, message, Role.ANSWER, now)
+        may_be_copy = self._earlier.is_copy(frame.raw, now)
+        self._earlier.expect_copy(frame.raw, flight.request, now)
         if flight.request.command.layout is Layout.RECORD:
             self._collect(flight, message, now)
             return
         round_trip_s = now - flight.sent_at if flight.attempt == 1 else None
         if round_trip_s is not None:
             self.round_trips.add(round_trip_s)
-        self._last_answered = _Owed(flight.request, now)
-        self._pass_fence(flight.request)
-        self._owed.extend([_Owed(flight.request, now)] * (flight.attempt - 1))
-        if not flight.request.is_repeatable:
-            self._remember(flight.request)
+        if not may_be_copy:  # of the answer to the same question just before: it says nothing of what was asked since
+            self._earlier.pass_by(flight.request)
+        if flight.attempt > 1:
+            self._earlier.owe(flight.request, now, count=flight.attempt - 1)
+        elif may_be_copy or not flight.request.is_repeatable:
+            self._earlier.remember(flight.request)
         fenced, self._behind_fence = self._behind_fence, None
         probing = self.exchange is Exchange.PROBING
         self._finish(Step.ANSWER)
@@ -293,38 +280,34 @@ class Link:
         deadline = min(ends, now + self.timing.records_quiet_s)
         self._flight = replace(flight, messages=(*flight.messages, message), deadline=deadline, collects_until=ends)
 
-    def _pass_fence(self, answered: Request) -> None:
-        """The answer to `answered` proves that the replies to everything asked before it have passed."""
-        if any(_overlap(owed.request, answered) for owed in self._owed):
-            return  # it may be the late answer to an earlier one, which proves less
-        self._not_past = [earlier for earlier in self._not_past if _overlap(earlier, answered)]
-
     def _take_other(self, frame: Frame, now: float, events: list[Event]) -> None:
         """A frame that does not answer the request in flight."""
-        self._forget_owed(now)
-        for owed in self._owed:
-            if answers(frame.raw, owed.request):
-                self._owed.remove(owed)
-                self._note(events, frame, decode(frame.raw, owed.request), Role.LATE, now)
-                return
-        last = self._last_answered
-        if last is not None and answers(frame.raw, last.request) and now - last.at <= self.timing.doubled_s:
-            self._last_answered = None
-            self._note(events, frame, decode(frame.raw, last.request), Role.DOUBLED, now)
+        self._earlier.forget_owed(now)
+        earlier = self._earlier
+        if earlier.is_copy(frame.raw, now):  # before "late": a copy must not stand for a reply that is still to come
+            message = decode(frame.raw, earlier.copied_request(frame.raw))
+            if isinstance(message, Status):
+                earlier.expect_no_copy(frame.raw)  # those that follow may as well be streamed
+            self._note(events, frame, message, Role.DOUBLED, now)
+            return
+        late = earlier.take_late(frame.raw)
+        if late is not None:
+            earlier.expect_copy(frame.raw, late, now)
+            self._note(events, frame, decode(frame.raw, late), Role.LATE, now)
             return
         message = decode(frame.raw)
         role = Role.STREAMED if isinstance(message, Status) else Role.UNASKED
         self._note(events, frame, message, role, now)
         if isinstance(message, Heartbeat):
+            earlier.expect_copy(frame.raw, None, now)
             if self._unasked_heartbeat_at is None:
                 self._unasked_heartbeat_at = now
             else:
                 self._restart(events, now, is_certain=True)
 
     def _restart(self, events: list[Event], now: float, *, is_certain: bool) -> None:
+        # What was asked before is not forgotten: the heartbeats may be replies that took their time, with more behind.
         self._unasked_heartbeat_at = None
-        self._owed.clear()
-        self._not_past.clear()
         self.counters.restarts += 1
         events.append(Restarted(is_certain, now))
 
@@ -336,7 +319,7 @@ class Link:
             events += self._send(flight, now)
             return
         if flight.messages:
-            self._remember(flight.request)
+            self._earlier.remember(flight.request)
             self._finish(Step.ANSWER)
             events.append(Answered(flight.request, flight.messages, flight.attempt, None, now))
             return
@@ -354,7 +337,7 @@ class Link:
         fenced, self._behind_fence = self._behind_fence, None
         probing = self.exchange is Exchange.PROBING
         self._finish(Step.GIVE_UP)
-        self._owe(flight.request, now)
+        self._earlier.owe(flight.request, now, count=flight.attempt)
         self._probe_at = now + self.timing.probe_after_s
         if flight.request == _HEARTBEAT:
             self._probe_at = now + self.timing.offline_probe_s

@@ -51,10 +51,6 @@ class RoundTrips:
         self._samples.append(round_trip_s)
 
     @property
-    def samples_s(self) -> tuple[float, ...]:
-        return tuple(self._samples)
-
-    @property
     def minimum_s(self) -> float | None:
         return min(self._samples, default=None)
 

@@ -1,6 +1,6 @@
 """Nasty byte streams, and whether the stream parser and the reference decoder agree about them.
 
-    python -m tests.fuzz --inputs 1000000 --seed 1
+    python -m tests.fuzz --inputs 1000000 --seed 1            (with --link: the link instead, see tests/fuzz_link.py)
 
 Every input is cut at random places, fed to the parser and compared: the same frames at the same places, every byte in
 exactly one piece, never more than 15 bytes waiting.
@@ -139,13 +139,27 @@ def fuzz(count: int, seed: int) -> Figures:
     return figures
 
 
+def _fuzz_link(count: int, seed: int) -> int:
+    from tests.fuzz_link import fuzz_link  # which needs this module's bytes
+
+    started = time.perf_counter()
+    figures = fuzz_link(count, seed)
+    ends = ", ".join(f"{number} {end.value}" for end, number in figures.ends.items())
+    seconds = time.perf_counter() - started
+    print(f"{figures.inputs} conversations, {figures.steps} steps; {ends}; {figures.faults} faults, {seconds:.1f} s")
+    return 1 if figures.faults else 0
+
+
 def main() -> int:
-    """Run from the command line; 1 where the decoders disagree."""
+    """Run from the command line; 1 where the decoders disagree, or the referee of the link finds a fault."""
     parser = argparse.ArgumentParser(description="Compare the stream parser with the reference decoder.")
     parser.add_argument("--inputs", type=int, default=100_000)
     parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--link", action="store_true", help="conversations of the link instead: see tests/fuzz_link.py")
     options = parser.parse_args()
     started = time.perf_counter()
+    if options.link:
+        return _fuzz_link(options.inputs, options.seed)
     figures = fuzz(options.inputs, options.seed)
     print(
         f"{figures.inputs} inputs, {figures.bytes} bytes, {figures.frames} frames accepted, "

@@ -2,13 +2,10 @@
 
 import pytest
 
-from protocol.catalogue import BY_NAME, HEARTBEAT, TRIGGER_RECORDS, Command, Hazard, Request
+from protocol.catalogue import HEARTBEAT, TRIGGER_RECORDS, Hazard, Request
 from protocol.events import (
     Answered,
-    Event,
     OutcomeUnknown,
-    Received,
-    Restarted,
     Role,
     Sent,
     Unanswered,
@@ -16,66 +13,16 @@ from protocol.events import (
     WentOnline,
 )
 from protocol.frame import encode_reply
-from protocol.link import Link, LinkMisused
+from protocol.link import LinkMisused
 from protocol.link_states import EXCHANGE, Exchange, Presence, Step
-from protocol.messages import Acknowledgement, Heartbeat, Reading, Status, TriggerRecord
+from protocol.messages import Acknowledgement, Heartbeat, Reading, TriggerRecord
+from tests.link_bench import PULSE, RECORD, STREAMED, TRAP, Bench, named
 from tests.vectors import BY_ID
-
-PULSE = bytes.fromhex("41 75 01 A5 5A 00")
-RECORD = BY_ID["trigger-record-example"].raw
-TRAP = BY_ID["trigger-record-that-begins-like-a-voltage"].raw
-STREAMED = Status(7, 1.0, False, True).encode()
-
-
-class Bench:
-    """A link with a clock that only the test moves."""
-
-    def __init__(self) -> None:
-        self.now = 100.0
-        self.link = Link(self.now)
-        self.events: list[Event] = []
-
-    def ask(self, request: Request, **options: object) -> bytes:
-        self.events += self.link.ask(request, self.now, **options)  # type: ignore[arg-type]
-        return self.link.take_outgoing()
-
-    def hear(self, *frames: bytes, after_s: float = 0.003) -> bytes:
-        self.wait(after_s)
-        for raw in frames:
-            self.events += self.link.receive(raw, self.now)
-        return self.link.take_outgoing()
-
-    def wait(self, seconds: float) -> bytes:
-        """Let time pass, ticking whenever the link asked for it."""
-        end = self.now + seconds
-        sent = b""
-        while (due := self.link.next_deadline()) <= end:
-            self.now = max(self.now, due)
-            self.events += self.link.tick(self.now)
-            sent += self.link.take_outgoing()
-        self.now = end
-        return sent
-
-    def warm_up(self, count: int = 8) -> None:
-        for _ in range(count):
-            self.ask(HEARTBEAT.query())
-            self.hear(PULSE)
-        self.events.clear()
-
-    def taken(self, kind: type[Event]) -> list[Event]:
-        return [event for event in self.events if isinstance(event, kind)]
-
-    def roles(self) -> list[Role]:
-        return [event.role for event in self.events if isinstance(event, Received)]
 
 
 @pytest.fixture
 def bench() -> Bench:
     return Bench()
-
-
-def named(name: str) -> Command:
-    return BY_NAME[name]
 
 
 def test_a_question_is_answered_once_with_its_round_trip(bench: Bench) -> None:
@@ -194,38 +141,10 @@ def test_e03_a_record_that_begins_like_a_voltage_stays_a_record(bench: Bench, cu
     assert [type(message) for message in answered.messages] == [TriggerRecord]
 
 
-def test_e03_a_voltage_asked_after_records_waits_behind_a_fence(bench: Bench) -> None:
-    bench.ask(TRIGGER_RECORDS.query())
-    bench.hear(RECORD)
-    bench.wait(0.6)
-    assert bench.ask(named("cell_voltage").query()) == HEARTBEAT.query().encode()
-    bench.hear(TRAP, after_s=0.01)  # a record that took its time
-    assert not [e for e in bench.events if isinstance(e, Answered) and e.request.command.name == "cell_voltage"]
-    assert bench.hear(PULSE) == named("cell_voltage").query().encode()
-    bench.hear(encode_reply(0x35, 0xC8))
-    (voltage,) = [e for e in bench.events if isinstance(e, Answered) and e.request.command.name == "cell_voltage"]
-    (message,) = voltage.messages
-    assert isinstance(message, Reading)
-    assert message.value == 4.0
-
-
 @pytest.mark.parametrize("code", [0x16, 0x17])
 def test_e04_17_is_acknowledged_by_17_or_16(bench: Bench, code: int) -> None:
     bench.ask(named("freefall_trigger").set(True))
     bench.hear(encode_reply(code, 0))
-    (answered,) = bench.taken(Answered)
-    assert isinstance(answered, Answered)
-    assert answered.request.command.name == "freefall_trigger"
-
-
-def test_e04_a_late_16_is_not_taken_for_the_acknowledgement_of_17(bench: Bench) -> None:
-    bench.ask(named("attitude_trigger").set(True))
-    bench.wait(1.01)
-    assert bench.ask(named("freefall_trigger").set(True)) == HEARTBEAT.query().encode()
-    bench.hear(encode_reply(0x16, 0), after_s=0.2)
-    assert bench.roles() == [Role.LATE]
-    assert bench.hear(PULSE) == named("freefall_trigger").set(True).encode()
-    bench.hear(encode_reply(0x16, 0))
     (answered,) = bench.taken(Answered)
     assert isinstance(answered, Answered)
     assert answered.request.command.name == "freefall_trigger"
@@ -253,102 +172,11 @@ def test_e06_no_record_at_all_is_unanswered_and_asked_only_once(bench: Bench) ->
     assert given_up.attempts == 1
 
 
-def test_a_read_back_is_never_the_late_acknowledgement(bench: Bench) -> None:
-    """A module that echoes late and does not keep: its echo must not pass for the value read back."""
-    bench.warm_up()
-    bench.ask(named("freefall_time").set(1.8))
-    bench.wait(1.01)
-    sent = bench.ask(named("freefall_time").query())
-    assert sent == HEARTBEAT.query().encode()
-    bench.hear(encode_reply(0x22, 180), after_s=0.05)
-    sent = bench.hear(PULSE)
-    assert sent == named("freefall_time").query().encode()
-    bench.hear(encode_reply(0x22, 160))
-    (answered,) = bench.taken(Answered)
-    assert isinstance(answered, Answered)
-    assert answered.messages == (Reading(named("freefall_time"), 160),)
-
-
-def test_a_doubled_acknowledgement_is_not_the_read_back(bench: Bench) -> None:
-    bench.warm_up()
-    bench.ask(named("freefall_time").set(1.8))
-    bench.hear(encode_reply(0x22, 180))
-    assert bench.ask(named("freefall_time").query()) == HEARTBEAT.query().encode()
-    bench.hear(encode_reply(0x22, 180), after_s=0.001)
-    assert bench.hear(PULSE) == named("freefall_time").query().encode()
-    bench.hear(encode_reply(0x22, 160))
-    answers = [event for event in bench.events if isinstance(event, Answered)]
-    assert answers[-1].messages == (Reading(named("freefall_time"), 160),)
-
-
-def test_an_answer_to_something_else_is_fence_enough(bench: Bench) -> None:
-    bench.warm_up()
-    bench.ask(named("freefall_time").set(1.8))
-    bench.hear(encode_reply(0x22, 180))
-    bench.ask(named("attitude_threshold").query())
-    bench.hear(encode_reply(0x20, 60))
-    assert bench.ask(named("freefall_time").query()) == named("freefall_time").query().encode()
-
-
-def test_a_fence_without_answer_sends_nothing_else(bench: Bench) -> None:
-    bench.warm_up()
-    bench.ask(named("serial_output").set(True))
-    bench.wait(1.01)
-    bench.events.clear()
-    bench.ask(named("serial_output").set(False))
-    bench.wait(3)
-    assert not [e for e in bench.events if isinstance(e, Sent) and e.request.is_set]
-    (given_up,) = bench.taken(Unanswered)
-    assert isinstance(given_up, Unanswered)
-    assert given_up.attempts == 0
-
-
 def test_locking_waits_behind_no_fence(bench: Bench) -> None:
     lock = named("activation").set(False)
     bench.ask(lock)
     bench.wait(1.01)
     assert bench.ask(lock) == lock.encode()
-
-
-def test_two_unasked_heartbeats_are_a_restart(bench: Bench) -> None:
-    bench.warm_up()
-    bench.hear(PULSE, after_s=1)
-    assert bench.taken(Restarted) == []
-    bench.hear(PULSE, after_s=0.05)
-    assert [event.is_certain for event in bench.events if isinstance(event, Restarted)] == [True]
-    assert bench.link.counters.restarts == 1
-
-
-def test_one_unasked_heartbeat_is_taken_as_a_restart_too(bench: Bench) -> None:
-    bench.warm_up()
-    bench.hear(PULSE, after_s=1)
-    bench.wait(0.31)
-    assert [event.is_certain for event in bench.events if isinstance(event, Restarted)] == [False]
-
-
-def test_a_doubled_heartbeat_is_no_restart(bench: Bench) -> None:
-    bench.ask(HEARTBEAT.query())
-    bench.hear(PULSE, PULSE)
-    bench.wait(1)
-    assert bench.taken(Restarted) == []
-    assert bench.roles() == [Role.ANSWER, Role.DOUBLED]
-
-
-def test_a_restart_during_a_heartbeat_is_seen(bench: Bench) -> None:
-    bench.ask(HEARTBEAT.query())
-    bench.hear(PULSE)
-    bench.hear(PULSE, after_s=0.05)
-    bench.wait(0.5)
-    assert len(bench.taken(Restarted)) == 1
-
-
-def test_a_late_heartbeat_is_no_restart(bench: Bench) -> None:
-    bench.ask(HEARTBEAT.query(), waits_s=(0.5, 1.0))
-    bench.wait(0.6)
-    bench.hear(PULSE, after_s=0.1)
-    bench.hear(PULSE, after_s=0.1)
-    bench.wait(1)
-    assert bench.taken(Restarted) == []
 
 
 def test_a_heartbeat_goes_out_only_when_nothing_else_proves_the_link(bench: Bench) -> None:
@@ -415,14 +243,6 @@ def test_rejected_bytes_are_counted_by_reason(bench: Bench) -> None:
     bench.wait(0.3)
     counted = {reason.value: count for reason, count in bench.link.counters.rejected_bytes.items()}
     assert counted == {"checksum": 6, "no_header": 2}
-
-
-def test_abandoning_frees_the_link_and_the_reply_is_late(bench: Bench) -> None:
-    bench.ask(named("light").query())
-    bench.link.abandon(bench.now)
-    assert bench.link.is_idle
-    bench.hear(encode_reply(0x14, 3))
-    assert bench.roles() == [Role.LATE]
 
 
 def test_a_heartbeat_that_answers_is_a_heartbeat(bench: Bench) -> None:
