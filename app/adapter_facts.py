@@ -42,7 +42,7 @@ class AdapterFacts:
     has_rule: bool = False
     """Our udev rule is installed."""
     rule_source: str = f"packaging/{RULE_NAME}"
-    """Where the rule lies that could be."""
+    """Where the rule lies that could be; empty where none came with the program (installed from a wheel)."""
     access: Access | None = None
     latency_path: str | None = None
     """File that holds the latency timer of this port."""
@@ -57,7 +57,7 @@ def facts_about(port: str, *, root: Path = ROOT) -> AdapterFacts:
     return AdapterFacts(
         grabbers=running(GRABBERS, root=root),
         has_rule=any((root / folder / RULE_NAME).exists() for folder in RULE_FOLDERS),
-        rule_source=str(_RULE_SOURCE) if _RULE_SOURCE.exists() else f"packaging/{RULE_NAME}",
+        rule_source=str(_RULE_SOURCE) if _RULE_SOURCE.exists() else "",
         access=access_to(root / port.lstrip("/")),
         latency_path=None if latency is None else f"/{latency.relative_to(root)}",
         latency_ms=None if latency is None else _number_in(latency),

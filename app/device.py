@@ -89,6 +89,13 @@ class Sample(NamedTuple):
     active: bool
 
 
+class Sleep(NamedTuple):
+    """The computer slept and heard nothing. `ended_at`: monotonic seconds."""
+
+    ended_at: float
+    lasted_s: float
+
+
 @dataclass(frozen=True, slots=True)
 class DeviceView:
     """What was known at one moment; never changes, so any thread may keep it."""
@@ -99,6 +106,7 @@ class DeviceView:
     is_streaming: bool = False
     stream_hz: float = 0.0
     restarts: int = 0
+    last_sleep: Sleep | None = None
 
     def known(self, key: str, now: float) -> Known | None:
         """The value with the doubt that its age casts on it at `now`; None while unknown."""
@@ -128,6 +136,7 @@ class Device:
         self._latest: Received | None = None
         """The last status frame while it is not yet among the values: at line rate each is soon followed by another."""
         self._restarts = 0
+        self._last_sleep: Sleep | None = None
         self._samples: list[Sample] = []
 
     def use_rate(self, baud_rate: int) -> None:
@@ -165,6 +174,10 @@ class Device:
         }
         self._streamed_at.clear()
 
+    def note_sleep(self, slept_s: float, at: float) -> None:
+        """Remember it for the view; `apply` takes what follows from it."""
+        self._last_sleep = Sleep(at, slept_s)
+
     def take_samples(self) -> list[Sample]:
         """The status reports since the last call, oldest first; none is ever left out."""
         samples, self._samples = self._samples, []
@@ -185,6 +198,7 @@ class Device:
             self.is_streaming(now),
             hz,
             self._restarts,
+            self._last_sleep,
         )
 
     def is_streaming(self, now: float) -> bool:

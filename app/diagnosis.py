@@ -1,35 +1,32 @@
 """Why does it not connect?  One cause and one next action, from what is seen.
 
-`CAUSES` is the table: from top to bottom, the first cause that fits the evidence is the one. Pure: whoever holds the
-link gathers the evidence (`Evidence`), `app.adapter_facts` asks the system for the rest.
+`CAUSES` is the table: from top to bottom, the first cause that fits the evidence is the one. What can be judged on the
+evidence is in `app.symptoms`; whoever holds the link gathers it, and `app.adapter_facts` asks the system for the rest.
 """
 
-import re
 import shlex
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from enum import Enum
 
-from app.adapter_facts import SLOW_LATENCY_MS, AdapterFacts
 from app.i18n import tr
-from app.transport import PortError, PortTrouble
-from protocol.catalogue import HOST_HEADER
-from protocol.events import Counters, Role
-from protocol.frame import Reason
+from app.symptoms import (
+    Evidence,
+    frames_of_module,
+    has_login,
+    holder_name,
+    is_bad_line,
+    is_echo,
+    is_gone,
+    is_prober,
+    is_silent,
+    is_slow,
+    is_taken_for_braille,
+    may_soon,
+    trouble_of,
+)
+from app.transport import PortTrouble
 from protocol.text import marked
-
-NOISE_KEPT_BYTES = 512
-SLOW_MINIMUM_S = 0.008
-"""A module at 115200 baud answers within 3 ms; below this no latency timer is at work."""
-LATENCY_STEP_S = 0.016
-CHECKSUM_SHARE = 0.25
-"""Of the rejected bytes: with a wrong rate hardly any get so far as to a checksum."""
-REJECTED_SHARE = 0.02
-"""Of all bytes, while frames come: more is a bad line."""
-_AT = re.compile(rb"AT(?:[ETIZ+&Q$^]|\r)|\x7e\x00\x78\xf0\x7e")
-_LOGIN = re.compile(rb"login:|[Pp]assword:|U-Boot|Linux version|\$ \Z|# \Z")
-_PROBERS = {"modemmanager", "mmcli"}
-_BRAILLE = {"brltty"}
 
 
 class Cause(Enum):
@@ -54,33 +51,6 @@ class Cause(Enum):
     FELL_SILENT = "fell silent"
     NOTHING = "no bytes at all"
     SLOW_ADAPTER = "slow adapter"
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Evidence:
-    """What was seen of one port since it was opened, or why it was not. Times in seconds."""
-
-    port: str = ""
-    baud_rate: int = 115200
-    trouble: PortError | None = None
-    is_open: bool = False
-    is_answering: bool = False
-    """A module answers what it is asked. One that only sends by itself does not."""
-    was_online: bool = False
-    """A module has answered here since somebody connected."""
-    was_shut_down: bool = False
-    """We sent 12 and nothing has come since."""
-    bytes_received: int = 0
-    counters: Counters = field(default_factory=Counters)
-    noise: bytes = b""
-    """The last rejected bytes, up to `NOISE_KEPT_BYTES`."""
-    round_trip_minimum_s: float | None = None
-    round_trip_median_s: float | None = None
-    short_visits: int = 0
-    """How often the adapter came and went again at once: `PortHistory.short_visits`."""
-    facts: AdapterFacts = field(default_factory=AdapterFacts)
-    platform: str = "linux"
-    """As `sys.platform`."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -119,73 +89,11 @@ def diagnose(evidence: Evidence) -> Diagnosis | None:
     return None
 
 
-# What is seen
-
-
-def _trouble(evidence: Evidence) -> PortTrouble | None:
-    return None if evidence.trouble is None else evidence.trouble.trouble
-
-
-def _is_gone(evidence: Evidence) -> bool:
-    return _trouble(evidence) in (PortTrouble.MISSING, PortTrouble.LOST)
-
-
-def _holder(evidence: Evidence) -> str:
-    holder = evidence.trouble.holder if evidence.trouble is not None else None
-    return "" if holder is None else holder.name
-
-
-def _is_prober(evidence: Evidence) -> bool:
-    if _trouble(evidence) is PortTrouble.BUSY:
-        name = _holder(evidence).lower()
-        return name in _PROBERS or (not name and "ModemManager" in evidence.facts.grabbers)
-    return not evidence.is_answering and _AT.search(evidence.noise) is not None
-
-
-def _is_silent(evidence: Evidence) -> bool:
-    """The port is fine, we have asked, and no module answers."""
-    return evidence.is_open and not evidence.is_answering and evidence.counters.time_outs > 0
-
-
-def _frames_of_module(evidence: Evidence) -> int:
-    return evidence.counters.frames - evidence.counters.by_role[Role.ECHO]
-
-
-def _is_echo(evidence: Evidence) -> bool:
-    only_echo = evidence.counters.by_role[Role.ECHO] > 0 or HOST_HEADER in evidence.noise
-    return _is_silent(evidence) and only_echo and not _frames_of_module(evidence)
-
-
-def _is_bad_line(evidence: Evidence) -> bool:
-    """Frames that are damaged, rather than bytes of another rate."""
-    rejected = evidence.counters.rejected
-    if not evidence.is_open or not rejected:
-        return False
-    if _frames_of_module(evidence):
-        return rejected > REJECTED_SHARE * evidence.bytes_received and rejected > NOISE_KEPT_BYTES // 8
-    begun = sum(
-        evidence.counters.rejected_bytes[reason] for reason in (Reason.CHECKSUM, Reason.INCOMPLETE, Reason.VALUE)
-    )
-    return _is_silent(evidence) and begun >= CHECKSUM_SHARE * rejected
-
-
-def _is_slow(evidence: Evidence) -> bool:
-    """Every answer takes the adapter's full waiting time: even the quickest one, and the usual one is a step of it."""
-    if not evidence.is_answering:
-        return False
-    latency_ms = evidence.facts.latency_ms
-    if latency_ms is not None:
-        return latency_ms > SLOW_LATENCY_MS
-    quickest, usual = evidence.round_trip_minimum_s, evidence.round_trip_median_s
-    return quickest is not None and usual is not None and quickest >= SLOW_MINIMUM_S and usual <= 2.5 * LATENCY_STEP_S
-
-
-def _may_soon(evidence: Evidence) -> bool:
-    access = evidence.facts.access
-    return access is not None and access.is_member and not access.is_effective
-
-
 # What to type
+
+
+_JOIN_GROUP = "sudo usermod -aG dialout $USER"
+"""The group of serial ports on Debian and Ubuntu."""
 
 
 def _permission_command(evidence: Evidence) -> str | None:
@@ -194,7 +102,7 @@ def _permission_command(evidence: Evidence) -> str | None:
     access = evidence.facts.access
     if access is not None and access.group is not None:
         return f"sudo usermod -aG {access.group} $USER"
-    return _install_rule(evidence) if access is not None else "sudo usermod -aG dialout $USER"
+    return _install_rule(evidence) if access is not None and evidence.facts.rule_source else _JOIN_GROUP
 
 
 def _install_rule(evidence: Evidence) -> str:
@@ -203,8 +111,10 @@ def _install_rule(evidence: Evidence) -> str:
 
 
 def _rule_command(evidence: Evidence) -> str | None:
-    """With our rule in place the modem program only has to be started anew to heed it."""
-    return "sudo systemctl restart ModemManager" if evidence.facts.has_rule else _install_rule(evidence)
+    """With our rule in place the modem program only has to be started anew to heed it; without one it has to end."""
+    if evidence.facts.has_rule:
+        return "sudo systemctl restart ModemManager"
+    return _install_rule(evidence) if evidence.facts.rule_source else "sudo systemctl stop ModemManager"
 
 
 def _latency_command(evidence: Evidence) -> str | None:
@@ -237,86 +147,83 @@ CAUSES: tuple[Row, ...] = (
     # The port cannot be had
     Row(
         Cause.BRAILLE,
-        lambda seen: (
-            (_is_gone(seen) and seen.short_visits >= 1 and "brltty" in seen.facts.grabbers)
-            or _holder(seen).lower() in _BRAILLE
-        ),
+        is_taken_for_braille,
         marked("{port} vanishes again: the driver for Braille displays (brltty) takes this adapter for one."),
         marked("If nobody here uses a Braille display, type: {command} — then plug the adapter in again."),
         lambda _seen: "sudo apt remove brltty",
     ),
     Row(
         Cause.MODEM_PROBER,
-        _is_prober,
+        is_prober,
         marked("A modem program (ModemManager) tries out {port}: it sends AT commands to the module."),
         marked("Type: {command} — then plug the adapter in again."),
         _rule_command,
     ),
     Row(
         Cause.FLAPPING,
-        lambda seen: _is_gone(seen) and seen.short_visits >= 2,
+        lambda seen: is_gone(seen) and seen.short_visits >= 2,
         marked("The adapter at {port} has come and gone {visits} times: it loses its power or its contact."),
         marked("Use another USB cable and another socket, without a hub."),
     ),
     Row(
         Cause.HELD,
-        lambda seen: _trouble(seen) is PortTrouble.BUSY and bool(_holder(seen)),
+        lambda seen: trouble_of(seen) is PortTrouble.BUSY and bool(holder_name(seen)),
         _IN_USE,
         marked("Close {program} and connect again."),
     ),
     Row(
         Cause.HELD,
-        lambda seen: _trouble(seen) is PortTrouble.BUSY,
+        lambda seen: trouble_of(seen) is PortTrouble.BUSY,
         _IN_USE_BY_SOMEBODY,
         marked("Close every program that uses serial ports, a second window of this one too, and connect again."),
     ),
     Row(
         Cause.LOG_IN_AGAIN,
-        lambda seen: _trouble(seen) is PortTrouble.NOT_ALLOWED and _may_soon(seen),
+        lambda seen: trouble_of(seen) is PortTrouble.NOT_ALLOWED and may_soon(seen),
         marked("You may open {port}, but this session does not know it yet."),
         marked("Log out and in again; on some systems only a restart helps."),
     ),
     Row(
         Cause.NO_PERMISSION,
-        lambda seen: _trouble(seen) is PortTrouble.NOT_ALLOWED and _permission_command(seen) is not None,
+        lambda seen: trouble_of(seen) is PortTrouble.NOT_ALLOWED and _permission_command(seen) is not None,
         marked("You may not open {port}."),
         marked("Type: {command} — then log out and in again."),
         _permission_command,
     ),
     Row(
         Cause.NO_PERMISSION,
-        lambda seen: _trouble(seen) is PortTrouble.NOT_ALLOWED,
+        lambda seen: trouble_of(seen) is PortTrouble.NOT_ALLOWED,
         marked("You may not open {port}."),
         marked("Ask the administrator of this computer for access to serial ports."),
     ),
     Row(
         Cause.MISSING,
-        lambda seen: _trouble(seen) is PortTrouble.MISSING,
+        lambda seen: trouble_of(seen) is PortTrouble.MISSING,
         marked("There is no port {port}."),
         marked("Plug the adapter in. If it is plugged in and no new port appears, its driver is missing."),
     ),
     Row(
         Cause.UNPLUGGED,
-        lambda seen: _trouble(seen) is PortTrouble.LOST,
+        lambda seen: trouble_of(seen) is PortTrouble.LOST,
         marked("{port} was unplugged, or its driver failed."),
         marked("Plug the adapter in again: the program connects by itself, to this adapter only."),
     ),
     Row(
         Cause.STUCK,
-        lambda seen: _trouble(seen) is PortTrouble.STUCK,
+        lambda seen: trouble_of(seen) is PortTrouble.STUCK,
         marked("{port} takes no bytes: the adapter or its driver hangs."),
         marked("Unplug the adapter, wait two seconds, and plug it in again."),
     ),
     Row(
         Cause.UNUSABLE,
-        lambda seen: _trouble(seen) is PortTrouble.UNUSABLE,
+        lambda seen: trouble_of(seen) is PortTrouble.UNUSABLE,
         marked("{port} cannot be used as a serial port."),
         marked("Choose another port."),
     ),
     # The port is open
     Row(
         Cause.LOGIN,
-        lambda seen: _is_silent(seen) and _LOGIN.search(seen.noise) is not None,
+        has_login,
         marked("At {port} there is a computer that wants somebody to log in, not a module."),
         marked("Choose the adapter that the module is connected to."),
     ),
@@ -328,50 +235,50 @@ CAUSES: tuple[Row, ...] = (
     ),
     Row(
         Cause.ECHO,
-        _is_echo,
+        is_echo,
         marked("Only our own bytes come back on {port}."),
         marked("Check the wiring: TX and RX touch each other, or the module is not connected."),
     ),
     Row(
         Cause.BAD_LINE,
-        _is_bad_line,
+        is_bad_line,
         marked("Frames arrive damaged: {rejected} of {bytes} bytes were rejected."),
         marked("Use a shorter cable, connect ground, and keep it away from motors and antennas."),
     ),
     Row(
         Cause.WRONG_RATE,
-        lambda seen: _is_silent(seen) and seen.counters.rejected > 0 and not _frames_of_module(seen),
+        lambda seen: is_silent(seen) and seen.counters.rejected > 0 and not frames_of_module(seen),
         marked("{bytes} bytes came on {port} at {rate} baud, and no frame is among them."),
         marked("The module has another baud rate: find the rate."),
     ),
     Row(
         Cause.DEAF,
-        lambda seen: _is_silent(seen) and not seen.was_online and _frames_of_module(seen) > 0,
+        lambda seen: is_silent(seen) and not seen.was_online and frames_of_module(seen) > 0,
         marked("The module on {port} sends, but does not answer."),
         marked("Check the wire from the adapter's TX to the module's RX."),
     ),
     Row(
         Cause.FELL_SILENT,
-        lambda seen: _is_silent(seen) and seen.was_online,
+        lambda seen: is_silent(seen) and seen.was_online,
         marked("The module answered before and has fallen silent; the port is fine."),
         marked("Check its plug and its cell; hold its switch for two seconds to switch it on."),
     ),
     Row(
         Cause.NOTHING,
-        lambda seen: _is_silent(seen) and not seen.bytes_received,
+        lambda seen: is_silent(seen) and not seen.bytes_received,
         marked("Not a single byte has come on {port}, and it was asked {asked} times."),
         marked("Switch the module on, connect ground, and cross the wires: TX to RX and RX to TX."),
     ),
     Row(
         Cause.SLOW_ADAPTER,
-        lambda seen: _is_slow(seen) and _latency_command(seen) is not None,
+        lambda seen: is_slow(seen) and _latency_command(seen) is not None,
         marked("It works, but the adapter holds every answer back ({ms} ms): its latency timer is long."),
         _TYPE,
         _latency_command,
     ),
     Row(
         Cause.SLOW_ADAPTER,
-        _is_slow,
+        is_slow,
         marked("It works, but the adapter holds every answer back ({ms} ms): its latency timer is long."),
         marked("Set the latency timer to 1 ms in the settings of the adapter's driver (port, advanced)."),
     ),

@@ -9,7 +9,9 @@ import json
 import subprocess
 import sys
 import threading
+import time
 from dataclasses import asdict, dataclass
+from pathlib import Path
 
 from serial.tools import list_ports as pyserial_ports
 
@@ -73,31 +75,55 @@ def list_ports(deadline_s: float = 3.0) -> list[PortInfo]:
     return _scan_in_thread(deadline_s) if sys.platform.startswith("linux") else _scan_in_process(deadline_s)
 
 
+_scanning = threading.Lock()
+"""Held by the thread that scans: beside a list that takes long no second one is begun, and a third."""
+
+
 def _scan_in_thread(deadline_s: float) -> list[PortInfo]:
     found: list[PortInfo] = []
+    errors: list[Exception] = []
 
     def look() -> None:
-        found.extend(scan())
+        try:
+            found.extend(scan())
+        except Exception as error:  # noqa: BLE001  handed on: a thread has nobody to tell
+            errors.append(error)
+        finally:
+            _scanning.release()
 
+    ends_at = time.monotonic() + deadline_s
+    if not _scanning.acquire(timeout=deadline_s):
+        raise PortsUnknown
     thread = threading.Thread(target=look, name="dps-s ports", daemon=True)
     thread.start()
-    thread.join(deadline_s)
-    if thread.is_alive():
-        raise PortsUnknown
+    thread.join(max(0.0, ends_at - time.monotonic()))
+    if thread.is_alive() or errors:
+        raise PortsUnknown from (errors[0] if errors else None)
     return found
 
 
 def _scan_in_process(deadline_s: float) -> list[PortInfo]:
-    is_bundled = getattr(sys, "frozen", False)
-    command = [sys.executable, "ports", "--json"] if is_bundled else [sys.executable, "-m", "app", "ports", "--json"]
     try:
         # Our own program, fixed words: the listing runs where it cannot stop the window.
         listing = subprocess.run(  # noqa: S603
-            command, capture_output=True, timeout=deadline_s, check=True, stdin=subprocess.DEVNULL
+            [*_own_program(), "ports", "--json"],
+            capture_output=True,
+            timeout=deadline_s,
+            check=True,
+            stdin=subprocess.DEVNULL,
+            creationflags=getattr(subprocess, "CREATE_NO_WINDOW", 0),  # Windows alone has it, and would show a console
         )
     except (subprocess.SubprocessError, OSError) as error:
         raise PortsUnknown from error
     return from_json(listing.stdout.decode())
+
+
+def _own_program() -> list[str]:
+    """What starts this program anew, with an output. Of a bundle's two programs on Windows only `dps-s` has one."""
+    if not getattr(sys, "frozen", False):
+        return [sys.executable, "-m", "app"]
+    program = Path(sys.executable)
+    return [str(program.with_name(f"dps-s{program.suffix}"))]
 
 
 def to_json(ports: list[PortInfo]) -> str:

@@ -2,14 +2,16 @@
 
 - Only a port that was open and went away is opened again, and only while somebody wants it.
 - Only the same adapter: by USB serial number, else by vendor, product and socket. Where several ports show the same
-  (two adapters of one clone maker, two ports of one adapter) the socket and the interface must be the same too.
+  (two adapters of one clone maker, two ports of one adapter) the socket and the interface must be the same too; also
+  when only one of them is left, which may be the other.
 - Never the bare name: another adapter may have it by now. Without an identity only an address that cannot pass to
   another adapter is tried again: a URL, or a link that somebody made, as long as no adapter has come behind it.
 - It looks twice a second at first, then once: an adapter that returns is open again within two seconds.
 - Nothing is sent again. What was under way has ended with the port's error; the new session reads everything anew.
+- Which adapter it is, is looked up while the port is open: then nobody else can have its name.
 
-The owner calls `take` for each connection it hears of, lists the ports when `is_due`, hands them to `look`, and opens
-what that returns.
+The owner calls `take` for each connection it hears of, lists the ports when `is_due`, hands them to `look` if nothing
+became of the connection meanwhile, and opens what that returns.
 """
 
 import os
@@ -46,20 +48,33 @@ class Address:
 
 
 class Absence(Enum):
-    """Why the port is not open again yet; the value is English, translatable."""
+    """Why the port is not open again yet; the value is a sentence in English, translatable."""
 
-    AWAY = marked("the adapter is not plugged in")
-    ANOTHER = marked("another adapter is plugged in; the program does not connect to it by itself")
-    SEVERAL = marked("several adapters look the same; choose one")
-    FAILED = marked("the adapter is back, and its port does not open yet")
-    NAME_ONLY = marked("the port has only a name, which may be another adapter's by now; connect again by hand")
+    AWAY = marked("Plug the same adapter in again: it is connected by itself.")
+    ANOTHER = marked("Another adapter is in its place and is left alone: plug the same one in again, or choose a port.")
+    SEVERAL = marked("Several adapters look the same: choose the port that the module is plugged into.")
+    FAILED = marked("The adapter is back, but its port does not open yet; it is tried again.")
+    NAME_ONLY = marked("The port has only a name, which may be another adapter's by now: connect again by hand.")
+
+    @property
+    def is_waiting(self) -> bool:
+        """It is opened by itself as soon as that is over."""
+        return self is not Absence.NAME_ONLY
+
+
+def _behind(device: str) -> str:
+    """The device that a link leads to."""
+    try:
+        return os.path.realpath(device)
+    except OSError:  # it was taken away at this very moment
+        return device
 
 
 def address_of(device: str, ports: Iterable[PortInfo]) -> Address:
     """The address of `device` (a name, a link or a URL) with its identity, where it is among `ports`."""
     if "://" in device:
         return Address(device)
-    target = os.path.realpath(device)
+    target = _behind(device)
     for port in ports:
         if port.device in (device, target):
             return Address(device, port.identity, port.location)
@@ -75,8 +90,13 @@ class Reconnection:
         self._lasts = False
         self._lost_at: float | None = None
         self._next_at = 0.0
-        self._was_open = False
+        self._is_open = False
+        self._is_recognised = False
+        """It was looked up which adapter is open."""
+        self._has_twin = False
+        """Another port has shown the same identity."""
         self._absence = Absence.AWAY
+        self._taken: Connection | None = None
         self.returns = 0
         """How often a lost port was opened again."""
 
@@ -84,6 +104,11 @@ class Reconnection:
     def is_waiting(self) -> bool:
         """The port was lost and is opened again when it comes back."""
         return self._lost_at is not None
+
+    @property
+    def needs_ports(self) -> bool:
+        """`look` wants the list of ports; a URL needs none."""
+        return self._address is not None and (bool(self._address.identity) or not self._address.is_url)
 
     @property
     def lost_at(self) -> float | None:
@@ -104,44 +129,49 @@ class Reconnection:
         self._address = address
         self._lasts = address.is_url or (not address.identity and self._is_link(address.device))
         self._lost_at = None
-        self._was_open = False
+        self._is_open = self._has_twin = False
+        self._taken = None
 
     def give_up(self) -> None:
         """Somebody disconnects."""
         self._address = None
         self._lost_at = None
-        self._was_open = False
+        self._is_open = False
 
     def take(self, connection: Connection, now: float) -> None:
-        """What became of the port."""
-        if self._address is None:
+        """What became of the port. The same again changes nothing."""
+        if self._address is None or connection == self._taken:
             return
+        self._taken = connection
         if connection.state is PortState.OPEN:
             self.returns += self.is_waiting
             self._lost_at = None
-            self._was_open = True
+            self._is_recognised = self._is_recognised and self._is_open
+            self._is_open = True
         elif connection.state is PortState.CLOSED and connection.trouble is not None:
             self._take_trouble(connection.trouble.trouble, now)
 
     def is_due(self, now: float) -> bool:
         """Whether to list the ports now, and hand them to `look`."""
-        return self.is_waiting and self._absence is not Absence.NAME_ONLY and now >= self._next_at
-
-    def next_look(self) -> float | None:
-        """When `is_due`; None where nothing is waited for."""
-        return self._next_at if self.is_waiting and self._absence is not Absence.NAME_ONLY else None
+        if self._is_open:
+            return not self._is_recognised and self._address is not None and not self._address.is_url
+        return self.is_waiting and self._absence.is_waiting and now >= self._next_at
 
     def look(self, ports: Iterable[PortInfo], now: float) -> Address | None:
         """What to open now, None for nothing. `absence` says why not."""
         address, lost_at = self._address, self._lost_at
-        if address is None or lost_at is None or self._absence is Absence.NAME_ONLY:
+        if self._is_open and address is not None:
+            self._recognise(address, ports)
+            return None
+        if address is None or lost_at is None or not self._absence.is_waiting:
             return None
         self._next_at = now + (EAGER_S if now - lost_at < EAGER_FOR_S else PATIENT_S)
         listed = tuple(ports)
         if not address.identity:
             return self._at_lasting_address(address, listed)
         same = [port for port in listed if port.identity == address.identity]
-        if len(same) > 1:
+        self._has_twin |= len(same) > 1
+        if self._has_twin:
             same = [port for port in same if port.location == address.location]
         if len(same) == 1:
             return Address(same[0].device, address.identity, same[0].location)
@@ -153,18 +183,27 @@ class Reconnection:
         """`address`, from `look`, is being opened: from now on it is where the module is."""
         self._address = address
 
+    def _recognise(self, address: Address, ports: Iterable[PortInfo]) -> None:
+        self._is_recognised = True
+        listed = tuple(ports)
+        found = address_of(address.device, listed)
+        if found.identity:
+            self._address = found
+            self._has_twin = sum(port.identity == found.identity for port in listed) > 1
+
     def _take_trouble(self, trouble: PortTrouble, now: float) -> None:
         if self.is_waiting:
             gone_again = trouble in LOSSES or trouble is PortTrouble.MISSING
-            self._absence = Absence.AWAY if gone_again else Absence.FAILED
-        elif self._was_open and trouble in LOSSES:
+            if self._absence.is_waiting:
+                self._absence = Absence.AWAY if gone_again else Absence.FAILED
+        elif trouble in LOSSES:
             self._lost_at = self._next_at = now
             is_known = self._lasts or (self._address is not None and bool(self._address.identity))
             self._absence = Absence.AWAY if is_known else Absence.NAME_ONLY
-        self._was_open = False
+        self._is_open = False
 
     def _at_lasting_address(self, address: Address, ports: tuple[PortInfo, ...]) -> Address | None:
-        behind = os.path.realpath(address.device) if not address.is_url else ""
+        behind = _behind(address.device) if not address.is_url else ""
         if any(port.identity and port.device in (address.device, behind) for port in ports):
             self._absence = Absence.ANOTHER
             return None

@@ -73,6 +73,10 @@ class Situation:
     permit: Permit | None = None
     overtaken_at: float | None = None
     """When LOCK last went before everything else; a permit from before that is void."""
+    opened_at: float | None = None
+    """When the port was opened; a permit from before that was given for what was connected then, and is void."""
+    slept_until: float | None = None
+    """When the computer last woke; a permit from before that is void."""
     is_unlocked: bool = False
     """Somebody allowed this one write although the module is, or may be, active."""
     is_audit_ready: bool = True
@@ -84,6 +88,7 @@ def situation(
     *,
     permit: Permit | None = None,
     overtaken_at: float | None = None,
+    opened_at: float | None = None,
     armed: Act | None = None,
     is_unlocked: bool = False,
     is_audit_ready: bool = True,
@@ -103,6 +108,8 @@ def situation(
         armed=armed,
         permit=permit,
         overtaken_at=overtaken_at,
+        opened_at=opened_at,
+        slept_until=None if device.last_sleep is None else device.last_sleep.ended_at,
         is_unlocked=is_unlocked,
         is_audit_ready=is_audit_ready,
     )
@@ -221,9 +228,13 @@ def _permitted(condition: Condition, act: Act, now_is: Situation, missing: str) 
     if permit is None or permit.act is not act:
         return Refusal(condition, missing)
     if permit.is_good(act, now_is.now):
-        if now_is.overtaken_at is None or permit.granted_at > now_is.overtaken_at:
-            return None
-        return Refusal(condition, marked("LOCK was pressed after this was confirmed: confirm again."))
+        if now_is.slept_until is not None and permit.granted_at <= now_is.slept_until:
+            return Refusal(condition, marked("The computer slept after this was confirmed: confirm again."))
+        if now_is.overtaken_at is not None and permit.granted_at <= now_is.overtaken_at:
+            return Refusal(condition, marked("LOCK was pressed after this was confirmed: confirm again."))
+        if now_is.opened_at is not None and permit.granted_at < now_is.opened_at:
+            return Refusal(condition, marked("The port was opened anew after this was confirmed: confirm again."))
+        return None
     if permit.is_rehearsal:
         return Refusal(condition, marked("This is a rehearsal: nothing is sent."))
     if permit.is_spent:

@@ -86,7 +86,10 @@ def holder_of(port: str) -> Holder | None:
     """Who else has this device open; only on Linux, and only programs that this user may see."""
     if not sys.platform.startswith("linux"):
         return None
-    target = os.path.realpath(port)
+    try:
+        target = os.path.realpath(port)
+    except OSError:  # a link that was taken away at this very moment
+        return None
     for link in Path("/proc").glob("[0-9]*/fd/*"):
         pid = int(link.parts[2])
         with suppress(OSError):  # it has ended meanwhile, or is none of this user's business: on to the next
@@ -112,7 +115,7 @@ def _trouble_at_opening(error: Exception) -> PortTrouble:
 
 
 class SerialLine:
-    """An open port. Made by `open_line`; belongs to the thread that opened it, except `wake` and `interrupt`."""
+    """An open port. Made by `open_line`; belongs to the thread that opened it, but for `wake`, `interrupt`, `abort`."""
 
     def __init__(self, port: str, opened: serial.Serial) -> None:
         self.port = port
@@ -120,6 +123,7 @@ class SerialLine:
         self._woken = Event()
         self._closing = Lock()
         self._is_closed = False
+        self._is_stuck = False
 
     @property
     def baud_rate(self) -> int:
@@ -162,9 +166,12 @@ class SerialLine:
         try:
             self._serial.write(data)
         except serial.SerialTimeoutException as error:
+            self._is_stuck = True
             raise PortError(PortTrouble.STUCK, self.port, str(error)) from error
         except _DRIVER_ERRORS as error:
             raise PortError(PortTrouble.LOST, self.port, str(error)) from error
+        if self._is_stuck:
+            raise PortError(PortTrouble.STUCK, self.port, "broken off")
 
     def use_rate(self, baud_rate: int) -> None:
         """Continue at another rate, with empty buffers; raises `PortError` LOST."""
@@ -185,10 +192,22 @@ class SerialLine:
                 with suppress(*_DRIVER_ERRORS):  # a socket cannot: it is waited for
                     self._serial.cancel_read()
 
+    def abort(self) -> None:
+        """End a write that blocks as STUCK, and a read that waits; then it can only be closed. From any thread."""
+        with self._closing:
+            if not self._is_closed:
+                self._is_stuck = True
+                for cancel in ("cancel_write", "cancel_read"):
+                    with suppress(*_DRIVER_ERRORS):
+                        getattr(self._serial, cancel)()
+
     def close(self) -> None:
         """Idempotent; never raises, whatever became of the port."""
         with self._closing:
             self._is_closed = True
+        if self._is_stuck:
+            with suppress(*_DRIVER_ERRORS):  # else the system waits for half a minute for bytes that nobody takes
+                self._serial.reset_output_buffer()
         with suppress(*_DRIVER_ERRORS):  # the port is gone, which is what was wanted
             self._serial.close()
 

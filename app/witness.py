@@ -4,8 +4,8 @@ import sys
 from dataclasses import dataclass, replace
 
 from app.adapter_facts import AdapterFacts
-from app.diagnosis import NOISE_KEPT_BYTES, Evidence
 from app.procedure import LinkView
+from app.symptoms import NOISE_KEPT_BYTES, Evidence
 from app.worker import Batch, PortState
 from protocol.catalogue import BY_NAME
 from protocol.events import Counters, Received, Rejected, Role, Sent

@@ -14,6 +14,7 @@ from dataclasses import dataclass, field
 from enum import Enum
 from typing import Any, Generic
 
+from app.awake import Clock, SleepWatch, sleepless_clock
 from app.device import Device, DeviceView, Sample
 from app.procedure import LinkView, PortLost, Procedure, Report, Result
 from app.session import Run, Session
@@ -23,8 +24,11 @@ from protocol.events import Event
 _log = logging.getLogger(__name__)
 
 PUBLISH_EVERY_S = 1 / 60
-CLOSING_LIMIT_S = 0.4
+CLOSING_LIMIT_S = 0.3
 """How long a background procedure may take to put right what it changed (stream off) before the port closes."""
+ABORT_AFTER_S = 0.33
+"""So long `stop` waits before it breaks off a write that the driver holds."""
+SLEEPLESS = sleepless_clock()
 
 
 class PortState(Enum):
@@ -123,9 +127,16 @@ class _Pending:
 class Worker:
     """See the module's docstring. The public methods may be called from any thread and return at once."""
 
-    def __init__(self, callback: Callable[[Batch], None], *, clock: Callable[[], float] = time.monotonic) -> None:
+    def __init__(
+        self,
+        callback: Callable[[Batch], None],
+        *,
+        clock: Clock = time.monotonic,
+        with_sleep: Clock | None = SLEEPLESS,
+    ) -> None:
         self._callback = callback
         self._clock = clock
+        self._with_sleep = with_sleep
         self._orders: queue.SimpleQueue[_Order] = queue.SimpleQueue()
         self._thread = threading.Thread(target=self._work, name="dps-s worker", daemon=True)
         self._session: Session | None = None
@@ -154,11 +165,18 @@ class Worker:
         return job
 
     def stop(self, deadline_s: float = 2.0) -> bool:
-        """Close the port and end the thread; whether it ended within `deadline_s`. Idempotent."""
+        """Close the port and end the thread; whether it ended within `deadline_s`. Idempotent.
+
+        Where the driver does not give the thread back it stays behind: a daemon, which no process waits for.
+        """
         if not self._thread.is_alive():
             return True
         self._order(_Stop())
-        self._thread.join(deadline_s)
+        self._thread.join(min(deadline_s, ABORT_AFTER_S))
+        line = self._line
+        if self._thread.is_alive() and line is not None:
+            line.abort()
+        self._thread.join(max(0.0, deadline_s - ABORT_AFTER_S))
         return not self._thread.is_alive()
 
     def _order(self, order: _Order) -> None:
@@ -224,7 +242,8 @@ class Worker:
     def _enter(self, order: _Open) -> None:
         self._set_connection(Connection(PortState.OPENING, order.port, order.baud_rate))
         line = self._line = open_line(order.port, order.baud_rate)
-        self._session = Session(line, self._clock)
+        asleep_s = SleepWatch(self._clock, self._with_sleep).look
+        self._session = Session(line, self._clock, asleep_s=asleep_s)
         self._device = self._session.device
         self._set_connection(Connection(PortState.OPEN, order.port, order.baud_rate))
         if order.background is not None:

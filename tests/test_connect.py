@@ -44,7 +44,7 @@ def test_each_trouble_is_a_sentence_with_a_next_step() -> None:
     for trouble in PortTrouble:
         error = PortError(trouble, "/dev/ttyUSB0", "driver's words")
         closed = Connection(PortState.CLOSED, "/dev/ttyUSB0", 115200, error)
-        state = link_state(closed, DeviceView(), None, is_reconnecting=False, is_finding=False)
+        state = link_state(closed, DeviceView(), None, is_finding=False)
         said = words(state, 0.0)
         assert state.phase is Phase.FAILED
         assert said.what
@@ -56,20 +56,20 @@ def test_each_trouble_is_a_sentence_with_a_next_step() -> None:
 def test_each_silence_has_its_own_words() -> None:
     said = set()
     for silence in Silence:
-        state = link_state(OPEN, DeviceView(), Greeting(silence), is_reconnecting=False, is_finding=False)
+        state = link_state(OPEN, DeviceView(), Greeting(silence), is_finding=False)
         assert state.phase is Phase.SILENT
         said.add(words(state, 0.0).what)
     assert len(said) == len(Silence)
 
 
 def test_garbage_offers_to_find_the_rate() -> None:
-    state = link_state(OPEN, DeviceView(), Greeting(Silence.GARBAGE), is_reconnecting=False, is_finding=False)
+    state = link_state(OPEN, DeviceView(), Greeting(Silence.GARBAGE), is_finding=False)
     assert words(state, 0.0).step is Step.FIND_RATE
 
 
 def test_offline_says_since_when() -> None:
     device = DeviceView({"active": Known(value=True, how=How.READ, at=1.0)}, Presence.OFFLINE, 10.0)
-    state = link_state(OPEN, device, None, is_reconnecting=False, is_finding=False)
+    state = link_state(OPEN, device, None, is_finding=False)
     assert state.phase is Phase.OFFLINE
     assert "12 s" in words(state, 22.0).word
 
@@ -311,13 +311,3 @@ def test_joined_batches_end_with_the_latest_state() -> None:
     last = Batch(2.0, Connection(), DeviceView(restarts=2), None)
     both = joined([first, last])
     assert (both.at, both.connection, both.device.restarts) == (2.0, Connection(), 2)
-
-
-def test_only_what_can_be_recognised_is_reopened_by_itself(tmp_path: Path) -> None:
-    """A bare device name may be another adapter's by the time that it is back."""
-    link = tmp_path / "module"
-    link.symlink_to("/dev/null")
-    assert not Target("/dev/ttyS7", 115200).is_recognisable
-    assert Target("/dev/ttyUSB0", 115200, identity="10c4:ea60:0001").is_recognisable
-    assert Target("socket://127.0.0.1:7", 115200).is_recognisable
-    assert Target(str(link), 115200).is_recognisable

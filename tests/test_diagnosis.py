@@ -1,22 +1,19 @@
 """The table evidence → cause, row by row; where the evidence comes from; and causes as they are met on the line."""
 
-import os
-import re
 import sys
 from collections import Counter
 from collections.abc import Callable
 from dataclasses import replace
-from pathlib import Path
 from typing import Any
 
 import pytest
 
-from app.adapter_facts import Access, AdapterFacts, PortHistory, access_to, facts_about, running
-from app.diagnosis import CAUSES, NOISE_KEPT_BYTES, Cause, Diagnosis, Evidence, diagnose
-from app.ports import PortInfo
+from app.adapter_facts import Access, AdapterFacts
+from app.diagnosis import CAUSES, Cause, Diagnosis, diagnose
 from app.procedure import Ask, Procedure
 from app.procedures.greet import greet
 from app.session import Run
+from app.symptoms import NOISE_KEPT_BYTES, Evidence
 from app.transport import Holder, PortError, PortTrouble
 from app.witness import Witness
 from app.worker import Batch, Connection, PortState
@@ -159,6 +156,9 @@ def test_the_commands_are_exact() -> None:
     assert by_rule.startswith("sudo cp '/a b/60-dps-s.rules' /etc/udev/rules.d/ && ")
     prober = trouble(PortTrouble.BUSY, Holder("ModemManager", 600))
     assert "60-dps-s.rules" in (found_for(prober).command or "")
+    no_rule = with_facts(denied, access=Access(), rule_source="")
+    assert found_for(no_rule).command == "sudo usermod -aG dialout $USER"
+    assert found_for(with_facts(prober, rule_source="")).command == "sudo systemctl stop ModemManager"
     assert found_for(with_facts(prober, has_rule=True)).command == "sudo systemctl restart ModemManager"
     slow = with_facts(online(), latency_ms=16, latency_path="/sys/bus/usb-serial/devices/ttyUSB0/latency_timer")
     assert found_for(slow).command == "echo 1 | sudo tee /sys/bus/usb-serial/devices/ttyUSB0/latency_timer"
@@ -169,117 +169,6 @@ def test_who_holds_it_is_named() -> None:
     found = found_for(trouble(PortTrouble.BUSY, Holder("minicom", 4711)))
     assert found.what == "/dev/ttyUSB0 is in use by minicom (process 4711)."
     assert found.next_step == "Close minicom and connect again."
-
-
-# What the system tells
-
-
-def tree(root: Path, files: dict[str, str]) -> Path:
-    for name, text in files.items():
-        path = root / name
-        path.parent.mkdir(parents=True, exist_ok=True)
-        path.write_text(text)
-    return root
-
-
-@pytest.fixture
-def linux(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("app.adapter_facts.sys.platform", "linux")
-
-
-@pytest.mark.usefixtures("linux")
-def test_the_latency_timer_and_the_rule_are_found(tmp_path: Path) -> None:
-    root = tree(tmp_path, {
-        "sys/bus/usb-serial/devices/ttyUSB0/latency_timer": "16\n",
-        "etc/udev/rules.d/60-dps-s.rules": "",
-        "proc/12/comm": "ModemManager\n",
-        "proc/13/comm": "brltty\n",
-        "proc/14/comm": "bash\n",
-        "dev/ttyUSB0": "",
-    })  # fmt: skip
-    facts = facts_about("/dev/ttyUSB0", root=root)
-    assert facts.latency_ms == 16
-    assert facts.latency_path == "/sys/bus/usb-serial/devices/ttyUSB0/latency_timer"
-    assert facts.has_rule
-    assert facts.grabbers == ("ModemManager", "brltty")
-    assert facts.rule_source.endswith("packaging/60-dps-s.rules")
-
-
-@pytest.mark.usefixtures("linux")
-def test_nothing_there_is_nothing_known(tmp_path: Path) -> None:
-    facts = facts_about("/dev/ttyUSB0", root=tmp_path)
-    assert facts.latency_ms is None
-    assert facts.access is None
-    assert facts.grabbers == ()
-    assert not facts.has_rule
-    tree(tmp_path, {"sys/bus/usb-serial/devices/ttyUSB0/latency_timer": "many\n"})
-    assert facts_about("/dev/ttyUSB0", root=tmp_path).latency_ms is None
-
-
-def test_a_url_has_no_facts() -> None:
-    assert facts_about("socket://10.0.0.2:4000") == AdapterFacts()
-
-
-@pytest.mark.skipif(not hasattr(os, "getuid"), reason="groups are POSIX")
-def test_the_group_of_a_device_file(tmp_path: Path) -> None:
-    device = tmp_path / "tty"
-    device.write_text("")
-    device.chmod(0o600)
-    assert access_to(device) == Access()
-    device.chmod(0o660)
-    if device.stat().st_gid == 0:
-        assert access_to(device) == Access()  # only the administrator's own group
-        try:
-            os.chown(device, -1, 20)
-        except OSError:
-            return
-    access = access_to(device)
-    assert access is not None
-    assert access.group
-    assert access_to(tmp_path / "missing") is None
-
-
-def test_programs_are_found_by_the_name_that_the_kernel_keeps(tmp_path: Path) -> None:
-    root = tree(tmp_path, {"proc/1/comm": "a-very-long-nam\n", "proc/x/comm": "hidden\n"})
-    assert running(["a-very-long-name-indeed", "hidden"], root=root) == ("a-very-long-name-indeed",)
-
-
-# Which adapters come and go
-
-
-ADAPTER = PortInfo(PORT, "CP2102", "", "0001", 0x10C4, 0xEA60, "1-1:1.0")
-
-
-def test_an_adapter_that_vanishes_at_once_is_counted() -> None:
-    history = PortHistory()
-    history.look([], 0.0)
-    for number in range(3):
-        history.look([ADAPTER], 10.0 + number * 5)
-        history.look([], 12.0 + number * 5)
-    assert history.short_visits(PORT, 30.0) == 3
-    assert history.short_visits(ADAPTER.identity, 30.0) == 3
-    assert history.short_visits("/dev/ttyS0", 30.0) == 0
-    assert history.short_visits(PORT, 1000.0) == 0  # long ago
-
-
-def test_what_was_there_before_or_stays_long_is_no_short_visit() -> None:
-    history = PortHistory()
-    history.look([ADAPTER], 0.0)
-    history.look([], 1.0)
-    assert history.short_visits(PORT, 2.0) == 0
-    history.look([ADAPTER], 10.0)
-    history.look([], 60.0)
-    assert history.short_visits(PORT, 61.0) == 0
-
-
-def test_the_history_is_bounded() -> None:
-    history = PortHistory()
-    for number in range(500):
-        history.look([replace(ADAPTER, serial_number=str(number), device=f"/dev/ttyUSB{number}")], float(number))
-    assert len(history._visits) <= PortHistory.KEPT_ADAPTERS
-    for number in range(500):
-        history.look([ADAPTER] if number % 2 else [], 1000.0 + number)
-    assert max(map(len, history._visits.values())) <= PortHistory.KEPT_VISITS
 
 
 # From the line to the cause
@@ -427,41 +316,3 @@ def test_the_noise_kept_is_bounded() -> None:
     watched = Watched({"garbage": "1", "rate": "1000", "stream_at_boot": "yes", "uptime": "60"})
     watched.wait(10)
     assert 0 < len(watched.witness.evidence().noise) <= NOISE_KEPT_BYTES
-
-
-# The rule for the system
-
-
-RULES = Path(__file__).parent.parent / "packaging" / "60-dps-s.rules"
-_ASSIGNMENT = re.compile(r'[A-Z]+(?:\{[A-Za-z_]+\})?(?:==|!=|\+=|=)"[^"]*"')
-
-
-def rule_lines() -> list[str]:
-    lines = RULES.read_text(encoding="ascii").splitlines()
-    return [line for line in lines if line.strip() and not line.startswith("#")]
-
-
-def test_each_line_of_the_rule_is_a_list_of_keys_and_values() -> None:
-    for line in rule_lines():
-        parts = [part.strip() for part in re.split(r",\s*(?=[A-Z])", line)]
-        assert all(_ASSIGNMENT.fullmatch(part) for part in parts), line
-
-
-def test_the_rule_covers_the_usual_adapters_and_keeps_the_modem_program_off() -> None:
-    adapters = [line for line in rule_lines() if "idProduct" in line]
-    vendors = {re.findall(r'idVendor\}=="([0-9a-f]{4})"', line)[0] for line in adapters}
-    assert vendors == {"0403", "10c4", "1a86", "067b"}
-    for line in adapters:
-        assert 'TAG+="uaccess"' in line
-        assert 'ENV{ID_MM_DEVICE_IGNORE}="1"' in line
-    products = "|".join(re.findall(r'idProduct\}=="([^"]+)"', "\n".join(adapters))).split("|")
-    assert {"6001", "ea60", "7523", "5523", "55d4", "2303"} <= set(products)
-    assert all(re.fullmatch(r"[0-9a-f]{4}", product) for product in products)
-    assert len(products) == len(set(products))
-
-
-def test_the_rule_comes_before_the_one_that_gives_access_and_jumps_where_there_is_a_label() -> None:
-    assert RULES.name < "73-seat-late.rules"
-    text = RULES.read_text(encoding="ascii")
-    assert set(re.findall(r'GOTO="(\w+)"', text)) == set(re.findall(r'LABEL="(\w+)"', text))
-    assert "brltty" in text

@@ -52,16 +52,30 @@ def test_an_act_that_waits_behind_its_fence_was_not_sent_and_is_no_doubt() -> No
 def test_a_write_that_is_cancelled_casts_doubt_on_what_was_known() -> None:
     rig = Rig()
     rig.run(ask(Ask(THRESHOLD.query())))
-    rig.bench.change(mute=True)
     run = Run(ask(Ask(THRESHOLD.set(75))))
     rig.session.run(run)
-    rig.session.step()
+    rig.step_until(lambda: THRESHOLD.set(75) in rig.line.requests)
     run.cancel()
     rig.step_until(lambda: run.is_done)
     assert isinstance(run.error, Cancelled)
     known = rig.session.device.value(THRESHOLD.key)
     assert known is not None
     assert known.doubt is Doubt.WRITE_UNCONFIRMED
+
+
+def test_a_write_that_was_cancelled_before_it_left_casts_none() -> None:
+    rig = Rig()
+    rig.run(ask(Ask(THRESHOLD.query())))
+    rig.bench.change(mute=True)
+    run = Run(ask(Ask(THRESHOLD.set(75))))
+    rig.session.run(run)
+    rig.session.step()
+    run.cancel()
+    rig.step_until(lambda: run.is_done)
+    assert THRESHOLD.set(75) not in rig.line.requests
+    known = rig.session.device.value(THRESHOLD.key)
+    assert known is not None
+    assert known.doubt is None
 
 
 def test_a_second_cancel_does_not_break_off_the_cleaning_up() -> None:

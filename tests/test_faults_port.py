@@ -9,9 +9,8 @@ import sys
 import termios
 import threading
 import time
-import tty
 from collections.abc import Iterator
-from contextlib import contextmanager, suppress
+from contextlib import suppress
 from pathlib import Path
 
 import pytest
@@ -31,45 +30,14 @@ from protocol.link_states import Presence
 from protocol.messages import Status
 from tests.batches import Batches
 from tests.processes import ENVIRONMENT, PROGRAM, ROOT, RunningModule, run_module
+from tests.terminals import CLOSING_S, Terminal, in_time
 
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="pseudo-terminals are POSIX")
 
-CLOSING_S = 0.5
-MACHINE_S = 0.25
-"""What a busy machine adds."""
 ENOUGH_STOLEN = 12
 NOBODY = 65534
 """A user that every system has and that may do nothing."""
 ANSWER = Status(5, 1.0, triggered=False, active=False).encode()
-
-
-class Terminal:
-    """A pseudo-terminal whose other end the test holds."""
-
-    def __init__(self) -> None:
-        self.master, self._slave = os.openpty()
-        tty.setraw(self._slave)
-        self.name = os.ttyname(self._slave)
-        os.set_blocking(self.master, False)
-        self._is_open = True
-
-    def send(self, data: bytes) -> None:
-        os.write(self.master, data)
-
-    def hang_up(self) -> None:
-        if self._is_open:
-            self._is_open = False
-            os.close(self.master)
-            os.close(self._slave)
-
-    def choke(self) -> None:
-        """Nobody reads, and the driver's buffer is full."""
-        os.set_blocking(self._slave, False)
-        while True:
-            try:
-                os.write(self._slave, b"\x00" * 1024)
-            except BlockingIOError:
-                return
 
 
 @pytest.fixture
@@ -112,14 +80,6 @@ def is_online(batch: Batch) -> bool:
 
 def has_trouble(batches: Batches) -> bool:
     return batches.last is not None and batches.last.connection.trouble is not None
-
-
-@contextmanager
-def in_time(limit_s: float = CLOSING_S) -> Iterator[None]:
-    start_s = time.monotonic()
-    yield
-    took_s = time.monotonic() - start_s
-    assert took_s < limit_s + MACHINE_S, f"took {took_s:.2f} s"
 
 
 # Opening

@@ -5,7 +5,6 @@ import os
 import sys
 import time
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
 
@@ -21,6 +20,7 @@ from protocol.catalogue import SERIAL_OUTPUT, Request
 from protocol.events import Sent
 from tests.batches import Batches
 from tests.processes import run_module
+from tests.terminals import taken
 
 MINE = PortInfo("/dev/ttyUSB0", "CP2102", "Silicon Labs", "0001", 0x10C4, 0xEA60, "1-1:1.0")
 OTHER = replace(MINE, device="/dev/ttyUSB1", serial_number="0002", location="1-2:1.0")
@@ -60,6 +60,40 @@ def test_another_adapter_in_its_place_is_left_alone() -> None:
     assert made.absence is Absence.AWAY
 
 
+def test_a_loss_that_is_told_again_is_no_news() -> None:
+    made = Reconnection()
+    made.want(address_of(MINE.device, [MINE]))
+    loss = closed()
+    made.take(loss, 1.0)
+    made.look([replace(OTHER, device=MINE.device)], 1.0)
+    made.take(loss, 2.0)
+    assert (made.absence, made.lost_at) == (Absence.ANOTHER, 1.0)
+
+
+def test_an_adapter_is_recognised_while_its_port_is_open() -> None:
+    """A person typed the name, or the list was not there yet."""
+    made = Reconnection(is_link=lambda _device: False)
+    made.want(Address(MINE.device))
+    assert not made.is_due(0.0)
+    made.take(opened(), 1.0)
+    assert made.is_due(1.0)
+    assert made.look([OTHER, MINE], 1.0) is None
+    assert not made.is_due(2.0)
+    made.take(closed(), 3.0)
+    assert made.absence is Absence.AWAY
+    assert made.look([replace(MINE, device="/dev/ttyUSB5")], 3.0) is not None
+
+
+def test_a_name_that_another_adapter_had_when_it_was_chosen_stands_for_what_was_opened() -> None:
+    made = Reconnection(is_link=lambda _device: False)
+    made.want(address_of(MINE.device, [MINE]))
+    made.take(opened(), 1.0)
+    made.look([replace(OTHER, device=MINE.device)], 1.0)
+    made.take(closed(), 2.0)
+    assert made.look([MINE], 2.0) is None
+    assert made.look([OTHER], 3.0) is not None
+
+
 def test_without_a_serial_number_the_socket_decides() -> None:
     made = lost(NAMELESS)
     assert made.look([replace(NAMELESS, location="1-4:1.0")], 100.0) is None
@@ -76,6 +110,25 @@ def test_two_adapters_with_the_same_serial_number_are_told_apart_by_the_socket_o
     assert made.absence is Absence.SEVERAL
 
 
+def test_the_twin_that_is_left_is_not_taken_for_the_one_that_went() -> None:
+    twin = replace(MINE, device="/dev/ttyUSB1", location="1-2:1.0")
+    made = Reconnection()
+    made.want(address_of(MINE.device, [MINE, twin]))
+    made.take(opened(), 1.0)
+    made.look([MINE, twin], 1.0)
+    made.take(closed(), 2.0)
+    assert made.look([twin], 2.0) is None
+    assert made.absence is Absence.SEVERAL
+    found = made.look([twin, replace(MINE, device="/dev/ttyUSB4")], 3.0)
+    assert found is not None
+    assert found.device == "/dev/ttyUSB4"
+
+
+def test_alone_with_its_serial_number_it_may_come_back_in_another_socket() -> None:
+    made = lost()
+    assert made.look([replace(MINE, location="1-9:1.0")], 100.0) is not None
+
+
 def test_a_bare_name_is_never_opened_again() -> None:
     made = Reconnection(is_link=lambda _device: False)
     made.want(Address("/dev/ttyS0"))
@@ -83,7 +136,6 @@ def test_a_bare_name_is_never_opened_again() -> None:
     made.take(closed(device="/dev/ttyS0"), 2.0)
     assert made.absence is Absence.NAME_ONLY
     assert not made.is_due(10.0)
-    assert made.next_look() is None
     assert made.look([PortInfo("/dev/ttyS0")], 10.0) is None
 
 
@@ -217,7 +269,7 @@ def test_unplugged_and_back_under_another_name_within_two_seconds(
     worker: Worker, batches: Batches, tmp_path: Path
 ) -> None:
     link = tmp_path / "adapter"
-    with run_module("--link", str(link), "--uptime", "60") as module, taken_names() as take_a_name:
+    with run_module("--link", str(link), "--uptime", "60") as module:
 
         def list_ports() -> list[PortInfo]:
             """As the system would list an adapter: its name changes, its identity does not."""
@@ -231,12 +283,12 @@ def test_unplugged_and_back_under_another_name_within_two_seconds(
         gone = batches.until(is_closed, limit_s=3)
         owner.turn(gone)
         assert all(known.is_stale for known in gone.device.values.values())
-        take_a_name()
         batches.mark()
-        module.tell("plug")
-        back_s = time.monotonic()
-        again = batches.until(is_open, limit_s=3, meanwhile=owner.turn)
-        assert time.monotonic() - back_s < RETURN_LIMIT_S
+        with taken(first_name):
+            module.tell("plug")
+            back_s = time.monotonic()
+            again = batches.until(is_open, limit_s=3, meanwhile=owner.turn)
+            assert time.monotonic() - back_s < RETURN_LIMIT_S
         assert again.connection.port != first_name
         assert again.device.known("attitude_threshold_deg", again.at) is None
         batches.until(is_complete, meanwhile=owner.turn)
@@ -269,17 +321,6 @@ def test_another_adapter_under_the_old_name_is_not_opened(worker: Worker, batche
             batches.until(is_open, limit_s=1.5, meanwhile=turn)
         assert looks >= 2
         assert owner.reconnection.absence is Absence.ANOTHER
-
-
-@contextmanager
-def taken_names() -> Iterator[Callable[[], None]]:
-    """Opens a pseudo-terminal, so that its name is not free for the module."""
-    files: list[int] = []
-    try:
-        yield lambda: files.extend(os.openpty())
-    finally:
-        for file in files:
-            os.close(file)
 
 
 def is_open(batch: Batch) -> bool:

@@ -1,5 +1,6 @@
 """The only place where the worker's thread meets Qt."""
 
+from itertools import groupby
 from threading import Lock
 
 from PySide6.QtCore import QObject, Qt, Signal
@@ -8,7 +9,7 @@ from app.worker import Batch
 
 
 class Bridge(QObject):
-    """Hands the worker's batches to the window's thread, as one batch for each turn of its event loop.
+    """Hands the worker's batches to the window's thread, as one batch for each turn of its event loop and connection.
 
     A window that stalls finds a single batch afterwards, with every sample and event of the meantime: what waits is
     joined, never dropped, and the event queue never fills up.
@@ -44,8 +45,9 @@ class Bridge(QObject):
     def _hand_on(self) -> None:
         with self._lock:
             waiting, self._waiting = self._waiting, []
-        if waiting:
-            self.batch.emit(joined(waiting))
+        # Samples of a port that was just left are not those of the next one.
+        for _connection, batches in groupby(waiting, key=lambda batch: batch.connection):
+            self.batch.emit(joined(list(batches)))
 
 
 def joined(batches: list[Batch]) -> Batch:

@@ -201,8 +201,8 @@ class ConnectPanel(QFrame):
         bind(self.setAccessibleName, "Connect")
         bind(self.list.setAccessibleName, "Ports")
         bind(self.other.setAccessibleName, "Other port")
-        bind(self.other.setPlaceholderText, "device, pseudo-terminal or socket://host:port")
-        bind(self.other.setToolTip, "A port that is not in the list")
+        bind(self.other.setPlaceholderText, "device or socket://host:port")
+        bind(self.other.setToolTip, "A port that is not in the list: a device, a pseudo-terminal or socket://host:port")
         bind(self.rate.setAccessibleName, "Baud rate")
         bind(self.rate.setToolTip, "The module's baud rate; 115200 unless somebody changed it")
         bind(self.connect_button.setText, "Connect")
@@ -228,12 +228,12 @@ class ConnectPanel(QFrame):
     def _choose(self) -> None:
         if self.list.chosen is not None:
             self.other.clear()
-        self._show_buttons()
+        self._show_state()
 
     def _type(self) -> None:
         if self.other.text():
             self.list.clearSelection()
-        self._show_buttons()
+        self._show_state()
 
     def _connect_choice(self, _choice: PortChoice) -> None:
         self.connect_chosen()
@@ -241,10 +241,16 @@ class ConnectPanel(QFrame):
     def _show_state(self) -> None:
         state = self._connector.state
         said = words(state, self._connector.clock())
-        text = "" if state.phase is Phase.CLOSED else f"{said.what} {said.next_step}".strip()
-        self.said.setText(text)
-        self.said.setVisible(bool(text))
+        is_closed = state.phase is Phase.CLOSED
+        self.said.setText(self._what_next() if is_closed else f"{said.what} {said.next_step}".strip())
         self._show_buttons()
+
+    def _what_next(self) -> str:
+        """As long as nothing is connected."""
+        target = self.chosen_target()
+        if target is None:
+            return tr("Choose a port in the list, or the simulated module; then Connect.")
+        return tr("Connect opens the port and reads the module; that neither arms nor fires anything.")
 
     def _show_buttons(self) -> None:
         self.disconnect_button.setEnabled(self._connector.is_wanted)

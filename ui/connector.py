@@ -5,7 +5,6 @@ import time
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import partial
-from pathlib import Path
 from typing import Any
 
 from PySide6.QtCore import QObject, QTimer, Signal
@@ -18,17 +17,20 @@ from app.procedures.find import Found, find_rate
 from app.procedures.greet import Greeting, greet
 from app.procedures.lock import Locked, lock
 from app.procedures.stream import StreamSwitch, watch
+from app.reconnect import Absence, Address, Reconnection
 from app.recording import is_recording, questions_only
+from app.session import Slept
 from app.transport import PortError
 from app.worker import Batch, Connection, Job, PortState, Worker
 from protocol.link_states import Presence
 from ui.bridge import Bridge
-from ui.link_state import GONE, LinkState, link_state
+from ui.link_state import LinkState, link_state
 from ui.port_watch import PortWatch
 
 _log = logging.getLogger(__name__)
 
-RETRY_MS = 1500
+FOLLOW_EVERY_MS = 100
+"""While a port is waited for: how often it is looked whether to do something about it."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -51,24 +53,20 @@ class Target:
         """A capture that is played."""
         return is_recording(self.device)
 
-    @property
-    def is_recognisable(self) -> bool:
-        """It can be told that the same adapter is back: by its USB identity, or because a URL or a link stands for it.
-
-        A bare device name may be another adapter's by then.
-        """
-        return bool(self.identity) or "://" in self.device or Path(self.device).is_symlink()
-
 
 class Connector(QObject):
-    """Owns the worker. Reconnects by itself after a loss, but only to the same adapter."""
+    """Owns the worker. Reconnects by itself after a loss, by the rules of `app.reconnect`."""
 
     changed = Signal()
     """Something about the link is different from before."""
     batch = Signal(object)
     """Each `Batch`, after the state was brought up to date with it."""
+    forgotten = Signal()
+    """What was connected before was nobody's module: nothing of it is to be shown any more."""
     came_online = Signal(object)
     """The `Target`, whenever a module answers on it."""
+    slept = Signal(float)
+    """The computer slept for so many seconds while the port was open: nothing that was known counts any more."""
 
     def __init__(
         self,
@@ -85,7 +83,7 @@ class Connector(QObject):
         self._bridge.batch.connect(self._take)
         self._worker = make_worker(self._bridge.deliver)
         self._ports = ports
-        self._ports.listed.connect(self._look_for_adapter)
+        self._ports.listed.connect(self._take_ports)
         self._target: Target | None = None
         self._last: Batch | None = None
         self._greeting: Greeting | None = None
@@ -93,16 +91,21 @@ class Connector(QObject):
         self._finding: Job[Found] | None = None
         self._greeter: Job[Greeting] | None = None
         self._is_wanted = False
-        self._is_recognisable = False
-        self._is_reconnecting = False
+        self._is_forgotten = False
+        self._whose = ""
+        self._proven_rate: int | None = None
+        """At which the module last answered."""
+        self._return = Reconnection()
+        self._is_listing = False
+        """The list of ports under way was begun for `_return`, and the port is still as it was then."""
         self._journal_of: Callable[[Target | None], Journal] = lambda _target: NoJournal()
         self._trouble: PortError | None = None
         """The last; it stays in sight between two attempts to reconnect."""
         self._is_ordered = False
         """An opening was ordered of which no batch has told yet."""
-        self._retry = QTimer(self)
-        self._retry.setInterval(RETRY_MS)
-        self._retry.timeout.connect(self._try_again)
+        self._follow_up = QTimer(self)
+        self._follow_up.setInterval(FOLLOW_EVERY_MS)
+        self._follow_up.timeout.connect(self._follow)
         self._worker.start()
 
     # What is known
@@ -112,12 +115,27 @@ class Connector(QObject):
         return self._target
 
     @property
+    def whose(self) -> str:
+        """Names what somebody connected to: the adapter, or the port. The same when it comes back by another name."""
+        return self._whose
+
+    @property
+    def absence(self) -> Absence | None:
+        """Why a port that was lost is not open again; None where none was lost."""
+        return self._return.absence
+
+    @property
+    def returns(self) -> int:
+        """How often a port that was lost was opened again by itself."""
+        return self._return.returns
+
+    @property
     def last(self) -> Batch | None:
         return self._last
 
     @property
     def device(self) -> DeviceView:
-        return DeviceView() if self._last is None else self._last.device
+        return DeviceView() if self._last is None or self._is_forgotten else self._last.device
 
     @property
     def connection(self) -> Connection:
@@ -137,7 +155,7 @@ class Connector(QObject):
         connection = self.connection
         if self._is_ordered and self._target is not None:
             connection = Connection(PortState.OPENING, self._target.device, self._target.baud_rate)
-        if self._is_reconnecting:
+        if self._is_returning:
             connection = replace(connection, trouble=self._trouble)
         elif not self._is_wanted and connection.state is PortState.CLOSED:
             connection = replace(connection, trouble=None)  # nobody wants that port any more
@@ -145,9 +163,13 @@ class Connector(QObject):
             connection,
             self.device,
             self._greeting,
-            is_reconnecting=self._is_reconnecting,
             is_finding=self._finding is not None,
+            absence=self.absence,
         )
+
+    @property
+    def _is_returning(self) -> bool:
+        return self.absence is not None and self.absence.is_waiting
 
     @property
     def is_recording(self) -> bool:
@@ -172,16 +194,26 @@ class Connector(QObject):
     def connect_to(self, target: Target) -> None:
         """Open `target`, closing what is open."""
         self._is_wanted = True
-        self._is_recognisable = target.is_recognisable
-        self._set_reconnecting(is_reconnecting=False)
+        self._whose = target.identity or target.device
+        self._proven_rate = None
+        self._is_listing = False
+        self._return.want(Address(target.device, target.identity))
         self._open(target)
 
     def disconnect_port(self) -> None:
         self._is_wanted = False
-        self._set_reconnecting(is_reconnecting=False)
+        self._is_listing = False
+        self._return.give_up()
         self._is_ordered = False
         self._worker.close()
         self.changed.emit()
+
+    def forget_module(self) -> None:
+        """Of what is not connected any more, show nothing: it was nobody's. What a real module said stays, as stale."""
+        if not self._is_wanted:
+            self._is_forgotten, self._target = True, None
+            self.forgotten.emit()
+            self.changed.emit()
 
     def find_rate(self) -> None:
         """Go through all baud rates on the open port."""
@@ -219,7 +251,7 @@ class Connector(QObject):
     def stop(self, deadline_s: float) -> bool:
         """Close the port and end the worker, within `deadline_s`; whether it ended."""
         self._is_wanted = False
-        self._retry.stop()
+        self._follow_up.stop()
         self._bridge.close()
         return self._worker.stop(deadline_s)
 
@@ -227,6 +259,7 @@ class Connector(QObject):
 
     def _open(self, target: Target) -> None:
         self._target = target
+        self._is_forgotten = False
         self._greeting = None
         self._finding = self._greeter = None
         self._is_ordered = True
@@ -241,8 +274,9 @@ class Connector(QObject):
         self.changed.emit()
 
     def _take(self, batch: Batch) -> None:
-        before, was_online = self.state, self._is_online()
-        if self._last is None or batch.connection != self._last.connection:
+        before, last, was_online = self.state, self._last, self._is_online()
+        is_news = last is None or batch.connection != last.connection
+        if is_news:
             _log.info("Port: %s", batch.connection)
         self._last = batch
         if batch.connection.state is not PortState.CLOSED or batch.connection.trouble is not None:
@@ -251,9 +285,16 @@ class Connector(QObject):
             then = self._endings.pop(job, None)
             if then is not None:
                 then(job)
-        self._watch_for_loss(batch.connection)
+        if is_news:
+            self._take_connection(batch.connection)
+        rate = batch.device.fresh("baud_rate", batch.at)
+        self._proven_rate = rate if isinstance(rate, int) else self._proven_rate
         if self._is_online() and not was_online and self._target is not None:
             self.came_online.emit(self._target)
+        sleep = batch.device.last_sleep
+        if sleep is not None and (last is None or sleep != last.device.last_sleep):
+            _log.info("The computer slept for %.0f s", sleep.lasted_s)
+            self.slept.emit(sleep.lasted_s)
         self.batch.emit(batch)
         if self.state != before:
             self.changed.emit()
@@ -261,39 +302,44 @@ class Connector(QObject):
     def _is_online(self) -> bool:
         return self.is_open and self.device.presence is Presence.ONLINE
 
-    def _watch_for_loss(self, connection: Connection) -> None:
-        if connection.state is PortState.OPEN:
-            self._set_reconnecting(is_reconnecting=False)
-        trouble = connection.trouble
-        self._trouble = trouble or self._trouble
-        if connection.state is PortState.CLOSED and trouble is not None and trouble.trouble in GONE:
-            self._set_reconnecting(is_reconnecting=self._is_wanted and self._is_recognisable)
+    # Coming back
 
-    def _set_reconnecting(self, *, is_reconnecting: bool) -> None:
-        if is_reconnecting == self._is_reconnecting:
-            return
-        self._is_reconnecting = is_reconnecting
-        if is_reconnecting:
-            self._retry.start()
-        else:
-            self._retry.stop()
+    def _take_connection(self, connection: Connection) -> None:
+        self._trouble = connection.trouble or self._trouble
+        address = self._return.address
+        if address is None or connection.port != address.device:
+            return  # of a port that was left meanwhile
+        self._is_listing = False
+        self._return.take(connection, self.clock())
+        if self._return.absence is not None or connection.state is PortState.OPEN:
+            self._follow_up.start()
 
-    def _try_again(self) -> None:
-        target = self._target
-        if target is None or self.connection.state is PortState.OPENING:
-            return
-        if target.identity:
-            self._ports.refresh()
-        else:
-            self._open(target)
+    def _follow(self) -> None:
+        """List the ports where the rules want them."""
+        if not self._is_returning and not self._return.is_due(self.clock()):
+            self._follow_up.stop()
+        elif self._is_ordered or self._is_listing or self.connection.state is PortState.OPENING:
+            pass
+        elif self._return.is_due(self.clock()):
+            if self._return.needs_ports:
+                self._is_listing = self._ports.refresh()  # one that is under way may be from before the loss
+            else:
+                self._come_back(())
 
-    def _look_for_adapter(self) -> None:
-        target = self._target
-        if not self._is_reconnecting or target is None or self.connection.state is not PortState.CLOSED:
-            return
-        same = [port for port in self._ports.ports if port.identity == target.identity]
-        if len(same) == 1:
-            self._open(replace(target, device=same[0].device))
+    def _take_ports(self) -> None:
+        is_ours, self._is_listing = self._is_listing, False
+        if is_ours and self._ports.is_current:
+            self._come_back(self._ports.ports)
+
+    def _come_back(self, ports: tuple[PortInfo, ...]) -> None:
+        before, target = self.state, self._target
+        found = self._return.look(ports, self.clock())
+        if found is not None and target is not None:
+            self._return.opening(found)
+            rate = self._proven_rate or target.baud_rate
+            self._open(replace(target, device=found.device, baud_rate=rate))
+        elif self.state != before:
+            self.changed.emit()
 
     def _end_greeting(self, job: Job[Greeting]) -> None:
         if job is self._greeter and job.run.error is None:
@@ -303,16 +349,10 @@ class Connector(QObject):
         if job is not self._finding:
             return  # of a port that was left meanwhile
         self._finding = None
-        if job.run.error is None and job.outcome().baud_rate is None:
-            _log.info("No module answered at any of %s baud", job.outcome().tried)
+        if isinstance(job.run.error, Slept) or (job.run.error is None and job.outcome().baud_rate is None):
+            _log.info("No module was found at any baud rate: %s", job.run.error or job.outcome().tried)
             self._greeter = self.run(greet(), self._end_greeting)  # says what is on the line instead
 
 
 def _watch_recording(switch: StreamSwitch) -> Procedure[None]:
     return questions_only(watch(switch))
-
-
-def from_port(port: PortInfo, baud_rate: int, *, finds_rate: bool = False) -> Target:
-    """What to connect to for a listed port."""
-    return Target(port.device, baud_rate, port.identity, port.description, finds_rate)
-

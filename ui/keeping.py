@@ -1,4 +1,4 @@
-"""What the pages share besides the link: the store with its journal, and edits that were not sent."""
+"""What the pages share besides the link: the store with its journal, the recordings, and edits that were not sent."""
 
 import logging
 from collections.abc import Callable
@@ -13,9 +13,16 @@ from app.store.database import StoreFault, StoreTrouble
 from app.store.store import Store, open_store
 from app.store.store_journal import journal_for
 from ui.connector import Target
+from ui.recordings_work import RecordingsWork
+from ui.session_recording import SessionRecording
+from ui.tour_port import TOUR_PORT
 
 _log = logging.getLogger(__name__)
 ORIGIN = "window"
+RECORDINGS = "recordings"
+"""The folder beside the store."""
+RECORDER_LIMIT_S = 0.1
+"""For the last lines of a recording, when the window closes."""
 
 
 class RecordingPlayed(StoreTrouble):
@@ -29,13 +36,28 @@ class RecordingPlayed(StoreTrouble):
         return tr("A recording is played: nothing of it is kept as a module’s.")
 
 
+class TourGoesOn(StoreTrouble):
+    """What the tour's own module says is nobody's."""
+
+    def __init__(self) -> None:
+        super().__init__(StoreFault.FAILED, Path())
+
+    @property
+    def sentence(self) -> str:
+        return tr("This is the tour: nothing of it is kept.")
+
+
 class Keeping:
     """The store is opened when it is first asked for, which is after the first paint."""
 
     def __init__(self, folder: Path | None = None) -> None:
         self.is_recording: Callable[[], bool] = bool
         """Whether a capture is played in place of a module."""
+        self.is_touring: Callable[[], bool] = bool
+        """Whether it is the tour's module that is connected."""
         self._folder = folder
+        self.sessions = SessionRecording(None if folder is None else folder / RECORDINGS)
+        self.recordings = RecordingsWork(self.sessions)
         self._store: Store | StoreTrouble | None = None
 
     @property
@@ -43,6 +65,8 @@ class Keeping:
         """The trouble where there is none: say it and go on without."""
         if self.is_recording():
             return RecordingPlayed()
+        if self.is_touring():
+            return TourGoesOn()
         if self._store is None:
             try:
                 self._store = open_store(self._folder)
@@ -69,7 +93,7 @@ class Keeping:
 
     def keep_snapshot(self, snapshot: Snapshot, port: str) -> None:
         """From any thread. One that cannot be kept on disk is still in the window's memory."""
-        if not isinstance(self._store, Store) or is_recording(port):
+        if not isinstance(self._store, Store) or is_recording(port) or port == TOUR_PORT:
             return
         try:
             self._store.keep_snapshot(snapshot, port=port)
@@ -77,6 +101,9 @@ class Keeping:
             _log.warning("The settings as they were found are not in the store: %s", trouble)
 
     def close(self) -> None:
+        self.recordings.stop()
+        if not self.sessions.stop(RECORDER_LIMIT_S):
+            _log.warning("The recording was not closed within %s s; what was written is there", RECORDER_LIMIT_S)
         if isinstance(self._store, Store):
             self._store.close()
         self._store = None

@@ -36,6 +36,8 @@ class PortWatch(QObject):
         self._look = look
         self._thread: Thread | None = None
         self._ports: tuple[PortInfo, ...] | None = None
+        self.is_current = False
+        """The last look told which ports there are; else they are those of an earlier one."""
         self._seen: frozenset[str] | None = None
         self._timer = QTimer(self)
         self._timer.setInterval(LOOK_EVERY_MS)
@@ -76,12 +78,13 @@ class PortWatch(QObject):
         elif not is_watching:
             self._timer.stop()
 
-    def refresh(self) -> None:
-        """Look now. One look at a time: while one is under way this does nothing."""
+    def refresh(self) -> bool:
+        """Look now; whether a look began. One at a time: while one is under way this does nothing."""
         if self._thread is not None:
-            return
+            return False
         self._thread = Thread(target=self._run, name="dps-s port list", daemon=True)
         self._thread.start()
+        return True
 
     def stop(self, deadline_s: float) -> bool:
         """Look no more; whether the look under way ended within `deadline_s`."""
@@ -110,6 +113,7 @@ class PortWatch(QObject):
         if self._thread is not None:
             self._thread.join()  # it has emitted; nothing of it is left but its end
             self._thread = None
+        self.is_current = found is not None
         if found is not None:
             self._ports = found
             if self._seen is None:

@@ -7,13 +7,14 @@ from enum import Enum
 from functools import partial
 from typing import Final
 
-from PySide6.QtCore import QEvent, QSize, Qt, QTimer, Signal
-from PySide6.QtGui import QFontDatabase, QGuiApplication, QHideEvent, QShowEvent
+from PySide6.QtCore import QSize, Qt, Signal
+from PySide6.QtGui import QFontDatabase, QGuiApplication
 from PySide6.QtWidgets import QFrame, QGridLayout, QHBoxLayout, QLabel, QPushButton, QScrollArea, QVBoxLayout, QWidget
 
 from app.adapter_facts import AdapterFacts, PortHistory, facts_about
-from app.diagnosis import Cause, Diagnosis, Evidence, diagnose
+from app.diagnosis import Cause, Diagnosis, diagnose
 from app.i18n import tr
+from app.symptoms import Evidence
 from app.witness import Witness
 from app.worker import Batch
 from protocol.events import Role
@@ -24,6 +25,7 @@ from ui.icons import MEANING_ICONS, Icon, icon, pixmap
 from ui.link_state import Phase, words
 from ui.named import named
 from ui.pages import Services
+from ui.refreshing import WhileSeen
 from ui.theme import Meaning, Size, Space, current
 
 REFRESH_EVERY_MS: Final = 500
@@ -110,11 +112,10 @@ class WhyPanel(QScrollArea):
         self._connector.changed.connect(self._notice_target)
         self._connector.ports.listed.connect(self._notice_ports)
         services.appearance.changed.connect(self._dress)
-        self._timer = QTimer(self)
-        self._timer.setInterval(REFRESH_EVERY_MS)
-        self._timer.timeout.connect(self.refresh)
+        WhileSeen(self, self.refresh, every_ms=REFRESH_EVERY_MS)
         self._dress()
         self._notice_target()
+        self._notice_ports()
 
     def take(self, batch: Batch) -> None:
         self._witness.take(batch)
@@ -176,7 +177,9 @@ class WhyPanel(QScrollArea):
                 self._witness.begin(target.device)
 
     def _notice_ports(self) -> None:
-        self._history.look(self._connector.ports.ports, self._connector.clock())
+        ports = self._connector.ports
+        if ports.is_current:  # an older list tells of no adapter that came or went
+            self._history.look(ports.ports, self._connector.clock())
 
     def _ask_system(self) -> None:
         """Beside the window's thread: it looks at every program that runs."""
@@ -298,7 +301,7 @@ class WhyPanel(QScrollArea):
             name = named(QLabel(), f"why_seen_{key}_name")
             name.setProperty("role", "muted")
             self._texts.bind(name.setText, english)
-            self._texts.bind(self.seen[key].setAccessibleName, english)
+            self._texts.bind(self.seen[key].setAccessibleDescription, english)  # a name would hide the value
             grid.addWidget(name, number, 0, Qt.AlignmentFlag.AlignTop)
             grid.addWidget(self.seen[key], number, 1)
         content = QWidget()
@@ -312,21 +315,6 @@ class WhyPanel(QScrollArea):
         column.addStretch(1)
         self.setWidget(content)
 
-    # Qt
-
-    def showEvent(self, event: QShowEvent) -> None:
-        super().showEvent(event)
-        self._timer.start()
-        self.refresh()
-
-    def hideEvent(self, event: QHideEvent) -> None:
-        super().hideEvent(event)
-        self._timer.stop()
-
-    def changeEvent(self, event: QEvent) -> None:
-        super().changeEvent(event)
-        if event.type() == QEvent.Type.LanguageChange and hasattr(self, "_timer"):
-            self.refresh()
 
 
 def _write(label: QLabel, text: str) -> None:

@@ -7,20 +7,26 @@ come back.
 """
 
 import argparse
+import os
 import statistics
 import sys
 import tempfile
 import threading
 import time
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Final
+from typing import Any, Final
 
 from PySide6.QtCore import QTimer
-from PySide6.QtWidgets import QApplication
+from PySide6.QtTest import QSignalSpy
+from PySide6.QtWidgets import QApplication, QWidget
 
+from app.ports import PortInfo
 from app.worker import PortState
+from protocol.events import Received, Role
+from protocol.frame import Direction, Frame
 from protocol.link_states import Presence
+from protocol.messages import Status
 from tests.bench.figures import quantile
 from tests.bench.module import StreamingModule, streaming_module
 from tests.bench.window import (
@@ -28,7 +34,6 @@ from tests.bench.window import (
     LIMIT_S,
     LoopWatch,
     Traffic,
-    assemble_apart,
     live_page,
     reserve,
     resident_mb,
@@ -38,17 +43,26 @@ from tests.bench.window import (
 from tests.soak.chaos import Chaos
 from tests.soak.faults import Mistakes
 from tests.soak.stateful import run_for
-from ui.application import Assembly, WindowOptions, start
+from ui.application import Assembly, WindowOptions, assemble, start
+from ui.capture_files import KEPT_ENTRIES
 from ui.connector import Connector, Target
+from ui.keeping import Keeping
+from ui.port_watch import PortWatch
+from ui.remembered import Remembered
 
 CLEAN_S: Final = 5.0
 """How long the healed line is watched for lost frames."""
 SHORTEST_S: Final = 5.0
 MOST_GROWTH_MB: Final = 5.0
 """From the middle of a soak to its end."""
+RETURN_LIMIT_S: Final = 2.0
+MACHINE_S: Final = 1.0
+"""What a busy machine adds to it."""
 _MEASURE_EVERY_MS: Final = 500
 _THREAD_LIMIT_S: Final = 3.0
 _BAUD_RATE: Final = 115200
+_ADAPTER: Final = PortInfo("", "CP2102 USB to UART", "Silicon Labs", "0001", 0x10C4, 0xEA60, "1-1")
+"""The module is listed as this, whatever its port is called by then."""
 
 
 @dataclass
@@ -69,9 +83,49 @@ def _is_back(connector: Connector) -> bool:
     return connector.is_open and connector.device.presence is Presence.ONLINE and connector.device.is_streaming
 
 
+class StallWatch(LoopWatch):
+    """Knows besides how much of a stall was work of the window's own thread; the rest is the machine's."""
+
+    own_s = 0.0
+    """The most work in one turn of the event loop."""
+    _worked_s = 0.0
+
+    def beat(self) -> None:
+        super().beat()
+        worked_s = time.thread_time()
+        if self.is_measuring and self._worked_s:
+            self.own_s = max(self.own_s, worked_s - self._worked_s)
+        self._worked_s = worked_s if self.is_measuring else 0.0
+
+
+def _listed(link: Path) -> PortWatch:
+    """The ports as a system lists them on which the module hangs at an adapter."""
+
+    def look(_limit_s: float) -> list[PortInfo]:
+        try:
+            return [replace(_ADAPTER, device=str(link.readlink()))]
+        except FileNotFoundError:
+            return []  # unplugged
+
+    return PortWatch(look)
+
+
+def _target(module: StreamingModule) -> Target:
+    return Target(str(Path(module.port).readlink()), _BAUD_RATE, _ADAPTER.identity)
+
+
+def _fill(assembly: Assembly) -> None:
+    """Take the memory that is bounded and fills little by little now, so that growth is a leak."""
+    reserve(live_page(assembly))
+    page: Any = assembly.window.findChild(QWidget, "diagnosis_page")
+    frame = Frame(Direction.MODULE_TO_HOST, Status(5, 1.0, triggered=False, active=False).encode())
+    for number in range(KEPT_ENTRIES):
+        page.kept.take([Received(frame, None, Role.STREAMED, float(number))] * 16)
+
+
 def _soak(assembly: Assembly, module: StreamingModule, outcome: Outcome, *, seconds: float, seed: int) -> None:
     connector = assembly.connector
-    traffic, watch, memory = Traffic(), LoopWatch(), list[float]()
+    traffic, watch, memory = Traffic(), StallWatch(), list[float]()
     connector.batch.connect(traffic.take)
     beats, measures = QTimer(), QTimer()
     beats.setTimerType(beats.timerType().PreciseTimer)
@@ -79,10 +133,12 @@ def _soak(assembly: Assembly, module: StreamingModule, outcome: Outcome, *, seco
     beats.timeout.connect(watch.beat)
     measures.setInterval(_MEASURE_EVERY_MS)
     measures.timeout.connect(lambda: memory.append(resident_mb()))
-    connector.connect_to(Target(module.port, _BAUD_RATE))
+    connector.connect_to(_target(module))
     if not turn_until(lambda: connector.device.is_streaming, LIMIT_S):
         outcome.say("stream", "none", "the module did not begin to stream")
-    chaos = Chaos(module, seed)
+    _fill(assembly)  # a module that connects begins with new plots
+    turn_for(0.5)
+    chaos = Chaos(module, seed, lambda: connector.returns)
     beats.start()
     if sys.platform.startswith("linux"):
         measures.start()
@@ -92,19 +148,30 @@ def _soak(assembly: Assembly, module: StreamingModule, outcome: Outcome, *, seco
     if not chaos.end(LIMIT_S) or chaos.error is not None:
         outcome.say("troubles", "broke off", str(chaos.error or "did not end"))
     came_back = turn_until(lambda: _is_back(connector), LIMIT_S)
-    sent, last = module.frames_sent, connector.last
-    rejected = last.link.counters.rejected if last is not None and last.link is not None else 0
+    sent = module.frames_sent
     outcome.say("troubles", ", ".join(f"{count} x {what}" for what, count in sorted(chaos.done.items())) or "none")
+    outcome.say("unplugged and plugged", f"{chaos.done['unplug']:,} times, {connector.returns:,} times opened again")
+    is_late = chaos.slowest_return_s > RETURN_LIMIT_S + MACHINE_S
+    outcome.say(
+        "open again after the return",
+        f"within {chaos.slowest_return_s:.2f} s",
+        f"more than {RETURN_LIMIT_S:.0f} s" if is_late else "",
+    )
     outcome.say("came back and streams", "yes" if came_back else "no", "" if came_back else "it should have")
     outcome.say(
         "while in trouble",
-        f"{sent} streamed, {traffic.statuses} status frames received, {rejected} bytes rejected since the last opening",
+        f"{sent:,} frames streamed, {traffic.asked:,} asked for; {traffic.statuses:,} received, "
+        f"{max(0, sent + traffic.asked - traffic.statuses):,} lost to the troubles",
     )
     _watch_healed_line(connector, module, outcome)
     beats.stop()
     measures.stop()
     stall_ms, usual_ms = max(watch.late_s) * 1000, quantile(watch.late_s, 0.99) * 1000
-    outcome.say("longest stall of the window", f"{stall_ms:.0f} ms (99 % of its beats within {usual_ms:.1f} ms)")
+    outcome.say(
+        "longest stall of the window",
+        f"{stall_ms:.0f} ms (99 % of its beats within {usual_ms:.1f} ms); "
+        f"most work of its own in one turn {watch.own_s * 1000:.0f} ms",
+    )
     _judge_memory(memory, outcome)
 
 
@@ -116,7 +183,7 @@ def _watch_healed_line(connector: Connector, module: StreamingModule, outcome: O
     turn_for(0.3)  # its two heartbeats are over
     traffic, before = Traffic(), module.frames_sent
     connector.batch.connect(traffic.take)
-    connector.connect_to(Target(module.port, _BAUD_RATE))
+    connector.connect_to(_target(module))
     turn_until(lambda: connector.device.is_streaming, LIMIT_S)
     turn_for(CLEAN_S)
     connector.disconnect_port()
@@ -124,7 +191,7 @@ def _watch_healed_line(connector: Connector, module: StreamingModule, outcome: O
     sent = module.frames_sent - before
     lost = sent + traffic.asked - traffic.statuses
     complaint = "frames were lost" if lost else "" if sent > CLEAN_S else "it did not stream"
-    outcome.say("on the healed line", f"{sent} streamed, {lost} lost", complaint)
+    outcome.say("on the healed line", f"{sent:,} frames streamed, {lost:,} lost", complaint)
 
 
 def _judge_memory(memory: list[float], outcome: Outcome) -> None:
@@ -132,12 +199,12 @@ def _judge_memory(memory: list[float], outcome: Outcome) -> None:
     if len(later) < 4:
         outcome.say("memory", "not measured")
         return
-    slope = statistics.linear_regression(range(len(later)), later).slope * 1000 / _MEASURE_EVERY_MS * 60
+    slope = statistics.linear_regression(range(len(later)), later).slope * 1000 / _MEASURE_EVERY_MS * 3600
     tenth = max(1, len(later) // 10)
     growth = statistics.median(later[-tenth:]) - statistics.median(later[:tenth])
     outcome.say(
         "memory",
-        f"{memory[0]:.0f} MB at first, {memory[-1]:.0f} in the end; second half {growth:+.1f} MB, {slope:+.2f} MB/min",
+        f"{memory[0]:.0f} MB at first, {memory[-1]:.0f} in the end; second half {growth:+.1f} MB, {slope:+.1f} MB/h",
         "it grows" if growth > MOST_GROWTH_MB else "",
     )
 
@@ -150,12 +217,19 @@ def _run(seconds: float, seed: int) -> Outcome:
     before = set(threading.enumerate())
     with tempfile.TemporaryDirectory() as folder, Mistakes() as mistakes:
         options = WindowOptions(language="en", offscreen_seconds=seconds)
-        assembly = assemble_apart(app, options, Path(folder))
+        link = Path(folder) / "module"
+        assembly = assemble(
+            app,
+            options,
+            remembered=Remembered(Path(folder) / "window.ini"),
+            keeping=Keeping(Path(folder) / "store"),
+            ports=_listed(link),
+        )
+        pages = QSignalSpy(assembly.window.pages_made)
         start(assembly, options)
-        turn_until(lambda: live_page(assembly) is not None, LIMIT_S)
-        reserve(live_page(assembly))
+        turn_until(lambda: pages.count() > 0, LIMIT_S)
         turn_for(0.5)
-        with streaming_module(Path(folder) / "module", "rate=1440", "lifelike=yes", "noise=1") as module:
+        with streaming_module(link, "rate=1440", "lifelike=yes", "noise=1") as module:
             _soak(assembly, module, outcome, seconds=seconds, seed=seed)
             assembly.window.close_now()
         assembly.connector.stop(_THREAD_LIMIT_S)
@@ -177,17 +251,19 @@ def main() -> int:
     args = parser.parse_args()
     if args.seconds < SHORTEST_S:
         parser.error("5 seconds at least")
+    if sys.platform.startswith("linux") and not (os.environ.keys() & {"DISPLAY", "WAYLAND_DISPLAY"}):
+        os.environ.setdefault("QT_QPA_PLATFORM", "offscreen")
     began = time.monotonic()
     outcome = _run(args.seconds, args.seed)
+    print("\n".join(outcome.lines), flush=True)
     stretch = run_for(args.seconds, args.seed)
-    outcome.say(
-        "gestures and accidents", f"{stretch.steps} steps in {stretch.rounds} rounds", stretch.failure and "see below"
-    )
-    outcome.lines += [stretch.failure] if stretch.failure else []
-    print("\n".join(outcome.lines))
-    verdict = "; ".join(outcome.complaints) or "all as it should be"
-    print(f"{verdict} ({time.monotonic() - began:.0f} s, seed {args.seed})")
-    return 1 if outcome.complaints else 0
+    last = Outcome()
+    counts = f"{stretch.steps:,} steps in {stretch.rounds:,} rounds"
+    last.say("gestures and accidents", counts, stretch.failure and "see below")
+    print("\n".join([*last.lines, stretch.failure] if stretch.failure else last.lines))
+    complaints = outcome.complaints + last.complaints
+    print(f"{'; '.join(complaints) or 'all as it should be'} ({time.monotonic() - began:.0f} s, seed {args.seed})")
+    return 1 if complaints else 0
 
 
 if __name__ == "__main__":

@@ -2,7 +2,9 @@
 
 import random
 import threading
+import time
 from collections import Counter
+from collections.abc import Callable
 from typing import Final
 
 from tests.bench.module import StreamingModule
@@ -18,27 +20,42 @@ _FAULTS: Final = (
     ("mute", "yes"),
     ("echo", "yes"),
 )
-_LEAST_S: Final = 0.5
-_MOST_S: Final = 2.5
+_CALM_S: Final = (0.5, 2.5)
+"""Between two troubles."""
 _AWAY_S: Final = (0.05, 2.0)
+_TROUBLES: Final = 7
+"""Between two storms."""
+_STORM: Final = 60
+"""Times that a loose plug slips out and in, one after the other."""
+_SLIP_S: Final = (0.02, 0.25)
+_HOLDS_S: Final = (0.0, 0.15)
+_BACK_LIMIT_S: Final = 10.0
 
 
 class Chaos(threading.Thread):
-    """Troubles the module until `end`, which leaves it healed, plugged in and quiet."""
+    """Troubles the module until `end`, which leaves it healed, plugged in and quiet. `returns`: how often the program
+    has opened the port again by itself."""
 
-    def __init__(self, module: StreamingModule, seed: int) -> None:
+    def __init__(self, module: StreamingModule, seed: int, returns: Callable[[], int]) -> None:
         super().__init__(name="chaos")
         self.done: Counter[str] = Counter()
         """How often each thing was done to it."""
+        self.slowest_return_s = 0.0
+        """From the plug to the open port."""
         self.error: BaseException | None = None
         self._module = module
+        self._returns = returns
         self._source = random.Random(seed)
         self._is_over = threading.Event()
 
     def run(self) -> None:
         try:
-            while not self._is_over.wait(self._source.uniform(_LEAST_S, _MOST_S)):
-                self._trouble()
+            while not self._is_over.is_set():
+                self._storm()
+                for _ in range(_TROUBLES):
+                    if self._is_over.wait(self._source.uniform(*_CALM_S)):
+                        break
+                    self._trouble()
             for line in ("fault none", "plug", "restart"):  # a restart ends the stream
                 self._tell(line)
         except Exception as error:  # noqa: BLE001  told by the soak
@@ -54,6 +71,23 @@ class Chaos(threading.Thread):
         answer = self._module.tell(line)
         if answer.startswith("refused"):
             raise RuntimeError(f"{line}: {answer}")
+
+    def _storm(self) -> None:
+        self._tell("fault none")
+        self._tell("plug")
+        for _ in range(_STORM):
+            if self._is_over.wait(self._source.uniform(*_HOLDS_S)):
+                return
+            before, away_s = self._returns(), self._source.uniform(*_SLIP_S)
+            plugged_at = time.monotonic() + away_s
+            self._tell(f"unplug {away_s:.3f}")
+            self.done["unplug"] += 1
+            while self._returns() == before:
+                if time.monotonic() - plugged_at > _BACK_LIMIT_S:
+                    raise RuntimeError(f"it did not come back within {_BACK_LIMIT_S:.0f} s")
+                if self._is_over.wait(0.01):
+                    return
+            self.slowest_return_s = max(self.slowest_return_s, time.monotonic() - plugged_at)
 
     def _trouble(self) -> None:
         kind = self._source.choices(("fault", "heal", "unplug", "restart"), weights=(5, 3, 3, 1))[0]

@@ -1,0 +1,67 @@
+"""Whether the computer slept between two looks at the clock: a judgement on clocks, without a thread or a port.
+
+While the computer sleeps nothing is heard of the module, and the clock that ages are told by may stand still: what is
+twelve minutes old would pass for fresh, and what was armed before would be armed still.
+
+- Where the system has a clock that goes on asleep (Linux, macOS), that one is compared with the one that does not.
+- Else (Windows), and for a machine that was stopped as a whole, a turn of the loop took far longer than it ever waits.
+
+The time of day says nothing: people and time servers set it.
+"""
+
+import sys
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+
+SHORTEST_S = 1.0
+"""A sleep; less than that is two clocks that were not read at the same instant."""
+LONGEST_TURN_S = 5.0
+"""A turn of the loop waits for 0.02 s, and works for a second where the disk is slow."""
+
+Clock = Callable[[], float]
+
+
+@dataclass(frozen=True, slots=True)
+class Moment:
+    """Both clocks at one instant, in seconds. `with_sleep_s` is None where no clock goes on asleep."""
+
+    awake_s: float
+    with_sleep_s: float | None = None
+
+
+def slept_s(before: Moment, now: Moment) -> float:
+    """For how long it slept between two moments; 0 where it did not."""
+    turn_s = now.awake_s - before.awake_s
+    if before.with_sleep_s is not None and now.with_sleep_s is not None:
+        missed_s = now.with_sleep_s - before.with_sleep_s - turn_s
+        if missed_s >= SHORTEST_S:
+            return missed_s
+    return turn_s if turn_s >= LONGEST_TURN_S else 0.0
+
+
+def sleepless_clock() -> Clock | None:
+    """The clock that goes on while the computer sleeps; None where there is none."""
+    name = "CLOCK_MONOTONIC" if sys.platform == "darwin" else "CLOCK_BOOTTIME"
+    number: int | None = getattr(time, name, None)
+    if number is None or not hasattr(time, "clock_gettime"):
+        return None
+    which = number
+    return lambda: time.clock_gettime(which)
+
+
+class SleepWatch:
+    """Compares each look with the one before. One thread."""
+
+    def __init__(self, clock: Clock = time.monotonic, with_sleep: Clock | None = None) -> None:
+        self._clock, self._with_sleep = clock, with_sleep
+        self._before = self._now()
+
+    def look(self) -> float:
+        """For how long the computer slept since the last look, in seconds; 0 where it did not."""
+        now = self._now()
+        before, self._before = self._before, now
+        return slept_s(before, now)
+
+    def _now(self) -> Moment:
+        return Moment(self._clock(), None if self._with_sleep is None else self._with_sleep())
