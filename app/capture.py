@@ -14,19 +14,38 @@ text too, without times and directions, and reports each line that it cannot rea
 
 import os
 import re
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass, field, replace
-from enum import Enum
+from io import TextIOWrapper
 from pathlib import Path
-from typing import IO, NamedTuple
+from typing import IO, BinaryIO
 
+from app.capture_entries import Entries, Entry, Way
 from app.hextext import HexText, NotHex
-from protocol.catalogue import DEFAULT_BAUD_RATE, Request
+from app.pace import Pace
+from protocol.catalogue import DEFAULT_BAUD_RATE
 from protocol.events import Event, Received, Rejected, Sent
-from protocol.frame import Direction, Frame, Noise, decode_request
+from protocol.frame import Direction, Frame
 from protocol.stream import Piece, StreamParser
 from protocol.text import marked
+
+__all__ = [
+    "Capture",
+    "CaptureReader",
+    "CaptureRefused",
+    "CaptureWriter",
+    "Entries",
+    "Entry",
+    "Header",
+    "LineFault",
+    "OpenCapture",
+    "Way",
+    "entries_of",
+    "lines_of",
+    "parse_capture",
+    "read_capture",
+]
 
 MAGIC = "# DPS-S capture 1"
 LONGEST_FILE_BYTES = 64 * 1024 * 1024
@@ -34,28 +53,12 @@ LONGEST_FILE_BYTES = 64 * 1024 * 1024
 LONGEST_LINE = 64 * 1024
 BYTES_A_LINE = 4096
 FAULTS_KEPT = 100
-QUIET_S = 0.25
-"""A line that has been silent this long has ended its frame."""
 BITS_PER_BYTE = 10
 
 _MAGIC = re.compile(r"#\s*DPS-S capture\s+(\d+)\s*")
 _FIELD = re.compile(r"#\s*([a-z_]+)\s*:\s*(.*)")
+_WAYS = {way.value: way for way in Way}
 _ENTRY = re.compile(r"(\d{1,12}(?:\.\d{1,9})?)\s+([<>])\s*(.*)")
-
-
-class Way(Enum):
-    """Which way the bytes went over the line, whatever they say. The value is the character in the file."""
-
-    OUT = ">"
-    IN = "<"
-
-
-class Entry(NamedTuple):
-    """Bytes that went one way together. `at_s`: seconds since the capture began."""
-
-    at_s: float
-    way: Way
-    raw: bytes
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -91,7 +94,7 @@ class Capture:
     """A capture as read. In plain hex text the times are those of bytes back to back, and `is_timed` is False."""
 
     header: Header = field(default_factory=Header)
-    entries: tuple[Entry, ...] = ()
+    entries: Sequence[Entry] = ()
     faults: tuple[LineFault, ...] = ()
     is_timed: bool = True
 
@@ -210,62 +213,106 @@ class CaptureWriter:
 # Reading
 
 
+class OpenCapture:
+    """A capture file that is being read, entry by entry, by one thread."""
+
+    def __init__(self, file: BinaryIO) -> None:
+        """Raises OSError, or `CaptureRefused`."""
+        self._file = file
+        self._size = os.fstat(file.fileno()).st_size
+        if self._size > LONGEST_FILE_BYTES + LONGEST_LINE:
+            raise CaptureRefused(marked("the file is too long for a capture"))
+        self._lines = TextIOWrapper(file, encoding="utf-8-sig", errors="replace")
+        self.reader = CaptureReader(is_plain=_is_plain(self._lines))
+        self._lines.seek(0)
+
+    def entries(self) -> Iterator[Entry]:
+        """All of them, once."""
+        return self.reader.entries(self._lines)
+
+    @property
+    def share_read(self) -> float:
+        """How much of the file has been read, 0 … 1."""
+        return min(1.0, self._file.tell() / self._size) if self._size else 1.0
+
+
 def read_capture(path: Path) -> Capture:
     """Raises OSError, or `CaptureRefused`."""
     with path.open("rb") as file:
-        if os.fstat(file.fileno()).st_size > LONGEST_FILE_BYTES + LONGEST_LINE:
-            raise CaptureRefused(marked("the file is too long for a capture"))
-        data = file.read(LONGEST_FILE_BYTES + LONGEST_LINE)
-    return parse_capture(data.decode("utf-8", "replace"))
+        opened = OpenCapture(file)
+        entries = Entries(opened.entries())
+        return opened.reader.capture(entries)
 
 
 def parse_capture(text: str) -> Capture:
     """Reads a capture, or hex text where no line looks like one. Raises `CaptureRefused` for a later version."""
     lines = text.removeprefix("\ufeff").splitlines()
-    if any(_MAGIC.fullmatch(line) or _ENTRY.fullmatch(line.strip()) for line in lines):
-        return _Reader().read(lines)
-    return _plain(lines)
+    reader = CaptureReader(is_plain=_is_plain(lines))
+    return reader.capture(Entries(reader.entries(lines)))
 
 
-class _Reader:
-    """One pass over the lines of a capture."""
+def _is_plain(lines: Iterable[str]) -> bool:
+    pace = Pace()
+    for line in lines:
+        pace.keep()
+        if _MAGIC.fullmatch(line.rstrip("\n")) or _ENTRY.fullmatch(line.strip()):
+            return False
+    return True
 
-    def __init__(self) -> None:
-        self._header = Header()
-        self._entries: list[Entry] = []
-        self._faults: list[LineFault] = []
+
+class CaptureReader:
+    """One pass over the lines of a capture. Beside the main thread it rests now and then: see `Pace`."""
+
+    def __init__(self, *, is_plain: bool = False) -> None:
+        """`is_plain`: hex text, where no line looks like one of a capture."""
+        self.is_plain = is_plain
+        self.header = Header()
+        self.faults: list[LineFault] = []
+        self._last_s = 0.0
+        self._has_entries = False
         self._part_begins_s = 0.0
 
-    def read(self, lines: list[str]) -> Capture:
-        for number, line in enumerate(lines, start=1):
-            self._line(number, line)
-        return Capture(header=self._header, entries=tuple(self._entries), faults=tuple(self._faults))
+    def capture(self, entries: Sequence[Entry]) -> Capture:
+        """With the header and the faults of the lines that have been read."""
+        return Capture(header=self.header, entries=entries, faults=tuple(self.faults), is_timed=not self.is_plain)
 
-    def _line(self, number: int, line: str) -> None:
-        line = line.strip()
+    def entries(self, lines: Iterable[str]) -> Iterator[Entry]:
+        """One by one; header and faults are those of the lines that have been read."""
+        pace = Pace()
+        for entry in self._plain(lines) if self.is_plain else self._timed(lines):
+            pace.keep()
+            yield entry
+
+    def _timed(self, lines: Iterable[str]) -> Iterator[Entry]:
+        for number, line in enumerate(lines, start=1):
+            entry = self._line(number, line.strip())
+            if entry is not None:
+                self._last_s, self._has_entries = entry.at_s, True
+                yield entry
+
+    def _line(self, number: int, line: str) -> Entry | None:
         if not line:
-            return
+            return None
         if line.startswith("#"):
             self._comment(line)
-            return
+            return None
         if len(line) > LONGEST_LINE:
             self._fault(number, marked("the line is too long"))
-            return
+            return None
         found = _ENTRY.fullmatch(line)
         if found is None:
             self._fault(number, marked("no time, direction and bytes"))
-            return
+            return None
         try:
             raw = _bytes_of(found[3])
         except NotHex:
             self._fault(number, marked("the bytes are no pairs of hex digits"))
-            return
+            return None
         at_s = self._part_begins_s + float(found[1])
-        if self._entries and at_s < self._entries[-1].at_s:
+        if self._has_entries and at_s < self._last_s:
             self._fault(number, marked("the time runs backwards; the line before counts"))
-            at_s = self._entries[-1].at_s
-        if raw:
-            self._entries.append(Entry(at_s, Way(found[2]), raw))
+            at_s = self._last_s
+        return Entry(at_s, _WAYS[found[2]], raw) if raw else None
 
     def _comment(self, line: str) -> None:
         magic = _MAGIC.fullmatch(line)
@@ -273,79 +320,46 @@ class _Reader:
             if magic[1] != "1":
                 raise CaptureRefused(marked("the capture is of a later version of the program"))
             # A part that was appended begins where the one before it ended.
-            self._part_begins_s = self._entries[-1].at_s if self._entries else 0.0
+            self._part_begins_s = self._last_s
             return
         named = _FIELD.fullmatch(line)
-        if named is None or self._entries:
+        if named is None or self._has_entries:
             return  # a remark; the header of the first part counts
         name, value = named[1], named[2].strip()
         if name == "baud_rate":
             if value.isascii() and value.isdigit() and len(value) < 9:
-                self._header = replace(self._header, baud_rate=int(value))
+                self.header = replace(self.header, baud_rate=int(value))
         elif name in ("program", "port", "started"):
-            self._header = replace(self._header, **{name: value})  # type: ignore[arg-type]
+            self.header = replace(self.header, **{name: value})  # type: ignore[arg-type]
+
+    def _plain(self, lines: Iterable[str]) -> Iterator[Entry]:
+        """Hex text: whose bytes they are is told by the frames' headers; noise is the module's."""
+        parser = StreamParser(follows_host=True)
+        for number, line in enumerate(lines, start=1):
+            try:
+                raw = b"" if line.lstrip().startswith("#") else _bytes_of(line)
+            except NotHex:
+                self._fault(number, marked("no pairs of hex digits"))
+                continue
+            for first in range(0, len(raw), BYTES_A_LINE):
+                yield from map(_plain_entry, parser.feed(raw[first : first + BYTES_A_LINE]))
+        yield from map(_plain_entry, parser.flush())
 
     def _fault(self, number: int, text: str) -> None:
-        if len(self._faults) < FAULTS_KEPT:
-            self._faults.append(LineFault(number, text))
+        if len(self.faults) < FAULTS_KEPT:
+            self.faults.append(LineFault(number, text))
 
 
 def _bytes_of(text: str) -> bytes:
-    reader = HexText()
-    raw = reader.feed(text)
-    reader.finish()
-    return raw
+    try:
+        return bytes.fromhex(text)  # nearly always
+    except ValueError:
+        reader = HexText()
+        raw = reader.feed(text)
+        reader.finish()
+        return raw
 
 
-def _plain(lines: list[str]) -> Capture:
-    """Hex text: whose bytes they are is told by the frames' headers; noise is the module's."""
-    faults: list[LineFault] = []
-    raw = bytearray()
-    for number, line in enumerate(lines, start=1):
-        try:
-            raw += b"" if line.lstrip().startswith("#") else _bytes_of(line)
-        except NotHex:
-            if len(faults) < FAULTS_KEPT:
-                faults.append(LineFault(number, marked("no pairs of hex digits")))
-    parser = StreamParser(follows_host=True)
-    byte_s = BITS_PER_BYTE / DEFAULT_BAUD_RATE
-    entries = [
-        Entry(piece.offset * byte_s, _way_of(piece), piece.raw) for piece in parser.feed(bytes(raw)) + parser.flush()
-    ]
-    return Capture(entries=tuple(entries), faults=tuple(faults), is_timed=False)
-
-
-def _way_of(piece: Piece) -> Way:
+def _plain_entry(piece: Piece) -> Entry:
     is_ours = isinstance(piece, Frame) and piece.direction is Direction.HOST_TO_MODULE
-    return Way.OUT if is_ours else Way.IN
-
-
-# Meaning
-
-
-@dataclass(frozen=True, slots=True)
-class Explained:
-    """One frame, or a run of bytes that is none. `asked`: the request that it may answer (`app.explain.sentence`)."""
-
-    at_s: float
-    way: Way
-    piece: Frame | Noise
-    asked: Request | None
-
-
-def explained(capture: Capture) -> Iterator[Explained]:
-    """Every byte of the capture in exactly one piece, as `dps-s decode` explains them; each way has its own parser."""
-    parsers = {way: StreamParser() for way in Way}
-    last_s = dict.fromkeys(Way, 0.0)
-    asked: Request | None = None
-    for entry in capture.entries:
-        for way, parser in parsers.items():
-            if parser.pending and entry.at_s - last_s[way] >= QUIET_S:
-                yield from (Explained(last_s[way], way, piece, asked) for piece in parser.flush())
-        last_s[entry.way] = entry.at_s
-        for piece in parsers[entry.way].feed(entry.raw):
-            yield Explained(entry.at_s, entry.way, piece, asked)
-            if entry.way is Way.OUT and isinstance(piece, Frame) and piece.direction is Direction.HOST_TO_MODULE:
-                asked = parsers[Way.IN].asked = decode_request(piece.raw)
-    for way, parser in parsers.items():
-        yield from (Explained(last_s[way], way, piece, asked) for piece in parser.flush())
+    return Entry(piece.offset * BITS_PER_BYTE / DEFAULT_BAUD_RATE, Way.OUT if is_ours else Way.IN, piece.raw)

@@ -1,86 +1,26 @@
 """Captures in the window: search and marks, save and open, decoded without a module, and played as a recording."""
 
-from collections.abc import Iterator
-from contextlib import contextmanager
+import threading
+from collections.abc import Callable
 from pathlib import Path
 
 import pytest
 from PySide6.QtCore import QMimeData, QPoint, QPointF, Qt, QUrl
 from PySide6.QtGui import QDragEnterEvent, QDropEvent
-from PySide6.QtWidgets import QApplication, QPushButton, QWidget
+from PySide6.QtWidgets import QApplication, QWidget
 from pytestqt.qtbot import QtBot
 
-from app.acts import Act
-from app.capture import Entry, Way, explained, read_capture
-from app.journal import Outcome
-from app.procedure import Ask, Cancelled, Pause, Procedure
-from app.procedures.act import Performed, perform
-from app.procedures.lock import Locked, lock
-from app.recording import is_recording, questions_only
-from app.simulator import bench
-from app.store.database import StoreTrouble
-from app.store.store import Store
-from app.worker import Job
-from protocol.catalogue import ACTIVATION, BY_NAME
-from protocol.events import Unanswered
-from protocol.link_states import Presence
-from protocol.messages import Status
-from tests.fakes_ui import WAIT_MS, simulated, wait_online, window
+from app.capture import read_capture
+from app.capture_rows import explained
+from tests.capture_window import opened, strip_button, write_capture
+from tests.fakes_ui import WAIT_MS, simulated, wait_online
 from tests.test_diagnosis_page import click, diagnosis
 from tests.test_traffic import cell, sent, streamed
-from ui.application import PAGES, Assembly
-from ui.capture_files import SUFFIX, Kept, capture_parts
+from ui.capture_files import SUFFIX, Kept, Loading, Opened
 from ui.connector import Target
-from ui.diagnosis_page import DiagnosisPage
-from ui.link_state import Phase
-from ui.preflight_page import PreflightPage
-from ui.recording_bar import SPEEDS, recording_target
-from ui.traffic_model import KEPT_ROWS, Column, Filter, TrafficModel
+from ui.traffic_model import KEPT_MARKS, KEPT_ROWS, Column, Filter, TrafficModel
+from ui.traffic_page import MOST_COPIED
 from ui.traffic_search import hex_part, matches
-
-ACTIVE = Status(7, 1.0, triggered=False, active=True).encode()
-
-
-def write_capture(path: Path, *, seconds: float = 30.0) -> Path:
-    """A module that streams, ACTIVE, and answers what the window asks at first."""
-    entries = []
-    for number, name in enumerate(("heartbeat", "status", "active", "triggered", "cell_voltage", "boot_count")):
-        request = BY_NAME[name].query()
-        entries.append(Entry(0.01 * number, Way.OUT, request.encode()))
-    answers = {"heartbeat": "4175 01 A5 5A 00", "active": "4175 33 01 01 35", "cell_voltage": "4175 34 01 BE F3"}
-    ordered = []
-    for entry, name in zip(entries, ("heartbeat", "status", "active", "triggered", "cell_voltage", "x"), strict=True):
-        ordered.append(entry)
-        if name in answers:
-            ordered.append(Entry(entry.at_s + 0.002, Way.IN, bytes.fromhex(answers[name])))
-    ordered += [Entry(0.2 + 0.05 * n, Way.IN, ACTIVE) for n in range(round(seconds * 20))]
-    ordered.append(Entry(ordered[-1].at_s + 0.01, Way.IN, b"\x00\xff"))
-    path.write_bytes(b"".join(capture_parts(tuple(ordered), Kept().header("/dev/ttyUSB0", 115200))))
-    return path
-
-
-@contextmanager
-def opened(qtbot: QtBot, qapp: QApplication, folder: Path) -> Iterator[tuple[Assembly, DiagnosisPage, Path]]:
-    path = write_capture(folder / f"flight{SUFFIX}")
-    with diagnosis(qtbot, qapp, folder) as (assembly, page):
-        page.files.ask_open = lambda _parent, _folder: path
-        click(qtbot, page.files.open)
-        qtbot.waitUntil(lambda: page.opened is not None, timeout=WAIT_MS)
-        yield assembly, page, path
-
-
-def strip_button(page: DiagnosisPage, key: str) -> QPushButton:
-    button = page.strip.button(key)
-    assert button is not None
-    return button
-
-
-def play(qtbot: QtBot, assembly: Assembly, page: DiagnosisPage) -> None:
-    click(qtbot, strip_button(page, "capture_play"))
-    qtbot.waitUntil(lambda: assembly.connector.device.presence is Presence.ONLINE, timeout=WAIT_MS)
-    device = assembly.connector
-    qtbot.waitUntil(lambda: device.device.known("active", device.clock()) is not None, timeout=WAIT_MS)
-
 
 # Search and marks
 
@@ -200,7 +140,7 @@ def test_what_is_kept_is_bounded() -> None:
 def test_a_capture_is_decoded_without_a_module(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
     with opened(qtbot, qapp, tmp_path) as (_assembly, page, path):
         model = page.traffic.model
-        rows = list(explained(read_capture(path)))
+        rows = list(explained(read_capture(path).entries))
         assert model.rowCount() == len(rows)
         assert page.traffic.isVisible()
         assert cell(model, 0, Column.TIME) == "0.000 s"
@@ -248,6 +188,69 @@ def test_hex_text_is_opened_and_its_faults_are_said(qtbot: QtBot, qapp: QApplica
         assert page.traffic.model.rowCount() == 2
 
 
+def test_all_rows_of_a_long_capture_are_shown_and_a_few_of_them_copied(
+    qtbot: QtBot, qapp: QApplication, tmp_path: Path
+) -> None:
+    path = write_capture(tmp_path / f"long{SUFFIX}", seconds=600)
+    with diagnosis(qtbot, qapp, tmp_path) as (_assembly, page):
+        page.open_file(path)
+        qtbot.waitUntil(lambda: page.opened is not None, timeout=WAIT_MS)
+        traffic = page.traffic
+        assert traffic.model.rowCount() > MOST_COPIED + 1000
+        traffic.table.selectAll()
+        assert traffic.detail.text() == f"{traffic.model.rowCount():,} rows are selected."
+        qtbot.keyClick(traffic.table, Qt.Key.Key_C, Qt.KeyboardModifier.ControlModifier)
+        assert len(QApplication.clipboard().text().split("\n")) == MOST_COPIED
+        assert traffic.detail.text() == f"The first {MOST_COPIED:,} of {traffic.model.rowCount():,} rows were copied."
+        traffic.mark_rows()
+        traffic.filter.setCurrentIndex(traffic.filter.findData(Filter.MARKED))
+        assert traffic.model.rowCount() == KEPT_MARKS
+
+
+def test_marks_of_a_capture_stay_with_their_rows(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
+    with opened(qtbot, qapp, tmp_path) as (_assembly, page, _path):
+        model = page.traffic.model
+        last = model.rowCount() - 1
+        model.mark([0, last])
+        assert model.is_marked(last)
+        assert not model.is_marked(1)
+        model.use_filter(Filter.REJECTED)
+        assert model.rowCount() == 1
+        assert model.is_marked(0)
+        assert cell(model, 0, Column.KIND) == "rejected"
+        model.mark([0])
+        model.use_filter(Filter.MARKED)
+        assert [cell(model, row, Column.MEANING) for row in range(model.rowCount())] == ["heartbeat"]
+        model.use_filter(Filter.ALL)
+        assert not model.is_marked(last)
+        assert model.is_marked(0)
+
+
+def test_opening_can_be_cancelled_and_says_how_far_it_is(
+    qtbot: QtBot, qapp: QApplication, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    seen, may_go_on = threading.Event(), threading.Event()
+    run = Loading.run
+
+    def held(loading: Loading, is_wanted: Callable[[], bool]) -> Opened:
+        loading.share = 0.43
+        seen.set()
+        may_go_on.wait(WAIT_MS / 1000)
+        return run(loading, is_wanted)
+
+    monkeypatch.setattr(Loading, "run", held)
+    path = write_capture(tmp_path / f"cancelled{SUFFIX}", seconds=100)
+    with diagnosis(qtbot, qapp, tmp_path) as (_assembly, page):
+        page.open_file(path)
+        qtbot.waitUntil(lambda: "43 %" in page.strip.accessibleName(), timeout=WAIT_MS)
+        click(qtbot, strip_button(page, "capture_cancel"))
+        assert page.strip.isHidden()
+        assert not page.files.is_busy
+        may_go_on.set()
+        qtbot.waitUntil(lambda: not page.files._timer.isActive(), timeout=WAIT_MS)
+        assert page.opened is None
+
+
 def drop(window_: QWidget, path: Path) -> None:
     data = QMimeData()
     data.setUrls([QUrl.fromLocalFile(str(path))])
@@ -263,159 +266,3 @@ def test_a_capture_dropped_on_the_window_is_opened(qtbot: QtBot, qapp: QApplicat
     with diagnosis(qtbot, qapp, tmp_path) as (assembly, page):
         drop(assembly.window, path)
         qtbot.waitUntil(lambda: page.opened is not None, timeout=WAIT_MS)
-
-
-# Played
-
-
-def test_a_recording_is_labelled_everywhere_and_sends_nothing(
-    qtbot: QtBot, qapp: QApplication, tmp_path: Path
-) -> None:
-    with opened(qtbot, qapp, tmp_path) as (assembly, page, path):
-        shell = assembly.window
-        play(qtbot, assembly, page)
-        shell.refresh()
-        assert shell.top_bar.port.title == f"RECORDING: {path.name}"
-        assert shell.windowTitle().startswith("RECORDING")
-        assert shell.recording_bar.isVisible()
-        assert "RECORDING" in shell.recording_bar.accessibleName()
-        assert not shell.top_bar.lock.isEnabled()
-        assert not shell.menus.lock.isEnabled()
-        assert not shell.menus.find_rate.isEnabled()
-        page.go_to("why")
-        assert "recording" in page.why.what.text()
-        assert not assembly.connector.is_active  # there is no module that could fire …
-        known = assembly.connector.device.known("active", assembly.connector.clock())
-        assert known is not None
-        assert known.value is True  # … whatever was recorded
-        assert shell.attention.is_risky_to_leave is False
-
-
-def test_acts_end_unsent_while_a_recording_is_played(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
-    with opened(qtbot, qapp, tmp_path) as (assembly, page, _path):
-        play(qtbot, assembly, page)
-        ended: list[Job[Locked]] = []
-        performed: list[Job[Performed]] = []
-        assembly.connector.run(lock(), ended.append, is_urgent=True)
-        journal = assembly.keeping.journal(assembly.connector.target)
-        assembly.connector.run(perform(Act.LOCK, journal), performed.append)
-        qtbot.waitUntil(lambda: bool(ended and performed), timeout=WAIT_MS)
-        assert ended[0].outcome().is_acknowledged is False
-        assert performed[0].outcome().outcome in (Outcome.NOT_SENT, Outcome.REFUSED)
-        raws = {entry.raw for entry in page.kept.entries()}
-        assert ACTIVATION.set(False).encode() not in raws
-        rows = page.traffic.model
-        rows.rebuild()
-        assert not any("lock" in cell(rows, row, Column.MEANING) for row in range(rows.rowCount()))
-
-
-def test_nothing_of_a_recording_is_remembered_or_kept_as_the_modules(
-    qtbot: QtBot, qapp: QApplication, tmp_path: Path
-) -> None:
-    with opened(qtbot, qapp, tmp_path) as (assembly, page, _path):
-        play(qtbot, assembly, page)
-        assert assembly.window._remembered.last_port is None
-        assert len(page.kept) == 0
-        assert page.live_figures.totals.sent == 0
-        assert not assembly.keeping.journal(assembly.connector.target).is_ready
-        assert isinstance(assembly.keeping.store, StoreTrouble)
-        assert not assembly.keeping.has_store
-        click(qtbot, assembly.window.recording_bar.stop)
-        assert isinstance(assembly.keeping.store, Store)
-
-
-def test_another_speed_begins_anew_and_it_can_be_stopped(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
-    with opened(qtbot, qapp, tmp_path) as (assembly, page, path):
-        play(qtbot, assembly, page)
-        bar = assembly.window.recording_bar
-        bar.speed.setCurrentIndex(SPEEDS.index(20.0))
-        assert assembly.connector.target == recording_target(path, 20.0)
-        qtbot.waitUntil(lambda: "ended" in bar.accessibleName(), timeout=WAIT_MS)
-        assert assembly.window.top_bar.port.word == "The recording has ended"
-        assert assembly.window.notice_bar.notice is None  # nobody is sent to check a cable
-        click(qtbot, bar.again)
-        qtbot.waitUntil(lambda: "ended" not in bar.accessibleName(), timeout=WAIT_MS)
-        click(qtbot, bar.stop)
-        qtbot.waitUntil(lambda: assembly.connector.state.phase is Phase.CLOSED, timeout=WAIT_MS)
-        assembly.window.refresh()
-        assert bar.isHidden()
-        assert assembly.window.windowTitle() == "DPS-S Configurator"
-
-
-def test_it_is_played_through_every_page(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
-    path = write_capture(tmp_path / f"whole{SUFFIX}")
-    with window(qapp, tmp_path, entries=PAGES) as assembly:
-        shell = assembly.window
-        qtbot.waitUntil(lambda: shell.findChild(DiagnosisPage) is not None, timeout=WAIT_MS)
-        shell.connect_to(recording_target(path, 5.0))
-        wait_online(qtbot, assembly)
-        for key in (entry.key for entry in PAGES):
-            shell.go_to(key)
-            QApplication.processEvents()
-            assert shell.recording_bar.isVisible() or not shell.isVisible()
-        preflight = shell.findChild(PreflightPage)
-        assert isinstance(preflight, PreflightPage)
-        assert not preflight.work.can_check  # there is no module that could be found fit to fly
-        tilt = assembly.connector.device.known("tilt_deg", assembly.connector.clock())
-        assert tilt is not None
-        assert tilt.value == 7
-
-
-def test_an_active_module_is_not_left_for_a_recording_unasked(
-    qtbot: QtBot, qapp: QApplication, tmp_path: Path
-) -> None:
-    path = write_capture(tmp_path / f"other{SUFFIX}", seconds=1)
-    with simulated("armed", active=True), diagnosis(qtbot, qapp, tmp_path) as (assembly, page):
-        assembly.connector.connect_to(Target("sim://armed", 115200))
-        wait_online(qtbot, assembly)
-        qtbot.waitUntil(lambda: assembly.connector.is_active, timeout=WAIT_MS)
-        page.open_file(path)
-        qtbot.waitUntil(lambda: page.opened is not None, timeout=WAIT_MS)
-        click(qtbot, strip_button(page, "capture_play"))
-        bar = assembly.window.notice_bar
-        assert not assembly.connector.is_recording
-        leave = bar.button("leave_active")
-        assert leave is not None
-        click(qtbot, leave)
-        qtbot.waitUntil(lambda: assembly.connector.is_recording, timeout=WAIT_MS)
-        assert bench.module("armed").state().is_active
-
-
-# Qt-free: questions only
-
-
-def test_only_questions_go_out() -> None:
-    def changes() -> Procedure[object]:
-        before = yield Pause(0.1)
-        refused = yield Ask(ACTIVATION.set(True), is_deliberate=True)
-        answered = yield Ask(BY_NAME["active"].query())
-        return before, refused, answered
-
-    guarded = questions_only(changes())
-    assert guarded.send(None) == Pause(0.1)
-    assert guarded.send(5.0) == Ask(BY_NAME["active"].query())  # the set was never asked
-    with pytest.raises(StopIteration) as ended:
-        guarded.send("answer")
-    assert ended.value.value == (5.0, Unanswered(ACTIVATION.set(True), 0, 0.0, 5.0), "answer")
-
-
-def test_being_cancelled_reaches_the_procedure_inside() -> None:
-    def cleans_up() -> Procedure[str]:
-        try:
-            yield Pause(1.0)
-        except Cancelled:
-            yield Ask(ACTIVATION.set(False))
-            return "cleaned up"
-        return "done"
-
-    guarded = questions_only(cleans_up())
-    guarded.send(None)
-    with pytest.raises(StopIteration) as ended:
-        guarded.throw(Cancelled())
-    assert ended.value.value == "cleaned up"
-
-
-def test_what_plays_a_capture() -> None:
-    assert is_recording("capture:///tmp/x.dpscap?speed=1")
-    assert not is_recording("/dev/ttyUSB0")
-    assert not is_recording("sim://capture")

@@ -247,3 +247,25 @@ def test_a_second_of_the_fastest_stream_costs_little(qtbot: QtBot, qapp: QApplic
         keeping_s = time.process_time() - began
         assert keeping_s < 0.05
         assert traffic.model.unseen >= 0
+
+
+def test_the_row_in_full_goes_with_its_selection(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
+    with window(qapp, tmp_path) as assembly:
+        traffic = page(qtbot, assembly)
+        traffic.take(batch([sent(), *streamed(3)]))
+        traffic.draw()
+        traffic.table.selectRow(0)
+        assert "42 61 34 01 00 35" in traffic.detail.text()
+        traffic.filter.setCurrentIndex(traffic.filter.findData(Filter.REJECTED))
+        assert "42 61 34 01 00 35" not in traffic.detail.text()
+
+
+def test_what_came_while_the_list_was_held_still_is_counted(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
+    with window(qapp, tmp_path) as assembly:
+        traffic = page(qtbot, assembly)
+        traffic.take(batch(streamed(5)))
+        traffic.draw()
+        traffic.pause.click()
+        traffic.take(batch(streamed(1234)))
+        traffic.draw()
+        assert traffic._count.text() == "1,234 more came"

@@ -12,7 +12,8 @@ from PySide6.QtCore import QSize, QTimer, Signal
 from PySide6.QtWidgets import QFileDialog, QHBoxLayout, QPushButton, QWidget
 
 from app import version
-from app.capture import Capture, CaptureRefused, Entry, Explained, Header, entries_of, explained, lines_of, read_capture
+from app.capture import CaptureRefused, Entry, Header, LineFault, OpenCapture, entries_of, lines_of
+from app.capture_rows import CaptureRows, explained
 from app.i18n import tr
 from protocol.events import Event
 from ui.beside import Beside
@@ -23,13 +24,13 @@ from ui.named import named
 from ui.notice_bar import Choice, Notice
 from ui.pages import Services
 from ui.theme import Meaning, Space
-from ui.traffic_model import KEPT_RECORDED
 
 SUFFIX = ".dpscap"
 OPENED_SUFFIXES = (SUFFIX, ".hex", ".txt", ".log")
 KEPT_ENTRIES = 60_000
-"""Half an hour of a usual stream, 40 s of a full line; some 10 MB."""
+"""Half an hour of a usual stream, 40 s of a full line; some 10 MB. What is older is in the session's recording."""
 _ENTRIES_AT_ONCE = 1000
+_ROWS_A_LOOK = 1000
 _LOOK_EVERY_MS = 100
 AskOpen = Callable[[QWidget, Path], Path | None]
 
@@ -88,25 +89,35 @@ def capture_parts(entries: tuple[Entry, ...], header: Header) -> Iterator[bytes]
 
 @dataclass(frozen=True, slots=True)
 class Opened:
-    """A capture as it is shown. `is_cut`: it has more rows than are shown."""
+    """A capture as it is shown."""
 
     path: Path
-    capture: Capture
-    rows: tuple[Explained, ...]
-    is_cut: bool
+    rows: CaptureRows
+    faults: tuple[LineFault, ...]
+    is_timed: bool
 
 
-def load(path: Path, is_wanted: Callable[[], bool]) -> Opened:
-    """Read and explain a file. Raises OSError, `CaptureRefused` or `Cancelled`."""
-    capture = read_capture(path)
-    rows: list[Explained] = []
-    for row in explained(capture):
-        if not is_wanted():
-            raise Cancelled
-        if len(rows) == KEPT_RECORDED:
-            return Opened(path, capture, tuple(rows), is_cut=True)
-        rows.append(row)
-    return Opened(path, capture, tuple(rows), is_cut=False)
+class Loading:
+    """Reads and explains a file, beside the window; `share` is looked at meanwhile."""
+
+    def __init__(self, path: Path) -> None:
+        self.path = path
+        self.share = 0.0
+        """How much of the file has been read, 0 … 1."""
+
+    def run(self, is_wanted: Callable[[], bool]) -> Opened:
+        """Raises OSError, `CaptureRefused` or `Cancelled`."""
+        rows = CaptureRows()
+        with self.path.open("rb") as file:
+            capture = OpenCapture(file)
+            for row in explained(capture.entries()):
+                rows.append(row)
+                if len(rows) % _ROWS_A_LOOK == 0:
+                    self.share = capture.share_read
+                    if not is_wanted():
+                        raise Cancelled
+            reader = capture.reader
+            return Opened(self.path, rows, tuple(reader.faults), is_timed=not reader.is_plain)
 
 
 class CaptureFiles(QWidget):
@@ -123,7 +134,8 @@ class CaptureFiles(QWidget):
         self._connector, self._kept = services.connector, kept
         self._folder = Path.home()
         self._saving: Saving | None = None
-        self._loading: Beside[Opened] = Beside("dps-s open capture", self)
+        self._beside: Beside[Opened] = Beside("dps-s open capture", self)
+        self._loading: Loading | None = None
         self._saved_text = ""
         texts = services.texts
         self.open = self._button("capture_open", Icon.FOLDER)
@@ -135,7 +147,11 @@ class CaptureFiles(QWidget):
         )
         texts.bind(self.save.setText, "Save capture …")
         texts.bind(self.save.setAccessibleName, "Save a capture")
-        texts.bind(self.save.setToolTip, "Save what went over the line, as a text file (Ctrl+S)")
+        texts.bind(
+            self.save.setToolTip,
+            "Save the last 60,000 entries of what went over the line, as a text file (Ctrl+S). "
+            "The session's recording, where it is on, holds all of them.",
+        )
         self.open.clicked.connect(self.choose)
         self.save.clicked.connect(self.choose_and_save)
         row = QHBoxLayout(self)
@@ -149,7 +165,7 @@ class CaptureFiles(QWidget):
 
     @property
     def is_busy(self) -> bool:
-        return self._saving is not None or self._loading.is_running
+        return self._saving is not None or self._beside.is_running
 
     def refresh(self) -> None:
         self.save.setEnabled(len(self._kept) > 0 and self._saving is None)
@@ -162,13 +178,15 @@ class CaptureFiles(QWidget):
     def open_file(self, path: Path) -> None:
         """Whatever comes of it is told by a signal."""
         self._folder = path.parent
-        cancel = (Choice("capture_cancel", tr("Cancel"), self._cancel_loading),)
-        self.said.emit(Notice(Meaning.INFORMATION, tr("Reading {name} …", name=path.name), cancel))
+        self._loading = Loading(path)
 
         def refuse(error: Exception) -> None:
+            self._loading = None
             self._say(Meaning.ATTENTION, _refusal(path, error))
 
-        self._loading.run(lambda is_wanted: load(path, is_wanted), self._show, refuse)
+        self._beside.run(self._loading.run, self._show, refuse)
+        self._say_loading(self._loading)
+        self._timer.start()
 
     def choose_and_save(self) -> None:
         """What is kept at this moment, before anybody chooses a file."""
@@ -195,8 +213,11 @@ class CaptureFiles(QWidget):
 
     def _look(self) -> None:
         saving = self._saving
+        if self._loading is not None:
+            self._say_loading(self._loading)
         if saving is None:
-            self._timer.stop()
+            if self._loading is None:
+                self._timer.stop()
         elif not saving.is_done:
             cancel = (Choice("capture_cancel", tr("Cancel"), saving.cancel),)
             self.said.emit(Notice(Meaning.INFORMATION, tr("Saving {name} …", name=saving.path.name), cancel))
@@ -205,7 +226,6 @@ class CaptureFiles(QWidget):
 
     def _end_saving(self, saving: Saving) -> None:
         self._saving = None
-        self._timer.stop()
         self.refresh()
         if saving.error is None:
             self._say(Meaning.GOOD, self._saved_text)
@@ -219,10 +239,17 @@ class CaptureFiles(QWidget):
             )
 
     def _cancel_loading(self) -> None:
-        self._loading.cancel()
+        self._beside.cancel()
+        self._loading = None
         self.said.emit(None)
 
+    def _say_loading(self, loading: Loading) -> None:
+        cancel = (Choice("capture_cancel", tr("Cancel"), self._cancel_loading),)
+        text = tr("Reading {name}: {percent} % …", name=loading.path.name, percent=round(loading.share * 100))
+        self.said.emit(Notice(Meaning.INFORMATION, text, cancel))
+
     def _show(self, opened: Opened) -> None:
+        self._loading = None
         if not opened.rows:
             self._say(Meaning.ATTENTION, tr("There are no bytes in {name}.", name=opened.path.name))
             return

@@ -11,6 +11,7 @@ from typing import Any
 from PySide6.QtCore import QAbstractTableModel, QModelIndex, QObject, QPersistentModelIndex, Qt
 from PySide6.QtGui import QFont
 
+from app.capture_rows import CaptureRows, ChosenRows
 from app.i18n import tr
 from protocol.events import Event, Rejected
 from protocol.frame import Noise
@@ -32,8 +33,6 @@ from ui.traffic_words import (
 )
 
 KEPT_ROWS = 10_000
-KEPT_RECORDED = 100_000
-"""Rows of an opened capture."""
 KEPT_MARKS = 1000
 LONGEST_ROW_BYTES = 1024
 """So that a line full of garbage cannot fill the memory: a longer run of rejected bytes takes several rows."""
@@ -61,7 +60,8 @@ _DECORATION, _FONT, _FOREGROUND = (
     int(role) for role in (Qt.ItemDataRole.DecorationRole, Qt.ItemDataRole.FontRole, Qt.ItemDataRole.ForegroundRole)
 )
 _SPOKEN = int(Qt.ItemDataRole.AccessibleTextRole)
-_ANSWERED_ROLES = frozenset((_DECORATION, _FONT, _FOREGROUND, int(Qt.ItemDataRole.DisplayRole), _SPOKEN))
+_TOLD = int(Qt.ItemDataRole.ToolTipRole)
+_ANSWERED_ROLES = frozenset((_DECORATION, _FONT, _FOREGROUND, int(Qt.ItemDataRole.DisplayRole), _SPOKEN, _TOLD))
 _HEADERS = {
     Column.TIME: marked("Time"),
     Column.KIND: marked("Kind"),
@@ -88,8 +88,12 @@ class TrafficModel(QAbstractTableModel):
         super().__init__(parent)
         self.bytes_font: QFont | None = None
         self._kept: deque[Event] = deque(maxlen=KEPT_ROWS)
-        self._recorded: tuple[Row, ...] | None = None
-        self._rows: deque[Row] | list[Row] = deque(maxlen=KEPT_ROWS)
+        self._recorded: CaptureRows | None = None
+        self._live: deque[Row] = deque(maxlen=KEPT_ROWS)
+        """The rows, as long as they are those of now."""
+        self._rows: Sequence[Row] = self._live
+        self._keys: Sequence[int] | None = None
+        """By which marked rows are known; None: their identity."""
         self._marks: dict[int, Row] = {}
         self._unseen = 0
         self._filter = Filter.ALL
@@ -124,16 +128,16 @@ class TrafficModel(QAbstractTableModel):
         fresh = [event for event in newest if is_shown(event, self._filter)]
         if not fresh:
             return 0
-        surplus = max(0, len(self._rows) + len(fresh) - KEPT_ROWS)
-        dropped = min(surplus, len(self._rows))
+        surplus = max(0, len(self._live) + len(fresh) - KEPT_ROWS)
+        dropped = min(surplus, len(self._live))
         if dropped:
             self.beginRemoveRows(_ANY_INDEX, 0, dropped - 1)
             for _ in range(dropped):
-                self._rows.popleft()  # type: ignore[union-attr]  # a list only while a capture is shown
+                self._live.popleft()
             self.endRemoveRows()
-        first = len(self._rows)
+        first = len(self._live)
         self.beginInsertRows(_ANY_INDEX, first, first + len(fresh) - 1)
-        self._rows.extend(fresh)
+        self._live.extend(fresh)
         self.endInsertRows()
         return dropped
 
@@ -144,14 +148,25 @@ class TrafficModel(QAbstractTableModel):
     def rebuild(self) -> None:
         """Make all rows anew from what is kept."""
         self.beginResetModel()
+        self._live.clear()
         if self._filter is Filter.MARKED:
-            self._rows = sorted(self._marks.values(), key=at_of)
+            marked_ones = sorted(self._marks.items(), key=lambda one: at_of(one[1]))
+            self._keys, self._rows = [key for key, _ in marked_ones], [row for _, row in marked_ones]
         elif self._recorded is not None:
-            self._rows = [row for row in self._recorded if is_shown(row, self._filter)]
+            self._keys, self._rows = self._passing(self._recorded)
         else:
             self._unseen = 0
-            self._rows = deque((event for event in self._kept if is_shown(event, self._filter)), maxlen=KEPT_ROWS)
+            self._live.extend(event for event in self._kept if is_shown(event, self._filter))
+            self._keys, self._rows = None, self._live
         self.endResetModel()
+
+    def _passing(self, recorded: CaptureRows) -> tuple[Sequence[int], Sequence[Row]]:
+        """The rows of a capture that pass the filter, by their places in it."""
+        if self._filter is Filter.ALL:
+            return range(len(recorded)), recorded
+        is_rejected_only = self._filter is Filter.REJECTED
+        chosen = ChosenRows(recorded, recorded.rejected() if is_rejected_only else recorded.without_status())
+        return chosen.places, chosen
 
     def clear(self) -> None:
         """Forget everything, marks too."""
@@ -159,9 +174,9 @@ class TrafficModel(QAbstractTableModel):
         self._marks.clear()
         self.rebuild()
 
-    def show_recorded(self, rows: Sequence[Row] | None) -> None:
+    def show_recorded(self, rows: CaptureRows | None) -> None:
         """The rows of a capture; None goes back to what goes over the line now. Marks are forgotten."""
-        self._recorded = None if rows is None else tuple(rows[:KEPT_RECORDED])
+        self._recorded = rows
         self._marks.clear()
         self.rebuild()
 
@@ -171,18 +186,22 @@ class TrafficModel(QAbstractTableModel):
     # Marks
 
     def is_marked(self, row: int) -> bool:
-        return id(self._rows[row]) in self._marks
+        return self._key(row) in self._marks
+
+    def _key(self, row: int) -> int:
+        return id(self._rows[row]) if self._keys is None else self._keys[row]
 
     def mark(self, rows: Sequence[int]) -> None:
         """Mark these rows, or take the marks off where all of them have one. A marked row stays under "marked" also
         when it is so old that the list has dropped it."""
-        ones = [self._rows[row] for row in rows]
-        if all(id(one) in self._marks for one in ones):
-            for one in ones:
-                del self._marks[id(one)]
+        keys = [self._key(row) for row in rows]
+        if all(key in self._marks for key in keys):
+            for key in keys:
+                del self._marks[key]
         else:
-            for one in ones[: KEPT_MARKS - len(self._marks)]:
-                self._marks[id(one)] = one
+            new = [(key, row) for key, row in zip(keys, rows, strict=True) if key not in self._marks]
+            for key, row in new[: KEPT_MARKS - len(self._marks)]:
+                self._marks[key] = self._rows[row]
         if self._filter is Filter.MARKED:
             self.rebuild()
         elif rows:
@@ -230,20 +249,22 @@ class TrafficModel(QAbstractTableModel):
         row = self._rows[index.row()]
         column = _COLUMNS[index.column()]
         if role == _DECORATION:
-            return self._picture(row, column)
+            return self._picture(row, column, is_marked=self._key(index.row()) in self._marks)
         if role == _FONT:
             return self.bytes_font if column is Column.BYTES else None
         if role == _FOREGROUND:
             return colour_of(row, is_time=column is Column.TIME)
         text = self._text(row, column)
-        if role == _SPOKEN and column is Column.TIME and id(row) in self._marks:
+        if role == _TOLD and column is Column.BYTES:
+            return hex_of(raw_of(row))
+        if role == _SPOKEN and column is Column.TIME and self.is_marked(index.row()):
             return tr("{time}, marked", time=text)
         return text
 
-    def _picture(self, row: Row, column: Column) -> Any:
+    def _picture(self, row: Row, column: Column, *, is_marked: bool) -> Any:
         if column is Column.KIND:
             return icon_of(row)
-        return _MARK if column is Column.TIME and id(row) in self._marks else None
+        return _MARK if column is Column.TIME and is_marked else None
 
     def _text(self, row: Row, column: Column) -> str:
         match column:

@@ -1,7 +1,7 @@
 """Every frame sent and received, rejected bytes and why: a plain list that follows the end while one is there."""
 
-from collections.abc import Sequence
 from functools import partial
+from itertools import chain, islice
 
 from PySide6.QtCore import QEvent, QSize, Qt, QTimer
 from PySide6.QtGui import QAction, QFontDatabase, QFontMetrics, QGuiApplication, QHideEvent, QKeySequence, QShowEvent
@@ -11,12 +11,14 @@ from PySide6.QtWidgets import (
     QHBoxLayout,
     QHeaderView,
     QLabel,
+    QSizePolicy,
     QTableView,
     QToolButton,
     QVBoxLayout,
     QWidget,
 )
 
+from app.capture_rows import CaptureRows
 from app.i18n import tr
 from app.worker import Batch
 from protocol.text import marked
@@ -26,12 +28,14 @@ from ui.pages import Services
 from ui.simulator_controls import WheelGuard
 from ui.texts import Texts
 from ui.theme import Size, Space, font
-from ui.traffic_model import Column, Filter, TrafficModel
+from ui.traffic_model import KEPT_MARKS, Column, Filter, TrafficModel
 from ui.traffic_search import TrafficSearch
-from ui.traffic_words import Row, hex_of, kind_of, meaning_of, raw_of
+from ui.traffic_words import hex_of, kind_of, meaning_of, raw_of
 
 DRAW_EVERY_MS = 160
 """Rows are added six times a second: more cannot be read, and each repaint costs."""
+MOST_COPIED = 10_000
+"""Rows at once: a capture may have more than a clipboard and whoever reads it can take."""
 _ROW_PX = 24
 _FILTERS = (
     (Filter.ALL, marked("All frames")),
@@ -56,6 +60,7 @@ class TrafficPage(QWidget):
         self.detail = self._make_detail()
         self._count = named(QLabel(), "traffic_count")
         self._count.setProperty("role", "muted")
+        self._count.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Preferred)  # before the filter's words
         self.filter = self._make_filter()
         self.search = TrafficSearch(
             self.model, services.texts, find_start=self._search_start, show_row=self._show_found, say=self._tell_found
@@ -131,6 +136,7 @@ class TrafficPage(QWidget):
         bar.valueChanged.connect(self._notice_scrolling)
         bar.rangeChanged.connect(self._keep_following)
         table.selectionModel().selectionChanged.connect(self._show_detail)
+        self.model.modelReset.connect(self._show_detail)  # which takes the selection away, unsaid
         self._texts.bind(table.setAccessibleName, "Frames sent and received")
         return table
 
@@ -144,7 +150,7 @@ class TrafficPage(QWidget):
         label.setTextFormat(Qt.TextFormat.PlainText)
         label.setMinimumHeight(2 * label.fontMetrics().lineSpacing() + Space.XS)
         label.setAlignment(Qt.AlignmentFlag.AlignTop | Qt.AlignmentFlag.AlignLeft)
-        self._texts.bind(label.setAccessibleName, "The selected row in full")
+        self._texts.bind(label.setAccessibleDescription, "The selected row in full")
         return label
 
     def _make_filter(self) -> QComboBox:
@@ -210,18 +216,28 @@ class TrafficPage(QWidget):
     # Doing
 
     def copy_rows(self) -> None:
-        """The selected rows, or all of them, as tab-separated text to the clipboard."""
-        rows = sorted(index.row() for index in self.table.selectionModel().selectedRows())
-        QGuiApplication.clipboard().setText(self.model.as_text(rows or range(self.model.rowCount())))
+        """The selected rows, or all of them, as tab-separated text to the clipboard; no more than `MOST_COPIED`."""
+        wanted = self._selected() or [range(self.model.rowCount())]
+        rows = list(islice(chain.from_iterable(wanted), MOST_COPIED))
+        QGuiApplication.clipboard().setText(self.model.as_text(rows))
+        count = sum(map(len, wanted))
+        if count > len(rows):
+            said = tr("The first {n} of {all} rows were copied.", n=f"{len(rows):,}", all=f"{count:,}")
+            self.detail.setText(said)
 
     def mark_rows(self) -> None:
-        """Mark the selected rows, or take their marks off."""
-        rows = sorted(index.row() for index in self.table.selectionModel().selectedRows())
+        """Mark the selected rows, or take their marks off; no more than there may be marks."""
+        rows = list(islice(chain.from_iterable(self._selected()), KEPT_MARKS))
         if rows:
             self.model.mark(rows)
         self._show_count()
 
-    def show_recorded(self, rows: Sequence[Row] | None) -> None:
+    def _selected(self) -> list[range]:
+        """Which rows are selected: as ranges, since all may be a million."""
+        ranges = [range(one.top(), one.bottom() + 1) for one in self.table.selectionModel().selection().toList()]
+        return sorted(ranges, key=lambda one: one.start)
+
+    def show_recorded(self, rows: CaptureRows | None) -> None:
         """The rows of a capture in place of those of now; None goes back."""
         self.model.show_recorded(rows)
         self.clear.setEnabled(rows is None)
@@ -235,8 +251,8 @@ class TrafficPage(QWidget):
 
     def _search_start(self) -> int:
         """The selected row, else the first in sight."""
-        rows = self.table.selectionModel().selectedRows()
-        return rows[-1].row() if rows else self.table.rowAt(0) - 1
+        selected = self._selected()
+        return selected[-1][-1] if selected else self.table.rowAt(0) - 1
 
     def _show_found(self, row: int) -> None:
         self._follows = False
@@ -252,8 +268,12 @@ class TrafficPage(QWidget):
         self.search.field.selectAll()
 
     def _use_filter(self, number: int) -> None:
+        self._is_lost = False
         self.model.use_filter(_FILTERS[number][0])
-        self.table.scrollToBottom()
+        if self.model.is_recorded:
+            self.table.scrollToTop()
+        else:
+            self.table.scrollToBottom()
         self._show_count()
 
     def _pause(self, is_paused: bool) -> None:
@@ -270,24 +290,28 @@ class TrafficPage(QWidget):
 
     def _show_count(self) -> None:
         rows = self.model.rowCount()
-        if self._is_lost:
+        if self.search.is_searching:
+            text = tr("Searching … {percent} %", percent=round(self.search.share * 100))
+        elif self._is_lost:
             text = tr("Not found")
         elif self._is_paused and not self.model.is_recorded:
-            text = tr("{rows} rows, held still; {more} more came", rows=f"{rows:,}", more=f"{self.model.unseen:,}")
+            text = tr("{more} more came", more=f"{self.model.unseen:,}")
         elif rows:
             text = tr("{rows} rows", rows=f"{rows:,}")
         else:
             text = tr("No rows yet")
         if text != self._count.text():
             self._count.setText(text)
+            self._count.setToolTip(text)
 
     def _show_detail(self) -> None:
-        rows = [index.row() for index in self.table.selectionModel().selectedRows()]
-        if len(rows) != 1:
-            several = tr("{n} rows are selected.", n=len(rows))
-            self.detail.setText(several if rows else tr("Choose a row to see all of its bytes."))
+        selected = self._selected()
+        count = sum(map(len, selected))
+        if count != 1:
+            several = tr("{n} rows are selected.", n=f"{count:,}")
+            self.detail.setText(several if count else tr("Choose a row to see all of its bytes."))
             return
-        event = self.model.event_at(rows[0])
+        event = self.model.event_at(selected[0][0])
         self.detail.setText(f"{kind_of(event)}  {hex_of(raw_of(event), 96)}\n{meaning_of(event)}")
 
     def _follow_theme(self) -> None:
@@ -298,7 +322,8 @@ class TrafficPage(QWidget):
         self.model.bytes_font = fixed
         metrics = self.table.fontMetrics()
         width = metrics.horizontalAdvance
-        self.table.setColumnWidth(Column.TIME.value, width("00:00:00.000") + Space.XL)
+        mark_px = self.table.iconSize().width() + Space.S
+        self.table.setColumnWidth(Column.TIME.value, width("00:00:00.000") + mark_px + Space.L)
         self.table.setColumnWidth(Column.KIND.value, 14 + width("rejected, again") + Space.XL)
         eight_bytes = QFontMetrics(fixed).horizontalAdvance("00 " * 8)
         self.table.setColumnWidth(Column.BYTES.value, eight_bytes + Space.XL + Space.L)
@@ -324,5 +349,3 @@ class TrafficPage(QWidget):
             self.model.retranslate()
             self._show_count()
             self._show_detail()
-
-

@@ -1,5 +1,6 @@
 """Search in the traffic list: bytes ("41 75", with or without spaces) or words of what a row says."""
 
+import time
 from collections.abc import Callable
 
 from PySide6.QtCore import QSize, Qt, QTimer
@@ -13,8 +14,9 @@ from ui.theme import Space
 from ui.traffic_model import TrafficModel
 from ui.traffic_words import Row, kind_of, meaning_of, raw_of
 
-_ROWS_AT_ONCE = 2000
-"""Looked at before the window gets its turn again: some 10 ms."""
+_LOOKS_FOR_S = 0.01
+"""Before the window gets its turn again."""
+_ROWS_AT_ONCE = 100
 
 
 def matches(row: Row, wanted: str, wanted_hex: str) -> bool:
@@ -50,7 +52,7 @@ class TrafficSearch(QWidget):
         self.field.setClearButtonEnabled(True)
         self.clear = self.field.findChild(QToolButton)
         self.field.setMinimumWidth(120)
-        self.field.setMaximumWidth(240)
+        self.field.setMaximumWidth(200)
         self.next = self._button("traffic_search_next", Icon.CHEVRON_DOWN)
         self.before = self._button("traffic_search_before", Icon.CHEVRON_UP)
         texts.bind(self.field.setPlaceholderText, "Search")
@@ -62,6 +64,7 @@ class TrafficSearch(QWidget):
         texts.bind(self.before.setToolTip, "Row found before (Shift+Enter)")
         if isinstance(self.clear, QToolButton):  # made by Qt
             named(self.clear, "traffic_search_clear")
+            self.clear.setStyleSheet("QToolButton { border: none; background: transparent; padding: 0; margin: 0; }")
             texts.bind(self.clear.setAccessibleName, "Clear the search")
             texts.bind(self.clear.setToolTip, "Clear the search")
         self.next.clicked.connect(self.find_next)
@@ -83,6 +86,12 @@ class TrafficSearch(QWidget):
     @property
     def is_searching(self) -> bool:
         return self._timer.isActive()
+
+    @property
+    def share(self) -> float:
+        """How many of the rows have been looked at, 0 … 1."""
+        rows = self._model.rowCount()
+        return 1.0 - self._left / rows if rows else 1.0
 
     def find_next(self) -> None:
         self._begin(1, self._find_start())
@@ -107,16 +116,16 @@ class TrafficSearch(QWidget):
         wanted = self.field.text().strip().lower()
         wanted_hex = hex_part(wanted)
         count = self._model.rowCount()
-        for _ in range(min(_ROWS_AT_ONCE, self._left)):
-            if not count:
-                break
-            self._left -= 1
-            self._place = (self._place + self._step) % count
-            if matches(self._model.event_at(self._place), wanted, wanted_hex):
-                self._timer.stop()
-                self._say(True)
-                self._show_row(self._place)
-                return
+        ends_s = time.perf_counter() + _LOOKS_FOR_S
+        while count and self._left > 0 and time.perf_counter() < ends_s:
+            for _ in range(min(_ROWS_AT_ONCE, self._left)):
+                self._left -= 1
+                self._place = (self._place + self._step) % count
+                if matches(self._model.event_at(self._place), wanted, wanted_hex):
+                    self._timer.stop()
+                    self._say(True)
+                    self._show_row(self._place)
+                    return
         if self._left <= 0 or not count:
             self._timer.stop()
             self._say(False)

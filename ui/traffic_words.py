@@ -5,7 +5,8 @@ from functools import cache, lru_cache
 from PySide6.QtGui import QColor, QIcon
 
 from app import i18n
-from app.capture import Explained, Way
+from app.capture_entries import Way
+from app.capture_rows import Explained
 from app.explain import Asked, sentence
 from app.i18n import tr
 from protocol.events import (

@@ -7,18 +7,17 @@ import errno
 import time
 from pathlib import Path
 
-from serial.serialutil import PortNotOpenError, SerialBase, SerialException
+from serial.serialutil import PortNotOpenError, SerialException
 
 from app.capture import CaptureRefused, read_capture
 from app.replay import Player, UrlRefused, parse_url, play, stop_playing
+from app.simulator.wireless import WirelessSerial
 
 SHORTEST_SLEEP_S = 0.0005
 
 
-class Serial(SerialBase):
+class Serial(WirelessSerial):
     """A port of pyserial's shape; `open`, `read`, `write` … as there."""
-
-    BAUDRATES = tuple(rate for rate in SerialBase.BAUDRATES if rate >= 1200)
 
     _player: Player | None = None
     _url = ""
@@ -92,28 +91,3 @@ class Serial(SerialBase):
 
     def _reconfigure_port(self) -> None:
         """A capture has the rate at which it was taken."""
-
-    def _update_rts_state(self) -> None:
-        """No such wire."""
-
-    def _update_dtr_state(self) -> None:
-        """No such wire."""
-
-    def _update_break_state(self) -> None:
-        """No such wire."""
-
-    @property
-    def cts(self) -> bool:
-        return True
-
-    @property
-    def dsr(self) -> bool:
-        return True
-
-    @property
-    def ri(self) -> bool:
-        return False
-
-    @property
-    def cd(self) -> bool:
-        return True

@@ -10,12 +10,13 @@ at a time, a port that was unplugged stays dead, and bytes at the wrong rate are
 import errno
 from urllib.parse import parse_qsl, urlsplit
 
-from serial.serialutil import PortNotOpenError, SerialBase, SerialException
+from serial.serialutil import PortNotOpenError, SerialException
 
 from app.simulator import bench as benches
 from app.simulator.bench import DEFAULT_NAME, SimulatedBench
 from app.simulator.line import KEPT_BYTES
 from app.simulator.options import OptionRefused, parse_options
+from app.simulator.wireless import WirelessSerial
 
 
 def open_bench(url: str) -> SimulatedBench:
@@ -26,10 +27,8 @@ def open_bench(url: str) -> SimulatedBench:
     return benches.module(name, options)
 
 
-class Serial(SerialBase):
+class Serial(WirelessSerial):
     """A port of pyserial's shape; `open`, `read`, `write` … as there."""
-
-    BAUDRATES = tuple(rate for rate in SerialBase.BAUDRATES if rate >= 1200)
 
     _bench: SimulatedBench | None = None
     _plug_number = 0
@@ -149,28 +148,3 @@ class Serial(SerialBase):
         if bench is not None and self.is_open:
             with bench.changed:
                 bench.wire.host_baud = self.baudrate
-
-    def _update_rts_state(self) -> None:
-        """No such wire."""
-
-    def _update_dtr_state(self) -> None:
-        """No such wire."""
-
-    def _update_break_state(self) -> None:
-        """No such wire."""
-
-    @property
-    def cts(self) -> bool:
-        return True
-
-    @property
-    def dsr(self) -> bool:
-        return True
-
-    @property
-    def ri(self) -> bool:
-        return False
-
-    @property
-    def cd(self) -> bool:
-        return True

@@ -13,6 +13,8 @@ GRAVITY_M_S2 = 9.81
 FALLING_G = 0.02  # air drag leaves a little
 IMPACT_G = 14.0
 IMPACT_S = 0.06
+OPENING_S = 0.2
+"""From the trigger until the parachute pulls: what is reported in between is still a fall."""
 OPENING_SHOCK_G = 3.2
 OPENING_SHOCK_S = 0.3
 FULL_CELL_V = 4.2
@@ -91,7 +93,9 @@ class World:
         self.bay_is_open = True
         fall = self._fall
         if fall is not None and fall.begins_s <= now_s < fall.ends_s:
-            self._fall = _Fall(fall.begins_s, now_s, OPENING_SHOCK_G, OPENING_SHOCK_S)
+            opens_s = now_s + OPENING_S
+            if opens_s < fall.ends_s:
+                self._fall = _Fall(fall.begins_s, opens_s, OPENING_SHOCK_G, OPENING_SHOCK_S)
 
     def is_falling(self, now_s: float) -> bool:
         return self._fall is not None and self._fall.begins_s <= now_s < self._fall.ends_s
