@@ -1,0 +1,55 @@
+"""What stands until it is changed, such as a limit of the module, over time and in bounded memory."""
+
+from collections import deque
+from typing import Final, NamedTuple
+
+STEPS_KEPT: Final = 1000
+"""Changes of one setting."""
+
+
+class Change(NamedTuple):
+    """From this time on the value stood; None: nobody knows it."""
+
+    time_s: float
+    value: float | None
+
+
+class Steps:
+    """A setting over time: each value stands until the next one.  The newest ``kept`` changes are kept."""
+
+    def __init__(self, kept: int = STEPS_KEPT) -> None:
+        self._changes: deque[Change] = deque(maxlen=kept)
+
+    def __len__(self) -> int:
+        return len(self._changes)
+
+    def clear(self) -> None:
+        """Forget everything."""
+        self._changes.clear()
+
+    @property
+    def value(self) -> float | None:
+        """What stands now, None when it is not known."""
+        return self._changes[-1].value if self._changes else None
+
+    def put(self, time_s: float, value: float | None) -> None:
+        """Note what stands from now on; None: it is no longer known.  Raises ValueError for an earlier time."""
+        if self._changes:
+            newest = self._changes[-1]
+            if time_s < newest.time_s:
+                raise ValueError("times run backwards")
+            if value == newest.value:
+                return
+        self._changes.append(Change(time_s, value))
+
+    def between(self, start_s: float, end_s: float) -> list[Change]:
+        """What stood at ``start_s``, if anything was noted by then, and every change up to ``end_s``."""
+        found: list[Change] = []
+        for change in reversed(self._changes):
+            if change.time_s > end_s:
+                continue
+            found.append(change)
+            if change.time_s <= start_s:
+                break
+        found.reverse()
+        return found
