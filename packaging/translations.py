@@ -3,6 +3,7 @@
     python3 packaging/translations.py update       write the file anew: new texts unfinished, gone ones removed
     python3 packaging/translations.py check        exit 1 with a list when it is not in step or not finished
     python3 packaging/translations.py merge DIR    update, and fill in from DIR/*.json ({"English": "中文"})
+    python3 packaging/translations.py merge DIR --over corrections.json    and let this one replace what there is
 
 Texts are the literals in calls of ``tr(...)``, ``marked(...)`` and ``bind(setter, ...)``.  Whatever else ``tr`` is
 given has to be the name of something marked.
@@ -162,10 +163,13 @@ def problems(found: Extract, messages: Mapping[str, Translation]) -> Iterator[st
         yield f"{TS.name}: gone from the source: {english!r}"
 
 
-def merge(folder: Path, messages: dict[str, Translation]) -> Iterator[str]:
-    """Fill in what is not finished from the JSON files of a folder; yields what was not taken, and why."""
+def merge(folder: Path, messages: dict[str, Translation], *, over: str = "") -> Iterator[str]:
+    """Fill in what is not finished from the JSON files of a folder; yields what was not taken, and why.
+
+    The file called `over` comes last and replaces what is finished too.
+    """
     filled: dict[str, str] = {}
-    for path in sorted(folder.glob("*.json")):
+    for path in sorted(folder.glob("*.json"), key=lambda one: (one.name == over, one.name)):
         pairs = json.loads(path.read_text(encoding="utf-8"))
         for english, chinese in pairs.items():
             old = messages.get(english)
@@ -175,7 +179,7 @@ def merge(folder: Path, messages: dict[str, Translation]) -> Iterator[str]:
                 yield f"{path.name}: empty: {english!r}"
             elif placeholders(english) != placeholders(chinese):
                 yield f"{path.name}: other placeholders: {english!r}, {chinese!r}"
-            elif old.is_finished:
+            elif old.is_finished and path.name != over:
                 if old.chinese != chinese:
                     there = filled.get(english, TS.name)
                     yield f"{path.name}: {english!r} stays {old.chinese!r} ({there}), not {chinese!r}"
@@ -189,7 +193,9 @@ def main(arguments: list[str]) -> int:
     commands = parser.add_subparsers(dest="command", required=True)
     commands.add_parser("update", help="write the file anew")
     commands.add_parser("check", help="exit 1 when it is not in step or not finished")
-    commands.add_parser("merge", help="update, and fill in from JSON files").add_argument("folder", type=Path)
+    merging = commands.add_parser("merge", help="update, and fill in from JSON files")
+    merging.add_argument("folder", type=Path)
+    merging.add_argument("--over", default="", metavar="NAME", help="the file whose texts replace finished ones too")
     chosen = parser.parse_args(arguments)
 
     found, messages = extract_all(), read_ts()
@@ -199,7 +205,7 @@ def main(arguments: list[str]) -> int:
         return 1 if listed else 0
     messages = updated(found.texts, messages)
     if chosen.command == "merge":
-        print(*merge(chosen.folder, messages), sep="\n")
+        print(*merge(chosen.folder, messages, over=chosen.over), sep="\n")
     write_ts(messages)
     unfinished = sum(not one.is_finished for one in messages.values())
     print(f"{len(messages)} texts, {unfinished} of them unfinished")

@@ -44,16 +44,6 @@ def test_binding_again_replaces_the_text(qapp: QApplication, pseudo: str) -> Non
     assert (label.text(), label.toolTip()) == ("光线", "倾角")
 
 
-def test_unbound_texts_stay(qapp: QApplication, pseudo: str) -> None:
-    texts, label = Texts(), QLabel()
-    texts.bind(label.setText, "Tilt")
-    texts.unbind(label.setText)
-    texts.unbind(label.setToolTip)
-    set_language(pseudo)
-    texts.retranslate()
-    assert label.text() == "Tilt"
-
-
 def test_partials_are_told_apart_by_their_arguments(qapp: QApplication, pseudo: str) -> None:
     texts, tabs = Texts(), QTabWidget()
     for number, english in enumerate(("Tilt", "Light")):

@@ -126,3 +126,12 @@ def test_merge_fills_in_only_what_fits(translations: ModuleType, tmp_path: Path)
     assert len(refused) == 5
     assert "a.json" in refused[-1]
     assert "倾斜" in refused[-1]
+
+
+def test_corrections_replace_what_is_finished(translations: ModuleType, tmp_path: Path) -> None:
+    (tmp_path / "a-corrections.json").write_text(json.dumps({"Tilt": "倾角", "Gone": "去"}), encoding="utf-8")
+    (tmp_path / "b.json").write_text(json.dumps({"Tilt": "倾斜"}), encoding="utf-8")
+    messages = {"Tilt": translations.Translation("斜", is_finished=True)}
+    refused = list(translations.merge(tmp_path, messages, over="a-corrections.json"))
+    assert messages["Tilt"] == ("倾角", True)
+    assert len(refused) == 2  # b's, because there was one; and what is gone from the source

@@ -8,6 +8,12 @@
         <translation>或</translation>
     </message>
     <message>
+        <source>%(prog)s: error: %(message)s
+</source>
+        <translation>%(prog)s：错误：%(message)s
+</translation>
+    </message>
+    <message>
         <source>&amp;File</source>
         <translation>文件(&amp;F)</translation>
     </message>
@@ -72,12 +78,28 @@
         <translation>静止时为 1 g，失重时接近 0 g</translation>
     </message>
     <message>
+        <source>1 recording</source>
+        <translation>1 个录制</translation>
+    </message>
+    <message>
+        <source>1 recording was deleted.</source>
+        <translation>已删除 1 个录制。</translation>
+    </message>
+    <message>
         <source>1 trigger record</source>
         <translation>1 条触发记录</translation>
     </message>
     <message>
         <source>1. Bay closed</source>
         <translation>1. 伞仓关闭</translation>
+    </message>
+    <message>
+        <source>1. Connect: plug the adapter in and choose its port.
+2. Settings: compare each value with the vendor's advice beside it.
+3. Pre-flight: run the check before each flight, until it says GO.</source>
+        <translation>1. 连接：插上适配器并选择它的串口。
+2. 设置：把每个值与旁边的厂家建议对照。
+3. 飞行前检查：每次飞行前运行检查，直到显示 GO。</translation>
     </message>
     <message>
         <source>10 min</source>
@@ -112,12 +134,32 @@
         <translation>95% 不超过</translation>
     </message>
     <message>
+        <source>A calculation. Nothing is sent to the module.</source>
+        <translation>仅为计算，不向模块发送任何内容。</translation>
+    </message>
+    <message>
         <source>A change from {old} to {new} baud at {port} was broken off. The module may be at either rate.</source>
         <translation>{port} 上从 {old} 到 {new} 波特的更改曾被中断。模块可能处于其中任一波特率。</translation>
     </message>
     <message>
+        <source>A fall does not go on over a pause of more than 0.5 s without reports.</source>
+        <translation>超过 0.5 秒没有上报时，失重不再延续计算。</translation>
+    </message>
+    <message>
         <source>A file of another program was in the way. It was kept as {path}.</source>
         <translation>原位置有其他程序的文件，已另存为 {path}。</translation>
+    </message>
+    <message>
+        <source>A guided round on a simulated module: from the first connection to GO, in a few minutes. Everything stays as it was.</source>
+        <translation>在模拟模块上走一遍：几分钟内从首次连接到 GO。一切保持原样。</translation>
+    </message>
+    <message>
+        <source>A locked module does not fire, also not in flight; an active one does. On a real module that is the Commands page, with a second click.</source>
+        <translation>锁定的模块不会开伞，飞行中也不会；激活的才会。真实模块在“命令”页激活，需要再次点击确认。</translation>
+    </message>
+    <message>
+        <source>A locked module is in standby and does not fire.</source>
+        <translation>锁定的模块处于待机状态，不会触发。</translation>
     </message>
     <message>
         <source>A modem program (ModemManager) tries out {port}: it sends AT commands to the module.</source>
@@ -129,15 +171,27 @@
     </message>
     <message>
         <source>A module that has fired does not fire again.</source>
-        <translation>已经触发的模块不会再次触发。</translation>
+        <translation>已触发的模块不会再次触发。</translation>
     </message>
     <message>
-        <source>A port that is not in the list</source>
-        <translation>列表中没有的串口</translation>
+        <source>A module that is activated while it is tilted fires at once.</source>
+        <translation>在倾斜状态下激活的模块会立即触发。</translation>
+    </message>
+    <message>
+        <source>A module that is locked or restarts forgets a fall that had begun.</source>
+        <translation>模块锁定或重启后，已开始的失重不再计入。</translation>
+    </message>
+    <message>
+        <source>A port that is not in the list: a device, a pseudo-terminal of “dps-s simulate”, or socket://host:port.</source>
+        <translation>列表中没有的串口：设备名、“dps-s simulate”的伪终端，或 socket://主机:端口。</translation>
+    </message>
+    <message>
+        <source>A port that is not in the list: a device, a pseudo-terminal or socket://host:port</source>
+        <translation>列表中没有的串口：设备名、伪终端或 socket://主机:端口</translation>
     </message>
     <message>
         <source>A reading that wanders while the aircraft stands still comes from a loose or failing sensor.</source>
-        <translation>航空器静止时读数漂移，说明传感器松动或失效。</translation>
+        <translation>飞行器静止时读数漂移，说明传感器松动或失效。</translation>
     </message>
     <message>
         <source>A recording is played.</source>
@@ -150,6 +204,10 @@
     <message>
         <source>A recording is played: nothing of it is kept as a module’s.</source>
         <translation>正在播放录制：其内容不会作为模块数据保存。</translation>
+    </message>
+    <message>
+        <source>A row for each setting: what the module holds, what you want, the vendor's default and advice beside the field, and what it means in the air.</source>
+        <translation>每项设置一行：模块现在的值、想要的值、旁边的厂家默认值和建议，以及它在空中意味着什么。</translation>
     </message>
     <message>
         <source>A simulated module, written from the vendor's table. Prints the port to open as its first line and runs until it is stopped (Ctrl-C). The same options go into the query of sim://NAME?option=value.</source>
@@ -165,7 +223,7 @@
     </message>
     <message>
         <source>A weak cell may not deploy the parachute, and falls further in the cold.</source>
-        <translation>电量不足可能无法开伞，低温时电压还会下降。</translation>
+        <translation>电芯电压过低可能无法开伞，低温时还会进一步下降。</translation>
     </message>
     <message>
         <source>A write since was not confirmed.</source>
@@ -174,6 +232,14 @@
     <message>
         <source>ACTIVE</source>
         <translation>已激活</translation>
+    </message>
+    <message>
+        <source>ACTIVE fires by its thresholds; LOCKED is in standby and does not fire.</source>
+        <translation>激活时按阈值开伞；锁定时处于待机，不会开伞。</translation>
+    </message>
+    <message>
+        <source>ACTIVE: from now on it would fire by its thresholds. LOCK is on every page, one click or Ctrl+L, and goes before everything else. Press it.</source>
+        <translation>已激活：从现在起会按阈值开伞。每一页上都有“锁定”，点一下或按 Ctrl+L 即可，并优先于其他一切。请按下它。</translation>
     </message>
     <message>
         <source>ALTERED: {parts}.</source>
@@ -228,6 +294,10 @@
         <translation>是否激活</translation>
     </message>
     <message>
+        <source>After each start nobody knows how the module’s two triggers stand; only enabling them settles it.</source>
+        <translation>模块每次开机后，两个触发开关的状态都不可知；只有重新启用才能确定。</translation>
+    </message>
+    <message>
         <source>After power-on</source>
         <translation>开机后时间</translation>
     </message>
@@ -241,15 +311,23 @@
     </message>
     <message>
         <source>Aircraft</source>
-        <translation>航空器</translation>
+        <translation>飞行器</translation>
     </message>
     <message>
         <source>Aircraft {name}</source>
-        <translation>航空器 {name}</translation>
+        <translation>飞行器 {name}</translation>
+    </message>
+    <message>
+        <source>All</source>
+        <translation>全部</translation>
     </message>
     <message>
         <source>All checks that are kept, and what they measured (Ctrl+H)</source>
         <translation>本机保存的所有检查及其实测值（Ctrl+H）</translation>
+    </message>
+    <message>
+        <source>All checks that were kept, and how what they measured went over time.</source>
+        <translation>所有保存下来的检查，以及测量值随时间的变化。</translation>
     </message>
     <message>
         <source>All files (*)</source>
@@ -260,12 +338,28 @@
         <translation>全部帧</translation>
     </message>
     <message>
+        <source>All of it as a table, CSV (Ctrl+S)</source>
+        <translation>全部内容，表格 CSV（Ctrl+S）</translation>
+    </message>
+    <message>
+        <source>All of it with the bytes of the line, for PlotJuggler and Foxglove (Ctrl+Shift+S)</source>
+        <translation>全部内容及线路字节，供 PlotJuggler 和 Foxglove 使用（Ctrl+Shift+S）</translation>
+    </message>
+    <message>
         <source>All records</source>
         <translation>全部记录</translation>
     </message>
     <message>
+        <source>All serial ports with maker and serial number; new ones are marked. “Simulated module” needs no hardware. A double click or Enter connects.</source>
+        <translation>所有串口及其制造商和序列号；新出现的有标记。“模拟模块”不需要硬件。双击或回车即可连接。</translation>
+    </message>
+    <message>
         <source>All {count} checks hold; worth a look: {looks}.</source>
         <translation>全部 {count} 项检查通过；需留意：{looks} 项。</translation>
+    </message>
+    <message>
+        <source>Also while it was locked</source>
+        <translation>锁定期间也判断</translation>
     </message>
     <message>
         <source>An active module fires by its thresholds; a locked one is in standby and does not fire.</source>
@@ -281,7 +375,7 @@
     </message>
     <message>
         <source>Angle between aircraft and horizontal plane</source>
-        <translation>飞机与水平面的夹角</translation>
+        <translation>飞行器与水平面的夹角</translation>
     </message>
     <message>
         <source>Angle between aircraft and horizontal plane at which it fires; it resets 10° below.</source>
@@ -290,6 +384,18 @@
     <message>
         <source>Angle of the aircraft against the horizontal plane. Active, it fires.</source>
         <translation>飞行器与水平面的夹角。激活时超过阈值会触发。</translation>
+    </message>
+    <message>
+        <source>Another adapter is in its place and is left alone: plug the same one in again, or choose a port.</source>
+        <translation>原位置插着另一个适配器，程序不会连接它：请重新插入原来的适配器，或选择一个串口。</translation>
+    </message>
+    <message>
+        <source>Answers, losses and rejected bytes over time.</source>
+        <translation>应答、丢失和拒收字节随时间的变化。</translation>
+    </message>
+    <message>
+        <source>Anything worth knowing about this trigger; kept with the record.</source>
+        <translation>关于这次触发值得记下的事；与记录一起保存。</translation>
     </message>
     <message>
         <source>Apply what is ticked</source>
@@ -308,8 +414,16 @@
         <translation>预备：接下来十秒内可以按住</translation>
     </message>
     <message>
+        <source>Arms for ten seconds. Nothing is sent yet.</source>
+        <translation>预备十秒钟。此时什么也不发送。</translation>
+    </message>
+    <message>
         <source>As it was found</source>
         <translation>恢复最初</translation>
+    </message>
+    <message>
+        <source>As the module has it</source>
+        <translation>与模块相同</translation>
     </message>
     <message>
         <source>As the system</source>
@@ -321,7 +435,7 @@
     </message>
     <message>
         <source>Ask the module for everything (F5)</source>
-        <translation>向模块读取全部内容 (F5)</translation>
+        <translation>向模块读取全部内容（F5）</translation>
     </message>
     <message>
         <source>Ask the module for its trigger records (F5)</source>
@@ -332,8 +446,24 @@
         <translation>正在询问模块…</translation>
     </message>
     <message>
+        <source>Asking until two readings agree …</source>
+        <translation>反复读取，直到两次结果一致…</translation>
+    </message>
+    <message>
         <source>Asking …</source>
-        <translation>正在询问……</translation>
+        <translation>正在询问…</translation>
+    </message>
+    <message>
+        <source>Asks once more before anything is sent. What still stands against it is named in the row.</source>
+        <translation>发送前会再问一次。尚不满足的条件在本行中列出。</translation>
+    </message>
+    <message>
+        <source>Asks the module for every setting that can be read. Changes nothing.</source>
+        <translation>读取模块上所有可读的设置，不作任何更改。</translation>
+    </message>
+    <message>
+        <source>Asks the module for its last nine trigger records, until two readings agree. Nothing is deleted on the module.</source>
+        <translation>读取模块最近九次触发记录，直到两次结果一致。模块上什么也不会删除。</translation>
     </message>
     <message>
         <source>At rest the sensor must read 1 g, else free fall is judged wrongly.</source>
@@ -348,6 +478,10 @@
         <translation>姿态</translation>
     </message>
     <message>
+        <source>Attitude fires at its threshold and rearms 10° below it.</source>
+        <translation>姿态达到阈值时触发，低于阈值 10° 时复位。</translation>
+    </message>
+    <message>
         <source>Attitude threshold</source>
         <translation>姿态开伞阈值</translation>
     </message>
@@ -360,8 +494,28 @@
         <translation>姿态触发已启用</translation>
     </message>
     <message>
+        <source>Attitude: disabled.</source>
+        <translation>姿态：已禁用。</translation>
+    </message>
+    <message>
+        <source>Attitude: nearest without firing {tilt:.0f}° at {time}, {margin:.0f}° below the threshold.</source>
+        <translation>姿态：未触发的最大倾角 {tilt:.0f}°（{time}），比阈值低 {margin:.0f}°。</translation>
+    </message>
+    <message>
+        <source>Attitude: not judged.</source>
+        <translation>姿态：未判断。</translation>
+    </message>
+    <message>
+        <source>Back</source>
+        <translation>上一步</translation>
+    </message>
+    <message>
+        <source>Back again, and everything was read anew. That was the tour: plug your module in, choose its port, compare the settings with the advice, and check before each flight.</source>
+        <translation>已恢复，并重新读取了全部内容。导览到此结束：插上您的模块，选择串口，把设置与建议对照，每次飞行前做检查。</translation>
+    </message>
+    <message>
         <source>Back to live</source>
-        <translation>回到实时</translation>
+        <translation>返回实时</translation>
     </message>
     <message>
         <source>Back to the check</source>
@@ -370,6 +524,18 @@
     <message>
         <source>Back to the check (Esc)</source>
         <translation>返回检查（Esc）</translation>
+    </message>
+    <message>
+        <source>Back to the check.</source>
+        <translation>返回检查。</translation>
+    </message>
+    <message>
+        <source>Back to the form; nothing is applied.</source>
+        <translation>返回表单；不应用任何内容。</translation>
+    </message>
+    <message>
+        <source>Back to the form; nothing is changed.</source>
+        <translation>返回表单；不作任何更改。</translation>
     </message>
     <message>
         <source>Back to the line</source>
@@ -381,19 +547,43 @@
     </message>
     <message>
         <source>Back to the settings; nothing is applied (Esc)</source>
-        <translation>返回设置；不应用任何内容 (Esc)</translation>
+        <translation>返回设置；不应用任何内容（Esc）</translation>
     </message>
     <message>
         <source>Back to the settings; nothing is changed</source>
         <translation>返回设置；不作任何更改</translation>
     </message>
     <message>
+        <source>Back to the step before</source>
+        <translation>返回上一步</translation>
+    </message>
+    <message>
+        <source>Back to the step before (arrow left)</source>
+        <translation>返回上一步（左箭头）</translation>
+    </message>
+    <message>
+        <source>Back to the tour</source>
+        <translation>回到导览</translation>
+    </message>
+    <message>
         <source>Baud rate</source>
         <translation>波特率</translation>
     </message>
     <message>
+        <source>Began</source>
+        <translation>开始时间</translation>
+    </message>
+    <message>
         <source>Begin: choose, arm, then hold for two seconds</source>
         <translation>开始：选择、预备，然后按住两秒</translation>
+    </message>
+    <message>
+        <source>Begins the change of the module's speed; it asks once more. The vendor advises not to change it: whoever talks to the module must use the new speed from then on.</source>
+        <translation>开始更改模块的波特率；会再问一次。厂家建议不要更改：此后与模块通信的各方都必须使用新的波特率。</translation>
+    </message>
+    <message>
+        <source>Begins the ritual that fires the parachute: arm, then hold for two seconds. Letting go, Esc, or leaving the page ends it and sends nothing.</source>
+        <translation>开始开伞流程：先预备，再按住两秒。松开、按 Esc 或离开本页即结束，不发送任何内容。</translation>
     </message>
     <message>
         <source>Below 0.7 g.</source>
@@ -424,6 +614,10 @@
         <translation>中断检查；检查随即作废（Esc）</translation>
     </message>
     <message>
+        <source>Breaks the check off. There is no verdict then.</source>
+        <translation>中止检查。此时没有结论。</translation>
+    </message>
+    <message>
         <source>Bright</source>
         <translation>浅色</translation>
     </message>
@@ -450,6 +644,10 @@
     <message>
         <source>Bytes received</source>
         <translation>收到的字节</translation>
+    </message>
+    <message>
+        <source>Bytes such as 41 75, or words. Enter goes to the next row.</source>
+        <translation>字节（如 41 75）或文字。回车跳到下一行。</translation>
     </message>
     <message>
         <source>Bytes such as 41 75, or words; Enter goes to the next row (Ctrl+F)</source>
@@ -484,6 +682,10 @@
         <translation>已取消，没有保存任何内容。</translation>
     </message>
     <message>
+        <source>Cancelled.</source>
+        <translation>已取消。</translation>
+    </message>
+    <message>
         <source>Cancelled. Nothing was kept of this reading.</source>
         <translation>已取消。本次读取未保存。</translation>
     </message>
@@ -494,6 +696,10 @@
     <message>
         <source>Cancelled. What was not read back is not known.</source>
         <translation>已取消。未回读的内容未知。</translation>
+    </message>
+    <message>
+        <source>Cannot fire: both triggers are disabled.</source>
+        <translation>不会触发：两种触发都已禁用。</translation>
     </message>
     <message>
         <source>Capture (*.dpscap)</source>
@@ -545,7 +751,7 @@
     </message>
     <message>
         <source>Charge the module, unplug it, wait a minute and check again.</source>
-        <translation>给模块充电，拔下后等一分钟再检查。</translation>
+        <translation>给模块充电，断开外接供电，等一分钟后重新检查。</translation>
     </message>
     <message>
         <source>Charger</source>
@@ -605,7 +811,7 @@
     </message>
     <message>
         <source>Check the cable, plug the adapter in again and connect.</source>
-        <translation>请检查线缆，重新插入转接器后再连接。</translation>
+        <translation>请检查线缆，重新插入适配器后再连接。</translation>
     </message>
     <message>
         <source>Check the wire from the adapter's TX to the module's RX.</source>
@@ -634,6 +840,14 @@
     <message>
         <source>Choose a port</source>
         <translation>选择串口</translation>
+    </message>
+    <message>
+        <source>Choose a port and connect. The list follows what is plugged in by itself.</source>
+        <translation>选择串口并连接。列表会自动跟随插拔。</translation>
+    </message>
+    <message>
+        <source>Choose a port in the list, or the simulated module; then Connect.</source>
+        <translation>在列表中选择串口或模拟模块，然后点“连接”。</translation>
     </message>
     <message>
         <source>Choose a port …</source>
@@ -696,8 +910,16 @@
         <translation>清除搜索</translation>
     </message>
     <message>
+        <source>Click, or press Return, to see it in the plots</source>
+        <translation>单击或按回车键，在曲线中查看</translation>
+    </message>
+    <message>
         <source>Close</source>
         <translation>关闭</translation>
+    </message>
+    <message>
+        <source>Close (Esc)</source>
+        <translation>关闭（Esc）</translation>
     </message>
     <message>
         <source>Close every program that uses serial ports, a second window of this one too, and connect again.</source>
@@ -724,8 +946,20 @@
         <translation>关闭配置文件，不应用任何内容</translation>
     </message>
     <message>
+        <source>Close the recording and show the module as it is now (Esc)</source>
+        <translation>关闭录制，显示伞降模块当前状态（Esc）</translation>
+    </message>
+    <message>
         <source>Close this message</source>
         <translation>关闭此消息</translation>
+    </message>
+    <message>
+        <source>Close this panel</source>
+        <translation>关闭此面板</translation>
+    </message>
+    <message>
+        <source>Close this panel (Esc)</source>
+        <translation>关闭此面板（Esc）</translation>
     </message>
     <message>
         <source>Close this sheet (Esc)</source>
@@ -746,6 +980,18 @@
     <message>
         <source>Closed</source>
         <translation>已关闭</translation>
+    </message>
+    <message>
+        <source>Closes the list of ports. A connection stays as it is.</source>
+        <translation>关闭串口列表。连接保持不变。</translation>
+    </message>
+    <message>
+        <source>Closes the port. If the module is ACTIVE, or edits were not written, it asks before.</source>
+        <translation>关闭串口。如果模块处于激活状态，或有修改尚未写入，会先询问。</translation>
+    </message>
+    <message>
+        <source>Closes this message. Nothing is sent.</source>
+        <translation>关闭此消息。不发送任何内容。</translation>
     </message>
     <message>
         <source>Commands</source>
@@ -796,24 +1042,52 @@
         <translation>请重新连接；若再次出现，请把日志发给我们。</translation>
     </message>
     <message>
+        <source>Connect opens the port and reads the module; that neither arms nor fires anything.</source>
+        <translation>“连接”会打开串口并读取模块；这既不会激活，也不会开伞。</translation>
+    </message>
+    <message>
+        <source>Connect the simulated module</source>
+        <translation>连接模拟模块</translation>
+    </message>
+    <message>
         <source>Connect to the simulated module</source>
         <translation>连接模拟模块</translation>
     </message>
     <message>
         <source>Connect …</source>
-        <translation>连接……</translation>
+        <translation>连接…</translation>
     </message>
     <message>
         <source>Connected</source>
         <translation>已连接</translation>
     </message>
     <message>
+        <source>Connected: this button says which port is open and how the link stands, on every page. Your own module is chosen here too (Ctrl+K).</source>
+        <translation>已连接：每一页上，这个按钮都显示打开的是哪个串口、连接状态如何。您自己的模块也在这里选择（Ctrl+K）。</translation>
+    </message>
+    <message>
+        <source>Connecting the simulated module …</source>
+        <translation>正在连接模拟模块…</translation>
+    </message>
+    <message>
         <source>Connection</source>
         <translation>连接</translation>
     </message>
     <message>
+        <source>Connects a module that exists only in this program. It behaves as the vendor's table says, and nothing can fire.</source>
+        <translation>连接一个只存在于本程序中的模块。它按厂家协议表工作，不会真的开伞。</translation>
+    </message>
+    <message>
         <source>Contents of the chosen file</source>
         <translation>所选文件的内容</translation>
+    </message>
+    <message>
+        <source>Copies the chosen records as text.</source>
+        <translation>把选中的记录复制为文本。</translation>
+    </message>
+    <message>
+        <source>Copies the selected rows, or all, as text.</source>
+        <translation>把选中的行或全部行复制为文本。</translation>
     </message>
     <message>
         <source>Copy</source>
@@ -842,6 +1116,10 @@
     <message>
         <source>Copy the selected rows, or all of them when none is selected (Ctrl+C)</source>
         <translation>复制所选行；未选择时复制全部（Ctrl+C）</translation>
+    </message>
+    <message>
+        <source>Counted since the port was opened.</source>
+        <translation>自串口打开以来的计数。</translation>
     </message>
     <message>
         <source>Counts as falling below {limit:.1f} g; at rest it is 1 g.</source>
@@ -888,6 +1166,34 @@
         <translation>延迟</translation>
     </message>
     <message>
+        <source>Delete for good</source>
+        <translation>永久删除</translation>
+    </message>
+    <message>
+        <source>Delete the chosen recordings</source>
+        <translation>删除所选录制</translation>
+    </message>
+    <message>
+        <source>Delete the chosen recordings for good, after a question (Del)</source>
+        <translation>确认后永久删除所选录制（Del）</translation>
+    </message>
+    <message>
+        <source>Delete this recording for good? {what}</source>
+        <translation>永久删除这个录制？{what}</translation>
+    </message>
+    <message>
+        <source>Delete {count} recordings, {size}, for good?</source>
+        <translation>永久删除 {count} 个录制（{size}）？</translation>
+    </message>
+    <message>
+        <source>Delete …</source>
+        <translation>删除…</translation>
+    </message>
+    <message>
+        <source>Deleting …</source>
+        <translation>正在删除…</translation>
+    </message>
+    <message>
         <source>Deploy</source>
         <translation>触发开伞</translation>
     </message>
@@ -917,11 +1223,11 @@
     </message>
     <message>
         <source>Disabled, it does not fire when the aircraft tips over. The module cannot be asked.</source>
-        <translation>禁用后航空器翻倒时不会开伞。此状态无法向模块查询。</translation>
+        <translation>禁用后飞行器翻倒时不会开伞。此状态无法向模块查询。</translation>
     </message>
     <message>
         <source>Disarm; nothing is sent (Esc)</source>
-        <translation>解除；不发送任何内容 (Esc)</translation>
+        <translation>解除；不发送任何内容（Esc）</translation>
     </message>
     <message>
         <source>Disarmed: a condition is no longer fulfilled. Nothing was sent.</source>
@@ -948,6 +1254,10 @@
         <translation>已解除：离开了窗口。未发送任何内容。</translation>
     </message>
     <message>
+        <source>Disarms at once. Nothing is sent.</source>
+        <translation>立即解除。不发送任何内容。</translation>
+    </message>
+    <message>
         <source>Disconnect</source>
         <translation>断开</translation>
     </message>
@@ -961,19 +1271,27 @@
     </message>
     <message>
         <source>Do it again (Ctrl+Shift+Z)</source>
-        <translation>重做 (Ctrl+Shift+Z)</translation>
+        <translation>重做（Ctrl+Shift+Z）</translation>
     </message>
     <message>
         <source>Do not change it.</source>
         <translation>不要更改。</translation>
     </message>
     <message>
+        <source>Do not delete</source>
+        <translation>不删除</translation>
+    </message>
+    <message>
+        <source>Do not take the tour now</source>
+        <translation>现在不看导览</translation>
+    </message>
+    <message>
         <source>Do not touch the aircraft meanwhile; check how the module is fixed.</source>
-        <translation>检查期间不要触碰航空器；检查模块的固定。</translation>
+        <translation>检查期间不要触碰飞行器；检查模块的固定。</translation>
     </message>
     <message>
         <source>Do not touch the aircraft.</source>
-        <translation>请勿触碰航空器。</translation>
+        <translation>请勿触碰飞行器。</translation>
     </message>
     <message>
         <source>Do not write</source>
@@ -988,8 +1306,28 @@
         <translation>翻倒时不会开伞。</translation>
     </message>
     <message>
+        <source>Does the edit again that was taken back. The module is not touched.</source>
+        <translation>重做刚才撤销的修改。不触及模块。</translation>
+    </message>
+    <message>
+        <source>Does what its words say about the message beside it.</source>
+        <translation>针对旁边的消息，执行按钮文字所说的操作。</translation>
+    </message>
+    <message>
+        <source>Does what its words say, and checks again.</source>
+        <translation>执行按钮文字所说的操作，并重新检查。</translation>
+    </message>
+    <message>
+        <source>Does what its words say, where the program can; else it copies the command to type.</source>
+        <translation>程序能做的就按文字执行；否则复制需要输入的命令。</translation>
+    </message>
+    <message>
         <source>Doubled answers</source>
         <translation>重复应答</translation>
+    </message>
+    <message>
+        <source>Drag or arrow keys move, wheel or + and − zoom, Shift with arrow keys reads off, End shows everything</source>
+        <translation>拖动或方向键移动，滚轮或 + − 缩放，Shift 加方向键读数，End 键显示全部</translation>
     </message>
     <message>
         <source>Drag or arrow keys move, wheel or + and − zoom, Shift with arrow keys reads off, Space pauses</source>
@@ -998,6 +1336,14 @@
     <message>
         <source>Drop {height} m</source>
         <translation>坠落 {height} m</translation>
+    </message>
+    <message>
+        <source>Drops all edits: wanted is what the module holds.</source>
+        <translation>放弃所有修改：以模块现有的值为准。</translation>
+    </message>
+    <message>
+        <source>Duration</source>
+        <translation>时长</translation>
     </message>
     <message>
         <source>E11: light the other way round</source>
@@ -1076,8 +1422,20 @@
         <translation>E9：波特率应答</translation>
     </message>
     <message>
+        <source>Each record as a sentence: when it fired, why, and what the settings and readings were. What cannot be true is marked, not hidden.</source>
+        <translation>每条记录是一句话：何时触发、为何触发，以及当时的设置和读数。不可信的内容会标出，而不会隐藏。</translation>
+    </message>
+    <message>
         <source>Echo of the host's bytes</source>
         <translation>回送上位机字节</translation>
+    </message>
+    <message>
+        <source>Edited, not sent: the module still holds the old value. The line below says what it means.</source>
+        <translation>已修改，尚未发送：模块仍是旧值。下面一行说明它意味着什么。</translation>
+    </message>
+    <message>
+        <source>Eight steps through the real window; nothing can fire</source>
+        <translation>在真实窗口中走八步；不会真的开伞</translation>
     </message>
     <message>
         <source>Enable both automatic triggers on the module, and check again</source>
@@ -1092,16 +1450,72 @@
         <translation>启用触发并检查</translation>
     </message>
     <message>
+        <source>Enable triggers and check.</source>
+        <translation>启用触发并检查。</translation>
+    </message>
+    <message>
         <source>Enabled</source>
         <translation>启用</translation>
+    </message>
+    <message>
+        <source>Enabled or disabled.</source>
+        <translation>启用或禁用。</translation>
+    </message>
+    <message>
+        <source>Enables both automatic triggers on the module and checks again. The module cannot be asked how they stand, so after each start only this settles it.</source>
+        <translation>在模块上启用两个自动触发并重新检查。模块无法查询它们的状态，所以每次开机后只有这样才能确定。</translation>
+    </message>
+    <message>
+        <source>Enables both automatic triggers on the module, then runs all checks. Needed once after each start of the module: it cannot be asked how they stand.</source>
+        <translation>在模块上启用两个自动触发，然后运行所有检查。模块每次开机后需要一次：它们的状态无法查询。</translation>
     </message>
     <message>
         <source>End all faults</source>
         <translation>结束所有故障</translation>
     </message>
     <message>
+        <source>End the tour</source>
+        <translation>结束导览</translation>
+    </message>
+    <message>
+        <source>End the tour; everything is as it was before (Esc)</source>
+        <translation>结束导览；一切恢复原样（Esc）</translation>
+    </message>
+    <message>
+        <source>Ends the recording; a module can be connected then.</source>
+        <translation>结束回放；之后可以连接模块。</translation>
+    </message>
+    <message>
         <source>Every frame sent and received (Alt+2)</source>
         <translation>收发的每一帧（Alt+2）</translation>
+    </message>
+    <message>
+        <source>Every frame that was sent and received, decoded, with rejected bytes and the reason.</source>
+        <translation>发送和接收的每一帧及其解码，还有拒收的字节和原因。</translation>
+    </message>
+    <message>
+        <source>Every kept check with its verdict. Choose one to print it as it was.</source>
+        <translation>保存的每次检查及其结论。选择一条可按原样打印。</translation>
+    </message>
+    <message>
+        <source>Every session is recorded by itself, from the first byte that comes over a port until the port is closed. There is nothing to switch on.</source>
+        <translation>每次会话都会自动录制，从串口收到第一个字节起，到串口关闭为止，无需任何操作。</translation>
+    </message>
+    <message>
+        <source>Every session that was recorded. Open one to look at it on the Live page.</source>
+        <translation>录制下来的每次会话。打开一个可在“实时”页查看。</translation>
+    </message>
+    <message>
+        <source>Everything that comes over the line is recorded by itself; see Recordings.</source>
+        <translation>线路上的所有内容都会自动录制，见“录制”页。</translation>
+    </message>
+    <message>
+        <source>Everything that somebody who helps needs, to look at before you send it.</source>
+        <translation>协助者所需的全部内容，发送前可以先查看。</translation>
+    </message>
+    <message>
+        <source>Everywhere</source>
+        <translation>所有页面</translation>
     </message>
     <message>
         <source>Examples:</source>
@@ -1114,6 +1528,30 @@
     <message>
         <source>Explain every check</source>
         <translation>解释每项检查</translation>
+    </message>
+    <message>
+        <source>Export CSV …</source>
+        <translation>导出 CSV…</translation>
+    </message>
+    <message>
+        <source>Export MCAP …</source>
+        <translation>导出 MCAP…</translation>
+    </message>
+    <message>
+        <source>Export the recording as CSV</source>
+        <translation>将录制导出为 CSV</translation>
+    </message>
+    <message>
+        <source>Export the recording as MCAP</source>
+        <translation>将录制导出为 MCAP</translation>
+    </message>
+    <message>
+        <source>Export the recording of {when}</source>
+        <translation>导出 {when} 的录制</translation>
+    </message>
+    <message>
+        <source>Exporting {name}</source>
+        <translation>正在导出 {name}</translation>
     </message>
     <message>
         <source>External power</source>
@@ -1176,6 +1614,10 @@
         <translation>指纹：未知：{names}</translation>
     </message>
     <message>
+        <source>Finish</source>
+        <translation>完成</translation>
+    </message>
+    <message>
         <source>Fires as soon as it is activated, however it lies.</source>
         <translation>无论姿态如何，一激活就会开伞。</translation>
     </message>
@@ -1232,8 +1674,16 @@
         <translation>不再提醒</translation>
     </message>
     <message>
+        <source>Forgets all rows of the list. Nothing on the module changes.</source>
+        <translation>清空列表。模块上没有任何变化。</translation>
+    </message>
+    <message>
         <source>Found</source>
         <translation>实测</translation>
+    </message>
+    <message>
+        <source>Frames a second, usual round trip and rejected bytes at the left; at the right how long ago the module was last heard.</source>
+        <translation>左侧是每秒帧数、通常的往返时间和拒收字节；右侧是最后一次收到模块数据距今多久。</translation>
     </message>
     <message>
         <source>Frames a second, usual round trip, bytes that were no frame</source>
@@ -1241,11 +1691,11 @@
     </message>
     <message>
         <source>Frames arrive damaged: {rejected} of {bytes} bytes were rejected.</source>
-        <translation>收到的帧有损坏：{bytes} 字节中有 {rejected} 字节被拒绝。</translation>
+        <translation>收到的帧有损坏：{bytes} 字节中有 {rejected} 字节被拒收。</translation>
     </message>
     <message>
         <source>Frames of our own that came back</source>
-        <translation>返回的自己发送的帧</translation>
+        <translation>本程序发出后又返回的帧</translation>
     </message>
     <message>
         <source>Frames of the module</source>
@@ -1258,6 +1708,30 @@
     <message>
         <source>Free fall</source>
         <translation>失重</translation>
+    </message>
+    <message>
+        <source>Free fall fires when the acceleration has stayed below its threshold for the free-fall time.</source>
+        <translation>加速度持续低于失重加速度阈值达到失重时间时，失重触发。</translation>
+    </message>
+    <message>
+        <source>Free fall: disabled.</source>
+        <translation>失重：已禁用。</translation>
+    </message>
+    <message>
+        <source>Free fall: longest without firing {lasted:.2f} s until {time}, {margin:.2f} s short.</source>
+        <translation>失重：未触发的最长失重 {lasted:.2f} 秒（至 {time}），差 {margin:.2f} 秒。</translation>
+    </message>
+    <message>
+        <source>Free fall: none; lowest {weight:.1f} g at {time}, {margin:.1f} g above the threshold.</source>
+        <translation>失重：无；最低 {weight:.1f} g（{time}），比阈值高 {margin:.1f} g。</translation>
+    </message>
+    <message>
+        <source>Free fall: not judged.</source>
+        <translation>失重：未判断。</translation>
+    </message>
+    <message>
+        <source>Free software under the MIT licence. It is made with:</source>
+        <translation>自由软件，采用 MIT 许可证。所用组件：</translation>
     </message>
     <message>
         <source>Free-fall acceleration threshold</source>
@@ -1280,12 +1754,36 @@
         <translation>从 13 m 起，坠落时间超过 1.60 秒。</translation>
     </message>
     <message>
+        <source>From Settings</source>
+        <translation>取自设置</translation>
+    </message>
+    <message>
+        <source>From the vendor's table: {advice}</source>
+        <translation>厂家协议表：{advice}</translation>
+    </message>
+    <message>
+        <source>From {least} to {most} in steps of {step}.</source>
+        <translation>{least} 至 {most}，步长 {step}。</translation>
+    </message>
+    <message>
         <source>Full screen</source>
         <translation>全屏</translation>
     </message>
     <message>
         <source>GO</source>
         <translation>GO</translation>
+    </message>
+    <message>
+        <source>GO only if every check holds at the same time. It becomes VOID by itself after a restart, a loss of the link, a change, or fifteen minutes.</source>
+        <translation>只有所有检查同时通过才是 GO。重启、连接中断、有更改或满十五分钟后会自动作废。</translation>
+    </message>
+    <message>
+        <source>GO or NO-GO</source>
+        <translation>GO 或 NO-GO</translation>
+    </message>
+    <message>
+        <source>GO: all checks hold at the same time. A restart, a lost link or any change makes it void by itself, and so do fifteen minutes.</source>
+        <translation>GO：所有检查同时通过。重启、连接中断或任何更改都会使它自动作废，满十五分钟也一样。</translation>
     </message>
     <message>
         <source>GO: fit to fly</source>
@@ -1296,12 +1794,20 @@
         <translation>杂乱字节</translation>
     </message>
     <message>
+        <source>Gauge and plots follow every movement; the limits are drawn in as the module itself said them.</source>
+        <translation>仪表和曲线跟随每个动作；限值按模块自己报告的值画出。</translation>
+    </message>
+    <message>
         <source>Go on</source>
         <translation>继续</translation>
     </message>
     <message>
         <source>Go through all baud rates until the module answers</source>
         <translation>逐一尝试所有波特率，直到模块应答</translation>
+    </message>
+    <message>
+        <source>Goes through the rows in which the searched text stands.</source>
+        <translation>逐行查看含有所查文字的行。</translation>
     </message>
     <message>
         <source>Heartbeat</source>
@@ -1314,6 +1820,14 @@
     <message>
         <source>Height of the fall</source>
         <translation>坠落高度</translation>
+    </message>
+    <message>
+        <source>Held for two seconds, by mouse or space bar, it sends the command once. Letting go before sends nothing.</source>
+        <translation>用鼠标或空格键按住两秒，命令只发送一次。提前松开则不发送。</translation>
+    </message>
+    <message>
+        <source>Here you choose the port of your module. For the tour there is a simulated one: nothing to plug in, and nothing that can fire.</source>
+        <translation>在这里选择您的模块的串口。导览使用模拟模块：无需插接，也不会真的开伞。</translation>
     </message>
     <message>
         <source>Hex text (*.txt *.hex *.log)</source>
@@ -1348,8 +1862,24 @@
         <translation>按住演练</translation>
     </message>
     <message>
+        <source>Holds the list still; frames go on being recorded.</source>
+        <translation>列表停住不动；帧继续记录。</translation>
+    </message>
+    <message>
+        <source>Holds the picture still. What the module says goes on being recorded.</source>
+        <translation>画面停住不动。模块的数据继续记录。</translation>
+    </message>
+    <message>
         <source>How long a fall must last before it fires. Longer avoids false triggers, costs height.</source>
         <translation>失重持续多久才触发开伞。时间越长越能防止误触发，但会损失开伞高度。</translation>
+    </message>
+    <message>
+        <source>How long answers took, and how often. One narrow peak is a good line.</source>
+        <translation>应答用时及其次数。只有一个窄峰说明线路良好。</translation>
+    </message>
+    <message>
+        <source>How much time the plots show.</source>
+        <translation>曲线显示多长时间。</translation>
     </message>
     <message>
         <source>How often the module was switched on; 0 follows 255.</source>
@@ -1360,8 +1890,32 @@
         <translation>播放速度；更改速度后从头开始</translation>
     </message>
     <message>
+        <source>How quick the recording is played; another speed begins from the start.</source>
+        <translation>回放的速度；更改速度会从头开始。</translation>
+    </message>
+    <message>
+        <source>How the aircraft lies. Red: from here on an active module fires. Blue: here it rearms, 10° below.</source>
+        <translation>飞行器的姿态。红色：从这里起，激活的模块会开伞。蓝色：低 10°，在这里复位。</translation>
+    </message>
+    <message>
         <source>How the link does, in figures and over time (Alt+3)</source>
         <translation>通信质量：数值及随时间的变化（Alt+3）</translation>
+    </message>
+    <message>
+        <source>How this check came out: pass, look, FAIL, or unknown. Unknown never counts as GO.</source>
+        <translation>这项检查的结果：合格、请留意、不合格或未知。未知绝不算作 GO。</translation>
+    </message>
+    <message>
+        <source>How this is judged</source>
+        <translation>如何判断</translation>
+    </message>
+    <message>
+        <source>How this measurement went from check to check, with its limit.</source>
+        <translation>这个测量值在历次检查中的变化及其限值。</translation>
+    </message>
+    <message>
+        <source>How well the line does: lost answers, round trips, rejected bytes, restarts.</source>
+        <translation>线路状况：丢失的应答、往返时间、拒收字节、重启。</translation>
     </message>
     <message>
         <source>I looked at them</source>
@@ -1397,15 +1951,23 @@
     </message>
     <message>
         <source>It asks questions only and takes about six seconds. Set the aircraft level and do not touch it.</source>
-        <translation>检查只发送查询，约需六秒。请将航空器放平，不要触碰。</translation>
+        <translation>检查只发送查询，约需六秒。请将飞行器放平，不要触碰。</translation>
     </message>
     <message>
         <source>It can be set and acknowledged, not read back.</source>
         <translation>可以设置并得到应答，但无法回读。</translation>
     </message>
     <message>
+        <source>It connects again by itself, and only to the same adapter.</source>
+        <translation>它会自动重新连接，而且只连接同一个适配器。</translation>
+    </message>
+    <message>
         <source>It decides whether the parachute counts as having left the bay.</source>
         <translation>用于判断降落伞是否已离开伞仓。</translation>
+    </message>
+    <message>
+        <source>It does not stand, and the row says why.</source>
+        <translation>该值没有生效，本行说明了原因。</translation>
     </message>
     <message>
         <source>It has happened {n} times.</source>
@@ -1417,7 +1979,7 @@
     </message>
     <message>
         <source>It has not been armed and held for two seconds.</source>
-        <translation>尚未解除保险并按住两秒。</translation>
+        <translation>尚未预备并按住两秒。</translation>
     </message>
     <message>
         <source>It has not been confirmed.</source>
@@ -1426,6 +1988,14 @@
     <message>
         <source>It is another one</source>
         <translation>是另一个模块</translation>
+    </message>
+    <message>
+        <source>It is being written now and cannot be deleted.</source>
+        <translation>正在录制，无法删除。</translation>
+    </message>
+    <message>
+        <source>It is no recording of this program.</source>
+        <translation>它不是本程序的录制。</translation>
     </message>
     <message>
         <source>It is not known whether the module has fired.</source>
@@ -1452,36 +2022,80 @@
         <translation>是 {module}：保存记录</translation>
     </message>
     <message>
+        <source>It lies at {tilt:.0f}°. Beyond the red mark an ACTIVE module fires its parachute; this one is LOCKED and stays quiet.</source>
+        <translation>倾角 {tilt:.0f}°。超过红色标记时，激活的模块会开伞；这一个已锁定，不会动作。</translation>
+    </message>
+    <message>
         <source>It says what the module should be like, and what a person looks at</source>
         <translation>配置文件说明模块应有的状态和人工检查项目</translation>
+    </message>
+    <message>
+        <source>It was locked for {time}: judged as if it had been active.</source>
+        <translation>其中锁定 {time}：按激活状态判断。</translation>
     </message>
     <message>
         <source>It was not kept.</source>
         <translation>未保存。</translation>
     </message>
     <message>
+        <source>It was recorded by a newer version of this program.</source>
+        <translation>它由本程序的更新版本录制。</translation>
+    </message>
+    <message>
         <source>It works, but the adapter holds every answer back ({ms} ms): its latency timer is long.</source>
         <translation>可以工作，但适配器延迟了每个应答（{ms} ms）：其延迟计时器过长。</translation>
+    </message>
+    <message>
+        <source>Its heading is damaged.</source>
+        <translation>其头部信息已损坏。</translation>
     </message>
     <message>
         <source>Jitter</source>
         <translation>抖动</translation>
     </message>
     <message>
+        <source>Judge what a locked module measured as if it had been active</source>
+        <translation>把模块锁定时测得的数据按激活状态判断</translation>
+    </message>
+    <message>
         <source>Judged</source>
         <translation>判断</translation>
+    </message>
+    <message>
+        <source>Judging … {percent} %</source>
+        <translation>正在判断… {percent} %</translation>
+    </message>
+    <message>
+        <source>Keep</source>
+        <translation>保留</translation>
+    </message>
+    <message>
+        <source>Keep no longer</source>
+        <translation>不再保留</translation>
+    </message>
+    <message>
+        <source>Keep the chosen recordings for good</source>
+        <translation>永久保留所选录制</translation>
     </message>
     <message>
         <source>Keeps what is set</source>
         <translation>保存设置</translation>
     </message>
     <message>
+        <source>Kept</source>
+        <translation>保留</translation>
+    </message>
+    <message>
         <source>Kept over the power cycle.</source>
         <translation>断电重启后仍保持。</translation>
     </message>
     <message>
-        <source>Kept with the record when the field is left</source>
-        <translation>离开输入框时与记录一起保存</translation>
+        <source>Key</source>
+        <translation>按键</translation>
+    </message>
+    <message>
+        <source>Keyboard shortcuts</source>
+        <translation>键盘快捷键</translation>
     </message>
     <message>
         <source>Kind</source>
@@ -1528,6 +2142,10 @@
         <translation>已锁定</translation>
     </message>
     <message>
+        <source>LOCKED, because the module itself says so; a sent command alone would not be called that.</source>
+        <translation>已锁定，因为模块自己这样报告；仅仅发出命令并不算锁定。</translation>
+    </message>
+    <message>
         <source>LOCKED: the module says so.</source>
         <translation>已锁定：模块已确认。</translation>
     </message>
@@ -1540,12 +2158,36 @@
         <translation>语言</translation>
     </message>
     <message>
+        <source>Lasted</source>
+        <translation>时长</translation>
+    </message>
+    <message>
         <source>Length of the time line: {length}</source>
         <translation>时间轴长度：{length}</translation>
     </message>
     <message>
         <source>Let it fall from this height. Active, it fires by free fall.</source>
         <translation>让模块从该高度坠落。激活时会因失重触发。</translation>
+    </message>
+    <message>
+        <source>Let it fall silent</source>
+        <translation>让它停止应答</translation>
+    </message>
+    <message>
+        <source>Let it speak again</source>
+        <translation>让它恢复应答</translation>
+    </message>
+    <message>
+        <source>Let the chosen recordings go when there are too many</source>
+        <translation>录制过多时允许删除所选录制</translation>
+    </message>
+    <message>
+        <source>Lets the simulated module fall from this height. Active, it fires by free fall.</source>
+        <translation>让模拟模块从这个高度坠落。激活时会因失重开伞。</translation>
+    </message>
+    <message>
+        <source>Level again. The blue mark, 10° below the red one, is where it rearms.</source>
+        <translation>又放平了。蓝色标记比红色低 10°，是复位角度。</translation>
     </message>
     <message>
         <source>Light</source>
@@ -1600,6 +2242,10 @@
         <translation>列出串口，USB 在前。不会打开任何串口。</translation>
     </message>
     <message>
+        <source>List, export and delete the sessions that the window recorded. Nothing is opened or sent.</source>
+        <translation>列出、导出和删除窗口录制的会话。不打开串口，也不发送任何内容。</translation>
+    </message>
+    <message>
         <source>Live</source>
         <translation>实时</translation>
     </message>
@@ -1613,11 +2259,11 @@
     </message>
     <message>
         <source>Lock the module, or activate it, as the procedure for this aircraft says.</source>
-        <translation>按该航空器的规程锁定或激活模块。</translation>
+        <translation>按该飞行器的规程锁定或激活模块。</translation>
     </message>
     <message>
         <source>Locking …</source>
-        <translation>正在锁定……</translation>
+        <translation>正在锁定…</translation>
     </message>
     <message>
         <source>Log</source>
@@ -1634,6 +2280,14 @@
     <message>
         <source>Look at it (Triggers) and judge it: bench test, real or false.</source>
         <translation>查看触发记录并判定：台架测试、真实或误触发。</translation>
+    </message>
+    <message>
+        <source>Look at the recording on the Live page (Enter)</source>
+        <translation>在“实时”页查看录制（Enter）</translation>
+    </message>
+    <message>
+        <source>Look at what was recorded before; that needs no module</source>
+        <translation>查看以前的录制，无需连接伞降模块</translation>
     </message>
     <message>
         <source>Look at what was recorded, and play it (Ctrl+O); or drop the file on the window</source>
@@ -1653,7 +2307,7 @@
     </message>
     <message>
         <source>Looking for ports …</source>
-        <translation>正在查找串口……</translation>
+        <translation>正在查找串口…</translation>
     </message>
     <message>
         <source>Looking for the baud rate at which a module answers.</source>
@@ -1670,6 +2324,14 @@
     <message>
         <source>Lost bytes</source>
         <translation>字节丢失</translation>
+    </message>
+    <message>
+        <source>MCAP (*.mcap)</source>
+        <translation>MCAP (*.mcap)</translation>
+    </message>
+    <message>
+        <source>Make it active</source>
+        <translation>激活它</translation>
     </message>
     <message>
         <source>Make sure which module this is, and name it.</source>
@@ -1692,6 +2354,10 @@
         <translation>制造商</translation>
     </message>
     <message>
+        <source>Makes the bundle anew, with what happened since.</source>
+        <translation>重新生成支持包，包含此后发生的内容。</translation>
+    </message>
+    <message>
         <source>Making sure that nothing changed</source>
         <translation>正在确认没有变化</translation>
     </message>
@@ -1706,6 +2372,10 @@
     <message>
         <source>Mark the selected rows, or take their marks off (Ctrl+M)</source>
         <translation>标记所选行，或取消其标记（Ctrl+M）</translation>
+    </message>
+    <message>
+        <source>Marks the selected rows, to find them again.</source>
+        <translation>标记选中的行，便于再次找到。</translation>
     </message>
     <message>
         <source>Meaning</source>
@@ -1736,6 +2406,10 @@
         <translation>测量值</translation>
     </message>
     <message>
+        <source>Measures the light with the bay closed and open and proposes a threshold in the middle. That also finds out which way light moves the reading.</source>
+        <translation>分别在伞仓关闭和打开时测量光线，并建议取中间值作为阈值。同时也能确定光线使读数朝哪个方向变化。</translation>
+    </message>
+    <message>
         <source>Measuring the light</source>
         <translation>正在测量光线</translation>
     </message>
@@ -1757,7 +2431,7 @@
     </message>
     <message>
         <source>Module on {port}, {rate} baud, answers in {milliseconds:.1f} ms</source>
-        <translation>{port} 上的模块，波特率 {rate}，应答时间 {milliseconds:.1f} 毫秒</translation>
+        <translation>{port} 上的模块，波特率 {rate}，应答时间 {milliseconds:.1f} ms</translation>
     </message>
     <message>
         <source>Module {name}</source>
@@ -1794,6 +2468,14 @@
     <message>
         <source>NO-GO</source>
         <translation>NO-GO</translation>
+    </message>
+    <message>
+        <source>NO-GO names everything that stands against it. Each row below says why it matters and what to do.</source>
+        <translation>NO-GO 会列出所有不满足的项目。下面每一行说明为什么重要以及该怎么做。</translation>
+    </message>
+    <message>
+        <source>NO-GO, and it names why: nobody has vouched for the two old trigger records. You have just read them, so say so in that row.</source>
+        <translation>NO-GO，并说明了原因：两条旧的触发记录还没有人确认。您刚刚看过它们，请在这一行确认。</translation>
     </message>
     <message>
         <source>NO-GO: do not fly</source>
@@ -1836,12 +2518,24 @@
         <translation>永远不会判定为失重：加速度不可能低于 0 g。</translation>
     </message>
     <message>
+        <source>Never delete the chosen recordings by itself</source>
+        <translation>永不自动删除所选录制</translation>
+    </message>
+    <message>
         <source>Never fires: no aircraft tilts by {fires:.0f}°.</source>
-        <translation>永远不会开伞：倾角不可能达到 {fires:.0f}°。</translation>
+        <translation>永远不会开伞：没有飞行器会倾斜到 {fires:.0f}°。</translation>
+    </message>
+    <message>
+        <source>New here? The tour goes from the first connection to GO in a few minutes, on a simulated module.</source>
+        <translation>第一次使用？导览会在模拟模块上，用几分钟从首次连接走到 GO。</translation>
     </message>
     <message>
         <source>New since the last visit</source>
         <translation>上次读取后新增</translation>
+    </message>
+    <message>
+        <source>Next</source>
+        <translation>下一步</translation>
     </message>
     <message>
         <source>Next row found</source>
@@ -1850,6 +2544,10 @@
     <message>
         <source>Next row found (Enter)</source>
         <translation>下一个匹配行（回车）</translation>
+    </message>
+    <message>
+        <source>Next step of the tour</source>
+        <translation>导览的下一步</translation>
     </message>
     <message>
         <source>No answer</source>
@@ -1892,6 +2590,10 @@
         <translation>无法从中读出飞行前检查记录：{why}。</translation>
     </message>
     <message>
+        <source>No recordings yet</source>
+        <translation>还没有录制</translation>
+    </message>
+    <message>
         <source>No records came, and no two readings agreed. Read again, or check the line.</source>
         <translation>没有收到记录，且多次读取结果不一致。请重新读取或检查线路。</translation>
     </message>
@@ -1901,7 +2603,7 @@
     </message>
     <message>
         <source>No restart was seen: nothing is known about a power cycle.</source>
-        <translation>未观察到重启：无法判断断电后的情况。</translation>
+        <translation>未观察到重启：无法判断断电重启后的情况。</translation>
     </message>
     <message>
         <source>No round trip measured yet</source>
@@ -1913,7 +2615,7 @@
     </message>
     <message>
         <source>No serial port found. Plug the adapter in: it appears here by itself.</source>
-        <translation>未找到串口。请插入转接器，它会自动出现在这里。</translation>
+        <translation>未找到串口。请插入适配器，它会自动出现在这里。</translation>
     </message>
     <message>
         <source>No simulated module is connected.</source>
@@ -1980,6 +2682,30 @@
         <translation>尚未判断</translation>
     </message>
     <message>
+        <source>Not judged: a pause of {longest} without reports at {at}.</source>
+        <translation>未判断：{at} 起有 {longest} 没有上报。</translation>
+    </message>
+    <message>
+        <source>Not judged: name the thresholds.</source>
+        <translation>未判断：请填写阈值。</translation>
+    </message>
+    <message>
+        <source>Not judged: the reports are more than 0.5 s apart.</source>
+        <translation>未判断：上报间隔超过 0.5 秒。</translation>
+    </message>
+    <message>
+        <source>Not judged: what was before {time}; only lowest and highest values are left of it.</source>
+        <translation>未判断：{time} 之前的数据，只保留了最低值和最高值。</translation>
+    </message>
+    <message>
+        <source>Not judged: {count} pauses without reports, {time} in all, the longest {longest} at {at}.</source>
+        <translation>未判断：{count} 段没有上报的时间，共 {time}，最长 {longest}（{at}）。</translation>
+    </message>
+    <message>
+        <source>Not judged: {time} in which it was locked.</source>
+        <translation>未判断：锁定的 {time}。</translation>
+    </message>
+    <message>
         <source>Not kept: name the module to keep its records, to judge them, and to add a note.</source>
         <translation>未保存：请给模块命名，以保存记录、作出判断并添加备注。</translation>
     </message>
@@ -1988,8 +2714,16 @@
         <translation>未保存：这些记录或开机次数与 {module} 不相接。</translation>
     </message>
     <message>
+        <source>Not now</source>
+        <translation>暂不</translation>
+    </message>
+    <message>
         <source>Not opened</source>
         <translation>未打开</translation>
+    </message>
+    <message>
+        <source>Not recorded</source>
+        <translation>未录制</translation>
     </message>
     <message>
         <source>Not saved to {path}: {why}. Choose another folder.</source>
@@ -2000,16 +2734,32 @@
         <translation>未触发</translation>
     </message>
     <message>
+        <source>Note</source>
+        <translation>备注</translation>
+    </message>
+    <message>
         <source>Note on this trigger</source>
         <translation>对此次触发的备注</translation>
     </message>
     <message>
+        <source>Nothing comes any more. Watch the numbers: each says how old it is as soon as it is not fresh, here and at the top. An old value is never shown as a new one.</source>
+        <translation>不再有数据了。请看数字：一旦不新鲜，这里和顶部都会注明距今多久。旧值绝不会当作新值显示。</translation>
+    </message>
+    <message>
+        <source>Nothing here has the keyboard. Go to a control with Tab.</source>
+        <translation>当前没有控件获得键盘焦点。请用 Tab 键移到某个控件。</translation>
+    </message>
+    <message>
         <source>Nothing is changed (Esc)</source>
-        <translation>不作任何更改 (Esc)</translation>
+        <translation>不作任何更改（Esc）</translation>
     </message>
     <message>
         <source>Nothing is known of the module's settings: read them first.</source>
         <translation>模块的设置全部未知：请先读取。</translation>
+    </message>
+    <message>
+        <source>Nothing is recorded</source>
+        <translation>未在录制</translation>
     </message>
     <message>
         <source>Nothing is sent to any module.</source>
@@ -2021,7 +2771,11 @@
     </message>
     <message>
         <source>Nothing to plug in; behaves as the vendor's table says</source>
-        <translation>无需接线；行为与厂商协议表一致</translation>
+        <translation>无需接线；行为与厂家协议表一致</translation>
+    </message>
+    <message>
+        <source>Nothing was deleted. To do it, say dps-s recordings delete {name} --yes.</source>
+        <translation>未删除任何内容。要删除，请执行 dps-s recordings delete {name} --yes。</translation>
     </message>
     <message>
         <source>Nothing was heard of it for long.</source>
@@ -2030,6 +2784,10 @@
     <message>
         <source>Nothing was kept yet.</source>
         <translation>尚未保存。</translation>
+    </message>
+    <message>
+        <source>Nothing was recorded yet. The window records every session by itself.</source>
+        <translation>还没有录制。窗口会自动录制每次会话。</translation>
     </message>
     <message>
         <source>Nothing was sent.</source>
@@ -2076,8 +2834,24 @@
         <translation>模块中现有</translation>
     </message>
     <message>
+        <source>On to the next step (arrow right)</source>
+        <translation>进入下一步（右箭头）</translation>
+    </message>
+    <message>
+        <source>One cause and one next step. The values at the top have become stale and say how old they are. Now put the cable back.</source>
+        <translation>一个原因和一个下一步。顶部的值已过时，并注明距今多久。现在把线插回去。</translation>
+    </message>
+    <message>
+        <source>One code for all settings that can be read: the same settings give the same code on every module.</source>
+        <translation>所有可读设置对应一个代码：设置相同，任何模块上的代码都相同。</translation>
+    </message>
+    <message>
         <source>One code stands for all settings that can be read.</source>
         <translation>一个代码代表所有可读取的设置。</translation>
+    </message>
+    <message>
+        <source>One of {values} {unit}.</source>
+        <translation>{values} {unit} 之一。</translation>
     </message>
     <message>
         <source>One step less</source>
@@ -2088,12 +2862,24 @@
         <translation>减一档（下箭头）</translation>
     </message>
     <message>
+        <source>One step less than is wanted now. Nothing is written yet.</source>
+        <translation>比现在想要的值减少一步。尚未写入。</translation>
+    </message>
+    <message>
         <source>One step more</source>
         <translation>加一档</translation>
     </message>
     <message>
         <source>One step more (arrow up)</source>
         <translation>加一档（上箭头）</translation>
+    </message>
+    <message>
+        <source>One step more than is wanted now. Nothing is written yet.</source>
+        <translation>比现在想要的值增加一步。尚未写入。</translation>
+    </message>
+    <message>
+        <source>One verdict before each flight. After each start the module cannot say whether its two triggers are enabled: this button enables them and checks everything.</source>
+        <translation>每次飞行前给出一个结论。模块每次开机后无法报告两个触发是否启用：这个按钮会启用它们并检查全部项目。</translation>
     </message>
     <message>
         <source>Only an echo</source>
@@ -2105,7 +2891,11 @@
     </message>
     <message>
         <source>Only our own bytes come back on {port}.</source>
-        <translation>{port} 上只收到我们自己发出的字节。</translation>
+        <translation>{port} 上只收到本程序自己发出的字节。</translation>
+    </message>
+    <message>
+        <source>Only recordings in which all these words stand (Ctrl+F)</source>
+        <translation>仅显示包含所有这些词的录制（Ctrl+F）</translation>
     </message>
     <message>
         <source>Only records in which all these words stand (Ctrl+F)</source>
@@ -2116,8 +2906,16 @@
         <translation>仅拒收字节</translation>
     </message>
     <message>
+        <source>Only the first {count} are listed.</source>
+        <translation>只列出前 {count} 次。</translation>
+    </message>
+    <message>
+        <source>Open</source>
+        <translation>打开</translation>
+    </message>
+    <message>
         <source>Open Settings, write the value wanted, and see it verified.</source>
-        <translation>打开“设置”，写入所需的值并确认已核实。</translation>
+        <translation>打开“设置”，写入所需的值，直到显示已验证。</translation>
     </message>
     <message>
         <source>Open a capture</source>
@@ -2129,7 +2927,7 @@
     </message>
     <message>
         <source>Open a profile and compare it with the module (Ctrl+O); or drop it here</source>
-        <translation>打开配置文件并与模块比较 (Ctrl+O)；也可拖放到此处</translation>
+        <translation>打开配置文件并与模块比较（Ctrl+O）；也可拖放到此处</translation>
     </message>
     <message>
         <source>Open a profile …</source>
@@ -2148,6 +2946,10 @@
         <translation>打开所选串口（回车）</translation>
     </message>
     <message>
+        <source>Open the recording on the Live page</source>
+        <translation>在“实时”页打开录制</translation>
+    </message>
+    <message>
         <source>Open the window.</source>
         <translation>打开窗口。</translation>
     </message>
@@ -2156,8 +2958,32 @@
         <translation>打开时光线读数约 2.5 V；关闭时约 0.3 V。</translation>
     </message>
     <message>
+        <source>Opening the recording of {when} …</source>
+        <translation>正在打开 {when} 的录制…</translation>
+    </message>
+    <message>
         <source>Opening …</source>
-        <translation>正在打开……</translation>
+        <translation>正在打开…</translation>
+    </message>
+    <message>
+        <source>Opens a file with settings and compares it row by row. Nothing is written before you tick rows and apply.</source>
+        <translation>打开设置文件并逐行比较。在您勾选并应用之前，什么也不写入。</translation>
+    </message>
+    <message>
+        <source>Opens a record or a report and says whether it was altered since.</source>
+        <translation>打开记录或报告，并判断它是否被改动过。</translation>
+    </message>
+    <message>
+        <source>Opens the chosen port and reads everything that can be read. That neither arms nor fires anything.</source>
+        <translation>打开所选串口，读取所有可读内容。这既不会激活，也不会开伞。</translation>
+    </message>
+    <message>
+        <source>Opens the list of ports. A connection begins only with a second click.</source>
+        <translation>打开串口列表。再点一次才会开始连接。</translation>
+    </message>
+    <message>
+        <source>Opens what was saved from a line before, to look at it or to play it through the window.</source>
+        <translation>打开以前保存的线路数据，可以查看，也可以在窗口中回放。</translation>
     </message>
     <message>
         <source>Other port</source>
@@ -2216,6 +3042,10 @@
         <translation>从头播放录制</translation>
     </message>
     <message>
+        <source>Plays the recording from the start.</source>
+        <translation>从头回放。</translation>
+    </message>
+    <message>
         <source>Plots</source>
         <translation>曲线</translation>
     </message>
@@ -2228,12 +3058,16 @@
         <translation>插入</translation>
     </message>
     <message>
+        <source>Plug it in</source>
+        <translation>插上</translation>
+    </message>
+    <message>
         <source>Plug the adapter in again: the program connects by itself, to this adapter only.</source>
         <translation>请重新插入适配器：程序会自动连接，且只连接这个适配器。</translation>
     </message>
     <message>
         <source>Plug the adapter in and choose it from the list.</source>
-        <translation>请插入转接器并从列表中选择。</translation>
+        <translation>请插入适配器并从列表中选择。</translation>
     </message>
     <message>
         <source>Plug the adapter in. If it is plugged in and no new port appears, its driver is missing.</source>
@@ -2241,7 +3075,7 @@
     </message>
     <message>
         <source>Plug the same adapter in again: it is connected by itself.</source>
-        <translation>请重新插入同一转接器，程序会自动连接。</translation>
+        <translation>请重新插入同一适配器，程序会自动连接。</translation>
     </message>
     <message>
         <source>Port</source>
@@ -2280,6 +3114,10 @@
         <translation>偏好设置</translation>
     </message>
     <message>
+        <source>Press LOCK</source>
+        <translation>按下“锁定”</translation>
+    </message>
+    <message>
         <source>Press its switch</source>
         <translation>按下模块开关</translation>
     </message>
@@ -2312,6 +3150,10 @@
         <translation>打印此记录…</translation>
     </message>
     <message>
+        <source>Prints the chosen record as it was kept, with its time.</source>
+        <translation>按保存时的原样打印选中的记录，包括时间。</translation>
+    </message>
+    <message>
         <source>Profile</source>
         <translation>配置文件</translation>
     </message>
@@ -2326,6 +3168,10 @@
     <message>
         <source>Profiles that were opened or saved before</source>
         <translation>以前打开或保存过的配置文件</translation>
+    </message>
+    <message>
+        <source>Profiles that were opened or saved before.</source>
+        <translation>以前打开或保存过的配置文件。</translation>
     </message>
     <message>
         <source>Program</source>
@@ -2344,12 +3190,16 @@
         <translation>正在检验链路</translation>
     </message>
     <message>
+        <source>Pull the cable</source>
+        <translation>拔掉线</translation>
+    </message>
+    <message>
         <source>Pull the serial adapter out.</source>
         <translation>拔出串口适配器。</translation>
     </message>
     <message>
         <source>Put the module into standby, at once (Ctrl+L)</source>
-        <translation>立即使模块进入待机 (Ctrl+L)</translation>
+        <translation>立即使模块进入待机（Ctrl+L）</translation>
     </message>
     <message>
         <source>Put the module into standby: it no longer fires by itself (Ctrl+L)</source>
@@ -2362,6 +3212,22 @@
     <message>
         <source>Puts it into the form; it is written with the other changes</source>
         <translation>填入表单；与其他更改一起写入</translation>
+    </message>
+    <message>
+        <source>Puts the measured threshold into the form; it is written with the other changes.</source>
+        <translation>把测得的阈值填入表单；与其他修改一起写入。</translation>
+    </message>
+    <message>
+        <source>Puts the module into standby at once: it no longer fires by itself.</source>
+        <translation>立即使模块进入待机：不再自动开伞。</translation>
+    </message>
+    <message>
+        <source>Puts the module into standby at once: it no longer fires by itself. Always allowed, never asked twice, sent before everything else. The chips beside it show what the module says afterwards.</source>
+        <translation>立即使模块进入待机：不再自动开伞。始终允许，从不二次询问，优先于其他一切发送。旁边的标签显示模块随后报告的状态。</translation>
+    </message>
+    <message>
+        <source>Questions only, for a few seconds. The module must lie still.</source>
+        <translation>只提问，持续几秒钟。模块必须静止。</translation>
     </message>
     <message>
         <source>Questions without an answer</source>
@@ -2436,8 +3302,8 @@
         <translation>正在读取 {file}…</translation>
     </message>
     <message>
-        <source>Reading {name} …</source>
-        <translation>正在读取 {name}……</translation>
+        <source>Reading {name}: {percent} % …</source>
+        <translation>正在读取 {name}：{percent} %…</translation>
     </message>
     <message>
         <source>Reading: {what}</source>
@@ -2470,6 +3336,30 @@
     <message>
         <source>Record {number} of {module}: {verdict}, {at}, checked by {who}.</source>
         <translation>{module} 的第 {number} 号记录：{verdict}，{at}，检查人 {who}。</translation>
+    </message>
+    <message>
+        <source>Recorded since {time}</source>
+        <translation>自 {time} 起录制</translation>
+    </message>
+    <message>
+        <source>Recorded since {time}, with gaps</source>
+        <translation>自 {time} 起录制，有缺失</translation>
+    </message>
+    <message>
+        <source>Recorded values</source>
+        <translation>录制的数值</translation>
+    </message>
+    <message>
+        <source>Recording of {time}</source>
+        <translation>{time} 的录制</translation>
+    </message>
+    <message>
+        <source>Recording of {when}, {length}</source>
+        <translation>{when} 的录制，时长 {length}</translation>
+    </message>
+    <message>
+        <source>Recordings</source>
+        <translation>录制</translation>
     </message>
     <message>
         <source>Redo</source>
@@ -2517,7 +3407,7 @@
     </message>
     <message>
         <source>Reports</source>
-        <translation>状态上报</translation>
+        <translation>状态报告</translation>
     </message>
     <message>
         <source>Restart</source>
@@ -2564,8 +3454,16 @@
         <translation>请开始检查。</translation>
     </message>
     <message>
+        <source>Runs all checks, with questions only: nothing on the module is changed. Takes about six seconds.</source>
+        <translation>只用提问运行所有检查：不更改模块。大约需要六秒。</translation>
+    </message>
+    <message>
         <source>SIMULATED MODULE: this is no evidence.</source>
         <translation>模拟模块：不能作为证据。</translation>
+    </message>
+    <message>
+        <source>Samples</source>
+        <translation>样本数</translation>
     </message>
     <message>
         <source>Save a capture</source>
@@ -2624,6 +3522,10 @@
         <translation>保存全部…</translation>
     </message>
     <message>
+        <source>Save the last 60,000 entries of what went over the line, as a text file (Ctrl+S). The session's recording, where it is on, holds all of them.</source>
+        <translation>将最近 60,000 条通信保存为文本文件（Ctrl+S）。本次会话的录制（若已开启）保存全部内容。</translation>
+    </message>
+    <message>
         <source>Save the module's settings as a profile</source>
         <translation>将模块的设置保存为配置文件</translation>
     </message>
@@ -2664,10 +3566,6 @@
         <translation>将模块当前的设置保存为配置文件；未知的项目不包含在内</translation>
     </message>
     <message>
-        <source>Save what went over the line, as a text file (Ctrl+S)</source>
-        <translation>将通信内容保存为文本文件（Ctrl+S）</translation>
-    </message>
-    <message>
         <source>Saved as {path}.</source>
         <translation>已保存为 {path}。</translation>
     </message>
@@ -2688,6 +3586,10 @@
         <translation>已将 {count} 条保存到 {path}。</translation>
     </message>
     <message>
+        <source>Saved {count} messages to {path}</source>
+        <translation>已将 {count} 条消息保存到 {path}</translation>
+    </message>
+    <message>
         <source>Saved {rows} rows to {path}</source>
         <translation>已保存 {rows} 行到 {path}</translation>
     </message>
@@ -2696,8 +3598,44 @@
         <translation>已保存 {rows} 行到 {path}。更早的数据已不再保留。</translation>
     </message>
     <message>
+        <source>Saves a picture of the plots and numbers, with port and time below.</source>
+        <translation>保存曲线和数字的图片，下方注明串口和时间。</translation>
+    </message>
+    <message>
+        <source>Saves every record that was ever seen of this module as a table.</source>
+        <translation>把这个模块曾经读到的所有记录保存为表格。</translation>
+    </message>
+    <message>
+        <source>Saves every sample in sight as a table, with the time of each.</source>
+        <translation>把画面中的每个采样及其时间保存为表格。</translation>
+    </message>
+    <message>
+        <source>Saves the bundle as one zip file on this computer. Nothing is sent anywhere.</source>
+        <translation>把支持包保存为本机上的一个 zip 文件。不会发送到任何地方。</translation>
+    </message>
+    <message>
+        <source>Saves the check as PDF, HTML and JSON, while it holds.</source>
+        <translation>在检查有效期内，把它保存为 PDF、HTML 和 JSON。</translation>
+    </message>
+    <message>
+        <source>Saves the records that are shown, in their order, as a table.</source>
+        <translation>按显示的顺序，把显示的记录保存为表格。</translation>
+    </message>
+    <message>
+        <source>Saves what the module holds now as a file, to set up others alike.</source>
+        <translation>把模块现有的设置保存为文件，便于同样设置其他模块。</translation>
+    </message>
+    <message>
+        <source>Saves what went over this line as a text file.</source>
+        <translation>把这条线路上的数据保存为文本文件。</translation>
+    </message>
+    <message>
         <source>Saving {name} …</source>
-        <translation>正在保存 {name}……</translation>
+        <translation>正在保存 {name}…</translation>
+    </message>
+    <message>
+        <source>Saving …</source>
+        <translation>正在保存…</translation>
     </message>
     <message>
         <source>Saving … {percent} %</source>
@@ -2716,6 +3654,18 @@
         <translation>说明每项检查的意义，包括合格的项目</translation>
     </message>
     <message>
+        <source>Says that it is the named module although its boot count does not follow, and checks again.</source>
+        <translation>确认它就是该名称的模块（尽管开机次数不连续），并重新检查。</translation>
+    </message>
+    <message>
+        <source>Says that you looked at the old records on the Triggers page, and checks again. The record says that a person vouched for it.</source>
+        <translation>确认您已在“触发记录”页看过旧记录，并重新检查。检查记录会注明由人确认。</translation>
+    </message>
+    <message>
+        <source>Says why each check matters, also where it passes.</source>
+        <translation>说明每项检查为什么重要，通过的项目也说明。</translation>
+    </message>
+    <message>
         <source>Search</source>
         <translation>搜索</translation>
     </message>
@@ -2724,20 +3674,44 @@
         <translation>在各行中搜索</translation>
     </message>
     <message>
+        <source>Search the recordings</source>
+        <translation>搜索录制</translation>
+    </message>
+    <message>
         <source>Search the records</source>
         <translation>搜索记录</translation>
     </message>
     <message>
+        <source>Searching … {percent} %</source>
+        <translation>正在搜索 … {percent} %</translation>
+    </message>
+    <message>
         <source>Send nothing (Esc)</source>
-        <translation>不发送任何内容 (Esc)</translation>
+        <translation>不发送任何内容（Esc）</translation>
+    </message>
+    <message>
+        <source>Sends each edited row once, then asks for it. A row is verified only when what comes back is equal. Against the vendor's advice it asks for a second click; an ACTIVE module is not written to.</source>
+        <translation>每个修改过的行发送一次，然后读回。只有读回的值相同才算已验证。违背厂家建议时需要再次点击；不会写入处于激活状态的模块。</translation>
+    </message>
+    <message>
+        <source>Sends it once: never repeated, never kept for later. It is in the audit log before it is sent.</source>
+        <translation>只发送一次：不重复，也不留待以后。发送前先写入操作记录。</translation>
     </message>
     <message>
         <source>Sends its status all the time, without being asked.</source>
         <translation>不经询问，持续发送状态。</translation>
     </message>
     <message>
+        <source>Sends the change once, then looks for the module at the new speed, the old one, and all others.</source>
+        <translation>更改命令只发送一次，然后依次在新波特率、旧波特率和其他所有波特率上寻找模块。</translation>
+    </message>
+    <message>
         <source>Sent</source>
         <translation>已发送</translation>
+    </message>
+    <message>
+        <source>Sent once; now it is asked for.</source>
+        <translation>已发送一次；正在读回。</translation>
     </message>
     <message>
         <source>Sent, not acknowledged; the module is silent now: look at it.</source>
@@ -2772,16 +3746,28 @@
         <translation>串口输出</translation>
     </message>
     <message>
+        <source>Set it down and check again</source>
+        <translation>放平静置并重新检查</translation>
+    </message>
+    <message>
+        <source>Set it level</source>
+        <translation>放平</translation>
+    </message>
+    <message>
         <source>Set it to the reading with the bay fully open.</source>
         <translation>设置为伞仓完全打开时的读数。</translation>
     </message>
     <message>
         <source>Set the aircraft down and check again; if it stays, the sensor is faulty: do not fly.</source>
-        <translation>放下航空器后重新检查；若仍如此，传感器有故障：禁止飞行。</translation>
+        <translation>放下飞行器后重新检查；若仍如此，传感器有故障：禁止飞行。</translation>
+    </message>
+    <message>
+        <source>Set the aircraft level and do not touch it.</source>
+        <translation>把飞行器放平，不要触碰。</translation>
     </message>
     <message>
         <source>Set the aircraft level. If it is level, correct the mounting and zero the sensor.</source>
-        <translation>将航空器放平。若已放平，请校正安装并将传感器置零。</translation>
+        <translation>将飞行器放平。若已放平，请校正安装并将传感器置零。</translation>
     </message>
     <message>
         <source>Set the latency timer to 1 ms in the settings of the adapter's driver (port, advanced).</source>
@@ -2804,6 +3790,14 @@
         <translation>设置代码</translation>
     </message>
     <message>
+        <source>Settings: want, write, verified</source>
+        <translation>设置：想要、写入、已验证</translation>
+    </message>
+    <message>
+        <source>Several adapters look the same: choose the port that the module is plugged into.</source>
+        <translation>有多个适配器无法区分：请选择伞降模块所接的串口。</translation>
+    </message>
+    <message>
         <source>Show the newest samples again (End, or a double click on the plots)</source>
         <translation>重新显示最新数据（End 键，或双击曲线）</translation>
     </message>
@@ -2818,6 +3812,26 @@
     <message>
         <source>Show the time of day instead of seconds before now</source>
         <translation>显示时刻，而不是距现在的秒数</translation>
+    </message>
+    <message>
+        <source>Show the whole recording</source>
+        <translation>显示整段录制</translation>
+    </message>
+    <message>
+        <source>Show the whole recording (End, or a double click on the plots)</source>
+        <translation>显示整段录制（End 键，或双击曲线）</translation>
+    </message>
+    <message>
+        <source>Shows only the recordings in which all these words stand.</source>
+        <translation>只显示包含所有这些词的录制。</translation>
+    </message>
+    <message>
+        <source>Shows only the records in which all these words stand.</source>
+        <translation>只显示包含所有这些词的记录。</translation>
+    </message>
+    <message>
+        <source>Shows the whole recording again after zooming in.</source>
+        <translation>放大之后重新显示整段录制。</translation>
     </message>
     <message>
         <source>Shut down</source>
@@ -2848,6 +3862,10 @@
         <translation>模拟模块面板</translation>
     </message>
     <message>
+        <source>Size</source>
+        <translation>大小</translation>
+    </message>
+    <message>
         <source>Skipped by a person: {count}.</source>
         <translation>人工跳过：{count} 项。</translation>
     </message>
@@ -2857,7 +3875,7 @@
     </message>
     <message>
         <source>Something else is armed: {what}.</source>
-        <translation>另一项操作已解除保险：{what}。</translation>
+        <translation>另一项操作已处于预备状态：{what}。</translation>
     </message>
     <message>
         <source>Something sends on {port}, but no frame can be read at {rate} baud.</source>
@@ -2888,6 +3906,10 @@
         <translation>标准输入不是文本；decode 读取以十六进制书写的字节，例如 41 75 32。</translation>
     </message>
     <message>
+        <source>Start it again.</source>
+        <translation>请重新开始。</translation>
+    </message>
+    <message>
         <source>State of the simulated module</source>
         <translation>模拟模块的状态</translation>
     </message>
@@ -2909,11 +3931,11 @@
     </message>
     <message>
         <source>Stay</source>
-        <translation>留下</translation>
+        <translation>不离开</translation>
     </message>
     <message>
         <source>Stop motors and fans, do not touch the aircraft, and check again.</source>
-        <translation>停止电机和风扇，不要触碰航空器，然后重新检查。</translation>
+        <translation>停止电机和风扇，不要触碰飞行器，然后重新检查。</translation>
     </message>
     <message>
         <source>Stop playing</source>
@@ -2930,6 +3952,10 @@
     <message>
         <source>Stop saving; no file is left</source>
         <translation>停止保存，不留下文件</translation>
+    </message>
+    <message>
+        <source>Stops saving; no half file is left.</source>
+        <translation>停止保存；不会留下半个文件。</translation>
     </message>
     <message>
         <source>Stream rate</source>
@@ -2949,7 +3975,7 @@
     </message>
     <message>
         <source>Survives a power cycle?</source>
-        <translation>断电后是否保持？</translation>
+        <translation>断电重启后是否保持？</translation>
     </message>
     <message>
         <source>Switch the module off and on again</source>
@@ -2969,7 +3995,7 @@
     </message>
     <message>
         <source>Switches the module on after it was shut down.</source>
-        <translation>在关机后重新开机。</translation>
+        <translation>关机后使模块重新开机。</translation>
     </message>
     <message>
         <source>TRIGGERED</source>
@@ -2980,8 +4006,28 @@
         <translation>表格 (*.csv)</translation>
     </message>
     <message>
+        <source>Take back, close, or end what is begun; it never sends anything</source>
+        <translation>收回、关闭或结束已开始的操作；绝不发送任何内容</translation>
+    </message>
+    <message>
         <source>Take the last edit back (Ctrl+Z)</source>
-        <translation>撤销上一次修改 (Ctrl+Z)</translation>
+        <translation>撤销上一次修改（Ctrl+Z）</translation>
+    </message>
+    <message>
+        <source>Take the tour</source>
+        <translation>开始导览</translation>
+    </message>
+    <message>
+        <source>Takes it back. Nothing is sent.</source>
+        <translation>收回。不发送任何内容。</translation>
+    </message>
+    <message>
+        <source>Takes the last edit in this form back. The module is not touched.</source>
+        <translation>撤销表单中的最后一次修改。不触及模块。</translation>
+    </message>
+    <message>
+        <source>Takes this offer away. The tour stays in the Help menu.</source>
+        <translation>关闭此提示。导览仍可在“帮助”菜单中找到。</translation>
     </message>
     <message>
         <source>Takes today's mounting as level. For small mounting errors only.</source>
@@ -2992,16 +4038,28 @@
         <translation>查明飞行前检查记录是否被改动、改动之处，以及上一份记录是否完好。哈希不含密钥：能发现改动，不能证明由谁写成。不完好时退出码为 1。</translation>
     </message>
     <message>
+        <source>That did not work: {why}.</source>
+        <translation>操作失败：{why}。</translation>
+    </message>
+    <message>
         <source>The adapter at {port} has come and gone {visits} times: it loses its power or its contact.</source>
         <translation>{port} 上的适配器已经出现又消失 {visits} 次：供电或接触不良。</translation>
     </message>
     <message>
+        <source>The adapter is back, but its port does not open yet; it is tried again.</source>
+        <translation>适配器已重新插入，但串口暂时无法打开；程序会继续尝试。</translation>
+    </message>
+    <message>
         <source>The aircraft that the module sits in</source>
-        <translation>安装该模块的航空器</translation>
+        <translation>安装该模块的飞行器</translation>
     </message>
     <message>
         <source>The angle at which it fires: too small fires in a turn, too large too late.</source>
         <translation>开伞角度：过小转弯时会触发，过大则触发太晚。</translation>
+    </message>
+    <message>
+        <source>The angle of the threshold itself fires; the acceleration of the threshold itself is no fall.</source>
+        <translation>角度等于阈值即触发；加速度等于阈值不算失重。</translation>
     </message>
     <message>
         <source>The attitude threshold is not known: read the settings first.</source>
@@ -3037,7 +4095,23 @@
     </message>
     <message>
         <source>The checks of one module, or of one aircraft</source>
-        <translation>某个模块或某架航空器的检查</translation>
+        <translation>某个模块或某架飞行器的检查</translation>
+    </message>
+    <message>
+        <source>The chosen file, exactly as it will be saved.</source>
+        <translation>选中的文件，与保存的内容完全一致。</translation>
+    </message>
+    <message>
+        <source>The computer slept after this was confirmed: confirm again.</source>
+        <translation>确认之后计算机休眠过：请重新确认。</translation>
+    </message>
+    <message>
+        <source>The computer slept for {time}; everything is read again.</source>
+        <translation>计算机休眠了 {time}；所有数据正在重新读取。</translation>
+    </message>
+    <message>
+        <source>The computer slept; what was under way has ended.</source>
+        <translation>计算机休眠过，正在进行的操作已结束。</translation>
     </message>
     <message>
         <source>The confirmation is {seconds:.1f} s old: confirm again.</source>
@@ -3052,8 +4126,20 @@
         <translation>磁盘已满：无法写入 {path}。</translation>
     </message>
     <message>
+        <source>The disk was too slow: {count} reports are missing in the recording.</source>
+        <translation>磁盘太慢：录制中缺少 {count} 条报告。</translation>
+    </message>
+    <message>
         <source>The file is larger than {kilobytes} KB.</source>
         <translation>文件大于 {kilobytes} KB。</translation>
+    </message>
+    <message>
+        <source>The files of the bundle. What is not listed is not sent.</source>
+        <translation>支持包中的文件。没有列出的不会包含。</translation>
+    </message>
+    <message>
+        <source>The first {n} of {all} rows were copied.</source>
+        <translation>共 {all} 行，已复制前 {n} 行。</translation>
     </message>
     <message>
         <source>The last nine triggers, each with the settings and readings of its moment.</source>
@@ -3076,12 +4162,20 @@
         <translation>最近十分钟，逐秒显示</translation>
     </message>
     <message>
+        <source>The last ten minutes, second by second.</source>
+        <translation>最近十分钟，逐秒显示。</translation>
+    </message>
+    <message>
         <source>The last twelve hours</source>
         <translation>最近十二小时</translation>
     </message>
     <message>
         <source>The last twelve hours, minute by minute</source>
         <translation>最近十二小时，逐分钟显示</translation>
+    </message>
+    <message>
+        <source>The last twelve hours, minute by minute.</source>
+        <translation>最近十二小时，逐分钟显示。</translation>
     </message>
     <message>
         <source>The link was lost since.</source>
@@ -3136,8 +4230,16 @@
         <translation>模块应答正常。</translation>
     </message>
     <message>
+        <source>The module answers. Next: Settings, then Pre-flight, at the left.</source>
+        <translation>模块已应答。接下来：左侧的“设置”，然后“飞行前检查”。</translation>
+    </message>
+    <message>
         <source>The module becomes ready: from then on it fires by itself when it tips over or falls.</source>
         <translation>模块进入激活状态：此后翻倒或坠落时会自动开伞。</translation>
+    </message>
+    <message>
+        <source>The module cannot hold that value; the row says why.</source>
+        <translation>模块不能保存这个值；本行说明了原因。</translation>
     </message>
     <message>
         <source>The module counts the parachute as gone by the light in its bay. Measure in the light of the day on which it flies, with nobody's hand before the sensor.</source>
@@ -3174,6 +4276,10 @@
     <message>
         <source>The module has no name, so these records are not kept. Name it once, at the top.</source>
         <translation>模块没有名称，因此这些记录不会保存。请在上方命名一次。</translation>
+    </message>
+    <message>
+        <source>The module has no serial number. A name, given once, ties its records and checks together; it is recognised again by its adapter and its boot count.</source>
+        <translation>模块没有序列号。起一次名称，就能把它的记录和检查归在一起；以后通过适配器和开机次数再次识别。</translation>
     </message>
     <message>
         <source>The module has no serial number: name it once, and it is known again</source>
@@ -3216,6 +4322,10 @@
         <translation>模块没有触发记录：从未触发，或存储已被清除。</translation>
     </message>
     <message>
+        <source>The module looks at its sensor oftener and finer than it reports: a margin below 1°, 0.1 g or the time between two reports is none.</source>
+        <translation>模块读取传感器比上报更频繁、更精细：小于 1°、0.1 g 或两次上报间隔的余量不能算作余量。</translation>
+    </message>
+    <message>
         <source>The module no longer answers.</source>
         <translation>模块不再应答。</translation>
     </message>
@@ -3234,6 +4344,10 @@
     <message>
         <source>The module on {port} stopped answering. Check its power and the wiring.</source>
         <translation>{port} 上的模块不再应答。请检查供电和接线。</translation>
+    </message>
+    <message>
+        <source>The module remembers its last nine triggers. They are read only when you ask, and nothing is deleted.</source>
+        <translation>模块保留最近九次触发记录。只有您要求时才读取，而且不会删除任何内容。</translation>
     </message>
     <message>
         <source>The module reports that it has fired.</source>
@@ -3281,7 +4395,7 @@
     </message>
     <message>
         <source>The module switches off. It comes back by its switch, held for 2 s, or by external power.</source>
-        <translation>模块关机。长按开关 2 秒或接通外接电源可重新开机。</translation>
+        <translation>模块关机。长按开关 2 秒或接通外接供电可重新开机。</translation>
     </message>
     <message>
         <source>The module takes its present position as level. For small mounting errors only.</source>
@@ -3304,12 +4418,28 @@
         <translation>模块的波特率；未改动过时为 115200</translation>
     </message>
     <message>
+        <source>The module's speed: 115200 as delivered. “Find the rate” tries all that the vendor names, one after the other, with questions only.</source>
+        <translation>模块的波特率：出厂为 115200。“查找波特率”会逐个尝试厂家列出的所有波特率，只发送查询。</translation>
+    </message>
+    <message>
+        <source>The one most likely cause, the next step, and below it what was seen of the port.</source>
+        <translation>最可能的一个原因、下一步，以及下方从串口观察到的情况。</translation>
+    </message>
+    <message>
+        <source>The pages of the program. Ctrl and the number of the row goes there from anywhere.</source>
+        <translation>程序的各个页面。在任何地方按 Ctrl 加行号即可前往。</translation>
+    </message>
+    <message>
         <source>The parachute counts as out of the bay when the light reads beyond {limit:.1f} V. Which way light moves the reading is found by measuring with the bay closed, then open.</source>
-        <translation>光线读数越过 {limit:.1f} V 时，判定降落伞已离开伞仓。光线使读数变大还是变小，需先合上再打开伞仓测量得知。</translation>
+        <translation>光线读数越过 {limit:.1f} V 时，判定降落伞已离开伞仓。光线使读数变大还是变小，需先关闭再打开伞仓测量得知。</translation>
     </message>
     <message>
         <source>The port closed while locking. Treat the module as ACTIVE.</source>
         <translation>锁定过程中串口关闭。请按模块仍处于激活状态对待。</translation>
+    </message>
+    <message>
+        <source>The port has only a name, which may be another adapter's by now: connect again by hand.</source>
+        <translation>该串口只能按名称识别，现在可能已是另一个适配器：请手动重新连接。</translation>
     </message>
     <message>
         <source>The port is being opened.</source>
@@ -3322,6 +4452,10 @@
     <message>
         <source>The port was closed by a fault of this program.</source>
         <translation>串口因本程序的错误而关闭。</translation>
+    </message>
+    <message>
+        <source>The port was opened anew after this was confirmed: confirm again.</source>
+        <translation>确认之后串口重新打开过：请重新确认。</translation>
     </message>
     <message>
         <source>The port went away.</source>
@@ -3361,7 +4495,11 @@
     </message>
     <message>
         <source>The readings with the bay closed and open overlap: light does not tell the two apart.</source>
-        <translation>伞仓合上与打开时的读数重叠：光线无法区分两种状态。</translation>
+        <translation>伞仓关闭与打开时的读数重叠：光线无法区分两种状态。</translation>
+    </message>
+    <message>
+        <source>The recording cannot be read any more.</source>
+        <translation>该录制已无法读取。</translation>
     </message>
     <message>
         <source>The recording has ended</source>
@@ -3376,6 +4514,10 @@
         <translation>报告无法写入：{why}。</translation>
     </message>
     <message>
+        <source>The same ritual from beginning to end; it shows the bytes and sends nothing.</source>
+        <translation>同样的流程从头走到尾；显示字节，但不发送。</translation>
+    </message>
+    <message>
         <source>The selected row in full</source>
         <translation>所选行的完整内容</translation>
     </message>
@@ -3384,8 +4526,24 @@
         <translation>串口改用另一速率。厂家建议不要修改。</translation>
     </message>
     <message>
+        <source>The session is no longer recorded in {folder}: {why}.</source>
+        <translation>会话不再录制到 {folder}：{why}。</translation>
+    </message>
+    <message>
+        <source>The session is no longer recorded: the disk is full. Delete old recordings or free some space; the next connection is recorded again.</source>
+        <translation>会话不再录制：磁盘已满。请删除旧录制或腾出空间；下次连接时会重新开始录制。</translation>
+    </message>
+    <message>
         <source>The settings at that moment: angle, acceleration and time</source>
         <translation>触发时的设置：角度、加速度和时间</translation>
+    </message>
+    <message>
+        <source>The simulated module is not at rest: it wobbles, or lies tipped, as its panel (F4) says.</source>
+        <translation>模拟模块没有静止：它在晃动或倾斜，见其面板（F4）。</translation>
+    </message>
+    <message>
+        <source>The sixteen bytes as the module sent them.</source>
+        <translation>模块发来的原始十六个字节。</translation>
     </message>
     <message>
         <source>The system did not list its serial ports in time. Switch Bluetooth off and try again.</source>
@@ -3402,6 +4560,22 @@
     <message>
         <source>The tilt is {tilt:.0f}° and the module fires at {threshold:.0f}°: it would fire at once.</source>
         <translation>倾角为 {tilt:.0f}°，而模块在 {threshold:.0f}° 开伞：会立即开伞。</translation>
+    </message>
+    <message>
+        <source>The tour has ended, because its simulated module was disconnected.</source>
+        <translation>导览已结束，因为它的模拟模块已断开。</translation>
+    </message>
+    <message>
+        <source>The tour has ended; everything is as it was. It stays in the Help menu.</source>
+        <translation>导览已结束；一切恢复原样。它仍在“帮助”菜单中。</translation>
+    </message>
+    <message>
+        <source>The tour stays in the Help menu</source>
+        <translation>导览仍在“帮助”菜单中</translation>
+    </message>
+    <message>
+        <source>The user guide is missing from this installation.</source>
+        <translation>此安装中缺少用户指南。</translation>
     </message>
     <message>
         <source>The vendor advises not to change it. The program looks for the module at the new rate, the old one, then all; should it be lost, switch it off and on and use “Find my module”.</source>
@@ -3436,8 +4610,16 @@
         <translation>没有串口 {port}。</translation>
     </message>
     <message>
+        <source>There is no recording “{name}”: dps-s recordings list shows all.</source>
+        <translation>没有名为“{name}”的录制：dps-s recordings list 可列出全部。</translation>
+    </message>
+    <message>
         <source>There is no serial port. Plug the adapter in; if it stays away, try another cable or its driver.</source>
         <translation>没有串口。请插入适配器；若仍未出现，请更换数据线或安装驱动程序。</translation>
+    </message>
+    <message>
+        <source>There is nothing to judge yet.</source>
+        <translation>还没有可判断的数据。</translation>
     </message>
     <message>
         <source>This computer does not keep this record.</source>
@@ -3460,8 +4642,20 @@
         <translation>支持包的全部内容都在这里。用户名和计算机名已替换；不会发送到任何地方。</translation>
     </message>
     <message>
+        <source>This is the tour: nothing of it is kept.</source>
+        <translation>这是导览：其中的内容都不保存。</translation>
+    </message>
+    <message>
+        <source>This recording cannot be read. {why}</source>
+        <translation>无法读取这个录制。{why}</translation>
+    </message>
+    <message>
         <source>This says boot {now}, {module} was at {before}: is it the same module?</source>
         <translation>此模块开机次数为 {now}，{module} 上次为 {before}：是同一个模块吗？</translation>
+    </message>
+    <message>
+        <source>This step of the tour is on another page.</source>
+        <translation>导览的这一步在另一页上。</translation>
     </message>
     <message>
         <source>Ticked settings are written to the module</source>
@@ -3476,8 +4670,8 @@
         <translation>静止倾角</translation>
     </message>
     <message>
-        <source>Tilt, acceleration and voltage appear here as soon as a module answers.</source>
-        <translation>模块应答后，这里会显示倾角、加速度和电压。</translation>
+        <source>Tilt, acceleration and cell voltage over time, with the limits at which the module fires. Where nothing was heard the line is broken, never filled in.</source>
+        <translation>倾角、加速度和电芯电压随时间的变化，以及模块开伞的限值。没有收到数据的地方曲线断开，绝不填补。</translation>
     </message>
     <message>
         <source>Tilt, acceleration, trigger and activation in one report; also what is streamed.</source>
@@ -3500,20 +4694,52 @@
         <translation>时刻</translation>
     </message>
     <message>
+        <source>Time of day at the time line, instead of seconds before now.</source>
+        <translation>时间轴显示钟点，而不是距现在的秒数。</translation>
+    </message>
+    <message>
         <source>Time since the last frame</source>
         <translation>距上一帧的时间</translation>
+    </message>
+    <message>
+        <source>Time under the cursor</source>
+        <translation>光标处的时间</translation>
     </message>
     <message>
         <source>Time until it is disarmed</source>
         <translation>距离解除的时间</translation>
     </message>
     <message>
+        <source>Time, direction, bytes and meaning of every frame. Choose a row to see what each byte says.</source>
+        <translation>每一帧的时间、方向、字节和含义。选择一行可查看每个字节的意思。</translation>
+    </message>
+    <message>
+        <source>Tip it</source>
+        <translation>倾斜它</translation>
+    </message>
+    <message>
+        <source>Tip it to {tilt}°</source>
+        <translation>倾斜到 {tilt}°</translation>
+    </message>
+    <message>
+        <source>To the menus</source>
+        <translation>到菜单</translation>
+    </message>
+    <message>
+        <source>To the next control</source>
+        <translation>到下一个控件</translation>
+    </message>
+    <message>
         <source>Told</source>
         <translation>说明</translation>
     </message>
     <message>
+        <source>Too close to tell in the {time} that were judged.</source>
+        <translation>在已判断的 {time} 内过于接近，无法确定。</translation>
+    </message>
+    <message>
         <source>Too few readings with the bay closed: measure again.</source>
-        <translation>伞仓合上时的读数太少：请重新测量。</translation>
+        <translation>伞仓关闭时的读数太少：请重新测量。</translation>
     </message>
     <message>
         <source>Too few readings with the bay open: measure again.</source>
@@ -3528,8 +4754,20 @@
         <translation>过短会误触发，过长损失高度。</translation>
     </message>
     <message>
+        <source>Tour on a simulated module</source>
+        <translation>模拟模块导览</translation>
+    </message>
+    <message>
+        <source>Tour, step {number} of {count}</source>
+        <translation>导览，第 {number} 步，共 {count} 步</translation>
+    </message>
+    <message>
         <source>Traffic</source>
         <translation>通信记录</translation>
+    </message>
+    <message>
+        <source>Tries every speed until the module answers, with questions only.</source>
+        <translation>逐个尝试所有波特率直到模块应答，只发送查询。</translation>
     </message>
     <message>
         <source>Trigger</source>
@@ -3556,20 +4794,48 @@
         <translation>没有模块也能试用全部功能</translation>
     </message>
     <message>
+        <source>Try it out</source>
+        <translation>试算</translation>
+    </message>
+    <message>
+        <source>Try thresholds on what was measured; nothing is sent (Ctrl+T)</source>
+        <translation>用测得的数据试算阈值；不发送任何内容（Ctrl+T）</translation>
+    </message>
+    <message>
+        <source>Try what is wanted on the Settings page and not sent yet</source>
+        <translation>用设置页中已填写、尚未发送的值试算</translation>
+    </message>
+    <message>
+        <source>Try what the module has: drop what was typed here</source>
+        <translation>按模块现有的值试算：放弃此处填写的值</translation>
+    </message>
+    <message>
         <source>Trying {rate} baud</source>
         <translation>正在尝试 {rate} 波特率</translation>
     </message>
     <message>
         <source>Trying {rate} baud …</source>
-        <translation>正在尝试波特率 {rate}……</translation>
+        <translation>正在尝试波特率 {rate}…</translation>
     </message>
     <message>
         <source>Turned bits</source>
         <translation>位翻转</translation>
     </message>
     <message>
+        <source>Twenty readings of the light sensor with the bay closed.</source>
+        <translation>伞仓关闭时，光线传感器的二十次读数。</translation>
+    </message>
+    <message>
+        <source>Twenty readings of the light sensor with the bay fully open.</source>
+        <translation>伞仓完全打开时，光线传感器的二十次读数。</translation>
+    </message>
+    <message>
         <source>Twenty readings, about two seconds</source>
         <translation>二十次读数，约两秒</translation>
+    </message>
+    <message>
+        <source>Type a new name, or choose a module that was here before.</source>
+        <translation>输入新名称，或选择以前来过的模块。</translation>
     </message>
     <message>
         <source>Type: sudo usermod -aG dialout $USER — then log out and in again.</source>
@@ -3596,6 +4862,10 @@
         <translation>撤销</translation>
     </message>
     <message>
+        <source>Unknown, read, edited, writing, verified or failed. “Verified” means: written, asked for again, and equal.</source>
+        <translation>未知、已读取、已修改、正在写入、已验证或失败。“已验证”表示：写入后再次读取，且值相同。</translation>
+    </message>
+    <message>
         <source>Unlock this one write</source>
         <translation>仅为本次写入解锁</translation>
     </message>
@@ -3605,7 +4875,7 @@
     </message>
     <message>
         <source>Unplug the adapter, plug it in again and connect.</source>
-        <translation>请拔下转接器，重新插入后再连接。</translation>
+        <translation>请拔下适配器，重新插入后再连接。</translation>
     </message>
     <message>
         <source>Unplug the adapter, plug it in again and try again.</source>
@@ -3617,7 +4887,7 @@
     </message>
     <message>
         <source>Unplug the external power and check again.</source>
-        <translation>拔下外接供电后重新检查。</translation>
+        <translation>断开外接供电后重新检查。</translation>
     </message>
     <message>
         <source>Unplugged</source>
@@ -3636,8 +4906,16 @@
         <translation>换用其他适配器或 USB 口；关闭其他程序。</translation>
     </message>
     <message>
+        <source>Use in Settings</source>
+        <translation>用到设置</translation>
+    </message>
+    <message>
         <source>Use this threshold</source>
         <translation>采用此阈值</translation>
+    </message>
+    <message>
+        <source>User guide</source>
+        <translation>用户指南</translation>
     </message>
     <message>
         <source>Usual round trip</source>
@@ -3658,6 +4936,10 @@
     <message>
         <source>Verdict</source>
         <translation>结论</translation>
+    </message>
+    <message>
+        <source>Verified: written, asked for again, and equal. Anything else would stay red and say why. Against the vendor's advice you would have been asked for a second click.</source>
+        <translation>已验证：写入后再次读取，且值相同。否则会保持红色并说明原因。如果违背厂家建议，还会要求再次点击。</translation>
     </message>
     <message>
         <source>Verify a file …</source>
@@ -3688,8 +4970,24 @@
         <translation>填入厂家默认值；尚未写入</translation>
     </message>
     <message>
+        <source>Want these values on the Settings page; nothing is sent until they are written there</source>
+        <translation>把这些值填到设置页；在那里写入之前不会发送</translation>
+    </message>
+    <message>
         <source>Want what the module holds: drop all edits</source>
         <translation>采用模块当前值：放弃所有修改</translation>
+    </message>
+    <message>
+        <source>Want {value} s</source>
+        <translation>设为 {value} s</translation>
+    </message>
+    <message>
+        <source>Wants the defaults of the vendor's table in every row. Look at them, then write.</source>
+        <translation>在每一行填入厂家协议表的默认值。查看后再写入。</translation>
+    </message>
+    <message>
+        <source>Wants what the module held before this program first wrote to it in this session.</source>
+        <translation>填入本次会话中程序首次写入之前模块的值。</translation>
     </message>
     <message>
         <source>Warning: {name}: {what}</source>
@@ -3701,23 +4999,79 @@
     </message>
     <message>
         <source>Watching tilt and acceleration for two seconds</source>
-        <translation>正在观察倾角和加速度两秒</translation>
+        <translation>正在观察倾角和加速度，持续两秒</translation>
     </message>
     <message>
-        <source>What comes after them is not shown.</source>
-        <translation>其后的内容不显示。</translation>
+        <source>What a person could do to a real module on the bench, done to the simulated one.</source>
+        <translation>把人在工作台上能对真实模块做的事，用在模拟模块上。</translation>
+    </message>
+    <message>
+        <source>What came of the last act, as the module said it.</source>
+        <translation>上一次操作的结果，按模块的回答显示。</translation>
+    </message>
+    <message>
+        <source>What came of the last saving.</source>
+        <translation>上一次保存的结果。</translation>
+    </message>
+    <message>
+        <source>What happened, and what to do next.</source>
+        <translation>发生了什么，下一步做什么。</translation>
+    </message>
+    <message>
+        <source>What happened, and who found out; kept with the record when the field is left</source>
+        <translation>发生了什么、由谁查明；离开输入框时与记录一起保存</translation>
+    </message>
+    <message>
+        <source>What has the keyboard?</source>
+        <translation>当前焦点是什么？</translation>
     </message>
     <message>
         <source>What is known of the module</source>
         <translation>已知的模块信息</translation>
     </message>
     <message>
-        <source>What is this?</source>
-        <translation>这是什么？</translation>
+        <source>What is the matter, and what to do next.</source>
+        <translation>出了什么问题，下一步做什么。</translation>
+    </message>
+    <message>
+        <source>What is this? Point at it</source>
+        <translation>这是什么？点击查看</translation>
+    </message>
+    <message>
+        <source>What it does</source>
+        <translation>作用</translation>
+    </message>
+    <message>
+        <source>What it says now</source>
+        <translation>模块现在的数据</translation>
     </message>
     <message>
         <source>What it was, as far as a person knows; kept with the record</source>
         <translation>据人员所知的实际情况；与记录一起保存</translation>
+    </message>
+    <message>
+        <source>What only a person can look at. It counts for this flight only.</source>
+        <translation>只能由人查看的项目。仅对本次飞行有效。</translation>
+    </message>
+    <message>
+        <source>What the module says now. A dimmed number with an age is stale; a hatched “unknown” was never said by this module.</source>
+        <translation>模块现在的数据。变淡并注明时间的数字已过时；带斜线的“未知”表示这个模块从未报告过。</translation>
+    </message>
+    <message>
+        <source>What the module says now. Dimmed with an age means stale; hatched and “unknown” means that this module never said it. Nothing is guessed.</source>
+        <translation>模块现在的数据。变淡并注明时间表示已过时；带斜线的“未知”表示这个模块从未报告过。绝不猜测。</translation>
+    </message>
+    <message>
+        <source>What the settings are compared with: the vendor's advice, or a profile of yours, which can also ask a person to look at things.</source>
+        <translation>设置与什么比较：厂家建议，或您自己的配置文件；配置文件还可以要求由人查看某些项目。</translation>
+    </message>
+    <message>
+        <source>What the vendor says of the triggers, and what is assumed</source>
+        <translation>厂家对触发的说明，以及所作的假设</translation>
+    </message>
+    <message>
+        <source>What this trigger was, as far as you know. It is kept with the record and pre-flight asks about those that nobody judged.</source>
+        <translation>据您所知这次触发是什么。与记录一起保存；飞行前检查会询问没有人判断过的记录。</translation>
     </message>
     <message>
         <source>What to send to whoever helps (Alt+4)</source>
@@ -3726,6 +5080,10 @@
     <message>
         <source>What was found below no longer says anything about the module. Check again.</source>
         <translation>下面的结果已不能说明模块现在的状态。请重新检查。</translation>
+    </message>
+    <message>
+        <source>What was measured after a real trigger was measured under an open parachute.</source>
+        <translation>真实触发之后的数据是在降落伞打开的情况下测得的。</translation>
     </message>
     <message>
         <source>What was read cannot be written: {error}.</source>
@@ -3748,6 +5106,22 @@
         <translation>时间</translation>
     </message>
     <message>
+        <source>When it does not connect</source>
+        <translation>连接不上时</translation>
+    </message>
+    <message>
+        <source>When it would have fired, and near misses</source>
+        <translation>本会触发及接近触发的时刻</translation>
+    </message>
+    <message>
+        <source>When nothing answers, look here: it says why, and what to do next.</source>
+        <translation>没有应答时请看这里：它说明原因和下一步。</translation>
+    </message>
+    <message>
+        <source>When the module would have fired with the thresholds wanted here, and what came near. Choose one to see it in the plots.</source>
+        <translation>按这里想要的阈值，模块会在何时开伞，以及哪些时刻接近开伞。选择一项可在曲线中查看。</translation>
+    </message>
+    <message>
         <source>Whether external power is charging the module.</source>
         <translation>外接供电是否正在为模块充电。</translation>
     </message>
@@ -3757,15 +5131,51 @@
     </message>
     <message>
         <source>Whether the module fires by itself when it tips over. Its state cannot be read.</source>
-        <translation>模块倾翻时是否自动触发开伞。此开关的状态无法读取。</translation>
+        <translation>模块翻倒时是否自动触发开伞。此开关的状态无法读取。</translation>
+    </message>
+    <message>
+        <source>Whether the module says that it has fired.</source>
+        <translation>模块是否报告已触发。</translation>
+    </message>
+    <message>
+        <source>Whether the plots follow the present, or stand still.</source>
+        <translation>曲线是跟随当前时间，还是停住不动。</translation>
+    </message>
+    <message>
+        <source>Whether the profile and the module agree in this setting.</source>
+        <translation>配置文件与模块在这项设置上是否一致。</translation>
+    </message>
+    <message>
+        <source>Whether this session is being recorded. Everything that comes over the line is, by itself, within limits of size and age.</source>
+        <translation>本次会话是否正在录制。线路上的一切都会自动录制，并受大小和保存时间的限制。</translation>
+    </message>
+    <message>
+        <source>Which aircraft the module sits in. It stands in the record.</source>
+        <translation>模块装在哪架飞行器上。会写入记录。</translation>
+    </message>
+    <message>
+        <source>Which port is open and how the link stands. A click opens the list of ports.</source>
+        <translation>打开的是哪个串口、连接状态如何。点击打开串口列表。</translation>
     </message>
     <message>
         <source>Which records to show</source>
         <translation>显示哪些记录</translation>
     </message>
     <message>
+        <source>Which records to show.</source>
+        <translation>显示哪些记录。</translation>
+    </message>
+    <message>
         <source>Which rows to show</source>
         <translation>显示哪些行</translation>
+    </message>
+    <message>
+        <source>Which rows to show: all, or only one kind.</source>
+        <translation>显示哪些行：全部或只显示一类。</translation>
+    </message>
+    <message>
+        <source>Who answers for this check. It stands in the record and on the report.</source>
+        <translation>由谁负责这次检查。会写入记录和报告。</translation>
     </message>
     <message>
         <source>Whoever talks to the module, also the flight controller, must use {rate} baud from then on.</source>
@@ -3776,8 +5186,20 @@
         <translation>谁的检查</translation>
     </message>
     <message>
+        <source>Whose checks to show: those of one module, or of one aircraft.</source>
+        <translation>显示谁的检查：某个模块的，或某架飞行器的。</translation>
+    </message>
+    <message>
         <source>Why</source>
         <translation>原因</translation>
+    </message>
+    <message>
+        <source>Why bytes were rejected: a bad checksum points to the line, unknown codes to another device.</source>
+        <translation>字节被拒收的原因：校验错误多半是线路问题，未知代码多半是别的设备。</translation>
+    </message>
+    <message>
+        <source>Why did it fire?</source>
+        <translation>为什么触发？</translation>
     </message>
     <message>
         <source>Why does it not connect?</source>
@@ -3788,12 +5210,24 @@
         <translation>为什么连不上？（Alt+1）</translation>
     </message>
     <message>
+        <source>Why it does not connect: one cause, one next step.</source>
+        <translation>为什么连接不上：一个原因，一个下一步。</translation>
+    </message>
+    <message>
+        <source>Why it fired, when, and what was set and measured at that moment. Choose a record to say what it was: bench test, real or false.</source>
+        <translation>为什么触发、何时触发，以及当时的设置和测量值。选择一条记录，可注明它是台架测试、真实触发还是误触发。</translation>
+    </message>
+    <message>
+        <source>Why?</source>
+        <translation>为什么？</translation>
+    </message>
+    <message>
         <source>Windows has no pseudo-terminals: use --tcp 127.0.0.1:0</source>
         <translation>Windows 没有伪终端：请使用 --tcp 127.0.0.1:0</translation>
     </message>
     <message>
         <source>With external power the voltage that is read is not the cell's.</source>
-        <translation>接外接供电时读到的不是电芯电压。</translation>
+        <translation>接有外接供电时，读到的不是电芯电压。</translation>
     </message>
     <message>
         <source>Without --yes it says so and sends nothing (exit code 2). What is done is written to the audit log.</source>
@@ -3816,6 +5250,26 @@
         <translation>轻微晃动</translation>
     </message>
     <message>
+        <source>Would have fired once.</source>
+        <translation>本会触发 1 次。</translation>
+    </message>
+    <message>
+        <source>Would have fired {count} times.</source>
+        <translation>本会触发 {count} 次。</translation>
+    </message>
+    <message>
+        <source>Would it have fired?</source>
+        <translation>是否会触发？</translation>
+    </message>
+    <message>
+        <source>Would not have fired in the {time} that were judged.</source>
+        <translation>在已判断的 {time} 内不会触发。</translation>
+    </message>
+    <message>
+        <source>Would these values have fired on what was measured? Nothing is sent</source>
+        <translation>这些值在测得的数据上是否会触发？不发送任何内容</translation>
+    </message>
+    <message>
         <source>Write 1 change</source>
         <translation>写入 1 项更改</translation>
     </message>
@@ -3828,6 +5282,14 @@
         <translation>仍然写入</translation>
     </message>
     <message>
+        <source>Write it</source>
+        <translation>写入</translation>
+    </message>
+    <message>
+        <source>Write it again</source>
+        <translation>再次写入</translation>
+    </message>
+    <message>
         <source>Write the changes</source>
         <translation>写入更改</translation>
     </message>
@@ -3837,11 +5299,15 @@
     </message>
     <message>
         <source>Write what is wanted to the module and prove it (Ctrl+Return)</source>
-        <translation>将期望值写入模块并验证 (Ctrl+Return)</translation>
+        <translation>将期望值写入模块并验证（Ctrl+Return）</translation>
     </message>
     <message>
         <source>Write {count} changes</source>
         <translation>写入 {count} 项更改</translation>
+    </message>
+    <message>
+        <source>Writes the ticked rows to the module and reads each back.</source>
+        <translation>把勾选的行写入模块并逐一读回。</translation>
     </message>
     <message>
         <source>Writing: {what}</source>
@@ -3981,11 +5447,11 @@
     </message>
     <message>
         <source>acknowledged: {name}, value not repeated</source>
-        <translation>已确认：{name}，未回显数值</translation>
+        <translation>已应答：{name}，未回显数值</translation>
     </message>
     <message>
         <source>acknowledged: {what}</source>
-        <translation>已确认：{what}</translation>
+        <translation>已应答：{what}</translation>
     </message>
     <message>
         <source>activate or lock it without the protocol</source>
@@ -4028,12 +5494,12 @@
         <translation>路径固定不变，输出速率最快</translation>
     </message>
     <message>
-        <source>angle against the horizontal plane, in degrees</source>
-        <translation>与水平面的夹角，单位为度</translation>
+        <source>ambiguous option: %(option)s could match %(matches)s</source>
+        <translation>选项 %(option)s 不明确，可能是 %(matches)s</translation>
     </message>
     <message>
-        <source>another adapter is plugged in; the program does not connect to it by itself</source>
-        <translation>插入的是另一个适配器；程序不会自动连接它</translation>
+        <source>angle against the horizontal plane, in degrees</source>
+        <translation>与水平面的夹角，单位为度</translation>
     </message>
     <message>
         <source>answer</source>
@@ -4042,6 +5508,10 @@
     <message>
         <source>answers come in up to three pieces with this pause between them</source>
         <translation>应答最多分成三段发送，段间间隔为此值</translation>
+    </message>
+    <message>
+        <source>argument %(argument_name)s: %(message)s</source>
+        <translation>参数 %(argument_name)s：%(message)s</translation>
     </message>
     <message>
         <source>as found, before the first change</source>
@@ -4077,7 +5547,7 @@
     </message>
     <message>
         <source>at most {seconds} s old at the end</source>
-        <translation>结束时不超过 {seconds} s 前</translation>
+        <translation>结束时不早于 {seconds} 秒前</translation>
     </message>
     <message>
         <source>at the new rate</source>
@@ -4102,6 +5572,14 @@
     <message>
         <source>attitude trigger enabled</source>
         <translation>姿态触发已启用</translation>
+    </message>
+    <message>
+        <source>attitude, {tilt:.0f}°</source>
+        <translation>姿态，{tilt:.0f}°</translation>
+    </message>
+    <message>
+        <source>baud</source>
+        <translation>波特</translation>
     </message>
     <message>
         <source>baud rate of the module</source>
@@ -4130,6 +5608,10 @@
     <message>
         <source>begin active instead of locked: it fires by its own thresholds</source>
         <translation>启动时为激活而非锁定：模块会按自身阈值触发</translation>
+    </message>
+    <message>
+        <source>being recorded</source>
+        <translation>录制中</translation>
     </message>
     <message>
         <source>below the threshold, {limit}</source>
@@ -4213,11 +5695,11 @@
     </message>
     <message>
         <source>charger connected</source>
-        <translation>已接外接供电</translation>
+        <translation>外接供电已接通</translation>
     </message>
     <message>
         <source>charger removed</source>
-        <translation>已断外接供电</translation>
+        <translation>外接供电已断开</translation>
     </message>
     <message>
         <source>charging</source>
@@ -4256,10 +5738,6 @@
         <translation>模块不认识的命令，例如 14,33</translation>
     </message>
     <message>
-        <source>confirmed</source>
-        <translation>已确认</translation>
-    </message>
-    <message>
         <source>connect to a built-in simulated module</source>
         <translation>连接内置的模拟模块</translation>
     </message>
@@ -4288,12 +5766,20 @@
         <translation>切断模块电源</translation>
     </message>
     <message>
+        <source>cut off</source>
+        <translation>中断</translation>
+    </message>
+    <message>
         <source>darker than the light threshold</source>
         <translation>暗于光线阈值</translation>
     </message>
     <message>
         <source>delay of every answer</source>
         <translation>每条应答的延迟</translation>
+    </message>
+    <message>
+        <source>delete one for good (asks for --yes)</source>
+        <translation>永久删除一个录制（需要 --yes）</translation>
     </message>
     <message>
         <source>deploy the parachute</source>
@@ -4304,8 +5790,8 @@
         <translation>已禁止串口触发开伞</translation>
     </message>
     <message>
-        <source>device, pseudo-terminal or socket://host:port</source>
-        <translation>设备名、伪终端或 socket://主机:端口</translation>
+        <source>device or socket://host:port</source>
+        <translation>设备名或 socket://主机:端口</translation>
     </message>
     <message>
         <source>dialect: where the vendor's table leaves it open</source>
@@ -4384,8 +5870,32 @@
         <translation>在第一个状态之后 S 秒结束</translation>
     </message>
     <message>
+        <source>ends with .csv (a table) or .mcap (PlotJuggler, Foxglove)</source>
+        <translation>以 .csv（表格）或 .mcap（PlotJuggler、Foxglove）结尾</translation>
+    </message>
+    <message>
         <source>exactly {limit}</source>
         <translation>等于 {limit}</translation>
+    </message>
+    <message>
+        <source>expected %s argument</source>
+        <translation>需要 %s 个参数值</translation>
+    </message>
+    <message>
+        <source>expected %s arguments</source>
+        <translation>需要 %s 个参数值</translation>
+    </message>
+    <message>
+        <source>expected at least one argument</source>
+        <translation>至少需要一个参数值</translation>
+    </message>
+    <message>
+        <source>expected at most one argument</source>
+        <translation>最多一个参数值</translation>
+    </message>
+    <message>
+        <source>expected one argument</source>
+        <translation>需要一个参数值</translation>
     </message>
     <message>
         <source>explain captured bytes</source>
@@ -4456,6 +5966,10 @@
         <translation>失重</translation>
     </message>
     <message>
+        <source>free fall, {weight:.1f} g</source>
+        <translation>失重，{weight:.1f} g</translation>
+    </message>
+    <message>
         <source>free-fall acceleration threshold then, 0.1 g</source>
         <translation>触发时的失重加速度阈值，0.1 g</translation>
     </message>
@@ -4504,6 +6018,10 @@
         <translation>连接方式</translation>
     </message>
     <message>
+        <source>ignored explicit argument %r</source>
+        <translation>多余的参数值 %r</translation>
+    </message>
+    <message>
         <source>impossible value</source>
         <translation>数值不可能</translation>
     </message>
@@ -4518,6 +6036,14 @@
     <message>
         <source>interrupted</source>
         <translation>被中断</translation>
+    </message>
+    <message>
+        <source>invalid %(type)s value: %(value)r</source>
+        <translation>%(type)s 的值无效：%(value)r</translation>
+    </message>
+    <message>
+        <source>invalid choice: %(value)r (choose from %(choices)s)</source>
+        <translation>无效的选择：%(value)r（可选：%(choices)s）</translation>
     </message>
     <message>
         <source>it did not come to its end</source>
@@ -4576,10 +6102,6 @@
         <translation>已保留</translation>
     </message>
     <message>
-        <source>kept on request</source>
-        <translation>按要求保存</translation>
-    </message>
-    <message>
         <source>language of the window: {names}</source>
         <translation>窗口语言：{names}</translation>
     </message>
@@ -4620,6 +6142,14 @@
         <translation>列出串口</translation>
     </message>
     <message>
+        <source>list them, the newest first</source>
+        <translation>列出录制，最新的在前</translation>
+    </message>
+    <message>
+        <source>list, export and delete recorded sessions</source>
+        <translation>列出、导出和删除已录制的会话</translation>
+    </message>
+    <message>
         <source>live</source>
         <translation>实时</translation>
     </message>
@@ -4634,6 +6164,10 @@
     <message>
         <source>longer</source>
         <translation>更长</translation>
+    </message>
+    <message>
+        <source>longer avoids false triggers, costs height</source>
+        <translation>时间长可避免误触发，但损失开伞高度</translation>
     </message>
     <message>
         <source>look</source>
@@ -4677,7 +6211,7 @@
     </message>
     <message>
         <source>needed for GO</source>
-        <translation>合格所必需</translation>
+        <translation>GO 所必需</translation>
     </message>
     <message>
         <source>new</source>
@@ -4821,11 +6355,15 @@
     </message>
     <message>
         <source>not acknowledged: {name}, the answer is {raw:02X}</source>
-        <translation>未确认：{name}，答复为 {raw:02X}</translation>
+        <translation>未得到正确应答：{name}，应答为 {raw:02X}</translation>
     </message>
     <message>
         <source>not active</source>
         <translation>未激活</translation>
+    </message>
+    <message>
+        <source>not allowed with argument %s</source>
+        <translation>不能与参数 %s 同时使用</translation>
     </message>
     <message>
         <source>not answered</source>
@@ -4870,6 +6408,10 @@
     <message>
         <source>not kept on this computer</source>
         <translation>未保存在本机</translation>
+    </message>
+    <message>
+        <source>not live</source>
+        <translation>非实时</translation>
     </message>
     <message>
         <source>not measured yet</source>
@@ -4924,10 +6466,6 @@
         <translation>未触发</translation>
     </message>
     <message>
-        <source>note: what happened, who found out</source>
-        <translation>备注：发生了什么，由谁查明</translation>
-    </message>
-    <message>
         <source>nothing happens to the module or the link meanwhile</source>
         <translation>检查期间模块和链路无异常</translation>
     </message>
@@ -4964,6 +6502,10 @@
         <translation>逐条发送</translation>
     </message>
     <message>
+        <source>one of the arguments %s is required</source>
+        <translation>以下参数必须给出一个：%s</translation>
+    </message>
+    <message>
         <source>one of {rates} is needed</source>
         <translation>需要以下值之一：{rates}</translation>
     </message>
@@ -4988,6 +6530,10 @@
         <translation>打开窗口</translation>
     </message>
     <message>
+        <source>options</source>
+        <translation>选项</translation>
+    </message>
+    <message>
         <source>over {value}°</source>
         <translation>超过 {value}°</translation>
     </message>
@@ -4996,12 +6542,20 @@
         <translation>已开伞</translation>
     </message>
     <message>
+        <source>part {number}</source>
+        <translation>第 {number} 部分</translation>
+    </message>
+    <message>
         <source>pass</source>
         <translation>合格</translation>
     </message>
     <message>
-        <source>paused, {seconds} s behind</source>
-        <translation>已暂停，落后 {seconds} 秒</translation>
+        <source>paused</source>
+        <translation>已暂停</translation>
+    </message>
+    <message>
+        <source>paused, {time} behind</source>
+        <translation>已暂停，落后 {time}</translation>
     </message>
     <message>
         <source>physical side</source>
@@ -5020,12 +6574,20 @@
         <translation>已重新插入：{address}</translation>
     </message>
     <message>
+        <source>point at the plots</source>
+        <translation>请指向曲线</translation>
+    </message>
+    <message>
         <source>polled</source>
         <translation>轮询</translation>
     </message>
     <message>
         <source>port lost</source>
         <translation>串口丢失</translation>
+    </message>
+    <message>
+        <source>positional arguments</source>
+        <translation>位置参数</translation>
     </message>
     <message>
         <source>print JSON and nothing else on standard output</source>
@@ -5053,7 +6615,7 @@
     </message>
     <message>
         <source>put the module into standby (asks for --yes)</source>
-        <translation>锁定模块（需要 --yes）</translation>
+        <translation>使模块进入待机，即锁定（需要 --yes）</translation>
     </message>
     <message>
         <source>query: {name}</source>
@@ -5092,6 +6654,10 @@
         <translation>已重新连接</translation>
     </message>
     <message>
+        <source>recorded</source>
+        <translation>录制内容</translation>
+    </message>
+    <message>
         <source>recording</source>
         <translation>回放录制</translation>
     </message>
@@ -5100,20 +6666,16 @@
         <translation>记录：{count}</translation>
     </message>
     <message>
-        <source>refused</source>
-        <translation>被拒绝</translation>
-    </message>
-    <message>
         <source>rejected</source>
         <translation>拒收</translation>
     </message>
     <message>
         <source>reply: {name}, a value or only “received”</source>
-        <translation>答复：{name}，是数值或仅表示“已收到”</translation>
+        <translation>应答：{name}，是数值或仅表示“已收到”</translation>
     </message>
     <message>
         <source>reply: {what}</source>
-        <translation>答复：{what}</translation>
+        <translation>应答：{what}</translation>
     </message>
     <message>
         <source>restarted</source>
@@ -5216,10 +6778,6 @@
         <translation>将{name}设置为 {value}</translation>
     </message>
     <message>
-        <source>several adapters look the same; choose one</source>
-        <translation>有多个适配器无法区分；请选择一个</translation>
-    </message>
-    <message>
         <source>share of answers that come twice</source>
         <translation>重复发送的应答比例</translation>
     </message>
@@ -5240,8 +6798,16 @@
         <translation>整条请求和应答丢失的比例，0 到 1</translation>
     </message>
     <message>
+        <source>show this help message and exit</source>
+        <translation>显示此帮助并退出</translation>
+    </message>
+    <message>
         <source>shut the module down</source>
         <translation>模块关机</translation>
+    </message>
+    <message>
+        <source>simulated</source>
+        <translation>模拟</translation>
     </message>
     <message>
         <source>skipped</source>
@@ -5296,16 +6862,8 @@
         <translation>查明飞行前检查记录是否被改动</translation>
     </message>
     <message>
-        <source>the adapter is back, and its port does not open yet</source>
-        <translation>适配器已插回，但其串口还打不开</translation>
-    </message>
-    <message>
-        <source>the adapter is not plugged in</source>
-        <translation>适配器未插入</translation>
-    </message>
-    <message>
         <source>the aircraft it sits in</source>
-        <translation>所在的航空器</translation>
+        <translation>所在的飞行器</translation>
     </message>
     <message>
         <source>the bytes are no pairs of hex digits</source>
@@ -5317,7 +6875,7 @@
     </message>
     <message>
         <source>the command that the module's frames answer: {names}</source>
-        <translation>模块的帧所答复的命令：{names}</translation>
+        <translation>模块的帧所应答的命令：{names}</translation>
     </message>
     <message>
         <source>the file is too long for a capture</source>
@@ -5329,7 +6887,11 @@
     </message>
     <message>
         <source>the first visit of {module}</source>
-        <translation>{module} 第一次检查</translation>
+        <translation>{module} 的首次检查</translation>
+    </message>
+    <message>
+        <source>the following arguments are required: %s</source>
+        <translation>缺少以下参数：%s</translation>
     </message>
     <message>
         <source>the format is a whole number from 1 on.</source>
@@ -5381,7 +6943,7 @@
     </message>
     <message>
         <source>the module probably restarted</source>
-        <translation>模块可能已重新启动</translation>
+        <translation>模块可能已重启</translation>
     </message>
     <message>
         <source>the module refused it and keeps the old value</source>
@@ -5393,7 +6955,7 @@
     </message>
     <message>
         <source>the module restarted</source>
-        <translation>模块已重新启动</translation>
+        <translation>模块已重启</translation>
     </message>
     <message>
         <source>the module restarted in the middle; what stands is not known</source>
@@ -5416,12 +6978,12 @@
         <translation>您给此模块起的名称</translation>
     </message>
     <message>
-        <source>the parachute bay is open</source>
-        <translation>伞仓已打开</translation>
+        <source>the name, the beginning of it, or latest</source>
+        <translation>名称、名称的开头部分，或 latest（最新的）</translation>
     </message>
     <message>
-        <source>the port has only a name, which may be another adapter's by now; connect again by hand</source>
-        <translation>该串口只有名称，现在可能已属于另一个适配器；请手动重新连接</translation>
+        <source>the parachute bay is open</source>
+        <translation>伞仓已打开</translation>
     </message>
     <message>
         <source>the port was lost</source>
@@ -5434,6 +6996,10 @@
     <message>
         <source>the profile that says what it should be like</source>
         <translation>说明模块应有状态的配置文件</translation>
+    </message>
+    <message>
+        <source>the program or the computer ended in the middle; what arrived until then is there</source>
+        <translation>程序或计算机中途结束，此前收到的内容都在</translation>
     </message>
     <message>
         <source>the record (.json), its page (.html) or the report (.pdf)</source>
@@ -5449,7 +7015,7 @@
     </message>
     <message>
         <source>the record before it was altered or is another one</source>
-        <translation>上一份记录被改动或不是同一链</translation>
+        <translation>上一份记录被改动，或不是同一条记录链中的</translation>
     </message>
     <message>
         <source>the simulated module has no option {name}</source>
@@ -5576,10 +7142,6 @@
         <translation>未知命令码 {code}</translation>
     </message>
     <message>
-        <source>unknown on the module</source>
-        <translation>模块上的值未知</translation>
-    </message>
-    <message>
         <source>unknown: {why}</source>
         <translation>未知：{why}</translation>
     </message>
@@ -5588,12 +7150,20 @@
         <translation>未命名来源（{bit}）</translation>
     </message>
     <message>
+        <source>unrecognized arguments: %s</source>
+        <translation>无法识别的参数：%s</translation>
+    </message>
+    <message>
         <source>up to this much more delay, at random</source>
         <translation>随机增加的延迟上限</translation>
     </message>
     <message>
         <source>up to {ms} ms</source>
-        <translation>不超过 {ms} 毫秒</translation>
+        <translation>不超过 {ms} ms</translation>
+    </message>
+    <message>
+        <source>usage: </source>
+        <translation>用法：</translation>
     </message>
     <message>
         <source>usage: {usage}</source>
@@ -5650,6 +7220,10 @@
     <message>
         <source>write also while the module is active, or may be: it can fire</source>
         <translation>模块已激活或可能已激活时也写入：它可能开伞</translation>
+    </message>
+    <message>
+        <source>write one as CSV or as MCAP</source>
+        <translation>将一个录制导出为 CSV 或 MCAP</translation>
     </message>
     <message>
         <source>writing</source>
@@ -5728,12 +7302,36 @@
         <translation>断电重启后有 {count} 项保持。{boots}</translation>
     </message>
     <message>
+        <source>{count} not verified, but read as wanted since.</source>
+        <translation>{count} 项未验证，但此后读到的值与所需一致。</translation>
+    </message>
+    <message>
+        <source>{count} of them are kept.</source>
+        <translation>其中 {count} 个设为保留。</translation>
+    </message>
+    <message>
         <source>{count} of {all} checks stand against it.</source>
         <translation>{all} 项检查中有 {count} 项不通过。</translation>
     </message>
     <message>
+        <source>{count} recordings</source>
+        <translation>{count} 个录制</translation>
+    </message>
+    <message>
+        <source>{count} recordings begin with “{name}”: say more of the name.</source>
+        <translation>有 {count} 个录制以“{name}”开头：请多写几位名称。</translation>
+    </message>
+    <message>
+        <source>{count} recordings were deleted.</source>
+        <translation>已删除 {count} 个录制。</translation>
+    </message>
+    <message>
         <source>{count} records are chosen.</source>
         <translation>已选择 {count} 条记录。</translation>
+    </message>
+    <message>
+        <source>{count} rows written to {file}.</source>
+        <translation>已将 {count} 行写入 {file}。</translation>
     </message>
     <message>
         <source>{count} slots are empty.</source>
@@ -5825,23 +7423,39 @@
     </message>
     <message>
         <source>{module}: the first visit; {count} records are kept.</source>
-        <translation>{module}：第一次检查；保存了 {count} 条记录。</translation>
+        <translation>{module}：首次读取；已保存 {count} 条记录。</translation>
     </message>
     <message>
         <source>{module}: {new} new since the last visit; {count} records are kept.</source>
         <translation>{module}：自上次以来新增 {new} 条；共保存 {count} 条记录。</translation>
     </message>
     <message>
+        <source>{more} more came</source>
+        <translation>又到 {more} 条</translation>
+    </message>
+    <message>
         <source>{ms} ms</source>
-        <translation>{ms} 毫秒</translation>
+        <translation>{ms} ms</translation>
     </message>
     <message>
         <source>{names} and {count} more</source>
         <translation>{names} 及另外 {count} 项</translation>
     </message>
     <message>
+        <source>{name} cannot be deleted: {why}.</source>
+        <translation>无法删除 {name}：{why}。</translation>
+    </message>
+    <message>
+        <source>{name} is being recorded: close the port in the window first.</source>
+        <translation>{name} 正在录制：请先在窗口中关闭串口。</translation>
+    </message>
+    <message>
         <source>{name} is given twice.</source>
         <translation>{name} 给了两次。</translation>
+    </message>
+    <message>
+        <source>{name} was deleted.</source>
+        <translation>{name} 已删除。</translation>
     </message>
     <message>
         <source>{name} was not opened: {why}.</source>
@@ -5877,11 +7491,11 @@
     </message>
     <message>
         <source>{new} new since the last GO, {total} in all</source>
-        <translation>自上次合格检查后新增 {new} 条，共 {total} 条</translation>
+        <translation>自上次 GO 后新增 {new} 条，共 {total} 条</translation>
     </message>
     <message>
         <source>{new} of {total}, and no earlier GO knows them</source>
-        <translation>{total} 条中有 {new} 条，此前没有合格检查见过</translation>
+        <translation>{total} 条中有 {new} 条，此前没有 GO 记录过它们</translation>
     </message>
     <message>
         <source>{n} ({percent})</source>
@@ -5944,6 +7558,10 @@
         <translation>{path} 由本程序的更新版本写入。</translation>
     </message>
     <message>
+        <source>{percent} % written</source>
+        <translation>已写入 {percent} %</translation>
+    </message>
+    <message>
         <source>{port} at {rate} baud</source>
         <translation>{port}，{rate} 波特</translation>
     </message>
@@ -5954,6 +7572,10 @@
     <message>
         <source>{port} does not open within {seconds:.0f} s.</source>
         <translation>{port} 在 {seconds:.0f} 秒内未能打开。</translation>
+    </message>
+    <message>
+        <source>{port} is connected. The tour works on a simulated module of its own and never touches a real one: disconnect first. The module stays as it is.</source>
+        <translation>{port} 已连接。导览只使用自己的模拟模块，绝不触及真实模块：请先断开。模块保持原样。</translation>
     </message>
     <message>
         <source>{port} is in use by another program, and the system does not tell which.</source>
@@ -6016,12 +7638,8 @@
         <translation>{rows} 行</translation>
     </message>
     <message>
-        <source>{rows} rows, held still; {more} more came</source>
-        <translation>{rows} 行，已静止；又收到 {more} 行</translation>
-    </message>
-    <message>
         <source>{seconds:.2f} s of free fall is {height:.1f} m before it fires, at {speed:.0f} km/h (from rest, without drag).</source>
-        <translation>失重 {seconds:.2f} 秒后开伞，此时已下落 {height:.1f} 米，速度 {speed:.0f} 公里/小时（由静止开始，不计空气阻力）。</translation>
+        <translation>失重 {seconds:.2f} 秒后开伞，此时已下落 {height:.1f} m，速度 {speed:.0f} km/h（由静止开始，不计空气阻力）。</translation>
     </message>
     <message>
         <source>{seconds:8.1f} s   tilt {tilt:3}°   {acceleration:4.1f} g   {triggered}   {active}</source>
@@ -6038,6 +7656,30 @@
     <message>
         <source>{setting} on the module: {value}</source>
         <translation>模块上的{setting}：{value}</translation>
+    </message>
+    <message>
+        <source>{setting}: as last read, may have changed.</source>
+        <translation>{setting}：上次读取的值，可能已改变。</translation>
+    </message>
+    <message>
+        <source>{setting}: command {code}</source>
+        <translation>{setting}：命令 {code}</translation>
+    </message>
+    <message>
+        <source>{setting}: not known, judged as enabled.</source>
+        <translation>{setting}：未知，按启用判断。</translation>
+    </message>
+    <message>
+        <source>{setting}: not known, type one.</source>
+        <translation>{setting}：未知，请填写。</translation>
+    </message>
+    <message>
+        <source>{setting}: what was typed is no value.</source>
+        <translation>{setting}：输入的不是有效数值。</translation>
+    </message>
+    <message>
+        <source>{setting}: {what}</source>
+        <translation>{setting}：{what}</translation>
     </message>
     <message>
         <source>{setting}: {why}</source>
@@ -6057,7 +7699,7 @@
     </message>
     <message>
         <source>{text} (implausible)</source>
-        <translation>{text}（不合理）</translation>
+        <translation>{text}（不可信）</translation>
     </message>
     <message>
         <source>{text} is no number</source>
@@ -6065,15 +7707,35 @@
     </message>
     <message>
         <source>{threshold:.1f} V, {closed:.1f} V away from the closed bay and {open:.1f} V from the open one.</source>
-        <translation>{threshold:.1f} V，与伞仓合上时相差 {closed:.1f} V，与打开时相差 {open:.1f} V。</translation>
+        <translation>{threshold:.1f} V，与伞仓关闭时相差 {closed:.1f} V，与打开时相差 {open:.1f} V。</translation>
     </message>
     <message>
         <source>{time} ago</source>
         <translation>{time}前</translation>
     </message>
     <message>
+        <source>{time} near miss: fell {lasted:.2f} s, {margin:.2f} s short</source>
+        <translation>{time} 接近触发：失重 {lasted:.2f} 秒，差 {margin:.2f} 秒</translation>
+    </message>
+    <message>
+        <source>{time} near miss: {tilt:.0f}°, {margin:.0f}° below</source>
+        <translation>{time} 接近触发：{tilt:.0f}°，低 {margin:.0f}°</translation>
+    </message>
+    <message>
         <source>{time} or more</source>
         <translation>{time}或更久</translation>
+    </message>
+    <message>
+        <source>{time} too close to tell: fell {lasted:.2f} s, {margin:.2f} s short</source>
+        <translation>{time} 过于接近，无法确定：失重 {lasted:.2f} 秒，差 {margin:.2f} 秒</translation>
+    </message>
+    <message>
+        <source>{time} too close to tell: {tilt:.0f}°, {margin:.0f}° below</source>
+        <translation>{time} 过于接近，无法确定：{tilt:.0f}°，低 {margin:.0f}°</translation>
+    </message>
+    <message>
+        <source>{time} would fire: {why}</source>
+        <translation>{time} 会触发：{why}</translation>
     </message>
     <message>
         <source>{time}, marked</source>
@@ -6096,8 +7758,20 @@
         <translation>{total} 条，没有新记录</translation>
     </message>
     <message>
+        <source>{used} used. Up to {size} or {days} days; the oldest go first, kept ones stay.</source>
+        <translation>已用 {used}。最多 {size} 或 {days} 天；最早的先删除，保留的不删除。</translation>
+    </message>
+    <message>
+        <source>{value:.0f} MB</source>
+        <translation>{value:.0f} MB</translation>
+    </message>
+    <message>
         <source>{value:.0f} h</source>
         <translation>{value:.0f} 小时</translation>
+    </message>
+    <message>
+        <source>{value:.0f} kB</source>
+        <translation>{value:.0f} kB</translation>
     </message>
     <message>
         <source>{value:.0f} min</source>
@@ -6108,8 +7782,20 @@
         <translation>{value:.0f} 秒</translation>
     </message>
     <message>
+        <source>{value:.1f} GB</source>
+        <translation>{value:.1f} GB</translation>
+    </message>
+    <message>
+        <source>{value:.1f} MB</source>
+        <translation>{value:.1f} MB</translation>
+    </message>
+    <message>
         <source>{value:.1f} s</source>
         <translation>{value:.1f} 秒</translation>
+    </message>
+    <message>
+        <source>{value} g draft</source>
+        <translation>{value} g 试算</translation>
     </message>
     <message>
         <source>{value} g free fall</source>
@@ -6141,7 +7827,7 @@
     </message>
     <message>
         <source>{value}: acknowledged (cannot be read back)</source>
-        <translation>{value}：已确认（无法回读）</translation>
+        <translation>{value}：已应答（无法回读）</translation>
     </message>
     <message>
         <source>{value}: verified</source>
@@ -6150,6 +7836,10 @@
     <message>
         <source>{value}: was so already</source>
         <translation>{value}：原本就是如此</translation>
+    </message>
+    <message>
+        <source>{value}° draft</source>
+        <translation>{value}° 试算</translation>
     </message>
     <message>
         <source>{value}° fires</source>
@@ -6214,12 +7904,24 @@
         <translation>第 {boot} 次开机后 {uptime}：{what}，{link}，{voltage}</translation>
     </message>
     <message>
+        <source>{what}: {percent} %</source>
+        <translation>{what}：{percent} %</translation>
+    </message>
+    <message>
+        <source>{what}; {more}</source>
+        <translation>{what}；{more}</translation>
+    </message>
+    <message>
+        <source>{when}, {module}, {port} at {rate} baud: {duration}, {samples} status reports, {size}</source>
+        <translation>{when}，{module}，{port}，波特率 {rate}：{duration}，{samples} 条状态报告，{size}</translation>
+    </message>
+    <message>
         <source>{word} is unknown; try: help</source>
         <translation>未知命令 {word}；请键入 help</translation>
     </message>
     <message>
         <source>“dps-s verify FILE” tells whether this record or this page was altered, and where. The hash has no key: keep the file, whose record also holds the raw frames, with the papers of the aircraft.</source>
-        <translation>用“dps-s verify 文件”可查明此记录或此页是否被改动以及改动之处。哈希不含密钥：请将文件（其中的记录还含有原始帧）与航空器资料一并保存。</translation>
+        <translation>用“dps-s verify 文件”可查明此记录或此页是否被改动以及改动之处。哈希不含密钥：请将文件（其中的记录还含有原始帧）与飞行器资料一并保存。</translation>
     </message>
     <message>
         <source>“{name}” cannot be set; what can: {names}.</source>
@@ -6228,6 +7930,10 @@
     <message>
         <source>“{name}” is not known here.</source>
         <translation>此处没有“{name}”这一项。</translation>
+    </message>
+    <message>
+        <source>“{text}” ends neither with .csv nor with .mcap</source>
+        <translation>“{text}”既不以 .csv 结尾，也不以 .mcap 结尾</translation>
     </message>
     <message>
         <source>“{text}” is no number of seconds above 0</source>

@@ -1,0 +1,77 @@
+"""The controls of a window as keyboard and screen reader meet them."""
+
+from collections.abc import Iterator
+
+from PySide6.QtCore import QPoint, QRect, Qt
+from PySide6.QtWidgets import (
+    QAbstractButton,
+    QAbstractItemView,
+    QAbstractScrollArea,
+    QAbstractSlider,
+    QAbstractSpinBox,
+    QComboBox,
+    QDialogButtonBox,
+    QLineEdit,
+    QPlainTextEdit,
+    QScrollArea,
+    QScrollBar,
+    QWidget,
+)
+
+CONTROLS = (
+    QAbstractButton, QComboBox, QAbstractSpinBox, QAbstractSlider, QLineEdit, QAbstractItemView, QPlainTextEdit,
+)  # fmt: skip
+
+
+def controls_in(root: QWidget) -> list[QWidget]:
+    """What a person can work with now, in sight; parts that Qt makes within one are the one."""
+    return [
+        one
+        for one in root.findChildren(QWidget)
+        if one.isVisible()
+        and not one.objectName().startswith("qt_")
+        and (isinstance(one, CONTROLS) or takes_tab(one))
+        and not isinstance(one, QScrollBar | QScrollArea)
+        and not isinstance(one.parent(), QAbstractSpinBox | QComboBox | QLineEdit | QAbstractScrollArea)
+        and not isinstance(one.parent(), QDialogButtonBox)
+    ]
+
+
+def takes_tab(widget: QWidget) -> bool:
+    return bool(widget.focusPolicy() & Qt.FocusPolicy.TabFocus)
+
+
+def tab_chain(root: QWidget) -> Iterator[QWidget]:
+    """What Tab goes through below `root`, in its order."""
+    one = root.nextInFocusChain()
+    while one is not None and one is not root:
+        is_ours = root.isAncestorOf(one) and one.focusProxy() is None and not one.objectName().startswith("qt_")
+        if is_ours and one.isVisible() and one.isEnabled() and takes_tab(one):
+            yield one
+        one = one.nextInFocusChain()
+
+
+def place_of(widget: QWidget, root: QWidget) -> QRect:
+    """Where it is in `root`; what is scrolled away lies at the edge behind which it is."""
+    place = QRect(widget.mapTo(root, QPoint(0, 0)), widget.size())
+    parent = widget.parentWidget()
+    while parent is not None and parent is not root:
+        if isinstance(parent, QAbstractScrollArea):
+            area = QRect(parent.mapTo(root, QPoint(0, 0)), parent.size())
+            place.moveTop(min(max(place.top(), area.top()), area.bottom() - 1))
+            place.setBottom(min(place.bottom(), area.bottom()))
+        parent = parent.parentWidget()
+    return place
+
+
+def goes_back(one: QWidget, other: QWidget, root: QWidget) -> bool:
+    """Tab from one to the other goes against the reading order: up without going to the right, or left in a row."""
+    if one.isAncestorOf(other) or other.isAncestorOf(one):
+        return False
+    around = one.parentWidget()
+    while around is not None and around is not root and not around.isAncestorOf(other):
+        around = around.parentWidget()
+    here, there = place_of(one, around or root), place_of(other, around or root)
+    is_above = there.bottom() <= here.top() and there.left() < here.right()
+    is_left = there.right() <= here.left() and there.top() < here.bottom() and here.top() < there.bottom()
+    return is_above or is_left

@@ -1,0 +1,93 @@
+"""What a window says, text by text: what is written on it, its tooltips, and what a screen reader is told."""
+
+import re
+from collections.abc import Iterator
+from typing import Final, NamedTuple
+
+from PySide6.QtCore import QModelIndex, QPersistentModelIndex, Qt
+from PySide6.QtGui import QAction
+from PySide6.QtWidgets import (
+    QAbstractButton,
+    QAbstractItemView,
+    QComboBox,
+    QDockWidget,
+    QGroupBox,
+    QHeaderView,
+    QLabel,
+    QLineEdit,
+    QMenu,
+    QTableView,
+    QWidget,
+)
+
+_ROOT: Final[QModelIndex | QPersistentModelIndex] = QModelIndex()
+
+
+class Said(NamedTuple):
+    """One text: whose it is, in what role, and the text."""
+
+    where: str
+    role: str
+    text: str
+
+
+def said_by(root: QWidget) -> Iterator[Said]:
+    """Everything below `root`, in sight or not; what a person typed or a module sent is left out."""
+    for widget in [root, *root.findChildren(QWidget)]:
+        if widget.objectName().startswith("qt_") or isinstance(widget.parent(), QComboBox):
+            continue
+        where = widget.objectName() or type(widget).__name__
+        for role, text in _texts_of(widget):
+            if text:
+                yield Said(where, role, text)
+    for action in root.findChildren(QAction):
+        if action.objectName().startswith("act_"):
+            yield Said(action.objectName(), "action", action.text())
+
+
+def _texts_of(widget: QWidget) -> Iterator[tuple[str, str]]:
+    yield "tooltip", widget.toolTip()
+    yield "name", widget.accessibleName()
+    yield "description", widget.accessibleDescription()
+    yield "what's this", widget.whatsThis()
+    match widget:
+        case QLabel() | QAbstractButton():
+            yield "text", widget.text()
+        case QLineEdit():
+            yield "placeholder", widget.placeholderText()
+        case QComboBox():
+            for index in range(widget.count()):
+                yield "entry", widget.itemText(index)
+        case QGroupBox() | QMenu():
+            yield "title", widget.title()
+        case QDockWidget():
+            yield "title", widget.windowTitle()
+        case QHeaderView():
+            pass  # its view says it
+        case QAbstractItemView():
+            yield from _in_view(widget)
+
+
+def _in_view(view: QAbstractItemView) -> Iterator[tuple[str, str]]:
+    model = view.model()
+    if model is None:
+        return
+    columns = model.columnCount(_ROOT) if isinstance(view, QTableView) else 1  # a list's is private
+    if isinstance(view, QTableView):
+        for column in range(columns):
+            yield "head", str(model.headerData(column, Qt.Orientation.Horizontal) or "")
+    for row in range(min(20, model.rowCount(_ROOT))):
+        for column in range(columns):
+            index = model.index(row, column, _ROOT)
+            yield "cell", str(index.data() or "")
+            yield "cell's tooltip", str(index.data(Qt.ItemDataRole.ToolTipRole) or "")
+
+
+def outside_brackets(text: str) -> str:
+    """What the pseudo-language did not touch, tags of rich text left out."""
+    text = re.sub(r"<[^<>]*>", " ", text)
+    depth, kept = 0, []
+    for letter in text:
+        depth += (letter == "[") - (letter == "]")
+        kept.append(letter if depth == 0 and letter != "]" else " ")
+    return "".join(kept)
