@@ -1,7 +1,8 @@
-"""Pictures of the real program on the simulated module:  .venv/bin/python packaging/screenshots.py [--all FOLDER]
+"""Pictures of the real program on the simulated module:  .venv/bin/python packaging/screenshots.py
 
-Without arguments it makes the pictures of the README in docs/images. With `--all` it makes one of each page in each
-theme, language and scale, to be looked at: 1024x600 is the smallest screen that the window is made for.
+Without arguments it makes those of the user guide (ui/guide/images) and of the README (docs/images), in two minutes;
+what is on them stands in packaging/picture_scenes.py. With `--all FOLDER` it makes one of each page in each theme,
+language and scale, to be looked at: 1024x600 is the smallest screen that the window is made for.
 """
 
 import argparse
@@ -15,6 +16,7 @@ from pathlib import Path
 
 ROOT = Path(__file__).resolve().parent.parent
 IMAGES = ROOT / "docs" / "images"
+GUIDE_IMAGES = ROOT / "ui" / "guide" / "images"
 THEMES = ("light", "dark", "sunlight")
 LANGUAGES = ("en", "zh_CN")
 SECONDS = 14
@@ -34,11 +36,6 @@ class Shot:
     scale: float = 1
 
 
-def readme_shots() -> Iterator[Shot]:
-    yield Shot(IMAGES / "live.png")
-    yield Shot(IMAGES / "live-dark-zh.png", theme="dark", language="zh_CN")
-
-
 def all_shots(folder: Path, pages: tuple[str, ...]) -> Iterator[Shot]:
     for page in pages:
         for theme in THEMES:
@@ -49,13 +46,32 @@ def all_shots(folder: Path, pages: tuple[str, ...]) -> Iterator[Shot]:
 
 
 def take(shot: Shot) -> None:
-    """Run the window once for this picture; a process of its own, because Qt takes the scale only at its start."""
+    """Run the window once for this picture."""
     shot.path.parent.mkdir(parents=True, exist_ok=True)
     with tempfile.TemporaryDirectory() as home:
-        words = ["--one", str(shot.path), shot.page, shot.theme, shot.language, home]
-        environment = {**os.environ, "QT_QPA_PLATFORM": "offscreen", "QT_SCALE_FACTOR": str(shot.scale)}
-        subprocess.run([sys.executable, __file__, *words], cwd=ROOT, env=environment, check=True)
+        _run_again("--one", str(shot.path), shot.page, shot.theme, shot.language, home, scale=shot.scale)
     print(shot.path)
+
+
+def take_scenes(language: str) -> None:
+    """All pictures of the guide and of the README in one language, one after the other in one window."""
+    with tempfile.TemporaryDirectory() as home:
+        _run_again("--scenes", language, home)
+
+
+def _run_again(*words: str, scale: float = 1) -> None:
+    """This file in a process of its own: Qt takes the scale only at its start."""
+    environment = {**os.environ, "QT_QPA_PLATFORM": "offscreen", "QT_SCALE_FACTOR": str(scale)}
+    subprocess.run([sys.executable, __file__, *words], cwd=ROOT, env=environment, check=True)
+
+
+def run_scenes(language: str, home: Path) -> int:
+    """See `take_scenes`."""
+    sys.path.insert(0, str(ROOT))
+    from picture_scenes import run_all
+
+    run_all(language, home, guide=GUIDE_IMAGES, readme=IMAGES)
+    return 0
 
 
 def run_window(path: Path, page: str, theme: str, language: str, home: Path) -> int:
@@ -105,13 +121,20 @@ def main(arguments: list[str]) -> int:
     if arguments[:1] == ["--one"]:
         path, page, theme, language, home = arguments[1:]
         return run_window(Path(path), page, theme, language, Path(home))
-    parser = argparse.ArgumentParser(description=__doc__)
+    if arguments[:1] == ["--scenes"]:
+        language, home = arguments[1:]
+        return run_scenes(language, Path(home))
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--all", type=Path, metavar="FOLDER", help="every page, theme, language and scale")
     parser.add_argument("--page", action="append", metavar="KEY", help="with --all: only this page (repeatable)")
+    parser.add_argument("--language", choices=LANGUAGES, help="without --all: only this language")
     chosen = parser.parse_args(arguments)
-    shots = readme_shots() if chosen.all is None else all_shots(chosen.all, tuple(chosen.page or ("live", "diagnosis")))
-    for shot in shots:
-        take(shot)
+    if chosen.all is None:
+        for language in (chosen.language,) if chosen.language else LANGUAGES:
+            take_scenes(language)
+    else:
+        for shot in all_shots(chosen.all, tuple(chosen.page or ("live", "diagnosis"))):
+            take(shot)
     return 0
 
 

@@ -68,7 +68,7 @@ def ready(setup: SetupFiles, monkeypatch: pytest.MonkeyPatch) -> list[tuple[list
 @pytest.mark.parametrize(
     ("arguments", "words"),
     [
-        (["test", "-k", "foo", "--help"], ["-m", "pytest", "-k", "foo", "--help"]),
+        (["test", "-k", "foo", "--help"], ["-m", "pytest", "-n", "4", "--dist", "worksteal", "-k", "foo", "--help"]),
         (["bench", "--quick"], ["-m", "tests.bench", "--quick"]),
         (["soak"], ["-m", "tests.soak"]),
         (["run", "read", "--port", "sim://"], ["read", "--port", "sim://"]),
@@ -76,8 +76,9 @@ def ready(setup: SetupFiles, monkeypatch: pytest.MonkeyPatch) -> list[tuple[list
     ],
 )
 def test_arguments_are_passed_on(
-    setup: SetupFiles, ready: list[Any], arguments: list[str], words: list[str]
+    setup: SetupFiles, ready: list[Any], arguments: list[str], words: list[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
+    monkeypatch.setattr(setup.commands.os, "cpu_count", lambda: 2)
     assert setup.commands.main(arguments) == 7
     assert [program[1:] for program, _ in ready] == [words]
 
@@ -175,6 +176,7 @@ def test_the_lock_is_exact_and_fits_the_project() -> None:
 
     project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
     wanted = [*project["project"]["dependencies"], *project["project"]["optional-dependencies"]["dev"]]
+    wanted += project["project"]["optional-dependencies"]["package"]
     wanted += project["build-system"]["requires"]
     for requirement in map(Requirement, wanted):
         assert requirement.specifier.contains(versions[canonicalize_name(requirement.name)]), requirement

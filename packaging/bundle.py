@@ -1,0 +1,161 @@
+"""The bundle: a folder with the program, its own Python and Qt, which runs where neither is installed."""
+
+import json
+import os
+import shutil
+import subprocess
+import sys
+import tarfile
+import zipfile
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Final
+
+from bundle_contents import Entry
+from elf import foreign_run_path, glibc_wanted, make_run_path_relative, outside_libraries
+from environment import ROOT, SetupError
+from icon_files import write_program_icons
+from inventory import Part, canonical, parts
+from release import NAME, TITLE, Release, stamp_times
+from sbom import write_bill
+
+SPEC: Final = ROOT / "packaging" / "dps-s.spec"
+BILL: Final = "sbom.cdx.json"
+LICENCES: Final = "licences"
+ASKED: Final = "system-libraries.txt"
+_LINUX_README: Final = ROOT / "packaging" / "linux" / "README.txt"
+_WITH_DEBUG_TABLES: Final = ("libpython3*.so*", "zstandard/*.so", "lz4/**/*.so", "python3*/lib-dynload/*.so")
+"""Of these a third to a half is for debuggers. Qt's and numpy's libraries stay as their makers ship them."""
+
+
+def make_bundle(release: Release, wheel: Path, *, work: Path, dist: Path) -> Path:
+    """Build it from the wheel, so that it holds what the wheel holds; the folder (on macOS the .app) in `dist`.
+
+    Raises SetupError where PyInstaller fails, or the licence of something collected is unknown.
+    """
+    site, icons, contents = work / "site", work / "icons", work / "contents.json"
+    with zipfile.ZipFile(wheel) as archive:
+        archive.extractall(site)  # noqa: S202  our own, just built
+    write_program_icons(icons)
+    _run_pyinstaller(release, work, {"DPS_S_SITE": site, "DPS_S_ICONS": icons, "DPS_S_CONTENTS": contents})
+    collected = [Entry(*one) for one in json.loads(contents.read_text(encoding="utf-8"))]
+    found = parts(collected, site)
+    built = work / "frozen" / (f"{TITLE}.app" if sys.platform == "darwin" else NAME)
+    folder = dist / (built.name if sys.platform == "darwin" else release.bundle_name)
+    shutil.move(built, folder)
+    _add_papers(folder / "Contents" / "Resources" if sys.platform == "darwin" else folder, release, found)
+    if sys.platform.startswith("linux"):
+        _strip(folder / "_internal")
+        # Before Qt is loaded, entry.py looks for those of them that it knows.
+        (folder / "_internal" / ASKED).write_text("".join(f"{one}\n" for one in sorted(outside_libraries(folder))))
+        _write_linux_readme(folder, release)
+        _set_rights(folder)
+    elif sys.platform == "darwin":
+        from macos import sign_again
+
+        sign_again(folder)
+    stamp_times(folder, release.epoch)
+    return folder
+
+
+def _run_pyinstaller(release: Release, work: Path, places: dict[str, Path]) -> None:
+    """In a folder of its own: in the checkout it would take the metadata of the development's installation along."""
+    command = [sys.executable, "-m", "PyInstaller", "--noconfirm", "--log-level", "ERROR"]
+    command += ["--distpath", str(work / "frozen"), "--workpath", str(work / "pyinstaller"), str(SPEC)]
+    variables = {
+        "PYTHONHASHSEED": "1",  # the order of names in compiled modules is then always the same
+        "SOURCE_DATE_EPOCH": str(release.epoch),
+        "PYINSTALLER_CONFIG_DIR": str(work / "cache"),
+        **{name: str(place) for name, place in places.items()},
+    }
+    done = subprocess.run(
+        command,
+        cwd=work,
+        env={**os.environ, **variables},
+        stdout=subprocess.PIPE,
+        stderr=subprocess.STDOUT,
+        text=True,
+        errors="replace",
+        check=False,
+    )
+    if done.returncode != 0:
+        raise SetupError(f"{done.stdout}\nPyInstaller failed; it says why above.", exit_code=4)
+
+
+def _add_papers(folder: Path, release: Release, found: Sequence[Part]) -> None:
+    """The list of parts, and for each part a folder with its licence."""
+    write_bill(folder / BILL, release, found)
+    own = folder / LICENCES / NAME
+    own.mkdir(parents=True)
+    shutil.copyfile(ROOT / "LICENSE", own / "LICENSE.txt")
+    for part in found:
+        place = folder / LICENCES / canonical(part.name)
+        place.mkdir()
+        for number, text in enumerate(part.texts):
+            name = text.name if not (place / text.name).exists() else f"{number}-{text.parent.name}-{text.name}"
+            (place / name).write_bytes(text.read_bytes())
+
+
+def _strip(internal: Path) -> None:
+    """Take out what tells of the machine that it was built on, and what only debuggers read."""
+    for library in internal.rglob("*.so*"):
+        run_path = None if library.is_symlink() else foreign_run_path(library)
+        if run_path is not None:
+            make_run_path_relative(library, run_path)
+    for pattern in _WITH_DEBUG_TABLES:
+        for library in sorted(internal.glob(pattern)):
+            if not library.is_symlink():
+                subprocess.run(["strip", "--strip-debug", str(library)], check=True)
+
+
+def _write_linux_readme(folder: Path, release: Release) -> None:
+    text = _LINUX_README.read_text(encoding="utf-8")
+    major, minor = glibc_wanted(folder)
+    for word, value in (
+        ("@VERSION@", release.version),
+        ("@MACHINE@", release.system.partition("-")[2]),
+        ("@GLIBC@", f"{major}.{minor}"),
+    ):
+        text = text.replace(word, value)
+    (folder / "README.txt").write_text(text, encoding="utf-8")
+
+
+def _set_rights(folder: Path) -> None:
+    """As packages want them, whatever the umask was: programs may be run, the rest may be read."""
+    for path in (folder, *folder.rglob("*")):
+        if not path.is_symlink():
+            path.chmod(0o755 if path.is_dir() or (path.parent == folder and path.name.startswith("dps-s")) else 0o644)
+
+
+def pack(folder: Path, release: Release) -> Path:
+    """The bundle as one file beside it: .tar.gz on Linux, .zip on Windows, .dmg on macOS."""
+    target = folder.parent / release.bundle_name
+    if sys.platform == "darwin":
+        from macos import make_disk_image
+
+        return make_disk_image(folder, target.with_name(f"{target.name}.dmg"))
+    if sys.platform == "win32":
+        return Path(shutil.make_archive(str(target), "zip", root_dir=folder.parent, base_dir=folder.name))
+    packed = target.with_name(f"{target.name}.tar.gz")
+    write_tar(packed, folder, release.epoch)
+
+    return packed
+
+
+def write_tar(target: Path, folder: Path, epoch: int) -> None:
+    """The same bytes for the same folder: sorted, of one time, and of nobody."""
+    import gzip
+
+    def plain(info: tarfile.TarInfo) -> tarfile.TarInfo:
+        info.uid = info.gid = 0
+        info.uname = info.gname = ""
+        info.mode = 0o755 if info.isdir() or info.mode & 0o100 else 0o644
+        info.mtime = epoch
+        return info
+
+    with (
+        target.open("wb") as file,
+        gzip.GzipFile(filename="", mode="wb", fileobj=file, mtime=epoch, compresslevel=6) as zipped,
+        tarfile.open(fileobj=zipped, mode="w", format=tarfile.PAX_FORMAT) as tar,
+    ):
+        tar.add(folder, arcname=folder.name, filter=plain)  # adds a folder's files in the order of their names

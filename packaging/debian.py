@@ -1,0 +1,187 @@
+"""The .deb: the bundle below /usr/lib, and beside it what a desktop wants. Made with dpkg-deb alone."""
+
+import gzip
+import hashlib
+import subprocess
+from collections.abc import Iterable
+from pathlib import Path
+from shutil import copytree
+from typing import Final
+
+from elf import glibc_wanted, outside_libraries
+from environment import ROOT, SetupError
+from icon_files import write_theme_icons
+from man_page import write_manual_page
+from release import COMMAND, MAINTAINER, NAME, TITLE, Release, stamp_times
+from system_libraries import ALWAYS, FOR_WAYLAND, FOR_X
+
+LINUX: Final = ROOT / "packaging" / "linux"
+RULE: Final = ROOT / "packaging" / "60-dps-s.rules"
+METAINFO: Final = "io.github.dps_s.configurator.metainfo.xml"
+PLACE: Final = f"usr/lib/{NAME}"
+REVISION: Final = "1"
+_OF_LIBC: Final = frozenset(
+    {"ld-linux-x86-64.so.2", "ld-linux-aarch64.so.1", "libc.so.6", "libdl.so.2", "libm.so.6", "libpthread.so.0"}
+    | {"libresolv.so.2", "librt.so.1", "libutil.so.1"}
+)
+_FURTHER: Final = {
+    "libcrypt.so.1": "libcrypt1",
+    "libdrm.so.2": "libdrm2",
+    "libgcc_s.so.1": "libgcc-s1",
+    "libgthread-2.0.so.0": "libglib2.0-0",
+    "libwayland-server.so.0": "libwayland-server0",
+    "libxcb.so.1": "libxcb1",
+    "libxcb-glx.so.0": "libxcb-glx0",
+    "libxcb-randr.so.0": "libxcb-randr0",
+    "libxcb-render.so.0": "libxcb-render0",
+    "libxcb-shm.so.0": "libxcb-shm0",
+    "libxcb-sync.so.1": "libxcb-sync1",
+    "libxcb-util.so.1": "libxcb-util1",
+    "libxcb-xfixes.so.0": "libxcb-xfixes0",
+}
+"""What the tables of system_libraries.py leave out, because other libraries there bring it."""
+_OPTIONAL: Final = {"libqgtk3.so": "libgtk-3-0"}
+"""A plugin that Qt passes over where it does not load, and the package that it wants: GTK's look and file dialogs."""
+_RENAMED: Final = frozenset({"libglib2.0-0", "libgtk-3-0"})
+"""Debian 13 and Ubuntu 24.04 call them …t64."""
+
+
+def make_deb(release: Release, bundle: Path, *, work: Path, dist: Path) -> Path:
+    """Build it from the bundle; raises SetupError where a library is asked for that no package is known to have."""
+    root = work / "deb"
+    _lay_out(root, release, bundle)
+    control = root / "DEBIAN"
+    control.mkdir()
+    architecture = _output("dpkg", "--print-architecture")
+    (control / "control").write_text(control_text(release, root, architecture), encoding="utf-8")
+    (control / "md5sums").write_text(_sums(root), encoding="utf-8")
+    for script in ("postinst", "postrm"):
+        (control / script).write_bytes((LINUX / script).read_bytes())
+    _set_rights(root)
+    stamp_times(root, release.epoch)
+    target = dist / f"{NAME}_{release.version}-{REVISION}_{architecture}.deb"
+    command = ["dpkg-deb", "--root-owner-group", "-Zxz", "-z1", "--build", str(root), str(target)]
+    variables = {"SOURCE_DATE_EPOCH": str(release.epoch), "PATH": "/usr/sbin:/usr/bin:/sbin:/bin"}
+    subprocess.run(command, env=variables, check=True, stdout=subprocess.DEVNULL)
+    return target
+
+
+def _lay_out(root: Path, release: Release, bundle: Path) -> None:
+    copytree(bundle, root / PLACE, symlinks=True)
+    (root / PLACE / "README.txt").unlink()  # it tells how to run the unpacked archive
+    program = root / "usr/bin" / COMMAND
+    program.parent.mkdir(parents=True)
+    program.symlink_to(f"../lib/{NAME}/{COMMAND}")
+    _write(root / "usr/share/applications" / f"{NAME}.desktop", (LINUX / f"{NAME}.desktop").read_bytes())
+    metainfo = (LINUX / METAINFO).read_text(encoding="utf-8")
+    metainfo = metainfo.replace("@VERSION@", release.version).replace("@DATE@", f"{release.time:%Y-%m-%d}")
+    _write(root / "usr/share/metainfo" / METAINFO, metainfo.encode())
+    write_theme_icons(root / "usr/share/icons/hicolor")
+    _write(root / "usr/lib/udev/rules.d" / RULE.name, RULE.read_bytes())
+    _write_papers(root, release)
+
+
+def _write_papers(root: Path, release: Release) -> None:
+    papers = root / "usr/share/doc" / NAME
+    _write(papers / "copyright", (LINUX / "copyright").read_bytes())
+    _write_zipped(papers / "changelog.gz", (ROOT / "CHANGELOG.md").read_bytes())
+    _write_zipped(papers / "changelog.Debian.gz", _changelog(release).encode())
+    manual = root / "usr/share/man/man1" / f"{COMMAND}.1"
+    write_manual_page(manual, release)
+    _write_zipped(manual.with_suffix(".1.gz"), manual.read_bytes())
+    manual.unlink()
+    _write(root / "usr/share/lintian/overrides" / NAME, (LINUX / "lintian-overrides").read_bytes())
+
+
+def _write(path: Path, content: bytes) -> None:
+    path.parent.mkdir(parents=True, exist_ok=True)
+    path.write_bytes(content)
+
+
+def _write_zipped(path: Path, content: bytes) -> None:
+    _write(path, gzip.compress(content, 9, mtime=0))
+
+
+def _changelog(release: Release) -> str:
+    return (
+        f"{NAME} ({release.version}-{REVISION}) unstable; urgency=medium\n\n"
+        f"  * Version {release.version}; what changed is in changelog.gz.\n\n"
+        f" -- {MAINTAINER}  {release.time:%a, %d %b %Y %H:%M:%S} +0000\n"
+    )
+
+
+def control_text(release: Release, root: Path, architecture: str) -> str:
+    """The control file of what lies in `root`."""
+    size = sum(path.lstat().st_size for path in root.rglob("*") if path.is_file() or path.is_symlink())
+    fields = {
+        "Package": NAME,
+        "Version": f"{release.version}-{REVISION}",
+        "Architecture": architecture,
+        "Maintainer": MAINTAINER,
+        "Installed-Size": str(-(-size // 1024)),
+        "Depends": ", ".join(dependencies(root / PLACE)),
+        "Recommends": "fonts-wqy-microhei | fonts-noto-cjk",
+        "Suggests": ", ".join(_with_new_name(package) for package in _OPTIONAL.values()),
+        "Section": "electronics",
+        "Priority": "optional",
+    }
+    description = (
+        "ground tool for DPS-S drone parachute modules\n"
+        " Connects to a DPS-S module's serial port, shows attitude, acceleration, trigger\n"
+        " and activation state, cell voltage, charge and light live, sets every\n"
+        " threshold, rate and flag and proves that it stands, keeps the trigger records,\n"
+        " and checks before a flight that the parachute will work.\n"
+        " .\n"
+        f" {TITLE} has a window and a command line (dps-s), and a simulated\n"
+        " module to try both on. It comes with its own Python and Qt.\n"
+    )
+    return "".join(f"{key}: {value}\n" for key, value in fields.items()) + f"Description: {description}"
+
+
+def dependencies(bundle: Path) -> list[str]:
+    """The packages that have what the bundle asks the system for.
+
+    Raises SetupError where no package is known for something.
+    """
+    known = {library.soname: library.apt for library in (*ALWAYS, *FOR_X, *FOR_WAYLAND)} | _FURTHER
+    asked = {
+        library: [path for path in askers if path.name not in _OPTIONAL]
+        for library, askers in outside_libraries(bundle).items()
+    }
+    unknown = sorted(library for library in asked if asked[library] and library not in {*known, *_OF_LIBC})
+    if unknown:
+        askers = ", ".join(f"{library} (for {asked[library][0].name})" for library in unknown)
+        raise SetupError(f"No package is known for {askers}: add it to packaging/debian.py.")
+    major, minor = glibc_wanted(bundle)
+    packages = {known[library] for library in asked if asked[library] and library in known}
+    return [f"libc6 (>= {major}.{minor})", *sorted(_with_new_name(package) for package in packages)]
+
+
+def _with_new_name(package: str) -> str:
+    return f"{package} | {package}t64" if package in _RENAMED else package
+
+
+def _sums(root: Path) -> str:
+    return "".join(
+        f"{hashlib.md5(path.read_bytes(), usedforsecurity=False).hexdigest()}  {path.relative_to(root)}\n"
+        for path in _files(root)
+    )
+
+
+def _files(root: Path) -> Iterable[Path]:
+    return sorted(path for path in root.rglob("*") if path.is_file() and not path.is_symlink() and not _is_ours(path))
+
+
+def _is_ours(path: Path) -> bool:
+    return "DEBIAN" in path.parts
+
+
+def _set_rights(root: Path) -> None:
+    programs = {root / PLACE / COMMAND, root / "DEBIAN/postinst", root / "DEBIAN/postrm"}
+    for path in (root, *root.rglob("*")):
+        if not path.is_symlink():
+            path.chmod(0o755 if path.is_dir() or path in programs else 0o644)
+
+
+def _output(*command: str) -> str:
+    return subprocess.run(command, capture_output=True, text=True, check=True).stdout.strip()

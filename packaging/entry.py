@@ -1,0 +1,101 @@
+"""Where the program of the packages begins; dps-s.spec makes it the first thing that is run.
+
+Beyond a checkout's `dps-s` it does what only a program that was taken away from its Python has to: it gives programs
+that it starts their own libraries back, says which system libraries Qt lacks before Qt dies of it, and has somewhere to
+write on Windows when it has no console.
+"""
+
+import io
+import os
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+
+WINDOW = "gui"
+NEEDS_QT = ("preflight",)
+"""Sub-commands that load Qt without opening a window."""
+LACKING = 3
+
+
+def give_back_library_path() -> None:
+    """The bundle's libraries are for this program alone, not for the browser or the lister of ports that it starts."""
+    original = os.environ.pop("LD_LIBRARY_PATH_ORIG", None)
+    if original is not None:
+        os.environ["LD_LIBRARY_PATH"] = original
+    else:
+        os.environ.pop("LD_LIBRARY_PATH", None)
+
+
+def what_qt_lacks(words: Sequence[str]) -> str | None:
+    """The sentence about the screen or the system libraries without which Qt would die, or None where it will start.
+
+    `words` are the command line's. Nothing is looked for where Qt is not wanted.
+    """
+    is_window = not words or words[0] == WINDOW or (words[0].startswith("-") and words[0] not in _ANSWERED_AT_ONCE)
+    asks_for_help = "-h" in words or "--help" in words
+    if not sys.platform.startswith("linux") or asks_for_help or not (is_window or words[0] in NEEDS_QT):
+        return None
+    if is_window and _is_screen_missing():
+        return (
+            "There is no screen here (neither DISPLAY nor WAYLAND_DISPLAY is set); dps-s --help tells what needs none."
+        )
+    return _missing_libraries(is_window=is_window)
+
+
+_ANSWERED_AT_ONCE = ("-h", "--help", "--version")
+
+
+def _is_screen_missing() -> bool:
+    platform = os.environ.get("QT_QPA_PLATFORM", "").partition(":")[0]
+    is_there = bool(os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY"))
+    return platform in ("", "xcb", "wayland") and not is_there
+
+
+def _missing_libraries(*, is_window: bool) -> str | None:
+    from system_libraries import INSTALL, missing, package_manager, package_names, wanted_libraries
+
+    asked = (Path(sys._MEIPASS) / "system-libraries.txt").read_text().split()  # type: ignore[attr-defined]
+    wanted = wanted_libraries(is_screen_wanted=is_window)
+    lacking = missing(tuple(library for library in wanted if library.soname in asked))
+    if not lacking:
+        return None
+    manager = package_manager()
+    if manager is None:
+        names = ", ".join(library.soname for library in lacking)
+        return f"Qt needs system libraries that are not here: {names}."
+    command = f"{INSTALL[manager]} {' '.join(package_names(lacking, manager))}"
+    return f"Qt needs system libraries that are not here. Type: sudo {command}"
+
+
+def _run_without_console() -> int:
+    """Windows gives a window's program no output; what would have been said there is shown when it ends in failure."""
+    said = io.StringIO()
+    sys.stdout = sys.stderr = said
+    code = _run()
+    if code and said.getvalue().strip():
+        from PySide6.QtWidgets import QApplication, QMessageBox
+
+        _app = QApplication.instance() or QApplication(sys.argv[:1])
+        QMessageBox.critical(None, "DPS-S Configurator", said.getvalue().strip())
+    return code
+
+
+def _run() -> int:
+    from app.__main__ import main
+
+    return main()
+
+
+def begin() -> int:
+    """The whole program; its exit code."""
+    if sys.platform.startswith("linux"):
+        give_back_library_path()
+    sentence = what_qt_lacks(sys.argv[1:])
+    if sentence is not None:
+        print(sentence, file=sys.stderr)
+        return LACKING
+    return _run_without_console() if sys.stdout is None else _run()
+
+
+if __name__ == "__main__":
+    sys.exit(begin())

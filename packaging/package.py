@@ -1,0 +1,117 @@
+"""All packages, by one command:  python3 packaging/bootstrap.py package
+
+Builds wheel, sdist and bundle, on Linux the .deb, on Windows the installer where Inno Setup is here, on macOS the disk
+image; writes SHA256SUMS; then runs the tests that install, start and use what was built (tests/packages). Everything is
+put into dist/, which is made anew.
+"""
+
+import argparse
+import hashlib
+import os
+import shutil
+import subprocess
+import sys
+import tempfile
+import time
+from pathlib import Path
+
+from bundle import BILL, make_bundle, pack, write_tar
+from environment import ROOT, SetupError, say
+from release import Release, read_release
+from tools import need_tools
+
+DIST = ROOT / "dist"
+WORK = ROOT / "build" / "package"
+SUMS = "SHA256SUMS"
+
+
+def build(dist: Path = DIST, work: Path = WORK) -> Path:
+    """Build everything for the system that this runs on; the folder of the bundle. Raises SetupError."""
+    need_tools()
+    release = read_release()
+    for folder in (dist, work):
+        shutil.rmtree(folder, ignore_errors=True)
+        folder.mkdir(parents=True)
+    _do("wheel and sdist")
+    wheel = _build_wheel(release, dist)
+    _do("bundle")
+    bundle = make_bundle(release, wheel, work=work, dist=dist)
+    _do("packed bundle")
+    pack(bundle, release)
+    if sys.platform.startswith("linux"):
+        from debian import make_deb
+
+        _do(".deb")
+        make_deb(release, bundle, work=work, dist=dist)
+    elif sys.platform == "win32":
+        from windows import make_installer
+
+        _do("installer")
+        make_installer(release, bundle, dist)
+    papers = bundle / "Contents" / "Resources" if sys.platform == "darwin" else bundle
+    shutil.copyfile(papers / BILL, dist / f"{release.bundle_name}.cdx.json")
+    _write_sums(dist)
+    return bundle
+
+
+def _do(what: str) -> None:
+    say(f"Building {what} ...")
+
+
+def _build_wheel(release: Release, dist: Path) -> Path:
+    """The wheel is built from the sdist, so that nothing that only lies about here gets into it."""
+    command = [sys.executable, "-m", "build", "--no-isolation", "--outdir", str(dist), str(ROOT)]
+    done = subprocess.run(
+        command,
+        env={**os.environ, "SOURCE_DATE_EPOCH": str(release.epoch)},
+        stdout=subprocess.PIPE,
+        stderr=subprocess.STDOUT,
+        text=True,
+        errors="replace",
+        check=False,
+    )
+    if done.returncode != 0:
+        raise SetupError(f"{done.stdout}\nThe wheel could not be built; it says why above.", exit_code=4)
+    _settle_sdist(next(dist.glob("*.tar.gz")), release)
+    return next(dist.glob("*.whl"))
+
+
+def _settle_sdist(sdist: Path, release: Release) -> None:
+    """Pack it anew, because setuptools writes the time of the day and the user's name into it."""
+    with tempfile.TemporaryDirectory() as folder:
+        shutil.unpack_archive(sdist, folder, filter="data")
+        write_tar(sdist, next(Path(folder).iterdir()), release.epoch)
+
+
+def _write_sums(dist: Path) -> None:
+    """In the form that `sha256sum --check` reads."""
+    lines = [
+        f"{hashlib.sha256(path.read_bytes()).hexdigest()}  {path.name}\n"
+        for path in sorted(dist.iterdir())
+        if path.is_file() and path.name != SUMS
+    ]
+    (dist / SUMS).write_text("".join(lines), encoding="utf-8", newline="\n")
+
+
+def main(arguments: list[str]) -> int:
+    parser = argparse.ArgumentParser(prog="bootstrap.py package", description="Build and test all packages in dist/.")
+    parser.add_argument("--only-build", action="store_true", help="do not run their tests")
+    chosen = parser.parse_args(arguments)
+    started = time.monotonic()
+    try:
+        build()
+    except SetupError as error:
+        print(error, file=sys.stderr)
+        return error.exit_code
+    for path in sorted(DIST.iterdir()):
+        say(f"  {path.relative_to(ROOT)}" + (f"  {path.stat().st_size / 1e6:.1f} MB" if path.is_file() else "/"))
+    say(f"Built in {time.monotonic() - started:.0f} s.")
+    if chosen.only_build:
+        return 0
+    variables = {"QT_QPA_PLATFORM": "offscreen", **os.environ, "DPS_S_DIST": str(DIST)}
+    command = [sys.executable, "-m", "pytest", "-n", "2", "--dist", "worksteal", "tests/packages"]
+    return subprocess.run(command, cwd=ROOT, env=variables, check=False).returncode
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))

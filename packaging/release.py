@@ -1,0 +1,67 @@
+"""What every package of one build says alike: version, time and names. The version is stated in pyproject.toml only."""
+
+import os
+import platform
+import re
+import subprocess
+import sys
+import tomllib
+from dataclasses import dataclass
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import Final
+
+from environment import PYPROJECT, ROOT
+
+NAME: Final = "dps-s-configurator"
+TITLE: Final = "DPS-S Configurator"
+COMMAND: Final = "dps-s"
+MAINTAINER: Final = "DPS-S Configurator contributors <dps-s-configurator@localhost>"
+"""Debian wants an address; until the project has one, mail goes to whoever installed the package."""
+_SYSTEMS: Final = {"win32": "windows", "darwin": "macos"}
+
+
+@dataclass(frozen=True, slots=True)
+class Release:
+    """One version at one time. `epoch`, in seconds since 1970, is the time that files in packages bear."""
+
+    version: str
+    epoch: int
+
+    @property
+    def system(self) -> str:
+        """The kind of computer that the bundle is for, as in ``linux-x86_64``."""
+        machine = platform.machine().lower().replace("amd64", "x86_64")
+        return f"{_SYSTEMS.get(sys.platform, 'linux')}-{machine}"
+
+    @property
+    def bundle_name(self) -> str:
+        return f"{NAME}-{self.version}-{self.system}"
+
+    @property
+    def time(self) -> datetime:
+        return datetime.fromtimestamp(self.epoch, UTC)
+
+
+def read_release() -> Release:
+    """The version of the checkout, at the time of its last commit unless SOURCE_DATE_EPOCH says another."""
+    project = tomllib.loads(PYPROJECT.read_text(encoding="utf-8"))["project"]
+    return Release(project["version"], _epoch())
+
+
+def _epoch() -> int:
+    given = os.environ.get("SOURCE_DATE_EPOCH", "")
+    if re.fullmatch(r"\d+", given):
+        return int(given)
+    try:
+        command = ["git", "-c", "safe.directory=*", "log", "-1", "--format=%ct"]
+        shown = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=True).stdout
+        return int(shown)
+    except (OSError, subprocess.CalledProcessError, ValueError):  # no git, or a checkout without its history
+        return int(PYPROJECT.stat().st_mtime)
+
+
+def stamp_times(folder: Path, epoch: int) -> None:
+    """Give everything in `folder`, and itself, the time of the release."""
+    for path in (*folder.rglob("*"), folder):
+        os.utime(path, (epoch, epoch), follow_symlinks=os.utime not in os.supports_follow_symlinks)

@@ -1,0 +1,152 @@
+"""The bundle, started as it would be by somebody who has neither Python nor Qt."""
+
+import json
+import os
+import re
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+from mcap.reader import make_reader
+
+from app import ports
+from app.__main__ import ENTRIES
+from app.recordings.shelf import recordings_folder
+from tests.packages.programs import ROOT, Program, check_reading, check_window, simulated
+from tests.recordings_made import recorded
+
+LARGEST_MB = 190
+INSIDE = ("mcap.reader", "mcap.writer", "zstandard", "lz4.frame", "app.commands.preflight", "ui.live_page")
+OUTSIDE = ("PySide6.QtNetwork", "PySide6.QtQml", "PySide6.QtTest", "pytest", "pyqtgraph.opengl", "readline")
+
+
+def test_it_says_the_one_version(program: Program, version: str) -> None:
+    done = program.run("--version")
+    assert (done.returncode, done.stdout) == (0, f"DPS-S Configurator {version}\n")
+
+
+def test_the_window_comes_up_and_shows_the_simulated_module(program: Program, tmp_path: Path) -> None:
+    check_window(program, tmp_path / "evidence")
+
+
+def test_one_process_reads_what_another_simulates(program: Program) -> None:
+    check_reading(program)
+
+
+@pytest.mark.parametrize("name", [entry.name for entry in ENTRIES])
+def test_every_command_is_there(program: Program, name: str) -> None:
+    done = program.run(name, "--help")
+    assert done.returncode == 0, done.stderr
+    assert f"dps-s {name}" in done.stdout
+
+
+def test_a_check_leaves_a_report_that_can_be_verified(program: Program, tmp_path: Path) -> None:
+    report = tmp_path / "check.pdf"
+    with simulated(program, "--cell", "4.1") as port:
+        done = program.run("preflight", "--port", port, "--enable-triggers", "--report", str(report))
+    assert done.returncode in (0, 1), done.stderr
+    assert report.read_bytes().startswith(b"%PDF-")
+    verified = program.run("verify", str(report))
+    assert verified.returncode == 0, verified.stdout
+    assert "INTACT" in verified.stdout
+
+
+def test_it_speaks_chinese(program: Program) -> None:
+    done = program.run("--help", LC_ALL=None, LANG="zh_CN.UTF-8", LANGUAGE="zh_CN", PYTHONUTF8="1")
+    assert "串口" in done.stdout
+
+
+def test_listing_the_ports_in_a_process_of_its_own(
+    program: Program, bundle: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(sys, "frozen", True, raising=False)
+    window = "dps-s-window.exe" if sys.platform == "win32" else "dps-s"
+    monkeypatch.setattr(sys, "executable", str(bundle / window))
+    assert ports._scan_in_process(60) == ports.scan()
+
+
+def test_mcap_and_its_compressions_are_inside(bundle: Path) -> None:
+    archive = bundle / ("dps-s.exe" if sys.platform == "win32" else "dps-s")
+    viewer = [sys.executable, "-m", "PyInstaller.utils.cliutils.archive_viewer", "--list", "--recursive", "--brief"]
+    listed = subprocess.run([*viewer, str(archive)], capture_output=True, text=True, check=True).stdout
+    modules = {line.strip() for line in listed.splitlines()}
+    assert set(INSIDE) <= modules
+    assert not modules & set(OUTSIDE)
+    internal = bundle / "_internal" if sys.platform != "darwin" else bundle.parent / "Frameworks"
+    assert list(internal.glob("zstandard/backend_c*"))
+    assert list(internal.glob("lz4/frame/_frame*"))
+
+
+def test_every_file_of_the_program_that_is_no_module_is_inside(bundle: Path) -> None:
+    internal = bundle / "_internal" if sys.platform != "darwin" else bundle.parent / "Resources"
+    for top in ("app", "ui"):
+        for path in (ROOT / top).rglob("*"):
+            if path.is_file() and path.suffix not in (".py", ".pyc") and path.name != "py.typed":
+                place = internal / path.relative_to(ROOT)
+                assert place.read_bytes() == path.read_bytes(), place
+
+
+def test_a_recording_becomes_mcap(program: Program, tmp_path: Path) -> None:
+    recorded(recordings_folder())
+    target = tmp_path / "session.mcap"
+    homes = {name: value for name, value in os.environ.items() if name.startswith(("HOME", "XDG_DATA", "WIN_PD_"))}
+    done = program.run("recordings", "export", "latest", str(target), **homes)
+    assert done.returncode == 0, done.stderr
+    with target.open("rb") as file:
+        topics = {channel.topic for _, channel, _ in make_reader(file).iter_messages()}
+    assert {"/status", "/line/rx"} <= topics
+
+
+def test_nothing_that_is_not_used_makes_it_large(bundle: Path) -> None:
+    files = [path for path in bundle.rglob("*") if path.is_file() and not path.is_symlink()]
+    assert sum(path.stat().st_size for path in files) < LARGEST_MB * 1e6
+    unused = re.compile(r"Qt6?(Qml|Quick|Network|Pdf|WebEngine|Sql|Designer)|tcl|tk8")
+    assert [path.name for path in files if unused.search(path.name)] == []
+
+
+def test_nothing_tells_of_the_machine_that_built_it(bundle: Path) -> None:
+    """No folder of this checkout, its .venv or its Python stands in a file; Python's own library is as compiled."""
+    folders = {str(ROOT).encode(), sys.prefix.encode(), sys.base_prefix.encode()} - {b"/usr", b"/usr/local"}
+    files = [path for path in bundle.rglob("*") if path.is_file() and not path.name.startswith("libpython3")]
+    assert [path.name for path in files if any(folder in path.read_bytes() for folder in folders)] == []
+
+
+def test_everything_in_it_is_listed_with_its_licence(bundle: Path, dist: Path, version: str) -> None:
+    papers = bundle if sys.platform != "darwin" else bundle.parent / "Resources"
+    listed = json.loads((papers / "sbom.cdx.json").read_text(encoding="utf-8"))
+    assert (papers / "sbom.cdx.json").read_bytes() == next(dist.glob("*.cdx.json")).read_bytes()
+    assert listed["metadata"]["component"]["version"] == version
+    names = {component["name"] for component in listed["components"]}
+    assert {"CPython", "Qt", "PySide6_Essentials", "shiboken6", "numpy", "pyqtgraph", "pyserial", "mcap"} <= names
+    assert not {"pytest", "mypy", "hypothesis", "setuptools", "pip"} & names
+    folders = {path.name for path in (papers / "licences").iterdir()}
+    for name in {re.sub(r"[._]", "-", name.lower()) for name in names} | {"dps-s-configurator"}:
+        texts = [path.read_bytes() for path in (papers / "licences" / name).iterdir()]
+        assert texts, f"{name} has no licence text"
+        assert all(text.strip() for text in texts)
+    assert len(folders) == len(names) + 1
+
+
+def test_the_packed_bundle_is_the_folder(bundle: Path, dist: Path, tmp_path: Path, version: str) -> None:
+    if sys.platform == "darwin":
+        packed = next(dist.glob("*.dmg"))
+        assert packed.stat().st_size > 1e7
+        return
+    packed = next(path for path in dist.iterdir() if path.name.startswith(bundle.name) and _is_archive(path))
+    shutil.unpack_archive(packed, tmp_path, filter="data" if packed.suffix == ".gz" else None)
+    unpacked = tmp_path / bundle.name
+    assert _names(unpacked) == _names(bundle)
+    done = Program((str(unpacked / ("dps-s.exe" if sys.platform == "win32" else "dps-s")),), tmp_path / "home").run(
+        "--version"
+    )
+    assert done.stdout.strip().endswith(version)
+
+
+def _is_archive(path: Path) -> bool:
+    return path.name.endswith((".tar.gz", ".zip"))
+
+
+def _names(folder: Path) -> set[str]:
+    return {path.relative_to(folder).as_posix() for path in folder.rglob("*")}

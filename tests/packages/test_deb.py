@@ -1,0 +1,151 @@
+"""The .deb, installed by dpkg into a folder that stands for a system, used there, and removed."""
+
+import gzip
+import os
+import subprocess
+from pathlib import Path
+
+import pytest
+
+from tests.packages.programs import Program, check_window
+
+NAME = "dps-s-configurator"
+
+
+@pytest.fixture(scope="session")
+def deb(dist: Path) -> Path:
+    return next(dist.glob("*.deb"))
+
+
+class System:
+    """A folder with a database of packages in which nothing is installed."""
+
+    def __init__(self, root: Path) -> None:
+        self.root = root
+        database = root / "var" / "lib" / "dpkg"
+        for folder in ("info", "updates", "triggers"):
+            (database / folder).mkdir(parents=True)
+        (database / "status").touch()
+
+    def dpkg(self, *words: str) -> None:
+        """What it depends on is not in that folder; scripts run outside, and are told so by DPKG_ROOT."""
+        forced = "--force-depends,script-chrootless,not-root,bad-path"
+        log = self.root / "var" / "lib" / "dpkg" / "log"
+        command = ["dpkg", f"--root={self.root}", forced, f"--log={log}", "--no-triggers", *words]
+        done = subprocess.run(command, capture_output=True, text=True, check=False)
+        assert done.returncode == 0, done.stdout + done.stderr
+
+    def files(self) -> set[str]:
+        """All but dpkg's own notes."""
+        found = (path.relative_to(self.root).as_posix() for path in self.root.rglob("*"))
+        return {name for name in found if not name.startswith("var")}
+
+
+@pytest.fixture(scope="module")
+def system(tmp_path_factory: pytest.TempPathFactory) -> System:
+    return System(tmp_path_factory.mktemp("system"))
+
+
+def test_it_installs_runs_and_leaves_nothing(system: System, deb: Path, version: str, tmp_path: Path) -> None:
+    before = system.files()
+    system.dpkg("--install", str(deb))
+    installed = system.files() - before
+    assert {
+        "usr/bin/dps-s",
+        f"usr/lib/{NAME}/dps-s",
+        f"usr/share/applications/{NAME}.desktop",
+        f"usr/share/doc/{NAME}/copyright",
+        f"usr/share/icons/hicolor/scalable/apps/{NAME}.svg",
+        "usr/share/man/man1/dps-s.1.gz",
+        "usr/lib/udev/rules.d/60-dps-s.rules",
+    } <= installed
+    for side in (16, 22, 24, 32, 48, 64, 128, 256, 512):
+        assert f"usr/share/icons/hicolor/{side}x{side}/apps/{NAME}.png" in installed
+    program = Program((str(system.root / "usr/bin/dps-s"),), tmp_path / "home")
+    assert program.run("--version").stdout == f"DPS-S Configurator {version}\n"
+    check_window(program, tmp_path / "evidence")
+    system.dpkg("--purge", NAME)
+    assert system.files() == before
+
+
+@pytest.fixture(scope="module")
+def tree(deb: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """What it installs, unpacked."""
+    folder = tmp_path_factory.mktemp("tree")
+    subprocess.run(["dpkg-deb", "--extract", str(deb), str(folder)], check=True)
+    return folder
+
+
+def field(deb: Path, name: str) -> str:
+    return subprocess.run(["dpkg-deb", "--field", str(deb), name], capture_output=True, text=True, check=True).stdout
+
+
+def test_it_says_what_it_is(deb: Path, version: str) -> None:
+    assert field(deb, "Package").strip() == NAME
+    assert field(deb, "Version").strip() == f"{version}-1"
+
+
+def test_everything_that_is_asked_for_is_depended_on(deb: Path, tree: Path, packaging_on_path: None) -> None:
+    """The loader finds every library in the package itself or in a package that it depends on."""
+    import debian
+    import elf
+    import system_libraries
+
+    depends = {one.split(" ")[0] for one in field(deb, "Depends").strip().split(", ")}
+    bundle = tree / "usr/lib" / NAME
+    tables = (*system_libraries.ALWAYS, *system_libraries.FOR_X, *system_libraries.FOR_WAYLAND)
+    known = {library.soname: library.apt for library in tables} | debian._FURTHER
+    for library, askers in elf.outside_libraries(bundle).items():
+        is_needed = {path.name for path in askers} - debian._OPTIONAL.keys()
+        if is_needed and library not in debian._OF_LIBC:
+            assert known[library] in depends, library
+    assert {"libc6", "libxcb-cursor0", "libegl1", "libxkbcommon-x11-0"} <= depends
+
+
+def test_desktop_entry_and_metadata_are_valid(tree: Path) -> None:
+    entry = tree / "usr/share/applications" / f"{NAME}.desktop"
+    metainfo = next((tree / "usr/share/metainfo").iterdir())
+    for command in (
+        ["desktop-file-validate", "--no-hints", str(entry)],
+        ["appstreamcli", "validate", "--no-net", str(metainfo)],
+        ["appstreamcli", "validate-tree", "--no-net", str(tree)],
+    ):
+        done = subprocess.run(command, capture_output=True, text=True, check=False)
+        assert done.returncode == 0, done.stdout + done.stderr
+
+
+def test_files_belong_to_root_and_can_be_read_by_all(deb: Path) -> None:
+    listed = subprocess.run(["dpkg-deb", "--contents", str(deb)], capture_output=True, text=True, check=True).stdout
+    for line in listed.splitlines():
+        rights, owner = line.split()[:2]
+        assert owner == "root/root", line
+        assert rights in ("drwxr-xr-x", "-rw-r--r--", "lrwxrwxrwx", "-rwxr-xr-x"), line
+    programs = {line.split()[5] for line in listed.splitlines() if line.startswith("-rwx")}
+    assert programs == {f"./usr/lib/{NAME}/dps-s"}
+
+
+def test_the_link_leads_to_the_program(tree: Path) -> None:
+    link = tree / "usr/bin/dps-s"
+    assert not link.readlink().is_absolute()
+    assert link.resolve() == (tree / "usr/lib" / NAME / "dps-s").resolve()
+
+
+def test_the_manual_tells_every_command(tree: Path) -> None:
+    from app.__main__ import ENTRIES
+
+    manual = gzip.decompress((tree / "usr/share/man/man1/dps-s.1.gz").read_bytes()).decode()
+    assert manual.startswith(".TH DPS")
+    for entry in ENTRIES:
+        assert f"\n.SS {entry.name}\n" in manual
+
+
+def test_the_scripts_do_nothing_to_a_folder(tree: Path, deb: Path, tmp_path: Path) -> None:
+    """With DPKG_ROOT set no device is touched: a udevadm on the search path is not called."""
+    subprocess.run(["dpkg-deb", "--control", str(deb), str(tmp_path / "control")], check=True)
+    tell = tmp_path / "udevadm"
+    tell.write_text(f"#!/bin/sh\ntouch {tmp_path}/called\n")
+    tell.chmod(0o755)
+    variables = {"PATH": f"{tmp_path}:{os.defpath}", "DPKG_ROOT": str(tmp_path)}
+    for script, word in (("postinst", "configure"), ("postrm", "remove"), ("postrm", "purge")):
+        subprocess.run(["sh", str(tmp_path / "control" / script), word], env=variables, check=True)
+    assert not (tmp_path / "called").exists()

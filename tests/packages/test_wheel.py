@@ -1,0 +1,74 @@
+"""Wheel and sdist, each installed by pip into an environment that has nothing, and used there."""
+
+import os
+import shutil
+import subprocess
+import sys
+import tarfile
+import zipfile
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+from tests.packages.programs import LONGEST_S, ROOT, Program, check_reading, check_window
+
+LOCK = ROOT / "packaging" / "lock.txt"
+INSTALLING_S = 5 * LONGEST_S
+
+
+def pip(python: Path, *words: str) -> str:
+    """It takes its index from its own settings, as bootstrap.py has it."""
+    variables = {**os.environ, "PIP_DISABLE_PIP_VERSION_CHECK": "1", "PIP_USER": "0"}
+    command = [str(python), "-m", "pip", *words]
+    done = subprocess.run(command, env=variables, capture_output=True, text=True, timeout=INSTALLING_S, check=False)
+    assert done.returncode == 0, done.stdout + done.stderr
+    return done.stdout
+
+
+@pytest.fixture
+def environment(tmp_path: Path) -> Iterator[Path]:
+    """The folder of programs of an environment in which nothing is installed."""
+    place = tmp_path / "environment"
+    subprocess.run([sys.executable, "-m", "venv", str(place)], check=True)
+    yield place / ("Scripts" if os.name == "nt" else "bin")
+    shutil.rmtree(place, ignore_errors=True)
+
+
+def test_wheel_and_sdist_install_and_run(environment: Path, dist: Path, version: str, tmp_path: Path) -> None:
+    """The wheel with all that it asks for; then, where that is, the sdist in its place."""
+    python = environment / ("python.exe" if os.name == "nt" else "python")
+    dps_s = environment / ("dps-s.exe" if os.name == "nt" else "dps-s")
+    wheel, sdist = next(dist.glob("*.whl")), next(dist.glob("dps_s_configurator-*.tar.gz"))
+    # The newest of what the program asks for may not be what was tested: the lock says which.
+    pip(python, "install", "--quiet", "--no-compile", "--constraint", str(LOCK), str(wheel))
+    for number, package in enumerate((wheel, sdist)):
+        if package is sdist:
+            pip(python, "uninstall", "--quiet", "--yes", "dps-s-configurator")
+            assert not dps_s.exists()
+            pip(python, "install", "--quiet", "--no-deps", str(sdist))
+        program = Program((str(dps_s),), tmp_path / f"home{number}")
+        done = program.run("--version")
+        assert (done.returncode, done.stdout) == (0, f"DPS-S Configurator {version}\n")
+        check_reading(program)
+        check_window(program, tmp_path / f"evidence{number}")
+        assert pip(python, "check").strip() == "No broken requirements found."
+
+
+def test_both_hold_the_same_program(dist: Path) -> None:
+    """Every module and picture of the checkout's packages is in the wheel, nothing else is, and all is in the sdist."""
+    tops = ("app", "protocol", "ui")
+    ours = {
+        path.relative_to(ROOT).as_posix()
+        for top in tops
+        for path in (ROOT / top).rglob("*")
+        if path.is_file() and "__pycache__" not in path.parts
+    }
+    with zipfile.ZipFile(next(dist.glob("*.whl"))) as wheel:
+        in_wheel = {name for name in wheel.namelist() if ".dist-info/" not in name}
+    with tarfile.open(next(dist.glob("dps_s_configurator-*.tar.gz"))) as sdist:
+        in_sdist = {name.partition("/")[2] for name in sdist.getnames()}
+    assert in_wheel == ours
+    assert ours <= in_sdist
+    assert {"pyproject.toml", "README.md", "LICENSE", "CHANGELOG.md", "packaging/bootstrap.py"} <= in_sdist
+    assert "tests/conftest.py" in in_sdist
