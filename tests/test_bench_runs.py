@@ -1,12 +1,13 @@
 """The benchmarks and the soak run and say what they should; how quick anything is, is not asserted."""
 
+import datetime
 import sys
 from types import ModuleType
 
 import pytest
 
 from tests.bench import __main__ as program
-from tests.bench import parser, reading
+from tests.bench import link, others, page, parser, reading
 from tests.bench.figures import Figure, quantile, table
 from tests.soak.faults import Mistakes
 
@@ -16,6 +17,31 @@ def test_the_parser_is_measured_clean_and_corrupted() -> None:
     assert len(found) == 6
     assert all("frames/s" in one.measured for one in found)
     assert [one.is_met is not None for one in found] == [True, *[False] * 5]
+
+
+def test_what_others_write_finds_the_same_frames() -> None:
+    chunks = [parser.stream(50)[at : at + 7] for at in range(0, 400, 7)]
+    assert others.parse_naively(chunks) == others.parse_with_construct(chunks) == 50
+    assert 0 < others.parse_with_construct([parser.corrupted(b"".join(chunks), 0.05)]) < 50
+
+
+def test_the_link_is_measured() -> None:
+    (found,) = link.figures(exchanges=50, rounds=1)
+    assert "x line" in found.measured
+
+
+def test_the_page_has_every_figure_and_what_was_done() -> None:
+    found = {"parser": [Figure("speed", "9 x line", ">= 10", is_met=False)], "link": [Figure("exchange", "7 µs")]}
+    text = page.page(found, datetime.date(2026, 11, 20))
+    assert "on 2026-11-20" in text
+    assert "| speed | 9 x line | >= 10 | MISSED |" in text
+    assert "| exchange | 7 µs |  |  |" in text
+    assert all(" ".join((module.__doc__ or "").split()) in text for module in (parser, link))
+
+
+def test_the_page_that_is_kept_has_every_benchmark() -> None:
+    kept = page.PAGE.read_text(encoding="utf-8")
+    assert [line[3:] for line in kept.splitlines() if line.startswith("## ")] == list(program.NAMES)
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="there are no pseudo-terminals on Windows")

@@ -1,4 +1,7 @@
-"""`python -m tests.bench [NAME …]`: run the benchmarks and print what they found as a table."""
+"""`python -m tests.bench [NAME …]`: run the benchmarks and print what they found as a table.
+
+All of them together also write docs/performance.md.
+"""
 
 import argparse
 import platform
@@ -8,9 +11,10 @@ from collections.abc import Callable, Sequence
 from importlib import import_module
 
 from tests.bench.figures import Figure, table
+from tests.bench.page import PAGE, write_page
 from tests.bench.runs import cores
 
-NAMES = ("parser", "reading", "startup", "cpu", "gui", "memory")
+NAMES = ("parser", "link", "reading", "startup", "plots", "gui", "cpu", "memory", "recording", "recordings_view")
 
 
 def main(words: Sequence[str] | None = None) -> int:
@@ -27,13 +31,17 @@ def main(words: Sequence[str] | None = None) -> int:
         parser.error(f"no such benchmark: {', '.join(unknown)}")
     chosen = [name for name in NAMES if name in args.names or not args.names]
     print(f"Python {platform.python_version()}, {platform.platform()}, {cores()} cores")
-    found: list[Figure] = []
+    by_name: dict[str, list[Figure]] = {}
     for name in chosen:
         began = time.monotonic()
         measure: Callable[[], list[Figure]] = import_module(f"tests.bench.{name}").figures
-        found += measure()
+        by_name[name] = measure()
         print(f"{name}: measured in {time.monotonic() - began:.0f} s", file=sys.stderr, flush=True)
+    found = [figure for figures in by_name.values() for figure in figures]
     print(table(found))
+    if set(by_name) == set(NAMES):
+        write_page(by_name)
+        print(f"written: {PAGE}")
     missed = [one for one in found if one.is_met is False]
     print(f"{len(missed)} of {sum(one.is_met is not None for one in found)} aims missed")
     return 1 if missed and args.strict else 0

@@ -24,6 +24,8 @@ class _Stamp(QObject):
     def event(self, event: QEvent) -> bool:
         if event.type() == _PAINTED and self.at is None:
             self.at = time.time()
+            # At once: a program that ends while its pages are loading does not come back from `run`.
+            print(json.dumps({"painted_at": self.at}), flush=True)
             QTimer.singleShot(0, QCoreApplication.quit)
         return super().event(event)
 
@@ -39,9 +41,7 @@ def main() -> int:
         QCoreApplication.postEvent(stamp, QEvent(_PAINTED), 1000)
 
     MainWindow.paintEvent = painted  # type: ignore[assignment,method-assign]
-    program(["gui", "--demo", "--offscreen-seconds", "20"])
-    print(json.dumps({"painted_at": stamp.at}))
-    return 0
+    return program(["gui", "--demo", "--offscreen-seconds", "20"])
 
 
 if __name__ == "__main__":

@@ -1,4 +1,4 @@
-"""How many frames a second the stream parser finds, in chunks as ports deliver them, against a naive byte loop."""
+"""How many frames a second the stream parser finds, in chunks as ports deliver them, against what others write."""
 
 import gc
 import random
@@ -10,6 +10,7 @@ from protocol.frame import Frame, Noise
 from protocol.messages import Status
 from protocol.stream import StreamParser
 from tests.bench.figures import Figure
+from tests.bench.others import parse_naively, parse_with_construct
 
 LINE_HZ: Final = 1440
 """Status frames that 115200 baud carry in a second."""
@@ -53,23 +54,6 @@ def _parse(chunks: list[bytes]) -> int:
     return frames
 
 
-def _parse_naively(chunks: list[bytes]) -> int:
-    """The decoder that one writes first: a buffer of which one byte goes wherever no frame begins."""
-    buffer = bytearray()
-    frames: list[bytes] = []
-    rejected = bytearray()
-    for chunk in chunks:
-        for byte in chunk:
-            buffer.append(byte)
-            while len(buffer) >= 8:
-                if buffer[0] == 0x41 and buffer[1] == 0x75 and sum(buffer[2:7]) & 0xFF == buffer[7]:
-                    frames.append(bytes(buffer))
-                    buffer.clear()
-                else:
-                    rejected.append(buffer.pop(0))
-    return len(frames)
-
-
 def _frames_per_s(parse: Callable[[list[bytes]], int], chunks: list[bytes], rounds: int) -> float:
     """Of the best round: everything else is the machine's other work."""
     best_s, frames = float("inf"), 0
@@ -89,13 +73,15 @@ def figures(frames: int = 100_000, rounds: int = _ROUNDS) -> list[Figure]:
         for size in (4096, 64, 1):
             chunks = _chunks(data if size > 1 else data[: len(data) // 8], size)
             mine = _frames_per_s(_parse, chunks, rounds)
-            naive = _frames_per_s(_parse_naively, chunks, min(2, rounds))
+            naive = _frames_per_s(parse_naively, chunks, min(2, rounds))
+            declared = _frames_per_s(parse_with_construct, chunks[: len(chunks) // 10 or 1], 1)
             times = mine / LINE_HZ
             has_aim = size == 4096 and data is clean
             found.append(
                 Figure(
                     f"parser, {name}, {size} byte{'s' if size > 1 else ''} at a time",
-                    f"{mine:,.0f} frames/s, {times:,.0f} x line, {mine / naive:.1f} x naive loop",
+                    f"{mine:,.0f} frames/s, {times:,.0f} x line, {mine / naive:.1f} x naive loop, "
+                    f"{mine / declared:.0f} x construct",
                     f">= {AIM_TIMES:,} x line" if has_aim else "",
                     times >= AIM_TIMES if has_aim else None,
                 )
