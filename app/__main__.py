@@ -14,6 +14,7 @@ from importlib import import_module
 from typing import NamedTuple
 
 from app.commands import console
+from app.commands.argparse_words import translate_argparse
 from app.i18n import set_language, system_language, tr
 from protocol.text import marked
 
@@ -44,6 +45,7 @@ ENTRIES = (
     Entry("shutdown", "app.commands.act", marked("switch the module off (asks for --yes)")),
     Entry("preflight", "app.commands.preflight", marked("check whether the module is fit to fly")),
     Entry("verify", "app.commands.verify", marked("tell whether a pre-flight record was altered")),
+    Entry("recordings", "app.commands.recordings", marked("list, export and delete recorded sessions")),
     Entry("decode", "app.commands.decode", marked("explain captured bytes")),
     Entry("simulate", "app.commands.simulate", marked("run a simulated module")),
 )
@@ -55,6 +57,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     words = list(sys.argv[1:] if argv is None else argv)
     _prepare_output()
     set_language(system_language())
+    translate_argparse()
     try:
         code = _run_or_refuse(words)
         sys.stdout.flush()

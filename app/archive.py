@@ -5,16 +5,14 @@ import io
 from collections.abc import Iterable
 from pathlib import Path
 
-from app.commands.records import FIELDS
-from app.explain import record_values
+from app.csv_cells import BYTE_ORDER_MARK, cell
 from app.files import write_whole
 from app.preflight.wording import clean
 from app.store.checks import SeenRecord
+from app.trigger_fields import FIELDS, fields_of
 from app.trigger_history import record_of, sentence
 
 HEAD = ("module", "place", "first_seen_at", "new", *FIELDS, "told", "judgement", "note")
-_FORMULA_STARTS = ("=", "+", "-", "@", "|", "%", "＝", "＋", "－", "＠", "'")
-_BYTE_ORDER_MARK = b"\xef\xbb\xbf"
 
 
 def archive_csv(module: str, records: Iterable[SeenRecord], *, new: frozenset[int] | None = None) -> bytes:
@@ -28,9 +26,7 @@ def archive_csv(module: str, records: Iterable[SeenRecord], *, new: frozenset[in
     for one in records:
         record = record_of(one.raw)
         values: dict[str, object] = {
-            **record_values(record),
-            "implausible": list(record.implausible),
-            "raw": record.raw.hex(" ").upper(),
+            **fields_of(record),
             "module": clean(module),
             "place": one.place + 1,
             "first_seen_at": one.first_seen_at,
@@ -40,30 +36,9 @@ def archive_csv(module: str, records: Iterable[SeenRecord], *, new: frozenset[in
             "note": clean(one.note, longest=2000),
         }
         writer.writerow([cell(values[name]) for name in HEAD])
-    return _BYTE_ORDER_MARK + text.getvalue().encode()
+    return BYTE_ORDER_MARK + text.getvalue().encode()
 
 
 def write_archive(path: Path, module: str, records: Iterable[SeenRecord], *, new: frozenset[int] | None = None) -> None:
     """The file whole or not at all. Raises `OSError`."""
     write_whole(path, archive_csv(module, records, new=new))
-
-
-def cell(value: object) -> str:
-    """A value as a cell; text that a spreadsheet would calculate is defused."""
-    match value:
-        case None:
-            return ""
-        case bool():
-            return "true" if value else "false"
-        case list():
-            return defused(" ".join(map(str, value)))
-        case str():
-            return defused(value)
-        case _:
-            return str(value)
-
-
-def defused(text: str) -> str:
-    """With an apostrophe before it where a spreadsheet would take it for a formula, also behind spaces and in the wide
-    forms that Chinese keyboards give."""
-    return f"'{text}" if text.lstrip().startswith(_FORMULA_STARTS) else text

@@ -11,6 +11,7 @@ Where that leaves the meaning open, it says so: 01 from 21 or 22 is "received" o
 """
 
 from app.i18n import tr
+from app.trigger_fields import Plain, record_values, source_word
 from protocol.catalogue import COMMANDS, SET, Command, Request
 from protocol.fields import Choice, Done, Flag, Quantity
 from protocol.frame import Direction, Frame, Noise, decode_request
@@ -27,7 +28,6 @@ from protocol.messages import (
 from protocol.text import marked
 
 Asked = Request | Command | None
-Plain = bool | int | float | str | list[str] | None
 """What a JSON line holds beside a name."""
 
 _EITHER_OR = 0x01
@@ -70,13 +70,6 @@ _ANSWERS: dict[tuple[str, bool], str] = {
     ("charging", True): marked("charging"),
 }
 """Replies of yes or no in words of their own."""
-
-_SOURCES: dict[str, str] = {
-    "serial": marked("serial"),
-    "attitude": marked("attitude"),
-    "pwm": "PWM",
-    "freefall": marked("free fall"),
-}
 
 
 def meaning(frame: Frame, asked: Asked = None) -> dict[str, Plain]:
@@ -161,22 +154,6 @@ def _meaning_of_message(message: Message, asked: Asked) -> dict[str, Plain]:
             return _meaning_of_acknowledgement(message, asked)
 
 
-def record_values(record: TriggerRecord) -> dict[str, Plain]:
-    """The values of one record by name, as `decode` and `history` print them."""
-    return {
-        "boot_count": record.boot_count,
-        "uptime_s": record.uptime_s,
-        "sources": list(record.sources),
-        "attitude_threshold_deg": record.attitude_threshold_deg,
-        "freefall_acceleration_g": record.freefall_acceleration_g,
-        "freefall_time_s": record.freefall_time_s,
-        "serial_connected": record.serial_connected,
-        "charging": record.charging,
-        "light_v": record.light_v,
-        "cell_voltage_v": record.cell_voltage_v,
-    }
-
-
 def _meaning_of_reading(reading: Reading, asked: Asked) -> dict[str, Plain]:
     command = reading.command
     named: dict[str, Plain] = {"command": command.name}
@@ -211,8 +188,10 @@ def _inside(title: str) -> str:
 
 
 def _value(field: Quantity | Flag | Choice | Done, raw: int) -> str:
+    if isinstance(field, Choice):
+        return f"{field.decode(raw)} {tr(field.unit)}"
     text = field.text(raw)
-    return text if isinstance(field, Quantity | Choice) else tr(text)
+    return text if isinstance(field, Quantity) else tr(text)
 
 
 def _words_of_request(request: Request) -> str:
@@ -275,7 +254,7 @@ def _what(command: Command, raw: int) -> str:
 
 def _words_of_record(record: TriggerRecord) -> str:
     minutes, seconds = divmod(record.uptime_s, 60)
-    sources = ", ".join(tr(_SOURCES[name]) if name in _SOURCES else name for name in record.sources)
+    sources = ", ".join(source_word(name) for name in record.sources)
     words = tr(
         "trigger record: boot {boot}, {minutes} min {seconds} s after power-on, source {sources}; cell {cell:.2f} V",
         boot=record.boot_count,

@@ -9,8 +9,13 @@ from pathlib import Path
 def write_whole(path: Path, data: bytes) -> None:
     """Replace the file by `data` in one step: whoever reads it, also after a crash, finds the old or the new, whole.
 
-    Raises OSError; the old file then stays.
+    A link stays, and what it leads to is replaced; a pipe or a device, which cannot be, is written to. Raises OSError;
+    the old file then stays.
     """
+    path = Path(os.path.realpath(path))
+    if path.exists() and not path.is_file():
+        path.write_bytes(data)
+        return
     handle, name = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name[:40]}.", suffix=".part")
     unfinished = Path(name)
     try:
@@ -28,6 +33,7 @@ def write_whole(path: Path, data: bytes) -> None:
 
 
 def _umask() -> int:
+    """The only way to read it is to set it; nobody else makes files meanwhile."""
     mask = os.umask(0o077)
     os.umask(mask)
     return mask

@@ -9,7 +9,6 @@ from enum import Enum
 from typing import Protocol
 
 from app.acts import Act
-from protocol.text import marked
 
 
 class Outcome(Enum):
@@ -22,14 +21,6 @@ class Outcome(Enum):
     UNKNOWN = "unknown"
     """Sent, and not confirmed: it may have been carried out."""
     NOT_SENT = "not sent"
-
-
-OUTCOME_WORDS: Mapping[Outcome, str] = {
-    Outcome.CONFIRMED: marked("confirmed"),
-    Outcome.REFUSED: marked("refused"),
-    Outcome.UNKNOWN: marked("unknown"),
-    Outcome.NOT_SENT: marked("not sent"),
-}
 
 
 class JournalFailed(Exception):

@@ -2,10 +2,8 @@
 
 Pure: samples in, triggers out. The simulated module judges with it, and so can whoever holds a recording.
 
-What the table says: attitude fires at the threshold angle and resets ten degrees below it; free fall fires when the
-acceleration stays below its threshold for the free-fall time; a locked module is in standby. What it does not say, and
-what is assumed here: the threshold itself fires, the acceleration threshold itself does not, a module that is activated
-while tilted fires at once, and standby forgets a fall that had begun.
+What the table says is in `RULES`, what it does not say and is assumed here in `ASSUMPTIONS`: whoever shows a verdict
+shows them too.
 """
 
 from collections.abc import Iterable, Iterator
@@ -14,11 +12,28 @@ from typing import NamedTuple
 
 from protocol.catalogue import RESET_BELOW_THRESHOLD_DEG
 from protocol.messages import Source
+from protocol.text import marked
 
 LONGEST_GAP_S = 0.5
 """A pause between two samples longer than this proves nothing about the fall in between."""
 
-_ROUNDING_S = 1e-9
+ROUNDING_S = 1e-9
+"""Of times: a fall that is shorter than the free-fall time by no more than this is as long."""
+
+RULES = (
+    marked("Attitude fires at its threshold and rearms 10° below it."),
+    marked("Free fall fires when the acceleration has stayed below its threshold for the free-fall time."),
+    marked("A locked module is in standby and does not fire."),
+)
+"""What the vendor's table says."""
+
+ASSUMPTIONS = (
+    marked("The angle of the threshold itself fires; the acceleration of the threshold itself is no fall."),
+    marked("A module that is activated while it is tilted fires at once."),
+    marked("A module that is locked or restarts forgets a fall that had begun."),
+    marked("A fall does not go on over a pause of more than 0.5 s without reports."),
+)
+"""Where the vendor's table is silent."""
 
 
 class Sample(NamedTuple):
@@ -64,6 +79,25 @@ class Judge:
         self._falls_since_s: float | None = None
         self._last_s: float | None = None
 
+    @property
+    def falls_since_s(self) -> float | None:
+        """When the fall began that the last sample belongs to, None where that sample is no fall."""
+        return self._falls_since_s
+
+    @property
+    def last_s(self) -> float | None:
+        """Time of the last sample, None where everything is forgotten."""
+        return self._last_s
+
+    @property
+    def standing(self) -> Source:
+        """Triggers that have fired and not reset."""
+        return self._standing
+
+    def pass_over(self, until_s: float) -> None:
+        """Samples went by up to this time of which it is known that they change nothing."""
+        self._last_s = until_s
+
     def stand_by(self) -> None:
         """Forget everything: the module is locked, or was off."""
         self._standing = NOTHING
@@ -96,7 +130,7 @@ class Judge:
         has_gap = self._last_s is not None and sample.at_s - self._last_s > LONGEST_GAP_S
         if self._falls_since_s is None or has_gap:
             self._falls_since_s = sample.at_s
-        if sample.at_s - self._falls_since_s >= limits.freefall_time_s - _ROUNDING_S:
+        if sample.at_s - self._falls_since_s >= limits.freefall_time_s - ROUNDING_S:
             self._standing |= Source.FREEFALL
 
 

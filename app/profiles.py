@@ -91,7 +91,7 @@ class Match(Enum):
 
     SAME = marked("same")
     DIFFERENT = marked("different")
-    UNKNOWN = marked("unknown on the module")
+    UNKNOWN = marked("unknown")
     NOT_IN_PROFILE = marked("not in the profile")
 
 

@@ -11,7 +11,7 @@ One thread appends and reads.
 """
 
 import math
-from collections import deque
+from abc import ABC, abstractmethod
 from collections.abc import Iterator
 from typing import Final, NamedTuple
 
@@ -29,8 +29,6 @@ SUMMARY_S: Final = 0.125
 SUMMARY_BUCKETS: Final = int(10 * 3600 / SUMMARY_S)
 # Reserve behind a ring, as a part of its length: it moves to the front once per that many samples.
 _SLACK: Final = 0.25
-# Changes of a limit that are kept.
-STEPS_KEPT: Final = 1000
 
 
 class Window(NamedTuple):
@@ -62,13 +60,6 @@ class Envelope(NamedTuple):
     end_s: Seconds
     low: Values
     high: Values
-
-
-class Change(NamedTuple):
-    """From this time on the value stood; None: nobody knows it."""
-
-    time_s: float
-    value: float | None
 
 
 class _Ring:
@@ -111,7 +102,144 @@ class _Ring:
         self._start = max(self._start, self._stop - self.capacity)
 
 
-class Series:
+class Readable(ABC):
+    """One measured value over time, to be looked at; where it is kept is the business of who derives from it."""
+
+    @property
+    @abstractmethod
+    def _times(self) -> Seconds:
+        """Of the exact samples, ascending."""
+
+    @property
+    @abstractmethod
+    def _values(self) -> Values:
+        """In step with the times."""
+
+    @property
+    @abstractmethod
+    def _has_dropped(self) -> bool:
+        """The exact samples are not all; older ones are in the summary alone."""
+
+    @abstractmethod
+    def _summary_columns(self) -> Envelope:
+        """Buckets of ``SUMMARY_S``."""
+
+    def __len__(self) -> int:
+        """Exact samples kept."""
+        return len(self._times)
+
+    @property
+    def last(self) -> Sample | None:
+        """The newest sample, None before the first."""
+        if not len(self._times):
+            return None
+        return Sample(float(self._times[-1]), float(self._values[-1]))
+
+    @property
+    def exact_since_s(self) -> float:
+        """Time of the oldest exact sample, infinity when there is none; older ones are summed up."""
+        return float(self._times[0]) if len(self._times) else math.inf
+
+    def window(self, start_s: float, end_s: float) -> Window:
+        """The exact samples of a span, both ends included, without a copy."""
+        times = self._times
+        first = int(np.searchsorted(times, start_s, "left"))
+        stop = int(np.searchsorted(times, end_s, "right"))
+        return Window(times[first:stop], self._values[first:stop])
+
+    def decimated(self, start_s: float, end_s: float, buckets: int = 1000) -> Envelope:
+        """The span as an envelope of ``buckets`` buckets and two for the ends, or less.
+
+        Few samples come back as they are, one per bucket, with the one before and the one after the span.
+        The buckets at the ends are whole: they may hold samples just outside the span.  Raises ValueError for
+        a span or a number that is not positive.
+        """
+        if not end_s > start_s or buckets < 1:
+            raise ValueError(f"no picture of {buckets} buckets from {start_s} to {end_s} s")
+        width_s = bucket_width_s((end_s - start_s) / buckets)
+        exact_since_s = self.exact_since_s
+        start, end, low, high = self._summary_columns()
+        # Equal times count as older: the exact part may have lost one of several samples of one instant.
+        needs_summary = self._has_dropped and start[0] <= exact_since_s and start_s <= exact_since_s
+        if width_s % SUMMARY_S == 0 or (needs_summary and width_s > SUMMARY_S):
+            width_s = math.ceil(width_s / SUMMARY_S) * SUMMARY_S
+            # At a slow rate the exact samples reach back further than the summary does.
+            reaches_back = bool(len(start)) and start[0] <= max(start_s, exact_since_s)
+            window = self.window(start_s - width_s, end_s + width_s)
+            if needs_summary or (reaches_back and len(window.time_s) > buckets):
+                return self._from_summary(start_s, end_s, width_s)
+        if not needs_summary:
+            return self._from_exact(start_s, end_s, width_s, has_neighbours=True)
+        # Where the exact samples begin in the middle of a bucket, that bucket comes from the summary.
+        seam_s = (math.floor(exact_since_s / SUMMARY_S) + 1) * SUMMARY_S
+        if seam_s >= end_s:
+            return self._from_summary(start_s, end_s, SUMMARY_S)
+        old = int(np.searchsorted(start, seam_s, "left"))
+        first = max(0, int(np.searchsorted(end, start_s, "left")))
+        new = self._from_exact(seam_s, end_s, width_s, has_neighbours=False)
+        return Envelope(
+            np.concatenate((start[first:old], new.start_s)),
+            np.concatenate((end[first:old], new.end_s)),
+            np.concatenate((low[first:old], new.low)),
+            np.concatenate((high[first:old], new.high)),
+        )
+
+    def _from_exact(self, start_s: float, end_s: float, width_s: float, *, has_neighbours: bool) -> Envelope:
+        edges = _edges(start_s, end_s, width_s)
+        times = self._times
+        bounds = np.searchsorted(times, edges, "left")
+        first, stop = int(bounds[0]), int(bounds[-1])
+        if stop - first + 2 <= len(edges):
+            if has_neighbours:
+                first, stop = max(0, first - 1), stop + 1
+            times, values = times[first:stop], self._values[first:stop]
+            return Envelope(times.copy(), times.copy(), values.copy(), values.copy())
+        firsts = bounds[:-1][bounds[:-1] < bounds[1:]] - first
+        return _buckets(times[first:stop], self._values[first:stop], firsts)
+
+    def _from_summary(self, start_s: float, end_s: float, width_s: float) -> Envelope:
+        start, end, low, high = self._summary_columns()
+        bounds = np.searchsorted(start, _edges(start_s, end_s, width_s), "left")
+        first, stop = int(bounds[0]), int(bounds[-1])
+        firsts = bounds[:-1][bounds[:-1] < bounds[1:]] - first
+        if not len(firsts):
+            return Envelope(start[:0].copy(), end[:0].copy(), low[:0].copy(), high[:0].copy())
+        lasts = np.append(firsts[1:], stop - first) - 1
+        return Envelope(
+            start[first:stop][firsts],
+            end[first:stop][lasts],
+            np.minimum.reduceat(low[first:stop], firsts),
+            np.maximum.reduceat(high[first:stop], firsts),
+        )
+
+    def around(self, time_s: float, *, within_s: float) -> Extent | None:
+        """What was measured nearest to an instant, None when nothing was within ``within_s`` of it."""
+        if len(self._times) and time_s >= self.exact_since_s:
+            times = self._times
+            after = int(np.searchsorted(times, time_s, "left"))
+            beside = [number for number in (after - 1, after) if 0 <= number < len(times)]
+            near = min(beside, key=lambda number: abs(times[number] - time_s))
+            if abs(times[near] - time_s) > within_s:
+                return None
+            value = float(self._values[near])
+            return Extent(float(times[near]), value, value)
+        start, end, low, high = self._summary_columns()
+        bucket = int(np.searchsorted(end, time_s, "left"))
+        if bucket >= len(start) or start[bucket] - time_s > within_s:
+            return None
+        return Extent(max(float(start[bucket]), time_s), float(low[bucket]), float(high[bucket]))
+
+    def rows(self, start_s: float, end_s: float) -> Iterator[Sample]:
+        """The exact samples of a span, as they are now, for a file.
+
+        What is older than ``exact_since_s`` is not in it: say so where that matters.
+        """
+        times, values = self.window(start_s, end_s)
+        # tolist() copies, so that samples appended while the file is written change nothing.
+        yield from map(Sample, times.tolist(), values.tolist())
+
+
+class Series(Readable):
     """One measured value over time.
 
     ``capacity`` is the number of exact samples kept, ``summary_buckets`` that of the buckets of 1/8 s kept
@@ -124,22 +252,6 @@ class Series:
         self._exact = _Ring(capacity, np.float64, np.float32)
         self._summary = _Ring(summary_buckets, np.float64, np.float64, np.float32, np.float32)
 
-    def __len__(self) -> int:
-        """Exact samples kept."""
-        return len(self._exact)
-
-    @property
-    def last(self) -> Sample | None:
-        """The newest sample, None before the first."""
-        if not len(self._exact):
-            return None
-        return Sample(float(self._times[-1]), float(self._values[-1]))
-
-    @property
-    def exact_since_s(self) -> float:
-        """Time of the oldest exact sample, infinity when there is none; older ones are summed up."""
-        return float(self._times[0]) if len(self._exact) else math.inf
-
     @property
     def _times(self) -> Seconds:
         return self._exact.column(0)  # type: ignore[return-value]
@@ -147,6 +259,13 @@ class Series:
     @property
     def _values(self) -> Values:
         return self._exact.column(1)
+
+    @property
+    def _has_dropped(self) -> bool:
+        return self._exact.has_dropped
+
+    def _summary_columns(self) -> Envelope:
+        return Envelope(*(self._summary.column(number) for number in range(4)))  # type: ignore[arg-type]
 
     def append(self, time_s: ArrayLike, value: ArrayLike) -> None:
         """Add a batch, or one sample, newest last.
@@ -180,148 +299,10 @@ class Series:
             batch = Envelope(batch.start_s[1:], batch.end_s[1:], batch.low[1:], batch.high[1:])
         self._summary.append(*batch)
 
-    def window(self, start_s: float, end_s: float) -> Window:
-        """The exact samples of a span, both ends included, without a copy."""
-        times = self._times
-        first = int(np.searchsorted(times, start_s, "left"))
-        stop = int(np.searchsorted(times, end_s, "right"))
-        return Window(times[first:stop], self._values[first:stop])
-
-    def decimated(self, start_s: float, end_s: float, buckets: int = 1000) -> Envelope:
-        """The span as an envelope of ``buckets`` buckets and two for the ends, or less.
-
-        Few samples come back as they are, one per bucket, with the one before and the one after the span.
-        The buckets at the ends are whole: they may hold samples just outside the span.  Raises ValueError for
-        a span or a number that is not positive.
-        """
-        if not end_s > start_s or buckets < 1:
-            raise ValueError(f"no picture of {buckets} buckets from {start_s} to {end_s} s")
-        width_s = bucket_width_s((end_s - start_s) / buckets)
-        exact_since_s = self.exact_since_s
-        start, end, low, high = self._summary_columns()
-        # Equal times count as older: the exact part may have lost one of several samples of one instant.
-        needs_summary = self._exact.has_dropped and start[0] <= exact_since_s and start_s <= exact_since_s
-        if width_s % SUMMARY_S == 0 or (needs_summary and width_s > SUMMARY_S):
-            width_s = math.ceil(width_s / SUMMARY_S) * SUMMARY_S
-            # At a slow rate the exact samples reach back further than the summary does.
-            reaches_back = bool(len(start)) and start[0] <= max(start_s, exact_since_s)
-            window = self.window(start_s - width_s, end_s + width_s)
-            if needs_summary or (reaches_back and len(window.time_s) > buckets):
-                return self._from_summary(start_s, end_s, width_s)
-        if not needs_summary:
-            return self._from_exact(start_s, end_s, width_s, has_neighbours=True)
-        # Where the exact samples begin in the middle of a bucket, that bucket comes from the summary.
-        seam_s = (math.floor(exact_since_s / SUMMARY_S) + 1) * SUMMARY_S
-        if seam_s >= end_s:
-            return self._from_summary(start_s, end_s, SUMMARY_S)
-        old = int(np.searchsorted(start, seam_s, "left"))
-        first = max(0, int(np.searchsorted(end, start_s, "left")))
-        new = self._from_exact(seam_s, end_s, width_s, has_neighbours=False)
-        return Envelope(
-            np.concatenate((start[first:old], new.start_s)),
-            np.concatenate((end[first:old], new.end_s)),
-            np.concatenate((low[first:old], new.low)),
-            np.concatenate((high[first:old], new.high)),
-        )
-
-    def _summary_columns(self) -> Envelope:
-        return Envelope(*(self._summary.column(number) for number in range(4)))  # type: ignore[arg-type]
-
-    def _from_exact(self, start_s: float, end_s: float, width_s: float, *, has_neighbours: bool) -> Envelope:
-        edges = _edges(start_s, end_s, width_s)
-        times = self._times
-        bounds = np.searchsorted(times, edges, "left")
-        first, stop = int(bounds[0]), int(bounds[-1])
-        if stop - first + 2 <= len(edges):
-            if has_neighbours:
-                first, stop = max(0, first - 1), stop + 1
-            times, values = times[first:stop], self._values[first:stop]
-            return Envelope(times.copy(), times.copy(), values.copy(), values.copy())
-        firsts = bounds[:-1][bounds[:-1] < bounds[1:]] - first
-        return _buckets(times[first:stop], self._values[first:stop], firsts)
-
-    def _from_summary(self, start_s: float, end_s: float, width_s: float) -> Envelope:
-        start, end, low, high = self._summary_columns()
-        bounds = np.searchsorted(start, _edges(start_s, end_s, width_s), "left")
-        first, stop = int(bounds[0]), int(bounds[-1])
-        firsts = bounds[:-1][bounds[:-1] < bounds[1:]] - first
-        if not len(firsts):
-            return Envelope(start[:0].copy(), end[:0].copy(), low[:0].copy(), high[:0].copy())
-        lasts = np.append(firsts[1:], stop - first) - 1
-        return Envelope(
-            start[first:stop][firsts],
-            end[first:stop][lasts],
-            np.minimum.reduceat(low[first:stop], firsts),
-            np.maximum.reduceat(high[first:stop], firsts),
-        )
-
-    def around(self, time_s: float, *, within_s: float) -> Extent | None:
-        """What was measured nearest to an instant, None when nothing was within ``within_s`` of it."""
-        if len(self._exact) and time_s >= self.exact_since_s:
-            times = self._times
-            after = int(np.searchsorted(times, time_s, "left"))
-            beside = [number for number in (after - 1, after) if 0 <= number < len(times)]
-            near = min(beside, key=lambda number: abs(times[number] - time_s))
-            if abs(times[near] - time_s) > within_s:
-                return None
-            value = float(self._values[near])
-            return Extent(float(times[near]), value, value)
-        start, end, low, high = self._summary_columns()
-        bucket = int(np.searchsorted(end, time_s, "left"))
-        if bucket >= len(start) or start[bucket] - time_s > within_s:
-            return None
-        return Extent(max(float(start[bucket]), time_s), float(low[bucket]), float(high[bucket]))
-
-    def rows(self, start_s: float, end_s: float) -> Iterator[Sample]:
-        """The exact samples of a span, as they are now, for a file.
-
-        What is older than ``exact_since_s`` is not in it: say so where that matters.
-        """
-        times, values = self.window(start_s, end_s)
-        # tolist() copies, so that samples appended while the file is written change nothing.
-        yield from map(Sample, times.tolist(), values.tolist())
-
     def clear(self) -> None:
         """Forget everything."""
         self._exact = _Ring(self._exact.capacity, np.float64, np.float32)
         self._summary = _Ring(self._summary.capacity, np.float64, np.float64, np.float32, np.float32)
-
-
-class Steps:
-    """A setting over time: each value stands until the next one.  The newest 1,000 changes are kept."""
-
-    def __init__(self) -> None:
-        self._changes: deque[Change] = deque(maxlen=STEPS_KEPT)
-
-    def __len__(self) -> int:
-        return len(self._changes)
-
-    @property
-    def value(self) -> float | None:
-        """What stands now, None when it is not known."""
-        return self._changes[-1].value if self._changes else None
-
-    def put(self, time_s: float, value: float | None) -> None:
-        """Note what stands from now on; None: it is no longer known.  Raises ValueError for an earlier time."""
-        if self._changes:
-            newest = self._changes[-1]
-            if time_s < newest.time_s:
-                raise ValueError("times run backwards")
-            if value == newest.value:
-                return
-        self._changes.append(Change(time_s, value))
-
-    def between(self, start_s: float, end_s: float) -> list[Change]:
-        """What stood at ``start_s``, if anything was noted by then, and every change up to ``end_s``."""
-        found: list[Change] = []
-        for change in reversed(self._changes):
-            if change.time_s > end_s:
-                continue
-            found.append(change)
-            if change.time_s <= start_s:
-                break
-        found.reverse()
-        return found
 
 
 def bucket_width_s(at_least_s: float) -> float:

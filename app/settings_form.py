@@ -176,6 +176,11 @@ class SettingsForm:
         return bool(self._writing)
 
     @property
+    def wanted(self) -> dict[str, Value]:
+        """What somebody wants, by key, where that is a value; also where the module holds it already."""
+        return {key: draft.value for key, draft in self._drafts.now.items() if draft.value is not None}
+
+    @property
     def has_drafts(self) -> bool:
         return bool(self._drafts.now)
 

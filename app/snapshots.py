@@ -9,12 +9,11 @@ from protocol.fields import Value, ValueRefused
 from protocol.text import marked
 
 AS_FOUND = marked("as found, before the first change")
-ON_REQUEST = marked("kept on request")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Snapshot:
-    """`settings`: by key, in the field's unit; what was not known is absent. `reason` is one of the texts above."""
+    """`settings`: by key, in the field's unit; what was not known is absent. `reason` is English, translatable."""
 
     settings: Mapping[str, Value]
     boot_count: int | None = None

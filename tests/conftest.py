@@ -1,5 +1,6 @@
 """What every test gets: no screen, no files of the user's, English, and no thread left behind."""
 
+import gc
 import os
 import sys
 import threading
@@ -31,7 +32,7 @@ _CHINESE_FONTS = (
     "C:/Windows/Fonts/simsun.ttc",
 )
 
-settings.register_profile("quick", max_examples=50, deadline=None)
+settings.register_profile("quick", max_examples=50, deadline=None, derandomize=True)
 settings.register_profile("thorough", max_examples=2000, deadline=None)
 settings.load_profile(os.environ.get("HYPOTHESIS_PROFILE", "quick"))
 
@@ -60,6 +61,16 @@ def no_leaked_thread() -> Iterator[None]:
     if leaked:
         names = ", ".join(f"{one.name}{' (daemon)' if one.daemon else ''}" for one in leaked)
         pytest.fail(f"threads still running after the test: {names}", pytrace=False)
+
+
+@pytest.fixture(autouse=True)
+def garbage_is_freed_here(request: pytest.FixtureRequest) -> Iterator[None]:
+    """Qt's objects may only be freed in the thread where they live: not in that of a later test's worker."""
+    gc.disable()
+    yield
+    if "qapp" in request.fixturenames:
+        gc.collect()
+    gc.enable()
 
 
 @pytest.fixture(scope="session")

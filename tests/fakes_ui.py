@@ -23,7 +23,7 @@ from ui.traffic_page import TrafficPage
 WAIT_MS = 8000
 ADAPTER = PortInfo("/dev/ttyUSB0", "CP2102 USB to UART", "Silicon Labs", "0001", 0x10C4, 0xEA60, "1-1")
 SECOND_ADAPTER = PortInfo("/dev/ttyACM0", "USB Single Serial", "QinHeng", "5523", 0x1A86, 0x55D3, "1-2")
-TRAFFIC_ALONE = (PageEntry("traffic", "Traffic", Icon.TRAFFIC, TrafficPage),)
+TRAFFIC_ALONE = (PageEntry("traffic", "Traffic", Icon.DIAGNOSIS, TrafficPage),)
 """The page that needs no plots: these tests are about what is around the pages."""
 
 

@@ -97,6 +97,14 @@ class OnBench:
         page = self.preflight
         self.qtbot.waitUntil(lambda: page.banner.announcement.standing in wanted, timeout=CHECK_MS)
 
+    def restart(self) -> None:
+        """Until the window has heard the whole of it: both heartbeats, and answers again."""
+        connector = self.assembly.connector
+        before = connector.device.restarts
+        self.bench.restart()
+        self.qtbot.waitUntil(lambda: connector.device.restarts > before, timeout=WAIT_MS)
+        self.qtbot.waitUntil(lambda: connector.state.phase is Phase.ONLINE, timeout=WAIT_MS)
+
     def read_triggers(self) -> None:
         page = self.triggers
         self.click(page.read)

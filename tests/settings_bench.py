@@ -7,9 +7,10 @@ from pathlib import Path
 from typing import Any, TypeVar
 
 from PySide6.QtCore import Qt
-from PySide6.QtWidgets import QApplication, QPushButton, QWidget
+from PySide6.QtWidgets import QApplication, QLineEdit, QPushButton, QWidget
 from pytestqt.qtbot import QtBot
 
+from app.settings_form import RowState
 from app.simulator.bench import SimulatedBench
 from protocol.catalogue import BY_NAME, Hazard, Request
 from protocol.fields import Value
@@ -18,6 +19,7 @@ from tests.fakes_ui import WAIT_MS, simulated, wait_online, window
 from ui.application import PAGES, Assembly
 from ui.commands_page import CommandsPage
 from ui.connector import Target
+from ui.notice_bar import NoticeBar
 from ui.settings_page import SettingsPage
 
 ENTRIES = tuple(entry for entry in PAGES if entry.key in ("settings", "commands"))
@@ -119,3 +121,49 @@ def desk(
             yield made
         finally:
             assembly.connector.disconnect_port()
+
+
+# What a person does and sees on the Settings page
+
+
+def type_into(one: Desk, name: str, text: str) -> None:
+    box = one.find(QLineEdit, f"{name}_wanted")
+    box.setFocus()
+    box.selectAll()
+    one.qtbot.keyClicks(box, text)
+
+
+def state(one: Desk, key: str) -> RowState:
+    one.settings.refresh()
+    row = one.settings.rows[key].row
+    assert row is not None
+    return row.state
+
+
+def reason(one: Desk, key: str) -> str:
+    return one.settings.rows[key].reason.text()
+
+
+def write(one: Desk) -> None:
+    one.settings.refresh()
+    one.click("settings_write")
+
+
+def choose(one: Desk, key: str, bar: NoticeBar | None = None) -> None:
+    """Click the button of a notice; Qt shows a new one with its next event."""
+    bar = bar or one.settings.strip
+
+    def shown() -> QPushButton | None:
+        button = bar.button(key)
+        return button if button is not None and button.isVisible() else None
+
+    one.until(lambda: shown() is not None)
+    button = shown()
+    assert button is not None
+    one.click(button)
+
+
+def notice(one: Desk) -> str:
+    one.settings.refresh()
+    said = one.settings.strip.notice
+    return "" if said is None else said.text

@@ -10,49 +10,23 @@ import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import IO, NamedTuple
+from typing import IO
 
 import pytest
 import serial
 
+from tests.processes import PROGRAM, ROOT, RunningModule, run_module
+
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="there are no pseudo-terminals on Windows")
 
-ROOT = Path(__file__).parent.parent
-PROGRAM = (sys.executable, "-m", "app")
 ENVIRONMENT = os.environ | {"LC_ALL": "C.UTF-8", "PYTHONWARNINGS": "error"}
 LONGEST_S = 15.0
 
 
-class Simulated(NamedTuple):
-    port: str
-    process: "subprocess.Popen[str]"
-
-    def tell(self, line: str) -> None:
-        """A control line: `unplug`, `tilt 70` …"""
-        stdin = self.process.stdin
-        assert stdin is not None
-        stdin.write(line + "\n")
-        stdin.flush()
-
-
-@contextmanager
-def simulated(*options: str) -> Iterator[Simulated]:
-    with subprocess.Popen(
-        [*PROGRAM, "simulate", *options],
-        cwd=ROOT, env=ENVIRONMENT, text=True,
-        stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL,
-    ) as process:  # fmt: skip
-        try:
-            assert process.stdout is not None
-            yield Simulated(process.stdout.readline().strip(), process)
-        finally:
-            process.kill()
-
-
 @pytest.fixture(scope="module")
-def module() -> Iterator[Simulated]:
+def module() -> Iterator[RunningModule]:
     """One module for all tests that leave it as it was."""
-    with simulated("--rate", "200", "--history", "2") as one:
+    with run_module("--rate", "200", "--history", "2") as one:
         yield one
 
 
@@ -100,7 +74,7 @@ def assert_one_sentence(text: str) -> None:
     assert "Traceback" not in text
 
 
-def test_a_stranger_can_read_it(module: Simulated) -> None:
+def test_a_stranger_can_read_it(module: RunningModule) -> None:
     began = time.monotonic()
     run = dps_s("read", "--port", module.port, "--json")
     assert time.monotonic() - began < 3
@@ -111,7 +85,7 @@ def test_a_stranger_can_read_it(module: Simulated) -> None:
     assert people.stdout.startswith("Boot  After power-on  Source")
 
 
-def test_monitor_interrupted_leaves_the_module_silent(module: Simulated) -> None:
+def test_monitor_interrupted_leaves_the_module_silent(module: RunningModule) -> None:
     with started("monitor", "--port", module.port, "--json") as process:
         assert process.stdout is not None
         lines = lines_until(process.stdout, 2.9)
@@ -125,7 +99,7 @@ def test_monitor_interrupted_leaves_the_module_silent(module: Simulated) -> None
     assert is_quiet(module.port)
 
 
-def test_monitor_into_head(module: Simulated) -> None:
+def test_monitor_into_head(module: RunningModule) -> None:
     """Whoever reads goes away while it streams: quiet, and the stream off."""
     with started("monitor", "--port", module.port, "--json") as process:
         assert process.stdout is not None
@@ -139,7 +113,7 @@ def test_monitor_into_head(module: Simulated) -> None:
 
 def test_monitor_stuck_in_a_full_pipe_can_be_ended() -> None:
     """Nobody reads, so it cannot even print: the signal still ends it, and the stream."""
-    with simulated("--rate", "1440") as module, started("monitor", "--port", module.port, "--json") as process:
+    with run_module("--rate", "1440") as module, started("monitor", "--port", module.port, "--json") as process:
         assert process.stdout is not None
         lines_until(process.stdout, 1.2)
         # A pipe holds 64 KiB, which is half a second of the stream.
@@ -163,7 +137,7 @@ def is_blocked_in_writing(pid: int) -> bool:
 
 @pytest.mark.parametrize("way", ["unplug", "kill"])
 def test_unplugged_while_monitoring(way: str) -> None:
-    with simulated() as module, started("monitor", "--port", module.port, "--json") as process:
+    with run_module() as module, started("monitor", "--port", module.port, "--json") as process:
         assert process.stdout is not None
         lines = lines_until(process.stdout, 0.3)
         if way == "unplug":
@@ -193,7 +167,7 @@ def test_nobody_on_the_line() -> None:
     assert_one_sentence(run.stderr)
 
 
-def test_a_port_that_another_program_has(module: Simulated) -> None:
+def test_a_port_that_another_program_has(module: RunningModule) -> None:
     with serial.Serial(module.port, exclusive=True):
         run = dps_s("monitor", "--port", module.port)
     assert (run.returncode, run.stdout) == (3, "")
@@ -202,7 +176,7 @@ def test_a_port_that_another_program_has(module: Simulated) -> None:
 
 
 def test_the_wrong_rate() -> None:
-    with simulated("--baud", "57600", "--stream-at-boot", "yes") as module:
+    with run_module("--baud", "57600", "--stream-at-boot", "yes") as module:
         run = dps_s("history", "--port", module.port)
         assert (run.returncode, run.stdout) == (3, "")
         assert_one_sentence(run.stderr)

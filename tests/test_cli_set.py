@@ -8,7 +8,7 @@ import pytest
 
 import app.__main__ as program
 from app.acts import Act
-from app.commands import set as setting
+from app.commands.findings import SETTING_KEYS
 from app.journal import Outcome
 from app.profile_file import save_profile
 from app.profiles import Profile
@@ -40,8 +40,11 @@ def sets(wire: list[bytes]) -> list[bytes]:
     return [frame for frame in wire if frame[3] == 0x02]
 
 
-def test_the_names_are_the_catalogues() -> None:
-    assert set(setting.NAMES) == {command.key for command in SETTINGS} == set(ALL)
+def test_the_names_are_the_catalogues(capsys: pytest.CaptureFixture[str]) -> None:
+    assert {command.key for command in SETTINGS} == set(ALL)
+    program.main(["set", "--help"])
+    said = " ".join(capsys.readouterr().out.split())
+    assert ", ".join(SETTING_KEYS) in said
 
 
 @pytest.mark.parametrize("options", ["", "?ack=one&freefall_ack=17&baud_ack=new"])

@@ -2,21 +2,25 @@
 
 import csv
 import io
+from collections.abc import Iterator
 from dataclasses import replace
 from datetime import datetime
 from pathlib import Path
 from types import MappingProxyType
 
+import numpy as np
 import pytest
 
 from app.device import DeviceView, Doubt, How, Known, Sample
+from app.recordings.happenings import Happening, Kind
+from app.recordings.table import HEAD, Stamp, csv_parts, part_count
 from app.transport import PortError, PortTrouble
 from app.worker import Batch, Connection, PortState
 from protocol.events import Restarted
 from protocol.fields import Value
 from protocol.link_states import Presence
-from ui.live_data import Happening, Kind, LiveData, lanes
-from ui.live_export import HEAD, Cancelled, Saving, Stamp, csv_parts, part_count, write_atomically
+from ui.live_data import LiveData, lanes
+from ui.live_export import Cancelled, Saving
 from ui.plot_view import Mark
 
 OPEN = Connection(PortState.OPEN, "/dev/ttyUSB0", 115200)
@@ -65,7 +69,7 @@ def test_every_sample_is_kept_with_its_flags() -> None:
     samples = tuple(report(n / 1440, tilt=n % 90, active=n >= 700, triggered=n % 7 == 0) for n in range(1440))
     for first in range(0, 1440, 24):
         data.take(batch(1.0, *samples[first : first + 24]))
-    recording = data.recording(0.0, 1.0)
+    recording = data.excerpt(0.0, 1.0)
     assert recording.time_s.tolist() == [one.at for one in samples]
     assert recording.tilt_deg.tolist() == [one.tilt_deg for one in samples]
     assert recording.is_active.tolist() == [one.active for one in samples]
@@ -76,7 +80,7 @@ def test_every_sample_is_kept_with_its_flags() -> None:
 def test_a_recording_does_not_change_with_what_comes_later() -> None:
     data = LiveData()
     take(data, batch(1.0, report(1.0)))
-    recording = data.recording(0.0, 9.0)
+    recording = data.excerpt(0.0, 9.0)
     take(data, batch(2.0, report(2.0, tilt=50)))
     assert recording.tilt_deg.tolist() == [3.0]
 
@@ -94,6 +98,18 @@ def test_the_rate_counts_reports_streamed_or_polled() -> None:
     take(data, batch(2.0, *(report(n / 10) for n in range(21))))
     assert data.reports_per_s(2.0) == pytest.approx(10, abs=0.6)
     assert data.reports_per_s(9.0) == 0
+
+
+def test_another_module_begins_anew() -> None:
+    data = LiveData()
+    take(data, batch(1.0, report(1.0, active=True), view=device(1.0, attitude_threshold_deg=60, cell_voltage_v=3.9)))
+    data.begin_anew()
+    assert not data.has_samples
+    assert (len(data.tilt), len(data.cell), list(data.happenings)) == (0, 0, [])
+    assert data.fires.between(0.0, 9.0) == []
+    # What was of the old one is no change of the new one, nor is its time a bound.
+    assert take(data, batch(0.5, report(0.5, active=False))) == []
+    assert data.excerpt(0.0, 9.0).time_s.tolist() == [0.5]
 
 
 # Limits
@@ -234,7 +250,7 @@ def filled() -> LiveData:
 
 
 def test_csv_holds_exactly_what_is_in_the_span() -> None:
-    recording = filled().recording(1.0, 1.9)
+    recording = filled().excerpt(1.0, 1.9)
     rows = rows_of(b"".join(csv_parts(recording, wall_offset_s=NOON)))
     zone = datetime.fromtimestamp(NOON).astimezone().isoformat()[19:]
     assert [tuple(row.values()) for row in rows] == [
@@ -250,20 +266,20 @@ def test_csv_holds_exactly_what_is_in_the_span() -> None:
 def test_csv_names_the_port_and_quotes_what_needs_it() -> None:
     data = filled()
     data.happenings.append(Happening(1.2, Kind.RECONNECTED, 'socket://a,"b"'))
-    rows = rows_of(b"".join(csv_parts(data.recording(0.0, 9.0), wall_offset_s=NOON)))
+    rows = rows_of(b"".join(csv_parts(data.excerpt(0.0, 9.0), wall_offset_s=NOON)))
     assert [row["event"] for row in rows if row["event"]] == [
         "connected: /dev/ttyUSB0",
         'reconnected: socket://a,"b"',
         "activated",
         "triggered",
     ]
-    assert len(rows) == data.recording(0.0, 9.0).row_count
+    assert len(rows) == data.excerpt(0.0, 9.0).row_count
 
 
 def test_csv_of_many_rows_comes_in_as_many_parts_as_foretold() -> None:
     data = LiveData()
     data.take(batch(20.0, *(report(n / 1000) for n in range(12_000))))
-    recording = data.recording(0.0, 20.0)
+    recording = data.excerpt(0.0, 20.0)
     parts = list(csv_parts(recording, wall_offset_s=NOON))
     assert len(parts) == part_count(recording)
     rows = rows_of(b"".join(parts))
@@ -272,7 +288,7 @@ def test_csv_of_many_rows_comes_in_as_many_parts_as_foretold() -> None:
 
 
 def test_csv_counts_from_its_first_row() -> None:
-    rows = rows_of(b"".join(csv_parts(filled().recording(-60.0, 9.0), wall_offset_s=NOON)))
+    rows = rows_of(b"".join(csv_parts(filled().excerpt(-60.0, 9.0), wall_offset_s=NOON)))
     assert [row["elapsed_s"] for row in rows][:2] == ["0.000", "0.500"]
 
 
@@ -282,11 +298,12 @@ def test_a_stamp_carries_over_to_the_next_second() -> None:
 
 def test_a_span_that_is_no_longer_kept_whole_says_so() -> None:
     data = LiveData()
-    count = 12 * 60 * 1440 + 10_000
-    for first in range(0, count, 50_000):
-        data.take(batch(1.0, *(report(n / 1440) for n in range(first, min(count, first + 50_000)))))
-    assert not data.recording(0.0, 800.0).is_whole
-    assert data.recording(700.0, 800.0).is_whole
+    data.take(batch(0.0, report(0.0)))
+    times = np.arange(1, 12 * 60 * 1440 + 10_000) / 1440
+    for series in (data.tilt, data.acceleration, data._flags):  # as many reports one by one would take seconds
+        series.append(times, np.zeros(len(times)))
+    assert not data.excerpt(0.0, 800.0).is_whole
+    assert data.excerpt(700.0, 800.0).is_whole
 
 
 # Writing
@@ -296,14 +313,18 @@ def test_a_file_is_replaced_only_by_a_whole_one(tmp_path: Path) -> None:
     path = tmp_path / "values.csv"
     path.write_bytes(b"before")
 
-    def stop() -> None:
+    def broken() -> Iterator[bytes]:
+        yield b"half"
         assert path.read_bytes() == b"before"
-        raise Cancelled
+        raise OSError("the disk is full")
 
-    with pytest.raises(Cancelled):
-        write_atomically(path, [b"half"], between=stop)
+    failed = Saving(path, broken, 2)
+    assert failed.wait(WAIT_S)
+    assert isinstance(failed.error, OSError)
     assert (path.read_bytes(), names_in(tmp_path)) == (b"before", ["values.csv"])
-    write_atomically(path, [b"whole ", b"file"])
+    whole = Saving(path, lambda: [b"whole ", b"file"])
+    assert whole.wait(WAIT_S)
+    assert whole.error is None
     assert (path.read_bytes(), names_in(tmp_path)) == (b"whole file", ["values.csv"])
 
 

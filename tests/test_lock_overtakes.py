@@ -88,11 +88,33 @@ def test_an_act_that_waits_for_the_line_is_withheld() -> None:
     assert performing.result.outcome is Outcome.NOT_SENT
 
 
+@pytest.mark.parametrize("act", [Act.ACTIVATE, Act.ZERO, Act.SHUTDOWN, Act.FORBID_DEPLOY])
+def test_what_was_confirmed_before_the_port_was_opened_is_not_done(act: Act) -> None:
+    """By now another module may be connected; found by the stateful test."""
+    rig = Rig()
+    permit = Permit(act, Origin.CONFIRMATION, rig.session.opened_at - 0.01)
+    done = rig.run(perform(act, FakeJournal(), permit=permit))
+    assert done.outcome is Outcome.NOT_SENT
+    assert [one.sentence for one in done.refusals] == [
+        "The port was opened anew after this was confirmed: confirm again."
+    ]
+    assert REQUESTS[act] not in rig.line.requests
+
+
 def test_it_is_said_why() -> None:
     """The permit alone is good, and LOCK came after it."""
     permit = Permit(Act.ZERO, Origin.CONFIRMATION, 100.0)
     for overtaken_at, said in ((99.0, []), (100.0, [WHY]), (100.5, [WHY]), (None, [])):
         now_is = Situation(
             now=101.0, presence=Presence.ONLINE, status_at=101.0, active=False, permit=permit, overtaken_at=overtaken_at
+        )
+        assert [one.sentence for one in refusals(Act.ZERO, now_is)] == said
+
+
+def test_what_was_confirmed_before_the_computer_slept_is_not_done() -> None:
+    permit = Permit(Act.ZERO, Origin.CONFIRMATION, 100.0)
+    for slept_until, said in ((99.0, []), (100.5, ["The computer slept after this was confirmed: confirm again."])):
+        now_is = Situation(
+            now=101.0, presence=Presence.ONLINE, status_at=101.0, active=False, permit=permit, slept_until=slept_until
         )
         assert [one.sentence for one in refusals(Act.ZERO, now_is)] == said

@@ -4,18 +4,17 @@ import math
 
 import numpy as np
 import pytest
-from PySide6.QtCore import QPoint, QPointF, Qt
-from PySide6.QtGui import QColor, QWheelEvent
+from PySide6.QtCore import QEvent, QPoint, QPointF, Qt
+from PySide6.QtGui import QColor, QMouseEvent, QWheelEvent
 from PySide6.QtWidgets import QApplication, QLineEdit, QPushButton, QToolButton, QVBoxLayout, QWidget
 from pytestqt.qtbot import QtBot
 
-from app.samples import Envelope, Series, Steps
+from app.samples import Series
+from app.steps import Steps
 from ui import theme
 from ui.icons import Icon
 from ui.plot_canvas import Canvas
-from ui.plot_curve import points
-from ui.plot_ticks import before_now, clock_text, clock_times
-from ui.plot_view import Lane, Limit, Mark, Scale, Span, TimeView, fitting_scale
+from ui.plot_view import Lane, Limit, Mark, Scale, Span
 from ui.plots import TimePlot
 from ui.readout import StateChip
 from ui.texts import Texts
@@ -110,80 +109,6 @@ class Bench:
 def bench(qapp: QApplication, qtbot: QtBot) -> Bench:
     theme.apply(qapp, LIGHT)
     return Bench(qtbot)
-
-
-def test_a_view_follows_until_it_is_held() -> None:
-    view = TimeView(60)
-    assert view.span(100) == Span(40, 100)
-    assert view.span(101) == Span(41, 101)
-    view.hold(101)
-    assert view.span(113) == Span(41, 101)
-    assert (view.is_live, view.behind_s(113)) == (False, 12)
-    view.follow()
-    assert view.span(113) == Span(53, 113)
-    assert view.behind_s(113) == 0
-
-
-def test_zooming_keeps_the_place_and_its_bounds() -> None:
-    view = TimeView(60)
-    view.zoom(0.5, at_s=70, now_s=100)
-    assert view.span(100) == Span(55, 85)
-    for _ in range(100):
-        view.zoom(0.5, at_s=70, now_s=100)
-    assert 0.02 < view.span(100).length_s < 0.04
-    for _ in range(100):
-        view.zoom(2, at_s=70, now_s=100)
-    assert view.span(100).end_s <= 100
-    assert view.span(100).length_s == 36000
-
-
-def test_panning_never_goes_beyond_now() -> None:
-    view = TimeView(10)
-    view.pan(-30, now_s=100)
-    assert view.span(100) == Span(60, 70)
-    view.pan(500, now_s=100)
-    assert view.span(100) == Span(90, 100)
-    assert not view.is_live
-    view.choose(60, now_s=100)
-    assert view.span(100) == Span(40, 100)
-
-
-def test_the_smallest_scale_that_holds_everything_is_taken() -> None:
-    scales = (Scale(0, 90, 30), Scale(0, 180, 45))
-    assert fitting_scale(scales, 3, 90) is scales[0]
-    assert fitting_scale(scales, 3, 91) is scales[1]
-    assert fitting_scale(scales, 3, 255) is scales[1]
-
-
-def test_points_break_at_gaps_and_never_join_over_them() -> None:
-    time_s = np.array([0.0, 1.0, 5.0, 6.0])
-    value = np.array([1, 2, 3, 4], np.float32)
-    found = points(Envelope(time_s, time_s, value, value), origin_s=0, gap_s=2)
-    assert found.gaps == [Span(1, 5)]
-    assert np.array_equal(np.isnan(found.x), np.isnan(found.y))
-    assert found.x.tolist()[:4] == [0, 0, 1, 1]
-    assert math.isnan(found.x[4])
-    assert found.x.tolist()[5:] == [5, 5, 6, 6]
-    none = np.array([])
-    assert len(points(Envelope(none, none, none, none), origin_s=0, gap_s=2).x) == 0
-
-
-def test_ticks_before_now_stand_still_while_time_goes_on() -> None:
-    first = before_now(Span(40, 100), most=7)
-    assert [tick.label for tick in first] == ["now", *(f"−{n} s" for n in range(10, 70, 10))]
-    second = before_now(Span(41.3, 101.3), most=7)
-    assert [tick.time_s - 1.3 for tick in second] == pytest.approx([tick.time_s for tick in first])
-    assert before_now(Span(0, 600), most=6)[1].label == "−2 min"
-    assert before_now(Span(0, 0.1), most=6)[1].label == "−0.02 s"
-
-
-def test_ticks_of_the_clock_are_at_round_times() -> None:
-    ticks = clock_times(Span(0.4, 60.4), most=7, wall_offset_s=1_700_000_000.25)
-    assert len(ticks) == 6
-    assert all(((tick.time_s + 1_700_000_000.25) % 10) == pytest.approx(0, abs=1e-6) for tick in ticks)
-    assert all(tick.label.endswith("0") and len(tick.label) == 8 for tick in ticks)
-    assert clock_text(1_700_000_000.96, 1)[-4:] == "21.0"
-    assert clock_text(1_700_000_000.94, 1)[-4:] == "20.9"
 
 
 def test_it_follows_and_says_so(bench: Bench) -> None:
@@ -367,12 +292,67 @@ def test_the_time_line_can_show_the_clock(bench: Bench, qtbot: QtBot) -> None:
 
 def test_every_control_is_named(bench: Bench) -> None:
     buttons: list[QWidget] = [*bench.plot.findChildren(QPushButton), *bench.plot.findChildren(QToolButton)]
-    assert len(buttons) == 5
+    assert len(buttons) == 6
     canvas: QWidget = bench.canvas
     for control in (*buttons, canvas):
         assert control.objectName()
         assert control.accessibleName()
         assert control.toolTip()
+
+
+def test_the_state_is_cut_to_what_there_is_room_for(bench: Bench) -> None:
+    bench.plot.toggle_pause()
+    bench.plot.draw(NOW_S + 12)
+    chip = bench.plot.findChild(StateChip, "time-plot-state")
+    assert isinstance(chip, StateChip)
+    assert bench.state == "paused, 12 s behind"
+    beside_px = bench.window.width() - bench.plot.width()
+    for word in ("paused", "", "paused, 12 s behind"):
+        needed_px = bench.plot.header.sizeHint().width()
+        bench.window.resize(700 if "12 s" in word else needed_px - 2 + beside_px, 520)
+        QApplication.processEvents()
+        bench.plot.draw(NOW_S + 12)
+        assert bench.state == word
+        assert chip.accessibleName() == "Plots: paused, 12 s behind"  # whole in any case
+        assert chip.toolTip() == "Plots: paused, 12 s behind"
+        pause = bench.button("time-plot-pause")
+        assert bench.plot.rect().contains(pause.mapTo(bench.plot, pause.rect().topRight()))
+
+
+def test_one_draw_serves_a_drag_and_its_cursor(bench: Bench, qtbot: QtBot) -> None:
+    spans: list[Span] = []
+    draw = bench.canvas.draw_curves
+
+    def count(span: Span) -> None:
+        spans.append(span)
+        draw(span)
+
+    bench.canvas.draw_curves = count  # type: ignore[method-assign]
+    viewport = bench.canvas.viewport()
+    qtbot.mousePress(viewport, Qt.MouseButton.LeftButton, pos=bench.at(0.5))
+    spans.clear()
+    drag = QMouseEvent(
+        QEvent.Type.MouseMove,
+        QPointF(bench.at(0.7)),
+        QPointF(viewport.mapToGlobal(bench.at(0.7))),
+        Qt.MouseButton.NoButton,
+        Qt.MouseButton.LeftButton,
+        Qt.KeyboardModifier.NoModifier,
+    )
+    QApplication.sendEvent(viewport, drag)
+    assert len(spans) == 1
+    assert bench.plot.span.end_s == pytest.approx(NOW_S - 0.2 * 60, abs=0.3)
+    assert bench.plot.cursor_s == pytest.approx(bench.plot.span.start_s + 0.7 * 60, abs=0.3)
+
+
+def test_the_last_limits_of_a_recording_are_named_although_nobody_knows_them_after_it(
+    qapp: QApplication, qtbot: QtBot
+) -> None:
+    theme.apply(qapp, LIGHT)
+    bench = Bench(qtbot)
+    bench.fire.put(NOW_S, None)
+    right = bench.canvas.lanes[0].box.right()
+    assert any(point.x() > right + 6 for point in bench.pixels(LIGHT.danger.ink))
 
 
 def test_a_theme_is_followed(bench: Bench, qapp: QApplication) -> None:

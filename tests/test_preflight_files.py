@@ -94,11 +94,11 @@ def test_everything_has_a_name_and_fits(qtbot: QtBot, qapp: QApplication, tmp_pa
         for control in controls:
             if not control.objectName().startswith("qt_") and control.isVisible():
                 assert control.accessibleName(), control.objectName()
-        for button in page.buttons.findChildren(QAbstractButton):
-            if button.isVisible():
-                assert button.width() >= button.sizeHint().width(), button.objectName()
-                place = QRect(button.mapTo(page, button.rect().topLeft()), button.size())
-                assert page.rect().contains(place), button.objectName()
+        buttons = [button for button in page.buttons.findChildren(QAbstractButton) if button.isVisible()]
+        qtbot.waitUntil(lambda: all(button.width() >= button.sizeHint().width() for button in buttons))
+        for button in buttons:
+            place = QRect(button.mapTo(page, button.rect().topLeft()), button.size())
+            assert page.rect().contains(place), button.objectName()
         content = bench.find(QWidget, "preflight_content")
         assert content.width() <= page.list.viewport().width()
 

@@ -154,7 +154,7 @@ def test_records_and_boot_count_need_a_word_of_a_person(
         bench.wait_standing(Standing.GO, Standing.NO_GO)
         assert page.work.result("trigger_records") is Result.PASS
         bench.bench.module.memory.boot_count = 11
-        bench.bench.restart()
+        bench.restart()
         bench.wait_standing(Standing.VOID)
         assert bench.check() is Standing.NO_GO
         row = page.list.rows["boot_count"]

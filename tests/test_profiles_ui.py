@@ -70,7 +70,7 @@ def test_compare_tick_apply_verify(qtbot: QtBot, qapp: QApplication, tmp_path: P
         assert one.find(QLabel, "profile_title").text() == "Survey hexacopter"
         assert match(one, "attitude_threshold_deg") == "different"
         assert match(one, "freefall_time_s") == "same"
-        assert match(one, "attitude_trigger") == "unknown on the module"
+        assert match(one, "attitude_trigger") == "unknown"
         assert match(one, "light_threshold_v") == "not in the profile"
         ticked = {name for name in ("attitude_threshold", "freefall_time", "attitude_trigger", "baud_rate")
                   if tick(one, name).isChecked()}  # fmt: skip

@@ -10,14 +10,13 @@ from hypothesis import strategies as st
 from app.samples import (
     SUMMARY_BUCKETS,
     SUMMARY_S,
-    Change,
     Envelope,
     Extent,
     Sample,
     Series,
-    Steps,
     bucket_width_s,
 )
+from app.steps import Change, Steps
 
 RATE_HZ = 1440
 

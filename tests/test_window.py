@@ -330,7 +330,7 @@ def test_the_module_streams_only_for_a_page_that_wants_it(qtbot: QtBot, qapp: QA
         return made[-1]
 
     streamed = PageEntry("one", "Live", Icon.LIVE, make, wants_stream=True)
-    entries = (streamed, PageEntry("two", "Traffic", Icon.TRAFFIC, make))
+    entries = (streamed, PageEntry("two", "Traffic", Icon.DIAGNOSIS, make))
     with simulated("stream") as bench, window(qapp, tmp_path, entries=entries) as assembly:
         assert made == []  # not before the first paint
         with qtbot.waitSignal(assembly.window.pages_made, timeout=WAIT_MS):

@@ -124,10 +124,10 @@ def test_nothing_is_sent_to_a_module_that_does_not_answer_the_fence() -> None:
     rig = Rig()
     write(rig, "freefall_time", 1.5)
     rig.bench.change(mute=True)
-    assert write(rig, "freefall_time", 1.4).fault is WriteFault.NO_READ_BACK
-    written = write(rig, "freefall_time", 1.2)
-    assert (written.heard, written.fault, written.verified) == (Heard.NOT_SENT, WriteFault.NOT_SENT, False)
-    assert held(rig, BY_NAME["freefall_time"]) == 1.4
+    for _ in range(2):
+        written = write(rig, "freefall_time", 1.4)
+        assert (written.heard, written.fault, written.verified) == (Heard.NOT_SENT, WriteFault.NOT_SENT, False)
+    assert held(rig, BY_NAME["freefall_time"]) == 1.5
 
 
 @pytest.mark.parametrize(

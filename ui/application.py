@@ -1,5 +1,6 @@
 """Puts the window together and runs it. Shown first, filled afterwards: pages and ports come after the first paint."""
 
+import gc
 import logging
 import platform
 import signal
@@ -22,6 +23,8 @@ from app.logs import Log, catch_mishaps, start_log
 from app.procedures.act import Armed
 from protocol.text import marked
 from ui.baud_recovery import BaudRecovery
+from ui.beside import Beside
+from ui.closing import end_process
 from ui.connect_panel import SIMULATED_PORT
 from ui.connector import Connector, Target
 from ui.evidence import has_seen_status, leave_evidence
@@ -36,6 +39,7 @@ from ui.remembered import Remembered
 from ui.speech import Speech
 from ui.texts import Texts
 from ui.theme import Appearance, Choice, Meaning
+from ui.tour_port import is_tour
 
 _log = logging.getLogger(__name__)
 
@@ -85,6 +89,12 @@ def _preflight(services: Services) -> QWidget:
     return PreflightPage(services)
 
 
+def _recordings(services: Services) -> QWidget:
+    from ui.recordings_page import RecordingsPage
+
+    return RecordingsPage(services)
+
+
 def _commands(services: Services) -> QWidget:
     from ui.commands_page import CommandsPage
 
@@ -97,8 +107,20 @@ PAGES: tuple[PageEntry, ...] = (
     PageEntry("triggers", marked("Triggers"), Icon.HISTORY, _triggers),
     PageEntry("preflight", marked("Pre-flight"), Icon.CHECKLIST, _preflight),
     PageEntry("commands", marked("Commands"), Icon.ACTIVE, _commands, wants_stream=True),
+    PageEntry("recordings", marked("Recordings"), Icon.RECORDINGS, _recordings),
     PageEntry("diagnosis", marked("Diagnosis"), Icon.DIAGNOSIS, _diagnosis),
 )
+
+
+def _load_pages() -> None:
+    """What the pages' modules load, so that making a page takes no longer than a turn of the event loop should."""
+    import ui.commands_page
+    import ui.diagnosis_page
+    import ui.live_page
+    import ui.preflight_page
+    import ui.recordings_page
+    import ui.settings_page
+    import ui.triggers_page  # noqa: F401  they stay loaded
 
 
 @dataclass(slots=True)
@@ -112,6 +134,8 @@ class Assembly:
     speech: Speech
     keeping: Keeping
     armed: Armed = field(default_factory=Armed)
+    load: Callable[[], object] | None = None
+    """Loads what the pages need; takes long."""
     exit_code: int = 0
 
 
@@ -132,26 +156,36 @@ def assemble(
     speech.use(_language(options, remembered))
     appearance = Appearance(app, _theme(remembered))
     ports = ports or PortWatch()
-    connector = Connector(ports)
     keeping = keeping or Keeping()
+    connector = Connector(ports, make_worker=keeping.sessions.tapped())
     keeping.is_recording = lambda: connector.is_recording
+    keeping.is_touring = lambda: connector.is_wanted and is_tour(connector.target)
     connector.log_to(keeping.journal)
     services = Services(connector, texts, appearance, keeping, remembered, log=log)
+    keeping.sessions.follow(connector, services.naming)
     window = MainWindow(services, ports, speech, remembered, entries=entries)
-    return Assembly(window, connector, ports, appearance, speech, keeping, services.armed)
+    load = _load_pages if entries is PAGES else None
+    return Assembly(window, connector, ports, appearance, speech, keeping, services.armed, load)
 
 
 def start(assembly: Assembly, options: WindowOptions) -> None:
     """Show the window; once it is painted, make the pages, look for ports, and connect where that was asked for."""
-    window = assembly.window
+    window, load = assembly.window, assembly.load
     target = _target(options)
+    loading: Beside[object] = Beside("dps-s pages", window)
 
     def fill() -> None:
-        window.make_pages()
+        if load is None:
+            make_pages()
+        else:  # plots take half a second to load, for which the window would stand still
+            loading.run(lambda _is_wanted: load(), lambda _: make_pages(), lambda _error: make_pages())
         assembly.ports.refresh()
         _tell_of_store(assembly)
+
+    def make_pages() -> None:
+        window.make_pages()
         if target is not None:
-            assembly.connector.connect_to(target)
+            window.connect_to(target)
 
     if target is None:
         QTimer.singleShot(0, window, window.toggle_panel)
@@ -208,6 +242,7 @@ def run(options: WindowOptions) -> int:
         remembered = Remembered() if folder is None else Remembered(folder / "window.ini")
         assembly = assemble(app, options, remembered=remembered, keeping=Keeping(folder), log=log)
         _stay(app, assembly, options)
+    end_process(assembly.exit_code)
     return assembly.exit_code
 
 
@@ -224,6 +259,8 @@ def _memory(options: WindowOptions) -> Iterator[Path | None]:
 def _stay(app: QApplication, assembly: Assembly, options: WindowOptions) -> None:
     with _faults_said(assembly.window, assembly.armed), _signals_close(assembly.window):
         start(assembly, options)
+        # What is there now stays: without it the collector's longest pause is half as long.
+        assembly.window.pages_made.connect(gc.freeze)
         if options.offscreen_seconds is not None:
             QTimer.singleShot(
                 round(options.offscreen_seconds * 1000), assembly.window, lambda: _end_unattended(assembly, options)

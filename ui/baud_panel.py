@@ -138,7 +138,7 @@ class BaudPanel(QFrame):
         for label in (self._title, self._warning):
             column.addWidget(label)
         row = QHBoxLayout()
-        row.setSpacing(Space.L)
+        row.setSpacing(Space.M)
         row.addWidget(self.stands)
         row.addWidget(self.editor)
         row.addStretch(1)

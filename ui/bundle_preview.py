@@ -97,6 +97,8 @@ class BundlePreview(QWidget):
         )
         self.parts = named(QListWidget(), "bundle_parts")
         self.parts.setFixedWidth(250)
+        self.parts.setWordWrap(True)
+        self.parts.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
         self.parts.setStyleSheet("QListWidget::item { padding: 6px 8px; }")
         self.parts.currentRowChanged.connect(self._show_part)
         texts.bind(self.parts.setAccessibleName, "Files in the bundle")

@@ -10,7 +10,6 @@ from PySide6.QtWidgets import (
     QComboBox,
     QGridLayout,
     QHBoxLayout,
-    QHeaderView,
     QLabel,
     QPushButton,
     QTableWidget,
@@ -29,6 +28,7 @@ from ui.named import named
 from ui.pages import Services
 from ui.preflight_form import known_aircraft
 from ui.simulator_controls import WheelGuard
+from ui.tables import list_rows
 from ui.theme import Meaning, Size, Space, font
 from ui.trend import Trend
 
@@ -156,7 +156,11 @@ class CheckHistory(QWidget):
         return tr("{count} checks", count=len(self.checks)) if len(self.checks) != 1 else tr("1 check")
 
     def _fill(self) -> None:
-        self.table.setHorizontalHeaderLabels([tr(text) for text in _HEADS])
+        heads = [tr(text) for text in _HEADS]
+        self.table.setHorizontalHeaderLabels(heads)
+        columns = self.table.horizontalHeader()
+        columns.ensurePolished()
+        columns.setMinimumSectionSize(max(map(columns.fontMetrics().horizontalAdvance, heads)) + Space.L)
         self.table.setRowCount(len(self.checks))
         for row, check in enumerate(self.checks):
             for column, text in enumerate(_cells(check)):
@@ -189,20 +193,10 @@ class CheckHistory(QWidget):
 
     def _make_table(self) -> QTableWidget:
         table = named(QTableWidget(0, len(Column)), "check_history_table")
-        table.setSelectionBehavior(QAbstractItemView.SelectionBehavior.SelectRows)
+        list_rows(table, row_px=_ROW_PX)
         table.setSelectionMode(QAbstractItemView.SelectionMode.SingleSelection)
-        table.setEditTriggers(QAbstractItemView.EditTrigger.NoEditTriggers)
-        table.setVerticalScrollMode(QAbstractItemView.ScrollMode.ScrollPerPixel)
-        table.setShowGrid(False)
-        table.setWordWrap(False)
-        table.setTabKeyNavigation(False)
         table.setFont(font(Size.SMALL))
-        rows = table.verticalHeader()
-        rows.hide()
-        rows.setSectionResizeMode(QHeaderView.ResizeMode.Fixed)
-        rows.setDefaultSectionSize(_ROW_PX)
         columns = table.horizontalHeader()
-        columns.setHighlightSections(False)
         columns.setStyleSheet("QHeaderView::section { padding-left: 4px; }")  # above the text of the rows
         columns.setDefaultAlignment(Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter)
         columns.setStretchLastSection(True)

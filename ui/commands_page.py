@@ -2,8 +2,7 @@
 
 from typing import Final
 
-from PySide6.QtCore import QEvent, QSize, QTimer
-from PySide6.QtGui import QHideEvent, QShowEvent
+from PySide6.QtCore import QSize
 from PySide6.QtWidgets import QFrame, QHBoxLayout, QPushButton, QScrollArea, QVBoxLayout, QWidget
 
 from app.acts import EFFECTS, Act
@@ -19,6 +18,7 @@ from ui.notice_bar import Notice, NoticeBar
 from ui.outcomes import outcome_meaning
 from ui.pages import Services
 from ui.readout import StateChip
+from ui.refreshing import WhileSeen
 from ui.ritual_widget import RitualWidget
 from ui.theme import Meaning, Size, Space
 
@@ -53,9 +53,7 @@ class CommandsPage(QWidget):
         self.ritual = RitualWidget(services)
         services.appearance.changed.connect(self.said.follow_theme)
         self._lay_out()
-        self._timer = QTimer(self)
-        self._timer.setInterval(REFRESH_EVERY_MS)
-        self._timer.timeout.connect(self.refresh)
+        WhileSeen(self, self.refresh, every_ms=REFRESH_EVERY_MS)
         self._connector.changed.connect(self.refresh)
         self.refresh()
 
@@ -166,18 +164,3 @@ class CommandsPage(QWidget):
         whole.setContentsMargins(0, 0, 0, 0)
         whole.addWidget(scroll)
 
-    # Qt
-
-    def showEvent(self, event: QShowEvent) -> None:
-        super().showEvent(event)
-        self._timer.start()
-        self.refresh()
-
-    def hideEvent(self, event: QHideEvent) -> None:
-        super().hideEvent(event)
-        self._timer.stop()
-
-    def changeEvent(self, event: QEvent) -> None:
-        super().changeEvent(event)
-        if event.type() == QEvent.Type.LanguageChange and hasattr(self, "_timer"):
-            self.refresh()

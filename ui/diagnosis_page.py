@@ -8,14 +8,16 @@ from typing import Final
 
 from PySide6.QtCore import Signal
 from PySide6.QtGui import QAction, QKeySequence
-from PySide6.QtWidgets import QButtonGroup, QHBoxLayout, QStackedWidget, QToolButton, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QButtonGroup, QStackedWidget, QToolButton, QVBoxLayout, QWidget
 
+from app.capture import FAULTS_KEPT
 from app.i18n import tr
 from app.link_figures import LinkFigures
 from app.worker import Batch
 from protocol.text import marked
 from ui.bundle_preview import BundlePreview
 from ui.capture_files import OPENED_SUFFIXES, CaptureFiles, Kept, Opened
+from ui.flow_row import FlowRow
 from ui.link_figures_view import LinkFiguresView
 from ui.named import named
 from ui.notice_bar import Choice, Notice, NoticeBar
@@ -139,14 +141,13 @@ class DiagnosisPage(QWidget):
     @staticmethod
     def _faults_said(opened: Opened) -> list[str]:
         said = []
-        if not opened.capture.is_timed:
+        if not opened.is_timed:
             said.append(tr("It has no times: those shown are of bytes back to back."))
-        if opened.is_cut:
-            said.append(tr("What comes after them is not shown."))
-        faults = opened.capture.faults
+        faults = opened.faults
         if faults:
             first = tr("line {line}: {why}", line=faults[0].line, why=tr(faults[0].text))
-            said.append(tr("{n} lines could not be read; {first}.", n=len(faults), first=first))
+            many = f"{len(faults)}+" if len(faults) == FAULTS_KEPT else str(len(faults))
+            said.append(tr("{n} lines could not be read; {first}.", n=many, first=first))
         return said
 
     # What is said
@@ -195,13 +196,10 @@ class DiagnosisPage(QWidget):
         self.addAction(action)
 
     def _lay_out(self) -> None:
-        bar = QHBoxLayout()
+        bar = FlowRow(spacing_px=Space.XS)
         bar.setContentsMargins(Space.M, Space.S, Space.M, 0)
-        bar.setSpacing(Space.XS)
-        for button in self.segments.values():
-            bar.addWidget(button)
-        bar.addStretch(1)
-        bar.addWidget(self.files)
+        bar.add(*self.segments.values())
+        bar.add_right(self.files)
         column = QVBoxLayout(self)
         column.setContentsMargins(0, 0, 0, 0)
         column.setSpacing(Space.XS)

@@ -1,5 +1,6 @@
 """The one place that chooses the editor for a field's kind: a number, yes or no, one of a few."""
 
+from functools import partial
 from typing import Final
 
 from PySide6.QtCore import QEvent, QSignalBlocker, QSize, Qt, Signal
@@ -7,6 +8,7 @@ from PySide6.QtGui import QIcon, QKeyEvent, QWheelEvent
 from PySide6.QtWidgets import QComboBox, QHBoxLayout, QLabel, QLineEdit, QToolButton, QWidget
 
 from app.drafts import Draft
+from app.i18n import tr
 from app.setting_texts import DEFAULTS, plain_text
 from protocol.catalogue import Command
 from protocol.fields import Choice, Flag, Quantity, Value
@@ -49,8 +51,8 @@ class NumberEditor(FieldEditor):
         self.box = _Line(f"{command.name}_wanted", self)
         self.less = self._stepper("less", "−", -1)
         self.more = self._stepper("more", "+", 1)
-        texts.bind(self.less.setAccessibleName, "One step less")
-        texts.bind(self.more.setAccessibleName, "One step more")
+        texts.bind(partial(_name_after, self.less, command), "One step less")
+        texts.bind(partial(_name_after, self.more, command), "One step more")
         texts.bind(self.less.setToolTip, "One step less (arrow down)")
         texts.bind(self.more.setToolTip, "One step more (arrow up)")
         describe(texts, self.box, command.title, command.explanation)
@@ -177,6 +179,7 @@ class FlagEditor(FieldEditor):
         button.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
         texts.bind(button.setText, english)
         describe(texts, button, english, command.explanation)
+        texts.bind(partial(_name_after, button, command), english)
         return button
 
 
@@ -186,8 +189,9 @@ class ChoiceEditor(FieldEditor):
     def __init__(self, command: Command, field: Choice, texts: Texts, guard: WheelGuard) -> None:
         super().__init__()
         self.box = named(QComboBox(), f"{command.name}_wanted")
-        for value in sorted(field.values.values(), reverse=True):
-            self.box.addItem(field.text(field.encode(value)), value)
+        for number, value in enumerate(sorted(field.values.values(), reverse=True)):
+            self.box.addItem("", value)
+            texts.bind(partial(self._name_item, number, value), field.unit)
         self.box.setCurrentIndex(-1)
         describe(texts, self.box, command.title, command.explanation)
         texts.bind(self.box.setPlaceholderText, "choose")
@@ -198,6 +202,9 @@ class ChoiceEditor(FieldEditor):
         self.setFocusProxy(self.box)
         self.box.activated.connect(lambda: self.chosen.emit(self.value))
 
+    def _name_item(self, number: int, value: int, unit: str) -> None:
+        self.box.setItemText(number, f"{value} {unit}")
+
     @property
     def value(self) -> int | None:
         data = self.box.currentData()
@@ -207,6 +214,11 @@ class ChoiceEditor(FieldEditor):
         wanted = None if draft is None else draft.value
         with QSignalBlocker(self.box):
             self.box.setCurrentIndex(-1 if wanted is None else self.box.findData(wanted))
+
+
+def _name_after(button: QToolButton, command: Command, what: str) -> None:
+    """With the setting, because a screen reader does not see in which row the button stands."""
+    button.setAccessibleName(tr("{setting}: {what}", setting=tr(command.title), what=what))
 
 
 def make_editor(command: Command, texts: Texts, guard: WheelGuard) -> FieldEditor:

@@ -22,7 +22,6 @@ class Icon(Enum):
     LOCK = '<rect x="5" y="11" width="14" height="9.5" rx="2"/><path d="M8 11V7.5a4 4 0 0 1 8 0V11M12 15v2"/>'
     # Standing ready to fire: a warning sign with a flash, not merely an open lock.
     ACTIVE = f'<path d="M12 3 22 20.5H2Z"/><path {_FULL} d="M12.9 8.5 8.6 14.6h2.8l-.6 4.2 4.4-6.3h-2.9z"/>'
-    UNLOCK = '<rect x="5" y="11" width="14" height="9.5" rx="2"/><path d="M8 11V7a4 4 0 0 1 7.6-1.8M12 15v2"/>'
     PARACHUTE = (
         '<path d="M2.5 11.5a9.5 8.5 0 0 1 19 0c-1.6-1.4-3.2-1.4-4.75 0-1.6-1.4-3.15-1.4-4.75 0'
         '-1.6-1.4-3.15-1.4-4.75 0-1.55-1.4-3.15-1.4-4.75 0Z"/>'
@@ -56,6 +55,11 @@ class Icon(Enum):
     )
     TABLE = '<rect x="3.5" y="4.5" width="17" height="15" rx="1.5"/><path d="M3.5 9.5h17M3.5 14.5h17M9.5 4.5v15"/>'
     WARNING = f'<path d="M12 3.5 21.8 20.5H2.2Z"/><path d="M12 9.8v4.6"/><circle {_FULL} cx="12" cy="17.4" r="1.2"/>'
+    DANGER = (
+        '<path d="M8.2 2.8h7.6l5.4 5.4v7.6l-5.4 5.4H8.2l-5.4-5.4V8.2Z"/><path d="M12 7.2v5.8"/>'
+        f'<circle {_FULL} cx="12" cy="16.4" r="1.2"/>'
+    )
+    """An octagon, as a stop sign has: in shape too it is no warning."""
     INFORMATION = f'<circle cx="12" cy="12" r="8.8"/><path d="M12 11.2v5.2"/><circle {_FULL} cx="12" cy="7.8" r="1.2"/>'
     UNKNOWN = (
         '<circle cx="12" cy="12" r="8.8" stroke-dasharray="3.1 2.43"/>'
@@ -69,11 +73,7 @@ class Icon(Enum):
     )
     HISTORY = '<path d="M3.6 12a8.6 8.6 0 1 0 2.7-6.3L3.5 8.2M3.5 3.8v4.4h4.4M12 7.5V12l3.2 2.2"/>'
     CLOCK = '<circle cx="12" cy="12" r="8.8"/><path d="M12 7v5.2l3.4 2"/>'
-    TRAFFIC = '<path d="M4 8h14.5M14.5 4 18.5 8l-4 4M20 16H5.5M9.5 12l-4 4 4 4"/>'
     CHECKLIST = '<path d="m3.5 6 1.7 1.7L8.4 4.5M3.5 16.5l1.7 1.7 3.2-3.2M12 6.2h8.5M12 16.7h8.5"/>'
-    TEST = (
-        '<path d="M9 3.5h6M10 3.5v6L4.8 18.4a1.5 1.5 0 0 0 1.3 2.1h11.8a1.5 1.5 0 0 0 1.3-2.1L14 9.5v-6M7.6 14.5h8.8"/>'
-    )
     DIAGNOSIS = '<circle cx="10.5" cy="10.5" r="6.8"/><path d="m15.6 15.6 5 5M7.4 10.8h1.8l1.3-2.6 1.3 4.3 1-1.7h1"/>'
     SIMULATOR = (
         '<rect x="6.5" y="6.5" width="11" height="11" rx="1.5" stroke-dasharray="3 2"/>'
@@ -96,7 +96,12 @@ class Icon(Enum):
     )
     ERASE = '<path d="M4 6.5h16M9.5 6.5V4h5v2.5M6 6.5 7 20.5h10l1-14M10 10.5v6M14 10.5v6"/>'
     BOOKMARK = f'<path {_FULL} d="M6.5 3h11v18.2L12 17l-5.5 4.2Z"/>'
-    SEARCH = '<circle cx="10.5" cy="10.5" r="6.8"/><path d="m15.6 15.6 5 5"/>'
+    RECORD = f'<circle {_FULL} cx="12" cy="12" r="7"/>'
+    # A reel of what was.
+    RECORDINGS = (
+        '<rect x="2.8" y="5" width="18.4" height="14" rx="2"/><circle cx="8.2" cy="11" r="2.3"/>'
+        '<circle cx="15.8" cy="11" r="2.3"/><path d="M8.2 13.3h7.6M6.5 19l1.4-2.6h8.2l1.4 2.6"/>'
+    )
     FOLDER = '<path d="M3 19V5.5h6.2L11.4 8H21v11Z"/>'
     BUNDLE = '<path d="M3.5 7.5 12 3l8.5 4.5v9L12 21l-8.5-4.5ZM3.5 7.5 12 12l8.5-4.5M12 12v9"/>'
     TO_LIVE = (
@@ -106,8 +111,6 @@ class Icon(Enum):
     RESTART = '<path d="M12 2.8v8.4M7.2 5.6a8.2 8.2 0 1 0 9.6 0"/>'
     UNDO = '<path d="M8.5 4.5 4 9l4.5 4.5M4.5 9H14.5a5.5 5.5 0 0 1 0 11H11"/>'
     REDO = '<path d="M15.5 4.5 20 9l-4.5 4.5M19.5 9H9.5a5.5 5.5 0 0 0 0 11H13"/>'
-    SUN = LIGHT
-    MOON = '<path d="M20 14.2A8.4 8.4 0 0 1 9.8 4a8.4 8.4 0 1 0 10.2 10.2Z"/>'
     DROP = '<path d="M12 3v13M6.5 10.8 12 16.3l5.5-5.5M4.5 20.5h15"/>'
     BATTERY = '<rect x="1.8" y="6.8" width="17.4" height="10.4" rx="2"/><path d="M22.2 10.3v3.4"/>'
 
@@ -116,7 +119,7 @@ class Icon(Enum):
 MEANING_ICONS: Final = {
     Meaning.GOOD: Icon.CHECK,
     Meaning.ATTENTION: Icon.WARNING,
-    Meaning.DANGER: Icon.WARNING,
+    Meaning.DANGER: Icon.DANGER,
     Meaning.INFORMATION: Icon.INFORMATION,
     Meaning.UNKNOWN: Icon.UNKNOWN,
 }
@@ -214,16 +217,23 @@ def icon(one: Icon, meaning: Meaning | None = None, *, is_on_primary: bool = Fal
     return QIcon(_Engine(one, meaning, is_on_primary=is_on_primary))
 
 
+_APP_ICON: Final = (
+    '<rect x="0" y="0" width="24" height="24" rx="5.4" fill="#1F2833" stroke="none"/>'
+    '<g transform="translate(3.4 3) scale(.717)">'
+    '<path fill="#F3B434" stroke="#F3B434" d="M7.25 11.5C7.6 6.5 9.8 3 12 3s4.4 3.5 4.75 8.5c-1.6-1.4-3.15-1.4'
+    '-4.75 0-1.6-1.4-3.15-1.4-4.75 0Z"/>'
+    f"{Icon.PARACHUTE.value}</g>"
+)
+
+
 def app_icon() -> QIcon:
     """The program's own: a white parachute on a dark rounded square, the same in every theme."""
-    fragment = (
-        '<rect x="0" y="0" width="24" height="24" rx="5.4" fill="#1F2833" stroke="none"/>'
-        '<g transform="translate(3.4 3) scale(.717)">'
-        '<path fill="#F3B434" stroke="#F3B434" d="M7.25 11.5C7.6 6.5 9.8 3 12 3s4.4 3.5 4.75 8.5c-1.6-1.4-3.15-1.4'
-        '-4.75 0-1.6-1.4-3.15-1.4-4.75 0Z"/>'
-        f"{Icon.PARACHUTE.value}</g>"
-    )
     one = QIcon()
     for side in (16, 24, 32, 48, 64, 128, 256):
-        one.addPixmap(pixmap(fragment, side, "#FFFFFF"))
+        one.addPixmap(pixmap(_APP_ICON, side, "#FFFFFF"))
     return one
+
+
+def app_icon_svg() -> bytes:
+    """The same as a file, for packages and desktops."""
+    return svg(_APP_ICON, "#FFFFFF") + b"\n"

@@ -76,22 +76,32 @@ class Histogram(Painted):
             painter.end()
             return
         step = ground.width() / len(self._classes)
+        self._paint_bars(painter, ground, step, most)
+        painter.end()
+
+    def _paint_bars(self, painter: QPainter, ground: QRectF, step: float, most: int) -> None:
+        """Each with its share above it, where there is room beside the one before."""
+        theme, metrics = current(), painter.fontMetrics()
+        total = sum(one.count for one in self._classes)
+        said = QRectF()
         for number, one in enumerate(self._classes):
             left = ground.left() + number * step
             if one.count:
                 height = max(2.0, ground.height() * one.count / most)
                 bar = QRectF(left + 1, ground.bottom() - height, step - 2, height)
                 painter.fillRect(bar, QColor(theme.curves[0]))
-                share = QRectF(left - step, bar.top() - _LINE_PX, 3 * step, _LINE_PX)
-                if one.count * 20 >= total:
+                text = percent_text(one.count / total)
+                wide = metrics.horizontalAdvance(text) + 4
+                share = QRectF(bar.center().x() - wide / 2, bar.top() - _LINE_PX, wide, _LINE_PX)
+                if one.count * 20 >= total and not share.intersects(said):
+                    said = share
                     painter.setPen(QColor(theme.text))
-                    painter.drawText(share, _CENTRE, percent_text(one.count / total))
+                    painter.drawText(share, _CENTRE, text)
             if one.up_to_ms in _TICK_MS:
                 painter.setPen(QColor(theme.muted))
                 place = QRectF(left + step - 24, ground.bottom() + 1, 48, _LINE_PX)
                 painter.drawLine(QPointF(left + step, ground.bottom()), QPointF(left + step, ground.bottom() + 3))
                 painter.drawText(place, _CENTRE, f"{one.up_to_ms:g}")
-        painter.end()
 
 
 def _bound(one: TripClass) -> str:
@@ -109,10 +119,10 @@ class ReasonBars(Painted):
 
     def show_counts(self, counts: Sequence[tuple[Reason, int]]) -> None:
         shown = tuple((reason, count) for reason, count in counts if count)
-        if shown != self._counts:
+        if shown != self._counts or not self.accessibleName():
             self._counts = shown
             said = "; ".join(f"{tr(REASON_WORDS[reason])}: {count}" for reason, count in shown)
-            self.announce(tr("Rejected bytes. {reasons}", reasons=said))
+            self.announce(tr("Rejected bytes. {reasons}", reasons=said) if shown else tr("No byte was rejected"))
 
     def sizeHint(self) -> QSize:
         return QSize(320, 130)

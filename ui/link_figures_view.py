@@ -2,8 +2,7 @@
 
 from typing import Final
 
-from PySide6.QtCore import QEvent, QSize, Qt, QTimer
-from PySide6.QtGui import QHideEvent, QShowEvent
+from PySide6.QtCore import QSize, Qt
 from PySide6.QtWidgets import QFrame, QHBoxLayout, QLabel, QScrollArea, QToolButton, QVBoxLayout, QWidget
 
 from app.i18n import tr
@@ -13,6 +12,7 @@ from ui.icons import Icon, pixmap
 from ui.link_charts import Histogram, OverTime, ReasonBars, Stretch, percent_text
 from ui.named import named
 from ui.pages import Services
+from ui.refreshing import WhileSeen
 from ui.theme import Meaning, Space, current
 
 REFRESH_EVERY_MS: Final = 500
@@ -38,6 +38,8 @@ class Total(QWidget):
         self.setObjectName(name)
         self.caption = named(QLabel(), f"{name}_caption")
         self.caption.setProperty("role", "small")
+        self.caption.setWordWrap(True)
+        self.caption.setAlignment(Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignBottom)
         self.number = named(QLabel(), f"{name}_number")
         self.number.setProperty("role", "title")
         self._sign = named(QLabel(), f"{name}_sign")
@@ -95,9 +97,9 @@ class LinkFiguresView(QScrollArea):
         self.fine.setChecked(True)
         self._legend = self._caption(services, "figures_legend", marked("▼ module restarted   ■ port lost"))
         self._lay_out(services)
-        self._timer = QTimer(self)
-        self._timer.setInterval(REFRESH_EVERY_MS)
-        self._timer.timeout.connect(self.refresh)
+        for segment in (self.fine, self.coarse):
+            segment.toggled.connect(self.refresh)
+        WhileSeen(self, self.refresh, every_ms=REFRESH_EVERY_MS)
 
     def refresh(self) -> None:
         """Everything as it is now."""
@@ -132,12 +134,7 @@ class LinkFiguresView(QScrollArea):
         button.setCheckable(True)
         button.setAutoExclusive(True)
         button.setProperty("role", "segment")
-        button.toggled.connect(self._choose)
         return button
-
-    def _choose(self, _is_chosen: bool) -> None:
-        if hasattr(self, "_timer"):
-            self.refresh()
 
     @staticmethod
     def _caption(services: Services, name: str, english: str) -> QLabel:
@@ -191,18 +188,3 @@ class LinkFiguresView(QScrollArea):
         column.addWidget(self._card("figures_time_card", head, self.over_time), 1)
         self.setWidget(content)
 
-    # Qt
-
-    def showEvent(self, event: QShowEvent) -> None:
-        super().showEvent(event)
-        self._timer.start()
-        self.refresh()
-
-    def hideEvent(self, event: QHideEvent) -> None:
-        super().hideEvent(event)
-        self._timer.stop()
-
-    def changeEvent(self, event: QEvent) -> None:
-        super().changeEvent(event)
-        if event.type() == QEvent.Type.LanguageChange and hasattr(self, "_timer"):
-            self.refresh()

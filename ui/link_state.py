@@ -6,13 +6,11 @@ from enum import Enum
 from app.device import DeviceView
 from app.i18n import tr
 from app.procedures.greet import Greeting, Silence
-from app.transport import PortError, PortTrouble
+from app.reconnect import LOSSES, Absence
+from app.transport import PortError
 from app.troubles import NoAnswer, explain
 from app.worker import Connection, PortState
 from protocol.link_states import Presence
-
-GONE = (PortTrouble.LOST, PortTrouble.STUCK)
-"""Troubles of a port that was open."""
 
 
 class Phase(Enum):
@@ -39,6 +37,7 @@ class Step(Enum):
     CHOOSE_PORT = "choose_port"
     FIND_RATE = "find_rate"
     CONNECT_AGAIN = "connect_again"
+    WHY = "why"
 
 
 @dataclass(frozen=True, slots=True)
@@ -52,6 +51,8 @@ class LinkState:
     """For SILENT: what came instead of an answer."""
     trouble: PortError | None = None
     """For FAILED and LOST."""
+    absence: Absence | None = None
+    """For LOST, and for FAILED where it was lost: why it is not open again."""
 
     @property
     def is_fine(self) -> bool:
@@ -74,18 +75,19 @@ def link_state(
     device: DeviceView,
     greeting: Greeting | None,
     *,
-    is_reconnecting: bool,
     is_finding: bool,
+    absence: Absence | None = None,
 ) -> LinkState:
+    """`absence`: the port was lost, and why it is not open again (`app.reconnect`)."""
     port, rate = connection.port, connection.baud_rate
-    if is_reconnecting:
-        return LinkState(Phase.LOST, port, rate, trouble=connection.trouble)
+    if absence is not None and absence.is_waiting:
+        return LinkState(Phase.LOST, port, rate, trouble=connection.trouble, absence=absence)
     match connection.state:
         case PortState.OPENING:
             return LinkState(Phase.OPENING, port, rate)
         case PortState.CLOSED:
             phase = Phase.CLOSED if connection.trouble is None else Phase.FAILED
-            return LinkState(phase, port, rate, trouble=connection.trouble)
+            return LinkState(phase, port, rate, trouble=connection.trouble, absence=absence)
         case PortState.OPEN:
             pass
     if is_finding:
@@ -130,11 +132,11 @@ def words(state: LinkState, now: float) -> LinkWords:
             return LinkWords(
                 tr("Port lost"),
                 tr("The port went away.") if state.trouble is None else explain(state.trouble).what,
-                tr("Plug the same adapter in again: it is connected by itself."),
+                tr((state.absence or Absence.AWAY).value),
                 Step.CHOOSE_PORT,
             )
         case Phase.FAILED:
-            return _failed_words(state.trouble)
+            return _failed_words(state.trouble, state.absence)
 
 
 def _offline_words(state: LinkState, now: float) -> LinkWords:
@@ -163,7 +165,7 @@ def _silent_words(state: LinkState) -> LinkWords:
     return LinkWords(word, explanation.what, explanation.next_step, step)
 
 
-def _failed_words(trouble: PortError | None) -> LinkWords:
+def _failed_words(trouble: PortError | None, absence: Absence | None) -> LinkWords:
     if trouble is None:
         return LinkWords(
             tr("Closed"),
@@ -172,8 +174,9 @@ def _failed_words(trouble: PortError | None) -> LinkWords:
             Step.CONNECT_AGAIN,
         )
     explanation = explain(trouble)
-    word = tr("Not opened") if trouble.trouble not in GONE else tr("Port lost")
-    return LinkWords(word, explanation.what, explanation.next_step, Step.CONNECT_AGAIN)
+    word = tr("Not opened") if trouble.trouble not in LOSSES else tr("Port lost")
+    next_step = explanation.next_step if absence is None else tr(absence.value)
+    return LinkWords(word, explanation.what, next_step, Step.CONNECT_AGAIN)
 
 
 def duration(seconds: float) -> str:

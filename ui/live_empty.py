@@ -15,8 +15,10 @@ from ui.link_state import Phase, words
 from ui.named import named
 from ui.pages import Services
 from ui.theme import Space, current
+from ui.tour_offer import TourOffer
 
-_TEXT_PX: Final = 420
+_TEXT_PX: Final = 500
+_LEAST_TEXT_PX: Final = 240
 _BUSY: Final = (Phase.OPENING, Phase.FINDING, Phase.ASKING, Phase.ONLINE)
 
 
@@ -31,8 +33,10 @@ class EmptyPage(QWidget):
         self._title = named(QLabel(), "live_empty_title")
         self._title.setProperty("role", "title")
         self.text = named(QLabel(), "live_empty_text")
-        self._promise = named(QLabel(), "live_empty_promise")
-        self._promise.setProperty("role", "muted")
+        self._way = named(QLabel(), "live_empty_way")
+        self._way.setProperty("role", "muted")
+        self._remembered = services.remembered
+        self.offer = TourOffer(services, self._begin_tour)
         self.choose = named(QPushButton(), "live_choose_port")
         self.choose.setProperty("role", "primary")
         self.choose.setIcon(icon(Icon.PLUG, is_on_primary=True))
@@ -40,6 +44,8 @@ class EmptyPage(QWidget):
         self.simulate = named(QPushButton(), "live_simulate")
         self.simulate.setIcon(icon(Icon.SIMULATOR))
         self.simulate.clicked.connect(self._simulate)
+        self.recordings = named(QPushButton(), "live_recordings")
+        self.recordings.setIcon(icon(Icon.RECORDINGS))
         texts = services.texts
         texts.bind(self.choose.setText, "Choose a port …")
         texts.bind(self.choose.setAccessibleName, "Choose a port")
@@ -47,13 +53,21 @@ class EmptyPage(QWidget):
         texts.bind(self.simulate.setText, "Simulated module")
         texts.bind(self.simulate.setAccessibleName, "Connect to the simulated module")
         texts.bind(self.simulate.setToolTip, "Try everything without a module")
-        texts.bind(self._promise.setText, "Tilt, acceleration and voltage appear here as soon as a module answers.")
-        for label in (self._picture, self._title, self.text, self._promise):
+        texts.bind(self.recordings.setText, "Recordings")
+        texts.bind(self.recordings.setAccessibleName, "Recordings")
+        texts.bind(self.recordings.setToolTip, "Look at what was recorded before; that needs no module")
+        texts.bind(
+            self._way.setText,
+            "1. Connect: plug the adapter in and choose its port.\n"
+            "2. Settings: compare each value with the vendor's advice beside it.\n"
+            "3. Pre-flight: run the check before each flight, until it says GO.",
+        )
+        for label in (self._picture, self._title, self.text):
             label.setAlignment(Qt.AlignmentFlag.AlignHCenter)
-        for label in (self._title, self.text, self._promise):
+        for label in (self._title, self.text, self._way):
             label.setWordWrap(True)
             label.setFixedWidth(_TEXT_PX)
-        for button in (self.choose, self.simulate):
+        for button in (self.choose, self.simulate, self.recordings):
             button.setIconSize(QSize(16, 16))
             policy = button.sizePolicy()
             policy.setRetainSizeWhenHidden(True)
@@ -73,8 +87,14 @@ class EmptyPage(QWidget):
         margins = self._column.contentsMargins()
         if margins.left() != panel_px:
             self._column.setContentsMargins(panel_px, 0, 0, 0)
-        for button in (self.choose, self.simulate):
+        width_px = max(_LEAST_TEXT_PX, min(_TEXT_PX, self.width() - panel_px - 2 * Space.S))
+        for label in (self._title, self.text, self._way):
+            label.setFixedWidth(width_px)
+        for button in (self.choose, self.simulate, self.recordings):
             button.setVisible(state.phase not in _BUSY and not panel_px)
+        self._way.setVisible(is_idle)
+        is_first_run = self._remembered.last_port is None and not self._remembered.has_seen_tour
+        self.offer.setVisible(is_idle and is_first_run)
 
     def _covered_px(self) -> int:
         """How much of the left is under the sheet with the ports."""
@@ -89,6 +109,12 @@ class EmptyPage(QWidget):
         if act is not None and (panel is None or not panel.isVisible()):
             act.trigger()
 
+    def _begin_tour(self) -> None:
+        act = self.window().findChild(QAction, "act_tour")
+        if act is not None:
+            act.trigger()
+        self.refresh()
+
     def _simulate(self) -> None:
         self._connector.connect_to(Target(SIMULATED_PORT, DEFAULT_BAUD_RATE))
 
@@ -102,14 +128,19 @@ class EmptyPage(QWidget):
         buttons.addStretch(1)
         buttons.addWidget(self.choose)
         buttons.addWidget(self.simulate)
+        buttons.addWidget(self.recordings)
         buttons.addStretch(1)
         column = QVBoxLayout()
         column.setSpacing(Space.S)
         column.addStretch(2)
-        for label in (self._picture, self._title, self.text, self._promise):
+        for label in (self._picture, self._title, self.text):
             column.addWidget(label)
         column.addSpacing(Space.S)
+        column.addWidget(self._way)
+        column.addSpacing(Space.S)
         column.addLayout(buttons)
+        column.addSpacing(Space.M)
+        column.addWidget(self.offer)
         column.addStretch(3)
         self._column = QHBoxLayout(self)
         self._column.setContentsMargins(0, 0, 0, 0)

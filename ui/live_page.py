@@ -1,25 +1,30 @@
 """What the module measures, now and over time: numbers at the left, plots at the right.
 
 One timer draws while the page is in sight.  Batches are taken all the time: acquisition never depends on what is
-looked at.
+looked at.  A recording is looked at here too: its plots lie over those of the module, which go on below.
 """
 
 import time
 from typing import Final, cast
 
-from PySide6.QtCore import QEvent, Qt, QTimer
-from PySide6.QtGui import QAction, QHideEvent, QImage, QKeySequence, QShowEvent, QWindow
-from PySide6.QtWidgets import QFrame, QHBoxLayout, QStackedLayout, QVBoxLayout, QWidget
+from PySide6.QtCore import QEvent, Qt, QTimer, Signal
+from PySide6.QtGui import QAction, QHideEvent, QImage, QKeyEvent, QKeySequence, QShowEvent, QWindow
+from PySide6.QtWidgets import QFrame, QHBoxLayout, QStackedLayout, QStackedWidget, QVBoxLayout, QWidget
 
+from app.recordings.excerpt import Excerpt
+from app.recordings.recording import Recording
 from app.worker import Batch
 from ui.bridge import joined
-from ui.live_data import LiveData, Recording, lanes
+from ui.fired_on_live import FiredOnLive
+from ui.live_data import LiveData, lanes
 from ui.live_empty import EmptyPage
 from ui.live_panel import Limits, LivePanel
-from ui.live_save import SaveBar, picture_with_foot
+from ui.live_recorded import RecordedView, origin_of
+from ui.live_save import Origin, SaveBar, picture_with_foot
 from ui.named import named
 from ui.pages import Services
 from ui.plots import TimePlot
+from ui.session_recording import Sitting
 from ui.theme import Space
 
 DRAW_EVERY_MS: Final = 33
@@ -32,23 +37,32 @@ _WAITING_MOST: Final = 15
 class LivePage(QWidget):
     """See the module's docstring."""
 
+    page_wanted = Signal(str)
+    """The key of a page."""
+    source_changed = Signal()
+    """Another recording is looked at, or none, or the module's data begin anew: `recording` and `data` tell."""
+
     def __init__(self, services: Services, parent: QWidget | None = None) -> None:
         super().__init__(parent)
         self.setObjectName("live_page")
         self._connector = services.connector
         texts = services.texts
-        wall_offset_s = time.time() - time.monotonic()
+        self._recordings = services.keeping.recordings
+        self._wall_offset_s = time.time() - time.monotonic()
         self.data = LiveData()
+        self._sitting = Sitting()
         self.panel = LivePanel(texts)
-        self.plot = TimePlot(lanes(self.data), texts, wall_offset_s=wall_offset_s)
+        self.fired = FiredOnLive(services, self, wall_offset_s=self._wall_offset_s)
+        drawn = self.fired.panel.lines.added_to(lanes(self.data))
+        self._live_plot = TimePlot(drawn, texts, wall_offset_s=self._wall_offset_s)
+        self._plots = named(QStackedWidget(), "live_plot_stack")
+        self._recorded = RecordedView(texts, self._plots, self.panel)
+        self.banner = self._recorded.banner
         self.save = SaveBar(
-            texts,
-            take_recording=self._recording,
-            take_picture=self._picture,
-            find_connection=lambda: self._connector.connection,
-            wall_offset_s=wall_offset_s,
+            texts, take_excerpt=self._excerpt, take_picture=self._picture, find_origin=self._origin
         )
         self.empty = EmptyPage(services)
+        self.empty.recordings.clicked.connect(lambda: self.page_wanted.emit("recordings"))
         self._content = self._lay_out()
         self._stack = QStackedLayout(self)
         self._stack.addWidget(self.empty)
@@ -56,6 +70,7 @@ class LivePage(QWidget):
         self._add_action("live_save_csv_key", "Ctrl+S", self._save_csv)
         self._add_action("live_save_png_key", "Ctrl+Shift+S", self._save_png)
         self._add_action("live_pause_key", "Ctrl+P", self._pause)
+        self._add_action("live_would_fire_key", "Ctrl+T", self._try_thresholds)
         self._draws = 0
         self._drawn_s = 0.0
         self._waiting: list[Batch] = []
@@ -63,8 +78,23 @@ class LivePage(QWidget):
         self._timer.setInterval(DRAW_EVERY_MS)
         self._timer.setTimerType(Qt.TimerType.PreciseTimer)
         self._timer.timeout.connect(self._tick)
-        self._connector.changed.connect(self._refresh_empty)
+        self._connector.changed.connect(self._follow_link)
+        self._connector.forgotten.connect(self._begin_anew)
+        self.banner.left.connect(self.back_to_live)
+        self._recordings.opened.connect(self.show_recording)
+        self._recordings.closing.connect(self._leave_folders)
+        self.fired.begin()
         self.refresh()
+
+    @property
+    def recording(self) -> Recording | None:
+        """What is looked at in place of the module."""
+        return self._recorded.recording
+
+    @property
+    def plot(self) -> TimePlot:
+        """The plots in sight: the recording's, or the module's."""
+        return self._live_plot if self._recorded.plot is None else self._recorded.plot
 
     @property
     def is_empty(self) -> bool:
@@ -73,6 +103,8 @@ class LivePage(QWidget):
 
     def take(self, batch: Batch) -> None:
         """Remember a batch; nothing is drawn here, and what is alike is worked through together."""
+        if self._sitting.begins(batch.connection, self._connector.target):
+            self._begin_anew()
         if self._waiting and not _is_alike(self._waiting[-1], batch):
             self._digest()
         self._waiting.append(batch)
@@ -86,10 +118,38 @@ class LivePage(QWidget):
             self._drawn_s = self._connector.clock()
             self.plot.draw(self._drawn_s)
 
+    def show_recording(self, recording: Recording) -> None:
+        """Look at this one in place of the module; whatever is connected goes on."""
+        self.fired.panel.let_go()
+        self._recorded.show(recording, self.fired.panel.lines.added_to(lanes(recording)))
+        self._recordings.is_shown = True
+        self._stack.setCurrentWidget(self._content)
+        self.source_changed.emit()
+        self.refresh()
+        self.draw()
+
+    def back_to_live(self) -> None:
+        """Close the recording and show the module as it is."""
+        if self.recording is None:
+            return
+        self.fired.panel.let_go()  # first what reads from it
+        self._recorded.put_away()
+        self._recordings.is_shown = False
+        if not self.data.has_samples:
+            self._stack.setCurrentWidget(self.empty)
+        self.source_changed.emit()
+        self.refresh()
+        self.draw()
+
     def refresh(self) -> None:
         """Numbers, ages and words as they are now."""
         self._digest()
         now_s, device, data = self._connector.clock(), self._connector.device, self.data
+        self.save.refresh()
+        self.fired.refresh()
+        if self.recording is not None:
+            self._recorded.refresh()
+            return
         if data.has_samples and self.is_empty:
             self._stack.setCurrentWidget(self._content)
         if self.is_empty:
@@ -98,7 +158,6 @@ class LivePage(QWidget):
         light = device.fresh("light_threshold_v", now_s)
         limits = Limits(data.fires.value, data.falls.value, None if light is None else float(light))
         self.panel.show_device(device, now_s, limits=limits, reports_per_s=data.reports_per_s(now_s))
-        self.save.refresh()
 
     def _tick(self) -> None:
         window = cast("QWindow | None", self.window().windowHandle())
@@ -108,6 +167,8 @@ class LivePage(QWidget):
         is_turn = self._draws % _DRAWS_PER_REFRESH == 0
         if is_turn:
             self.refresh()
+        if self.recording is not None:
+            return  # drawn whenever somebody moves in it
         if is_turn or (self.plot.is_live and self._connector.clock() - self._drawn_s >= self._pixel_s):
             self.draw()
 
@@ -122,16 +183,41 @@ class LivePage(QWidget):
             batch = joined(self._waiting)
             self._waiting.clear()
             for mark in self.data.take(batch):
-                self.plot.add_mark(mark)
+                self._live_plot.add_mark(mark)
+
+    def _begin_anew(self) -> None:
+        """Another module, or the same after it was put away: nothing of what was belongs to what comes."""
+        self._digest()
+        self.data.begin_anew()
+        self._live_plot.begin_anew()
+        if self.recording is None:
+            self._stack.setCurrentWidget(self.empty)
+            self._refresh_empty()
+        self.source_changed.emit()
+
+    def _leave_folders(self, folders: object) -> None:
+        if self.recording is not None and isinstance(folders, frozenset) and self.recording.entry.folder in folders:
+            self.back_to_live()
+
+    def _follow_link(self) -> None:
+        if not self._connector.is_wanted and not self._connector.is_open:
+            self._sitting.end()
+        self._refresh_empty()
 
     def _refresh_empty(self) -> None:
         if self.is_empty:
             self.empty.refresh()
 
-    def _recording(self) -> Recording:
+    def _excerpt(self) -> Excerpt:
         self._digest()
-        span = self.plot.span
-        return self.data.recording(span.start_s, span.end_s)
+        source = self.data if self.recording is None else self.recording
+        return source.excerpt(*self.plot.span)
+
+    def _origin(self) -> Origin:
+        if self.recording is not None:
+            return origin_of(self.recording)
+        connection = self._connector.connection
+        return Origin(connection.port, connection.baud_rate, self._wall_offset_s)
 
     def _picture(self, foot: str) -> QImage:
         return picture_with_foot(self._seen, foot)
@@ -150,6 +236,10 @@ class LivePage(QWidget):
         if not self.is_empty:
             self.plot.toggle_pause()
 
+    def _try_thresholds(self) -> None:
+        if not self.is_empty:
+            self.fired.button.click()
+
     # Making
 
     def _lay_out(self) -> QWidget:
@@ -158,23 +248,28 @@ class LivePage(QWidget):
         card.setProperty("role", "card")
         right = QVBoxLayout(card)
         right.setContentsMargins(Space.S, Space.S, Space.S, Space.S)
-        right.addWidget(self.plot, 1)
+        self._plots.addWidget(self._live_plot)
+        right.addWidget(self._plots, 1)
         self._seen = QWidget()
         self._seen.setObjectName("live_seen")
         row = QHBoxLayout(self._seen)
         row.setContentsMargins(Space.S, Space.S, Space.S, Space.XS)
         row.setSpacing(Space.S)
         row.addWidget(self.panel)
+        row.addWidget(self.fired.panel)
         row.addWidget(card, 1)
         content = QWidget()
         content.setObjectName("live_content")
         column = QVBoxLayout(content)
         column.setContentsMargins(0, 0, 0, 0)
         column.setSpacing(0)
+        column.addWidget(self.banner)
         column.addWidget(self._seen, 1)
         foot = QHBoxLayout()
-        foot.setContentsMargins(Space.M, 0, Space.S, Space.S)
-        foot.addWidget(self.save)
+        foot.setContentsMargins(Space.S, 0, Space.S, Space.S)
+        foot.setSpacing(Space.M)
+        foot.addWidget(self.fired.button)
+        foot.addWidget(self.save, 1)
         column.addLayout(foot)
         return content
 
@@ -185,6 +280,13 @@ class LivePage(QWidget):
         self.addAction(action)
 
     # Qt
+
+    def keyPressEvent(self, event: QKeyEvent) -> None:
+        """Esc goes back to live."""
+        if event.key() == Qt.Key.Key_Escape and self.recording is not None:
+            self.back_to_live()
+        else:
+            super().keyPressEvent(event)
 
     def showEvent(self, event: QShowEvent) -> None:
         super().showEvent(event)
@@ -199,6 +301,7 @@ class LivePage(QWidget):
     def changeEvent(self, event: QEvent) -> None:
         super().changeEvent(event)
         if event.type() == QEvent.Type.LanguageChange and hasattr(self, "_timer"):
+            self._recorded.retranslate()
             self.refresh()
 
 

@@ -1,7 +1,8 @@
 """The numbers of the Live page: gauge, tilt in large figures, and everything else that is measured.
 
-Each number is fresh, stale with its age, or unknown.  The column is as wide as the widest text that can come up
-in the language in use, so that nothing moves while it is looked at.
+Each number is fresh, stale with its age, or unknown.  For a recording they are those of the instant under the
+read-off cursor, below its time, and what belongs to the present is put away.  The column is as wide as the widest text
+that can come up in the language in use, so that nothing moves while it is looked at.
 """
 
 from collections.abc import Iterable
@@ -10,7 +11,7 @@ from typing import Final
 
 from PySide6.QtCore import QEvent, Qt
 from PySide6.QtGui import QFontMetricsF
-from PySide6.QtWidgets import QFrame, QGridLayout, QScrollArea, QSizePolicy, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QFrame, QGridLayout, QHBoxLayout, QScrollArea, QSizePolicy, QVBoxLayout, QWidget
 
 from app.device import DeviceView, Known
 from app.i18n import tr
@@ -19,7 +20,7 @@ from protocol.link_states import Presence
 from protocol.text import marked
 from ui.gauge import TiltGauge
 from ui.link_state import duration
-from ui.readout import Readout
+from ui.readout import Readout, StateChip
 from ui.texts import Texts
 from ui.theme import Meaning, Size, Space, font
 
@@ -28,12 +29,12 @@ _GAUGE_PX: Final = 280
 # A column grows up to this for the ages beside the captions; beyond it, only captions and values count.
 _NOTED_PX: Final = 168
 _TOP_LEFT: Final = Qt.AlignmentFlag.AlignTop | Qt.AlignmentFlag.AlignLeft
-_CELL: Final = marked("Cell voltage")
-_CHARGER: Final = marked("Charging voltage")
+CELL: Final = marked("Cell voltage")
+CHARGER: Final = marked("Charging voltage")
 _CHARGING: Final = marked("charging")
 _NOT_CHARGING: Final = marked("not charging")
-_OVER: Final = marked("over {value}°")
-_FALLING: Final = marked("free fall")
+OVER: Final = marked("over {value}°")
+FALLING: Final = marked("free fall")
 _POLLED: Final = marked("polled")
 _STREAMED: Final = marked("streamed")
 _NO_STREAM: Final = marked("no stream")
@@ -64,11 +65,34 @@ class LivePanel(QFrame):
         self.charge = _readout("live_charge", "", "", Size.TITLE)
         self.boot_count = _readout("live_boot_count", "", "000")
         self.stream = _readout("live_stream", "/s", "0000")
-        self._cell_caption = _CELL
+        self.moment = StateChip("")
+        self.moment.setObjectName("live_moment")
+        self.activation = StateChip("", size=Size.SMALL)
+        self.activation.setObjectName("live_activation")
+        self.trigger = StateChip("", size=Size.SMALL)
+        self.trigger.setObjectName("live_trigger")
+        self._is_recorded = False
+        self._cell_caption = CELL
         self._texts = texts
         self._name(texts)
         self._lay_out()
+        self._show_kind()
         self._reserve()
+
+    def be_recorded(self, *, is_recorded: bool) -> None:
+        """Show moments of a recording from now on, or the module as it is."""
+        if is_recorded != self._is_recorded:
+            self._is_recorded = is_recorded
+            self._show_kind()
+            self._name(self._texts)
+
+    def _show_kind(self) -> None:
+        for one in (self.moment, self.activation, self.trigger):
+            one.setVisible(self._is_recorded)
+        for readout in (self.charge, self.boot_count, self.stream):
+            readout.setVisible(not self._is_recorded)
+        # One row more has to find room.
+        self._column.setSpacing(Space.XS if self._is_recorded else Space.S)
 
     def show_device(self, device: DeviceView, now_s: float, *, limits: Limits, reports_per_s: float) -> None:
         """Everything as it is known at a monotonic time."""
@@ -77,11 +101,11 @@ class LivePanel(QFrame):
         is_falling = (
             acceleration is not None and limits.falls_g is not None and float(acceleration.value) < limits.falls_g
         )
-        _show(self.acceleration, acceleration, now_s, 1, Meaning.DANGER if is_falling else None, _FALLING)
+        _show(self.acceleration, acceleration, now_s, 1, Meaning.DANGER if is_falling else None, FALLING)
         self.light.set_limit("" if limits.light_v is None else f"{limits.light_v:.1f} V")
         _show(self.light, device.known("light_v", now_s), now_s, 1)
         charging = device.known("charging", now_s)
-        self._name_cell(_CHARGER if charging is not None and charging.value is True else _CELL)
+        self.name_cell(CHARGER if charging is not None and charging.value is True else CELL)
         _show(self.cell, device.known("cell_voltage_v", now_s), now_s, 2)
         self._show_charge(charging, now_s)
         _show(self.boot_count, device.known("boot_count", now_s), now_s, 0)
@@ -102,7 +126,7 @@ class LivePanel(QFrame):
             return
         self.gauge.show_tilt(tilt_deg)
         if fires_deg is not None and tilt_deg >= fires_deg:
-            note = tr(_OVER, value=f"{fires_deg:g}")
+            note = tr(OVER, value=f"{fires_deg:g}")
             self.tilt.show_value(f"{tilt_deg:.0f}", meaning=Meaning.DANGER, note=note)
         else:
             self.tilt.show_value(f"{tilt_deg:.0f}")
@@ -125,7 +149,8 @@ class LivePanel(QFrame):
         else:
             self.stream.show_value("0", note=tr(_NO_STREAM))
 
-    def _name_cell(self, caption: str) -> None:
+    def name_cell(self, caption: str) -> None:
+        """``CELL`` or ``CHARGER``: what the voltage is of."""
         if caption != self._cell_caption:
             self._cell_caption = caption
             self._texts.bind(self.cell.set_caption, caption)
@@ -133,7 +158,10 @@ class LivePanel(QFrame):
     # Making
 
     def _name(self, texts: Texts) -> None:
-        texts.bind(self.setAccessibleName, "Measured values")
+        texts.bind(self.setAccessibleName, "Recorded values" if self._is_recorded else "Measured values")
+        texts.bind(self.moment.set_caption, "Time under the cursor")
+        texts.bind(self.activation.set_caption, "Activation")
+        texts.bind(self.trigger.set_caption, "Trigger")
         texts.bind(self.tilt.set_caption, "Tilt")
         texts.bind(self.acceleration.set_caption, "Acceleration")
         texts.bind(self.light.set_caption, "Light")
@@ -169,11 +197,12 @@ class LivePanel(QFrame):
     def _lay_out(self) -> None:
         self.body = QWidget()
         self.body.setObjectName("live_numbers")
-        column = QVBoxLayout(self.body)
+        column = self._column = QVBoxLayout(self.body)
         column.setContentsMargins(Space.S, Space.S, 0, Space.S)
         column.setSpacing(Space.S)
         # It takes the height that the numbers leave, and gives it back first.
         self.gauge.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Expanding)
+        column.addWidget(self.moment)
         column.addWidget(self.gauge, 1)
         column.addWidget(self.tilt)
         self._grid = QGridLayout()
@@ -182,6 +211,12 @@ class LivePanel(QFrame):
         for number, readout in enumerate(self._cells):
             self._grid.addWidget(readout, number // 2, number % 2, _TOP_LEFT)
         column.addLayout(self._grid)
+        chips = QHBoxLayout()
+        chips.setSpacing(Space.S)
+        chips.addWidget(self.activation)
+        chips.addWidget(self.trigger)
+        chips.addStretch(1)
+        column.addLayout(chips)
         column.addStretch(0)
         area = QScrollArea()
         area.setObjectName("live_scroll")
@@ -205,11 +240,11 @@ class LivePanel(QFrame):
         title, number = QFontMetricsF(font(Size.TITLE, is_bold=True)), QFontMetricsF(font(Size.NUMBER, is_bold=True))
         age = tr("{time} ago", time=tr("{value:.0f} min", value=10))
         left_heads = (
-            (tr("Acceleration"), (tr(_FALLING), age)),
+            (tr("Acceleration"), (tr(FALLING), age)),
             (tr("Boot count"), (age,)),
-            (tr(_CELL), (age,)),
+            (tr(CELL), (age,)),
             # With an age of seconds: for longer ones it would set the width of everything.
-            (tr(_CHARGER), (tr("{time} ago", time=tr("{value:.0f} s", value=9)),)),
+            (tr(CHARGER), (tr("{time} ago", time=tr("{value:.0f} s", value=9)),)),
         )
         right_heads = (
             (tr("Light"), (age,)),
@@ -231,7 +266,7 @@ class LivePanel(QFrame):
             body_px += width_px
         self.gauge.setMinimumHeight(self.gauge.minimumSizeHint().height())
         self.gauge.setMaximumHeight(self.gauge.heightForWidth(min(body_px, _GAUGE_PX)))
-        self.setFixedWidth(body_px + Space.S + _SCROLL_BAR_PX + 2)
+        self.setFixedWidth(body_px + Space.S + _SCROLL_BAR_PX + 4)
 
     def changeEvent(self, event: QEvent) -> None:
         super().changeEvent(event)

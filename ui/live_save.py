@@ -1,7 +1,8 @@
 """The foot of the Live page: save what is seen, and where it went or why not."""
 
 from collections.abc import Callable, Iterator
-from datetime import datetime
+from dataclasses import dataclass
+from datetime import UTC, datetime
 from pathlib import Path
 from typing import Final
 
@@ -11,11 +12,12 @@ from PySide6.QtWidgets import QFileDialog, QHBoxLayout, QPushButton, QSizePolicy
 
 from app import version
 from app.i18n import tr
-from app.worker import Connection
+from app.recordings.excerpt import Excerpt
+from app.recordings.table import csv_parts, part_count
 from ui import icons
+from ui.flow_row import FlowRow
 from ui.icons import MEANING_ICONS, Icon, icon
-from ui.live_data import Recording
-from ui.live_export import Cancelled, Saving, csv_parts, part_count
+from ui.live_export import Cancelled, Saving
 from ui.named import named
 from ui.painted import Painted
 from ui.texts import Texts
@@ -67,11 +69,26 @@ def picture_with_foot(content: QWidget, foot: str) -> QImage:
     return whole.toImage()
 
 
-def foot_text(connection: Connection, when: datetime) -> str:
-    """When, which module, which program."""
-    port = f"{connection.port} · {connection.baud_rate} baud" if connection.port else tr("Not connected")
+@dataclass(frozen=True, slots=True)
+class Origin:
+    """Where what is seen comes from. ``wall_offset_s`` added to its times gives seconds since 1970; ``recorded_at``
+    is when a recording began, None for what is live; ``module`` is "" where nobody named it."""
+
+    port: str
+    baud_rate: int
+    wall_offset_s: float
+    recorded_at: datetime | None = None
+    module: str = ""
+
+
+def foot_text(origin: Origin, when: datetime) -> str:
+    """When, which module, which program; a recording says that it is one."""
+    port = f"{origin.port} · {origin.baud_rate} baud" if origin.port else tr("Not connected")
     stamp = when.astimezone().isoformat(" ", "seconds")
-    return f"{stamp}  ·  {port}  ·  DPS-S Configurator {version()}"
+    if origin.recorded_at is not None:
+        stamp = tr("Recording of {time}", time=origin.recorded_at.astimezone().isoformat(" ", "seconds"))
+    parts = (stamp, origin.module, port, f"DPS-S Configurator {version()}")
+    return "  ·  ".join(part for part in parts if part)
 
 
 def png_parts(image: QImage) -> Iterator[bytes]:
@@ -130,23 +147,20 @@ class Note(Painted):
 
 
 class SaveBar(QWidget):
-    """``take_recording`` and ``take_picture`` give what is seen at that moment, before anybody chooses a file."""
+    """``take_excerpt`` and ``take_picture`` give what is seen at that moment, before anybody chooses a file."""
 
     def __init__(
         self,
         texts: Texts,
         *,
-        take_recording: Callable[[], Recording],
+        take_excerpt: Callable[[], Excerpt],
         take_picture: Callable[[str], QImage],
-        find_connection: Callable[[], Connection],
-        wall_offset_s: float,
+        find_origin: Callable[[], Origin],
     ) -> None:
         super().__init__()
         self.setObjectName("live_save")
         self.ask_path: AskPath = ask_path
-        self._take_recording, self._take_picture = take_recording, take_picture
-        self._find_connection = find_connection
-        self._wall_offset_s = wall_offset_s
+        self._take_excerpt, self._take_picture, self._find_origin = take_excerpt, take_picture, find_origin
         self._folder: Path | None = None
         self._saving: Saving | None = None
         self._saved_text = ""
@@ -164,12 +178,13 @@ class SaveBar(QWidget):
         texts.bind(self.stop.setText, "Cancel")
         texts.bind(self.stop.setAccessibleName, "Cancel saving")
         texts.bind(self.stop.setToolTip, "Stop saving; no file is left")
+        buttons = FlowRow()
+        buttons.add_right(self.stop, self.csv, self.png)
         row = QHBoxLayout(self)
         row.setContentsMargins(0, 0, 0, 0)
         row.setSpacing(Space.S)
         row.addWidget(self.note, 1)
-        for button in (self.stop, self.csv, self.png):
-            row.addWidget(button)
+        row.addLayout(buttons, 3)
 
     @property
     def is_saving(self) -> bool:
@@ -179,24 +194,24 @@ class SaveBar(QWidget):
         """Save the samples in sight, as they are at this moment."""
         if self.is_saving:
             return
-        recording = self._take_recording()
+        excerpt, origin = self._take_excerpt(), self._find_origin()
         path = self._choose(tr("Save values"), ".csv", tr("Table (*.csv)"))
         if path is None:
             return
-        rows = f"{recording.row_count:,}"
+        rows = f"{excerpt.row_count:,}"
         self._saved_text = (
             tr("Saved {rows} rows to {path}", rows=rows, path=path)
-            if recording.is_whole
+            if excerpt.is_whole
             else tr("Saved {rows} rows to {path}. What is older is no longer kept.", rows=rows, path=path)
         )
-        offset_s = self._wall_offset_s
-        self._begin(Saving(path, lambda: csv_parts(recording, wall_offset_s=offset_s), part_count(recording)))
+        offset_s = origin.wall_offset_s
+        self._begin(Saving(path, lambda: csv_parts(excerpt, wall_offset_s=offset_s), part_count(excerpt)))
 
     def save_png(self) -> None:
         """Save a picture of what is in sight."""
         if self.is_saving:
             return
-        image = self._take_picture(foot_text(self._find_connection(), datetime.now().astimezone()))
+        image = self._take_picture(foot_text(self._find_origin(), datetime.now().astimezone()))
         path = self._choose(tr("Save picture"), ".png", tr("Picture (*.png)"))
         if path is None:
             return
@@ -246,7 +261,9 @@ class SaveBar(QWidget):
 
     def _choose(self, title: str, suffix: str, name_filter: str) -> Path | None:
         folder = self._folder or _documents()
-        name = default_name(self._find_connection().port, suffix, datetime.now().astimezone())
+        origin = self._find_origin()
+        when = (origin.recorded_at or datetime.now(UTC)).astimezone()
+        name = default_name(origin.port, suffix, when)
         path = self.ask_path(self, title, folder / name, name_filter)
         if path is not None:
             self._folder = path.parent

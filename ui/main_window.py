@@ -6,29 +6,33 @@ from typing import cast
 
 from PySide6.QtCore import QEvent, QSize, Qt, QTimer, Signal
 from PySide6.QtGui import QCloseEvent, QKeyEvent, QResizeEvent
-from PySide6.QtWidgets import QHBoxLayout, QMainWindow, QMessageBox, QStackedWidget, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QHBoxLayout, QMainWindow, QStackedWidget, QToolBar, QVBoxLayout, QWidget
 
-from app import version
-from app.i18n import tr
 from app.worker import Batch
 from ui.attention import Attention
+from ui.closing import close_down
 from ui.connect_panel import ConnectPanel
 from ui.connector import Connector, Target
 from ui.file_drops import FileDrops, FilePage
+from ui.help_acts import HelpActs
 from ui.icons import app_icon
 from ui.link_state import Step
 from ui.menus import Menus
+from ui.named import named
 from ui.navigation import Navigation
 from ui.notice_bar import NoticeBar
 from ui.pages import Page, PageEntry, Services
 from ui.port_watch import PortWatch
 from ui.recording_bar import RecordingBar
 from ui.remembered import LastPort, Remembered
+from ui.session_sign import SessionSign, trouble_notice
 from ui.simulator_dock import SimulatorDock
 from ui.speech import Speech
 from ui.status_line import StatusLine
 from ui.theme import Choice, Space
 from ui.top_bar import TopBar
+from ui.tour_port import is_tour
+from ui.waking import Waking
 
 _log = logging.getLogger(__name__)
 
@@ -37,7 +41,8 @@ FIRST_SIZE = QSize(1180, 720)
 WIDE_ENOUGH = 1280
 """For the panel of the simulated module beside a page with the navigation in words."""
 REFRESH_EVERY_MS = 100
-CLOSE_LIMIT_S = 0.45
+BREATH_MS = 1
+"""Between two pages that are made: with none, Qt would make them all before it serves anything else."""
 PANEL_WIDTH = 440
 
 
@@ -62,7 +67,9 @@ class MainWindow(QMainWindow):
         self._connector: Connector = services.connector
         self._entries = {entry.key: entry for entry in entries}
         self._pages: dict[str, QWidget] = {}
-        self._is_leaving = False
+        self._unmade, self._unplaced = list(self._entries), list[str]()
+        self._waiting_target: Target | None = None
+        self._is_leaving = self._is_over = False
         texts = services.texts
         texts.bind(self.setWindowTitle, "DPS-S Configurator")
         self.top_bar = TopBar(self._connector, texts)
@@ -72,17 +79,23 @@ class MainWindow(QMainWindow):
         self.stack = QStackedWidget()
         self.stack.setObjectName("pages")
         self.status_line = StatusLine(self._connector, texts)
+        sessions = services.keeping.sessions
+        self.session_sign = SessionSign(lambda: sessions.sign)
+        self.status_line.add(self.session_sign)
         self._lay_out()
-        self.panel = ConnectPanel(self._connector, ports, texts, self._centre)
+        self.panel = ConnectPanel(self._connector, ports, texts, self.centre)
         self.simulator = SimulatorDock(self._connector, texts, self)
         self.addDockWidget(Qt.DockWidgetArea.RightDockWidgetArea, self.simulator)
         self.simulator.hide()
         self.menus = Menus(self, texts, entries)
+        self.help = HelpActs(self, services, self.menus, entries)
         acts = {
             Step.CHOOSE_PORT: self.toggle_panel,
             Step.FIND_RATE: self._connector.find_rate,
             Step.CONNECT_AGAIN: self._connect_again,
         }
+        if "diagnosis" in self._entries:
+            acts[Step.WHY] = self._show_why
         self.attention = Attention(
             self._connector, self.notice_bar, say=self.say, acts=acts, unsent=services.unsent, parent=self
         )
@@ -98,7 +111,7 @@ class MainWindow(QMainWindow):
     # Making
 
     def _lay_out(self) -> None:
-        centre = self._centre = QWidget()
+        centre = self.centre = QWidget()
         centre.setObjectName("centre")
         layout = QVBoxLayout(centre)
         layout.setContentsMargins(0, 0, 0, 0)
@@ -107,19 +120,29 @@ class MainWindow(QMainWindow):
         body.setSpacing(0)
         body.addWidget(self.navigation)
         body.addWidget(self.stack, 1)
-        layout.addWidget(self.top_bar)
         layout.addWidget(self.recording_bar)
         layout.addWidget(self.notice_bar)
         layout.addLayout(body, 1)
-        layout.addWidget(self.status_line)
+        self._add_bar("head", Qt.ToolBarArea.TopToolBarArea, self.top_bar)
         self.setCentralWidget(centre)
+        self._add_bar("foot", Qt.ToolBarArea.BottomToolBarArea, self.status_line)
         self.setMinimumSize(SMALLEST)
+
+    def _add_bar(self, name: str, area: Qt.ToolBarArea, content: QWidget) -> None:
+        """A tool bar goes past the panels at the sides: nothing of it has to be cut for them."""
+        bar = named(QToolBar(), name)
+        bar.setMovable(False)
+        bar.setContextMenuPolicy(Qt.ContextMenuPolicy.PreventContextMenu)
+        bar.toggleViewAction().setVisible(False)
+        bar.addWidget(content)
+        self.addToolBar(area, bar)
 
     def _wire(self) -> None:
         menus, connector = self.menus, self._connector
         connector.batch.connect(self._take)
         connector.changed.connect(self.refresh)
         connector.came_online.connect(self._remember_port)
+        self.session_sign.troubled.connect(self._tell_of_recording)
         self.top_bar.panel_wanted.connect(self.toggle_panel)
         self.top_bar.lock_wanted.connect(self.lock)
         self.panel.connect_wanted.connect(self.connect_to)
@@ -134,11 +157,11 @@ class MainWindow(QMainWindow):
         self.simulator.topLevelChanged.connect(self._share_room)
         self.simulator.visibilityChanged.connect(self._tick_simulator)
         menus.full_screen.toggled.connect(self._show_full_screen)
-        menus.about.triggered.connect(self._show_about)
         menus.when_chosen(menus.pages, self.go_to)
         menus.when_chosen(menus.themes, self._use_theme)
         menus.when_chosen(menus.languages, self._use_language)
         self._services.appearance.changed.connect(self._follow_theme)
+        Waking(connector, self, self._services.armed, self.status_line)
 
     def _restore(self) -> None:
         remembered = self._remembered
@@ -155,21 +178,36 @@ class MainWindow(QMainWindow):
         self.navigation.setFocus()
 
     def make_pages(self) -> None:
-        """Make all pages that are not made yet; each loads what it needs only now."""
-        for key in self._entries:
-            self._page(key)
-        self.pages_made.emit()
+        """Make the pages, with turns of the event loop between, so that the window stays alive meanwhile."""
+        QTimer.singleShot(BREATH_MS, self, self._make_next_page)
 
-    def _page(self, key: str) -> QWidget:
-        if key not in self._pages:
-            page = self._entries[key].make(self._services)
-            self._pages[key] = page
-            self.stack.addWidget(page)
-            for wanted in (page.connect_wanted,) if hasattr(page, "connect_wanted") else ():
-                wanted.connect(self.connect_to)
-            if key == self.navigation.chosen:
-                self.stack.setCurrentWidget(page)
-        return self._pages[key]
+    def _make_next_page(self) -> None:
+        if self._is_over:
+            return
+        if self._unmade or self._unplaced:
+            QTimer.singleShot(BREATH_MS, self, self._make_next_page)  # also where one fails
+            if self._unplaced:
+                self._place(self._unplaced.pop())
+            else:
+                key = self._unmade.pop(0)
+                self._pages[key] = self._entries[key].make(self._services)
+                self._unplaced.append(key)
+            return
+        self.help.explain()
+        self.pages_made.emit()
+        target, self._waiting_target = self._waiting_target, None
+        if target is not None:
+            self.connect_to(target)
+
+    def _place(self, key: str) -> None:
+        page = self._pages[key]
+        self.stack.addWidget(page)
+        for wanted in (page.connect_wanted,) if hasattr(page, "connect_wanted") else ():
+            wanted.connect(self.connect_to)
+        for wanted in (page.page_wanted,) if hasattr(page, "page_wanted") else ():
+            wanted.connect(self.go_to)
+        if key == self.navigation.chosen:
+            self.stack.setCurrentWidget(page)
 
     def _page_for(self, suffix: str) -> FilePage | None:
         for key, page in self._pages.items():
@@ -190,6 +228,9 @@ class MainWindow(QMainWindow):
         self._refresh_notice()
 
     def connect_to(self, target: Target) -> None:
+        if self._unmade or self._unplaced:
+            self._waiting_target = target  # the pages hear of everything, from the first byte on
+            return
         self.attention.leave(partial(self._connector.connect_to, target))
 
     def disconnect_port(self) -> None:
@@ -223,6 +264,7 @@ class MainWindow(QMainWindow):
         self.top_bar.refresh()
         self.recording_bar.refresh()
         self.status_line.refresh()
+        self.session_sign.refresh()
         connector = self._connector
         self.menus.lock.setEnabled(connector.is_open and not connector.is_recording)
         self.menus.find_rate.setEnabled(connector.is_open and not connector.is_recording)
@@ -230,24 +272,38 @@ class MainWindow(QMainWindow):
         self._refresh_notice()
 
     def _refresh_notice(self) -> None:
-        self.attention.is_choosing = self.panel.isVisible()
+        # Whoever looks at a recording needs no port either.
+        self.attention.is_choosing = self.panel.isVisible() or self._services.keeping.recordings.is_shown
         self.attention.refresh()
         if self.panel.isVisible():
             self._place_panel()
+
+    def _tell_of_recording(self, sentence: str) -> None:
+        """Nothing is recorded any more; the link goes on."""
+        look, forget = partial(self.go_to, "recordings"), self.attention.forget_told
+        self.attention.tell(lambda: trouble_notice(self.session_sign.trouble or sentence, look, forget))
 
     def _connect_again(self) -> None:
         if self._connector.target is not None:
             self._connector.connect_to(self._connector.target)
 
+    def _show_why(self) -> None:
+        self.go_to("diagnosis")
+        page = self._pages.get("diagnosis")
+        if page is not None:
+            page.go_to("why")  # type: ignore[attr-defined]
+
     def _remember_port(self, target: Target) -> None:
-        if not target.is_recording:
+        if not target.is_recording and not is_tour(target):
+            self.help.say_what_is_next(is_first=self._remembered.last_port is None)
             self._remembered.last_port = LastPort(target.device, target.identity, self._connector.connection.baud_rate)
         self.panel.hide()
 
     def _show_page(self, key: str) -> None:
         self._connector.stream.is_wanted = self._entries[key].wants_stream
+        self.panel.hide()  # it would lie over the page that somebody just asked for
         page = self._pages.get(key)
-        if page is not None:
+        if page is not None and self.stack.indexOf(page) >= 0:
             self.stack.setCurrentWidget(page)
 
     def _use_theme(self, key: str) -> None:
@@ -272,27 +328,17 @@ class MainWindow(QMainWindow):
         self.menus.simulator.setChecked(not self.simulator.isHidden())
         self._share_room()
 
-    def _show_about(self) -> None:
-        box = QMessageBox(self)
-        box.setObjectName("about_box")
-        box.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
-        box.setWindowTitle(tr("About"))
-        box.setIconPixmap(app_icon().pixmap(QSize(64, 64)))
-        box.setText(tr("DPS-S Configurator {version}", version=version()))
-        box.setInformativeText(tr("Configures, tests and watches a DPS-S parachute module over its serial port."))
-        box.open()
-
     def _share_room(self) -> None:
         """The navigation gives its words up before a page has to be cut."""
         has_room = self.width() >= WIDE_ENOUGH or self.simulator.isHidden() or self.simulator.isFloating()
         self.navigation.be_narrow(not has_room)
 
     def _place_panel(self) -> None:
-        centre = self._centre
-        top = self.top_bar.geometry().bottom() + 1
+        centre = self.centre
+        top = 0
         if self.notice_bar.isVisible():
             top = self.notice_bar.geometry().bottom() + 1
-        room = centre.height() - top - self.status_line.height() - Space.S
+        room = centre.height() - top - Space.S
         width = min(PANEL_WIDTH, centre.width() - 2 * Space.S)
         self.panel.setGeometry(Space.S, top, width, min(room, self.panel.height_for(width)))
 
@@ -304,6 +350,8 @@ class MainWindow(QMainWindow):
             super().keyPressEvent(event)
         elif self.panel.isVisible():
             self.toggle_panel()
+        elif self.help.is_touring:
+            self.help.end_tour()
         else:
             self.attention.stay()
 
@@ -317,6 +365,7 @@ class MainWindow(QMainWindow):
         super().changeEvent(event)
         if event.type() == QEvent.Type.LanguageChange:
             self.refresh()
+            self.help.explain()
 
     def closeEvent(self, event: QCloseEvent) -> None:
         if not self._is_leaving and not self.attention.may_close(self.close_now):
@@ -326,14 +375,14 @@ class MainWindow(QMainWindow):
         event.accept()
 
     def _end(self) -> None:
+        if self._is_over:
+            return
+        self._is_over = True
         self._timer.stop()
+        self.help.end_tour()
         self.panel.hide()
         remembered = self._remembered
         remembered.geometry = self.saveGeometry()
         remembered.layout = self.saveState()
         remembered.seen_ports = tuple(sorted(self._ports.seen))
-        remembered.save()
-        if not self._connector.stop(CLOSE_LIMIT_S):
-            _log.warning("The port did not close within %s s; it is left to the system", CLOSE_LIMIT_S)
-        self._ports.stop(0.05)
-        self._services.keeping.close()
+        close_down(self._connector, self._ports, self._services.keeping, remembered)

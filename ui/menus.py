@@ -5,7 +5,7 @@ from functools import partial
 
 from PySide6.QtCore import Qt
 from PySide6.QtGui import QAction, QActionGroup, QKeySequence
-from PySide6.QtWidgets import QMainWindow, QMenu, QWhatsThis
+from PySide6.QtWidgets import QMainWindow, QMenu
 
 from app.i18n import CHINESE, ENGLISH
 from protocol.text import marked
@@ -55,10 +55,15 @@ class Menus:
         self.simulator.setCheckable(True)
         self.full_screen = self._action(view, "act_full_screen", marked("Full screen"), "F11")
         self.full_screen.setCheckable(True)
-        self.what = QWhatsThis.createAction(window)
-        self.what.setObjectName("act_what")
-        help_menu.addAction(self.what)
-        texts.bind(self.what.setText, "What is this?")
+        self.tour = self._action(help_menu, "act_tour", marked("Tour on a simulated module"), None)
+        self.guide = self._action(help_menu, "act_guide", marked("User guide"), "F1")
+        self.keys = self._action(help_menu, "act_keys", marked("Keyboard shortcuts"), "Ctrl+F1")
+        help_menu.addSeparator()
+        self.what = self._action(help_menu, "act_what", marked("What is this? Point at it"), "Shift+F1")
+        self.what_focused = self._action(
+            help_menu, "act_what_focused", marked("What has the keyboard?"), "Ctrl+Shift+F1"
+        )
+        help_menu.addSeparator()
         self.about = self._action(help_menu, "act_about", marked("About"), None)
 
     def choose(self, group: dict[str, QAction], key: str) -> None:

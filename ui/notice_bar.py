@@ -4,12 +4,13 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 from PySide6.QtCore import QSize, Qt
-from PySide6.QtGui import QColor, QPainter, QPaintEvent
+from PySide6.QtGui import QPaintEvent
 from PySide6.QtWidgets import QHBoxLayout, QLabel, QPushButton, QSizePolicy, QToolButton, QWidget
 
 from app.i18n import tr
 from ui.icons import MEANING_ICONS, Icon, icon, pixmap
 from ui.named import named
+from ui.painted import paint_banner
 from ui.texts import Texts
 from ui.theme import Meaning, Space, current
 
@@ -103,8 +104,11 @@ class NoticeBar(QWidget):
             button.hide()
             button.deleteLater()
         self._buttons = [self._make_button(choice, number) for number, choice in enumerate(notice.choices)]
+        before: QWidget = self._text
         for number, button in enumerate(self._buttons):
             self._row.insertWidget(2 + number, button)
+            self.setTabOrder(before, button)  # where it stands, not behind everything that was made earlier
+            before = button
             if button.objectName() == had_focus:
                 button.setFocus()
 
@@ -136,15 +140,8 @@ class NoticeBar(QWidget):
         self.update()
 
     def paintEvent(self, _event: QPaintEvent) -> None:
-        if self.notice is None:
-            return
-        theme = current()
-        tint = theme.tint(self.notice.meaning)
-        painter = QPainter(self)
-        painter.fillRect(self.rect(), QColor(tint.wash))
-        painter.fillRect(0, 0, 4, self.height(), QColor(tint.ink))
-        painter.fillRect(0, self.height() - theme.border_px, self.width(), theme.border_px, QColor(theme.divider))
-        painter.end()
+        if self.notice is not None:
+            paint_banner(self, self.notice.meaning)
 
 
 def _buttons_of(notice: Notice) -> list[tuple[str, str, bool]]:

@@ -8,6 +8,8 @@ from ui.link_state import LinkState, Phase, Step, words
 from ui.notice_bar import Choice, Notice
 from ui.theme import Meaning
 
+_ASKS_WHY = (Phase.SILENT, Phase.OFFLINE, Phase.LOST, Phase.FAILED)
+
 
 def link_notice(
     state: LinkState, now: float, acts: dict[Step, Callable[[], None]], *, was_active: bool
@@ -22,6 +24,8 @@ def link_notice(
     steps: tuple[Step, ...] = () if said.step is None else (said.step,)
     if said.step is Step.CONNECT_AGAIN:
         steps = (Step.CONNECT_AGAIN, Step.CHOOSE_PORT)
+    if Step.WHY in acts and state.phase in _ASKS_WHY:
+        steps = (*steps, Step.WHY)
     choices = tuple(Choice(step.value, _step_text(step), acts[step]) for step in steps)
     meaning = Meaning.INFORMATION if state.phase is Phase.CLOSED else Meaning.ATTENTION
     return Notice(meaning, " ".join(part for part in parts if part), choices)
@@ -35,6 +39,8 @@ def _step_text(step: Step) -> str:
             return tr("Find the rate")
         case Step.CONNECT_AGAIN:
             return tr("Connect again")
+        case Step.WHY:
+            return tr("Why?")
 
 
 def lock_notice(locked: Locked | None, retry: Callable[[], None], dismiss: Callable[[], None]) -> Notice | None:

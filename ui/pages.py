@@ -10,6 +10,7 @@ from app.logs import Log
 from app.procedures.act import Armed
 from app.worker import Batch
 from ui.connector import Connector
+from ui.fired_exchange import DraftExchange
 from ui.icons import Icon
 from ui.keeping import Keeping, Unsent
 from ui.module_name import ModuleName
@@ -39,6 +40,8 @@ class Services:
     unsent: Unsent = field(default_factory=Unsent)
     log: Log | None = None
     naming: ModuleName = field(default_factory=ModuleName)
+    exchange: DraftExchange = field(default_factory=DraftExchange)
+    """Drafts that are tried on what was measured."""
 
 
 @dataclass(frozen=True, slots=True)

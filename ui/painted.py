@@ -3,8 +3,12 @@
 from enum import Enum
 
 from PySide6.QtCore import QEvent
-from PySide6.QtGui import QAccessible, QAccessibleEvent
+from PySide6.QtGui import QAccessible, QAccessibleEvent, QColor, QPainter
 from PySide6.QtWidgets import QWidget
+
+from ui.theme import Meaning, current
+
+_EDGE_PX = 4
 
 
 class Freshness(Enum):
@@ -30,3 +34,15 @@ class Painted(QWidget):
             self.setAccessibleName(name)
             QAccessible.updateAccessibility(QAccessibleEvent(self, QAccessible.Event.NameChanged))
         self.update()
+
+
+def paint_banner(widget: QWidget, meaning: Meaning) -> None:
+    """The ground of a bar that tells something, from its `paintEvent`: washed, with a strong edge at its left."""
+    theme = current()
+    tint = theme.tint(meaning)
+    painter = QPainter(widget)
+    painter.fillRect(widget.rect(), QColor(tint.wash))
+    painter.fillRect(0, 0, _EDGE_PX, widget.height(), QColor(tint.ink))
+    bottom = widget.height() - theme.border_px
+    painter.fillRect(0, bottom, widget.width(), theme.border_px, QColor(theme.divider))
+    painter.end()

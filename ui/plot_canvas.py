@@ -62,6 +62,8 @@ class Canvas(pg.GraphicsView):  # type: ignore[misc]  # pyqtgraph has no types
         self.setMouseTracking(True)
         self.setFrameShape(pg.QtWidgets.QFrame.Shape.NoFrame)
         self.cursor_part: float | None = None
+        self.keeps_cursor = False
+        """The read-off cursor stays where the pointer left it."""
         self._dragged_from: float | None = None
         self._picture: Picture | None = None
         self._ground = Ground()
@@ -154,8 +156,12 @@ class Canvas(pg.GraphicsView):  # type: ignore[misc]  # pyqtgraph has no types
             if abs(by) >= 3:
                 self.setCursor(Qt.CursorShape.ClosedHandCursor)
                 self._dragged_from = event.position().x()
+                # The cursor goes along first: one draw for both.
+                self.cursor_part = self._part(event.position())
                 self.panned.emit(-by / max(1.0, self.lanes[0].box.width()))
-        self.set_cursor(self._part(event.position()))
+        part = self._part(event.position())
+        if part is not None or not self.keeps_cursor:
+            self.set_cursor(part)
         event.accept()
 
     def mouseReleaseEvent(self, event: QMouseEvent) -> None:
@@ -169,7 +175,8 @@ class Canvas(pg.GraphicsView):  # type: ignore[misc]  # pyqtgraph has no types
 
     def leaveEvent(self, event: QEvent) -> None:
         super().leaveEvent(event)
-        self.set_cursor(None)
+        if not self.keeps_cursor:
+            self.set_cursor(None)
 
     def wheelEvent(self, event: QWheelEvent) -> None:
         is_meant = self.hasFocus() or event.modifiers() & Qt.KeyboardModifier.ControlModifier

@@ -10,7 +10,7 @@ from itertools import pairwise
 from typing import Final
 
 from PySide6.QtCore import QPointF, QRectF, Qt
-from PySide6.QtGui import QColor, QFontMetricsF, QPainter
+from PySide6.QtGui import QColor, QFontMetricsF, QPainter, QPen
 
 from app.i18n import tr
 from ui import icons
@@ -143,6 +143,8 @@ def _paint_limits(painter: QPainter, picture: Picture, lane: LaneCurve) -> None:
     labels: list[tuple[float, str, Limit]] = []
     for limit in lane.lane.limits:
         changes = limit.steps.between(span.start_s, span.end_s)
+        if len(changes) > 1 and changes[-1].value is None and lane.x(changes[-1].time_s, span) > box.right() - 1:
+            changes.pop()  # it ends with the picture, as in a recording: what stood until then is named all the same
         ink = theme.tint(limit.meaning).ink
         for n, change in enumerate(changes):
             if change.value is None:
@@ -151,7 +153,7 @@ def _paint_limits(painter: QPainter, picture: Picture, lane: LaneCurve) -> None:
             left = max(box.left(), lane.x(change.time_s, span))
             right = box.right() if is_last else lane.x(changes[n + 1].time_s, span)
             y = round(lane.y(change.value)) + 0.5
-            painter.setPen(pen(ink, theme.line_px, is_dashed=True))
+            painter.setPen(_limit_pen(limit, ink, theme))
             painter.drawLine(QPointF(left, y), QPointF(right, y))
             text = number(change.value, limit.decimals)
             if is_last:
@@ -164,6 +166,13 @@ def _paint_limits(painter: QPainter, picture: Picture, lane: LaneCurve) -> None:
     for y, (_, text, limit) in zip(_apart([one[0] for one in labels], height), labels, strict=True):
         painter.setPen(QColor(theme.tint(limit.meaning).ink))
         painter.drawText(QRectF(box.right() + 6, y - height / 2, 300, height), _LEFT, text)
+
+
+def _limit_pen(limit: Limit, ink: str, theme: Theme) -> QPen:
+    one = pen(ink, theme.line_px, is_dashed=True)
+    if limit.is_draft:
+        one.setDashPattern([9, 3, 2, 3])  # told from the module's own also without colour
+    return one
 
 
 def _past_label(painter: QPainter, room: QRectF, text: str, ink: str) -> None:
@@ -179,11 +188,12 @@ def _apart(places: list[float], distance: float) -> list[float]:
     """The places, pushed apart around their middle until labels of that height do not touch."""
     order = sorted(range(len(places)), key=lambda n: places[n])
     moved = list(places)
-    for upper, lower in pairwise(order):
-        lacking = distance - (moved[lower] - moved[upper])
-        if lacking > 0:
-            moved[upper] -= lacking / 2
-            moved[lower] += lacking / 2
+    for _ in range(4 * len(order)):  # pushing two apart may push one of them onto a third
+        for upper, lower in pairwise(order):
+            lacking = distance - (moved[lower] - moved[upper])
+            if lacking > 0:
+                moved[upper] -= lacking / 2
+                moved[lower] += lacking / 2
     return moved
 
 

@@ -7,99 +7,81 @@ Importing this module loads pyqtgraph and numpy: do it after the window's first 
 import math
 import time
 from collections import deque
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from typing import Final
 
-from PySide6.QtCore import QEvent, QSize
+from PySide6.QtCore import QEvent, Signal
 from PySide6.QtGui import QPixmap
-from PySide6.QtWidgets import QButtonGroup, QHBoxLayout, QPushButton, QToolButton, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QVBoxLayout, QWidget
 
 from app.i18n import tr
-from protocol.text import marked
-from ui.icons import Icon, icon
 from ui.plot_canvas import Canvas
+from ui.plot_header import PlotHeader
 from ui.plot_paint import Picture, cursor_time, reading
 from ui.plot_ticks import before_now, clock_times
-from ui.plot_view import WINDOWS_S, Lane, Mark, Span, TimeView
-from ui.readout import StateChip
+from ui.plot_view import Lane, Mark, Span, TimeView
 from ui.texts import Texts
-from ui.theme import Meaning, Space, current
+from ui.theme import Space, current
 
 # Marks that are kept; at ten hours one every 36 s.
 _MARKS_KEPT: Final = 1000
 # Pixels that the label of a tick wants.
 _TICK_PX: Final = 84
-_WINDOW_WORDS: Final = {10.0: marked("10 s"), 60.0: marked("60 s"), 600.0: marked("10 min")}
 
 
 class TimePlot(QWidget):
     """The stack of plots with its controls.
 
     ``lanes`` from the top down.  ``wall_offset_s`` added to the samples' monotonic time gives seconds since
-    1970.  ``header`` is the row of controls, to which the page may add its own at the right.
+    1970.  ``bounds`` are those of a recording, which has no newest samples to follow.  ``header`` is the row of
+    controls, to which the page may add its own at the right.
     """
 
-    def __init__(self, lanes: Sequence[Lane], texts: Texts, *, wall_offset_s: float | None = None) -> None:
+    cursor_moved = Signal()
+    """The read-off cursor is at another time, or gone: ``cursor_s`` tells."""
+
+    def __init__(
+        self,
+        lanes: Sequence[Lane],
+        texts: Texts,
+        *,
+        wall_offset_s: float | None = None,
+        bounds: Span | None = None,
+    ) -> None:
         super().__init__()
         self.setObjectName("time-plot")
-        self._view = TimeView()
+        self._view = TimeView(bounds=bounds)
         self._marks: deque[Mark] = deque(maxlen=_MARKS_KEPT)
         self._wall_offset_s = time.time() - time.monotonic() if wall_offset_s is None else wall_offset_s
         self._now_s = 0.0
         self._shows_clock = False
         self._reading = ""
+        self._cursor_s: float | None = None
         self._canvas = Canvas(lanes)
-        self.header = QHBoxLayout()
-        self._make_header(texts)
+        self._canvas.keeps_cursor = bounds is not None
+        self._head = PlotHeader(texts, self._view)
+        self.header = self._head.row
         layout = QVBoxLayout(self)
         layout.setContentsMargins(0, 0, 0, 0)
         layout.setSpacing(Space.XS)
-        layout.addLayout(self.header)
+        layout.addWidget(self._head)
         layout.addWidget(self._canvas, 1)
         self.setMinimumHeight(200)
         self._connect(texts)
         self.dress()
 
-    def _make_header(self, texts: Texts) -> None:
-        self._chip = StateChip(tr("Plots"))
-        texts.bind(self._chip.set_caption, "Plots")
-        self._chip.setObjectName("time-plot-state")
-        self._pause = QPushButton()
-        self._pause.setObjectName("time-plot-pause")
-        self._clock = QToolButton()
-        self._clock.setObjectName("time-plot-clock")
-        self._clock.setCheckable(True)
-        self._clock.setIcon(icon(Icon.CLOCK))
-        self._clock.setProperty("role", "segment")
-        texts.bind(self._clock.setAccessibleName, "Time of day")
-        texts.bind(self._clock.setToolTip, "Show the time of day instead of seconds before now")
-        self.header.setSpacing(Space.XS)
-        self.header.addWidget(self._chip)
-        self.header.addStretch(1)
-        self.header.addWidget(self._clock)
-        self._windows = QButtonGroup(self)
-        for number, window_s in enumerate(WINDOWS_S):
-            segment = QToolButton()
-            segment.setObjectName(f"time-plot-window-{window_s:g}")
-            segment.setCheckable(True)
-            segment.setProperty("role", "segment")
-            segment.setChecked(window_s == self._view.window_s)
-            texts.bind(segment.setText, _WINDOW_WORDS[window_s])
-            texts.bind(segment.setAccessibleName, "Length of the time line: {length}", length=f"{window_s:g} s")
-            texts.bind(segment.setToolTip, "Length of the time line: {length}", length=f"{window_s:g} s")
-            self._windows.addButton(segment, number)
-            self.header.addWidget(segment)
-        self.header.addSpacing(Space.XS)
-        self.header.addWidget(self._pause)
-        for button in (self._pause, self._clock):
-            button.setIconSize(QSize(16, 16))
-
     def _connect(self, texts: Texts) -> None:
         texts.bind(self._canvas.setAccessibleName, "Plots over time")
-        texts.bind(
-            self._canvas.setToolTip,
-            "Drag or arrow keys move, wheel or + and − zoom, Shift with arrow keys reads off, Space pauses",
-        )
+        if self._view.is_recorded:
+            texts.bind(
+                self._canvas.setToolTip,
+                "Drag or arrow keys move, wheel or + and − zoom, Shift with arrow keys reads off, End shows everything",
+            )
+        else:
+            texts.bind(
+                self._canvas.setToolTip,
+                "Drag or arrow keys move, wheel or + and − zoom, Shift with arrow keys reads off, Space pauses",
+            )
         self._canvas.setToolTipDuration(4000)
         texts.bind(self._language_changed, "Pause")
         self._canvas.panned.connect(self._pan)
@@ -107,9 +89,10 @@ class TimePlot(QWidget):
         self._canvas.pause_wanted.connect(self.toggle_pause)
         self._canvas.live_wanted.connect(self.back_to_live)
         self._canvas.cursor_moved.connect(self._redraw)
-        self._pause.clicked.connect(self.toggle_pause)
-        self._clock.toggled.connect(self.show_clock_time)
-        self._windows.idClicked.connect(lambda number: self.choose_window(WINDOWS_S[number]))
+        self._head.toggle_wanted.connect(self.toggle_pause)
+        self._head.whole_wanted.connect(self.back_to_live)
+        self._head.clock_toggled.connect(self.show_clock_time)
+        self._head.window_chosen.connect(self.choose_window)
 
     def _language_changed(self, _text: str) -> None:
         """Whatever depends on the language and on the state."""
@@ -127,6 +110,16 @@ class TimePlot(QWidget):
         return self._view.span(self._now_s)
 
     @property
+    def is_recorded(self) -> bool:
+        """It shows a recording: nothing of it is how the module is now."""
+        return self._view.is_recorded
+
+    @property
+    def cursor_s(self) -> float | None:
+        """The time under the read-off cursor, None without one."""
+        return self._cursor_s
+
+    @property
     def reading(self) -> str:
         """What the read-off cursor says, empty without one."""
         return self._reading
@@ -135,13 +128,24 @@ class TimePlot(QWidget):
         """Note what happened; drawn with the next ``draw``."""
         self._marks.append(mark)
 
+    def add_marks(self, marks: Iterable[Mark]) -> None:
+        """Note all that happened in a recording; of more than are kept, the last ones."""
+        self._marks.extend(marks)
+
+    def begin_anew(self) -> None:
+        """What comes from now on is another module's: no mark of the old one stays, and the newest is followed."""
+        self._marks.clear()
+        self.back_to_live()
+
     def draw(self, now_s: float) -> None:
         """Show the state of affairs at a monotonic time; called by the page's timer while it is visible."""
         self._now_s = max(self._now_s, now_s)
         self._redraw()
 
     def toggle_pause(self) -> None:
-        """Hold the picture still, or go on with the newest samples."""
+        """Hold the picture still, or go on with the newest samples; a recording stands still anyway."""
+        if self._view.is_recorded:
+            return
         if self._view.is_live:
             self._view.hold(self._now_s)
             self._redraw()
@@ -149,22 +153,30 @@ class TimePlot(QWidget):
             self.back_to_live()
 
     def back_to_live(self) -> None:
-        """Follow the newest samples, in the length that was chosen."""
+        """Follow the newest samples, in the length that was chosen; show all of a recording."""
         self._view.follow()
         self._redraw()
+
+    def look_at(self, time_s: float) -> None:
+        """Bring an instant into the middle and put the read-off cursor there; the picture is held still."""
+        self._view.look_at(time_s, now_s=self._now_s)
+        self.point_at(time_s)
+        self._redraw()
+
+    def point_at(self, time_s: float) -> None:
+        """Put the read-off cursor at an instant that is in sight."""
+        span = self.span
+        self._canvas.set_cursor((time_s - span.start_s) / span.length_s)
 
     def choose_window(self, window_s: float) -> None:
         """Choose the length of the time line, in seconds."""
         self._view.choose(window_s, now_s=self._now_s)
-        button = self._windows.button(WINDOWS_S.index(window_s)) if window_s in WINDOWS_S else None
-        if button is not None:
-            button.setChecked(True)
         self._redraw()
 
     def show_clock_time(self, shows_clock: bool, /) -> None:
         """Label the time line with the time of day, or with seconds before now."""
         self._shows_clock = shows_clock
-        self._clock.setChecked(shows_clock)
+        self._head.clock.setChecked(shows_clock)
         self._redraw()
 
     def picture(self) -> QPixmap:
@@ -180,7 +192,7 @@ class TimePlot(QWidget):
 
     def changeEvent(self, event: QEvent) -> None:
         super().changeEvent(event)
-        if event.type() in (QEvent.Type.PaletteChange, QEvent.Type.FontChange) and hasattr(self, "_pause"):
+        if event.type() in (QEvent.Type.PaletteChange, QEvent.Type.FontChange) and hasattr(self, "_head"):
             self.dress()
 
     def _pan(self, part: float) -> None:
@@ -202,6 +214,7 @@ class TimePlot(QWidget):
         else:
             ticks = clock_times(span, most=most, wall_offset_s=self._wall_offset_s)
         part = self._canvas.cursor_part
+        cursor_s = None if part is None else span.start_s + part * span.length_s
         picture = Picture(
             theme=current(),
             lanes=self._canvas.lanes,
@@ -209,7 +222,7 @@ class TimePlot(QWidget):
             now_s=self._now_s,
             ticks=ticks,
             marks=[mark for mark in self._marks if span.start_s <= mark.time_s <= span.end_s],
-            cursor_s=None if part is None else span.start_s + part * span.length_s,
+            cursor_s=cursor_s,
             is_live=self._view.is_live,
             wall_offset_s=self._wall_offset_s,
             strip=self._canvas.strip,
@@ -217,7 +230,10 @@ class TimePlot(QWidget):
         )
         self._canvas.show_picture(picture)
         self._read_off(picture)
-        self._show_state()
+        self._head.show_view(self._now_s)
+        if cursor_s != self._cursor_s:
+            self._cursor_s = cursor_s
+            self.cursor_moved.emit()
 
     def _pixel_aligned(self, span: Span) -> Span:
         """While it follows, move by whole pixels, so that no line trembles between two."""
@@ -236,21 +252,3 @@ class TimePlot(QWidget):
         self._reading = ", ".join((cursor_time(picture, picture.cursor_s), *values))
         if self._canvas.hasFocus():
             self._canvas.setAccessibleDescription(self._reading)
-
-    def _show_state(self) -> None:
-        is_live = self._view.is_live
-        if is_live:
-            self._chip.show_state(tr("live"), Icon.LIVE)
-        else:
-            behind = f"{self._view.behind_s(self._now_s):.0f}"
-            self._chip.show_state(tr("paused, {seconds} s behind", seconds=behind), Icon.PAUSE, Meaning.ATTENTION)
-        word = tr("Pause") if is_live else tr("Live")
-        if self._pause.text() != word:
-            self._pause.setText(word)
-            self._pause.setAccessibleName(tr("Pause") if is_live else tr("Back to live"))
-            self._pause.setIcon(icon(Icon.PAUSE if is_live else Icon.TO_LIVE))
-            self._pause.setToolTip(
-                tr("Hold the picture still; recording goes on (Space)")
-                if is_live
-                else tr("Show the newest samples again (End, or a double click on the plots)")
-            )

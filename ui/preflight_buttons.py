@@ -1,9 +1,10 @@
 """The foot of the Pre-flight page: what is done seldom at the left, the one main button at the right."""
 
 from PySide6.QtCore import QSize
-from PySide6.QtWidgets import QHBoxLayout, QPushButton, QWidget
+from PySide6.QtWidgets import QPushButton, QWidget
 
 from protocol.text import marked
+from ui.flow_row import FlowRow
 from ui.icons import Icon, icon
 from ui.named import named
 from ui.preflight_work import PreflightWork, Standing
@@ -18,8 +19,7 @@ class PreflightButtons(QWidget):
         self._texts = texts
         self.run = self._button("preflight_run", None, marked("Run the check"),
                                 marked("Run all checks: questions only (Ctrl+Return)"))  # fmt: skip
-        self.run.setProperty("role", "primary")
-        self.run.setIcon(icon(Icon.CHECKLIST, is_on_primary=True))
+        self._main: QPushButton | None = None
         self.enable = self._button("preflight_enable", None, marked("Enable triggers and check"),
                                    marked("Enable both automatic triggers on the module, and check again"))  # fmt: skip
         self.cancel = self._button("preflight_cancel", Icon.CROSS, marked("Cancel"),
@@ -30,23 +30,31 @@ class PreflightButtons(QWidget):
                                     marked("All checks that are kept, and what they measured (Ctrl+H)"))  # fmt: skip
         self.verify = self._button("preflight_verify", Icon.DIAGNOSIS, marked("Verify a file …"),
                                    marked("Was a record or a report altered? Or drop the file here"))  # fmt: skip
-        row = QHBoxLayout(self)
+        row = FlowRow(self)
         row.setContentsMargins(Space.M, Space.XS, Space.M, Space.S)
-        row.setSpacing(Space.S)
-        for widget in (self.history, self.verify, self.print):
-            row.addWidget(widget)
-        row.addStretch(1)
-        for widget in (self.cancel, self.enable, self.run):
-            row.addWidget(widget)
+        row.add(self.history, self.verify, self.print)
+        row.add_right(self.cancel, self.enable, self.run)
 
     def show_work(self, work: PreflightWork) -> None:
         is_checking = work.standing is Standing.CHECKING
         self.run.setEnabled(work.can_check)
         self._texts.bind(self.run.setText, "Run the check" if work.filed is None else "Check again")
+        self._emphasise(self.run if work.are_triggers_known or not work.can_check else self.enable)
         self.enable.setEnabled(work.can_check)
         self.enable.setVisible(not is_checking)
         self.cancel.setVisible(is_checking)
         self.print.setEnabled(work.record is not None)
+
+    def _emphasise(self, main: QPushButton) -> None:
+        """The one that leads on: after a start of the module a plain check can only say NO-GO."""
+        if main is self._main:
+            return
+        self._main = main
+        self.run.setIcon(icon(Icon.CHECKLIST, is_on_primary=main is self.run))
+        for button in (self.run, self.enable):
+            button.setProperty("role", "primary" if button is main else "")
+            button.style().unpolish(button)
+            button.style().polish(button)
 
     def _button(self, name: str, picture: Icon | None, english: str, tip: str) -> QPushButton:
         button = named(QPushButton(), name)

@@ -6,8 +6,8 @@ The verdict is watched as long as the program runs: what voids it is said the mo
 from pathlib import Path
 from typing import Final
 
-from PySide6.QtCore import QEvent, Qt, QTimer
-from PySide6.QtGui import QAction, QHideEvent, QKeyEvent, QKeySequence, QShowEvent
+from PySide6.QtCore import Qt, QTimer
+from PySide6.QtGui import QAction, QKeyEvent, QKeySequence
 from PySide6.QtWidgets import QStackedLayout, QVBoxLayout, QWidget
 
 from app.i18n import tr
@@ -25,6 +25,8 @@ from ui.preflight_form import PreflightForm
 from ui.preflight_words import announcement
 from ui.preflight_work import PreflightWork, Standing, Statement
 from ui.record_files import SUFFIXES, RecordFiles
+from ui.refreshing import WhileSeen
+from ui.simulated_rest import rest_notice
 from ui.simulator_controls import WheelGuard
 from ui.theme import Meaning, Space
 from ui.verdict import VerdictBanner
@@ -60,9 +62,7 @@ class PreflightPage(QWidget):
         for view in (self._check, self.history):
             self._stack.addWidget(view)
         self._wire()
-        self._timer = QTimer(self)
-        self._timer.setInterval(REFRESH_EVERY_MS)
-        self._timer.timeout.connect(self.tick)
+        WhileSeen(self, self.refresh, every_ms=REFRESH_EVERY_MS, tick=self.tick, retranslate=self._retranslate)
         self._take_entered()
         self.refresh()
 
@@ -90,6 +90,11 @@ class PreflightPage(QWidget):
         """Everything as it is now."""
         self._show_rows()
         self.tick()
+
+    def _retranslate(self) -> None:
+        self.form.show_profile()
+        self.history.refresh_rows()
+        self.refresh()
 
     def _show_rows(self) -> None:
         self.list.show_work(self.work)
@@ -162,6 +167,10 @@ class PreflightPage(QWidget):
         self._take_entered()
         self.refresh()
 
+    def _forget_check(self) -> None:
+        self.dismiss()
+        self.work.forget()
+
     def _take_entered(self) -> None:
         entered, form = self.work.entered, self.form
         entered.who, entered.aircraft, entered.profile = form.who_checks, form.aircraft_name, form.profile
@@ -176,6 +185,14 @@ class PreflightPage(QWidget):
             self.list.verticalScrollBar().setValue(0)
         if standing is Standing.NO_GO:
             QTimer.singleShot(0, self, self._show_first_fault)
+            self._say_of_rest()
+
+    def _say_of_rest(self) -> None:
+        assessment = self.work.assessment
+        against = () if assessment is None else assessment.against
+        notice = rest_notice(self._connector.target, against, self.check)
+        if notice is not None and self._notice is None:
+            self.say(notice)
 
     def _show_first_fault(self) -> None:
         assessment = self.work.assessment
@@ -207,6 +224,7 @@ class PreflightPage(QWidget):
         work.changed.connect(self._take_work)
         self._services.naming.changed.connect(self._forget_module)
         self._connector.changed.connect(self.tick)
+        self._connector.forgotten.connect(self._forget_check)
         self._services.appearance.changed.connect(self.strip.follow_theme)
         for name, key, act in (
             ("preflight_run_key", "Ctrl+Return", buttons.run.click),
@@ -249,19 +267,3 @@ class PreflightPage(QWidget):
             self.dismiss()
         else:
             event.ignore()
-
-    def showEvent(self, event: QShowEvent) -> None:
-        super().showEvent(event)
-        self._timer.start()
-        self.refresh()
-
-    def hideEvent(self, event: QHideEvent) -> None:
-        super().hideEvent(event)
-        self._timer.stop()
-
-    def changeEvent(self, event: QEvent) -> None:
-        super().changeEvent(event)
-        if event.type() == QEvent.Type.LanguageChange and hasattr(self, "_timer"):
-            self.form.show_profile()
-            self.history.refresh_rows()
-            self.refresh()

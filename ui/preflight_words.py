@@ -1,5 +1,7 @@
 """What the banner of the Pre-flight page says, in the language in use."""
 
+from typing import NamedTuple
+
 from app.i18n import tr
 from app.preflight.checks import CHECKS
 from app.preflight.findings import Result
@@ -16,11 +18,7 @@ def announcement(work: PreflightWork, *, is_connected: bool) -> Announcement:
     standing = work.standing
     match standing:
         case Standing.NOT_CHECKED:
-            todo = tr("Run the check.") if is_connected else tr("Connect a module, then run the check.")
-            what = tr(
-                "It asks questions only and takes about six seconds. Set the aircraft level and do not touch it."
-            )
-            return Announcement(standing, tr("NOT CHECKED"), todo, (what,))
+            return Announcement(standing, tr("NOT CHECKED"), *_before(work, is_connected=is_connected))
         case Standing.CHECKING:
             return _checking(work)
         case Standing.VOID:
@@ -29,6 +27,21 @@ def announcement(work: PreflightWork, *, is_connected: bool) -> Announcement:
             return Announcement(standing, tr("VOID"), why, lines)
         case Standing.GO | Standing.NO_GO:
             return _judged(work, standing)
+
+
+class _Before(NamedTuple):
+    head: str
+    lines: tuple[str, ...]
+
+
+def _before(work: PreflightWork, *, is_connected: bool) -> _Before:
+    """What to do first. A module that has just been started always needs its triggers enabled."""
+    if is_connected and not work.are_triggers_known:
+        why = tr("After each start nobody knows how the module’s two triggers stand; only enabling them settles it.")
+        return _Before(tr("Enable triggers and check."), (why, tr("Set the aircraft level and do not touch it.")))
+    todo = tr("Run the check.") if is_connected else tr("Connect a module, then run the check.")
+    what = tr("It asks questions only and takes about six seconds. Set the aircraft level and do not touch it.")
+    return _Before(todo, (what,))
 
 
 def _checking(work: PreflightWork) -> Announcement:

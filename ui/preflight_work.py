@@ -16,7 +16,7 @@ from app.preflight.expectations import Expectations, expectations_of
 from app.preflight.filing import Filed, Person, file_check
 from app.preflight.findings import Result
 from app.preflight.record import Record
-from app.preflight.run import run_preflight
+from app.preflight.run import TRIGGERS, run_preflight
 from app.preflight.verdict import VALID_FOR_S, Assessment, Verdict, Void, void_reason
 from app.preflight.wording import said
 from app.procedure import Cancelled, Report
@@ -119,6 +119,13 @@ class PreflightWork(QObject):
         return is_there and is_settled and self._job is None
 
     @property
+    def are_triggers_known(self) -> bool:
+        """Whether the module has acknowledged how both automatic triggers stand, since its last start."""
+        device, now = self._connector.device, self._connector.clock()
+        known = [device.known(command.key, now) for command in TRIGGERS]
+        return all(one is not None and not one.is_stale for one in known)
+
+    @property
     def expires_in_s(self) -> float | None:
         """Until the verdict is too old."""
         ended_at = self._evidence.ended_at
@@ -159,6 +166,12 @@ class PreflightWork(QObject):
         elif self.filed is not None and self.void is None:
             self.void = _ENTERED_ANEW
         self.changed.emit()
+
+    def forget(self) -> None:
+        """Nothing was checked: what was found is of no module that anybody has."""
+        if self._job is None:
+            self.filed = self.void = self.trouble = self._progress = None
+            self.changed.emit()
 
     def look(self) -> None:
         """Does the verdict still hold?"""

@@ -122,7 +122,7 @@ class ProfileCompare(QWidget):
         self._table.setProperty("role", "card")
         grid = QGridLayout(self._table)
         grid.setContentsMargins(Space.M, Space.S, Space.M, Space.S)
-        grid.setHorizontalSpacing(Space.L)
+        grid.setHorizontalSpacing(Space.M)
         grid.setVerticalSpacing(Space.S)
         heads = (marked("Setting"), marked("In the profile"), marked("On the module"), marked("Comparison"))
         for column, english in enumerate(heads):
@@ -143,6 +143,7 @@ class ProfileCompare(QWidget):
         body.addStretch(1)
         scroll = named(QScrollArea(), "profile_scroll")
         scroll.setWidgetResizable(True)
+        texts.bind(scroll.setAccessibleName, "Profile")
         scroll.setWidget(content)
         foot = QHBoxLayout()
         foot.setContentsMargins(Space.S, Space.S, Space.S, Space.S)

@@ -52,12 +52,6 @@ class Readout(Painted):
         self.updateGeometry()
         self._changed()
 
-    def set_unit(self, unit: str) -> None:
-        """The unit behind the number; a degree sign stands close to it."""
-        self._unit = unit
-        self.updateGeometry()
-        self._changed()
-
     def set_limit(self, limit: str) -> None:
         """The limit with its unit, such as "1.8 V", shown after a slash; empty for none."""
         if limit != self._limit:

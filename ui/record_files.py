@@ -76,10 +76,6 @@ class RecordFiles(QObject):
 
     # Verifying
 
-    @property
-    def is_verifying(self) -> bool:
-        return self._thread is not None
-
     def choose_and_verify(self) -> None:
         path = self.ask_record(self._window)
         if path is not None:
@@ -113,7 +109,8 @@ class RecordFiles(QObject):
         if isinstance(done.outcome, str):
             self._say(Meaning.ATTENTION, tr("{file} cannot be read: {why}.", file=file, why=done.outcome))
             return
-        self._say(_MEANINGS[done.outcome.state], f"{file} — {verification_text(done.outcome)}")
+        told = " ".join(one.in_words() for one in done.outcome.sentences())
+        self._say(_MEANINGS[done.outcome.state], f"{file} — {told}")
 
     def _say(self, meaning: Meaning, text: str) -> None:
         self.said.emit(Notice(meaning, text))
@@ -133,24 +130,3 @@ _MEANINGS: Final = {
     State.CHAIN_BROKEN: Meaning.DANGER,
     State.UNREADABLE: Meaning.ATTENTION,
 }
-
-
-def verification_text(verification: Verification) -> str:
-    """In the language in use: intact or altered, then what record it is."""
-    parts = [one.in_words() for one in verification.sentences()]
-    record = verification.record
-    if record is not None:
-        told = tr(
-            "Record {number} of {module}: {verdict}, {at}, checked by {who}.",
-            number=_shown(record.get("number")),
-            module=_shown(record.get("module") or tr("a module without a name")),
-            verdict=_shown(record.get("verdict")),
-            at=_shown(record.get("at")),
-            who=_shown(record.get("who") or tr("nobody named")),
-        )
-        parts.insert(1, told)
-    return " ".join(parts)
-
-
-def _shown(value: object) -> str:
-    return clean(str(value), longest=60)

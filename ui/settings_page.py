@@ -3,12 +3,13 @@
 The rows scroll; what is said and the buttons below stay in sight.
 """
 
+from collections.abc import Mapping
 from functools import partial
 from pathlib import Path
 from typing import Final
 
-from PySide6.QtCore import QEvent, QSize, Qt, QTimer
-from PySide6.QtGui import QAction, QHideEvent, QKeyEvent, QKeySequence, QShowEvent
+from PySide6.QtCore import QSize, Qt, Signal
+from PySide6.QtGui import QAction, QKeyEvent, QKeySequence
 from PySide6.QtWidgets import (
     QFrame,
     QHBoxLayout,
@@ -28,12 +29,14 @@ from protocol.text import marked
 from ui.baud_panel import BaudPanel
 from ui.calibration_panel import CalibrationPanel
 from ui.fingerprint_view import FingerprintView
+from ui.flow_row import FlowRow
 from ui.icons import Icon, icon
 from ui.named import named
 from ui.notice_bar import Notice, NoticeBar
 from ui.pages import Services
 from ui.profile_compare import ProfileCompare
 from ui.profile_files import SUFFIX, ProfileFiles
+from ui.refreshing import WhileSeen
 from ui.settings_row import SettingsRow
 from ui.settings_work import SettingsWork
 from ui.simulator_controls import WheelGuard
@@ -47,6 +50,8 @@ class SettingsPage(QWidget):
 
     suffixes = (SUFFIX,)
     """Of the files that may be dropped on the window for this page."""
+    page_wanted = Signal(str)
+    """The key of a page."""
 
     def __init__(self, services: Services, parent: QWidget | None = None) -> None:
         super().__init__(parent)
@@ -73,9 +78,7 @@ class SettingsPage(QWidget):
         for view in (self._form, self.compare, self.calibration):
             self._stack.addWidget(view)
         self._wire()
-        self._timer = QTimer(self)
-        self._timer.setInterval(REFRESH_EVERY_MS)
-        self._timer.timeout.connect(self.refresh)
+        WhileSeen(self, self.refresh, every_ms=REFRESH_EVERY_MS)
         self.refresh()
 
     def take(self, batch: Batch) -> None:
@@ -149,6 +152,15 @@ class SettingsPage(QWidget):
         self.work.edit(partial(self.work.form.choose, "light_threshold_v", threshold_v))
         self.show_form()
 
+    def _try_out(self) -> None:
+        self._services.exchange.tried.emit(self.work.form.wanted)
+        self.page_wanted.emit("live")
+
+    def _take_drafts(self, values: Mapping[str, Value]) -> None:
+        """What was tried on recorded data."""
+        self.show_form()
+        self.work.edit(partial(self.work.form.fill, values))
+
     # Making
 
     def _make_buttons(self) -> None:
@@ -164,6 +176,8 @@ class SettingsPage(QWidget):
                                    marked("Want what the module holds: drop all edits"))  # fmt: skip
         self.defaults = self._button("settings_defaults", None, marked("Defaults"),
                                      marked("Want the vendor's defaults; nothing is written yet"))  # fmt: skip
+        tip = marked("Would these values have fired on what was measured? Nothing is sent")
+        self.try_out = self._button("settings_try", None, marked("Try it out"), tip)
         self.as_found = self._button("settings_as_found", None, marked("As it was found"),
                                      marked("Want the settings from before the first change of this session"))
 
@@ -194,6 +208,7 @@ class SettingsPage(QWidget):
         self.revert.clicked.connect(lambda: work.edit(form.revert))
         self.defaults.clicked.connect(lambda: work.edit(form.want_defaults))
         self.as_found.clicked.connect(work.want_as_found)
+        self.try_out.clicked.connect(self._try_out)
         for name, keys, button in (
             ("settings_undo_key", ("Ctrl+Z",), self.undo),
             ("settings_redo_key", ("Ctrl+Shift+Z", "Ctrl+Y"), self.redo),
@@ -213,6 +228,10 @@ class SettingsPage(QWidget):
         self.calibration.closed.connect(self.show_form)
         self.calibration.proposed.connect(self._take_threshold)
         work.changed.connect(self.refresh)
+        exchange = self._services.exchange
+        exchange.find_drafts = lambda: form.wanted
+        exchange.can_use = lambda: work.can_edit
+        exchange.used.connect(self._take_drafts)
         self._services.appearance.changed.connect(self.strip.follow_theme)
 
     def _say(self, notice: Notice) -> None:
@@ -245,13 +264,10 @@ class SettingsPage(QWidget):
         self.scroll_area.setWidgetResizable(True)
         self.scroll_area.setWidget(content)
         texts.bind(self.scroll_area.setAccessibleName, "Settings")
-        foot = QHBoxLayout()
+        foot = FlowRow()
         foot.setContentsMargins(Space.S, Space.XS, Space.S, Space.S)
-        foot.setSpacing(Space.S)
-        for button in (self.read, self.undo, self.redo, self.revert, self.defaults, self.as_found):
-            foot.addWidget(button)
-        foot.addStretch(1)
-        foot.addWidget(self.write)
+        foot.add(self.read, self.undo, self.redo, self.revert, self.defaults, self.as_found, self.try_out)
+        foot.add_right(self.write)
         form = QWidget()
         form.setObjectName("settings_form")
         whole = QVBoxLayout(form)
@@ -275,17 +291,3 @@ class SettingsPage(QWidget):
             self.work.dismiss()
         else:
             event.ignore()
-
-    def showEvent(self, event: QShowEvent) -> None:
-        super().showEvent(event)
-        self._timer.start()
-        self.refresh()
-
-    def hideEvent(self, event: QHideEvent) -> None:
-        super().hideEvent(event)
-        self._timer.stop()
-
-    def changeEvent(self, event: QEvent) -> None:
-        super().changeEvent(event)
-        if event.type() == QEvent.Type.LanguageChange and hasattr(self, "_timer"):
-            self.refresh()

@@ -1,7 +1,6 @@
 """One setting as a row: name, what stands, what is wanted, what it means, and its state."""
 
 from collections.abc import Mapping
-from functools import partial
 from typing import Final, NamedTuple
 
 from PySide6.QtCore import QSize, Qt, Signal
@@ -11,7 +10,7 @@ from app.consequences import Weight
 from app.device import Doubt, How
 from app.i18n import tr
 from app.procedures.survive import Fate
-from app.setting_texts import DEFAULTS, value_text
+from app.setting_texts import advice_text, value_text, what_is
 from app.settings_form import FormRow, RowState
 from protocol.catalogue import Command
 from protocol.text import marked
@@ -25,9 +24,9 @@ from ui.simulator_controls import WheelGuard
 from ui.texts import Texts
 from ui.theme import Meaning, Size, Space
 
-NAME_PX: Final = 188
-EDITOR_PX: Final = 230
-STATE_PX: Final = 184
+NAME_PX: Final = 148
+EDITOR_PX: Final = 200
+STATE_PX: Final = 144
 
 
 class _Look(NamedTuple):
@@ -95,7 +94,7 @@ class SettingsRow(QFrame):
         texts.bind(self.measure.setText, "Measure …")
         texts.bind(self.measure.setAccessibleName, "Find the light threshold by measuring")
         texts.bind(self.measure.setToolTip, "Measure with the bay closed, then open, and take a threshold between")
-        texts.bind(partial(_say_what, self, command.vendor_term), command.explanation)
+        texts.bind(self._say_what, command.explanation)
         key = command.key
         self.editor.typed.connect(lambda text: self.typed.emit(key, text))
         self.editor.chosen.connect(lambda value: self.chosen.emit(key, value))
@@ -110,7 +109,7 @@ class SettingsRow(QFrame):
         self._vendor.setVisible(self._name.text() != self.command.vendor_term)  # in Chinese it is the title
         self.editor.show_draft(row.draft, None if row.stands is None else row.stands.value)
         self.editor.setEnabled(is_editable)
-        self.advice.setText(self._advice_text())
+        self.advice.setText(advice_text(self.command))
         look = LOOKS[row.state]
         self.state.set_caption(tr("State of {setting}", setting=tr(self.command.title)))
         self.state.show_state(tr(row.state.value), look.icon, look.meaning)
@@ -123,14 +122,8 @@ class SettingsRow(QFrame):
         self._set_role(self.meaning, "attention" if is_loud else "small")
         self._set_role(self, "row-failed" if row.state is RowState.FAILED else "row")
 
-    def _advice_text(self) -> str:
-        command = self.command
-        parts = []
-        if command.key in DEFAULTS:
-            parts.append(tr("Default {value}", value=value_text(command, DEFAULTS[command.key])))
-        if command.advice is not None:
-            parts.append(tr("advised: {advice}", advice=tr(command.advice.text)))
-        return " · ".join(parts)
+    def _say_what(self, _explanation: str) -> None:
+        self.setWhatsThis(what_is(self.command))
 
     def _reason_text(self, row: FormRow) -> str:
         if row.reason:
@@ -192,7 +185,3 @@ class SettingsRow(QFrame):
         for column, (width, stretch) in enumerate(((NAME_PX, 2), (0, 0), (EDITOR_PX, 1), (STATE_PX, 4))):
             grid.setColumnMinimumWidth(column, width)
             grid.setColumnStretch(column, stretch)
-
-
-def _say_what(widget: QFrame, term: str, explanation: str) -> None:
-    widget.setWhatsThis(f"{term}: {explanation}")

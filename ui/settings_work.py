@@ -13,7 +13,7 @@ from app.procedures.read import Everything, read_everything
 from app.procedures.survive import Ending, Survival, survives_power_cycle
 from app.procedures.write_all import Leave, WriteReport, write_all
 from app.safety import Condition, Refusal, refusals, situation
-from app.settings_form import SettingsForm
+from app.settings_form import RowState, SettingsForm
 from app.snapshots import Snapshot
 from app.worker import Job
 from ui.notice_bar import Choice, Notice
@@ -36,7 +36,7 @@ class SettingsWork(QObject):
         self._job: Job[Any] | None = None
         self._progress: Report | None = None
         self._notice: Callable[[], Notice | None] | None = None
-        self._whose: tuple[str, str] | None = None
+        self._whose: str | None = None
         self._connector.changed.connect(self._watch_module)
         services.unsent.count = self.count_unsent
         services.unsent.discard = self.discard
@@ -182,8 +182,7 @@ class SettingsWork(QObject):
         self._services.keeping.keep_snapshot(snapshot, self._connector.connection.port)
 
     def _watch_module(self) -> None:
-        target = self._connector.target
-        whose = (target.device, target.identity) if target is not None and self._connector.is_wanted else None
+        whose = self._connector.whose if self._connector.is_wanted else None
         if whose != self._whose:
             self._whose, self.found, self._notice = whose, None, None
             self.form.forget()
@@ -227,7 +226,9 @@ class SettingsWork(QObject):
     def _written_notice(self, report: WriteReport) -> Notice:
         verified = sum(one.verified is True for one in report.results)
         received = sum(one.is_fine and one.verified is None for one in report.results)
-        bad = len(report.results) - verified - received
+        rows = self.form.rows(self._connector.device, self._connector.clock())
+        bad = sum(row.state is RowState.FAILED for row in rows)
+        stands_since = len(report.results) - verified - received - bad
         parts = []
         if verified:
             parts.append(tr("{count} written and read back equal: verified.", count=verified))
@@ -235,6 +236,8 @@ class SettingsWork(QObject):
             parts.append(tr("{count} acknowledged; cannot be read back.", count=received))
         if bad:
             parts.append(tr("{count} NOT as wanted: see the red rows.", count=bad))
+        if stands_since > 0:
+            parts.append(tr("{count} not verified, but read as wanted since.", count=stands_since))
         survive: tuple[Choice, ...] = ()
         if verified:
             survive = (Choice("survives", tr("Survives a power cycle?"), self.check_survival),)

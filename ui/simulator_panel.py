@@ -119,7 +119,7 @@ class SimulatorPanel(QWidget):
         label = named(QLabel(), "simulator_summary")
         label.setProperty("role", "muted")
         label.setWordWrap(True)
-        self._texts.bind(label.setAccessibleName, "State of the simulated module")
+        self._texts.bind(label.setAccessibleDescription, "State of the simulated module")
         return label
 
     def _connect(self) -> None:
@@ -235,6 +235,7 @@ class SimulatorPanel(QWidget):
         body.addStretch(1)
         self.options.hide()
         self._area = named(QScrollArea(), "simulator_scroll")
+        self._texts.bind(self._area.setAccessibleName, "Simulated module")
         self._area.setWidgetResizable(True)
         self._area.setFrameShape(QFrame.Shape.NoFrame)
         self._area.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)

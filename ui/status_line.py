@@ -6,6 +6,7 @@ from PySide6.QtWidgets import QFrame, QHBoxLayout, QLabel, QWidget
 from app.i18n import tr
 from app.worker import Batch
 from ui.connector import Connector
+from ui.elided import ElidedLabel
 from ui.link_state import duration
 from ui.named import named
 from ui.texts import Texts
@@ -32,21 +33,28 @@ class StatusLine(QFrame):
         self._passing = ""
         self._passing_until = 0.0
         self.figures = named(QLabel(), "link_figures")
-        self.passing = named(QLabel(), "passing_message")
+        self.passing = named(ElidedLabel(), "passing_message")
         self.age = named(QLabel(), "last_heard")
-        texts.bind(self.figures.setAccessibleName, "Figures of the link")
+        # Described, not named: a name would be read aloud in place of the text.
+        texts.bind(self.figures.setAccessibleDescription, "Figures of the link")
         texts.bind(self.figures.setToolTip, "Frames a second, usual round trip, bytes that were no frame")
-        texts.bind(self.passing.setAccessibleName, "Message")
-        texts.bind(self.age.setAccessibleName, "Time since the last frame")
+        texts.bind(self.passing.setAccessibleDescription, "Message")
+        texts.bind(self.age.setAccessibleDescription, "Time since the last frame")
         texts.bind(self.age.setToolTip, "Time since the last frame")
         row = QHBoxLayout(self)
         row.setContentsMargins(Space.M, Space.XS, Space.M, Space.XS)
         row.setSpacing(Space.L)
         row.addWidget(self.figures)
-        row.addWidget(self.passing, 1, Qt.AlignmentFlag.AlignHCenter)
+        self.passing.setAlignment(Qt.AlignmentFlag.AlignCenter)
+        row.addWidget(self.passing, 1)
         row.addWidget(self.age)
+        self._row = row
         for label in (self.figures, self.passing, self.age):
             label.setProperty("role", "small")
+
+    def add(self, widget: QWidget) -> None:
+        """Something quiet at the right, before the age."""
+        self._row.insertWidget(self._row.indexOf(self.age), widget)
 
     def say(self, text: str, seconds: float = 6.0) -> None:
         """Show a calm word for a while: something was done, or a fault that needs nobody now."""

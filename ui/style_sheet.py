@@ -23,6 +23,7 @@ _SHEET: Final = Template("""
 QToolTip { background: $text; color: $window; border: none; padding: 4px 8px; font-size: 12px; }
 QStatusBar { background: $sunken; border-top: 1px solid $divider; color: $muted; font-size: 12px; }
 QStatusBar::item { border: none; }
+QToolBar#head, QToolBar#foot { border: none; padding: 0; margin: 0; spacing: 0; background: $sunken; }
 QFrame[role="card"] { background: $surface; border: ${edge}px solid $divider; border-radius: 8px; }
 QFrame[role="bar"] { background: $sunken; border: none; border-bottom: ${edge}px solid $divider; }
 QFrame[role="danger-corner"] { background: $surface; border: ${edge}px solid $danger_ink; border-radius: 8px; }

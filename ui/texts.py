@@ -45,10 +45,6 @@ class Texts:
         if len(self._bindings) > self._sweep_at:
             self._sweep()
 
-    def unbind(self, setter: Callable[[str], object], /) -> None:
-        """Forget a setter, because its text is no longer a fixed one; one that is not bound is fine."""
-        self._bindings.pop(_identity(setter), None)
-
     def retranslate(self) -> None:
         """Apply every text in the language in use, and forget the widgets that are gone."""
         for key, binding in list(self._bindings.items()):

@@ -55,9 +55,11 @@ class TriggersDetail(QFrame):
             self.buttons[judgement] = button
         self.note = named(QLineEdit(), "triggers_note")
         self.note.setMaxLength(LONGEST_NOTE)
-        texts.bind(self.note.setPlaceholderText, "note: what happened, who found out")
+        texts.bind(self.note.setPlaceholderText, "Note")
         texts.bind(self.note.setAccessibleName, "Note on this trigger")
-        texts.bind(self.note.setToolTip, "Kept with the record when the field is left")
+        texts.bind(
+            self.note.setToolTip, "What happened, and who found out; kept with the record when the field is left"
+        )
         self.note.editingFinished.connect(self._take_note)
         self._lay_out()
         self.show_row(None, "")

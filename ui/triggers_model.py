@@ -4,27 +4,22 @@ from collections.abc import Iterable
 from enum import Enum, IntEnum
 from typing import Any, Final
 
-from PySide6.QtCore import QAbstractTableModel, QModelIndex, QObject, QPersistentModelIndex, QSortFilterProxyModel, Qt
+from PySide6.QtCore import QObject, QSortFilterProxyModel, Qt
 from PySide6.QtGui import QColor
 
-from app.commands.records import duration
 from app.i18n import tr
+from app.spans import stopwatch
+from app.trigger_fields import SOURCE_WORDS
 from app.trigger_history import JUDGEMENT_WORDS, sentence
 from protocol.text import marked
 from ui.icons import Icon, icon
+from ui.rows_model import Index, RowsModel, aligned
 from ui.theme import Meaning, current
 from ui.triggers_work import TriggerRow
 
-Index = QModelIndex | QPersistentModelIndex
 SORT_ROLE: Final = Qt.ItemDataRole.UserRole
 SENTENCE_ROLE: Final = Qt.ItemDataRole.UserRole + 1
 ROW_ROLE: Final = Qt.ItemDataRole.UserRole + 2
-_SOURCES: Final = {
-    "serial": marked("serial"),
-    "attitude": marked("attitude"),
-    "pwm": "PWM",
-    "freefall": marked("free fall"),
-}
 
 
 class Column(IntEnum):
@@ -61,45 +56,15 @@ class Show(Enum):
     UNJUDGED = marked("Not judged yet")
 
 
-class TriggersModel(QAbstractTableModel):
+class TriggersModel(RowsModel[TriggerRow]):
     def __init__(self, parent: QObject | None = None) -> None:
-        super().__init__(parent)
-        self.rows: tuple[TriggerRow, ...] = ()
-
-    def show_rows(self, rows: tuple[TriggerRow, ...]) -> None:
-        """Only what is different is told: the selection stays."""
-        if rows == self.rows:
-            return
-        is_same_length = len(rows) == len(self.rows) and [one.seen.id for one in rows] == [
-            one.seen.id for one in self.rows
-        ]
-        if is_same_length:
-            self.rows = rows
-            self.dataChanged.emit(self.index(0, 0), self.index(len(rows) - 1, len(Column) - 1))
-            return
-        self.beginResetModel()
-        self.rows = rows
-        self.endResetModel()
-
-    def retranslate(self) -> None:
-        self.headerDataChanged.emit(Qt.Orientation.Horizontal, 0, len(Column) - 1)
-        if self.rows:
-            self.dataChanged.emit(self.index(0, 0), self.index(len(self.rows) - 1, len(Column) - 1))
-
-    def rowCount(self, parent: Index = QModelIndex()) -> int:  # noqa: B008  Qt's own signature
-        return 0 if parent.isValid() else len(self.rows)
-
-    def columnCount(self, parent: Index = QModelIndex()) -> int:  # noqa: B008
-        return 0 if parent.isValid() else len(Column)
+        super().__init__(HEADS, lambda row: row.seen.id, parent=parent)
 
     def headerData(self, section: int, orientation: Qt.Orientation, role: int = Qt.ItemDataRole.DisplayRole) -> Any:
-        if orientation is not Qt.Orientation.Horizontal:
-            return None
-        if role == Qt.ItemDataRole.DisplayRole:
-            return tr(HEADS[section])
-        if role == Qt.ItemDataRole.ToolTipRole and section == Column.SETTINGS:
+        is_settings = orientation is Qt.Orientation.Horizontal and section == Column.SETTINGS
+        if is_settings and role == Qt.ItemDataRole.ToolTipRole:
             return tr("The settings at that moment: angle, acceleration and time")
-        return None
+        return super().headerData(section, orientation, role)
 
     def data(self, index: Index, role: int = Qt.ItemDataRole.DisplayRole) -> Any:
         if not index.isValid() or index.row() >= len(self.rows):
@@ -113,8 +78,7 @@ class TriggersModel(QAbstractTableModel):
             case Qt.ItemDataRole.ForegroundRole if column is Column.CELL and row.record.implausible:
                 return QColor(current().attention.ink)
             case Qt.ItemDataRole.TextAlignmentRole:
-                side = Qt.AlignmentFlag.AlignRight if column in RIGHT else Qt.AlignmentFlag.AlignLeft
-                return int(side | Qt.AlignmentFlag.AlignVCenter)
+                return aligned(is_right=column in RIGHT)
             case Qt.ItemDataRole.ToolTipRole | Qt.ItemDataRole.AccessibleDescriptionRole:
                 return told(row)
             case _ if role == SENTENCE_ROLE:
@@ -138,7 +102,7 @@ def cell_text(row: TriggerRow, column: Column) -> str:
     record = row.record
     match column:
         case Column.WHEN:
-            return tr("boot {boot} · {uptime}", boot=record.boot_count, uptime=duration(record.uptime_s))
+            return tr("boot {boot} · {uptime}", boot=record.boot_count, uptime=stopwatch(record.uptime_s))
         case Column.WHY:
             return sources_in_words(record.sources)
         case Column.SETTINGS:
@@ -163,7 +127,7 @@ def sources_in_words(sources: tuple[str, ...]) -> str:
     """Combined ones with a plus; one that the vendor does not name by its bit."""
     words = []
     for name in sources:
-        text = _SOURCES.get(name)
+        text = SOURCE_WORDS.get(name)
         words.append(tr("unnamed ({bit})", bit=name) if text is None else tr(text))
     return " + ".join(words) or tr("no cause stated")
 

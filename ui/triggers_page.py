@@ -21,6 +21,7 @@ from app.archive import write_archive
 from app.i18n import tr
 from app.store.database import StoreTrouble
 from app.worker import Batch
+from ui.flow_row import FlowRow
 from ui.icons import Icon, icon
 from ui.live_save import AskPath, ask_path
 from ui.module_name import ModuleField, whose
@@ -61,6 +62,8 @@ class TriggersPage(QWidget):
         self.count, self.news = named(QLabel(), "triggers_count"), named(QLabel(), "triggers_news")
         self.count.setProperty("role", "title")
         self.news.setProperty("role", "small")
+        for label in (self.count, self.news):
+            label.setWordWrap(True)
         self.show_box = self._make_show(guard)
         self.search = named(QLineEdit(), "triggers_search")
         self.search.setFixedWidth(_FIELD_PX)
@@ -248,19 +251,16 @@ class TriggersPage(QWidget):
             self.addAction(action)
 
     def _lay_out(self) -> None:
-        head, titles, foot = QHBoxLayout(), QVBoxLayout(), QHBoxLayout()
-        for row in (head, foot):
-            row.setSpacing(Space.S)
+        head, titles, foot = QHBoxLayout(), QVBoxLayout(), FlowRow()
+        head.setSpacing(Space.S)
         titles.setSpacing(0)
         titles.addWidget(self.count)
         titles.addWidget(self.news)
         head.addLayout(titles, 1)
         for widget in (self.search, self.show_box, self.module):
             head.addWidget(widget)
-        for button in (self.copy, self.save_page, self.save_archive):
-            foot.addWidget(button)
-        foot.addStretch(1)
-        foot.addWidget(self.read)
+        foot.add(self.copy, self.save_page, self.save_archive)
+        foot.add_right(self.read)
         whole = QVBoxLayout(self)
         whole.setContentsMargins(Space.M, Space.S, Space.M, Space.S)
         whole.setSpacing(Space.S)

@@ -5,8 +5,6 @@ from typing import Final
 from PySide6.QtCore import QRect, QSize, Qt
 from PySide6.QtGui import QColor, QFont, QFontMetrics, QPainter
 from PySide6.QtWidgets import (
-    QAbstractItemView,
-    QHeaderView,
     QStyle,
     QStyledItemDelegate,
     QStyleOptionViewItem,
@@ -16,8 +14,10 @@ from PySide6.QtWidgets import (
 
 from app.i18n import tr
 from ui.named import named
+from ui.rows_model import Index
+from ui.tables import list_rows
 from ui.theme import Size, Space, current, font
-from ui.triggers_model import HEADS, SENTENCE_ROLE, Column, Index, TriggersFilter
+from ui.triggers_model import HEADS, SENTENCE_ROLE, Column, TriggersFilter
 
 CELL_PX: Final = 24
 SENTENCE_PX: Final = 22
@@ -84,20 +84,8 @@ class TriggersTable(QTableView):
         self.setItemDelegate(SentenceDelegate(self))
         self.setSortingEnabled(True)
         self.sortByColumn(Column.WHEN, Qt.SortOrder.DescendingOrder)
-        self.setSelectionBehavior(QAbstractItemView.SelectionBehavior.SelectRows)
-        self.setSelectionMode(QAbstractItemView.SelectionMode.ExtendedSelection)
-        self.setVerticalScrollMode(QAbstractItemView.ScrollMode.ScrollPerPixel)
-        self.setHorizontalScrollMode(QAbstractItemView.ScrollMode.ScrollPerPixel)
-        self.setEditTriggers(QAbstractItemView.EditTrigger.NoEditTriggers)
-        self.setShowGrid(False)
-        self.setWordWrap(False)
-        self.setTabKeyNavigation(False)
-        rows = self.verticalHeader()
-        rows.hide()
-        rows.setSectionResizeMode(QHeaderView.ResizeMode.Fixed)
-        rows.setDefaultSectionSize(CELL_PX + SENTENCE_PX + 4)
+        list_rows(self, row_px=CELL_PX + SENTENCE_PX + 4)
         columns = self.horizontalHeader()
-        columns.setHighlightSections(False)
         columns.setDefaultAlignment(Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter)
         columns.setStretchLastSection(True)
         columns.sectionResized.connect(self._paint_again)
@@ -118,7 +106,8 @@ class TriggersTable(QTableView):
             Column.LIGHT: "25.5 V",
             Column.CELL: "     " + tr("{voltage} implausible", voltage="4.70 V"),
         }
-        self.setColumnWidth(Column.JUDGED, 40)  # it takes what is left
+        judged = strong.horizontalAdvance(tr(HEADS[Column.JUDGED])) + Space.L + 2
+        self.setColumnWidth(Column.JUDGED, judged)  # and what is left
         self.setColumnWidth(Column.WHEN, strong.horizontalAdvance(when) + Space.L)
         for column, text in texts.items():
             head = strong.horizontalAdvance(tr(HEADS[column])) + Space.L + 2

@@ -74,7 +74,7 @@ class TriggersWork(QObject):
         self._progress: Report | None = None
         self._job: Job[TriggersReading] | None = None
         self._notice: Callable[[], Notice | None] | None = None
-        self._whose: tuple[str, str] | None = None
+        self._whose: str | None = None
         self._connector.changed.connect(self._watch_port)
         self._naming.changed.connect(self._take_name)
         self._show_archive()
@@ -232,8 +232,7 @@ class TriggersWork(QObject):
         self.changed.emit()
 
     def _watch_port(self) -> None:
-        target = self._connector.target
-        whose = (target.device, target.identity) if target is not None and self._connector.is_wanted else None
+        whose = self._connector.whose if self._connector.is_wanted else None
         if whose != self._whose:
             self._whose, self.reading, self._new, self._is_kept = whose, None, frozenset(), False
             self._show_archive()

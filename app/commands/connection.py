@@ -17,6 +17,7 @@ from app.i18n import tr
 from app.procedure import LinkView, PortLost, Procedure, Report
 from app.procedures.find import find_rate
 from app.procedures.greet import greet
+from app.session import Slept
 from app.transport import PortError
 from app.troubles import NoAnswer
 from app.worker import Batch, Connection, Job, PortState, Worker
@@ -205,7 +206,7 @@ def link_trouble(error: Exception) -> str | None:
     """The sentence about an error that means "no link"; None for any other."""
     if isinstance(error, NoLink):
         return error.sentence
-    if isinstance(error, PortError | NoAnswer):
+    if isinstance(error, PortError | NoAnswer | Slept):
         from app.troubles import explain
 
         return explain(error).terminal_sentence

@@ -13,9 +13,10 @@ from dataclasses import dataclass
 from itertools import chain
 
 from app.commands import console
-from app.explain import Asked, Plain, meaning, sentence
+from app.explain import Asked, meaning, sentence
 from app.hextext import HexText, NotHex
 from app.i18n import tr
+from app.trigger_fields import Plain
 from protocol.catalogue import BY_NAME, Command
 from protocol.frame import Direction, Frame, Noise, decode_request
 from protocol.stream import Piece, StreamParser

@@ -4,7 +4,7 @@ import argparse
 from pathlib import Path
 
 from app.commands.console import RATES, USUAL_RATE, seconds
-from app.i18n import LANGUAGES, tr
+from app.i18n import LANGUAGES, PSEUDO, tr
 
 
 def add_parser(subparsers: "argparse._SubParsersAction[argparse.ArgumentParser]") -> None:
@@ -15,7 +15,10 @@ def add_parser(subparsers: "argparse._SubParsersAction[argparse.ArgumentParser]"
         "--baud", type=int, choices=RATES, default=USUAL_RATE, metavar="N", help=tr("baud rate, default 115200")
     )
     parser.add_argument(
-        "--lang", choices=LANGUAGES, help=tr("language of the window: {names}", names=", ".join(LANGUAGES))
+        "--lang",
+        choices=(*LANGUAGES, PSEUDO),
+        metavar="L",
+        help=tr("language of the window: {names}", names=", ".join(LANGUAGES)),
     )
     unseen = parser.add_argument_group(tr("without a screen"))
     unseen.add_argument(

@@ -7,6 +7,7 @@ dead; 4 when no status came in the whole time. Ended by Ctrl-C it is done, so 0,
 import argparse
 import sys
 import time
+from abc import ABC, abstractmethod
 from typing import TYPE_CHECKING
 
 from app.commands.console import (
@@ -97,7 +98,7 @@ def _watch(conversation: "Conversation", printer: "Printer", args: argparse.Name
     return None
 
 
-class Printer:
+class Printer(ABC):
     """Takes samples from the batches and prints them, all of the time wanted and none twice."""
 
     def __init__(self, seconds: float | None) -> None:
@@ -136,9 +137,11 @@ class Printer:
     def _age_s(self, sample: "Sample") -> float:
         return sample.at - (self._first_at or 0.0)
 
+    @abstractmethod
     def _print(self, samples: "list[Sample]") -> None:
-        raise NotImplementedError
+        """These follow each other in time and are at least one."""
 
+    @abstractmethod
     def finish(self) -> None:
         """Nothing follows."""
 
@@ -157,6 +160,9 @@ class JsonLines(Printer):
             "triggered": sample.triggered,
             "active": sample.active,
         }
+
+    def finish(self) -> None:
+        """Every line has ended."""
 
 
 class WordLines(Printer):

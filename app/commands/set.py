@@ -32,18 +32,6 @@ if TYPE_CHECKING:
     from protocol.catalogue import Command
     from protocol.fields import Field, Value
 
-NAMES = (
-    "attitude_threshold_deg",
-    "freefall_acceleration_g",
-    "freefall_time_s",
-    "light_threshold_v",
-    "attitude_trigger",
-    "freefall_trigger",
-    "serial_output",
-    "baud_rate",
-)
-"""The catalogue's settings by key, written out so that the help needs no catalogue; a test holds them equal."""
-
 
 class Unfit(ValueError):
     """A word of the command line that is no setting with a value for it; the text is a sentence for people."""
@@ -79,7 +67,7 @@ def add_parser(subparsers: "argparse._SubParsersAction[argparse.ArgumentParser]"
         description=tr(
             "Change settings: {names}. Triggers and serial output take true or false. Each is read back; what cannot "
             "be read back is only ever acknowledged, never verified. Exit code 1 where one is not what was wanted.",
-            names=", ".join(NAMES),
+            names=_names(),
         ),
     )
     parser.add_argument("wishes", nargs="*", metavar="NAME=VALUE", help=tr("for example freefall_time_s=1.6"))
@@ -140,7 +128,7 @@ def parse(words: Sequence[str]) -> list[Wish]:
         if not equals:
             faults.append(tr("“{word}” is not of the form NAME=VALUE.", word=word))
         elif command is None or command.write is None:
-            faults.append(tr("“{name}” cannot be set; what can: {names}.", name=name, names=", ".join(NAMES)))
+            faults.append(tr("“{name}” cannot be set; what can: {names}.", name=name, names=_names()))
         elif name in wishes:
             faults.append(tr("{name} is given twice.", name=name))
         else:
@@ -288,3 +276,9 @@ def _sentence(result: Result) -> str:
 def _typed(value: "Value") -> str:
     """As one would type it."""
     return str(value).lower() if isinstance(value, bool) else f"{value:g}"
+
+
+def _names() -> str:
+    from app.commands.findings import SETTING_KEYS
+
+    return ", ".join(SETTING_KEYS)

@@ -12,7 +12,6 @@ from app.commands.console import DONE, SAID_NO, USED_WRONGLY, say, write_lines
 from app.i18n import tr
 
 if TYPE_CHECKING:
-    from app.preflight.verification import Verification
     from app.store.store import Store
 
 
@@ -43,31 +42,8 @@ def run(args: argparse.Namespace) -> int:
     finally:
         if store is not None:
             store.close()
-    write_lines(page_of(verification))
+    write_lines([one.in_words() for one in verification.sentences()])
     return DONE if verification.state is State.INTACT else SAID_NO
-
-
-def page_of(verification: "Verification") -> list[str]:
-    lines = [one.in_words() for one in verification.sentences()]
-    record = verification.record
-    if record is not None:
-        lines.append(
-            tr(
-                "Record {number} of {module}: {verdict}, {at}, checked by {who}.",
-                number=_shown(record.get("number")),
-                module=_shown(record.get("module") or tr("a module without a name")),
-                verdict=_shown(record.get("verdict")),
-                at=_shown(record.get("at")),
-                who=_shown(record.get("who") or tr("nobody named")),
-            )
-        )
-    return lines
-
-
-def _shown(value: object) -> str:
-    from app.preflight.wording import clean
-
-    return clean(str(value), longest=120)
 
 
 def _store() -> "Store | None":

@@ -72,7 +72,6 @@ class Evidence:
     """One for each heartbeat that was answered."""
     rejected_bytes: int = 0
     trials: list[Trial] = field(default_factory=list)
-    trials_asked: int = 0
     status: Status | None = None
     status_age_s: float | None = None
     """At the end of the check."""

@@ -174,7 +174,6 @@ def _watch(evidence: Evidence) -> Procedure[None]:
     now = begin.now
     while now < ends_at:
         outcome = yield Ask(STATUS.query(), TRIAL_WAITS_S)
-        evidence.trials_asked += 1
         if isinstance(outcome, Answered):
             _take_status(evidence, outcome)
         now = yield Pause(TRIAL_EVERY_S)

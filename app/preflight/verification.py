@@ -57,7 +57,7 @@ class Verification:
     why: Said | None = None
 
     def sentences(self) -> tuple[Said, ...]:
-        """What to tell a person, the most important first."""
+        """What to tell a person: the judgement, which record it is, then its chain and whether it is kept here."""
         match self.state:
             case State.UNREADABLE:
                 first = said(marked("No pre-flight record can be read in it: {why}."), why=self.why or Said(""))
@@ -67,11 +67,30 @@ class Verification:
                 first = said(marked("CHAIN BROKEN: the record itself is intact."))
             case State.INTACT:
                 first = said(marked("INTACT: every part is as it was recorded."))
-        rest = [said(marked("Chain: {what}."), what=Said(self.chain.value))] if self.chain is not None else []
+        rest = [] if self.record is None else [_introduced(self.record)]
+        if self.chain is not None:
+            rest.append(said(marked("Chain: {what}."), what=Said(self.chain.value)))
         if self.record is not None:
             known = marked("This computer keeps the same record.")
             rest.append(said(known if self.is_known_here else marked("This computer does not keep this record.")))
         return (first, *rest)
+
+
+def _introduced(record: Mapping[str, object]) -> Said:
+    """Which record it is. What stands in a file may be anything: it is cleaned, and cut where it is long."""
+    module, who = record.get("module"), record.get("who")
+    return said(
+        marked("Record {number} of {module}: {verdict}, {at}, checked by {who}."),
+        number=_shown(record.get("number")),
+        module=_shown(module) if module else said(marked("a module without a name")),
+        verdict=_shown(record.get("verdict")),
+        at=_shown(record.get("at")),
+        who=_shown(who) if who else said(marked("nobody named")),
+    )
+
+
+def _shown(value: object) -> str:
+    return clean(str(value), longest=60)
 
 
 class NoRecord(Exception):

@@ -114,7 +114,7 @@ def perform(
         return rehearse(act, permit)
     if act is not Act.LOCK:
         yield from _refresh(act)
-    open_conditions = yield from _open_conditions(act, journal, permit, armed)
+    open_conditions = conditions_open(act, (yield Look()), journal, permit=permit, armed=armed)
     if open_conditions:
         return Performed(act=act, outcome=Outcome.NOT_SENT, refusals=open_conditions)
     request = REQUESTS[act]
@@ -131,7 +131,7 @@ def perform(
         # Writing may have taken its time: the permit, the status and the module's state are judged at the last moment,
         # and the pause lets the session look at the clock and at what has arrived.
         yield Pause(0.0)
-        open_conditions = yield from _open_conditions(act, journal, permit, armed)
+        open_conditions = conditions_open(act, (yield Look()), journal, permit=permit, armed=armed)
         if open_conditions or permit is None or not permit.spend():
             journal.settle(entry, Outcome.NOT_SENT, {"why": [one.condition.name for one in open_conditions]})
             return Performed(act=act, outcome=Outcome.NOT_SENT, refusals=open_conditions)
@@ -166,15 +166,16 @@ def _refresh(act: Act) -> Procedure[None]:
     yield Ask(STATUS.query())
 
 
-def _open_conditions(
-    act: Act, journal: Journal, permit: Permit | None, armed: Armed | None
-) -> Procedure[tuple[Refusal, ...]]:
-    sight: Sight = yield Look()
+def conditions_open(
+    act: Act, sight: Sight, journal: Journal, *, permit: Permit | None, armed: Armed | None
+) -> tuple[Refusal, ...]:
+    """The conditions of `act` that are open at the moment of `sight`; none when it may be sent."""
     now_is = situation(
         sight.device,
         sight.now,
         permit=permit,
         overtaken_at=sight.overtaken_at,
+        opened_at=sight.opened_at,
         armed=armed.act if armed is not None else None,
         is_audit_ready=journal.is_ready,
     )

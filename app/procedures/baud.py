@@ -17,10 +17,10 @@ from app.i18n import tr
 from app.journal import Journal, JournalFailed, Outcome
 from app.permit import Permit
 from app.procedure import Ask, Cancelled, Listen, Look, Pause, PortLost, Procedure, Report, Sight, UseRate
-from app.procedures.act import Armed
+from app.procedures.act import Armed, conditions_open
 from app.procedures.find import SETTLE_S
 from app.procedures.write import Heard, acknowledged
-from app.safety import Condition, Refusal, refusals, situation
+from app.safety import Condition, Refusal
 from app.transport import PortError
 from protocol.catalogue import BAUD_RATE, BAUD_RATES, HEARTBEAT, STATUS
 from protocol.events import Answered
@@ -99,7 +99,7 @@ def change_baud(
     yield Ask(STATUS.query())
     sight: Sight = yield Look()
     old_rate = sight.baud_rate
-    refused = yield from _open_conditions(journal, permit, armed)
+    refused = conditions_open(Act.CHANGE_BAUD, (yield Look()), journal, permit=permit, armed=armed)
     if refused:
         return BaudChanged(old_rate=old_rate, new_rate=new_rate, end=BaudEnd.NOT_SENT, refusals=refused)
     pending: int | None = None
@@ -114,7 +114,7 @@ def change_baud(
             old_rate=old_rate, new_rate=new_rate, end=BaudEnd.NOT_SENT, refusals=(refusal,), trouble=error.sentence
         )
     yield Pause(0.0)  # the log may have taken its time: the conditions are judged at the last moment
-    refused = yield from _open_conditions(journal, permit, armed)
+    refused = conditions_open(Act.CHANGE_BAUD, (yield Look()), journal, permit=permit, armed=armed)
     if refused or permit is None or not permit.spend():
         journal.settle(entry, Outcome.NOT_SENT, {})
         journal.settle_baud(pending, BaudEnd.NOT_SENT.value)
@@ -136,21 +136,6 @@ def change_baud(
     if changed.end is not BaudEnd.LOST:  # a lost one stays pending, to be looked for at the next start
         journal.settle_baud(pending, changed.end.value)
     return changed
-
-
-def _open_conditions(
-    journal: Journal, permit: Permit | None, armed: Armed | None
-) -> Procedure[tuple[Refusal, ...]]:
-    sight: Sight = yield Look()
-    now_is = situation(
-        sight.device,
-        sight.now,
-        permit=permit,
-        overtaken_at=sight.overtaken_at,
-        armed=armed.act if armed is not None else None,
-        is_audit_ready=journal.is_ready,
-    )
-    return refusals(Act.CHANGE_BAUD, now_is)
 
 
 def _end(old_rate: int, new_rate: int, found: int | None, heard: Heard) -> BaudEnd:

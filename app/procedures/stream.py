@@ -7,6 +7,7 @@ unasked before anything was switched on; a module that was streaming already is 
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 
+from app.device import Sleep
 from app.procedure import Ask, Cancelled, Look, Pause, Procedure, Sight
 from app.procedures.read import READABLE
 from protocol.catalogue import BY_NAME, HEARTBEAT, SERIAL_OUTPUT, STATUS, Request
@@ -45,6 +46,7 @@ class _Course:
     is_hopeless: bool = False
     """It was switched on and nothing came; polled until the next restart."""
     restarts: int = 0
+    last_sleep: Sleep | None = None
     has_read: bool = False
     due: dict[Request, float] = field(default_factory=dict)
     """When each polled question is due next."""
@@ -53,8 +55,8 @@ class _Course:
 def watch(switch: StreamSwitch, *, read_all: bool = True) -> Procedure[None]:
     """Keep everything about the module fresh until cancelled.
 
-    `read_all`: first ask for everything, and again after a restart or a lost link. The stream is switched on only after
-    listening for a while whether it was on already; until then the status is polled.
+    `read_all`: first ask for everything, and again after a restart, a lost link or a sleep. The stream is switched on
+    only after listening for a while whether it was on already; until then the status is polled.
     """
     course = _Course()
     try:
@@ -74,6 +76,8 @@ def _turn(course: _Course, switch: StreamSwitch, sight: Sight, *, read_all: bool
     if sight.device.restarts != course.restarts:
         course.restarts = sight.device.restarts
         course.switched_on_at, course.is_hopeless, course.has_read = None, False, False
+    if sight.device.last_sleep != course.last_sleep:
+        course.last_sleep, course.has_read = sight.device.last_sleep, False
     if read_all and not course.has_read:
         yield from _read_all(course)
         return
