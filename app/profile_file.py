@@ -24,8 +24,18 @@ MOST_ERRORS = 20
 MOST_DOTS = 200
 """`tomllib` takes half a minute for a key of some ten thousand parts."""
 _KEYS = frozenset(
-    ("format", "name", "airframe", "notes", "settings", "limits", "manual", "approved_fingerprint", "light_inverted",
-     "expect_active")
+    (
+        "format",
+        "name",
+        "airframe",
+        "notes",
+        "settings",
+        "limits",
+        "manual",
+        "approved_fingerprint",
+        "light_inverted",
+        "expect_active",
+    )
 )
 _SYNTAX = re.compile(r"^(?P<why>.*) \(at (?:line (?P<line>\d+), column \d+|end of document)\)$", re.DOTALL)
 _TURNING = frozenset("\u202a\u202b\u202c\u202d\u202e\u2066\u2067\u2068\u2069")

@@ -37,9 +37,7 @@ def _default(command: Command) -> Value | None:
     return None if command.default is None or command.write is None else command.write.decode(command.default)
 
 
-DEFAULTS: Mapping[str, Value] = {
-    command.key: value for command in SETTINGS if (value := _default(command)) is not None
-}
+DEFAULTS: Mapping[str, Value] = {command.key: value for command in SETTINGS if (value := _default(command)) is not None}
 
 
 def advice_text(command: Command) -> str:

@@ -22,9 +22,7 @@ class Snapshot:
 
 def snapshot_of(device: DeviceView, now: float, *, reason: str = AS_FOUND) -> Snapshot:
     """What is known about the settings at `now` and in no doubt."""
-    settings = {
-        command.key: value for command in SETTINGS if (value := device.fresh(command.key, now)) is not None
-    }
+    settings = {command.key: value for command in SETTINGS if (value := device.fresh(command.key, now)) is not None}
     boots = device.fresh("boot_count", now)
     return Snapshot(settings=settings, boot_count=None if boots is None else int(boots), reason=reason)
 

@@ -76,9 +76,7 @@ class Witness:
 
     def evidence(self, *, facts: AdapterFacts | None = None, short_visits: int = 0) -> Evidence:
         """What was seen up to now, with what the system tells (`facts_about`, `PortHistory.short_visits`)."""
-        return replace(
-            self._seen, noise=bytes(self._noise), facts=facts or AdapterFacts(), short_visits=short_visits
-        )
+        return replace(self._seen, noise=bytes(self._noise), facts=facts or AdapterFacts(), short_visits=short_visits)
 
     def _take_link(self, link: LinkView, *, is_online: bool) -> None:
         has_news = link.counters.restarts > self._mark.counters.restarts

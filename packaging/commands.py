@@ -60,7 +60,11 @@ def _test(arguments: list[str]) -> int:
 
 def _check(arguments: list[str]) -> int:
     _take_none(arguments)
-    return max(call(_python("-m", "ruff", "check", ".")), call(_python("-m", "mypy")))
+    return max(
+        call(_python("-m", "ruff", "check", ".")),
+        call(_python("-m", "ruff", "format", "--check", ".")),
+        call(_python("-m", "mypy")),
+    )
 
 
 def _demo(arguments: list[str]) -> int:

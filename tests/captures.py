@@ -17,9 +17,7 @@ ENTRIES = (
 )
 
 
-def written(
-    path: Path, entries: Sequence[Entry] = ENTRIES, header: Header = HEADER, *, appends: bool = False
-) -> None:
+def written(path: Path, entries: Sequence[Entry] = ENTRIES, header: Header = HEADER, *, appends: bool = False) -> None:
     writer = CaptureWriter(path, header, appends=appends)
     writer.write(entries)
     writer.close()

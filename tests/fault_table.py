@@ -53,7 +53,6 @@ class Row:
     """Tells the rows of one procedure apart."""
     says_cancelled: Callable[["Cell"], str] = lambda _cell: "cancelled"
 
-
     @property
     def title(self) -> str:
         return f"{self.name}: {self.variant}" if self.variant else self.name

@@ -90,12 +90,10 @@ def test_tests_need_no_screen(setup: SetupFiles, ready: list[Any]) -> None:
 
 def test_check_runs_all_even_after_a_failure(setup: SetupFiles, ready: list[Any]) -> None:
     assert setup.commands.main(["check"]) == 7
-    assert [program[2] for program, _ in ready] == ["ruff", "mypy"]
+    assert [program[2] for program, _ in ready] == ["ruff", "ruff", "mypy"]
 
 
-def test_demo_opens_the_window(
-    setup: SetupFiles, ready: list[Any], monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_demo_opens_the_window(setup: SetupFiles, ready: list[Any], monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(setup.system_libraries, "why_no_screen", lambda python: None)
     assert setup.commands.main(["demo", "--lang", "zh_CN"]) == 7
     assert ready[0][0][1:] == ["gui", "--demo", "--lang", "zh_CN"]

@@ -78,9 +78,7 @@ def test_what_is_not_confirmed_is_not_done(port: str, hasty: None, capsys: pytes
     assert recorded() == [(Act.ZERO, Outcome.UNKNOWN)]
 
 
-def test_without_a_store_only_locking_is_done(
-    port: str, capsys: pytest.CaptureFixture[str], wire: list[bytes]
-) -> None:
+def test_without_a_store_only_locking_is_done(port: str, capsys: pytest.CaptureFixture[str], wire: list[bytes]) -> None:
     data_folder().parent.mkdir(parents=True)
     data_folder().write_text("in the way")
     assert program.main(["activate", "--port", port, "--yes"]) == 1

@@ -48,9 +48,7 @@ def test_the_names_are_the_catalogues(capsys: pytest.CaptureFixture[str]) -> Non
 
 
 @pytest.mark.parametrize("options", ["", "?ack=one&freefall_ack=17&baud_ack=new"])
-def test_every_setting_at_once(
-    options: str, port: str, capsys: pytest.CaptureFixture[str], wire: list[bytes]
-) -> None:
+def test_every_setting_at_once(options: str, port: str, capsys: pytest.CaptureFixture[str], wire: list[bytes]) -> None:
     assert program.main(["set", *words_of(ALL), "--port", port + options, "--json"]) == 0
     printed = Printed(capsys)
     results = json.loads(printed.out)["results"]

@@ -172,9 +172,7 @@ def test_of_two_alike_the_socket_decides_or_nothing_is_opened(
         assert assembly.connector.connection.port == desk.name
 
 
-def test_what_has_only_a_name_is_not_opened_again(
-    qtbot: QtBot, qapp: QApplication, tmp_path: Path, desk: Desk
-) -> None:
+def test_what_has_only_a_name_is_not_opened_again(qtbot: QtBot, qapp: QApplication, tmp_path: Path, desk: Desk) -> None:
     desk.adapter = PortInfo("")
     with connected(qtbot, qapp, tmp_path, desk, "") as assembly:
         desk.module.tell("unplug")

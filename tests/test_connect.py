@@ -141,9 +141,7 @@ def test_by_keyboard_alone(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> 
         qtbot.waitUntil(lambda: phase(assembly) is Phase.CLOSED, timeout=WAIT_MS)
 
 
-def test_the_last_adapter_is_chosen_whatever_its_name_is_now(
-    qtbot: QtBot, qapp: QApplication, tmp_path: Path
-) -> None:
+def test_the_last_adapter_is_chosen_whatever_its_name_is_now(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
     remembered = Remembered(tmp_path / "window.ini")
     remembered.last_port = LastPort("/dev/ttyUSB7", SECOND_ADAPTER.identity, 57600)
     remembered.save()

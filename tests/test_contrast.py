@@ -26,9 +26,7 @@ def wanted(theme: Theme) -> float:
 
 
 @pytest.mark.parametrize("choice", [Choice.LIGHT, Choice.DARK, Choice.SUNLIGHT])
-def test_every_text_in_the_window_is_readable(
-    qtbot: QtBot, qapp: QApplication, tmp_path: Path, choice: Choice
-) -> None:
+def test_every_text_in_the_window_is_readable(qtbot: QtBot, qapp: QApplication, tmp_path: Path, choice: Choice) -> None:
     weak: set[str] = set()
     seen = 0
     with walking(qtbot, qapp, tmp_path, theme=choice) as walk:

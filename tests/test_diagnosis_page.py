@@ -260,9 +260,7 @@ def log(tmp_path: Path) -> Iterator[Log]:
         one.stop()
 
 
-def test_what_the_preview_shows_is_what_is_saved(
-    qtbot: QtBot, qapp: QApplication, tmp_path: Path, log: Log
-) -> None:
+def test_what_the_preview_shows_is_what_is_saved(qtbot: QtBot, qapp: QApplication, tmp_path: Path, log: Log) -> None:
     logging.getLogger("test").warning("the cable is loose, says /home/somebody/notes")
     with simulated("bundle"), diagnosis(qtbot, qapp, tmp_path) as (assembly, page):
         page.bundle._log = log

@@ -136,9 +136,7 @@ class Engine(RuleBasedStateMachine):
 
     @rule(kind=st.sampled_from(["single", "repeat", "double"]))
     def press(self, kind: str) -> None:
-        self.ritual.press(
-            self.rig.clock(), is_auto_repeat=kind == "repeat", is_double_click=kind == "double"
-        )
+        self.ritual.press(self.rig.clock(), is_auto_repeat=kind == "repeat", is_double_click=kind == "double")
 
     @rule(seconds=st.sampled_from([0.5, 1.9, 2.2, 2.2, 11.0]))
     def hold(self, seconds: float) -> None:

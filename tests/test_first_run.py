@@ -27,9 +27,7 @@ def click(qtbot: QtBot, assembly: Assembly, name: str) -> None:
     qtbot.mouseClick(widget, Qt.MouseButton.LeftButton)
 
 
-def test_from_the_icon_to_go(
-    qtbot: QtBot, qapp: QApplication, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_from_the_icon_to_go(qtbot: QtBot, qapp: QApplication, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     hurry(monkeypatch)
     benches.forget("demo")
     with window(qapp, tmp_path, ports=Ports(), entries=PAGES) as assembly:

@@ -92,9 +92,7 @@ def test_every_file_keeps_to_its_layer() -> None:
     paths = sources()
     assert {path.relative_to(ROOT).parts[0] for path in paths} == set(PACKAGES)
     found = [
-        fault
-        for path in paths
-        for fault in faults(path.relative_to(ROOT).as_posix(), path.read_text(encoding="utf-8"))
+        fault for path in paths for fault in faults(path.relative_to(ROOT).as_posix(), path.read_text(encoding="utf-8"))
     ]
     assert not found, "\n".join(found)
 

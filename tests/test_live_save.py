@@ -24,7 +24,6 @@ def live(qtbot: QtBot, qapp: QApplication) -> Iterator[Bench]:
         yield bench
 
 
-
 def save(live: Bench, name: str, path: Path | None) -> list[Path]:
     """Click a button with a person who chooses `path`; what was suggested."""
     suggested: list[Path] = []

@@ -45,9 +45,7 @@ SAME_ELSEWHERE = replace(ADAPTER, device="/dev/ttyUSB1")
         ([(replace(OPEN, baud_rate=9600), ADAPTER)], [False]),
     ],
 )
-def test_a_session_is_what_a_person_opened(
-    then: list[tuple[Connection, Target]], begins: list[bool]
-) -> None:
+def test_a_session_is_what_a_person_opened(then: list[tuple[Connection, Target]], begins: list[bool]) -> None:
     sitting = Sitting()
     assert sitting.begins(OPEN, ADAPTER)
     assert [sitting.begins(connection, target) for connection, target in then] == begins
@@ -212,9 +210,7 @@ def test_samples_of_a_port_that_was_left_are_not_those_of_the_next(qtbot: QtBot,
     bridge.close()
 
 
-def test_a_session_in_the_window_is_on_disk_sample_by_sample(
-    qtbot: QtBot, qapp: QApplication, tmp_path: Path
-) -> None:
+def test_a_session_in_the_window_is_on_disk_sample_by_sample(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
     with simulated("kept"), window(qapp, tmp_path, entries=PAGES[:1]) as assembly:
         sessions, sign = assembly.keeping.sessions, assembly.window.session_sign
         taken: list[Sample] = []

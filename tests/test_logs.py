@@ -112,10 +112,7 @@ def test_a_second_copy_gets_a_file_of_its_own(begin: Callable[[Path], Log], tmp_
 
 
 def test_a_copy_that_was_killed_holds_nothing(begin: Callable[[Path], Log], tmp_path: Path) -> None:
-    code = (
-        "import sys, os, pathlib; from app.logs import start_log\n"
-        "start_log(pathlib.Path(sys.argv[1])); os._exit(9)"
-    )
+    code = "import sys, os, pathlib; from app.logs import start_log\nstart_log(pathlib.Path(sys.argv[1])); os._exit(9)"
     subprocess.run([sys.executable, "-c", code, str(tmp_path)], cwd=ROOT, timeout=30, check=False)
     log = begin(tmp_path)
     assert log.path == tmp_path / "dps-s.log"

@@ -70,7 +70,8 @@ def test_a_profile_may_expect_an_active_module() -> None:
 
 
 def test_a_profile_is_taken_whole() -> None:
-    profile = parse_profile(b"""
+    profile = parse_profile(
+        b"""
         name = "H6"
         expect_active = true
         light_inverted = true
@@ -86,7 +87,9 @@ def test_a_profile_is_taken_whole() -> None:
         required = true
         [[manual]]
         text = "Pack date"
-    """ % APPROVED.encode())
+    """
+        % APPROVED.encode()
+    )
     expectations = expectations_of(profile, {"Pack date": False})
     assert expectations == Expectations(
         profile="H6",

@@ -129,9 +129,7 @@ def test_ticks_stay_when_a_module_gets_its_name_and_go_with_another(
         assert page.list.manual[0].state is None
 
 
-def test_a_file_that_is_no_profile_is_refused_with_its_reason(
-    qtbot: QtBot, qapp: QApplication, tmp_path: Path
-) -> None:
+def test_a_file_that_is_no_profile_is_refused_with_its_reason(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
     bad = tmp_path / "bad.toml"
     bad.write_text("format = 1\nattitude_threshold_deg = 'x'\nsurprise = 1\n", encoding="utf-8")
     with on_bench(qtbot, qapp, tmp_path, "refused", is_connected=False) as bench:

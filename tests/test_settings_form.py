@@ -21,9 +21,7 @@ BY_KEY = {command.key: command for command in SETTINGS}
 STANDS: dict[str, Value] = {TILT: 60, TIME: 1.6, LIGHT: 1.8, "freefall_acceleration_g": 0.5}
 
 
-def device(
-    how: How = How.READ, doubt: Doubt | None = None, *, changes: dict[str, Value] | None = None
-) -> DeviceView:
+def device(how: How = How.READ, doubt: Doubt | None = None, *, changes: dict[str, Value] | None = None) -> DeviceView:
     values = {key: Known(value, how, NOW - 12, doubt) for key, value in (STANDS | (changes or {})).items()}
     return DeviceView(MappingProxyType(values))
 

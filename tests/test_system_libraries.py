@@ -49,9 +49,7 @@ def test_a_user_is_told_the_command(setup: SetupFiles, monkeypatch: pytest.Monke
 
 
 @pytest.mark.parametrize("manager", ["dnf", "pacman", "zypper"])
-def test_other_package_managers_are_named(
-    setup: SetupFiles, monkeypatch: pytest.MonkeyPatch, manager: str
-) -> None:
+def test_other_package_managers_are_named(setup: SetupFiles, monkeypatch: pytest.MonkeyPatch, manager: str) -> None:
     system = setup.system_libraries
     monkeypatch.setattr(system, "package_manager", lambda: manager)
     monkeypatch.setattr(system, "_loads", lambda soname: False)
@@ -69,9 +67,7 @@ def test_a_failed_installation_says_what_apt_said(setup: SetupFiles, monkeypatch
         setup.environment.install_with_apt(["libegl1"], reason="No EGL")
 
 
-def test_debians_python_without_venv_gets_its_own_package(
-    setup: SetupFiles, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_debians_python_without_venv_gets_its_own_package(setup: SetupFiles, monkeypatch: pytest.MonkeyPatch) -> None:
     apt, environment = Apt(setup, monkeypatch, user=0), setup.environment
     monkeypatch.setattr(environment, "_has_venv_module", lambda: bool(apt.commands))
     monkeypatch.setattr(environment.shutil, "which", lambda name: f"/usr/bin/{name}")

@@ -88,9 +88,7 @@ def test_the_worked_example_as_a_row_and_a_sentence(qtbot: QtBot, qapp: QApplica
 
 
 @pytest.mark.parametrize("delivery", list(Delivery))
-def test_nine_records_however_they_come(
-    qtbot: QtBot, qapp: QApplication, tmp_path: Path, delivery: Delivery
-) -> None:
+def test_nine_records_however_they_come(qtbot: QtBot, qapp: QApplication, tmp_path: Path, delivery: Delivery) -> None:
     with on_bench(qtbot, qapp, tmp_path, "nine", history=9, records=delivery) as bench:
         bench.read_triggers()
         assert bench.triggers.filter.rowCount() == 9

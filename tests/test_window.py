@@ -371,7 +371,7 @@ def test_an_unattended_run_leaves_a_picture_and_values(tmp_path: Path) -> None:
 
     code = (
         "import sys; from pathlib import Path; from ui.application import WindowOptions, run;"
-        "raise SystemExit(run(WindowOptions(demo=True, offscreen_seconds=2.0, evidence=Path(sys.argv[1]))))"
+        "raise SystemExit(run(WindowOptions(demo=True, offscreen_seconds=8.0, evidence=Path(sys.argv[1]))))"
     )
     ended = subprocess.run([sys.executable, "-c", code, str(tmp_path / "e")], timeout=60, check=False)
     assert ended.returncode == 0

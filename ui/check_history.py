@@ -145,9 +145,7 @@ class CheckHistory(QWidget):
         self.count.setText(said or self._count_text())
         self._fill()
         for one in FOLLOWED:
-            self.trends[one.name].show_points(
-                tr(one.title), one.unit, points.get(one.name, ()), decimals=one.decimals
-            )
+            self.trends[one.name].show_points(tr(one.title), one.unit, points.get(one.name, ()), decimals=one.decimals)
             self.trends[one.name].setVisible(kind == "module")
 
     def _count_text(self) -> str:

@@ -72,9 +72,7 @@ def verdict(finding: Finding | None, question: Question, *, clock: Clock, progre
         head = tr("Would have fired {count} times.", count=count) if count > 1 else tr("Would have fired once.")
         return Verdict(Icon.PARACHUTE, Meaning.DANGER, head, said)
     if not finding.is_judged:
-        return Verdict(
-            Icon.UNKNOWN, Meaning.UNKNOWN, tr("Not judged: the reports are more than 0.5 s apart."), said
-        )
+        return Verdict(Icon.UNKNOWN, Meaning.UNKNOWN, tr("Not judged: the reports are more than 0.5 s apart."), said)
     judged = duration(finding.judged_s)
     if _is_close(finding):
         head = tr("Too close to tell in the {time} that were judged.", time=judged)
@@ -95,7 +93,7 @@ def rows(finding: Finding | None, *, clock: Clock) -> tuple[Row, ...]:
 
 
 def firing_text(firing: Firing) -> str:
-    """"Attitude, 63°"."""
+    """ "Attitude, 63°"."""
     sample = firing.sample
     said = []
     if Source.ATTITUDE in firing.sources:

@@ -115,4 +115,3 @@ class Unsent:
 
     count: Callable[[], int] = int
     discard: Callable[[], object] = bool
-

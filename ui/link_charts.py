@@ -34,7 +34,7 @@ _TICK_MS: Final = frozenset((1, 4, 16, 64, 250, 1000))
 
 
 def percent_text(share: float) -> str:
-    """"0 %", "0.03 %", "12 %"."""
+    """ "0 %", "0.03 %", "12 %"."""
     percent = share * 100
     return f"{percent:.0f} %" if percent >= 10 or not percent else f"{percent:.2g} %"
 

@@ -187,4 +187,3 @@ class LinkFiguresView(QScrollArea):
         column.addLayout(pair, 1)
         column.addWidget(self._card("figures_time_card", head, self.over_time), 1)
         self.setWidget(content)
-

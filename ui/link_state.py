@@ -180,7 +180,7 @@ def _failed_words(trouble: PortError | None, absence: Absence | None) -> LinkWor
 
 
 def duration(seconds: float) -> str:
-    """"0.4 s", "12 s", "3 min", "2 h": as exact as a person wants to know it."""
+    """ "0.4 s", "12 s", "3 min", "2 h": as exact as a person wants to know it."""
     if seconds < 2:
         return tr("{value:.1f} s", value=max(0.0, seconds))
     if seconds < 120:

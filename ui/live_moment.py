@@ -60,9 +60,7 @@ def show_moment(panel: LivePanel, moment: Moment | None) -> None:
     fires_deg, falls_g = moment.limits.fires_deg, moment.limits.falls_g
     panel.moment.show_state(moment.time_text, Icon.HISTORY, Meaning.INFORMATION)
     panel.name_cell(CELL)
-    panel.gauge.set_threshold(
-        fires_deg, reset_deg=None if fires_deg is None else fires_deg - RESET_BELOW_THRESHOLD_DEG
-    )
+    panel.gauge.set_threshold(fires_deg, reset_deg=None if fires_deg is None else fires_deg - RESET_BELOW_THRESHOLD_DEG)
     if moment.tilt_deg is None:
         panel.gauge.show_unknown()
     else:

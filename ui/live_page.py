@@ -58,9 +58,7 @@ class LivePage(QWidget):
         self._plots = named(QStackedWidget(), "live_plot_stack")
         self._recorded = RecordedView(texts, self._plots, self.panel)
         self.banner = self._recorded.banner
-        self.save = SaveBar(
-            texts, take_excerpt=self._excerpt, take_picture=self._picture, find_origin=self._origin
-        )
+        self.save = SaveBar(texts, take_excerpt=self._excerpt, take_picture=self._picture, find_origin=self._origin)
         self.empty = EmptyPage(services)
         self.empty.recordings.clicked.connect(lambda: self.page_wanted.emit("recordings"))
         self._content = self._lay_out()

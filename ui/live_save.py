@@ -45,7 +45,7 @@ def ask_path(parent: QWidget, title: str, suggested: Path, name_filter: str) -> 
 
 
 def default_name(port: str, suffix: str, when: datetime) -> str:
-    """"dps-s ttyUSB0 2026-11-21 09-30-05.csv": what it is of, and when, in letters that every system takes."""
+    """ "dps-s ttyUSB0 2026-11-21 09-30-05.csv": what it is of, and when, in letters that every system takes."""
     short = port.removeprefix("/dev/").partition("?")[0].replace("://", "-")
     safe = "".join(one if one.isalnum() or one in "-_." else "-" for one in short)
     return " ".join(part for part in ("dps-s", safe, f"{when:%Y-%m-%d %H-%M-%S}") if part) + suffix

@@ -83,9 +83,7 @@ def leaving_notice(
     )
 
 
-def unsent_notice(
-    count: int, leave: Callable[[], None], stay: Callable[[], None], *, is_closing: bool
-) -> Notice:
+def unsent_notice(count: int, leave: Callable[[], None], stay: Callable[[], None], *, is_closing: bool) -> Notice:
     """Before edits of settings are lost."""
     leaves = tr("Close, drop the edits") if is_closing else tr("Disconnect, drop the edits")
     text = tr("{count} changes of settings have not been written to the module.", count=count)

@@ -53,9 +53,7 @@ def choice_of(port: PortInfo, *, is_new: bool, is_connected: bool, is_last: bool
         badge = tr("new")
     elif is_last:
         badge = tr("used last")
-    return PortChoice(
-        port.device, port.identity, name, product, detail, Icon.PLUG, badge, is_new and not is_connected
-    )
+    return PortChoice(port.device, port.identity, name, product, detail, Icon.PLUG, badge, is_new and not is_connected)
 
 
 class PortList(QListWidget):
@@ -177,9 +175,7 @@ class _Delegate(QStyledItemDelegate):
         return box.left() - Space.S
 
 
-def _write(
-    painter: QPainter, room: QRect, text: str, one: QFont, colour: QColor, vertical: Qt.AlignmentFlag
-) -> int:
+def _write(painter: QPainter, room: QRect, text: str, one: QFont, colour: QColor, vertical: Qt.AlignmentFlag) -> int:
     """Write one line, shortened to the room; the width that it took."""
     metrics = QFontMetrics(one)
     fitting = metrics.elidedText(text, Qt.TextElideMode.ElideRight, max(0, room.width()))

@@ -29,9 +29,7 @@ class PortWatch(QObject):
     """After each look, whether or not something changed; in the window's thread."""
     _has_come = Signal(object)
 
-    def __init__(
-        self, look: Callable[[float], Iterable[PortInfo]] = list_ports, parent: QObject | None = None
-    ) -> None:
+    def __init__(self, look: Callable[[float], Iterable[PortInfo]] = list_ports, parent: QObject | None = None) -> None:
         super().__init__(parent)
         self._look = look
         self._thread: Thread | None = None

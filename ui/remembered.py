@@ -56,9 +56,7 @@ class Remembered:
         if device is None:
             return None
         rate = self._text("port/baud_rate") or ""
-        return LastPort(
-            device, self._text("port/identity") or "", int(rate) if rate.isdecimal() else DEFAULT_BAUD_RATE
-        )
+        return LastPort(device, self._text("port/identity") or "", int(rate) if rate.isdecimal() else DEFAULT_BAUD_RATE)
 
     @last_port.setter
     def last_port(self, port: LastPort) -> None:

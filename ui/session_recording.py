@@ -162,9 +162,7 @@ class SessionRecording:
         if self._recorder is None:
             self._recorder = Recorder(self.shelf)
         name = "" if self._naming is None else self._naming.name
-        self._recorder.begin(
-            Heading(connection.port, connection.baud_rate, name, f"DPS-S Configurator {version()}")
-        )
+        self._recorder.begin(Heading(connection.port, connection.baud_rate, name, f"DPS-S Configurator {version()}"))
 
     def _end(self) -> None:
         if self._recorder is not None:

@@ -178,8 +178,12 @@ class SettingsPage(QWidget):
                                      marked("Want the vendor's defaults; nothing is written yet"))  # fmt: skip
         tip = marked("Would these values have fired on what was measured? Nothing is sent")
         self.try_out = self._button("settings_try", None, marked("Try it out"), tip)
-        self.as_found = self._button("settings_as_found", None, marked("As it was found"),
-                                     marked("Want the settings from before the first change of this session"))
+        self.as_found = self._button(
+            "settings_as_found",
+            None,
+            marked("As it was found"),
+            marked("Want the settings from before the first change of this session"),
+        )
 
     def _button(self, name: str, picture: Icon | None, english: str, tip: str) -> QPushButton:
         button = named(QPushButton(), name)

@@ -193,9 +193,7 @@ class SettingsWork(QObject):
     def _warnings(self) -> list[tuple[str, str]]:
         connector = self._connector
         rows = self.form.rows(connector.device, connector.clock())
-        return [
-            (tr(row.command.title), " ".join(one.sentence for one in row.warnings)) for row in rows if row.warnings
-        ]
+        return [(tr(row.command.title), " ".join(one.sentence for one in row.warnings)) for row in rows if row.warnings]
 
     def _warning_notice(self) -> Notice | None:
         warnings = self._warnings()
@@ -207,9 +205,7 @@ class SettingsWork(QObject):
 
     def _refusals(self, *, is_unlocked: bool) -> tuple[Refusal, ...]:
         connector = self._connector
-        now_is = situation(
-            connector.device, connector.clock(), armed=self._services.armed.act, is_unlocked=is_unlocked
-        )
+        now_is = situation(connector.device, connector.clock(), armed=self._services.armed.act, is_unlocked=is_unlocked)
         found = refusals(Act.WRITE, now_is)
         # Where it is merely not known whether the module is locked, the engine asks it: here only "ACTIVE" refuses.
         return tuple(one for one in found if one.condition is not Condition.MAY_WRITE or now_is.active)
@@ -275,5 +271,3 @@ def _survival_notice(survival: Survival) -> Notice:
         return Notice(Meaning.GOOD, tr("{count} kept over the power cycle. {boots}", count=kept, boots=boots))
     text = tr("Not everything was kept over the power cycle: see the rows. {boots}", boots=boots)
     return Notice(Meaning.DANGER, text)
-
-

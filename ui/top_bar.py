@@ -48,7 +48,7 @@ def phase_meaning(phase: Phase) -> Meaning | None:
 
 
 def port_title(state: LinkState, target: Target | None) -> str:
-    """"ttyUSB0 CP2102 · 115200", or what stands for it while no port is chosen."""
+    """ "ttyUSB0 CP2102 · 115200", or what stands for it while no port is chosen."""
     if state.phase is Phase.CLOSED or (not state.port and target is None):
         return tr("Choose a port")
     device = target.device if target is not None else state.port

@@ -133,7 +133,7 @@ def _asked(received: Received) -> Asked:
 
 
 def hex_of(raw: bytes, longest: int | None = None) -> str:
-    """"41 75 32", cut after `longest` bytes with the number of those left out."""
+    """ "41 75 32", cut after `longest` bytes with the number of those left out."""
     if longest is None or len(raw) <= longest:
         return raw.hex(" ").upper()
     return f"{raw[:longest].hex(' ').upper()} … +{len(raw) - longest}"

@@ -148,9 +148,7 @@ class TriggersPage(QWidget):
     def _save(self, *, is_archive: bool) -> None:
         rows = self.work.rows if is_archive else self.filter.shown()
         name = self._naming.name
-        path = self.ask_path(
-            self, tr("Save the trigger records"), self._folder / csv_name(name), tr("Table (*.csv)")
-        )
+        path = self.ask_path(self, tr("Save the trigger records"), self._folder / csv_name(name), tr("Table (*.csv)"))
         if path is None:
             return
         new = frozenset(row.seen.id for row in rows if row.is_new)

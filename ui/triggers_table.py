@@ -46,9 +46,7 @@ class SentenceDelegate(QStyledItemDelegate):
         end = sum(table.columnWidth(column) for column in range(len(Column)))
         line = QRect(start, rect.top() + CELL_PX, min(end, table.viewport().width()) - 2 * _INSET_PX, SENTENCE_PX)
         one = font(Size.SMALL)
-        text = QFontMetrics(one).elidedText(
-            str(index.data(SENTENCE_ROLE)), Qt.TextElideMode.ElideRight, line.width()
-        )
+        text = QFontMetrics(one).elidedText(str(index.data(SENTENCE_ROLE)), Qt.TextElideMode.ElideRight, line.width())
         painter.setFont(one)
         painter.setPen(QColor(theme.muted))
         painter.drawText(line, int(Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter), text)

@@ -1,4 +1,4 @@
-""""What's this?" for every control, in the language in use."""
+""" "What's this?" for every control, in the language in use."""
 
 from collections.abc import Mapping
 from fnmatch import fnmatchcase

@@ -316,7 +316,6 @@ class WhyPanel(QScrollArea):
         self.setWidget(content)
 
 
-
 def _write(label: QLabel, text: str) -> None:
     if label.text() != text:
         label.setText(text)

@@ -124,9 +124,7 @@ def boot_count(case: Case) -> Finding:
         if count is None:
             return unknown(case.fault("boot_count"), limit)
         return judged(count, str(count), limit, is_fine=True)
-    limit = said(
-        marked("not before {count}, where {module} was last"), count=str(past.boot_count), module=past.module
-    )
+    limit = said(marked("not before {count}, where {module} was last"), count=str(past.boot_count), module=past.module)
     if count is None:
         return unknown(case.fault("boot_count"), limit)
     if case.is_same_module:

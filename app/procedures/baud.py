@@ -126,9 +126,7 @@ def change_baud(
         else:
             found = yield from look_for(new_rate, old_rate)
             end = _end(old_rate, new_rate, found, said.heard)
-            changed = BaudChanged(
-                old_rate=old_rate, new_rate=new_rate, end=end, heard=said.heard, found_rate=found
-            )
+            changed = BaudChanged(old_rate=old_rate, new_rate=new_rate, end=end, heard=said.heard, found_rate=found)
     except (Cancelled, PortLost, PortError) as error:
         journal.settle(entry, Outcome.UNKNOWN, {"why": type(error).__name__})
         raise

@@ -127,9 +127,7 @@ def propose(closed: Band, opened: Band) -> Proposal | Obstacle:
     rises = min(opened.raws) > max(closed.raws)
     if not rises and max(opened.raws) >= min(closed.raws):
         return Obstacle.OVERLAP
-    near_closed, near_open = (
-        (max(closed.raws), min(opened.raws)) if rises else (min(closed.raws), max(opened.raws))
-    )
+    near_closed, near_open = (max(closed.raws), min(opened.raws)) if rises else (min(closed.raws), max(opened.raws))
     threshold = (near_closed + near_open) // 2
     margin_closed, margin_open = abs(threshold - near_closed), abs(near_open - threshold)
     if min(margin_closed, margin_open) < SMALLEST_MARGIN_STEPS:

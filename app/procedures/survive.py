@@ -98,9 +98,7 @@ def survives_power_cycle(
                 continue
             back = yield from read_back(command)
             stamps[command.key] = _stamp(command, wanted[command.key], back.raw)
-    return Survival(
-        ending=_ending(boots_before, boots), stamps=stamps, boots_before=boots_before, boots_after=boots
-    )
+    return Survival(ending=_ending(boots_before, boots), stamps=stamps, boots_before=boots_before, boots_after=boots)
 
 
 def _stamp(command: Command, wanted: Value, raw: int | None) -> Stamp:

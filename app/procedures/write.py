@@ -177,9 +177,7 @@ def restarted_since(before: Sight) -> Procedure[bool]:
     return after.device.restarts != before.device.restarts
 
 
-def _fault(
-    command: Command, wanted: int, said: Acknowledged, back: ReadBack, *, old: int | None
-) -> WriteFault | None:
+def _fault(command: Command, wanted: int, said: Acknowledged, back: ReadBack, *, old: int | None) -> WriteFault | None:
     if not command.reads_back:
         return {Heard.NOTHING: WriteFault.NO_REPLY, Heard.OTHER: WriteFault.REFUSED}.get(said.heard)
     if back.raw is None:

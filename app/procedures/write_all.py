@@ -79,9 +79,7 @@ def write_all(changes: Sequence[Change], leave: Leave) -> Procedure[WriteReport]
         if fault is not None:
             results.append(_not_sent(change, fault))
         elif change.command is BAUD_RATE:
-            baud = yield from change_baud(
-                int(change.value), leave.journal, permit=leave.permit, armed=leave.armed
-            )
+            baud = yield from change_baud(int(change.value), leave.journal, permit=leave.permit, armed=leave.armed)
             refused = baud.refusals
             results.append(_written(change, baud))
         else:
@@ -111,9 +109,7 @@ def _refusals(leave: Leave) -> Procedure[tuple[Refusal, ...]]:
     for _ in range(2):
         sight: Sight = yield Look()
         armed = leave.armed.act if leave.armed is not None else None
-        found = refusals(
-            Act.WRITE, situation(sight.device, sight.now, armed=armed, is_unlocked=leave.is_unlocked)
-        )
+        found = refusals(Act.WRITE, situation(sight.device, sight.now, armed=armed, is_unlocked=leave.is_unlocked))
         if not found:
             break
         yield Ask(STATUS.query())
@@ -153,9 +149,7 @@ def _result(written: Written) -> dict[str, object]:
 
 def _not_sent(change: Change, fault: WriteFault) -> Written:
     verified = False if change.command.reads_back or change.command is BAUD_RATE else None
-    return Written(
-        command=change.command, wanted=change.value, heard=Heard.NOT_SENT, verified=verified, fault=fault
-    )
+    return Written(command=change.command, wanted=change.value, heard=Heard.NOT_SENT, verified=verified, fault=fault)
 
 
 _BAUD_FAULTS = {

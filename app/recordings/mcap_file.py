@@ -1,11 +1,11 @@
 """A recording as MCAP (https://mcap.dev), JSON with a JSON schema for each topic: PlotJuggler and Foxglove open it.
 
-    /status     tilt_deg, acceleration_g, triggered, active
-    /cell       cell_voltage_v
-    /light      light_v
-    /limits     what the module said its limits are; null where that was not known
-    /events     event, port
-    /line/rx    bytes of the module (base64), /line/tx bytes of the host
+/status     tilt_deg, acceleration_g, triggered, active
+/cell       cell_voltage_v
+/light      light_v
+/limits     what the module said its limits are; null where that was not known
+/events     event, port
+/line/rx    bytes of the module (base64), /line/tx bytes of the host
 """
 
 import base64

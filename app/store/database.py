@@ -122,9 +122,7 @@ class Opened:
     set_aside: SetAside | None = None
 
 
-def open_database(
-    folder: Path, *, clock: Clock = utc_now, migrations: Sequence[Sequence[str]] = MIGRATIONS
-) -> Opened:
+def open_database(folder: Path, *, clock: Clock = utc_now, migrations: Sequence[Sequence[str]] = MIGRATIONS) -> Opened:
     """Raises `StoreTrouble` where the program has to go on without it."""
     path = folder / FILE_NAME
     try:

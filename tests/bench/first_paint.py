@@ -1,6 +1,6 @@
 """`dps-s gui --demo` up to its first paint, then out; prints the clock at that moment, as JSON.
 
-    python -m tests.bench.first_paint
+python -m tests.bench.first_paint
 """
 
 import json

@@ -30,7 +30,5 @@ class Mistakes(logging.Handler):
         logging.getLogger().removeHandler(self)
         sys.excepthook, threading.excepthook, sys.unraisablehook = self._hooks
 
-    def _take(
-        self, kind: type[BaseException], error: BaseException | None, trace: TracebackType | None, /
-    ) -> None:
+    def _take(self, kind: type[BaseException], error: BaseException | None, trace: TracebackType | None, /) -> None:
         self.texts.append("".join(traceback.format_exception(kind, error, trace)))
