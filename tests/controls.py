@@ -1,7 +1,5 @@
 """The controls of a window as keyboard and screen reader meet them."""
 
-from collections.abc import Iterator
-
 from PySide6.QtCore import QPoint, QRect, Qt
 from PySide6.QtWidgets import (
     QAbstractButton,
@@ -41,14 +39,26 @@ def takes_tab(widget: QWidget) -> bool:
     return bool(widget.focusPolicy() & Qt.FocusPolicy.TabFocus)
 
 
-def tab_chain(root: QWidget) -> Iterator[QWidget]:
-    """What Tab goes through below `root`, in its order."""
-    one = root.nextInFocusChain()
-    while one is not None and one is not root:
-        is_ours = root.isAncestorOf(one) and one.focusProxy() is None and not one.objectName().startswith("qt_")
-        if is_ours and one.isVisible() and one.isEnabled() and takes_tab(one):
-            yield one
-        one = one.nextInFocusChain()
+def tab_chain(window: QWidget) -> list[QWidget]:
+    """What Tab goes through in a window, in its order.
+
+    For PySide the one whose `nextInFocusChain` was asked is the parent of the next from then on, whatever Qt knows: a
+    ring of these, which nothing else seems to hold, is garbage, and the collector would free what is in sight. So the
+    walk ends before it comes round to the window, and looking the window's children up gives them back to it.
+    """
+    to_come = {one for one in window.findChildren(QWidget) if one.window() is window}
+    chain = [window]
+    while to_come:
+        following = chain[-1].nextInFocusChain()
+        to_come.remove(following)
+        chain.append(following)
+    window.findChildren(QWidget)
+    return [
+        one
+        for one in chain[1:]
+        if one.focusProxy() is None and not one.objectName().startswith("qt_")
+        and one.isVisible() and one.isEnabled() and takes_tab(one)
+    ]  # fmt: skip
 
 
 def place_of(widget: QWidget, root: QWidget) -> QRect:

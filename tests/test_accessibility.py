@@ -12,6 +12,7 @@ from pytestqt.qtbot import QtBot
 from app.i18n import set_language
 from app.settings_form import RowState
 from tests.controls import controls_in, goes_back, tab_chain, takes_tab
+from tests.garbage import living_garbage
 from tests.walk import Walk, walking
 from ui import icons, profile_compare, settings_row, top_bar
 from ui.gauge import TiltGauge
@@ -39,6 +40,8 @@ def test_the_walk(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
                 faults.setdefault(fault, stop.name)
         for fault in secret_keys(walk):
             faults.setdefault(fault, "keys")
+        for name in living_garbage(walk.window):
+            faults.setdefault(f"the collector would free {name}", "the end")
         own = [one for one in walk.window.findChildren(QAbstractButton) if type(one).__module__.startswith("ui.")]
     assert {type(one).__name__ for one in own} >= {"PortButton", "HoldButton"}  # they paint themselves
     assert seen > 500
@@ -74,7 +77,7 @@ def mute(root: QWidget) -> list[str]:
 
 def out_of_order(root: QWidget) -> list[str]:
     """Everything is reached by Tab, in the order in which one reads."""
-    chain = list(tab_chain(root))
+    chain = tab_chain(root)
     found = [
         f"Tab goes from {one.objectName()} back to {other.objectName()}"
         for one, other in pairwise(chain)

@@ -21,7 +21,7 @@ from app.session import Session
 from app.worker import Batch, Connection, PortState
 from tests.bench.parser import stream
 from tests.bench.window import LIMIT_S, assemble_apart, live_page, reserve, resident_mb, turn_until
-from ui.application import Assembly, WindowOptions, start
+from ui.application import Assembly, WindowOptions, kept_tidy, start
 
 _LINE_HZ: Final = 1440
 _STEP_S: Final = 1 / 120
@@ -114,14 +114,15 @@ def main(words: list[str]) -> int:
     with tempfile.TemporaryDirectory() as folder:
         options = WindowOptions(language="en", offscreen_seconds=1)
         assembly = assemble_apart(app, options, Path(folder))
-        start(assembly, options)
-        turn_until(lambda: live_page(assembly) is not None, LIMIT_S)
-        memory = [resident_mb()]
-        simulated = Hours(app, assembly)
-        for _ in range(hours):
-            simulated.stream_whole(full_s)
-            simulated.stream_samples(3600 - full_s)
-            memory.append(resident_mb())
+        with kept_tidy(assembly):
+            start(assembly, options)
+            turn_until(lambda: live_page(assembly) is not None, LIMIT_S)
+            memory = [resident_mb()]
+            simulated = Hours(app, assembly)
+            for _ in range(hours):
+                simulated.stream_whole(full_s)
+                simulated.stream_samples(3600 - full_s)
+                memory.append(resident_mb())
         found: dict[str, Any] = {"memory_mb": memory, "frames": simulated.frames}
         assembly.window.close_now()
         assembly.keeping.close()

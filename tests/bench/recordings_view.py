@@ -11,6 +11,7 @@ import random
 import sys
 import tempfile
 import time
+from contextlib import ExitStack
 from pathlib import Path
 from typing import Any, Final
 
@@ -21,7 +22,7 @@ from tests.bench.figures import Figure, quantile
 from tests.bench.runs import measured
 from tests.bench.window import BEAT_MS, LoopWatch, live_page, turn_for, turn_until
 from tests.recordings_made import written_at_once
-from ui.application import WindowOptions, assemble, start
+from ui.application import WindowOptions, assemble, kept_tidy, start
 from ui.keeping import RECORDINGS, Keeping
 from ui.remembered import Remembered
 
@@ -73,6 +74,8 @@ def measure(folder: Path) -> dict[str, float]:
     beat = QTimer()
     beat.setInterval(BEAT_MS)
     beat.timeout.connect(watch.beat)
+    stack = ExitStack()
+    stack.enter_context(kept_tidy(assembly))
     start(assembly, options)
     try:
         page = _list_of(assembly, window)
@@ -92,6 +95,7 @@ def measure(folder: Path) -> dict[str, float]:
     finally:
         window.close_now()
         app.processEvents()
+        stack.close()
     return {
         "opening_s": opening_s,
         "stall_s": max(watch.late_s),

@@ -12,6 +12,7 @@ import os
 import sys
 import tempfile
 import time
+from contextlib import ExitStack
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Final
@@ -26,7 +27,7 @@ from protocol.catalogue import STATUS
 from protocol.events import Event, Received, Sent
 from protocol.messages import Status
 from tests.bench.figures import quantile
-from ui.application import Assembly, WindowOptions, assemble, start
+from ui.application import Assembly, WindowOptions, assemble, kept_tidy, start
 from ui.keeping import Keeping
 from ui.remembered import Remembered
 
@@ -153,11 +154,12 @@ def measure(port: str, seconds: float, watched_s: float | None) -> dict[str, obj
     """Everything that was found out, by name; times in seconds."""
     app = QApplication(sys.argv[:1])
     traffic, watch = Traffic(), LoopWatch()
-    with tempfile.TemporaryDirectory() as folder:
+    with tempfile.TemporaryDirectory() as folder, ExitStack() as stack:
         options = WindowOptions(port=port, language="en", offscreen_seconds=seconds)
         assembly = assemble_apart(app, options, Path(folder))
         connector = assembly.connector
         connector.batch.connect(traffic.take)
+        stack.enter_context(kept_tidy(assembly))
         start(assembly, options)
         beats = QTimer()
         if watched_s is not None:

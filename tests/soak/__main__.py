@@ -22,6 +22,7 @@ from PySide6.QtTest import QSignalSpy
 from PySide6.QtWidgets import QApplication, QWidget
 
 from app.ports import PortInfo
+from app.reconnect import RETURN_LIMIT_S
 from app.worker import PortState
 from protocol.events import Received, Role
 from protocol.frame import Direction, Frame
@@ -43,7 +44,7 @@ from tests.bench.window import (
 from tests.soak.chaos import Chaos
 from tests.soak.faults import Mistakes
 from tests.soak.stateful import run_for
-from ui.application import Assembly, WindowOptions, assemble, start
+from ui.application import Assembly, WindowOptions, assemble, kept_tidy, start
 from ui.capture_files import KEPT_ENTRIES
 from ui.connector import Connector, Target
 from ui.keeping import Keeping
@@ -55,9 +56,8 @@ CLEAN_S: Final = 5.0
 SHORTEST_S: Final = 5.0
 MOST_GROWTH_MB: Final = 5.0
 """From the middle of a soak to its end."""
-RETURN_LIMIT_S: Final = 2.0
 MACHINE_S: Final = 1.0
-"""What a busy machine adds to it."""
+"""What a busy machine adds to `RETURN_LIMIT_S`."""
 _MEASURE_EVERY_MS: Final = 500
 _THREAD_LIMIT_S: Final = 3.0
 _BAUD_RATE: Final = 115200
@@ -226,12 +226,13 @@ def _run(seconds: float, seed: int) -> Outcome:
             ports=_listed(link),
         )
         pages = QSignalSpy(assembly.window.pages_made)
-        start(assembly, options)
-        turn_until(lambda: pages.count() > 0, LIMIT_S)
-        turn_for(0.5)
-        with streaming_module(link, "rate=1440", "lifelike=yes", "noise=1") as module:
-            _soak(assembly, module, outcome, seconds=seconds, seed=seed)
-            assembly.window.close_now()
+        with kept_tidy(assembly):
+            start(assembly, options)
+            turn_until(lambda: pages.count() > 0, LIMIT_S)
+            turn_for(0.5)
+            with streaming_module(link, "rate=1440", "lifelike=yes", "noise=1") as module:
+                _soak(assembly, module, outcome, seconds=seconds, seed=seed)
+                assembly.window.close_now()
         assembly.connector.stop(_THREAD_LIMIT_S)
         assembly.ports.stop(_THREAD_LIMIT_S)
         assembly.keeping.close()
