@@ -8,10 +8,11 @@
   another adapter is tried again: a URL, or a link that somebody made, as long as no adapter has come behind it.
 - It looks twice a second at first, then once: an adapter that returns is open again within two seconds.
 - Nothing is sent again. What was under way has ended with the port's error; the new session reads everything anew.
-- Which adapter it is, is looked up while the port is open: then nobody else can have its name.
+- Which adapter it is, is looked up while the port is open: then nobody else can have its name. Where it is another than
+  the one that was meant (the list was older than the name), it is closed at once, and what it said was nobody's.
 
 The owner calls `take` for each connection it hears of, lists the ports when `is_due`, hands them to `look` if nothing
-became of the connection meanwhile, and opens what that returns.
+became of the connection meanwhile, and opens what that returns, or closes the port where it `is_mistaken`.
 """
 
 import os
@@ -93,6 +94,10 @@ class Reconnection:
         self._is_open = False
         self._is_recognised = False
         """It was looked up which adapter is open."""
+        self._is_return = False
+        """What is open was lost before."""
+        self.is_mistaken = False
+        """The open port is not that of the adapter that was meant; true from the look that told so to its closing."""
         self._has_twin = False
         """Another port has shown the same identity."""
         self._absence = Absence.AWAY
@@ -129,14 +134,14 @@ class Reconnection:
         self._address = address
         self._lasts = address.is_url or (not address.identity and self._is_link(address.device))
         self._lost_at = None
-        self._is_open = self._has_twin = False
+        self._is_open = self._has_twin = self.is_mistaken = False
         self._taken = None
 
     def give_up(self) -> None:
         """Somebody disconnects."""
         self._address = None
         self._lost_at = None
-        self._is_open = False
+        self._is_open = self.is_mistaken = False
 
     def take(self, connection: Connection, now: float) -> None:
         """What became of the port. The same again changes nothing."""
@@ -144,24 +149,28 @@ class Reconnection:
             return
         self._taken = connection
         if connection.state is PortState.OPEN:
-            self.returns += self.is_waiting
+            self._is_return = self.is_waiting
             self._lost_at = None
-            self._is_recognised = self._is_recognised and self._is_open
+            self._is_recognised = (self._is_recognised and self._is_open) or self._address.is_url
             self._is_open = True
-        elif connection.state is PortState.CLOSED and connection.trouble is not None:
-            self._take_trouble(connection.trouble.trouble, now)
+            if self._is_recognised:
+                self._count()
+        elif connection.state is PortState.CLOSED:
+            self.is_mistaken = False
+            if connection.trouble is not None:
+                self._take_trouble(connection.trouble.trouble, now)
 
     def is_due(self, now: float) -> bool:
         """Whether to list the ports now, and hand them to `look`."""
         if self._is_open:
-            return not self._is_recognised and self._address is not None and not self._address.is_url
+            return not self._is_recognised
         return self.is_waiting and self._absence.is_waiting and now >= self._next_at
 
     def look(self, ports: Iterable[PortInfo], now: float) -> Address | None:
         """What to open now, None for nothing. `absence` says why not."""
         address, lost_at = self._address, self._lost_at
         if self._is_open and address is not None:
-            self._recognise(address, ports)
+            self._recognise(address, tuple(ports), now)
             return None
         if address is None or lost_at is None or not self._absence.is_waiting:
             return None
@@ -183,13 +192,22 @@ class Reconnection:
         """`address`, from `look`, is being opened: from now on it is where the module is."""
         self._address = address
 
-    def _recognise(self, address: Address, ports: Iterable[PortInfo]) -> None:
-        self._is_recognised = True
-        listed = tuple(ports)
+    def _recognise(self, address: Address, listed: tuple[PortInfo, ...], now: float) -> None:
         found = address_of(address.device, listed)
+        if address.identity and found.identity != address.identity:
+            self.is_mistaken, self._is_open = True, False
+            self._lost_at, self._next_at = now, now + EAGER_S
+            self._absence = self._away_or_another(address, listed)
+            return
+        self._is_recognised = True
+        self._count()
         if found.identity:
             self._address = found
             self._has_twin = sum(port.identity == found.identity for port in listed) > 1
+
+    def _count(self) -> None:
+        self.returns += self._is_return
+        self._is_return = False
 
     def _take_trouble(self, trouble: PortTrouble, now: float) -> None:
         if self.is_waiting:

@@ -93,6 +93,7 @@ class _Open:
     port: str
     baud_rate: int
     background: Callable[[], Procedure[None]] | None
+    is_another: bool
 
 
 @dataclass(frozen=True, slots=True)
@@ -151,9 +152,19 @@ class Worker:
     def start(self) -> None:
         self._thread.start()
 
-    def open(self, port: str, baud_rate: int, background: Callable[[], Procedure[None]] | None = None) -> None:
-        """Open `port`, closing what was open. `background` makes the procedure that keeps the device fresh."""
-        self._order(_Open(port, baud_rate, background))
+    def open(
+        self,
+        port: str,
+        baud_rate: int,
+        background: Callable[[], Procedure[None]] | None = None,
+        is_another: bool = False,
+    ) -> None:
+        """Open `port`, closing what was open. `background` makes the procedure that keeps the device fresh.
+
+        `is_another`: another module is behind it. What was known of the one before is gone at once; else it stays,
+        as stale, until the port is open.
+        """
+        self._order(_Open(port, baud_rate, background, is_another))
 
     def close(self) -> None:
         """Close the port, after the background procedure has put right what it changed."""
@@ -240,6 +251,8 @@ class Worker:
         self._pending.is_urgent = True
 
     def _enter(self, order: _Open) -> None:
+        if order.is_another:
+            self._device = Device()
         self._set_connection(Connection(PortState.OPENING, order.port, order.baud_rate))
         line = self._line = open_line(order.port, order.baud_rate)
         asleep_s = SleepWatch(self._clock, self._with_sleep).look
@@ -250,14 +263,15 @@ class Worker:
             self._session.run_in_background(order.background())
 
     def _leave(self) -> None:
-        """Close in good order: the background procedure first puts right what it changed."""
+        """Close in good order: what is urgent (LOCK) still goes out, and the background puts right what it changed."""
         session = self._session
         if session is None:
             return
         if session.background is not None:
             session.background.cancel()
         for job in self._jobs:
-            job.cancel()
+            if not job.run.is_urgent:
+                job.cancel()
         deadline = self._clock() + CLOSING_LIMIT_S
         try:
             while (session.background is not None or session.is_busy) and self._clock() < deadline:

@@ -50,6 +50,7 @@ def tab_chain(window: QWidget) -> list[QWidget]:
     chain = [window]
     while to_come:
         following = chain[-1].nextInFocusChain()
+        assert following is not None
         to_come.remove(following)
         chain.append(following)
     window.findChildren(QWidget)

@@ -155,6 +155,31 @@ def test_another_adapter_in_its_place_is_left_alone_and_said(
         wait_back(qtbot, assembly)
 
 
+def test_another_adapter_that_takes_the_name_after_the_list_is_closed_again_and_shown_as_nothing(
+    qtbot: QtBot, qapp: QApplication, tmp_path: Path, desk: Desk
+) -> None:
+    with connected(qtbot, qapp, tmp_path, desk, ADAPTER.identity) as assembly:
+        connector = assembly.connector
+        desk.module.tell("unplug")
+        qtbot.waitUntil(lambda: phase(assembly) is Phase.LOST, timeout=WAIT_MS)
+        mine, others = desk.adapter, [SECOND_ADAPTER]
+
+        def swap(_batch: Batch) -> None:
+            if connector.is_open and others:
+                desk.adapter = others.pop()
+
+        connector.batch.connect(swap)
+        desk.module.tell("plug")
+        wait_said(qtbot, assembly, Absence.ANOTHER.value)
+        qtbot.waitUntil(lambda: not connector.is_open, timeout=WAIT_MS)
+        assert not connector.device.values
+        assert (phase(assembly), connector.returns) == (Phase.LOST, 0)
+        desk.adapter = mine
+        wait_back(qtbot, assembly)
+        qtbot.waitUntil(lambda: fresh(assembly) == KEYS, timeout=WAIT_MS)
+        qtbot.waitUntil(lambda: connector.returns == 1, timeout=WAIT_MS)
+
+
 def test_of_two_alike_the_socket_decides_or_nothing_is_opened(
     qtbot: QtBot, qapp: QApplication, tmp_path: Path, desk: Desk
 ) -> None:
@@ -272,6 +297,21 @@ def test_a_port_that_is_wanted_early_is_opened_once_the_pages_are_there(
         assembly.window.connect_to(Target("sim://early", 115200))
         assert not assembly.connector.is_wanted
         wait_online(qtbot, assembly)
+
+
+def test_nothing_of_the_module_before_is_shown_for_another_port(
+    qtbot: QtBot, qapp: QApplication, tmp_path: Path
+) -> None:
+    with simulated("before"), window(qapp, tmp_path) as assembly:
+        connector = assembly.connector
+        connector.connect_to(Target("sim://before?active=yes", 115200))
+        qtbot.waitUntil(lambda: fresh(assembly) == KEYS, timeout=WAIT_MS)
+        connector.connect_to(Target("sim://before?active=yes", 115200))
+        qtbot.waitUntil(lambda: fresh(assembly) == KEYS, timeout=WAIT_MS)
+        connector.connect_to(Target(str(tmp_path / "ttyNONE"), 115200))
+        qtbot.waitUntil(lambda: connector.state.trouble is not None, timeout=WAIT_MS)
+        assert not connector.device.values
+        assert not connector.is_active
 
 
 def test_after_a_sleep_it_is_said_and_nothing_goes_on(

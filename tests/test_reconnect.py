@@ -84,14 +84,41 @@ def test_an_adapter_is_recognised_while_its_port_is_open() -> None:
     assert made.look([replace(MINE, device="/dev/ttyUSB5")], 3.0) is not None
 
 
-def test_a_name_that_another_adapter_had_when_it_was_chosen_stands_for_what_was_opened() -> None:
+def test_another_adapter_that_has_the_name_by_the_time_of_opening_is_closed_again() -> None:
+    """The list was older than the name, at the first opening as at any later one."""
+    made = Reconnection(is_link=lambda _device: False)
+    made.want(address_of(MINE.device, [MINE]))
+    for now in (1.0, 11.0):
+        made.take(opened(), now)
+        assert made.is_due(now)
+        assert made.look([replace(OTHER, device=MINE.device)], now) is None
+        assert (made.is_mistaken, made.is_waiting, made.absence) == (True, True, Absence.ANOTHER)
+        made.take(closed(None), now + 0.1)
+        assert not made.is_mistaken
+        assert not made.is_due(now + EAGER_S / 2)
+        assert made.look([OTHER], now + 1) is None
+        assert made.look([MINE], now + 2) == Address(MINE.device, MINE.identity, MINE.location)
+    assert made.returns == 0
+
+
+def test_a_name_behind_which_nothing_is_listed_by_the_time_of_opening_is_closed_again() -> None:
+    made = lost()
+    found = made.look([MINE], 101.0)
+    assert found is not None
+    made.opening(found)
+    made.take(opened(), 101.1)
+    assert made.look([], 101.2) is None
+    assert (made.is_mistaken, made.absence, made.returns) == (True, Absence.AWAY, 0)
+
+
+@pytest.mark.parametrize("end", [Reconnection.give_up, lambda made: made.want(Address("/dev/ttyUSB4"))])
+def test_what_somebody_leaves_is_no_mistake_any_more(end: Callable[[Reconnection], None]) -> None:
     made = Reconnection(is_link=lambda _device: False)
     made.want(address_of(MINE.device, [MINE]))
     made.take(opened(), 1.0)
-    made.look([replace(OTHER, device=MINE.device)], 1.0)
-    made.take(closed(), 2.0)
-    assert made.look([MINE], 2.0) is None
-    assert made.look([OTHER], 3.0) is not None
+    made.look([], 1.0)
+    end(made)
+    assert not made.is_mistaken
 
 
 def test_without_a_serial_number_the_socket_decides() -> None:
@@ -203,7 +230,9 @@ def test_open_again_is_counted_and_the_next_loss_is_a_new_one() -> None:
     assert found is not None
     made.opening(found)
     made.take(opened("/dev/ttyUSB9"), 100.5)
-    assert (made.returns, made.is_waiting) == (1, False)
+    assert (made.returns, made.is_waiting) == (0, False)  # it is not known yet what was opened
+    made.look([replace(MINE, device="/dev/ttyUSB9")], 100.6)
+    assert (made.returns, made.is_mistaken) == (1, False)
     made.take(closed(device="/dev/ttyUSB9"), 200.0)
     assert made.lost_at == 200.0
     assert made.address == Address("/dev/ttyUSB9", MINE.identity, MINE.location)
@@ -245,10 +274,12 @@ class Owner:
     def turn(self, batch: Batch) -> None:
         connection, now = batch.connection, time.monotonic()
         self.reconnection.take(connection, now)
-        if self.reconnection.is_due(now) and connection.state is PortState.CLOSED:
+        if self.reconnection.is_due(now) and connection.state is not PortState.OPENING:
             found = self.reconnection.look(self._list_ports(), now)
             if found is not None:
                 self._open(found)
+            if self.reconnection.is_mistaken:
+                self._worker.close()
 
 
 @pytest.fixture
@@ -303,11 +334,13 @@ def test_unplugged_and_back_under_another_name_within_two_seconds(
 def test_another_adapter_under_the_old_name_is_not_opened(worker: Worker, batches: Batches, tmp_path: Path) -> None:
     link = tmp_path / "adapter"
     with run_module("--link", str(link), "--uptime", "60") as module:
-        stranger = replace(OTHER, device=os.path.realpath(link))
-        owner = Owner(worker, Address(stranger.device, MINE.identity, MINE.location), lambda: [stranger])
+        listed = [replace(MINE, device=os.path.realpath(link))]
+        owner = Owner(worker, Address(listed[0].device, MINE.identity, MINE.location), lambda: listed)
         owner.turn(batches.until(is_complete))
         module.tell("unplug")
-        owner.turn(batches.until(is_closed, limit_s=3))
+        gone = batches.until(is_closed, limit_s=3)
+        listed[:] = [replace(OTHER, device=listed[0].device)]
+        owner.turn(gone)
         module.tell("plug")
         looks = 0
 

@@ -1,11 +1,15 @@
 """An order does not wait for the port: it ends the read that waits for bytes."""
 
 import sys
+from collections.abc import Callable
 
 import pytest
 
 from app import transport
 from app.procedures.greet import greet
+from app.procedures.lock import lock
+from app.procedures.read import read_everything
+from app.simulator import bench
 from app.worker import Batch, Job, Worker
 from tests.processes import run_module
 
@@ -53,3 +57,24 @@ def test_a_socket_that_cannot_be_interrupted_is_none_the_worse() -> None:
         line = transport.open_line(module.port, 115200)
         line.interrupt()
         line.close()
+
+
+@pytest.mark.parametrize("options", ["", "&delay-ms=60"])
+@pytest.mark.parametrize("leave", [Worker.close, Worker.stop])
+def test_a_lock_goes_out_although_the_port_is_closed_at_once(options: str, leave: Callable[[Worker], object]) -> None:
+    """Whoever presses LOCK and leaves gets it: the closing waits for it, within its limit."""
+    worker = Worker(ignore)
+    worker.start()
+    try:
+        worker.open(f"sim://lock-and-leave?active=yes&uptime=60{options}", 115200)
+        assert worker.submit(Job(greet())).wait(LIMIT_S)
+        reading = worker.submit(Job(read_everything()))
+        locking = worker.submit(Job(lock()), is_urgent=True)
+        leave(worker)
+        assert locking.wait(LIMIT_S)
+        assert reading.wait(LIMIT_S)
+        assert not bench.module("lock-and-leave").module.state.is_active
+        assert locking.outcome().is_acknowledged
+    finally:
+        assert worker.stop(LIMIT_S)
+        bench.forget("lock-and-leave")

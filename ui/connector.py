@@ -45,6 +45,11 @@ class Target:
     finds_rate: bool = False
 
     @property
+    def key(self) -> str:
+        """The adapter where it is known, else the port: the same for as long as it may be the same module."""
+        return self.identity or self.device
+
+    @property
     def is_simulated(self) -> bool:
         return self.device.startswith("sim:")
 
@@ -103,6 +108,8 @@ class Connector(QObject):
         """The last; it stays in sight between two attempts to reconnect."""
         self._is_ordered = False
         """An opening was ordered of which no batch has told yet."""
+        self._was_mistaken = False
+        """What was open last was another adapter's port: what is known is of a module that nobody meant."""
         self._follow_up = QTimer(self)
         self._follow_up.setInterval(FOLLOW_EVERY_MS)
         self._follow_up.timeout.connect(self._follow)
@@ -194,11 +201,11 @@ class Connector(QObject):
     def connect_to(self, target: Target) -> None:
         """Open `target`, closing what is open."""
         self._is_wanted = True
-        self._whose = target.identity or target.device
+        whose, self._whose = self._whose, target.key
         self._proven_rate = None
         self._is_listing = False
         self._return.want(Address(target.device, target.identity))
-        self._open(target)
+        self._open(target, is_another=whose != self._whose)
 
     def disconnect_port(self) -> None:
         self._is_wanted = False
@@ -257,16 +264,16 @@ class Connector(QObject):
 
     # What happens
 
-    def _open(self, target: Target) -> None:
+    def _open(self, target: Target, *, is_another: bool = False) -> None:
         self._target = target
-        self._is_forgotten = False
+        self._is_forgotten = self._was_mistaken = False
         self._greeting = None
         self._finding = self._greeter = None
         self._is_ordered = True
         background = partial(watch, self.stream)
         if target.is_recording:
             background = partial(_watch_recording, self.stream)
-        self._worker.open(target.device, target.baud_rate, background)
+        self._worker.open(target.device, target.baud_rate, background, is_another)
         if target.finds_rate:
             self._finding = self.run(find_rate(target.baud_rate), self._end_finding)
         else:
@@ -337,9 +344,20 @@ class Connector(QObject):
         if found is not None and target is not None:
             self._return.opening(found)
             rate = self._proven_rate or target.baud_rate
-            self._open(replace(target, device=found.device, baud_rate=rate))
+            self._open(replace(target, device=found.device, baud_rate=rate), is_another=self._was_mistaken)
+        elif self._return.is_mistaken:
+            self._leave_mistaken()
         elif self.state != before:
             self.changed.emit()
+
+    def _leave_mistaken(self) -> None:
+        _log.warning("Another adapter is at %s: closed", self.connection.port)
+        self._worker.close()
+        self._follow_up.start()
+        self._is_forgotten = self._was_mistaken = True
+        self._proven_rate = None
+        self.forgotten.emit()
+        self.changed.emit()
 
     def _end_greeting(self, job: Job[Greeting]) -> None:
         if job is self._greeter and job.run.error is None:
