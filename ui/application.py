@@ -50,7 +50,8 @@ PAINT_LIMIT_MS = 1000
 
 @dataclass(frozen=True, slots=True)
 class WindowOptions:
-    """`offscreen_seconds`: run that long, leave `evidence`, end. Without `port` and `demo` a person chooses."""
+    """`offscreen_seconds`: run that long once the pages are made, leave `evidence`, end. Without `port` and `demo` a
+    person chooses."""
 
     port: str | None = None
     baud_rate: int = 115200
@@ -261,9 +262,7 @@ def _stay(app: QApplication, assembly: Assembly, options: WindowOptions) -> None
     with _faults_said(assembly.window, assembly.armed), _signals_close(assembly.window), kept_tidy(assembly):
         start(assembly, options)
         if options.offscreen_seconds is not None:
-            QTimer.singleShot(
-                round(options.offscreen_seconds * 1000), assembly.window, lambda: _end_unattended(assembly, options)
-            )
+            _end_after(options.offscreen_seconds, assembly, options)
         app.exec()
 
 
@@ -274,6 +273,15 @@ def kept_tidy(assembly: Assembly) -> Iterator[None]:
         # What is there once the pages are made stays: without it the collector's longest pause is twice as long.
         assembly.window.pages_made.connect(gc.freeze)
         yield
+
+
+def _end_after(seconds: float, assembly: Assembly, options: WindowOptions) -> None:
+    """End an unattended run. The time begins with the pages: on a busy machine they may take longer than it lasts."""
+    end = QTimer(assembly.window)
+    end.setSingleShot(True)
+    end.setInterval(round(seconds * 1000))
+    end.timeout.connect(lambda: _end_unattended(assembly, options))
+    assembly.window.pages_made.connect(end.start)
 
 
 def _end_unattended(assembly: Assembly, options: WindowOptions) -> None:
