@@ -103,6 +103,21 @@ def pty(link: Path | None = None, baud_rate: int = 115200) -> Endpoint:
 
 
 @posix_only
+def test_a_plug_that_slips_out_and_in_before_anybody_looks_has_still_slipped() -> None:
+    bench = SimulatedBench()
+    with serving(bench, pty()) as (loop, addresses):
+        with serial.Serial(addresses.get(timeout=5), timeout=0) as port:
+            with bench.changed:
+                bench.unplug()
+                bench.plug()
+            loop.wake()
+            again = addresses.get(timeout=5)
+            with pytest.raises((serial.SerialException, OSError)):
+                port.write(ASK)
+        assert exchange(again) == ANSWER
+
+
+@posix_only
 def test_pty_serves_a_host_at_its_rate_only() -> None:
     with serving(SimulatedBench(), pty()) as (_, addresses):
         address = addresses.get(timeout=5)

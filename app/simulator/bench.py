@@ -160,6 +160,12 @@ class SimulatedBench:
             return self._is_plugged_in
 
     @property
+    def plugged(self) -> int | None:
+        """`plug_number` while it is plugged in, else None."""
+        with self.changed:
+            return self.plug_number if self.is_plugged_in else None
+
+    @property
     def replug_s(self) -> float | None:
         """When it comes back by itself, on the bench's clock."""
         return self._replug_s

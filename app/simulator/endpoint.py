@@ -79,28 +79,30 @@ class Loop:
 
     def run(self) -> None:
         """Serve until stopped; the endpoint is unplugged in the end, whatever happens. Raises what `plug` raises."""
-        is_plugged_in = False
+        plug = None
         try:
             while not self._is_stopped:
-                if self._bench.is_plugged_in is not is_plugged_in:
-                    is_plugged_in = not is_plugged_in
-                    self._follow_plug(is_plugged_in=is_plugged_in)
+                if (now := self._bench.plugged) != plug:
+                    self._follow_plug(plug, now)
+                    plug = now
                 ready = self._wait()
                 if self._wakes.fileno() in ready:
                     with suppress(OSError):
                         self._wakes.recv(READ_CHUNK)
                 if self._control is not None:
                     self._control.read(ready)
-                if is_plugged_in and self._bench.is_plugged_in:
+                if plug is not None and plug == self._bench.plugged:
                     self._exchange(ready)
         finally:
             self._endpoint.unplug()
             self._waker.close()
             self._wakes.close()
 
-    def _follow_plug(self, *, is_plugged_in: bool) -> None:
-        if not is_plugged_in:
+    def _follow_plug(self, before: int | None, now: int | None) -> None:
+        """It may have slipped out and in again while nobody looked: then its number has changed."""
+        if before is not None:
             self._endpoint.unplug()
+        if now is None:
             return
         self._endpoint.plug()
         if self._endpoint.address is not None:
