@@ -14,23 +14,24 @@ text too, without times and directions, and reports each line that it cannot rea
 
 import os
 import re
-from collections.abc import Iterable, Iterator, Sequence
-from contextlib import contextmanager, suppress
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from io import TextIOWrapper
 from pathlib import Path
-from typing import IO, BinaryIO
+from typing import BinaryIO
 
 from app.capture_entries import Entries, Entry, Way
+from app.capture_survey import BITS_PER_BYTE, ENTRY_LINE, LONGEST_LINE, MAGIC_LINE, Survey
+from app.capture_writing import BYTES_A_LINE, LONGEST_FILE_BYTES, CaptureWriter, Header, entries_of, lines_of
 from app.hextext import HexText, NotHex
 from app.pace import Pace
 from protocol.catalogue import DEFAULT_BAUD_RATE
-from protocol.events import Event, Received, Rejected, Sent
 from protocol.frame import Direction, Frame
 from protocol.stream import Piece, StreamParser
 from protocol.text import marked
 
 __all__ = [
+    "BYTES_A_LINE",
     "Capture",
     "CaptureReader",
     "CaptureRefused",
@@ -47,38 +48,13 @@ __all__ = [
     "read_capture",
 ]
 
-MAGIC = "# DPS-S capture 1"
-LONGEST_FILE_BYTES = 64 * 1024 * 1024
-"""A file is not written beyond it (a quarter of an hour of a full line, hours of a usual one), nor read."""
-LONGEST_LINE = 64 * 1024
-BYTES_A_LINE = 4096
 FAULTS_KEPT = 100
-BITS_PER_BYTE = 10
+STEP_CHARACTERS = 4096
+"""Of a file at once: some 2 ms of work."""
 
-_MAGIC = re.compile(r"#\s*DPS-S capture\s+(\d+)\s*")
 _FIELD = re.compile(r"#\s*([a-z_]+)\s*:\s*(.*)")
+_TOO_LONG = marked("the line is too long")
 _WAYS = {way.value: way for way in Way}
-_ENTRY = re.compile(r"(\d{1,12}(?:\.\d{1,9})?)\s+([<>])\s*(.*)")
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Header:
-    """What a capture says about itself; "" and None where it does not."""
-
-    program: str = ""
-    port: str = ""
-    baud_rate: int | None = None
-    started: str = ""
-    """ISO 8601, UTC."""
-
-    def lines(self) -> Iterator[str]:
-        yield MAGIC
-        yield f"# program: {_one_line(self.program)}"
-        yield f"# port: {_one_line(self.port)}"
-        if self.baud_rate is not None:
-            yield f"# baud_rate: {self.baud_rate}"
-        if self.started:
-            yield f"# started: {_one_line(self.started)}"
 
 
 @dataclass(frozen=True, slots=True)
@@ -107,114 +83,8 @@ class CaptureRefused(ValueError):
     """The file cannot be a capture: too long, or of a later version. The text is English, translatable."""
 
 
-def _one_line(text: str) -> str:
-    return " ".join(text.split())
-
-
-# Writing
-
-
-def entries_of(events: Iterable[Event], started_at: float) -> Iterator[Entry]:
-    """What went over the wire in these events; what was read together becomes one entry, in its order.
-
-    `started_at`: monotonic seconds that become time 0; earlier events count as 0.
-    """
-    last: Entry | None = None
-    for event in events:
-        match event:
-            case Sent(raw=raw, at=at):
-                entry = Entry(max(0.0, at - started_at), Way.OUT, raw)
-            case Received(frame=frame, at=at):
-                entry = Entry(max(0.0, at - started_at), Way.IN, frame.raw)
-            case Rejected(noise=noise, at=at):
-                entry = Entry(max(0.0, at - started_at), Way.IN, noise.raw)
-            case _:
-                continue
-        is_more = last is not None and last.at_s == entry.at_s and last.way is entry.way is Way.IN
-        if last is not None and is_more and len(last.raw) + len(entry.raw) <= BYTES_A_LINE:
-            last = Entry(last.at_s, last.way, last.raw + entry.raw)
-            continue
-        if last is not None:
-            yield last
-        last = entry
-    if last is not None:
-        yield last
-
-
-def lines_of(entry: Entry) -> Iterator[str]:
-    """The line of an entry, or several where it is long."""
-    for first in range(0, len(entry.raw), BYTES_A_LINE):
-        raw = entry.raw[first : first + BYTES_A_LINE]
-        yield f"{entry.at_s:.6f} {entry.way.value} {raw.hex(' ').upper()}"
-
-
-class CaptureWriter:
-    """Writes a capture line by line, and stops at its limit. Not safe to use from two threads.
-
-    Raises OSError where the file cannot be written (read-only, full disk); what was written before stays readable.
-    """
-
-    def __init__(
-        self, path: Path, header: Header, *, appends: bool = False, limit_bytes: int = LONGEST_FILE_BYTES
-    ) -> None:
-        """Makes the file anew, or with `appends` begins a new part at its end."""
-        self.path = path
-        self.is_full = False
-        """The limit is reached: nothing more is written."""
-        self.entries = 0
-        self._limit_bytes = limit_bytes
-        self._file: IO[str] | None = path.open("a" if appends else "w", encoding="utf-8", newline="\n")
-        self._bytes = 0
-        with self._closing_on_error() as file:
-            self._bytes = file.tell()
-            for line in header.lines():
-                self._write(file, line)
-            file.flush()
-
-    def write(self, entries: Iterable[Entry]) -> None:
-        """Append these entries and hand them to the system. After an error, and after `close`, it does nothing."""
-        if self._file is None:
-            return
-        with self._closing_on_error() as file:
-            for entry in entries:
-                for line in lines_of(entry):
-                    self._write(file, line)
-                self.entries += not self.is_full
-            file.flush()
-
-    def close(self) -> None:
-        """Idempotent. Raises OSError where the last lines could not be written."""
-        file, self._file = self._file, None
-        if file is not None:
-            file.close()
-
-    @contextmanager
-    def _closing_on_error(self) -> Iterator[IO[str]]:
-        file = self._file
-        if file is None:
-            raise ValueError("the capture is closed")
-        try:
-            yield file
-        except OSError:
-            with suppress(OSError):  # it tries once more to write what it could not
-                self.close()
-            raise
-
-    def _write(self, file: IO[str], line: str) -> None:
-        if self.is_full:
-            return
-        if self._bytes + len(line) + 1 > self._limit_bytes:
-            self.is_full = True
-            line = "# the file is full: what came afterwards is not in it"
-        file.write(line + "\n")
-        self._bytes += len(line) + 1
-
-
-# Reading
-
-
 class OpenCapture:
-    """A capture file that is being read, entry by entry, by one thread."""
+    """A capture file that is being read, some lines at a time, by one thread."""
 
     def __init__(self, file: BinaryIO) -> None:
         """Raises OSError, or `CaptureRefused`."""
@@ -222,100 +92,145 @@ class OpenCapture:
         self._size = os.fstat(file.fileno()).st_size
         if self._size > LONGEST_FILE_BYTES + LONGEST_LINE:
             raise CaptureRefused(marked("the file is too long for a capture"))
-        self._lines = TextIOWrapper(file, encoding="utf-8-sig", errors="replace")
-        self.reader = CaptureReader(is_plain=_is_plain(self._lines))
-        self._lines.seek(0)
+        self._survey = Survey()
+        self._lines: TextIOWrapper | None = None
+        self.reader = CaptureReader()
 
-    def entries(self) -> Iterator[Entry]:
-        """All of them, once."""
-        return self.reader.entries(self._lines)
+    def steps(self) -> Iterator[list[Entry]]:
+        """All entries, once, as many as some milliseconds of work give; none while the file is looked over first.
+
+        Raises OSError, or `CaptureRefused`.
+        """
+        for _ in self._survey.steps(self._file):
+            yield []
+        self._file.seek(0)
+        self.reader.is_plain = self._survey.is_plain
+        lines = self._lines = TextIOWrapper(self._file, encoding="utf-8-sig", errors="replace")
+        while (some := self._some(lines)) is not None:
+            yield some
+        yield self.reader.end()
+
+    def _some(self, lines: TextIOWrapper) -> list[Entry] | None:
+        """What stands in the next lines; None at the end of the file."""
+        characters, entries = 0, list[Entry]()
+        while characters < STEP_CHARACTERS and (line := lines.readline(LONGEST_LINE + 1)):
+            characters += len(line)
+            entries += self.reader.take(line, goes_on=len(line) > LONGEST_LINE and not line.endswith("\n"))
+        return entries if characters else None
 
     @property
     def share_read(self) -> float:
         """How much of the file has been read, 0 … 1."""
+        if self._lines is None:
+            return 0.0
         return min(1.0, self._file.tell() / self._size) if self._size else 1.0
+
+    @property
+    def expected_s(self) -> float:
+        """How long it lasts, as far as a look over the file tells; seconds."""
+        return self._survey.duration_s
 
 
 def read_capture(path: Path) -> Capture:
     """Raises OSError, or `CaptureRefused`."""
+    pace, entries = Pace(), Entries()
     with path.open("rb") as file:
         opened = OpenCapture(file)
-        entries = Entries(opened.entries())
+        for some in opened.steps():
+            for entry in some:
+                entries.append(entry)
+            pace.keep()
         return opened.reader.capture(entries)
 
 
 def parse_capture(text: str) -> Capture:
     """Reads a capture, or hex text where no line looks like one. Raises `CaptureRefused` for a later version."""
     lines = text.removeprefix("\ufeff").splitlines()
-    reader = CaptureReader(is_plain=_is_plain(lines))
-    return reader.capture(Entries(reader.entries(lines)))
+    reader = CaptureReader(is_plain=not any(map(_is_of_a_capture, lines)))
+    entries = Entries(entry for line in lines for entry in reader.take(line))
+    for entry in reader.end():
+        entries.append(entry)
+    return reader.capture(entries)
 
 
-def _is_plain(lines: Iterable[str]) -> bool:
-    pace = Pace()
-    for line in lines:
-        pace.keep()
-        if _MAGIC.fullmatch(line.rstrip("\n")) or _ENTRY.fullmatch(line.strip()):
-            return False
-    return True
+def _is_of_a_capture(line: str) -> bool:
+    return MAGIC_LINE.fullmatch(line.strip()) is not None or ENTRY_LINE.fullmatch(line.strip()) is not None
 
 
 class CaptureReader:
-    """One pass over the lines of a capture. Beside the main thread it rests now and then: see `Pace`."""
+    """One pass over the lines of a capture. Header and faults are those of the lines that it has taken."""
 
     def __init__(self, *, is_plain: bool = False) -> None:
-        """`is_plain`: hex text, where no line looks like one of a capture."""
         self.is_plain = is_plain
+        """It is hex text, where no line looks like one of a capture."""
         self.header = Header()
         self.faults: list[LineFault] = []
+        self._number = 0
+        self._is_within = False
+        """The line before goes on."""
+        self._hex: HexText | None = None
+        """Reads the pieces of a long line of hex text, until one is none."""
+        self._parser = StreamParser(follows_host=True)
         self._last_s = 0.0
         self._has_entries = False
         self._part_begins_s = 0.0
 
     def capture(self, entries: Sequence[Entry]) -> Capture:
-        """With the header and the faults of the lines that have been read."""
+        """With the header and the faults."""
         return Capture(header=self.header, entries=entries, faults=tuple(self.faults), is_timed=not self.is_plain)
 
-    def entries(self, lines: Iterable[str]) -> Iterator[Entry]:
-        """One by one; header and faults are those of the lines that have been read."""
-        pace = Pace()
-        for entry in self._plain(lines) if self.is_plain else self._timed(lines):
-            pace.keep()
-            yield entry
+    def take(self, line: str, *, goes_on: bool = False) -> Sequence[Entry]:
+        """What stands in the next line. With `goes_on` it is a long one, of which the next piece follows.
 
-    def _timed(self, lines: Iterable[str]) -> Iterator[Entry]:
-        for number, line in enumerate(lines, start=1):
-            entry = self._line(number, line.strip())
-            if entry is not None:
-                self._last_s, self._has_entries = entry.at_s, True
-                yield entry
+        Raises `CaptureRefused`.
+        """
+        is_within, self._is_within = self._is_within, goes_on
+        if not is_within:
+            self._number += 1
+        if self.is_plain:
+            return self._plain(line, is_within=is_within, goes_on=goes_on)
+        if is_within:
+            return ()
+        if goes_on:
+            if not line.startswith("#"):
+                self._fault(_TOO_LONG)
+            return ()
+        entry = self._timed(line.strip())
+        if entry is None:
+            return ()
+        self._last_s, self._has_entries = entry.at_s, True
+        return (entry,)
 
-    def _line(self, number: int, line: str) -> Entry | None:
+    def end(self) -> list[Entry]:
+        """What is left at the end."""
+        return [_plain_entry(piece) for piece in self._parser.flush()] if self.is_plain else []
+
+    def _timed(self, line: str) -> Entry | None:
         if not line:
             return None
         if line.startswith("#"):
             self._comment(line)
             return None
         if len(line) > LONGEST_LINE:
-            self._fault(number, marked("the line is too long"))
+            self._fault(_TOO_LONG)
             return None
-        found = _ENTRY.fullmatch(line)
+        found = ENTRY_LINE.fullmatch(line)
         if found is None:
-            self._fault(number, marked("no time, direction and bytes"))
+            self._fault(marked("no time, direction and bytes"))
             return None
         try:
             raw = _bytes_of(found[3])
         except NotHex:
-            self._fault(number, marked("the bytes are no pairs of hex digits"))
+            self._fault(marked("the bytes are no pairs of hex digits"))
             return None
         at_s = self._part_begins_s + float(found[1])
         if self._has_entries and at_s < self._last_s:
-            self._fault(number, marked("the time runs backwards; the line before counts"))
+            self._fault(marked("the time runs backwards; the line before counts"))
             at_s = self._last_s
         return Entry(at_s, _WAYS[found[2]], raw) if raw else None
 
     def _comment(self, line: str) -> None:
-        magic = _MAGIC.fullmatch(line)
+        magic = MAGIC_LINE.fullmatch(line)
         if magic is not None:
             if magic[1] != "1":
                 raise CaptureRefused(marked("the capture is of a later version of the program"))
@@ -332,22 +247,34 @@ class CaptureReader:
         elif name in ("program", "port", "started"):
             self.header = replace(self.header, **{name: value})  # type: ignore[arg-type]
 
-    def _plain(self, lines: Iterable[str]) -> Iterator[Entry]:
+    def _plain(self, text: str, *, is_within: bool, goes_on: bool) -> list[Entry]:
         """Hex text: whose bytes they are is told by the frames' headers; noise is the module's."""
-        parser = StreamParser(follows_host=True)
-        for number, line in enumerate(lines, start=1):
-            try:
-                raw = b"" if line.lstrip().startswith("#") else _bytes_of(line)
-            except NotHex:
-                self._fault(number, marked("no pairs of hex digits"))
-                continue
-            for first in range(0, len(raw), BYTES_A_LINE):
-                yield from map(_plain_entry, parser.feed(raw[first : first + BYTES_A_LINE]))
-        yield from map(_plain_entry, parser.flush())
+        try:
+            if not is_within and not goes_on:
+                raw = b"" if text.lstrip().startswith("#") else _bytes_of(text)
+            else:
+                raw = self._piece(text, is_within=is_within, goes_on=goes_on)
+        except NotHex:
+            self._hex = None
+            self._fault(marked("no pairs of hex digits"))
+            return []
+        pieces = (self._parser.feed(raw[first : first + BYTES_A_LINE]) for first in range(0, len(raw), BYTES_A_LINE))
+        return [_plain_entry(piece) for some in pieces for piece in some]
 
-    def _fault(self, number: int, text: str) -> None:
+    def _piece(self, text: str, *, is_within: bool, goes_on: bool) -> bytes:
+        """Of a long line."""
+        if not is_within:
+            self._hex = None if text.lstrip().startswith("#") else HexText()
+        if self._hex is None:
+            return b""
+        raw = self._hex.feed(text)
+        if not goes_on:
+            self._hex.finish()
+        return raw
+
+    def _fault(self, text: str) -> None:
         if len(self.faults) < FAULTS_KEPT:
-            self.faults.append(LineFault(number, text))
+            self.faults.append(LineFault(self._number, text))
 
 
 def _bytes_of(text: str) -> bytes:

@@ -1,58 +1,47 @@
-"""What a capture says: every frame and every run of bytes that is none, explained, and all of them at hand as rows."""
+"""All rows of a capture at hand, in little memory: it has millions of them."""
 
+from abc import abstractmethod
 from array import array
-from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import dataclass
-from typing import Any, Final, overload
+from collections.abc import Hashable, Iterable, Sequence
+from typing import Any, overload
 
 import numpy as np
 from numpy.typing import NDArray
 
-from app.capture_entries import Entry, Way
+from app.capture_entries import Way
+from app.capture_explained import Explained
 from protocol.catalogue import Layout, Request
-from protocol.frame import Direction, Fault, Frame, Noise, decode_request
-from protocol.stream import Piece, StreamParser
+from protocol.frame import Direction, Fault, Frame, Noise
 
-QUIET_S: Final = 0.25
-"""A line that has been silent this long has ended its frame."""
 Places = NDArray[np.intp]
 _OUT, _NOISE, _FROM_HOST, _STATUS = 1, 2, 4, 8
 
 
-@dataclass(frozen=True, slots=True)
-class Explained:
-    """One frame, or a run of bytes that is none. `asked`: what a frame may answer (`app.explain.sentence`)."""
+class Rows(Sequence[Explained]):
+    """Rows of a capture, each made when it is looked at."""
 
-    at_s: float
-    way: Way
-    piece: Frame | Noise
-    asked: Request | None
+    @overload
+    def __getitem__(self, place: int) -> Explained: ...
+    @overload
+    def __getitem__(self, place: slice) -> tuple[Explained, ...]: ...
+    def __getitem__(self, place: int | slice) -> Explained | tuple[Explained, ...]:
+        places = range(len(self))[place]
+        return self._at(places) if isinstance(places, int) else tuple(self._at(one) for one in places)
 
+    @abstractmethod
+    def at_s(self, place: int) -> float:
+        """When the row at a place from 0 on came; seconds since the capture began."""
 
-def explained(entries: Iterable[Entry]) -> Iterator[Explained]:
-    """Every byte of the capture in exactly one piece, as `dps-s decode` explains them; each way has its own parser."""
-    parsers = {way: StreamParser() for way in Way}
-    last_s = dict.fromkeys(Way, 0.0)
-    asked: Request | None = None
-    ways = tuple(parsers.items())
-    for at_s, way_now, raw in entries:
-        for way, parser in ways:
-            if parser.pending and at_s - last_s[way] >= QUIET_S:
-                yield from (_row(last_s[way], way, piece, asked) for piece in parser.flush())
-        last_s[way_now] = at_s
-        for piece in parsers[way_now].feed(raw):
-            yield _row(at_s, way_now, piece, asked)
-            if way_now is Way.OUT and isinstance(piece, Frame) and piece.direction is Direction.HOST_TO_MODULE:
-                asked = parsers[Way.IN].asked = decode_request(piece.raw)
-    for way, parser in parsers.items():
-        yield from (_row(last_s[way], way, piece, asked) for piece in parser.flush())
+    @abstractmethod
+    def said(self, place: int) -> Hashable:
+        """Equal for two rows that say the same, at whatever time. Much quicker than the row itself."""
+
+    @abstractmethod
+    def _at(self, place: int) -> Explained:
+        """The row at a place from 0 on."""
 
 
-def _row(at_s: float, way: Way, piece: Piece, asked: Request | None) -> Explained:
-    return Explained(at_s, way, piece, asked if isinstance(piece, Frame) else None)
-
-
-class CaptureRows(Sequence[Explained]):
+class CaptureRows(Rows):
     """All rows of a capture, in some 25 bytes each and the bytes themselves; a row is made when it is looked at.
 
     One thread at a time.
@@ -103,13 +92,14 @@ class CaptureRows(Sequence[Explained]):
     def __len__(self) -> int:
         return len(self._flags)
 
-    @overload
-    def __getitem__(self, place: int) -> Explained: ...
-    @overload
-    def __getitem__(self, place: slice) -> tuple[Explained, ...]: ...
-    def __getitem__(self, place: int | slice) -> Explained | tuple[Explained, ...]:
-        places = range(len(self))[place]
-        return self._at(places) if isinstance(places, int) else tuple(self._at(one) for one in places)
+    def at_s(self, place: int) -> float:
+        return self._at_s[place]
+
+    def said(self, place: int) -> Hashable:
+        begins = self._ends[place - 1] if place else 0
+        flags = self._flags[place]
+        note = 0 if flags & _STATUS else self._notes[place]  # a status says the same whatever was asked
+        return flags, note, bytes(self._raw[begins : self._ends[place]])
 
     def _at(self, place: int) -> Explained:
         last = self._last
@@ -139,7 +129,7 @@ class CaptureRows(Sequence[Explained]):
         return np.frombuffer(self._flags, dtype=np.uint8)
 
 
-class ChosenRows(Sequence[Explained]):
+class ChosenRows(Rows):
     """Some rows of a capture, in its order. `places`: where each stands in the capture."""
 
     def __init__(self, rows: CaptureRows, places: Places) -> None:
@@ -149,12 +139,11 @@ class ChosenRows(Sequence[Explained]):
     def __len__(self) -> int:
         return len(self.places)
 
-    @overload
-    def __getitem__(self, place: int) -> Explained: ...
-    @overload
-    def __getitem__(self, place: slice) -> tuple[Explained, ...]: ...
-    def __getitem__(self, place: int | slice) -> Explained | tuple[Explained, ...]:
-        places = range(len(self))[place]
-        if isinstance(places, int):
-            return self._rows[self.places[places]]
-        return tuple(self._rows[self.places[one]] for one in places)
+    def at_s(self, place: int) -> float:
+        return self._rows.at_s(self.places[place])
+
+    def said(self, place: int) -> Hashable:
+        return self._rows.said(self.places[place])
+
+    def _at(self, place: int) -> Explained:
+        return self._rows[self.places[place]]

@@ -20,7 +20,7 @@ from app.capture import (
     parse_capture,
     read_capture,
 )
-from app.capture_rows import explained
+from app.capture_explained import explained
 from app.explain import sentence
 from protocol.catalogue import STATUS
 from protocol.events import Event, Received, Rejected, Role, Sent

@@ -14,7 +14,8 @@ from app.capture import (
     entries_of,
 )
 from app.procedures.stream import StreamSwitch, watch
-from app.replay import Player, Script, UrlRefused, parse_url, play, playing, script_of, stop_playing, url_of
+from app.replay import Player, UrlRefused, parse_url, play, playing, stop_playing, url_of
+from app.replay_script import Script, script_of
 from app.session import Run, Session
 from app.transport import PortError, PortTrouble, open_line
 from app.worker import Batch, PortState, Worker
@@ -172,7 +173,7 @@ def test_urls() -> None:
 
 
 def test_another_player_of_the_same_url_is_left_alone() -> None:
-    one, two = (play("capture:///x", Capture(), speed=1.0) for _ in range(2))
+    one, two = (play("capture:///x", script_of(Capture()), speed=1.0) for _ in range(2))
     stop_playing("capture:///x", one)
     assert playing("capture:///x") is two
     stop_playing("capture:///x", two)

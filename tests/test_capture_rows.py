@@ -10,7 +10,8 @@ from hypothesis import strategies as st
 
 from app import pace
 from app.capture_entries import Entries, Entry, Way
-from app.capture_rows import CaptureRows, ChosenRows, Explained, explained
+from app.capture_explained import Explained, explained
+from app.capture_rows import CaptureRows, ChosenRows
 from protocol.catalogue import BY_NAME
 from protocol.frame import Frame, Noise
 from protocol.messages import Status

@@ -11,13 +11,14 @@ from PySide6.QtWidgets import QApplication, QWidget
 from pytestqt.qtbot import QtBot
 
 from app.capture import read_capture
-from app.capture_rows import explained
+from app.capture_explained import explained
 from tests.capture_window import opened, strip_button, write_capture
 from tests.fakes_ui import WAIT_MS, simulated, wait_online
 from tests.test_diagnosis_page import click, diagnosis
 from tests.test_traffic import cell, sent, streamed
 from ui.capture_files import SUFFIX, Kept, Loading, Opened
 from ui.connector import Target
+from ui.live_export import Cancelled
 from ui.traffic_model import KEPT_MARKS, KEPT_ROWS, Column, Filter, TrafficModel
 from ui.traffic_page import MOST_COPIED
 from ui.traffic_search import hex_part, matches
@@ -249,6 +250,27 @@ def test_opening_can_be_cancelled_and_says_how_far_it_is(
         may_go_on.set()
         qtbot.waitUntil(lambda: not page.files._timer.isActive(), timeout=WAIT_MS)
         assert page.opened is None
+
+
+def test_opening_ends_with_the_window(
+    qtbot: QtBot, qapp: QApplication, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    begun, may_go_on, still_wanted = threading.Event(), threading.Event(), list[bool]()
+
+    def held(_loading: Loading, is_wanted: Callable[[], bool]) -> Opened:
+        begun.set()
+        may_go_on.wait(WAIT_MS / 1000)
+        still_wanted.append(is_wanted())
+        raise Cancelled
+
+    monkeypatch.setattr(Loading, "run", held)
+    with diagnosis(qtbot, qapp, tmp_path) as (assembly, page):
+        page.open_file(tmp_path / f"any{SUFFIX}")
+        assert begun.wait(WAIT_MS / 1000)
+        assembly.window.close_now()
+        may_go_on.set()
+        qtbot.waitUntil(lambda: bool(still_wanted), timeout=WAIT_MS)
+    assert still_wanted == [False]
 
 
 def drop(window_: QWidget, path: Path) -> None:

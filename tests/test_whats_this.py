@@ -7,8 +7,8 @@ from functools import partial
 from pathlib import Path
 
 import pytest
-from PySide6.QtCore import QSize, Qt, QUrl
-from PySide6.QtGui import QAction, QImage
+from PySide6.QtCore import QEvent, QPoint, QSize, Qt, QUrl
+from PySide6.QtGui import QAction, QHelpEvent, QImage
 from PySide6.QtWidgets import (
     QAbstractButton,
     QAbstractItemView,
@@ -21,6 +21,7 @@ from PySide6.QtWidgets import (
     QLineEdit,
     QMenu,
     QMessageBox,
+    QPushButton,
     QScrollBar,
     QWhatsThis,
     QWidget,
@@ -35,10 +36,11 @@ from ui.application import PAGES, Assembly
 from ui.guide_viewer import GuideViewer, anchor_of, guide_page
 from ui.keys_view import keys_of
 from ui.readout import Readout, StateChip
+from ui.sentences import begun
 from ui.settings_page import SettingsPage
 from ui.texts import Texts
 from ui.what_texts import ENTRIES
-from ui.whats_this import fits, text_for
+from ui.whats_this import WIDGETS_AT_ONCE, Explaining, explain, fits, text_for
 
 MAKING_MS = 20_000
 CONTROLS = (QAbstractButton, QAbstractItemView, QAbstractSlider, QAbstractSpinBox, QComboBox, QLineEdit, Readout,
@@ -56,6 +58,12 @@ def whole_window(qtbot: QtBot, qapp: QApplication, folder: Path) -> Iterator[Ass
         assembly.window.activateWindow()
         qtbot.waitUntil(assembly.window.isActiveWindow, timeout=WAIT_MS)
         yield assembly
+
+
+def explained(qtbot: QtBot, assembly: Assembly) -> None:
+    """Every widget that there is now has its text."""
+    assembly.window.help.explain()
+    qtbot.waitUntil(lambda: not assembly.window.help.is_explaining, timeout=WAIT_MS)
 
 
 def controls(root: QWidget) -> list[QWidget]:
@@ -87,7 +95,7 @@ def says(widget: QWidget) -> str:
 def test_every_control_says_what_it_is(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
     with whole_window(qtbot, qapp, tmp_path) as assembly:
         assembly.window.menus.simulator.setChecked(True)
-        assembly.window.help.explain()
+        explained(qtbot, assembly)
         found = controls(assembly.window)
         assert len(found) > 150
         silent = [f"{type(one).__name__} {one.objectName()}" for one in found if not says(one)]
@@ -111,9 +119,77 @@ def test_texts_follow_the_language(qtbot: QtBot, qapp: QApplication, tmp_path: P
         row = assembly.window.findChild(SettingsPage).rows["attitude_threshold_deg"]  # type: ignore[union-attr]
         english = (lock.whatsThis(), row.whatsThis())
         assembly.speech.use(CHINESE)
-        qtbot.waitUntil(lambda: lock.whatsThis() != english[0], timeout=WAIT_MS)
+        qtbot.waitUntil(lambda: lock.whatsThis() == text_for("lock_button"), timeout=WAIT_MS)
+        qtbot.waitUntil(lambda: not assembly.window.help.is_explaining, timeout=WAIT_MS)
+        assert lock.whatsThis() == text_for("lock_button") != english[0]
         assert row.whatsThis() != english[1]
+
+
+def test_what_a_tooltip_says_follows_the_language_too(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
+    button = QPushButton("x")
+    button.setToolTip("one")
+    explain(button)
+    assert button.whatsThis() == "one"
+    button.setToolTip("eins")
+    explain(button)
+    assert button.whatsThis() == "eins"
+    button.setWhatsThis("of its own")
+    button.setProperty("says_tooltip", False)
+    explain(button)
+    assert button.whatsThis() == "of its own"
+
+
+def test_no_turn_explains_more_than_a_few(qtbot: QtBot, qapp: QApplication, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The window stays quick while a thousand widgets get their texts."""
+    root = QWidget()
+    qtbot.addWidget(root)
+    doomed = QWidget(root)
+    for _ in range(30):
+        group = QWidget(root)
+        for _ in range(20):
+            QPushButton(group).setToolTip("told")
+    told: list[int] = []
+    work = Explaining(root)
+    turn = work._go_on
+
+    def counted() -> None:
+        before = len(seen)
+        turn()
+        told.append(len(seen) - before)
+
+    seen: list[QWidget] = []
+
+    def seen_explain(widget: QWidget) -> None:
+        seen.append(widget)
+        explain(widget)
+
+    monkeypatch.setattr("ui.whats_this.explain", seen_explain)
+    work._timer.timeout.disconnect()
+    work._timer.timeout.connect(counted)
+    work.begin()
+    doomed.deleteLater()
+    qtbot.waitUntil(lambda: not work.is_under_way, timeout=WAIT_MS)
+    assert sum(told) in (1 + 30 * 21, 2 + 30 * 21)
+    assert max(told) <= WIDGETS_AT_ONCE
+    assert all(one.whatsThis() == "told" for one in root.findChildren(QPushButton))
+
+
+@OFFSCREEN
+def test_what_is_clicked_is_explained_at_that_moment(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
+    with whole_window(qtbot, qapp, tmp_path) as assembly:
+        main = assembly.window
+        lock = main.top_bar.lock
+        qtbot.waitUntil(lambda: not main.help.is_explaining, timeout=WAIT_MS)
+        lock.setWhatsThis("of another language")
+        main.menus.what.trigger()
+        assert QWhatsThis.inWhatsThisMode()
+        qtbot.mouseClick(lock, Qt.MouseButton.LeftButton)
         assert lock.whatsThis() == text_for("lock_button")
+        QWhatsThis.leaveWhatsThisMode()
+        QWhatsThis.hideText()
+        lock.setWhatsThis("of another language")
+        QApplication.sendEvent(lock, QHelpEvent(QEvent.Type.QueryWhatsThis, QPoint(), QPoint()))
+        assert lock.whatsThis() == "of another language"  # nothing is looked at any more
 
 
 @pytest.mark.parametrize("command", SETTINGS, ids=lambda command: command.name)
@@ -145,7 +221,7 @@ def test_advice_stands_beside_each_field(qtbot: QtBot, qapp: QApplication, tmp_p
         page.refresh()
         for key, row in page.rows.items():
             page.scroll_area.ensureWidgetVisible(row)
-            told = advice_text(row.command)
+            told = begun(advice_text(row.command))
             assert row.advice.text() == told, key
             if told:
                 assert row.advice.isVisible(), key

@@ -1,6 +1,5 @@
 """Captures as files: save what went over the line, open one by dialog or by dropping it on the window."""
 
-import time
 from collections import deque
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
@@ -13,8 +12,11 @@ from PySide6.QtWidgets import QFileDialog, QHBoxLayout, QPushButton, QWidget
 
 from app import version
 from app.capture import CaptureRefused, Entry, Header, LineFault, OpenCapture, entries_of, lines_of
-from app.capture_rows import CaptureRows, explained
+from app.capture_explained import Explainer
+from app.capture_rows import CaptureRows
 from app.i18n import tr
+from app.pace import Pace
+from app.wall_clock import WallClock
 from protocol.events import Event
 from ui.beside import Beside
 from ui.icons import Icon, icon
@@ -30,7 +32,6 @@ OPENED_SUFFIXES = (SUFFIX, ".hex", ".txt", ".log")
 KEPT_ENTRIES = 60_000
 """Half an hour of a usual stream, 40 s of a full line; some 10 MB. What is older is in the session's recording."""
 _ENTRIES_AT_ONCE = 1000
-_ROWS_A_LOOK = 1000
 _LOOK_EVERY_MS = 100
 AskOpen = Callable[[QWidget, Path], Path | None]
 
@@ -47,7 +48,7 @@ class Kept:
 
     def __init__(self) -> None:
         self._entries: deque[Entry] = deque(maxlen=KEPT_ENTRIES)
-        self._wall_offset_s = time.time() - time.monotonic()
+        self.wall = WallClock()
         self.has_dropped = False
         """What is older is no longer kept."""
 
@@ -55,6 +56,7 @@ class Kept:
         return len(self._entries)
 
     def take(self, events: Iterable[Event]) -> None:
+        self.wall.look()
         new = list(entries_of(events, 0.0))
         self.has_dropped |= len(self._entries) + len(new) > KEPT_ENTRIES
         self._entries.extend(new)
@@ -69,7 +71,7 @@ class Kept:
     def header(self, port: str, baud_rate: int, most: int = KEPT_ENTRIES) -> Header:
         """Of a file with `entries(most)`."""
         first = next(islice(self._entries, max(0, len(self._entries) - most), None), None)
-        started = "" if first is None else _iso(first.at_s + self._wall_offset_s)
+        started = "" if first is None else _iso(self.wall.at(first.at_s))
         return Header(
             program=f"DPS-S Configurator {version()}", port=port, baud_rate=baud_rate or None, started=started
         )
@@ -107,15 +109,19 @@ class Loading:
 
     def run(self, is_wanted: Callable[[], bool]) -> Opened:
         """Raises OSError, `CaptureRefused` or `Cancelled`."""
-        rows = CaptureRows()
+        rows, explainer, pace = CaptureRows(), Explainer(), Pace()
         with self.path.open("rb") as file:
             capture = OpenCapture(file)
-            for row in explained(capture.entries()):
+            for entries in capture.steps():
+                if not is_wanted():
+                    raise Cancelled
+                for entry in entries:
+                    for row in explainer.take(entry):
+                        rows.append(row)
+                self.share = capture.share_read
+                pace.keep()
+            for row in explainer.end():
                 rows.append(row)
-                if len(rows) % _ROWS_A_LOOK == 0:
-                    self.share = capture.share_read
-                    if not is_wanted():
-                        raise Cancelled
             reader = capture.reader
             return Opened(self.path, rows, tuple(reader.faults), is_timed=not reader.is_plain)
 

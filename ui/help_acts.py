@@ -3,7 +3,6 @@
 from typing import TYPE_CHECKING
 
 from PySide6.QtCore import QObject
-from PySide6.QtWidgets import QWhatsThis
 
 from app.i18n import tr
 from ui.menus import Menus
@@ -14,6 +13,7 @@ if TYPE_CHECKING:
     from ui.keys_view import KeysView
     from ui.main_window import MainWindow
     from ui.tour import Tour
+    from ui.whats_this import Explaining
 
 
 class HelpActs(QObject):
@@ -24,6 +24,7 @@ class HelpActs(QObject):
         self._window, self._services, self._entries = window, services, entries
         self.tour: Tour | None = None
         """The one that is running."""
+        self._explaining: Explaining | None = None
         self._guide: GuideViewer | None = None
         self._keys: KeysView | None = None
         menus.tour.triggered.connect(self.begin_tour)
@@ -64,22 +65,28 @@ class HelpActs(QObject):
 
     # What's this
 
-    def explain(self) -> None:
-        """Give every control its text, in the language in use."""
-        from ui.whats_this import explain_all
+    @property
+    def is_explaining(self) -> bool:
+        return self._explaining is not None and self._explaining.is_under_way
 
-        explain_all(self._window)
+    def explain(self) -> None:
+        """Give every control its text, in the language in use, within the next turns of the event loop."""
+        self._explainer().begin()
 
     def ask_what(self) -> None:
         """The next click says what a control is, in place of using it."""
-        self.explain()
-        QWhatsThis.enterWhatsThisMode()
+        self._explainer().ask()
 
     def say_what_has_focus(self) -> None:
-        from ui.whats_this import say_what_has_focus
-
-        if not say_what_has_focus(self._window):
+        if not self._explainer().say_what_has_focus():
             self._window.say(tr("Nothing here has the keyboard. Go to a control with Tab."))
+
+    def _explainer(self) -> "Explaining":
+        from ui.whats_this import Explaining
+
+        if self._explaining is None:
+            self._explaining = Explaining(self._window)
+        return self._explaining
 
     # To read
 

@@ -10,6 +10,7 @@ from PySide6.QtWidgets import QHBoxLayout, QMainWindow, QStackedWidget, QToolBar
 
 from app.worker import Batch
 from ui.attention import Attention
+from ui.beside import Beside
 from ui.closing import close_down
 from ui.connect_panel import ConnectPanel
 from ui.connector import Connector, Target
@@ -21,6 +22,7 @@ from ui.menus import Menus
 from ui.named import named
 from ui.navigation import Navigation
 from ui.notice_bar import NoticeBar
+from ui.page_maker import PageMaker
 from ui.pages import Page, PageEntry, Services
 from ui.port_watch import PortWatch
 from ui.recording_bar import RecordingBar
@@ -41,8 +43,6 @@ FIRST_SIZE = QSize(1180, 720)
 WIDE_ENOUGH = 1280
 """For the panel of the simulated module beside a page with the navigation in words."""
 REFRESH_EVERY_MS = 100
-BREATH_MS = 1
-"""Between two pages that are made: with none, Qt would make them all before it serves anything else."""
 PANEL_WIDTH = 440
 
 
@@ -66,8 +66,9 @@ class MainWindow(QMainWindow):
         self._services, self._ports, self._speech, self._remembered = services, ports, speech, remembered
         self._connector: Connector = services.connector
         self._entries = {entry.key: entry for entry in entries}
-        self._pages: dict[str, QWidget] = {}
-        self._unmade, self._unplaced = list(self._entries), list[str]()
+        self._maker = PageMaker(services, entries, self._place, self)
+        self._maker.done.connect(self._end_making)
+        self._pages = self._maker.pages
         self._waiting_target: Target | None = None
         self._is_leaving = self._is_over = False
         texts = services.texts
@@ -100,6 +101,7 @@ class MainWindow(QMainWindow):
             self._connector, self.notice_bar, say=self.say, acts=acts, unsent=services.unsent, parent=self
         )
         self._drops = FileDrops(self, self._page_for, self.go_to)
+        services.appearance.dress(self)
         self._wire()
         self._restore()
         self._timer = QTimer(self)
@@ -179,28 +181,16 @@ class MainWindow(QMainWindow):
 
     def make_pages(self) -> None:
         """Make the pages, with turns of the event loop between, so that the window stays alive meanwhile."""
-        QTimer.singleShot(BREATH_MS, self, self._make_next_page)
+        self._maker.begin()
 
-    def _make_next_page(self) -> None:
-        if self._is_over:
-            return
-        if self._unmade or self._unplaced:
-            QTimer.singleShot(BREATH_MS, self, self._make_next_page)  # also where one fails
-            if self._unplaced:
-                self._place(self._unplaced.pop())
-            else:
-                key = self._unmade.pop(0)
-                self._pages[key] = self._entries[key].make(self._services)
-                self._unplaced.append(key)
-            return
+    def _end_making(self) -> None:
         self.help.explain()
         self.pages_made.emit()
         target, self._waiting_target = self._waiting_target, None
         if target is not None:
             self.connect_to(target)
 
-    def _place(self, key: str) -> None:
-        page = self._pages[key]
+    def _place(self, key: str, page: QWidget) -> None:
         self.stack.addWidget(page)
         for wanted in (page.connect_wanted,) if hasattr(page, "connect_wanted") else ():
             wanted.connect(self.connect_to)
@@ -210,8 +200,9 @@ class MainWindow(QMainWindow):
             self.stack.setCurrentWidget(page)
 
     def _page_for(self, suffix: str) -> FilePage | None:
-        for key, page in self._pages.items():
-            if suffix in getattr(page, "suffixes", ()):
+        for key in self._entries:
+            page = self._pages.get(key)
+            if page is not None and suffix in getattr(page, "suffixes", ()):
                 return FilePage(key, page.open_file)  # type: ignore[attr-defined]
         return None
 
@@ -228,7 +219,7 @@ class MainWindow(QMainWindow):
         self._refresh_notice()
 
     def connect_to(self, target: Target) -> None:
-        if self._unmade or self._unplaced:
+        if not self._maker.is_done:
             self._waiting_target = target  # the pages hear of everything, from the first byte on
             return
         self.attention.leave(partial(self._connector.connect_to, target))
@@ -305,6 +296,8 @@ class MainWindow(QMainWindow):
         page = self._pages.get(key)
         if page is not None and self.stack.indexOf(page) >= 0:
             self.stack.setCurrentWidget(page)
+        else:
+            self._maker.want(key)
 
     def _use_theme(self, key: str) -> None:
         self._services.appearance.choose(Choice(key))
@@ -379,6 +372,9 @@ class MainWindow(QMainWindow):
             return
         self._is_over = True
         self._timer.stop()
+        self._maker.end()
+        for work in self.findChildren(Beside):
+            work.cancel()  # else its thread would go on, and outlive the window
         self.help.end_tour()
         self.panel.hide()
         remembered = self._remembered

@@ -1,9 +1,7 @@
 """The frames that went over the line, as rows of a table: kept as they came, put into words only where seen."""
 
-import time
 from collections import deque
-from collections.abc import Iterable, Iterator, Sequence
-from datetime import datetime
+from collections.abc import Hashable, Iterable, Iterator, Sequence
 from enum import Enum
 from itertools import islice
 from typing import Any
@@ -11,8 +9,9 @@ from typing import Any
 from PySide6.QtCore import QAbstractTableModel, QModelIndex, QObject, QPersistentModelIndex, Qt
 from PySide6.QtGui import QFont
 
-from app.capture_rows import CaptureRows, ChosenRows
+from app.capture_rows import CaptureRows, ChosenRows, Rows
 from app.i18n import tr
+from app.wall_clock import WallClock
 from protocol.events import Event, Rejected
 from protocol.frame import Noise
 from protocol.text import marked
@@ -30,6 +29,9 @@ from ui.traffic_words import (
     meaning_of,
     needs_no_row,
     raw_of,
+    since_start,
+    time_of_day,
+    words_of,
 )
 
 KEPT_ROWS = 10_000
@@ -97,7 +99,7 @@ class TrafficModel(QAbstractTableModel):
         self._marks: dict[int, Row] = {}
         self._unseen = 0
         self._filter = Filter.ALL
-        self._wall_offset_s = time.time() - time.monotonic()
+        self.wall = WallClock()
 
     @property
     def unseen(self) -> int:
@@ -111,6 +113,7 @@ class TrafficModel(QAbstractTableModel):
 
     def keep(self, events: Iterable[Event]) -> None:
         """Cheap; may be called while nobody looks."""
+        self.wall.look()
         new = list(_rows_of(events))
         self._kept.extend(new)
         self._unseen += len(new)
@@ -210,19 +213,31 @@ class TrafficModel(QAbstractTableModel):
 
     # Words
 
+    def said_at(self, row: int) -> Hashable | None:
+        """Equal for two rows that say the same, at whatever time; None where only the rows themselves tell."""
+        return self._rows.said(row) if isinstance(self._rows, Rows) else None
+
     def time_of(self, row: Row) -> str:
         """Time of day to the millisecond; in a capture, seconds since it began."""
         if self._recorded is not None:
-            return f"{at_of(row):.3f} s"
-        moment = datetime.fromtimestamp(at_of(row) + self._wall_offset_s).astimezone()
-        return moment.strftime("%H:%M:%S.") + f"{moment.microsecond // 1000:03d}"
+            return since_start(at_of(row))
+        seconds, milliseconds = divmod(int(self.wall.at(at_of(row)) * 1000), 1000)
+        return f"{time_of_day(seconds)}.{milliseconds:03d}"
 
     def as_text(self, rows: Sequence[int]) -> str:
         """Rows as lines of tab-separated text, with all their bytes."""
+        recorded = self._rows
+        if not isinstance(recorded, Rows):
+            chosen = (self._rows[number] for number in rows)
+            return "\n".join(f"{self.time_of(row)}\t{words_of(row)}" for row in chosen)
+        told: dict[Hashable, str] = {}
         lines = []
         for number in rows:
-            row = self._rows[number]
-            lines.append("\t".join((self.time_of(row), kind_of(row), hex_of(raw_of(row)), meaning_of(row))))
+            said = recorded.said(number)
+            words = told.get(said)
+            if words is None:
+                words = told[said] = words_of(recorded[number])
+            lines.append(f"{since_start(recorded.at_s(number))}\t{words}")
         return "\n".join(lines)
 
     def retranslate(self) -> None:

@@ -3,13 +3,12 @@
 from functools import partial
 from itertools import chain, islice
 
-from PySide6.QtCore import QEvent, QSize, Qt, QTimer
+from PySide6.QtCore import QEvent, QItemSelectionModel, QSize, Qt, QTimer
 from PySide6.QtGui import QAction, QFontDatabase, QFontMetrics, QGuiApplication, QHideEvent, QKeySequence, QShowEvent
 from PySide6.QtWidgets import (
     QAbstractItemView,
     QComboBox,
     QHBoxLayout,
-    QHeaderView,
     QLabel,
     QSizePolicy,
     QTableView,
@@ -26,6 +25,7 @@ from ui.icons import Icon, icon
 from ui.named import named
 from ui.pages import Services
 from ui.simulator_controls import WheelGuard
+from ui.tables import list_rows
 from ui.texts import Texts
 from ui.theme import Size, Space, font
 from ui.traffic_model import KEPT_MARKS, Column, Filter, TrafficModel
@@ -115,20 +115,11 @@ class TrafficPage(QWidget):
     def _make_table(self) -> QTableView:
         table = named(QTableView(), "traffic_table")
         table.setModel(self.model)
-        table.setSelectionBehavior(QAbstractItemView.SelectionBehavior.SelectRows)
-        table.setSelectionMode(QAbstractItemView.SelectionMode.ExtendedSelection)
-        table.setVerticalScrollMode(QAbstractItemView.ScrollMode.ScrollPerPixel)
-        table.setEditTriggers(QAbstractItemView.EditTrigger.NoEditTriggers)
-        table.setShowGrid(False)
-        table.setWordWrap(False)
-        table.setTabKeyNavigation(False)
+        list_rows(table, row_px=_ROW_PX)
         table.setIconSize(QSize(14, 14))
-        rows = table.verticalHeader()
-        rows.hide()
-        rows.setSectionResizeMode(QHeaderView.ResizeMode.Fixed)
-        rows.setDefaultSectionSize(_ROW_PX)
         columns = table.horizontalHeader()
-        columns.setHighlightSections(False)
+        # A header asks, row for row, whether all of them are selected; of a capture's million that takes ten seconds.
+        columns.setSelectionModel(QItemSelectionModel(self.model, columns))
         columns.setStyleSheet("QHeaderView::section { padding-left: 4px; }")  # above the text of the rows
         columns.setDefaultAlignment(Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter)
         columns.setStretchLastSection(True)

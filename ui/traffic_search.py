@@ -1,7 +1,7 @@
 """Search in the traffic list: bytes ("41 75", with or without spaces) or words of what a row says."""
 
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Hashable
 
 from PySide6.QtCore import QSize, Qt, QTimer
 from PySide6.QtGui import QKeyEvent
@@ -17,6 +17,7 @@ from ui.traffic_words import Row, kind_of, meaning_of, raw_of
 _LOOKS_FOR_S = 0.01
 """Before the window gets its turn again."""
 _ROWS_AT_ONCE = 100
+_KNOWN_AT_MOST = 50_000
 
 
 def matches(row: Row, wanted: str, wanted_hex: str) -> bool:
@@ -79,6 +80,8 @@ class TrafficSearch(QWidget):
         self._left = 0
         self._place = 0
         self._step = 1
+        self._known: dict[Hashable, bool] = {}
+        """Whether what a row says is what is looked for: a million rows of a capture say some thousand things."""
         self._timer = QTimer(self)
         self._timer.setInterval(0)
         self._timer.timeout.connect(self._look)
@@ -108,6 +111,7 @@ class TrafficSearch(QWidget):
         if not self.field.text().strip():
             self._say(True)
             return
+        self._known.clear()
         self._step, self._place, self._left = step, start, self._model.rowCount()
         self._timer.start()
 
@@ -121,7 +125,7 @@ class TrafficSearch(QWidget):
             for _ in range(min(_ROWS_AT_ONCE, self._left)):
                 self._left -= 1
                 self._place = (self._place + self._step) % count
-                if matches(self._model.event_at(self._place), wanted, wanted_hex):
+                if self._fits(self._place, wanted, wanted_hex):
                     self._timer.stop()
                     self._say(True)
                     self._show_row(self._place)
@@ -129,6 +133,17 @@ class TrafficSearch(QWidget):
         if self._left <= 0 or not count:
             self._timer.stop()
             self._say(False)
+
+    def _fits(self, place: int, wanted: str, wanted_hex: str) -> bool:
+        said = self._model.said_at(place)
+        if said is None:
+            return matches(self._model.event_at(place), wanted, wanted_hex)
+        fits = self._known.get(said)
+        if fits is None:
+            if len(self._known) >= _KNOWN_AT_MOST:
+                self._known.clear()
+            fits = self._known[said] = matches(self._model.event_at(place), wanted, wanted_hex)
+        return fits
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
         if event.key() in (Qt.Key.Key_Return, Qt.Key.Key_Enter):

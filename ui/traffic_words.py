@@ -1,12 +1,13 @@
 """A row of the traffic list in words, with its icon and colour. Rows are events of the link or lines of a capture."""
 
+import time
 from functools import cache, lru_cache
 
 from PySide6.QtGui import QColor, QIcon
 
 from app import i18n
 from app.capture_entries import Way
-from app.capture_rows import Explained
+from app.capture_explained import Explained
 from app.explain import Asked, sentence
 from app.i18n import tr
 from protocol.events import (
@@ -137,6 +138,22 @@ def hex_of(raw: bytes, longest: int | None = None) -> str:
     if longest is None or len(raw) <= longest:
         return raw.hex(" ").upper()
     return f"{raw[:longest].hex(' ').upper()} … +{len(raw) - longest}"
+
+
+def words_of(row: Row) -> str:
+    """What it is, all its bytes and its meaning, with tabs between."""
+    return "\t".join((kind_of(row), hex_of(raw_of(row)), meaning_of(row)))
+
+
+def since_start(at_s: float) -> str:
+    """Seconds since a capture began, to the millisecond."""
+    return f"{at_s:.3f} s"
+
+
+@lru_cache(maxsize=1024)
+def time_of_day(wall_s: int) -> str:
+    """To the second, here; a row of a full line has it in common with a thousand others."""
+    return time.strftime("%H:%M:%S", time.localtime(wall_s))
 
 
 def is_rejected(row: Row) -> bool:

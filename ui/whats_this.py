@@ -5,14 +5,20 @@ from fnmatch import fnmatchcase
 from functools import cache
 from typing import Final, cast
 
-from PySide6.QtCore import Qt
+from PySide6.QtCore import QCoreApplication, QEvent, QObject, Qt, QTimer
 from PySide6.QtWidgets import QWhatsThis, QWidget
+from shiboken6 import isValid
 
 from app.i18n import tr
 from app.setting_texts import what_is
 from protocol.catalogue import SETTINGS, Command
 from ui.what_texts import ENTRIES
 
+WIDGETS_AT_ONCE: Final = 50
+"""Some 2 ms of work."""
+_BREATH_MS: Final = 1
+_QUESTIONS: Final = (QEvent.Type.QueryWhatsThis, QEvent.Type.WhatsThis)
+_SAYS_TOOLTIP: Final = "says_tooltip"
 _OF_A_SETTING: Final[Mapping[str, Command]] = {
     pattern.format(command.name): command
     for command in SETTINGS
@@ -20,15 +26,80 @@ _OF_A_SETTING: Final[Mapping[str, Command]] = {
 }
 
 
-def explain_all(root: QWidget) -> None:
-    """Give every widget in `root` that the table or the catalogue knows its text; where it has none at all, a
-    control says what its tooltip says."""
-    for widget in (root, *root.findChildren(QWidget)):
-        text = text_for(widget.objectName())
-        if text:
-            widget.setWhatsThis(text)
-        elif not widget.whatsThis() and widget.focusPolicy() is not Qt.FocusPolicy.NoFocus:
-            widget.setWhatsThis(widget.toolTip())
+class Explaining(QObject):
+    """Gives every widget in `root` its text: some in each turn of the event loop, and the one that is asked for at
+    once. What reads a window aloud looks for the texts too, so they do not wait until somebody asks."""
+
+    def __init__(self, root: QWidget) -> None:
+        super().__init__(root)
+        self._root = root
+        self._left: list[QWidget] = []
+        self._timer = QTimer(self)
+        self._timer.setInterval(_BREATH_MS)
+        self._timer.timeout.connect(self._go_on)
+
+    @property
+    def is_under_way(self) -> bool:
+        return self._timer.isActive()
+
+    def begin(self) -> None:
+        """From the start, in the language in use."""
+        self._left = [self._root]
+        self._timer.start()
+
+    def ask(self) -> None:
+        """The next click says what a control is, in place of using it."""
+        if not QWhatsThis.inWhatsThisMode():
+            _program().installEventFilter(self)
+            QWhatsThis.enterWhatsThisMode()
+
+    def say_what_has_focus(self) -> bool:
+        """Show the text of the control with the keyboard, or of the nearest thing around it; whether there is one."""
+        widget = cast("QWidget | None", self._root.focusWidget())
+        around = widget
+        while around is not None and widget is not None:
+            explain(around)
+            if around.whatsThis():
+                QWhatsThis.showText(widget.mapToGlobal(widget.rect().bottomLeft()), around.whatsThis(), widget)
+                return True
+            around = around.parentWidget()
+        return False
+
+    def _go_on(self) -> None:
+        for _ in range(min(WIDGETS_AT_ONCE, len(self._left))):
+            widget = self._left.pop()
+            if isValid(widget):  # it may be gone since the turn before
+                explain(widget)
+                self._left += widget.findChildren(QWidget, options=Qt.FindChildOption.FindDirectChildrenOnly)
+        if not self._left:
+            self._timer.stop()
+
+    # Qt
+
+    def eventFilter(self, watched: QObject, event: QEvent) -> bool:
+        """Of the whole program, from `ask` until the click."""
+        if event.type() == QEvent.Type.LeaveWhatsThisMode:
+            _program().removeEventFilter(self)
+        elif event.type() in _QUESTIONS and isinstance(watched, QWidget):
+            explain(watched)
+        return False
+
+
+def _program() -> QCoreApplication:
+    return cast("QCoreApplication", QCoreApplication.instance())  # a window is nowhere without it
+
+
+def explain(widget: QWidget) -> None:
+    """Give it the text that the table or the catalogue knows; where there is none at all, a control says what its
+    tooltip says."""
+    text = text_for(widget.objectName())
+    if text:
+        widget.setWhatsThis(text)
+    elif widget.focusPolicy() is not Qt.FocusPolicy.NoFocus and (
+        not widget.whatsThis() or widget.property(_SAYS_TOOLTIP)
+    ):
+        widget.setWhatsThis(widget.toolTip())
+        widget.setProperty(_SAYS_TOOLTIP, True)
 
 
 def text_for(name: str) -> str:
@@ -49,16 +120,3 @@ def _english(name: str) -> str:
 def fits(pattern: str, name: str) -> bool:
     """Whether one of the alternatives of a pattern stands for this name."""
     return any(fnmatchcase(name, one) for one in pattern.split("|"))
-
-
-def say_what_has_focus(root: QWidget) -> bool:
-    """Show the text of the control with the keyboard, or of the nearest thing around it; whether there is one."""
-    explain_all(root)
-    widget = cast("QWidget | None", root.focusWidget())
-    around = widget
-    while around is not None and widget is not None:
-        if around.whatsThis():
-            QWhatsThis.showText(widget.mapToGlobal(widget.rect().bottomLeft()), around.whatsThis(), widget)
-            return True
-        around = around.parentWidget()
-    return False
