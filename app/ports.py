@@ -106,7 +106,7 @@ def _scan_in_process(deadline_s: float) -> list[PortInfo]:
     try:
         # Our own program, fixed words: the listing runs where it cannot stop the window.
         listing = subprocess.run(  # noqa: S603
-            [*_own_program(), "ports", "--json"],
+            [*_own_program(), "ports", "--json", "--list-here"],
             capture_output=True,
             timeout=deadline_s,
             check=True,

@@ -75,7 +75,8 @@ def read_profile(path: Path) -> Profile:
         with path.open("rb") as file:
             data = file.read(LARGEST_BYTES + 1)
     except (OSError, ValueError) as error:  # ValueError: a NUL in the name
-        fault = ProfileFault(None, marked("{path} cannot be read: {why}."), {"path": path, "why": error})
+        why = getattr(error, "strerror", None) or error
+        fault = ProfileFault(None, marked("{path} cannot be read: {why}."), {"path": path, "why": why})
         raise ProfileRefused((fault,)) from error
     profile = parse_profile(data)
     return profile if profile.name.strip() else replace(profile, name=shortened(path.stem, LONGEST_NAME - 1))

@@ -57,6 +57,8 @@ class Input(Enum):
     MODULE_RESTARTED = auto()
     CONDITION_OPENED = auto()
     """Something that was fulfilled when it was armed no longer is."""
+    SLEPT = auto()
+    """The computer: nobody knows who holds what since."""
     FAILED = auto()
     """An exception anywhere in the window."""
 
@@ -68,6 +70,7 @@ DISARMING = (
     Input.LINK_LOST,
     Input.MODULE_RESTARTED,
     Input.CONDITION_OPENED,
+    Input.SLEPT,
     Input.FAILED,
 )
 
@@ -88,6 +91,7 @@ TRANSITIONS: dict[tuple[Stage, Input], Stage] = {
     (Stage.CHOSEN, Input.WINDOW_LEFT): Stage.IDLE,
     (Stage.CHOSEN, Input.LINK_LOST): Stage.IDLE,
     (Stage.CHOSEN, Input.MODULE_RESTARTED): Stage.IDLE,
+    (Stage.CHOSEN, Input.SLEPT): Stage.IDLE,
     (Stage.CHOSEN, Input.FAILED): Stage.IDLE,
     (Stage.ARMED, Input.CANCEL): Stage.IDLE,
     (Stage.ARMED, Input.FOCUS_LOST): Stage.IDLE,
@@ -95,6 +99,7 @@ TRANSITIONS: dict[tuple[Stage, Input], Stage] = {
     (Stage.ARMED, Input.LINK_LOST): Stage.IDLE,
     (Stage.ARMED, Input.MODULE_RESTARTED): Stage.IDLE,
     (Stage.ARMED, Input.CONDITION_OPENED): Stage.IDLE,
+    (Stage.ARMED, Input.SLEPT): Stage.IDLE,
     (Stage.ARMED, Input.FAILED): Stage.IDLE,
     (Stage.HOLDING, Input.CANCEL): Stage.IDLE,
     (Stage.HOLDING, Input.FOCUS_LOST): Stage.IDLE,
@@ -102,6 +107,7 @@ TRANSITIONS: dict[tuple[Stage, Input], Stage] = {
     (Stage.HOLDING, Input.LINK_LOST): Stage.IDLE,
     (Stage.HOLDING, Input.MODULE_RESTARTED): Stage.IDLE,
     (Stage.HOLDING, Input.CONDITION_OPENED): Stage.IDLE,
+    (Stage.HOLDING, Input.SLEPT): Stage.IDLE,
     (Stage.HOLDING, Input.FAILED): Stage.IDLE,
 }
 """An input without an entry changes nothing: hands and links do not know in which stage it is."""

@@ -254,3 +254,15 @@ def test_on_bad_lines_at_most_one_frame_and_no_claim_too_much(act: Act, faults: 
 def test_every_outcome_has_its_sentence() -> None:
     said = {(act, outcome) for act in REQUESTS for outcome in Outcome if outcome is not Outcome.NOT_SENT}
     assert set(SENTENCES) == said
+
+
+def test_locking_does_not_wait_for_the_log() -> None:
+    """A disk may take its time, or never be done: the frame has left before it is asked to write anything."""
+    rig = Rig({"active": True})
+    journal = FakeJournal()
+    journal.line_length = lambda: len(rig.line.sent)
+    done = rig.run(perform(Act.LOCK, journal))
+    assert done.outcome is Outcome.CONFIRMED
+    assert [act for act, _frame, _detail in journal.intents] == [Act.LOCK]
+    assert journal.sent_before[0] >= len(REQUESTS[Act.LOCK].encode())
+    assert journal.outcomes == {0: Outcome.CONFIRMED}

@@ -38,6 +38,11 @@ def test_without_yes_it_says_what_would_happen(
     assert recorded() == []
 
 
+def test_what_it_says_to_type_can_be_typed(capsys: pytest.CaptureFixture[str]) -> None:
+    assert program.main(["zero", "--port", "sim://x?tilt=4&noise=1"]) == 2
+    assert "say dps-s zero --port 'sim://x?tilt=4&noise=1' --yes." in Printed(capsys).err
+
+
 @pytest.mark.parametrize("name", NAMES)
 def test_with_yes_it_is_done_once_and_recorded(
     name: str, port: str, capsys: pytest.CaptureFixture[str], wire: list[bytes]

@@ -72,7 +72,7 @@ def test_the_stream_is_switched_off_though_its_answer_was_not_awaited() -> None:
     procedure = stream.watch(stream.StreamSwitch(), read_all=False)
     want = next(procedure)
     assert isinstance(want, Look)
-    sight = Sight(10.0, 0.0, 115200, DeviceView(), LinkView(Counters(), None, None, None, 0))
+    sight = Sight(10.0, 0.0, 115200, DeviceView(), LinkView(Counters(), None, None, 0))
     assert procedure.send(sight) == Ask(SERIAL_OUTPUT.set(True))
     cleaning = procedure.throw(Cancelled())
     assert isinstance(cleaning, Ask)

@@ -231,6 +231,14 @@ def test_verify_of_what_is_no_record(capsys: pytest.CaptureFixture[str], tmp_pat
     assert not (data_folder() / FILE_NAME).exists()
 
 
+def test_verify_says_what_became_of_a_damaged_store(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
+    data_folder().mkdir(parents=True)
+    (data_folder() / FILE_NAME).write_bytes(b"no database")
+    (tmp_path / "x.json").write_text("{}")
+    assert program.main(["verify", str(tmp_path / "x.json")]) == 1
+    assert "It was kept as" in Printed(capsys).err
+
+
 def test_the_installed_program_prints_without_a_screen(tmp_path: Path) -> None:
     """A process of its own, a pseudo-terminal, no display: the whole way, at its own pace."""
     environment = {key: value for key, value in ENVIRONMENT.items() if key not in ("QT_QPA_PLATFORM", "DISPLAY")}

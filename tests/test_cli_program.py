@@ -157,7 +157,6 @@ def test_a_bug_in_the_worker_is_one_calm_line(
 
 def test_ports_for_programs_and_people(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> None:
     one = port_list.PortInfo("/dev/ttyUSB0", "CP2102", "Silicon Labs", "0001", 0x10C4, 0xEA60, "1-2")
-    monkeypatch.setattr(port_list, "scan", lambda: [one])
     monkeypatch.setattr(port_list, "list_ports", lambda: [one])
     assert program.main(["ports", "--json"]) == 0
     out = capsys.readouterr().out
@@ -179,6 +178,10 @@ def test_ports_for_programs_and_people(capsys: pytest.CaptureFixture[str], monke
     assert "/dev/ttyUSB0  CP2102  Silicon Labs  0001           10c4:ea60" in capsys.readouterr().out
 
 
+def test_ports_are_listed_in_another_process_where_listing_can_hang() -> None:
+    assert port_list._scan_in_process(60) == port_list.scan()
+
+
 def test_no_ports_and_no_list(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(port_list, "list_ports", list)
     assert program.main(["ports"]) == 0
@@ -188,5 +191,7 @@ def test_no_ports_and_no_list(capsys: pytest.CaptureFixture[str], monkeypatch: p
         raise port_list.PortsUnknown
 
     monkeypatch.setattr(port_list, "list_ports", fail)
+    assert program.main(["ports", "--json"]) == 4
+    assert capsys.readouterr().out == ""
     assert program.main(["ports"]) == 4
     assert "in time" in capsys.readouterr().err

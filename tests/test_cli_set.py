@@ -8,10 +8,10 @@ import pytest
 
 import app.__main__ as program
 from app.acts import Act
-from app.commands.findings import SETTING_KEYS
 from app.journal import Outcome
 from app.profile_file import save_profile
 from app.profiles import Profile
+from app.reading_object import SETTING_KEYS
 from app.store.database import FILE_NAME
 from app.store.store import data_folder, open_store
 from protocol.catalogue import BY_NAME, SETTINGS

@@ -17,7 +17,9 @@ from app.commands import findings as found
 from app.commands import set as setting
 from app.csv_cells import defused
 from app.procedures.history import History
+from app.reading_object import SETTING_KEYS
 from app.spans import stopwatch
+from app.trigger_fields import fields_of
 from protocol.catalogue import BAUD_RATES, BY_NAME, SERIAL_OUTPUT, SETTINGS
 from protocol.events import Unanswered
 from protocol.messages import TriggerRecord, decode_record
@@ -108,11 +110,11 @@ def test_errors_say_how_often_it_was_asked(attempts: int, text: str, chinese: No
 
 
 def test_setting_keys_are_the_catalogues() -> None:
-    assert found.SETTING_KEYS == (
+    assert SETTING_KEYS == (
         "attitude_threshold_deg", "freefall_acceleration_g", "freefall_time_s", "light_threshold_v",
         "attitude_trigger", "freefall_trigger", "serial_output", "baud_rate",
     )  # fmt: skip
-    assert set(found.SETTING_KEYS) == {command.key for command in SETTINGS}
+    assert set(SETTING_KEYS) == {command.key for command in SETTINGS}
     assert console.RATES == BAUD_RATES
 
 
@@ -173,20 +175,7 @@ def test_history_json_is_the_contract(record: TriggerRecord) -> None:
 def test_csv_has_units_in_its_head(record: TriggerRecord) -> None:
     rows = list(csv.reader(io.StringIO(records.csv_of(History((record,))))))
     assert rows == [
-        [
-            "boot_count",
-            "uptime_s",
-            "sources",
-            "attitude_threshold_deg",
-            "freefall_acceleration_g",
-            "freefall_time_s",
-            "serial_connected",
-            "charging",
-            "light_v",
-            "cell_voltage_v",
-            "implausible",
-            "raw",
-        ],
+        [*fields_of(record)],  # the names of the JSON
         [
             *("1", "108", "attitude", "60", "0.5", "1.6", "true", "false", "1.2", "4.7", "cell_voltage_v"),
             "41 75 35 01 01 00 6C 02 3C 05 A0 00 01 0C EB 7E",

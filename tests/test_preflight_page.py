@@ -40,7 +40,10 @@ def test_run_fail_repair_run_again_print(qtbot: QtBot, qapp: QApplication, tmp_p
         name_module(bench, "M-07")
         assert bench.check(is_enabling=False) is Standing.NO_GO
         assert bench.acts == []  # questions only
-        assert page.banner.announcement.word == "NO-GO"
+        shown = page.banner.announcement
+        assert (shown.word, shown.head) == ("NO-GO", "Do not fly")
+        assert shown.lines[0].startswith("Not met: Cell voltage")  # a check is named by what has to be so
+        assert not any("holds for" in line for line in shown.lines)  # nobody has to wait for a NO-GO to end
         row = page.list.rows["cell_voltage"]
         assert (row.chip.word, row.measured.text(), row.limit.text()) == ("FAIL", "3.60 V", "at least 3.80 V")
         assert "Charge the module" in row.reason.text()
@@ -56,7 +59,9 @@ def test_run_fail_repair_run_again_print(qtbot: QtBot, qapp: QApplication, tmp_p
         assert [request.command for request in bench.acts] == [
             BY_NAME["attitude_trigger"], BY_NAME["freefall_trigger"],
         ]  # fmt: skip
-        assert page.banner.announcement.word == "GO"
+        shown = page.banner.announcement
+        assert (shown.word, shown.head) == ("GO", "Fit to fly")
+        assert any("holds for" in line for line in shown.lines)
         assert kept(bench, "M-07") == ["GO", "NO-GO"]
         target = tmp_path / "report.pdf"
         page.files.ask_path = lambda *_: target

@@ -11,23 +11,14 @@ from pytestqt.qtbot import QtBot
 
 from app.settings_form import RowState
 from app.simulator import bench as benches
+from tests import walk
 from tests.fakes_ui import WAIT_MS, simulated, wait_online, window
 from tests.settings_bench import ENTRIES, Desk, desk
+from ui.connector import Target
 from ui.keeping import Keeping
 from ui.notice_bar import NoticeBar
 
-PROFILE = """
-format = 1
-name = "Survey hexacopter"
-airframe = "H6"
-notes = "Bay sensor measured in spring."
-
-[settings]
-attitude_threshold_deg = 65
-freefall_time_s = 1.6
-attitude_trigger = true
-baud_rate = 9600
-"""
+PROFILE = f"{walk.PROFILE}baud_rate = 9600\n"
 
 
 def profile_file(folder: Path, text: str = PROFILE, name: str = "H6.toml") -> Path:
@@ -198,3 +189,24 @@ def test_a_baud_change_that_was_broken_off_is_picked_up_at_the_next_start(
         wait_online(qtbot, assembly)
         qtbot.waitUntil(lambda: not assembly.keeping.store.pending_bauds(), timeout=WAIT_MS)  # type: ignore[union-attr]
         assert assembly.connector.connection.baud_rate == benches.module("crashed").module.baud_rate == module_rate
+
+
+def test_an_active_module_is_not_left_for_it_without_a_question(
+    qtbot: QtBot, qapp: QApplication, tmp_path: Path
+) -> None:
+    keeping = Keeping()
+    keeping.store.begin_baud(115200, 9600, port="sim://crashed", adapter="")  # type: ignore[union-attr]
+    keeping.close()
+    with simulated("flying", active=True), window(qapp, tmp_path, entries=ENTRIES) as assembly:
+        connector = assembly.connector
+        bar = assembly.window.findChild(NoticeBar, "notice_bar")
+        assert bar is not None
+        qtbot.waitUntil(lambda: bar.button("look_for_baud") is not None, timeout=WAIT_MS)
+        connector.connect_to(Target("sim://flying", 115200))
+        qtbot.waitUntil(lambda: connector.is_active, timeout=WAIT_MS)
+        button = bar.button("look_for_baud")
+        assert button is not None
+        button.click()
+        qtbot.waitUntil(lambda: bar.button("leave_active") is not None, timeout=WAIT_MS)
+        assert (connector.target, connector.is_open) == (Target("sim://flying", 115200), True)
+        assembly.window.attention.stay()

@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from app.device import Sleep
 from app.recordings import layout
 from app.recordings.recorder import LONGEST_PART_S, LOOK_EVERY_S, SYNC_EVERY_S, Recorder
 from app.recordings.recording import Traffic, open_recording
@@ -58,6 +59,21 @@ def test_a_clock_that_is_set_begins_a_part_with_the_right_time(tmp_path: Path) -
         newest, oldest = bench.shelf.entries()
         assert (newest.part, oldest.part, oldest.started_at) == (2, 1, NOON)
         assert (newest.started_at - NOON).total_seconds() == 3600.0 + LOOK_EVERY_S
+
+
+def test_what_comes_after_a_sleep_is_not_put_behind_what_came_before(tmp_path: Path) -> None:
+    night_s = 8 * 3600.0
+    with recorder_in(tmp_path) as bench:
+        bench.recorder.begin(HEADING)
+        bench.feed(batch(1000.0, report(1000.0)), batch(1000.01, report(1000.01)))
+        bench.clock.wall_offset_s += night_s  # the other clock stood still
+        for at in (1000.03, 1000.05, 1000.07):
+            woken = batch(at, report(at))
+            bench.feed(replace(woken, device=replace(woken.device, last_sleep=Sleep(1000.02, night_s))))
+        newest, oldest = bench.shelf.entries()
+        assert (oldest.part, oldest.sample_count, oldest.started_at) == (1, 2, NOON)
+        assert (newest.part, newest.sample_count) == (2, 3)
+        assert (newest.started_at - NOON).total_seconds() == pytest.approx(night_s + 0.02)
 
 
 def test_now_and_then_it_waits_for_the_disk(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

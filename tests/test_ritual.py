@@ -148,6 +148,7 @@ WINDOW_LEFT       I I I I F
 LINK_LOST         I I I I F
 MODULE_RESTARTED  I I I I F
 CONDITION_OPENED  I C I I F
+SLEPT             I I I I F
 FAILED            I I I I F
 """
 

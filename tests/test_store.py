@@ -56,6 +56,8 @@ def test_modules_and_snapshots(folder: Path) -> None:
         module = store.meet_module("M-07", "usb 1")
         assert store.meet_module("M-07", "usb 2").id == module.id
         assert [(one.name, one.adapter) for one in store.modules()] == [("M-07", "usb 2")]
+        store.meet_module("M-07")  # who does not know the adapter takes away nothing
+        assert [(one.name, one.adapter) for one in store.modules()] == [("M-07", "usb 2")]
         found = Snapshot(settings={"freefall_time_s": 1.6, "attitude_trigger": True}, boot_count=37)
         store.keep_snapshot(found, port="sim://", module_id=module.id)
         (kept,) = store.snapshots()
@@ -221,12 +223,40 @@ def test_a_file_held_by_another_program_is_said_and_not_waited_for(
         assert trouble.value.fault is StoreFault.BUSY
 
 
+def test_what_is_written_together_is_there_whole_or_not_at_all(folder: Path) -> None:
+    with closing(open_store(folder)) as store, closing(sqlite3.connect(folder / FILE_NAME)) as other:
+
+        def names() -> list[str]:
+            return [name for (name,) in other.execute("SELECT name FROM modules ORDER BY name")]
+
+        with store.database.together():
+            store.meet_module("M-07")
+            with store.database.together():
+                store.meet_module("M-08")
+            assert names() == []
+        assert names() == ["M-07", "M-08"]
+
+        def break_off(statement: str) -> None:
+            with store.database.together():
+                store.meet_module("M-09")
+                store.database.write(statement, (1,))
+
+        with pytest.raises(StoreTrouble):
+            break_off("INSERT INTO nowhere VALUES (?)")
+        with pytest.raises(TypeError):
+            break_off(None)  # type: ignore[arg-type]
+        store.meet_module("M-10")
+        assert names() == ["M-07", "M-08", "M-10"]
+
+
 def test_a_closed_store_says_so_and_closing_twice_is_fine(folder: Path) -> None:
     store = open_store(folder)
     store.close()
     store.close()
     with pytest.raises(StoreTrouble):
         store.audit()
+    with pytest.raises(StoreTrouble), store.database.together():
+        store.meet_module("M-07")
 
 
 # Killed

@@ -16,7 +16,7 @@ from protocol.text import marked
 from ui.confirm import Confirm
 from ui.labels import text_label
 from ui.notice_bar import Notice, NoticeBar
-from ui.outcomes import asking, not_begun, open_conditions, outcome_notice
+from ui.outcomes import SameModule, asking, not_begun, open_conditions, outcome_notice
 from ui.pages import Services
 from ui.theme import Space
 
@@ -44,7 +44,9 @@ class ActRow(QFrame):
         self.act = act
         self._services, self._connector = services, services.connector
         self._done: Callable[[], Notice] | None = None
+        self._performed: Performed | None = None
         self._is_busy = False
+        self._module = SameModule(services.connector)
         texts = services.texts
         self._title = text_label(f"act_{act.value}_title", "strong")
         self._effect = text_label(f"act_{act.value}_effect", "small")
@@ -61,6 +63,8 @@ class ActRow(QFrame):
         self._lay_out()
 
     def refresh(self) -> None:
+        if self._module.is_another() or self._module.has_turned(self._performed):
+            self._done = self._performed = None
         found = open_conditions(self._services, self.act)
         # What is armed is in sight on this page; a line more in each row would move the button under the hand.
         told = [one for one in found if one.condition is not Condition.NOTHING_ELSE_ARMED]
@@ -76,7 +80,7 @@ class ActRow(QFrame):
         permit = Permit(act, Origin.CONFIRMATION, connector.clock())
         journal = self._services.keeping.journal(connector.target)
         self._is_busy = True
-        self._done = asking
+        self._done, self._performed = asking, None
         connector.run(perform(act, journal, permit=permit, armed=self._services.armed), self._end)
         self.refresh()
 
@@ -85,11 +89,12 @@ class ActRow(QFrame):
         if job.run.error is not None:
             self._done = not_begun
         else:
-            self._done = partial(outcome_notice, job.outcome(), self._forget)
+            self._performed = job.outcome()
+            self._done = partial(outcome_notice, self._performed, self._forget)
         self.refresh()
 
     def _forget(self) -> None:
-        self._done = None
+        self._done = self._performed = None
         self.refresh()
 
     def _lay_out(self) -> None:

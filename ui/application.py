@@ -201,7 +201,12 @@ def _tell_of_store(assembly: Assembly) -> None:
     if keeping.notice is not None:
         attention.tell(lambda: Notice(Meaning.ATTENTION, keeping.notice or "", dismiss=attention.forget_told))
     recovery = BaudRecovery(
-        assembly.connector, assembly.ports, keeping, close=attention.forget_told, say=assembly.window.say
+        assembly.connector,
+        assembly.ports,
+        keeping,
+        close=attention.forget_told,
+        leave=attention.leave,
+        say=assembly.window.say,
     )
     for pending in recovery.pending():
         attention.tell(partial(recovery.notice, pending))
@@ -269,8 +274,11 @@ def _stay(app: QApplication, assembly: Assembly, options: WindowOptions) -> None
 @contextmanager
 def kept_tidy(assembly: Assembly) -> Iterator[None]:
     """Garbage is freed in the window's own thread while this lasts; begin it before `start`."""
+    load = assembly.load
     with garbage_freed_here():
-        # What is there once the pages are made stays: without it the collector's longest pause is twice as long.
+        # What is loaded, and what is there once the pages are made, stays: without it the collector's longest pause is
+        # twice as long, and one falls into the making of a page.
+        assembly.load = None if load is None else lambda: (load(), gc.freeze())
         assembly.window.pages_made.connect(gc.freeze)
         yield
 

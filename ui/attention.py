@@ -39,7 +39,10 @@ class Attention(QObject):
         self._is_about_closing = False
         self._told: list[Callable[[], Notice]] = []
         self._message: Callable[[], Notice | None] | None = None
-        self._is_locking = False
+        self._locks = 0
+        """How often LOCK was sent off."""
+        self._after_lock: list[Callable[[], None]] = []
+        """What waits for it."""
 
     @property
     def is_risky_to_leave(self) -> bool:
@@ -130,7 +133,7 @@ class Attention(QObject):
         return self.has_unsent
 
     def _is_risky_now(self) -> bool:
-        return self.is_risky_to_leave or self._is_locking
+        return self.is_risky_to_leave or bool(self._after_lock)
 
     def stay(self) -> None:
         """Do not leave after all; nothing is sent."""
@@ -159,17 +162,23 @@ class Attention(QObject):
         return said
 
     def _lock_then(self, then: Callable[[], None]) -> None:
-        if self._is_locking or not self._connector.is_open:
+        """Pressed again while one is under way, it goes out again: the first may have been lost on the line."""
+        if not self._connector.is_open:
             return
-        self._is_locking = True
+        self._after_lock.append(then)
+        self._locks += 1
+        number = self._locks
         self._message = None
         self._say(tr("Locking …"))
 
         def end(locked: Locked | None) -> None:
-            self._is_locking = False
+            if number != self._locks:
+                return  # the last one tells
+            waiting, self._after_lock = self._after_lock, []
             if lock_notice(locked, self.lock, self._forget) is None:
                 self._say(tr("LOCKED: the module says so."))
-                then()
+                for one in waiting:
+                    one()
             else:
                 self._question = None
                 self._message = lambda: lock_notice(locked, self.lock, self._forget)

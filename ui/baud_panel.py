@@ -20,7 +20,7 @@ from ui.known_value import KnownValue
 from ui.labels import text_label
 from ui.named import named
 from ui.notice_bar import Choice, Notice, NoticeBar
-from ui.outcomes import open_conditions
+from ui.outcomes import SameModule, open_conditions
 from ui.pages import Services
 from ui.simulator_controls import WheelGuard
 from ui.theme import Meaning, Space
@@ -37,6 +37,7 @@ class BaudPanel(QFrame):
         self._job: Job[BaudChanged] | None = None
         self._progress: Report | None = None
         self._done: Callable[[], Notice] | None = None
+        self._module = SameModule(services.connector)
         texts = services.texts
         self._title = text_label("baud_title", "strong")
         self._warning = text_label("baud_warning", "small")
@@ -67,6 +68,8 @@ class BaudPanel(QFrame):
         self._lay_out()
 
     def refresh(self) -> None:
+        if self._module.is_another():
+            self._done = None
         connector = self._connector
         now = connector.clock()
         self.stands.show_known(connector.device.known("baud_rate", now), now)

@@ -1,6 +1,7 @@
 """A change of baud rate whose end nobody saw: said at the next start, with a way to look for the module."""
 
 from collections.abc import Callable
+from functools import partial
 
 from app.i18n import tr
 from app.procedures.baud import BaudEnd, look_for
@@ -15,7 +16,8 @@ from ui.theme import Meaning
 
 
 class BaudRecovery:
-    """`tell` is given the question, `close` takes it away again, `say` is for what came of it."""
+    """`close` takes the question away again, `leave` asks before what is connected is left, `say` is for what came of
+    it."""
 
     def __init__(
         self,
@@ -24,10 +26,11 @@ class BaudRecovery:
         keeping: Keeping,
         *,
         close: Callable[[], None],
+        leave: Callable[[Callable[[], object]], None],
         say: Callable[[str], None],
     ) -> None:
         self._connector, self._ports, self._keeping = connector, ports, keeping
-        self._close, self._say = close, say
+        self._close, self._leave, self._say = close, leave, say
 
     def pending(self) -> tuple[PendingBaud, ...]:
         store = self._keeping.store
@@ -42,7 +45,8 @@ class BaudRecovery:
             "A change from {old} to {new} baud at {port} was broken off. The module may be at either rate.",
             old=pending.old_rate, new=pending.new_rate, port=pending.port,
         )  # fmt: skip
-        look = Choice("look_for_baud", tr("Look for the module"), lambda: self._look(pending), is_main=True)
+        begin = partial(self._leave, partial(self._look, pending))
+        look = Choice("look_for_baud", tr("Look for the module"), begin, is_main=True)
         forget = Choice("forget_baud", tr("Forget it"), lambda: self._forget(pending))
         return Notice(Meaning.ATTENTION, text, (look, forget))
 

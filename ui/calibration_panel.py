@@ -13,6 +13,7 @@ from protocol.text import marked
 from ui.icons import Icon, icon
 from ui.labels import text_label
 from ui.named import named
+from ui.outcomes import SameModule
 from ui.pages import Services
 from ui.theme import Space
 
@@ -34,6 +35,7 @@ class CalibrationPanel(QWidget):
         self._measuring = ""
         self._progress: Report | None = None
         self._trouble = False
+        self._module = SameModule(services.connector)
         texts = services.texts
         self._title = text_label("calibration_title", "title")
         self._intro = text_label("calibration_intro", "muted")
@@ -76,6 +78,8 @@ class CalibrationPanel(QWidget):
         self.sides[CLOSED].button.setFocus()
 
     def refresh(self) -> None:
+        if self._module.is_another():
+            self._bands.clear()  # one side of one module says nothing about the other side of another
         can = self._connector.is_open and self._job is None
         for name, side in self.sides.items():
             side.button.setEnabled(can)

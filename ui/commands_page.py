@@ -15,7 +15,7 @@ from ui.icons import Icon, icon
 from ui.labels import text_label
 from ui.named import named
 from ui.notice_bar import Notice, NoticeBar
-from ui.outcomes import outcome_meaning
+from ui.outcomes import SameModule, outcome_meaning
 from ui.pages import Services
 from ui.readout import StateChip
 from ui.refreshing import WhileSeen
@@ -36,11 +36,12 @@ class CommandsPage(QWidget):
         texts = services.texts
         self.activation = named(StateChip("", size=Size.TITLE), "commands_activation")
         self.trigger = named(StateChip("", size=Size.TITLE), "commands_trigger")
+        texts.bind(self.activation.name_unknown, "Activation unknown")
+        texts.bind(self.trigger.name_unknown, "Trigger unknown")
         self.lock = named(QPushButton(), "commands_lock")
         self.lock.setProperty("role", "primary")
         self.lock.setIcon(icon(Icon.LOCK, is_on_primary=True))
         self.lock.setIconSize(QSize(20, 20))
-        self.lock.setMinimumHeight(40)
         self.lock.clicked.connect(self._lock)
         texts.bind(self.lock.setText, "LOCK")
         texts.bind(self.lock.setAccessibleName, "Lock the module")
@@ -49,6 +50,7 @@ class CommandsPage(QWidget):
         self.said.setObjectName("commands_said")
         self._locked: Performed | None = None
         self._lock_failed = False
+        self._module = SameModule(services.connector)
         self.acts = {act: ActRow(services, act) for act in DANGEROUS}
         self.ritual = RitualWidget(services)
         services.appearance.changed.connect(self.said.follow_theme)
@@ -61,6 +63,8 @@ class CommandsPage(QWidget):
         """Everything shown is looked up at the next refresh."""
 
     def refresh(self) -> None:
+        if self._module.is_another() or self._module.has_turned(self._locked):
+            self._locked, self._lock_failed = None, False
         self._show_state()
         self.lock.setEnabled(self._connector.is_open)
         for row in self.acts.values():
@@ -95,7 +99,8 @@ class CommandsPage(QWidget):
 
     def _notice(self) -> Notice | None:
         if self._lock_failed:
-            return Notice(Meaning.DANGER, tr("The port closed while locking. Treat the module as ACTIVE."))
+            text = tr("The port closed while locking. Treat the module as ACTIVE.")
+            return Notice(Meaning.DANGER, text, dismiss=self._forget)
         if self._locked is None:
             return None
         is_fine = self._locked.outcome is Outcome.CONFIRMED
@@ -146,7 +151,7 @@ class CommandsPage(QWidget):
             rows.addWidget(act)
         content = named(QWidget(), "commands_content")
         column = QVBoxLayout(content)
-        column.setContentsMargins(Space.S, Space.S, Space.S, Space.S)
+        column.setContentsMargins(Space.M, Space.S, Space.M, Space.S)
         column.setSpacing(Space.S)
         column.addWidget(card)
         column.addSpacing(Space.M)

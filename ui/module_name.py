@@ -9,7 +9,7 @@ from app.i18n import tr
 from app.preflight.wording import clean
 from app.store.database import StoreTrouble
 from app.store.store import Module, Store
-from ui.connector import Connector, Target
+from ui.connector import Connector
 from ui.keeping import Keeping
 from ui.named import named
 from ui.simulator_controls import WheelGuard
@@ -73,15 +73,10 @@ class ModuleName(QObject):
 
     def _watch_adapter(self) -> None:
         target = self._connector.target if self._connector is not None else None
-        if target is None or adapter_of(target) == self._adapter:
+        if target is None or target.key == self._adapter:
             return
-        self._adapter = adapter_of(target)
+        self._adapter = target.key
         self.choose(next((one.name for one in self.known if one.adapter == self._adapter), ""))
-
-
-def adapter_of(target: Target) -> str:
-    """What tells where a module was last seen: the USB identity, else the port."""
-    return target.identity or target.device
 
 
 class ModuleField(QComboBox):

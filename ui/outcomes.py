@@ -8,6 +8,7 @@ from app.i18n import tr
 from app.journal import Outcome
 from app.procedures.act import Performed
 from app.safety import Condition, Refusal, refusals, situation
+from ui.connector import Connector
 from ui.notice_bar import Notice
 from ui.pages import Services
 from ui.theme import Meaning
@@ -26,6 +27,27 @@ def open_conditions(services: Services, act: Act) -> tuple[Refusal, ...]:
         is_audit_ready=services.keeping.journal(connector.target).is_ready,
     )
     return tuple(one for one in refusals(act, now_is) if one.condition not in _ASKED_ANYWAY)
+
+
+class SameModule:
+    """Whether what was said of a module is still about the one that is connected, and still so."""
+
+    def __init__(self, connector: Connector) -> None:
+        self._connector = connector
+        self._whose = connector.whose
+
+    def is_another(self) -> bool:
+        """Somebody connected to another one since this was asked last."""
+        before, self._whose = self._whose, self._connector.whose
+        return before != self._whose
+
+    def has_turned(self, done: Performed | None) -> bool:
+        """It reported to be locked, or active, and now reports the opposite."""
+        says = {Act.LOCK: False, Act.ACTIVATE: True}.get(done.act) if done is not None else None
+        if done is None or says is None or done.outcome is not Outcome.CONFIRMED:
+            return False
+        now_is = self._connector.device.fresh("active", self._connector.clock())
+        return now_is is not None and now_is is not says
 
 
 def outcome_meaning(done: Performed) -> Meaning:

@@ -1,7 +1,7 @@
 """Deploying, by ritual: choose, arm, hold. `app.ritual` decides; here are the hands, the eyes and the clock.
 
-Fifty times a second it is looked whether anything disarms: a condition that opens, the link, a restart, another
-window, another field, an error anywhere in the window. Cancel has the focus at every step.
+Fifty times a second it is looked whether anything disarms: a condition that opens, the link, a restart, a sleep of the
+computer, another window, another field, an error anywhere in the window. Cancel has the focus at every step.
 """
 
 from collections.abc import Callable
@@ -14,6 +14,7 @@ from PySide6.QtGui import QHideEvent, QKeyEvent
 from PySide6.QtWidgets import QApplication, QFrame, QHBoxLayout, QProgressBar, QPushButton, QVBoxLayout
 
 from app.acts import EFFECTS, REQUESTS, TITLES, Act
+from app.awake import SleepWatch, sleepless_clock
 from app.i18n import tr
 from app.permit import Permit
 from app.procedures.act import Performed, perform, rehearse
@@ -25,7 +26,7 @@ from ui.hold_button import HoldButton
 from ui.labels import text_label
 from ui.named import named
 from ui.notice_bar import Notice, NoticeBar
-from ui.outcomes import asking, not_begun, open_conditions, outcome_notice
+from ui.outcomes import SameModule, asking, not_begun, open_conditions, outcome_notice
 from ui.pages import Services
 from ui.ritual_guard import RitualGuard
 from ui.theme import Meaning, Space
@@ -40,6 +41,7 @@ _ENDED: Final = {
     Input.LINK_LOST: marked("Disarmed: the link was lost. Nothing was sent."),
     Input.MODULE_RESTARTED: marked("Disarmed: the module restarted. Nothing was sent."),
     Input.CONDITION_OPENED: marked("Disarmed: a condition is no longer fulfilled. Nothing was sent."),
+    Input.SLEPT: marked("Disarmed: the computer slept. Nothing was sent."),
     Input.FAILED: marked("Disarmed: the program met an error. Nothing was sent."),
 }
 
@@ -59,6 +61,10 @@ class RitualWidget(QFrame):
         self._restarts = 0
         self._was_online = False
         self._is_busy = False
+        self._module = SameModule(services.connector)
+        self.clock_with_sleep = sleepless_clock()
+        """The clock that the ritual runs on may stand still while the computer sleeps: this one goes on."""
+        self._sleeps = SleepWatch()
         self._done: Callable[[], Notice] | None = None
         texts = services.texts
         self._title = text_label("ritual_title", "strong")
@@ -113,6 +119,8 @@ class RitualWidget(QFrame):
         return self.ritual.stage in (Stage.CHOSEN, Stage.ARMED, Stage.HOLDING)
 
     def refresh(self) -> None:
+        if self._module.is_another() and not self.is_under_way:
+            self._done = None
         found = open_conditions(self._services, Act.DEPLOY)
         self.conditions.setText(" ".join(one.sentence for one in found))
         self.conditions.setVisible(bool(found))
@@ -160,12 +168,16 @@ class RitualWidget(QFrame):
     def _begin_watching(self) -> None:
         device = self._connector.device
         self._restarts, self._was_online = device.restarts, device.presence is Presence.ONLINE
+        self._sleeps = SleepWatch(with_sleep=self.clock_with_sleep)
         self._timer.start()
         self._guard.begin()
 
     def _watch(self) -> None:
-        """What the link says. Whatever disarms is found here or by the next tick."""
+        """What the link and the clocks say. Whatever disarms is found here or by the next tick."""
         if not self.is_under_way:
+            return
+        if self._sleeps.look():
+            self.disarm(Input.SLEPT)
             return
         device = self._connector.device
         is_online = self._connector.is_open and device.presence is Presence.ONLINE

@@ -60,7 +60,7 @@ class Sitting:
 
     def is_of(self, target: Target | None) -> bool:
         """This target is the one of the session."""
-        return target is not None and self._key == _key_of(target.device, target)
+        return target is not None and self._key == target.key
 
     def end(self) -> None:
         """Nobody waits for the lost port any more."""
@@ -68,9 +68,8 @@ class Sitting:
 
 
 def _key_of(port: str, target: Target | None) -> str:
-    """The adapter where it is known, else the port."""
-    is_known = target is not None and target.device == port and bool(target.identity)
-    return target.identity if target is not None and is_known else port
+    """That of the target, unless another one has been chosen meanwhile."""
+    return target.key if target is not None and target.device == port else port
 
 
 @dataclass(frozen=True, slots=True)

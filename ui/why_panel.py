@@ -172,7 +172,7 @@ class WhyPanel(QScrollArea):
         target = self._connector.target
         if target is not None and target is not self._target:
             before, self._target = self._target, target
-            is_same = before is not None and (before.identity or before.device) == (target.identity or target.device)
+            is_same = before is not None and before.key == target.key
             if not is_same:
                 self._witness.begin(target.device)
 

@@ -5,6 +5,7 @@ names it. Exit code 0 confirmed by the module; 1 refused, or sent and not confir
 """
 
 import argparse
+import shlex
 import time
 from typing import TYPE_CHECKING
 
@@ -36,7 +37,8 @@ def run(args: argparse.Namespace) -> int:
     act = Act(args.act)
     if not args.yes:
         write_lines([tr(EFFECTS[act])])
-        say(tr("Nothing was sent. To do it, say dps-s {name} --port {port} --yes.", name=args.act, port=args.port))
+        port = shlex.quote(args.port)  # a URL may hold what a shell takes for its own
+        say(tr("Nothing was sent. To do it, say dps-s {name} --port {port} --yes.", name=args.act, port=port))
         return USED_WRONGLY
     from app.commands.audited import records_of
     from app.commands.connection import connected

@@ -113,7 +113,7 @@ def write(text: str) -> None:
     except BrokenPipeError:
         raise
     except OSError as error:
-        raise OutputLost(str(error)) from error
+        raise OutputLost(error.strerror or str(error)) from error
 
 
 def write_lines(lines: Iterable[str]) -> None:

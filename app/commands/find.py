@@ -1,4 +1,4 @@
-"""`dps-s find`: at which baud rate does a module answer? Sends nothing but heartbeats."""
+"""`dps-s find`: at which baud rate does a module answer? Sends nothing but questions."""
 
 import argparse
 
@@ -19,7 +19,7 @@ def add_parser(subparsers: "argparse._SubParsersAction[argparse.ArgumentParser]"
     parser = subparsers.add_parser(
         "find",
         description=tr(
-            "Find the baud rate at which a module answers. Sends nothing but heartbeats, first at the rate of --baud. "
+            "Find the baud rate at which a module answers. Sends nothing but questions, first at the rate of --baud. "
             "Exit code 3 where none answers."
         ),
     )

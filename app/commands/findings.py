@@ -8,7 +8,9 @@ from dataclasses import dataclass, field
 from typing import NamedTuple
 
 from app.commands.console import Row, two_columns
+from app.device import STATUS_KEYS
 from app.i18n import tr
+from app.reading_object import LIVE_KEYS, SETTING_KEYS, reading_object
 from protocol.catalogue import BAUD_RATE, BY_NAME, SETTINGS, Command
 from protocol.events import Unanswered
 from protocol.fields import Choice, Done, Field, Flag, Quantity, Value
@@ -82,26 +84,6 @@ _LIVE = tuple(
 )
 _SETTINGS = tuple(_shown(command, command.reply) for command in SETTINGS if command.reply is not None)
 
-STATUS_KEYS = tuple(shown.key for shown in _STATUS)
-LIVE_KEYS = ("boot_count", "cell_voltage_v", "charging", "light_v")
-_WEIGHTIEST_FIRST = (
-    "attitude_threshold_deg",
-    "freefall_acceleration_g",
-    "freefall_time_s",
-    "light_threshold_v",
-    "attitude_trigger",
-    "freefall_trigger",
-    "serial_output",
-    "baud_rate",
-)
-SETTING_KEYS = tuple(
-    sorted(
-        (command.key for command in SETTINGS),
-        key=lambda key: _WEIGHTIEST_FIRST.index(key) if key in _WEIGHTIEST_FIRST else len(_WEIGHTIEST_FIRST),
-    )
-)
-"""The catalogue's settings in the order in which people read them; one that has no place here comes last."""
-
 _ON_OFF = {
     "serial_output": {True: marked("on: it streams"), False: marked("off")},
     "active": {True: marked("yes: it fires by its thresholds"), False: marked("no: locked, in standby")},
@@ -112,19 +94,13 @@ _ON_OFF = {
 
 def json_of(findings: Findings) -> dict[str, object]:
     """The object of `dps-s read --json`."""
-    values = findings.values
-    round_trip_s = findings.round_trip_s
-    return {
-        "link": {
-            "port": findings.port,
-            "baud_rate": findings.baud_rate,
-            "round_trip_ms": None if round_trip_s is None else round(1000 * round_trip_s, 1),
-        },
-        "status": {key: values.get(key) for key in STATUS_KEYS},
-        **{key: values.get(key) for key in LIVE_KEYS},
-        "settings": {key: values.get(key) for key in SETTING_KEYS},
-        "errors": {key: why.in_english() for key, why in findings.errors.items()},
-    }
+    return reading_object(
+        port=findings.port,
+        baud_rate=findings.baud_rate,
+        round_trip_s=findings.round_trip_s,
+        values=findings.values,
+        errors={key: why.in_english() for key, why in findings.errors.items()},
+    )
 
 
 def page_of(findings: Findings) -> list[str]:

@@ -9,21 +9,22 @@ from app.i18n import tr
 def add_parser(subparsers: "argparse._SubParsersAction[argparse.ArgumentParser]") -> None:
     parser = subparsers.add_parser("ports", description=tr("List the serial ports, USB first. Opens none of them."))
     add_json_argument(parser)
+    # `app.ports` starts this very command, with a limit of time, where listing can hang.
+    parser.add_argument("--list-here", action="store_true", help=argparse.SUPPRESS)
     parser.set_defaults(run=run)
 
 
 def run(args: argparse.Namespace) -> int:
     from app.ports import PortsUnknown, list_ports, scan, to_json
 
-    if args.json:
-        # This is what `list_ports` itself starts in a process of its own, with a deadline, where listing can hang.
-        write_lines([to_json(scan())])
-        return DONE
     try:
-        ports = list_ports()
+        ports = scan() if args.list_here else list_ports()
     except PortsUnknown:
         say(tr("The system did not list its serial ports in time. Switch Bluetooth off and try again."))
         return PARTLY
+    if args.json:
+        write_lines([to_json(ports)])
+        return DONE
     if not ports:
         say(tr("There is no serial port. Plug the adapter in; if it stays away, try another cable or its driver."))
         return DONE

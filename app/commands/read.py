@@ -100,8 +100,8 @@ def _findings(conversation: "Conversation", port: str, errors: "dict[str, Why]",
 
     `why_missing` goes for what is neither known nor in `errors`.
     """
-    from app.commands.findings import STATUS_KEYS, Findings, readable_keys
-    from app.device import Doubt
+    from app.commands.findings import Findings, readable_keys
+    from app.device import STATUS_KEYS, Doubt
 
     known = conversation.device.values
     values = {key: one.value for key, one in known.items() if one.doubt is not Doubt.RESTARTED}

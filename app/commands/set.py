@@ -279,6 +279,6 @@ def _typed(value: "Value") -> str:
 
 
 def _names() -> str:
-    from app.commands.findings import SETTING_KEYS
+    from app.reading_object import SETTING_KEYS
 
     return ", ".join(SETTING_KEYS)

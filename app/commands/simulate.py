@@ -107,7 +107,9 @@ def run(args: argparse.Namespace) -> int:
         )
         _serve(loop)
     except OSError as error:
-        complain(tr("no port for the simulated module: {reason}", reason=error))
+        why = error.strerror or str(error)
+        reason = why if args.link is None else f"{args.link}: {why}"
+        complain(tr("no port for the simulated module: {reason}", reason=reason))
         return NO_LINK
     return 0
 

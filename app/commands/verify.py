@@ -54,7 +54,10 @@ def _store() -> "Store | None":
     if not (data_folder() / FILE_NAME).exists():
         return None
     try:
-        return open_store()
+        store = open_store()
     except StoreTrouble as error:
         say(error.sentence)
         return None
+    if store.notice is not None:
+        say(store.notice)
+    return store

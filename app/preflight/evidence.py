@@ -26,6 +26,7 @@ class Disturbance(Enum):
     DISCONNECTED = marked("the port was lost")
     SILENT = marked("the module stopped answering")
     RESTARTED = marked("the module restarted")
+    SLEPT = marked("the computer slept")
     CHANGED = marked("the module changed")
     TOO_OLD = marked("too old")
 

@@ -82,7 +82,8 @@ def file_check(
     record = make_record(assessment, circumstances, log)
     if store is not None and checks is not None:
         try:
-            _keep(store, checks, assessment, record, name=name)
+            with store.database.together():
+                _keep(store, checks, assessment, record, name=name)
         except StoreTrouble as error:
             trouble = error
     return Filed(assessment, record, trouble)

@@ -14,11 +14,14 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from datetime import datetime
 
-from app.preflight.evidence import FrameLog
+from app.device import STATUS_KEYS
+from app.preflight.evidence import FlagFate, FrameLog
 from app.preflight.findings import Case, Result
 from app.preflight.judging_module import FINGERPRINT_KEYS
 from app.preflight.verdict import Assessment, Verdict
 from app.preflight.wording import clean
+from app.reading_object import reading_object
+from protocol.fields import Value
 
 FORMAT = "dps-s pre-flight record"
 VERSION = 1
@@ -104,27 +107,21 @@ def fingerprint_of(case: Case) -> str | None:
 
 def readings_of(case: Case) -> dict[str, object]:
     """In the form of `dps-s read --json`: what was known in the end, null for what was not."""
-    from app.commands.findings import LIVE_KEYS, SETTING_KEYS, STATUS_KEYS
-    from app.preflight.evidence import FlagFate
-
     evidence = case.evidence
     trips = sorted(evidence.round_trips_s)
-    live = {key: values[-1] for key, values in evidence.series.items() if values} | evidence.values
-    settings = dict(evidence.values) | {"baud_rate": evidence.baud_rate or None}
+    values: dict[str, Value | None] = {key: found[-1] for key, found in evidence.series.items() if found}
+    values |= evidence.values | {"baud_rate": evidence.baud_rate or None}
+    if evidence.status is not None:
+        values |= {key: getattr(evidence.status, key) for key in STATUS_KEYS}
     for key, flag in evidence.flags.items():
-        settings[key] = {FlagFate.ENABLED: True, FlagFate.DISABLED: False}.get(flag.fate)
-    status = evidence.status
-    return {
-        "link": {
-            "port": clean(evidence.port),
-            "baud_rate": evidence.baud_rate,
-            "round_trip_ms": round(1000 * trips[len(trips) // 2], 1) if trips else None,
-        },
-        "status": {key: None if status is None else getattr(status, key) for key in STATUS_KEYS},
-        **{key: live.get(key) for key in LIVE_KEYS},
-        "settings": {key: settings.get(key) for key in SETTING_KEYS},
-        "errors": {key: why.in_english() for key, why in sorted(evidence.faults.items())},
-    }
+        values[key] = {FlagFate.ENABLED: True, FlagFate.DISABLED: False}.get(flag.fate)
+    return reading_object(
+        port=clean(evidence.port),
+        baud_rate=evidence.baud_rate,
+        round_trip_s=trips[len(trips) // 2] if trips else None,
+        values=values,
+        errors={key: why.in_english() for key, why in sorted(evidence.faults.items())},
+    )
 
 
 def contract_of(assessment: Assessment) -> dict[str, object]:

@@ -112,11 +112,15 @@ def void_reason(assessment: Assessment, device: DeviceView, now: float, *, opene
         return Void(Disturbance.DISCONNECTED)
     if device.restarts != evidence.restarts:
         return Void(Disturbance.RESTARTED)
+    if device.last_sleep is not None and device.last_sleep.ended_at >= evidence.ended_at:
+        return Void(Disturbance.SLEPT)  # the clock may have stood still: the verdict is older than it seems
     if device.presence is Presence.OFFLINE:
         return Void(Disturbance.SILENT)
     changed = _changed(assessment, device, now)
     if changed is not None:
         return Void(Disturbance.CHANGED, changed)
+    if device.presence_since is not None and device.presence_since > evidence.ended_at:
+        return Void(Disturbance.SILENT)  # it answers again, but nobody knows what happened to it meanwhile
     is_old = not 0.0 <= now - evidence.ended_at <= VALID_FOR_S
     return Void(Disturbance.TOO_OLD) if is_old else None
 
@@ -125,6 +129,7 @@ def _changed(assessment: Assessment, device: DeviceView, now: float) -> Said | N
     """The first value that is known now and is another than the one checked."""
     evidence, expectations = assessment.case.evidence, assessment.case.expectations
     checked: dict[str, Value | None] = {key: evidence.values.get(key) for key in (*FINGERPRINT_KEYS, "boot_count")}
+    checked["baud_rate"] = evidence.baud_rate or None
     if evidence.status is not None:
         checked |= {"active": evidence.status.active, "triggered": evidence.status.triggered}
     charging = evidence.series.get("charging")
@@ -158,6 +163,7 @@ _TITLES: Mapping[str, str] = {
     "freefall_time_s": marked("Free-fall time"),
     "light_threshold_v": marked("Light threshold"),
     "boot_count": marked("Boot count"),
+    "baud_rate": marked("Baud rate"),
     "active": marked("Activation"),
     "triggered": marked("Triggered"),
     "charging": marked("Charging"),

@@ -3,6 +3,8 @@
     ask the status -> conditions (`app.safety`) -> intent, durable -> conditions again -> the frame, once
     -> what does the module report now? -> outcome, written down
 
+Locking is otherwise: its frame goes first, without a condition, and is written down behind it.
+
 One permit puts at most one frame on the wire: it is spent before the frame leaves, and a permit that had to wait is too
 old. Nothing here is ever sent again. What counts is what the module reports afterwards.
 """
@@ -19,6 +21,7 @@ from app.safety import Condition, Refusal, refusals, situation
 from app.transport import PortError
 from protocol.catalogue import BY_NAME, HEARTBEAT, STATUS
 from protocol.events import Answered, Unanswered
+from protocol.events import Outcome as Reply
 from protocol.messages import Acknowledgement, Status
 from protocol.text import marked
 
@@ -112,42 +115,58 @@ def perform(
     """
     if permit is not None and permit.is_rehearsal and permit.act is act:
         return rehearse(act, permit)
-    if act is not Act.LOCK:
-        yield from _refresh(act)
+    if act is Act.LOCK:
+        return (yield from _lock(journal))
+    yield from _refresh(act)
     open_conditions = conditions_open(act, (yield Look()), journal, permit=permit, armed=armed)
     if open_conditions:
         return Performed(act=act, outcome=Outcome.NOT_SENT, refusals=open_conditions)
     request = REQUESTS[act]
     frame = request.encode()
-    entry: int | None
-    if act is Act.LOCK:
-        entry = begin_if_possible(journal, act, frame, {})
-    else:
-        try:
-            entry = journal.begin(act, frame, _detail((yield Look())))
-        except JournalFailed as error:
-            refusal = Refusal(Condition.INTENT_DURABLE, _LOG_FAILED)
-            return Performed(act=act, outcome=Outcome.NOT_SENT, refusals=(refusal,), trouble=error.sentence)
-        # Writing may have taken its time: the permit, the status and the module's state are judged at the last moment,
-        # and the pause lets the session look at the clock and at what has arrived.
-        yield Pause(0.0)
-        open_conditions = conditions_open(act, (yield Look()), journal, permit=permit, armed=armed)
-        if open_conditions or permit is None or not permit.spend():
-            journal.settle(entry, Outcome.NOT_SENT, {"why": [one.condition.name for one in open_conditions]})
-            return Performed(act=act, outcome=Outcome.NOT_SENT, refusals=open_conditions)
     try:
-        after = yield from _send(act)
+        entry = journal.begin(act, frame, _detail((yield Look())))
+    except JournalFailed as error:
+        refusal = Refusal(Condition.INTENT_DURABLE, _LOG_FAILED)
+        return Performed(act=act, outcome=Outcome.NOT_SENT, refusals=(refusal,), trouble=error.sentence)
+    # Writing may have taken its time: the permit, the status and the module's state are judged at the last moment,
+    # and the pause lets the session look at the clock and at what has arrived.
+    yield Pause(0.0)
+    open_conditions = conditions_open(act, (yield Look()), journal, permit=permit, armed=armed)
+    if open_conditions or permit is None or not permit.spend():
+        journal.settle(entry, Outcome.NOT_SENT, {"why": [one.condition.name for one in open_conditions]})
+        return Performed(act=act, outcome=Outcome.NOT_SENT, refusals=open_conditions)
+    try:
+        after = yield from _look_after(act, (yield Ask(request, is_deliberate=True)))
     except (Cancelled, PortLost, PortError) as error:
+        journal.settle(entry, Outcome.UNKNOWN, {"why": type(error).__name__})
+        return Performed(act=act, outcome=Outcome.UNKNOWN, frame=frame)
+    journal.settle(entry, _outcome(act, after), _result(after))
+    return _performed(act, after)
+
+
+def _lock(journal: Journal) -> Procedure[Performed]:
+    """The frame first: what is written down may have to wait for a disk, or for another program."""
+    frame, entry = REQUESTS[Act.LOCK].encode(), None
+    try:
+        answer = yield Ask(REQUESTS[Act.LOCK], is_deliberate=True)
+        entry = begin_if_possible(journal, Act.LOCK, frame, {})
+        after = yield from _look_after(Act.LOCK, answer)
+    except (Cancelled, PortLost, PortError) as error:
+        if entry is None:
+            entry = begin_if_possible(journal, Act.LOCK, frame, {})
         if entry is not None:
             journal.settle(entry, Outcome.UNKNOWN, {"why": type(error).__name__})
-        return Performed(act=act, outcome=Outcome.UNKNOWN, frame=frame)
-    outcome = _outcome(act, after)
+        return Performed(act=Act.LOCK, outcome=Outcome.UNKNOWN, frame=frame)
     if entry is not None:
-        journal.settle(entry, outcome, _result(after))
+        journal.settle(entry, _outcome(Act.LOCK, after), _result(after))
+    return _performed(Act.LOCK, after)
+
+
+def _performed(act: Act, after: _Aftermath) -> Performed:
     return Performed(
         act=act,
-        outcome=outcome,
-        frame=frame if after.is_sent else b"",
+        outcome=_outcome(act, after),
+        frame=REQUESTS[act].encode() if after.is_sent else b"",
         is_acknowledged=after.is_acknowledged,
         status=after.reports[-1] if after.reports else None,
     )
@@ -188,8 +207,8 @@ def _detail(sight: Sight) -> dict[str, object]:
     return {key: sight.device.fresh(key, sight.now) for key in keys}
 
 
-def _send(act: Act) -> Procedure[_Aftermath]:
-    outcome = yield Ask(REQUESTS[act], is_deliberate=True)
+def _look_after(act: Act, outcome: Reply) -> Procedure[_Aftermath]:
+    """What the module says afterwards; `outcome` is that of the act's own frame."""
     if isinstance(outcome, Unanswered):
         return _Aftermath(is_acknowledged=False, raw=None, is_sent=False)
     message = outcome.messages[0] if isinstance(outcome, Answered) else None

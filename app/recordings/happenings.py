@@ -52,7 +52,7 @@ NO_LIMITS = Limits()
 
 
 class Follower:
-    """Compares each batch with the one before."""
+    """Compares each batch of a session with the one before."""
 
     def __init__(self) -> None:
         self.limits = NO_LIMITS
@@ -62,7 +62,9 @@ class Follower:
         self._is_charging: bool | None = None
         self._state = PortState.CLOSED
         self._port = ""
-        self._lost_port: str | None = None
+        self._was_lost = False
+        """What is opened next is the same adapter, by whatever name: with another one a session begins anew, and with
+        it whoever follows it."""
         self._presence = Presence.UNKNOWN
         self._restarts = 0
 
@@ -98,16 +100,16 @@ class Follower:
             return
         self._state, self._port = connection.state, connection.port
         self._presence, self._restarts = Presence.UNKNOWN, 0
-        if self._lost_port != connection.port:
+        if not self._was_lost:
             # A person chose it: another module, of which nothing is known.
-            self._lost_port = self._triggered = self._active = self._is_charging = None
+            self._triggered = self._active = self._is_charging = None
             kind = Kind.RECORDING if is_recording(self._port) else Kind.CONNECTED
             new.append(Happening(at, kind, self._port))
 
     def _follow_loss(self, connection: Connection, at: float, new: list[Happening]) -> None:
         was_open, self._state = self._state is PortState.OPEN, connection.state
         if was_open and connection.state is PortState.CLOSED and connection.trouble is not None:
-            self._lost_port = self._port
+            self._was_lost = True
             new.append(Happening(at, Kind.PORT_LOST, self._port))
 
     def _follow_device(self, device: DeviceView, events: tuple[Event, ...], at: float, new: list[Happening]) -> None:
@@ -116,8 +118,8 @@ class Follower:
             was_offline, self._presence = self._presence is Presence.OFFLINE, device.presence
             if device.presence is Presence.OFFLINE:
                 new.append(Happening(since, Kind.OFFLINE, self._port))
-            elif device.presence is Presence.ONLINE and (was_offline or self._lost_port is not None):
-                self._lost_port = None
+            elif device.presence is Presence.ONLINE and (was_offline or self._was_lost):
+                self._was_lost = False
                 new.append(Happening(since, Kind.RECONNECTED, self._port))
         if device.restarts != self._restarts:
             is_news, self._restarts = device.restarts > self._restarts, device.restarts

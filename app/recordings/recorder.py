@@ -14,11 +14,11 @@ from dataclasses import replace
 from datetime import UTC, datetime
 from pathlib import Path
 
-from app.i18n import tr
+from app.device import Sleep
 from app.recordings.happenings import Follower, Happening
 from app.recordings.layout import Opening
 from app.recordings.orders import Begin, End, Heading, Lost, Name, Order, OrderQueue, Settle
-from app.recordings.shelf import Entry, Shelf, entry_of
+from app.recordings.shelf import Entry, Shelf, entry_of, stopped_sentence
 from app.recordings.writer import SessionWriter, new_folder
 from app.worker import Batch
 
@@ -34,7 +34,6 @@ RESERVE_BYTES = 256 * 1024**2
 MOST_WAITING = 200_000
 """Status reports and events in the queue: more than a minute of a full line."""
 LONGEST_PART_S = 24 * 3600.0
-_DISK_FULL = frozenset({errno.ENOSPC, getattr(errno, "EDQUOT", errno.ENOSPC)})
 CLOCK_JUMP_S = 2.0
 """So far the calendar's clock may go astray before a new part begins, with the right time."""
 
@@ -70,6 +69,7 @@ class Recorder:
         self._part = 1
         self._follower = Follower()
         self._pending: list[Happening] = []
+        self._sleep: Sleep | None = None
         self._writer: SessionWriter | None = None
         self._entry: Entry | None = None
         self._synced_at = self._looked_at = 0.0
@@ -142,15 +142,7 @@ class Recorder:
     def trouble(self) -> str | None:
         """Why nothing is recorded although that was wanted, in the language in use; the next `begin` tries again."""
         error = self._error
-        if error is None:
-            return None
-        if isinstance(error, OSError) and error.errno in _DISK_FULL:
-            return tr(
-                "The session is no longer recorded: the disk is full. Delete old recordings or free some space; "
-                "the next connection is recorded again."
-            )
-        why = getattr(error, "strerror", None) or str(error)
-        return tr("The session is no longer recorded in {folder}: {why}.", folder=self.shelf.folder, why=why)
+        return None if error is None else stopped_sentence(error, self.shelf.folder)
 
     @property
     def dropped(self) -> int:
@@ -192,7 +184,7 @@ class Recorder:
             case Batch():
                 self._record(order)
             case Begin():
-                self._heading, self._part = order, 1
+                self._heading, self._part, self._sleep = order, 1, None
                 self._follower, self._pending = Follower(), []
             case Name(module):
                 self._name(module)
@@ -209,6 +201,10 @@ class Recorder:
         heading = self._heading
         if heading is None:
             return
+        sleep = batch.device.last_sleep
+        if sleep is not None and sleep != self._sleep and self._writer is not None:
+            self._end_part(sleep.ended_at)  # the clock may have stood still meanwhile
+        self._sleep = sleep
         happenings = self._pending + self._follower.take(batch)
         self._pending = []
         if self._writer is None:
@@ -262,10 +258,14 @@ class Recorder:
         is_astray = abs(self._wall_clock() - now - opening.wall_offset_s) > CLOCK_JUMP_S
         is_long = now - opening.start_s > LONGEST_PART_S or writer.size_bytes > self.shelf.most_bytes / 4
         if is_astray or is_long:
-            # The next part begins with the next byte.
-            self._close()
-            self._part += 1
-            self._heading = replace(self._heading, at=now)
+            self._end_part(now)
+
+    def _end_part(self, at: float) -> None:
+        """The next one begins with the next byte, not before `at`."""
+        self._close()
+        self._part += 1
+        if self._heading is not None:
+            self._heading = replace(self._heading, at=at)
 
     def _look_at_disk(self) -> None:
         if self._find_free_bytes(self.shelf.folder) < RESERVE_BYTES:

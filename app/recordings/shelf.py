@@ -1,5 +1,6 @@
 """Where recordings are kept: the list of them, what is kept for good, and what goes when there are too many."""
 
+import errno
 import shutil
 import threading
 from contextlib import suppress
@@ -24,6 +25,7 @@ MOST_DAYS = 90.0
 SIMULATED = "sim:"
 _GOING = ".going-"
 """Begins the name of a folder that is being deleted."""
+_DISK_FULL = frozenset({errno.ENOSPC, getattr(errno, "EDQUOT", errno.ENOSPC)})
 _UNFINISHED_DAYS = 1.0
 """After which a folder without a heading, that a crash left behind, is taken away."""
 
@@ -203,6 +205,17 @@ def _unreadable(folder: Path, error: OSError | Unreadable) -> Entry:
         was_cut_off=False,
         trouble=tr("This recording cannot be read. {why}", why=why),
     )
+
+
+def stopped_sentence(error: Exception, folder: Path) -> str:
+    """Why the session is no longer recorded in this folder, in the language in use."""
+    if isinstance(error, OSError) and error.errno in _DISK_FULL:
+        return tr(
+            "The session is no longer recorded: the disk is full. Delete old recordings or free some space; "
+            "the next connection is recorded again."
+        )
+    why = getattr(error, "strerror", None) or str(error)
+    return tr("The session is no longer recorded in {folder}: {why}.", folder=folder, why=why)
 
 
 def size_of(folder: Path) -> int:

@@ -93,6 +93,11 @@ class CheckStore:
     def visit(self, module_id: int | None, slots: Sequence[bytes], *, port: str, boot_count: int | None,
               is_confirmed: bool) -> Visit:  # fmt: skip
         """Keep what a module holds now. Without a name (`module_id` None) the slots are kept as they came."""
+        with self._database.together():
+            return self._visit(module_id, slots, port=port, boot_count=boot_count, is_confirmed=is_confirmed)
+
+    def _visit(self, module_id: int | None, slots: Sequence[bytes], *, port: str, boot_count: int | None,
+               is_confirmed: bool) -> Visit:  # fmt: skip
         database = self._database
         last = self._last_visit(module_id)
         # What stands behind the last visit is from one that broke off: it is written once more.
@@ -189,6 +194,10 @@ class CheckStore:
         return next(iter(self.checks(module_id, limit=1)), None)
 
     def keep_check(self, record: Record, module_id: int | None) -> int:
+        with self._database.together():
+            return self._keep_check(record, module_id)
+
+    def _keep_check(self, record: Record, module_id: int | None) -> int:
         database = self._database
         number = database.write(
             "INSERT INTO preflight_checks (module_id, number, at, aircraft, who, verdict, is_void, fingerprint, hash, "

@@ -7,16 +7,17 @@
     a newer version's left alone; the program goes on without; said
     not writable     the program goes on without; said
 
-Every commit is on the disk when the call returns (WAL, `synchronous=FULL`). One connection, used under a lock, so any
-thread may call; two programs share the file through SQLite's own locks.
+Every commit is on the disk when the call returns (WAL, `synchronous=FULL`). Each waits for the disk, so what belongs
+together is committed together (`together`). One connection, used under a lock, so any thread may call; two programs
+share the file through SQLite's own locks.
 """
 
 import errno
 import os
 import sqlite3
 import threading
-from collections.abc import Callable, Sequence
-from contextlib import closing, suppress
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import closing, contextmanager, suppress
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from enum import Enum
@@ -89,7 +90,8 @@ class Database:
         self.path = path
         self._clock = clock
         self._connection = connection
-        self._lock = threading.Lock()
+        self._lock = threading.RLock()
+        self._is_together = False
 
     def now(self) -> str:
         return self._clock().isoformat(timespec="milliseconds")
@@ -97,18 +99,42 @@ class Database:
     def write(self, statement: str, values: Sequence[Any] = ()) -> int:
         """One statement, one commit; the id of the row that it inserted. Durable when it returns."""
         with self._lock:
-            try:
-                cursor = self._connection.execute(statement, values)
-            except sqlite3.Error as error:
-                raise trouble_of(error, self.path) from error
-            return cursor.lastrowid or 0
+            return self._execute(statement, values).lastrowid or 0
 
     def read(self, query: str, values: Sequence[Any] = ()) -> list[Any]:
         with self._lock:
             try:
-                return self._connection.execute(query, values).fetchall()
+                return self._execute(query, values).fetchall()
             except sqlite3.Error as error:
                 raise trouble_of(error, self.path) from error
+
+    @contextmanager
+    def together(self) -> Iterator[None]:
+        """What is written inside is durable, all of it, when this ends; or nothing is. Other threads wait meanwhile.
+
+        One within another belongs to the outer one.
+        """
+        with self._lock:
+            if self._is_together:
+                yield
+                return
+            self._execute("BEGIN IMMEDIATE")
+            self._is_together = True
+            try:
+                yield
+                self._execute("COMMIT")
+            except BaseException:
+                with suppress(sqlite3.Error):  # a full disk has ended it already
+                    self._connection.execute("ROLLBACK")
+                raise
+            finally:
+                self._is_together = False
+
+    def _execute(self, statement: str, values: Sequence[Any] = ()) -> sqlite3.Cursor:
+        try:
+            return self._connection.execute(statement, values)
+        except sqlite3.Error as error:
+            raise trouble_of(error, self.path) from error
 
     def close(self) -> None:
         """Idempotent, never raises."""

@@ -81,11 +81,12 @@ class Store:
     # Modules
 
     def meet_module(self, name: str, adapter: str = "") -> Module:
-        """The module of this name, new or known; it was seen now."""
+        """The module of this name, new or known; it was seen now. `adapter` "": not known, the last one stays."""
         now = self.database.now()
         self.database.write(
             "INSERT INTO modules (name, adapter, first_seen_at, last_seen_at) VALUES (?, ?, ?, ?) "
-            "ON CONFLICT (name) DO UPDATE SET adapter = excluded.adapter, last_seen_at = excluded.last_seen_at",
+            "ON CONFLICT (name) DO UPDATE SET adapter = coalesce(nullif(excluded.adapter, ''), adapter), "
+            "last_seen_at = excluded.last_seen_at",
             (name, adapter, now, now),
         )
         return next(module for module in self.modules() if module.name == name)

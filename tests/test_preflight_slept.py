@@ -1,0 +1,86 @@
+"""A verdict does not outlive a sleep of the computer, nor a silence that nobody looked at."""
+
+import time
+from pathlib import Path
+
+import pytest
+from PySide6.QtWidgets import QApplication
+from pytestqt.qtbot import QtBot
+
+from app.awake import SleepWatch
+from app.preflight.evidence import Disturbance, Evidence
+from app.preflight.expectations import Expectations, Past
+from app.preflight.findings import Case
+from app.preflight.run import run_preflight
+from app.preflight.verdict import Assessment, assess, void_reason
+from app.procedures.greet import greet
+from app.session import Session
+from app.worker import Worker
+from tests.preflight_window import hurry, on_bench
+from tests.sim_line import Rig
+from ui.preflight_work import Standing
+
+NIGHT_S = 8 * 3600.0
+
+
+class NightRig(Rig):
+    """A rig on a computer whose other clock goes on while `asleep_s` grows."""
+
+    def __init__(self) -> None:
+        super().__init__({"uptime": 60, "noise": 0})
+        self.asleep_s = 0.0
+        watch = SleepWatch(self.clock, lambda: self.clock.now_s + self.asleep_s)
+        self.session = Session(self.line, self.clock, asleep_s=watch.look)
+
+    def checked(self) -> Assessment:
+        evidence = Evidence(port="sim")
+        self.run(run_preflight(evidence, is_enabling=True))
+        assert evidence.is_complete
+        return assess(Case(evidence=evidence, expectations=Expectations(), past=Past()))
+
+    def void(self, assessment: Assessment) -> Disturbance | None:
+        found = void_reason(
+            assessment, self.session.device.view(self.clock.now_s), self.clock.now_s, opened_at=self.session.opened_at
+        )
+        return None if found is None else found.reason
+
+
+def test_a_module_that_answers_again_at_once_after_the_sleep_is_checked_anew() -> None:
+    rig = NightRig()
+    assessment = rig.checked()
+    assert rig.void(assessment) is None
+    rig.asleep_s += NIGHT_S
+    rig.session.step()
+    rig.run(greet())
+    assert rig.void(assessment) is Disturbance.SLEPT
+
+
+def test_a_sleep_before_the_check_does_not_matter() -> None:
+    rig = NightRig()
+    rig.run(greet())
+    rig.asleep_s += NIGHT_S
+    rig.step_for(1)
+    assert rig.void(rig.checked()) is None
+
+
+def test_a_silence_that_is_over_before_anybody_looked_voids_too() -> None:
+    rig = NightRig()
+    assessment = rig.checked()
+    rig.bench.change(mute=True)
+    rig.step_for(15)
+    rig.bench.heal()
+    rig.run(greet())
+    assert rig.void(assessment) is Disturbance.SILENT
+
+
+def test_the_window_says_so(qtbot: QtBot, qapp: QApplication, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    hurry(monkeypatch)
+    leap = {"s": 0.0}
+    defaults = Worker.__init__.__kwdefaults__
+    assert defaults is not None
+    monkeypatch.setitem(defaults, "with_sleep", lambda: time.monotonic() + leap["s"])
+    with on_bench(qtbot, qapp, tmp_path, "slept") as bench:
+        assert bench.check() is Standing.GO
+        leap["s"] = NIGHT_S
+        bench.wait_standing(Standing.VOID)
+        assert bench.preflight.banner.announcement.head.lower() == "the computer slept"
