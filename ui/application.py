@@ -274,13 +274,18 @@ def _stay(app: QApplication, assembly: Assembly, options: WindowOptions) -> None
 @contextmanager
 def kept_tidy(assembly: Assembly) -> Iterator[None]:
     """Garbage is freed in the window's own thread while this lasts; begin it before `start`."""
-    load = assembly.load
     with garbage_freed_here():
         # What is loaded, and what is there once the pages are made, stays: without it the collector's longest pause is
         # twice as long, and one falls into the making of a page.
-        assembly.load = None if load is None else lambda: (load(), gc.freeze())
+        if assembly.load is not None:
+            assembly.load = partial(_load_for_good, assembly.load)
         assembly.window.pages_made.connect(gc.freeze)
         yield
+
+
+def _load_for_good(load: Callable[[], object]) -> None:
+    load()
+    gc.freeze()
 
 
 def _end_after(seconds: float, assembly: Assembly, options: WindowOptions) -> None:
