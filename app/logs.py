@@ -170,8 +170,10 @@ Hook = Callable[[Mishap], None]
 def catch_mishaps(on_mishap: Hook) -> Callable[[], None]:
     """From now on an uncaught exception, in any thread, goes into the log and to `on_mishap`, not to a terminal.
 
-    Returns what ends it. `on_mishap` is called in the thread of the exception. Ctrl-C stays as it is.
+    Returns what ends it. `on_mishap` is called in the thread of the exception. Ctrl-C stays as it is. One
+    that was caught all the same is told with `tell_mishap`.
     """
+    global _on_mishap
     before, before_thread = sys.excepthook, threading.excepthook
 
     def caught(kind: type[BaseException], error: BaseException, trace: TracebackType | None) -> None:
@@ -185,10 +187,24 @@ def catch_mishaps(on_mishap: Hook) -> Callable[[], None]:
             _tell(on_mishap, args.exc_value, args.exc_traceback, args.thread.name if args.thread is not None else "")
 
     def undo() -> None:
-        sys.excepthook, threading.excepthook = before, before_thread
+        global _on_mishap
+        sys.excepthook, threading.excepthook, _on_mishap = before, before_thread, before_told
 
-    sys.excepthook, threading.excepthook = caught, caught_in_thread
+    before_told = _on_mishap
+    sys.excepthook, threading.excepthook, _on_mishap = caught, caught_in_thread, on_mishap
     return undo
+
+
+def tell_mishap(error: BaseException) -> None:
+    """Log an exception that was caught so that its thread goes on, and tell it like one that nobody caught."""
+    _tell(_on_mishap, error, error.__traceback__, threading.current_thread().name)
+
+
+def _tell_nobody(_mishap: Mishap) -> None:
+    """Outside of `catch_mishaps` the log is all there is."""
+
+
+_on_mishap: Hook = _tell_nobody
 
 
 def _tell(on_mishap: Hook, error: BaseException, trace: TracebackType | None, thread: str) -> None:

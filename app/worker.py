@@ -5,7 +5,6 @@ second: a signal for each frame of a stream would cost more than the stream. Not
 Nobody waits for it: `stop` gives it a deadline.
 """
 
-import logging
 import queue
 import threading
 import time
@@ -16,12 +15,11 @@ from typing import Any, Generic
 
 from app.awake import Clock, SleepWatch, sleepless_clock
 from app.device import Device, DeviceView, Sample
+from app.logs import tell_mishap
 from app.procedure import LinkView, PortLost, Procedure, Report, Result
 from app.session import Run, Session
 from app.transport import PortError, SerialLine, open_line
 from protocol.events import Event
-
-_log = logging.getLogger(__name__)
 
 PUBLISH_EVERY_S = 1 / 60
 CLOSING_LIMIT_S = 0.3
@@ -205,8 +203,8 @@ class Worker:
             except PortError as error:
                 self._lose_port(error)
             except Exception as error:  # noqa: BLE001  the one place: a bug closes the port instead of ending the thread
-                _log.exception("The worker met an error it did not expect; the port is closed")
                 self._lose_port(error)
+                tell_mishap(error)
             self._publish()
         self._end_session(PortLost())
         self._pending.is_urgent = True

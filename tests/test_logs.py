@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 from app import logs
-from app.logs import LINES_KEPT, Log, Mishap, catch_mishaps, start_log, text_of
+from app.logs import LINES_KEPT, Log, Mishap, catch_mishaps, start_log, tell_mishap, text_of
 
 ROOT = Path(__file__).parent.parent
 SAID = logging.getLogger("app.test")
@@ -147,11 +147,13 @@ def test_what_nobody_caught_is_logged_and_told(begin: Callable[[Path], Log], tmp
             sys.excepthook(type(error), error, error.__traceback__)
     finally:
         undo()
+    tell_mishap(KeyError("told to the log alone"))
     assert (sys.excepthook, threading.excepthook) == before
     assert [mishap.summary for mishap in told] == ["KeyError: 'bug'"] * 2
     assert told[0].thread == "worker of the test"
     assert "Traceback" in told[0].details
     assert text_of(log).count("Traceback") == 2
+    assert "told to the log alone" in text_of(log)
 
 
 def test_telling_that_fails_makes_no_second_error(begin: Callable[[Path], Log], tmp_path: Path) -> None:

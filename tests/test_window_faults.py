@@ -22,12 +22,13 @@ from app.logs import start_log
 from app.permit import Origin, Permit
 from app.procedures.act import Performed, perform
 from app.safety import Condition
+from app.session import Session
 from app.store.database import StoreTrouble
 from app.store.store import Store
 from app.worker import Job
 from tests.fakes_ui import ADAPTER, WAIT_MS, Ports, simulated, wait_online, window
 from tests.processes import ENVIRONMENT, PROGRAM, ROOT, run_module
-from ui.application import Assembly
+from ui.application import Assembly, _faults_said
 from ui.connector import Target
 from ui.link_state import Phase
 
@@ -144,6 +145,26 @@ def test_on_a_full_disk_it_goes_on_and_sends_nothing_dangerous(
 
 
 @POSIX_ONLY
+def test_an_error_of_ours_beside_the_window_closes_the_port_and_is_said(
+    qtbot: QtBot, qapp: QApplication, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def fail(_session: Session) -> None:
+        monkeypatch.undo()
+        raise KeyError("bug")
+
+    with simulated("struck"), window(qapp, tmp_path) as assembly, _faults_said(assembly.window, assembly.armed):
+        assembly.connector.connect_to(Target("sim://struck", 115200))
+        wait_online(qtbot, assembly)
+        assembly.armed.act = Act.ZERO
+        monkeypatch.setattr(Session, "step", fail)
+        qtbot.waitUntil(lambda: "KeyError: 'bug'" in notice_of(assembly), timeout=WAIT_MS)
+        assert assembly.window.notice_bar.button("copy_details") is not None
+        assert not assembly.connector.is_open
+        assert assembly.armed.act is None
+        assembly.connector.connect_to(Target("sim://struck", 115200))
+        wait_online(qtbot, assembly)
+
+
 def test_killed_and_started_again(tmp_path: Path) -> None:
     """kill -9 leaves a port that can be opened, a store that can be read, and no word of it to the next one."""
     code = """if True:
