@@ -197,7 +197,7 @@ def test_what_came_at_another_rate_does_not_count() -> None:
 
 
 def link(counters: Counters) -> LinkView:
-    return LinkView(counters, 0.002, 0.003, 0.004, 1000)
+    return LinkView(counters, 0.002, 0.003, 1000)
 
 
 def exchanges(at: float, trips_s: list[float]) -> tuple[Answered, ...]:

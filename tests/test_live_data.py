@@ -190,6 +190,18 @@ def test_a_lost_port_and_its_return_are_marked() -> None:
     assert marks == [(2.0, "port lost"), (5.0, "locked"), (4.9, "reconnected")]
 
 
+def test_an_adapter_that_returns_by_another_name_is_the_same_module() -> None:
+    data, renamed = LiveData(), replace(OPEN, port="/dev/ttyUSB1")
+    marks = take(
+        data,
+        batch(1.0, report(1.0, active=True)),
+        batch(2.0, connection=LOST, view=doubted(device())),
+        batch(4.0, view=device(presence=Presence.UNKNOWN), connection=renamed),
+        batch(5.0, report(5.0), view=device(4.9), connection=renamed),
+    )
+    assert marks == [(2.0, "port lost"), (5.0, "locked"), (4.9, "reconnected")]
+
+
 def test_offline_and_back_is_marked() -> None:
     data = LiveData()
     away, back = device(7.0, presence=Presence.OFFLINE), device(9.0)

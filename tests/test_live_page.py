@@ -299,6 +299,23 @@ def test_out_of_sight_it_remembers_and_draws_nothing(qtbot: QtBot, qapp: QApplic
         qtbot.waitUntil(lambda: page.plot.span.end_s > span.end_s, timeout=WAIT_MS)
 
 
+def test_beside_the_simulated_module_the_head_of_the_plots_takes_two_rows_at_most(
+    qtbot: QtBot, qapp: QApplication, tmp_path: Path
+) -> None:
+    with simulated("beside"), window(qapp, tmp_path, entries=PAGES) as assembly:
+        page = live_page(qtbot, assembly)
+        assembly.window.resize(1024, 600)
+        assembly.connector.connect_to(Target("sim://beside", 115200))
+        wait_online(qtbot, assembly)
+        qtbot.waitUntil(lambda: not page.is_empty, timeout=WAIT_MS)
+        assembly.window.menus.simulator.setChecked(True)
+        head, pause = (page.plot.findChild(QWidget, f"time-plot-{name}") for name in ("header", "pause"))
+        assert head is not None
+        assert pause is not None
+        qtbot.waitUntil(lambda: head.height() > pause.height(), timeout=WAIT_MS)  # it has been laid out anew
+        assert head.height() < 3 * pause.height()
+
+
 def test_a_trigger_of_the_module_is_marked(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
     with simulated("fires") as bench, window(qapp, tmp_path, entries=PAGES) as assembly:
         page = live_page(qtbot, assembly)

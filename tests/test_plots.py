@@ -11,6 +11,7 @@ from pytestqt.qtbot import QtBot
 
 from app.samples import Series
 from app.steps import Steps
+from tests.painted_text import watching
 from ui import theme
 from ui.icons import Icon
 from ui.plot_canvas import Canvas
@@ -248,6 +249,34 @@ def test_a_limit_stays_in_the_past_as_it_was(bench: Bench) -> None:
     bench.plot.draw(NOW_S + 60)
     red = [place for place in bench.pixels(LIGHT.danger.ink) if lane.box.contains(QPointF(place))]
     assert max((place.x() for place in red), default=0) < lane.box.left() + 10
+
+
+def test_a_limit_of_the_past_is_named_only_where_another_came_after_it(bench: Bench) -> None:
+    def past() -> list[str]:
+        with watching() as drawn:
+            bench.plot.draw(NOW_S)
+            bench.canvas.viewport().repaint()
+        return [one.text for one in drawn if one.text in ("60", "75")]
+
+    bench.fire.put(NOW_S - 30, None)  # restarted
+    bench.fire.put(NOW_S - 28, 60)
+    assert past() == []
+    bench.fire.put(NOW_S - 15, 75)
+    assert past() == ["60"]
+
+
+def test_no_part_of_a_time_looks_out_from_under_that_of_the_cursor(bench: Bench) -> None:
+    bench.plot.point_at(NOW_S - 31)
+    bench.plot.draw(NOW_S)
+    picture = bench.canvas.viewport().grab().toImage()
+    bottom = picture.height() - 6
+    dark = [x for x in range(picture.width()) if picture.pixelColor(x, bottom).lightness() < 60]
+    assert dark, "the time under the cursor"
+    left = min(dark)
+    beside = range(max(0, left - 14), left - 1)
+    for x in beside:
+        for y in range(bottom - 8, bottom + 1):
+            assert picture.pixelColor(x, y) == QColor(LIGHT.surface), (x, y)
 
 
 def test_a_limit_beyond_the_scale_widens_it(bench: Bench) -> None:

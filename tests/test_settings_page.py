@@ -125,6 +125,15 @@ def test_what_no_byte_carries_cannot_be_written(qtbot: QtBot, qapp: QApplication
         assert not one.settings.work.is_busy
 
 
+def test_the_line_beside_a_field_begins_with_a_capital_whichever_part_is_first(
+    qtbot: QtBot, qapp: QApplication, tmp_path: Path
+) -> None:
+    with desk(qtbot, qapp, tmp_path) as one:
+        said = {key: row.advice.text() for key, row in one.settings.rows.items()}
+    assert said[LIGHT].startswith("Advised: ")
+    assert said[TILT].startswith("Default 60° · advised: ")
+
+
 def test_against_the_advice_needs_a_second_click(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
     with desk(qtbot, qapp, tmp_path) as one:
         type_into(one, "attitude_threshold", "40")

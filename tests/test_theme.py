@@ -6,7 +6,16 @@ import pytest
 import shiboken6
 from PySide6.QtCore import QSize, Qt
 from PySide6.QtGui import QColor, QFont, QFontMetricsF, QPalette
-from PySide6.QtWidgets import QApplication, QListWidget, QPushButton, QWidget
+from PySide6.QtWidgets import (
+    QApplication,
+    QComboBox,
+    QHBoxLayout,
+    QLineEdit,
+    QListWidget,
+    QPushButton,
+    QToolButton,
+    QWidget,
+)
 from pytestqt.qtbot import QtBot
 
 from ui import theme
@@ -109,6 +118,50 @@ def test_the_focus_moves_nothing(qapp: QApplication, qtbot: QtBot) -> None:
             window.activateWindow()
         button.setFocus()
         assert button.sizeHint() == before
+
+
+def test_what_stands_in_one_row_is_of_one_height(qapp: QApplication, qtbot: QtBot) -> None:
+    for one in THEMES:
+        theme.apply(qapp, one)
+        window = QWidget()
+        qtbot.addWidget(window)
+        row = QHBoxLayout(window)
+        segment, framed = QToolButton(), QToolButton()
+        segment.setText("60 s")
+        segment.setProperty("role", "segment")
+        framed.setText("Raw bytes")
+        controls = [
+            QPushButton("Save"),
+            QPushButton(icon(Icon.SAVE), "Save"),
+            segment,
+            framed,
+            QComboBox(),
+            QLineEdit(),
+        ]
+        for control in controls:
+            row.addWidget(control)
+        window.show()
+        heights = {control.sizeHint().height() for control in controls}
+        assert len(heights) == 1, (one.name, heights)
+
+
+def test_bold_is_bold_enough_for_a_chinese_font_without_a_bold_cut() -> None:
+    weights = {int(weight) for weight in re.findall(r"font-weight: (\d+)", style_sheet(LIGHT))}
+    assert weights == {QFont.Weight.Bold.value}
+
+
+@each_theme
+def test_the_page_in_sight_is_marked_so_that_it_is_seen(one: Theme, qapp: QApplication, qtbot: QtBot) -> None:
+    theme.apply(qapp, one)
+    pages = QListWidget()
+    pages.setProperty("role", "navigation")
+    qtbot.addWidget(pages)
+    pages.addItems(["Live", "Settings"])
+    pages.setCurrentRow(1)
+    pages.show()
+    chosen = pages.visualItemRect(pages.item(1))
+    ground = QColor(pages.grab().toImage().pixelColor(chosen.right() - 8, chosen.center().y())).name().upper()
+    assert ground == (one.selection if one is SUNLIGHT else one.sunken)
 
 
 def test_rows_of_the_navigation_are_high_enough_for_gloves(qtbot: QtBot) -> None:

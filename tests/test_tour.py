@@ -13,15 +13,18 @@ from PySide6.QtWidgets import QApplication, QPushButton, QWidget
 from pytestqt.qtbot import QtBot
 
 from app.i18n import CHINESE, tr
+from app.recordings.recording import open_recording
 from app.settings_form import RowState
 from app.simulator import bench as benches
 from app.store.checks import CheckStore
 from app.store.store import Store
 from tests.fakes_ui import WAIT_MS, simulated, wait_online, window
 from tests.preflight_window import CHECK_MS, hurry
+from tests.recordings_desk import record
 from ui.application import PAGES, Assembly
 from ui.connector import Target
 from ui.live_page import LivePage
+from ui.painted import Freshness
 from ui.preflight_page import PreflightPage
 from ui.preflight_work import Standing
 from ui.remembered import Remembered
@@ -253,3 +256,20 @@ def test_it_is_offered_until_it_was_taken_or_declined(qtbot: QtBot, qapp: QAppli
         one.assembly.window.refresh()
         assert offer(one.assembly).isHidden()
         assert one.assembly.window.menus.tour.isEnabled()
+
+
+def test_a_recording_does_not_stand_for_the_tours_module(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
+    folder = record(tmp_path / "shelf", seconds=3)
+    with guest(qtbot, qapp, tmp_path) as one:
+        main = one.assembly.window
+        live = main.findChild(LivePage)
+        assert live is not None
+        live.show_recording(open_recording(folder))
+        main.help.begin_tour()
+        assert live.recording is None
+        one.do_step()
+        one.press(Keys.Key_Right)
+        one.wait_scene()
+        qtbot.waitUntil(lambda: live.panel.tilt.freshness is Freshness.FRESH, timeout=WAIT_MS)
+        one.press(Keys.Key_Escape)
+        assert "recording" in main.status_line.passing.text()

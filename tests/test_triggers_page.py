@@ -53,6 +53,7 @@ def test_without_a_module_it_says_what_to_do(qtbot: QtBot, qapp: QApplication, t
         assert "Connect a module" in page.empty_text.text()
         assert not page.read.isEnabled()
         assert not page.save_page.isEnabled()
+        assert (page.count.text(), page.empty.title.text()) == ("Trigger records", "Not read yet")  # no number yet
 
 
 def test_a_module_that_never_fired(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
@@ -61,6 +62,7 @@ def test_a_module_that_never_fired(qtbot: QtBot, qapp: QApplication, tmp_path: P
         assert "Read the records" in page.empty_text.text()
         bench.read_triggers()
         assert "has never fired" in page.empty_text.text()
+        assert page.empty.title.text() == "No trigger records"
         assert page.count.text() == "0 trigger records"
         assert bench.acts == []
 

@@ -10,6 +10,7 @@ from PySide6.QtWidgets import QApplication, QWidget
 from pytestqt.qtbot import QtBot
 
 from app import i18n
+from tests.painted_text import watching
 from ui import theme
 from ui.gauge import TiltGauge
 from ui.icons import Icon, battery
@@ -155,6 +156,23 @@ def test_room_is_kept_for_the_widest_word(qtbot: QtBot) -> None:
         chip.show_state(word, Icon.PARACHUTE)
         widths.add(chip.sizeHint().width())
     assert len(widths) == 1
+
+
+def test_a_chip_without_a_caption_beside_it_says_what_is_unknown(qtbot: QtBot) -> None:
+    chip = StateChip("Trigger")
+    qtbot.addWidget(chip)
+    alone = chip.sizeHint().width()
+    chip.name_unknown("Trigger unknown")
+    assert chip.sizeHint().width() > alone
+    assert (chip.word, chip.accessibleName()) == ("unknown", "Trigger: unknown")
+    with watching() as drawn:
+        chip.resize(chip.sizeHint())
+        chip.grab()
+    assert [one.text for one in drawn] == ["Trigger unknown"]
+    chip.show_state("TRIGGERED", Icon.PARACHUTE, Meaning.DANGER)
+    with watching() as drawn:
+        chip.grab()
+    assert [one.text for one in drawn] == ["TRIGGERED"]
 
 
 def test_a_chip_takes_a_battery(qtbot: QtBot) -> None:

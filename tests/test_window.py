@@ -14,6 +14,7 @@ from pytestqt.qtbot import QtBot
 from app.device import DeviceView, Doubt, How, Known
 from app.i18n import language
 from app.worker import Batch
+from protocol.catalogue import ACTIVATION
 from tests.fakes_ui import WAIT_MS, Ports, simulated, wait_online, window
 from ui.application import Assembly, WindowOptions
 from ui.connector import Target
@@ -79,6 +80,29 @@ def test_lock_is_one_gesture(qtbot: QtBot, qapp: QApplication, tmp_path: Path, w
         qtbot.waitUntil(lambda: not bench.state().is_active, timeout=WAIT_MS)
         qtbot.waitUntil(lambda: assembly.window.top_bar.activation.word == "LOCKED", timeout=WAIT_MS)
         qtbot.waitUntil(lambda: "LOCKED" in assembly.window.status_line.passing.text(), timeout=WAIT_MS)
+
+
+def test_lock_pressed_again_goes_out_again(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
+    with simulated("twice") as bench, window(qapp, tmp_path) as assembly:
+        bench.module.activate(is_active=True)
+        assembly.connector.connect_to(Target("sim://twice", 115200))
+        wait_online(qtbot, assembly)
+        write, locks = bench.wire.write, 0
+
+        def lose_the_first(data: bytes, now_s: float) -> None:
+            nonlocal locks
+            locks += data[2] == ACTIVATION.code
+            if data[2] != ACTIVATION.code or locks > 1:
+                write(data, now_s)
+
+        bench.wire.write = lose_the_first  # type: ignore[method-assign]
+        lock = assembly.window.top_bar.lock
+        qtbot.waitUntil(lock.isEnabled, timeout=WAIT_MS)
+        click(qtbot, lock)
+        click(qtbot, lock)
+        qtbot.waitUntil(lambda: "LOCKED" in assembly.window.status_line.passing.text(), timeout=WAIT_MS)
+        assert not bench.state().is_active
+        assert locks == 2
 
 
 def test_a_lock_without_answer_is_not_called_locked(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
@@ -371,7 +395,7 @@ def test_an_unattended_run_leaves_a_picture_and_values(tmp_path: Path) -> None:
 
     code = (
         "import sys; from pathlib import Path; from ui.application import WindowOptions, run;"
-        "raise SystemExit(run(WindowOptions(demo=True, offscreen_seconds=8.0, evidence=Path(sys.argv[1]))))"
+        "raise SystemExit(run(WindowOptions(demo=True, offscreen_seconds=5.0, evidence=Path(sys.argv[1]))))"
     )
     ended = subprocess.run([sys.executable, "-c", code, str(tmp_path / "e")], timeout=60, check=False)
     assert ended.returncode == 0

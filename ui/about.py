@@ -2,7 +2,7 @@
 
 import platform
 from collections.abc import Iterator
-from importlib.metadata import PackageNotFoundError, metadata
+from importlib.metadata import PackageMetadata, PackageNotFoundError, metadata
 from typing import Final
 
 from PySide6.QtCore import QSize, Qt
@@ -13,6 +13,8 @@ from app.i18n import tr
 from ui.icons import app_icon
 
 _PARTS: Final = ("PySide6-Essentials", "shiboken6", "numpy", "pyqtgraph", "pyserial", "platformdirs", "mcap")
+
+_CLASSIFIER: Final = "License :: "
 
 
 def show_about(window: QWidget) -> QMessageBox:
@@ -39,6 +41,16 @@ def _made_with() -> Iterator[str]:
             told = metadata(name)
         except PackageNotFoundError:  # a bundle may leave out what only installers need
             continue
-        fields = told.json  # an older name of the field is still in use beside the newer one
-        licence = str(fields.get("license_expression") or fields.get("license") or "").strip()
-        yield f"{told['Name']} {told['Version']}" + (f" ({licence.splitlines()[0]})" if licence else "")
+        licence = _licence(told)
+        yield f"{told['Name']} {told['Version']}" + (f" ({licence})" if licence else "")
+
+
+def _licence(told: PackageMetadata) -> str:
+    """In the field that is for it, in the one that was before, or among the classifiers; empty where it says none."""
+    fields = told.json
+    written = str(fields.get("license_expression") or fields.get("license") or "").strip()
+    if written:
+        return written.splitlines()[0]
+    classifiers = fields.get("classifier") or ()
+    named = [one.rpartition(" :: ")[2] for one in classifiers if one.startswith(_CLASSIFIER)]
+    return named[0].removesuffix(" License") if named else ""

@@ -160,7 +160,7 @@ class CalibrationPanel(QWidget):
 
     def _lay_out(self) -> None:
         column = QVBoxLayout(self)
-        column.setContentsMargins(Space.L, Space.M, Space.S, Space.S)
+        column.setContentsMargins(Space.M, Space.M, Space.M, Space.S)
         column.setSpacing(Space.S)
         column.addWidget(self._title)
         column.addWidget(self._intro)

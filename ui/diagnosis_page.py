@@ -23,6 +23,7 @@ from ui.named import named
 from ui.notice_bar import Choice, Notice, NoticeBar
 from ui.pages import Services
 from ui.recording_bar import recording_target
+from ui.sentences import together
 from ui.theme import Meaning, Space
 from ui.traffic_page import TrafficPage
 from ui.why_panel import WhyPanel
@@ -136,7 +137,7 @@ class DiagnosisPage(QWidget):
             Choice("capture_play", tr("Play it through the window"), self._play, is_main=True),
             Choice("capture_leave", tr("Back to the line"), self._leave_capture),
         )
-        return Notice(Meaning.INFORMATION, " ".join(parts), choices)
+        return Notice(Meaning.INFORMATION, together(parts), choices)
 
     @staticmethod
     def _faults_said(opened: Opened) -> list[str]:

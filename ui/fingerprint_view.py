@@ -26,10 +26,19 @@ class FingerprintView(QWidget):
 
     def show_device(self, device: DeviceView, now: float) -> None:
         found = fingerprint_of(device, now)
-        self.code.setText(found.code if found.code is not None and found.is_complete else "—")
+        is_known = found.code is not None and found.is_complete
+        self.code.setText(found.code if is_known else "—")
+        self._dress(role="heading" if is_known else "muted")
         self.code.setAccessibleName(tr("Fingerprint of the settings: {code}", code=self.code.text()))
         if found.missing:
             names = ", ".join(tr(command.title) for command in found.missing)
             self.note.setText(tr("Fingerprint: not known: {names}", names=names))
         else:
             self.note.setText(tr("Fingerprint of what can be read back: same settings, same code"))
+
+    def _dress(self, *, role: str) -> None:
+        """A dash as large as the code would look like a fault of the drawing."""
+        if self.code.property("role") != role:
+            self.code.setProperty("role", role)
+            self.code.style().unpolish(self.code)
+            self.code.style().polish(self.code)

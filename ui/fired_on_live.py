@@ -27,9 +27,9 @@ _CLOSE_UP_S: Final = 60.0
 class FiredOnLive(QObject):
     """Belongs to the page; `panel` and `button` are put into its layout."""
 
-    def __init__(self, services: Services, page: "LivePage", *, wall_offset_s: float) -> None:
+    def __init__(self, services: Services, page: "LivePage") -> None:
         super().__init__(page)
-        self._page, self._connector, self._wall_offset_s = page, services.connector, wall_offset_s
+        self._page, self._connector = page, services.connector
         self.panel = FiredPanel(services)
         self.panel.hide()
         self.button = named(QToolButton(), "live_would_fire")
@@ -81,7 +81,7 @@ class FiredOnLive(QObject):
     def _follow(self) -> None:
         page, recording = self._page, self._page.recording
         if recording is None:
-            self.panel.follow(page.data, wall_offset_s=self._wall_offset_s, is_recorded=False)
+            self.panel.follow(page.data, wall_offset_s=page.wall.offset_s, is_recorded=False)
         else:
             self.panel.follow(recording, wall_offset_s=recording.wall_offset_s, is_recorded=True)
 

@@ -80,20 +80,24 @@ class Histogram(Painted):
         painter.end()
 
     def _paint_bars(self, painter: QPainter, ground: QRectF, step: float, most: int) -> None:
-        """Each with its share above it, where there is room beside the one before."""
+        """Each with its share above it, where there is room beside the one before and between higher bars."""
         theme, metrics = current(), painter.fontMetrics()
         total = sum(one.count for one in self._classes)
         said = QRectF()
-        for number, one in enumerate(self._classes):
+        heights = [max(2.0, ground.height() * one.count / most) if one.count else 0.0 for one in self._classes]
+        bars = [
+            QRectF(ground.left() + number * step + 1, ground.bottom() - height, step - 2, height)
+            for number, height in enumerate(heights)
+        ]
+        for number, (one, bar) in enumerate(zip(self._classes, bars, strict=True)):
             left = ground.left() + number * step
             if one.count:
-                height = max(2.0, ground.height() * one.count / most)
-                bar = QRectF(left + 1, ground.bottom() - height, step - 2, height)
                 painter.fillRect(bar, QColor(theme.curves[0]))
                 text = percent_text(one.count / total)
                 wide = metrics.horizontalAdvance(text) + 4
                 share = QRectF(bar.center().x() - wide / 2, bar.top() - _LINE_PX, wide, _LINE_PX)
-                if one.count * 20 >= total and not share.intersects(said):
+                is_free = not any(share.intersects(other) for other in (said, *bars))
+                if one.count * 20 >= total and is_free:
                     said = share
                     painter.setPen(QColor(theme.text))
                     painter.drawText(share, _CENTRE, text)

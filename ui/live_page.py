@@ -4,15 +4,15 @@ One timer draws while the page is in sight.  Batches are taken all the time: acq
 looked at.  A recording is looked at here too: its plots lie over those of the module, which go on below.
 """
 
-import time
 from typing import Final, cast
 
-from PySide6.QtCore import QEvent, Qt, QTimer, Signal
+from PySide6.QtCore import QEvent, QSize, Qt, QTimer, Signal
 from PySide6.QtGui import QAction, QHideEvent, QImage, QKeyEvent, QKeySequence, QShowEvent, QWindow
 from PySide6.QtWidgets import QFrame, QHBoxLayout, QStackedLayout, QStackedWidget, QVBoxLayout, QWidget
 
 from app.recordings.excerpt import Excerpt
 from app.recordings.recording import Recording
+from app.wall_clock import WallClock
 from app.worker import Batch
 from ui.bridge import joined
 from ui.fired_on_live import FiredOnLive
@@ -48,13 +48,13 @@ class LivePage(QWidget):
         self._connector = services.connector
         texts = services.texts
         self._recordings = services.keeping.recordings
-        self._wall_offset_s = time.time() - time.monotonic()
+        self.wall = WallClock()
         self.data = LiveData()
         self._sitting = Sitting()
         self.panel = LivePanel(texts)
-        self.fired = FiredOnLive(services, self, wall_offset_s=self._wall_offset_s)
+        self.fired = FiredOnLive(services, self)
         drawn = self.fired.panel.lines.added_to(lanes(self.data))
-        self._live_plot = TimePlot(drawn, texts, wall_offset_s=self._wall_offset_s)
+        self._live_plot = TimePlot(drawn, texts, wall_offset_s=self.wall.offset_s)
         self._plots = named(QStackedWidget(), "live_plot_stack")
         self._recorded = RecordedView(texts, self._plots, self.panel)
         self.banner = self._recorded.banner
@@ -70,7 +70,7 @@ class LivePage(QWidget):
         self._add_action("live_pause_key", "Ctrl+P", self._pause)
         self._add_action("live_would_fire_key", "Ctrl+T", self._try_thresholds)
         self._draws = 0
-        self._drawn_s = 0.0
+        self._drawn_s, self._drawn_size = 0.0, QSize()
         self._waiting: list[Batch] = []
         self._timer = QTimer(self)
         self._timer.setInterval(DRAW_EVERY_MS)
@@ -101,7 +101,10 @@ class LivePage(QWidget):
 
     def take(self, batch: Batch) -> None:
         """Remember a batch; nothing is drawn here, and what is alike is worked through together."""
-        if self._sitting.begins(batch.connection, self._connector.target):
+        has_jumped = self.wall.look()
+        if has_jumped:  # the computer slept, or its clock was set: one time line cannot show both sides of it
+            self._live_plot.be_at(self.wall.offset_s)
+        if self._sitting.begins(batch.connection, self._connector.target) or has_jumped:
             self._begin_anew()
         if self._waiting and not _is_alike(self._waiting[-1], batch):
             self._digest()
@@ -113,7 +116,7 @@ class LivePage(QWidget):
         """The plots as they are now."""
         self._digest()
         if not self.is_empty:
-            self._drawn_s = self._connector.clock()
+            self._drawn_s, self._drawn_size = self._connector.clock(), self.plot.size()
             self.plot.draw(self._drawn_s)
 
     def show_recording(self, recording: Recording) -> None:
@@ -166,7 +169,9 @@ class LivePage(QWidget):
         if is_turn:
             self.refresh()
         if self.recording is not None:
-            return  # drawn whenever somebody moves in it
+            if self.plot.size() != self._drawn_size:
+                self.draw()
+            return  # else it is drawn whenever somebody moves in it
         if is_turn or (self.plot.is_live and self._connector.clock() - self._drawn_s >= self._pixel_s):
             self.draw()
 
@@ -215,7 +220,7 @@ class LivePage(QWidget):
         if self.recording is not None:
             return origin_of(self.recording)
         connection = self._connector.connection
-        return Origin(connection.port, connection.baud_rate, self._wall_offset_s)
+        return Origin(connection.port, connection.baud_rate, self.wall.offset_s)
 
     def _picture(self, foot: str) -> QImage:
         return picture_with_foot(self._seen, foot)
@@ -251,7 +256,7 @@ class LivePage(QWidget):
         self._seen = QWidget()
         self._seen.setObjectName("live_seen")
         row = QHBoxLayout(self._seen)
-        row.setContentsMargins(Space.S, Space.S, Space.S, Space.XS)
+        row.setContentsMargins(Space.M, Space.S, Space.S, Space.XS)
         row.setSpacing(Space.S)
         row.addWidget(self.panel)
         row.addWidget(self.fired.panel)
@@ -264,7 +269,7 @@ class LivePage(QWidget):
         column.addWidget(self.banner)
         column.addWidget(self._seen, 1)
         foot = QHBoxLayout()
-        foot.setContentsMargins(Space.S, 0, Space.S, Space.S)
+        foot.setContentsMargins(Space.M, 0, Space.S, Space.S)
         foot.setSpacing(Space.M)
         foot.addWidget(self.fired.button)
         foot.addWidget(self.save, 1)

@@ -93,6 +93,10 @@ class LivePanel(QFrame):
             readout.setVisible(not self._is_recorded)
         # One row more has to find room.
         self._column.setSpacing(Space.XS if self._is_recorded else Space.S)
+        # Out of sight nobody else tells the layouts: they would be shown in the height that they had before.
+        self._grid.invalidate()
+        self._column.invalidate()
+        self.body.updateGeometry()
 
     def show_device(self, device: DeviceView, now_s: float, *, limits: Limits, reports_per_s: float) -> None:
         """Everything as it is known at a monotonic time."""

@@ -73,7 +73,7 @@ class MainWindow(QMainWindow):
         self._is_leaving = self._is_over = False
         texts = services.texts
         texts.bind(self.setWindowTitle, "DPS-S Configurator")
-        self.top_bar = TopBar(self._connector, texts)
+        self.top_bar = TopBar(self._connector, texts, naming=services.naming)
         self.notice_bar = NoticeBar(texts)
         self.recording_bar = RecordingBar(self._connector, texts)
         self.navigation = Navigation(entries, texts)

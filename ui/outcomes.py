@@ -24,7 +24,8 @@ def open_conditions(services: Services, act: Act) -> tuple[Refusal, ...]:
         connector.device,
         connector.clock(),
         armed=services.armed.act,
-        is_audit_ready=services.keeping.journal(connector.target).is_ready,
+        # Without a port there is no log to speak of; that no module answers stands in the way already.
+        is_audit_ready=connector.target is None or services.keeping.journal(connector.target).is_ready,
     )
     return tuple(one for one in refusals(act, now_is) if one.condition not in _ASKED_ANYWAY)
 

@@ -4,7 +4,7 @@ Painted by hand because it is little, has to be readable over anything, and cost
 cost when they scroll.
 """
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 from typing import Final
@@ -13,6 +13,7 @@ from PySide6.QtCore import QPointF, QRectF, Qt
 from PySide6.QtGui import QColor, QFontMetricsF, QPainter, QPen
 
 from app.i18n import tr
+from app.steps import Change
 from ui import icons
 from ui.plot_curve import LaneCurve
 from ui.plot_ticks import Tick, ago_text, clock_text
@@ -87,12 +88,17 @@ def paint_back(painter: QPainter, picture: Picture) -> None:
         _title(painter, theme, lane)
     painter.setFont(small)
     painter.setPen(QColor(theme.muted))
-    bottom = picture.strip.bottom()
+    for room, label in _tick_labels(picture, metrics):
+        painter.drawText(room, _CENTRE, label)
+
+
+def _tick_labels(picture: Picture, metrics: QFontMetricsF) -> Iterator[tuple[QRectF, str]]:
+    """The times below the plots, with the room of each."""
     for tick in picture.ticks:
         width = metrics.horizontalAdvance(tick.label) + 4
         left = picture.x(tick.time_s) - width / 2
         if left >= 0 and left + width <= picture.strip.right() + width:
-            painter.drawText(QRectF(left, bottom + 2, width, metrics.height()), _CENTRE, tick.label)
+            yield QRectF(left, picture.strip.bottom() + 2, width, metrics.height()), tick.label
 
 
 def _title(painter: QPainter, theme: Theme, lane: LaneCurve) -> None:
@@ -158,14 +164,20 @@ def _paint_limits(painter: QPainter, picture: Picture, lane: LaneCurve) -> None:
             text = number(change.value, limit.decimals)
             if is_last:
                 labels.append((y, tr(limit.label, value=text), limit))
-            else:
+            elif change.value != _next_value(changes[n + 1 :]):  # the same again is named where it ends
                 _past_label(painter, QRectF(left, y - 18, right - left, 16), text, ink)
     bold = font(Size.SMALL, is_bold=True)
     height = QFontMetricsF(bold).height()
     painter.setFont(bold)
     for y, (_, text, limit) in zip(_apart([one[0] for one in labels], height), labels, strict=True):
         painter.setPen(QColor(theme.tint(limit.meaning).ink))
-        painter.drawText(QRectF(box.right() + 6, y - height / 2, 300, height), _LEFT, text)
+        room = QRectF(box.right() + 6, y - height / 2, 300, height)
+        painter.drawText(room, _LEFT | Qt.TextFlag.TextDontClip, text)  # Chinese beside figures is higher
+
+
+def _next_value(changes: Sequence[Change]) -> float | None:
+    """What the limit is next known to be."""
+    return next((one.value for one in changes if one.value is not None), None)
 
 
 def _limit_pen(limit: Limit, ink: str, theme: Theme) -> QPen:
@@ -255,7 +267,12 @@ def _paint_cursor(painter: QPainter, picture: Picture, cursor_s: float) -> None:
         _pill(painter, theme, QPointF(x, place), text, lane.box)
     metrics_px = QFontMetricsF(font(Size.SMALL, is_bold=True)).height()
     below = QRectF(picture.strip.left(), picture.strip.bottom(), picture.strip.width(), metrics_px + 6)
-    _pill(painter, theme, QPointF(x, below.center().y()), cursor_time(picture, cursor_s), below)
+    text, middle = cursor_time(picture, cursor_s), QPointF(x, below.center().y())
+    box = _pill_box(middle, text, below)
+    for room, _ in _tick_labels(picture, QFontMetricsF(font(Size.SMALL))):
+        if room.intersects(box):  # a part of one that looks out would be read as another time
+            painter.fillRect(room, QColor(theme.surface))
+    _pill(painter, theme, middle, text, below)
 
 
 def reading(lane: LaneCurve, at_s: float, span: Span) -> str:
@@ -283,13 +300,7 @@ def cursor_time(picture: Picture, cursor_s: float) -> str:
 def _pill(painter: QPainter, theme: Theme, middle: QPointF, text: str, within: QRectF) -> None:
     """A text on the theme's text colour, kept inside the lane."""
     bold = font(Size.SMALL, is_bold=True)
-    metrics = QFontMetricsF(bold)
-    box = QRectF(0, 0, metrics.horizontalAdvance(text) + 12, metrics.height() + 4)
-    left = middle.x() + 8
-    if left + box.width() > within.right():
-        left = middle.x() - 8 - box.width()
-    top = min(max(middle.y() - box.height() / 2, within.top()), max(within.top(), within.bottom() - box.height()))
-    box.moveTopLeft(QPointF(left, top))
+    box = _pill_box(middle, text, within)
     painter.setPen(Qt.PenStyle.NoPen)
     painter.setBrush(QColor(theme.text))
     painter.setRenderHint(QPainter.RenderHint.Antialiasing)
@@ -298,3 +309,14 @@ def _pill(painter: QPainter, theme: Theme, middle: QPointF, text: str, within: Q
     painter.setFont(bold)
     painter.setPen(QColor(theme.window))
     painter.drawText(box, _CENTRE, text)
+
+
+def _pill_box(middle: QPointF, text: str, within: QRectF) -> QRectF:
+    metrics = QFontMetricsF(font(Size.SMALL, is_bold=True))
+    box = QRectF(0, 0, metrics.horizontalAdvance(text) + 12, metrics.height() + 4)
+    left = middle.x() + 8
+    if left + box.width() > within.right():
+        left = max(0.0, middle.x() - 8 - box.width())
+    top = min(max(middle.y() - box.height() / 2, within.top()), max(within.top(), within.bottom() - box.height()))
+    box.moveTopLeft(QPointF(left, top))
+    return box

@@ -70,6 +70,10 @@ class TimePlot(QWidget):
         self._connect(texts)
         self.dress()
 
+    def be_at(self, wall_offset_s: float) -> None:
+        """The time of day of what comes from now on; see the class."""
+        self._wall_offset_s = wall_offset_s
+
     def _connect(self, texts: Texts) -> None:
         texts.bind(self._canvas.setAccessibleName, "Plots over time")
         if self._view.is_recorded:

@@ -26,6 +26,7 @@ from ui.preflight_words import announcement
 from ui.preflight_work import PreflightWork, Standing, Statement
 from ui.record_files import SUFFIXES, RecordFiles
 from ui.refreshing import WhileSeen
+from ui.sentences import together
 from ui.simulated_rest import rest_notice
 from ui.simulator_controls import WheelGuard
 from ui.theme import Meaning, Space
@@ -200,7 +201,7 @@ class PreflightPage(QWidget):
             self.list.show_row(assessment.against[0])
 
     def _show_faults(self, path: Path, sentences: tuple[str, ...]) -> None:
-        text = tr("{file} is no profile: {why}", file=path.name, why=" ".join(sentences[:3]))
+        text = tr("{file} is no profile: {why}", file=path.name, why=together(sentences[:3]))
         self.say(Notice(Meaning.ATTENTION, text))
 
     # Making

@@ -8,6 +8,7 @@ from app.preflight.findings import Result
 from app.preflight.verdict import Assessment, stands_against
 from app.preflight.wording import clean
 from ui.preflight_work import PreflightWork, Standing
+from ui.sentences import begun, listed, together
 from ui.verdict import Announcement
 
 MOST_NAMED = 5
@@ -22,7 +23,7 @@ def announcement(work: PreflightWork, *, is_connected: bool) -> Announcement:
         case Standing.CHECKING:
             return _checking(work)
         case Standing.VOID:
-            why = work.void.said.in_words() if work.void is not None else ""
+            why = begun(work.void.said.in_words()) if work.void is not None else ""
             lines = (tr("What was found below no longer says anything about the module. Check again."),)
             return Announcement(standing, tr("VOID"), why, lines)
         case Standing.GO | Standing.NO_GO:
@@ -61,14 +62,15 @@ def _judged(work: PreflightWork, standing: Standing) -> Announcement:
         what = tr("All {count} checks hold; worth a look: {looks}.", count=len(CHECKS), looks=looks)
         skipped = sum(item.is_done is None for item in assessment.manual)
         if skipped:
-            what = f"{what} {tr('Skipped by a person: {count}.', count=skipped)}"
-        return Announcement(standing, tr("GO"), tr("fit to fly"), (what, *_foot(work)))
+            what = together((what, tr("Skipped by a person: {count}.", count=skipped)))
+        return Announcement(standing, tr("GO"), tr("Fit to fly"), (what, *_foot(work)))
     names = names_against(assessment)
-    named = ", ".join(names[:MOST_NAMED])
+    named = listed(names[:MOST_NAMED])
     if len(names) > MOST_NAMED:
         named = tr("{names} and {count} more", names=named, count=len(names) - MOST_NAMED)
-    lines = (tr("Against it: {names}", names=named), *_foot(work))
-    return Announcement(standing, tr("NO-GO"), tr("do not fly"), lines)
+    # Checks are named by what has to be so: "Parachute bay closed" alone would be read as the opposite of the fault.
+    lines = (tr("Not met: {names}", names=named), *_foot(work))
+    return Announcement(standing, tr("NO-GO"), tr("Do not fly"), lines)
 
 
 def names_against(assessment: Assessment) -> list[str]:
@@ -78,7 +80,7 @@ def names_against(assessment: Assessment) -> list[str]:
 
 
 def _foot(work: PreflightWork) -> tuple[str, ...]:
-    """Whose record it is, and how long it holds."""
+    """Whose record it is, and how long a GO holds: nobody has to wait for a NO-GO to end."""
     filed = work.filed
     if filed is None:
         return ()
@@ -87,7 +89,7 @@ def _foot(work: PreflightWork) -> tuple[str, ...]:
     at = str(record.get("at", ""))[11:19]
     parts.append(at)
     left_s = work.expires_in_s
-    if left_s is not None:
+    if left_s is not None and work.standing is Standing.GO:
         minutes = int(left_s) // 60
         parts.append(
             tr("holds for {minutes} min", minutes=minutes)

@@ -136,7 +136,7 @@ class ProfileCompare(QWidget):
         content = QWidget()
         content.setObjectName("profile_content")
         body = QVBoxLayout(content)
-        body.setContentsMargins(Space.S, Space.S, Space.S, Space.S)
+        body.setContentsMargins(Space.M, Space.S, Space.M, Space.S)
         body.setSpacing(Space.S)
         for widget in (self.title, self.about, self.faults, self._table, self.note):
             body.addWidget(widget)
@@ -146,7 +146,7 @@ class ProfileCompare(QWidget):
         texts.bind(scroll.setAccessibleName, "Profile")
         scroll.setWidget(content)
         foot = QHBoxLayout()
-        foot.setContentsMargins(Space.S, Space.S, Space.S, Space.S)
+        foot.setContentsMargins(Space.M, Space.S, Space.M, Space.S)
         foot.setSpacing(Space.S)
         foot.addStretch(1)
         foot.addWidget(self.close_button)

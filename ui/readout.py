@@ -181,6 +181,7 @@ class StateChip(Painted):
         self._word = tr("unknown")
         self._meaning: Meaning | None = Meaning.UNKNOWN
         self._age = ""
+        self._unknown = ""
         self._reserved: tuple[str, ...] = ()
         self.setSizePolicy(QSizePolicy.Policy.Fixed, QSizePolicy.Policy.Fixed)
         self._changed()
@@ -199,6 +200,12 @@ class StateChip(Painted):
         """What the state is of, for screen readers and the tooltip."""
         self._caption = caption
         self._changed()
+
+    def name_unknown(self, text: str) -> None:
+        """What to say in place of "unknown" where no caption stands beside the chip: "Trigger unknown"."""
+        self._unknown = text
+        self.updateGeometry()
+        self.update()
 
     def reserve(self, words: Iterable[str]) -> None:
         """Keep room for the widest of these words, so that nothing beside the chip moves."""
@@ -230,6 +237,8 @@ class StateChip(Painted):
 
     @property
     def _text(self) -> str:
+        if self._meaning is Meaning.UNKNOWN and self._unknown:
+            return self._unknown
         return f"{self._word} · {self._age}" if self._age else self._word
 
     def _icon_px(self) -> int:

@@ -1,19 +1,16 @@
 """The buttons below the list of recordings, and what stands in place of an empty list."""
 
 from collections.abc import Sequence
-from typing import Final
 
-from PySide6.QtCore import QSize, Qt
-from PySide6.QtWidgets import QHBoxLayout, QLabel, QPushButton, QVBoxLayout, QWidget
+from PySide6.QtCore import QSize
+from PySide6.QtWidgets import QHBoxLayout, QPushButton, QWidget
 
 from app.recordings.shelf import Entry
-from ui.icons import Icon, icon, pixmap
+from ui.empty_state import EmptyState
+from ui.icons import Icon, icon
 from ui.named import named
 from ui.texts import Texts
-from ui.theme import Space, current
-
-_MARGIN_PX: Final = 120
-_ICON_PX: Final = 48
+from ui.theme import Space
 
 
 class RecordingsButtons(QWidget):
@@ -78,38 +75,17 @@ class RecordingsButtons(QWidget):
             bind(keep.setToolTip, "Never delete the chosen recordings by itself")
 
 
-class NoRecordings(QWidget):
+class NoRecordings(EmptyState):
     """Before the first session."""
 
     def __init__(self, texts: Texts) -> None:
-        super().__init__()
-        self.setObjectName("recordings_empty")
-        self._picture = named(QLabel(), "recordings_empty_icon")
-        self._picture.setAlignment(Qt.AlignmentFlag.AlignHCenter)
-        title, text = named(QLabel(), "recordings_empty_title"), named(QLabel(), "recordings_empty_text")
-        title.setProperty("role", "title")
-        text.setProperty("role", "muted")
-        texts.bind(title.setText, "No recordings yet")
+        super().__init__("recordings_empty", Icon.RECORDINGS)
+        texts.bind(self.title.setText, "No recordings yet")
         texts.bind(
-            text.setText,
+            self.text.setText,
             "Every session is recorded by itself, from the first byte that comes over a port until the port is closed. "
             "There is nothing to switch on.",
         )
-        column = QVBoxLayout(self)
-        column.setContentsMargins(_MARGIN_PX, 0, _MARGIN_PX, 0)
-        column.setSpacing(Space.S)
-        column.addStretch(2)
-        column.addWidget(self._picture)
-        for label in (title, text):
-            label.setAlignment(Qt.AlignmentFlag.AlignHCenter)
-            label.setWordWrap(True)
-            column.addWidget(label)  # not aligned itself: then it would not get the height of its lines
-        column.addStretch(3)
-        self.dress()
-
-    def dress(self) -> None:
-        """Take the colours of the theme in use."""
-        self._picture.setPixmap(pixmap(Icon.RECORDINGS, _ICON_PX, current().muted, ratio=self.devicePixelRatioF()))
 
 
 def _button(name: str, picture: Icon) -> QPushButton:

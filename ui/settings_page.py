@@ -37,6 +37,7 @@ from ui.pages import Services
 from ui.profile_compare import ProfileCompare
 from ui.profile_files import SUFFIX, ProfileFiles
 from ui.refreshing import WhileSeen
+from ui.sentences import together
 from ui.settings_row import SettingsRow
 from ui.settings_work import SettingsWork
 from ui.simulator_controls import WheelGuard
@@ -116,7 +117,7 @@ class SettingsPage(QWidget):
             now = self._connector.clock()
             unfit = [row for row in self.work.form.rows(self._connector.device, now) if row.state is RowState.UNFIT]
             said = [tr("{setting}: {why}.", setting=tr(row.command.title), why=row.reason) for row in unfit]
-            return Notice(Meaning.ATTENTION, " ".join(said)) if said else None
+            return Notice(Meaning.ATTENTION, together(said)) if said else None
         return Notice(Meaning.INFORMATION, tr("Connect a module to see and change its settings."))
 
     # What a person does
@@ -168,7 +169,7 @@ class SettingsPage(QWidget):
                                   marked("Write what is wanted to the module and prove it (Ctrl+Return)"))  # fmt: skip
         self.write.setProperty("role", "primary")
         self.write.setIcon(icon(Icon.DROP, is_on_primary=True))
-        self.read = self._button("settings_read", Icon.RESTART, marked("Read all"),
+        self.read = self._button("settings_read", Icon.AGAIN, marked("Read all"),
                                  marked("Ask the module for everything (F5)"))  # fmt: skip
         self.undo = self._button("settings_undo", Icon.UNDO, marked("Undo"), marked("Take the last edit back (Ctrl+Z)"))
         self.redo = self._button("settings_redo", Icon.REDO, marked("Redo"), marked("Do it again (Ctrl+Shift+Z)"))
@@ -244,7 +245,7 @@ class SettingsPage(QWidget):
     def _lay_out(self) -> QWidget:
         texts = self._services.texts
         head = QHBoxLayout()
-        head.setContentsMargins(Space.M, Space.S, Space.S, Space.XS)
+        head.setContentsMargins(Space.M, Space.S, Space.M, Space.XS)
         head.setSpacing(Space.M)
         head.addWidget(self.fingerprint, 1)
         head.addWidget(self.files)
@@ -259,7 +260,7 @@ class SettingsPage(QWidget):
         content = QWidget()
         content.setObjectName("settings_content")
         column = QVBoxLayout(content)
-        column.setContentsMargins(Space.S, 0, Space.S, Space.S)
+        column.setContentsMargins(Space.M, 0, Space.M, Space.S)
         column.setSpacing(Space.XL)
         column.addWidget(card)
         column.addWidget(self.baud)
@@ -269,7 +270,7 @@ class SettingsPage(QWidget):
         self.scroll_area.setWidget(content)
         texts.bind(self.scroll_area.setAccessibleName, "Settings")
         foot = FlowRow()
-        foot.setContentsMargins(Space.S, Space.XS, Space.S, Space.S)
+        foot.setContentsMargins(Space.M, Space.XS, Space.M, Space.S)
         foot.add(self.read, self.undo, self.redo, self.revert, self.defaults, self.as_found, self.try_out)
         foot.add_right(self.write)
         form = QWidget()

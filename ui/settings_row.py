@@ -20,6 +20,7 @@ from ui.known_value import KnownValue
 from ui.labels import text_label
 from ui.named import named
 from ui.readout import StateChip
+from ui.sentences import begun, together
 from ui.simulator_controls import WheelGuard
 from ui.texts import Texts
 from ui.theme import Meaning, Size, Space
@@ -109,7 +110,7 @@ class SettingsRow(QFrame):
         self._vendor.setVisible(self._name.text() != self.command.vendor_term)  # in Chinese it is the title
         self.editor.show_draft(row.draft, None if row.stands is None else row.stands.value)
         self.editor.setEnabled(is_editable)
-        self.advice.setText(advice_text(self.command))
+        self.advice.setText(begun(advice_text(self.command)))
         look = LOOKS[row.state]
         self.state.set_caption(tr("State of {setting}", setting=tr(self.command.title)))
         self.state.show_state(tr(row.state.value), look.icon, look.meaning)
@@ -117,7 +118,7 @@ class SettingsRow(QFrame):
         self._set_role(self.reason, "danger" if row.state is RowState.FAILED else "small")
         said = row.consequences
         is_loud = any(one.weight is not Weight.PLAIN for one in said)
-        self.meaning.setText(" ".join(one.sentence for one in said))
+        self.meaning.setText(together(one.sentence for one in said))
         self.meaning.setVisible(bool(said))
         self._set_role(self.meaning, "attention" if is_loud else "small")
         self._set_role(self, "row-failed" if row.state is RowState.FAILED else "row")

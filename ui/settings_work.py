@@ -18,6 +18,7 @@ from app.snapshots import Snapshot
 from app.worker import Job
 from ui.notice_bar import Choice, Notice
 from ui.pages import Services
+from ui.sentences import together
 from ui.theme import Meaning
 
 
@@ -193,13 +194,13 @@ class SettingsWork(QObject):
     def _warnings(self) -> list[tuple[str, str]]:
         connector = self._connector
         rows = self.form.rows(connector.device, connector.clock())
-        return [(tr(row.command.title), " ".join(one.sentence for one in row.warnings)) for row in rows if row.warnings]
+        return [(tr(row.command.title), together(one.sentence for one in row.warnings)) for row in rows if row.warnings]
 
     def _warning_notice(self) -> Notice | None:
         warnings = self._warnings()
         if not warnings:
             return None
-        text = " ".join(tr("{setting}: {why}", setting=setting, why=why) for setting, why in warnings)
+        text = together(tr("{setting}: {why}", setting=setting, why=why) for setting, why in warnings)
         go = Choice("write_anyway", tr("Write anyway"), partial(self.write, is_warned=True))
         return Notice(Meaning.ATTENTION, text, (Choice("not_now", tr("Do not write"), self.dismiss), go))
 
@@ -211,7 +212,7 @@ class SettingsWork(QObject):
         return tuple(one for one in found if one.condition is not Condition.MAY_WRITE or now_is.active)
 
     def _refused_notice(self, open_conditions: tuple[Refusal, ...]) -> Notice:
-        text = " ".join([tr("Nothing was written."), *(one.sentence for one in open_conditions)])
+        text = together([tr("Nothing was written."), *(one.sentence for one in open_conditions)])
         unlock = Choice(
             "unlock_once", tr("Unlock this one write"), partial(self.write, is_warned=True, is_unlocked=True)
         )
@@ -238,7 +239,7 @@ class SettingsWork(QObject):
         if verified:
             survive = (Choice("survives", tr("Survives a power cycle?"), self.check_survival),)
         meaning = Meaning.DANGER if bad else (Meaning.GOOD if verified else Meaning.INFORMATION)
-        return Notice(meaning, " ".join(parts), survive, self.dismiss)
+        return Notice(meaning, together(parts), survive, self.dismiss)
 
     def _unread_notice(self, missing: int) -> Notice:
         text = tr("{count} could not be read; the rows say what is not known.", count=missing)

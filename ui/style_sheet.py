@@ -7,6 +7,9 @@ What a widget is for is its dynamic property ``role``:
 - QLabel: ``muted``, ``small``, ``title``, ``heading`` (28 px), ``hero`` (48 px), ``caption``, ``strong``, ``danger``,
   ``attention``
 - QToolButton: ``quiet``, ``segment``
+
+Buttons and fields are of one height: Qt makes a tool button 3 px higher than its sheet says, so its sheet says less.
+Bold is 700: a Chinese font without a bold cut of its own is made bolder by Qt from there on, and not below.
 """
 
 from pathlib import Path
@@ -25,31 +28,34 @@ QStatusBar { background: $sunken; border-top: 1px solid $divider; color: $muted;
 QStatusBar::item { border: none; }
 QToolBar#head, QToolBar#foot { border: none; padding: 0; margin: 0; spacing: 0; background: $sunken; }
 QFrame[role="card"] { background: $surface; border: ${edge}px solid $divider; border-radius: 8px; }
-QFrame[role="bar"] { background: $sunken; border: none; border-bottom: ${edge}px solid $divider; }
+QFrame[role="bar"] { background: $sunken; border: none; }
+QToolBar#head QFrame[role="bar"] { border-bottom: ${edge}px solid $divider; }
+QToolBar#foot QFrame[role="bar"] { border-top: ${edge}px solid $divider; }
 QFrame[role="danger-corner"] { background: $surface; border: ${edge}px solid $danger_ink; border-radius: 8px; }
 QFrame[role="row"] { background: transparent; border: none; border-bottom: ${edge}px solid $divider; }
 QFrame[role="row-failed"] {
     background: $danger_wash; border: none; border-left: 3px solid $danger_ink; border-bottom: ${edge}px solid $divider;
 }
-QLabel[role="strong"] { font-weight: 600; }
-QLabel[role="danger"] { color: $danger_ink; font-size: 12px; font-weight: 600; }
+QLabel[role="strong"] { font-weight: 700; }
+QLabel[role="danger"] { color: $danger_ink; font-size: 12px; font-weight: 700; }
 QLabel[role="attention"] { color: $attention_ink; font-size: 12px; }
 QLabel[role="muted"] { color: $muted; }
 QLabel[role="small"] { color: $muted; font-size: 12px; }
-QLabel[role="caption"] { color: $muted; font-size: 12px; font-weight: 600; }
-QLabel[role="title"] { font-size: 18px; font-weight: 600; }
-QLabel[role="heading"] { font-size: 28px; font-weight: 600; }
+QLabel[role="caption"] { color: $muted; font-size: 12px; font-weight: 700; }
+QLabel[role="title"] { font-size: 18px; font-weight: 700; }
+QLabel[role="heading"] { font-size: 28px; font-weight: 700; }
 QLabel[role="hero"] { font-size: 48px; font-weight: 700; }
 
 QPushButton, QToolButton {
     background: $surface; color: $text; border: ${edge}px solid $border; border-radius: 6px;
     padding: 4px 12px; min-height: 22px;
 }
+QToolButton { min-height: 19px; }
 QPushButton:hover, QToolButton:hover { background: $raised; }
 QPushButton:pressed, QToolButton:pressed, QToolButton:checked { background: $sunken; }
 QPushButton:focus, QToolButton:focus { border: 2px solid $focus; padding: ${focus_v}px ${focus_h}px; }
 QPushButton:disabled, QToolButton:disabled { color: $muted; border: ${edge}px dashed $border; background: $window; }
-QPushButton[role="primary"] { background: $primary; color: $on_primary; border-color: $primary; font-weight: 600; }
+QPushButton[role="primary"] { background: $primary; color: $on_primary; border-color: $primary; font-weight: 700; }
 QPushButton[role="primary"]:hover { background: $primary_hover; }
 QPushButton[role="primary"]:focus { border-color: $focus; }
 QPushButton[role="primary"]:disabled { background: $window; color: $muted; border-color: $border; }
@@ -67,7 +73,7 @@ QToolButton::menu-indicator { image: none; }
 
 QLineEdit, QSpinBox, QDoubleSpinBox, QComboBox, QPlainTextEdit, QTextEdit {
     background: $surface; color: $text; border: ${edge}px solid $border; border-radius: 6px; padding: 3px 8px;
-    selection-background-color: $selection; selection-color: $text; min-height: 22px;
+    selection-background-color: $selection; selection-color: $text; min-height: 24px;
     placeholder-text-color: $muted;
 }
 QLineEdit:focus, QSpinBox:focus, QDoubleSpinBox:focus, QComboBox:focus, QPlainTextEdit:focus, QTextEdit:focus {
@@ -115,12 +121,12 @@ QListView, QTreeView, QTableView {
 QListView:focus, QTreeView:focus, QTableView:focus { border: 2px solid $focus; }
 QHeaderView::section {
     background: $sunken; color: $muted; border: none; border-bottom: ${edge}px solid $divider; padding: 4px 8px;
-    font-size: 12px; font-weight: 600;
+    font-size: 12px; font-weight: 700;
 }
 QListView[role="navigation"] { background: $window; border: none; border-radius: 0; padding: 8px; }
 QListView[role="navigation"]::item { color: $muted; padding: 8px 12px; border-radius: 6px; margin: 1px 0; }
 QListView[role="navigation"]::item:hover { background: $sunken; }
-QListView[role="navigation"]::item:selected { background: $sunken; color: $text; }
+QListView[role="navigation"]::item:selected { background: $page; color: $text; }
 QListView[role="navigation"]:focus { border: none; }
 QListView[role="navigation"]::item:selected:focus { border: 2px solid $focus; }
 
@@ -160,6 +166,7 @@ def style_sheet(theme: "Theme") -> str:
         border=theme.border,
         divider=theme.divider,
         selection=theme.selection,
+        page=theme.selection if theme.border_px > 1 else theme.sunken,  # a light grey is lost in the sun
         primary=theme.primary,
         on_primary=theme.on_primary,
         primary_hover=theme.muted if not theme.is_dark else theme.text,

@@ -12,6 +12,7 @@ from protocol.catalogue import BY_NAME, Command
 from ui.connector import Connector, Target
 from ui.icons import Icon, battery, draw, icon
 from ui.link_state import LinkState, LinkWords, Phase, duration, words
+from ui.module_name import ModuleName
 from ui.named import named
 from ui.readout import StateChip
 from ui.recording_bar import recording_name, recording_word
@@ -68,7 +69,7 @@ class PortButton(QPushButton):
     def __init__(self, texts: Texts) -> None:
         super().__init__()
         self.setObjectName("port_button")
-        self._title = ""
+        self._title = self._module = ""
         self._words: LinkWords | None = None
         self._phase = Phase.CLOSED
         self.setProperty("role", "quiet")
@@ -86,11 +87,18 @@ class PortButton(QPushButton):
     def title(self) -> str:
         return self._title
 
-    def show_link(self, title: str, phase: Phase, said: LinkWords) -> None:
-        if (title, phase, said) == (self._title, self._phase, self._words):
+    @property
+    def headline(self) -> str:
+        """The upper line: which module, where it has a name, and where it is plugged in."""
+        return f"{self._module} · {self._title}" if self._module else self._title
+
+    def show_link(self, title: str, phase: Phase, said: LinkWords, *, module: str = "") -> None:
+        """`module`: its name, empty where it has none."""
+        if (title, phase, said, module) == (self._title, self._phase, self._words, self._module):
             return
-        self._title, self._phase, self._words = title, phase, said
-        self.setAccessibleName(tr("Port {port}: {state}", port=title, state=said.word))
+        self._title, self._phase, self._words, self._module = title, phase, said, module
+        name = tr("Port {port}: {state}", port=title, state=said.word)
+        self.setAccessibleName(f"{name}, {module}" if module else name)
         self.setAccessibleDescription(f"{said.what} {said.next_step}".strip())
         self.update()
 
@@ -120,7 +128,7 @@ class PortButton(QPushButton):
         half = self.height() // 2
         is_fine = self._phase is Phase.ONLINE
         lines = (
-            (self._title, Size.BODY, True, QColor(theme.text), 3, Qt.AlignmentFlag.AlignBottom),
+            (self.headline, Size.BODY, True, QColor(theme.text), 3, Qt.AlignmentFlag.AlignBottom),
             (self.word, Size.SMALL, False, QColor(theme.muted) if is_fine else ink, half, Qt.AlignmentFlag.AlignTop),
         )
         for text, size, is_bold, colour, top, vertical in lines:
@@ -138,11 +146,13 @@ class TopBar(QFrame):
     lock_wanted = Signal()
     panel_wanted = Signal()
 
-    def __init__(self, connector: Connector, texts: Texts, parent: QWidget | None = None) -> None:
+    def __init__(
+        self, connector: Connector, texts: Texts, parent: QWidget | None = None, *, naming: ModuleName | None = None
+    ) -> None:
         super().__init__(parent)
         self.setObjectName("top_bar")
         self.setProperty("role", "bar")
-        self._connector = connector
+        self._connector, self._naming = connector, naming
         self.port = PortButton(texts)
         self.port.clicked.connect(self.panel_wanted)
         self.activation = StateChip("")
@@ -172,9 +182,12 @@ class TopBar(QFrame):
 
     def _reserve(self) -> None:
         """Room for the widest word, so that nothing jumps when a state changes."""
-        self.activation.reserve((tr("LOCKED"), tr("ACTIVE"), tr("unknown")))
-        self.trigger.reserve((tr("NOT TRIGGERED"), tr("TRIGGERED"), tr("unknown")))
-        self.cell.reserve((tr("{volts:.2f} V", volts=4.0), tr("unknown")))
+        self.activation.reserve((tr("LOCKED"), tr("ACTIVE")))
+        self.trigger.reserve((tr("NOT TRIGGERED"), tr("TRIGGERED")))
+        self.cell.reserve((tr("{volts:.2f} V", volts=4.0),))
+        self.activation.name_unknown(tr("Activation unknown"))
+        self.trigger.name_unknown(tr("Trigger unknown"))
+        self.cell.name_unknown(tr("Cell unknown"))
 
     def changeEvent(self, event: QEvent) -> None:
         super().changeEvent(event)
@@ -202,7 +215,7 @@ class TopBar(QFrame):
         if recorded:
             said = LinkWords(recorded, tr("A recording is played. Nothing is sent to any module."), "", None)
         phase = Phase.ASKING if recorded else state.phase  # never the green of a module that answers
-        self.port.show_link(port_title(state, connector.target), phase, said)
+        self.port.show_link(port_title(state, connector.target), phase, said, module=self._module)
         self._show_activation(device.known("active", now), now)
         self._show_trigger(device.known("triggered", now), now)
         self._show_cell(device, now)
@@ -210,6 +223,12 @@ class TopBar(QFrame):
         is_main = connector.is_open and connector.is_active
         if is_main != (self.lock.property("role") == "primary"):
             self._dress_lock(self.lock, is_main=is_main)
+
+    @property
+    def _module(self) -> str:
+        """The name of the module that is connected, as a technician gave it."""
+        is_module = self._connector.is_wanted and not self._connector.is_recording
+        return self._naming.name if self._naming is not None and is_module else ""
 
     def _dress_lock(self, button: QPushButton, *, is_main: bool) -> None:
         """The module can fire: then this is the button to find."""

@@ -31,6 +31,7 @@ class Tour(QObject):
         self._window, self._services = window, services
         self._number = 0
         self._is_running = False
+        self._has_left_recording = False
         self._was_ours = False
         self._page_before, self._name_before, self._had_sheet = "", "", False
         self._light = Spotlight(window)
@@ -96,8 +97,13 @@ class Tour(QObject):
             widget.hide()
             widget.deleteLater()
         self._put_back()
-        self._window.say(why or tr("The tour has ended; everything is as it was. It stays in the Help menu."))
+        self._window.say(why or self._farewell())
         self.ended.emit()
+
+    def _farewell(self) -> str:
+        if self._has_left_recording:
+            return tr("The tour has ended. The recording that was open was closed; it stays in the list of recordings.")
+        return tr("The tour has ended; everything is as it was. It stays in the Help menu.")
 
     def look(self) -> None:
         """How things stand now."""
@@ -117,6 +123,7 @@ class Tour(QObject):
         if self.scene is not None and self.desk.is_ours:
             self.step.leave(self.desk)
         self._number, self.scene = number, None
+        self._has_left_recording |= self.desk.leave_recording()
         self._window.go_to(self.step.page)
         self.step.enter(self.desk)
         self.look()

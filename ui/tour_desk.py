@@ -62,6 +62,16 @@ class TourDesk:
             raise LookupError(f"no {kind.__name__}")
         return found
 
+    def leave_recording(self) -> bool:
+        """What the Live page shows in the tour is the tour's module; whether a recording was looked at instead."""
+        from ui.live_page import LivePage  # takes the plots with it, which the window fetches after its first paint
+
+        live = cast("LivePage | None", self.window.findChild(LivePage))
+        was_open = live is not None and live.recording is not None
+        if live is not None:
+            live.back_to_live()
+        return was_open
+
     # What a person would do to a module on the bench
 
     @property

@@ -21,10 +21,11 @@ from app.archive import write_archive
 from app.i18n import tr
 from app.store.database import StoreTrouble
 from app.worker import Batch
+from ui.empty_state import EmptyState
 from ui.flow_row import FlowRow
 from ui.icons import Icon, icon
 from ui.live_save import AskPath, ask_path
-from ui.module_name import ModuleField, whose
+from ui.module_name import ModuleField
 from ui.named import named
 from ui.notice_bar import Choice, Notice, NoticeBar
 from ui.pages import Services
@@ -33,6 +34,7 @@ from ui.theme import Meaning, Space
 from ui.triggers_detail import TriggersDetail
 from ui.triggers_model import Show, TriggersFilter, TriggersModel, as_text, csv_name
 from ui.triggers_table import TriggersTable
+from ui.triggers_words import count_text, empty_text, empty_title, news_text
 from ui.triggers_work import TriggerRow, TriggersWork
 
 _FIELD_PX: Final = 180
@@ -69,7 +71,8 @@ class TriggersPage(QWidget):
         self.search.setFixedWidth(_FIELD_PX)
         self.search.setClearButtonEnabled(True)
         self._make_buttons()
-        self.empty = self._make_empty()
+        self.empty = EmptyState("triggers_empty", Icon.HISTORY)
+        self.empty_text = self.empty.text
         self._stack = QStackedWidget()
         self._stack.addWidget(self.empty)
         self._stack.addWidget(self.table)
@@ -87,10 +90,10 @@ class TriggersPage(QWidget):
         has_rows = bool(work.rows)
         self._stack.setCurrentWidget(self.table if has_rows else self.empty)
         self.detail.setVisible(has_rows)
-        self.empty_text.setText(self._empty_text())
-        count = len(work.rows)
-        self.count.setText(tr("1 trigger record") if count == 1 else tr("{count} trigger records", count=count))
-        self.news.setText(self._news_text())
+        self.empty.title.setText(empty_title(work))
+        self.empty_text.setText(empty_text(work, is_open=self._connector.is_open))
+        self.count.setText(count_text(work))
+        self.news.setText(news_text(work, self._naming.name))
         self.read.setEnabled(work.can_read)
         for widget in (self.copy, self.save_page, self.save_archive, self.show_box, self.search):
             widget.setEnabled(has_rows)
@@ -98,26 +101,6 @@ class TriggersPage(QWidget):
         self._show_detail()
 
     # What is said
-
-    def _news_text(self) -> str:
-        module, rows = whose(self._naming.name), self.work.rows
-        if self.work.reading is None or (rows and not rows[0].is_kept):
-            return module
-        if self.work.is_first_visit:
-            return tr("{module} · first visit", module=module)
-        return tr("{module} · {new} new since the last visit", module=module, new=self.work.new_count)
-
-    def _empty_text(self) -> str:
-        reading = self.work.reading
-        if self.work.is_busy:
-            return tr("Reading the trigger records")
-        if reading is not None and reading.history.is_confirmed:
-            return tr("The module keeps no trigger records: it has never fired, or its memory was cleared.")
-        if reading is not None:
-            return tr("No records came, and no two readings agreed. Read again, or check the line.")
-        if self._connector.is_open:
-            return tr("Read the records to see why and when the module fired.")
-        return tr("Connect a module and read its records, or choose a module that was read before.")
 
     def _idle_notice(self) -> Notice | None:
         """What stands in the way of keeping what is seen."""
@@ -217,14 +200,6 @@ class TriggersPage(QWidget):
         button.setIconSize(QSize(16, 16))
         return button
 
-    def _make_empty(self) -> QWidget:
-        self.empty_text = named(QLabel(wordWrap=True, alignment=Qt.AlignmentFlag.AlignCenter), "triggers_empty_text")
-        self.empty_text.setProperty("role", "muted")
-        empty = named(QWidget(), "triggers_empty")
-        column = QVBoxLayout(empty)
-        column.addWidget(self.empty_text)
-        return empty
-
     def _wire(self) -> None:
         self.read.clicked.connect(self.work.read)
         self.copy.clicked.connect(self.copy_rows)
@@ -269,6 +244,7 @@ class TriggersPage(QWidget):
         whole.addLayout(foot)
 
     def _follow_theme(self) -> None:
+        self.empty.dress()
         self.strip.follow_theme()
         self.table.measure()
 

@@ -286,6 +286,10 @@
         <translation>激活状态</translation>
     </message>
     <message>
+        <source>Activation unknown</source>
+        <translation>激活状态未知</translation>
+    </message>
+    <message>
         <source>Active</source>
         <translation>已激活</translation>
     </message>
@@ -300,10 +304,6 @@
     <message>
         <source>After power-on</source>
         <translation>开机后时间</translation>
-    </message>
-    <message>
-        <source>Against it: {names}</source>
-        <translation>不通过：{names}</translation>
     </message>
     <message>
         <source>Against the vendor's advice: {advice}</source>
@@ -712,6 +712,10 @@
     <message>
         <source>Cell</source>
         <translation>电芯</translation>
+    </message>
+    <message>
+        <source>Cell unknown</source>
+        <translation>电芯电压未知</translation>
     </message>
     <message>
         <source>Cell voltage</source>
@@ -1234,6 +1238,10 @@
         <translation>已解除：某项条件不再满足。未发送任何内容。</translation>
     </message>
     <message>
+        <source>Disarmed: the computer slept. Nothing was sent.</source>
+        <translation>已解除：计算机曾休眠。未发送任何内容。</translation>
+    </message>
+    <message>
         <source>Disarmed: the keyboard went elsewhere. Nothing was sent.</source>
         <translation>已解除：键盘焦点移到别处。未发送任何内容。</translation>
     </message>
@@ -1280,6 +1288,10 @@
     <message>
         <source>Do not delete</source>
         <translation>不删除</translation>
+    </message>
+    <message>
+        <source>Do not fly</source>
+        <translation>禁止飞行</translation>
     </message>
     <message>
         <source>Do not take the tour now</source>
@@ -1590,8 +1602,8 @@
         <translation>查明触发原因（触发记录），重新叠伞，锁定并重启模块。</translation>
     </message>
     <message>
-        <source>Find the baud rate at which a module answers. Sends nothing but heartbeats, first at the rate of --baud. Exit code 3 where none answers.</source>
-        <translation>查找模块应答的波特率。只发送心跳，先用 --baud 指定的波特率。无应答时退出码为 3。</translation>
+        <source>Find the baud rate at which a module answers. Sends nothing but questions, first at the rate of --baud. Exit code 3 where none answers.</source>
+        <translation>查找模块应答的波特率。只发送查询，先用 --baud 指定的波特率。无应答时退出码为 3。</translation>
     </message>
     <message>
         <source>Find the light threshold by measuring</source>
@@ -1652,6 +1664,10 @@
     <message>
         <source>First seen {time}.</source>
         <translation>首次读到：{time}。</translation>
+    </message>
+    <message>
+        <source>Fit to fly</source>
+        <translation>可以飞行</translation>
     </message>
     <message>
         <source>Forbid deploying</source>
@@ -2626,6 +2642,10 @@
         <translation>不给出阈值建议。</translation>
     </message>
     <message>
+        <source>No trigger records</source>
+        <translation>没有触发记录</translation>
+    </message>
+    <message>
         <source>No two readings agreed: records may be missing here, or be doubtful. Read again, or check the line.</source>
         <translation>多次读取结果不一致：此处可能缺少记录或记录可疑。请重新读取或检查线路。</translation>
     </message>
@@ -2714,12 +2734,24 @@
         <translation>未保存：这些记录或开机次数与 {module} 不相接。</translation>
     </message>
     <message>
+        <source>Not known</source>
+        <translation>未知</translation>
+    </message>
+    <message>
+        <source>Not met: {names}</source>
+        <translation>不通过：{names}</translation>
+    </message>
+    <message>
         <source>Not now</source>
         <translation>暂不</translation>
     </message>
     <message>
         <source>Not opened</source>
         <translation>未打开</translation>
+    </message>
+    <message>
+        <source>Not read yet</source>
+        <translation>尚未读取</translation>
     </message>
     <message>
         <source>Not recorded</source>
@@ -4566,6 +4598,10 @@
         <translation>导览已结束，因为它的模拟模块已断开。</translation>
     </message>
     <message>
+        <source>The tour has ended. The recording that was open was closed; it stays in the list of recordings.</source>
+        <translation>导览已结束。之前打开的录制已关闭，仍在录制列表中。</translation>
+    </message>
+    <message>
         <source>The tour has ended; everything is as it was. It stays in the Help menu.</source>
         <translation>导览已结束；一切恢复原样。它仍在“帮助”菜单中。</translation>
     </message>
@@ -4776,6 +4812,10 @@
     <message>
         <source>Trigger records</source>
         <translation>触发记录</translation>
+    </message>
+    <message>
+        <source>Trigger unknown</source>
+        <translation>触发状态未知</translation>
     </message>
     <message>
         <source>Triggered</source>
@@ -5810,10 +5850,6 @@
         <translation>禁用失重触发</translation>
     </message>
     <message>
-        <source>do not fly</source>
-        <translation>禁止飞行</translation>
-    </message>
-    <message>
         <source>done</source>
         <translation>已完成</translation>
     </message>
@@ -5940,10 +5976,6 @@
     <message>
         <source>fired without a stated cause</source>
         <translation>触发，原因未注明</translation>
-    </message>
-    <message>
-        <source>fit to fly</source>
-        <translation>可以飞行</translation>
     </message>
     <message>
         <source>follows that of the named module</source>
@@ -6876,6 +6908,10 @@
     <message>
         <source>the command that the module's frames answer: {names}</source>
         <translation>模块的帧所应答的命令：{names}</translation>
+    </message>
+    <message>
+        <source>the computer slept</source>
+        <translation>计算机曾休眠</translation>
     </message>
     <message>
         <source>the file is too long for a capture</source>
