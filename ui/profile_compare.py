@@ -136,7 +136,7 @@ class ProfileCompare(QWidget):
         content = QWidget()
         content.setObjectName("profile_content")
         body = QVBoxLayout(content)
-        body.setContentsMargins(Space.M, Space.S, Space.M, Space.S)
+        body.setContentsMargins(Space.M, Space.S, Space.S, Space.S)
         body.setSpacing(Space.S)
         for widget in (self.title, self.about, self.faults, self._table, self.note):
             body.addWidget(widget)
