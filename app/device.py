@@ -30,7 +30,7 @@ from protocol.events import (
 )
 from protocol.fields import Value
 from protocol.link_states import Presence
-from protocol.messages import Acknowledgement, Reading, Status
+from protocol.messages import Acknowledgement, Heartbeat, Reading, Status
 
 
 class How(Enum):
@@ -107,6 +107,8 @@ class DeviceView:
     stream_hz: float = 0.0
     restarts: int = 0
     last_sleep: Sleep | None = None
+    is_restart_suspected: bool = False
+    """A heartbeat came that may be a restart's; the next boot count tells."""
 
     def known(self, key: str, now: float) -> Known | None:
         """The value with the doubt that its age casts on it at `now`; None while unknown."""
@@ -137,6 +139,9 @@ class Device:
         """The last status frame while it is not yet among the values: at line rate each is soon followed by another."""
         self._restarts = 0
         self._last_sleep: Sleep | None = None
+        self._is_restart_suspected = False
+        self._suspected: dict[str, Known] = {}
+        """What counts as unknown until that is decided."""
         self._samples: list[Sample] = []
 
     def use_rate(self, baud_rate: int) -> None:
@@ -173,6 +178,7 @@ class Device:
             key: known if known.is_stale else replace(known, doubt=doubt) for key, known in self._values.items()
         }
         self._streamed_at.clear()
+        self._forget_suspicion()
 
     def note_sleep(self, slept_s: float, at: float) -> None:
         """Remember it for the view; `apply` takes what follows from it."""
@@ -199,6 +205,7 @@ class Device:
             hz,
             self._restarts,
             self._last_sleep,
+            self._is_restart_suspected,
         )
 
     def is_streaming(self, now: float) -> bool:
@@ -214,6 +221,9 @@ class Device:
 
     def _take_frame(self, event: Received) -> None:
         message = event.message
+        if isinstance(message, Heartbeat) and event.role in (Role.UNASKED, Role.LATE, Role.DOUBLED):
+            self._suspect_restart()
+            self._is_restart_suspected |= event.role is not Role.UNASKED  # of that one the link itself decides soon
         if not isinstance(message, Status) or event.role in (Role.LATE, Role.ECHO):
             return
         if event.role is Role.STREAMED:
@@ -244,8 +254,12 @@ class Device:
     def _take_reading(self, reading: Reading, at: float) -> None:
         key = reading.command.key
         before = self._values.get(key)
-        if key == "boot_count" and before is not None and before.value != reading.value:
-            self._take_restart()  # it was switched off and on while nobody listened
+        if key == "boot_count":
+            if before is not None and before.value != reading.value:
+                self._take_restart()  # it was switched off and on while nobody listened
+            elif before is not None:
+                self._dismiss_suspicion()
+            self._forget_suspicion()
         self._values[key] = Known(reading.value, How.READ, at)
 
     def _take_acknowledgement(self, acknowledgement: Acknowledgement, at: float) -> None:
@@ -275,8 +289,26 @@ class Device:
         known = self._values.get(key)
         if key in UNREADABLE:
             self._values.pop(key, None)
+            self._suspected.pop(key, None)
         elif known is not None:
             self._values[key] = replace(known, doubt=Doubt.WRITE_UNCONFIRMED)
+
+    def _suspect_restart(self) -> None:
+        """A heartbeat that was not waited for may be one of a restart's two; where the link cannot tell it from a late
+        or second answer, only the boot count can. Until then what a restart loses for good is unknown."""
+        self._settle()
+        for key in UNREADABLE:
+            known = self._values.get(key)
+            if known is not None and not known.is_stale:
+                self._suspected[key] = self._values.pop(key)
+
+    def _dismiss_suspicion(self) -> None:
+        for key, known in self._suspected.items():
+            self._values.setdefault(key, known)
+
+    def _forget_suspicion(self) -> None:
+        self._is_restart_suspected = False
+        self._suspected.clear()
 
     def _take_restart(self) -> None:
         self._restarts += 1

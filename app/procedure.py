@@ -62,7 +62,6 @@ class LinkView:
     counters: Counters
     round_trip_minimum_s: float | None
     round_trip_median_s: float | None
-    round_trip_95_s: float | None
     bytes_received: int
 
 

@@ -30,6 +30,7 @@ from app.transport import Line
 from protocol.catalogue import Hazard
 from protocol.events import Answered, Event, OutcomeUnknown, Received, Unanswered, WentOffline
 from protocol.link import Link
+from protocol.link_states import Exchange
 from protocol.round_trips import Timing
 
 LONGEST_STEP_S = 0.02
@@ -175,24 +176,32 @@ class Session:
         """Queue a procedure; the first of the queue runs, the others wait for it.
 
         An urgent one goes before all others, in the middle of what they do; they go on after it. Either way nobody
-        waits for the answer to a question of lesser rank: it is asked again later. Nothing dangerous that was confirmed
+        waits for the answer to a question of lesser rank: it is asked again later. An urgent one waits for no answer at
+        all: what is in flight and must not be repeated is of unknown outcome then. Nothing dangerous that was confirmed
         before an urgent one follows it.
         """
         run.is_urgent = is_urgent
         if is_urgent:
             self._overtaken_at = self.clock()
-            self._withhold_dangerous()
         place = 0 if is_urgent else len(self._foreground)
         self._foreground.insert(place, run)
         if place == 0:
-            self._interrupt_question()
+            self._free_line(is_urgent=is_urgent)
+        if is_urgent:
+            self._withhold_dangerous()
+        if place == 0:
             run.start(self.clock())
 
-    def _interrupt_question(self) -> None:
+    def _free_line(self, *, is_urgent: bool) -> None:
+        """Wait for no answer any longer that can be asked for again; for an urgent one, for none."""
         ask = self._asking.wants_to_ask if self._asking is not None else None
-        if ask is not None and ask.request.is_repeatable:
-            self._link.abandon(self.clock())
-            self._asking = None
+        # Where nobody asks it is the link's own heartbeat; what waits behind a fence has not left yet.
+        is_repeatable = ask is None or ask.request.is_repeatable or self._link.exchange is Exchange.FENCING
+        if is_repeatable:
+            self._asking = None  # it still wants to ask, and does when it is its turn
+        if is_repeatable or is_urgent:
+            now = self.clock()
+            self._digest(self._link.abandon(now), now)
 
     def _withhold_dangerous(self) -> None:
         """What is decided and waits for the line only does not go out; see `Unanswered`."""
@@ -220,7 +229,6 @@ class Session:
             self._link.counters.copy(),
             trips.minimum_s,
             trips.median_s,
-            trips.quantile_s(0.95),
             self.bytes_received,
         )
 
@@ -346,7 +354,8 @@ class Session:
         return Sight(now, self.opened_at, self.line.baud_rate, view, self.link_view(), self._overtaken_at)
 
     def _use_rate(self, baud_rate: int, now: float) -> None:
-        """A link of its own for each rate: nothing that came at another rate can be mistaken for an answer."""
+        """A link of its own for each rate: nothing that came at another rate can be mistaken for an answer. What still
+        comes from there can: see `answers_here`."""
         self.line.use_rate(baud_rate)
         self._renew_link(now)
         self.device.use_rate(baud_rate)

@@ -34,6 +34,7 @@ class _Copied:
     raw: bytes
     request: Request | None
     until: float
+    is_late: bool
 
 
 def _overlap(one: Request, other: Request) -> bool:
@@ -116,9 +117,9 @@ class Earlier:
 
     # Copies
 
-    def expect_copy(self, raw: bytes, request: Request | None, now: float) -> None:
+    def expect_copy(self, raw: bytes, request: Request | None, now: float, *, is_late: bool = False) -> None:
         """A second copy of this frame, the answer to `request`, may follow at once."""
-        self._copied.appendleft(_Copied(raw, request, now + self._timing.doubled_s))
+        self._copied.appendleft(_Copied(raw, request, now + self._timing.doubled_s, is_late))
 
     def expect_no_copy(self, raw: bytes) -> None:
         """Not any longer."""
@@ -126,6 +127,10 @@ class Earlier:
 
     def is_copy(self, raw: bytes, now: float) -> bool:
         return any(one.raw == raw and now <= one.until for one in self._copied)
+
+    def is_late_copy(self, raw: bytes) -> bool:
+        """Whether the frame of which this is a copy came too late: then so does the copy."""
+        return next((one.is_late for one in self._copied if one.raw == raw), False)
 
     def copied_request(self, raw: bytes) -> Request | None:
         """What the frame answered of which this is a copy."""

@@ -20,7 +20,7 @@ All state changes go through the two tables of `link_states`.
 from dataclasses import dataclass, replace
 from math import inf
 
-from protocol.catalogue import ACTIVATION, HEARTBEAT, Hazard, Layout, Request
+from protocol.catalogue import ACTIVATION, HEARTBEAT, STATUS, Hazard, Layout, Request
 from protocol.earlier import Earlier
 from protocol.events import (
     Answered,
@@ -258,8 +258,10 @@ class Link:
             self.round_trips.add(round_trip_s)
         if not may_be_copy:  # of the answer to the same question just before: it says nothing of what was asked since
             self._earlier.pass_by(flight.request)
-        if flight.attempt > 1:
-            self._earlier.owe(flight.request, now, count=flight.attempt - 1)
+        # A status that still comes, where a copy was taken for the answer, is as old as the question and not streamed.
+        owed = flight.attempt - 1 + (may_be_copy and flight.request.command is STATUS)
+        if owed:
+            self._earlier.owe(flight.request, now, count=owed)
         elif may_be_copy or not flight.request.is_repeatable:
             self._earlier.remember(flight.request)
         fenced, self._behind_fence = self._behind_fence, None
@@ -286,13 +288,14 @@ class Link:
         earlier = self._earlier
         if earlier.is_copy(frame.raw, now):  # before "late": a copy must not stand for a reply that is still to come
             message = decode(frame.raw, earlier.copied_request(frame.raw))
+            role = Role.LATE if earlier.is_late_copy(frame.raw) else Role.DOUBLED
             if isinstance(message, Status):
                 earlier.expect_no_copy(frame.raw)  # those that follow may as well be streamed
-            self._note(events, frame, message, Role.DOUBLED, now)
+            self._note(events, frame, message, role, now)
             return
         late = earlier.take_late(frame.raw)
         if late is not None:
-            earlier.expect_copy(frame.raw, late, now)
+            earlier.expect_copy(frame.raw, late, now, is_late=True)
             self._note(events, frame, decode(frame.raw, late), Role.LATE, now)
             return
         message = decode(frame.raw)

@@ -8,7 +8,7 @@ class Exchange(Enum):
 
     IDLE = auto()
     FENCING = auto()
-    """A heartbeat is out; the request waits behind it."""
+    """The fence is out; the request waits behind it."""
     WAITING = auto()
     DRAINING = auto()
     """Unanswered; waiting for the line to fall quiet before the next attempt."""

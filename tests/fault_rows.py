@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from types import MappingProxyType
 from typing import Any
 
-from app.procedures.find import Found, find_rate
+from app.procedures.find import WAITS_S, Found, answers_here, find_rate, proofs
 from app.procedures.greet import Greeting, greet
 from app.procedures.history import History, read_history
 from app.procedures.lock import Locked, lock
@@ -25,6 +25,10 @@ def _says_greeting(greeting: Greeting) -> str:
 
 def _says_found(found: Found) -> str:
     return "not found" if found.baud_rate is None else f"{found.baud_rate}"
+
+
+def _says_here(is_here: bool) -> str:
+    return "answers here" if is_here else "not here"
 
 
 def _says_everything(everything: Everything) -> str:
@@ -61,6 +65,10 @@ def _no_found_lie(found: Found, cell: Cell) -> list[str]:
     holds = cell.bench.module.baud_rate
     has_lied = found.baud_rate not in (None, holds) and "baud_rate" not in cell.hidden
     return [f"found {found.baud_rate}, the module is at {holds}"] if has_lied else []
+
+
+def _no_here_lie(is_here: bool, cell: Cell) -> list[str]:
+    return _no_found_lie(Found(cell.session.line.baud_rate if is_here else None, ()), cell)
 
 
 def _no_everything_lie(everything: Everything, cell: Cell) -> list[str]:
@@ -111,6 +119,7 @@ def _no_watch_lie(_result: Any, _cell: Cell) -> list[str]:
 
 ROWS: tuple[Row, ...] = (
     Row("greet.greet", greet, _says_greeting, _nothing),
+    Row("find.answers_here", lambda: answers_here(WAITS_S, proofs()), _says_here, _no_here_lie),
     Row("find.find_rate", lambda: find_rate(115200), _says_found, _no_found_lie),
     Row("read.read_everything", read_everything, _says_everything, _no_everything_lie),
     Row("history.read_history", read_history, _says_history, _no_history_lie),

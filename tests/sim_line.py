@@ -4,6 +4,7 @@ from collections.abc import Mapping
 from typing import Any, TypeVar
 
 from app.procedure import Procedure
+from app.procedures.stream import StreamSwitch, watch
 from app.session import Run, Session
 from app.simulator.bench import SimulatedBench
 from app.simulator.options import Setup, as_text, parse_options, setup_from
@@ -119,3 +120,23 @@ class Rig:
         end_s = self.clock.now_s + seconds
         while self.clock.now_s < end_s:
             self.session.step()
+
+
+def settled_rig(**options: object) -> Rig:
+    """On a module that has been running for a minute and lies still."""
+    return Rig({"uptime": 60, "noise": 0} | options)
+
+
+def watched(rig: Rig, switch: StreamSwitch | None = None) -> StreamSwitch:
+    """Let `watch` run in the background."""
+    switch = switch or StreamSwitch()
+    rig.session.run_in_background(watch(switch))
+    return switch
+
+
+def end_watch(rig: Rig) -> None:
+    """Cancel what `watched` began, and wait for its end."""
+    background = rig.session.background
+    assert background is not None
+    background.cancel()
+    rig.step_until(lambda: rig.session.background is None, limit_s=5)

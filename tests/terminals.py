@@ -5,10 +5,13 @@ import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 
+from protocol.messages import Status
+
 CLOSING_S = 0.5
 MACHINE_S = 0.25
 """What a busy machine adds."""
 MOST_FILES = 128
+STATUS_FRAME = Status(5, 1.0, triggered=False, active=False).encode()
 
 
 class Terminal:

@@ -73,6 +73,25 @@ def test_one_that_changes_at_a_restart_is_found_afterwards() -> None:
     assert rig.run(look_for(9600, 115200)) == 9600
 
 
+def test_a_late_answer_to_what_was_asked_at_another_rate_is_no_answer_at_this_one() -> None:
+    """A serial server passes whole bytes on, however late; found by the stateful test."""
+    rig = Rig({"baud": 57600, "delay_ms": 1200.0})
+    write = rig.line.write
+
+    def loses_the_first_two(data: bytes) -> None:
+        rig.bench.change(drop=1.0 if len(rig.line.requests) < 2 else 0.0)
+        write(data)
+
+    rig.line.write = loses_the_first_two  # type: ignore[method-assign]
+    assert rig.run(look_for(57600, 115200)) == 57600
+    assert rig.line.baud_rate == 57600
+
+
+def test_a_module_that_does_not_tell_its_boot_count_is_found() -> None:
+    rig = Rig({"baud": 57600, "mute_codes": frozenset((0x23,))})
+    assert rig.run(look_for(57600, 115200)) == 57600
+
+
 @pytest.mark.parametrize(
     ("ways", "end"), [({"refuses": True}, BaudEnd.UNCHANGED), ({"mute_codes": frozenset((0x24,))}, BaudEnd.UNCHANGED)]
 )

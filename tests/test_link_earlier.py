@@ -219,6 +219,19 @@ def test_a_copy_that_answers_a_question_leaves_its_own_answer_to_come(bench: Ben
     assert bench.ask(threshold.set(70)) == HEARTBEAT.query().encode()
 
 
+def test_a_status_that_a_copy_stood_for_is_late_and_not_streamed() -> None:
+    """It says what was so when it was asked for, however long ago; found by the stateful test of the engine."""
+    bench = Bench()
+    for _ in range(2):
+        bench.ask(named("status").query())
+        bench.hear(STREAMED, after_s=0.001)
+    assert bench.roles() == [Role.ANSWER, Role.ANSWER]
+    bench.hear(STREAMED, STREAMED, after_s=0.3)
+    assert bench.roles()[2:] == [Role.LATE, Role.LATE]
+    bench.hear(STREAMED, after_s=0.1)
+    assert bench.roles()[4:] == [Role.STREAMED]
+
+
 def test_each_attempt_may_still_be_answered(bench: Bench) -> None:
     bench.ask(HEARTBEAT.query(), waits_s=(0.1, 0.1, 0.1))
     bench.wait(0.4)

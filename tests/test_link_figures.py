@@ -24,7 +24,7 @@ def batch(at: float, link: LinkView | None = None, *events: Event, connection: C
 
 
 def view(byte_count: int = 0, **counted: int) -> LinkView:
-    return LinkView(Counters(**counted), None, None, None, byte_count)  # type: ignore[arg-type]
+    return LinkView(Counters(**counted), None, None, byte_count)  # type: ignore[arg-type]
 
 
 def answered(trip_s: float | None) -> Answered:
@@ -47,7 +47,7 @@ def test_what_happened_lies_in_its_second() -> None:
 def test_rejected_bytes_are_told_by_reason_most_first() -> None:
     figures = LinkFigures()
     counters = Counters(rejected_bytes=Counter({Reason.NO_HEADER: 2, Reason.CHECKSUM: 9}))
-    figures.take(batch(1.0, LinkView(counters, None, None, None, 11)))
+    figures.take(batch(1.0, LinkView(counters, None, None, 11)))
     assert figures.seconds[0].rejected == ((Reason.CHECKSUM, 9), (Reason.NO_HEADER, 2))
     assert figures.seconds[0].rejected_bytes == 11
 

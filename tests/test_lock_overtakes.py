@@ -1,21 +1,28 @@
 """LOCK goes before everything else, and nothing dangerous that was asked for before it follows."""
 
+from collections.abc import Callable
+
 import pytest
 
 from app.acts import REQUESTS, Act
 from app.journal import Outcome
 from app.permit import Origin, Permit
+from app.procedure import Ask, Procedure
 from app.procedures.act import Performed, perform
 from app.procedures.baud import BaudEnd, change_baud
 from app.procedures.lock import Locked, lock
+from app.procedures.write import Heard, write_verified
 from app.safety import Condition, Situation, refusals
 from app.session import Run
-from protocol.catalogue import HEARTBEAT, Hazard
-from protocol.link_states import Presence
+from protocol.catalogue import BY_NAME, HEARTBEAT, Hazard, Request
+from protocol.events import Outcome as Ended
+from protocol.events import Unanswered
+from protocol.link_states import Exchange, Presence
 from tests.journals import FakeJournal
 from tests.sim_line import Rig
 
 SLOW = {"delay_ms": 60.0}
+LIGHT_THRESHOLD = BY_NAME["light_threshold"]
 WHY = "LOCK was pressed after this was confirmed: confirm again."
 
 
@@ -99,6 +106,86 @@ def test_what_was_confirmed_before_the_port_was_opened_is_not_done(act: Act) -> 
         "The port was opened anew after this was confirmed: confirm again."
     ]
     assert REQUESTS[act] not in rig.line.requests
+
+
+def heartbeat_of_the_link(rig: Rig) -> None:
+    rig.step_until(lambda: rig.session._link.exchange is Exchange.PROBING)
+
+
+def ask_at_once(request: Request) -> Procedure[Ended]:
+    outcome: Ended = yield Ask(request, is_deliberate=True)
+    return outcome
+
+
+def set_in_flight(rig: Rig) -> None:
+    rig.session.run(Run(ask_at_once(LIGHT_THRESHOLD.set(2.0))))
+    rig.step_until(lambda: rig.line.requests[-1:] == [LIGHT_THRESHOLD.set(2.0)])
+
+
+def read_back_behind_a_fence(rig: Rig) -> None:
+    """The set was unanswered, and its acknowledgement must not pass for the value read back."""
+    set_in_flight(rig)
+    rig.session.run(Run(ask_at_once(LIGHT_THRESHOLD.query())))
+    rig.step_until(lambda: rig.session._link.exchange is Exchange.FENCING)
+
+
+@pytest.mark.parametrize("wait", [heartbeat_of_the_link, set_in_flight, read_back_behind_a_fence])
+def test_lock_waits_for_no_answer(wait: Callable[[Rig], object]) -> None:
+    """The module hears and its answers are lost: each of them is waited for up to a second, or three."""
+    rig = Rig({"active": True})
+    rig.step_for(1.0)
+    rig.bench.change(drop=1.0)
+    wait(rig)
+    sent = len(rig.line.requests)
+    press_lock(rig)
+    rig.session.step(0.0)
+    assert rig.line.requests[sent:] == [REQUESTS[Act.LOCK]]
+    rig.step_for(0.01)
+    assert not rig.bench.module.state.is_active
+
+
+def test_a_set_that_lock_overtakes_is_not_sent_again_and_is_read_back() -> None:
+    rig = Rig(SLOW)
+    writing = Run(write_verified(LIGHT_THRESHOLD, 2.0))
+    rig.session.run(writing)
+    rig.step_until(lambda: rig.line.requests[-1:] == [LIGHT_THRESHOLD.set(2.0)])
+    press_lock(rig)
+    rig.step_until(lambda: writing.is_done)
+    assert rig.line.requests.count(LIGHT_THRESHOLD.set(2.0)) == 1
+    assert writing.result is not None
+    assert (writing.result.heard, writing.result.verified) == (Heard.NOTHING, True)
+
+
+def test_an_act_that_lock_overtakes_is_of_unknown_outcome_until_the_module_tells() -> None:
+    rig = Rig(SLOW)
+    performing = under_way(rig, Act.ACTIVATE)
+    rig.step_until(lambda: rig.line.requests[-1:] == [REQUESTS[Act.ACTIVATE]])
+    locking = press_lock(rig)
+    rig.step_until(lambda: performing.is_done and locking.is_done)
+    assert rig.line.requests.count(REQUESTS[Act.ACTIVATE]) == 1
+    assert not rig.bench.module.state.is_active
+    assert locking.result is not None
+    assert locking.result.is_locked
+    assert performing.result is not None
+    assert performing.result.outcome is Outcome.UNKNOWN
+
+
+def test_what_is_dangerous_and_waits_behind_a_fence_is_withheld() -> None:
+    rig = Rig(SLOW)
+    rig.bench.change(drop=1.0)
+    activating = Run(ask_at_once(REQUESTS[Act.ACTIVATE]))
+    again = Run(ask_at_once(REQUESTS[Act.ACTIVATE]))
+    rig.session.run(activating)
+    rig.session.run(again)
+    rig.step_until(lambda: rig.session._link.exchange is Exchange.FENCING)
+    assert rig.line.requests.count(REQUESTS[Act.ACTIVATE]) == 1
+    rig.bench.heal()
+    press_lock(rig)
+    rig.step_until(lambda: again.is_done)
+    rig.step_for(3.0)
+    assert rig.line.requests.count(REQUESTS[Act.ACTIVATE]) == 1
+    assert isinstance(again.result, Unanswered)
+    assert not rig.bench.module.state.is_active
 
 
 def test_it_is_said_why() -> None:

@@ -6,6 +6,7 @@ from app.acts import Act
 from app.journal import NoJournal, Outcome
 from app.permit import Origin, Permit
 from app.procedures.act import Armed
+from app.procedures.lock import lock
 from app.procedures.write import Heard, WriteFault
 from app.procedures.write_all import Change, Leave, WriteReport, write_all
 from app.safety import Condition
@@ -76,6 +77,19 @@ def test_a_module_that_becomes_active_in_between_is_changed_no_further() -> None
     report = write(rig, freefall_time=1.2, light_threshold=2.0)
     assert sets(rig) == ["freefall_time"]
     assert report.results[1].fault is WriteFault.NOT_ALLOWED
+
+
+def test_a_report_that_came_unasked_does_not_allow_writing() -> None:
+    """On a line that doubles and dawdles, the second answer to a status comes late; found by the stateful test."""
+    for seed in range(5):
+        rig = Rig({"seed": seed})
+        rig.bench.change(double=1.0, direction="both", jitter_ms=500.0)
+        rig.run(lock())
+        rig.bench.module.activate(is_active=True)
+        rig.step_for(1.1)
+        report = rig.run(write_all([Change(BY_NAME["light_threshold"], 2.0)], Leave(journal=FakeJournal())))
+        assert BY_NAME["light_threshold"].set(2.0) not in rig.line.requests
+        assert report.refusals
 
 
 def test_nothing_is_written_while_something_is_armed() -> None:

@@ -4,7 +4,7 @@
     -> the port stays where it answers
 
 The table does not say at which rate the acknowledgement comes, nor when the change begins. So the acknowledgement
-proves nothing either way; a heartbeat answered at a rate does. Should the program end in the middle, the rates that
+proves nothing either way; a question answered at a rate does. Should the program end in the middle, the rates that
 were written down are looked at when it starts again: `look_for`.
 """
 
@@ -18,12 +18,11 @@ from app.journal import Journal, JournalFailed, Outcome
 from app.permit import Permit
 from app.procedure import Ask, Cancelled, Listen, Look, Pause, PortLost, Procedure, Report, Sight, UseRate
 from app.procedures.act import Armed, conditions_open
-from app.procedures.find import SETTLE_S
+from app.procedures.find import SETTLE_S, answers_here, proofs
 from app.procedures.write import Heard, acknowledged
 from app.safety import Condition, Refusal
 from app.transport import PortError
 from protocol.catalogue import BAUD_RATE, BAUD_RATES, HEARTBEAT, STATUS
-from protocol.events import Answered
 from protocol.text import marked
 
 LIKELY_WAITS_S = (0.25, 0.5, 1.0)
@@ -149,8 +148,9 @@ def _end(old_rate: int, new_rate: int, found: int | None, heard: Heard) -> BaudE
 def look_for(new_rate: int, old_rate: int) -> Procedure[int | None]:
     """Where the module answers after a change of rate: new, old, then all. The port stays there, else at the old rate.
 
-    Sends nothing but heartbeats.
+    Sends nothing but questions.
     """
+    questions = proofs()
     likely = list(dict.fromkeys((new_rate, old_rate)))
     others = [rate for rate in BAUD_RATES if rate not in likely]
     places = [(rate, LIKELY_WAITS_S) for rate in likely * ROUNDS] + [(rate, SWEEP_WAITS_S) for rate in others]
@@ -158,8 +158,8 @@ def look_for(new_rate: int, old_rate: int) -> Procedure[int | None]:
         yield Report(done, len(places), marked("Looking for the module at {rate} baud"), (("rate", rate),))
         yield UseRate(rate)
         yield Listen(SETTLE_S)
-        outcome = yield Ask(HEARTBEAT.query(), waits_s)
-        if isinstance(outcome, Answered):
+        is_here = yield from answers_here(waits_s, questions)
+        if is_here:
             return rate
     yield UseRate(old_rate)
     return None

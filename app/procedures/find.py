@@ -1,15 +1,22 @@
 """At which baud rate does a module answer?"""
 
+from collections.abc import Iterator
 from dataclasses import dataclass
+from itertools import cycle
 
 from app.procedure import Ask, Listen, Look, Procedure, Report, Sight, UseRate
-from protocol.catalogue import BAUD_RATES, HEARTBEAT
+from protocol.catalogue import BAUD_RATES, BY_NAME, HEARTBEAT, Request
 from protocol.events import Answered
 from protocol.text import marked
 
 WAITS_S = (0.25, 0.5)
 SETTLE_S = 0.03
 """After a change of rate: let the last character of the old rate pass."""
+PROOF_WAITS_S = (0.25, 0.5, 1.0)
+"""Enough for a line that loses every other frame."""
+_PROOFS = tuple(BY_NAME[name].query() for name in ("boot_count", "charging", "active", "triggered"))
+_PROOFS_TRIED = 2
+"""Should a module not know one of them."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -20,11 +27,33 @@ class Found:
     tried: tuple[int, ...]
 
 
+def proofs() -> Iterator[Request]:
+    """Questions for `answers_here`, of one search for a rate."""
+    return cycle(_PROOFS)
+
+
+def answers_here(waits_s: tuple[float, ...], questions: Iterator[Request]) -> Procedure[bool]:
+    """Whether a module answers at the port's rate: a heartbeat, and then one of `questions` too.
+
+    The answer to a heartbeat that went out at another rate may still come, through a network even in whole bytes. To
+    what was not asked there no answer comes.
+    """
+    sign = yield Ask(HEARTBEAT.query(), waits_s)
+    if not isinstance(sign, Answered):
+        return False
+    for _ in range(_PROOFS_TRIED):
+        proof = yield Ask(next(questions), PROOF_WAITS_S)
+        if isinstance(proof, Answered):
+            return True
+    return False
+
+
 def find_rate(first: int | None = None) -> Procedure[Found]:
     """Tries `first`, then all rates from the fastest down; ends at the first that answers, on that rate.
 
-    Sends nothing but heartbeats. Where none answers the port goes back to the rate that it had.
+    Sends nothing but questions. Where none answers the port goes back to the rate that it had.
     """
+    questions = proofs()
     sight: Sight = yield Look()
     candidates = list(BAUD_RATES)
     if first in candidates:
@@ -36,8 +65,8 @@ def find_rate(first: int | None = None) -> Procedure[Found]:
         yield UseRate(rate)
         yield Listen(SETTLE_S)
         tried.append(rate)
-        outcome = yield Ask(HEARTBEAT.query(), WAITS_S)
-        if isinstance(outcome, Answered):
+        is_here = yield from answers_here(WAITS_S, questions)
+        if is_here:
             return Found(rate, tuple(tried))
     yield UseRate(sight.baud_rate)
     return Found(None, tuple(tried))

@@ -28,6 +28,7 @@ TURN_S = 0.01
 HEARTBEAT_WAITS_S = (1.0,)
 """The vendor's second: unanswered within it, the module is offline."""
 OFF_ATTEMPTS = 3
+_BOOT_COUNT = BY_NAME["boot_count"].query()
 _SLOW = tuple(BY_NAME[name].query() for name in ("cell_voltage", "charging", "light"))
 
 
@@ -48,6 +49,8 @@ class _Course:
     restarts: int = 0
     last_sleep: Sleep | None = None
     has_read: bool = False
+    is_suspicious: bool = False
+    """Of a restart: the boot count is asked for at once."""
     due: dict[Request, float] = field(default_factory=dict)
     """When each polled question is due next."""
 
@@ -78,6 +81,9 @@ def _turn(course: _Course, switch: StreamSwitch, sight: Sight, *, read_all: bool
         course.switched_on_at, course.is_hopeless, course.has_read = None, False, False
     if sight.device.last_sleep != course.last_sleep:
         course.last_sleep, course.has_read = sight.device.last_sleep, False
+    if sight.device.is_restart_suspected and not course.is_suspicious:
+        course.due.pop(_BOOT_COUNT, None)
+    course.is_suspicious = sight.device.is_restart_suspected
     if read_all and not course.has_read:
         yield from _read_all(course)
         return
@@ -137,7 +143,7 @@ def _polled(switch: StreamSwitch, sight: Sight) -> Iterator[tuple[Request, float
         yield STATUS.query(), POLL_EVERY_S if switch.is_wanted else UNSEEN_POLL_EVERY_S
     for request in _SLOW:
         yield request, SLOW_EVERY_S
-    yield BY_NAME["boot_count"].query(), BOOT_EVERY_S
+    yield _BOOT_COUNT, BOOT_EVERY_S
 
 
 def _switch_off(course: _Course) -> Procedure[None]:

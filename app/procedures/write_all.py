@@ -8,6 +8,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 from app.acts import Act
+from app.device import How
 from app.journal import Journal, Outcome, begin_if_possible
 from app.permit import Permit
 from app.procedure import Ask, Look, Procedure, Report, Sight
@@ -105,12 +106,15 @@ def _keep_snapshot(keep: Callable[[Snapshot], None]) -> Procedure[None]:
 
 
 def _refusals(leave: Leave) -> Procedure[tuple[Refusal, ...]]:
-    """The module is asked where it is not known that it is locked."""
-    for _ in range(2):
+    """The module is asked where it has not just said, being asked, that it is locked: a report that came unasked says
+    what was so when it left, and nobody knows how long ago that is."""
+    for has_been_asked in (False, True):
         sight: Sight = yield Look()
         armed = leave.armed.act if leave.armed is not None else None
         found = refusals(Act.WRITE, situation(sight.device, sight.now, armed=armed, is_unlocked=leave.is_unlocked))
-        if not found:
+        active = sight.device.known("active", sight.now)
+        is_answer = has_been_asked or (active is not None and active.how is How.READ)
+        if not found and (leave.is_unlocked or is_answer):
             break
         yield Ask(STATUS.query())
     return found

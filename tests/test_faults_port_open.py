@@ -1,69 +1,32 @@
-"""Faults of the port itself, on real pseudo-terminals, processes and devices: closed in time, said in our own words."""
+"""Faults of a port that is open, on real pseudo-terminals: closed in time, said in our own words, nothing invented."""
 
-import errno
 import os
 import select
-import signal
-import subprocess
 import sys
-import termios
 import threading
 import time
-from collections.abc import Iterator
 from contextlib import suppress
-from pathlib import Path
 
 import pytest
-import serial
 
-from app import ports, transport
-from app.ports import PortInfo, PortsUnknown, list_ports
+from app import transport
 from app.procedure import Ask, Procedure
 from app.procedures.greet import greet
 from app.procedures.read import read_everything
 from app.procedures.stream import StreamSwitch, watch
-from app.transport import PortError, PortTrouble, open_line
+from app.transport import PortError, PortTrouble
 from app.worker import Batch, Job, PortState, Worker
-from protocol.catalogue import BY_NAME, STATUS
+from protocol.catalogue import BY_NAME
 from protocol.events import OutcomeUnknown, Rejected
 from protocol.link_states import Presence
-from protocol.messages import Status
 from tests.batches import Batches
-from tests.processes import ENVIRONMENT, PROGRAM, ROOT, RunningModule, run_module
-from tests.terminals import CLOSING_S, Terminal, in_time
+from tests.processes import RunningModule
+from tests.terminals import CLOSING_S, STATUS_FRAME, Terminal, in_time
 
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="pseudo-terminals are POSIX")
+pytest_plugins = ["tests.port_fixtures"]
 
 ENOUGH_STOLEN = 12
-NOBODY = 65534
-"""A user that every system has and that may do nothing."""
-ANSWER = Status(5, 1.0, triggered=False, active=False).encode()
-
-
-@pytest.fixture
-def terminal() -> Iterator[Terminal]:
-    made = Terminal()
-    yield made
-    made.hang_up()
-
-
-@pytest.fixture
-def batches() -> Batches:
-    return Batches()
-
-
-@pytest.fixture
-def worker(batches: Batches) -> Iterator[Worker]:
-    made = Worker(batches)
-    made.start()
-    yield made
-    assert made.stop(2.0)
-
-
-@pytest.fixture
-def module() -> Iterator[RunningModule]:
-    with run_module("--uptime", "60", "--rate", "100") as running:
-        yield running
 
 
 def is_open(batch: Batch) -> bool:
@@ -80,107 +43,6 @@ def is_online(batch: Batch) -> bool:
 
 def has_trouble(batches: Batches) -> bool:
     return batches.last is not None and batches.last.connection.trouble is not None
-
-
-# Opening
-
-
-@pytest.mark.parametrize(
-    ("number", "trouble"),
-    [
-        (errno.EACCES, PortTrouble.NOT_ALLOWED),
-        (errno.EPERM, PortTrouble.NOT_ALLOWED),
-        (errno.EBUSY, PortTrouble.BUSY),
-        (errno.ENOENT, PortTrouble.MISSING),
-        (errno.ENXIO, PortTrouble.MISSING),
-        (errno.EINVAL, PortTrouble.UNUSABLE),
-        (errno.ENOTTY, PortTrouble.UNUSABLE),
-    ],
-)
-def test_what_the_system_refuses_has_a_name(
-    number: int, trouble: PortTrouble, terminal: Terminal, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    def refuse(_serial: serial.Serial) -> None:
-        raise serial.SerialException(number, f"could not open port: {os.strerror(number)}")
-
-    monkeypatch.setattr(serial.Serial, "open", refuse)
-    with pytest.raises(PortError) as refused:
-        open_line(terminal.name, 115200)
-    assert refused.value.trouble is trouble
-
-
-def test_a_port_without_permission(terminal: Terminal) -> None:
-    """To the administrator nothing is forbidden, so then the child becomes somebody else first."""
-    Path(terminal.name).chmod(0)
-    code = (
-        "import os, sys\nfrom app.transport import PortError, open_line\n"
-        "nobody = int(sys.argv[2])\n"
-        "if os.geteuid() == 0:\n    os.setgroups([])\n    os.setgid(nobody)\n    os.setuid(nobody)\n"
-        "try:\n    open_line(sys.argv[1], 115200)\nexcept PortError as error:\n    print(error.trouble.value)"
-    )
-    ran = subprocess.run(
-        [sys.executable, "-B", "-c", code, terminal.name, str(NOBODY)],
-        cwd=ROOT, env=ENVIRONMENT, capture_output=True, text=True, timeout=30, check=False,
-    )  # fmt: skip
-    assert ran.stdout.strip() == "not allowed", ran.stderr
-
-
-def test_two_copies_of_the_program_do_not_share_a_port(module: RunningModule) -> None:
-    command = [*PROGRAM, "monitor", "--port", module.port, "--seconds", "8", "--json"]
-    with subprocess.Popen(
-        command, cwd=ROOT, env=ENVIRONMENT, text=True, stdout=subprocess.PIPE, stderr=subprocess.PIPE
-    ) as first:
-        try:
-            assert first.stdout is not None
-            assert first.stdout.readline()  # it works
-            with pytest.raises(PortError) as refused:
-                open_line(module.port, 115200)
-            assert refused.value.trouble is PortTrouble.BUSY
-            holder = refused.value.holder
-            if sys.platform.startswith("linux"):
-                assert holder is not None
-                assert holder.pid in (first.pid, module.process.pid)  # the simulated module has it open too
-        finally:
-            first.terminate()
-            first.communicate(timeout=10)
-
-
-def test_kill_minus_nine_leaves_a_port_that_can_be_opened(module: RunningModule) -> None:
-    command = [*PROGRAM, "monitor", "--port", module.port, "--seconds", "30"]
-    with subprocess.Popen(
-        command, cwd=ROOT, env=ENVIRONMENT, text=True, stdout=subprocess.PIPE, stderr=subprocess.PIPE
-    ) as first:
-        assert first.stdout is not None
-        assert first.stdout.readline()
-        first.kill()
-        first.communicate(timeout=10)
-    line = open_line(module.port, 115200)
-    line.close()
-
-
-def test_sigterm_ends_in_time_and_switches_the_stream_off(module: RunningModule) -> None:
-    command = [*PROGRAM, "monitor", "--port", module.port, "--seconds", "30"]
-    with subprocess.Popen(
-        command, cwd=ROOT, env=ENVIRONMENT, text=True, stdout=subprocess.PIPE, stderr=subprocess.PIPE
-    ) as first:
-        assert first.stdout is not None
-        assert first.stdout.readline()
-        with in_time(2.0):
-            first.send_signal(signal.SIGTERM)
-            _, said = first.communicate(timeout=10)
-    assert "Traceback" not in said
-    line = open_line(module.port, 115200)
-    try:
-        end_s = time.monotonic() + 0.3
-        came = b""
-        while time.monotonic() < end_s:
-            came += line.read(0.01, 0.0)
-        assert len(came) <= 2 * len(ANSWER)  # the stream is off; at most what was on its way
-    finally:
-        line.close()
-
-
-# Open
 
 
 def test_unplugged_in_the_middle_of_everything(worker: Worker, batches: Batches, module: RunningModule) -> None:
@@ -237,7 +99,7 @@ def test_bytes_after_closing_are_nobodys(worker: Worker, batches: Batches, termi
     batches.mark()
     worker.close()
     closed = batches.until(lambda batch: batch.connection.state is PortState.CLOSED)
-    terminal.send(ANSWER * 10)
+    terminal.send(STATUS_FRAME * 10)
     worker.open(terminal.name, 115200)
     batches.mark()
     batches.until(is_open)
@@ -252,10 +114,10 @@ def test_half_a_frame_at_opening_is_rejected_and_the_next_one_read(
 ) -> None:
     worker.open(terminal.name, 115200)
     batches.until(is_open)
-    terminal.send(ANSWER[3:] + ANSWER)
+    terminal.send(STATUS_FRAME[3:] + STATUS_FRAME)
     seen = batches.until(lambda batch: batch.device.fresh("tilt_deg", batch.at) == 5)
     assert seen.link is not None
-    assert seen.link.counters.rejected == len(ANSWER) - 3
+    assert seen.link.counters.rejected == len(STATUS_FRAME) - 3
 
 
 def test_a_login_prompt_is_noise_and_no_module(worker: Worker, batches: Batches, terminal: Terminal) -> None:
@@ -337,72 +199,6 @@ def test_an_unanswered_act_is_of_unknown_outcome_and_not_sent_again(
     assert isinstance(job.outcome(), OutcomeUnknown)
     sent = os.read(terminal.master, 4096)
     assert sent.count(BY_NAME["activation"].set(True).encode()) == 1
-
-
-# The four exceptions of one pulled cable
-
-
-@pytest.mark.parametrize(
-    "error",
-    [
-        serial.SerialException("device reports readiness to read but returned no data"),
-        OSError(errno.EIO, "Input/output error"),
-        termios.error(errno.EIO, "Input/output error"),
-        TypeError("'NoneType' object cannot be interpreted as an integer"),
-        ValueError("file descriptor cannot be a negative integer (-1)"),
-    ],
-    ids=["SerialException", "OSError", "termios.error", "TypeError", "ValueError"],
-)
-@pytest.mark.parametrize("where", ["read", "in_waiting", "write", "reset_input_buffer", "close"])
-def test_whatever_pyserial_raises_is_a_lost_port(
-    where: str, error: Exception, terminal: Terminal, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    line = open_line(terminal.name, 115200)
-
-    def fail(*_: object) -> object:
-        raise error
-
-    is_property = where == "in_waiting"
-    with monkeypatch.context() as patch:
-        patch.setattr(serial.Serial, where, property(fail) if is_property else fail)
-        terminal.send(ANSWER)
-        match where:
-            case "close":
-                line.close()  # never raises
-            case "write":
-                with pytest.raises(PortError):
-                    line.write(STATUS.query().encode())
-            case "reset_input_buffer":
-                with pytest.raises(PortError):
-                    line.use_rate(9600)
-            case _:
-                with pytest.raises(PortError) as lost:
-                    line.read(0.01, 0.0)
-                assert lost.value.trouble is PortTrouble.LOST
-    line.close()
-    line.close()
-
-
-# The list of ports
-
-
-def test_a_list_that_takes_ten_seconds_is_given_up_in_time(monkeypatch: pytest.MonkeyPatch) -> None:
-    is_over = threading.Event()
-
-    def scan() -> list[PortInfo]:
-        is_over.wait(10)
-        return []
-
-    monkeypatch.setattr(ports, "scan", scan)
-    try:
-        with in_time(0.3), pytest.raises(PortsUnknown):
-            ports._scan_in_thread(0.3)
-    finally:
-        is_over.set()
-
-
-def test_the_list_works_as_it_is() -> None:
-    assert isinstance(list_ports(5.0), list)
 
 
 def test_the_limits_of_writing_and_closing_fit_into_half_a_second() -> None:
