@@ -109,6 +109,8 @@ class DeviceView:
     last_sleep: Sleep | None = None
     is_restart_suspected: bool = False
     """A heartbeat came that may be a restart's; the next boot count tells."""
+    undecided: frozenset[str] = frozenset()
+    """What was known until a heartbeat came that may be a restart's, and counts as unknown until that is decided."""
 
     def known(self, key: str, now: float) -> Known | None:
         """The value with the doubt that its age casts on it at `now`; None while unknown."""
@@ -206,6 +208,7 @@ class Device:
             self._restarts,
             self._last_sleep,
             self._is_restart_suspected,
+            frozenset(self._suspected),
         )
 
     def is_streaming(self, now: float) -> bool:

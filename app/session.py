@@ -225,12 +225,7 @@ class Session:
 
     def link_view(self) -> LinkView:
         trips = self._link.round_trips
-        return LinkView(
-            self._link.counters.copy(),
-            trips.minimum_s,
-            trips.median_s,
-            self.bytes_received,
-        )
+        return LinkView(self._link.counters.copy(), trips.minimum_s, trips.median_s, self.bytes_received)
 
     # The wheel
 
@@ -290,6 +285,7 @@ class Session:
             while run.wants_to_look:
                 run.resume(self._sight(now), now)
         self._drop_finished(now)
+        self._let_urgent_pass()
         active = self._foreground[0] if self._foreground else self._background
         if active is None or active.is_done or self._asking is not None:
             return
@@ -301,6 +297,15 @@ class Session:
         ask = active.wants_to_ask
         if ask is not None and self._link.is_idle:
             self._send(active, ask, now)
+
+    def _let_urgent_pass(self) -> None:
+        """Two urgent ones may have come before either was sent: neither waits for the other's answer."""
+        for place, run in enumerate(self._foreground):
+            ask = run.wants_to_ask if run.is_urgent and run is not self._asking else None
+            if place > 0 and ask is not None and not ask.request.is_repeatable:
+                self._foreground.insert(0, self._foreground.pop(place))
+                self._free_line(is_urgent=True)
+                return
 
     def _notice_sleep(self, now: float) -> bool:
         slept_s = self._asleep_s()

@@ -144,6 +144,20 @@ def test_lock_waits_for_no_answer(wait: Callable[[Rig], object]) -> None:
     assert not rig.bench.module.state.is_active
 
 
+def test_two_locks_at_once_do_not_wait_for_each_other() -> None:
+    """Pressed twice before either was sent, and the first is lost on the line."""
+    rig = Rig({"active": True})
+    rig.step_for(1)
+    rig.bench.change(mute=True)
+    began = rig.clock.now_s
+    first, second = press_lock(rig), press_lock(rig)
+    rig.step_until(lambda: rig.line.requests.count(REQUESTS[Act.LOCK]) == 2)
+    assert rig.clock.now_s - began < 0.1
+    rig.bench.heal()
+    rig.step_until(lambda: first.is_done and second.is_done)
+    assert rig.line.requests.count(REQUESTS[Act.LOCK]) == 2
+
+
 def test_a_set_that_lock_overtakes_is_not_sent_again_and_is_read_back() -> None:
     rig = Rig(SLOW)
     writing = Run(write_verified(LIGHT_THRESHOLD, 2.0))

@@ -1,6 +1,7 @@
 """A verdict does not outlive a sleep of the computer, nor a silence that nobody looked at."""
 
 import time
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -8,6 +9,7 @@ from PySide6.QtWidgets import QApplication
 from pytestqt.qtbot import QtBot
 
 from app.awake import SleepWatch
+from app.device import DeviceView
 from app.preflight.evidence import Disturbance, Evidence
 from app.preflight.expectations import Expectations, Past
 from app.preflight.findings import Case
@@ -71,6 +73,22 @@ def test_a_silence_that_is_over_before_anybody_looked_voids_too() -> None:
     rig.bench.heal()
     rig.run(greet())
     assert rig.void(assessment) is Disturbance.SILENT
+
+
+def test_a_heartbeat_that_may_be_a_restarts_voids_only_once_that_is_decided() -> None:
+    rig = NightRig()
+    assessment = rig.checked()
+    view = rig.session.device.view(rig.clock.now_s)
+    flags = frozenset({"attitude_trigger", "freefall_trigger"})
+    values = {key: known for key, known in view.values.items() if key not in flags}
+
+    def void(device: DeviceView) -> Disturbance | None:
+        found = void_reason(assessment, device, rig.clock.now_s, opened_at=rig.session.opened_at)
+        return None if found is None else found.reason
+
+    assert void(replace(view, values=values, undecided=flags)) is None
+    assert void(replace(view, values=values)) is Disturbance.CHANGED
+    assert void(replace(view, values=values, undecided=flags, restarts=view.restarts + 1)) is Disturbance.RESTARTED
 
 
 def test_the_window_says_so(qtbot: QtBot, qapp: QApplication, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -60,15 +60,15 @@ def name_it(bench: OnBench) -> None:
 @pytest.mark.parametrize(
     ("act", "why"),
     [
-        (restart, "the module restarted"),
-        (unplug, "the port was lost"),
-        (silence, "the module stopped answering"),
-        (open_bay, "the module changed: Light"),
-        (plug_charger, "the module changed: Charging"),
-        (activate, "the module changed: Activation"),
-        (grow_old, "too old"),
-        (type_another_name, "the module changed: what is entered here"),
-        (name_it, "the module changed: what is entered here"),
+        (restart, "The module restarted"),
+        (unplug, "The port was lost"),
+        (silence, "The module stopped answering"),
+        (open_bay, "The module changed: Light"),
+        (plug_charger, "The module changed: Charging"),
+        (activate, "The module changed: Activation"),
+        (grow_old, "Too old"),
+        (type_another_name, "The module changed: what is entered here"),
+        (name_it, "The module changed: what is entered here"),
     ],
 )
 def test_what_voids_a_go(
@@ -107,7 +107,7 @@ def test_a_check_that_is_cancelled_is_void_and_not_kept(
         qtbot.waitUntil(page.buttons.cancel.isVisible)
         bench.click(page.buttons.cancel)
         bench.wait_standing(Standing.VOID)
-        assert page.banner.announcement.head == "interrupted"
+        assert page.banner.announcement.head == "Interrupted"
         assert not page.buttons.print.isEnabled()
         assert kept(bench) == []
 
@@ -119,7 +119,7 @@ def test_unplugged_in_the_middle(qtbot: QtBot, qapp: QApplication, tmp_path: Pat
         qtbot.waitUntil(lambda: page.work.progress is not None and page.work.progress.done >= 2, timeout=8000)
         bench.bench.unplug()
         bench.wait_standing(Standing.VOID)
-        assert page.banner.announcement.head == "the port was lost"
+        assert page.banner.announcement.head == "The port was lost"
         assert kept(bench) == []
 
 

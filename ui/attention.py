@@ -41,6 +41,9 @@ class Attention(QObject):
         self._message: Callable[[], Notice | None] | None = None
         self._locks = 0
         """How often LOCK was sent off."""
+        self._locks_under_way = 0
+        self._locks_done = 0
+        """Up to this one all is said."""
         self._after_lock: list[Callable[[], None]] = []
         """What waits for it."""
 
@@ -162,20 +165,25 @@ class Attention(QObject):
         return said
 
     def _lock_then(self, then: Callable[[], None]) -> None:
-        """Pressed again while one is under way, it goes out again: the first may have been lost on the line."""
+        """Pressed again while one is under way, it goes out again: the first may have been lost on the line. One that
+        the module confirms is enough; that none was is said when the last has ended."""
         if not self._connector.is_open:
             return
         self._after_lock.append(then)
         self._locks += 1
+        self._locks_under_way += 1
         number = self._locks
         self._message = None
         self._say(tr("Locking …"))
 
         def end(locked: Locked | None) -> None:
-            if number != self._locks:
-                return  # the last one tells
+            self._locks_under_way -= 1
+            is_locked = lock_notice(locked, self.lock, self._forget) is None
+            if number <= self._locks_done or (not is_locked and self._locks_under_way):
+                return
+            self._locks_done = self._locks
             waiting, self._after_lock = self._after_lock, []
-            if lock_notice(locked, self.lock, self._forget) is None:
+            if is_locked:
                 self._say(tr("LOCKED: the module says so."))
                 for one in waiting:
                     one()

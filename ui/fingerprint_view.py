@@ -27,7 +27,7 @@ class FingerprintView(QWidget):
     def show_device(self, device: DeviceView, now: float) -> None:
         found = fingerprint_of(device, now)
         is_known = found.code is not None and found.is_complete
-        self.code.setText(found.code if is_known else "—")
+        self.code.setText((found.code or "") if is_known else "—")
         self._dress(role="heading" if is_known else "muted")
         self.code.setAccessibleName(tr("Fingerprint of the settings: {code}", code=self.code.text()))
         if found.missing:

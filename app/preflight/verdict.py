@@ -143,7 +143,7 @@ def _changed(assessment: Assessment, device: DeviceView, now: float) -> Said | N
         if before is not None and known is not None and known.value != before:
             return Said(_TITLES[key])
     for key in evidence.flags:
-        if checked.get(key) is not None and key not in device.values:
+        if checked.get(key) is not None and key not in device.values and key not in device.undecided:
             return Said(_TITLES[key])  # a set that nobody confirmed
     voltage = device.fresh("cell_voltage_v", now)
     was_charged = assessment.result("cell_voltage") is Result.PASS
