@@ -15,9 +15,7 @@ from app.journal import Outcome
 from app.ritual import Stage
 from app.store.database import StoreFault, StoreTrouble
 from app.store.store import Store
-from tests.fakes_ui import simulated
 from tests.settings_bench import Desk, desk
-from ui.connector import Target
 from ui.keeping import Keeping
 from ui.ritual_widget import RitualWidget
 
@@ -269,31 +267,6 @@ def test_everything_disarms(qtbot: QtBot, qapp: QApplication, tmp_path: Path, wh
         assert one.commands._services.armed.act is None
         assert text in outcome(one)
         stays_quiet(one, 300)
-
-
-def test_what_was_said_goes_when_the_module_says_otherwise(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
-    with desk(qtbot, qapp, tmp_path, page="commands", active=True) as one:
-        one.click(one.commands.lock)
-        one.until(lambda: one.commands.said.notice is not None)
-        notice = one.commands.said.notice
-        assert notice is not None
-        assert "LOCKED" in notice.text
-        one.bench.module.activate(is_active=True)
-        one.until(lambda: one.commands.said.notice is None)
-
-
-def test_what_was_said_of_one_module_is_not_said_of_the_next(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
-    with desk(qtbot, qapp, tmp_path, page="commands") as one, simulated("next"):
-        row = one.commands.acts[Act.ZERO]
-        one.until(row.confirm.ask.isEnabled)
-        one.click(row.confirm.ask)
-        one.click(row.confirm.go)
-        one.until(lambda: "acknowledged" in said(one, Act.ZERO))
-        one.click(one.commands.lock)
-        one.until(lambda: one.commands.said.notice is not None)
-        one.assembly.connector.connect_to(Target("sim://next", 115200))
-        one.until(lambda: one.commands.said.notice is None)
-        assert said(one, Act.ZERO) == ""
 
 
 def test_a_sleep_of_the_computer_disarms_before_a_hold_is_complete(
