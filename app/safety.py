@@ -232,7 +232,7 @@ def _permitted(condition: Condition, act: Act, now_is: Situation, missing: str) 
             return Refusal(condition, marked("The computer slept after this was confirmed: confirm again."))
         if now_is.overtaken_at is not None and permit.granted_at <= now_is.overtaken_at:
             return Refusal(condition, marked("LOCK was pressed after this was confirmed: confirm again."))
-        if now_is.opened_at is not None and permit.granted_at < now_is.opened_at:
+        if now_is.opened_at is not None and permit.granted_at <= now_is.opened_at:
             return Refusal(condition, marked("The port was opened anew after this was confirmed: confirm again."))
         return None
     if permit.is_rehearsal:

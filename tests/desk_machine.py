@@ -274,7 +274,7 @@ class DeskMachine(RuleBasedStateMachine):
     @invariant()
     def all_holds(self) -> None:
         DeskMachine.steps += 1
-        assert not self.desk.ledger.complaints
+        assert not self.desk.ledger.complaints, self.desk.ledger.complaints
         self._nothing_stays_armed()
         self.judge.rows()
 

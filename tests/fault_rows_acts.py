@@ -17,7 +17,7 @@ from app.procedures.write_all import Change, Leave, WriteReport, write_all
 from protocol.catalogue import BAUD_RATE, BY_NAME, STATUS
 from tests.fault_table import Cell, Row, truth
 from tests.journals import FakeJournal
-from tests.sim_line import FakeClock
+from tests.sim_line import INSTANT_S, FakeClock
 
 WANTED_RATE = 57600
 BOOTS = 37
@@ -27,7 +27,7 @@ ACTIVE = MappingProxyType({"active": "yes"})
 
 def _permit(act: Act) -> Permit:
     """Granted when the cell's clock begins."""
-    return Permit(act, Origin.RITUAL if act is Act.DEPLOY else Origin.COMMAND_LINE, FakeClock().now_s)
+    return Permit(act, Origin.RITUAL if act is Act.DEPLOY else Origin.COMMAND_LINE, FakeClock().now_s + INSTANT_S)
 
 
 def _says_performed(done: Performed) -> str:

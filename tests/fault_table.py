@@ -21,7 +21,7 @@ from protocol.catalogue import CELL_VOLT, CENTISECOND, DEGREE, TENTH_G, TENTH_VO
 from protocol.fields import Value
 from tests.fault_kinds import End, FaultKind
 from tests.faulty_port import FakePort, Phase
-from tests.sim_line import FakeClock
+from tests.sim_line import INSTANT_S, FakeClock
 
 LONGEST_S = 90.0
 MOST_STEPS = 60_000
@@ -92,6 +92,7 @@ class Cell:
         self.line = SerialLine("/dev/ttyUSB0", self.port)  # type: ignore[arg-type]
         self.line.wake()  # never lingers: the clock is a fake one
         self.session = Session(self.line, self.clock)
+        self.clock.now_s += INSTANT_S
         self.run: Run[Any] = Run(row.make())
         self.hidden: frozenset[str] = frozenset()
         """What the fault changes in the module behind everybody's back."""

@@ -88,6 +88,10 @@ class SimulatedLine:
             raise PortError(PortTrouble.LOST, "sim", "unplugged")
 
 
+INSTANT_S = 1e-6
+"""Nobody confirms anything at the very moment at which the port is opened."""
+
+
 class Rig:
     """Session, line and clock together."""
 
@@ -95,6 +99,7 @@ class Rig:
         self.clock = FakeClock()
         self.line = SimulatedLine(self.clock, options, baud_rate=baud_rate)
         self.session = Session(self.line, self.clock)
+        self.clock.now_s += INSTANT_S
 
     @property
     def bench(self) -> SimulatedBench:

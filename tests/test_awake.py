@@ -22,7 +22,7 @@ from protocol.catalogue import BY_NAME, SERIAL_OUTPUT, Hazard
 from protocol.link_states import Presence
 from tests.batches import Batches
 from tests.journals import FakeJournal
-from tests.sim_line import Rig
+from tests.sim_line import INSTANT_S, Rig
 
 NIGHT_S = 8 * 3600.0
 EVERYTHING = {command.key for command in READABLE[1:]}
@@ -49,6 +49,7 @@ class SleepyRig(Rig):
         super().__init__({"uptime": 60, "noise": 0} | (options or {}))
         self.lid = Lid(self)
         self.session = Session(self.line, self.clock, asleep_s=SleepWatch(self.clock, self.lid).look)
+        self.clock.now_s += INSTANT_S
 
     def watched(self) -> None:
         self.session.run_in_background(watch(StreamSwitch()))

@@ -108,6 +108,15 @@ def test_what_was_confirmed_before_the_port_was_opened_is_not_done(act: Act) -> 
     assert REQUESTS[act] not in rig.line.requests
 
 
+def test_what_was_confirmed_at_the_very_moment_of_the_opening_is_not_done() -> None:
+    """Nobody knows which came first: it may have been meant for the port before."""
+    rig = Rig({"active": True})
+    permit = Permit(Act.ACTIVATE, Origin.CONFIRMATION, rig.session.opened_at)
+    done = rig.run(perform(Act.ACTIVATE, FakeJournal(), permit=permit))
+    assert done.outcome is Outcome.NOT_SENT
+    assert REQUESTS[Act.ACTIVATE] not in rig.line.requests
+
+
 def heartbeat_of_the_link(rig: Rig) -> None:
     rig.step_until(lambda: rig.session._link.exchange is Exchange.PROBING)
 

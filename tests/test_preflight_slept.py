@@ -19,7 +19,7 @@ from app.procedures.greet import greet
 from app.session import Session
 from app.worker import Worker
 from tests.preflight_window import hurry, on_bench
-from tests.sim_line import Rig
+from tests.sim_line import INSTANT_S, Rig
 from ui.preflight_work import Standing
 
 NIGHT_S = 8 * 3600.0
@@ -33,6 +33,7 @@ class NightRig(Rig):
         self.asleep_s = 0.0
         watch = SleepWatch(self.clock, lambda: self.clock.now_s + self.asleep_s)
         self.session = Session(self.line, self.clock, asleep_s=watch.look)
+        self.clock.now_s += INSTANT_S
 
     def checked(self) -> Assessment:
         evidence = Evidence(port="sim")

@@ -76,6 +76,9 @@ class Conversation:
                 what = tr("{port} does not open within {seconds:.0f} s.", port=port, seconds=OPENING_LIMIT_S)
                 step = tr("Unplug the adapter, plug it in again and try again.")
                 raise NoLink(f"{what} {step}")
+        opened_at = time.monotonic()
+        while time.monotonic() <= opened_at:  # Windows' clock stands still for 16 ms: nothing was confirmed meanwhile
+            self.wait()
 
     def run(self, procedure: Procedure[Result]) -> Result:
         """The procedure's result; raises what it raised, or `Interrupted`."""
