@@ -34,7 +34,7 @@ _CHINESE_FONTS = (
 )
 
 if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
-    # A run that was begun in the background ignores Ctrl-C, and so would each program that a test starts and interrupts.
+    # A run that was begun in the background ignores Ctrl-C, and so would what a test starts and interrupts.
     signal.signal(signal.SIGINT, signal.default_int_handler)
 
 settings.register_profile("quick", max_examples=50, deadline=None, derandomize=True)
