@@ -1,5 +1,6 @@
 """LOCK from the window: one gesture, as often as it is pressed, and never called done before the module says so."""
 
+from collections.abc import Callable
 from pathlib import Path
 
 import pytest
@@ -7,6 +8,7 @@ from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QApplication, QWidget
 from pytestqt.qtbot import QtBot
 
+from app.procedures.lock import Locked
 from protocol.catalogue import ACTIVATION
 from tests.fakes_ui import WAIT_MS, simulated, wait_online, window
 from ui.connector import Target
@@ -68,3 +70,24 @@ def test_a_lock_without_answer_is_not_called_locked(qtbot: QtBot, qapp: QApplica
         assert notice is not None
         assert notice.meaning is Meaning.DANGER
         assert "ACTIVE" in notice.text
+
+
+def test_a_lock_that_fails_is_said_though_an_older_one_is_still_under_way(
+    qtbot: QtBot, qapp: QApplication, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    with simulated("thrice") as bench, window(qapp, tmp_path) as assembly:
+        bench.module.activate(is_active=True)
+        assembly.connector.connect_to(Target("sim://thrice", 115200))
+        wait_online(qtbot, assembly)
+        ends: list[Callable[[Locked | None], None]] = []
+        monkeypatch.setattr(assembly.connector, "lock", ends.append)
+        attention = assembly.window.attention
+        attention.lock()
+        attention.lock()
+        ends[0](Locked(is_acknowledged=True, is_locked=True))
+        attention.lock()
+        ends[2](None)
+        notice = assembly.window.notice_bar.notice
+        assert notice is not None
+        assert notice.meaning is Meaning.DANGER
+        ends[1](None)

@@ -41,7 +41,7 @@ class Attention(QObject):
         self._message: Callable[[], Notice | None] | None = None
         self._locks = 0
         """How often LOCK was sent off."""
-        self._locks_under_way = 0
+        self._locks_under_way: set[int] = set()
         self._locks_done = 0
         """Up to this one all is said."""
         self._after_lock: list[Callable[[], None]] = []
@@ -171,15 +171,16 @@ class Attention(QObject):
             return
         self._after_lock.append(then)
         self._locks += 1
-        self._locks_under_way += 1
         number = self._locks
+        self._locks_under_way.add(number)
         self._message = None
         self._say(tr("Locking …"))
 
         def end(locked: Locked | None) -> None:
-            self._locks_under_way -= 1
+            self._locks_under_way.discard(number)
             is_locked = lock_notice(locked, self.lock, self._forget) is None
-            if number <= self._locks_done or (not is_locked and self._locks_under_way):
+            is_told_later = not is_locked and any(one > self._locks_done for one in self._locks_under_way)
+            if number <= self._locks_done or is_told_later:
                 return
             self._locks_done = self._locks
             waiting, self._after_lock = self._after_lock, []
