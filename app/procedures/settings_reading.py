@@ -1,0 +1,110 @@
+"""Read all settings that can be read, and name what differs between two readings.
+
+    boot count -> every setting, until two answers in a row agree -> boot count
+
+Equal boot counts at both ends: all values belong to one start of the module.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from enum import Enum
+from typing import NamedTuple
+
+from app.procedure import Ask, Look, Procedure, Report, Sight
+from app.procedures.write import ReadBack, read_back, restarted_since
+from protocol.catalogue import BY_NAME, HEARTBEAT, SETTINGS, Command
+from protocol.events import Answered
+from protocol.fields import Value
+from protocol.text import marked
+
+BOOT_COUNT = BY_NAME["boot_count"]
+READABLE_SETTINGS: tuple[Command, ...] = tuple(command for command in SETTINGS if command.reads_back)
+HEARTBEAT_WAITS_S = (0.5, 1.0)
+"""After an unanswered question: is the module still there?"""
+
+
+class ReadFault(Enum):
+    """Why a value is missing; the value is its English, translatable text."""
+
+    NO_REPLY = marked("no reply")
+    UNSTEADY = marked("the module gives different answers to the same question")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class SettingsReading:
+    """Values by key, in the field's unit. Times are monotonic seconds."""
+
+    values: Mapping[str, Value]
+    faults: Mapping[str, ReadFault]
+    """By key, also of the boot count."""
+    boot_count: int | None = None
+    """None unless it was read at both ends and did not change."""
+    is_restarted: bool = False
+    """The module restarted during the reading: the values may belong to different starts."""
+    is_silent: bool = False
+    """The module stopped answering; the rest was not asked for."""
+    began_at: float
+    ended_at: float
+
+    @property
+    def is_complete(self) -> bool:
+        """All settings and the boot count were read, on one start of the module."""
+        return not self.faults and not self.is_silent and self.boot_count is not None
+
+
+class ChangedSetting(NamedTuple):
+    """A setting that reads differently than before."""
+
+    command: Command
+    before: Value
+    after: Value
+
+
+def changed_settings(before: Mapping[str, Value], after: Mapping[str, Value]) -> tuple[ChangedSetting, ...]:
+    """What differs, in the order of the catalogue; a key that is missing on one side is not compared."""
+    return tuple(
+        ChangedSetting(command, before[command.key], after[command.key])
+        for command in READABLE_SETTINGS
+        if command.key in before and command.key in after and before[command.key] != after[command.key]
+    )
+
+
+def read_settings() -> Procedure[SettingsReading]:
+    """Only questions are sent. Never raises for a silent module; see `SettingsReading.is_silent`."""
+    begin: Sight = yield Look()
+    values: dict[str, Value] = {}
+    faults: dict[str, ReadFault] = {}
+    boots: list[int | None] = []
+    is_silent = False
+    for done, command in enumerate((BOOT_COUNT, *READABLE_SETTINGS, BOOT_COUNT)):
+        yield Report(done, len(READABLE_SETTINGS) + 2, marked("Reading: {what}"), (("what", command.title),))
+        back = yield from read_back(command)
+        if back.raw is None:
+            faults[command.key] = ReadFault.UNSTEADY if back.is_unsteady else ReadFault.NO_REPLY
+            if not back.is_unsteady and not (yield from _is_alive()):
+                is_silent = True
+                break
+        if command is BOOT_COUNT:
+            boots.append(back.raw)
+        else:
+            values |= _value(command, back)
+    has_restarted = yield from restarted_since(begin)
+    is_same_boot = len(boots) == 2 and None not in boots and boots[0] == boots[1]
+    end: Sight = yield Look()
+    return SettingsReading(
+        values=values,
+        faults=faults,
+        boot_count=boots[0] if is_same_boot and not has_restarted else None,
+        is_restarted=has_restarted or (len(boots) == 2 and None not in boots and not is_same_boot),
+        is_silent=is_silent,
+        began_at=begin.now,
+        ended_at=end.now,
+    )
+
+
+def _value(command: Command, back: ReadBack) -> Mapping[str, Value]:
+    return {} if back.raw is None or command.reply is None else {command.key: command.reply.decode(back.raw)}
+
+
+def _is_alive() -> Procedure[bool]:
+    return isinstance((yield Ask(HEARTBEAT.query(), HEARTBEAT_WAITS_S)), Answered)
