@@ -7,8 +7,9 @@ import subprocess
 import sys
 import threading
 import time
+import uuid
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
 from pathlib import Path
 from queue import Queue
 
@@ -16,6 +17,7 @@ import pytest
 import serial
 
 from app.commands import simulate
+from app.simulator import bench as benches
 from app.simulator.bench import SimulatedBench
 from app.simulator.control import obey
 from app.simulator.endpoint import Endpoint, Loop
@@ -169,6 +171,31 @@ def test_pty_is_unplugged_under_an_open_port() -> None:
         loop.wake()
         with pytest.raises(serial.SerialException):
             port.read(1)
+
+
+@pytest.mark.parametrize(("fault", "answers"), [({}, 2), ({"min_gap_ms": 50.0}, 1), ({"half_duplex": True}, 1)])
+@pytest.mark.parametrize("way", ["tcp", pytest.param("pty", marks=posix_only), "sim"])
+def test_each_way_to_the_module_has_the_gap_half_duplex_and_the_lag(
+    way: str, fault: dict[str, object], answers: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    name = f"line-{uuid.uuid4()}"
+    bench = benches.module(name)
+    bench.change(lag_ms=60.0, **fault)
+    with ExitStack() as stack:
+        if way == "sim":
+            monkeypatch.setattr(serial, "protocol_handler_packages", ["app.simulator"])
+            address = f"sim://{name}"
+            stack.callback(benches.forget, name)
+        else:
+            endpoint = TcpEndpoint("127.0.0.1", 0) if way == "tcp" else pty()
+            _, addresses = stack.enter_context(serving(bench, endpoint))
+            address = addresses.get(timeout=5)
+        port = stack.enter_context(serial.serial_for_url(address, baudrate=115200, timeout=0.3))
+        began_s = time.monotonic()
+        port.write(2 * ASK)
+        assert port.read(1) == ANSWER[:1]
+        assert time.monotonic() - began_s >= 0.06
+        assert port.read(99) == (answers * ANSWER)[1:]
 
 
 def parse(*words: str) -> argparse.Namespace:

@@ -27,10 +27,13 @@ _TIMES = (
     ("delay_ms", marked("Delay")),
     ("jitter_ms", marked("Jitter")),
     ("split_ms", marked("Split, pause")),
+    ("min_gap_ms", marked("Gap that the module needs")),
+    ("lag_ms", marked("Lag of a wireless bridge")),
 )
 _FLAGS = (
     ("echo", marked("Echo of the host's bytes")),
     ("mute", marked("Mute")),
+    ("half_duplex", marked("Half duplex")),
     ("light_inverted", marked("E11: light the other way round")),
     ("odd_voltage", marked("E12: records with 4.70 V")),
     ("remembers", marked("E15: remembers its state")),

@@ -1806,6 +1806,10 @@
         <translation>GO 可以飞行</translation>
     </message>
     <message>
+        <source>Gap that the module needs</source>
+        <translation>模块所需的请求间隔</translation>
+    </message>
+    <message>
         <source>Garbage</source>
         <translation>杂乱字节</translation>
     </message>
@@ -1824,6 +1828,10 @@
     <message>
         <source>Goes through the rows in which the searched text stands.</source>
         <translation>逐行查看含有所查文字的行。</translation>
+    </message>
+    <message>
+        <source>Half duplex</source>
+        <translation>半双工</translation>
     </message>
     <message>
         <source>Heartbeat</source>
@@ -2168,6 +2176,10 @@
     <message>
         <source>LOST at the power cycle: it holds {stands}.</source>
         <translation>断电重启后丢失：模块当前为 {stands}。</translation>
+    </message>
+    <message>
+        <source>Lag of a wireless bridge</source>
+        <translation>无线透传的滞后</translation>
     </message>
     <message>
         <source>Language</source>
@@ -5462,6 +5474,10 @@
         <translation>需要 {least} 到 {most} 之间的整数</translation>
     </message>
     <message>
+        <source>a wireless bridge: what the module sends, streamed or not, arrives later by this</source>
+        <translation>无线透传：模块发出的所有数据（包括连续输出）都晚到这么久</translation>
+    </message>
+    <message>
         <source>above the threshold, {limit}</source>
         <translation>高于阈值 {limit}</translation>
     </message>
@@ -6970,8 +6986,16 @@
         <translation>启用时模块没有应答</translation>
     </message>
     <message>
+        <source>the module does not hear what arrives while it is sending</source>
+        <translation>模块在发送期间收不到到达的数据</translation>
+    </message>
+    <message>
         <source>the module gives different answers to the same question</source>
         <translation>模块对同一询问给出不同的应答</translation>
+    </message>
+    <message>
+        <source>the module ignores a request that begins sooner than this after its last reply or the last request</source>
+        <translation>模块忽略在其上一次答复或上一个请求之后过早（短于此时间）到达的请求</translation>
     </message>
     <message>
         <source>the module keeps another value than the one that was sent</source>

@@ -11,10 +11,14 @@ from enum import StrEnum
 from typing import NamedTuple
 
 from app.simulator.module import BITS_PER_BYTE, Sent, SimulatedModule
+from protocol.frame import HOST_FRAME_LENGTH
 
 LONGEST_GARBAGE = 12
 PART_S = 0.005
 """Bursts that take longer arrive in parts of this length, as from an adapter."""
+ROUNDING_S = 1e-9
+"""Times that differ by less are the same."""
+KEPT_SPANS = 16384
 KEPT_BYTES = 65536
 """What a driver keeps for a host that does not read."""
 
@@ -52,6 +56,12 @@ class Faults:
     """The host's own bytes come back."""
     mute: bool = False
     """Nothing of the module comes through."""
+    min_gap_ms: float = 0.0
+    """The module ignores a request that begins sooner than this after its last reply or after the previous request."""
+    half_duplex: bool = False
+    """The module does not hear what arrives while it is sending, streamed frames included."""
+    lag_ms: float = 0.0
+    """A wireless bridge: whatever comes from the module arrives later by this, in order, streamed frames included."""
     paced: bool = True
     """Bytes take the time that they take at their baud rate."""
 
@@ -66,9 +76,20 @@ class _Burst(NamedTuple):
     def ends_s(self) -> float:
         return self.begins_s + len(self.data) * self.byte_s
 
+    def cut_at(self, length: int) -> "list[_Burst]":
+        """Its pieces of at most `length` bytes, each with its own time."""
+        starts = range(0, len(self.data), length)
+        return [
+            _Burst(self.begins_s + start * self.byte_s, self.data[start : start + length], self.byte_s)
+            for start in starts
+        ]
+
 
 class Wire:
-    """Both directions of one line, with the module at its end. `host_baud` None: the host's rate always fits (TCP)."""
+    """Both directions of one line, with the module at its end. `host_baud` None: the host's rate always fits (TCP).
+
+    The gap and half duplex are judged where the module is; the lag comes behind, on the way to the host.
+    """
 
     def __init__(
         self, module: SimulatedModule, faults: Faults | None = None, *, seed: int = 1, host_baud: int | None = None
@@ -80,6 +101,10 @@ class Wire:
         self._down: deque[_Burst] = deque()
         self._up_free_s = -math.inf
         self._down_free_s = -math.inf
+        self._sending: deque[tuple[float, float]] = deque(maxlen=KEPT_SPANS)
+        """When the module was sending, oldest first: from, to."""
+        self._ready_s = -math.inf
+        """When the module next heeds a request."""
         self._up_random = random.Random(seed)  # noqa: S311 (faults, not secrets)
         self._down_random = random.Random(seed + 1)  # noqa: S311
 
@@ -91,10 +116,9 @@ class Wire:
         begins_s = max(now_s, self._up_free_s)
         self._up_free_s = begins_s + len(data) * byte_s
         if self.faults.echo:
-            self._down.append(_Burst(max(begins_s, self._down_free_s), data, byte_s))
-            self._down_free_s = self._down[-1].ends_s
+            self._deliver(_Burst(max(begins_s, self._down_free_s), data, byte_s))
         for burst in self._suffer(data, self._up_random, Direction.TO_MODULE):
-            self._up.append(_Burst(begins_s, burst, byte_s))
+            self._up += _Burst(begins_s, burst, byte_s).cut_at(HOST_FRAME_LENGTH)
 
     def read(self, now_s: float) -> bytes:
         """What has arrived at the host since the last call."""
@@ -129,22 +153,45 @@ class Wire:
         self._pump(now_s)
         self._up.clear()
         self._down.clear()
+        self._sending.clear()
         self._up_free_s = self._down_free_s = -math.inf
 
     def _pump(self, now_s: float) -> None:
         while self._up and self._up[0].ends_s <= now_s:
             burst = self._up.popleft()
-            data = burst.data
+            self._send_down(self.module.collect(burst.ends_s))
+            data = self._hears(burst)
+            if not data:
+                continue
             if self.host_baud is not None and self.host_baud != self.module.baud_rate:
                 data = _garble(data, self.host_baud, self.module.baud_rate, self._up_random)
             self._send_down(self.module.hear(data, burst.ends_s))
         self._send_down(self.module.collect(now_s))
 
+    def _hears(self, burst: _Burst) -> bytes:
+        """What of a burst from the host a module takes that cannot hear while it sends, and needs its gap."""
+        gap_s = self.faults.min_gap_ms / 1000
+        is_too_soon = burst.begins_s < self._ready_s - ROUNDING_S
+        self._ready_s = max(self._ready_s, burst.ends_s + gap_s)
+        if gap_s and is_too_soon:
+            return b""
+        if not self.faults.half_duplex:
+            return burst.data
+        while self._sending and self._sending[0][1] <= burst.begins_s:
+            self._sending.popleft()
+        return bytes(byte for number, byte in enumerate(burst.data) if not self._is_sending(burst, number))
+
+    def _is_sending(self, burst: _Burst, number: int) -> bool:
+        """Whether the module sends while byte `number` of `burst` arrives."""
+        arrives_s = burst.begins_s + number * burst.byte_s
+        return any(
+            begins_s < arrives_s + burst.byte_s - ROUNDING_S and arrives_s < ends_s - ROUNDING_S
+            for begins_s, ends_s in self._sending
+        )
+
     def _send_down(self, bursts: list[Sent]) -> None:
         faults = self.faults
         for sent in bursts:
-            if faults.mute:
-                continue
             byte_s = self._byte_s(sent.baud_rate)
             whole = sent.data
             if self.host_baud is not None and self.host_baud != sent.baud_rate:
@@ -154,12 +201,24 @@ class Wire:
             if faults.jitter_ms:
                 delay_s += self._down_random.uniform(0.0, faults.jitter_ms) / 1000
             begins_s = sent.at_s + delay_s
+            self._note_sending(max(begins_s, self._down_free_s), len(whole) * byte_s, is_reply=not sent.is_streamed)
+            if faults.mute:
+                continue
             for data in self._suffer(whole, self._down_random, Direction.TO_HOST):
                 for position, piece in enumerate(self._pieces(data)):
                     pause_s = faults.split_ms / 1000 if position else 0.0
-                    burst = _Burst(max(begins_s, self._down_free_s + pause_s), piece, byte_s)
-                    self._down_free_s = burst.ends_s
-                    self._down.append(burst)
+                    self._deliver(_Burst(max(begins_s, self._down_free_s + pause_s), piece, byte_s))
+
+    def _note_sending(self, begins_s: float, takes_s: float, *, is_reply: bool) -> None:
+        if self.faults.half_duplex:
+            self._sending.append((begins_s, begins_s + takes_s))
+        if is_reply:
+            self._ready_s = max(self._ready_s, begins_s + takes_s + self.faults.min_gap_ms / 1000)
+
+    def _deliver(self, burst: _Burst) -> None:
+        """It leaves the line at its time, and reaches the host with the lag."""
+        self._down_free_s = burst.ends_s
+        self._down.append(burst._replace(begins_s=burst.begins_s + self.faults.lag_ms / 1000))
 
     def _byte_s(self, baud_rate: int) -> float:
         return BITS_PER_BYTE / baud_rate if self.faults.paced else 0.0

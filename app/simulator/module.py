@@ -51,6 +51,7 @@ class Sent(NamedTuple):
     """When its first bit leaves; may lie ahead while the line is busy."""
     data: bytes
     baud_rate: int
+    is_streamed: bool = False
 
 
 class _Due(NamedTuple):
@@ -332,7 +333,7 @@ class SimulatedModule:
         frame_s = Layout.STATUS.value * BITS_PER_BYTE / self.baud_rate
         # A line that is a whole frame behind cannot carry this one too: it is left out, never queued without end.
         if at_s >= self._stream_held_until_s and self._line_free_s - at_s <= frame_s:
-            sent.append(self._transmit(self.status(at_s), at_s, self.baud_rate))
+            sent.append(self._transmit(self.status(at_s), at_s, self.baud_rate)._replace(is_streamed=True))
             self.stream_frames_sent += 1
 
     def _transmit(self, data: bytes, at_s: float, baud_rate: int) -> Sent:
