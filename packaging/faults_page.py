@@ -6,7 +6,7 @@ python packaging/faults_page.py --check     exit 1 when it is out of date
 
 import argparse
 import sys
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parent.parent
@@ -18,7 +18,8 @@ from tests.fault_table import LONGEST_S, Result, Row, clean_requests, run_cell, 
 from tests.faulty_port import Phase  # noqa: E402
 
 PAGE = ROOT / "docs" / "faults.md"
-Table = Mapping[tuple[str, str, Phase], Result]
+Cells = Mapping[tuple[str, Phase], Result]
+"""Those of one row, by the name of the fault and the phase."""
 
 INTRODUCTION = """\
 # Faults of the line
@@ -41,21 +42,15 @@ In every cell the following held, or the test would fail:
 ## What came of it
 
 The struck request is the first one that changes the module, where the procedure has one, else its second question.
-"port error": the procedure ended with the port's error, as it should. The longest cell took {slowest:.0f} s.
+"port error": the procedure ended with the port's error, as it should.
 
-{tables}
 """
 
 
-def run_table() -> dict[tuple[str, str, Phase], Result]:
-    """Every cell, in order."""
-    table = {}
-    for row in ROWS:
-        index = target_index(row)
-        for fault in FAULTS:
-            for phase in Phase:
-                table[row.title, fault.name, phase] = run_cell(row, fault, phase, index)
-    return table
+def run_row(row: Row) -> Cells:
+    """Every fault in every phase of one procedure."""
+    index = target_index(row)
+    return {(fault.name, phase): run_cell(row, fault, phase, index) for fault in FAULTS for phase in Phase}
 
 
 def lines(heads: Iterable[str], rows: Iterable[Iterable[str]]) -> str:
@@ -64,24 +59,28 @@ def lines(heads: Iterable[str], rows: Iterable[Iterable[str]]) -> str:
     return "\n".join("| " + " | ".join(cells) + " |" for cells in (heads, ["---"] * len(heads), *rows))
 
 
-def page(table: Table) -> str:
+def page(sections: Sequence[str]) -> str:
     """The text of docs/faults.md."""
+    return introduction() + "\n\n".join(sections) + "\n"
+
+
+def introduction() -> str:
+    """What stands before the sections."""
     return INTRODUCTION.format(
         faults=len(FAULTS),
         procedures=len({row.name for row in ROWS}),
         phases=len(Phase),
-        cells=len(table),
+        cells=len(ROWS) * len(FAULTS) * len(Phase),
         longest=f"{LONGEST_S:.0f}",
         behaviours=lines(("Fault", "What the program does"), ((fault.name, fault.behaviour) for fault in FAULTS)),
-        slowest=max(cell.took_s for cell in table.values()),
-        tables="\n\n".join(_section(row, table) for row in ROWS),
     )
 
 
-def _section(row: Row, table: Table) -> str:
+def section(row: Row, cells: Cells) -> str:
+    """One row of the table, with its heading."""
     struck = clean_requests(row)[target_index(row)]
     kind = "question" if struck.is_repeatable else "change"
-    rows = [[fault.name, *(table[row.title, fault.name, phase].says for phase in Phase)] for fault in FAULTS]
+    rows = [[fault.name, *(cells[fault.name, phase].says for phase in Phase)] for fault in FAULTS]
     return "\n\n".join(
         (
             f"### `{row.title}`",
@@ -96,7 +95,7 @@ def main(arguments: list[str] | None = None) -> int:
     parser = argparse.ArgumentParser(description="Write docs/faults.md from a run of all cells.")
     parser.add_argument("--check", action="store_true", help="write nothing; exit 1 when the page is out of date")
     options = parser.parse_args(arguments)
-    text = page(run_table())
+    text = page([section(row, run_row(row)) for row in ROWS])
     if options.check:
         is_current = PAGE.exists() and PAGE.read_text(encoding="utf-8") == text
         if not is_current:
