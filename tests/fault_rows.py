@@ -9,6 +9,7 @@ from app.procedures.greet import Greeting, greet
 from app.procedures.history import History, read_history
 from app.procedures.lock import Locked, lock
 from app.procedures.read import Everything, read_everything
+from app.procedures.settings_reading import SettingsReading, read_settings
 from app.procedures.stream import StreamSwitch, watch
 from app.procedures.write import ReadBack, Written, read_back, write_verified
 from protocol.catalogue import BY_NAME, SERIAL_OUTPUT
@@ -49,6 +50,14 @@ def _says_locked(locked: Locked) -> str:
 
 def _says_back(back: ReadBack) -> str:
     return "read" if back.raw is not None else ("unsteady" if back.is_unsteady else "not read")
+
+
+def _says_reading(reading: SettingsReading) -> str:
+    if reading.is_silent:
+        return "part, then silent"
+    if reading.is_restarted:
+        return "restarted"
+    return "complete" if reading.is_complete else f"all but {len(reading.faults)}"
 
 
 def _says_written(written: Written) -> str:
@@ -99,6 +108,17 @@ def _no_back_lie(back: ReadBack, cell: Cell) -> list[str]:
     return [] if back.raw in (None, holds) else [f"read {back.raw}, the module holds {holds}"]
 
 
+def _no_reading_lie(reading: SettingsReading, cell: Cell) -> list[str]:
+    if not reading.is_complete:
+        return []
+    holds = truth(cell.bench, cell.clock.now_s)
+    return [
+        f"read {key} {value}, the module holds {holds[key]}"
+        for key, value in reading.values.items()
+        if holds[key] != value
+    ]
+
+
 def _no_written_lie(written: Written, cell: Cell) -> list[str]:
     holds = truth(cell.bench, cell.clock.now_s)[written.command.key]
     faults = []
@@ -133,6 +153,7 @@ ROWS: tuple[Row, ...] = (
         runs_for_s=3.0,
         says_cancelled=_says_watch,
     ),
+    Row("settings_reading.read_settings", read_settings, _says_reading, _no_reading_lie),
     Row("write.read_back", lambda: read_back(THRESHOLD), _says_back, _no_back_lie),
     Row(
         "write.write_verified",
