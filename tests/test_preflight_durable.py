@@ -24,16 +24,17 @@ from tests.test_trigger_history import raw
 database = open_database(Path(sys.argv[1])).database
 store = CheckStore(database)
 module = database.write("INSERT INTO modules (name, adapter, first_seen_at, last_seen_at) VALUES ('M', '', '', '')")
-checked, number, previous, life = check(), 0, None, []
+checked, number, life = check(), 0, []
+
+def make(number, previous):
+    about = Circumstances(at=datetime.now(UTC), program_version="1", module="M", number=number, previous=previous)
+    return make_record(checked.assessment, about, checked.log)
+
 while True:
     number += 1
     life.append(raw(number, 7))
     store.visit(module, life[-9:], port="p", boot_count=number % 256, is_confirmed=True)
-    about = Circumstances(at=datetime.now(UTC), program_version="1", module="M", number=number, previous=previous)
-    record = make_record(checked.assessment, about, checked.log)
-    store.keep_check(record, module)
-    previous = record["hash"]
-    print(number, previous, flush=True)
+    print(number, store.append_check(make, module)["hash"], flush=True)
 """
 
 

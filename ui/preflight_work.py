@@ -225,6 +225,7 @@ class PreflightWork(QObject):
             self._log,
             store=store if is_kept and isinstance(store, Store) else None,
             program_version=version(),
+            adapter="" if self._connector.target is None else self._connector.target.identity,
         )
         self.trouble = store if isinstance(store, StoreTrouble) else self.filed.trouble
         if self._is_entered_anew:

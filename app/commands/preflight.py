@@ -87,11 +87,23 @@ def run(args: argparse.Namespace) -> int:
         trouble = _gather(args, evidence, log, store)
         person = Person(who=args.who, module=args.module, aircraft=args.aircraft,
                         are_records_looked_at=args.records_looked_at, is_same_module=args.same_module)  # fmt: skip
-        filed = file_check(evidence, expectations, person, log, store=store, program_version=version())
+        filed = file_check(evidence, expectations, person, log, store=store, program_version=version(),
+                           adapter="" if args.module else _adapter(args.port))  # fmt: skip
     finally:
         if store is not None:
             store.close()
     return _conclude(args, filed, trouble)
+
+
+def _adapter(port: str) -> str:
+    """The USB identity of the adapter; "" where it has none, or where the system does not say."""
+    from app.ports import PortsUnknown, list_ports
+    from app.reconnect import address_of
+
+    try:
+        return address_of(port, list_ports()).identity
+    except PortsUnknown:
+        return ""
 
 
 def _conclude(args: argparse.Namespace, filed: "Filed", trouble: str | None) -> int:

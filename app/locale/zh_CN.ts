@@ -1498,6 +1498,18 @@
         <translation>结束回放；之后可以连接模块。</translation>
     </message>
     <message>
+        <source>Entry {entry} was added from outside.</source>
+        <translation>第 {entry} 条由外部添加。</translation>
+    </message>
+    <message>
+        <source>Entry {entry} was altered.</source>
+        <translation>第 {entry} 条被修改。</translation>
+    </message>
+    <message>
+        <source>Entry {entry} was removed.</source>
+        <translation>第 {entry} 条被删除。</translation>
+    </message>
+    <message>
         <source>Every frame sent and received (Alt+2)</source>
         <translation>收发的每一帧（Alt+2）</translation>
     </message>
@@ -2668,6 +2680,10 @@
     <message>
         <source>No. {number} of this module</source>
         <translation>该模块第 {number} 号</translation>
+    </message>
+    <message>
+        <source>No. {number} of {adapter}</source>
+        <translation>{adapter} 的第 {number} 条</translation>
     </message>
     <message>
         <source>Noise at rest can end or fake a free fall.</source>
@@ -4128,6 +4144,10 @@
     <message>
         <source>The bundle could not be put together: {why}.</source>
         <translation>无法生成支持包：{why}。</translation>
+    </message>
+    <message>
+        <source>The chain is broken at entry {entry}.</source>
+        <translation>记录链在第 {entry} 条处断开。</translation>
     </message>
     <message>
         <source>The check was not kept.</source>

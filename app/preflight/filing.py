@@ -3,16 +3,16 @@
 The window and the command line do the same. A store that fails costs the keeping, never the verdict or the record.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from datetime import UTC, datetime
 
 from app.preflight.evidence import Evidence, FrameLog
 from app.preflight.expectations import Expectations, Past, settings_code
 from app.preflight.findings import Case, Result
-from app.preflight.record import Circumstances, Record, make_record
+from app.preflight.record import NOT_KEPT, Circumstances, Record, make_record
 from app.preflight.verdict import Assessment, assess
 from app.preflight.wording import clean
-from app.store.checks import CheckStore
+from app.store.checks import CheckStore, MakeRecord
 from app.store.database import StoreTrouble
 from app.store.store import Store
 
@@ -53,21 +53,22 @@ def file_check(
     *,
     store: Store | None,
     program_version: str,
+    adapter: str = "",
     at: datetime | None = None,
 ) -> Filed:
-    """Judge, seal and keep a check, whatever came of it, also one that broke off."""
+    """Judge, seal and keep a check, whatever came of it, also one that broke off.
+
+    `adapter`: the USB identity of the adapter; "" where it has none, then the port stands in.
+    """
     name = clean(person.module.strip()) if person.module is not None and person.module.strip() else None
     trouble: StoreTrouble | None = None
-    past, number, previous = Past(module=name), 0, None
+    past = Past(module=name)
     checks = CheckStore(store.database) if store is not None else None
-    module_id: int | None = None
     try:
         if store is not None and checks is not None:
             module_id = next((one.id for one in store.modules() if one.name == name), None)
             if module_id is not None:
                 past = _past(checks, module_id, name, evidence)
-            last = checks.chain_end(module_id) if module_id is not None or name is None else None
-            number, previous = (last.number + 1, last.hash) if last is not None else (1, None)
     except StoreTrouble as error:
         trouble, checks = error, None
     case = Case(
@@ -77,16 +78,19 @@ def file_check(
     assessment = assess(case)
     circumstances = Circumstances(
         at=at or local_now(), program_version=program_version, who=person.who, module=name,
-        aircraft=person.aircraft, remarks=person.remarks, number=number, previous=previous,
+        aircraft=person.aircraft, remarks=person.remarks, adapter=adapter or evidence.port,
     )  # fmt: skip
-    record = make_record(assessment, circumstances, log)
+
+    def make(number: int, previous: str | None) -> Record:
+        return make_record(assessment, replace(circumstances, number=number, previous=previous), log)
+
     if store is not None and checks is not None:
         try:
             with store.database.together():
-                _keep(store, checks, assessment, record, name=name)
+                return Filed(assessment, _keep(store, checks, assessment, make, circumstances))
         except StoreTrouble as error:
             trouble = error
-    return Filed(assessment, record, trouble)
+    return Filed(assessment, make(NOT_KEPT, None), trouble)
 
 
 def _past(checks: CheckStore, module_id: int, name: str | None, evidence: Evidence) -> Past:
@@ -97,9 +101,12 @@ def _past(checks: CheckStore, module_id: int, name: str | None, evidence: Eviden
     return checks.past(module_id, name, slots, is_confirmed=history.is_confirmed)
 
 
-def _keep(store: Store, checks: CheckStore, assessment: Assessment, record: Record, *, name: str | None) -> None:
+def _keep(
+    store: Store, checks: CheckStore, assessment: Assessment, make: MakeRecord, circumstances: Circumstances
+) -> Record:
+    name = circumstances.module
     module_id = store.meet_module(name).id if name is not None else None
-    checks.keep_check(record, module_id)
+    record = checks.append_check(make, module_id, adapter=circumstances.adapter)
     evidence = assessment.case.evidence
     history, boots = evidence.history, evidence.values.get("boot_count")
     # What may be another module must not become this one's past.
@@ -111,3 +118,4 @@ def _keep(store: Store, checks: CheckStore, assessment: Assessment, record: Reco
             boot_count=None if boots is None else int(boots),
             is_confirmed=history.is_confirmed,
         )
+    return record

@@ -28,13 +28,18 @@ VERSION = 1
 PARTS_OF = {"checks": "id", "manual": "text"}
 """Lists whose entries get a digest each, and the key that names an entry."""
 SEALS = ("digests", "hash")
+NOT_KEPT = 0
+"""The number of a record that no store has."""
 
 Record = dict[str, object]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Circumstances:
-    """What the module cannot say. `at` knows its time zone. `previous`: hash of this module's record before it."""
+    """What the module cannot say. `at` knows its time zone. `previous`: hash of the record before it in its chain.
+
+    `adapter`: its USB identity, else its port: it tells modules without a name apart.
+    """
 
     at: datetime
     program_version: str
@@ -42,6 +47,7 @@ class Circumstances:
     module: str | None = None
     aircraft: str = ""
     remarks: str = ""
+    adapter: str = ""
     number: int = 1
     previous: str | None = None
 
@@ -62,6 +68,7 @@ def make_record(assessment: Assessment, circumstances: Circumstances, log: Frame
         "program": {"name": "DPS-S Configurator", "version": circumstances.program_version},
         "who": clean(circumstances.who),
         "module": None if circumstances.module is None else clean(circumstances.module),
+        "adapter": clean(circumstances.adapter),
         "aircraft": clean(circumstances.aircraft),
         "remarks": clean(circumstances.remarks),
         "is_simulated": is_simulated(evidence.port),

@@ -13,7 +13,7 @@ from itertools import zip_longest
 
 from app.i18n import language, tr
 from app.preflight.findings import RESULT_WORDS, Result
-from app.preflight.record import Record, is_go
+from app.preflight.record import NOT_KEPT, Record, is_go
 from app.preflight.verdict import MANUAL_WORDS
 from app.preflight.verification import sealed_html
 from app.preflight.wording import Said, clean, said_from
@@ -197,7 +197,11 @@ def _result(one: object) -> Result:
 
 def _number(record: Record) -> str:
     number = record.get("number")
-    return tr("not kept on this computer") if number == 0 else tr("No. {number} of this module", number=number)
+    if number == NOT_KEPT:
+        return tr("not kept on this computer")
+    if record.get("module") is None and record.get("adapter"):
+        return tr("No. {number} of {adapter}", number=number, adapter=record["adapter"])
+    return tr("No. {number} of this module", number=number)
 
 
 def _time(record: Record) -> str:

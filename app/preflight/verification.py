@@ -161,8 +161,14 @@ def _chain(record: Mapping[str, object], find: FindRecord | None) -> Chain:
         return Chain.NOT_AT_HAND
     number = before.get("number")
     follows = isinstance(number, int) and record.get("number") == number + 1
-    is_same_module = before.get("module") == record.get("module")
-    return Chain.LINKED if follows and is_same_module and not _altered(before, None) else Chain.BROKEN
+    is_same_chain = _chain_name(before) == _chain_name(record)
+    return Chain.LINKED if follows and is_same_chain and not _altered(before, None) else Chain.BROKEN
+
+
+def _chain_name(record: Mapping[str, object]) -> tuple[object, object]:
+    """Modules without a name have a chain for each adapter."""
+    module = record.get("module")
+    return module, record.get("adapter") if module is None else None
 
 
 # Files

@@ -2,7 +2,7 @@
 
 import json
 from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -26,6 +26,10 @@ MEASURED = {
     "boot_count": "boot_count",
 }
 """The checks whose measured value is followed over time, and the name under which."""
+
+
+MakeRecord = Callable[[int, str | None], Record]
+"""From its number and the hash of the record before it."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -189,21 +193,29 @@ class CheckStore:
             fingerprint=go.fingerprint if go is not None else None,
         )
 
-    def chain_end(self, module_id: int | None) -> KeptCheck | None:
-        """The last record of this module: the next one follows it."""
-        return next(iter(self.checks(module_id, limit=1)), None)
+    def append_check(self, make: MakeRecord, module_id: int | None, *, adapter: str = "") -> Record:
+        """Make the next record of a chain and keep it. A module without a name has a chain for each adapter.
 
-    def keep_check(self, record: Record, module_id: int | None) -> int:
+        Number and previous hash are taken in the transaction that keeps the record: two programs never take the same.
+        """
         with self._database.together():
-            return self._keep_check(record, module_id)
+            rows = self._database.read(
+                "SELECT number, hash FROM preflight_checks WHERE module_id IS ? AND (module_id IS NOT NULL OR "
+                "adapter IS ?) ORDER BY id DESC LIMIT 1",
+                (module_id, adapter),
+            )
+            number, previous = rows[0] if rows else (0, None)
+            record = make(number + 1, previous)
+            self._keep_check(record, module_id, adapter)
+            return record
 
-    def _keep_check(self, record: Record, module_id: int | None) -> int:
+    def _keep_check(self, record: Record, module_id: int | None, adapter: str) -> int:
         database = self._database
         number = database.write(
-            "INSERT INTO preflight_checks (module_id, number, at, aircraft, who, verdict, is_void, fingerprint, hash, "
-            "previous, record) VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?)",
+            "INSERT INTO preflight_checks (module_id, adapter, number, at, aircraft, who, verdict, is_void, "
+            "fingerprint, hash, previous, record) VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?)",
             (
-                module_id, record["number"], record["at"], record["aircraft"], record["who"],
+                module_id, adapter, record["number"], record["at"], record["aircraft"], record["who"],
                 record["verdict"], record["void"] is not None, record["fingerprint"], record["hash"],
                 record["previous"], canonical(record).decode(),
             ),

@@ -25,6 +25,7 @@ from pathlib import Path
 from typing import Any
 
 from app.i18n import tr
+from app.store.audit_chain import CHAIN_HASH, chain_hash
 from app.store.schema import APPLICATION_ID, MIGRATIONS
 from protocol.text import marked
 
@@ -199,6 +200,8 @@ def _open(path: Path, clock: Clock, migrations: Sequence[Sequence[str]]) -> Data
         connection.execute("PRAGMA journal_mode = WAL")
         connection.execute("PRAGMA synchronous = FULL")
         connection.execute("PRAGMA foreign_keys = ON")
+        connection.execute("PRAGMA trusted_schema = ON")  # our own triggers call `chain_hash`
+        connection.create_function(CHAIN_HASH, -1, chain_hash, deterministic=True)
         _migrate(connection, path, migrations)
     except BaseException:
         connection.close()

@@ -1,4 +1,4 @@
-"""The tables of trigger records, visits and pre-flight checks: one step of the store's migrations."""
+"""The tables of trigger records, visits and pre-flight checks: steps of the store's migrations."""
 
 PREFLIGHT_TABLES: tuple[str, ...] = (
     """
@@ -54,3 +54,6 @@ PREFLIGHT_TABLES: tuple[str, ...] = (
     """,
     "CREATE INDEX measured_values_by_name ON measured_values (name, check_id)",
 )
+
+PREFLIGHT_ADAPTERS: tuple[str, ...] = ("ALTER TABLE preflight_checks ADD COLUMN adapter TEXT",)
+"""Modules without a name have a chain of records for each adapter."""

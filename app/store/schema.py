@@ -4,7 +4,8 @@ A step that has been released is never changed; what is new is a step behind it.
 file's `user_version`. Times are ISO 8601 in UTC.
 """
 
-from app.store.preflight_schema import PREFLIGHT_TABLES
+from app.store.audit_chain import AUDIT_CHAIN_TABLES
+from app.store.preflight_schema import PREFLIGHT_ADAPTERS, PREFLIGHT_TABLES
 
 APPLICATION_ID = 0x44505353
 """ "DPSS": how our file is told from another program's."""
@@ -61,4 +62,6 @@ MIGRATIONS: tuple[tuple[str, ...], ...] = (
         """,
     ),
     PREFLIGHT_TABLES,
+    PREFLIGHT_ADAPTERS,
+    AUDIT_CHAIN_TABLES,
 )
