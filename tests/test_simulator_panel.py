@@ -13,6 +13,7 @@ from PySide6.QtWidgets import (
     QComboBox,
     QDoubleSpinBox,
     QLabel,
+    QLineEdit,
     QScrollArea,
     QSlider,
     QWidget,
@@ -21,7 +22,7 @@ from pytestqt.qtbot import QtBot
 
 from app import i18n
 from app.simulator.bench import SimulatedBench
-from app.simulator.dialect import Acknowledge, Dialect
+from app.simulator.dialect import Acknowledge, Dialect, Rule
 from app.simulator.line import Faults
 from ui.simulator_panel import SimulatorPanel
 from ui.texts import Texts
@@ -81,6 +82,18 @@ def type_into(qtbot: QtBot, box: QAbstractSpinBox, text: str) -> None:
     box.selectAll()
     qtbot.keyClicks(box, text)
     qtbot.keyClick(box, Qt.Key.Key_Return)
+
+
+def type_line(qtbot: QtBot, box: QLineEdit, text: str) -> None:
+    box.setFocus()
+    box.selectAll()
+    qtbot.keyClicks(box, text)
+    qtbot.keyClick(box, Qt.Key.Key_Return)
+
+
+def open_all(panel: SimulatorPanel) -> None:
+    for fold in panel.options.folds.values():
+        fold.click()
 
 
 def test_tilt_by_slider_and_by_number(qtbot: QtBot, panel: SimulatorPanel, bench: SimulatedBench) -> None:
@@ -149,13 +162,13 @@ def test_it_does_not_change_a_number_under_the_fingers(panel: SimulatorPanel, be
     assert panel.cell.value == pytest.approx(3.2)
 
 
-def test_line_and_dialect(qtbot: QtBot, panel: SimulatorPanel, bench: SimulatedBench) -> None:
-    click(qtbot, panel.fold)
-    assert panel.options.isVisible()
+def test_line_and_protocol(qtbot: QtBot, panel: SimulatorPanel, bench: SimulatedBench) -> None:
+    click(qtbot, panel.options.folds["line"])
     drop = child(panel, QDoubleSpinBox, "simulator_drop")
     assert isinstance(drop, QDoubleSpinBox)
     type_into(qtbot, drop, "20")
     assert bench.state().values["drop"] == pytest.approx(0.2)
+    click(qtbot, panel.options.folds["dialect"])
     ack = child(panel, QComboBox, "simulator_ack")
     ack.setFocus()
     qtbot.keyClick(ack, Qt.Key.Key_Down)
@@ -174,12 +187,49 @@ def test_line_and_dialect(qtbot: QtBot, panel: SimulatorPanel, bench: SimulatedB
 def test_every_fault_and_dialect_has_a_row_but_the_technical_ones(panel: SimulatorPanel) -> None:
     shown = {widget.objectName().removeprefix("simulator_") for widget in panel.options.findChildren(QWidget)}
     missing = (set(Dialect.__slots__) | set(Faults.__slots__)) - shown
-    assert missing == {"record_gap_ms", "stream_at_boot", "mute_codes", "paced"}
+    assert missing == {"record_gap_ms", "stream_at_boot", "paced"}
 
 
-def test_opening_the_fold_changes_nothing(qtbot: QtBot, panel: SimulatorPanel, bench: SimulatedBench) -> None:
+def test_lies_and_defects(qtbot: QtBot, panel: SimulatorPanel, bench: SimulatedBench) -> None:
+    assert not child(panel, QLineEdit, "simulator_cross_talk").isVisible()
+    click(qtbot, panel.options.folds["lies"])
+    talk = child(panel, QLineEdit, "simulator_cross_talk")
+    assert isinstance(talk, QLineEdit)
+    type_line(qtbot, talk, "21:20=14@500")
+    assert bench.state().values["cross_talk"] == (Rule(0x21, 0x20, 0x14, 0, 500.0),)
+    revert = child(panel, QDoubleSpinBox, "simulator_revert_ms")
+    assert isinstance(revert, QDoubleSpinBox)
+    type_into(qtbot, revert, "20")
+    assert bench.state().values["revert_ms"] == 20
+    click(qtbot, child(panel, QAbstractButton, "simulator_locks"))
+    assert bench.state().values["locks"] is False
+    bench.change(cross_talk=())
+    revert.setFocus()
+    panel.refresh()
+    assert talk.text() == ""
+
+
+def test_a_rule_that_means_nothing_is_refused_beside_it(
+    qtbot: QtBot, panel: SimulatorPanel, bench: SimulatedBench
+) -> None:
+    click(qtbot, panel.options.folds["lies"])
+    talk = child(panel, QLineEdit, "simulator_cross_talk")
+    assert isinstance(talk, QLineEdit)
+    type_line(qtbot, talk, "21>20")
+    refusal = child(panel, QLabel, "simulator_cross_talk_refusal")
+    assert isinstance(refusal, QLabel)
+    assert "21:20=14/2@500" in refusal.text()
+    assert bench.state().values["cross_talk"] == ()
+    panel.refresh()
+    assert talk.text() == "21>20", "what was typed stays, to be put right"
+    type_line(qtbot, talk, "21:20")
+    assert not refusal.isVisible()
+    assert bench.state().values["cross_talk"] == (Rule(0x21, 0x20),)
+
+
+def test_opening_the_folds_changes_nothing(qtbot: QtBot, panel: SimulatorPanel, bench: SimulatedBench) -> None:
     before = bench.state()
-    click(qtbot, panel.fold)
+    open_all(panel)
     panel.refresh()
     assert bench.state() == before
 
@@ -204,9 +254,10 @@ def test_the_wheel_turns_only_what_has_the_focus(qtbot: QtBot, panel: SimulatorP
 
 
 def test_every_control_has_a_name_an_accessible_name_and_a_tooltip(panel: SimulatorPanel) -> None:
-    panel.fold.click()
-    kinds = (QAbstractButton, QAbstractSpinBox, QComboBox, QSlider)
-    controls = [one for kind in kinds for one in panel.findChildren(kind)]
+    open_all(panel)
+    kinds = (QAbstractButton, QAbstractSpinBox, QComboBox, QLineEdit, QSlider)
+    found = [one for kind in kinds for one in panel.findChildren(kind)]
+    controls = [one for one in found if one.objectName() != "qt_spinbox_lineedit"]
     assert len(controls) > 30
     for control in controls:
         assert control.objectName()
@@ -222,7 +273,7 @@ def test_without_a_module_it_says_so_and_is_off(qtbot: QtBot, texts: Texts) -> N
 
 
 def test_it_fits_a_narrow_dock_and_scrolls(panel: SimulatorPanel) -> None:
-    panel.fold.click()
+    open_all(panel)
     panel.resize(panel.minimumSizeHint().width(), 400)
     QApplication.processEvents()
     area = panel.findChild(QScrollArea, "simulator_scroll")

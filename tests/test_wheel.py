@@ -61,7 +61,7 @@ def test_the_wheel_turns_nothing_that_has_not_the_focus(qtbot: QtBot, qapp: QApp
         walk.connect()
         walk.window.menus.simulator.setChecked(True)
         walk.settle()
-        walk.find(QWidget, "simulator_fold").click()  # type: ignore[attr-defined]
+        walk.find(QWidget, "simulator_fold_line").click()  # type: ignore[attr-defined]
         walk.window.navigation.setFocus()
         for widget in turned_by_wheel(walk.window):
             before = value_of(widget)

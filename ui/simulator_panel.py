@@ -14,7 +14,6 @@ from PySide6.QtWidgets import (
     QPushButton,
     QScrollArea,
     QSpinBox,
-    QToolButton,
     QVBoxLayout,
     QWidget,
 )
@@ -57,7 +56,6 @@ class SimulatorPanel(QWidget):
         self.restart = named(QPushButton(), "simulator_restart")
         self.press = named(QPushButton(), "simulator_press")
         self.plug = named(QPushButton(), "simulator_plug")
-        self.fold = named(QToolButton(), "simulator_fold")
         self.options = SimulatorOptions(texts, self._guard)
         self._connect()
         self._name()
@@ -90,8 +88,7 @@ class SimulatorPanel(QWidget):
         self.drop.setEnabled(not state.is_falling)
         self.press.setEnabled(not state.is_on)
         self._name_plug(is_plugged_in=state.is_plugged_in)
-        if self.options.isVisible():
-            self.options.show_values(state.values, rate_hz=state.rate_hz)
+        self.options.show_values(state.values, rate_hz=state.rate_hz)
 
     def showEvent(self, event: QShowEvent) -> None:
         super().showEvent(event)
@@ -139,11 +136,7 @@ class SimulatorPanel(QWidget):
         self.restart.clicked.connect(lambda: self._act(SimulatedBench.restart))
         self.press.clicked.connect(lambda: self._act(SimulatedBench.press_switch))
         self.plug.clicked.connect(lambda: self._act(_toggle_plug))
-        self.fold.setCheckable(True)
-        self.fold.setProperty("role", "quiet")
-        self.fold.setArrowType(Qt.ArrowType.RightArrow)
-        self.fold.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonTextBesideIcon)
-        self.fold.toggled.connect(self._unfold)
+        self.options.unfolded.connect(self.refresh)
 
     def _name(self) -> None:
         texts = self._texts
@@ -177,11 +170,6 @@ class SimulatorPanel(QWidget):
         for button, title, explanation in (
             (self.restart, marked("Restart"), marked("Off and on again: one more boot, two heartbeats, locked.")),
             (self.press, marked("Press its switch"), marked("Switches the module on after it was shut down.")),
-            (
-                self.fold,
-                marked("Line and dialect"),
-                marked("Faults of the line, and ways that the vendor's table leaves open."),
-            ),
         ):
             texts.bind(button.setText, title)
             describe(texts, button, title, explanation)
@@ -230,10 +218,8 @@ class SimulatorPanel(QWidget):
         body.addWidget(self.summary)
         body.addLayout(form)
         body.addLayout(buttons)
-        body.addWidget(self.fold)
         body.addWidget(self.options)
         body.addStretch(1)
-        self.options.hide()
         self._area = named(QScrollArea(), "simulator_scroll")
         self._texts.bind(self._area.setAccessibleName, "Simulated module")
         self._area.setWidgetResizable(True)
@@ -246,7 +232,7 @@ class SimulatorPanel(QWidget):
 
     def _fit_width(self) -> None:
         """As wide as the widest row, also of the fold, so that opening it moves nothing and cuts nothing off."""
-        inner = max(self._body.minimumSizeHint().width(), self.options.minimumSizeHint().width() + 2 * Space.M)
+        inner = max(self._body.minimumSizeHint().width(), self.options.widest_px + 2 * Space.M)
         self._area.setMinimumWidth(inner + self._area.verticalScrollBar().sizeHint().width())
 
     # Acting
@@ -255,11 +241,6 @@ class SimulatorPanel(QWidget):
         if self._bench is not None:
             act(self._bench)
             self.refresh()
-
-    def _unfold(self, is_open: bool) -> None:
-        self.fold.setArrowType(Qt.ArrowType.DownArrow if is_open else Qt.ArrowType.RightArrow)
-        self.options.setVisible(is_open)
-        self.refresh()
 
 
 def _toggle_plug(bench: SimulatedBench) -> None:

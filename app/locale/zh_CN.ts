@@ -206,8 +206,16 @@
         <translation>正在播放录制：其内容不会作为模块数据保存。</translation>
     </message>
     <message>
+        <source>A restart loses the settings</source>
+        <translation>重启后参数丢失</translation>
+    </message>
+    <message>
         <source>A row for each setting: what the module holds, what you want, the vendor's default and advice beside the field, and what it means in the air.</source>
         <translation>每项设置一行：模块现在的值、想要的值、旁边的厂家默认值和建议，以及它在空中意味着什么。</translation>
+    </message>
+    <message>
+        <source>A set changes another</source>
+        <translation>设置一项会改变另一项</translation>
     </message>
     <message>
         <source>A simulated module, written from the vendor's table. Prints the port to open as its first line and runs until it is stopped (Ctrl-C). The same options go into the query of sim://NAME?option=value.</source>
@@ -280,6 +288,10 @@
     <message>
         <source>Activate …</source>
         <translation>激活…</translation>
+    </message>
+    <message>
+        <source>Activates</source>
+        <translation>能激活</translation>
     </message>
     <message>
         <source>Activation</source>
@@ -388,6 +400,10 @@
     <message>
         <source>Another adapter is in its place and is left alone: plug the same one in again, or choose a port.</source>
         <translation>原位置插着另一个适配器，程序不会连接它：请重新插入原来的适配器，或选择一个串口。</translation>
+    </message>
+    <message>
+        <source>Answered twice</source>
+        <translation>重复应答的命令</translation>
     </message>
     <message>
         <source>Answers, losses and rejected bytes over time.</source>
@@ -746,6 +762,10 @@
         <translation>更改波特率…</translation>
     </message>
     <message>
+        <source>Changes after a query</source>
+        <translation>查询后改变</translation>
+    </message>
+    <message>
         <source>Changing the baud rate …</source>
         <translation>正在更改波特率…</translation>
     </message>
@@ -896,6 +916,10 @@
     <message>
         <source>Chosen. Next: arm it. {frame} is what would leave.</source>
         <translation>已选择。下一步：预备。将发送的帧为 {frame}。</translation>
+    </message>
+    <message>
+        <source>Clamps after</source>
+        <translation>延时限幅</translation>
     </message>
     <message>
         <source>Clamps what is set</source>
@@ -1590,8 +1614,8 @@
         <translation>坠落</translation>
     </message>
     <message>
-        <source>Faults of the line, and ways that the vendor's table leaves open.</source>
-        <translation>线路故障，以及厂家协议表未明确的行为。</translation>
+        <source>Faults of the line</source>
+        <translation>线路故障</translation>
     </message>
     <message>
         <source>Figures</source>
@@ -1692,6 +1716,10 @@
     <message>
         <source>Forbid now</source>
         <translation>立即禁止</translation>
+    </message>
+    <message>
+        <source>Foreign answers</source>
+        <translation>插入其他应答</translation>
     </message>
     <message>
         <source>Forget all rows (Ctrl+Shift+X)</source>
@@ -2090,6 +2118,10 @@
         <translation>抖动</translation>
     </message>
     <message>
+        <source>Jitter of the stream</source>
+        <translation>串口输出抖动</translation>
+    </message>
+    <message>
         <source>Judge what a locked module measured as if it had been active</source>
         <translation>把模块锁定时测得的数据按激活状态判断</translation>
     </message>
@@ -2230,6 +2262,10 @@
         <translation>又放平了。蓝色标记比红色低 10°，是复位角度。</translation>
     </message>
     <message>
+        <source>Lies and defects</source>
+        <translation>异常行为</translation>
+    </message>
+    <message>
         <source>Light</source>
         <translation>光线</translation>
     </message>
@@ -2252,10 +2288,6 @@
     <message>
         <source>Limit</source>
         <translation>要求</translation>
-    </message>
-    <message>
-        <source>Line and dialect</source>
-        <translation>线路与方言</translation>
     </message>
     <message>
         <source>Line {line}: {what}</source>
@@ -2304,6 +2336,10 @@
     <message>
         <source>Locking …</source>
         <translation>正在锁定…</translation>
+    </message>
+    <message>
+        <source>Locks</source>
+        <translation>能锁定</translation>
     </message>
     <message>
         <source>Log</source>
@@ -2700,6 +2736,10 @@
     <message>
         <source>Not a single byte has come on {port}, and it was asked {asked} times.</source>
         <translation>{port} 上没有收到任何字节，已询问 {asked} 次。</translation>
+    </message>
+    <message>
+        <source>Not answered</source>
+        <translation>不应答的命令</translation>
     </message>
     <message>
         <source>Not charging</source>
@@ -3242,6 +3282,10 @@
         <translation>程序与系统</translation>
     </message>
     <message>
+        <source>Protocol differences</source>
+        <translation>协议差异</translation>
+    </message>
+    <message>
         <source>Proves that the module is there. It sends two by itself, 50 ms apart, after power-up.</source>
         <translation>证明模块在线。模块上电后自行发送两次，间隔 50 ms。</translation>
     </message>
@@ -3422,6 +3466,10 @@
         <translation>录制</translation>
     </message>
     <message>
+        <source>Records left out</source>
+        <translation>遗漏的触发记录</translation>
+    </message>
+    <message>
         <source>Redo</source>
         <translation>重做</translation>
     </message>
@@ -3470,6 +3518,10 @@
         <translation>状态报告</translation>
     </message>
     <message>
+        <source>Reports activation late by</source>
+        <translation>激活状态上报延迟</translation>
+    </message>
+    <message>
         <source>Restart</source>
         <translation>重启</translation>
     </message>
@@ -3484,6 +3536,10 @@
     <message>
         <source>Revert</source>
         <translation>还原</translation>
+    </message>
+    <message>
+        <source>Reverts after</source>
+        <translation>延时恢复</translation>
     </message>
     <message>
         <source>Round trips, by how many milliseconds they took</source>
@@ -3746,6 +3802,10 @@
         <translation>正在搜索 … {percent} %</translation>
     </message>
     <message>
+        <source>Second answer after</source>
+        <translation>重复应答间隔</translation>
+    </message>
+    <message>
         <source>Send nothing (Esc)</source>
         <translation>不发送任何内容（Esc）</translation>
     </message>
@@ -3910,8 +3970,20 @@
         <translation>已关机。可通过开关或外接供电重新开机。</translation>
     </message>
     <message>
+        <source>Shuts down</source>
+        <translation>能关机</translation>
+    </message>
+    <message>
         <source>Signature</source>
         <translation>签名</translation>
+    </message>
+    <message>
+        <source>Silent restart after a set</source>
+        <translation>设置后静默重启</translation>
+    </message>
+    <message>
+        <source>Silent restart every</source>
+        <translation>定时静默重启</translation>
     </message>
     <message>
         <source>Simulated module</source>
@@ -5074,6 +5146,14 @@
         <translation>正在观察倾角和加速度，持续两秒</translation>
     </message>
     <message>
+        <source>Ways that the vendor's table leaves open.</source>
+        <translation>厂家协议未明确规定的行为。</translation>
+    </message>
+    <message>
+        <source>What a module does other than it says.</source>
+        <translation>模块的实际行为与应答不符。</translation>
+    </message>
+    <message>
         <source>What a person could do to a real module on the bench, done to the simulated one.</source>
         <translation>把人在工作台上能对真实模块做的事，用在模拟模块上。</translation>
     </message>
@@ -5084,6 +5164,10 @@
     <message>
         <source>What came of the last saving.</source>
         <translation>上一次保存的结果。</translation>
+    </message>
+    <message>
+        <source>What goes wrong between computer and module.</source>
+        <translation>电脑与模块之间的通信故障。</translation>
     </message>
     <message>
         <source>What happened, and what to do next.</source>
@@ -5434,6 +5518,10 @@
         <translation>传感器置零…</translation>
     </message>
     <message>
+        <source>Zeroes</source>
+        <translation>能置零</translation>
+    </message>
+    <message>
         <source>Zip file (*.zip)</source>
         <translation>Zip 文件 (*.zip)</translation>
     </message>
@@ -5484,6 +5572,14 @@
     <message>
         <source>a number is needed</source>
         <translation>需要一个数</translation>
+    </message>
+    <message>
+        <source>a restart brings the default settings back</source>
+        <translation>重启后恢复默认参数</translation>
+    </message>
+    <message>
+        <source>a set of one changes another: 21:20, with a value 16:17=01, the second time and 500 ms later 21:20=14/2@500</source>
+        <translation>设置一项会改变另一项：21:20；指定值：16:17=01；第二次设置并延时 500 毫秒：21:20=14/2@500</translation>
     </message>
     <message>
         <source>a simulated module; prints the port to open</source>
@@ -5572,6 +5668,10 @@
     <message>
         <source>ambiguous option: %(option)s could match %(matches)s</source>
         <translation>选项 %(option)s 不明确，可能是 %(matches)s</translation>
+    </message>
+    <message>
+        <source>an answer to another command comes first: 20:22, with a value 20:22=05, or 500 ms later 20:22@500</source>
+        <translation>先发送其他命令的应答：20:22；指定值：20:22=05；延时 500 毫秒：20:22@500</translation>
     </message>
     <message>
         <source>angle against the horizontal plane, in degrees</source>
@@ -5810,8 +5910,12 @@
         <translation>命令</translation>
     </message>
     <message>
-        <source>commands that it does not know, such as 14,33</source>
-        <translation>模块不认识的命令，例如 14,33</translation>
+        <source>commands that are answered twice, such as 01,32</source>
+        <translation>应答两次的命令，例如 01,32</translation>
+    </message>
+    <message>
+        <source>commands that it does not know, such as 14,33; 35/2 from the second time on</source>
+        <translation>不应答的命令，例如 14,33；35/2 表示从第二次起</translation>
     </message>
     <message>
         <source>connect to a built-in simulated module</source>
@@ -6086,6 +6190,10 @@
         <translation>连接方式</translation>
     </message>
     <message>
+        <source>how long after the first the second answer comes</source>
+        <translation>第二次应答与第一次应答的间隔</translation>
+    </message>
+    <message>
         <source>ignored explicit argument %r</source>
         <translation>多余的参数值 %r</translation>
     </message>
@@ -6188,6 +6296,10 @@
     <message>
         <source>let it fall, from 20 m unless told</source>
         <translation>让模块坠落，默认高度 20 m</translation>
+    </message>
+    <message>
+        <source>lies and defects of the module; codes and values in hexadecimal</source>
+        <translation>模块的异常行为；命令码和值为十六进制</translation>
     </message>
     <message>
         <source>light at the trigger, 0.1 V</source>
@@ -6386,8 +6498,24 @@
         <translation>多次读取结果不一致</translation>
     </message>
     <message>
+        <source>no: acknowledges locking and stays active</source>
+        <translation>no：应答锁定，但仍处于激活状态</translation>
+    </message>
+    <message>
         <source>no: acknowledges settings and does not keep them</source>
         <translation>no：应答设置但不保存</translation>
+    </message>
+    <message>
+        <source>no: acknowledges the activation and stays locked</source>
+        <translation>no：应答激活，但仍处于锁定状态</translation>
+    </message>
+    <message>
+        <source>no: acknowledges the shutdown and stays on</source>
+        <translation>no：应答关机，但不关机</translation>
+    </message>
+    <message>
+        <source>no: acknowledges zeroing without effect</source>
+        <translation>no：应答置零，但不生效</translation>
     </message>
     <message>
         <source>no: bytes take no time on the line</source>
@@ -6730,6 +6858,14 @@
         <translation>回放录制</translation>
     </message>
     <message>
+        <source>records from 1 to {most} are needed, such as 3,1/2</source>
+        <translation>需要 1 至 {most} 的记录号，例如 3,1/2</translation>
+    </message>
+    <message>
+        <source>records left out, 1 is the oldest: 3 always, 1/2 the second time</source>
+        <translation>遗漏的触发记录，1 为最早一条：3 表示始终遗漏，1/2 表示第二次查询时遗漏</translation>
+    </message>
+    <message>
         <source>records: {count}</source>
         <translation>记录：{count}</translation>
     </message>
@@ -6746,8 +6882,24 @@
         <translation>应答：{what}</translation>
     </message>
     <message>
+        <source>reports a new activation state only this long afterwards</source>
+        <translation>激活状态改变后延时上报</translation>
+    </message>
+    <message>
         <source>restarted</source>
         <translation>已重启</translation>
+    </message>
+    <message>
+        <source>restarts without heartbeats whenever it has run this long</source>
+        <translation>每运行该时间后静默重启，不发心跳</translation>
+    </message>
+    <message>
+        <source>restarts without heartbeats, this long after it acknowledged a change</source>
+        <translation>应答设置后经过该时间静默重启，不发心跳</translation>
+    </message>
+    <message>
+        <source>rules are needed, such as 21:20=14/2@500</source>
+        <translation>需要规则，例如 21:20=14/2@500</translation>
     </message>
     <message>
         <source>run a simulated module</source>
@@ -6846,6 +6998,14 @@
         <translation>将{name}设置为 {value}</translation>
     </message>
     <message>
+        <source>settings are forced into the vendor's advice, this long after a set</source>
+        <translation>设置后经过该时间，参数被限制在厂家建议范围内</translation>
+    </message>
+    <message>
+        <source>settings go back to what they were, this long after a set</source>
+        <translation>设置后经过该时间，参数恢复原值</translation>
+    </message>
+    <message>
         <source>share of answers that come twice</source>
         <translation>重复发送的应答比例</translation>
     </message>
@@ -6900,6 +7060,10 @@
     <message>
         <source>streamed</source>
         <translation>主动输出</translation>
+    </message>
+    <message>
+        <source>streamed status frames come up to this much late</source>
+        <translation>串口输出的状态帧最多延迟该时间</translation>
     </message>
     <message>
         <source>switch a fault on; none ends all</source>
@@ -7096,6 +7260,10 @@
     <message>
         <source>the record before it was altered or is another one</source>
         <translation>上一份记录被改动，或不是同一条记录链中的</translation>
+    </message>
+    <message>
+        <source>the same after a query: 20:20=14/2@500</source>
+        <translation>查询后发生同样的改变：20:20=14/2@500</translation>
     </message>
     <message>
         <source>the simulated module has no option {name}</source>

@@ -3,10 +3,11 @@
 from collections.abc import Callable
 from typing import TYPE_CHECKING
 
-from app.simulator.dialect import BaudChange, Delivery, EmptySlots, Streaming
+from app.simulator import lies
+from app.simulator.dialect import BaudChange, Delivery, EmptySlots, Rule, Streaming
 from app.simulator.memory import RECORD_DATA_LENGTH, record_frame
 from app.simulator.settings import ACCEPTED, Kept, keep
-from protocol.catalogue import FLAG, HEARTBEAT, INVERTED, MODULE_HEADER, RECORDS_KEPT, Request
+from protocol.catalogue import BY_CODE, FLAG, HEARTBEAT, INVERTED, MODULE_HEADER, RECORDS_KEPT, TRIGGER_RECORDS, Request
 from protocol.fields import Flag
 from protocol.frame import encode_reply
 from protocol.messages import Source
@@ -23,8 +24,38 @@ Answer = Callable[["SimulatedModule", Request, float], None]
 
 def answer(module: "SimulatedModule", request: Request, now_s: float) -> None:
     """Do what a valid request says and queue the reply."""
-    if request.command.code not in module.dialect.mute_codes:
-        _ANSWERS[request.command.name](module, request, now_s)
+    dialect, code = module.dialect, request.command.code
+    asked = module.asked
+    asked[code, request.is_set] += 1
+    time = asked[code, request.is_set]
+    if lies.is_marked_from(dialect.mute_codes, code, asked[code, True] + asked[code, False]):
+        return
+    before = lies.settings_before(module)
+    foreign = lies.rules_for(dialect.foreign_replies, code, time)
+    for rule in foreign:
+        if not rule.after_ms:
+            _insert(module, rule, now_s)
+    queued = module.bursts_queued
+    _ANSWERS[request.command.name](module, request, now_s)
+    if code in dialect.double_codes:
+        module.repeat_since(queued, dialect.double_ms / 1000)
+    for rule in foreign:
+        if rule.after_ms:
+            _insert(module, rule, now_s + rule.after_ms / 1000)
+    lies.follow(module, request, time, before, now_s)
+
+
+def _insert(module: "SimulatedModule", rule: Rule, at_s: float) -> None:
+    """A reply that nobody asked for, with the true value unless the rule says another one."""
+    code = rule.effect
+    if rule.value is not None:
+        _reply(module, code, rule.value, at_s)
+    elif code in lies.CHANGEABLE_CODES:
+        _reply(module, code, lies.read_raw(module, code), at_s)
+    elif BY_CODE[code].can_be_asked:
+        _ANSWERS[BY_CODE[code].name](module, BY_CODE[code].query(), at_s)
+    else:
+        _reply(module, code, ACCEPTED, at_s)
 
 
 def _reply(module: "SimulatedModule", code: int, value: int, now_s: float) -> None:
@@ -80,7 +111,10 @@ def _heartbeat(module: "SimulatedModule", _request: Request, now_s: float) -> No
 
 def _activation(module: "SimulatedModule", request: Request, now_s: float) -> None:
     kept = keep(request.command, request.data, int(module.state.is_active), module.dialect)
-    module.activate(is_active=kept.value == 0x01)
+    is_active = kept.value == FLAG.true
+    if module.dialect.activates if is_active else module.dialect.locks:
+        module.report_active_late(now_s)
+        module.activate(is_active=is_active)
     _reply(module, request.command.code, kept.acknowledgement, now_s)
 
 
@@ -97,7 +131,8 @@ def _deploy(module: "SimulatedModule", request: Request, now_s: float) -> None:
 
 def _shutdown(module: "SimulatedModule", request: Request, now_s: float) -> None:
     _reply(module, request.command.code, ACCEPTED, now_s)
-    module.shut_down(now_s)
+    if module.dialect.shuts_down:
+        module.shut_down(now_s)
 
 
 def _serial_output(module: "SimulatedModule", request: Request, now_s: float) -> None:
@@ -124,7 +159,7 @@ def _baud_rate(module: "SimulatedModule", request: Request, now_s: float) -> Non
 
 
 def _zero(module: "SimulatedModule", request: Request, now_s: float) -> None:
-    if module.dialect.keeps:
+    if module.dialect.keeps and module.dialect.zeroes:
         module.memory.zero_tilt_deg = module.world.motion(now_s).tilt_deg
     _reply(module, request.command.code, ACCEPTED, now_s)
 
@@ -141,7 +176,12 @@ def _cell_voltage(module: "SimulatedModule", _request: Request, now_s: float) ->
 
 def _trigger_records(module: "SimulatedModule", _request: Request, now_s: float) -> None:
     module.advance(now_s)
-    frames = [record_frame(data) for data in module.memory.records]
+    time, dropped = module.asked[TRIGGER_RECORDS.code, False], module.dialect.drop_records
+    frames = [
+        record_frame(data)
+        for number, data in enumerate(module.memory.records, start=1)
+        if not lies.is_marked_at(dropped, number, time)
+    ]
     fill = {EmptySlots.ZEROS: b"\x00", EmptySlots.ONES: b"\xff"}.get(module.dialect.empty_slots)
     if fill is not None:
         frames += [record_frame(fill * RECORD_DATA_LENGTH)] * (RECORDS_KEPT - len(frames))
@@ -174,7 +214,7 @@ _ANSWERS: dict[str, Answer] = {
     "boot_count": _value(lambda module, _now_s: module.memory.boot_count),
     "baud_rate": _baud_rate,
     "zero_sensor": _zero,
-    "active": _value(lambda module, _now_s: int(module.state.is_active)),
+    "active": _value(lambda module, now_s: int(module.reports_active(now_s))),
     "triggered": _value(lambda module, _now_s: int(module.is_triggered)),
     "status": _status,
     "charging": _value(lambda module, _now_s: int(module.world.has_external_power)),

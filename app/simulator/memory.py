@@ -31,6 +31,12 @@ class Memory:
     def baud_rate(self) -> int:
         return BAUD.values[self.baud_code]
 
+    def forget_settings(self) -> None:
+        """Back to the defaults, as after a battery change of a module that keeps nothing."""
+        fresh = Memory()
+        for name in ("light_threshold", "attitude_threshold", "freefall_acceleration", "freefall_time"):
+            setattr(self, name, getattr(fresh, name))
+
 
 @dataclass(slots=True, kw_only=True)
 class State:

@@ -13,22 +13,17 @@ host frame.
 
 import heapq
 import math
+import random
+from collections import Counter
 from typing import NamedTuple
 
 from app.judge import Judge, Sample
 from app.simulator.answers import HEARTBEAT_REPLY, answer
 from app.simulator.dialect import Dialect
 from app.simulator.memory import ODD_VOLTAGE, Memory, Moment, State, limits, record_data
+from app.simulator.plans import Plans
 from app.simulator.world import SENSOR_PERIOD_S, World
-from protocol.catalogue import (
-    CELL_VOLT,
-    HOST_HEADER,
-    STATUS_CODE,
-    TENTH_G,
-    TENTH_VOLT,
-    Layout,
-    Request,
-)
+from protocol.catalogue import CELL_VOLT, HOST_HEADER, STATUS_CODE, TENTH_G, TENTH_VOLT, Layout, Request
 from protocol.frame import HOST_FRAME_LENGTH, check_host, decode_request, encode_long
 from protocol.messages import Source
 
@@ -59,6 +54,7 @@ class _Due(NamedTuple):
     order: int
     data: bytes
     baud_rate: int
+    is_streamed: bool = False
 
 
 def to_byte(value: float) -> int:
@@ -73,7 +69,9 @@ class SimulatedModule:
         self, world: World, dialect: Dialect | None = None, *, memory: Memory | None = None, rate_hz: float = 50.0
     ) -> None:
         self.world: World = world
-        self.dialect: Dialect = dialect or Dialect()
+        self.asked: Counter[tuple[int, bool]] = Counter()
+        """How often each code was asked (False) and set (True) since its ways were last changed."""
+        self._dialect: Dialect = dialect or Dialect()
         self.memory: Memory = memory or Memory()
         self.state: State = State()
         self.baud_rate = self.memory.baud_rate
@@ -85,7 +83,11 @@ class SimulatedModule:
         self._fired = Source(0)
         self._heard = b""
         self._due: list[_Due] = []
-        self._order = 0
+        self.bursts_queued = 0
+        self.plans = Plans()
+        self._late_report = (False, -math.inf)
+        self._jitter_random = random.Random(world.seed)  # noqa: S311 (jitter, not secrets)
+        self._jitter_until_s = -math.inf
         self._line_free_s = -math.inf
         self._stream_due_s = self._stream_base_s = math.inf
         self._stream_step = 0
@@ -95,6 +97,15 @@ class SimulatedModule:
         self._sampled_s = -math.inf
 
     # What it is
+
+    @property
+    def dialect(self) -> Dialect:
+        return self._dialect
+
+    @dialect.setter
+    def dialect(self, dialect: Dialect) -> None:
+        self._dialect = dialect
+        self.asked.clear()
 
     @property
     def is_triggered(self) -> bool:
@@ -129,12 +140,24 @@ class SimulatedModule:
         motion = self.world.motion(now_s)
         tilt = to_byte(abs(motion.tilt_deg - self.memory.zero_tilt_deg))
         acceleration = to_byte(motion.acceleration_g * TENTH_G.per_unit)
-        return encode_long(STATUS_CODE, bytes((tilt, acceleration, bool(self._fired), self.state.is_active)))
+        is_active = self.reports_active(now_s)
+        return encode_long(STATUS_CODE, bytes((tilt, acceleration, bool(self._fired), is_active)))
+
+    def reports_active(self, now_s: float) -> bool:
+        """Whether it says that it is active: the truth, unless it reports it late."""
+        before, until_s = self._late_report
+        return before if now_s < until_s else self.state.is_active
+
+    def report_active_late(self, now_s: float) -> None:
+        """Until the dialect's time has passed it reports what it reports now."""
+        self._late_report = (self.reports_active(now_s), now_s + self.dialect.active_late_ms / 1000)
 
     # Power
 
-    def power_on(self, now_s: float) -> None:
+    def power_on(self, now_s: float, *, is_silent: bool = False) -> None:
         """Boot: one more boot counted (0 follows 255), two heartbeats, triggers enabled, locked (but see E15)."""
+        if self.dialect.forgets:
+            self.memory.forget_settings()
         self.memory.boot_count = (self.memory.boot_count + 1) & 0xFF
         if not self.dialect.remembers:
             self.state = State()
@@ -144,8 +167,9 @@ class SimulatedModule:
         self.baud_rate = self.memory.baud_rate
         self._clear()
         self._booted_s = self._sampled_s = now_s
-        self.send(HEARTBEAT_REPLY, now_s)
-        self.send(HEARTBEAT_REPLY, now_s + BOOT_GAP_S)
+        if not is_silent:
+            self.send(HEARTBEAT_REPLY, now_s)
+            self.send(HEARTBEAT_REPLY, now_s + BOOT_GAP_S)
         if self.state.serial_output_is_on:
             self.start_stream(now_s + 2 * BOOT_GAP_S)
 
@@ -160,9 +184,10 @@ class SimulatedModule:
         self.power_off()
         self._due = sorted(due)
 
-    def restart(self, now_s: float) -> None:
+    def restart(self, now_s: float, *, is_silent: bool = False) -> None:
+        """Off and on again; a silent one leaves out the two heartbeats."""
         self.power_off()
-        self.power_on(now_s)
+        self.power_on(now_s, is_silent=is_silent)
 
     def press_switch(self, now_s: float) -> None:
         """Its switch, held for 2 s: on if it was off."""
@@ -186,6 +211,9 @@ class SimulatedModule:
         self._judge.stand_by()
         self._heard = b""
         self._due.clear()
+        self.plans.clear()
+        self._late_report = (False, -math.inf)
+        self._jitter_until_s = -math.inf
         self._line_free_s = self._stream_held_until_s = -math.inf
         self._heard_s = self._last_byte_s = -math.inf
         self._stream_due_s = math.inf
@@ -220,8 +248,23 @@ class SimulatedModule:
         self.world.open_parachute(now_s)
         return True
 
+    def _planned_s(self) -> float:
+        """When it next does something by itself that nobody asked for."""
+        if not self.is_on:
+            return math.inf
+        runs_s = self.dialect.restart_at_s
+        return min(self.plans.next_s, max(self._sampled_s, self._booted_s + runs_s) if runs_s else math.inf)
+
+    def _do_planned(self, now_s: float) -> None:
+        while (at_s := self._planned_s()) <= now_s:
+            if self.plans.next_s <= at_s:
+                self.plans.do_next()
+            else:
+                self.restart(at_s, is_silent=True)
+
     def advance(self, now_s: float) -> None:
         """Let the time pass for its sensor and its triggers; sends nothing."""
+        self._do_planned(now_s)
         if not (self.is_on and self.state.is_active):
             self._sampled_s = now_s
         watch_until_s = min(now_s, self._sampled_s + LONGEST_WATCH_S)
@@ -290,25 +333,35 @@ class SimulatedModule:
         while True:
             queued_s = self._due[0].at_s if self._due else math.inf
             at_s = min(queued_s, self._stream_due_s)
+            if (planned_s := self._planned_s()) <= min(at_s, now_s):
+                self.advance(planned_s)
+                continue
             if at_s > now_s:
                 break
             if queued_s <= self._stream_due_s:
-                due = heapq.heappop(self._due)
-                sent.append(self._transmit(due.data, due.at_s, due.baud_rate))
+                sent.append(self._transmit(heapq.heappop(self._due)))
             else:
-                self._stream_one(at_s, sent)
+                self._stream_one(at_s)
         self.advance(now_s)
         return sent
 
     def next_due(self, now_s: float) -> float | None:
         """When `tick` has something to send next; None while it only waits."""
-        due_s = min(self._due[0].at_s if self._due else math.inf, self._stream_due_s)
+        due_s = min(self._due[0].at_s if self._due else math.inf, self._stream_due_s, self._planned_s())
         return None if due_s == math.inf else max(now_s, due_s)
 
     def send(self, data: bytes, at_s: float) -> None:
         """Queue a burst at the rate that the line has now."""
-        self._order += 1
-        heapq.heappush(self._due, _Due(at_s, self._order, data, self.baud_rate))
+        self._queue(_Due(at_s, 0, data, self.baud_rate))
+
+    def _queue(self, due: _Due) -> None:
+        self.bursts_queued += 1
+        heapq.heappush(self._due, due._replace(order=self.bursts_queued))
+
+    def repeat_since(self, queued: int, after_s: float) -> None:
+        """Queue everything once more that was queued since there were `queued` bursts."""
+        for due in sorted(one for one in self._due if one.order > queued):
+            self._queue(due._replace(at_s=due.at_s + after_s))
 
     def hold_stream(self, until_s: float) -> None:
         """No status may fall between the pieces of a record."""
@@ -326,17 +379,19 @@ class SimulatedModule:
         self._stream_due_s = self._stream_base_s = first_s
         self._stream_step = 0
 
-    def _stream_one(self, at_s: float, sent: list[Sent]) -> None:
+    def _stream_one(self, at_s: float) -> None:
         self._stream_step += 1
         self._stream_due_s = self._stream_base_s + self._stream_step / self._rate_hz
         self.advance(at_s)
         frame_s = Layout.STATUS.value * BITS_PER_BYTE / self.baud_rate
         # A line that is a whole frame behind cannot carry this one too: it is left out, never queued without end.
         if at_s >= self._stream_held_until_s and self._line_free_s - at_s <= frame_s:
-            sent.append(self._transmit(self.status(at_s), at_s, self.baud_rate)._replace(is_streamed=True))
+            late_s = self._jitter_random.uniform(0.0, self.dialect.stream_jitter_ms) / 1000
+            self._jitter_until_s = max(self._jitter_until_s, at_s + late_s)
+            self._queue(_Due(self._jitter_until_s, 0, self.status(at_s), self.baud_rate, is_streamed=True))
             self.stream_frames_sent += 1
 
-    def _transmit(self, data: bytes, at_s: float, baud_rate: int) -> Sent:
-        begins_s = max(at_s, self._line_free_s)
-        self._line_free_s = begins_s + len(data) * BITS_PER_BYTE / baud_rate
-        return Sent(begins_s, data, baud_rate)
+    def _transmit(self, due: _Due) -> Sent:
+        begins_s = max(due.at_s, self._line_free_s)
+        self._line_free_s = begins_s + len(due.data) * BITS_PER_BYTE / due.baud_rate
+        return Sent(begins_s, due.data, due.baud_rate, due.is_streamed)

@@ -12,8 +12,9 @@ from typing import Any
 
 from app.i18n import tr
 from app.simulator.dialect import Acknowledge, BaudChange, Delivery, Dialect, EmptySlots, Streaming
+from app.simulator.lie_texts import changes, codes, listed, marked_codes, marked_records, rules
 from app.simulator.line import Direction, Faults
-from protocol.catalogue import BAUD_RATES, BY_CODE
+from protocol.catalogue import BAUD_RATES
 from protocol.text import marked
 
 
@@ -26,6 +27,7 @@ class Group(Enum):
 
     MODULE = marked("module")
     DIALECT = marked("dialect: where the vendor's table leaves it open")
+    LIES = marked("lies and defects of the module; codes and values in hexadecimal")
     FAULTS = marked("faults of the line")
     PHYSICAL = marked("physical side")
 
@@ -117,17 +119,6 @@ def _baud_rate(text: str) -> int:
     return int(text)
 
 
-def _codes(text: str) -> frozenset[int]:
-    try:
-        codes = frozenset(int(part, 16) for part in text.replace(",", " ").split())
-    except ValueError:
-        raise ValueError(tr("codes in hexadecimal are needed, such as 14,33")) from None
-    unknown = codes - BY_CODE.keys()
-    if unknown:
-        raise ValueError(tr("no such command: {codes}", codes=", ".join(f"{code:02X}" for code in sorted(unknown))))
-    return codes
-
-
 def _defaults(target: Target) -> object:
     return {Target.DIALECT: Dialect(), Target.FAULTS: Faults(), Target.SETUP: Setup()}[target]
 
@@ -172,6 +163,12 @@ def _choice(name: str, text: str, kind: type[Enum] | Mapping[str, object], targe
 _DIALECT, _FAULTS, _SETUP = Target.DIALECT, Target.FAULTS, Target.SETUP
 _SHARE = _number(0.0, 1.0)
 _MILLISECONDS = _number(0.0, 10_000.0)
+_SECONDS = _number(0.0, 86_400.0)
+
+
+def _lie(name: str, text: str, parse: Callable[[str], Any], metavar: str) -> Option:
+    return _option(name, Group.LIES, Target.DIALECT, text, parse, metavar)
+
 
 OPTIONS: tuple[Option, ...] = (
     _setup("rate", marked("status frames a second while serial output is on, 1 to 1440"), _number(1, 1440), "HZ"),
@@ -202,8 +199,32 @@ OPTIONS: tuple[Option, ...] = (
     _flag("clamps", Group.DIALECT, _DIALECT,
           marked("forces settings into the vendor's advice and acknowledges what it kept")),
     _flag("refuses", Group.DIALECT, _DIALECT, marked("keeps the old setting and acknowledges that")),
-    _option("mute_codes", Group.DIALECT, _DIALECT, marked("commands that it does not know, such as 14,33"),
-            _codes, "CODES"),
+    _lie("mute_codes", marked("commands that it does not know, such as 14,33; 35/2 from the second time on"),
+         marked_codes, "CODES"),
+    _lie("cross_talk",
+         marked("a set of one changes another: 21:20, with a value 16:17=01, the second time and 500 ms later "
+                "21:20=14/2@500"), changes, "RULES"),
+    _lie("read_changes", marked("the same after a query: 20:20=14/2@500"), changes, "RULES"),
+    _lie("revert_ms", marked("settings go back to what they were, this long after a set"), _MILLISECONDS, "MS"),
+    _lie("clamp_ms", marked("settings are forced into the vendor's advice, this long after a set"),
+         _MILLISECONDS, "MS"),
+    _flag("forgets", Group.LIES, _DIALECT, marked("a restart brings the default settings back")),
+    _lie("silent_restart_ms", marked("restarts without heartbeats, this long after it acknowledged a change"),
+         _MILLISECONDS, "MS"),
+    _lie("restart_at_s", marked("restarts without heartbeats whenever it has run this long"), _SECONDS, "S"),
+    _lie("drop_records", marked("records left out, 1 is the oldest: 3 always, 1/2 the second time"),
+         marked_records, "RECORDS"),
+    _lie("double_codes", marked("commands that are answered twice, such as 01,32"), codes, "CODES"),
+    _lie("double_ms", marked("how long after the first the second answer comes"), _MILLISECONDS, "MS"),
+    _lie("foreign_replies",
+         marked("an answer to another command comes first: 20:22, with a value 20:22=05, or 500 ms later 20:22@500"),
+         rules, "RULES"),
+    _lie("stream_jitter_ms", marked("streamed status frames come up to this much late"), _MILLISECONDS, "MS"),
+    _flag("activates", Group.LIES, _DIALECT, marked("no: acknowledges the activation and stays locked")),
+    _flag("locks", Group.LIES, _DIALECT, marked("no: acknowledges locking and stays active")),
+    _lie("active_late_ms", marked("reports a new activation state only this long afterwards"), _MILLISECONDS, "MS"),
+    _flag("zeroes", Group.LIES, _DIALECT, marked("no: acknowledges zeroing without effect")),
+    _flag("shuts_down", Group.LIES, _DIALECT, marked("no: acknowledges the shutdown and stays on")),
     _fault("drop", marked("share of whole requests and answers that vanish, 0 to 1"), _SHARE, "SHARE"),
     _fault("lose", marked("share of single bytes that vanish"), _SHARE, "SHARE"),
     _fault("corrupt", marked("share of bytes with one bit turned"), _SHARE, "SHARE"),
@@ -254,8 +275,8 @@ def as_text(value: object) -> str:
     """A value as one would type it."""
     if isinstance(value, bool):
         return "yes" if value else "no"
-    if isinstance(value, frozenset):
-        return ",".join(f"{code:02X}" for code in sorted(value))
+    if isinstance(value, frozenset | tuple):
+        return listed(value)
     if isinstance(value, Enum):
         return str(value.value)
     return f"{value:g}" if isinstance(value, float) else str(value)

@@ -24,13 +24,16 @@ class Kept(NamedTuple):
     """D4 of the reply."""
 
 
+def clamped(command: Command, raw: int) -> int:
+    """The nearest byte within what the vendor advises."""
+    allowed = _CLAMPS.get(command, range(256))
+    return min(max(raw, allowed.start), allowed.stop - 1)
+
+
 def keep(command: Command, wanted: int, old: int, dialect: Dialect) -> Kept:
     """What becomes of a set of `command` from `old` to `wanted` (bytes)."""
     by_one = dialect.ack is Acknowledge.ONE and command.acknowledged_by_one
     if dialect.refuses and wanted != old:
         return Kept(old, FAILED if by_one else old)
-    value = wanted
-    if dialect.clamps and command in _CLAMPS:
-        allowed = _CLAMPS[command]
-        value = min(max(wanted, allowed.start), allowed.stop - 1)
+    value = clamped(command, wanted) if dialect.clamps else wanted
     return Kept(value if dialect.keeps else old, ACCEPTED if by_one else value)
