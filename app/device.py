@@ -58,8 +58,14 @@ FRESH_FOR_S: Mapping[str, float] = MappingProxyType(
 STREAM_PROVES_S = 1.5
 """How long a status that came unasked proves that the serial output is on."""
 
+STREAM_LATE_PERIODS = 1.5
+"""A streamed status is stale when the next one is late by half a period of that stream."""
+
 STREAM_WINDOW_S = 3.0
 """Over which the rate of the stream is counted: slow ones, down to one report a second, are streams too."""
+
+BOOTS = 256
+"""The boot count wraps to 0 after 255."""
 
 UNREADABLE = frozenset(command.key for command in SETTINGS if not command.reads_back) - {"baud_rate"}
 """E8: once in doubt they cannot be read again, so a restart makes them unknown."""
@@ -117,10 +123,22 @@ class DeviceView:
         known = self.values.get(key)
         if known is None or known.doubt is not None:
             return known
-        limit_s = STREAM_PROVES_S if known.how is How.STREAMED and key == SERIAL_OUTPUT.key else FRESH_FOR_S.get(key)
+        limit_s = self.fresh_for_s(key, known.how)
         if limit_s is not None and now - known.at > limit_s:
             return replace(known, doubt=Doubt.AGED)
         return known
+
+    def fresh_for_s(self, key: str, how: How) -> float | None:
+        """Seconds after which the value is stale; None where it does not age. A stream is measured by its own rate: at
+        one report a second each may come a little later than after a second."""
+        limit_s = FRESH_FOR_S.get(key)
+        if how is not How.STREAMED:
+            return limit_s
+        if key == SERIAL_OUTPUT.key:
+            return STREAM_PROVES_S
+        if limit_s is not None and self.stream_hz > 0:
+            return max(limit_s, min(STREAM_LATE_PERIODS / self.stream_hz, STREAM_PROVES_S))
+        return limit_s
 
     def fresh(self, key: str, now: float) -> Value | None:
         """The value where it is known and nothing casts doubt on it, else None."""
@@ -140,6 +158,8 @@ class Device:
         self._latest: Received | None = None
         """The last status frame while it is not yet among the values: at line rate each is soon followed by another."""
         self._restarts = 0
+        self._restarts_not_read = 0
+        """Those since the boot count was last read: it grows by them, and that is no further restart."""
         self._last_sleep: Sleep | None = None
         self._is_restart_suspected = False
         self._suspected: dict[str, Known] = {}
@@ -258,11 +278,13 @@ class Device:
         key = reading.command.key
         before = self._values.get(key)
         if key == "boot_count":
-            if before is not None and before.value != reading.value:
+            boots = 0 if before is None else (reading.raw - int(before.value)) % BOOTS
+            if boots > self._restarts_not_read:
                 self._take_restart()  # it was switched off and on while nobody listened
-            elif before is not None:
+            elif before is not None and not boots:
                 self._dismiss_suspicion()
             self._forget_suspicion()
+            self._restarts_not_read = 0
         self._values[key] = Known(reading.value, How.READ, at)
 
     def _take_acknowledgement(self, acknowledgement: Acknowledgement, at: float) -> None:
@@ -315,6 +337,7 @@ class Device:
 
     def _take_restart(self) -> None:
         self._restarts += 1
+        self._restarts_not_read += 1
         self.doubt_everything(Doubt.RESTARTED)
         for key in UNREADABLE:
             self._values.pop(key, None)

@@ -22,7 +22,7 @@ class Condition(Enum):
     ONLINE = auto()
     """The module answers."""
     FRESH_STATUS = auto()
-    """It reported its status within the last second."""
+    """It reported its status within the last second, or within a period and a half of a slower stream."""
     IS_LOCKED = auto()
     IS_ACTIVE = auto()
     NOT_TRIGGERED = auto()
@@ -64,6 +64,7 @@ class Situation:
     status_at: float | None = None
     """When the last status report came."""
     status_doubt: Doubt | None = None
+    status_fresh_for_s: float = FRESH_FOR_S["tilt_deg"]
     active: bool | None = None
     triggered: bool | None = None
     tilt_deg: float | None = None
@@ -101,6 +102,8 @@ def situation(
         presence=device.presence,
         status_at=None if tilt is None else tilt.at,
         status_doubt=None if tilt is None else tilt.doubt,
+        status_fresh_for_s=(device.fresh_for_s("tilt_deg", tilt.how) if tilt is not None else None)
+        or FRESH_FOR_S["tilt_deg"],
         active=_reported(device.known("active", now)),
         triggered=_reported(device.known("triggered", now)),
         tilt_deg=None if tilt is None or tilt.is_stale else tilt.value,
@@ -159,7 +162,7 @@ def _fresh_status(_act: Act, now_is: Situation) -> Refusal | None:
     if now_is.status_doubt is Doubt.RESTARTED:
         return Refusal(condition, marked("The module restarted and has not reported its status since."))
     age_s = now_is.now - now_is.status_at
-    if now_is.status_doubt is None and 0.0 <= age_s <= FRESH_FOR_S["tilt_deg"]:
+    if now_is.status_doubt is None and 0.0 <= age_s <= now_is.status_fresh_for_s:
         return None
     return Refusal(condition, marked("The last status is {seconds:.1f} s old."), {"seconds": max(0.0, age_s)})
 

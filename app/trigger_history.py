@@ -10,12 +10,12 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from enum import Enum
 
+from app.device import BOOTS
 from app.preflight.wording import Said, said
 from protocol.catalogue import RECORDS_KEPT
 from protocol.messages import EmptySlot, TriggerRecord, decode_record
 from protocol.text import marked
 
-BOOTS = 256
 LONGEST_UPTIME_S = 65535
 """The counter ends here ("最高记录65535秒")."""
 

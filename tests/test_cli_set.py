@@ -57,6 +57,8 @@ def test_every_setting_at_once(options: str, port: str, capsys: pytest.CaptureFi
     for name, value in ALL.items():
         is_flag = name in flags
         is_acknowledged = not (name == "baud_rate" and options)
+        age_s = results[name].pop("verified_age_s")
+        assert (age_s is None) if is_flag else (0.0 < age_s < 5.0)
         assert results[name] == {
             "wanted": value,
             "acknowledged": is_acknowledged,
@@ -205,6 +207,28 @@ def test_without_a_store_settings_are_written_and_the_rate_is_not(
     assert len(sets(wire)) == 1
 
 
+def test_a_setting_that_nobody_wrote_and_that_changed_is_named(
+    port: str, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    from app import transport
+
+    bench = bench_of(port)
+    write = transport.SerialLine.write
+
+    def meddles(line: transport.SerialLine, data: bytes) -> None:
+        write(line, data)
+        if data[2:4] == b"\x22\x02":
+            bench.module.memory.freefall_acceleration = 20
+
+    monkeypatch.setattr(transport.SerialLine, "write", meddles)
+    assert program.main(["set", "freefall_time_s=1.2", "--port", port, "--json"]) == 1
+    printed = Printed(capsys)
+    told = json.loads(printed.out)
+    assert told["results"]["freefall_time_s"]["verified"] is True
+    assert told["changed"] == {"freefall_acceleration_g": {"before": 0.5, "after": 2.0}}
+    assert "freefall_acceleration_g was not written and changed from 0.5 to 2." in printed.err
+
+
 def test_unplugged_in_the_middle_says_what_stands_and_what_is_not_known(
     port: str, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -223,7 +247,8 @@ def test_unplugged_in_the_middle_says_what_stands_and_what_is_not_known(
     assert program.main(["set", *words, "--port", port, "--json"]) == 3
     printed = Printed(capsys)
     results = json.loads(printed.out)["results"]
-    assert results["freefall_time_s"]["verified"] is True
+    assert results["freefall_time_s"]["verified"] is False
+    assert results["freefall_time_s"]["error"] == "it was read back, but could not be read again at the end"
     assert results["light_threshold_v"]["error"] == "the port was lost; it may have been carried out"
     assert results["attitude_threshold_deg"]["error"] == "not sent: the port was lost"
     assert "unplugged" in printed.err

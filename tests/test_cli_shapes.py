@@ -17,6 +17,7 @@ from app.commands import findings as found
 from app.commands import set as setting
 from app.csv_cells import defused
 from app.procedures.history import History
+from app.procedures.settings_reading import ChangedSetting
 from app.reading_object import SETTING_KEYS
 from app.spans import stopwatch
 from app.trigger_fields import fields_of
@@ -248,9 +249,11 @@ def test_durations(seconds: int, text: str) -> None:
 
 def test_set_json_is_the_contract() -> None:
     results = {"serial_output": setting.Result(wanted=True, is_acknowledged=True)}
-    assert console.as_json(setting.json_of(results)) == (
+    found = setting.Found(results=results, changed=(ChangedSetting(BY_NAME["freefall_time"], 1.6, 0.2),))
+    assert console.as_json(setting.json_of(found)) == (
         '{"results": {"serial_output": {"wanted": true, "acknowledged": true, "read_back": null, "verified": null, '
-        '"error": null}}}'
+        '"verified_age_s": null, "error": null}}, '
+        '"changed": {"freefall_time_s": {"before": 1.6, "after": 0.2}}, "unread": []}'
     )
 
 

@@ -116,7 +116,8 @@ def test_the_settings_are_kept_before_the_first_write() -> None:
                 "freefall_acceleration_g": 0.5,
                 "freefall_time_s": 1.6,
                 "baud_rate": 115200,
-            }
+            },
+            boot_count=37,
         )
     ]
 

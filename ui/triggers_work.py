@@ -8,6 +8,7 @@ from functools import partial
 
 from PySide6.QtCore import QObject, Signal
 
+from app.device import BOOTS
 from app.i18n import tr
 from app.preflight.judging_module import WENT_BACK
 from app.procedure import Cancelled, Procedure, Report
@@ -16,7 +17,7 @@ from app.procedures.write import read_back
 from app.store.checks import CheckStore, SeenRecord
 from app.store.database import StoreTrouble, utc_now
 from app.store.store import Store
-from app.trigger_history import BOOTS, Judgement, in_order, record_of
+from app.trigger_history import Judgement, in_order, record_of
 from app.worker import Job
 from protocol.catalogue import BY_NAME
 from protocol.messages import TriggerRecord

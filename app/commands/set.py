@@ -1,8 +1,9 @@
 """`dps-s set NAME=VALUE …`, `dps-s set --profile FILE`: change settings and prove that they stand.
 
 All values are checked before the first one is sent; if one is bad nothing is sent and the exit code is 2. A set goes
-onto the wire once and is read back. What cannot be read back is only ever acknowledged. Exit code 1 where one of them
-is not what was wanted, 3 where the link was lost.
+onto the wire once and is read back, and all settings are read again at the end. What cannot be read back is only ever
+acknowledged. Exit code 1 where one of them is not what was wanted or another setting changed, 3 where the link was
+lost.
 """
 
 import argparse
@@ -27,6 +28,7 @@ from app.commands.console import (
 from app.i18n import tr
 
 if TYPE_CHECKING:
+    from app.procedures.settings_reading import ChangedSetting
     from app.procedures.write import Written
     from app.safety import Refusal
     from protocol.catalogue import Command
@@ -59,14 +61,33 @@ class Result:
     error: str | None = None
     words: str | None = None
     is_link_lost: bool = False
+    verified_age_s: float | None = None
+    """Since the last reading."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Found:
+    """What became of all wishes, by key, in their order. `trouble`: the sentence about a line that was lost."""
+
+    results: dict[str, Result]
+    changed: "Sequence[ChangedSetting]" = ()
+    """Settings that were not written."""
+    unread: "Sequence[Command]" = ()
+    """Settings that were not written and could not be read again."""
+    trouble: str | None = None
+
+    @property
+    def is_fine(self) -> bool:
+        return all(one.error is None for one in self.results.values()) and not self.changed and not self.unread
 
 
 def add_parser(subparsers: "argparse._SubParsersAction[argparse.ArgumentParser]") -> None:
     parser = subparsers.add_parser(
         "set",
         description=tr(
-            "Change settings: {names}. Triggers and serial output take true or false. Each is read back; what cannot "
-            "be read back is only ever acknowledged, never verified. Exit code 1 where one is not what was wanted.",
+            "Change settings: {names}. Triggers and serial output take true or false. Each is read back, and all are "
+            "read again at the end; what cannot be read back is only ever acknowledged, never verified. Exit code 1 "
+            "where one is not what was wanted or another one changed.",
             names=_names(),
         ),
     )
@@ -87,13 +108,13 @@ def run(args: argparse.Namespace) -> int:
         say(str(error))
         return USED_WRONGLY
     _warn(wishes)
-    results, trouble = _write(wishes, args)
-    write_lines([as_json(json_of(results))] if args.json else page_of(results))
-    if trouble is not None:
-        say(trouble)
-    if any(result.is_link_lost for result in results.values()):
+    found = _write(wishes, args)
+    write_lines([as_json(json_of(found))] if args.json else page_of(found.results))
+    for sentence in _remarks(found):
+        say(sentence)
+    if any(result.is_link_lost for result in found.results.values()):
         return NO_LINK
-    return DONE if all(result.error is None for result in results.values()) else SAID_NO
+    return DONE if found.is_fine else SAID_NO
 
 
 def _wishes(words: Sequence[str], profile: str | None) -> list[Wish]:
@@ -161,16 +182,15 @@ def _warn(wishes: Sequence[Wish]) -> None:
                 say(tr("Warning: {name}: {what}", name=wish.command.key, what=consequence.sentence))
 
 
-def _write(wishes: Sequence[Wish], args: argparse.Namespace) -> tuple[dict[str, Result], str | None]:
-    """The results by key, in the order of the wishes, and the sentence about a line that was lost on the way."""
+def _write(wishes: Sequence[Wish], args: argparse.Namespace) -> Found:
     from app.acts import Act
     from app.commands.audited import records_of
     from app.commands.connection import connected, link_trouble
     from app.permit import Origin, Permit
-    from app.procedures.write_all import Change, Leave, write_all
+    from app.procedures.write_all import Change, Leave, WriteReport, unconfirmed, write_all
 
     written: list[Written] = []
-    refusals: tuple[Refusal, ...] = ()
+    report = WriteReport(results=())
     trouble: str | None = None
     found: dict[str, Result] = {}
     with records_of(args.port) as records, connected(args.port, args.baud) as conversation:
@@ -189,21 +209,24 @@ def _write(wishes: Sequence[Wish], args: argparse.Namespace) -> tuple[dict[str, 
         )
         try:
             report = conversation.run(write_all([Change(wish.command, wish.value) for wish in sent], leave))
-            written, refusals = list(report.results), report.refusals
+            written = list(report.results)
         except Exception as error:
             trouble = link_trouble(error)
             if trouble is None:
                 raise
-    found |= {one.command.key: result_of(one, refusals) for one in written}
+            written = unconfirmed(written)
+    age_s = None if report.read_at is None else max(0.0, time.monotonic() - report.read_at)
+    found |= {one.command.key: result_of(one, report.refusals, age_s=age_s) for one in written}
     is_first_lost = True
     for wish in sorted(sent, key=lambda one: one.command.key == "baud_rate"):
         if wish.command.key not in found:
             found[wish.command.key] = _lost(wish, may_be_done=is_first_lost)
             is_first_lost = False
-    return {wish.command.key: found[wish.command.key] for wish in wishes}, trouble
+    results = {wish.command.key: found[wish.command.key] for wish in wishes}
+    return Found(results=results, changed=report.changed, unread=report.unread, trouble=trouble)
 
 
-def result_of(written: "Written", refusals: "Sequence[Refusal]" = ()) -> Result:
+def result_of(written: "Written", refusals: "Sequence[Refusal]" = (), *, age_s: float | None = None) -> Result:
     from app.procedures.write import Heard, WriteFault
     from app.safety import Condition
 
@@ -226,6 +249,7 @@ def result_of(written: "Written", refusals: "Sequence[Refusal]" = ()) -> Result:
         error=error,
         words=words,
         is_link_lost=written.heard is Heard.NOT_SENT and not is_refused,
+        verified_age_s=age_s if written.verified else None,
     )
 
 
@@ -239,7 +263,7 @@ def _lost(wish: Wish, *, may_be_done: bool) -> Result:
     return Result(wish.value, is_acknowledged=False, verified=verified, error=error, words=words, is_link_lost=True)
 
 
-def json_of(results: dict[str, Result]) -> dict[str, object]:
+def json_of(found: Found) -> dict[str, object]:
     """The object of `dps-s set --json`."""
     return {
         "results": {
@@ -248,11 +272,25 @@ def json_of(results: dict[str, Result]) -> dict[str, object]:
                 "acknowledged": result.is_acknowledged,
                 "read_back": result.read_back,
                 "verified": result.verified,
+                "verified_age_s": None if result.verified_age_s is None else round(result.verified_age_s, 3),
                 "error": result.error,
             }
-            for name, result in results.items()
-        }
+            for name, result in found.results.items()
+        },
+        "changed": {one.command.key: {"before": one.before, "after": one.after} for one in found.changed},
+        "unread": [command.key for command in found.unread],
     }
+
+
+def _remarks(found: Found) -> list[str]:
+    """What else there is to say: settings that nobody wrote, and a line that was lost."""
+    remarks = [
+        tr("{name} was not written and changed from {before} to {after}.", name=one.command.key,
+           before=_typed(one.before), after=_typed(one.after))
+        for one in found.changed
+    ]  # fmt: skip
+    remarks += [tr("{name} could not be read again: it may have changed.", name=one.key) for one in found.unread]
+    return remarks if found.trouble is None else [*remarks, found.trouble]
 
 
 def page_of(results: dict[str, Result]) -> list[str]:

@@ -11,6 +11,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from enum import Enum
 
+from app.device import BOOTS
 from app.procedure import Ask, Listen, Look, Procedure, Report, Sight
 from app.procedures.write import read_back
 from protocol.catalogue import BY_NAME, SETTINGS, Command
@@ -22,7 +23,6 @@ from protocol.text import marked
 LONGEST_WAIT_S = 120.0
 LOOK_EVERY_S = 1.0
 ASK_WAITS_S = (0.3,)
-BOOTS = 256  # it wraps to 0 after 255
 _BOOT_COUNT = BY_NAME["boot_count"]
 
 

@@ -2,9 +2,10 @@
 
     set, once  ->  acknowledgement (E2: "received")  ->  read back, until two answers in a row agree  ->  `Written`
 
-Only the read-back says what stands. Two answers, because the 8-bit sum lets about 6 % of two-bit errors pass: one bad
-frame must not turn a lost write into a verified one. An unanswered set is not sent again; the read-back tells what
-became of it. Whatever cannot be read back (E8) is never verified, only acknowledged.
+Only the read-back says what stands; `write_all` reads it once more at the end. Two answers, because the 8-bit sum lets
+about 6 % of two-bit errors pass: one bad frame must not turn a lost write into a verified one. An unanswered set is not
+sent again; the read-back tells what became of it. Whatever cannot be read back (E8) is never verified, only
+acknowledged.
 """
 
 from dataclasses import dataclass
@@ -49,7 +50,9 @@ class WriteFault(Enum):
     NO_REPLY = marked("no reply; it may have been carried out")
     NO_READ_BACK = marked("the value could not be read back")
     UNSTEADY = marked("the module gives different answers to the same question")
-    RESTARTED = marked("the module restarted in the middle; what stands is not known")
+    RESTARTED = marked("the module restarted in the middle")
+    REVERTED = marked("the module held it at first and then changed it by itself")
+    NO_LAST_READING = marked("it was read back, but could not be read again at the end")
     NOT_SENT = marked("not sent: the module stopped answering")
     NOT_ALLOWED = marked("not sent: a condition is not fulfilled")
     AT_RESTART = marked("acknowledged, but still at the old rate: it changes at the next start, or not at all")
@@ -69,7 +72,8 @@ class Written:
     stands: Value | None = None
     """Read back; None where it was not, or cannot be."""
     verified: bool | None = None
-    """True only when the module said twice in a row that it holds what was wanted; None where it cannot be asked."""
+    """True only when the module said twice in a row that it holds what was wanted; None where it cannot be asked.
+    Final only in a `WriteReport`: there it was read once more after the module had time to change its mind."""
     fault: WriteFault | None = None
     waited_s: float | None = None
     """How long an answer to the set was waited for in vain."""

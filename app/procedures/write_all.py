@@ -1,25 +1,42 @@
 """Write several settings, each verified; what stood before is kept, what was done is logged.
 
-All values are checked before the first is sent. Each write asks anew whether writing is allowed (not while the module
-is active). The baud rate comes last: it may take the line with it.
+    read all settings -> write and read back, one by one -> wait `SETTLE_S` -> read all settings again -> `WriteReport`
+
+All values are checked before the first is sent. Each write checks again whether writing is allowed (not while the
+module is active). The baud rate comes last: it may take the line with it. The last reading decides: it finds what the
+module changed late, and what it changed without being told to.
 """
 
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 
 from app.acts import Act
 from app.device import How
 from app.journal import Journal, Outcome, begin_if_possible
 from app.permit import Permit
-from app.procedure import Ask, Look, Procedure, Report, Sight
+from app.procedure import Ask, Look, Pause, Procedure, Report, Sight
 from app.procedures.act import Armed
 from app.procedures.baud import BaudChanged, BaudEnd, change_baud
+from app.procedures.settings_reading import (
+    BOOT_COUNT,
+    READABLE_SETTINGS,
+    ChangedSetting,
+    SettingsReading,
+    changed_settings,
+    read_settings,
+)
 from app.procedures.write import Heard, WriteFault, Written, write_verified
 from app.safety import Refusal, refusals, situation
 from app.snapshots import Snapshot, snapshot_of
-from protocol.catalogue import BAUD_RATE, SETTINGS, STATUS, Command
+from protocol.catalogue import BAUD_RATE, STATUS, Command
 from protocol.fields import Value
 from protocol.text import marked
+
+SETTLE_S = 0.6
+"""From the last write to the last reading. Modules are known to clamp, to revert or to restart up to half a second
+after they acknowledged; whatever changes later is found by the background reading of a connected window."""
+LAST_READINGS = 2
+"""The last reading is repeated where the line spoiled it."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -38,10 +55,16 @@ class WriteReport:
     refusals: tuple[Refusal, ...] = ()
     """Why some were not sent."""
     baud: BaudChanged | None = None
+    changed: tuple[ChangedSetting, ...] = ()
+    """Settings that were not written and read differently afterwards."""
+    unread: tuple[Command, ...] = ()
+    """Settings that were not written and could not be read again afterwards."""
+    read_at: float | None = None
+    """When the last reading began, in monotonic seconds: from then on "verified" ages."""
 
     @property
     def is_fine(self) -> bool:
-        return all(written.is_fine for written in self.results)
+        return all(written.is_fine for written in self.results) and not self.changed and not self.unread
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -65,41 +88,126 @@ def write_all(changes: Sequence[Change], leave: Leave) -> Procedure[WriteReport]
     for change in changes:
         change.command.set(change.value)
     ordered = sorted(changes, key=lambda change: change.command is BAUD_RATE)
+    before = yield from read_settings()
     if leave.keep_snapshot is not None:
         yield from _keep_snapshot(leave.keep_snapshot)
-    results: list[Written] = []
-    restarts: list[int] = []
+    course = _Course(leave)
+    try:
+        for done, change in enumerate(ordered):
+            yield Report(done, len(ordered), marked("Writing: {what}"), (("what", change.command.title),))
+            yield from _write_one(course, change)
+            if leave.on_written is not None:
+                leave.on_written(course.results[-1])
+            sight: Sight = yield Look()
+            course.restarts.append(sight.device.restarts)
+        is_sent = any(written.heard is not Heard.NOT_SENT for written in course.results)
+        if is_sent:
+            report = yield from _last_reading(course, before)
+        else:
+            report = WriteReport(results=tuple(course.results), refusals=course.refused, baud=course.baud)
+    except BaseException:
+        course.settle(unconfirmed(course.results))
+        raise
+    course.settle(report.results)
+    return report
+
+
+@dataclass(slots=True)
+class _Course:
+    """How far the writes are."""
+
+    leave: Leave
+    results: list[Written] = field(default_factory=list)
+    restarts: list[int] = field(default_factory=list)
+    """The device's count after each."""
+    entries: dict[Command, int] = field(default_factory=dict)
+    """Of the journal, still without an outcome."""
     refused: tuple[Refusal, ...] = ()
     baud: BaudChanged | None = None
     fault: WriteFault | None = None
-    for done, change in enumerate(ordered):
-        yield Report(done, len(ordered), marked("Writing: {what}"), (("what", change.command.title),))
-        if fault is None:
-            refused = yield from _refusals(leave)
-            fault = WriteFault.NOT_ALLOWED if refused else None
-        if fault is not None:
-            results.append(_not_sent(change, fault))
-        elif change.command is BAUD_RATE:
-            baud = yield from change_baud(int(change.value), leave.journal, permit=leave.permit, armed=leave.armed)
-            refused = baud.refusals
-            results.append(_written(change, baud))
-        else:
-            written = yield from _write_logged(change, leave.journal)
-            results.append(written)
-            fault = WriteFault.NOT_SENT if written.heard is Heard.NOT_SENT else None
-        if leave.on_written is not None:
-            leave.on_written(results[-1])
-        sight: Sight = yield Look()
-        restarts.append(sight.device.restarts)
-    return WriteReport(results=tuple(_doubted(results, restarts)), refusals=refused, baud=baud)
+    """Why nothing more is sent."""
+
+    def settle(self, results: Iterable[Written]) -> None:
+        """Write the outcomes down; a write of which nothing was heard is unknown."""
+        found = {written.command: written for written in results}
+        for command, entry in self.entries.items():
+            written = found.get(command)
+            self.leave.journal.settle(entry, _outcome(written), {} if written is None else _result(written))
+
+
+def _write_one(course: _Course, change: Change) -> Procedure[None]:
+    leave = course.leave
+    if course.fault is None:
+        course.refused = yield from _refusals(leave)
+        course.fault = WriteFault.NOT_ALLOWED if course.refused else None
+    if course.fault is not None:
+        course.results.append(_not_sent(change, course.fault))
+    elif change.command is BAUD_RATE:
+        baud = yield from change_baud(int(change.value), leave.journal, permit=leave.permit, armed=leave.armed)
+        course.baud, course.refused = baud, baud.refusals
+        course.results.append(_written(change, baud))
+    else:
+        frame = change.command.set(change.value).encode()
+        entry = begin_if_possible(leave.journal, Act.WRITE, frame, {change.command.key: change.value})
+        if entry is not None:
+            course.entries[change.command] = entry
+        written = yield from write_verified(change.command, change.value)
+        course.results.append(written)
+        course.fault = WriteFault.NOT_SENT if written.heard is Heard.NOT_SENT else None
+
+
+def _last_reading(course: _Course, before: SettingsReading) -> Procedure[WriteReport]:
+    """Everything once more, after the module had its time: only what still stands then is verified."""
+    yield Pause(SETTLE_S)
+    for _ in range(LAST_READINGS):
+        last = yield from read_settings()
+        is_spoiled = last.is_restarted or not last.faults.keys() <= before.faults.keys()
+        if last.is_silent or not is_spoiled:
+            break
+    sight: Sight = yield Look()
+    has_no_boot_count = last.boot_count is None and BOOT_COUNT.key not in before.faults
+    if last.is_silent or has_no_boot_count:
+        results = unconfirmed(course.results)
+    else:
+        results = [_read_again(written, last.values) for written in course.results]
+    results = _doubted(results, course.restarts, now=sight.device.restarts)
+    written_keys = {one.command.key for one in course.results if one.heard is not Heard.NOT_SENT}
+    stood = {key: value for key, value in before.values.items() if key not in written_keys}
+    return WriteReport(
+        results=tuple(results),
+        refusals=course.refused,
+        baud=course.baud,
+        changed=changed_settings(stood, last.values),
+        unread=tuple(one for one in READABLE_SETTINGS if one.key in stood and one.key not in last.values),
+        read_at=last.began_at,
+    )
+
+
+def _read_again(written: Written, values: Mapping[str, Value]) -> Written:
+    """What the last reading says of one write."""
+    if not written.command.reads_back or written.heard is Heard.NOT_SENT:
+        return written
+    stands = values.get(written.command.key)
+    if written.fault is not None:
+        return replace(written, stands=stands) if stands is not None else written
+    if stands is None:
+        return _unconfirmed(written)
+    if stands != written.wanted:
+        return replace(written, stands=stands, verified=False, fault=WriteFault.REVERTED)
+    return written
+
+
+def unconfirmed(results: Iterable[Written]) -> list[Written]:
+    """The results where the last reading was not made: what was verified is so no longer."""
+    return [_unconfirmed(written) if written.fault is None and written.verified else written for written in results]
+
+
+def _unconfirmed(written: Written) -> Written:
+    return replace(written, stands=None, verified=False, fault=WriteFault.NO_LAST_READING)
 
 
 def _keep_snapshot(keep: Callable[[Snapshot], None]) -> Procedure[None]:
-    for command in SETTINGS:
-        sight: Sight = yield Look()
-        if command.reads_back and sight.device.fresh(command.key, sight.now) is None:
-            yield Ask(command.query())
-    sight = yield Look()
+    sight: Sight = yield Look()
     snapshot = snapshot_of(sight.device, sight.now)
     if snapshot.settings:
         keep(snapshot)
@@ -118,18 +226,6 @@ def _refusals(leave: Leave) -> Procedure[tuple[Refusal, ...]]:
             break
         yield Ask(STATUS.query())
     return found
-
-
-def _write_logged(change: Change, journal: Journal) -> Procedure[Written]:
-    frame = change.command.set(change.value).encode()
-    entry = begin_if_possible(journal, Act.WRITE, frame, {change.command.key: change.value})
-    written: Written | None = None
-    try:
-        written = yield from write_verified(change.command, change.value)
-    finally:
-        if entry is not None:
-            journal.settle(entry, _outcome(written), {} if written is None else _result(written))
-    return written
 
 
 def _outcome(written: Written | None) -> Outcome:
@@ -178,12 +274,16 @@ def _written(change: Change, baud: BaudChanged) -> Written:
     )
 
 
-def _doubted(results: Sequence[Written], restarts: Sequence[int]) -> list[Written]:
+def _doubted(results: Sequence[Written], restarts: Sequence[int], *, now: int) -> list[Written]:
     """What was written before a restart is claimed no longer: nobody knows what survived it (E15)."""
-    last = restarts[-1] if restarts else 0
     return [
-        replace(written, fault=WriteFault.RESTARTED, stands=None, verified=False if written.verified else None)
-        if written.fault is None and count != last
+        replace(written, fault=WriteFault.RESTARTED, verified=False if written.verified else None)
+        if written.heard is not Heard.NOT_SENT and _may_be_lost(written) and count != now
         else written
         for written, count in zip(results, restarts, strict=True)
     ]
+
+
+def _may_be_lost(written: Written) -> bool:
+    """Whether a restart is the better explanation: what was fine until then, and what was found changed after it."""
+    return written.fault in (None, WriteFault.REVERTED, WriteFault.NO_LAST_READING)
