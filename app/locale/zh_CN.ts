@@ -750,8 +750,8 @@
         <translation>立即更改</translation>
     </message>
     <message>
-        <source>Change settings: {names}. Triggers and serial output take true or false. Each is read back; what cannot be read back is only ever acknowledged, never verified. Exit code 1 where one is not what was wanted.</source>
-        <translation>修改设置：{names}。触发开关和串口输出取 true 或 false。每项都会回读；无法回读的只能得到应答，不算已验证。有一项与要求不符时退出码为 1。</translation>
+        <source>Change settings: {names}. Triggers and serial output take true or false. Each is read back, and all are read again at the end; what cannot be read back is only ever acknowledged, never verified. Exit code 1 where one is not what was wanted or another one changed.</source>
+        <translation>更改参数：{names}。触发开关和串口输出取 true 或 false。每项写入后回读，最后再回读全部参数；无法回读的只会是“已应答”，绝不会是“已验证”。有参数与目标值不符或其他参数发生变化时，退出码为 1。</translation>
     </message>
     <message>
         <source>Change the baud rate</source>
@@ -6258,6 +6258,10 @@
         <translation>生成时未保存，不在任何链中</translation>
     </message>
     <message>
+        <source>it was read back, but could not be read again at the end</source>
+        <translation>曾回读一致，但最后未能再次回读</translation>
+    </message>
+    <message>
         <source>it was written by a newer version of this program</source>
         <translation>由本程序的更新版本生成</translation>
     </message>
@@ -7178,6 +7182,10 @@
         <translation>模块对同一询问给出不同的应答</translation>
     </message>
     <message>
+        <source>the module held it at first and then changed it by itself</source>
+        <translation>模块起初保存了该值，随后自行更改</translation>
+    </message>
+    <message>
         <source>the module ignores a request that begins sooner than this after its last reply or the last request</source>
         <translation>模块忽略在其上一次答复或上一个请求之后过早（短于此时间）到达的请求</translation>
     </message>
@@ -7202,8 +7210,8 @@
         <translation>模块已重启</translation>
     </message>
     <message>
-        <source>the module restarted in the middle; what stands is not known</source>
-        <translation>模块中途重启；当前值未知</translation>
+        <source>the module restarted in the middle</source>
+        <translation>模块中途重启</translation>
     </message>
     <message>
         <source>the module still answers at the old rate</source>
@@ -7694,6 +7702,10 @@
         <translation>无法删除 {name}：{why}。</translation>
     </message>
     <message>
+        <source>{name} could not be read again: it may have changed.</source>
+        <translation>{name} 未能再次回读：可能已发生变化。</translation>
+    </message>
+    <message>
         <source>{name} is being recorded: close the port in the window first.</source>
         <translation>{name} 正在录制：请先在窗口中关闭串口。</translation>
     </message>
@@ -7708,6 +7720,10 @@
     <message>
         <source>{name} was not opened: {why}.</source>
         <translation>未打开 {name}：{why}。</translation>
+    </message>
+    <message>
+        <source>{name} was not written and changed from {before} to {after}.</source>
+        <translation>{name} 未写入，却从 {before} 变为 {after}。</translation>
     </message>
     <message>
         <source>{name} {value}</source>
