@@ -13,7 +13,17 @@ from app.files import write_whole
 from app.fingerprint import is_fingerprint
 from app.i18n import tr
 from app.profile_lines import key_lines
-from app.profiles import FORMAT, LIMITS, LONGEST_NAME, LONGEST_NOTES, MOST_ITEMS, SETTINGS_BY_KEY, ManualLine, Profile
+from app.profiles import (
+    FORMAT,
+    LIMITS,
+    LONGEST_NAME,
+    LONGEST_NOTES,
+    MOST_ITEMS,
+    SETTINGS_BY_KEY,
+    ActivatedBy,
+    ManualLine,
+    Profile,
+)
 from app.toml_text import toml_text
 from app.values import NotAValue, fitting, shortened
 from protocol.fields import Value
@@ -34,7 +44,8 @@ _KEYS = frozenset(
         "manual",
         "approved_fingerprint",
         "light_inverted",
-        "expect_active",
+        "expectations",
+        "expect_active",  # of older files
     )
 )
 _SYNTAX = re.compile(r"^(?P<why>.*) \(at (?:line (?P<line>\d+), column \d+|end of document)\)$", re.DOTALL)
@@ -99,9 +110,9 @@ def profile_text(profile: Profile) -> str:
         tables["approved_fingerprint"] = profile.approved_fingerprint
     if profile.is_light_inverted:
         tables["light_inverted"] = True
-    if profile.expects_active:
-        tables["expect_active"] = True
     tables["settings"] = {key: profile.settings[key] for key in SETTINGS_BY_KEY if key in profile.settings}
+    if profile.activated_by is not ActivatedBy.PERSON:
+        tables["expectations"] = {"activated_by": profile.activated_by.value}
     if profile.limits:
         tables["limits"] = {name: profile.limits[name] for name in LIMITS if name in profile.limits}
     if profile.manual:
@@ -174,6 +185,7 @@ class _Reader:
         fingerprint = self._text(tables, "approved_fingerprint", LONGEST_NAME) or None
         if fingerprint is not None and not is_fingerprint(fingerprint):
             self._refuse(("approved_fingerprint",), marked("this is no fingerprint."))
+        self._flag(tables, ("expect_active",))
         return Profile(
             name=name,
             airframe=self._text(tables, "airframe", LONGEST_NAME),
@@ -183,7 +195,7 @@ class _Reader:
             manual=tuple(self._manual(tables.get("manual", []))),
             approved_fingerprint=fingerprint,
             is_light_inverted=self._flag(tables, ("light_inverted",)),
-            expects_active=self._flag(tables, ("expect_active",)),
+            activated_by=self._activated_by(self._table(tables, "expectations")),
         )
 
     def _all_settings(self, tables: dict[str, Any]) -> dict[str, Value]:
@@ -222,6 +234,18 @@ class _Reader:
         if low > high:
             self._refuse(("limits", "acceleration_min_g"), marked("the lowest acceleration is above the highest."))
         return limits
+
+    def _activated_by(self, table: dict[str, Any]) -> ActivatedBy:
+        for key in table.keys() - {"activated_by"}:
+            self._refuse(("expectations", key), marked("“{name}” is not known here."), name=shortened(key))
+        value = table.get("activated_by", ActivatedBy.PERSON.value)
+        found = next((one for one in ActivatedBy if one.value == value), None)
+        if found is None:
+            self._refuse(
+                ("expectations", "activated_by"), marked("{name}: {first} or {second} is needed."),
+                name="activated_by", first='"person"', second='"aircraft"',
+            )  # fmt: skip
+        return found or ActivatedBy.PERSON
 
     def _manual(self, items: object) -> Iterator[ManualLine]:
         if not isinstance(items, list) or len(items) > MOST_ITEMS:

@@ -5,7 +5,9 @@
     airframe = "H6"
     notes = "Bay sensor measured on 2026-01-02."
 
-    expect_active = false           true: at the pre-flight check the module is to be active, not locked
+    [expectations]                  of the pre-flight check
+    activated_by = "person"         or "aircraft": its flight controller activates the module, so the check ends at
+                                    READY and says so
 
     [settings]                      any of the settings, with their units in the name
     attitude_threshold_deg = 60
@@ -19,7 +21,8 @@
     required = true
 
 Settings may also stand at the top, without a table. All errors of a file are told at once, with their lines. Keys that
-nobody knows are refused, so that a misspelt threshold is not left out in silence. See `app.profile_file`.
+nobody knows are refused, so that a misspelt threshold is not left out in silence; `expect_active` of older files is
+read and has no effect: GO needs an active module anyway. See `app.profile_file`.
 """
 
 from collections.abc import Mapping
@@ -39,6 +42,13 @@ LONGEST_NOTES = 8_000
 MOST_ITEMS = 40
 
 SETTINGS_BY_KEY: Mapping[str, Command] = MappingProxyType({command.key: command for command in SETTINGS})
+
+
+class ActivatedBy(Enum):
+    """Who activates the module before a flight; the value is the file's word."""
+
+    PERSON = "person"
+    AIRCRAFT = "aircraft"
 
 
 class Range(NamedTuple):
@@ -82,8 +92,7 @@ class Profile:
     """Of a module that was found right with this profile: see `app.fingerprint`."""
     is_light_inverted: bool = False
     """A calibration found that more light reads lower (E11)."""
-    expects_active: bool = False
-    """The pre-flight check expects an active module instead of a locked one."""
+    activated_by: ActivatedBy = ActivatedBy.PERSON
 
 
 class Match(Enum):

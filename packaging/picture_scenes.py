@@ -151,7 +151,7 @@ def triggers(studio: Studio) -> None:
 
 
 def preflight(studio: Studio) -> None:
-    """A NO-GO for records that nobody looked at, then GO."""
+    """A NO-GO for records that nobody looked at, then READY."""
     page = studio.page("preflight", PreflightPage)
     studio.module.set_lifelike(is_lifelike=False)
     studio.module.set_noise(0.0)
@@ -160,9 +160,11 @@ def preflight(studio: Studio) -> None:
     page.buttons.enable.click()
     looked = studio.find(QAbstractButton, "check_trigger_records_act")
     for _ in range(MOST_CHECKS):
-        studio.until(lambda: page.work.standing in (Standing.GO, Standing.NO_GO, Standing.VOID), "no verdict")
+        studio.until(
+            lambda: page.work.standing in (Standing.GO, Standing.READY, Standing.NO_GO, Standing.VOID), "no verdict"
+        )
         studio.run(0.5)
-        if page.work.standing is Standing.GO:
+        if page.work.standing is Standing.READY:
             break
         is_about_records = page.work.standing is Standing.NO_GO and not looked.isHidden()
         if is_about_records:
@@ -171,7 +173,7 @@ def preflight(studio: Studio) -> None:
         (looked if is_about_records else page.buttons.run).click()
         studio.until(lambda: page.work.standing is Standing.CHECKING, "no check began")
     else:
-        raise Stuck("it never said GO")
+        raise Stuck("it never said READY")
     page.list.verticalScrollBar().setValue(0)
     studio.run(0.3)
     studio.take("go", page)

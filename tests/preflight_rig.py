@@ -127,6 +127,10 @@ def _wobble(rig: Rig) -> None:
     wire.write = wobbling  # type: ignore[method-assign]
 
 
+def _switch_activation(rig: Rig) -> None:
+    rig.bench.module.activate(is_active=not rig.bench.state().is_active)
+
+
 def _names(*names: str) -> frozenset[str]:
     return frozenset(names)
 
@@ -141,8 +145,9 @@ FAULTS: Mapping[str, Fault] = {
     "damaged bytes": Fault(_names("link_loss"), {"corrupt": "0.02"}),
     "slow": Fault(_names("round_trip"), {"delay_ms": "120"}),
     "no status": Fault(_STATUS, {"mute_codes": "32"}),
-    "fired": Fault(_names("triggered", "activation"), {"active": "yes"}, _fire),
-    "active": Fault(_names("activation") | _FLAGS, {"active": "yes"}),
+    "fired": Fault(_names("triggered") | _FLAGS, {"active": "yes"}, _fire),
+    "active, triggers not known": Fault(_FLAGS, {"active": "yes"}),
+    "activation switched": Fault(_names("activation"), arrange=on_request(STATUS_CODE, 6, _switch_activation)),
     "tilted": Fault(_names("tilt"), {"tilt": "20"}),
     "wobbling": Fault(_names("tilt_spread"), arrange=_wobble),
     "falling": Fault(_names("acceleration"), arrange=on_request(STATUS_CODE, 3, lambda rig: rig.bench.drop(500.0))),

@@ -29,7 +29,7 @@ from ui.triggers_page import TriggersPage
 
 ENTRIES = tuple(entry for entry in PAGES if entry.key in ("triggers", "preflight"))
 CHECK_MS = 20_000
-VERDICTS = (Standing.GO, Standing.NO_GO, Standing.VOID)
+VERDICTS = (Standing.GO, Standing.READY, Standing.NO_GO, Standing.VOID)
 Found = TypeVar("Found", bound=QWidget)
 
 

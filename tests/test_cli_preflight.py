@@ -59,7 +59,7 @@ def test_go_is_the_contract(port: str, capsys: pytest.CaptureFixture[str], wire:
     assert program.main(["preflight", "--port", port, "--enable-triggers", "--json"]) == 0
     shown = json.loads(Printed(capsys).out)
     assert list(shown) == ["verdict", "checks", "read"]
-    assert shown["verdict"] == "GO"
+    assert shown["verdict"] == "READY"
     assert [one["id"] for one in shown["checks"]] == [check.id for check in CHECKS]
     for one in shown["checks"]:
         assert list(one) == ["id", "result", "measured", "limit", "why", "do"]
@@ -129,21 +129,21 @@ def test_the_report_is_written_kept_chained_and_verified(
     assert program.main([*words, "--done", "1", "--report", str(report)]) == 0
     assert "Written: " in Printed(capsys).err
     record = json.loads(report.with_suffix(".json").read_text())
-    assert (record["number"], record["module"], record["verdict"]) == (2, "M-07", "GO")
+    assert (record["number"], record["module"], record["verdict"]) == (2, "M-07", "READY")
     for path in (report, report.with_suffix(".html"), report.with_suffix(".json")):
         assert program.main(["verify", str(path)]) == 0
         out = Printed(capsys).out
         assert out.startswith("INTACT")
         assert "the record before it is there and intact" in out
         assert "This computer keeps the same record." in out
-        assert "M-07: GO" in out
+        assert "M-07: READY" in out
     altered = tmp_path / "altered.json"
     altered.write_text(report.with_suffix(".json").read_text().replace('"measured": 3.9', '"measured": 4.1', 1))
     assert program.main(["verify", str(altered)]) == 1
     assert Printed(capsys).out.startswith("ALTERED: checks.cell_voltage.")
     number = kept.read("SELECT id FROM modules WHERE name = 'M-07'")[0][0]
     store = CheckStore(kept)
-    assert [(one.number, one.verdict) for one in store.checks(number)] == [(2, "GO"), (1, "NO-GO")]
+    assert [(one.number, one.verdict) for one in store.checks(number)] == [(2, "READY"), (1, "NO-GO")]
     assert [one.number for one in store.checks(aircraft="B-1234")] == [2, 1]
     assert [point.value for point in store.measured(number, "cell_voltage_v")] == [3.9, 3.9]
     assert kept.read("SELECT count(*) FROM audit WHERE act = 'write' AND outcome = 'confirmed'")[0][0] == 4
@@ -208,7 +208,7 @@ def test_a_report_that_cannot_be_written_is_said(
     assert program.main(words) == 4
     printed = Printed(capsys)
     assert "No space left" in printed.err
-    assert "GO: fit to fly" in printed.out
+    assert "READY: locked" in printed.out
 
 
 def test_without_a_store_it_goes_on(port: str, capsys: pytest.CaptureFixture[str]) -> None:
@@ -217,7 +217,7 @@ def test_without_a_store_it_goes_on(port: str, capsys: pytest.CaptureFixture[str
     assert program.main(["preflight", "--port", port, "--enable-triggers", "--module", "M-07"]) == 0
     printed = Printed(capsys)
     assert "will not be kept" in printed.err
-    assert printed.out.startswith("GO")
+    assert printed.out.startswith("READY")
 
 
 def test_verify_of_what_is_no_record(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
@@ -249,7 +249,7 @@ def test_the_installed_program_prints_without_a_screen(tmp_path: Path) -> None:
             [*PROGRAM, *words], cwd=ROOT, env=environment, capture_output=True, timeout=60, check=False
         )
     assert done.returncode == 0, done.stderr.decode()
-    assert json.loads(done.stdout)["verdict"] == "GO"
+    assert json.loads(done.stdout)["verdict"] == "READY"
     assert (tmp_path / "r.pdf").read_bytes().startswith(b"%PDF")
     assert list((tmp_path / "data").rglob(FILE_NAME))
     assert "未" not in done.stderr.decode()  # nothing was said not to be kept

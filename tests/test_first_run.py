@@ -59,13 +59,13 @@ def test_from_the_icon_to_go(qtbot: QtBot, qapp: QApplication, tmp_path: Path, m
         wait_verdict(qtbot, page)
         assert page.work.standing is Standing.NO_GO
         for _ in range(MOST_CHECKS):
-            if page.work.standing is Standing.GO:
+            if page.work.standing is Standing.READY:
                 break
             set_down = page.strip.button("set_down")
             button = set_down if set_down is not None and set_down.isVisible() else page.buttons.run
             qtbot.mouseClick(button, Qt.MouseButton.LeftButton)
             wait_verdict(qtbot, page)
-        assert page.banner.announcement.word == "GO"
+        assert page.banner.announcement.word == "READY"
         assert benches.module("demo").state().tilt_deg == 0  # by the button that said so
         connector.disconnect_port()
         qtbot.waitUntil(lambda: not connector.is_open, timeout=WAIT_MS)

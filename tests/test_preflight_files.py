@@ -24,7 +24,7 @@ def quick(monkeypatch: pytest.MonkeyPatch) -> None:
 def test_a_dropped_record_is_intact_or_altered(qtbot: QtBot, qapp: QApplication, tmp_path: Path, quick: None) -> None:
     with on_bench(qtbot, qapp, tmp_path, "drop") as bench:
         page = bench.preflight
-        assert bench.check() is Standing.GO
+        assert bench.check() is Standing.READY
         target = tmp_path / "report.pdf"
         page.files.ask_path = lambda *_: target
         bench.click(page.buttons.print)
@@ -53,10 +53,10 @@ def test_past_checks_and_what_they_measured(qtbot: QtBot, qapp: QApplication, tm
         bench.find(QLineEdit, "preflight_aircraft_edit").setText("H6-12")
         assert bench.check() is Standing.NO_GO
         bench.bench.set_cell(4.0)
-        assert bench.check() is Standing.GO
+        assert bench.check() is Standing.READY
         bench.click(page.buttons.history)
         history = page.history
-        assert [one.verdict for one in history.checks] == ["GO", "NO-GO"]
+        assert [one.verdict for one in history.checks] == ["READY", "NO-GO"]
         assert [point.value for point in history.trends["cell_voltage_v"].points] == [3.6, 4.0]
         assert "3.60 V to 4.00 V" in history.trends["cell_voltage_v"].accessibleName()
         target = tmp_path / "again.pdf"
@@ -117,6 +117,6 @@ def test_each_standing_looks_different_without_colour(qtbot: QtBot, qapp: QAppli
 
 def test_the_verdict_is_readable_in_every_theme() -> None:
     for theme in THEMES:
-        for meaning in (Meaning.GOOD, Meaning.DANGER):
+        for meaning in (Meaning.GOOD, Meaning.INFORMATION, Meaning.DANGER):
             tint = theme.tint(meaning)
             assert contrast(tint.fill, tint.on_fill) >= (7.0 if theme.name == "sunlight" else 4.5)

@@ -1,23 +1,25 @@
-"""GO only when everything holds: every single fault and every pair turns it, is named, and hides none of the others."""
+"""GO and READY only when everything holds: every single fault and every pair is named and hides none of the others."""
 
+from dataclasses import replace
 from itertools import combinations
 
 import pytest
 
 from app.preflight.checks import CHECKS
+from app.preflight.evidence import Evidence
 from app.preflight.expectations import Expectations, Limits, ManualItem, expectations_of
 from app.preflight.findings import Result
-from app.preflight.run import TRIGGERS
-from app.preflight.verdict import Verdict
+from app.preflight.run import TRIGGERS, run_preflight
+from app.preflight.verdict import Verdict, assess, meaning_of, verdict_of
 from app.profile_file import parse_profile
-from app.profiles import LIMITS
+from app.profiles import LIMITS, ActivatedBy
 from protocol.catalogue import Hazard
 from tests.preflight_rig import APPROVED, FAULTS, Fault, assert_only_questions, check, on_request
 
 
-def test_a_sound_module_goes() -> None:
+def test_a_sound_module_is_ready() -> None:
     checked = check()
-    assert checked.assessment.verdict is Verdict.GO
+    assert checked.assessment.verdict is Verdict.READY
     assert checked.against == set()
     assert {one.finding.result for one in checked.assessment.checks} == {Result.PASS}
     assert_only_questions(checked)
@@ -62,22 +64,41 @@ def test_no_pair_of_faults_hides_one(name: str) -> None:
         assert_only_questions(checked, is_enabling=all(fault.is_enabling for fault in pair))
 
 
-def test_a_profile_may_expect_an_active_module() -> None:
-    wanted = Fault(frozenset(), expectations={"is_active": True})
-    assert check(wanted).against == {"activation"}
-    # The triggers of an active module are never touched: they have to be enabled before it is activated.
-    assert check(wanted, options={"active": "yes"}).against == {"attitude_trigger", "freefall_trigger"}
+def test_go_is_of_an_active_module_whose_triggers_were_enabled_before() -> None:
+    enabled = check(options={"tilt": "0"})
+    enabled.rig.bench.module.activate(is_active=True)
+    evidence = Evidence(port="sim")
+    before = len(enabled.rig.line.requests)
+    enabled.rig.run(run_preflight(evidence, is_enabling=True))
+    assessment = assess(replace(enabled.assessment.case, evidence=evidence))
+    assert (assessment.verdict, assessment.against) == (Verdict.GO, ())
+    # Nothing is written on an active module.
+    assert not [one for one in enabled.rig.line.requests[before:] if one.hazard is not Hazard.NONE]
+
+
+def test_a_locked_module_is_never_go_and_an_active_one_never_ready() -> None:
+    assert verdict_of(is_fine=True, is_active=False) is Verdict.READY
+    assert verdict_of(is_fine=True, is_active=True) is Verdict.GO
+    for is_active in (False, True, None):
+        assert verdict_of(is_fine=False, is_active=is_active) is Verdict.NO_GO
+    assert verdict_of(is_fine=True, is_active=None) is Verdict.NO_GO
+
+
+def test_who_activates_decides_what_ready_says() -> None:
+    assert meaning_of(Verdict.READY, ActivatedBy.PERSON).in_english() == "locked, activate it before the flight"
+    assert meaning_of(Verdict.READY, ActivatedBy.AIRCRAFT).in_english() == "locked, the aircraft activates it"
 
 
 def test_a_profile_is_taken_whole() -> None:
     profile = parse_profile(
         b"""
         name = "H6"
-        expect_active = true
         light_inverted = true
         approved_fingerprint = "%s"
         [settings]
         attitude_threshold_deg = 65
+        [expectations]
+        activated_by = "aircraft"
         [limits]
         heartbeats_lost_max = 1.0
         tilt_max_deg = 3
@@ -95,7 +116,7 @@ def test_a_profile_is_taken_whole() -> None:
         profile="H6",
         limits=Limits(heartbeats_lost_max=1, tilt_max_deg=3, cell_voltage_min_v=3.9),
         settings={"attitude_threshold_deg": 65},
-        is_active=True,
+        activated_by=ActivatedBy.AIRCRAFT,
         is_light_inverted=True,
         approved_fingerprint=APPROVED,
         manual=(ManualItem("Bridle free", None, is_required=True), ManualItem("Pack date", is_done=False)),
@@ -143,7 +164,7 @@ def test_a_restart_at_any_moment_never_goes_on_old_values(number: int) -> None:
     for count in (1, 2, 12):
         checked = check(Fault(frozenset(), arrange=on_request(code, count, lambda rig: rig.bench.restart())))
         module = checked.rig.bench.module
-        if checked.assessment.verdict is Verdict.GO:
+        if checked.assessment.verdict is not Verdict.NO_GO:
             assert module.memory.boot_count == checked.assessment.case.evidence.values["boot_count"] == 37
         else:
             assert "undisturbed" in checked.against

@@ -54,15 +54,15 @@ def test_run_fail_repair_run_again_print(qtbot: QtBot, qapp: QApplication, tmp_p
         enable = page.list.rows["attitude_trigger"].act
         page.list.ensureWidgetVisible(enable)
         bench.click(enable)
-        bench.wait_standing(Standing.GO, Standing.NO_GO)
-        assert page.work.standing is Standing.GO, page.banner.accessibleName()
+        bench.wait_standing(Standing.READY, Standing.NO_GO)
+        assert page.work.standing is Standing.READY, page.banner.accessibleName()
         assert [request.command for request in bench.acts] == [
             BY_NAME["attitude_trigger"], BY_NAME["freefall_trigger"],
         ]  # fmt: skip
         shown = page.banner.announcement
-        assert (shown.word, shown.head) == ("GO", "Fit to fly")
+        assert (shown.word, shown.head) == ("READY", "Locked, activate it before the flight")
         assert any("holds for" in line for line in shown.lines)
-        assert kept(bench, "M-07") == ["GO", "NO-GO"]
+        assert kept(bench, "M-07") == ["READY", "NO-GO"]
         target = tmp_path / "report.pdf"
         page.files.ask_path = lambda *_: target
         bench.click(page.buttons.print)
@@ -70,7 +70,7 @@ def test_run_fail_repair_run_again_print(qtbot: QtBot, qapp: QApplication, tmp_p
         for suffix in (".pdf", ".html", ".json"):
             assert verify_file(target.with_suffix(suffix)).state is State.INTACT
         record = json.loads(target.with_suffix(".json").read_text(encoding="utf-8"))
-        assert (record["verdict"], record["module"], record["number"]) == ("GO", "M-07", 2)
+        assert (record["verdict"], record["module"], record["number"]) == ("READY", "M-07", 2)
         assert len(record["frames"]) > 60
         assert record["frames"][0][0] >= 0
 
@@ -90,7 +90,7 @@ def test_manual_items_are_ticked_by_a_person(qtbot: QtBot, qapp: QApplication, t
         assert "Bridle free" in page.banner.accessibleName()
         bench.click(needed.done)
         assert page.banner.announcement.standing is Standing.VOID  # the record no longer says what is ticked
-        assert bench.check() is Standing.GO
+        assert bench.check() is Standing.READY
         assert page.work.record is not None
         assert page.work.record["manual"] == [
             {"text": "Bridle free", "is_done": True, "is_required": True},
@@ -154,7 +154,7 @@ def test_records_and_boot_count_need_a_word_of_a_person(
         row = page.list.rows["trigger_records"]
         page.list.ensureWidgetVisible(row.act)
         bench.click(row.act)
-        bench.wait_standing(Standing.GO, Standing.NO_GO)
+        bench.wait_standing(Standing.READY, Standing.NO_GO)
         assert page.work.result("trigger_records") is Result.PASS
         bench.bench.module.memory.boot_count = 11
         bench.restart()
@@ -165,7 +165,7 @@ def test_records_and_boot_count_need_a_word_of_a_person(
         assert "37" in row.limit.text()
         page.list.ensureWidgetVisible(row.act)
         bench.click(row.act)
-        bench.wait_standing(Standing.GO, Standing.NO_GO)
+        bench.wait_standing(Standing.READY, Standing.NO_GO)
         assert page.work.result("boot_count") is Result.PASS
 
 
@@ -184,7 +184,7 @@ def test_hostile_names_do_no_harm(qtbot: QtBot, qapp: QApplication, tmp_path: Pa
         page = bench.preflight
         bench.assembly.window._services.naming.choose(name)
         bench.find(QLineEdit, "preflight_who").setText("=cmd|'/c calc'!A1")
-        assert bench.check() is Standing.GO
+        assert bench.check() is Standing.READY
         suggested: list[Path] = []
 
         def ask(_parent: QWidget, _title: str, path: Path, _filter: str) -> Path:
@@ -205,5 +205,5 @@ def test_without_a_store_the_verdict_stands_and_says_that_it_was_not_kept(
     (user_files / "data").parent.mkdir(parents=True, exist_ok=True)
     (user_files / "data").write_text("a file where the folder should be")
     with on_bench(qtbot, qapp, tmp_path, "homeless") as bench:
-        assert bench.check() is Standing.GO
+        assert bench.check() is Standing.READY
         assert "The check was not kept." in said(bench)

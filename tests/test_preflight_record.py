@@ -55,7 +55,7 @@ def _find(*records: Mapping[str, object]) -> Any:
 
 def test_it_holds_what_somebody_would_ask_for() -> None:
     record = _record()
-    assert record["verdict"] == "GO"
+    assert record["verdict"] == "READY"
     assert record["at"] == "2026-11-21T14:03:05+08:00"
     assert record["zone"] == "CST"
     assert (record["who"], record["module"], record["aircraft"]) == ("Li Wei", "M-07", "B-1234")
@@ -135,7 +135,7 @@ def test_whoever_recomputes_the_hash_breaks_the_chain_or_differs_from_the_store(
 @pytest.mark.parametrize("data", [
     b"", b"{", b"[]", b"null", b"\xff\xfe", b'{"format": 1}', b"%PDF-1.4 nothing", b"<html></html>", b"[" * 100_000,
     b'{"format": "dps-s pre-flight record", "version": 1, "version": 1}',
-    b'{"format": "dps-s pre-flight record", "version": 2}',
+    b'{"format": "dps-s pre-flight record", "version": 3}',
     b'{"format": "dps-s pre-flight record", "version": 1, "at": NaN}',
     b'%PDF-1.4 stream\n{"dps-s pre-flight record": \nendstream', b"x" * 1000,
 ])  # fmt: skip

@@ -99,7 +99,7 @@ def test_the_window_says_so(qtbot: QtBot, qapp: QApplication, tmp_path: Path, mo
     assert defaults is not None
     monkeypatch.setitem(defaults, "with_sleep", lambda: time.monotonic() + leap["s"])
     with on_bench(qtbot, qapp, tmp_path, "slept") as bench:
-        assert bench.check() is Standing.GO
+        assert bench.check() is Standing.READY
         leap["s"] = NIGHT_S
         bench.wait_standing(Standing.VOID)
         assert bench.preflight.banner.announcement.head.lower() == "the computer slept"

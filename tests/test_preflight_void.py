@@ -38,10 +38,6 @@ def plug_charger(bench: OnBench) -> None:
     bench.bench.set_charger(is_plugged_in=True)
 
 
-def activate(bench: OnBench) -> None:
-    bench.bench.module.activate(is_active=True)
-
-
 def grow_old(bench: OnBench) -> None:
     bench.assembly.connector.clock = lambda: time.monotonic() + 901.0
 
@@ -65,7 +61,6 @@ def name_it(bench: OnBench) -> None:
         (silence, "The module stopped answering"),
         (open_bay, "The module changed: Light"),
         (plug_charger, "The module changed: Charging"),
-        (activate, "The module changed: Activation"),
         (grow_old, "Too old"),
         (type_another_name, "The module changed: what is entered here"),
         (name_it, "The module changed: what is entered here"),
@@ -76,7 +71,7 @@ def test_what_voids_a_go(
 ) -> None:
     with on_bench(qtbot, qapp, tmp_path, "void") as bench:
         page = bench.preflight
-        assert bench.check() is Standing.GO, page.banner.accessibleName()
+        assert bench.check() is Standing.READY, page.banner.accessibleName()
         act(bench)
         bench.wait_standing(Standing.VOID)
         one = page.banner.announcement
@@ -89,7 +84,7 @@ def test_what_voids_a_go(
 
 def test_a_void_check_stays_void(qtbot: QtBot, qapp: QApplication, tmp_path: Path, quick: None) -> None:
     with on_bench(qtbot, qapp, tmp_path, "stays") as bench:
-        assert bench.check() is Standing.GO
+        assert bench.check() is Standing.READY
         bench.bench.set_bay(is_open=True)
         bench.wait_standing(Standing.VOID)
         bench.bench.set_bay(is_open=False)
@@ -136,7 +131,7 @@ def test_a_new_check_shows_nothing_of_the_old_one(
 ) -> None:
     with on_bench(qtbot, qapp, tmp_path, "again") as bench:
         page = bench.preflight
-        assert bench.check() is Standing.GO
+        assert bench.check() is Standing.READY
         bench.bench.set_cell(3.0)
         bench.click(page.buttons.run)
         assert page.banner.announcement.word == "CHECKING"

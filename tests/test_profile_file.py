@@ -13,7 +13,7 @@ from app import profile_file
 from app.fingerprint import fingerprint
 from app.preflight.expectations import Limits
 from app.profile_file import ProfileRefused, parse_profile, profile_text, read_profile, save_profile
-from app.profiles import LIMITS, SETTINGS_BY_KEY, ManualLine, Profile
+from app.profiles import LIMITS, SETTINGS_BY_KEY, ActivatedBy, ManualLine, Profile
 from app.toml_text import toml_text
 from protocol.fields import Quantity
 
@@ -227,7 +227,7 @@ PROFILES = st.builds(
     manual=st.lists(st.builds(ManualLine, TEXTS.filter(str.strip), st.booleans()), max_size=3).map(tuple),
     approved_fingerprint=st.sampled_from([None, fingerprint({"freefall_time_s": 1.6}).code]),
     is_light_inverted=st.booleans(),
-    expects_active=st.booleans(),
+    activated_by=st.sampled_from(ActivatedBy),
 )
 
 

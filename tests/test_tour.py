@@ -143,7 +143,7 @@ def test_by_keys_alone_it_goes_to_go_and_leaves_nothing(
                 case "preflight":
                     page = main.findChild(PreflightPage)
                     assert page is not None
-                    assert page.banner.announcement.standing is Standing.GO
+                    assert page.banner.announcement.standing is Standing.READY
                 case "diagnosis":
                     assert benches.module(TOUR_NAME).plug_number > 1
             assert not benches.module(TOUR_NAME).state().is_active

@@ -146,7 +146,7 @@ class Walk:
     def _on_preflight(self) -> Iterator[Stop]:
         page = self.find(PreflightPage)
         page.buttons.run.click()
-        ended = (Standing.GO, Standing.NO_GO, Standing.VOID)
+        ended = (Standing.GO, Standing.READY, Standing.NO_GO, Standing.VOID)
         self.qtbot.waitUntil(lambda: page.banner.announcement.standing in ended, timeout=CHECK_MS)
         yield self._stop("preflight, verdict")
         bar = page.list.verticalScrollBar()

@@ -19,6 +19,7 @@ from PySide6.QtWidgets import (
 )
 
 from app.i18n import tr
+from app.preflight.verdict import VERDICT_WORDS, Verdict, verdict_named
 from app.store.checks import CheckStore, KeptCheck, Point
 from app.store.database import StoreTrouble
 from app.store.store import Store
@@ -69,6 +70,14 @@ _HEADS: Final = (
     marked("Checked by"),
     marked("Settings code"),
 )
+
+
+_LOOKS: Final = {
+    Verdict.GO: (Icon.CHECK, Meaning.GOOD),
+    Verdict.READY: (Icon.LOCK, Meaning.INFORMATION),
+    Verdict.NO_GO: (Icon.CROSS, Meaning.DANGER),
+}
+_VOID_LOOK: Final = (Icon.CROSS, Meaning.UNKNOWN)
 
 
 class CheckHistory(QWidget):
@@ -165,9 +174,7 @@ class CheckHistory(QWidget):
                 item = QTableWidgetItem(text)
                 item.setToolTip(text)
                 if column == Column.VERDICT:
-                    is_go = check.verdict == "GO" and not check.is_void
-                    meaning = Meaning.GOOD if is_go else (Meaning.UNKNOWN if check.is_void else Meaning.DANGER)
-                    item.setIcon(icon(Icon.CHECK if is_go else Icon.CROSS, meaning))
+                    item.setIcon(icon(*_VOID_LOOK if check.is_void else _LOOKS[verdict_named(check.verdict)]))
                 self.table.setItem(row, column, item)
         if self.checks:
             flags = QItemSelectionModel.SelectionFlag.ClearAndSelect | QItemSelectionModel.SelectionFlag.Rows
@@ -232,7 +239,7 @@ class CheckHistory(QWidget):
 
 
 def _cells(check: KeptCheck) -> tuple[str, ...]:
-    verdict = tr("void") if check.is_void else check.verdict
+    verdict = tr("void") if check.is_void else tr(VERDICT_WORDS[verdict_named(check.verdict)])
     return (
         local_time(check.at), verdict, check.module or "—", check.aircraft or "—", check.who or "—",
         check.fingerprint or "—",

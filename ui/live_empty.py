@@ -60,7 +60,7 @@ class EmptyPage(QWidget):
             self._way.setText,
             "1. Connect: plug the adapter in and choose its port.\n"
             "2. Settings: compare each value with the vendor's advice beside it.\n"
-            "3. Pre-flight: run the check before each flight, until it says GO.",
+            "3. Pre-flight: run the check before each flight; activate; it must say GO.",
         )
         for label in (self._picture, self._title, self.text):
             label.setAlignment(Qt.AlignmentFlag.AlignHCenter)

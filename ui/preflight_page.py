@@ -180,9 +180,9 @@ class PreflightPage(QWidget):
     def _take_work(self) -> None:
         self.refresh()
         standing, trouble = self.work.standing, self.work.trouble
-        if trouble is not None and standing in (Standing.GO, Standing.NO_GO):
+        if trouble is not None and standing in (Standing.GO, Standing.READY, Standing.NO_GO):
             self.say(Notice(Meaning.ATTENTION, f"{trouble.sentence} {tr('The check was not kept.')}"))
-        if standing in (Standing.CHECKING, Standing.GO):
+        if standing in (Standing.CHECKING, Standing.GO, Standing.READY):
             self.list.verticalScrollBar().setValue(0)
         if standing is Standing.NO_GO:
             QTimer.singleShot(0, self, self._show_first_fault)

@@ -175,7 +175,7 @@ class ManualRow(QFrame):
         }[state]
         self.chip.set_caption(clean(self.line.text))
         self.chip.show_state(tr(MANUAL_WORDS[state]), icon, meaning)
-        self._need.setText(tr("needed for GO") if self.line.is_required else tr("may be skipped, and is printed so"))
+        self._need.setText(tr("required") if self.line.is_required else tr("may be skipped, and is printed so"))
         for button, is_on in ((self.done, state is True), (self.bad, state is False)):
             button.setChecked(is_on)
             button.setEnabled(can_tick)

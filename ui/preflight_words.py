@@ -5,7 +5,7 @@ from typing import NamedTuple
 from app.i18n import tr
 from app.preflight.checks import CHECKS
 from app.preflight.findings import Result
-from app.preflight.verdict import Assessment, stands_against
+from app.preflight.verdict import VERDICT_WORDS, Assessment, Verdict, meaning_of, stands_against
 from app.preflight.wording import clean
 from ui.preflight_work import PreflightWork, Standing
 from ui.sentences import begun, listed, together
@@ -26,7 +26,7 @@ def announcement(work: PreflightWork, *, is_connected: bool) -> Announcement:
             why = begun(work.void.said.in_words()) if work.void is not None else ""
             lines = (tr("What was found below no longer says anything about the module. Check again."),)
             return Announcement(standing, tr("VOID"), why, lines)
-        case Standing.GO | Standing.NO_GO:
+        case Standing.GO | Standing.READY | Standing.NO_GO:
             return _judged(work, standing)
 
 
@@ -57,30 +57,33 @@ def _judged(work: PreflightWork, standing: Standing) -> Announcement:
     assessment = work.assessment
     if assessment is None:
         return Announcement(standing, "")
-    if standing is Standing.GO:
+    verdict = assessment.verdict
+    word = tr(VERDICT_WORDS[verdict])
+    head = begun(meaning_of(verdict, assessment.case.expectations.activated_by).in_words())
+    if verdict is not Verdict.NO_GO:
         looks = sum(one.finding.result is Result.WARN for one in assessment.checks)
         what = tr("All {count} checks hold; worth a look: {looks}.", count=len(CHECKS), looks=looks)
         skipped = sum(item.is_done is None for item in assessment.manual)
         if skipped:
             what = together((what, tr("Skipped by a person: {count}.", count=skipped)))
-        return Announcement(standing, tr("GO"), tr("Fit to fly"), (what, *_foot(work)))
+        return Announcement(standing, word, head, (what, *_foot(work)))
     names = names_against(assessment)
     named = listed(names[:MOST_NAMED])
     if len(names) > MOST_NAMED:
         named = tr("{names} and {count} more", names=named, count=len(names) - MOST_NAMED)
     # Checks are named by what has to be so: "Parachute bay closed" alone would be read as the opposite of the fault.
     lines = (tr("Not met: {names}", names=named), *_foot(work))
-    return Announcement(standing, tr("NO-GO"), tr("Do not fly"), lines)
+    return Announcement(standing, word, head, lines)
 
 
 def names_against(assessment: Assessment) -> list[str]:
-    """What stands against GO: checks by title, manual items by their text."""
+    """What stands against GO and READY: checks by title, manual items by their text."""
     checks = [tr(one.check.title) for one in assessment.checks if one.stands_against]
     return checks + [clean(item.text, longest=40) for item in assessment.manual if stands_against(item)]
 
 
 def _foot(work: PreflightWork) -> tuple[str, ...]:
-    """Whose record it is, and how long a GO holds: nobody has to wait for a NO-GO to end."""
+    """Whose record it is, and how long a GO or READY holds: nobody has to wait for a NO-GO to end."""
     filed = work.filed
     if filed is None:
         return ()
@@ -89,7 +92,7 @@ def _foot(work: PreflightWork) -> tuple[str, ...]:
     at = str(record.get("at", ""))[11:19]
     parts.append(at)
     left_s = work.expires_in_s
-    if left_s is not None and work.standing is Standing.GO:
+    if left_s is not None and work.standing is not Standing.NO_GO:
         minutes = int(left_s) // 60
         parts.append(
             tr("holds for {minutes} min", minutes=minutes)

@@ -35,6 +35,7 @@ class Standing(Enum):
     NOT_CHECKED = "not checked"
     CHECKING = "checking"
     GO = "GO"
+    READY = "READY"
     NO_GO = "NO-GO"
     VOID = "void"
 
@@ -96,7 +97,7 @@ class PreflightWork(QObject):
             return Standing.NOT_CHECKED
         if self.void is not None:
             return Standing.VOID
-        return Standing.GO if self.filed.assessment.verdict is Verdict.GO else Standing.NO_GO
+        return _STANDINGS[self.filed.assessment.verdict]
 
     @property
     def assessment(self) -> Assessment | None:
@@ -260,5 +261,6 @@ class PreflightWork(QObject):
         self.look()
 
 
-_HOLDS = (Standing.GO, Standing.NO_GO)
+_STANDINGS = {Verdict.GO: Standing.GO, Verdict.READY: Standing.READY, Verdict.NO_GO: Standing.NO_GO}
+_HOLDS = tuple(_STANDINGS.values())
 _ENTERED_ANEW = Void(Disturbance.CHANGED, said(marked("what is entered here")))

@@ -168,10 +168,10 @@ def _preflight(desk: TourDesk) -> Scene:
     match page.work.standing:
         case Standing.CHECKING:
             return Scene(tr("Questions only, for a few seconds. The module must lie still."), ("verdict",))
-        case Standing.GO:
+        case Standing.READY | Standing.GO:
             text = tr(
-                "GO: all checks hold at the same time. A restart, a lost link or any change makes it void by itself, "
-                "and so do fifteen minutes."
+                "READY: all checks hold and the module is locked. Activated, it becomes GO. A restart, a lost link or "
+                "any change makes it void by itself, and so do fifteen minutes."
             )
             return Scene(text, ("verdict",), is_done=True)
         case Standing.NO_GO:
@@ -262,7 +262,7 @@ STEPS: Final[tuple[Step, ...]] = (
     Step("live", marked("Tip it"), _tip),
     Step("settings", marked("Settings: want, write, verified"), _settings, _show_settings, _leave_settings),
     Step("triggers", marked("Why did it fire?"), _triggers),
-    Step("preflight", marked("GO or NO-GO"), _preflight, _show_preflight),
+    Step("preflight", marked("READY, GO or NO-GO"), _preflight, _show_preflight),
     Step("live", marked("LOCK"), _lock),
     Step("diagnosis", marked("When it does not connect"), _diagnosis, _show_diagnosis),
 )

@@ -1,7 +1,8 @@
 """The verdict, to be read at three metres in the sun: by its word, its shape and its colour, any one of them enough.
 
 Letters 15 mm high are read at three metres without effort; that is 96 px on a usual laptop. The shapes: GO is a filled
-disc with a tick, NO-GO a filled octagon with a cross, void a broken ring, everything else an outline.
+disc with a tick, READY a filled square with a padlock, NO-GO a filled octagon with a cross, void a broken ring,
+everything else an outline.
 """
 
 from dataclasses import dataclass
@@ -22,7 +23,11 @@ WORD_PX: Final = 96
 QUIET_PX: Final = 44
 """Of a word that is no verdict."""
 _LEAST_TEXT_PX: Final = 300
-_LOUD: Final = {Standing.GO: Meaning.GOOD, Standing.NO_GO: Meaning.DANGER}
+_LOUD: Final = {
+    Standing.GO: Meaning.GOOD,
+    Standing.READY: Meaning.INFORMATION,
+    Standing.NO_GO: Meaning.DANGER,
+}
 
 
 @dataclass(frozen=True, slots=True)
@@ -170,6 +175,9 @@ def _paint_shape(painter: QPainter, standing: Standing, square: QRectF, ink: QCo
             painter.drawEllipse(square)
             painter.setPen(_round_pen(ground, width * 1.25))
             painter.drawPolyline(_points(square, ((0.25, 0.53), (0.43, 0.71), (0.76, 0.32))))
+        case Standing.READY:
+            painter.drawRoundedRect(square, width, width)
+            _paint_padlock(painter, square, ground)
         case Standing.NO_GO:
             painter.drawPolygon(_octagon(square))
             painter.setPen(_round_pen(ground, width * 1.25))
@@ -192,6 +200,24 @@ def _paint_shape(painter: QPainter, standing: Standing, square: QRectF, ink: QCo
             painter.drawEllipse(square.adjusted(width, width, -width, -width))
             hands, dash = ((0.5, 0.3), (0.5, 0.5), (0.66, 0.6)), ((0.35, 0.5), (0.65, 0.5))
             painter.drawPolyline(_points(square, hands if standing is Standing.CHECKING else dash))
+
+
+def _paint_padlock(painter: QPainter, square: QRectF, ground: QColor) -> None:
+    side = square.width()
+    painter.setBrush(ground)
+    painter.drawRoundedRect(_part(square, 0.24, 0.47, 0.52, 0.35), side / 20, side / 20)
+    painter.setBrush(Qt.BrushStyle.NoBrush)
+    painter.setPen(_round_pen(ground, side / 11))
+    shackle = QPainterPath(_part(square, 0.34, 0.47, 0, 0).topLeft())
+    shackle.arcTo(_part(square, 0.34, 0.18, 0.32, 0.36), 180, -180)
+    shackle.lineTo(_part(square, 0.66, 0.47, 0, 0).topLeft())
+    painter.drawPath(shackle)
+
+
+def _part(square: QRectF, x: float, y: float, width: float, height: float) -> QRectF:
+    """A rectangle in the square, in parts of its side."""
+    side = square.width()
+    return QRectF(square.left() + x * side, square.top() + y * side, width * side, height * side)
 
 
 def _round_pen(colour: QColor, width: float) -> QPen:

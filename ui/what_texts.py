@@ -124,8 +124,8 @@ ENTRIES: Final[tuple[Entry, ...]] = tuple(
         ("triggers_read", marked("Asks the module for its last nine trigger records, until two readings agree. "
                                  "Nothing is deleted on the module.")),
         # Pre-flight
-        ("verdict", marked("GO only if every check holds at the same time. It becomes VOID by itself after a restart, "
-                           "a loss of the link, a change, or fifteen minutes.")),
+        ("verdict", marked("READY and GO only if every check holds; GO only while the module reports that it is "
+                           "active. Void after a restart, a loss of the link, a change, or fifteen minutes.")),
         ("preflight_who", marked("Who answers for this check. It stands in the record and on the report.")),
         ("preflight_aircraft*", marked("Which aircraft the module sits in. It stands in the record.")),
         ("preflight_profile", marked("What the settings are compared with: the vendor's advice, or a profile of yours, "

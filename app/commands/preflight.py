@@ -1,6 +1,6 @@
 """`dps-s preflight`: is the module fit to fly?
 
-Exit code 0 for GO, 1 for NO-GO, 3 where no module answers, or stops answering. Sends questions only, and with
+Exit code 0 for GO and READY, 1 for NO-GO, 3 where no module answers, or stops answering. Sends questions only, and with
 --enable-triggers the two settings that enable the automatic triggers. A check is kept in the store, where there is one.
 """
 
@@ -40,8 +40,9 @@ def add_parser(subparsers: "argparse._SubParsersAction[argparse.ArgumentParser]"
     parser = subparsers.add_parser(
         "preflight",
         description=tr(
-            "Check whether the module is fit to fly: all checks are run and listed. Exit code 0 for GO, 1 for NO-GO, "
-            "3 where no module answers. Nothing is ever activated, zeroed or deployed."
+            "Check whether the module is fit to fly: all checks are run and listed. READY: everything holds and the "
+            "module is locked; GO: and it is active. Exit code 0 for both, 1 for NO-GO, 3 where no module answers. "
+            "Nothing is ever activated, zeroed or deployed."
         ),
     )
     add_port_arguments(parser)
@@ -118,7 +119,7 @@ def _conclude(args: argparse.Namespace, filed: "Filed", trouble: str | None) -> 
     if trouble is not None:
         say(trouble)
         return NO_LINK
-    if filed.assessment.verdict is not Verdict.GO:
+    if filed.assessment.verdict is Verdict.NO_GO:
         return SAID_NO
     return DONE if is_reported else PARTLY
 
@@ -212,11 +213,10 @@ class _Line(NamedTuple):
 def page_of(assessment: "Assessment") -> list[str]:
     """The verdict, then every check; those that do not pass with why it matters and what to do."""
     from app.preflight.findings import RESULT_WORDS, Result
-    from app.preflight.verdict import MANUAL_WORDS, Verdict
+    from app.preflight.verdict import MANUAL_WORDS, verdict_sentence
     from app.preflight.wording import Said, clean
 
-    go = assessment.verdict is Verdict.GO
-    lines = [tr("GO: fit to fly") if go else tr("NO-GO: do not fly"), ""]
+    lines = [verdict_sentence(assessment.verdict, assessment.case.expectations.activated_by).in_words(), ""]
     rows = []
     for one in assessment.checks:
         word = tr(RESULT_WORDS[one.finding.result])

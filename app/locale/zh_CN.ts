@@ -96,10 +96,10 @@
     <message>
         <source>1. Connect: plug the adapter in and choose its port.
 2. Settings: compare each value with the vendor's advice beside it.
-3. Pre-flight: run the check before each flight, until it says GO.</source>
+3. Pre-flight: run the check before each flight; activate; it must say GO.</source>
         <translation>1. 连接：插上适配器并选择它的串口。
 2. 设置：把每个值与旁边的厂家建议对照。
-3. 飞行前检查：每次飞行前运行检查，直到显示 GO。</translation>
+3. 飞行前检查：每次飞行前运行检查，激活后必须显示“可以飞行”。</translation>
     </message>
     <message>
         <source>10 min</source>
@@ -151,7 +151,7 @@
     </message>
     <message>
         <source>A guided round on a simulated module: from the first connection to GO, in a few minutes. Everything stays as it was.</source>
-        <translation>在模拟模块上走一遍：几分钟内从首次连接到 GO。一切保持原样。</translation>
+        <translation>在模拟模块上走一遍：几分钟内从首次连接到飞行前检查。一切保持原样。</translation>
     </message>
     <message>
         <source>A locked module does not fire, also not in flight; an active one does. On a real module that is the Commands page, with a second click.</source>
@@ -846,8 +846,8 @@
         <translation>请检查接线：TX 与 RX 短接，或模块未连接。</translation>
     </message>
     <message>
-        <source>Check whether the module is fit to fly: all checks are run and listed. Exit code 0 for GO, 1 for NO-GO, 3 where no module answers. Nothing is ever activated, zeroed or deployed.</source>
-        <translation>检查模块是否可以飞行：所有检查都执行并列出。退出码 0 为 GO，1 为 NO-GO，3 为没有模块应答。绝不激活、置零或开伞。</translation>
+        <source>Check whether the module is fit to fly: all checks are run and listed. READY: everything holds and the module is locked; GO: and it is active. Exit code 0 for both, 1 for NO-GO, 3 where no module answers. Nothing is ever activated, zeroed or deployed.</source>
+        <translation>检查模块是否可以飞行：所有检查都执行并列出。READY（待激活）：全部通过且模块锁定；GO（可以飞行）：全部通过且模块已激活。退出码：两者均为 0，NO-GO（禁止飞行）为 1，没有模块应答为 3。绝不激活、置零或开伞。</translation>
     </message>
     <message>
         <source>Checked by</source>
@@ -1314,10 +1314,6 @@
         <translation>不删除</translation>
     </message>
     <message>
-        <source>Do not fly</source>
-        <translation>禁止飞行</translation>
-    </message>
-    <message>
         <source>Do not take the tour now</source>
         <translation>现在不看导览</translation>
     </message>
@@ -1702,10 +1698,6 @@
         <translation>首次读到：{time}。</translation>
     </message>
     <message>
-        <source>Fit to fly</source>
-        <translation>可以飞行</translation>
-    </message>
-    <message>
         <source>Forbid deploying</source>
         <translation>禁止串口触发开伞</translation>
     </message>
@@ -1827,23 +1819,7 @@
     </message>
     <message>
         <source>GO</source>
-        <translation>GO</translation>
-    </message>
-    <message>
-        <source>GO only if every check holds at the same time. It becomes VOID by itself after a restart, a loss of the link, a change, or fifteen minutes.</source>
-        <translation>只有所有检查同时通过才是 GO。重启、连接中断、有更改或满十五分钟后会自动作废。</translation>
-    </message>
-    <message>
-        <source>GO or NO-GO</source>
-        <translation>GO 或 NO-GO</translation>
-    </message>
-    <message>
-        <source>GO: all checks hold at the same time. A restart, a lost link or any change makes it void by itself, and so do fifteen minutes.</source>
-        <translation>GO：所有检查同时通过。重启、连接中断或任何更改都会使它自动作废，满十五分钟也一样。</translation>
-    </message>
-    <message>
-        <source>GO: fit to fly</source>
-        <translation>GO 可以飞行</translation>
+        <translation>可以飞行</translation>
     </message>
     <message>
         <source>Gap that the module needs</source>
@@ -1967,7 +1943,7 @@
     </message>
     <message>
         <source>How this check came out: pass, look, FAIL, or unknown. Unknown never counts as GO.</source>
-        <translation>这项检查的结果：合格、请留意、不合格或未知。未知绝不算作 GO。</translation>
+        <translation>这项检查的结果：合格、请留意、不合格或未知。未知绝不算作合格。</translation>
     </message>
     <message>
         <source>How this is judged</source>
@@ -2330,10 +2306,6 @@
         <translation>锁定模块</translation>
     </message>
     <message>
-        <source>Lock the module, or activate it, as the procedure for this aircraft says.</source>
-        <translation>按该飞行器的规程锁定或激活模块。</translation>
-    </message>
-    <message>
         <source>Locking …</source>
         <translation>正在锁定…</translation>
     </message>
@@ -2543,19 +2515,15 @@
     </message>
     <message>
         <source>NO-GO</source>
-        <translation>NO-GO</translation>
+        <translation>禁止飞行</translation>
     </message>
     <message>
         <source>NO-GO names everything that stands against it. Each row below says why it matters and what to do.</source>
-        <translation>NO-GO 会列出所有不满足的项目。下面每一行说明为什么重要以及该怎么做。</translation>
+        <translation>“禁止飞行”会列出所有不满足的项目。下面每一行说明为什么重要以及该怎么做。</translation>
     </message>
     <message>
         <source>NO-GO, and it names why: nobody has vouched for the two old trigger records. You have just read them, so say so in that row.</source>
-        <translation>NO-GO，并说明了原因：两条旧的触发记录还没有人确认。您刚刚看过它们，请在这一行确认。</translation>
-    </message>
-    <message>
-        <source>NO-GO: do not fly</source>
-        <translation>NO-GO 禁止飞行</translation>
+        <translation>禁止飞行，并说明了原因：两条旧的触发记录还没有人确认。您刚刚看过它们，请在这一行确认。</translation>
     </message>
     <message>
         <source>NOT CHECKED</source>
@@ -2603,7 +2571,7 @@
     </message>
     <message>
         <source>New here? The tour goes from the first connection to GO in a few minutes, on a simulated module.</source>
-        <translation>第一次使用？导览会在模拟模块上，用几分钟从首次连接走到 GO。</translation>
+        <translation>第一次使用？导览会在模拟模块上，用几分钟从首次连接走到飞行前检查。</translation>
     </message>
     <message>
         <source>New since the last visit</source>
@@ -3342,6 +3310,22 @@
         <translation>退出</translation>
     </message>
     <message>
+        <source>READY</source>
+        <translation>待激活</translation>
+    </message>
+    <message>
+        <source>READY and GO only if every check holds; GO only while the module reports that it is active. Void after a restart, a loss of the link, a change, or fifteen minutes.</source>
+        <translation>全部检查通过才是“待激活”或“可以飞行”；只有模块自己报告已激活才是“可以飞行”。重启、通信中断、有更改或满十五分钟后作废。</translation>
+    </message>
+    <message>
+        <source>READY, GO or NO-GO</source>
+        <translation>待激活、可以飞行或禁止飞行</translation>
+    </message>
+    <message>
+        <source>READY: all checks hold and the module is locked. Activated, it becomes GO. A restart, a lost link or any change makes it void by itself, and so do fifteen minutes.</source>
+        <translation>待激活：全部检查同时通过，模块锁定。激活后变为“可以飞行”。重启、通信中断或任何更改都会使其自动作废，满十五分钟也会。</translation>
+    </message>
+    <message>
         <source>RECORDING – DPS-S Configurator</source>
         <translation>回放录制 – DPS-S 上位机</translation>
     </message>
@@ -3804,6 +3788,10 @@
     <message>
         <source>Second answer after</source>
         <translation>重复应答间隔</translation>
+    </message>
+    <message>
+        <source>Send no commands meanwhile, and check again.</source>
+        <translation>检查期间不要发送命令，然后重新检查。</translation>
     </message>
     <message>
         <source>Send nothing (Esc)</source>
@@ -5990,6 +5978,10 @@
         <translation>禁用失重触发</translation>
     </message>
     <message>
+        <source>do not fly</source>
+        <translation>检查未通过</translation>
+    </message>
+    <message>
         <source>done</source>
         <translation>已完成</translation>
     </message>
@@ -6116,6 +6108,10 @@
     <message>
         <source>fired without a stated cause</source>
         <translation>触发，原因未注明</translation>
+    </message>
+    <message>
+        <source>fit to fly</source>
+        <translation>已激活，检查全部通过</translation>
     </message>
     <message>
         <source>follows that of the named module</source>
@@ -6346,6 +6342,14 @@
         <translation>已锁定</translation>
     </message>
     <message>
+        <source>locked, activate it before the flight</source>
+        <translation>模块锁定，飞行前须激活</translation>
+    </message>
+    <message>
+        <source>locked, the aircraft activates it</source>
+        <translation>模块锁定，由飞行器激活</translation>
+    </message>
+    <message>
         <source>longer</source>
         <translation>更长</translation>
     </message>
@@ -6392,10 +6396,6 @@
     <message>
         <source>module shuts down</source>
         <translation>模块即将关机</translation>
-    </message>
-    <message>
-        <source>needed for GO</source>
-        <translation>GO 所必需</translation>
     </message>
     <message>
         <source>new</source>
@@ -6890,6 +6890,10 @@
         <translation>激活状态改变后延时上报</translation>
     </message>
     <message>
+        <source>required</source>
+        <translation>必需</translation>
+    </message>
+    <message>
         <source>restarted</source>
         <translation>已重启</translation>
     </message>
@@ -7272,6 +7276,10 @@
     <message>
         <source>the same after a query: 20:20=14/2@500</source>
         <translation>查询后发生同样的改变：20:20=14/2@500</translation>
+    </message>
+    <message>
+        <source>the same throughout; GO needs it active</source>
+        <translation>检查期间不变；激活后才可以飞行</translation>
     </message>
     <message>
         <source>the simulated module has no option {name}</source>
@@ -7750,16 +7758,20 @@
         <translation>{name}：需要 true 或 false。</translation>
     </message>
     <message>
+        <source>{name}: {first} or {second} is needed.</source>
+        <translation>{name}：应为 {first} 或 {second}。</translation>
+    </message>
+    <message>
         <source>{name}: {why}.</source>
         <translation>{name}：{why}。</translation>
     </message>
     <message>
-        <source>{new} new since the last GO, {total} in all</source>
-        <translation>自上次 GO 后新增 {new} 条，共 {total} 条</translation>
+        <source>{new} new since the last good check, {total} in all</source>
+        <translation>自上次通过检查后新增 {new} 条，共 {total} 条</translation>
     </message>
     <message>
-        <source>{new} of {total}, and no earlier GO knows them</source>
-        <translation>{total} 条中有 {new} 条，此前没有 GO 记录过它们</translation>
+        <source>{new} of {total}, and no earlier good check knows them</source>
+        <translation>{total} 条中有 {new} 条，此前通过的检查没有记录过它们</translation>
     </message>
     <message>
         <source>{n} ({percent})</source>
@@ -8112,6 +8124,10 @@
     <message>
         <source>{value}° rearms</source>
         <translation>{value}° 复位</translation>
+    </message>
+    <message>
+        <source>{verdict}: {meaning}</source>
+        <translation>{verdict}：{meaning}</translation>
     </message>
     <message>
         <source>{voltage} implausible</source>

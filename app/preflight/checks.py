@@ -44,7 +44,7 @@ CHECKS: tuple[Check, ...] = (
           marked("Find out why it fired (Triggers), repack the parachute, lock and restart the module.")),
     Check("activation", marked("Activation"), line.activation,
           marked("An active module fires when it is moved; a locked one does not fire in flight."),
-          marked("Lock the module, or activate it, as the procedure for this aircraft says.")),
+          marked("Send no commands meanwhile, and check again.")),
     Check("tilt", marked("Tilt: level"), line.tilt_level,
           marked("The attitude trigger counts from level; a wrong zero fires early on one side and late on the other."),
           marked("Set the aircraft level. If it is level, correct the mounting and zero the sensor.")),

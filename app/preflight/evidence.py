@@ -93,6 +93,11 @@ class Evidence:
         return self.heartbeats_sent - len(self.round_trips_s)
 
     @property
+    def is_active(self) -> bool | None:
+        """As the module last reported itself."""
+        return None if self.status is None else self.status.active
+
+    @property
     def is_complete(self) -> bool:
         return self.ended_at is not None and self.disturbance is None
 

@@ -5,7 +5,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 
 from app.fingerprint import fingerprint
-from app.profiles import Profile
+from app.profiles import ActivatedBy, Profile
 from protocol.fields import Value
 
 Fingerprint = Callable[[Mapping[str, Value]], str]
@@ -48,8 +48,7 @@ class Expectations:
     profile: str | None = None
     limits: Limits = field(default_factory=Limits)
     settings: Mapping[str, Value] = field(default_factory=dict)
-    is_active: bool = False
-    """The activation expected at the time of the check."""
+    activated_by: ActivatedBy = ActivatedBy.PERSON
     approved_fingerprint: str | None = None
     is_light_inverted: bool = False
     """A calibration found that more light reads lower (E11)."""
@@ -89,7 +88,7 @@ def expectations_of(profile: Profile, ticked: Mapping[str, bool] | None = None) 
         limits=Limits(**limits),  # type: ignore[arg-type]
         settings=profile.settings,
         approved_fingerprint=profile.approved_fingerprint,
-        is_active=profile.expects_active,
+        activated_by=profile.activated_by,
         is_light_inverted=profile.is_light_inverted,
         manual=tuple(ManualItem(line.text, said.get(line.text), line.is_required) for line in profile.manual),
     )

@@ -100,9 +100,9 @@ def trigger_records(case: Case) -> Finding:
     total = str(len(history.records))
     if new and not case.are_records_looked_at:
         if case.past.has_check:
-            shown = said(marked("{new} new since the last GO, {total} in all"), new=str(new), total=total)
+            shown = said(marked("{new} new since the last good check, {total} in all"), new=str(new), total=total)
             return judged(new, shown, limit, is_fine=False)
-        why = said(marked("{new} of {total}, and no earlier GO knows them"), new=str(new), total=total)
+        why = said(marked("{new} of {total}, and no earlier good check knows them"), new=str(new), total=total)
         return unknown(why, limit)
     if not history.is_confirmed:
         return unknown(said(marked("no two readings agreed")), limit)

@@ -18,13 +18,16 @@ from app.device import STATUS_KEYS
 from app.preflight.evidence import FlagFate, FrameLog
 from app.preflight.findings import Case, Result
 from app.preflight.judging_module import FINGERPRINT_KEYS
-from app.preflight.verdict import Assessment, Verdict
+from app.preflight.verdict import Assessment, Verdict, verdict_named
 from app.preflight.wording import clean
+from app.profiles import ActivatedBy
 from app.reading_object import reading_object
 from protocol.fields import Value
 
 FORMAT = "dps-s pre-flight record"
-VERSION = 1
+VERSION = 2
+"""2: READY beside GO and NO-GO, and who activates the module. In 1 a locked module could be GO."""
+READABLE_VERSIONS = (1, 2)
 PARTS_OF = {"checks": "id", "manual": "text"}
 """Lists whose entries get a digest each, and the key that names an entry."""
 SEALS = ("digests", "hash")
@@ -72,6 +75,7 @@ def make_record(assessment: Assessment, circumstances: Circumstances, log: Frame
         "aircraft": clean(circumstances.aircraft),
         "remarks": clean(circumstances.remarks),
         "is_simulated": is_simulated(evidence.port),
+        "activated_by": case.expectations.activated_by.value,
         "profile": None if case.expectations.profile is None else clean(case.expectations.profile),
         "fingerprint": fingerprint_of(case),
         "are_triggers_set_by_this_check": evidence.is_enabling,
@@ -212,8 +216,12 @@ def as_text(record: Mapping[str, object]) -> str:
     return json.dumps(record, ensure_ascii=False, indent=1, allow_nan=False) + "\n"
 
 
-def is_go(record: Mapping[str, object]) -> bool:
-    return record.get("verdict") == Verdict.GO.value and record.get("void") is None
+def recorded_verdict(record: Mapping[str, object]) -> Verdict:
+    return verdict_named(record.get("verdict"))
+
+
+def activated_by(record: Mapping[str, object]) -> ActivatedBy:
+    return next((one for one in ActivatedBy if one.value == record.get("activated_by")), ActivatedBy.PERSON)
 
 
 FindRecord = Callable[[str], Mapping[str, object] | None]

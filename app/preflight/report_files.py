@@ -7,7 +7,7 @@ from pathlib import Path
 
 from app.files import write_whole
 from app.i18n import tr
-from app.preflight.record import Record, as_text
+from app.preflight.record import Record, as_text, recorded_verdict
 from app.preflight.report_html import body, page
 from app.preflight.verification import NoRecord, record_in, sealed_pdf
 
@@ -64,6 +64,6 @@ def suggested_name(record: Record) -> str:
     """A file name without folder and ending, whatever the module is called: "M-07 2026-11-21 1403 GO"."""
     parts = (str(record.get("module") or ""), str(record.get("at"))[:16].replace("T", " ").replace(":", ""))
     words = [_NOT_IN_NAMES.sub("_", unicodedata.normalize("NFKC", part[:LONGEST_NAME])).strip("_") for part in parts]
-    words.append("GO" if record.get("verdict") == "GO" else "NO-GO")
+    words.append(recorded_verdict(record).value)
     name = " ".join(word for word in words if word)[:LONGEST_NAME]
     return f"DPS-S {name}" if _RESERVED.match(name) else name

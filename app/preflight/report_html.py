@@ -13,20 +13,19 @@ from itertools import zip_longest
 
 from app.i18n import language, tr
 from app.preflight.findings import RESULT_WORDS, Result
-from app.preflight.record import NOT_KEPT, Record, is_go
-from app.preflight.verdict import MANUAL_WORDS
+from app.preflight.record import NOT_KEPT, Record, activated_by, recorded_verdict
+from app.preflight.verdict import MANUAL_WORDS, Verdict, verdict_sentence
 from app.preflight.verification import sealed_html
 from app.preflight.wording import Said, clean, said_from
 from protocol.text import marked
 
-INK, PALE, GREEN, RED, AMBER = "#111111", "#555555", "#0b5d1e", "#a4001d", "#7a4b00"
+INK, PALE, GREEN, BLUE, RED, AMBER = "#111111", "#555555", "#0b5d1e", "#0b4a9e", "#a4001d", "#7a4b00"
 _LONGEST_CELL, _LONGEST_ITEM = 160, 100
 """Characters; the record holds all of it."""
 _ONE_COLUMN = 8
 _MOST_ROWS = 60
 _MARKS = {Result.PASS: ("√", GREEN), Result.FAIL: ("×", RED), Result.WARN: ("!", AMBER), Result.UNKNOWN: ("?", RED)}
-_GO = marked("GO: fit to fly")
-_NO_GO = marked("NO-GO: do not fly")
+_VERDICT_LOOKS = {Verdict.GO: ("√", GREEN), Verdict.READY: ("■", BLUE), Verdict.NO_GO: ("×", RED)}
 _VOID = marked("VOID: not a valid check")
 _VOID_WHY: Mapping[str, str] = {
     "interrupted": marked("interrupted"),
@@ -64,13 +63,14 @@ def body(record: Record) -> str:
 
 
 def _head(record: Record) -> str:
-    void, go = record.get("void"), is_go(record)
+    void, verdict = record.get("void"), recorded_verdict(record)
     against = [one for one in _list(record, "checks") if _result(one) in (Result.FAIL, Result.UNKNOWN)]
-    word, mark, colour = (tr(_GO), "√", GREEN) if go else (tr(_NO_GO), "×", RED)
+    mark, colour = _VERDICT_LOOKS[verdict if void is None else Verdict.NO_GO]
+    word = verdict_sentence(verdict, activated_by(record)).in_words()
     if void is not None:
         word = f"{word} — {tr(_VOID)}"
     skipped = sum(1 for one in _list(record, "manual") if isinstance(one, Mapping) and one.get("is_done") is None)
-    if go:
+    if verdict is not Verdict.NO_GO and void is None:
         looks = sum(1 for one in _list(record, "checks") if _result(one) is Result.WARN)
         under = tr("All {count} checks hold; worth a look: {looks}.", count=len(_list(record, "checks")), looks=looks)
     else:

@@ -1,8 +1,10 @@
 """The verdict, and what voids it afterwards.
 
-GO only when every check passes, or is worth no more than a look, and when no manual item stands against it. Whatever is
-not known counts as failed. A verdict holds for the module as it was: `void_reason` says, at any later moment, why not
-any more.
+    NO-GO   a check fails, or what it needs is unknown, or a manual item stands against it
+    READY   everything holds and the module is locked: it does not fire yet
+    GO      everything holds and the module itself reports that it is active
+
+A verdict holds for the module as it was: `void_reason` says, at any later moment, why not any more.
 """
 
 from collections.abc import Mapping
@@ -16,6 +18,7 @@ from app.preflight.expectations import ManualItem
 from app.preflight.findings import Case, Finding, Result
 from app.preflight.judging_module import FINGERPRINT_KEYS
 from app.preflight.wording import Said, said
+from app.profiles import ActivatedBy
 from protocol.fields import Value
 from protocol.link_states import Presence
 from protocol.text import marked
@@ -28,7 +31,46 @@ class Verdict(Enum):
     """The value is the contract's word."""
 
     GO = "GO"
+    READY = "READY"
     NO_GO = "NO-GO"
+
+
+VERDICT_WORDS: Mapping[Verdict, str] = {
+    Verdict.GO: marked("GO"),
+    Verdict.READY: marked("READY"),
+    Verdict.NO_GO: marked("NO-GO"),
+}
+
+
+def verdict_named(name: object) -> Verdict:
+    """By the contract's word; NO-GO for any other."""
+    return next((one for one in Verdict if one.value == name), Verdict.NO_GO)
+
+
+def verdict_of(*, is_fine: bool, is_active: bool | None) -> Verdict:
+    """`is_fine`: no check and no manual item stands against it. `is_active`: as the module last reported itself."""
+    if not is_fine or is_active is None:
+        return Verdict.NO_GO
+    return Verdict.GO if is_active else Verdict.READY
+
+
+def meaning_of(verdict: Verdict, activated_by: ActivatedBy) -> Said:
+    """What follows from a verdict, in one sentence."""
+    match verdict:
+        case Verdict.GO:
+            return said(marked("fit to fly"))
+        case Verdict.NO_GO:
+            return said(marked("do not fly"))
+        case Verdict.READY if activated_by is ActivatedBy.AIRCRAFT:
+            return said(marked("locked, the aircraft activates it"))
+        case Verdict.READY:
+            return said(marked("locked, activate it before the flight"))
+
+
+def verdict_sentence(verdict: Verdict, activated_by: ActivatedBy) -> Said:
+    """The verdict with what follows from it."""
+    word = Said(VERDICT_WORDS[verdict])
+    return said(marked("{verdict}: {meaning}"), verdict=word, meaning=meaning_of(verdict, activated_by))
 
 
 MANUAL_WORDS: Mapping[bool | None, str] = {
@@ -64,11 +106,11 @@ class Assessment:
     def verdict(self) -> Verdict:
         is_manual_fine = not any(stands_against(item) for item in self.manual)
         is_fine = is_manual_fine and not any(one.stands_against for one in self.checks)
-        return Verdict.GO if is_fine else Verdict.NO_GO
+        return verdict_of(is_fine=is_fine, is_active=self.case.evidence.is_active)
 
     @property
     def against(self) -> tuple[str, ...]:
-        """What stands against GO, by id."""
+        """What stands against GO and READY, by id."""
         return tuple(one.check.id for one in self.checks if one.stands_against)
 
     def result(self, id_: str) -> Result:

@@ -14,7 +14,7 @@ from enum import Enum
 from itertools import islice
 from pathlib import Path
 
-from app.preflight.record import FORMAT, VERSION, FindRecord, Record, canonical, digest, digests_of
+from app.preflight.record import FORMAT, READABLE_VERSIONS, FindRecord, Record, canonical, digest, digests_of
 from app.preflight.wording import Said, clean, said
 from protocol.text import marked
 
@@ -125,7 +125,7 @@ def verify(record: Mapping[str, object], find: FindRecord | None = None) -> Veri
     """`find` looks a record up by its hash, in the store of this computer."""
     if record.get("format") != FORMAT:
         return Verification(State.UNREADABLE, why=said(marked("it is another kind of file")))
-    if record.get("version") != VERSION:
+    if record.get("version") not in READABLE_VERSIONS:
         return Verification(State.UNREADABLE, why=said(marked("it was written by a newer version of this program")))
     kept = find(str(record.get("hash"))) if find is not None else None
     try:

@@ -8,6 +8,7 @@ from typing import NamedTuple
 
 from app.preflight.expectations import Past
 from app.preflight.record import Record, canonical
+from app.preflight.verdict import Verdict
 from app.preflight.wording import clean
 from app.store.database import Database
 from app.trigger_history import Judgement, Merged, merge
@@ -26,6 +27,8 @@ MEASURED = {
     "boot_count": "boot_count",
 }
 """The checks whose measured value is followed over time, and the name under which."""
+
+_HOLDS = (Verdict.GO.value, Verdict.READY.value)
 
 
 MakeRecord = Callable[[int, str | None], Record]
@@ -174,7 +177,7 @@ class CheckStore:
             (module_id,),
         )
         checks = [one for one in self.checks(module_id) if not one.is_void]
-        go = next((one for one in checks if one.verdict == "GO"), None)
+        go = next((one for one in checks if one.verdict in _HOLDS), None)
         known, last = self.records(module_id), self._last_visit(module_id)
         looked_at = Counter(one.raw for one in known if one.judgement is not None)
         record = self.record(go.hash) if go is not None else None
