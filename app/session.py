@@ -30,7 +30,6 @@ from app.transport import Line
 from protocol.catalogue import Hazard
 from protocol.events import Answered, Event, OutcomeUnknown, Received, Unanswered, WentOffline
 from protocol.link import Link
-from protocol.link_states import Exchange
 from protocol.round_trips import Timing
 
 LONGEST_STEP_S = 0.02
@@ -195,8 +194,8 @@ class Session:
     def _free_line(self, *, is_urgent: bool) -> None:
         """Wait for no answer any longer that can be asked for again; for an urgent one, for none."""
         ask = self._asking.wants_to_ask if self._asking is not None else None
-        # Where nobody asks it is the link's own heartbeat; what waits behind a fence has not left yet.
-        is_repeatable = ask is None or ask.request.is_repeatable or self._link.exchange is Exchange.FENCING
+        # Where nobody asks it is the link's own heartbeat; what is held back has not left yet.
+        is_repeatable = ask is None or ask.request.is_repeatable or not self._link.has_left
         if is_repeatable:
             self._asking = None  # it still wants to ask, and does when it is its turn
         if is_repeatable or is_urgent:
@@ -366,10 +365,7 @@ class Session:
         self.device.use_rate(baud_rate)
 
     def _renew_link(self, now: float) -> None:
-        old = self._link
-        self._link = Link(now, timing=self._timing)
-        self._link.counters = old.counters
-        self._link.round_trips = old.round_trips
+        self._link = Link(now, timing=self._timing, before=self._link)
 
     def _digest(self, events: list[Event], now: float) -> None:
         self._events += events

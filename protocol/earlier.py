@@ -74,11 +74,11 @@ class Earlier:
         copied = [one.request for one in self._copied if one.request is not None and now <= one.until]
         return any(_overlap(one, request) for one in (*self._not_past, *copied) if not (repeats and one == request))
 
-    def fence(self, now: float) -> Request:
+    def fence(self, now: float, *, is_proof: bool = False) -> Request:
         """A heartbeat; another question where an earlier reply, or the second heartbeat of a restart, may still come
-        that could not be told from its own."""
+        that could not be told from its own. With `is_proof` no heartbeat: one may come unasked at any time."""
         earlier_ones = self._all()
-        if now - self._heartbeats_at[0] <= self._timing.restart_s:
+        if is_proof or now - self._heartbeats_at[0] <= self._timing.restart_s:
             earlier_ones += (_HEARTBEAT,)
         told_apart = (one for one in FENCES if not any(_overlap(earlier, one) for earlier in earlier_ones))
         return next(told_apart, _HEARTBEAT)

@@ -6,6 +6,7 @@ Times (`at`) are the monotonic seconds that the owner handed in.
 from collections import Counter
 from dataclasses import dataclass, field
 from enum import Enum
+from math import inf
 from typing import NamedTuple
 
 from protocol.catalogue import Request
@@ -45,6 +46,8 @@ class Received(NamedTuple):
     message: Message | None
     role: Role
     at: float
+    said_after: float = -inf
+    """The module said it after this moment, as far as that is proven: see `protocol.lag`."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -10,6 +10,8 @@ Rules that it lives by:
   sends a heartbeat, the *fence* (another harmless question where one may come unasked), and lets everything that comes
   before its answer pass by as late. `Earlier` knows what may still come.
 - What began before a request went out is no answer to it.
+- Some modules need a pause before they listen again, so requests may be held back for a moment: see `gap`. LOCK is not.
+- A status says since when it can have been said, because a line may hold everything back: see `lag`.
 - Two heartbeats that nobody asked for are a restart.
 - A heartbeat goes out when nothing has proven the link for ten seconds; unanswered, the module is offline.
 
@@ -20,7 +22,7 @@ All state changes go through the two tables of `link_states`.
 from dataclasses import dataclass, replace
 from math import inf
 
-from protocol.catalogue import ACTIVATION, HEARTBEAT, STATUS, Hazard, Layout, Request
+from protocol.catalogue import HEARTBEAT, STATUS, Hazard, Layout, Request
 from protocol.earlier import Earlier
 from protocol.events import (
     Answered,
@@ -37,6 +39,8 @@ from protocol.events import (
     WentOnline,
 )
 from protocol.frame import Direction, Frame, Noise
+from protocol.gap import LOCK, Gap
+from protocol.lag import Lag
 from protocol.link_states import EXCHANGE, PRESENCE, Exchange, Presence, Sign, Step
 from protocol.messages import Heartbeat, Message, Status, answers, decode
 from protocol.round_trips import RoundTrips, Timing
@@ -56,6 +60,8 @@ class _Flight:
     attempt: int = 0
     sent_at: float = 0.0
     deadline: float = 0.0
+    held_until: float | None = None
+    """Not sent before this moment, and not before the line is ready; None once the attempt is under way."""
     heard_before: int = 0
     """Bytes that had been heard when it first went out: a frame that began among them is no answer."""
     messages: tuple[Message, ...] = ()
@@ -63,16 +69,18 @@ class _Flight:
 
 
 _HEARTBEAT = HEARTBEAT.query()
-_LOCK = ACTIVATION.set(False)
 
 
 class Link:
     """See the module's docstring. One object for one opening of a port."""
 
-    def __init__(self, now: float, *, timing: Timing | None = None) -> None:
+    def __init__(self, now: float, *, timing: Timing | None = None, before: "Link | None" = None) -> None:
+        """`before`: the link whose place this one takes on the same port; what it measured stays."""
         self.timing = timing or Timing()
-        self.counters = Counters()
-        self.round_trips = RoundTrips()
+        self.counters: Counters = Counters() if before is None else before.counters
+        self.round_trips: RoundTrips = RoundTrips() if before is None else before.round_trips
+        self.gap: Gap = Gap() if before is None else before.gap
+        self.lag: Lag = Lag(now) if before is None else before.lag
         self.exchange = Exchange.IDLE
         self.presence = Presence.UNKNOWN
         self._parser = StreamParser()
@@ -92,6 +100,11 @@ class Link:
     def is_idle(self) -> bool:
         return self.exchange is Exchange.IDLE
 
+    @property
+    def has_left(self) -> bool:
+        """Whether the request that is waited for went out; it may wait behind a fence, or for a quiet line."""
+        return self._behind_fence is None and self._flight is not None and self._flight.attempt > 0
+
     def ask(
         self,
         request: Request,
@@ -100,12 +113,14 @@ class Link:
         waits_s: tuple[float, ...] | None = None,
         attempts: int | None = None,
         is_deliberate: bool = False,
+        is_fenced: bool = False,
     ) -> list[Event]:
         """Send `request`; its outcome comes later as `Answered`, `Unanswered` or `OutcomeUnknown`, exactly one of them.
 
         `waits_s` sets how long each attempt waits (seconds) and how many there are, else the measured round trips do;
         `attempts` takes only the first of them, for what is asked again soon anyway. What must not be repeated has
-        one. A dangerous request needs `is_deliberate`. Raises `LinkMisused` while another request is in flight.
+        one. A dangerous request needs `is_deliberate`. With `is_fenced` another question has to be answered first, so
+        that the answer cannot have been said before this call. Raises `LinkMisused` while another request is in flight.
         """
         if not self.is_idle:
             raise LinkMisused(f"{request.command.name} asked while the link is {self.exchange.name}")
@@ -117,12 +132,13 @@ class Link:
             waits = (waits_s or self.round_trips.waits_s(self.timing))[:attempts]
         flight = _Flight(request, waits)
         self._earlier.forget_owed(now)
-        if self._needs_fence(request, now):
+        if is_fenced or self._needs_fence(request, now):
             self._behind_fence = flight
             self._move(Step.ASK_BEHIND_FENCE)
-            return self._send(_Flight(self._earlier.fence(now), self.round_trips.waits_s(self.timing)), now)
+            fence = self._earlier.fence(now, is_proof=is_fenced)
+            return self._hold(_Flight(fence, self.round_trips.waits_s(self.timing)), now, now)
         self._move(Step.ASK)
-        return self._send(flight, now)
+        return self._hold(flight, now, now)
 
     def abandon(self, now: float) -> list[Event]:
         """Stop waiting for the request in flight, if there is one. Its reply, should it come, is late.
@@ -132,9 +148,10 @@ class Link:
         events: list[Event] = []
         if self._flight is not None:
             flight = self._flight
-            self._earlier.owe(flight.request, now, count=flight.attempt)
-            if not flight.request.is_repeatable:
-                events.append(OutcomeUnknown(flight.request, now - flight.sent_at, now))
+            if flight.attempt:  # else it has not left
+                self._earlier.owe(flight.request, now, count=flight.attempt)
+                if not flight.request.is_repeatable:
+                    events.append(OutcomeUnknown(flight.request, now - flight.sent_at, now))
         self._behind_fence = None
         self._finish(Step.ABANDON)
         return events
@@ -154,6 +171,8 @@ class Link:
         events: list[Event] = []
         for piece in self._parser.feed(data):
             self._digest(piece, now, events)
+        if self._flight is not None and self._flight.held_until is not None:
+            events += self._release(self._flight, now)
         return events
 
     def tick(self, now: float) -> list[Event]:
@@ -174,11 +193,7 @@ class Link:
 
     def next_deadline(self) -> float:
         """When `tick` has something to do, in monotonic seconds, if nothing arrives before."""
-        deadlines = []
-        if self._flight is not None:
-            deadlines.append(self._flight.deadline)
-        elif self.is_idle:
-            deadlines.append(self._probe_at)
+        deadlines = [self._probe_at if self._flight is None else self._flight.deadline]
         if self._parser.pending:
             deadlines.append(self._last_byte_at + self.timing.quiet_s)
         if self._unasked_heartbeat_at is not None:
@@ -190,14 +205,28 @@ class Link:
     def _move(self, step: Step) -> None:
         self.exchange = EXCHANGE[self.exchange, step]
 
+    def _hold(self, flight: _Flight, until: float, now: float) -> list[Event]:
+        """Send it at `until`, or as soon after it as the line is ready."""
+        return self._release(replace(flight, held_until=until), now)
+
+    def _release(self, flight: _Flight, now: float) -> list[Event]:
+        until = now if flight.held_until is None else flight.held_until
+        due = self.gap.due(flight.request, until, is_repeated=flight.attempt > 0, now=now)
+        if now < due:
+            self._flight = replace(flight, deadline=due)
+            return []
+        if self.exchange is Exchange.DRAINING:
+            self._move(Step.QUIET)
+        return self._send(flight, now)
+
     def _send(self, flight: _Flight, now: float) -> list[Event]:
-        wait_s = flight.waits_s[flight.attempt]
-        heard_before = flight.heard_before if flight.attempt else self._heard_bytes
-        self._flight = replace(
-            flight, attempt=flight.attempt + 1, sent_at=now, deadline=now + wait_s, heard_before=heard_before
-        )
-        if flight.attempt:
-            self.counters.retries += 1
+        if not flight.attempt:
+            flight = replace(flight, heard_before=self._heard_bytes)
+        deadline = now + flight.waits_s[flight.attempt]
+        self._flight = replace(flight, attempt=flight.attempt + 1, sent_at=now, deadline=deadline, held_until=None)
+        self.gap.sent(is_repeated=flight.attempt > 0, now=now)
+        self.lag.ask(flight.request, now)
+        self.counters.retries += flight.attempt > 0
         self.counters.sent += 1
         self._parser.asked = flight.request
         raw = flight.request.encode()
@@ -205,7 +234,7 @@ class Link:
         return [Sent(raw, flight.request, flight.attempt + 1, now)]
 
     def _needs_fence(self, request: Request, now: float) -> bool:
-        if request == _LOCK:
+        if request == LOCK:
             return False  # standby cannot wait; whose acknowledgement comes matters less than the state read afterwards
         return self._earlier.could_answer(request, now)
 
@@ -231,7 +260,15 @@ class Link:
 
     def _note(self, events: list[Event], frame: Frame, message: Message | None, role: Role, now: float) -> None:
         self.counters.by_role[role] += 1
-        events.append(Received(frame, message, role, now))
+        said_after = self.lag.said_after
+        if role is Role.STREAMED:
+            self.lag.hear_streamed(now)
+            self.gap.hear_streamed(now)
+        elif role is not Role.ECHO:
+            self.gap.hear_reply(now)
+        if isinstance(message, Status) and role is Role.ANSWER:
+            said_after = self.lag.answer_said_after(STATUS.query(), now)
+        events.append(Received(frame, message, role, now, said_after))
 
     def _prove(self, now: float, events: list[Event]) -> None:
         self._proven_at = now
@@ -241,7 +278,7 @@ class Link:
             events.append(WentOnline(now))
 
     def _is_answer(self, flight: _Flight, frame: Frame, now: float) -> bool:
-        if frame.offset < flight.heard_before or not answers(frame.raw, flight.request):
+        if not flight.attempt or frame.offset < flight.heard_before or not answers(frame.raw, flight.request):
             return False
         return self.exchange is not Exchange.FENCING or self._earlier.opens(flight.request, frame.raw, now)
 
@@ -251,6 +288,7 @@ class Link:
         may_be_copy = self._earlier.is_copy(frame.raw, now)
         self._earlier.expect_copy(frame.raw, flight.request, now)
         if flight.request.command.layout is Layout.RECORD:
+            self.lag.answer(flight.request, now)
             self._collect(flight, message, now)
             return
         round_trip_s = now - flight.sent_at if flight.attempt == 1 else None
@@ -258,6 +296,8 @@ class Link:
             self.round_trips.add(round_trip_s)
         if not may_be_copy:  # of the answer to the same question just before: it says nothing of what was asked since
             self._earlier.pass_by(flight.request)
+            self.gap.answered()
+            self.lag.answer(flight.request, now)
         # A status that still comes, where a copy was taken for the answer, is as old as the question and not streamed.
         owed = flight.attempt - 1 + (may_be_copy and flight.request.command is STATUS)
         if owed:
@@ -268,7 +308,7 @@ class Link:
         probing = self.exchange is Exchange.PROBING
         self._finish(Step.ANSWER)
         if fenced is not None:
-            events += self._send(fenced, now)
+            events += self._hold(fenced, now, now)
         elif not probing:
             events.append(Answered(flight.request, (message,), flight.attempt, round_trip_s, now))
 
@@ -295,6 +335,7 @@ class Link:
             return
         late = earlier.take_late(frame.raw)
         if late is not None:
+            self.lag.answer(late, now)
             earlier.expect_copy(frame.raw, late, now, is_late=True)
             self._note(events, frame, decode(frame.raw, late), Role.LATE, now)
             return
@@ -317,9 +358,8 @@ class Link:
     # Time
 
     def _run_out(self, flight: _Flight, now: float, events: list[Event]) -> None:
-        if self.exchange is Exchange.DRAINING:
-            self._move(Step.QUIET)
-            events += self._send(flight, now)
+        if flight.held_until is not None:
+            events += self._release(flight, now)
             return
         if flight.messages:
             self._earlier.remember(flight.request)
@@ -329,10 +369,8 @@ class Link:
         self.counters.time_outs += 1
         if flight.attempt < len(flight.waits_s):
             self._move(Step.TIME_OUT)
-            if self.exchange is Exchange.FENCING:
-                events += self._send(flight, now)
-            else:
-                self._flight = replace(flight, deadline=now + self.timing.drain_s)
+            is_draining = self.exchange is Exchange.DRAINING
+            events += self._hold(flight, now + is_draining * self.timing.drain_s, now)
             return
         self._give_up(flight, now, events)
 

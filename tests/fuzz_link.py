@@ -166,6 +166,7 @@ class Conversation:
             voltage_as_35=is_short_35,
             freefall_as_16=choose((False, True)),
             acknowledges_by_one=choose((False, True)),
+            gap_s=choose((0.0, 0.0, 0.005, 0.03)),
         )
         module = HonestModule(self.source, habits)
         module.stream(BEGAN_S + self.source.random(), BEGAN_S + 8.0)

@@ -34,6 +34,8 @@ class Habits:
     voltage_as_35: bool = False
     freefall_as_16: bool = False
     acknowledges_by_one: bool = False
+    gap_s: float = 0.0
+    """It ignores a request that comes sooner than this after its last reply or the last request."""
 
 
 class _Coming(NamedTuple):
@@ -68,6 +70,7 @@ class HonestModule:
     _last_s: float = 0.0
     _value: int = 0
     _deaf_until_s: float = 0.0
+    _ready_s: float = 0.0
 
     def write(self, raw: bytes, number: int | None, now_s: float) -> None:
         """Requests that went out; `number` of the one that is waited for, None for heartbeats of the link."""
@@ -75,7 +78,9 @@ class HonestModule:
             request = raw[at : at + 6]
             if self.habits.echo:
                 self._put(now_s, request, None)
-            if now_s < self._deaf_until_s or self.source.random() < self.habits.dropped:
+            is_too_soon = now_s < self._ready_s
+            self._ready_s = max(self._ready_s, now_s + self.habits.gap_s)
+            if is_too_soon or now_s < self._deaf_until_s or self.source.random() < self.habits.dropped:
                 continue
             self._last_s = max(self._last_s, now_s + self.source.choice(self.habits.delays_s))
             cause = Cause(request, number)
@@ -84,6 +89,7 @@ class HonestModule:
                 if self.source.random() < self.habits.doubled:
                     self._last_s += self.source.choice(DOUBLED_GAPS_S)
                     self._put(self._last_s, frame, cause)
+            self._ready_s = max(self._ready_s, self._last_s + self.habits.gap_s)
 
     def stream(self, first_s: float, until_s: float) -> None:
         """Its serial output is on."""
@@ -113,16 +119,16 @@ class HonestModule:
         read = bytearray()
         while self.next_due_s() <= now_s:
             if self._cut is None:
-                read += self._begin(heapq.heappop(self._coming), referee)
+                read += self._begin(heapq.heappop(self._coming), referee, now_s)
             else:
                 cut, self._cut = self._cut, None
                 read += cut.rest
                 self._emitted += len(cut.rest)
-                self._tell(cut, referee)
+                self._tell(cut, referee, now_s)
         referee.heard(bytes(read))
         return bytes(read)
 
-    def _begin(self, coming: _Coming, referee: Referee) -> bytes:
+    def _begin(self, coming: _Coming, referee: Referee, now_s: float) -> bytes:
         noise = b""
         if self.source.random() < self.habits.noise:
             noise = bytes(self.source.choices(QUIET_NOISE, k=self.source.randint(1, 20)))
@@ -135,13 +141,13 @@ class HonestModule:
         if cut.rest:
             self._cut = cut
         else:
-            self._tell(cut, referee)
+            self._tell(cut, referee, now_s)
         return noise + frame[:length]
 
     @staticmethod
-    def _tell(cut: _Cut, referee: Referee) -> None:
+    def _tell(cut: _Cut, referee: Referee, now_s: float) -> None:
         if cut.cause is not None:
-            referee.came(cut.whole, cut.cause, began_at=cut.began_at)
+            referee.came(cut.whole, cut.cause, began_at=cut.began_at, now_s=now_s)
 
     def _put(self, at_s: float, raw: bytes, cause: Cause | None) -> None:
         self._order += 1

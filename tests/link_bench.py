@@ -22,13 +22,20 @@ class Bench:
 
     def ask(self, request: Request, **options: object) -> bytes:
         self.events += self.link.ask(request, self.now, **options)  # type: ignore[arg-type]
-        return self.link.take_outgoing()
+        return self.link.take_outgoing() or self._let_leave()
 
     def hear(self, *frames: bytes, after_s: float = 0.003) -> bytes:
         self.wait(after_s)
         for raw in frames:
             self.events += self.link.receive(raw, self.now)
-        return self.link.take_outgoing()
+        return self.link.take_outgoing() or self._let_leave()
+
+    def _let_leave(self) -> bytes:
+        """What is held back until the line has been quiet for long enough."""
+        flight = self.link._flight
+        if flight is None or flight.attempt or flight.held_until is None:
+            return b""
+        return self.wait(flight.deadline - self.now)
 
     def wait(self, seconds: float) -> bytes:
         """Let time pass, ticking whenever the link asked for it."""

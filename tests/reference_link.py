@@ -4,7 +4,8 @@ A referee is told what happened, in order: what was asked, which bytes were writ
 line carried and why, when the clock was looked at, and what the link then said. It notes what must not be:
 
 - On the wire: only the request that was asked, heartbeats, and harmless questions before it. A set or an act at most
-  once, a question again only when its time had run out, nothing else while something waits. LOCK at once.
+  once, a question again only when its time had run out, nothing else while something waits. LOCK at once, a question
+  too while nothing has been lost; a set or an act never directly after a reply or another request.
 - Believed: only a frame that a module can have sent as the answer, that began after the request went out and came
   before its time ran out; the value that the frame carries; nothing from an echo.
 - Where the line is honest (whole frames, in the order of the requests): answered if and only if such a frame came, by
@@ -12,6 +13,7 @@ line carried and why, when the clock was looked at, and what the link then said.
 - One end for each request: answered, unanswered, or unknown for what may have been carried out.
 """
 
+import math
 from dataclasses import dataclass, field
 from enum import Enum
 
@@ -30,8 +32,12 @@ SHORT_VALUES = {
     0x25: {1}, 0x30: reference_decoder.ANY, 0x31: reference_decoder.ANY, 0x33: reference_decoder.YES_OR_NO,
     0x34: reference_decoder.ANY,
 }  # fmt: skip
-LONGEST_FENCE_S = 3.0
-"""Three questions of one second each: then the request behind them is given up unsent."""
+HELD_S = 0.2
+"""No request is held back for longer, so that the line is quiet before it."""
+QUIET_S = 0.01
+"""At least this quiet is the line before a set or an act."""
+LONGEST_FENCE_S = 3.0 + 4 * HELD_S
+"""Three questions of one second each, each held back: then the request behind them is given up unsent."""
 DRAIN_S = 0.03
 LONGEST_RECORDS_S = 11.5
 """Of one query: the vendor's second, and ten of collecting."""
@@ -95,6 +101,8 @@ class Asked:
     written_at_s: list[float] = field(default_factory=list)
     heard_before: int = 0
     """Bytes that had been heard when it first went out."""
+    is_fenced: bool = False
+    """Another question went out before it."""
     due: list[bytes] = field(default_factory=list)
     """Frames of an honest line that must be believed."""
 
@@ -126,6 +134,9 @@ class Referee:
         self._heard = bytearray()
         self._number = 0
         self._codes_asked: set[int] = set()
+        self._spoken_s = -math.inf
+        """When a request was last written, or a frame heard that was not streamed."""
+        self._has_lost = False
 
     # What happened
 
@@ -149,6 +160,7 @@ class Referee:
                 self._fault(f"on the wire, asked is another: {request.hex(' ')}")
             elif self.asked is not None:
                 self._wrote_fence(self.asked)
+        self._spoken_s = now_s
 
     def _wrote_asked(self, asked: Asked, now_s: float) -> None:
         if not asked.is_written:
@@ -159,10 +171,17 @@ class Referee:
             self._fault("asked again before its time had run out")
         elif asked.due:
             self._fault("asked again though it was answered")
+        is_held_long_enough = now_s >= asked.at_s + HELD_S - 1e-9
+        is_once = not is_question(asked.request) and asked.request != LOCK
+        if is_once and now_s < self._spoken_s + QUIET_S and not is_held_long_enough:
+            self._fault("sent directly after a reply or another request")
+        self._has_lost = self._has_lost or asked.is_written
         asked.written_at_s.append(now_s)
         self._codes_asked.add(_family(asked.request))
 
     def _wrote_fence(self, asked: Asked) -> None:
+        self._has_lost = self._has_lost or asked.is_fenced
+        asked.is_fenced = True
         if asked.is_written:
             self._fault("another question while one waits")
         if asked.request == LOCK:
@@ -173,9 +192,11 @@ class Referee:
     def heard(self, raw: bytes) -> None:
         self._heard += raw
 
-    def came(self, frame: bytes, cause: Cause, *, began_at: int) -> None:
+    def came(self, frame: bytes, cause: Cause, *, began_at: int, now_s: float) -> None:
         """An honest line: a frame whose last byte has just come, whose first was byte number `began_at`."""
         asked = self.asked
+        if not reference_decoder.is_status(frame):
+            self._spoken_s = now_s
         if asked is None or not asked.is_written or began_at < asked.heard_before or not answers(frame, asked.request):
             return
         if asked.due and asked.request[2] != RECORDS:
@@ -199,6 +220,8 @@ class Referee:
             return
         if asked.request == LOCK and not asked.is_written:
             self._fault("LOCK did not go out at once")
+        elif is_question(asked.request) and not (asked.is_written or asked.is_fenced or self._has_lost):
+            self._fault("a question is held back though nothing was lost")
         if self._is_certain and asked.due and asked.request[2] != RECORDS:
             self._fault(f"the answer {asked.due[0].hex(' ')} was not believed")
 
@@ -208,14 +231,15 @@ class Referee:
         if asked is None:
             return
         if not asked.is_written:
-            if now_s > asked.at_s + LONGEST_FENCE_S + 4 * late_s + 1e-6:
-                self._fault("still waits behind a question")
+            longest_s = LONGEST_FENCE_S + 4 * late_s if asked.is_fenced else HELD_S + late_s
+            if now_s > asked.at_s + longest_s + 1e-6:
+                self._fault("still held back")
         elif asked.request[2] == RECORDS and (asked.due or not self._is_certain):
             if now_s > asked.written_at_s[0] + LONGEST_RECORDS_S + 2 * late_s:
                 self._fault("still collects records")
         else:
             is_last = len(asked.written_at_s) == len(asked.waits_s)
-            if now_s >= asked.ends_s + (0.0 if is_last else DRAIN_S + 2 * late_s + 1e-6):
+            if now_s >= asked.ends_s + (0.0 if is_last else DRAIN_S + HELD_S + 2 * late_s + 1e-6):
                 self._fault("its time has run out and nothing was said")
 
     # What was said of it
@@ -223,6 +247,7 @@ class Referee:
     def _judge(self, told: Told, now_s: float) -> None:
         asked, self.asked = self.asked, None
         self.ends[told.end] += 1
+        self._has_lost = self._has_lost or told.end is not End.ANSWERED
         if asked is None or told.request != asked.request:
             self._fault(f"told of {told.request.hex(' ')}, which nobody waits for")
             return

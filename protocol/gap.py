@@ -1,0 +1,150 @@
+"""How long the line is left quiet before a request: some modules need a pause after a reply before they listen again.
+
+Quiet means that neither side speaks; streamed reports do not count. Questions begin without a pause. Where those that
+followed quickly after a reply are lost clearly more often than those after a longer pause, the pause grows; after many
+answers a shorter one is tried again. Sets and acts go onto the wire once, so they always wait a little, and longer
+where no short pause has been answered yet. LOCK never waits.
+
+A module on a half-duplex line does not hear what arrives while it is sending. So whatever is sent only once, and each
+repeated question, goes out directly after a streamed report, before the next one is due.
+"""
+
+from collections import deque
+from math import inf
+
+from protocol.catalogue import ACTIVATION, Request
+
+LOCK = ACTIVATION.set(False)
+ONCE_S = 0.015
+"""Before a set or an act, once a request after so short a pause has been answered."""
+ONCE_UNTRIED_S = 0.05
+"""The same while no request after so short a pause has been answered."""
+PAUSES_S = (0.0, 0.008, 0.016, 0.032, 0.064)
+"""The pauses before questions, shortest first."""
+LONGEST_S = 0.2
+"""No request is ever held back longer."""
+KEPT = 8
+"""Outcomes that are remembered of each pause."""
+LOST_AT_LEAST = 3
+LOST_SHARE = 0.75
+LOST_MORE = 0.5
+"""A pause is too short where so many, and this share, were lost, and so much more than after longer pauses."""
+PATIENCE, LONGEST_PATIENCE = 200, 6400
+"""Answers after which a shorter pause is tried; doubled with each try, for each costs some lost questions."""
+CLEAR_S = 0.004
+"""A request and its beginning reply need this long before the next streamed report."""
+ROUNDING_S = 1e-4
+STREAM_LATE_S = 0.01
+"""A streamed report that is later than this is not waited for."""
+SAME_READ_S = 0.0005
+
+
+class Gap:
+    """See the module's docstring. Times are the link's `now`."""
+
+    def __init__(self) -> None:
+        self._spoken_at = -inf
+        """When a request or a reply last ended."""
+        self._pauses: list[float] = []
+        """Before each attempt of the request under way."""
+        self._outcomes: list[deque[bool]] = [deque(maxlen=KEPT) for _ in PAUSES_S]
+        """For each pause, up to the next longer one, whether requests were answered."""
+        self._step = 0
+        self._answers = 0
+        self._patience = PATIENCE
+        self._streamed_at = -inf
+        self._intervals: deque[float] = deque(maxlen=KEPT)
+
+    @property
+    def question_s(self) -> float:
+        """The pause before a question."""
+        return PAUSES_S[self._step]
+
+    @property
+    def once_s(self) -> float:
+        """The pause before what is sent once."""
+        tried = (self._outcomes[step] for step, pause_s in enumerate(PAUSES_S) if pause_s < ONCE_S)
+        is_tried = any(True in outcomes and not _mostly_lost(outcomes) for outcomes in tried)
+        return max(self.question_s, ONCE_S if is_tried else ONCE_UNTRIED_S)
+
+    def due(self, request: Request, since: float, *, is_repeated: bool, now: float) -> float:
+        """When `request` may be sent, which is to go out at `since`: not before it, and not much later."""
+        if request == LOCK:
+            return since
+        if request.is_repeatable and not is_repeated:
+            ready_at = self._spoken_at + self.question_s
+        else:
+            quiet_s = self.question_s if request.is_repeatable else self.once_s
+            ready_at = self._between_reports(max(now, since, self._spoken_at + quiet_s))
+        return max(since, min(ready_at, since + LONGEST_S))
+
+    def _between_reports(self, at: float) -> float:
+        """`at`, or later where a streamed report is about to come."""
+        if not self._intervals or self._streamed_at == at:
+            return at
+        next_at = self._streamed_at + min(self._intervals)
+        return at if at < next_at - CLEAR_S else max(at, next_at + STREAM_LATE_S)
+
+    # What happens on the line
+
+    def hear_reply(self, now: float) -> None:
+        """Anything but a streamed report came."""
+        self._spoken_at = now
+
+    def hear_streamed(self, now: float) -> None:
+        interval_s = now - self._streamed_at
+        if interval_s > 1.0:
+            self._intervals.clear()
+        elif interval_s > SAME_READ_S:
+            self._intervals.append(interval_s)
+        self._streamed_at = now
+
+    def sent(self, *, is_repeated: bool, now: float) -> None:
+        if not is_repeated:
+            self._pauses.clear()
+        self._pauses.append(now - self._spoken_at)
+        self._spoken_at = now
+
+    def answered(self) -> None:
+        """The request under way was answered: its last attempt, as far as anybody can tell, and not those before.
+
+        Of what is never answered nothing is learnt: the module may not know it, or not be there.
+        """
+        *lost, heard = self._pauses or [inf]
+        for pause_s in lost:
+            self._outcomes[_step_of(pause_s)].append(False)
+        self._outcomes[_step_of(heard)].append(True)
+        self._pauses.clear()
+        self._answers += 1
+        self._adapt()
+
+    def _adapt(self) -> None:
+        if self._step and self._answers >= self._patience:
+            self._outcomes[self._step - 1].clear()
+            self._answers = 0
+        too_short = [step for step in range(len(PAUSES_S) - 1) if self._is_too_short(step)]
+        step = too_short[-1] + 1 if too_short else 0
+        if step < self._step:
+            self._patience = min(LONGEST_PATIENCE, 2 * self._patience)
+        elif step > self._step:
+            self._answers = 0
+        self._step = step
+
+    def _is_too_short(self, step: int) -> bool:
+        outcomes = self._outcomes[step]
+        if outcomes.count(False) < LOST_AT_LEAST or not _mostly_lost(outcomes):
+            return False
+        longer = [is_answered for outcomes in self._outcomes[step + 1 :] for is_answered in outcomes]
+        return bool(longer) and _lost(outcomes) >= _lost(longer) + LOST_MORE
+
+
+def _step_of(pause_s: float) -> int:
+    return max(step for step, least_s in enumerate(PAUSES_S) if pause_s + ROUNDING_S >= least_s)
+
+
+def _lost(outcomes: "deque[bool] | list[bool]") -> float:
+    return sum(not is_answered for is_answered in outcomes) / len(outcomes)
+
+
+def _mostly_lost(outcomes: "deque[bool]") -> bool:
+    return bool(outcomes) and _lost(outcomes) >= LOST_SHARE
