@@ -11,7 +11,9 @@ is never changed after it was published.
 import locale
 import logging
 import os
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from contextvars import ContextVar
 from dataclasses import dataclass
 from pathlib import Path
 from types import MappingProxyType
@@ -41,6 +43,8 @@ class _Language:
 
 _in_english: Final = _Language(ENGLISH, MappingProxyType({}))
 _current: _Language = _in_english
+_spoken: ContextVar[_Language | None] = ContextVar("spoken", default=None)
+"""In place of the current one, inside of ``speaking``."""
 
 
 def read_translations(path: Path) -> dict[str, str]:
@@ -82,9 +86,20 @@ def _read_language(name: str) -> _Language:
     return _Language(name, MappingProxyType(texts))
 
 
+@contextmanager
+def speaking(name: str) -> Iterator[None]:
+    """Another language, in this thread and inside of this context only. Raises ValueError as ``set_language``."""
+    chosen = _current if name == _current.name else _in_english if name == ENGLISH else _read_language(name)
+    token = _spoken.set(chosen)
+    try:
+        yield
+    finally:
+        _spoken.reset(token)
+
+
 def language() -> str:
-    """The name last given to ``set_language``; English at the start."""
-    return _current.name
+    """The name last given to ``set_language``, or that of ``speaking``; English at the start."""
+    return (_spoken.get() or _current).name
 
 
 def tr(text: str, /, **values: object) -> str:
@@ -93,7 +108,7 @@ def tr(text: str, /, **values: object) -> str:
     Placeholders are filled in only when values are given, so a text without values may hold braces.  Raises
     KeyError or ValueError only when the English text itself does not fit its values.
     """
-    translated = _current.texts.get(text, text)
+    translated = (_spoken.get() or _current).texts.get(text, text)
     if not values:
         return translated
     if translated is not text:

@@ -13,9 +13,7 @@ import time
 from dataclasses import asdict, dataclass
 from pathlib import Path
 
-from app.i18n import tr
-from app.visible import visible
-from protocol.text import marked
+from serial.tools import list_ports as pyserial_ports
 
 
 @dataclass(frozen=True, slots=True)
@@ -48,42 +46,28 @@ class PortInfo:
 
 
 class PortsUnknown(Exception):
-    """The system did not list its ports: it failed, or took too long."""
-
-    @property
-    def sentence(self) -> str:
-        return tr(NOT_LISTED)
-
-
-NOT_LISTED = marked("The system did not list its serial ports. Switch Bluetooth off and try again.")
+    """The system did not list its ports within the time."""
 
 
 def scan() -> list[PortInfo]:
-    """Ask the system now, in this thread. May take ten seconds; raises `PortsUnknown` whatever fails in it."""
-    try:
-        # Its import fails where a library of the system is missing.
-        from serial.tools import list_ports as pyserial_ports
-
-        found = [
-            PortInfo(
-                device=str(port.device),
-                description=_text(port.product) or _text(port.description),
-                maker=_text(port.manufacturer),
-                serial_number=_text(port.serial_number),
-                vid=port.vid,
-                pid=port.pid,
-                location=_text(port.location),
-            )
-            for port in pyserial_ports.comports()
-        ]
-    except Exception as error:
-        raise PortsUnknown from error
+    """Ask the system now, in this thread. May take ten seconds."""
+    found = [
+        PortInfo(
+            device=port.device,
+            description=_text(port.product) or _text(port.description),
+            maker=_text(port.manufacturer),
+            serial_number=_text(port.serial_number),
+            vid=port.vid,
+            pid=port.pid,
+            location=_text(port.location),
+        )
+        for port in pyserial_ports.comports()
+    ]
     return sorted(found, key=lambda port: (port.vid is None, port.device))
 
 
 def _text(value: str | None) -> str:
-    """What an adapter says of itself may be anything."""
-    return "" if value is None or value == "n/a" else visible(value)
+    return "" if value is None or value == "n/a" else value
 
 
 def list_ports(deadline_s: float = 3.0) -> list[PortInfo]:
@@ -97,12 +81,12 @@ _scanning = threading.Lock()
 
 def _scan_in_thread(deadline_s: float) -> list[PortInfo]:
     found: list[PortInfo] = []
-    errors: list[PortsUnknown] = []
+    errors: list[Exception] = []
 
     def look() -> None:
         try:
             found.extend(scan())
-        except PortsUnknown as error:
+        except Exception as error:  # noqa: BLE001  handed on: a thread has nobody to tell
             errors.append(error)
         finally:
             _scanning.release()
@@ -131,7 +115,7 @@ def _scan_in_process(deadline_s: float) -> list[PortInfo]:
         )
     except (subprocess.SubprocessError, OSError) as error:
         raise PortsUnknown from error
-    return from_json(listing.stdout.decode(errors="replace"))
+    return from_json(listing.stdout.decode())
 
 
 def _own_program() -> list[str]:

@@ -7,6 +7,7 @@ from typing import Final, NamedTuple
 
 TOP_PACKAGES: Final = ("app", "protocol", "ui")
 LATE_MODULES: Final = (
+    "_cffi_backend",  # cryptography's compiled part imports it
     "PySide6.QtOpenGL",  # pyqtgraph names it by a variable
     "PySide6.QtOpenGLWidgets",
     "PySide6.QtSvg",
@@ -23,7 +24,7 @@ LATE_MODULES: Final = (
 """Wanted although no import statement that PyInstaller can see names them."""
 
 LEFT_OUT_MODULES: Final = (
-    # what zstandard has for Pythons that are not CPython
+    # what zstandard has for Pythons that are not CPython; of cffi only its compiled part is wanted
     "cffi",
     "zstandard._cffi",
     "zstandard.backend_cffi",

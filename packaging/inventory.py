@@ -17,6 +17,7 @@ LICENCE_FOLDER: Final = ROOT / "packaging" / "licences"
 _QT_TEXTS: Final = ("Qt.txt", "LGPL-3.0.txt", "GPL-3.0.txt")
 _LICENCES: Final = {
     "colorama": "BSD-3-Clause",
+    "cryptography": "BSD-3-Clause",
     "lz4": "BSD-3-Clause",
     "mcap": "MIT",
     "pyinstaller": "GPL-2.0-or-later WITH Bootloader-exception",

@@ -13,7 +13,9 @@ from PySide6.QtWidgets import QApplication, QLineEdit, QWidget
 from pytestqt.qtbot import QtBot
 
 from app.preflight import judging_line, run
+from app.preflight.verification import FindStation
 from app.simulator.bench import SimulatedBench
+from app.stations.known import Stations
 from app.store.checks import CheckStore
 from app.store.store import Store
 from app.worker import Batch
@@ -159,3 +161,8 @@ def name_module(bench: OnBench, name: str) -> None:
     edit.clear()
     bench.qtbot.keyClicks(edit, name)
     bench.qtbot.keyClick(edit, Qt.Key.Key_Return)
+
+
+def find_in(bench: OnBench) -> FindStation:
+    """The stations that this window knows."""
+    return Stations(bench.assembly.keeping.folder).find

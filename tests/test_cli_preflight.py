@@ -226,7 +226,7 @@ def test_verify_of_what_is_no_record(capsys: pytest.CaptureFixture[str], tmp_pat
     assert program.main(["verify", str(tmp_path)]) == 2
     assert program.main(["verify", "a\0b"]) == 2
     (tmp_path / "x.json").write_text("{}")
-    assert program.main(["verify", str(tmp_path / "x.json")]) == 1
+    assert program.main(["verify", str(tmp_path / "x.json")]) == 2
     assert "No pre-flight record can be read in it" in Printed(capsys).out
     assert not (data_folder() / FILE_NAME).exists()
 
@@ -235,7 +235,7 @@ def test_verify_says_what_became_of_a_damaged_store(capsys: pytest.CaptureFixtur
     data_folder().mkdir(parents=True)
     (data_folder() / FILE_NAME).write_bytes(b"no database")
     (tmp_path / "x.json").write_text("{}")
-    assert program.main(["verify", str(tmp_path / "x.json")]) == 1
+    assert program.main(["verify", str(tmp_path / "x.json")]) == 2
     assert "It was kept as" in Printed(capsys).err
 
 

@@ -9,7 +9,7 @@ from pytestqt.qtbot import QtBot
 
 from app.preflight.checks import CHECKS
 from app.preflight.verification import State, verify_file
-from tests.preflight_window import hurry, name_module, on_bench, said
+from tests.preflight_window import find_in, hurry, name_module, on_bench, said
 from ui.preflight_row import CheckRow
 from ui.preflight_work import Standing
 from ui.theme import THEMES, Meaning, contrast
@@ -63,7 +63,7 @@ def test_past_checks_and_what_they_measured(qtbot: QtBot, qapp: QApplication, tm
         page.files.ask_path = lambda *_: target
         history.table.selectRow(1)
         bench.click(history.print)
-        assert verify_file(target).state is State.INTACT
+        assert verify_file(target, find_station=find_in(bench)).state is State.INTACT
         bench.click(page.buttons.history)
         box = bench.find(QComboBox, "check_history_filter")
         box.setCurrentIndex(box.findText("Aircraft H6-12"))

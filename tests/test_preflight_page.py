@@ -12,7 +12,7 @@ from pytestqt.qtbot import QtBot
 from app.preflight.findings import Result
 from app.preflight.verification import State, verify_file
 from protocol.catalogue import BY_NAME
-from tests.preflight_window import VERDICTS, hurry, kept, name_module, on_bench, said
+from tests.preflight_window import VERDICTS, find_in, hurry, kept, name_module, on_bench, said
 from ui.preflight_work import Standing
 from ui.theme import Meaning
 
@@ -68,7 +68,7 @@ def test_run_fail_repair_run_again_print(qtbot: QtBot, qapp: QApplication, tmp_p
         bench.click(page.buttons.print)
         assert "report.pdf" in said(bench)
         for suffix in (".pdf", ".html", ".json"):
-            assert verify_file(target.with_suffix(suffix)).state is State.INTACT
+            assert verify_file(target.with_suffix(suffix), find_station=find_in(bench)).state is State.INTACT
         record = json.loads(target.with_suffix(".json").read_text(encoding="utf-8"))
         assert (record["verdict"], record["module"], record["number"]) == ("READY", "M-07", 2)
         assert len(record["frames"]) > 60

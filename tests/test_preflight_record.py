@@ -12,14 +12,19 @@ from typing import Any
 
 import pytest
 
+from app import version
 from app.i18n import set_language
 from app.preflight.expectations import Expectations, ManualItem
+from app.preflight.page_seal import sealed_pdf
 from app.preflight.record import Circumstances, Record, as_text, canonical, is_simulated, make_record, seal
 from app.preflight.report_files import ReportRefused, check_target, suggested_name, write_report
 from app.preflight.report_html import body, page
-from app.preflight.verification import Chain, State, sealed_pdf, verify, verify_bytes
+from app.preflight.verification import Chain, State, Verification
+from app.preflight.verification import verify as verify_record
+from app.preflight.verification import verify_bytes as verify_file_bytes
 from app.preflight.wording import Said, clean, said, said_from, said_with
 from tests.preflight_rig import FAULTS, Fault, check
+from tests.stations_made import find_station, station
 
 AT = datetime(2026, 11, 21, 14, 3, 5, tzinfo=timezone(timedelta(hours=8), "CST"))
 HOSTILE = (
@@ -42,15 +47,44 @@ def _checked(kind: str) -> Any:
     return check(manual, options={"mute": "yes"})
 
 
-def _record(kind: str = "go", **circumstances: Any) -> Record:
-    checked = _checked(kind)
-    known: dict[str, Any] = {"at": AT, "program_version": "1.2.3", "who": "Li Wei"}
+def known_circumstances(**circumstances: Any) -> Circumstances:
+    known: dict[str, Any] = {"at": AT, "program_version": version(), "who": "Li Wei"}
     known |= {"module": "M-07", "aircraft": "B-1234"}
-    return make_record(checked.assessment, Circumstances(**(known | circumstances)), checked.log)
+    return Circumstances(**(known | circumstances))
 
 
-def _find(*records: Mapping[str, object]) -> Any:
-    return {str(record["hash"]): record for record in records}.get
+def checked_record(kind: str = "go", **circumstances: Any) -> Record:
+    """Signed by a station that the tests know."""
+    checked = _checked(kind)
+    return make_record(checked.assessment, known_circumstances(**circumstances), checked.log, station())
+
+
+_record = checked_record
+
+
+class _Kept:
+    """A store that holds these, by the hash under which they are asked for."""
+
+    def __init__(self, records: Mapping[object, Record]) -> None:
+        self._records = records
+
+    def record(self, hash_: str) -> Record | None:
+        return self._records.get(hash_)
+
+    def same_number(self, record: Mapping[str, object]) -> None:
+        return None
+
+
+def _find(*records: Record) -> _Kept:
+    return _Kept({str(record["hash"]): record for record in records})
+
+
+def verify(record: Mapping[str, object], kept: _Kept | None = None) -> Verification:
+    return verify_record(record, kept, find_station)
+
+
+def verify_bytes(data: bytes) -> Verification:
+    return verify_file_bytes(data, find_station=find_station)
 
 
 def test_it_holds_what_somebody_would_ask_for() -> None:
@@ -59,7 +93,7 @@ def test_it_holds_what_somebody_would_ask_for() -> None:
     assert record["at"] == "2026-11-21T14:03:05+08:00"
     assert record["zone"] == "CST"
     assert (record["who"], record["module"], record["aircraft"]) == ("Li Wei", "M-07", "B-1234")
-    assert record["program"] == {"name": "DPS-S Configurator", "version": "1.2.3"}
+    assert record["program"] == {"name": "DPS-S Configurator", "version": version()}
     frames: Any = record["frames"]
     assert [0.0, "out", "42 61 23 01 00 24"] in frames
     assert any(way == "in" and raw.startswith("41 75 32") for _, way, raw in frames)
@@ -73,7 +107,7 @@ def test_intact_in_every_form(qapp: object, tmp_path: Path) -> None:
 
     for kind in ("go", "worst", "silent"):
         record = _record(kind)
-        json_path, html_path, pdf_path = write_report(tmp_path / "r.pdf", record, print_report)
+        json_path, html_path, pdf_path = write_report(tmp_path / "r.pdf", record, print_report, station())
         for path in (json_path, html_path, pdf_path):
             verification = verify_bytes(path.read_bytes())
             assert verification.state is State.INTACT, path
@@ -121,14 +155,12 @@ def test_whoever_recomputes_the_hash_breaks_the_chain_or_differs_from_the_store(
     second = _record(number=2, previous=first["hash"])
     assert verify(second, _find(first, second)).chain is Chain.LINKED
     assert verify(second, _find(second)).chain is Chain.NOT_AT_HAND
-    forged = seal(first | {"verdict": "GO"})
-    assert verify(forged).state is State.INTACT
+    forged = seal(first | {"remarks": "x"}, station())
     assert not verify(forged, _find(first, second)).is_known_here
-    assert verify(second, {first["hash"]: forged, second["hash"]: second}.get).state is State.INTACT
     tampered = {**first, "verdict": "GO"}
-    assert verify(second, {first["hash"]: tampered}.get).state is State.CHAIN_BROKEN
-    assert verify(seal(second | {"number": 7}), _find(first)).state is State.CHAIN_BROKEN
-    assert verify(seal(second | {"previous": None}), _find(first)).state is State.CHAIN_BROKEN
+    assert verify(second, _Kept({first["hash"]: tampered})).state is State.CHAIN_BROKEN
+    assert verify(seal(second | {"number": 7}, station()), _find(first)).state is State.CHAIN_BROKEN
+    assert verify(seal(second | {"previous": None}, station()), _find(first)).state is State.CHAIN_BROKEN
     assert verify(_record(number=0)).chain is Chain.ALONE
 
 
@@ -180,7 +212,7 @@ def test_hostile_names_do_no_harm(qapp: object, tmp_path: Path) -> None:
         circumstances = Circumstances(
             at=AT, program_version="1", who=text, module=text, aircraft=text, remarks=text, number=1
         )
-        record = make_record(checked.assessment, circumstances, checked.log)
+        record = make_record(checked.assessment, circumstances, checked.log, station())
         data = page(record)
         tags = _Tags()
         tags.feed(data.decode())
@@ -212,7 +244,7 @@ def test_a_hostile_record_prints_and_is_not_believed(qapp: object) -> None:
 
 
 def test_ten_megabytes_are_read_in_no_time() -> None:
-    record = seal(_record() | {"remarks": "x" * 10_000_000})
+    record = seal(_record() | {"remarks": "x" * 10_000_000}, station())
     began = time.monotonic()
     assert verify_bytes(as_text(record).encode()).state is State.INTACT
     assert len(page(record)) > 10_000_000

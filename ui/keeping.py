@@ -10,7 +10,7 @@ from app.journal import Journal, NoJournal
 from app.recording import is_recording
 from app.snapshots import Snapshot
 from app.store.database import StoreFault, StoreTrouble
-from app.store.store import Store, open_store
+from app.store.store import Store, data_folder, open_store
 from app.store.store_journal import journal_for
 from ui.connector import Target
 from ui.recordings_work import RecordingsWork
@@ -59,6 +59,11 @@ class Keeping:
         self.sessions = SessionRecording(None if folder is None else folder / RECORDINGS)
         self.recordings = RecordingsWork(self.sessions)
         self._store: Store | StoreTrouble | None = None
+
+    @property
+    def folder(self) -> Path:
+        """Of the store and of what belongs to it."""
+        return self._folder or data_folder()
 
     @property
     def store(self) -> Store | StoreTrouble:

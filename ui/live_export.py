@@ -4,8 +4,7 @@ import threading
 from collections.abc import Callable, Iterable
 from pathlib import Path
 
-from app.files import whole_file
-from app.recordings.export import Cancelled
+from app.recordings.export import Cancelled, whole_file
 
 __all__ = ["Cancelled", "Saving"]
 

@@ -12,10 +12,13 @@ from PySide6.QtCore import QObject, Signal
 from PySide6.QtWidgets import QFileDialog, QWidget
 
 from app.i18n import tr
-from app.preflight.record import Record
+from app.preflight.record import Record, recorded_verdict
 from app.preflight.report_files import Printer, ReportRefused, check_target, suggested_name, write_report
+from app.preflight.verdict import Verdict
 from app.preflight.verification import State, Verification, verify_file
 from app.preflight.wording import clean
+from app.stations.known import Stations
+from app.stations.station import station_to_sign
 from app.store.checks import CheckStore
 from app.store.store import Store
 from ui.keeping import Keeping
@@ -63,7 +66,7 @@ class RecordFiles(QObject):
             return
         try:
             check_target(path)
-            written = write_report(path, record, self.printer)
+            written = write_report(path, record, self.printer, station_to_sign(self._keeping.folder))
         except ReportRefused as refused:
             self._say(Meaning.ATTENTION, str(refused))
         except (OSError, RuntimeError) as error:
@@ -87,11 +90,12 @@ class RecordFiles(QObject):
             return
         self._say(Meaning.INFORMATION, tr("Reading {file} …", file=path.name))
         store = self._keeping.store
-        find = CheckStore(store.database).record if isinstance(store, Store) else None
+        kept = CheckStore(store.database) if isinstance(store, Store) else None
+        stations = Stations(self._keeping.folder)
 
         def work() -> None:
             try:
-                outcome: Verification | str = verify_file(path, find)
+                outcome: Verification | str = verify_file(path, kept, stations.find)
             except (OSError, ValueError) as error:  # ValueError: a NUL in the name
                 outcome = getattr(error, "strerror", None) or str(error)
             except Exception as error:  # noqa: BLE001  the page must be told whatever happens in this thread
@@ -110,7 +114,10 @@ class RecordFiles(QObject):
             self._say(Meaning.ATTENTION, tr("{file} cannot be read: {why}.", file=file, why=done.outcome))
             return
         told = " ".join(one.in_words() for one in done.outcome.sentences())
-        self._say(_MEANINGS[done.outcome.state], f"{file} — {told}")
+        meaning = _MEANINGS[done.outcome.state]
+        if meaning is Meaning.GOOD and recorded_verdict(done.outcome.record or {}) is not Verdict.GO:
+            meaning = Meaning.INFORMATION  # an intact NO-GO is not good news
+        self._say(meaning, f"{file} — {told}")
 
     def _say(self, meaning: Meaning, text: str) -> None:
         self.said.emit(Notice(meaning, text))
@@ -126,7 +133,11 @@ class _Verified:
 
 _MEANINGS: Final = {
     State.INTACT: Meaning.GOOD,
+    State.NOT_SIGNED: Meaning.ATTENTION,
+    State.UNKNOWN_STATION: Meaning.ATTENTION,
+    State.PAGE_NOT_SIGNED: Meaning.ATTENTION,
     State.ALTERED: Meaning.DANGER,
+    State.CONTRADICTORY: Meaning.DANGER,
     State.CHAIN_BROKEN: Meaning.DANGER,
     State.UNREADABLE: Meaning.ATTENTION,
 }

@@ -115,6 +115,8 @@ def _conclude(args: argparse.Namespace, filed: "Filed", trouble: str | None) -> 
     write_lines(lines)
     if filed.trouble is not None:
         say(f"{filed.trouble.sentence} {tr('The check was not kept.')}")
+    if filed.station_trouble is not None:
+        say(f"{filed.station_trouble.sentence} {tr('The record is not signed.')}")
     is_reported = args.report is None or _report(args.report, filed.record, args.printer)
     if trouble is not None:
         say(trouble)
@@ -191,9 +193,11 @@ def _gather(args: argparse.Namespace, evidence: "Evidence", log: "FrameLog", sto
 
 def _report(path: Path, record: "Record", printer: "Printer | None") -> bool:
     from app.preflight.report_files import write_report
+    from app.stations.station import station_to_sign
+    from app.store.store import data_folder
 
     try:
-        written = write_report(path, record, printer)
+        written = write_report(path, record, printer, station_to_sign(data_folder()))
     except (OSError, RuntimeError, ImportError) as error:
         say(tr("The report cannot be written: {why}.", why=error))
         return False

@@ -674,12 +674,16 @@
         <translation>不成帧的字节</translation>
     </message>
     <message>
-        <source>CHAIN BROKEN: the record itself is intact.</source>
-        <translation>链条断裂：记录本身完好。</translation>
+        <source>CHAIN BROKEN: {chain}.</source>
+        <translation>链断裂：{chain}。</translation>
     </message>
     <message>
         <source>CHECKING</source>
         <translation>检查中</translation>
+    </message>
+    <message>
+        <source>CONTRADICTS ITSELF: {parts}.</source>
+        <translation>自相矛盾：{parts}。</translation>
     </message>
     <message>
         <source>Calibrate it with the bay closed and open, and keep it in a profile.</source>
@@ -1834,6 +1838,10 @@
         <translation>仪表和曲线跟随每个动作；限值按模块自己报告的值画出。</translation>
     </message>
     <message>
+        <source>Give one of FILE, --stations, --forget and --log; --trust goes with FILE.</source>
+        <translation>请在 FILE、--stations、--forget 和 --log 中选择一个；--trust 须与 FILE 一起使用。</translation>
+    </message>
+    <message>
         <source>Go on</source>
         <translation>继续</translation>
     </message>
@@ -1962,8 +1970,8 @@
         <translation>我已查看</translation>
     </message>
     <message>
-        <source>INTACT: every part is as it was recorded.</source>
-        <translation>完好：各部分与记录时一致。</translation>
+        <source>INTACT: signed by {station}, and every part is as it was recorded.</source>
+        <translation>完好：由{station}签名，各部分均与记录时一致。</translation>
     </message>
     <message>
         <source>If it does not, try another cable.</source>
@@ -2052,6 +2060,10 @@
     <message>
         <source>It is not known whether the module is locked: settings are not changed.</source>
         <translation>不知道模块是否已锁定：不修改设置。</translation>
+    </message>
+    <message>
+        <source>It is signed by {found}, not by {given}: no station is taken over.</source>
+        <translation>签名站点是 {found}，不是 {given}：未添加站点。</translation>
     </message>
     <message>
         <source>It is this module</source>
@@ -2148,6 +2160,10 @@
     <message>
         <source>Known from an earlier visit.</source>
         <translation>由以前的读取得知。</translation>
+    </message>
+    <message>
+        <source>Known from now on: {station}.</source>
+        <translation>已加入已知站点：{station}。</translation>
     </message>
     <message>
         <source>LOCK</source>
@@ -2534,6 +2550,10 @@
         <translation>不正常</translation>
     </message>
     <message>
+        <source>NOT SIGNED: its parts fit together, but anyone can make such a record.</source>
+        <translation>未签名：各部分相互一致，但任何人都能生成这样的记录。</translation>
+    </message>
+    <message>
         <source>NOT TRIGGERED</source>
         <translation>未触发</translation>
     </message>
@@ -2606,6 +2626,10 @@
         <translation>尚未保存任何检查。检查完整结束后即保存。</translation>
     </message>
     <message>
+        <source>No longer known: {station}.</source>
+        <translation>已从已知站点中移除：{station}。</translation>
+    </message>
+    <message>
         <source>No module</source>
         <translation>无模块</translation>
     </message>
@@ -2631,7 +2655,7 @@
     </message>
     <message>
         <source>No pre-flight record can be read in it: {why}.</source>
-        <translation>无法从中读出飞行前检查记录：{why}。</translation>
+        <translation>其中读不出飞行前检查记录：{why}。</translation>
     </message>
     <message>
         <source>No recordings yet</source>
@@ -2664,6 +2688,14 @@
     <message>
         <source>No simulated module is connected.</source>
         <translation>未连接模拟模块。</translation>
+    </message>
+    <message>
+        <source>No station is taken over from it: it is not signed, or was altered.</source>
+        <translation>未添加站点：文件未签名或已被修改。</translation>
+    </message>
+    <message>
+        <source>No station that you know has this fingerprint.</source>
+        <translation>已知站点中没有此指纹。</translation>
     </message>
     <message>
         <source>No threshold is proposed.</source>
@@ -3068,6 +3100,10 @@
     <message>
         <source>Over time</source>
         <translation>随时间变化</translation>
+    </message>
+    <message>
+        <source>PAGE NOT SIGNED: only the record in it is intact. Rely on the line below.</source>
+        <translation>页面未签名：仅其中的记录完好，请以下一行为准。</translation>
     </message>
     <message>
         <source>Pages</source>
@@ -4038,6 +4074,22 @@
         <translation>{setting}的状态</translation>
     </message>
     <message>
+        <source>Station</source>
+        <translation>站点</translation>
+    </message>
+    <message>
+        <source>Station: none, it is not signed.</source>
+        <translation>站点：无，未签名。</translation>
+    </message>
+    <message>
+        <source>Station: {fingerprint}, not known here.</source>
+        <translation>站点：{fingerprint}，不在已知列表中。</translation>
+    </message>
+    <message>
+        <source>Station: {fingerprint}, {station}.</source>
+        <translation>站点：{fingerprint}，{station}。</translation>
+    </message>
+    <message>
         <source>Status</source>
         <translation>状态</translation>
     </message>
@@ -4154,8 +4206,8 @@
         <translation>将当前安装方式作为水平面。仅用于修正小角度安装误差。</translation>
     </message>
     <message>
-        <source>Tell whether a pre-flight record was altered, where, and whether the record before it is intact. The hash has no key: it finds alterations, it does not prove who wrote the record. Exit code 1 when not intact.</source>
-        <translation>查明飞行前检查记录是否被改动、改动之处，以及上一份记录是否完好。哈希不含密钥：能发现改动，不能证明由谁写成。不完好时退出码为 1。</translation>
+        <source>Tell whether a pre-flight record was altered, where, who signed it, and whether it agrees with itself. Exit code 0 only for an intact record signed by a station you know.</source>
+        <translation>判断飞行前检查记录是否被修改、何处被修改、由谁签名以及内容是否一致。仅当记录完好且由已知站点签名时退出码为 0。</translation>
     </message>
     <message>
         <source>That did not work: {why}.</source>
@@ -4196,6 +4248,10 @@
     <message>
         <source>The audit log cannot be written.</source>
         <translation>无法写入操作记录。</translation>
+    </message>
+    <message>
+        <source>The audit log is unbroken: {count} entries.</source>
+        <translation>审计日志完整：共 {count} 条。</translation>
     </message>
     <message>
         <source>The baud rate is not applied with a profile: change it in its own place.</source>
@@ -4264,6 +4320,10 @@
     <message>
         <source>The first {n} of {all} rows were copied.</source>
         <translation>共 {all} 行，已复制前 {n} 行。</translation>
+    </message>
+    <message>
+        <source>The key of this station cannot be used: {why}.</source>
+        <translation>本站点的密钥无法使用：{why}。</translation>
     </message>
     <message>
         <source>The last nine triggers, each with the settings and readings of its moment.</source>
@@ -4622,6 +4682,10 @@
         <translation>伞仓关闭与打开时的读数重叠：光线无法区分两种状态。</translation>
     </message>
     <message>
+        <source>The record is not signed.</source>
+        <translation>记录未签名。</translation>
+    </message>
+    <message>
         <source>The recording cannot be read any more.</source>
         <translation>该录制已无法读取。</translation>
     </message>
@@ -4670,8 +4734,8 @@
         <translation>模块发来的原始十六个字节。</translation>
     </message>
     <message>
-        <source>The system did not list its serial ports. Switch Bluetooth off and try again.</source>
-        <translation>系统未能列出串口。请关闭蓝牙后重试。</translation>
+        <source>The system did not list its serial ports in time. Switch Bluetooth off and try again.</source>
+        <translation>系统未能及时列出串口。请关闭蓝牙后重试。</translation>
     </message>
     <message>
         <source>The ten seconds are over. Nothing was sent.</source>
@@ -4752,6 +4816,10 @@
     <message>
         <source>This computer does not keep this record.</source>
         <translation>本机没有保存此记录。</translation>
+    </message>
+    <message>
+        <source>This computer has no audit log.</source>
+        <translation>本机没有审计日志。</translation>
     </message>
     <message>
         <source>This computer keeps the same record.</source>
@@ -4990,6 +5058,10 @@
         <translation>未知</translation>
     </message>
     <message>
+        <source>UNKNOWN STATION: it is signed, but not by a station you know.</source>
+        <translation>未知站点：已签名，但签名站点不在已知列表中。</translation>
+    </message>
+    <message>
         <source>Undo</source>
         <translation>撤销</translation>
     </message>
@@ -5024,10 +5096,6 @@
     <message>
         <source>Unplugged</source>
         <translation>已拔出</translation>
-    </message>
-    <message>
-        <source>Use a device name, socket://HOST:PORT or rfc2217://HOST:PORT.</source>
-        <translation>请使用设备名、socket://主机:端口 或 rfc2217://主机:端口。</translation>
     </message>
     <message>
         <source>Use a shorter cable, connect ground, and keep it away from motors and antennas.</source>
@@ -5782,6 +5850,14 @@
         <translation>录制中</translation>
     </message>
     <message>
+        <source>believe the station that signed FILE, which has this fingerprint</source>
+        <translation>信任签署 FILE 的站点，其指纹为此值</translation>
+    </message>
+    <message>
+        <source>believe this station no longer</source>
+        <translation>不再信任该站点</translation>
+    </message>
+    <message>
         <source>below the threshold, {limit}</source>
         <translation>低于阈值 {limit}</translation>
     </message>
@@ -6250,6 +6326,10 @@
         <translation>文件过大</translation>
     </message>
     <message>
+        <source>it says {stated}, its checks give {follows}</source>
+        <translation>记录写的是 {stated}，按其检查项应为 {follows}</translation>
+    </message>
+    <message>
         <source>it was broken off while writing; what stands is not known</source>
         <translation>写入时中断；当前值未知</translation>
     </message>
@@ -6328,6 +6408,10 @@
     <message>
         <source>list them, the newest first</source>
         <translation>列出录制，最新的在前</translation>
+    </message>
+    <message>
+        <source>list this station's fingerprint and those of the stations you know</source>
+        <translation>列出本站点及已知站点的指纹</translation>
     </message>
     <message>
         <source>list, export and delete recorded sessions</source>
@@ -6552,6 +6636,10 @@
     <message>
         <source>none that nobody has looked at</source>
         <translation>没有未经查看的记录</translation>
+    </message>
+    <message>
+        <source>none, the record is not signed</source>
+        <translation>无，记录未签名</translation>
     </message>
     <message>
         <source>none: the vendor's advice</source>
@@ -7106,6 +7194,10 @@
         <translation>查明飞行前检查记录是否被改动</translation>
     </message>
     <message>
+        <source>tell whether the audit log was altered</source>
+        <translation>检查审计日志是否被修改</translation>
+    </message>
+    <message>
         <source>the aircraft it sits in</source>
         <translation>所在的飞行器</translation>
     </message>
@@ -7322,6 +7414,22 @@
         <translation>没有名为“{name}”的设置。</translation>
     </message>
     <message>
+        <source>these checks are missing: {checks}</source>
+        <translation>缺少检查项：{checks}</translation>
+    </message>
+    <message>
+        <source>these checks stand in it twice: {checks}</source>
+        <translation>检查项重复：{checks}</translation>
+    </message>
+    <message>
+        <source>this computer</source>
+        <translation>本机</translation>
+    </message>
+    <message>
+        <source>this computer keeps another record with the same number</source>
+        <translation>本机保存着另一条编号相同的记录</translation>
+    </message>
+    <message>
         <source>this is no fingerprint.</source>
         <translation>这不是有效的指纹码。</translation>
     </message>
@@ -7462,6 +7570,10 @@
         <translation>此处填写的内容</translation>
     </message>
     <message>
+        <source>what to call that station</source>
+        <translation>该站点的名称</translation>
+    </message>
+    <message>
         <source>which way the five above apply</source>
         <translation>以上五项作用的方向</translation>
     </message>
@@ -7540,6 +7652,10 @@
     <message>
         <source>{bytes} bytes came on {port} at {rate} baud, and no frame is among them.</source>
         <translation>{port} 在波特率 {rate} 下收到 {bytes} 字节，其中没有任何一帧。</translation>
+    </message>
+    <message>
+        <source>{check}: judged {measured}, read {read}</source>
+        <translation>{check}：判定值 {measured}，读取值 {read}</translation>
     </message>
     <message>
         <source>{code}, approved</source>
@@ -7640,6 +7756,10 @@
     <message>
         <source>{file} cannot be written: {why}.</source>
         <translation>无法写入 {file}：{why}。</translation>
+    </message>
+    <message>
+        <source>{file} is damaged</source>
+        <translation>{file} 已损坏</translation>
     </message>
     <message>
         <source>{file} is no profile: {why}</source>
@@ -7798,6 +7918,10 @@
         <translation>{one}，同时{other}</translation>
     </message>
     <message>
+        <source>{one}; {other}</source>
+        <translation>{one}；{other}</translation>
+    </message>
+    <message>
         <source>{option}={value}: {reason}</source>
         <translation>{option}={value}：{reason}</translation>
     </message>
@@ -7868,10 +7992,6 @@
     <message>
         <source>{port} is in use by {program} (process {pid}).</source>
         <translation>{port} 正被 {program}（进程 {pid}）占用。</translation>
-    </message>
-    <message>
-        <source>{port} is no address that this program opens.</source>
-        <translation>本程序不支持地址 {port}。</translation>
     </message>
     <message>
         <source>{port} takes no bytes.</source>
@@ -8134,6 +8254,10 @@
         <translation>{value}° 复位</translation>
     </message>
     <message>
+        <source>{verdict} (void)</source>
+        <translation>{verdict}（已作废）</translation>
+    </message>
+    <message>
         <source>{verdict}: {meaning}</source>
         <translation>{verdict}：{meaning}</translation>
     </message>
@@ -8208,8 +8332,8 @@
         <translation>未知命令 {word}；请键入 help</translation>
     </message>
     <message>
-        <source>“dps-s verify FILE” tells whether this record or this page was altered, and where. The hash has no key: keep the file, whose record also holds the raw frames, with the papers of the aircraft.</source>
-        <translation>用“dps-s verify 文件”可查明此记录或此页是否被改动以及改动之处。哈希不含密钥：请将文件（其中的记录还含有原始帧）与飞行器资料一并保存。</translation>
+        <source>“dps-s verify FILE” tells whether this record or this page was altered, and which station signed it. Keep the file, whose record also holds the raw frames, with the papers of the aircraft.</source>
+        <translation>“dps-s verify FILE” 可判断本记录或本页面是否被修改，以及由哪个站点签名。文件内的记录还包含原始帧，请与飞行器资料一并保存。</translation>
     </message>
     <message>
         <source>“{name}” cannot be set; what can: {names}.</source>

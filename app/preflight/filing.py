@@ -3,6 +3,7 @@
 The window and the command line do the same. A store that fails costs the keeping, never the verdict or the record.
 """
 
+import logging
 from dataclasses import dataclass, replace
 from datetime import UTC, datetime
 
@@ -12,9 +13,12 @@ from app.preflight.findings import Case, Result
 from app.preflight.record import NOT_KEPT, Circumstances, Record, make_record
 from app.preflight.verdict import Assessment, assess
 from app.preflight.wording import clean
+from app.stations.station import Station, StationTrouble, own_station
 from app.store.checks import CheckStore, MakeRecord
 from app.store.database import StoreTrouble
-from app.store.store import Store
+from app.store.store import Store, data_folder
+
+_log = logging.getLogger(__name__)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -33,11 +37,12 @@ class Person:
 
 @dataclass(frozen=True, slots=True)
 class Filed:
-    """`trouble`: why it was not kept, where it was not."""
+    """`trouble`: why it was not kept, where it was not. `station_trouble`: why it is not signed."""
 
     assessment: Assessment
     record: Record
     trouble: StoreTrouble | None = None
+    station_trouble: StationTrouble | None = None
 
 
 def local_now() -> datetime:
@@ -81,16 +86,28 @@ def file_check(
         aircraft=person.aircraft, remarks=person.remarks, adapter=adapter or evidence.port,
     )  # fmt: skip
 
+    station, station_trouble = _station(store)
+
     def make(number: int, previous: str | None) -> Record:
-        return make_record(assessment, replace(circumstances, number=number, previous=previous), log)
+        return make_record(assessment, replace(circumstances, number=number, previous=previous), log, station)
 
     if store is not None and checks is not None:
         try:
             with store.database.together():
-                return Filed(assessment, _keep(store, checks, assessment, make, circumstances))
+                record = _keep(store, checks, assessment, make, circumstances)
+            return Filed(assessment, record, None, station_trouble)
         except StoreTrouble as error:
             trouble = error
-    return Filed(assessment, make(NOT_KEPT, None), trouble)
+    return Filed(assessment, make(NOT_KEPT, None), trouble, station_trouble)
+
+
+def _station(store: Store | None) -> tuple[Station | None, StationTrouble | None]:
+    """A key that cannot be used costs the signature, never the record."""
+    try:
+        return own_station(data_folder() if store is None else store.database.path.parent), None
+    except StationTrouble as trouble:
+        _log.warning("The record is not signed: %s", trouble)
+        return None, trouble
 
 
 def _past(checks: CheckStore, module_id: int, name: str | None, evidence: Evidence) -> Past:

@@ -4,13 +4,15 @@
     "digests"        SHA-256 of each part, so that an alteration can be located
     "hash"           SHA-256 of the digests, with "previous" among the parts: a chain for each module
 
-The hash has no key: it finds what was altered, it cannot prove who wrote the record. What the store keeps, and the next
-record of the module, which holds this one's hash, do more.
+    "station"        the public key of the computer that wrote it, null where it could not sign
+    "signature"      that station's signature of the hash (Ed25519)
+
+The hash has no key: anyone can seal an altered record again. The signature tells who sealed it.
 """
 
 import hashlib
 import json
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 from datetime import datetime
 
@@ -22,6 +24,7 @@ from app.preflight.verdict import Assessment, Verdict, verdict_named
 from app.preflight.wording import clean
 from app.profiles import ActivatedBy
 from app.reading_object import reading_object
+from app.stations.station import Station, encoded
 from protocol.fields import Value
 
 FORMAT = "dps-s pre-flight record"
@@ -30,7 +33,7 @@ VERSION = 2
 READABLE_VERSIONS = (1, 2)
 PARTS_OF = {"checks": "id", "manual": "text"}
 """Lists whose entries get a digest each, and the key that names an entry."""
-SEALS = ("digests", "hash")
+SEALS = ("digests", "hash", "signature")
 NOT_KEPT = 0
 """The number of a record that no store has."""
 
@@ -55,8 +58,10 @@ class Circumstances:
     previous: str | None = None
 
 
-def make_record(assessment: Assessment, circumstances: Circumstances, log: FrameLog) -> Record:
-    """Everything, as plain JSON values, sealed."""
+def make_record(
+    assessment: Assessment, circumstances: Circumstances, log: FrameLog, station: Station | None = None
+) -> Record:
+    """Everything, as plain JSON values, sealed and signed."""
     if circumstances.at.tzinfo is None:
         raise ValueError("the time of a record needs its zone")
     case, evidence = assessment.case, assessment.case.evidence
@@ -90,8 +95,9 @@ def make_record(assessment: Assessment, circumstances: Circumstances, log: Frame
         "frames_left_out": log.left_out,
         "number": circumstances.number,
         "previous": circumstances.previous,
+        "station": None,
     }
-    return seal(record)
+    return seal(record, station)
 
 
 def _check(id_: str, assessment: Assessment) -> dict[str, object]:
@@ -204,11 +210,21 @@ def _name(entry: object, key: str, place: int) -> str:
     return named if key == "id" and isinstance(named, str) else str(place + 1)
 
 
-def seal(record: Mapping[str, object]) -> Record:
-    """`record` with its digests and its hash."""
-    digests = digests_of(record)
-    return {**{key: value for key, value in record.items() if key not in SEALS}, "digests": digests,
-            "hash": digest(digests)}  # fmt: skip
+def seal(record: Mapping[str, object], station: Station | None = None) -> Record:
+    """`record` with its digests and its hash, signed by the station where there is one."""
+    content = {key: value for key, value in record.items() if key not in SEALS}
+    if station is not None:
+        content["station"] = encoded(station.public)
+    digests = digests_of(content)
+    sealed = {**content, "digests": digests, "hash": digest(digests)}
+    if station is not None:
+        sealed["signature"] = encoded(station.sign(signed_bytes(sealed["hash"])))
+    return sealed
+
+
+def signed_bytes(hash_: object) -> bytes:
+    """What a station signs of a record."""
+    return f"{FORMAT}\n{hash_}\n".encode("utf-8", "surrogatepass")
 
 
 def as_text(record: Mapping[str, object]) -> str:
@@ -222,8 +238,3 @@ def recorded_verdict(record: Mapping[str, object]) -> Verdict:
 
 def activated_by(record: Mapping[str, object]) -> ActivatedBy:
     return next((one for one in ActivatedBy if one.value == record.get("activated_by")), ActivatedBy.PERSON)
-
-
-FindRecord = Callable[[str], Mapping[str, object] | None]
-"""By hash; None where it is not at hand."""
-Records = Sequence[Mapping[str, object]]

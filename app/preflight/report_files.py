@@ -7,9 +7,11 @@ from pathlib import Path
 
 from app.files import write_whole
 from app.i18n import tr
+from app.preflight.page_seal import sealed_pdf
 from app.preflight.record import Record, as_text, recorded_verdict
+from app.preflight.record_files import NoRecord, record_in
 from app.preflight.report_html import body, page
-from app.preflight.verification import NoRecord, record_in, sealed_pdf
+from app.stations.station import Station
 
 Printer = Callable[[str, bytes], bytes]
 """Prints the body of a page (`report_html.body`) on one sheet of A4, attaches the record, and gives the PDF's bytes.
@@ -47,16 +49,20 @@ def _is_ours(path: Path) -> bool:
     return True
 
 
-def write_report(path: Path, record: Record, printer: Printer | None) -> tuple[Path, ...]:
-    """What was written, the record first, so that a printer that fails loses nothing. Raises `OSError` or
-    `RuntimeError`, then as far as it came."""
+def write_report(
+    path: Path, record: Record, printer: Printer | None, station: Station | None = None
+) -> tuple[Path, ...]:
+    """What was written, the record first, so that a printer that fails loses nothing. `station` signs the pages.
+
+    Raises `OSError` or `RuntimeError`, then as far as it came.
+    """
     html_path, json_path = _beside(path)
     plain = as_text(record).encode()
     write_whole(json_path, plain)
-    write_whole(html_path, page(record))
+    write_whole(html_path, page(record, station))
     if printer is None:
         return json_path, html_path
-    write_whole(path, sealed_pdf(printer(body(record), plain), record))
+    write_whole(path, sealed_pdf(printer(body(record), plain), record, station))
     return json_path, html_path, path
 
 

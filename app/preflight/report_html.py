@@ -7,21 +7,24 @@ nothing. Only what Qt's rich text understands is used: tables, colours and sizes
 
 import html
 import json
+import re
 from collections.abc import Mapping
 from datetime import datetime
 from itertools import zip_longest
 
-from app.i18n import language, tr
+from app.i18n import CHINESE, ENGLISH, language, speaking, tr
 from app.preflight.findings import RESULT_WORDS, Result
+from app.preflight.page_seal import sealed_html
 from app.preflight.record import NOT_KEPT, Record, activated_by, recorded_verdict
 from app.preflight.verdict import MANUAL_WORDS, Verdict, verdict_sentence
-from app.preflight.verification import sealed_html
 from app.preflight.wording import Said, clean, said_from
+from app.stations.station import KEY_BYTES, Station, decoded, fingerprint_of
 from protocol.text import marked
 
 INK, PALE, GREEN, BLUE, RED, AMBER = "#111111", "#555555", "#0b5d1e", "#0b4a9e", "#a4001d", "#7a4b00"
 _LONGEST_CELL, _LONGEST_ITEM = 160, 100
 """Characters; the record holds all of it."""
+_LANGUAGE = re.compile(rb'<!DOCTYPE html>\n<html lang="(en|zh-CN)">')
 _ONE_COLUMN = 8
 _MOST_ROWS = 60
 _MARKS = {Result.PASS: ("√", GREEN), Result.FAIL: ("×", RED), Result.WARN: ("!", AMBER), Result.UNKNOWN: ("?", RED)}
@@ -37,8 +40,24 @@ _VOID_WHY: Mapping[str, str] = {
 }
 
 
-def page(record: Record) -> bytes:
+def page(record: Record, station: Station | None = None) -> bytes:
     """The HTML file: self-contained, with the record inside and the seal at its end."""
+    return sealed_html(_unsealed(record), record, station)
+
+
+def is_page_of(record: Mapping[str, object], data: bytes) -> bool:
+    """Whether this, up to its seal, is what `page` makes of the record, in the language of the file."""
+    found = _LANGUAGE.match(data)
+    if found is None:
+        return False
+    try:
+        with speaking(CHINESE if found[1] == b"zh-CN" else ENGLISH):
+            return _unsealed(dict(record)) == data
+    except (ValueError, TypeError, LookupError, RecursionError, OverflowError):
+        return False  # no record of ours
+
+
+def _unsealed(record: Record) -> bytes:
     # A "<" inside the JSON could end the element that holds it.
     inside = json.dumps(record, ensure_ascii=True, allow_nan=False).replace("<", "\\u003c")
     title = _escaped(tr("Pre-flight check of a parachute module"))
@@ -50,7 +69,7 @@ def page(record: Record) -> bytes:
         "table{overflow-wrap:anywhere}@page{size:A4;margin:12mm}</style></head>\n"
         f'<body>{body(record)}\n<script type="application/json" id="record">{inside}</script></body></html>'
     )
-    return sealed_html(text.encode(), record)
+    return text.encode()
 
 
 def body(record: Record) -> str:
@@ -177,13 +196,16 @@ def _foot(record: Record) -> str:
     line = "_" * 28
     signed = f"{_escaped(tr('Signature'))} {line} &nbsp; {_escaped(tr('Name, date'))} {line}"
     note = tr(
-        "“dps-s verify FILE” tells whether this record or this page was altered, and where. The hash has no key: keep "
-        "the file, whose record also holds the raw frames, with the papers of the aircraft."
+        "“dps-s verify FILE” tells whether this record or this page was altered, and which station signed it. Keep the "
+        "file, whose record also holds the raw frames, with the papers of the aircraft."
     )
     previous = record.get("previous") or tr("none")
+    public = decoded(record.get("station"), KEY_BYTES)
+    station = tr("none, the record is not signed") if public is None else fingerprint_of(public)
     return (
         f'<p style="margin-top:12px;margin-bottom:4px">{signed}</p>'
-        f'<p style="margin:0;color:{PALE}"><small>SHA-256 {_cell(record.get("hash"))}<br>'
+        f'<p style="margin:0;color:{PALE}"><small>{_escaped(tr("Station"))}: {_escaped(station)}<br>'
+        f"SHA-256 {_cell(record.get('hash'))}<br>"
         f"{_escaped(tr('Record before it'))}: {_cell(previous)}<br>{_escaped(note)}</small></p>"
     )
 

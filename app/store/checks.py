@@ -15,6 +15,8 @@ from app.trigger_history import Judgement, Merged, merge
 from protocol.catalogue import RECORDS_KEPT
 
 LONGEST_NOTE = 2000
+_LARGEST = 2**62
+"""Of the numbers that are looked up: SQLite knows no larger ones."""
 MEASURED = {
     "cell_voltage": "cell_voltage_v",
     "light": "light_v",
@@ -242,12 +244,26 @@ class CheckStore:
 
     def record(self, hash_: str) -> Record | None:
         """By its hash; what `verify` looks records up with."""
-        rows = self._database.read("SELECT record FROM preflight_checks WHERE hash = ?", (hash_,))
+        rows = self._database.read("SELECT record FROM preflight_checks WHERE hash = ?", (clean(hash_),))
         try:
             value = json.loads(rows[0][0]) if rows else None
         except ValueError:
             return None
         return value if isinstance(value, dict) else None
+
+    def same_number(self, record: Mapping[str, object]) -> str | None:
+        """Hash of another record that has this one's number in its chain."""
+        module, adapter = record.get("module"), record.get("adapter")
+        number, hash_ = record.get("number"), record.get("hash")
+        if not isinstance(number, int) or not -_LARGEST <= number <= _LARGEST or not isinstance(hash_, str):
+            return None
+        values = (clean(str(adapter)), number, clean(hash_), None if module is None else clean(str(module)))
+        rows = self._database.read(
+            "SELECT c.hash FROM preflight_checks c LEFT JOIN modules m ON m.id = c.module_id WHERE m.name IS ?4 AND "
+            "(c.module_id IS NOT NULL OR c.adapter IS ?1) AND c.number = ?2 AND c.hash <> ?3 LIMIT 1",
+            values,
+        )
+        return rows[0][0] if rows else None
 
     def measured(self, module_id: int | None, name: str, *, limit: int = 1000) -> tuple[Point, ...]:
         """One value over time, the oldest first."""

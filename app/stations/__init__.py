@@ -1,0 +1,1 @@
+"""Who signs records, and whose signatures are believed."""

@@ -1,0 +1,103 @@
+"""The stations whose records a person here believes: their public keys, each with a name, in a file of lines."""
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Final
+
+from app.files import write_whole
+from app.preflight.wording import clean
+from app.stations.station import (
+    KEY_BYTES,
+    Station,
+    StationTrouble,
+    decoded,
+    encoded,
+    find_station,
+    fingerprint_of,
+    own_station,
+)
+
+KNOWN_FILE: Final = "stations.txt"
+LONGEST_NAME: Final = 60
+_LARGEST_FILE: Final = 1_000_000
+
+
+@dataclass(frozen=True, slots=True)
+class KnownStation:
+    """`is_own`: this computer's."""
+
+    public: bytes
+    name: str
+    is_own: bool = False
+
+    @property
+    def fingerprint(self) -> str:
+        return fingerprint_of(self.public)
+
+
+class Stations:
+    """Those of a data folder; read from the file each time. Any thread may call."""
+
+    def __init__(self, folder: Path) -> None:
+        self._folder = folder
+
+    def own(self) -> Station | None:
+        """None where no key was made yet. Raises `StationTrouble`."""
+        return find_station(self._folder)
+
+    def make_own(self) -> Station:
+        """This computer's, made when there is none. Raises `StationTrouble`."""
+        return own_station(self._folder)
+
+    def known(self) -> tuple[KnownStation, ...]:
+        """This computer's first, where it has a key. A line that cannot be read is left out."""
+        try:
+            own = self.own()
+        except StationTrouble:
+            own = None
+        first = () if own is None else (KnownStation(own.public, "", is_own=True),)
+        return (*first, *(one for one in self._others() if own is None or one.public != own.public))
+
+    def find(self, public: bytes) -> KnownStation | None:
+        return next((one for one in self.known() if one.public == public), None)
+
+    def trust(self, public: bytes, name: str) -> KnownStation:
+        """Believe this key under this name from now on; a key that is there gets the new name. Raises OSError."""
+        new = KnownStation(public, clean(name.strip(), longest=LONGEST_NAME) or fingerprint_of(public))
+        self._write((*(one for one in self._others() if one.public != public), new))
+        return new
+
+    def forget(self, fingerprint: str) -> KnownStation | None:
+        """None where no station has this fingerprint. Raises OSError."""
+        found = next((one for one in self._others() if is_same_fingerprint(one.fingerprint, fingerprint)), None)
+        if found is not None:
+            self._write(tuple(one for one in self._others() if one.public != found.public))
+        return found
+
+    def _others(self) -> tuple[KnownStation, ...]:
+        try:
+            with (self._folder / KNOWN_FILE).open("rb") as file:
+                text = file.read(_LARGEST_FILE).decode("utf-8", "replace")
+        except OSError:
+            return ()
+        found: dict[bytes, KnownStation] = {}
+        for line in text.splitlines():
+            key, _, name = line.strip().partition(" ")
+            public = decoded(key, KEY_BYTES)
+            if public is not None:
+                found[public] = KnownStation(public, clean(name.strip(), longest=LONGEST_NAME))
+        return tuple(found.values())
+
+    def _write(self, stations: tuple[KnownStation, ...]) -> None:
+        self._folder.mkdir(parents=True, exist_ok=True)
+        lines = [f"{encoded(one.public)} {one.name}\n" for one in stations]
+        write_whole(self._folder / KNOWN_FILE, "".join(lines).encode())
+
+
+def is_same_fingerprint(one: str, other: str) -> bool:
+    """However it was typed."""
+    return _digits(one) == _digits(other)
+
+
+def _digits(text: str) -> str:
+    return "".join(filter(str.isalnum, text)).upper()

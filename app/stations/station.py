@@ -1,0 +1,156 @@
+"""This station's key pair (Ed25519), which signs pre-flight records and the pages around them.
+
+The private key is a file that only this user may read, beside the store. No keyring: on Linux one may be locked, absent
+or ask for a password in the middle of a check, and the file is as safe as the records that it signs.
+"""
+
+import base64
+import binascii
+import hashlib
+import logging
+import os
+import tempfile
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Final
+
+from app.i18n import tr
+
+if TYPE_CHECKING:  # loaded when something is signed or verified, not when the program starts
+    from cryptography.hazmat.primitives.asymmetric.ed25519 import Ed25519PrivateKey
+
+_log = logging.getLogger(__name__)
+KEY_FILE: Final = "station.key"
+KEY_BYTES: Final = 32
+_LONGEST_KEY_FILE: Final = 4096
+_GROUPS: Final = 5
+_GROUP: Final = 4
+
+
+class StationTrouble(Exception):
+    """Nothing can be signed. `sentence` says why, in the language in use."""
+
+    def __init__(self, why: str) -> None:
+        super().__init__(why)
+        self.sentence = tr("The key of this station cannot be used: {why}.", why=why)
+
+
+@dataclass(frozen=True, slots=True)
+class Station:
+    """Made by `own_station`."""
+
+    public: bytes
+    _private: "Ed25519PrivateKey"
+
+    def sign(self, data: bytes) -> bytes:
+        signature: bytes = self._private.sign(data)
+        return signature
+
+
+def fingerprint_of(public: bytes) -> str:
+    """For people to compare: "3F9A-11C0-…", 80 bits of the key's SHA-256."""
+    digits = hashlib.sha256(public).hexdigest().upper()
+    return "-".join(digits[place : place + _GROUP] for place in range(0, _GROUPS * _GROUP, _GROUP))
+
+
+def is_signature(public: bytes, signature: bytes, data: bytes) -> bool:
+    """Whether the owner of this key signed these bytes."""
+    from cryptography.exceptions import InvalidSignature
+    from cryptography.hazmat.primitives.asymmetric.ed25519 import Ed25519PublicKey
+
+    try:
+        Ed25519PublicKey.from_public_bytes(public).verify(signature, data)
+    except (InvalidSignature, ValueError):
+        return False
+    return True
+
+
+def own_station(folder: Path) -> Station:
+    """The station of this data folder; its key is made when there is none. A key file that cannot be read is never
+    replaced. Raises `StationTrouble`.
+    """
+    with _troubles():
+        path = folder / KEY_FILE
+        if not path.exists():
+            folder.mkdir(parents=True, exist_ok=True)
+            _make(path)
+        return _station(path)
+
+
+def find_station(folder: Path) -> Station | None:
+    """None where no key was made yet. Raises `StationTrouble`."""
+    with _troubles():
+        path = folder / KEY_FILE
+        return _station(path) if path.exists() else None
+
+
+def station_to_sign(folder: Path) -> Station | None:
+    """`own_station`; None, and a line in the log, where it cannot be used."""
+    try:
+        return own_station(folder)
+    except StationTrouble as trouble:
+        _log.warning("Nothing is signed: %s", trouble)
+        return None
+
+
+@contextmanager
+def _troubles() -> Iterator[None]:
+    try:
+        yield
+    except OSError as error:
+        raise StationTrouble(error.strerror or str(error)) from error
+    except (ImportError, ValueError, TypeError) as error:
+        raise StationTrouble(str(error)) from error
+
+
+def _station(path: Path) -> Station:
+    with suppress(OSError):
+        path.chmod(0o600)
+    with path.open("rb") as file:
+        seed = decoded(file.read(_LONGEST_KEY_FILE).decode("utf-8", "replace").strip(), KEY_BYTES)
+    if seed is None:
+        raise ValueError(tr("{file} is damaged", file=path))
+    from cryptography.hazmat.primitives.asymmetric.ed25519 import Ed25519PrivateKey
+
+    private = Ed25519PrivateKey.from_private_bytes(seed)
+    return Station(private.public_key().public_bytes_raw(), private)
+
+
+def _make(path: Path) -> None:
+    """Whole or not at all; where another program makes one at the same time, the first one counts."""
+    from cryptography.hazmat.primitives.asymmetric.ed25519 import Ed25519PrivateKey
+
+    seed = encoded(Ed25519PrivateKey.generate().private_bytes_raw())
+    handle, name = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name}.", suffix=".part")  # for this user alone
+    draft = Path(name)
+    with os.fdopen(handle, "wb") as file:
+        file.write(f"{seed}\n".encode())
+        file.flush()
+        os.fsync(file.fileno())
+    try:
+        os.link(draft, path)
+    except FileExistsError:
+        return
+    except OSError:  # a file system without links
+        if not path.exists():
+            draft.replace(path)
+    finally:
+        draft.unlink(missing_ok=True)
+
+
+def encoded(data: bytes) -> str:
+    """As base64."""
+    return base64.b64encode(data).decode()
+
+
+def decoded(text: object, length: int) -> bytes | None:
+    """None for anything but this many bytes in base64."""
+    if not isinstance(text, str):
+        return None
+    try:
+        data = base64.b64decode(text, validate=True)
+    except (binascii.Error, ValueError):
+        return None
+    return data if len(data) == length else None
