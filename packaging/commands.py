@@ -96,6 +96,10 @@ def _soak(arguments: list[str]) -> int:
     return call(_python("-m", "tests.soak", *arguments), QT_QPA_PLATFORM="offscreen")
 
 
+def _adversary(arguments: list[str]) -> int:
+    return call(_python("-m", "tests.adversary", *arguments), QT_QPA_PLATFORM="offscreen")
+
+
 def _translations(arguments: list[str]) -> int:
     return call(_python("packaging/translations.py", *arguments))
 
@@ -116,6 +120,7 @@ COMMANDS: dict[str, Command] = {
     "check": Command("run ruff and mypy", _check),
     "bench": Command("run the benchmark", _bench),
     "soak": Command("run the endurance test", _soak),
+    "adversary": Command("run every command against every fault and lie", _adversary),
     "run": Command("run dps-s with the arguments", _run),
     "translations": Command("update, check or merge the translations", _translations),
     "package": Command("build all packages into dist/ and test them", _package),

@@ -25,10 +25,8 @@ class WatchedLine(SimulatedLine):
     """On a bench that lives longer than it; dead for good once the plug was pulled."""
 
     def __init__(self, clock: FakeClock, bench: SimulatedBench, ledger: Ledger, baud_rate: int) -> None:
-        super().__init__(clock, baud_rate=baud_rate)
-        self.bench = bench
+        super().__init__(clock, baud_rate=baud_rate, bench=bench)
         self.bench.wire.clear(clock())
-        self.bench.wire.host_baud = baud_rate
         self._plug, self._ledger = bench.plug_number, ledger
         self._check()
 

@@ -33,9 +33,17 @@ def _setup(options: Mapping[str, Any]) -> Setup:
 class SimulatedLine:
     """A `Line` on a simulated module; `sent` holds all that the host wrote, `arrived` all that it read."""
 
-    def __init__(self, clock: FakeClock, options: Mapping[str, Any] | None = None, *, baud_rate: int = 115200) -> None:
+    def __init__(
+        self,
+        clock: FakeClock,
+        options: Mapping[str, Any] | None = None,
+        *,
+        baud_rate: int = 115200,
+        bench: SimulatedBench | None = None,
+    ) -> None:
+        """`bench`: one that lives longer than this line."""
         self.clock = clock
-        self.bench = SimulatedBench(_setup(options or {}), clock=clock)
+        self.bench = bench or SimulatedBench(_setup(options or {}), clock=clock)
         self.sent = bytearray()
         self.arrived = bytearray()
         self.is_closed = False

@@ -1,0 +1,127 @@
+"""Plans the runs, runs them and counts what came of them."""
+
+import random
+import shutil
+import time
+from collections import Counter
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, field
+from itertools import product
+from pathlib import Path
+from typing import Final, NamedTuple
+
+from app.simulator.bench import SimulatedBench
+from app.simulator.options import as_text, parse_options, setup_from
+from tests.adversary.commands import BY_COMMAND, COMMANDS
+from tests.adversary.faults import DIALECTS, TROUBLES
+from tests.adversary.judge import SETTLED_S, Case, Finding, judge_all
+from tests.adversary.program import Ran, Stage
+from tests.sim_line import FakeClock
+
+STEP_S: Final = 0.06
+"""How long ago an answer was true that the program has just taken from a perfect line."""
+STRIDE: Final = 5
+"""From one dialect to the next that the same trouble and command meet."""
+BASIS: Final = {"uptime": "60", "noise": "0", "cell": "4.0", "drain": "0", "history": "4"}
+
+
+class Plan(NamedTuple):
+    """One run. Its text is what `--only` takes."""
+
+    dialect: str
+    trouble: str
+    command: str
+    seed: int
+
+    def __str__(self) -> str:
+        return f"{self.dialect} / {self.trouble} / {self.command} / {self.seed}"
+
+
+def plan_of(text: str) -> Plan:
+    """Raises `ValueError` or `KeyError` for what is no run."""
+    dialect, trouble, command, seed = (part.strip() for part in text.split(" / "))
+    plan = Plan(dialect, trouble, command, int(seed))
+    _ = DIALECTS[dialect], TROUBLES[trouble], BY_COMMAND[command]
+    return plan
+
+
+def plans(runs: int, seed: int) -> Iterator[Plan]:
+    """Every trouble with every command, with one dialect after the other, until there are so many."""
+    dialects, names = list(DIALECTS), [command.name for command in COMMANDS]
+    pairs = list(product(enumerate(TROUBLES), enumerate(names)))
+    random.Random(seed).shuffle(pairs)
+    for number in range(runs):
+        turn, place = divmod(number, len(pairs))
+        (at, trouble), (column, command) = pairs[place]
+        yield Plan(dialects[(at + column + STRIDE * turn) % len(dialects)], trouble, command, seed + turn)
+
+
+@dataclass(frozen=True, slots=True)
+class Result:
+    plan: Plan
+    ran: Ran
+    findings: Sequence[Finding]
+
+
+def run_one(plan: Plan, home: Path) -> Result:
+    """The same plan, the same run."""
+    command, trouble = BY_COMMAND[plan.command], TROUBLES[plan.trouble]
+    module = {name: as_text(value) for name, value in command.module.items()}
+    options = {**BASIS, "seed": str(plan.seed), **DIALECTS[plan.dialect], **module, **trouble.options}
+    clock = FakeClock()
+    setup = setup_from(parse_options(options))
+    bench = SimulatedBench(setup, clock=clock)
+    shutil.rmtree(home, ignore_errors=True)
+    home.mkdir(parents=True)
+    stage = Stage(bench, clock, home)
+    if trouble.accident is not None:
+        stage.happens_at(clock() + trouble.accident.at_s, trouble.accident.happen)
+    ran = stage.run(command.argv)
+    stage.wait_until(stage.truth.last_act_at + SETTLED_S)
+    faults = setup.faults
+    latency_ms = faults.delay_ms + faults.jitter_ms + faults.lag_ms + faults.split_ms + setup.dialect.double_ms
+    case = Case(
+        ran=ran,
+        truth=stage.truth,
+        acts=command.acts,
+        latency_s=STEP_S + latency_ms / 1000,
+        forges=trouble.forges,
+        withholds=trouble.withholds,
+    )
+    return Result(plan, ran, judge_all(case, command.judge))
+
+
+@dataclass
+class Campaign:
+    """`breaches`: every result with a finding, in order."""
+
+    runs: int = 0
+    took_s: float = 0.0
+    fake_s: float = 0.0
+    by_command: Counter[str] = field(default_factory=Counter)
+    by_code: Counter[tuple[str, int]] = field(default_factory=Counter)
+    said: Counter[str] = field(default_factory=Counter)
+    """How often something good was said at all: a program that says nothing breaks no promise."""
+    breaches: list[Result] = field(default_factory=list)
+
+    def take(self, result: Result) -> None:
+        self.runs += 1
+        self.fake_s += result.ran.took_s
+        self.by_command[result.plan.command] += 1
+        self.by_code[result.plan.command, result.ran.code] += 1
+        for word in ('"verdict": "GO"', '"verdict": "READY"', '"verified": true'):
+            self.said[word] += result.ran.out.count(word)
+        if result.findings:
+            self.breaches.append(result)
+
+
+def run_all(
+    planned: Iterator[Plan], home: Path, on_result: Callable[[Result], None] = lambda _result: None
+) -> Campaign:
+    campaign, begun = Campaign(), time.perf_counter()
+    for plan in planned:
+        result = run_one(plan, home)
+        campaign.take(result)
+        on_result(result)
+    campaign.took_s = time.perf_counter() - begun
+    return campaign

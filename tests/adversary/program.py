@@ -1,0 +1,265 @@
+"""The real command line in this process and thread, on a simulated module and a clock that only waiting moves."""
+
+import io
+import queue
+import tempfile
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, redirect_stderr, redirect_stdout, suppress
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any, Final
+from unittest import mock
+
+import app.__main__ as program
+from app.commands.connection import link_trouble
+from app.simulator.bench import SimulatedBench
+from app.transport import PortError, PortTrouble
+from app.worker import Job, Worker
+from protocol.frame import Direction, Frame
+from protocol.stream import StreamParser
+from tests.adversary.truth import Truth
+from tests.sim_line import FakeClock, SimulatedLine
+
+PORT: Final = "sim://adversary"
+LIMIT_S: Final = 300.0
+"""Of the fake clock: no command takes longer on the slowest line."""
+IDLE_S: Final = 0.01
+STEPS_AT_MOST: Final = 400_000
+"""Turns of the worker without an end are a hang, too, where the clock stands still."""
+
+
+class Hang(BaseException):
+    """It does not come to an end."""
+
+
+class WatchedLine(SimulatedLine):
+    """Notes what the module is at every step of the clock, and what has arrived from it."""
+
+    def __init__(self, clock: FakeClock, bench: SimulatedBench, truth: Truth, *, baud_rate: int) -> None:
+        super().__init__(clock, baud_rate=baud_rate, bench=bench)
+        self._truth, self._plug = truth, bench.plug_number
+        self._parser = StreamParser()
+        bench.wire.clear(clock())
+        self._check()
+        truth.note()
+
+    def read(self, longest_s: float, gather_s: float) -> bytes:
+        data = super().read(longest_s, gather_s)
+        self._truth.note()
+        for piece in self._parser.feed(data):
+            if isinstance(piece, Frame) and piece.direction is Direction.MODULE_TO_HOST:
+                self._truth.hear(piece)
+        return data
+
+    def write(self, data: bytes) -> None:
+        super().write(data)
+        self._truth.take_sent(data)
+
+    def interrupt(self) -> None:
+        """Nobody waits in a read of it: there is one thread."""
+
+    def abort(self) -> None:
+        """As `interrupt`."""
+
+    def _check(self) -> None:
+        if not self.bench.is_plugged_in or self.bench.plug_number != self._plug:
+            raise PortError(PortTrouble.LOST, PORT, "unplugged")
+
+
+@dataclass
+class Ran:
+    """What a command said and did. `mishaps`: errors of the program's own, in the order in which they came."""
+
+    code: int = -1
+    out: str = ""
+    err: str = ""
+    took_s: float = 0.0
+    mishaps: list[BaseException] = field(default_factory=list)
+    is_hung: bool = False
+
+
+class Stage:
+    """One module, one clock, one store; commands run on it one after the other."""
+
+    def __init__(self, bench: SimulatedBench, clock: FakeClock, home: Path) -> None:
+        self.bench, self.clock, self.home = bench, clock, home
+        self.truth = Truth(bench, clock)
+        self._mishaps: list[BaseException] = []
+        self._worker: TurnedWorker | None = None
+        self._ends_at_s = 0.0
+        self._turns = 0
+        self._accident: tuple[float, Callable[[SimulatedBench], None]] | None = None
+
+    def happens_at(self, at_s: float, happen: Callable[[SimulatedBench], None]) -> None:
+        """Once, when the clock is there."""
+        self._accident = at_s, happen
+
+    def run(self, words: list[str]) -> Ran:
+        """`dps-s` with these words; never raises what the program should have caught."""
+        ran, begun_s = Ran(mishaps=self._mishaps), self.clock()
+        self._ends_at_s, self._turns = begun_s + LIMIT_S, 0
+        out, err = io.StringIO(), io.StringIO()
+        with self._in_place(), redirect_stdout(out), redirect_stderr(err):
+            try:
+                ran.code = program.main(words)
+            except Hang:
+                ran.is_hung = True
+            except BaseException as error:  # noqa: BLE001  whatever leaves `main` is a traceback for a person
+                self._mishaps.append(error)
+        ran.out, ran.err, ran.took_s = out.getvalue(), err.getvalue(), self.clock() - begun_s
+        self.truth.end()
+        return ran
+
+    def turn(self) -> None:
+        """A little of everything: the worker's loop once, or the clock where there is nothing to do."""
+        self._turns += 1
+        if self.clock() > self._ends_at_s or self._turns > STEPS_AT_MOST:
+            raise Hang
+        if self._accident is not None and self.clock() >= self._accident[0]:
+            happen, self._accident = self._accident[1], None
+            happen(self.bench)
+        if self._worker is None or not self._worker.turn():
+            self.clock.now_s += IDLE_S
+        self.truth.note()
+
+    def turn_until(self, is_enough: Callable[[], bool], limit_s: float) -> bool:
+        ends_at_s = self.clock() + limit_s
+        while not is_enough() and self.clock() < ends_at_s:
+            self.turn()
+        return is_enough()
+
+    def wait_until(self, at_s: float) -> None:
+        """Let the module be alone until then."""
+        while self.clock() < at_s:
+            self.clock.now_s += IDLE_S
+            self.bench.wire.read(self.clock())
+            self.truth.note()
+
+    def _open_line(self, port: str, baud_rate: int) -> WatchedLine:
+        if port != PORT:
+            raise PortError(PortTrouble.MISSING, port, "no such port")
+        return WatchedLine(self.clock, self.bench, self.truth, baud_rate=baud_rate)
+
+    def _explain(self, error: Exception) -> int:
+        if link_trouble(error) is None:
+            self._mishaps.append(error)
+        return _explain(error)
+
+    @contextmanager
+    def _in_place(self) -> Iterator[None]:
+        stage = self
+
+        class Turned(TurnedWorker):
+            def __init__(self, callback: Callable[[Any], None]) -> None:
+                super().__init__(stage, callback)
+                stage._worker = self
+
+        class Queue(TurnedQueue):
+            turn = staticmethod(stage.turn)
+            clock = stage.clock
+
+        class Waited(Job[Any]):
+            def wait(self, timeout_s: float) -> bool:
+                return stage.turn_until(lambda: self.is_done, timeout_s)
+
+        with (
+            mock.patch.multiple("app.commands.connection", Worker=Turned, Job=Waited, queue=_QueueModule(Queue)),
+            mock.patch("app.worker.open_line", self._open_line),
+            mock.patch("app.worker.tell_mishap", self._mishaps.append),
+            mock.patch.object(program, "_explain", self._explain),
+            mock.patch.dict("os.environ", _home_variables(self.home)),
+            mock.patch.object(time, "monotonic", self.clock),
+        ):
+            yield
+
+
+_explain = program._explain
+
+
+class TurnedWorker(Worker):
+    """The worker without its thread: `turn` is one round of its loop."""
+
+    def __init__(self, stage: Stage, callback: Callable[[Any], None]) -> None:
+        super().__init__(callback, clock=stage.clock, with_sleep=None)
+        self._stage = stage
+        self._has_ended = False
+
+    def start(self) -> None:
+        """There is no thread to start."""
+
+    def turn(self) -> bool:
+        """Whether there was anything to do."""
+        if self._has_ended or (self._session is None and self._orders.empty()):
+            return False
+        try:
+            self._turn()
+        except PortError as error:
+            self._lose_port(error)
+        except Exception as error:  # noqa: BLE001  as the worker's own loop, which tells of it and goes on
+            self._lose_port(error)
+            self._stage._mishaps.append(error)
+        self._publish()
+        return True
+
+    def stop(self, deadline_s: float = 2.0) -> bool:
+        if self._has_ended:
+            return True
+        from app.worker import _Stop
+
+        self._order(_Stop())
+        is_stopped = self._stage.turn_until(lambda: self._is_stopping, deadline_s)
+        self._has_ended = True
+        from app.procedure import PortLost
+
+        self._end_session(PortLost())
+        self._pending.is_urgent = True
+        self._publish()
+        return is_stopped
+
+
+class TurnedQueue:
+    """As `queue.SimpleQueue`; waiting turns the stage."""
+
+    turn: Callable[[], None]
+    clock: FakeClock
+
+    def __init__(self) -> None:
+        self._items: list[Any] = []
+
+    def put(self, item: Any) -> None:
+        self._items.append(item)
+
+    def get(self, *, timeout: float) -> Any:
+        ends_at_s = self.clock() + timeout
+        while not self._items and self.clock() < ends_at_s:
+            self.turn()
+        return self.get_nowait()
+
+    def get_nowait(self) -> Any:
+        if not self._items:
+            raise queue.Empty
+        return self._items.pop(0)
+
+
+class _QueueModule:
+    Empty = queue.Empty
+
+    def __init__(self, kind: type[TurnedQueue]) -> None:
+        self.SimpleQueue = kind
+
+
+def _home_variables(home: Path) -> dict[str, str]:
+    folders = {f"XDG_{one}_HOME": str(home / one.lower()) for one in ("CONFIG", "DATA", "STATE", "CACHE")}
+    overrides = {
+        f"WIN_PD_OVERRIDE_{one}": str(home / one.lower()) for one in ("APPDATA", "LOCAL_APPDATA", "COMMON_APPDATA")
+    }
+    return {"HOME": str(home), "LC_ALL": "C.UTF-8"} | folders | overrides
+
+
+@contextmanager
+def temporary_homes() -> Iterator[Path]:
+    """In memory where the system has such a place: the store is written through for each command."""
+    memory = Path("/dev/shm")
+    with suppress(OSError), tempfile.TemporaryDirectory(dir=memory if memory.is_dir() else None) as folder:
+        yield Path(folder)

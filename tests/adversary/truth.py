@@ -1,0 +1,154 @@
+"""What the simulated module is, was and has said, moment by moment: what the judge goes by."""
+
+import math
+from collections import Counter
+from collections.abc import Callable, Iterator
+from typing import Final, NamedTuple
+
+from app.simulator.bench import SimulatedBench
+from app.simulator.lies import CHANGEABLE_CODES, read_raw
+from app.simulator.memory import record_frame
+from protocol.catalogue import BY_CODE, RECORD_CODE, STATUS_CODE, Hazard, Request
+from protocol.fields import Value
+from protocol.frame import Frame, decode_request
+
+SETTING_CODES: Final = (0x15, 0x20, 0x21, 0x22)
+"""What can be set and read."""
+KEYS: Final = {BY_CODE[code].key: code for code in sorted(CHANGEABLE_CODES - {0x10})}
+
+
+class Moment(NamedTuple):
+    """From `at` on the module was so, until the next one."""
+
+    at: float
+    raws: tuple[int, ...]
+    """In the order of `_CODES`."""
+    is_active: bool
+    is_triggered: bool
+    is_on: bool
+    boots: int
+    baud_rate: int
+    tilt_deg: float
+    records: tuple[bytes, ...]
+
+
+class Heard(NamedTuple):
+    at: float
+    raw: bytes
+
+
+_CODES: Final = tuple(KEYS.values())
+
+
+class Truth:
+    """`note` at every step of the clock. Times are the module's."""
+
+    def __init__(self, bench: SimulatedBench, clock: Callable[[], float]) -> None:
+        self._bench, self._clock = bench, clock
+        self.moments: list[Moment] = []
+        self.heard: dict[int, list[Heard]] = {}
+        """Valid frames of the module that arrived at the computer, by code."""
+        self.sent: list[Request] = []
+        self.sent_at: list[float] = []
+        self.begins_at = clock()
+        self.ends_at = clock()
+        self.note()
+
+    def note(self) -> None:
+        module = self._bench.module
+        moment = Moment(
+            self._clock(),
+            tuple(read_raw(module, code) for code in _CODES),
+            module.state.is_active,
+            module.is_triggered,
+            module.is_on,
+            module.memory.boot_count,
+            module.baud_rate,
+            round(abs(module.world.tilt_deg - module.memory.zero_tilt_deg), 1),
+            tuple(module.memory.records),
+        )
+        if not self.moments or moment[1:] != self.moments[-1][1:]:
+            self.moments.append(moment)
+
+    def hear(self, frame: Frame) -> None:
+        self.heard.setdefault(frame.code, []).append(Heard(self._clock(), frame.raw))
+
+    def take_sent(self, data: bytes) -> None:
+        for at in range(0, len(data), 6):
+            self.sent.append(decode_request(data[at : at + 6]))
+            self.sent_at.append(self._clock())
+
+    def end(self) -> None:
+        """The command has ended, and what it says is out."""
+        self.note()
+        self.ends_at = self._clock()
+
+    # What it is and was
+
+    @property
+    def now(self) -> Moment:
+        return self.moments[-1]
+
+    def value(self, key: str, moment: Moment) -> Value:
+        """In the field's unit, as the module would say it."""
+        if key == "boot_count":
+            return moment.boots
+        if key == "baud_rate":
+            return moment.baud_rate
+        if key == "active":
+            return moment.is_active
+        if key == "triggered":
+            return moment.is_triggered
+        command = BY_CODE[KEYS[key]]
+        assert command.reply is not None
+        return command.reply.decode(moment.raws[_CODES.index(command.code)])
+
+    def since(self, at: float) -> Iterator[Moment]:
+        """Every way that it was since then, until the end."""
+        for moment, after in zip(self.moments, [*self.moments[1:], None], strict=True):
+            if after is None or after.at >= at:
+                yield moment
+
+    def changed_at(self, key: str) -> float | None:
+        """When it last became what it is now; None where it was so from the beginning."""
+        value = self.value(key, self.now)
+        changed_at = None
+        for before, after in zip(self.moments, self.moments[1:], strict=False):
+            if self.value(key, before) != value == self.value(key, after):
+                changed_at = after.at
+        return changed_at
+
+    # What it said and was told
+
+    @property
+    def last_act_at(self) -> float:
+        """When it was last told to change; minus infinity where it never was."""
+        acts = [at for request, at in zip(self.sent, self.sent_at, strict=True) if request.hazard is not Hazard.NONE]
+        return max(acts, default=-math.inf)
+
+    def last_heard(self, key: str) -> Heard | None:
+        """Its last answer about this key that arrived."""
+        if key in ("active", "triggered", "tilt_deg", "acceleration_g"):
+            code = STATUS_CODE
+        elif key == "cell_voltage_v":
+            both = [*self.heard.get(0x34, []), *(one for one in self.heard.get(0x35, []) if len(one.raw) == 6)]
+            return max(both, default=None)
+        else:
+            code = {"boot_count": 0x23, "light_v": 0x14, "charging": 0x33}.get(key) or KEYS[key]
+        found = self.heard.get(code)
+        return found[-1] if found else None
+
+    @property
+    def records_arrived(self) -> set[bytes]:
+        """Whole records that arrived and that the module really has."""
+        own = {record_frame(data) for moment in self.moments for data in moment.records}
+        return {one.raw for one in self.heard.get(RECORD_CODE, []) if one.raw in own}
+
+    @property
+    def acts_sent(self) -> "Counter[bytes]":
+        """Every frame that went out and was no question."""
+        return Counter(one.encode() for one in self.sent if one.hazard is not Hazard.NONE)
+
+
+def settings_keys() -> list[str]:
+    return [BY_CODE[code].key for code in SETTING_CODES]
