@@ -113,7 +113,7 @@ def _run(words: list[str]) -> int:
 
 
 def _bare_parser() -> argparse.ArgumentParser:
-    return argparse.ArgumentParser(
+    return console.Parser(
         prog="dps-s",
         description=tr("Configure, test and watch a DPS-S drone parachute module over its serial port."),
         epilog=tr(

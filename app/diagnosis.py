@@ -216,7 +216,7 @@ CAUSES: tuple[Row, ...] = (
     ),
     Row(
         Cause.UNUSABLE,
-        lambda seen: trouble_of(seen) is PortTrouble.UNUSABLE,
+        lambda seen: trouble_of(seen) in (PortTrouble.UNUSABLE, PortTrouble.UNSUPPORTED),
         marked("{port} cannot be used as a serial port."),
         marked("Choose another port."),
     ),

@@ -13,7 +13,9 @@ import time
 from dataclasses import asdict, dataclass
 from pathlib import Path
 
-from serial.tools import list_ports as pyserial_ports
+from app.i18n import tr
+from app.visible import visible
+from protocol.text import marked
 
 
 @dataclass(frozen=True, slots=True)
@@ -46,28 +48,42 @@ class PortInfo:
 
 
 class PortsUnknown(Exception):
-    """The system did not list its ports within the time."""
+    """The system did not list its ports: it failed, or took too long."""
+
+    @property
+    def sentence(self) -> str:
+        return tr(NOT_LISTED)
+
+
+NOT_LISTED = marked("The system did not list its serial ports. Switch Bluetooth off and try again.")
 
 
 def scan() -> list[PortInfo]:
-    """Ask the system now, in this thread. May take ten seconds."""
-    found = [
-        PortInfo(
-            device=port.device,
-            description=_text(port.product) or _text(port.description),
-            maker=_text(port.manufacturer),
-            serial_number=_text(port.serial_number),
-            vid=port.vid,
-            pid=port.pid,
-            location=_text(port.location),
-        )
-        for port in pyserial_ports.comports()
-    ]
+    """Ask the system now, in this thread. May take ten seconds; raises `PortsUnknown` whatever fails in it."""
+    try:
+        # Its import fails where a library of the system is missing.
+        from serial.tools import list_ports as pyserial_ports
+
+        found = [
+            PortInfo(
+                device=str(port.device),
+                description=_text(port.product) or _text(port.description),
+                maker=_text(port.manufacturer),
+                serial_number=_text(port.serial_number),
+                vid=port.vid,
+                pid=port.pid,
+                location=_text(port.location),
+            )
+            for port in pyserial_ports.comports()
+        ]
+    except Exception as error:
+        raise PortsUnknown from error
     return sorted(found, key=lambda port: (port.vid is None, port.device))
 
 
 def _text(value: str | None) -> str:
-    return "" if value is None or value == "n/a" else value
+    """What an adapter says of itself may be anything."""
+    return "" if value is None or value == "n/a" else visible(value)
 
 
 def list_ports(deadline_s: float = 3.0) -> list[PortInfo]:
@@ -81,12 +97,12 @@ _scanning = threading.Lock()
 
 def _scan_in_thread(deadline_s: float) -> list[PortInfo]:
     found: list[PortInfo] = []
-    errors: list[Exception] = []
+    errors: list[PortsUnknown] = []
 
     def look() -> None:
         try:
             found.extend(scan())
-        except Exception as error:  # noqa: BLE001  handed on: a thread has nobody to tell
+        except PortsUnknown as error:
             errors.append(error)
         finally:
             _scanning.release()
@@ -115,7 +131,7 @@ def _scan_in_process(deadline_s: float) -> list[PortInfo]:
         )
     except (subprocess.SubprocessError, OSError) as error:
         raise PortsUnknown from error
-    return from_json(listing.stdout.decode())
+    return from_json(listing.stdout.decode(errors="replace"))
 
 
 def _own_program() -> list[str]:

@@ -25,7 +25,7 @@ from app.profiles import (
     Profile,
 )
 from app.toml_text import toml_text
-from app.values import NotAValue, fitting, shortened
+from app.values import NotAValue, fitting, number_text, shortened
 from protocol.fields import Value
 from protocol.text import marked
 
@@ -139,7 +139,8 @@ def parse_profile(data: bytes) -> Profile:
     newer = tables.get("format")
     if isinstance(newer, int) and not isinstance(newer, bool) and newer > FORMAT:
         why = marked("The profile is of format {format}; this program knows {known}. Use a newer version of it.")
-        raise ProfileRefused((ProfileFault(None, why, {"format": newer, "known": FORMAT}),))
+        values = {"format": number_text(newer), "known": FORMAT}
+        raise ProfileRefused((ProfileFault(None, why, values),))
     reader = _Reader(key_lines(text), faults)
     profile = reader.profile(tables)
     if faults:
@@ -220,7 +221,7 @@ class _Reader:
         limits: dict[str, float] = {}
         for name, value in table.items():
             allowed = LIMITS.get(name)
-            is_number = isinstance(value, int | float) and not isinstance(value, bool) and math.isfinite(value)
+            is_number = isinstance(value, int | float) and not isinstance(value, bool)
             if allowed is None:
                 self._refuse(("limits", name), marked("there is no limit “{name}”."), name=shortened(name))
             elif not is_number or not allowed.low <= value <= allowed.high:

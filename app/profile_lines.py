@@ -3,8 +3,8 @@
 import re
 from collections.abc import Mapping
 
-_TABLE = re.compile(r"^\s*\[\[?\s*([^\]]*?)\s*\]\]?")
-_KEY = re.compile(r"""^\s*(?:"([^"]*)"|'([^']*)'|([A-Za-z0-9_-]+))\s*(?:\.\s*([A-Za-z0-9_-]+)\s*)?=""")
+_TABLE = re.compile(r"\[\[?([^\]]*)\]")
+_KEY = re.compile(r"""(?:"([^"]*)"|'([^']*)'|([A-Za-z0-9_-]+))\s*+(?:\.\s*+([A-Za-z0-9_-]+)\s*+)?=""")
 _LONG_QUOTES = ('"""', "'''")
 
 
@@ -16,14 +16,15 @@ def key_lines(text: str) -> Mapping[tuple[str, ...], int]:
     found: dict[tuple[str, ...], int] = {}
     table: tuple[str, ...] = ()
     open_quote: str | None = None
-    for number, line in enumerate(text.split("\n"), start=1):
+    for number, row in enumerate(text.split("\n"), start=1):
+        line = row.strip()  # else a pattern goes over the spaces of a long line again and again
         if open_quote is not None:
             if open_quote in line:
                 open_quote = None
             continue
         head = _TABLE.match(line)
         if head is not None:
-            table = (head.group(1).strip("\"' "),)
+            table = (head.group(1).strip("\"' \t"),)
             found.setdefault(table, number)
             continue
         key = _KEY.match(line)

@@ -6,11 +6,9 @@ the environment nor other files are ever read.
 
 import getpass
 import json
-import os
 import platform
 import re
 import socket
-import tempfile
 import zipfile
 from collections.abc import Iterable, Mapping
 from contextlib import suppress
@@ -19,6 +17,7 @@ from pathlib import Path
 
 from app.capture import Entry, Header, lines_of
 from app.device import DeviceView
+from app.files import whole_file
 from app.link_figures import LinkFigures
 from app.troubles import explain
 from app.worker import Connection
@@ -115,19 +114,13 @@ class SupportBundle:
 
     def write(self, path: Path) -> None:
         """As a zip; atomic: there is either the whole file or what was there before. Raises OSError."""
-        handle, name = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name}.")
-        draft = Path(name)
-        try:
-            with os.fdopen(handle, "wb") as file, zipfile.ZipFile(file, "w", zipfile.ZIP_DEFLATED) as archive:
-                for part in self._parts:
-                    # A fixed time and mode: the zip says no more than the preview did.
-                    entry = zipfile.ZipInfo(part.name, _ZIP_TIME)
-                    entry.compress_type = zipfile.ZIP_DEFLATED
-                    entry.external_attr = 0o644 << 16
-                    archive.writestr(entry, part.text.encode())
-            draft.replace(path)
-        finally:
-            draft.unlink(missing_ok=True)
+        with whole_file(path) as file, zipfile.ZipFile(file, "w", zipfile.ZIP_DEFLATED) as archive:
+            for part in self._parts:
+                # A fixed time and mode: the zip says no more than the preview did.
+                entry = zipfile.ZipInfo(part.name, _ZIP_TIME)
+                entry.compress_type = zipfile.ZIP_DEFLATED
+                entry.external_attr = 0o644 << 16
+                archive.writestr(entry, part.text.encode())
 
 
 def _json(value: object) -> str:

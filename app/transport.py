@@ -9,18 +9,22 @@ of them are `PortTrouble.LOST` here.
      ├─ BUSY         another program has it
      ├─ NOT_ALLOWED  this user may not open it
      ├─ UNUSABLE     the name is no port, or the driver refuses the settings
+     ├─ UNSUPPORTED  a kind of address, or an option in it, that this program does not open
      ├─ LOST         it was open and went away
      └─ STUCK        it takes no bytes
 """
 
 import errno
 import os
+import re
 import sys
+from collections.abc import Mapping
 from contextlib import suppress
 from dataclasses import dataclass
 from enum import Enum
 from pathlib import Path
 from threading import Event, Lock
+from types import MappingProxyType
 from typing import Protocol
 
 import serial
@@ -37,6 +41,15 @@ READ_SLICE_S = 0.01
 WRITE_LIMIT_S = 0.3
 """Longest time that a write blocks: closing waits for it, and must take half a second at most."""
 READ_CHUNK = 65536
+URL_OPTIONS: Mapping[str, frozenset[str] | None] = MappingProxyType({
+    "socket": frozenset(),
+    "rfc2217": frozenset({"ign_set_control", "poll_modem", "timeout"}),
+    "loop": frozenset(),
+    "sim": None,
+    "capture": None,
+})  # fmt: skip
+"""The schemes that are opened, each with its options; None: the scheme is ours and judges them itself. pyserial knows
+more: some write files (`spy`), load any class (`alt`), or take whichever adapter fits a pattern (`hwgrep`)."""
 
 
 class PortTrouble(Enum):
@@ -44,6 +57,7 @@ class PortTrouble(Enum):
     BUSY = "busy"
     NOT_ALLOWED = "not allowed"
     UNUSABLE = "unusable"
+    UNSUPPORTED = "unsupported"
     LOST = "lost"
     STUCK = "stuck"
 
@@ -82,20 +96,49 @@ class Line(Protocol):
     def close(self) -> None: ...
 
 
-def holder_of(port: str) -> Holder | None:
-    """Who else has this device open; only on Linux, and only programs that this user may see."""
+def holder_of(port: str, proc: Path = Path("/proc")) -> Holder | None:
+    """Who else has this device open, where that is certain: the only other program that has this very device open, as
+    far as this user may see. Only on Linux."""
     if not sys.platform.startswith("linux"):
         return None
     try:
-        target = os.path.realpath(port)
-    except OSError:  # a link that was taken away at this very moment
+        device = Path(port).stat()
+    except OSError:  # unplugged meanwhile
         return None
-    for link in Path("/proc").glob("[0-9]*/fd/*"):
-        pid = int(link.parts[2])
-        with suppress(OSError):  # it has ended meanwhile, or is none of this user's business: on to the next
-            if pid != os.getpid() and str(link.readlink()) == target:
-                return Holder((link.parents[1] / "comm").read_text().strip(), pid)
-    return None
+    holders: dict[int, Holder] = {}
+    for link in proc.glob("[0-9]*/fd/*"):
+        process = link.parents[1]
+        with suppress(OSError, ValueError):  # it has ended meanwhile, or is none of this user's business
+            # The name alone may be another device's, in another namespace.
+            if int(process.name) == os.getpid() or not os.path.samestat(link.stat(), device):
+                continue
+            started = _started(process)
+            name = (process / "comm").read_text(errors="replace").strip()
+            # Unless it is the same process from the beginning to the end, the number has gone to another one.
+            if os.path.samestat(link.stat(), device) and _started(process) == started:
+                holders[int(process.name)] = Holder(name, int(process.name))
+    return next(iter(holders.values())) if len(holders) == 1 else None
+
+
+def _started(process: Path) -> str:
+    """When it started, in ticks since the computer did."""
+    return (process / "stat").read_text(errors="replace").rpartition(")")[2].split()[19]
+
+
+def refuse_unsupported(port: str) -> None:
+    """Raises `PortError` UNSUPPORTED for a URL of another kind, or with another option, than `URL_OPTIONS` has."""
+    scheme, separator, rest = port.partition("://")
+    if not separator:
+        return
+    # pyserial opens CAPTURE:// too, which nothing here would take for a capture.
+    if scheme not in URL_OPTIONS:
+        raise PortError(PortTrouble.UNSUPPORTED, port, "scheme")
+    allowed = URL_OPTIONS[scheme]
+    if allowed is None:
+        return
+    query = rest.partition("#")[0].partition("?")[2]
+    if {part.partition("=")[0] for part in re.split("[&;]", query) if part} - allowed:
+        raise PortError(PortTrouble.UNSUPPORTED, port, "option")
 
 
 def _trouble_at_opening(error: Exception) -> PortTrouble:
@@ -218,6 +261,7 @@ def open_line(port: str, baud_rate: int) -> SerialLine:
     Asks for exclusive use, leaves DTR and RTS low (some adapters wire them to a reset), and drops what was received
     before the opening.
     """
+    refuse_unsupported(port)
     if "app.simulator" not in serial.protocol_handler_packages:
         serial.protocol_handler_packages.append("app.simulator")
     try:
@@ -229,7 +273,7 @@ def open_line(port: str, baud_rate: int) -> SerialLine:
         opened.dtr = False
         opened.rts = False
         opened.open()
-    except _DRIVER_ERRORS as error:
+    except Exception as error:
         trouble = _trouble_at_opening(error)
         holder = holder_of(port) if trouble is PortTrouble.BUSY else None
         raise PortError(trouble, port, str(error), holder) from error

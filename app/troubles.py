@@ -75,6 +75,11 @@ def _explain_port(error: PortError) -> Explanation:
                 tr("Choose another port from the list."),
                 "dps-s ports",
             )
+        case PortTrouble.UNSUPPORTED:
+            return Explanation(
+                tr("{port} is no address that this program opens.", port=port),
+                tr("Use a device name, socket://HOST:PORT or rfc2217://HOST:PORT."),
+            )
         case PortTrouble.LOST:
             return Explanation(
                 tr("{port} was unplugged or its driver failed.", port=port),

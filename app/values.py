@@ -1,5 +1,6 @@
 """Why a value does not fit a setting, in words that can be translated, and values as one would type them."""
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from decimal import Decimal, InvalidOperation
@@ -10,6 +11,8 @@ from protocol.text import marked
 
 _WORDS = {"true": True, "on": True, "yes": True, "false": False, "off": False, "no": False}
 LONGEST_NUMBER = 32
+LARGEST_WHOLE = 10**15
+"""Python refuses to write down a whole number of more than 4,300 digits, and nobody reads one of 20."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -40,6 +43,9 @@ def fitting(wanted: Field, value: object) -> Value:
     """`value` exactly as it will be sent, in the field's unit. Raises `NotAValue`; never rounds."""
     if not isinstance(value, bool | int | float):
         raise NotAValue(_kind_needed(wanted))
+    if isinstance(value, int) and abs(value) >= LARGEST_WHOLE:
+        outside = ValueRefused("outside", (255 if value > 0 else 0,))
+        raise NotAValue(_why_refused(wanted, number_text(value), outside))
     try:
         return wanted.decode(wanted.encode(value))
     except ValueRefused as error:
@@ -88,6 +94,13 @@ def _why_refused(wanted: Field, value: object, error: ValueRefused | None) -> Un
         limits = {"low": wanted.text(0), "high": wanted.text(255)}
         return Unfit(marked("{value} is outside {low} to {high}"), {"value": value, **limits})
     return Unfit(marked("a finite number is needed"))
+
+
+def number_text(value: float) -> str:
+    """`value`, or its order of magnitude where it is a whole number of too many digits."""
+    if not isinstance(value, int) or abs(value) < LARGEST_WHOLE:
+        return str(value)
+    return f"{'-' if value < 0 else ''}10^{int((abs(value).bit_length() - 1) * math.log10(2))}"
 
 
 def shortened(text: str, longest: int = 40) -> str:

@@ -15,6 +15,7 @@ passes all of this is still only as true as eight bits can make it.
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from enum import Enum
+from functools import cache
 from typing import NamedTuple
 
 from protocol.catalogue import (
@@ -159,10 +160,12 @@ def _sum_fault(raw: bytes) -> Fault | None:
     return Fault(Reason.CHECKSUM, marked("checksum {found}, the sum is {expected}"), values)
 
 
+@cache
 def unknown_code(code: int) -> Fault:
     return Fault(Reason.UNKNOWN_CODE, marked("unknown command code {code}"), {"code": f"{code:02X}"})
 
 
+@cache
 def wrong_control(control: int) -> Fault:
     """A module frame whose control byte is not 01."""
     return Fault(Reason.CONTROL, marked("control byte {control}, expected 01"), {"control": f"{control:02X}"})

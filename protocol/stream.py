@@ -46,6 +46,8 @@ from protocol.text import marked
 _HEADER = re.compile(b"Au|Ba")
 _HEADER_STARTS = b"AB"
 _STATUS_RUN = re.compile(rb"(?:Au2.{5}){1,64}", re.DOTALL)  # bounded: a bad frame makes the search start anew
+_REPEATED_HEADER = re.compile(rb"(?:Au){2,}(?=Au)|(?:Ba){2,}(?=BaBa)")
+"""Headers one behind the other: each is refused for the code that the next one spells."""
 _STATUS_LENGTH = Layout.STATUS.value
 _SHORT_LENGTH = Layout.SHORT.value
 _AFTER_A_FRAME = (b"", MODULE_HEADER, HOST_HEADER)
@@ -112,9 +114,11 @@ class StreamParser:
                 position += len(found.raw)
             else:
                 # Only the first byte is given up; the tail shares its reason unless a header shows up in it.
-                self._blame, self._blamed_bytes = found, self._blame_length(data, position)
+                repeated = _REPEATED_HEADER.match(data, position)
+                stop = position + 1 if repeated is None else repeated.end() - 1
+                self._blame, self._blamed_bytes = found, stop - position + self._blame_length(data, position) - 1
                 pieces.append(Noise(b"", found, self._offset + position))
-                position = self._give_up(pieces, data, position, position + 1)
+                position = self._give_up(pieces, data, position, stop)
         self._kept = data[position:]
         self._offset += position
         return pieces

@@ -19,6 +19,7 @@ from PySide6.QtWidgets import (
 )
 
 from app.i18n import tr
+from app.ports import NOT_LISTED
 from protocol.catalogue import BAUD_RATES, DEFAULT_BAUD_RATE
 from protocol.text import marked
 from ui.connector import Connector, Target
@@ -114,7 +115,9 @@ class ConnectPanel(QFrame):
         if self.list.chosen is None and not self.other.text():
             self._choose_beforehand()
         self.empty.setVisible(not self._ports.ports)
-        if self._ports.has_looked:
+        if self._ports.has_looked and not self._ports.is_current:
+            self.empty.setText(tr(NOT_LISTED))
+        elif self._ports.has_looked:
             nothing = tr("No serial port found. Plug the adapter in: it appears here by itself.")
             self.empty.setText(f"{nothing} {tr('If it does not, try another cable.')}")
         else:

@@ -4,7 +4,8 @@ import threading
 from collections.abc import Callable, Iterable
 from pathlib import Path
 
-from app.recordings.export import Cancelled, whole_file
+from app.files import whole_file
+from app.recordings.export import Cancelled
 
 __all__ = ["Cancelled", "Saving"]
 

@@ -25,6 +25,8 @@ from ui.theme import Meaning, Size, Space, current, font
 
 _ICON_PX: Final = 16
 _FOOT_PX: Final = 28
+LONGEST_PORT: Final = 40
+"""Characters of a port in a file name: at four bytes each they fit into the 255 of a name."""
 
 AskPath = Callable[[QWidget, str, Path, str], Path | None]
 """Parent, title, suggested path, filter; None where nobody wants it after all."""
@@ -47,7 +49,7 @@ def ask_path(parent: QWidget, title: str, suggested: Path, name_filter: str) -> 
 def default_name(port: str, suffix: str, when: datetime) -> str:
     """ "dps-s ttyUSB0 2026-11-21 09-30-05.csv": what it is of, and when, in letters that every system takes."""
     short = port.removeprefix("/dev/").partition("?")[0].replace("://", "-")
-    safe = "".join(one if one.isalnum() or one in "-_." else "-" for one in short)
+    safe = "".join(one if one.isalnum() or one in "-_." else "-" for one in short[:LONGEST_PORT])
     return " ".join(part for part in ("dps-s", safe, f"{when:%Y-%m-%d %H-%M-%S}") if part) + suffix
 
 

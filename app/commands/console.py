@@ -13,9 +13,13 @@ import sys
 import unicodedata
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 from app.i18n import tr
+from app.visible import visible, visible_json
+
+if TYPE_CHECKING:
+    from _typeshed import SupportsWrite
 
 DONE = 0
 SAID_NO = 1
@@ -26,10 +30,18 @@ NO_LINK = 3
 PARTLY = 4
 """Some of it could not be had."""
 
+NEWLINE = "\n"
 AUTO = "auto"
 RATES = (115200, 57600, 38400, 19200, 9600, 4800)
 """`protocol.catalogue.BAUD_RATES`, written out so that the help needs no catalogue; a test holds them equal."""
 USUAL_RATE = 115200
+
+
+class Parser(argparse.ArgumentParser):
+    """Its messages repeat what was typed, and cannot steer a terminal."""
+
+    def _print_message(self, message: str, file: "SupportsWrite[str] | None" = None) -> None:
+        super()._print_message(visible(message, keep=NEWLINE) if message else message, file)
 
 
 class OutputLost(Exception):
@@ -90,14 +102,14 @@ def seconds(text: str) -> float:
 def say(sentence: str) -> None:
     """One line on standard error. A broken standard error is nobody's concern."""
     with _unheard():
-        print(sentence, file=sys.stderr, flush=True)
+        print(visible(sentence, keep=NEWLINE), file=sys.stderr, flush=True)
 
 
 def say_in_passing(words: str) -> None:
     """Progress: one line on standard error that the next one replaces; nothing where that is no terminal."""
     if sys.stderr is not None and sys.stderr.isatty():
         with _unheard():
-            print(f"\r{fitted(words)}\x1b[K", end="", file=sys.stderr, flush=True)
+            print(f"\r{fitted(visible(words))}\x1b[K", end="", file=sys.stderr, flush=True)
 
 
 def end_passing() -> None:
@@ -106,7 +118,10 @@ def end_passing() -> None:
 
 
 def write(text: str) -> None:
-    """`text` to standard output, out of the door at once. Raises `BrokenPipeError` or `OutputLost`."""
+    """`text` to standard output as it is, out of the door at once. Raises `BrokenPipeError` or `OutputLost`.
+
+    For what holds nothing from elsewhere; else `write_lines`, which a terminal cannot be steered through.
+    """
     try:
         sys.stdout.write(text)
         sys.stdout.flush()
@@ -117,11 +132,11 @@ def write(text: str) -> None:
 
 
 def write_lines(lines: Iterable[str]) -> None:
-    write("".join(f"{line}\n" for line in lines))
+    write("".join(f"{visible(line, keep=NEWLINE)}\n" for line in lines))
 
 
 def as_json(value: object) -> str:
-    return json.dumps(value, ensure_ascii=False)
+    return visible_json(json.dumps(value, ensure_ascii=False))
 
 
 def abandon_output() -> None:

@@ -2,7 +2,7 @@
 
 import argparse
 
-from app.commands.console import DONE, PARTLY, add_json_argument, say, table, write_lines
+from app.commands.console import DONE, NO_LINK, add_json_argument, say, table, write_lines
 from app.i18n import tr
 
 
@@ -19,9 +19,9 @@ def run(args: argparse.Namespace) -> int:
 
     try:
         ports = scan() if args.list_here else list_ports()
-    except PortsUnknown:
-        say(tr("The system did not list its serial ports in time. Switch Bluetooth off and try again."))
-        return PARTLY
+    except PortsUnknown as error:
+        say(error.sentence)
+        return NO_LINK
     if args.json:
         write_lines([to_json(ports)])
         return DONE

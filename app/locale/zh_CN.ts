@@ -4734,8 +4734,8 @@
         <translation>模块发来的原始十六个字节。</translation>
     </message>
     <message>
-        <source>The system did not list its serial ports in time. Switch Bluetooth off and try again.</source>
-        <translation>系统未能及时列出串口。请关闭蓝牙后重试。</translation>
+        <source>The system did not list its serial ports. Switch Bluetooth off and try again.</source>
+        <translation>系统未能列出串口。请关闭蓝牙后重试。</translation>
     </message>
     <message>
         <source>The ten seconds are over. Nothing was sent.</source>
@@ -5096,6 +5096,10 @@
     <message>
         <source>Unplugged</source>
         <translation>已拔出</translation>
+    </message>
+    <message>
+        <source>Use a device name, socket://HOST:PORT or rfc2217://HOST:PORT.</source>
+        <translation>请使用设备名、socket://主机:端口 或 rfc2217://主机:端口。</translation>
     </message>
     <message>
         <source>Use a shorter cable, connect ground, and keep it away from motors and antennas.</source>
@@ -7992,6 +7996,10 @@
     <message>
         <source>{port} is in use by {program} (process {pid}).</source>
         <translation>{port} 正被 {program}（进程 {pid}）占用。</translation>
+    </message>
+    <message>
+        <source>{port} is no address that this program opens.</source>
+        <translation>本程序不支持地址 {port}。</translation>
     </message>
     <message>
         <source>{port} takes no bytes.</source>

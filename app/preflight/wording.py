@@ -5,12 +5,12 @@ before. Places are filled in by plain substitution: a text that comes out of a f
 """
 
 import re
-import unicodedata
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Union
 
 from app.i18n import tr
+from app.visible import visible
 
 LONGEST_TEXT = 400
 """Characters of a name or a note that a page shows."""
@@ -84,18 +84,5 @@ def clean(text: str, *, longest: int = LONGEST_TEXT) -> str:
     """`text` as it can go into any file and onto any page: one line, no unpaired surrogates, and every character that
     steers instead of showing (controls, direction marks) made visible as its number. Cut at `longest` characters."""
     cut = text[: longest + 1]
-    shown = "".join(map(_visible, cut))
+    shown = visible(cut)
     return shown[: longest - 1] + "…" if len(shown) > longest else shown
-
-
-def _visible(character: str) -> str:
-    if character in "\t\n\r\v\f\x85\u2028\u2029":
-        return " "
-    if unicodedata.category(character) in ("Cc", "Cs", "Co", "Cn") or _is_direction_mark(character):
-        return f"[U+{ord(character):04X}]"
-    return character
-
-
-def _is_direction_mark(character: str) -> bool:
-    is_embedding = "\u202a" <= character <= "\u202e" or "\u2066" <= character <= "\u2069"
-    return is_embedding or character in "\u061c\u200b\u200e\u200f\ufeff"

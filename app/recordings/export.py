@@ -1,11 +1,9 @@
 """A recording as a file for other programs."""
 
-import os
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable
 from pathlib import Path
-from typing import IO
 
+from app.files import whole_file
 from app.recordings.recording import Recording
 from app.recordings.table import csv_parts, part_count
 
@@ -55,18 +53,3 @@ def export_mcap(
 
     with whole_file(path) as file:
         return write_mcap(recording, file, look=look)
-
-
-@contextmanager
-def whole_file(path: Path) -> Iterator[IO[bytes]]:
-    """A file that is there as a whole or not at all: whatever stops it, what was there before stays."""
-    draft = path.with_name(f".{path.name}.{os.getpid()}.part")
-    try:
-        with draft.open("wb") as file:
-            yield file
-            file.flush()
-            os.fsync(file.fileno())
-        draft.replace(path)
-    except BaseException:
-        draft.unlink(missing_ok=True)
-        raise

@@ -13,6 +13,7 @@ from typing import Protocol
 
 from app.simulator.bench import SimulatedBench
 from app.simulator.control import ControlLines
+from app.visible import visible
 
 BATCH_S = 0.004
 """While it streams quickly, several frames are written at once: a wake-up for each costs a tenth of a core."""
@@ -144,4 +145,4 @@ class Loop:
 
 def complain(text: str) -> None:
     """One line for the person, on standard error."""
-    print(text, file=sys.stderr, flush=True)
+    print(visible(text), file=sys.stderr, flush=True)

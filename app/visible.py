@@ -1,0 +1,36 @@
+"""Text from elsewhere (names of ports and files, profiles, bytes off the line) as it can be shown.
+
+A terminal obeys escape characters, and direction marks turn what follows them around: both are shown as their number.
+"""
+
+import re
+import unicodedata
+
+_LINE_BREAKS = "\t\n\r\v\f\x85\u2028\u2029"
+_IN_JSON = re.compile("[\x7f-\x9f\u061c\u200b\u200e\u200f\u2028-\u202e\u2066-\u2069\ufeff\ud800-\udfff]")
+
+
+def visible(text: str, *, keep: str = "") -> str:
+    """`text` with every character that steers instead of showing (controls, direction marks, half a surrogate) made
+    visible as its number, and line breaks and tabs as a space, but for those in `keep`."""
+    if text.isprintable():
+        return text
+    return "".join(one if one in keep else _visible(one) for one in text)
+
+
+def visible_json(text: str) -> str:
+    """JSON `text` with such characters as their escapes: the same value. `json` has escaped those below a space."""
+    return _IN_JSON.sub(lambda found: f"\\u{ord(found[0]):04x}", text)
+
+
+def _visible(character: str) -> str:
+    if character in _LINE_BREAKS:
+        return " "
+    if unicodedata.category(character) in ("Cc", "Cs", "Co", "Cn") or _is_direction_mark(character):
+        return f"[U+{ord(character):04X}]"
+    return character
+
+
+def _is_direction_mark(character: str) -> bool:
+    is_embedding = "\u202a" <= character <= "\u202e" or "\u2066" <= character <= "\u2069"
+    return is_embedding or character in "\u061c\u200b\u200e\u200f\ufeff"
