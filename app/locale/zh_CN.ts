@@ -3398,12 +3398,20 @@
         <translation>读取记录，查看模块触发的原因和时间。</translation>
     </message>
     <message>
+        <source>Read the settings, write what is wrong, and check again. If it changes again, do not fly.</source>
+        <translation>读取参数，改正后重新检查。若再次变化，禁止飞行。</translation>
+    </message>
+    <message>
         <source>Read the trigger records</source>
         <translation>读取触发记录</translation>
     </message>
     <message>
         <source>Read the trigger records, as often as it takes until two readings agree. Exit code 4 when they do not.</source>
         <translation>读取触发记录，直到两次读取一致为止。不一致时退出码为 4。</translation>
+    </message>
+    <message>
+        <source>Read twice: the same</source>
+        <translation>两次读取一致</translation>
     </message>
     <message>
         <source>Reading cell, charge and light</source>
@@ -5230,6 +5238,10 @@
         <translation>上一次保存的结果。</translation>
     </message>
     <message>
+        <source>What changes by itself, or when something else is set, cannot be relied on.</source>
+        <translation>自行变化或随其他设置变化的参数不可信赖。</translation>
+    </message>
+    <message>
         <source>What goes wrong between computer and module.</source>
         <translation>电脑与模块之间的通信故障。</translation>
     </message>
@@ -5836,6 +5848,10 @@
     <message>
         <source>before an unconfirmed write</source>
         <translation>未确认的写入之前</translation>
+    </message>
+    <message>
+        <source>before and after the measuring the same</source>
+        <translation>测量前后一致</translation>
     </message>
     <message>
         <source>before the link was lost</source>
@@ -6694,6 +6710,10 @@
         <translation>未启用：{why}</translation>
     </message>
     <message>
+        <source>not everything was answered both times</source>
+        <translation>两次读取中有内容未应答</translation>
+    </message>
+    <message>
         <source>not in the profile</source>
         <translation>配置文件中没有</translation>
     </message>
@@ -7372,6 +7392,10 @@
     <message>
         <source>the record before it was altered or is another one</source>
         <translation>上一份记录被改动，或不是同一条记录链中的</translation>
+    </message>
+    <message>
+        <source>the same</source>
+        <translation>一致</translation>
     </message>
     <message>
         <source>the same after a query: 20:20=14/2@500</source>
@@ -8322,6 +8346,10 @@
     <message>
         <source>{what} {uptime} after power-on of boot {boot}, {link}, {voltage}</source>
         <translation>第 {boot} 次开机后 {uptime}：{what}，{link}，{voltage}</translation>
+    </message>
+    <message>
+        <source>{what}: {before}, then {after}</source>
+        <translation>{what}：先为 {before}，后为 {after}</translation>
     </message>
     <message>
         <source>{what}: {percent} %</source>

@@ -5,6 +5,7 @@ from dataclasses import dataclass, field
 from enum import Enum
 from typing import NamedTuple
 
+from app.preflight.reread import Change, StateReading, changes_between
 from app.preflight.wording import Said
 from app.procedures.history import History
 from protocol.events import Event, Received, Rejected, Role, Sent
@@ -74,10 +75,15 @@ class Evidence:
     rejected_bytes: int = 0
     trials: list[Trial] = field(default_factory=list)
     status: Status | None = None
+    """The last one."""
+    status_at: float | None = None
     status_age_s: float | None = None
     """At the end of the check."""
     values: dict[str, Value] = field(default_factory=dict)
-    """Settings and the boot count by key, each said twice in a row."""
+    """Settings and the boot count by key, as last read: each said twice in a row."""
+    first: StateReading | None = None
+    last: StateReading | None = None
+    """Before and after the measuring."""
     series: dict[str, list[Value]] = field(default_factory=dict)
     """Cell voltage, charging and light by key, as often as they were answered."""
     faults: dict[str, Said] = field(default_factory=dict)
@@ -87,6 +93,17 @@ class Evidence:
     """By key of the trigger."""
     is_enabling: bool = False
     disturbance: Disturbance | None = None
+
+    @property
+    def statuses(self) -> list[Status]:
+        """All that were asked for."""
+        ends = [one.status for one in (self.first, self.last) if one is not None and one.status is not None]
+        return [*ends, *(trial.status for trial in self.trials)]
+
+    @property
+    def changes(self) -> tuple[Change, ...]:
+        """What differs between the two readings."""
+        return () if self.first is None or self.last is None else changes_between(self.first, self.last)
 
     @property
     def heartbeats_lost(self) -> int:

@@ -29,6 +29,21 @@ def undisturbed(case: Case) -> Finding:
     return judged(True, YES, limit, is_fine=True)
 
 
+def read_twice(case: Case) -> Finding:
+    limit = said(marked("before and after the measuring the same"))
+    first, last = case.evidence.first, case.evidence.last
+    changes = case.evidence.changes
+    if changes:
+        shown = Said("; ".join(f"{{c{place}}}" for place in range(len(changes))),
+                     tuple((f"c{place}", change.shown) for place, change in enumerate(changes)))  # fmt: skip
+        return Finding(Result.FAIL, ", ".join(change.key for change in changes), shown, limit)
+    if first is None or last is None:
+        return unknown(case.fault("status"), limit)
+    if not (first.is_complete and last.is_complete):
+        return unknown(said(marked("not everything was answered both times")), limit)
+    return judged(True, said(marked("the same")), limit, is_fine=True)
+
+
 def link_loss(case: Case) -> Finding:
     evidence, most = case.evidence, case.expectations.limits.heartbeats_lost_max
     limit = said(
@@ -67,10 +82,10 @@ def status_fresh(case: Case) -> Finding:
 
 def not_triggered(case: Case) -> Finding:
     limit = said(marked("not triggered"))
-    trials = case.evidence.trials
-    if not trials:
+    statuses = case.evidence.statuses
+    if not statuses:
         return unknown(case.fault("status"), limit)
-    has_fired = any(trial.status.triggered for trial in trials)
+    has_fired = any(status.triggered for status in statuses)
     shown = said(marked("TRIGGERED")) if has_fired else said(marked("not triggered"))
     return judged(has_fired, shown, limit, is_fine=not has_fired)
 
@@ -78,10 +93,10 @@ def not_triggered(case: Case) -> Finding:
 def activation(case: Case) -> Finding:
     """Locked or active alike hold; which of them decides between READY and GO."""
     limit = said(marked("the same throughout; GO needs it active"))
-    trials = case.evidence.trials
-    if not trials:
+    statuses = case.evidence.statuses
+    if not statuses:
         return unknown(case.fault("status"), limit)
-    states = {trial.status.active for trial in trials}
+    states = {status.active for status in statuses}
     if len(states) > 1:
         return Finding(Result.FAIL, None, said(marked("changed while it was watched")), limit)
     is_active = states.pop()

@@ -6,7 +6,8 @@ from app.fingerprint import COVERED
 from app.preflight.evidence import FlagFate
 from app.preflight.findings import Case, Finding, Result, judged, unknown
 from app.preflight.wording import Said, said
-from protocol.catalogue import BY_NAME, Command
+from app.setting_texts import value_text
+from protocol.catalogue import BY_NAME
 from protocol.text import marked
 
 FINGERPRINT_KEYS = tuple(command.key for command in COVERED)
@@ -47,19 +48,12 @@ def _setting(case: Case, name: str, advice: Said, *, lowest: float, highest: flo
     """Equal to the profile's where that has one, else within the advice."""
     command = BY_NAME[name]
     wanted = case.expectations.settings.get(command.key)
-    limit = advice if wanted is None else said(marked("exactly {limit}"), limit=_text(command, wanted))
+    limit = advice if wanted is None else said(marked("exactly {limit}"), limit=value_text(command, wanted))
     value = case.evidence.values.get(command.key)
     if value is None:
         return unknown(case.fault(command.key), limit)
     is_fine = lowest <= value <= highest if wanted is None else value == wanted
-    return judged(value, _text(command, value), limit, is_fine=is_fine)
-
-
-def _text(command: Command, value: float) -> str:
-    try:
-        return command.reply.text(command.reply.encode(value)) if command.reply is not None else str(value)
-    except ValueError:
-        return str(value)
+    return judged(value, value_text(command, value), limit, is_fine=is_fine)
 
 
 def attitude_trigger(case: Case) -> Finding:

@@ -1,17 +1,19 @@
 """The check as a procedure: it gathers, by questions only, and judges nothing.
 
-    boot count -> 20 heartbeats -> settings -> cell, charge, light -> trigger records
-               -> the two trigger flags, only when asked -> two seconds of status -> boot count and status once more
+    20 heartbeats -> the two trigger flags, only when asked -> settings between two boot counts, status
+                  -> cell, charge, light -> trigger records -> two seconds of status
+                  -> settings between two boot counts, status, once more
 
 What decides is asked until two answers in a row agree, or asked several times, because the 8-bit sum lets some damaged
-frames pass. The boot count at both ends catches a restart that nobody heard. Nothing that is sent activates, locks,
-fires, zeroes, shuts down or changes the rate.
+frames pass. What may move when a trigger is enabled, or while it is measured, is read before and after the measuring:
+see `app.preflight.reread`. Nothing that is sent activates, locks, fires, zeroes, shuts down or changes the rate.
 """
 
 from app.acts import Act
 from app.device import How
 from app.journal import Journal, NoJournal, Outcome, begin_if_possible
 from app.preflight.evidence import HEARTBEATS, STILL_S, Disturbance, Evidence, Flag, FlagFate, Trial
+from app.preflight.reread import StateReading, read_state
 from app.preflight.wording import said, said_with
 from app.procedure import Ask, Cancelled, Look, Pause, PortLost, Procedure, Report, Sight
 from app.procedures.history import read_history
@@ -31,9 +33,6 @@ TURNS = 3
 HOPELESS = 4
 """So many questions in a row without an answer: nobody is there."""
 STEPS = 7
-SETTINGS = tuple(
-    BY_NAME[name] for name in ("attitude_threshold", "freefall_acceleration", "freefall_time", "light_threshold")
-)
 TRIGGERS = (BY_NAME["attitude_trigger"], BY_NAME["freefall_trigger"])
 SLOW = tuple(BY_NAME[name] for name in ("cell_voltage", "charging", "light"))
 BOOT_COUNT = BY_NAME["boot_count"]
@@ -68,49 +67,65 @@ def _gather(evidence: Evidence, journal: Journal) -> Procedure[None]:
     begin: Sight = yield Look()
     evidence.began_at, evidence.opened_at, evidence.baud_rate = begin.now, begin.opened_at, begin.baud_rate
     yield Report(0, STEPS, marked("Proving the link"))
-    yield from _read(evidence, BOOT_COUNT)
+    yield from read_back(BOOT_COUNT)
     # A restart from before the check, seen only now, is none in the middle of it.
     begin = yield Look()
     evidence.restarts = begin.device.restarts
     yield from _heartbeats(evidence)
-    yield Report(1, STEPS, marked("Reading the settings"))
-    for command in SETTINGS:
-        yield from _read(evidence, command)
-    yield Report(2, STEPS, marked("Reading cell, charge and light"))
-    for _ in range(TURNS):
-        for command in SLOW:
-            yield from _read_slow(evidence, command)
-    yield Report(3, STEPS, marked("Reading the trigger records"))
-    history = yield from read_history()
-    if history.is_line_dead:
-        raise _Silent
-    evidence.history = history
-    yield Report(4, STEPS, marked("Looking at the triggers"))
+    yield Report(1, STEPS, marked("Looking at the triggers"))
     for command in TRIGGERS:
         evidence.flags[command.key] = Flag()
         if evidence.is_enabling:
             evidence.flags[command.key] = yield from _enable(command, journal)
+    yield Report(2, STEPS, marked("Reading the settings"))
+    evidence.first = yield from _read_state(evidence)
+    yield Report(3, STEPS, marked("Reading cell, charge and light"))
+    for _ in range(TURNS):
+        for command in SLOW:
+            yield from _read_slow(evidence, command)
+    yield Report(4, STEPS, marked("Reading the trigger records"))
+    history = yield from read_history()
+    if history.is_line_dead:
+        raise _Silent
+    evidence.history = history
     yield Report(5, STEPS, marked("Watching tilt and acceleration for two seconds"))
     yield from _watch(evidence)
     yield Report(6, STEPS, marked("Making sure that nothing changed"))
+    evidence.last = yield from _read_state(evidence)
     yield from _finish(evidence, begin)
 
 
+def _read_state(evidence: Evidence) -> Procedure[StateReading]:
+    """Raises `_Silent` where nobody is there."""
+    state = yield from read_state()
+    for key, value in state.settings.values.items():
+        evidence.values[key] = value
+        evidence.faults.pop(key, None)
+    for key, fault in state.settings.faults.items():
+        evidence.values.pop(key, None)
+        evidence.faults[key] = said(fault.value)
+    if state.settings.boot_count is not None:
+        evidence.values[BOOT_COUNT.key] = state.settings.boot_count
+    if state.status is not None:
+        evidence.status = state.status
+        evidence.status_at = state.status_at
+    if state.settings.is_restarted:
+        evidence.disturbance = Disturbance.RESTARTED
+    if state.settings.is_silent:
+        raise _Silent
+    return state
+
+
 def _finish(evidence: Evidence, begin: Sight) -> Procedure[None]:
-    before = evidence.values.get(BOOT_COUNT.key)
-    yield from _read(evidence, BOOT_COUNT)
-    changed = before is not None and evidence.values.get(BOOT_COUNT.key, before) != before
-    outcome = yield Ask(STATUS.query())
-    if isinstance(outcome, Answered):
-        _take_status(evidence, outcome)
     end: Sight = yield Look()
     for command in TRIGGERS:
         evidence.flags[command.key] = _stands(command, evidence.flags[command.key], end)
-    if evidence.trials:
-        evidence.status_age_s = max(0.0, end.now - evidence.trials[-1].at)
+    if evidence.status_at is not None:
+        evidence.status_age_s = max(0.0, end.now - evidence.status_at)
     evidence.rejected_bytes = end.link.counters.rejected - begin.link.counters.rejected
     evidence.ended_at = end.now
-    if changed or end.device.restarts != evidence.restarts:
+    is_another_start = BOOT_COUNT.key in {change.key for change in evidence.changes}
+    if is_another_start or end.device.restarts != evidence.restarts:
         evidence.disturbance = Disturbance.RESTARTED
 
 
@@ -126,21 +141,6 @@ def _heartbeats(evidence: Evidence) -> Procedure[None]:
             silent_in_a_row += 1
             if silent_in_a_row >= 2 * HOPELESS:
                 raise _Silent
-
-
-def _read(evidence: Evidence, command: Command) -> Procedure[None]:
-    """A value that two answers in a row agree on."""
-    before: Sight = yield Look()
-    back = yield from read_back(command)
-    if back.raw is not None and command.reply is not None:
-        evidence.values[command.key] = command.reply.decode(back.raw)
-        evidence.faults.pop(command.key, None)
-        return
-    evidence.values.pop(command.key, None)
-    why = marked("the module gives different answers to the same question") if back.is_unsteady else marked("no reply")
-    evidence.faults[command.key] = said(why)
-    if not back.is_unsteady:
-        yield from _make_sure(before)
 
 
 def _read_slow(evidence: Evidence, command: Command) -> Procedure[None]:
@@ -182,7 +182,7 @@ def _watch(evidence: Evidence) -> Procedure[None]:
 def _take_status(evidence: Evidence, outcome: Answered) -> None:
     message = outcome.messages[0]
     if isinstance(message, Status):
-        evidence.status = message
+        evidence.status, evidence.status_at = message, outcome.at
         evidence.trials.append(Trial(outcome.at, message))
 
 

@@ -17,6 +17,7 @@ from app.preflight.evidence import Disturbance, FlagFate
 from app.preflight.expectations import ManualItem
 from app.preflight.findings import Case, Finding, Result
 from app.preflight.judging_module import FINGERPRINT_KEYS
+from app.preflight.reread import TITLES
 from app.preflight.wording import Said, said
 from app.profiles import ActivatedBy
 from protocol.fields import Value
@@ -173,7 +174,7 @@ def _changed(assessment: Assessment, device: DeviceView, now: float) -> Said | N
     checked: dict[str, Value | None] = {key: evidence.values.get(key) for key in (*FINGERPRINT_KEYS, "boot_count")}
     checked["baud_rate"] = evidence.baud_rate or None
     if evidence.status is not None:
-        checked |= {"active": evidence.status.active, "triggered": evidence.status.triggered}
+        checked["triggered"] = evidence.status.triggered
     charging = evidence.series.get("charging")
     if charging:
         checked["charging"] = charging[-1]
@@ -183,34 +184,17 @@ def _changed(assessment: Assessment, device: DeviceView, now: float) -> Said | N
     for key, before in checked.items():
         known = device.values.get(key)
         if before is not None and known is not None and known.value != before:
-            return Said(_TITLES[key])
+            return Said(TITLES[key])
     for key in evidence.flags:
         if checked.get(key) is not None and key not in device.values and key not in device.undecided:
-            return Said(_TITLES[key])  # a set that nobody confirmed
+            return Said(TITLES[key])  # a set that nobody confirmed
     voltage = device.fresh("cell_voltage_v", now)
     was_charged = assessment.result("cell_voltage") is Result.PASS
     if was_charged and voltage is not None and voltage < expectations.limits.cell_voltage_min_v:
-        return Said(_TITLES["cell_voltage_v"])
+        return Said(TITLES["cell_voltage_v"])
     light, threshold = device.fresh("light_v", now), evidence.values.get("light_threshold_v")
     if light is not None and threshold is not None and assessment.result("light") is Result.PASS:
         is_dark = light > threshold if expectations.is_light_inverted else light < threshold
         if not is_dark:
-            return Said(_TITLES["light_v"])
+            return Said(TITLES["light_v"])
     return None
-
-
-_TITLES: Mapping[str, str] = {
-    "attitude_threshold_deg": marked("Attitude threshold"),
-    "freefall_acceleration_g": marked("Free-fall acceleration threshold"),
-    "freefall_time_s": marked("Free-fall time"),
-    "light_threshold_v": marked("Light threshold"),
-    "boot_count": marked("Boot count"),
-    "baud_rate": marked("Baud rate"),
-    "active": marked("Activation"),
-    "triggered": marked("Triggered"),
-    "charging": marked("Charging"),
-    "attitude_trigger": marked("Attitude trigger"),
-    "freefall_trigger": marked("Free-fall trigger"),
-    "cell_voltage_v": marked("Cell voltage"),
-    "light_v": marked("Light"),
-}

@@ -1,0 +1,83 @@
+"""Everything that decides, read together, and what differs between two such readings.
+
+The check reads it before and after the measuring; while a verdict stands in the window it is read again every ten
+seconds.
+"""
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+
+from app.preflight.wording import Said, said
+from app.procedure import Ask, Procedure
+from app.procedures.settings_reading import BOOT_COUNT, SettingsReading, changed_settings, read_settings
+from app.setting_texts import value_text
+from protocol.catalogue import SETTINGS, STATUS
+from protocol.events import Answered
+from protocol.messages import Status
+from protocol.text import marked
+
+REREAD_EVERY_S = 10.0
+
+TITLES: Mapping[str, str] = {
+    **{command.key: command.title for command in SETTINGS},
+    BOOT_COUNT.key: BOOT_COUNT.title,
+    "active": marked("Activation"),
+    "triggered": marked("Triggered"),
+    "charging": marked("Charging"),
+    "cell_voltage_v": marked("Cell voltage"),
+    "light_v": marked("Light"),
+}
+
+
+@dataclass(frozen=True, slots=True)
+class StateReading:
+    """`status_at`: monotonic seconds."""
+
+    settings: SettingsReading
+    status: Status | None = None
+    status_at: float | None = None
+
+    @property
+    def is_complete(self) -> bool:
+        return self.settings.is_complete and self.status is not None
+
+
+@dataclass(frozen=True, slots=True)
+class Change:
+    """`shown`: what it was and what it is, for people."""
+
+    key: str
+    shown: Said
+
+
+def read_state() -> Procedure[StateReading]:
+    """Settings between two boot counts, then the status. Only questions are sent."""
+    settings = yield from read_settings()
+    if settings.is_silent:
+        return StateReading(settings)
+    outcome = yield Ask(STATUS.query())
+    message = outcome.messages[0] if isinstance(outcome, Answered) else None
+    if not isinstance(outcome, Answered) or not isinstance(message, Status):
+        return StateReading(settings)
+    return StateReading(settings, message, outcome.at)
+
+
+def changes_between(before: StateReading, after: StateReading) -> tuple[Change, ...]:
+    """What both know and what is not the same, but for the activation, which people switch on purpose."""
+    return tuple(_changes(before, after))
+
+
+def _changes(before: StateReading, after: StateReading) -> Iterator[Change]:
+    for changed in changed_settings(before.settings.values, after.settings.values):
+        command, old, new = changed
+        yield _change(command.key, value_text(command, old), value_text(command, new))
+    boots = before.settings.boot_count, after.settings.boot_count
+    if None not in boots and boots[0] != boots[1]:
+        yield _change(BOOT_COUNT.key, str(boots[0]), str(boots[1]))
+    if before.status is not None and after.status is not None and before.status.triggered != after.status.triggered:
+        yield Change("triggered", Said(TITLES["triggered"]))
+
+
+def _change(key: str, before: str, after: str) -> Change:
+    text = marked("{what}: {before}, then {after}")
+    return Change(key, said(text, what=Said(TITLES[key]), before=before, after=after))
