@@ -181,12 +181,16 @@ def _prepare_log(*, is_window: bool) -> None:
 
 def _explain(error: Exception) -> int:
     from app.commands.connection import link_trouble
+    from app.playback import OnlyPlayedBack
     from app.troubles import explain
 
     if os.environ.get(DEBUG) == "1":
         import traceback
 
         traceback.print_exception(error)
+    if isinstance(error, OnlyPlayedBack):
+        console.say(error.sentence)
+        return console.USED_WRONGLY
     sentence = link_trouble(error)
     if sentence is not None:
         console.say(sentence)

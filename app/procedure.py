@@ -76,6 +76,8 @@ class Sight:
     link: LinkView
     overtaken_at: float | None = None
     """When something urgent (LOCK) last went before everything else: what was confirmed before it no longer counts."""
+    is_playback: bool = False
+    """A capture is played; there is no module."""
 
 
 @dataclass(frozen=True, slots=True)

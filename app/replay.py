@@ -17,7 +17,7 @@ from collections.abc import Callable
 from typing import Final, NamedTuple
 from urllib.parse import parse_qsl, quote, unquote, urlsplit
 
-from app.recording import SCHEME
+from app.playback import SCHEME
 from app.replay_script import LONGEST_RECORDS_S, Answer, Script
 from protocol.catalogue import HEARTBEAT, HOST_HEADER, MODULE_HEADER, Request
 from protocol.frame import HOST_FRAME_LENGTH, check_host, decode_request

@@ -11,6 +11,7 @@ from collections.abc import Callable
 from typing import Any, Generic
 
 from app.device import Device, Doubt
+from app.playback import refuse_change
 from app.procedure import (
     Ask,
     Cancelled,
@@ -154,10 +155,12 @@ class Session:
         *,
         timing: Timing | None = None,
         asleep_s: Callable[[], float] = float,
+        is_playback: bool = False,
     ) -> None:
         self.line = line
         self.clock = clock
         self._asleep_s = asleep_s
+        self._is_played = is_playback
         self.opened_at = clock()
         self.device = Device(line.baud_rate)
         self.bytes_received = 0
@@ -294,7 +297,10 @@ class Session:
             self._serve(now)
             return
         ask = active.wants_to_ask
-        if ask is not None and self._link.is_idle:
+        if ask is not None and self._is_played and not ask.request.is_repeatable:
+            refuse_change(active, ask.request, now)
+            self._serve(now)
+        elif ask is not None and self._link.is_idle:
             self._send(active, ask, now)
 
     def _let_urgent_pass(self) -> None:
@@ -355,7 +361,8 @@ class Session:
 
     def _sight(self, now: float) -> Sight:
         view = self.device.view(now)
-        return Sight(now, self.opened_at, self.line.baud_rate, view, self.link_view(), self._overtaken_at)
+        link = self.link_view()
+        return Sight(now, self.opened_at, self.line.baud_rate, view, link, self._overtaken_at, self._is_played)
 
     def _use_rate(self, baud_rate: int, now: float) -> None:
         """A link of its own for each rate: nothing that came at another rate can be mistaken for an answer. What still

@@ -16,6 +16,7 @@ from typing import Any, Generic
 from app.awake import Clock, SleepWatch, sleepless_clock
 from app.device import Device, DeviceView, Sample
 from app.logs import tell_mishap
+from app.playback import is_playback
 from app.procedure import LinkView, PortLost, Procedure, Report, Result
 from app.session import Run, Session
 from app.transport import PortError, SerialLine, open_line
@@ -254,7 +255,7 @@ class Worker:
         self._set_connection(Connection(PortState.OPENING, order.port, order.baud_rate))
         line = self._line = open_line(order.port, order.baud_rate)
         asleep_s = SleepWatch(self._clock, self._with_sleep).look
-        self._session = Session(line, self._clock, asleep_s=asleep_s)
+        self._session = Session(line, self._clock, asleep_s=asleep_s, is_playback=is_playback(order.port))
         self._device = self._session.device
         self._set_connection(Connection(PortState.OPEN, order.port, order.baud_rate))
         if order.background is not None:

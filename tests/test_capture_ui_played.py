@@ -2,22 +2,18 @@
 
 from pathlib import Path
 
-import pytest
 from PySide6.QtWidgets import QApplication
 from pytestqt.qtbot import QtBot
 
 from app.acts import Act
-from app.journal import Outcome
-from app.procedure import Ask, Cancelled, Pause, Procedure
+from app.playback import OnlyPlayedBack
 from app.procedures.act import Performed, perform
 from app.procedures.lock import Locked, lock
-from app.recording import is_recording, questions_only
 from app.simulator import bench
 from app.store.database import StoreTrouble
 from app.store.store import Store
 from app.worker import Job
-from protocol.catalogue import ACTIVATION, BY_NAME
-from protocol.events import Unanswered
+from protocol.catalogue import ACTIVATION
 from tests.capture_window import opened, play, strip_button, write_capture
 from tests.fakes_ui import WAIT_MS, simulated, wait_online, window
 from tests.test_diagnosis_page import click, diagnosis
@@ -64,8 +60,8 @@ def test_acts_end_unsent_while_a_recording_is_played(qtbot: QtBot, qapp: QApplic
         journal = assembly.keeping.journal(assembly.connector.target)
         assembly.connector.run(perform(Act.LOCK, journal), performed.append)
         qtbot.waitUntil(lambda: bool(ended and performed), timeout=WAIT_MS)
-        assert ended[0].outcome().is_acknowledged is False
-        assert performed[0].outcome().outcome in (Outcome.NOT_SENT, Outcome.REFUSED)
+        assert isinstance(ended[0].run.error, OnlyPlayedBack)
+        assert isinstance(performed[0].run.error, OnlyPlayedBack)
         raws = {entry.raw for entry in page.kept.entries()}
         assert ACTIVATION.set(False).encode() not in raws
         rows = page.traffic.model
@@ -141,43 +137,3 @@ def test_an_active_module_is_not_left_for_a_recording_unasked(qtbot: QtBot, qapp
         click(qtbot, leave)
         qtbot.waitUntil(lambda: assembly.connector.is_recording, timeout=WAIT_MS)
         assert bench.module("armed").state().is_active
-
-
-# Qt-free: questions only
-
-
-def test_only_questions_go_out() -> None:
-    def changes() -> Procedure[object]:
-        before = yield Pause(0.1)
-        refused = yield Ask(ACTIVATION.set(True), is_deliberate=True)
-        answered = yield Ask(BY_NAME["active"].query())
-        return before, refused, answered
-
-    guarded = questions_only(changes())
-    assert guarded.send(None) == Pause(0.1)
-    assert guarded.send(5.0) == Ask(BY_NAME["active"].query())  # the set was never asked
-    with pytest.raises(StopIteration) as ended:
-        guarded.send("answer")
-    assert ended.value.value == (5.0, Unanswered(ACTIVATION.set(True), 0, 0.0, 5.0), "answer")
-
-
-def test_being_cancelled_reaches_the_procedure_inside() -> None:
-    def cleans_up() -> Procedure[str]:
-        try:
-            yield Pause(1.0)
-        except Cancelled:
-            yield Ask(ACTIVATION.set(False))
-            return "cleaned up"
-        return "done"
-
-    guarded = questions_only(cleans_up())
-    guarded.send(None)
-    with pytest.raises(StopIteration) as ended:
-        guarded.throw(Cancelled())
-    assert ended.value.value == "cleaned up"
-
-
-def test_what_plays_a_capture() -> None:
-    assert is_recording("capture:///tmp/x.dpscap?speed=1")
-    assert not is_recording("/dev/ttyUSB0")
-    assert not is_recording("sim://capture")

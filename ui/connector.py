@@ -11,6 +11,7 @@ from PySide6.QtCore import QObject, QTimer, Signal
 
 from app.device import DeviceView
 from app.journal import Journal, NoJournal
+from app.playback import is_playback
 from app.ports import PortInfo
 from app.procedure import Procedure, Report, Result
 from app.procedures.find import Found, find_rate
@@ -18,7 +19,6 @@ from app.procedures.greet import Greeting, greet
 from app.procedures.lock import Locked, lock
 from app.procedures.stream import StreamSwitch, watch
 from app.reconnect import Absence, Address, Reconnection
-from app.recording import is_recording, questions_only
 from app.session import Slept
 from app.transport import PortError
 from app.worker import Batch, Connection, Job, PortState, Worker
@@ -56,7 +56,7 @@ class Target:
     @property
     def is_recording(self) -> bool:
         """A capture that is played."""
-        return is_recording(self.device)
+        return is_playback(self.device)
 
 
 class Connector(QObject):
@@ -251,7 +251,7 @@ class Connector(QObject):
     ) -> Job[Result]:
         """Hand a procedure to the worker; `then` is called in the window's thread when it has ended, `on_progress`
         in the worker's: it may only remember what it is given."""
-        job = Job(questions_only(procedure) if self.is_recording else procedure, on_progress)
+        job = Job(procedure, on_progress)
         self._endings[job] = then
         return self._worker.submit(job, is_urgent=is_urgent)
 
@@ -270,10 +270,7 @@ class Connector(QObject):
         self._greeting = None
         self._finding = self._greeter = None
         self._is_ordered = True
-        background = partial(watch, self.stream)
-        if target.is_recording:
-            background = partial(_watch_recording, self.stream)
-        self._worker.open(target.device, target.baud_rate, background, is_another)
+        self._worker.open(target.device, target.baud_rate, partial(watch, self.stream), is_another)
         if target.finds_rate:
             self._finding = self.run(find_rate(target.baud_rate), self._end_finding)
         else:
@@ -370,7 +367,3 @@ class Connector(QObject):
         if isinstance(job.run.error, Slept) or (job.run.error is None and job.outcome().baud_rate is None):
             _log.info("No module was found at any baud rate: %s", job.run.error or job.outcome().tried)
             self._greeter = self.run(greet(), self._end_greeting)  # says what is on the line instead
-
-
-def _watch_recording(switch: StreamSwitch) -> Procedure[None]:
-    return questions_only(watch(switch))

@@ -7,7 +7,7 @@ from pathlib import Path
 
 from app.i18n import tr
 from app.journal import Journal, NoJournal
-from app.recording import is_recording
+from app.playback import is_playback
 from app.snapshots import Snapshot
 from app.store.database import StoreFault, StoreTrouble
 from app.store.store import Store, data_folder, open_store
@@ -98,7 +98,7 @@ class Keeping:
 
     def keep_snapshot(self, snapshot: Snapshot, port: str) -> None:
         """From any thread. One that cannot be kept on disk is still in the window's memory."""
-        if not isinstance(self._store, Store) or is_recording(port) or port == TOUR_PORT:
+        if not isinstance(self._store, Store) or is_playback(port) or port == TOUR_PORT:
             return
         try:
             self._store.keep_snapshot(snapshot, port=port)

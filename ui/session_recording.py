@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from app import version
-from app.recording import is_recording
+from app.playback import is_playback
 from app.worker import Batch, Connection, PortState, Worker
 from ui.connector import Connector, Target
 from ui.tour_port import TOUR_PORT
@@ -144,7 +144,7 @@ class SessionRecording:
         """In the worker's thread."""
         connector, connection = self._connector, batch.connection
         with self._lock:
-            if is_recording(connection.port) or connection.port == TOUR_PORT:  # on disk already, or nobody's
+            if is_playback(connection.port) or connection.port == TOUR_PORT:  # on disk already, or nobody's
                 self._sitting = Sitting()
                 self._end()
                 return

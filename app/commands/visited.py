@@ -21,6 +21,7 @@ def read_boot_count() -> Procedure[int | None]:
 
 def keep_visit(history: History, module: str, *, port: str, boot_count: int | None) -> None:
     """Never raises: what was read has been printed, and a store that cannot be had is said."""
+    from app.playback import is_playback
     from app.preflight.wording import clean
     from app.store.checks import CheckStore
     from app.store.database import StoreTrouble
@@ -28,6 +29,9 @@ def keep_visit(history: History, module: str, *, port: str, boot_count: int | No
 
     name = clean(module.strip())
     if not name:
+        return
+    if is_playback(port):
+        say(tr("Not kept: a capture was played, which is no visit of {module}.", module=name))
         return
     slots = [record.raw for record in history.records]
     try:

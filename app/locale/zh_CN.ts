@@ -138,6 +138,10 @@
         <translation>仅为计算，不向模块发送任何内容。</translation>
     </message>
     <message>
+        <source>A capture is played here: it answers questions, but there is no module to change or to check.</source>
+        <translation>这里播放的是捕获文件：只能回答查询，没有模块可以更改或检查。</translation>
+    </message>
+    <message>
         <source>A change from {old} to {new} baud at {port} was broken off. The module may be at either rate.</source>
         <translation>{port} 上从 {old} 到 {new} 波特的更改曾被中断。模块可能处于其中任一波特率。</translation>
     </message>
@@ -2792,6 +2796,10 @@
     <message>
         <source>Not judged: {time} in which it was locked.</source>
         <translation>未判断：锁定的 {time}。</translation>
+    </message>
+    <message>
+        <source>Not kept: a capture was played, which is no visit of {module}.</source>
+        <translation>未保存：播放的是捕获文件，不是 {module} 的一次连接。</translation>
     </message>
     <message>
         <source>Not kept: name the module to keep its records, to judge them, and to add a note.</source>

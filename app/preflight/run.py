@@ -12,6 +12,7 @@ see `app.preflight.reread`. Nothing that is sent activates, locks, fires, zeroes
 from app.acts import Act
 from app.device import How
 from app.journal import Journal, NoJournal, Outcome, begin_if_possible
+from app.playback import require_module
 from app.preflight.evidence import HEARTBEATS, STILL_S, Disturbance, Evidence, Flag, FlagFate, Trial
 from app.preflight.reread import StateReading, read_state
 from app.preflight.wording import said, said_with
@@ -49,6 +50,7 @@ def run_preflight(
 
     Cancelled or without its port it raises, as every procedure does, and `evidence` says so: it is void.
     """
+    yield from require_module()
     evidence.is_enabling = is_enabling
     try:
         yield from _gather(evidence, journal or NoJournal())

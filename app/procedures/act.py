@@ -16,6 +16,7 @@ from app.acts import REQUESTS, Act
 from app.i18n import tr
 from app.journal import Journal, JournalFailed, Outcome, begin_if_possible
 from app.permit import Permit
+from app.playback import require_module
 from app.procedure import Ask, Cancelled, Look, Pause, PortLost, Procedure, Sight
 from app.safety import Condition, Refusal, refusals, situation
 from app.transport import PortError
@@ -117,6 +118,7 @@ def perform(
         return rehearse(act, permit)
     if act is Act.LOCK:
         return (yield from _lock(journal))
+    yield from require_module()
     yield from _refresh(act)
     open_conditions = conditions_open(act, (yield Look()), journal, permit=permit, armed=armed)
     if open_conditions:

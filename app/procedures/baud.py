@@ -16,6 +16,7 @@ from app.acts import Act
 from app.i18n import tr
 from app.journal import Journal, JournalFailed, Outcome
 from app.permit import Permit
+from app.playback import require_module
 from app.procedure import Ask, Cancelled, Listen, Look, Pause, PortLost, Procedure, Report, Sight, UseRate
 from app.procedures.act import Armed, conditions_open
 from app.procedures.find import SETTLE_S, answers_here, proofs
@@ -94,6 +95,7 @@ def change_baud(
     Where it is broken off (cancelled, port lost) after the set went out it raises, and the rates stay written down.
     """
     request = BAUD_RATE.set(new_rate)
+    yield from require_module()
     yield Ask(HEARTBEAT.query())
     yield Ask(STATUS.query())
     sight: Sight = yield Look()

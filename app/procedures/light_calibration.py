@@ -10,6 +10,7 @@ from enum import Enum
 from statistics import median
 
 from app.i18n import tr
+from app.playback import require_module
 from app.procedure import Ask, Look, Pause, Procedure, Report, Sight
 from protocol.catalogue import BY_NAME
 from protocol.events import Answered
@@ -62,6 +63,7 @@ class Band:
 
 def measure_light(*, samples: int = SAMPLES) -> Procedure[Band]:
     """Read the light over and over, at the position that the bay has now."""
+    yield from require_module()
     raws: list[int] = []
     lost = 0
     before: Sight = yield Look()

@@ -12,6 +12,7 @@ from dataclasses import dataclass
 from enum import Enum
 
 from app.device import BOOTS
+from app.playback import require_module
 from app.procedure import Ask, Listen, Look, Procedure, Report, Sight
 from app.procedures.write import read_back
 from protocol.catalogue import BY_NAME, SETTINGS, Command
@@ -75,6 +76,7 @@ def survives_power_cycle(
     wanted: Mapping[str, Value], *, boots_before: int | None = None, longest_wait_s: float = LONGEST_WAIT_S
 ) -> Procedure[Survival]:
     """`wanted`: by key, what was written. `boots_before`: from an earlier try that lost the port."""
+    yield from require_module()
     before: Sight = yield Look()
     if boots_before is None:
         boots_before = yield from _boots()

@@ -14,6 +14,7 @@ from app.acts import Act
 from app.device import How
 from app.journal import Journal, Outcome, begin_if_possible
 from app.permit import Permit
+from app.playback import require_module
 from app.procedure import Ask, Look, Pause, Procedure, Report, Sight
 from app.procedures.act import Armed
 from app.procedures.baud import BaudChanged, BaudEnd, change_baud
@@ -87,6 +88,7 @@ def write_all(changes: Sequence[Change], leave: Leave) -> Procedure[WriteReport]
     """Raises `ValueRefused` or `LookupError` before anything is sent."""
     for change in changes:
         change.command.set(change.value)
+    yield from require_module()
     ordered = sorted(changes, key=lambda change: change.command is BAUD_RATE)
     before = yield from read_settings()
     if leave.keep_snapshot is not None:

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from enum import Enum
 
 from app.device import DeviceView
-from app.recording import is_recording
+from app.playback import is_playback
 from app.worker import Batch, Connection, PortState
 from protocol.catalogue import RESET_BELOW_THRESHOLD_DEG
 from protocol.events import Event, Restarted
@@ -103,7 +103,7 @@ class Follower:
         if not self._was_lost:
             # A person chose it: another module, of which nothing is known.
             self._triggered = self._active = self._is_charging = None
-            kind = Kind.RECORDING if is_recording(self._port) else Kind.CONNECTED
+            kind = Kind.RECORDING if is_playback(self._port) else Kind.CONNECTED
             new.append(Happening(at, kind, self._port))
 
     def _follow_loss(self, connection: Connection, at: float, new: list[Happening]) -> None:
