@@ -17,6 +17,7 @@ from enum import Enum
 from types import MappingProxyType
 from typing import NamedTuple
 
+from app.motion import Motion, MotionWatch
 from protocol.catalogue import ACTIVATION, BY_NAME, SERIAL_OUTPUT, SETTINGS, Command, Request
 from protocol.events import (
     Answered,
@@ -117,6 +118,8 @@ class DeviceView:
     """A heartbeat came that may be a restart's; the next boot count tells."""
     undecided: frozenset[str] = frozenset()
     """What was known until a heartbeat came that may be a restart's, and counts as unknown until that is decided."""
+    motion: Motion | None = None
+    """Of the last two seconds."""
 
     def known(self, key: str, now: float) -> Known | None:
         """The value with the doubt that its age casts on it at `now`; None while unknown."""
@@ -165,6 +168,7 @@ class Device:
         self._suspected: dict[str, Known] = {}
         """What counts as unknown until that is decided."""
         self._samples: list[Sample] = []
+        self._motion = MotionWatch()
 
     def use_rate(self, baud_rate: int) -> None:
         """The port now runs at this rate: what the next frame proves."""
@@ -200,6 +204,7 @@ class Device:
             key: known if known.is_stale else replace(known, doubt=doubt) for key, known in self._values.items()
         }
         self._streamed_at.clear()
+        self._motion.clear()
         self._forget_suspicion()
 
     def note_sleep(self, slept_s: float, at: float) -> None:
@@ -229,6 +234,7 @@ class Device:
             self._last_sleep,
             self._is_restart_suspected,
             frozenset(self._suspected),
+            self._motion.view(now),
         )
 
     def is_streaming(self, now: float) -> bool:
@@ -254,6 +260,7 @@ class Device:
         self._samples.append(
             Sample(event.at, message.tilt_deg, message.acceleration_g, message.triggered, message.active)
         )
+        self._motion.take(message, event.at)
         self._latest = event
 
     def _settle(self) -> None:

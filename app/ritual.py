@@ -1,16 +1,15 @@
 """The way to deploy: choose, arm, hold for two seconds. A state machine on a clock, without a button in sight.
 
     IDLE --choose--> CHOSEN --arm--> ARMED --press--> HOLDING --2 s--> FIRED
-                                       ^                |
-                                       +---- release ---+          anything else: back to IDLE
+                                                   anything else, letting go too: back to IDLE
 
 Rules that it lives by:
 
 - The whole of it, holding included, fits into the ten seconds after arming; then it is disarmed.
 - A press counts when it is a single, fresh one: auto-repeat and the second press of a double click do not. A second
-  press while one is held (mouse and key together) ends the hold.
+  press while one is held (mouse and key together) ends it, as letting go does.
 - Only `tick` completes the hold, and only where ticks came all along, at most `LONGEST_GAP_S` apart: a window that hung
-  for a moment cannot know that the button was still held, so the hold ends.
+  for a moment cannot know that the button was still held, so it disarms.
 - One run through gives one `Permit`. To fire again is to choose again.
 
 A rehearsal is the same machine; its permit sends nothing.
@@ -55,6 +54,8 @@ class Input(Enum):
     WINDOW_LEFT = auto()
     LINK_LOST = auto()
     MODULE_RESTARTED = auto()
+    OUT_OF_SIGHT = auto()
+    """What is armed cannot be seen as a whole: the window is too small for it, or something lies over it."""
     CONDITION_OPENED = auto()
     """Something that was fulfilled when it was armed no longer is."""
     SLEPT = auto()
@@ -69,6 +70,7 @@ DISARMING = (
     Input.WINDOW_LEFT,
     Input.LINK_LOST,
     Input.MODULE_RESTARTED,
+    Input.OUT_OF_SIGHT,
     Input.CONDITION_OPENED,
     Input.SLEPT,
     Input.FAILED,
@@ -78,9 +80,9 @@ TRANSITIONS: dict[tuple[Stage, Input], Stage] = {
     (Stage.IDLE, Input.CHOOSE): Stage.CHOSEN,
     (Stage.CHOSEN, Input.ARM): Stage.ARMED,
     (Stage.ARMED, Input.PRESS): Stage.HOLDING,
-    (Stage.HOLDING, Input.RELEASE): Stage.ARMED,
-    (Stage.HOLDING, Input.PRESS): Stage.ARMED,
-    (Stage.HOLDING, Input.HOLD_BROKEN): Stage.ARMED,
+    (Stage.HOLDING, Input.RELEASE): Stage.IDLE,
+    (Stage.HOLDING, Input.PRESS): Stage.IDLE,
+    (Stage.HOLDING, Input.HOLD_BROKEN): Stage.IDLE,
     (Stage.HOLDING, Input.HELD): Stage.FIRED,
     (Stage.ARMED, Input.RAN_OUT): Stage.IDLE,
     (Stage.HOLDING, Input.RAN_OUT): Stage.IDLE,
@@ -89,6 +91,7 @@ TRANSITIONS: dict[tuple[Stage, Input], Stage] = {
     (Stage.CHOSEN, Input.CANCEL): Stage.IDLE,
     (Stage.CHOSEN, Input.FOCUS_LOST): Stage.IDLE,
     (Stage.CHOSEN, Input.WINDOW_LEFT): Stage.IDLE,
+    (Stage.CHOSEN, Input.OUT_OF_SIGHT): Stage.IDLE,
     (Stage.CHOSEN, Input.LINK_LOST): Stage.IDLE,
     (Stage.CHOSEN, Input.MODULE_RESTARTED): Stage.IDLE,
     (Stage.CHOSEN, Input.SLEPT): Stage.IDLE,
@@ -96,6 +99,7 @@ TRANSITIONS: dict[tuple[Stage, Input], Stage] = {
     (Stage.ARMED, Input.CANCEL): Stage.IDLE,
     (Stage.ARMED, Input.FOCUS_LOST): Stage.IDLE,
     (Stage.ARMED, Input.WINDOW_LEFT): Stage.IDLE,
+    (Stage.ARMED, Input.OUT_OF_SIGHT): Stage.IDLE,
     (Stage.ARMED, Input.LINK_LOST): Stage.IDLE,
     (Stage.ARMED, Input.MODULE_RESTARTED): Stage.IDLE,
     (Stage.ARMED, Input.CONDITION_OPENED): Stage.IDLE,
@@ -104,6 +108,7 @@ TRANSITIONS: dict[tuple[Stage, Input], Stage] = {
     (Stage.HOLDING, Input.CANCEL): Stage.IDLE,
     (Stage.HOLDING, Input.FOCUS_LOST): Stage.IDLE,
     (Stage.HOLDING, Input.WINDOW_LEFT): Stage.IDLE,
+    (Stage.HOLDING, Input.OUT_OF_SIGHT): Stage.IDLE,
     (Stage.HOLDING, Input.LINK_LOST): Stage.IDLE,
     (Stage.HOLDING, Input.MODULE_RESTARTED): Stage.IDLE,
     (Stage.HOLDING, Input.CONDITION_OPENED): Stage.IDLE,

@@ -13,6 +13,7 @@ from types import MappingProxyType
 from app.acts import TITLES, Act
 from app.device import FRESH_FOR_S, DeviceView, Doubt, How, Known
 from app.i18n import tr
+from app.motion import Motion
 from app.permit import Origin, Permit
 from protocol.link_states import Presence
 from protocol.text import marked
@@ -28,6 +29,10 @@ class Condition(Enum):
     NOT_TRIGGERED = auto()
     BELOW_TILT = auto()
     """It lies flatter than its attitude threshold: activated as it is, it does not fire at once."""
+    IS_LEVEL = auto()
+    """It lies so flat that what is left can be a mounting error."""
+    IS_STILL = auto()
+    """It did not move for two seconds."""
     NOTHING_ELSE_ARMED = auto()
     CONFIRMED = auto()
     """A person said so, for this act and a moment ago, and it has not been used yet."""
@@ -45,7 +50,7 @@ _EXPLICIT = (Condition.NOTHING_ELSE_ARMED, Condition.CONFIRMED, Condition.INTENT
 CONDITIONS: Mapping[Act, tuple[Condition, ...]] = MappingProxyType({
     Act.LOCK: (),  # always safe: never refused
     Act.ACTIVATE: (*_ALWAYS, Condition.IS_LOCKED, Condition.NOT_TRIGGERED, Condition.BELOW_TILT, *_EXPLICIT),
-    Act.ZERO: (*_ALWAYS, Condition.IS_LOCKED, *_EXPLICIT),
+    Act.ZERO: (*_ALWAYS, Condition.IS_LOCKED, Condition.IS_LEVEL, Condition.IS_STILL, *_EXPLICIT),
     Act.SHUTDOWN: (*_ALWAYS, Condition.IS_LOCKED, *_EXPLICIT),
     Act.FORBID_DEPLOY: (*_ALWAYS, *_EXPLICIT),
     Act.DEPLOY: (*_ALWAYS, Condition.IS_ACTIVE, Condition.NOT_TRIGGERED,
@@ -53,6 +58,15 @@ CONDITIONS: Mapping[Act, tuple[Condition, ...]] = MappingProxyType({
     Act.CHANGE_BAUD: (*_ALWAYS, Condition.IS_LOCKED, *_EXPLICIT),
     Act.WRITE: (Condition.ONLINE, Condition.MAY_WRITE, Condition.NOTHING_ELSE_ARMED),
 })  # fmt: skip
+
+
+LEVEL_WITHIN_DEG = 10.0
+"""Ours: the vendor says "small mounting errors" without a number; the trigger resets 10° below its threshold."""
+STILL_WITHIN_DEG = 2.0
+STILL_FROM_G, STILL_TO_G = 0.9, 1.1
+"""Ours, as the pre-flight check's: the module reports whole degrees and tenths of a g."""
+STILL_FOR_S = 1.8
+"""Between the first and the last report that are looked at: the engine asks for two seconds."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -69,6 +83,8 @@ class Situation:
     triggered: bool | None = None
     tilt_deg: float | None = None
     attitude_threshold_deg: float | None = None
+    motion: Motion | None = None
+    """Of the last two seconds."""
     armed: Act | None = None
     """What is armed at this moment, in this window or another."""
     permit: Permit | None = None
@@ -108,6 +124,7 @@ def situation(
         triggered=_reported(device.known("triggered", now)),
         tilt_deg=None if tilt is None or tilt.is_stale else tilt.value,
         attitude_threshold_deg=threshold,
+        motion=device.motion,
         armed=armed,
         permit=permit,
         overtaken_at=overtaken_at,
@@ -179,7 +196,7 @@ def _is_active(_act: Act, now_is: Situation) -> Refusal | None:
     if now_is.active:
         return None
     if now_is.active is False:
-        return Refusal(Condition.IS_ACTIVE, marked("The module is LOCKED: a locked module does not fire."))
+        return Refusal(Condition.IS_ACTIVE, marked("The module is LOCKED: activate it first."))
     return Refusal(Condition.IS_ACTIVE, marked("It is not known whether the module is active."))
 
 
@@ -205,6 +222,33 @@ def _below_tilt(_act: Act, now_is: Situation) -> Refusal | None:
         marked("The tilt is {tilt:.0f}° and the module fires at {threshold:.0f}°: it would fire at once."),
         {"tilt": tilt, "threshold": threshold},
     )
+
+
+def _is_level(_act: Act, now_is: Situation) -> Refusal | None:
+    condition = Condition.IS_LEVEL
+    if now_is.tilt_deg is None:
+        return Refusal(condition, marked("The tilt is not known."))
+    if now_is.tilt_deg <= LEVEL_WITHIN_DEG:
+        return None
+    text = marked("The tilt is {tilt:.0f}°: lay it level, within {limit:.0f}°.")
+    return Refusal(condition, text, {"tilt": now_is.tilt_deg, "limit": LEVEL_WITHIN_DEG})
+
+
+def _is_still(_act: Act, now_is: Situation) -> Refusal | None:
+    condition, motion = Condition.IS_STILL, now_is.motion
+    if motion is None or motion.until - motion.since < STILL_FOR_S:
+        return Refusal(condition, marked("It has not been watched for two seconds yet."))
+    is_one_g = motion.acceleration_low_g >= STILL_FROM_G and motion.acceleration_high_g <= STILL_TO_G
+    if motion.tilt_change_deg <= STILL_WITHIN_DEG and is_one_g:
+        return None
+    text = marked("It moves: {low:.0f}° to {high:.0f}°, {weak:.1f} g to {strong:.1f} g within two seconds.")
+    values = {
+        "low": motion.tilt_low_deg,
+        "high": motion.tilt_high_deg,
+        "weak": motion.acceleration_low_g,
+        "strong": motion.acceleration_high_g,
+    }
+    return Refusal(condition, text, values)
 
 
 def _nothing_else_armed(act: Act, now_is: Situation) -> Refusal | None:
@@ -269,6 +313,8 @@ _CHECKS: Mapping[Condition, _Check] = MappingProxyType({
     Condition.IS_ACTIVE: _is_active,
     Condition.NOT_TRIGGERED: _not_triggered,
     Condition.BELOW_TILT: _below_tilt,
+    Condition.IS_LEVEL: _is_level,
+    Condition.IS_STILL: _is_still,
     Condition.NOTHING_ELSE_ARMED: _nothing_else_armed,
     Condition.CONFIRMED: _confirmed,
     Condition.RITUAL_DONE: _ritual_done,

@@ -128,6 +128,16 @@ def qapp(qapp: "QApplication") -> "QApplication":
     return qapp
 
 
+@pytest.fixture(autouse=True)
+def fresh_gestures(request: pytest.FixtureRequest) -> Iterator[None]:
+    """No test leaves a key down, or another clock, to the next."""
+    yield
+    if "qapp" in request.fixturenames:
+        from ui.gestures import gestures
+
+        gestures().reset()
+
+
 @pytest.fixture(scope="session")
 def qapp_args() -> list[str]:
     return [sys.argv[0]]

@@ -44,12 +44,13 @@ class Hands:
         if kind == "repeat" or self.armed_at is None:
             return
         if self.held_since is not None:
-            self.held_since = None  # two presses at once are no single one
+            self.leave()  # two presses at once are no single one
         elif kind == "single":
             self.held_since = now
 
     def release(self) -> None:
-        self.held_since = None
+        if self.held_since is not None:
+            self.leave()
 
     def leave(self) -> None:
         """Whatever ends it: begin again by choosing."""

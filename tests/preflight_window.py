@@ -22,6 +22,7 @@ from app.worker import Batch
 from protocol.catalogue import Hazard, Request
 from protocol.events import Sent
 from tests.fakes_ui import WAIT_MS, simulated, wait_online, window
+from tests.steps import settle
 from ui.application import PAGES, Assembly
 from ui.connector import Target
 from ui.link_state import Phase
@@ -80,6 +81,7 @@ class OnBench:
     def click(self, widget: QWidget) -> None:
         assert widget.isEnabled(), widget.objectName()
         self.qtbot.waitUntil(widget.isVisible, timeout=WAIT_MS)
+        settle(widget)
         self.qtbot.mouseClick(widget, Qt.MouseButton.LeftButton)
 
     def find(self, kind: type[Found], name: str) -> Found:

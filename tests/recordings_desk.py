@@ -15,6 +15,7 @@ from app.recordings.shelf import Shelf
 from tests.fakes_ui import WAIT_MS
 from tests.live_bench import SilentWorker
 from tests.recordings_made import HEADING, batch, device, recorder_in, report
+from tests.steps import settle
 from ui.connector import Connector
 from ui.keeping import Keeping
 from ui.live_page import LivePage
@@ -71,6 +72,7 @@ class Desk:
     def click(self, button: QWidget | None) -> None:
         assert button is not None
         assert button.isEnabled(), button.objectName()
+        settle(button)
         self.qtbot.mouseClick(button, Qt.MouseButton.LeftButton)
 
     def answer(self, key: str) -> None:

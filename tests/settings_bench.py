@@ -16,6 +16,7 @@ from protocol.catalogue import BY_NAME, Hazard, Request
 from protocol.fields import Value
 from protocol.frame import decode_request
 from tests.fakes_ui import WAIT_MS, simulated, wait_online, window
+from tests.steps import settle
 from ui.application import PAGES, Assembly
 from ui.commands_page import CommandsPage
 from ui.connector import Target
@@ -58,6 +59,7 @@ class Desk:
         button = self.find(QPushButton, widget) if isinstance(widget, str) else widget
         assert button.isVisible(), button.objectName()
         assert button.isEnabled(), button.objectName()
+        settle(button)
         self.qtbot.mouseClick(button, Qt.MouseButton.LeftButton)
 
     def until(self, is_so: Any, timeout_ms: int = WAIT_MS) -> None:

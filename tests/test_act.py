@@ -230,7 +230,7 @@ def test_on_bad_lines_at_most_one_frame_and_no_claim_too_much(act: Act, faults: 
     outcomes = set()
     for seed in range(25):
         rig, journal = Rig({**READY[act], **faults, "seed": seed * 31 + 7}), FakeJournal()
-        done = do(rig, act, journal, permit=permit_for(rig, act, origin=Origin.RITUAL))
+        done = do(rig, act, journal, permit=permit_for(rig, act))
         outcomes.add(done.outcome)
         sent = acts_sent(rig)
         assert sent == ([] if done.outcome is Outcome.NOT_SENT else [REQUESTS[act].encode()])

@@ -64,6 +64,7 @@ def test_with_yes_it_is_done_once_and_recorded(
         ("activate", "tilt=70", "The tilt is 70° and the module fires at 60°: it would fire at once."),
         ("activate", "active=yes", "The module is ACTIVE: lock it first."),
         ("zero", "active=yes", "The module is ACTIVE: lock it first."),
+        ("zero", "tilt=12", "The tilt is 12°: lay it level, within 10°."),
         ("shutdown", "active=yes", "The module is ACTIVE: lock it first."),
     ],
 )
@@ -79,7 +80,7 @@ def test_an_open_condition_is_named(
 
 def test_what_is_not_confirmed_is_not_done(port: str, hasty: None, capsys: pytest.CaptureFixture[str]) -> None:
     assert program.main(["zero", "--port", f"{port}?mute_codes=25", "--yes"]) == 1
-    assert Printed(capsys).err == "Sent, not confirmed: check the tilt before you rely on it.\n"
+    assert Printed(capsys).err == "Sent, not confirmed. Tilt now 0°.\n"
     assert recorded() == [(Act.ZERO, Outcome.UNKNOWN)]
 
 

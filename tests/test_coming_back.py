@@ -24,6 +24,7 @@ from protocol.catalogue import SERIAL_OUTPUT, Request
 from protocol.events import Sent
 from tests.fakes_ui import ADAPTER, SECOND_ADAPTER, TRAFFIC_ALONE, WAIT_MS, Ports, simulated, wait_online, window
 from tests.processes import RunningModule, run_module
+from tests.steps import settle
 from tests.terminals import taken
 from ui.application import PAGES, Assembly
 from ui.confirm import Confirm
@@ -276,6 +277,7 @@ def test_the_notice_leads_to_why(qtbot: QtBot, qapp: QApplication, tmp_path: Pat
         qtbot.waitUntil(lambda: assembly.window.notice_bar.button("why") is not None, timeout=WAIT_MS)
         button = assembly.window.notice_bar.button("why")
         assert button is not None
+        settle(button)
         qtbot.mouseClick(button, Qt.MouseButton.LeftButton)
         assert assembly.window.stack.currentWidget() is page
         why: Any = assembly.window.findChild(QWidget, "why_panel")

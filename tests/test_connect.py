@@ -17,6 +17,7 @@ from app.transport import PortError, PortTrouble
 from app.worker import Batch, Connection, PortState
 from protocol.link_states import Presence
 from tests.fakes_ui import ADAPTER, SECOND_ADAPTER, WAIT_MS, Ports, simulated, wait_online, window
+from tests.steps import settle
 from ui.application import Assembly, WindowOptions
 from ui.bridge import Bridge, joined
 from ui.connect_panel import FIND_RATE, SIMULATED_PORT
@@ -184,6 +185,7 @@ def test_a_port_in_use_says_so_and_opens_once_it_is_free(qtbot: QtBot, qapp: QAp
         bench.release(somebody)
         button = assembly.window.notice_bar.button("connect_again")
         assert button is not None
+        settle(button)
         qtbot.mouseClick(button, Qt.MouseButton.LeftButton)
         wait_online(qtbot, assembly)
 
@@ -201,6 +203,7 @@ def test_the_wrong_rate_is_found_with_one_click(qtbot: QtBot, qapp: QApplication
         qtbot.waitUntil(lambda: assembly.window.notice_bar.button("find_rate") is not None, timeout=WAIT_MS)
         button = assembly.window.notice_bar.button("find_rate")
         assert button is not None
+        settle(button)
         qtbot.mouseClick(button, Qt.MouseButton.LeftButton)
         assert phase(assembly) is Phase.FINDING
         wait_online(qtbot, assembly)

@@ -36,6 +36,7 @@ from protocol.link_states import Presence
 from protocol.messages import Heartbeat, Status, decode
 from tests.fakes_ui import ADAPTER, WAIT_MS, Ports, simulated, wait_online, window
 from tests.settings_bench import desk
+from tests.steps import settle
 from tests.test_commands_page import DISARMS_WITHIN_MS, arm
 from ui.application import Assembly, _faults_said
 from ui.connector import Target
@@ -64,6 +65,7 @@ def diagnosis(
 
 
 def click(qtbot: QtBot, widget: QWidget) -> None:
+    settle(widget)
     qtbot.mouseClick(widget, Qt.MouseButton.LeftButton)
 
 

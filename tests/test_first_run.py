@@ -10,6 +10,7 @@ from pytestqt.qtbot import QtBot
 from app.simulator import bench as benches
 from tests.fakes_ui import WAIT_MS, Ports, wait_online, window
 from tests.preflight_window import CHECK_MS, VERDICTS, hurry
+from tests.steps import settle
 from ui.application import PAGES, Assembly
 from ui.link_state import Phase
 from ui.preflight_page import PreflightPage
@@ -24,6 +25,7 @@ def click(qtbot: QtBot, assembly: Assembly, name: str) -> None:
     assert widget is not None, name
     assert widget.isVisible(), name
     assert widget.isEnabled(), name
+    settle(widget)
     qtbot.mouseClick(widget, Qt.MouseButton.LeftButton)
 
 
@@ -63,6 +65,7 @@ def test_from_the_icon_to_go(qtbot: QtBot, qapp: QApplication, tmp_path: Path, m
                 break
             set_down = page.strip.button("set_down")
             button = set_down if set_down is not None and set_down.isVisible() else page.buttons.run
+            settle(button)
             qtbot.mouseClick(button, Qt.MouseButton.LeftButton)
             wait_verdict(qtbot, page)
         assert page.banner.announcement.word == "READY"
@@ -91,6 +94,7 @@ def test_what_stands_at_first_says_what_to_do(qtbot: QtBot, qapp: QApplication, 
             button = main.notice_bar.button("choose_port")
             assert button is not None, entry.key
             assert button.isVisible(), entry.key
+        settle(button)
         qtbot.mouseClick(button, Qt.MouseButton.LeftButton)
         assert main.panel.isVisible()
         decline = main.findChild(QPushButton, "live_tour_decline")

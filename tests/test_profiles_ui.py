@@ -14,6 +14,7 @@ from app.simulator import bench as benches
 from tests import walk
 from tests.fakes_ui import WAIT_MS, simulated, wait_online, window
 from tests.settings_bench import ENTRIES, Desk, desk
+from tests.steps import settle
 from ui.connector import Target
 from ui.keeping import Keeping
 from ui.notice_bar import NoticeBar
@@ -185,6 +186,7 @@ def test_a_baud_change_that_was_broken_off_is_picked_up_at_the_next_start(
         qtbot.waitUntil(lambda: shown() is not None, timeout=WAIT_MS)
         button = shown()
         assert button is not None
+        settle(button)
         qtbot.mouseClick(button, Qt.MouseButton.LeftButton)
         wait_online(qtbot, assembly)
         qtbot.waitUntil(lambda: not assembly.keeping.store.pending_bauds(), timeout=WAIT_MS)  # type: ignore[union-attr]

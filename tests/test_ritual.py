@@ -59,16 +59,14 @@ def test_a_rehearsal_gives_a_permit_that_sends_nothing() -> None:
     assert ritual.is_rehearsal is False
 
 
-def test_release_cancels_and_the_next_press_starts_anew() -> None:
+def test_letting_go_ends_the_ritual() -> None:
     ritual = armed()
     ritual.press(T0)
     assert hold(ritual, T0, 1.9) == []
     ritual.release()
-    assert ritual.stage is Stage.ARMED
+    assert (ritual.stage, ritual.ended_by) == (Stage.IDLE, Input.RELEASE)
     ritual.press(T0 + 2.0)
-    assert hold(ritual, T0 + 2.0, 1.9) == []
-    ritual.release()
-    assert hold(ritual, T0 + 3.9, 3.0) == []
+    assert hold(ritual, T0 + 2.0, 3.0) == []
 
 
 def test_auto_repeat_and_double_clicks_never_count() -> None:
@@ -81,7 +79,7 @@ def test_auto_repeat_and_double_clicks_never_count() -> None:
     assert ritual.stage is Stage.HOLDING
     assert ritual.held_s(T0 + 0.7) == pytest.approx(0.5)
     ritual.press(T0 + 0.8)  # another finger
-    assert ritual.stage is Stage.ARMED
+    assert ritual.stage is Stage.IDLE
 
 
 def test_the_ten_seconds_end_it_also_while_held() -> None:
@@ -97,7 +95,7 @@ def test_a_window_that_hung_cannot_know_that_it_was_held() -> None:
     ritual.press(T0)
     assert hold(ritual, T0, 1.0) == []
     assert ritual.tick(T0 + 1.0 + LONGEST_GAP_S + 1.5) is None
-    assert ritual.stage is Stage.ARMED
+    assert (ritual.stage, ritual.ended_by) == (Stage.IDLE, Input.HOLD_BROKEN)
 
 
 def test_a_late_release_is_never_taken_for_a_complete_hold() -> None:
@@ -136,15 +134,16 @@ TABLE = """
                   I C A H F
 CHOOSE            C C A H C
 ARM               I A A H F
-PRESS             I C H A F
-RELEASE           I C A A F
+PRESS             I C H I F
+RELEASE           I C A I F
 HELD              I C A F F
-HOLD_BROKEN       I C A A F
+HOLD_BROKEN       I C A I F
 RAN_OUT           I C I I F
 FINISHED          I C A H I
 CANCEL            I I I I F
 FOCUS_LOST        I I I I F
 WINDOW_LEFT       I I I I F
+OUT_OF_SIGHT      I I I I F
 LINK_LOST         I I I I F
 MODULE_RESTARTED  I I I I F
 CONDITION_OPENED  I C I I F
@@ -211,13 +210,15 @@ def test_no_sequence_fires_without_two_seconds_held(steps: list[str | Input | fl
                 ritual.press(now)
                 gestures += 1
                 pressed_at = now if stage is Stage.ARMED else None
+                armed_at = None if stage is Stage.HOLDING else armed_at
             case "repeat":
                 ritual.press(now, is_auto_repeat=True)
             case "double":
                 ritual.press(now, is_double_click=True)
-                pressed_at = None if stage is Stage.HOLDING else pressed_at
+                armed_at = None if stage is Stage.HOLDING else armed_at
             case _:
                 ritual.release()
+                armed_at = None if stage is Stage.HOLDING else armed_at
                 pressed_at = None
     assert permits <= gestures
 

@@ -7,6 +7,7 @@ import pytest
 
 from app.acts import EFFECTS, REQUESTS, TITLES, Act
 from app.device import DeviceView, Doubt, How, Known
+from app.motion import Motion
 from app.permit import Origin, Permit
 from app.safety import CONDITIONS, Condition, Situation, refusals, situation
 from protocol.catalogue import Hazard
@@ -20,6 +21,8 @@ WORDS = {
     "active": Condition.IS_ACTIVE,
     "unfired": Condition.NOT_TRIGGERED,
     "flat": Condition.BELOW_TILT,
+    "level": Condition.IS_LEVEL,
+    "still": Condition.IS_STILL,
     "alone": Condition.NOTHING_ELSE_ARMED,
     "confirmed": Condition.CONFIRMED,
     "ritual": Condition.RITUAL_DONE,
@@ -29,7 +32,7 @@ WORDS = {
 NEEDED = {
     Act.LOCK: "",
     Act.ACTIVATE: "online fresh locked unfired flat alone confirmed audit",
-    Act.ZERO: "online fresh locked alone confirmed audit",
+    Act.ZERO: "online fresh locked level still alone confirmed audit",
     Act.SHUTDOWN: "online fresh locked alone confirmed audit",
     Act.FORBID_DEPLOY: "online fresh alone confirmed audit",
     Act.DEPLOY: "online fresh active unfired alone ritual audit",
@@ -42,7 +45,21 @@ STATUS = {
     "old": (NOW - 3.0, None),
     "restarted": (NOW - 0.2, Doubt.RESTARTED),
 }
-TILT = {"flat": (7.0, 60.0), "at it": (60.0, 60.0), "no tilt": (None, 60.0), "no threshold": (7.0, None)}
+MOTIONS = {
+    "still": Motion(NOW - 2.1, NOW - 0.2, 6.0, 8.0, 0.9, 1.1),
+    "swings": Motion(NOW - 2.1, NOW - 0.2, 6.0, 9.0, 1.0, 1.0),
+    "falls": Motion(NOW - 2.1, NOW - 0.2, 7.0, 7.0, 0.8, 1.0),
+    "shakes": Motion(NOW - 2.1, NOW - 0.2, 7.0, 7.0, 1.0, 1.2),
+    "short": Motion(NOW - 1.5, NOW - 0.2, 7.0, 7.0, 1.0, 1.0),
+    "unknown": None,
+}
+TILT = {
+    "flat": (7.0, 60.0),
+    "sloping": (11.0, 60.0),
+    "at it": (60.0, 60.0),
+    "no tilt": (None, 60.0),
+    "no threshold": (7.0, None),
+}
 
 
 def permits(act: Act) -> dict[str, Permit | None]:
@@ -64,14 +81,16 @@ def test_the_whole_truth_table(act: Act) -> None:
     other = Act.ACTIVATE if act is not Act.ACTIVATE else Act.DEPLOY
     armed_by = {"nothing": None, "itself": act, "other": other}
     rows = allowed = 0
-    for presence, status, active, fired, tilt, armed, permit, is_audit, is_unlocked in product(
+    motions = MOTIONS if act is Act.ZERO else ("still",)
+    for presence, status, active, fired, tilt, armed, permit, is_audit, is_unlocked, motion in product(
         Presence, STATUS, (True, False, None), (True, False, None), TILT, armed_by, permits(act), (True, False),
-        (True, False),
+        (True, False), motions,
     ):  # fmt: skip
         now_is = Situation(
             now=NOW, presence=presence, status_at=STATUS[status][0], status_doubt=STATUS[status][1], active=active,
             triggered=fired, tilt_deg=TILT[tilt][0], attitude_threshold_deg=TILT[tilt][1], armed=armed_by[armed],
             permit=permits(act)[permit], is_unlocked=is_unlocked, is_audit_ready=is_audit,
+            motion=MOTIONS[motion],
         )  # fmt: skip
         holds = {
             "online": presence is Presence.ONLINE,
@@ -79,7 +98,9 @@ def test_the_whole_truth_table(act: Act) -> None:
             "locked": active is False,
             "active": active is True,
             "unfired": fired is False,
-            "flat": tilt == "flat",
+            "flat": tilt in ("flat", "sloping"),
+            "level": tilt in ("flat", "no threshold"),
+            "still": motion == "still",
             "alone": armed != "other",
             "confirmed": permit in ("confirmed", "ritual"),
             "ritual": permit == "ritual",
@@ -90,7 +111,7 @@ def test_the_whole_truth_table(act: Act) -> None:
         assert [refusal.condition for refusal in refusals(act, now_is)] == expected
         rows += 1
         allowed += not expected
-    assert rows == 3 * 4 * 3 * 3 * 4 * 3 * 8 * 2 * 2
+    assert rows == 3 * 4 * 3 * 3 * 5 * 3 * 8 * 2 * 2 * len(motions)
     assert allowed > 0
 
 
@@ -118,7 +139,7 @@ def test_only_the_ritual_deploys() -> None:
         (Act.ZERO, Situation(now=NOW), "The module has not reported its status yet."),
         (Act.ZERO, Situation(now=NOW, status_at=NOW - 3), "The last status is 3.0 s old."),
         (Act.ZERO, Situation(now=NOW, active=True), "The module is ACTIVE: lock it first."),
-        (Act.DEPLOY, Situation(now=NOW, active=False), "The module is LOCKED: a locked module does not fire."),
+        (Act.DEPLOY, Situation(now=NOW, active=False), "The module is LOCKED: activate it first."),
         (Act.ACTIVATE, Situation(now=NOW, tilt_deg=70, attitude_threshold_deg=60),
          "The tilt is 70° and the module fires at 60°: it would fire at once."),
         (Act.ACTIVATE, Situation(now=NOW, armed=Act.DEPLOY), "Something else is armed: Deploy."),

@@ -15,6 +15,7 @@ from app.device import DeviceView, Doubt, How, Known
 from app.i18n import language
 from app.worker import Batch
 from tests.fakes_ui import WAIT_MS, Ports, simulated, wait_online, window
+from tests.steps import settle
 from ui.application import Assembly, WindowOptions
 from ui.connector import Target
 from ui.icons import Icon
@@ -27,6 +28,7 @@ CLOSES_WITHIN_S = 0.6
 
 
 def click(qtbot: QtBot, widget: QWidget) -> None:
+    settle(widget)
     qtbot.mouseClick(widget, Qt.MouseButton.LeftButton)
 
 

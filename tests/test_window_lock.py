@@ -11,11 +11,13 @@ from pytestqt.qtbot import QtBot
 from app.procedures.lock import Locked
 from protocol.catalogue import ACTIVATION
 from tests.fakes_ui import WAIT_MS, simulated, wait_online, window
+from tests.steps import settle
 from ui.connector import Target
 from ui.theme import Meaning
 
 
 def click(qtbot: QtBot, widget: QWidget) -> None:
+    settle(widget)
     qtbot.mouseClick(widget, Qt.MouseButton.LeftButton)
 
 

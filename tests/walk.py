@@ -19,6 +19,7 @@ from pytestqt.qtbot import QtBot
 from app.simulator.bench import SimulatedBench
 from tests.fakes_ui import ADAPTER, SECOND_ADAPTER, WAIT_MS, Ports, simulated, wait_online, window
 from tests.preflight_window import hurry
+from tests.steps import settle
 from ui.application import PAGES, Assembly, WindowOptions
 from ui.commands_page import CommandsPage
 from ui.connector import Target
@@ -109,6 +110,7 @@ class Walk:
         button = self.find(QWidget, name)
         assert isinstance(button, QPushButton | QToolButton), name
         assert button.isEnabled(), name
+        settle(button)
         button.click()
 
     # The pages
@@ -160,6 +162,7 @@ class Walk:
         confirms = [row.confirm for row in self.find(CommandsPage).acts.values()]
         self.qtbot.waitUntil(lambda: any(one.ask.isEnabled() for one in confirms), timeout=WAIT_MS)
         confirm = next(one for one in confirms if one.ask.isEnabled())
+        settle(confirm.ask)
         confirm.ask.click()
         yield self._stop("commands, asked")
         confirm.cancel.click()

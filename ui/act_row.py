@@ -16,7 +16,7 @@ from protocol.text import marked
 from ui.confirm import Confirm
 from ui.labels import text_label
 from ui.notice_bar import Notice, NoticeBar
-from ui.outcomes import SameModule, asking, not_begun, open_conditions, outcome_notice
+from ui.outcomes import SameModule, asking, motion_text, not_begun, open_conditions, outcome_notice
 from ui.pages import Services
 from ui.theme import Space
 
@@ -50,6 +50,8 @@ class ActRow(QFrame):
         texts = services.texts
         self._title = text_label(f"act_{act.value}_title", "strong")
         self._effect = text_label(f"act_{act.value}_effect", "small")
+        self.live = text_label(f"act_{act.value}_live", "small")
+        self.live.setVisible(act is Act.ZERO)
         self.conditions = text_label(f"act_{act.value}_conditions", "attention")
         self.confirm = Confirm(f"act_{act.value}", texts, ask=ASK_WORDS[act], go=GO_WORDS[act])
         self.said = NoticeBar(texts)
@@ -72,6 +74,8 @@ class ActRow(QFrame):
         self.conditions.setVisible(bool(told))
         # An old status alone does not hinder: the engine asks for a new one before it decides.
         in_the_way = [one for one in found if one.condition is not Condition.FRESH_STATUS]
+        if self.act is Act.ZERO:
+            self.live.setText(motion_text(self._connector))
         self.confirm.set_possible(not in_the_way and not self._is_busy)
         self.said.show_notice(None if self._done is None else self._done())
 
@@ -100,7 +104,7 @@ class ActRow(QFrame):
     def _lay_out(self) -> None:
         words = QVBoxLayout()
         words.setSpacing(2)
-        for label in (self._title, self._effect, self.conditions):
+        for label in (self._title, self._effect, self.live, self.conditions):
             words.addWidget(label)
         grid = QGridLayout(self)
         grid.setContentsMargins(Space.M, Space.S, Space.M, Space.S)

@@ -73,7 +73,7 @@ class BaudPanel(QFrame):
         connector = self._connector
         now = connector.clock()
         self.stands.show_known(connector.device.known("baud_rate", now), now)
-        found = open_conditions(self._services, Act.CHANGE_BAUD) if connector.is_open else ()
+        found = open_conditions(self._services, Act.CHANGE_BAUD)
         self.conditions.setText(" ".join(one.sentence for one in found))
         self.conditions.setVisible(bool(found))
         in_the_way = [one for one in found if one.condition is not Condition.FRESH_STATUS]

@@ -47,7 +47,7 @@ class BaudRecovery:
         )  # fmt: skip
         begin = partial(self._leave, partial(self._look, pending))
         look = Choice("look_for_baud", tr("Look for the module"), begin, is_main=True)
-        forget = Choice("forget_baud", tr("Forget it"), lambda: self._forget(pending))
+        forget = Choice("forget_baud", tr("Forget it"), lambda: self._forget(pending), is_step=True)
         return Notice(Meaning.ATTENTION, text, (look, forget))
 
     def _look(self, pending: PendingBaud) -> None:

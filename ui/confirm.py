@@ -1,21 +1,24 @@
-"""A second click for what changes the module: ask, then do it or cancel. Cancel is where the first button was."""
+"""A second click for what changes the module: ask, then do it or cancel, each button in a place of its own."""
 
 from typing import Final
 
 from PySide6.QtCore import Qt, QTimer, Signal
 from PySide6.QtGui import QHideEvent, QKeyEvent
-from PySide6.QtWidgets import QHBoxLayout, QPushButton, QWidget
+from PySide6.QtWidgets import QWidget
 
+from ui.flow_row import FlowRow
+from ui.gestures import gestures
 from ui.named import named
+from ui.step_button import StepButton, bring_into_sight, is_in_sight, leave_focus
 from ui.texts import Texts
-from ui.theme import Space
 
-ASKS_FOR_MS: Final = 10_000
+ASKS_FOR_S: Final = 10.0
 """A question that nobody answers is withdrawn."""
+CHECK_EVERY_MS: Final = 100
 
 
 class Confirm(QWidget):
-    """`confirmed` comes once for one question. The second press of a double click falls on Cancel."""
+    """`confirmed` comes once for one question."""
 
     asked = Signal()
     confirmed = Signal()
@@ -24,9 +27,10 @@ class Confirm(QWidget):
     def __init__(self, name: str, texts: Texts, *, ask: str, go: str) -> None:
         super().__init__()
         self.setObjectName(f"{name}_confirm")
-        self.ask = named(QPushButton(), f"{name}_ask")
-        self.go = named(QPushButton(), f"{name}_go")
-        self.cancel = named(QPushButton(), f"{name}_cancel")
+        self.is_asking = False
+        self.ask = named(StepButton(), f"{name}_ask")
+        self.go = named(StepButton(), f"{name}_go")
+        self.cancel = named(StepButton(is_safe=True), f"{name}_cancel")
         for button, english in ((self.ask, ask), (self.go, go)):
             button.setProperty("role", "danger")
             texts.bind(button.setText, english)
@@ -35,26 +39,18 @@ class Confirm(QWidget):
         texts.bind(self.cancel.setText, "Cancel")
         texts.bind(self.cancel.setAccessibleName, "Cancel")
         texts.bind(self.cancel.setToolTip, "Send nothing (Esc)")
-        self.ask.clicked.connect(self._ask)
-        self.go.clicked.connect(self._go)
-        self.cancel.clicked.connect(self.withdraw)
-        row = QHBoxLayout(self)
-        row.setContentsMargins(0, 0, 0, 0)
-        row.setSpacing(Space.S)
-        row.addStretch(1)
-        for button in (self.go, self.ask, self.cancel):
-            row.addWidget(button)
+        self.ask.chosen.connect(self._ask)
+        self.go.chosen.connect(self._go)
+        self.cancel.chosen.connect(self.withdraw)
+        row = FlowRow(self)
+        row.add_right(self.go, self.cancel, self.ask)
         self.setTabOrder(self.ask, self.cancel)
         self.setTabOrder(self.cancel, self.go)
+        self._asked_at = 0.0
         self._timer = QTimer(self)
-        self._timer.setSingleShot(True)
-        self._timer.setInterval(ASKS_FOR_MS)
-        self._timer.timeout.connect(self.withdraw)
-        self._show(is_asking=False)
-
-    @property
-    def is_asking(self) -> bool:
-        return self._timer.isActive()
+        self._timer.setInterval(CHECK_EVERY_MS)
+        self._timer.timeout.connect(self.check)
+        self._show()
 
     def set_possible(self, is_possible: bool) -> None:
         """Whether there is any point in asking. A question that stands is withdrawn when there no longer is."""
@@ -65,30 +61,40 @@ class Confirm(QWidget):
     def withdraw(self) -> None:
         """Nothing is sent."""
         if self.is_asking:
-            self._timer.stop()
-            had_focus = self.go.hasFocus() or self.cancel.hasFocus()
-            self._show(is_asking=False)
-            if had_focus:
-                self.ask.setFocus()
+            self._end()
             self.withdrawn.emit()
 
+    def check(self) -> None:
+        """Withdraw a question that was not answered in time, or that is no longer wholly in sight."""
+        if self.is_asking and (gestures().clock() - self._asked_at >= ASKS_FOR_S or not is_in_sight(self)):
+            self.withdraw()
+
     def _ask(self) -> None:
+        if not is_in_sight(self):
+            bring_into_sight(self)
+            return
+        self.is_asking, self._asked_at = True, gestures().clock()
         self._timer.start()
-        self._show(is_asking=True)
+        self._show()
         self.cancel.setFocus()
         self.asked.emit()
 
     def _go(self) -> None:
+        self.check()
         if self.is_asking:
-            self._timer.stop()
-            self._show(is_asking=False)
+            self._end()
             self.confirmed.emit()
 
-    def _show(self, *, is_asking: bool) -> None:
-        # The new ones first: else the focus would wander off in between.
-        self.go.setVisible(is_asking)
-        self.cancel.setVisible(is_asking)
-        self.ask.setVisible(not is_asking)
+    def _end(self) -> None:
+        self.is_asking = False
+        self._timer.stop()
+        leave_focus(self)
+        self._show()
+
+    def _show(self) -> None:
+        self.go.setVisible(self.is_asking)
+        self.cancel.setVisible(self.is_asking)
+        self.ask.setVisible(not self.is_asking)
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
         if event.key() == Qt.Key.Key_Escape and self.is_asking:

@@ -1,39 +1,55 @@
 """The button that has to be held: tells presses and releases apart, by mouse or keyboard, and repeats from presses."""
 
 from PySide6.QtCore import QEvent, QRectF, QSize, Qt, Signal
-from PySide6.QtGui import QColor, QFocusEvent, QKeyEvent, QMouseEvent, QPainter, QPainterPath, QPaintEvent
-from PySide6.QtWidgets import QPushButton, QStyle, QStyleOptionButton, QStylePainter
+from PySide6.QtGui import QColor, QKeyEvent, QMouseEvent, QPainter, QPainterPath, QPaintEvent
+from PySide6.QtWidgets import QStyle, QStylePainter
 
+from ui.gestures import PRESS_KEYS
+from ui.step_button import StepButton
 from ui.theme import current
 
 _SMALLEST = QSize(180, 44)
-_KEYS = (Qt.Key.Key_Space, Qt.Key.Key_Return, Qt.Key.Key_Enter)
 
 
-class HoldButton(QPushButton):
+class HoldButton(StepButton):
     """Never emits `clicked`. `share` (0 … 1) is how much of the hold is done; it fills the button."""
 
-    pressed_down = Signal(bool, bool)
-    """Is it an auto-repeat; is it the second press of a double click."""
-    let_go = Signal()
-    """Released, or the pointer or the focus left it."""
+    hold_started = Signal()
+    """Pressed, by a press that counts."""
+    hold_ended = Signal()
+    """Released, or the pointer left it, or something else was pressed besides."""
 
     def __init__(self) -> None:
         super().__init__()
         self._share = 0.0
+        self._held_by_key = False
+        self._reserved: tuple[str, ...] = ()
         self.setProperty("role", "danger")
         self.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
-        self.setAutoDefault(False)
+
+    def reserve(self, *texts: str) -> None:
+        """Room for the longest of these texts, so that the button never changes its size."""
+        if texts != self._reserved:
+            self._reserved = texts
+            self.updateGeometry()
 
     def show_share(self, share: float) -> None:
         if share != self._share:
             self._share = share
-            self.setDown(share > 0)
             self.update()
+
+    def cancel_press(self) -> None:
+        was_held = self._is_pressed
+        super().cancel_press()
+        if was_held:
+            self.hold_ended.emit()
 
     def sizeHint(self) -> QSize:
         """Large enough for a gloved finger on a touch pad; the style sheet's own height is that of any button."""
-        return QSize(max(_SMALLEST.width(), super().sizeHint().width()), _SMALLEST.height())
+        hint = super().sizeHint()
+        longest = max((self.fontMetrics().horizontalAdvance(text) for text in self._reserved), default=0)
+        width = hint.width() - self.fontMetrics().horizontalAdvance(self.text()) + longest
+        return QSize(max(_SMALLEST.width(), hint.width(), width), _SMALLEST.height())
 
     def minimumSizeHint(self) -> QSize:
         return self.sizeHint()
@@ -42,53 +58,56 @@ class HoldButton(QPushButton):
 
     def mousePressEvent(self, event: QMouseEvent) -> None:
         event.accept()
-        if event.button() is Qt.MouseButton.LeftButton:
+        if event.button() is not Qt.MouseButton.LeftButton or self._is_pressed:
+            self.cancel_press()  # another button or hand in the middle of a hold is no steady hand
+        elif self.counts(event):
             self.setFocus(Qt.FocusReason.MouseFocusReason)
-            self.pressed_down.emit(False, False)
-        else:
-            self.let_go.emit()  # another button in the middle of a hold is no steady hand
-
-    def mouseDoubleClickEvent(self, event: QMouseEvent) -> None:
-        event.accept()
-        self.pressed_down.emit(False, True)
+            self._hold(by_key=False)
 
     def mouseMoveEvent(self, event: QMouseEvent) -> None:
         event.accept()
         if not self.rect().contains(event.position().toPoint()):
-            self.let_go.emit()
+            self.cancel_press()
 
     def mouseReleaseEvent(self, event: QMouseEvent) -> None:
         event.accept()
-        self.let_go.emit()
+        self.cancel_press()
 
     def leaveEvent(self, event: QEvent) -> None:
         super().leaveEvent(event)
-        self.let_go.emit()
+        if not self._held_by_key:
+            self.cancel_press()
 
     # By keyboard
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
-        if event.key() in _KEYS:
-            event.accept()
-            self.pressed_down.emit(event.isAutoRepeat(), False)
-        else:
+        self.check_place()
+        if event.key() not in PRESS_KEYS:
             event.ignore()  # Esc and Tab are the widget's around it
+            return
+        event.accept()
+        if event.isAutoRepeat():
+            return
+        if self._is_pressed:
+            self.cancel_press()
+        elif self.takes_keys:
+            self._hold(by_key=True)
 
     def keyReleaseEvent(self, event: QKeyEvent) -> None:
-        if event.key() in _KEYS:
+        if event.key() in PRESS_KEYS:
             event.accept()
-            if not event.isAutoRepeat():  # X11 tells a repeat as a release and a press
-                self.let_go.emit()
+            if not event.isAutoRepeat():
+                self.cancel_press()
         else:
             event.ignore()
 
-    def focusOutEvent(self, event: QFocusEvent) -> None:
-        super().focusOutEvent(event)
-        self.let_go.emit()
+    def _hold(self, *, by_key: bool) -> None:
+        self._is_pressed, self._held_by_key = True, by_key
+        self.setDown(True)
+        self.hold_started.emit()
 
     def paintEvent(self, _event: QPaintEvent) -> None:
-        option = QStyleOptionButton()
-        self.initStyleOption(option)
+        option = self._option()
         option.state &= ~QStyle.StateFlag.State_Sunken
         painter = QStylePainter(self)
         painter.drawControl(QStyle.ControlElement.CE_PushButton, option)

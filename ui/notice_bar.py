@@ -11,6 +11,7 @@ from app.i18n import tr
 from ui.icons import MEANING_ICONS, Icon, icon, pixmap
 from ui.named import named
 from ui.painted import paint_banner
+from ui.step_button import StepButton, leave_focus
 from ui.texts import Texts
 from ui.theme import Meaning, Space, current
 
@@ -23,6 +24,10 @@ class Choice:
     text: str
     act: Callable[[], None]
     is_main: bool = False
+    is_step: bool = False
+    """It changes the module or loses data: it counts only a press that was meant for it."""
+    is_shown: bool = True
+    """Else it only keeps its place, for another step of the same act."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -68,6 +73,7 @@ class NoticeBar(QWidget):
         """Replace what is shown; None takes the bar away. The same notice again changes nothing."""
         if notice is None:
             self.notice = None
+            leave_focus(self)
             self.hide()
             return
         if not self._is_same(notice):
@@ -84,7 +90,7 @@ class NoticeBar(QWidget):
         return (
             old is not None
             and (old.meaning, old.text) == (notice.meaning, notice.text)
-            and [(one.key, one.text) for one in old.choices] == [(one.key, one.text) for one in notice.choices]
+            and _buttons_of(old) == _buttons_of(notice)
         )
 
     def _fill(self, notice: Notice) -> None:
@@ -99,6 +105,7 @@ class NoticeBar(QWidget):
     def _make_buttons(self, notice: Notice) -> None:
         """Only where they are others: a new one under the pointer would swallow the click that is under way."""
         had_focus = next((one.objectName() for one in self._buttons if one.hasFocus()), None)
+        leave_focus(self)
         for button in self._buttons:
             self._row.removeWidget(button)
             button.hide()
@@ -107,19 +114,22 @@ class NoticeBar(QWidget):
         before: QWidget = self._text
         for number, button in enumerate(self._buttons):
             self._row.insertWidget(2 + number, button)
+            button.setVisible(notice.choices[number].is_shown)
             self.setTabOrder(before, button)  # where it stands, not behind everything that was made earlier
             before = button
             if button.objectName() == had_focus:
                 button.setFocus()
 
     def _make_button(self, choice: Choice, number: int) -> QPushButton:
-        button = named(QPushButton(choice.text), f"notice_{choice.key}")
+        button = named(StepButton() if choice.is_step else QPushButton(), f"notice_{choice.key}")
+        button.setText(choice.text)
         button.setAccessibleName(choice.text)
         button.setToolTip(choice.text)
         if choice.is_main:
             button.setProperty("role", "primary")
         # By number: the act of the notice shown now, also where an equal one replaced it.
-        button.clicked.connect(lambda: self._act(number))
+        pressed = button.chosen if isinstance(button, StepButton) else button.clicked
+        pressed.connect(lambda: self._act(number))
         return button
 
     def _act(self, number: int) -> None:
@@ -144,5 +154,5 @@ class NoticeBar(QWidget):
             paint_banner(self, self.notice.meaning)
 
 
-def _buttons_of(notice: Notice) -> list[tuple[str, str, bool]]:
-    return [(one.key, one.text, one.is_main) for one in notice.choices]
+def _buttons_of(notice: Notice) -> list[tuple[str, str, bool, bool]]:
+    return [(one.key, one.text, one.is_main, one.is_shown) for one in notice.choices]

@@ -77,7 +77,7 @@ def leaving_notice(
         tr("The module is ACTIVE: it fires by its thresholds, with or without this program."),
         (
             Choice("lock_and_leave", locks, lock, is_main=True),
-            Choice("leave_active", leaves, leave),
+            Choice("leave_active", leaves, leave, is_step=True),
             Choice("stay", tr("Stay"), stay),
         ),
     )
@@ -90,4 +90,4 @@ def unsent_notice(count: int, leave: Callable[[], None], stay: Callable[[], None
     if count == 1:
         text = tr("1 change of a setting has not been written to the module.")
     stays = Choice("stay", tr("Stay"), stay, is_main=True)
-    return Notice(Meaning.ATTENTION, text, (stays, Choice("drop_edits", leaves, leave)))
+    return Notice(Meaning.ATTENTION, text, (stays, Choice("drop_edits", leaves, leave, is_step=True)))

@@ -59,10 +59,24 @@ def outcome_meaning(done: Performed) -> Meaning:
         case Outcome.UNKNOWN:
             return Meaning.DANGER
         case Outcome.CONFIRMED:
-            is_hot = done.act in (Act.ACTIVATE, Act.DEPLOY)
+            is_hot = done.act in (Act.ACTIVATE, Act.DEPLOY) or (done.act is Act.ZERO and not done.is_level)
             return Meaning.DANGER if done.act is Act.DEPLOY else Meaning.ATTENTION if is_hot else Meaning.GOOD
         case _:
             return Meaning.ATTENTION
+
+
+def motion_text(connector: Connector) -> str:
+    """What zeroing looks at, as it is now; empty while it is not known."""
+    motion, tilt = connector.device.motion, connector.device.fresh("tilt_deg", connector.clock())
+    if motion is None or tilt is None:
+        return ""
+    return tr(
+        "Now: {tilt:.0f}°, {low:.1f} g to {high:.1f} g, moved by {change:.0f}° in 2 s.",
+        tilt=tilt,
+        low=motion.acceleration_low_g,
+        high=motion.acceleration_high_g,
+        change=motion.tilt_change_deg,
+    )
 
 
 def asking() -> Notice:

@@ -6,8 +6,8 @@ from PySide6.QtWidgets import QPushButton, QWidget
 from protocol.text import marked
 from ui.flow_row import FlowRow
 from ui.icons import Icon, icon
-from ui.named import named
 from ui.preflight_work import PreflightWork, Standing
+from ui.step_button import StepButton
 from ui.texts import Texts
 from ui.theme import Space
 
@@ -20,10 +20,13 @@ class PreflightButtons(QWidget):
         self.run = self._button("preflight_run", None, marked("Run the check"),
                                 marked("Run all checks: questions only (Ctrl+Return)"))  # fmt: skip
         self._main: QPushButton | None = None
-        self.enable = self._button("preflight_enable", None, marked("Enable triggers and check"),
-                                   marked("Enable both automatic triggers on the module, and check again"))  # fmt: skip
-        self.cancel = self._button("preflight_cancel", Icon.CROSS, marked("Cancel"),
-                                   marked("Break the check off; it is void then (Esc)"))  # fmt: skip
+        # Cancel goes when the check ends: a press that comes too late must not enable anything.
+        self.enable = StepButton()
+        self._prepare(self.enable, "preflight_enable", None, marked("Enable triggers and check"),
+                      marked("Enable both automatic triggers on the module, and check again"))  # fmt: skip
+        self.cancel = StepButton(is_safe=True)
+        self._prepare(self.cancel, "preflight_cancel", Icon.CROSS, marked("Cancel"),
+                      marked("Break the check off; it is void then (Esc)"))  # fmt: skip
         self.print = self._button("preflight_print", Icon.SAVE, marked("Print report …"),
                                   marked("Print the check as PDF, HTML and JSON (Ctrl+P)"))  # fmt: skip
         self.history = self._button("preflight_history", Icon.HISTORY, marked("Past checks"),
@@ -40,7 +43,7 @@ class PreflightButtons(QWidget):
         self.run.setEnabled(work.can_check)
         self._texts.bind(self.run.setText, "Run the check" if work.filed is None else "Check again")
         self._emphasise(self.run if work.are_triggers_known or not work.can_check else self.enable)
-        self.enable.setEnabled(work.can_check)
+        self.enable.setEnabled(work.can_enable)
         self.enable.setVisible(not is_checking)
         self.cancel.setVisible(is_checking)
         self.print.setEnabled(work.record is not None)
@@ -57,11 +60,15 @@ class PreflightButtons(QWidget):
             button.style().polish(button)
 
     def _button(self, name: str, picture: Icon | None, english: str, tip: str) -> QPushButton:
-        button = named(QPushButton(), name)
+        button = QPushButton()
+        self._prepare(button, name, picture, english, tip)
+        return button
+
+    def _prepare(self, button: QPushButton, name: str, picture: Icon | None, english: str, tip: str) -> None:
+        button.setObjectName(name)
         if picture is not None:
             button.setIcon(icon(picture))
             button.setIconSize(QSize(16, 16))
         self._texts.bind(button.setText, english)
         self._texts.bind(button.setAccessibleName, english)
         self._texts.bind(button.setToolTip, tip)
-        return button

@@ -209,7 +209,7 @@ class PreflightPage(QWidget):
     def _wire(self) -> None:
         work, buttons = self.work, self.buttons
         buttons.run.clicked.connect(lambda _is_checked: self.check())
-        buttons.enable.clicked.connect(lambda _is_checked: self.check(Statement(is_enabling=True)))
+        buttons.enable.chosen.connect(lambda: self.check(Statement(is_enabling=True)))
         buttons.cancel.clicked.connect(work.cancel)
         buttons.print.clicked.connect(self.print)
         buttons.history.clicked.connect(self.show_history)

@@ -24,6 +24,7 @@ from app.profiles import Profile
 from app.store.database import StoreTrouble
 from app.store.store import Store
 from app.worker import Batch, Job
+from protocol.link_states import Presence
 from protocol.text import marked
 from ui.link_state import Phase
 from ui.pages import Services
@@ -118,6 +119,10 @@ class PreflightWork(QObject):
         is_settled = self._connector.state.phase not in (Phase.OPENING, Phase.FINDING)
         is_there = self._connector.is_open and not self._connector.is_recording
         return is_there and is_settled and self._job is None
+
+    @property
+    def can_enable(self) -> bool:
+        return self.can_check and self._connector.device.presence is Presence.ONLINE
 
     @property
     def are_triggers_known(self) -> bool:

@@ -1,7 +1,8 @@
-"""Deploying, by ritual: choose, arm, hold. `app.ritual` decides; here are the hands, the eyes and the clock.
+"""The deploy panel: choose, arm, hold. `app.ritual` decides; here are the controls and the timer.
 
-Fifty times a second it is looked whether anything disarms: a condition that opens, the link, a restart, a sleep of the
-computer, another window, another field, an error anywhere in the window. Cancel has the focus at every step.
+Fifty times a second it checks whether anything disarms: an open condition, the link, a restart, a sleep of the
+computer, another window, another field, an error anywhere in the window, an armed control out of sight. Cancel has the
+focus at every step, and each control has a place of its own at the bottom of the page.
 """
 
 from collections.abc import Callable
@@ -9,9 +10,9 @@ from functools import partial
 from itertools import pairwise
 from typing import Final
 
-from PySide6.QtCore import Qt, QTimer, Signal
+from PySide6.QtCore import Qt, QTimer
 from PySide6.QtGui import QHideEvent, QKeyEvent
-from PySide6.QtWidgets import QApplication, QFrame, QHBoxLayout, QProgressBar, QPushButton, QVBoxLayout
+from PySide6.QtWidgets import QFrame, QHBoxLayout, QProgressBar, QVBoxLayout, QWidget
 
 from app.acts import EFFECTS, REQUESTS, TITLES, Act
 from app.awake import SleepWatch, sleepless_clock
@@ -19,9 +20,12 @@ from app.i18n import tr
 from app.permit import Permit
 from app.procedures.act import Performed, perform, rehearse
 from app.ritual import ARMED_FOR_S, HOLD_S, Input, Ritual, Stage
+from app.safety import Condition
 from app.worker import Job
 from protocol.link_states import Presence
 from protocol.text import marked
+from ui.flow_row import FlowRow
+from ui.gestures import gestures
 from ui.hold_button import HoldButton
 from ui.labels import text_label
 from ui.named import named
@@ -29,13 +33,19 @@ from ui.notice_bar import Notice, NoticeBar
 from ui.outcomes import SameModule, asking, not_begun, open_conditions, outcome_notice
 from ui.pages import Services
 from ui.ritual_guard import RitualGuard
+from ui.step_button import StepButton, is_in_sight, leave_focus
 from ui.theme import Meaning, Space
 
 TICK_MS: Final = 20
-_BAR_PX: Final = 12
+_BAR_PX: Final = 8
+_LINES: Final = 2
 _ENDED: Final = {
     Input.CANCEL: marked("Cancelled. Nothing was sent."),
     Input.RAN_OUT: marked("The ten seconds are over. Nothing was sent."),
+    Input.RELEASE: marked("Let go before two seconds were over. Nothing was sent."),
+    Input.PRESS: marked("Disarmed: something else was pressed during the hold. Nothing was sent."),
+    Input.HOLD_BROKEN: marked("Disarmed: the window was busy, the hold is not certain. Nothing was sent."),
+    Input.OUT_OF_SIGHT: marked("Disarmed: the buttons were not in sight. Nothing was sent."),
     Input.FOCUS_LOST: marked("Disarmed: the keyboard went elsewhere. Nothing was sent."),
     Input.WINDOW_LEFT: marked("Disarmed: the window was left. Nothing was sent."),
     Input.LINK_LOST: marked("Disarmed: the link was lost. Nothing was sent."),
@@ -48,9 +58,6 @@ _ENDED: Final = {
 
 class RitualWidget(QFrame):
     """`refresh` brings the open conditions up to date."""
-
-    grew = Signal()
-    """It wants to be in sight as a whole."""
 
     def __init__(self, services: Services) -> None:
         super().__init__()
@@ -75,11 +82,14 @@ class RitualWidget(QFrame):
         self.countdown.setTextVisible(False)
         self.countdown.setFixedHeight(_BAR_PX)
         self.countdown.setRange(0, round(ARMED_FOR_S * 1000))
+        policy = self.countdown.sizePolicy()
+        policy.setRetainSizeWhenHidden(True)
+        self.countdown.setSizePolicy(policy)
         self.choose = self._button("ritual_choose", "danger")
         self.rehearse = self._button("ritual_rehearse", "")
         self.arm = self._button("ritual_arm", "danger")
         self.hold = named(HoldButton(), "ritual_hold")
-        self.cancel = self._button("ritual_cancel", "")
+        self.cancel = self._button("ritual_cancel", "", is_safe=True)
         self.said = NoticeBar(texts)
         self.said.setObjectName("ritual_said")
         texts.bind(self._title.setText, TITLES[Act.DEPLOY])
@@ -96,12 +106,12 @@ class RitualWidget(QFrame):
             texts.bind(button.setToolTip, tip)
         texts.bind(self.hold.setAccessibleName, "Hold for two seconds")
         texts.bind(self.hold.setToolTip, "Hold for two seconds, by mouse or by the space bar; letting go cancels")
-        self.choose.clicked.connect(partial(self._choose, is_rehearsal=False))
-        self.rehearse.clicked.connect(partial(self._choose, is_rehearsal=True))
-        self.arm.clicked.connect(self._arm)
-        self.cancel.clicked.connect(partial(self.disarm, Input.CANCEL))
-        self.hold.pressed_down.connect(self._press)
-        self.hold.let_go.connect(self._release)
+        self.choose.chosen.connect(partial(self._choose, is_rehearsal=False))
+        self.rehearse.chosen.connect(partial(self._choose, is_rehearsal=True))
+        self.arm.chosen.connect(self._arm)
+        self.cancel.chosen.connect(partial(self.disarm, Input.CANCEL))
+        self.hold.hold_started.connect(self._press)
+        self.hold.hold_ended.connect(self._release)
         self._connector.changed.connect(self._watch)
         self._connector.batch.connect(lambda _batch: self._watch())
         services.appearance.changed.connect(self.said.follow_theme)
@@ -125,12 +135,14 @@ class RitualWidget(QFrame):
         self.conditions.setText(" ".join(one.sentence for one in found))
         self.conditions.setVisible(bool(found))
         is_free = not self.is_under_way and not self._is_busy
-        self.choose.setEnabled(is_free and self._connector.is_open)
+        # An old status alone does not hinder: the engine asks for a new one before it decides.
+        in_the_way = [one for one in found if one.condition is not Condition.FRESH_STATUS]
+        self.choose.setEnabled(is_free and not in_the_way)
         self.rehearse.setEnabled(is_free)
         self.arm.setEnabled(self.ritual.stage is Stage.CHOSEN and (self.ritual.is_rehearsal or not found))
         self.said.show_notice(None if self._done is None else self._done())
 
-    def disarm(self, why: Input, _is_checked: bool = False) -> None:
+    def disarm(self, why: Input) -> None:
         """Back to the beginning; nothing is sent."""
         if self.is_under_way:
             self.ritual.disarm(why)
@@ -138,7 +150,7 @@ class RitualWidget(QFrame):
 
     # The gestures
 
-    def _choose(self, _is_checked: bool = False, *, is_rehearsal: bool) -> None:
+    def _choose(self, *, is_rehearsal: bool) -> None:
         self.ritual.choose(is_rehearsal=is_rehearsal)
         self._done = None
         self._take_focus()
@@ -152,16 +164,20 @@ class RitualWidget(QFrame):
         self._show()
 
     def _take_focus(self) -> None:
-        """Before the button that has it is hidden: else the focus would wander off and disarm."""
+        """Before the button that has it is hidden: else the focus would go elsewhere and disarm."""
         self.cancel.show()
         self.cancel.setFocus()
-        QTimer.singleShot(0, self, self.grew.emit)
 
-    def _press(self, is_auto_repeat: bool, is_double_click: bool) -> None:
-        self.ritual.press(self._connector.clock(), is_auto_repeat=is_auto_repeat, is_double_click=is_double_click)
+    def _press(self) -> None:
+        self.ritual.press(self._connector.clock())
+        self._follow()
 
     def _release(self) -> None:
-        self.ritual.release()
+        if not self.isVisible():
+            self.disarm(Input.WINDOW_LEFT)
+        elif self.ritual.stage is Stage.HOLDING:
+            self.ritual.release()
+            self._follow()
 
     # The watch
 
@@ -185,14 +201,24 @@ class RitualWidget(QFrame):
             self.disarm(Input.MODULE_RESTARTED)
         elif self._was_online and not is_online:
             self.disarm(Input.LINK_LOST)
+        elif self.ritual.stage is Stage.HOLDING and not self.hold.hasFocus():
+            self.disarm(Input.FOCUS_LOST)
+        elif not self._is_in_sight():
+            self.disarm(Input.OUT_OF_SIGHT)
         elif self.ritual.is_armed and self._services.armed.act is None:
             self.disarm(Input.FAILED)  # an error in another thread took it away
         elif self.ritual.is_armed and not self.ritual.is_rehearsal and open_conditions(self._services, Act.DEPLOY):
             self.disarm(Input.CONDITION_OPENED)
 
+    def _is_in_sight(self) -> bool:
+        """Whether the controls of this step can be seen as a whole."""
+        return all(is_in_sight(one) for one in (self.cancel, self.arm, self.hold) if not one.isHidden())
+
     def _tick(self) -> None:
         try:
             self._watch()
+            if gestures().is_release_uncertain:
+                return  # it is known within some 50 ms whether the key is still down
             permit = self.ritual.tick(self._connector.clock())
         except BaseException:
             self.disarm(Input.FAILED)
@@ -207,6 +233,8 @@ class RitualWidget(QFrame):
             self._timer.stop()
             self._guard.end()
             self._services.armed.act = None
+            gestures().ignore_keys_down()
+            leave_focus(self)
             why = self.ritual.ended_by
             if self.ritual.stage is Stage.IDLE and why is not None and why in _ENDED:
                 self._done = partial(_ended_notice, why, self._forget)
@@ -241,7 +269,6 @@ class RitualWidget(QFrame):
     def _show(self) -> None:
         ritual, now = self.ritual, self._connector.clock()
         stage = ritual.stage
-        had_focus = self._has_focus_inside()
         for widget, is_shown in (
             (self.cancel, self.is_under_way),
             (self.hold, ritual.is_armed),
@@ -265,14 +292,10 @@ class RitualWidget(QFrame):
             case _:
                 said = ""
         self.step.setText(f"{rehearsal} {said}".strip())
-        self.hold.setText(tr("Hold to rehearse") if ritual.is_rehearsal else tr("Hold to DEPLOY"))
+        in_earnest, as_rehearsal = tr("Hold to DEPLOY"), tr("Hold to rehearse")
+        self.hold.reserve(in_earnest, as_rehearsal)
+        self.hold.setText(as_rehearsal if ritual.is_rehearsal else in_earnest)
         self.refresh()
-        if had_focus and not self._has_focus_inside() and self.isVisible():
-            self.rehearse.setFocus()
-
-    def _has_focus_inside(self) -> bool:
-        focused = QApplication.focusWidget()
-        return focused is not None and self.isAncestorOf(focused)
 
     # Qt
 
@@ -287,26 +310,36 @@ class RitualWidget(QFrame):
         self.disarm(Input.WINDOW_LEFT)
 
     @staticmethod
-    def _button(name: str, role: str) -> QPushButton:
-        button = named(QPushButton(), name)
+    def _button(name: str, role: str, *, is_safe: bool = False) -> StepButton:
+        button = named(StepButton(is_safe=is_safe), name)
         button.setProperty("role", role)
-        button.setAutoDefault(False)
         return button
 
     def _lay_out(self) -> None:
         column = QVBoxLayout(self)
-        column.setContentsMargins(Space.M, Space.M, Space.M, Space.M)
+        column.setContentsMargins(Space.M, Space.S, Space.M, Space.S)
         column.setSpacing(Space.XS)
-        for label in (self._title, self._effect, self.conditions, self.step):
-            column.addWidget(label)
+        head = QHBoxLayout()
+        head.setSpacing(Space.M)
+        self._title.setWordWrap(False)
+        head.addWidget(self._title)
+        head.addWidget(self._effect, 1)
+        text = QWidget()
+        words = QVBoxLayout(text)
+        words.setContentsMargins(0, 0, 0, 0)
+        words.setSpacing(Space.XS)
+        for label in (self.said, self.conditions, self.step):
+            words.addWidget(label)
+        words.addStretch(1)
+        # A step more or less does not change the height of the panel.
+        text.setMinimumHeight(self.fontMetrics().lineSpacing() * _LINES + Space.XS)
+        column.addLayout(head)
+        column.addWidget(text)
         column.addWidget(self.countdown)
-        row = QHBoxLayout()
-        row.setSpacing(Space.S)
-        row.addStretch(1)
-        for button in (self.arm, self.hold, self.rehearse, self.choose, self.cancel):
-            row.addWidget(button)
+        row = FlowRow()
+        row.add(self.choose, self.rehearse)
+        row.add_right(self.cancel, self.arm, self.hold)
         column.addLayout(row)
-        column.addWidget(self.said)
         # From Cancel, which has the focus at every step, one Tab leads to what comes next.
         for first, second in pairwise((self.rehearse, self.choose, self.cancel, self.arm, self.hold)):
             self.setTabOrder(first, second)

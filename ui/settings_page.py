@@ -98,7 +98,7 @@ class SettingsPage(QWidget):
         count = len(form.changes(device, now))
         self.write.setText(tr("Write {count} changes", count=count) if count != 1 else tr("Write 1 change"))
         has_unfit = form.count_unsent(device, now) > count
-        self.write.setEnabled(work.can_send and count > 0 and not has_unfit)
+        self.write.setEnabled(work.can_write and count > 0 and not has_unfit)
         self.read.setEnabled(work.can_send)
         self.revert.setEnabled(work.can_edit and form.has_drafts)
         self.defaults.setEnabled(work.can_edit)
@@ -108,7 +108,7 @@ class SettingsPage(QWidget):
         self.strip.show_notice(work.notice() or self._idle_notice())
         self.fingerprint.show_device(device, now)
         self.files.refresh()
-        self.compare.refresh(device, now, can_apply=work.can_send and work.can_edit)
+        self.compare.refresh(device, now, can_apply=work.can_write and work.can_edit)
         self.baud.refresh()
         self.calibration.refresh()
 
@@ -117,6 +117,8 @@ class SettingsPage(QWidget):
             now = self._connector.clock()
             unfit = [row for row in self.work.form.rows(self._connector.device, now) if row.state is RowState.UNFIT]
             said = [tr("{setting}: {why}.", setting=tr(row.command.title), why=row.reason) for row in unfit]
+            if self._connector.is_open and not self.work.is_busy and not self.work.can_write:
+                said.append(tr("The module does not answer."))
             return Notice(Meaning.ATTENTION, together(said)) if said else None
         return Notice(Meaning.INFORMATION, tr("Connect a module to see and change its settings."))
 

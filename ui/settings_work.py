@@ -16,6 +16,7 @@ from app.safety import Condition, Refusal, refusals, situation
 from app.settings_form import RowState, SettingsForm
 from app.snapshots import Snapshot
 from app.worker import Job
+from protocol.link_states import Presence
 from ui.notice_bar import Choice, Notice
 from ui.pages import Services
 from ui.sentences import together
@@ -55,6 +56,11 @@ class SettingsWork(QObject):
     def can_send(self) -> bool:
         return self._connector.is_open and not self.is_busy
 
+    @property
+    def can_write(self) -> bool:
+        """Else the engine would refuse it."""
+        return self.can_send and self._connector.device.presence is Presence.ONLINE
+
     def count_unsent(self) -> int:
         return self.form.count_unsent(self._connector.device, self._connector.clock()) if self._whose else 0
 
@@ -84,7 +90,7 @@ class SettingsWork(QObject):
         """Write what is wanted and prove it. Warns first where that is needed, and says why where it is refused."""
         connector = self._connector
         changes = self.form.changes(connector.device, connector.clock())
-        if not changes or not self.can_send:
+        if not changes or not self.can_write:
             return
         if not is_warned and self._warnings():
             self._notice = self._warning_notice
@@ -201,8 +207,17 @@ class SettingsWork(QObject):
         if not warnings:
             return None
         text = together(tr("{setting}: {why}", setting=setting, why=why) for setting, why in warnings)
-        go = Choice("write_anyway", tr("Write anyway"), partial(self.write, is_warned=True))
-        return Notice(Meaning.ATTENTION, text, (Choice("not_now", tr("Do not write"), self.dismiss), go))
+        return Notice(Meaning.ATTENTION, text, self._choices(is_locked=True))
+
+    def _choices(self, *, is_locked: bool) -> tuple[Choice, ...]:
+        """Both steps of a write that is asked about have places of their own, whichever is shown."""
+        anyway, unlocked = partial(self.write, is_warned=True), partial(self.write, is_warned=True, is_unlocked=True)
+        once = tr("Unlock this one write")
+        return (
+            Choice("not_now", tr("Do not write"), self.dismiss),
+            Choice("write_anyway", tr("Write anyway"), anyway, is_step=True, is_shown=is_locked),
+            Choice("unlock_once", once, unlocked, is_step=True, is_shown=not is_locked),
+        )
 
     def _refusals(self, *, is_unlocked: bool) -> tuple[Refusal, ...]:
         connector = self._connector
@@ -213,11 +228,8 @@ class SettingsWork(QObject):
 
     def _refused_notice(self, open_conditions: tuple[Refusal, ...]) -> Notice:
         text = together([tr("Nothing was written."), *(one.sentence for one in open_conditions)])
-        unlock = Choice(
-            "unlock_once", tr("Unlock this one write"), partial(self.write, is_warned=True, is_unlocked=True)
-        )
         can_unlock = all(one.condition is Condition.MAY_WRITE for one in open_conditions)
-        choices = (Choice("not_now", tr("Do not write"), self.dismiss), unlock) if can_unlock else ()
+        choices = self._choices(is_locked=False) if can_unlock else ()
         return Notice(Meaning.ATTENTION, text, choices, None if can_unlock else self.dismiss)
 
     def _written_notice(self, report: WriteReport) -> Notice:

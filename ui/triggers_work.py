@@ -216,8 +216,8 @@ class TriggersWork(QObject):
         else:
             text = tr("The records do not follow those that {module} had: is it the same module?", module=name)
         choices = (
-            Choice("another_module", tr("It is another one"), lambda: self._naming.choose("")),
-            Choice("same_module", tr("It is {module}: keep them", module=name), self._keep_anyway),
+            Choice("another_module", tr("It is another one"), lambda: self._naming.choose(""), is_step=True),
+            Choice("same_module", tr("It is {module}: keep them", module=name), self._keep_anyway, is_step=True),
         )
         return Notice(Meaning.ATTENTION, f"{text} {tr('Nothing was kept yet.')}", choices)
 

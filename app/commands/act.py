@@ -61,10 +61,11 @@ def run(args: argparse.Namespace) -> int:
 
 
 def exit_code(performed: "Performed") -> int:
+    from app.acts import Act
     from app.journal import Outcome
     from app.safety import Condition
 
     if performed.outcome is Outcome.CONFIRMED:
-        return DONE
+        return SAID_NO if performed.act is Act.ZERO and not performed.is_level else DONE
     is_silent = any(refusal.condition is Condition.ONLINE for refusal in performed.refusals)
     return NO_LINK if is_silent else SAID_NO

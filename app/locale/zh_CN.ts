@@ -1270,6 +1270,14 @@
         <translation>已解除：某项条件不再满足。未发送任何内容。</translation>
     </message>
     <message>
+        <source>Disarmed: something else was pressed during the hold. Nothing was sent.</source>
+        <translation>已解除：按住期间有其他按键或按钮被按下。未发送任何内容。</translation>
+    </message>
+    <message>
+        <source>Disarmed: the buttons were not in sight. Nothing was sent.</source>
+        <translation>已解除：按钮未完整显示。未发送任何内容。</translation>
+    </message>
+    <message>
         <source>Disarmed: the computer slept. Nothing was sent.</source>
         <translation>已解除：计算机曾休眠。未发送任何内容。</translation>
     </message>
@@ -1288,6 +1296,10 @@
     <message>
         <source>Disarmed: the program met an error. Nothing was sent.</source>
         <translation>已解除：程序出错。未发送任何内容。</translation>
+    </message>
+    <message>
+        <source>Disarmed: the window was busy, the hold is not certain. Nothing was sent.</source>
+        <translation>已解除：窗口繁忙，无法确认是否一直按住。未发送任何内容。</translation>
     </message>
     <message>
         <source>Disarmed: the window was left. Nothing was sent.</source>
@@ -2038,6 +2050,10 @@
         <translation>尚未确认。</translation>
     </message>
     <message>
+        <source>It has not been watched for two seconds yet.</source>
+        <translation>尚未观察满 2 秒。</translation>
+    </message>
+    <message>
         <source>It is another one</source>
         <translation>是另一个模块</translation>
     </message>
@@ -2080,6 +2096,10 @@
     <message>
         <source>It lies at {tilt:.0f}°. Beyond the red mark an ACTIVE module fires its parachute; this one is LOCKED and stays quiet.</source>
         <translation>倾角 {tilt:.0f}°。超过红色标记时，激活的模块会开伞；这一个已锁定，不会动作。</translation>
+    </message>
+    <message>
+        <source>It moves: {low:.0f}° to {high:.0f}°, {weak:.1f} g to {strong:.1f} g within two seconds.</source>
+        <translation>模块未静止：2 秒内 {low:.0f}° 至 {high:.0f}°，{weak:.1f} g 至 {strong:.1f} g。</translation>
     </message>
     <message>
         <source>It says what the module should be like, and what a person looks at</source>
@@ -2232,6 +2252,10 @@
     <message>
         <source>Length of the time line: {length}</source>
         <translation>时间轴长度：{length}</translation>
+    </message>
+    <message>
+        <source>Let go before two seconds were over. Nothing was sent.</source>
+        <translation>未按满 2 秒即松开。未发送任何内容。</translation>
     </message>
     <message>
         <source>Let it fall from this height. Active, it fires by free fall.</source>
@@ -2920,6 +2944,10 @@
     <message>
         <source>Now</source>
         <translation>当前</translation>
+    </message>
+    <message>
+        <source>Now: {tilt:.0f}°, {low:.1f} g to {high:.1f} g, moved by {change:.0f}° in 2 s.</source>
+        <translation>当前：{tilt:.0f}°，{low:.1f} g 至 {high:.1f} g，2 秒内变化 {change:.0f}°。</translation>
     </message>
     <message>
         <source>Off and on again: one more boot, two heartbeats, locked.</source>
@@ -3878,8 +3906,8 @@
         <translation>已发送，未得到应答；模块现在没有响应：请查看模块。</translation>
     </message>
     <message>
-        <source>Sent, not confirmed: check the tilt before you rely on it.</source>
-        <translation>已发送，未得到确认：请先检查倾角，再作为依据。</translation>
+        <source>Sent, not confirmed.</source>
+        <translation>已发送，未确认。</translation>
     </message>
     <message>
         <source>Sent, not confirmed: do not rely on it.</source>
@@ -4394,8 +4422,8 @@
         <translation>模块已应答，但仍使用 {old} 波特率。请将其关机再开机，然后以 {new} 波特率查找。</translation>
     </message>
     <message>
-        <source>The module acknowledged. Check the tilt: it should read 0° now.</source>
-        <translation>模块已应答。请检查倾角：现在应为 0°。</translation>
+        <source>The module acknowledged.</source>
+        <translation>模块已应答。</translation>
     </message>
     <message>
         <source>The module acknowledged. For how long it holds is not known.</source>
@@ -4466,8 +4494,8 @@
         <translation>模块的这项设置改为另一个值。</translation>
     </message>
     <message>
-        <source>The module goes into standby: it does not fire, also not when it tips over or falls.</source>
-        <translation>模块进入待机状态：即使翻倒或坠落也不会开伞。</translation>
+        <source>The module goes into standby. Until it reports LOCKED, treat it as ready to fire.</source>
+        <translation>模块进入待机。在其报告“已锁定”之前，请视为随时可能开伞。</translation>
     </message>
     <message>
         <source>The module has another baud rate: find the rate.</source>
@@ -4506,8 +4534,8 @@
         <translation>模块已激活：请先锁定。</translation>
     </message>
     <message>
-        <source>The module is LOCKED: a locked module does not fire.</source>
-        <translation>模块已锁定：锁定的模块不会开伞。</translation>
+        <source>The module is LOCKED: activate it first.</source>
+        <translation>模块已锁定：请先激活。</translation>
     </message>
     <message>
         <source>The module is told not to fire over serial; for how long, the vendor does not say.</source>
@@ -4758,12 +4786,20 @@
         <translation>十秒已过。未发送任何内容。</translation>
     </message>
     <message>
+        <source>The tilt could not be read: check it before you rely on it.</source>
+        <translation>无法读取倾角：使用前请先确认。</translation>
+    </message>
+    <message>
         <source>The tilt is not known.</source>
         <translation>倾角未知。</translation>
     </message>
     <message>
         <source>The tilt is {tilt:.0f}° and the module fires at {threshold:.0f}°: it would fire at once.</source>
         <translation>倾角为 {tilt:.0f}°，而模块在 {threshold:.0f}° 开伞：会立即开伞。</translation>
+    </message>
+    <message>
+        <source>The tilt is {tilt:.0f}°: lay it level, within {limit:.0f}°.</source>
+        <translation>倾角为 {tilt:.0f}°：请放平，不超过 {limit:.0f}°。</translation>
     </message>
     <message>
         <source>The tour has ended, because its simulated module was disconnected.</source>
@@ -4880,6 +4916,14 @@
     <message>
         <source>Tilt at rest</source>
         <translation>静止倾角</translation>
+    </message>
+    <message>
+        <source>Tilt now {tilt:.0f}°, not 0°: check the mounting.</source>
+        <translation>当前倾角 {tilt:.0f}°，不是 0°：请检查安装。</translation>
+    </message>
+    <message>
+        <source>Tilt now {tilt:.0f}°.</source>
+        <translation>当前倾角 {tilt:.0f}°。</translation>
     </message>
     <message>
         <source>Tilt, acceleration and cell voltage over time, with the limits at which the module fires. Where nothing was heard the line is broken, never filled in.</source>

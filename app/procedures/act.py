@@ -23,6 +23,7 @@ from app.transport import PortError
 from protocol.catalogue import BY_NAME, HEARTBEAT, STATUS
 from protocol.events import Answered, Unanswered
 from protocol.events import Outcome as Reply
+from protocol.link_states import Presence
 from protocol.messages import Acknowledgement, Status
 from protocol.text import marked
 
@@ -37,9 +38,9 @@ SENTENCES: Mapping[tuple[Act, Outcome], str] = {
     (Act.ACTIVATE, Outcome.CONFIRMED): marked("The module reports that it is ACTIVE."),
     (Act.ACTIVATE, Outcome.REFUSED): marked("The module reports that it is still LOCKED."),
     (Act.ACTIVATE, Outcome.UNKNOWN): marked("Sent, not confirmed: treat the module as ACTIVE."),
-    (Act.ZERO, Outcome.CONFIRMED): marked("The module acknowledged. Check the tilt: it should read 0° now."),
+    (Act.ZERO, Outcome.CONFIRMED): marked("The module acknowledged."),
     (Act.ZERO, Outcome.REFUSED): marked("The module did not accept it."),
-    (Act.ZERO, Outcome.UNKNOWN): marked("Sent, not confirmed: check the tilt before you rely on it."),
+    (Act.ZERO, Outcome.UNKNOWN): marked("Sent, not confirmed."),
     (Act.SHUTDOWN, Outcome.CONFIRMED): marked("The module acknowledged and is silent now."),
     (Act.SHUTDOWN, Outcome.REFUSED): marked("The module still answers: it is not switched off."),
     (Act.SHUTDOWN, Outcome.UNKNOWN): marked("Sent, not acknowledged; the module is silent now: look at it."),
@@ -50,6 +51,10 @@ SENTENCES: Mapping[tuple[Act, Outcome], str] = {
     (Act.DEPLOY, Outcome.REFUSED): marked("The module answered that it did not fire, and reports no trigger."),
     (Act.DEPLOY, Outcome.UNKNOWN): marked("Sent, not confirmed: treat it as fired."),
 }
+ZEROED_WITHIN_DEG = 1
+"""The module reports whole degrees."""
+WATCH_S, REPORTS_EVERY_S = 2.0, 0.07
+"""How long, before zeroing, reports are asked for, and how often."""
 _NOT_SENT = marked("Nothing was sent.")
 
 
@@ -75,11 +80,25 @@ class Performed:
         if self.is_rehearsal:
             return tr("Rehearsal: {frame} would have been sent. Nothing was.", frame=self.frame.hex(" ").upper())
         if self.outcome is not Outcome.NOT_SENT:
-            return tr(SENTENCES[self.act, self.outcome])
+            said = tr(SENTENCES[self.act, self.outcome])
+            return f"{said} {self._tilt_sentence}" if self.act is Act.ZERO else said
         parts = [tr(_NOT_SENT), *(refusal.sentence for refusal in self.refusals)]
         if self.trouble:
             parts.append(self.trouble)
         return " ".join(parts)
+
+    @property
+    def is_level(self) -> bool:
+        """What zeroing is for: the tilt that the module reports afterwards is near 0."""
+        return self.status is not None and self.status.tilt_deg <= ZEROED_WITHIN_DEG
+
+    @property
+    def _tilt_sentence(self) -> str:
+        if self.status is None:
+            return tr("The tilt could not be read: check it before you rely on it.")
+        if self.is_level:
+            return tr("Tilt now {tilt:.0f}°.", tilt=self.status.tilt_deg)
+        return tr("Tilt now {tilt:.0f}°, not 0°: check the mounting.", tilt=self.status.tilt_deg)
 
 
 @dataclass(slots=True)
@@ -184,7 +203,19 @@ def _refresh(act: Act) -> Procedure[None]:
     sight: Sight = yield Look()
     if act is Act.ACTIVATE and sight.device.fresh("attitude_threshold_deg", sight.now) is None:
         yield Ask(BY_NAME["attitude_threshold"].query())
+    if act is Act.ZERO:
+        yield from _watch_motion()
     yield Ask(STATUS.query())
+
+
+def _watch_motion() -> Procedure[None]:
+    """Reports asked for during two seconds, from which it is judged whether the module lies still."""
+    sight: Sight = yield Look()
+    ends_at = sight.now + WATCH_S
+    while sight.now < ends_at and sight.device.presence is Presence.ONLINE:
+        yield Ask(STATUS.query())
+        yield Pause(REPORTS_EVERY_S)
+        sight = yield Look()
 
 
 def conditions_open(

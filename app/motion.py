@@ -1,0 +1,70 @@
+"""How much the module moved within the last seconds, as its own status reports tell."""
+
+from collections import deque
+from typing import Final, NamedTuple
+
+from protocol.messages import Status
+
+WATCHED_FOR_S: Final = 2.5
+_SLOT_S: Final = 0.1
+"""Reports may come 1,440 times a second: the lowest and highest of each slot are kept."""
+
+
+class Motion(NamedTuple):
+    """The extremes of the reports from `since` to `until` (monotonic seconds)."""
+
+    since: float
+    until: float
+    tilt_low_deg: float
+    tilt_high_deg: float
+    acceleration_low_g: float
+    acceleration_high_g: float
+
+    @property
+    def tilt_change_deg(self) -> float:
+        return self.tilt_high_deg - self.tilt_low_deg
+
+    def joined(self, other: "Motion") -> "Motion":
+        """Both as one."""
+        return Motion(
+            min(self.since, other.since),
+            max(self.until, other.until),
+            min(self.tilt_low_deg, other.tilt_low_deg),
+            max(self.tilt_high_deg, other.tilt_high_deg),
+            min(self.acceleration_low_g, other.acceleration_low_g),
+            max(self.acceleration_high_g, other.acceleration_high_g),
+        )
+
+
+class MotionWatch:
+    """Fed with every status report."""
+
+    def __init__(self) -> None:
+        self._slots: deque[Motion] = deque()
+
+    def clear(self) -> None:
+        self._slots.clear()
+
+    def take(self, status: Status, at: float) -> None:
+        tilt, acceleration = status.tilt_deg, status.acceleration_g
+        report = Motion(at, at, tilt, tilt, acceleration, acceleration)
+        if self._slots and at - self._slots[-1].since < _SLOT_S:
+            self._slots[-1] = self._slots[-1].joined(report)
+        else:
+            self._slots.append(report)
+
+    def view(self, now: float) -> Motion | None:
+        """Over the last `WATCHED_FOR_S`, and the slot in which they began; None without a report in them."""
+        slots = self._slots
+        while slots and now - slots[0].until > WATCHED_FOR_S:
+            slots.popleft()
+        if not slots:
+            return None
+        return Motion(
+            slots[0].since,
+            slots[-1].until,
+            min(slot.tilt_low_deg for slot in slots),
+            max(slot.tilt_high_deg for slot in slots),
+            min(slot.acceleration_low_g for slot in slots),
+            max(slot.acceleration_high_g for slot in slots),
+        )

@@ -1,0 +1,17 @@
+"""Presses as a careful person makes them, for tests that are about something else."""
+
+from PySide6.QtCore import QPointF
+from PySide6.QtWidgets import QWidget
+
+from ui.gestures import gestures
+from ui.step_button import DEAD_FOR_S, StepButton
+
+
+def settle(widget: QWidget) -> None:
+    """If `widget` is a step of an act: half a second after it appeared, move the pointer onto it."""
+    if isinstance(widget, StepButton):
+        gestures().on_pointer(QPointF(-1, -1))
+        clock = gestures().clock
+        left_s = widget.appeared_at + DEAD_FOR_S - clock()
+        if left_s > 0:
+            gestures().clock = lambda: clock() + left_s
