@@ -7,7 +7,7 @@ from ui.gestures import gestures
 from ui.step_button import DEAD_FOR_S, StepButton
 
 
-def settle(widget: QWidget) -> None:
+def settle(widget: QWidget | None) -> None:
     """If `widget` is a step of an act: half a second after it appeared, move the pointer onto it."""
     if isinstance(widget, StepButton):
         gestures().on_pointer(QPointF(-1, -1))
