@@ -12,11 +12,17 @@ from app.store.checks import SeenRecord
 from app.trigger_fields import FIELDS, fields_of
 from app.trigger_history import record_of, sentence
 
-HEAD = ("module", "place", "first_seen_at", "new", *FIELDS, "told", "judgement", "note")
+HEAD = ("module", "place", "first_seen_at", "new", "confirmed", *FIELDS, "told", "judgement", "note")
 
 
-def archive_csv(module: str, records: Iterable[SeenRecord], *, new: frozenset[int] | None = None) -> bytes:
-    """`new`: ids of those that are new since the last visit. UTF-8 with the mark by which spreadsheets know it.
+NONE: frozenset[int] = frozenset()
+
+
+def archive_csv(
+    module: str, records: Iterable[SeenRecord], *, new: frozenset[int] | None = None, seen_once: frozenset[int] = NONE
+) -> bytes:
+    """`new`: ids of those that are new since the last visit; `seen_once`: of those that came in one reading only.
+    UTF-8 with the mark by which spreadsheets know it.
 
     The sentence is in the language in use; names carry the units.
     """
@@ -31,6 +37,7 @@ def archive_csv(module: str, records: Iterable[SeenRecord], *, new: frozenset[in
             "place": one.place + 1,
             "first_seen_at": one.first_seen_at,
             "new": None if new is None else one.id in new,
+            "confirmed": one.id not in seen_once,
             "told": sentence(record).in_words(),
             "judgement": one.judgement.value if one.judgement is not None else None,
             "note": clean(one.note, longest=2000),
@@ -39,6 +46,13 @@ def archive_csv(module: str, records: Iterable[SeenRecord], *, new: frozenset[in
     return BYTE_ORDER_MARK + text.getvalue().encode()
 
 
-def write_archive(path: Path, module: str, records: Iterable[SeenRecord], *, new: frozenset[int] | None = None) -> None:
+def write_archive(
+    path: Path,
+    module: str,
+    records: Iterable[SeenRecord],
+    *,
+    new: frozenset[int] | None = None,
+    seen_once: frozenset[int] = NONE,
+) -> None:
     """The file whole or not at all. Raises `OSError`."""
-    write_whole(path, archive_csv(module, records, new=new))
+    write_whole(path, archive_csv(module, records, new=new, seen_once=seen_once))

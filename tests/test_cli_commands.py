@@ -122,7 +122,7 @@ def test_records_of_a_port_that_was_lost_are_kept(port: str, hasty: None, capsys
     with falls_after(bench, 3, bench.unplug):
         assert program.main(["history", "--port", f"{port}?empty_slots=ones", "--json"]) == 4
     printed = Printed(capsys)
-    assert json.loads(printed.out) == {"records": [], "empty_slots": 9}
+    assert json.loads(printed.out) == {"records": [], "empty_slots": 9, "answered": True, "complete": False}
     assert "unplugged" in printed.err
 
 
@@ -131,13 +131,20 @@ def test_records_that_never_agree_are_said_to_be_uncertain(
 ) -> None:
     def read_history() -> Procedure[History]:
         yield Look()
-        return History((), 1)
+        return History((), 1, is_answered=True)
 
     monkeypatch.setattr("app.procedures.history.read_history", read_history)
     assert program.main(["history", "--port", port, "--json"]) == 4
     printed = Printed(capsys)
-    assert json.loads(printed.out) == {"records": [], "empty_slots": 1}
+    assert json.loads(printed.out) == {"records": [], "empty_slots": 1, "answered": True, "complete": False}
     assert "may be missing" in printed.err
+
+
+def test_a_module_that_never_answers_for_its_records_is_unknown(port: str, capsys: pytest.CaptureFixture[str]) -> None:
+    assert program.main(["history", "--port", f"{port}?mute_codes=35&history=3", "--json"]) == 4
+    printed = Printed(capsys)
+    assert json.loads(printed.out) == {"records": [], "empty_slots": 0, "answered": False, "complete": False}
+    assert "whether it keeps any is not known" in printed.err
 
 
 def test_find_says_what_it_tried(port: str, capsys: pytest.CaptureFixture[str]) -> None:
@@ -166,6 +173,7 @@ def test_auto_finds_the_rate_first(port: str, capsys: pytest.CaptureFixture[str]
 def test_set_is_acknowledged(port: str, capsys: pytest.CaptureFixture[str]) -> None:
     assert program.main(["set", "serial_output=true", "--port", port, "--json"]) == 0
     shown = json.loads(Printed(capsys).out)["results"]["serial_output"]
+    assert shown.pop("verified_age_s") is None
     assert shown == {"wanted": True, "acknowledged": True, "read_back": None, "verified": None, "error": None}
     assert bench_of(port).state().is_streaming
     assert program.main(["set", "serial_output=false", "--port", port]) == 0

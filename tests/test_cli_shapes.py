@@ -164,22 +164,32 @@ def test_chinese_columns_line_up(chinese: None) -> None:
 
 
 def test_history_json_is_the_contract(record: TriggerRecord) -> None:
-    assert console.as_json(records.json_of(History((record,), 0, is_confirmed=True))) == (
+    assert console.as_json(records.json_of(History((record,), 0, is_confirmed=True, is_answered=True))) == (
         '{"records": [{"boot_count": 1, "uptime_s": 108, "sources": ["attitude"], "attitude_threshold_deg": 60, '
         '"freefall_acceleration_g": 0.5, "freefall_time_s": 1.6, "serial_connected": true, "charging": false, '
         '"light_v": 1.2, "cell_voltage_v": 4.7, "implausible": ["cell_voltage_v"], '
-        '"raw": "41 75 35 01 01 00 6C 02 3C 05 A0 00 01 0C EB 7E"}], "empty_slots": 0}'
+        '"raw": "41 75 35 01 01 00 6C 02 3C 05 A0 00 01 0C EB 7E", "confirmed": true}], "empty_slots": 0, '
+        '"answered": true, "complete": true}'
     )
-    assert records.json_of(History((), 9)) == {"records": [], "empty_slots": 9}
+    assert records.json_of(History((), 9, is_answered=True)) == {
+        "records": [],
+        "empty_slots": 9,
+        "answered": True,
+        "complete": False,
+    }
+    once = records.json_of(History(seen_once=(record,), is_answered=True))["records"]
+    assert isinstance(once, list)
+    assert [one["confirmed"] for one in once] == [False]
 
 
 def test_csv_has_units_in_its_head(record: TriggerRecord) -> None:
     rows = list(csv.reader(io.StringIO(records.csv_of(History((record,))))))
     assert rows == [
-        [*fields_of(record)],  # the names of the JSON
+        [*fields_of(record), "confirmed"],  # the names of the JSON
         [
             *("1", "108", "attitude", "60", "0.5", "1.6", "true", "false", "1.2", "4.7", "cell_voltage_v"),
             "41 75 35 01 01 00 6C 02 3C 05 A0 00 01 0C EB 7E",
+            "true",
         ],
     ]
 
@@ -240,6 +250,9 @@ def test_history_page_marks_the_implausible(record: TriggerRecord) -> None:
     assert page[-1] == "8 slots are empty."
     assert records.page_of(History((), 0, is_confirmed=True)) == ["The module keeps no trigger records."]
     assert records.page_of(History()) == ["No records came."]
+    doubtful = records.page_of(History(seen_once=(record,), is_answered=True))
+    assert doubtful[1].startswith("1 (?)")
+    assert "(?) seen once, not confirmed: it came in one reading only." in doubtful
 
 
 @pytest.mark.parametrize(("seconds", "text"), [(0, "0:00"), (108, "1:48"), (65535, "18:12:15")])

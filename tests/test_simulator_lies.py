@@ -31,7 +31,7 @@ def running(*, history: int = 0, **options: str) -> SimulatedModule:
     """A module that has booted a minute ago, with options as one types them."""
     memory = Memory(boot_count=36)
     invent_records(memory, history, seed=1, has_odd_voltage=False)
-    dialect = setup_from(parse_options(options)).dialect
+    dialect = setup_from(parse_options({"empty_slots": "none"} | options)).dialect
     module = SimulatedModule(World(drain_v_per_h=0.0), dialect, memory=memory)
     module.power_on(-60.0)
     module.tick(0.0)

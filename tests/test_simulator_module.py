@@ -2,6 +2,7 @@
 
 import pytest
 
+from app.simulator.dialect import Dialect, EmptySlots
 from app.simulator.memory import Memory, invent_records
 from app.simulator.module import SimulatedModule
 from app.simulator.world import World
@@ -15,7 +16,7 @@ HEARTBEAT_REPLY = "41 75 01 a5 5a 00"
 
 def running(world: World | None = None, memory: Memory | None = None) -> SimulatedModule:
     """A module that has booted a while ago, at time 0."""
-    module = SimulatedModule(world or World(), memory=memory)
+    module = SimulatedModule(world or World(), Dialect(empty_slots=EmptySlots.NONE), memory=memory)
     module.power_on(-60.0)
     module.tick(0.0)
     return module

@@ -4,6 +4,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.stateful import RuleBasedStateMachine, initialize, invariant, rule
 
+from app.simulator.dialect import Dialect, EmptySlots
 from app.simulator.module import SimulatedModule
 from app.simulator.world import World
 from protocol.catalogue import BY_NAME, COMMANDS, HEARTBEAT, STATUS, TRIGGER_RECORDS
@@ -22,7 +23,7 @@ FRAMES += [
 
 
 def running() -> SimulatedModule:
-    module = SimulatedModule(World())
+    module = SimulatedModule(World(), Dialect(empty_slots=EmptySlots.NONE))
     module.power_on(-60.0)
     module.tick(0.0)
     return module

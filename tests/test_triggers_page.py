@@ -172,7 +172,7 @@ def test_a_reading_that_nothing_confirms_says_so(qtbot: QtBot, qapp: QApplicatio
         bench.read_triggers()
         notice = bench.triggers.strip.notice
         assert notice is not None
-        assert "No two readings agreed" in notice.text
+        assert "The readings did not agree" in notice.text
         assert notice.meaning is Meaning.ATTENTION
 
 

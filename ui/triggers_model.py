@@ -93,6 +93,8 @@ class TriggersModel(RowsModel[TriggerRow]):
 def told(row: TriggerRow) -> str:
     """The record as one sentence, whether it is new, and what a person noted of it."""
     text = sentence(row.record).in_words()
+    if row.is_seen_once:
+        text = tr("Seen once, not confirmed: {sentence}", sentence=text)
     if row.is_new:
         text = tr("NEW: {sentence}", sentence=text)
     return tr("{sentence} — note: {note}", sentence=text, note=row.seen.note) if row.seen.note else text
@@ -119,6 +121,8 @@ def cell_text(row: TriggerRow, column: Column) -> str:
         case Column.CELL:
             volts = f"{record.cell_voltage_v:.2f} V"
             return tr("{voltage} implausible", voltage=volts) if record.implausible else volts
+        case Column.JUDGED if row.is_seen_once:
+            return tr("seen once")
         case Column.JUDGED:
             return "—" if row.seen.judgement is None else tr(JUDGEMENT_WORDS[row.seen.judgement])
 
@@ -149,6 +153,8 @@ def sort_key(row: TriggerRow, column: Column) -> float | str:
 
 def _decoration(row: TriggerRow, column: Column) -> Any:
     match column:
+        case Column.WHEN if row.is_seen_once:
+            return icon(Icon.UNKNOWN, Meaning.ATTENTION)
         case Column.WHEN if row.is_new:
             return icon(Icon.INFORMATION, Meaning.INFORMATION)
         case Column.CELL if row.record.implausible:

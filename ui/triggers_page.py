@@ -137,7 +137,8 @@ class TriggersPage(QWidget):
         new = frozenset(row.seen.id for row in rows if row.is_new)
         has_past = self.work.reading is not None and not self.work.is_first_visit
         try:
-            write_archive(path, name, [row.seen for row in rows], new=new if has_past else None)
+            once = frozenset(row.seen.id for row in rows if row.is_seen_once)
+            write_archive(path, name, [row.seen for row in rows], new=new if has_past else None, seen_once=once)
         except OSError as error:
             why = error.strerror or str(error)
             text = tr("Not saved to {path}: {why}. Choose another folder.", path=path, why=why)

@@ -40,6 +40,8 @@ def empty_text(work: TriggersWork, *, is_open: bool) -> str:
         return tr("Asking until two readings agree …")
     if is_known_empty(work):
         return tr("The module keeps no trigger records: it has never fired, or its memory was cleared.")
+    if work.reading is not None and not work.reading.history.is_answered:
+        return tr("The module did not answer the query for trigger records: whether it keeps any is not known.")
     if work.reading is not None:
         return tr("No records came, and no two readings agreed. Read again, or check the line.")
     if is_open:

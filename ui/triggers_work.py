@@ -38,13 +38,15 @@ class TriggersReading:
 
 @dataclass(frozen=True, slots=True)
 class TriggerRow:
-    """One trigger. `is_kept`: it is in the store, so that it can be judged."""
+    """One trigger. `is_kept`: it is in the store, so that it can be judged. `is_seen_once`: it came in one reading
+    only, so it may have been lost in the others, or never have been there."""
 
     seen: SeenRecord
     record: TriggerRecord
     is_new: bool
     is_on_module: bool
     is_kept: bool
+    is_seen_once: bool = False
 
 
 def read_triggers() -> Procedure[TriggersReading]:
@@ -153,7 +155,11 @@ class TriggersWork(QObject):
             is_cancelled = isinstance(job.run.error, Cancelled)
             self._say(Meaning.INFORMATION if is_cancelled else Meaning.DANGER, partial(_broken_off, job.run.error))
         elif job.outcome().history.is_line_dead:
-            self._say(Meaning.DANGER, lambda: tr("The module stopped answering. Nothing was kept; read again."))
+            self.reading, self._is_kept, self._new = job.outcome(), False, frozenset()
+            self._show_archive()
+            self._say(Meaning.DANGER, lambda: tr(
+                "The module stopped answering. What came is shown and nothing was kept; read again."
+            ))  # fmt: skip
         else:
             self.reading = job.outcome()
             self._keep()
@@ -163,7 +169,7 @@ class TriggersWork(QObject):
         """Put the reading into the store, where there is one and the module has a name."""
         reading, store, name = self.reading, self._store, self._naming.name
         self._is_kept, self._new = False, frozenset()
-        if reading is not None and store is not None and name:
+        if reading is not None and reading.history.is_answered and store is not None and name:
             try:
                 if is_same_module or not self._is_doubtful(CheckStore(store.database), reading):
                     self._visit(store, reading)
@@ -172,7 +178,11 @@ class TriggersWork(QObject):
                 self._say(Meaning.DANGER, partial(_not_kept, trouble))
         if reading is not None and not reading.history.is_confirmed:
             self._say(Meaning.ATTENTION, lambda: tr(
-                "No two readings agreed: records may be missing here, or be doubtful. Read again, or check the line."
+                "The readings did not agree: records may be missing, or be doubtful. Read again, or check the line."
+            ))  # fmt: skip
+        if reading is not None and not reading.history.is_answered:
+            self._say(Meaning.ATTENTION, lambda: tr(
+                "The module did not answer the query for trigger records: whether it keeps any is not known."
             ))  # fmt: skip
         self._show_archive()
 
@@ -241,7 +251,7 @@ class TriggersWork(QObject):
 
     def _show_archive(self) -> None:
         """Rows of all that is known: what is kept under the name, else what was just read."""
-        slots = Counter(one.raw for one in self.reading.history.records) if self.reading is not None else Counter()
+        slots = Counter(one.raw for one in self.reading.history.all) if self.reading is not None else Counter()
         kept: tuple[SeenRecord, ...] = ()
         store, module_id = self._store, self._naming.module_id
         is_of_this_name = self._is_kept or self.reading is None
@@ -258,22 +268,30 @@ class TriggersWork(QObject):
             is_on_module = slots[seen.raw] > 0
             slots[seen.raw] -= is_on_module
             rows.append(TriggerRow(seen, record_of(seen.raw), seen.id in self._new, is_on_module, is_kept=True))
-        self.rows = tuple(reversed(rows))
+        seen_once = () if self.reading is None else self.reading.history.seen_once
+        unknown = [one for one in seen_once if slots[one.raw] > 0]  # those that an earlier visit knows are certain
+        self.rows = (*reversed(rows), *(_unkept_row(-1 - place, one.raw, is_seen_once=True)
+                                        for place, one in enumerate(unknown)))  # fmt: skip
 
     @staticmethod
     def _unkept_rows(reading: TriggersReading) -> tuple[TriggerRow, ...]:
-        now = utc_now().isoformat(timespec="seconds")
-        raws = in_order([one.raw for one in reading.history.records], reading.boot_count)
+        history = reading.history
+        ordered = [
+            (raw, is_seen_once)
+            for records, is_seen_once in ((history.records, False), (history.seen_once, True))
+            for raw in in_order([one.raw for one in records], reading.boot_count)
+        ]
         return tuple(
-            TriggerRow(
-                SeenRecord(-1 - place, place, raw, now, None, ""), record_of(raw),
-                is_new=False, is_on_module=True, is_kept=False,
-            )
-            for place, raw in enumerate(raws)
-        )  # fmt: skip
+            _unkept_row(-1 - place, raw, is_seen_once=is_seen_once) for place, (raw, is_seen_once) in enumerate(ordered)
+        )
 
     def _say(self, meaning: Meaning, make: Callable[[], str]) -> None:
         self._notice = lambda: Notice(meaning, make(), dismiss=self.dismiss)
+
+
+def _unkept_row(number: int, raw: bytes, *, is_seen_once: bool) -> TriggerRow:
+    seen = SeenRecord(number, -1 - number, raw, utc_now().isoformat(timespec="seconds"), None, "")
+    return TriggerRow(seen, record_of(raw), is_new=False, is_on_module=True, is_kept=False, is_seen_once=is_seen_once)
 
 
 def _broken_off(error: BaseException) -> str:

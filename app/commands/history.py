@@ -1,7 +1,8 @@
 """`dps-s history`: the trigger records.
 
-The table does not say how many come (E6), so they are read until two passes agree. Exit code 0 when they did; 4 when
-not, or when the line died in the middle; 3 where no link was to be had.
+The table does not say how many come (E6), so they are read until two passes agree. Exit code 0 when they did and the
+line loses nothing; 4 when not, when the module never answered the query, or when the line died in the middle; 3 where
+no link was to be had.
 """
 
 import argparse
@@ -23,14 +24,15 @@ from app.i18n import tr
 if TYPE_CHECKING:
     from app.procedures.history import History
     from app.worker import Batch
-    from protocol.messages import TriggerRecord
+    from protocol.messages import EmptySlot, TriggerRecord
 
 
 def add_parser(subparsers: "argparse._SubParsersAction[argparse.ArgumentParser]") -> None:
     parser = subparsers.add_parser(
         "history",
         description=tr(
-            "Read the trigger records, as often as it takes until two readings agree. Exit code 4 when they do not."
+            "Read the trigger records, as often as it takes until two readings agree. Exit code 4 when they do not, or "
+            "when the module does not answer."
         ),
     )
     add_port_arguments(parser)
@@ -61,15 +63,18 @@ def run(args: argparse.Namespace) -> int:
             history = received.history()
     if history.is_line_dead and trouble is None:
         trouble = tr("The module on {port} stopped answering. Check its power and the wiring.", port=args.port)
-    has_something = bool(history.records or history.empty_slots)
+    has_something = history.is_answered
     is_written = _print(history, args) if has_something or trouble is None else True
-    if args.module is not None and (has_something or trouble is None):
+    if args.module is not None and has_something:
         keep_visit(history, args.module, port=args.port, boot_count=boot_count)
     if trouble is not None:
         say(trouble)
         return PARTLY if has_something else NO_LINK
+    if not history.is_answered:
+        say(tr("The module did not answer the query for trigger records: whether it keeps any is not known."))
+        return PARTLY
     if not history.is_confirmed:
-        say(tr("No two readings agreed: records may be missing. Read again."))
+        say(tr("The readings did not agree, or the line loses frames: records may be missing. Read again."))
         return PARTLY
     return DONE if is_written else PARTLY
 
@@ -78,8 +83,7 @@ class Received:
     """The records as they came, by reading: what there is to tell when the port goes away in the middle."""
 
     def __init__(self) -> None:
-        self._passes: list[list[TriggerRecord]] = []
-        self._empty_slots: list[int] = []
+        self._passes: list[list[TriggerRecord | EmptySlot]] = []
 
     def take(self, batch: "Batch") -> None:
         from protocol.catalogue import TRIGGER_RECORDS
@@ -91,27 +95,15 @@ class Received:
             match event:
                 case Sent(request=request) if request.command is TRIGGER_RECORDS:
                     self._passes.append([])
-                    self._empty_slots.append(0)
-                case FrameReceived(message=TriggerRecord() as record, role=Role.ANSWER):
-                    self._passes[-1].append(record)
-                case FrameReceived(message=EmptySlot(), role=Role.ANSWER):
-                    self._empty_slots[-1] += 1
+                case FrameReceived(message=TriggerRecord() | EmptySlot() as message, role=Role.ANSWER):
+                    self._passes[-1].append(message)
                 case _:
                     pass
 
     def history(self) -> "History":
-        """All records that came, those of the fullest reading first."""
-        from app.procedures.history import History
+        from app.procedures.history import Pass, history_of
 
-        records: list[TriggerRecord] = []
-        for one in sorted(self._passes, key=len, reverse=True):
-            known = list(records)
-            for record in one:
-                if record in known:
-                    known.remove(record)  # the module may hold two equal records
-                else:
-                    records.append(record)
-        return History(tuple(records), max(self._empty_slots, default=0), is_line_dead=True)
+        return history_of([Pass(tuple(one)) for one in self._passes], is_line_dead=True)
 
 
 def _print(history: "History", args: argparse.Namespace) -> bool:
@@ -133,5 +125,5 @@ def _print(history: "History", args: argparse.Namespace) -> bool:
         write_lines(page_of(history))  # nothing that was read is lost
         say(tr("{file} cannot be written: {why}.", file=args.csv, why=error.strerror or str(error)))
         return False
-    write_lines([tr("{count} trigger records written to {file}.", count=len(history.records), file=args.csv)])
+    write_lines([tr("{count} trigger records written to {file}.", count=len(history.all), file=args.csv)])
     return True

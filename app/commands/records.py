@@ -17,19 +17,27 @@ from protocol.messages import TriggerRecord
 def json_of(history: History) -> dict[str, object]:
     """The object of `dps-s history --json`."""
     return {
-        "records": [fields_of(record) for record in history.records],
+        "records": [fields_of(record) | {"confirmed": is_certain} for record, is_certain in _marked(history)],
         "empty_slots": history.empty_slots,
+        "answered": history.is_answered,
+        "complete": history.is_confirmed,
     }
+
+
+def _marked(history: History) -> list[tuple[TriggerRecord, bool]]:
+    """Every record with whether it is certain: seen in two readings at least."""
+    return [(record, True) for record in history.records] + [(record, False) for record in history.seen_once]
 
 
 def csv_of(history: History) -> str:
     """CSV by RFC 4180, without a byte-order mark."""
     text = io.StringIO(newline="")
     writer = csv.writer(text)
-    writer.writerow(FIELDS)
-    for record in history.records:
-        values = fields_of(record)
-        writer.writerow([cell(values[name]) for name in FIELDS])
+    head = (*FIELDS, "confirmed")
+    writer.writerow(head)
+    for record, is_certain in _marked(history):
+        values = fields_of(record) | {"confirmed": is_certain}
+        writer.writerow([cell(values[name]) for name in head])
     return text.getvalue()
 
 
@@ -40,7 +48,7 @@ def write_csv(path: str, history: History) -> None:
 
 def page_of(history: History) -> list[str]:
     """A table with the records in the order in which the module sent them, and what is to be said about them."""
-    if not history.records:
+    if not history.all:
         lines = [tr("The module keeps no trigger records.")] if history.is_confirmed else [tr("No records came.")]
         return lines + _remarks(history)
     head = (
@@ -54,13 +62,15 @@ def page_of(history: History) -> list[str]:
         tr("Light"),
         tr("Cell"),
     )
-    return table(head, [_row(record) for record in history.records]) + _remarks(history)
+    return table(head, [_row(record, is_certain=is_certain) for record, is_certain in _marked(history)]) + _remarks(
+        history
+    )
 
 
-def _row(record: TriggerRecord) -> tuple[str, ...]:
+def _row(record: TriggerRecord, *, is_certain: bool) -> tuple[str, ...]:
     cell = f"{record.cell_voltage_v:.2f} V"
     return (
-        str(record.boot_count),
+        str(record.boot_count) if is_certain else f"{record.boot_count} (?)",
         stopwatch(record.uptime_s),
         sources_in_words(record.sources),
         f"{record.attitude_threshold_deg}°",
@@ -78,7 +88,9 @@ def sources_in_words(sources: tuple[str, ...]) -> str:
 
 def _remarks(history: History) -> list[str]:
     remarks = []
-    if any(record.implausible for record in history.records):
+    if history.seen_once:
+        remarks.append(tr("(?) seen once, not confirmed: it came in one reading only."))
+    if any(record.implausible for record in history.all):
         remarks.append(tr("(!) no lithium cell has this voltage without external power; it is shown as it came."))
     if history.empty_slots:
         remarks.append(tr("{count} slots are empty.", count=history.empty_slots))

@@ -34,6 +34,10 @@
         <translation>（!）没有外接供电时，锂电芯不会有此电压；此处按收到的值显示。</translation>
     </message>
     <message>
+        <source>(?) seen once, not confirmed: it came in one reading only.</source>
+        <translation>(?) 仅读到一次，未确认：只在一次读取中出现。</translation>
+    </message>
+    <message>
         <source>--done needs a profile with manual items.</source>
         <translation>--done 需要含人工检查项目的配置文件。</translation>
     </message>
@@ -2734,14 +2738,6 @@
         <translation>没有触发记录</translation>
     </message>
     <message>
-        <source>No two readings agreed: records may be missing here, or be doubtful. Read again, or check the line.</source>
-        <translation>多次读取结果不一致：此处可能缺少记录或记录可疑。请重新读取或检查线路。</translation>
-    </message>
-    <message>
-        <source>No two readings agreed: records may be missing. Read again.</source>
-        <translation>没有两次读取一致：可能缺少记录。请重新读取。</translation>
-    </message>
-    <message>
         <source>No. {number} of this module</source>
         <translation>该模块第 {number} 号</translation>
     </message>
@@ -3442,8 +3438,8 @@
         <translation>读取触发记录</translation>
     </message>
     <message>
-        <source>Read the trigger records, as often as it takes until two readings agree. Exit code 4 when they do not.</source>
-        <translation>读取触发记录，直到两次读取一致为止。不一致时退出码为 4。</translation>
+        <source>Read the trigger records, as often as it takes until two readings agree. Exit code 4 when they do not, or when the module does not answer.</source>
+        <translation>读取触发记录，直到两次读取一致为止。不一致或模块不应答时退出码为 4。</translation>
     </message>
     <message>
         <source>Read twice: the same</source>
@@ -3868,6 +3864,14 @@
     <message>
         <source>Second answer after</source>
         <translation>重复应答间隔</translation>
+    </message>
+    <message>
+        <source>Seen once, not confirmed: it came in one reading only. Read again; it is not kept.</source>
+        <translation>仅读到一次，未确认：只在一次读取中出现。请重新读取；该记录未保存。</translation>
+    </message>
+    <message>
+        <source>Seen once, not confirmed: {sentence}</source>
+        <translation>仅读到一次，未确认：{sentence}</translation>
     </message>
     <message>
         <source>Send no commands meanwhile, and check again.</source>
@@ -4478,6 +4482,10 @@
         <translation>模块没有接受。</translation>
     </message>
     <message>
+        <source>The module did not answer the query for trigger records: whether it keeps any is not known.</source>
+        <translation>模块未应答触发记录查询：是否存有记录未知。</translation>
+    </message>
+    <message>
         <source>The module did not take the new rate: it still answers at {old} baud.</source>
         <translation>模块没有采用新的波特率：仍以 {old} 波特率应答。</translation>
     </message>
@@ -4618,8 +4626,8 @@
         <translation>模块中仍保存。</translation>
     </message>
     <message>
-        <source>The module stopped answering. Nothing was kept; read again.</source>
-        <translation>模块停止应答。未保存；请重新读取。</translation>
+        <source>The module stopped answering. What came is shown and nothing was kept; read again.</source>
+        <translation>模块停止应答。已收到的记录仅显示，未保存；请重新读取。</translation>
     </message>
     <message>
         <source>The module switches off. It comes back by its switch, held for 2 s, or by external power.</source>
@@ -4720,6 +4728,14 @@
     <message>
         <source>The readings are too close together for a threshold with a margin: look at the sensor.</source>
         <translation>读数过于接近，无法设置有余量的阈值：请检查传感器。</translation>
+    </message>
+    <message>
+        <source>The readings did not agree, or the line loses frames: records may be missing. Read again.</source>
+        <translation>各次读取不一致，或线路丢帧：可能缺少记录。请重新读取。</translation>
+    </message>
+    <message>
+        <source>The readings did not agree: records may be missing, or be doubtful. Read again, or check the line.</source>
+        <translation>各次读取不一致：可能缺少记录，或记录可疑。请重新读取，或检查线路。</translation>
     </message>
     <message>
         <source>The readings with the bay closed and open overlap: light does not tell the two apart.</source>
@@ -6570,8 +6586,16 @@
         <translation>否</translation>
     </message>
     <message>
+        <source>no answer to the query for trigger records</source>
+        <translation>触发记录查询无应答</translation>
+    </message>
+    <message>
         <source>no answer within {seconds:.2f} s, asked {n} times</source>
         <translation>{seconds:.2f} 秒内无应答，共询问 {n} 次</translation>
+    </message>
+    <message>
+        <source>no answer; a person says that it never fired</source>
+        <translation>无应答；人工确认从未触发</translation>
     </message>
     <message>
         <source>no cause stated</source>
@@ -7100,6 +7124,10 @@
     <message>
         <source>seed of faults, noise and history: the same seed, the same run</source>
         <translation>故障、噪声和记录的随机种子：种子相同，过程相同</translation>
+    </message>
+    <message>
+        <source>seen once</source>
+        <translation>仅一次</translation>
     </message>
     <message>
         <source>seen {time} ago</source>

@@ -90,8 +90,13 @@ def trigger_records(case: Case) -> Finding:
     history = case.evidence.history
     if history is None:
         return unknown(case.fault("trigger_records"), limit)
-    new = (Counter(record.raw for record in history.records) - case.past.looked_at).total()
-    total = str(len(history.records))
+    if not history.is_answered:
+        # E7: a module that never fired may send nothing. Only a person can know that.
+        if case.are_records_looked_at:
+            return Finding(Result.WARN, None, said(marked("no answer; a person says that it never fired")), limit)
+        return unknown(said(marked("no answer to the query for trigger records")), limit)
+    new = (Counter(record.raw for record in history.all) - case.past.looked_at).total()
+    total = str(len(history.all))
     if new and not case.are_records_looked_at:
         if case.past.has_check:
             shown = said(marked("{new} new since the last good check, {total} in all"), new=str(new), total=total)

@@ -1,6 +1,16 @@
-"""The trigger records. The table says neither how many come nor when they end (E6), so one pass proves little."""
+"""The trigger records. The table says neither how many come nor when they end (E6), so one pass proves little.
 
+    ask, until two clean passes in a row agree with all that was ever seen -> is the line good? -> `History`
+
+What came in any pass is never thrown away: a record that came in two passes is certain, one that came in a single pass
+is listed as seen once. A query that was never answered is unknown, not "none". Frames that are lost as a whole leave no
+trace in a pass, so heartbeats show at the end whether the line loses or doubles frames.
+"""
+
+from collections import Counter
+from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 from app.procedure import Ask, Look, Procedure, Report, Sight
 from protocol.catalogue import HEARTBEAT, TRIGGER_RECORDS
@@ -10,74 +20,128 @@ from protocol.text import marked
 
 LONGEST_SEARCH = 5
 """Passes after which the union of all is handed on as incomplete."""
+UNANSWERED_PASSES = 3
+"""After so many passes without any answer the module does not answer this query."""
+LINE_HEARTBEATS = 20
+HEARTBEAT_WAITS_S = (1.0,)
 
 
 @dataclass(frozen=True, slots=True)
 class History:
-    """`records` in the order in which the module sent them."""
+    """Records in the order in which the module sent them."""
 
     records: tuple[TriggerRecord, ...] = ()
+    """Certain: each came in at least two passes."""
     empty_slots: int = 0
     is_confirmed: bool = False
-    """Two clean passes in a row brought the same: nothing was lost on the line."""
+    """Complete: two clean passes in a row brought the same, no other pass brought more, and the line loses nothing."""
     is_line_dead: bool = False
-
-
-@dataclass(frozen=True, slots=True)
-class _Pass:
-    messages: tuple[TriggerRecord | EmptySlot, ...]
+    seen_once: tuple[TriggerRecord, ...] = ()
+    """Came in a single pass: lost in the others, or never there."""
+    is_answered: bool = False
+    """The module answered the query at least once; without, nothing is known about its records."""
 
     @property
-    def is_twice_the_same(self) -> bool:
-        """As on a line that doubles what it carries, and hardly ever in a module's memory."""
-        half = len(self.messages) // 2
-        has_records = any(isinstance(message, TriggerRecord) for message in self.messages)
-        return has_records and self.messages[:half] == self.messages[half:]
+    def all(self) -> tuple[TriggerRecord, ...]:
+        """The certain ones first."""
+        return self.records + self.seen_once
+
+
+class Pass(NamedTuple):
+    """What one query brought."""
+
+    messages: tuple[TriggerRecord | EmptySlot, ...]
+    is_clean: bool = False
+    """Nothing was rejected, late, doubled, timed out or out of turn meanwhile: any of it may have been a record."""
+
+    @property
+    def is_doubled(self) -> bool:
+        """Every record came an even number of times, as on a line that doubles what it carries."""
+        counts = self.counts
+        return bool(counts) and all(count % 2 == 0 for count in counts.values())
+
+    @property
+    def counts(self) -> Counter[TriggerRecord]:
+        return Counter(message for message in self.messages if isinstance(message, TriggerRecord))
 
 
 def read_history() -> Procedure[History]:
-    passes: list[_Pass] = []
-    was_clean = False
+    passes: list[Pass] = []
     for turn in range(LONGEST_SEARCH):
         yield Report(turn, LONGEST_SEARCH, marked("Reading the trigger records"))
-        before: Sight = yield Look()
-        outcome = yield Ask(TRIGGER_RECORDS.query())
-        messages = outcome.messages if isinstance(outcome, Answered) else ()
-        if not messages:
+        one = yield from _read_once()
+        if not one.messages:
             alive = yield Ask(HEARTBEAT.query())
             if not isinstance(alive, Answered):
-                return _history(passes, is_line_dead=True)
-        now_seen = _Pass(tuple(message for message in messages if isinstance(message, TriggerRecord | EmptySlot)))
-        after: Sight = yield Look()
-        is_clean = _is_clean(before, after) and not now_seen.is_twice_the_same
-        if is_clean and was_clean and passes[-1] == now_seen:
-            return _history([now_seen], is_confirmed=True)
-        passes.append(now_seen)
-        was_clean = is_clean
-    return _history(passes)
+                return history_of(passes, is_line_dead=True)
+        passes.append(one)
+        if _agree(passes) and (yield from _is_line_good()):
+            return history_of(passes, is_confirmed=True)
+        if turn + 1 >= UNANSWERED_PASSES and not any(one.messages for one in passes):
+            break
+    return history_of(passes)
+
+
+def _read_once() -> Procedure[Pass]:
+    before: Sight = yield Look()
+    outcome = yield Ask(TRIGGER_RECORDS.query())
+    messages = outcome.messages if isinstance(outcome, Answered) else ()
+    seen = tuple(message for message in messages if isinstance(message, TriggerRecord | EmptySlot))
+    after: Sight = yield Look()
+    one = Pass(seen, is_clean=_is_clean(before, after))
+    return one._replace(is_clean=False) if one.is_doubled else one
 
 
 def _is_clean(before: Sight, after: Sight) -> bool:
-    """Nothing was rejected, late, doubled or out of turn meanwhile: any of it may have been a record."""
     old, new = before.link.counters, after.link.counters
     stray = (Role.LATE, Role.DOUBLED, Role.UNASKED)
-    return old.rejected == new.rejected and all(old.by_role[role] == new.by_role[role] for role in stray)
+    is_quiet = (old.rejected, old.time_outs, old.retries) == (new.rejected, new.time_outs, new.retries)
+    return is_quiet and all(old.by_role[role] == new.by_role[role] for role in stray)
 
 
-def _history(passes: list[_Pass], *, is_confirmed: bool = False, is_line_dead: bool = False) -> History:
-    """All records seen: those of the fullest pass, then what only the others had."""
-    if not passes:
-        return History(is_line_dead=is_line_dead)
-    ordered = sorted(passes, key=lambda one: len(one.messages), reverse=True)
+def _agree(passes: Sequence[Pass]) -> bool:
+    """Whether the last two are clean and equal, and hold all that any pass brought."""
+    last = passes[-1]
+    if len(passes) < 2 or not last.messages or not (last.is_clean and passes[-2].is_clean) or passes[-2] != last:
+        return False
+    return all(one.counts <= last.counts for one in passes)
+
+
+def _is_line_good() -> Procedure[bool]:
+    """Whether frames are neither lost nor doubled, as far as some heartbeats tell."""
+    before: Sight = yield Look()
+    for _ in range(LINE_HEARTBEATS):
+        yield Ask(HEARTBEAT.query(), HEARTBEAT_WAITS_S)
+        after: Sight = yield Look()
+        if not _is_clean(before, after):
+            return False
+    return True
+
+
+def history_of(passes: Sequence[Pass], *, is_confirmed: bool = False, is_line_dead: bool = False) -> History:
+    """All records seen, those of the fullest pass first.
+
+    Equal records are counted: the module may hold two. A second copy is certain only in a confirmed history, because a
+    line may double frames.
+    """
+    seen: Counter[TriggerRecord] = Counter()
+    for one in passes:
+        seen |= one.counts
     records: list[TriggerRecord] = []
-    for one in ordered:
-        seen = list(records)
-        for message in one.messages:
-            if not isinstance(message, TriggerRecord):
-                continue
-            if message in seen:
-                seen.remove(message)  # the module may hold two equal records
-            else:
-                records.append(message)
-    empty = max(sum(isinstance(message, EmptySlot) for message in one.messages) for one in passes)
-    return History(tuple(records), empty, is_confirmed, is_line_dead)
+    seen_once: list[TriggerRecord] = []
+    for record in _in_order(passes):
+        passes_with = sum(record in one.counts for one in passes)
+        certain = seen[record] if is_confirmed else int(passes_with > 1)
+        records += [record] * certain
+        seen_once += [record] * (seen[record] - certain)
+    if is_confirmed:  # as the module sent them, equal ones too
+        records = [message for message in passes[-1].messages if isinstance(message, TriggerRecord)]
+    empty = max((sum(isinstance(message, EmptySlot) for message in one.messages) for one in passes), default=0)
+    is_answered = any(one.messages for one in passes)
+    return History(tuple(records), empty, is_confirmed, is_line_dead, tuple(seen_once), is_answered)
+
+
+def _in_order(passes: Sequence[Pass]) -> tuple[TriggerRecord, ...]:
+    """Each record once: as the fullest pass brought them, then what only others had."""
+    ordered = sorted(passes, key=lambda one: len(one.messages), reverse=True)
+    return tuple(dict.fromkeys(m for one in ordered for m in one.messages if isinstance(m, TriggerRecord)))

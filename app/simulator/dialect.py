@@ -83,7 +83,7 @@ class Dialect:
     """E6: how several records come back to one query."""
     record_gap_ms: float = 20.0
     """E6: pause between records or pieces."""
-    empty_slots: EmptySlots = EmptySlots.NONE
+    empty_slots: EmptySlots = EmptySlots.ZEROS
     """E7: what is sent for a slot that was never used."""
     baud_ack: BaudChange = BaudChange.OLD
     """E9: rate of the acknowledgement of 24, and when the new rate begins."""
