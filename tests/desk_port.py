@@ -101,7 +101,7 @@ class DeskPort:
         if self.session is not None:
             return
         try:
-            line = WatchedLine(self.clock, self.bench, self.ledger, self._rate)
+            line = self.make_line(self._rate)
         except PortError:
             return
         self.session = Session(line, self.clock)
@@ -110,6 +110,10 @@ class DeskPort:
         if self._is_watching:
             self.session.run_in_background(watch(StreamSwitch()))
         self.run(greet(), lambda _run: None)
+
+    def make_line(self, baud_rate: int) -> "WatchedLine":
+        """Raises `PortError` where nothing is plugged in."""
+        return WatchedLine(self.clock, self.bench, self.ledger, baud_rate)
 
     def find(self) -> None:
         """Open the port at the rate that the module has."""

@@ -16,6 +16,7 @@ from tests.adversary.campaign import Plan, plan_of, plans, run_all, run_one
 from tests.adversary.commands import COMMANDS
 from tests.adversary.faults import DIALECTS, TROUBLES
 from tests.adversary.judge import Breach
+from tests.adversary.window import WINDOW
 
 
 def found(home: Path, trouble: str, command: str, dialect: str = "as printed") -> set[Breach]:
@@ -26,15 +27,14 @@ def test_the_whole_campaign_meets_everything() -> None:
     planned = list(plans(5600, 1))
     assert len(set(planned)) == 5600
     assert len(TROUBLES) >= 60
+    commands = [*(command.name for command in COMMANDS), *WINDOW]
     pairs = {(plan.trouble, plan.command) for plan in planned}
-    assert pairs == set(itertools.product(TROUBLES, [command.name for command in COMMANDS]))
+    assert pairs == set(itertools.product(TROUBLES, commands))
     assert {(plan.dialect, plan.trouble) for plan in planned} == set(itertools.product(DIALECTS, TROUBLES))
-    assert {(plan.dialect, plan.command) for plan in planned} == {
-        (dialect, command.name) for dialect in DIALECTS for command in COMMANDS
-    }
+    assert {(plan.dialect, plan.command) for plan in planned} == set(itertools.product(DIALECTS, commands))
 
 
-@pytest.mark.parametrize("command", [command.name for command in COMMANDS])
+@pytest.mark.parametrize("command", [*(command.name for command in COMMANDS), *WINDOW])
 def test_an_honest_module_on_a_perfect_line_is_served(command: str, tmp_path: Path) -> None:
     result = run_one(Plan("as printed", "nothing", command, 1), tmp_path / "home")
     assert not result.findings

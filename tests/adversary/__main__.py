@@ -1,4 +1,4 @@
-"""`python -m tests.adversary`: every fault and lie of the simulated module against every command.
+"""`python -m tests.adversary`: every fault and lie of the simulated module against every command and the window.
 
 Each run is compared with the module's own memory afterwards. Exit code 1 for any breach; each is printed with the line
 that repeats this one run.
@@ -11,10 +11,11 @@ from collections import Counter
 from itertools import islice
 
 from tests.adversary.campaign import Campaign, Plan, Result, plan_of, plans, run_all, run_one
-from tests.adversary.commands import COMMANDS
+from tests.adversary.commands import BY_COMMAND
 from tests.adversary.faults import DIALECTS, TROUBLES
 from tests.adversary.judge import Breach
 from tests.adversary.program import temporary_homes
+from tests.adversary.window import WINDOW
 
 RUNS = 5600
 SHOWN_BREACHES = 60
@@ -28,7 +29,7 @@ def table_of(campaign: Campaign) -> list[str]:
     hours = campaign.fake_s / 3600
     lines = [
         f"{campaign.runs:,} runs in {minutes} min {seconds:02} s ({hours:.1f} hours of the module's time)",
-        f"{len(DIALECTS)} dialects, {len(TROUBLES)} faults and lies, {len(COMMANDS)} commands",
+        f"{len(DIALECTS)} dialects, {len(TROUBLES)} faults and lies, {len(BY_COMMAND) + len(WINDOW)} commands",
         "",
         *(f"  {breach.value:<24}{found[breach]:>6}" for breach in Breach),
         "",

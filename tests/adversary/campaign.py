@@ -4,18 +4,19 @@ import random
 import shutil
 import time
 from collections import Counter
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from itertools import product
 from pathlib import Path
-from typing import Final, NamedTuple
+from typing import Any, Final, NamedTuple
 
 from app.simulator.bench import SimulatedBench
 from app.simulator.options import as_text, parse_options, setup_from
-from tests.adversary.commands import BY_COMMAND, COMMANDS
+from tests.adversary.commands import BY_COMMAND
 from tests.adversary.faults import DIALECTS, TROUBLES
-from tests.adversary.judge import SETTLED_S, Case, Finding, judge_all
+from tests.adversary.judge import SETTLED_S, Breach, Case, Finding, judge_all
 from tests.adversary.program import Ran, Stage
+from tests.adversary.window import SETTLED_IN_S, WINDOW, Session, WindowDesk
 from tests.sim_line import FakeClock
 
 STEP_S: Final = 0.06
@@ -41,13 +42,13 @@ def plan_of(text: str) -> Plan:
     """Raises `ValueError` or `KeyError` for what is no run."""
     dialect, trouble, command, seed = (part.strip() for part in text.split(" / "))
     plan = Plan(dialect, trouble, command, int(seed))
-    _ = DIALECTS[dialect], TROUBLES[trouble], BY_COMMAND[command]
+    _ = DIALECTS[dialect], TROUBLES[trouble], {**BY_COMMAND, **WINDOW}[command]
     return plan
 
 
 def plans(runs: int, seed: int) -> Iterator[Plan]:
     """Every trouble with every command, with one dialect after the other, until there are so many."""
-    dialects, names = list(DIALECTS), [command.name for command in COMMANDS]
+    dialects, names = list(DIALECTS), [*BY_COMMAND, *WINDOW]
     pairs = list(product(enumerate(TROUBLES), enumerate(names)))
     random.Random(seed).shuffle(pairs)
     for number in range(runs):
@@ -65,11 +66,11 @@ class Result:
 
 def run_one(plan: Plan, home: Path) -> Result:
     """The same plan, the same run."""
+    if plan.command in WINDOW:
+        return _sit_at_window(plan)
     command, trouble = BY_COMMAND[plan.command], TROUBLES[plan.trouble]
-    module = {name: as_text(value) for name, value in command.module.items()}
-    options = {**BASIS, "seed": str(plan.seed), **DIALECTS[plan.dialect], **module, **trouble.options}
+    setup = setup_from(parse_options(_options(plan, command.module)))
     clock = FakeClock()
-    setup = setup_from(parse_options(options))
     bench = SimulatedBench(setup, clock=clock)
     shutil.rmtree(home, ignore_errors=True)
     home.mkdir(parents=True)
@@ -78,17 +79,45 @@ def run_one(plan: Plan, home: Path) -> Result:
         stage.happens_at(clock() + trouble.accident.at_s, trouble.accident.happen)
     ran = stage.run(command.argv)
     stage.wait_until(stage.truth.last_act_at + SETTLED_S)
-    faults = setup.faults
-    latency_ms = faults.delay_ms + faults.jitter_ms + faults.lag_ms + faults.split_ms + setup.dialect.double_ms
     case = Case(
         ran=ran,
         truth=stage.truth,
         acts=command.acts,
-        latency_s=STEP_S + latency_ms / 1000,
+        latency_s=_latency_s(bench),
         forges=trouble.forges,
         withholds=trouble.withholds,
     )
     return Result(plan, ran, judge_all(case, command.judge))
+
+
+def _sit_at_window(plan: Plan) -> Result:
+    gestures, trouble = WINDOW[plan.command], TROUBLES[plan.trouble]
+    desk = WindowDesk(_options(plan, {"rate": 20, **gestures.module}))
+    session = Session(desk, _latency_s(desk.bench), forges=trouble.forges)
+    if trouble.accident is not None:
+        session.happens = desk.clock() + SETTLED_IN_S + trouble.accident.at_s, trouble.accident.happen
+    begun_s, error = desk.clock(), None
+    try:
+        gestures.make(session)
+    except Exception as caught:  # noqa: BLE001  the window would tell of it
+        error = caught
+    ran = Ran(code=0, took_s=desk.clock() - begun_s)
+    findings = session.end()
+    if error is not None:
+        findings.append(Finding(Breach.MISHAP, repr(error)))
+    return Result(plan, ran, list(dict.fromkeys(findings)))
+
+
+def _options(plan: Plan, module: Mapping[str, Any]) -> dict[str, str]:
+    own = {name: as_text(value) for name, value in module.items()}
+    return {**BASIS, "seed": str(plan.seed), **DIALECTS[plan.dialect], **own, **TROUBLES[plan.trouble].options}
+
+
+def _latency_s(bench: SimulatedBench) -> float:
+    """How long ago an answer was true that has just arrived."""
+    faults, dialect = bench.wire.faults, bench.module.dialect
+    added_ms = faults.delay_ms + faults.jitter_ms + faults.lag_ms + faults.split_ms
+    return STEP_S + (added_ms + dialect.double_ms + dialect.stream_jitter_ms) / 1000
 
 
 @dataclass

@@ -16,8 +16,6 @@ from app.commands.connection import link_trouble
 from app.simulator.bench import SimulatedBench
 from app.transport import PortError, PortTrouble
 from app.worker import Job, Worker
-from protocol.frame import Direction, Frame
-from protocol.stream import StreamParser
 from tests.adversary.truth import Truth
 from tests.sim_line import FakeClock, SimulatedLine
 
@@ -39,7 +37,6 @@ class WatchedLine(SimulatedLine):
     def __init__(self, clock: FakeClock, bench: SimulatedBench, truth: Truth, *, baud_rate: int) -> None:
         super().__init__(clock, baud_rate=baud_rate, bench=bench)
         self._truth, self._plug = truth, bench.plug_number
-        self._parser = StreamParser()
         bench.wire.clear(clock())
         self._check()
         truth.note()
@@ -47,9 +44,7 @@ class WatchedLine(SimulatedLine):
     def read(self, longest_s: float, gather_s: float) -> bytes:
         data = super().read(longest_s, gather_s)
         self._truth.note()
-        for piece in self._parser.feed(data):
-            if isinstance(piece, Frame) and piece.direction is Direction.MODULE_TO_HOST:
-                self._truth.hear(piece)
+        self._truth.take_arrived(data)
         return data
 
     def write(self, data: bytes) -> None:

@@ -10,7 +10,8 @@ from app.simulator.lies import CHANGEABLE_CODES, read_raw
 from app.simulator.memory import record_frame
 from protocol.catalogue import BY_CODE, RECORD_CODE, STATUS_CODE, Hazard, Request
 from protocol.fields import Value
-from protocol.frame import Frame, decode_request
+from protocol.frame import Direction, Frame, decode_request
+from protocol.stream import StreamParser
 
 SETTING_CODES: Final = (0x15, 0x20, 0x21, 0x22)
 """What can be set and read."""
@@ -44,7 +45,7 @@ class Truth:
     """`note` at every step of the clock. Times are the module's."""
 
     def __init__(self, bench: SimulatedBench, clock: Callable[[], float]) -> None:
-        self._bench, self._clock = bench, clock
+        self._bench, self._clock, self._parser = bench, clock, StreamParser()
         self.moments: list[Moment] = []
         self.heard: dict[int, list[Heard]] = {}
         """Valid frames of the module that arrived at the computer, by code."""
@@ -70,8 +71,10 @@ class Truth:
         if not self.moments or moment[1:] != self.moments[-1][1:]:
             self.moments.append(moment)
 
-    def hear(self, frame: Frame) -> None:
-        self.heard.setdefault(frame.code, []).append(Heard(self._clock(), frame.raw))
+    def take_arrived(self, data: bytes) -> None:
+        for piece in self._parser.feed(data):
+            if isinstance(piece, Frame) and piece.direction is Direction.MODULE_TO_HOST:
+                self.heard.setdefault(piece.code, []).append(Heard(self._clock(), piece.raw))
 
     def take_sent(self, data: bytes) -> None:
         for at in range(0, len(data), 6):

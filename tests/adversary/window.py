@@ -1,0 +1,183 @@
+"""What the window does with a module, without its pixels: the same form, procedures and session, on the same clock."""
+
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass, field
+from typing import Any, Final, NamedTuple
+
+from app.acts import Act
+from app.journal import Outcome
+from app.procedures.act import Performed
+from app.procedures.lock import Locked
+from app.procedures.write_all import WriteReport
+from app.settings_form import RowState
+from tests.adversary.judge import Breach, Case, Finding, shown, stands
+from tests.adversary.program import Ran
+from tests.adversary.truth import Truth, settings_keys
+from tests.desk import Desk
+from tests.desk_port import WatchedLine
+
+LOOK_EVERY_S: Final = 0.5
+SETTLED_IN_S: Final = 4.0
+"""It is connected, everything is read, and the stream is on."""
+SURE: Final = (RowState.READ, RowState.VERIFIED)
+DRAFTS: Final = {"attitude_threshold_deg": 70, "freefall_time_s": 1.8}
+
+
+class _Line(WatchedLine):
+    """Tells the truth's keeper what is sent and heard."""
+
+    truth: Truth
+
+    def read(self, longest_s: float, gather_s: float) -> bytes:
+        data = super().read(longest_s, gather_s)
+        self.truth.note()
+        self.truth.take_arrived(data)
+        return data
+
+    def write(self, data: bytes) -> None:
+        super().write(data)
+        self.truth.take_sent(data)
+
+
+class WindowDesk(Desk):
+    """Notes what is claimed, when it is."""
+
+    def __init__(self, options: Mapping[str, Any]) -> None:
+        super().__init__(options, is_watching=True)
+        self.truth = Truth(self.bench, self.clock)
+        self.written: list[WriteReport] = []
+        self.performed: list[Performed] = []
+        self.locked: list[Locked] = []
+        self.on_write, self.on_perform, self.on_lock = self.written.append, self.performed.append, self.locked.append
+
+    def make_line(self, baud_rate: int) -> WatchedLine:
+        line = _Line(self.clock, self.bench, self.ledger, baud_rate)
+        line.truth = self.truth
+        return line
+
+
+@dataclass
+class Session:
+    """One sitting in front of the window: `look` compares what is on the screen, now and again."""
+
+    desk: WindowDesk
+    latency_s: float
+    forges: bool
+    findings: list[Finding] = field(default_factory=list)
+    happens: tuple[float, Callable[[Any], None]] | None = None
+
+    def wait(self, seconds: float) -> None:
+        ends_at_s = self.desk.clock() + seconds
+        next_s = self.desk.clock() + LOOK_EVERY_S
+        while self.desk.clock() < ends_at_s:
+            if self.happens is not None and self.desk.clock() >= self.happens[0]:
+                (_, happen), self.happens = self.happens, None
+                happen(self.desk.bench)
+            self.desk.turn()
+            if self.desk.clock() >= next_s:
+                next_s += LOOK_EVERY_S
+                self.look()
+
+    @property
+    def case(self) -> Case:
+        self.desk.truth.end()
+        return Case(ran=Ran(), truth=self.desk.truth, acts={}, latency_s=self.latency_s, forges=self.forges)
+
+    def look(self) -> None:
+        """Everything that is shown as certain."""
+        case, view, now = self.case, self.desk.view, self.desk.clock()
+        for row in self.desk.rows():
+            if row.command.key in settings_keys() and row.state in SURE and row.stands is not None:
+                self.findings += shown(case, row.command.key, row.stands.value)
+        for key in ("active", "triggered", "boot_count"):
+            value = view.fresh(key, now)
+            if value is not None:
+                self.findings += shown(case, key, value)
+
+    def end(self) -> list[Finding]:
+        """What was claimed, and what went out."""
+        for text in self.desk.ledger.complaints:
+            is_mishap = "a procedure ended with" in text
+            self.findings.append(Finding(Breach.MISHAP if is_mishap else Breach.DANGEROUS_FRAME, text))
+        return self.findings
+
+
+def _connected(session: Session) -> None:
+    session.desk.connect()
+    session.wait(SETTLED_IN_S)
+
+
+def watch(session: Session) -> None:
+    _connected(session)
+    session.desk.read_all()
+    session.wait(14.0)
+
+
+def write(session: Session) -> None:
+    _connected(session)
+    desk = session.desk
+    desk.edit(lambda: desk.form.fill(DRAFTS))
+    desk.write()
+    while desk.is_busy and not desk.written:
+        session.wait(0.02)
+    for report in desk.written:
+        for written in report.results:
+            if written.verified:
+                key = written.command.key
+                session.findings += stands(session.case, key, written.wanted, Breach.FALSE_VERIFIED, "verified")
+    session.wait(4.0)
+
+
+def lock(session: Session) -> None:
+    _connected(session)
+    session.desk.lock()
+    while not session.desk.locked and session.desk.is_open and session.desk.clock() < 1060.0:
+        session.wait(0.02)
+    if session.desk.locked and session.desk.locked[0].is_locked:
+        session.findings += stands(session.case, "active", False, Breach.FALSE_OUTCOME, "locked", settled_s=0.0)
+    session.wait(2.0)
+
+
+def act(which: Act) -> Callable[[Session], None]:
+    def perform(session: Session) -> None:
+        _connected(session)
+        desk = session.desk
+        desk.ask(which)
+        session.wait(0.2)
+        desk.go(which)
+        ends_at_s = desk.clock() + 20.0
+        while not desk.performed and desk.is_open and desk.clock() < ends_at_s:
+            session.wait(0.02)
+        for done in desk.performed:
+            if done.outcome is Outcome.CONFIRMED:
+                session.findings += _judge_act(session.case, which)
+        session.wait(2.0)
+
+    return perform
+
+
+def _judge_act(case: Case, which: Act) -> Iterator[Finding]:
+    now = case.truth.now
+    if which is Act.ACTIVATE:
+        yield from stands(case, "active", True, Breach.FALSE_OUTCOME, "confirmed", settled_s=0.0)
+    if which is Act.ZERO and now.tilt_deg:
+        yield Finding(Breach.FALSE_OUTCOME, f"confirmed, and the tilt is still {now.tilt_deg}°")
+    if which is Act.SHUTDOWN and now.is_on:
+        yield Finding(Breach.FALSE_OUTCOME, "confirmed, and the module is still on")
+
+
+class Gestures(NamedTuple):
+    make: Callable[[Session], None]
+    module: Mapping[str, Any]
+    """Options of its module at the start."""
+
+
+WINDOW: Final[Mapping[str, Gestures]] = {
+    "window: watch": Gestures(watch, {}),
+    "window: watch active": Gestures(watch, {"active": True}),
+    "window: write": Gestures(write, {}),
+    "window: lock": Gestures(lock, {"active": True}),
+    "window: activate": Gestures(act(Act.ACTIVATE), {}),
+    "window: zero": Gestures(act(Act.ZERO), {"tilt": 4.0}),
+    "window: shutdown": Gestures(act(Act.SHUTDOWN), {}),
+}
