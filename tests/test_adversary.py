@@ -97,7 +97,8 @@ def one_pass(patch: pytest.MonkeyPatch) -> None:
     def once() -> Procedure[History]:
         outcome = yield Ask(BY_NAME["trigger_records"].query())
         messages = outcome.messages if isinstance(outcome, Answered) else ()
-        return History(tuple(one for one in messages if isinstance(one, TriggerRecord)), is_confirmed=True)
+        records = tuple(one for one in messages if isinstance(one, TriggerRecord))
+        return History(records, is_confirmed=True, is_answered=True)
 
     patch.setattr("app.procedures.history.read_history", once)
 

@@ -229,23 +229,20 @@ def judge_baud(wanted: int) -> Judge:
 def judge_history(case: Case) -> Iterator[Finding]:
     answer, code = case.answer, case.ran.code
     own = [record_frame(data).hex(" ").upper() for data in case.truth.now.records]
-    records = answer.get("records") or []
+    records = answer.get("records", [])
     listed = [record["raw"].upper() for record in records]
     for raw in sorted(case.truth.records_arrived):
         if raw.hex(" ").upper() not in listed:
             yield Finding(Breach.LOST_RECORD, f"{raw.hex(' ')} arrived and is not listed (exit code {code})")
-    invented = Counter(record["raw"].upper() for record in records if is_certain(record, code)) - Counter(own)
+    invented = Counter(record["raw"].upper() for record in records if record["confirmed"]) - Counter(own)
     if invented:
         yield Finding(Breach.LOST_RECORD, f"listed as certain and never was: {next(iter(invented))}")
+    if (code == DONE) != (answer.get("complete") is True):
+        yield Finding(Breach.EXIT_CODE, f"exit code {code} with complete: {answer.get('complete')}")
     if code == DONE and not case.withholds and listed != own:
         yield Finding(Breach.LOST_RECORD, f"exit code 0 with {len(listed)} records, and it keeps {len(own)}")
     if "keeps no trigger records" in case.ran.err + case.ran.out and own:
         yield Finding(Breach.LOST_RECORD, f"said to keep none, and it keeps {len(own)}")
-
-
-def is_certain(record: Mapping[str, Any], code: int) -> bool:
-    """Nothing is said against it."""
-    return bool(record.get("certain", code == DONE))
 
 
 def judge_find(case: Case) -> Iterator[Finding]:
@@ -280,6 +277,9 @@ def judge_preflight(case: Case) -> Iterator[Finding]:
     if (code in (DONE, PARTLY)) != (verdict in ("GO", "READY")):
         yield Finding(Breach.EXIT_CODE, f"exit code {code} with {verdict}")
     if verdict in ("GO", "READY"):
+        against = [one["id"] for one in answer["checks"] if one["result"] not in ("pass", "warn")]
+        if against:
+            yield Finding(Breach.FALSE_VERDICT, f"{verdict} against {', '.join(against)}")
         yield from _fit(case, verdict, answer["read"])
 
 

@@ -150,17 +150,17 @@ def act(which: Act) -> Callable[[Session], None]:
             session.wait(0.02)
         for done in desk.performed:
             if done.outcome is Outcome.CONFIRMED:
-                session.findings += _judge_act(session.case, which)
+                session.findings += _judge_act(session.case, which, done)
         session.wait(2.0)
 
     return perform
 
 
-def _judge_act(case: Case, which: Act) -> Iterator[Finding]:
+def _judge_act(case: Case, which: Act, done: Performed) -> Iterator[Finding]:
     now = case.truth.now
     if which is Act.ACTIVATE:
         yield from stands(case, "active", True, Breach.FALSE_OUTCOME, "confirmed", settled_s=0.0)
-    if which is Act.ZERO and now.tilt_deg:
+    if which is Act.ZERO and now.tilt_deg and done.is_level:
         yield Finding(Breach.FALSE_OUTCOME, f"confirmed, and the tilt is still {now.tilt_deg}°")
     if which is Act.SHUTDOWN and now.is_on:
         yield Finding(Breach.FALSE_OUTCOME, "confirmed, and the module is still on")
