@@ -35,11 +35,12 @@ GO_WORDS: Final[Mapping[Act, str]] = {
 
 
 class ActRow(QFrame):
-    """`refresh` brings the open conditions up to date."""
+    """`refresh` brings the open conditions up to date. `place` tells the rows of one act on several pages apart."""
 
-    def __init__(self, services: Services, act: Act) -> None:
+    def __init__(self, services: Services, act: Act, *, place: str = "act") -> None:
         super().__init__()
-        self.setObjectName(f"act_{act.value}")
+        name = f"{place}_{act.value}"
+        self.setObjectName(name)
         self.setProperty("role", "row")
         self.act = act
         self._services, self._connector = services, services.connector
@@ -48,14 +49,14 @@ class ActRow(QFrame):
         self._is_busy = False
         self._module = SameModule(services.connector)
         texts = services.texts
-        self._title = text_label(f"act_{act.value}_title", "strong")
-        self._effect = text_label(f"act_{act.value}_effect", "small")
-        self.live = text_label(f"act_{act.value}_live", "small")
+        self._title = text_label(f"{name}_title", "strong")
+        self._effect = text_label(f"{name}_effect", "small")
+        self.live = text_label(f"{name}_live", "small")
         self.live.setVisible(act is Act.ZERO)
-        self.conditions = text_label(f"act_{act.value}_conditions", "attention")
-        self.confirm = Confirm(f"act_{act.value}", texts, ask=ASK_WORDS[act], go=GO_WORDS[act])
+        self.conditions = text_label(f"{name}_conditions", "attention")
+        self.confirm = Confirm(name, texts, ask=ASK_WORDS[act], go=GO_WORDS[act])
         self.said = NoticeBar(texts)
-        self.said.setObjectName(f"act_{act.value}_said")
+        self.said.setObjectName(f"{name}_said")
         texts.bind(self._title.setText, TITLES[act])
         texts.bind(self._effect.setText, EFFECTS[act])
         texts.bind(self.setWhatsThis, EFFECTS[act])

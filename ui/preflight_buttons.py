@@ -42,8 +42,8 @@ class PreflightButtons(QWidget):
         is_checking = work.standing is Standing.CHECKING
         self.run.setEnabled(work.can_check)
         self._texts.bind(self.run.setText, "Run the check" if work.filed is None else "Check again")
-        self._emphasise(self.run if work.are_triggers_known or not work.can_check else self.enable)
         self.enable.setEnabled(work.can_enable)
+        self._emphasise(self.enable if work.can_enable and not work.are_triggers_known else self.run)
         self.enable.setVisible(not is_checking)
         self.cancel.setVisible(is_checking)
         self.print.setEnabled(work.record is not None)

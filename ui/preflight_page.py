@@ -10,11 +10,13 @@ from PySide6.QtCore import Qt, QTimer
 from PySide6.QtGui import QAction, QKeyEvent, QKeySequence
 from PySide6.QtWidgets import QStackedLayout, QVBoxLayout, QWidget
 
+from app.acts import Act
 from app.i18n import tr
 from app.store.checks import CheckStore
 from app.store.database import StoreTrouble
 from app.store.store import Store
 from app.worker import Batch
+from ui.act_row import ActRow
 from ui.check_history import CheckHistory
 from ui.check_list import CheckList
 from ui.named import named
@@ -51,6 +53,8 @@ class PreflightPage(QWidget):
         self.files = RecordFiles(services.keeping, self)
         self.banner = VerdictBanner(announcement(self.work, is_connected=False))
         self.form = PreflightForm(services, guard)
+        self.activation = ActRow(services, Act.ACTIVATE, place="preflight")
+        self.activation.hide()
         self.list = CheckList(services.texts)
         self.history = CheckHistory(services, guard)
         self.strip = NoticeBar(services.texts)
@@ -84,6 +88,9 @@ class PreflightPage(QWidget):
             self._show_rows()
         self.banner.show_announcement(announcement(self.work, is_connected=self.work.can_check))
         self.buttons.show_work(self.work)
+        self.activation.setVisible(self.work.leads_to_activation)
+        if self.work.leads_to_activation:
+            self.activation.refresh()
         self.list.allow_acts(self.work.can_check)
         self.form.setEnabled(self.work.standing is not Standing.CHECKING)
 
@@ -249,6 +256,7 @@ class PreflightPage(QWidget):
         whole.setContentsMargins(0, 0, 0, 0)
         whole.setSpacing(0)
         whole.addLayout(head)
+        whole.addWidget(self.activation)
         whole.addWidget(self.list, 1)
         whole.addWidget(self.strip)
         whole.addWidget(self.buttons)

@@ -37,6 +37,9 @@ class _Before(NamedTuple):
 
 def _before(work: PreflightWork, *, is_connected: bool) -> _Before:
     """What to do first. A module that has just been started always needs its triggers enabled."""
+    if is_connected and work.reported_active:
+        what = tr("The module is ACTIVE: nothing is written. To enable the triggers, lock it first.")
+        return _Before(tr("Run the check."), (what, tr("Do not touch the aircraft.")))
     if is_connected and not work.are_triggers_known:
         why = tr("After each start nobody knows how the module’s two triggers stand; only enabling them settles it.")
         return _Before(tr("Enable triggers and check."), (why, tr("Set the aircraft level and do not touch it.")))
@@ -60,6 +63,8 @@ def _judged(work: PreflightWork, standing: Standing) -> Announcement:
     verdict = assessment.verdict
     word = tr(VERDICT_WORDS[verdict])
     head = begun(meaning_of(verdict, assessment.case.expectations.activated_by).in_words())
+    if verdict is Verdict.READY and work.reported_active is not False:
+        head = tr("Reading the module again …")  # it may be active by now
     if verdict is not Verdict.NO_GO:
         looks = sum(one.finding.result is Result.WARN for one in assessment.checks)
         what = tr("All {count} checks hold; worth a look: {looks}.", count=len(CHECKS), looks=looks)

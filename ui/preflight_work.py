@@ -4,23 +4,25 @@ A verdict that was voided stays void, whatever comes afterwards: only another ch
 """
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import Enum
 from typing import Any
 
-from PySide6.QtCore import QObject, Signal
+from PySide6.QtCore import QObject, QTimer, Signal
 
 from app import version
 from app.preflight.evidence import Disturbance, Evidence, FrameLog
-from app.preflight.expectations import Expectations, expectations_of
+from app.preflight.expectations import Expectations, Past, expectations_of
 from app.preflight.filing import Filed, Person, file_check
 from app.preflight.findings import Result
 from app.preflight.record import Record
+from app.preflight.reread import REREAD_EVERY_S, StateReading, changes_between, read_state
 from app.preflight.run import TRIGGERS, run_preflight
-from app.preflight.verdict import VALID_FOR_S, Assessment, Verdict, Void, void_reason
+from app.preflight.verdict import VALID_FOR_S, Assessment, Verdict, Void, assess, void_reason
 from app.preflight.wording import said
 from app.procedure import Cancelled, Report
-from app.profiles import Profile
+from app.profiles import ActivatedBy, Profile
+from app.safety import situation
 from app.store.database import StoreTrouble
 from app.store.store import Store
 from app.worker import Batch, Job
@@ -59,6 +61,10 @@ class Entered:
     profile: Profile | None = None
     ticked: Mapping[str, bool] | None = None
 
+    @property
+    def activated_by(self) -> ActivatedBy:
+        return ActivatedBy.PERSON if self.profile is None else self.profile.activated_by
+
     def expectations(self) -> Expectations:
         return Expectations() if self.profile is None else expectations_of(self.profile, self.ticked)
 
@@ -84,6 +90,12 @@ class PreflightWork(QObject):
         self._is_port_broken = False
         self._is_entered_anew = False
         """While a check ran."""
+        self._rereading: Job[StateReading] | None = None
+        self._by_verdict: dict[Verdict, Filed] = {}
+        """Of this check: activated, READY becomes GO; locked again, READY."""
+        self._reread_timer = QTimer(self)
+        self._reread_timer.setInterval(round(1000 * REREAD_EVERY_S))
+        self._reread_timer.timeout.connect(self.read_again)
         self._connector.changed.connect(self._watch_port)
         self._connector.batch.connect(self._take)
         self._naming.changed.connect(self.enter)
@@ -122,7 +134,9 @@ class PreflightWork(QObject):
 
     @property
     def can_enable(self) -> bool:
-        return self.can_check and self._connector.device.presence is Presence.ONLINE
+        """Never on an active module: nothing is written then."""
+        is_online = self._connector.device.presence is Presence.ONLINE
+        return self.can_check and is_online and not self.reported_active
 
     @property
     def are_triggers_known(self) -> bool:
@@ -130,6 +144,16 @@ class PreflightWork(QObject):
         device, now = self._connector.device, self._connector.clock()
         known = [device.known(command.key, now) for command in TRIGGERS]
         return all(one is not None and not one.is_stale for one in known)
+
+    @property
+    def reported_active(self) -> bool | None:
+        """As the module reports itself now; an acknowledgement is no report."""
+        return situation(self._connector.device, self._connector.clock()).active
+
+    @property
+    def leads_to_activation(self) -> bool:
+        """READY, and a person activates the module."""
+        return self.standing is Standing.READY and self.entered.activated_by is ActivatedBy.PERSON
 
     @property
     def expires_in_s(self) -> float | None:
@@ -151,7 +175,8 @@ class PreflightWork(QObject):
             return
         target = self._connector.target
         self._statement = statement or Statement()
-        self.filed = self.void = self.trouble = self._progress = None
+        self.filed = self.void = self.trouble = self._progress = self._rereading = None
+        self._by_verdict.clear()
         self._evidence = Evidence(port=self._connector.connection.port)
         self._log = FrameLog()
         self._is_port_broken = False
@@ -189,6 +214,59 @@ class PreflightWork(QObject):
         )
         if self.void is not None:
             self.changed.emit()
+        else:
+            self._follow_activation()
+
+    # While it stands
+
+    def read_again(self) -> None:
+        """Everything that decides, in the background: whatever differs ends the verdict."""
+        if self.standing not in _STANDS:
+            self._reread_timer.stop()
+        elif self._rereading is None:
+            self._rereading = self._connector.run(read_state(), self._end_rereading)
+
+    def _follow_activation(self) -> None:
+        """Seen locked, GO is READY at once; seen active, READY is GO once everything was read again."""
+        if self.standing not in _STANDS:
+            return
+        reported, was = self.reported_active, self._evidence.is_active
+        if reported and not was:
+            self.read_again()
+        elif was and reported is False and self._evidence.status is not None:
+            status = replace(self._evidence.status, active=False)
+            self._stand(replace(self._evidence, status=status))
+
+    def _end_rereading(self, job: Job[StateReading]) -> None:
+        if job is not self._rereading:
+            return
+        self._rereading = None
+        self.look()
+        evidence = self._evidence
+        if self.standing not in _STANDS:
+            return
+        state = job.outcome() if job.run.error is None else None
+        changes = changes_between(evidence.last, state) if state is not None and evidence.last is not None else ()
+        if changes:
+            self.void = Void(Disturbance.CHANGED, changes[0].shown)
+        elif state is None or state.status is None or not state.is_complete:
+            self.void = Void(Disturbance.UNREAD)
+        elif state.status.active is not evidence.is_active:
+            self._stand(replace(evidence, status=state.status, status_at=state.status_at))
+        self.changed.emit()
+
+    def _stand(self, evidence: Evidence) -> None:
+        """The verdict of the same check, with the module as it reports itself now."""
+        if self.filed is None:
+            return
+        case = self.filed.assessment.case
+        earlier = self._by_verdict.get(assess(replace(case, evidence=evidence)).verdict)
+        if earlier is None:
+            self._file(evidence, case.past)
+        else:
+            self.filed = earlier
+        self._evidence = self.filed.assessment.case.evidence
+        self.changed.emit()
 
     # How it ends
 
@@ -209,10 +287,12 @@ class PreflightWork(QObject):
         if self._is_port_broken or not self._connector.is_open:
             evidence.disturbance = evidence.disturbance or Disturbance.DISCONNECTED
         self._file(evidence)
+        if self.standing in _STANDS:
+            self._reread_timer.start()
         self.look()
         self.changed.emit()
 
-    def _file(self, evidence: Evidence) -> None:
+    def _file(self, evidence: Evidence, past: Past | None = None) -> None:
         """Keep it, unless it is void: of a void check no record is made."""
         store = self._services.keeping.store
         statement, entered = self._statement, self.entered
@@ -231,8 +311,10 @@ class PreflightWork(QObject):
             self._log,
             store=store if is_kept and isinstance(store, Store) else None,
             program_version=version(),
+            past=past,
             adapter="" if self._connector.target is None else self._connector.target.identity,
         )
+        self._by_verdict[self.filed.assessment.verdict] = self.filed
         self.trouble = store if isinstance(store, StoreTrouble) else self.filed.trouble
         if self._is_entered_anew:
             self.void = _ENTERED_ANEW
@@ -267,5 +349,6 @@ class PreflightWork(QObject):
 
 
 _STANDINGS = {Verdict.GO: Standing.GO, Verdict.READY: Standing.READY, Verdict.NO_GO: Standing.NO_GO}
+_STANDS = (Standing.GO, Standing.READY)
 _HOLDS = tuple(_STANDINGS.values())
 _ENTERED_ANEW = Void(Disturbance.CHANGED, said(marked("what is entered here")))

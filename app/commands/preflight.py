@@ -184,7 +184,7 @@ def _gather(args: argparse.Namespace, evidence: "Evidence", log: "FrameLog", sto
             trouble = link_trouble(error)
             if trouble is None:
                 raise
-            evidence.disturbance = Disturbance.DISCONNECTED
+            evidence.disturbance = evidence.disturbance or Disturbance.DISCONNECTED
             return trouble
     if evidence.disturbance is Disturbance.SILENT:
         return tr("The module on {port} stopped answering. Check its power and the wiring.", port=args.port)

@@ -178,8 +178,8 @@
         <translation>{port} 上有模块以波特率 {rate} 应答。</translation>
     </message>
     <message>
-        <source>A module that has fired does not fire again.</source>
-        <translation>已触发的模块不会再次触发。</translation>
+        <source>A module that has fired has no parachute left.</source>
+        <translation>已开伞的模块没有可用的降落伞。</translation>
     </message>
     <message>
         <source>A module that is activated while it is tilted fires at once.</source>
@@ -386,8 +386,8 @@
         <translation>激活的模块按阈值触发开伞；锁定的模块处于待机状态，不会触发。</translation>
     </message>
     <message>
-        <source>An active module fires when it is moved; a locked one does not fire in flight.</source>
-        <translation>激活的模块移动时可能触发；锁定的模块飞行中不会触发。</translation>
+        <source>An active module fires by itself when it tips over or falls; a locked one must be activated.</source>
+        <translation>已激活的模块在倾覆或坠落时自动开伞；锁定的模块须先激活。</translation>
     </message>
     <message>
         <source>An old status says nothing about the module now.</source>
@@ -1258,14 +1258,6 @@
         <translation>禁用</translation>
     </message>
     <message>
-        <source>Disabled, it does not fire in free fall. The module cannot be asked.</source>
-        <translation>禁用后失重时不会开伞。此状态无法向模块查询。</translation>
-    </message>
-    <message>
-        <source>Disabled, it does not fire when the aircraft tips over. The module cannot be asked.</source>
-        <translation>禁用后飞行器翻倒时不会开伞。此状态无法向模块查询。</translation>
-    </message>
-    <message>
         <source>Disarm; nothing is sent (Esc)</source>
         <translation>解除；不发送任何内容（Esc）</translation>
     </message>
@@ -2038,6 +2030,14 @@
         <translation>该值没有生效，本行说明了原因。</translation>
     </message>
     <message>
+        <source>It fires in free fall. The module cannot be asked whether it is enabled.</source>
+        <translation>失重时开伞。是否启用无法向模块查询。</translation>
+    </message>
+    <message>
+        <source>It fires when the aircraft tips over. The module cannot be asked whether it is enabled.</source>
+        <translation>飞行器倾覆时开伞。是否启用无法向模块查询。</translation>
+    </message>
+    <message>
         <source>It has happened {n} times.</source>
         <translation>已发生 {n} 次。</translation>
     </message>
@@ -2352,6 +2352,10 @@
     <message>
         <source>Lock the module</source>
         <translation>锁定模块</translation>
+    </message>
+    <message>
+        <source>Lock the module, enable the triggers with a check, and activate it again.</source>
+        <translation>锁定模块，通过检查启用触发，再重新激活。</translation>
     </message>
     <message>
         <source>Locking …</source>
@@ -3454,6 +3458,10 @@
         <translation>伞仓内光线传感器的读数：用于判断伞仓是否打开。</translation>
     </message>
     <message>
+        <source>Reading the module again …</source>
+        <translation>正在重新读取模块…</translation>
+    </message>
+    <message>
         <source>Reading the settings</source>
         <translation>正在读取设置</translation>
     </message>
@@ -4540,6 +4548,10 @@
     <message>
         <source>The module is ACTIVE: lock it first.</source>
         <translation>模块已激活：请先锁定。</translation>
+    </message>
+    <message>
+        <source>The module is ACTIVE: nothing is written. To enable the triggers, lock it first.</source>
+        <translation>模块已激活：不写入任何参数。要启用触发，请先锁定。</translation>
     </message>
     <message>
         <source>The module is LOCKED: activate it first.</source>
@@ -6386,6 +6398,10 @@
         <translation>无效的选择：%(value)r（可选：%(choices)s）</translation>
     </message>
     <message>
+        <source>it could not be read again</source>
+        <translation>无法重新读取</translation>
+    </message>
+    <message>
         <source>it did not come to its end</source>
         <translation>检查没有完成</translation>
     </message>
@@ -7392,6 +7408,10 @@
     <message>
         <source>the module ignores a request that begins sooner than this after its last reply or the last request</source>
         <translation>模块忽略在其上一次答复或上一个请求之后过早（短于此时间）到达的请求</translation>
+    </message>
+    <message>
+        <source>the module is ACTIVE, and nothing is written then</source>
+        <translation>模块已激活，此时不写入参数</translation>
     </message>
     <message>
         <source>the module keeps another value than the one that was sent</source>

@@ -29,6 +29,7 @@ class Disturbance(Enum):
     RESTARTED = marked("the module restarted")
     SLEPT = marked("the computer slept")
     CHANGED = marked("the module changed")
+    UNREAD = marked("it could not be read again")
     TOO_OLD = marked("too old")
 
 

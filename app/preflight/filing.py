@@ -60,19 +60,21 @@ def file_check(
     program_version: str,
     adapter: str = "",
     at: datetime | None = None,
+    past: Past | None = None,
 ) -> Filed:
     """Judge, seal and keep a check, whatever came of it, also one that broke off.
 
+    `past`: as known before the check, where this record follows another of the same check; else the store says it.
     `adapter`: the USB identity of the adapter; "" where it has none, then the port stands in.
     """
     name = clean(person.module.strip()) if person.module is not None and person.module.strip() else None
     trouble: StoreTrouble | None = None
-    past = Past(module=name)
+    known, past = past, past or Past(module=name)
     checks = CheckStore(store.database) if store is not None else None
     try:
         if store is not None and checks is not None:
             module_id = next((one.id for one in store.modules() if one.name == name), None)
-            if module_id is not None:
+            if module_id is not None and known is None:
                 past = _past(checks, module_id, name, evidence)
     except StoreTrouble as error:
         trouble, checks = error, None

@@ -99,7 +99,7 @@ def activation(case: Case) -> Finding:
     states = {status.active for status in statuses}
     if len(states) > 1:
         return Finding(Result.FAIL, None, said(marked("changed while it was watched")), limit)
-    is_active = states.pop()
+    is_active = bool(case.evidence.is_active)
     shown = said(marked("ACTIVE") if is_active else marked("locked"))
     return judged(is_active, shown, limit, is_fine=True)
 

@@ -80,9 +80,17 @@ def _trigger(case: Case, key: str) -> Finding:
             return unknown(said(marked("the module did not answer when it was enabled")), limit)
         case FlagFate.NOT_SENT:
             why = flag.why[0] if flag.why else said(marked("not sent"))
-            return unknown(said(marked("not enabled: {why}"), why=why), limit)
+            return unknown(said(marked("not enabled: {why}"), why=why), limit, do=_lock_first(case))
         case FlagFate.NEVER_SET:
-            return unknown(said(marked("cannot be read, and was not set since the last start")), limit)
+            why = said(marked("cannot be read, and was not set since the last start"))
+            return unknown(why, limit, do=_lock_first(case))
+
+
+def _lock_first(case: Case) -> Said | None:
+    """Nothing is written on an active module."""
+    if not case.evidence.is_active:
+        return None
+    return said(marked("Lock the module, enable the triggers with a check, and activate it again."))
 
 
 def trigger_records(case: Case) -> Finding:

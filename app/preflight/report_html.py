@@ -13,6 +13,7 @@ from datetime import datetime
 from itertools import zip_longest
 
 from app.i18n import CHINESE, ENGLISH, language, speaking, tr
+from app.preflight.evidence import Disturbance
 from app.preflight.findings import RESULT_WORDS, Result
 from app.preflight.page_seal import sealed_html
 from app.preflight.record import NOT_KEPT, Record, activated_by, recorded_verdict
@@ -30,14 +31,7 @@ _MOST_ROWS = 60
 _MARKS = {Result.PASS: ("√", GREEN), Result.FAIL: ("×", RED), Result.WARN: ("!", AMBER), Result.UNKNOWN: ("?", RED)}
 _VERDICT_LOOKS = {Verdict.GO: ("√", GREEN), Verdict.READY: ("■", BLUE), Verdict.NO_GO: ("×", RED)}
 _VOID = marked("VOID: not a valid check")
-_VOID_WHY: Mapping[str, str] = {
-    "interrupted": marked("interrupted"),
-    "disconnected": marked("the port was lost"),
-    "silent": marked("the module stopped answering"),
-    "restarted": marked("the module restarted"),
-    "changed": marked("the module changed"),
-    "too_old": marked("too old"),
-}
+_VOID_WHY: Mapping[str, str] = {one.name.lower(): one.value for one in Disturbance}
 
 
 def page(record: Record, station: Station | None = None) -> bytes:

@@ -20,6 +20,7 @@ from app.procedure import Ask, Cancelled, Look, Pause, PortLost, Procedure, Repo
 from app.procedures.history import read_history
 from app.procedures.write import read_back
 from app.safety import refusals, situation
+from app.session import Slept
 from protocol.catalogue import BY_NAME, HEARTBEAT, STATUS, Command
 from protocol.events import Answered, Unanswered
 from protocol.messages import Acknowledgement, Reading, Status
@@ -56,6 +57,9 @@ def run_preflight(
         yield from _gather(evidence, journal or NoJournal())
     except _Silent:
         evidence.disturbance = Disturbance.SILENT
+    except Slept:
+        evidence.disturbance = Disturbance.SLEPT
+        raise
     except Cancelled:
         evidence.disturbance = Disturbance.INTERRUPTED
         raise
@@ -192,7 +196,10 @@ def _enable(command: Command, journal: Journal) -> Procedure[Flag]:
     """Set a trigger to enabled, once, where writing is allowed: never while the module is active."""
     yield Ask(STATUS.query())
     sight: Sight = yield Look()
-    refused = refusals(Act.WRITE, situation(sight.device, sight.now))
+    now_is = situation(sight.device, sight.now)
+    if now_is.active:
+        return Flag(FlagFate.NOT_SENT, (said(marked("the module is ACTIVE, and nothing is written then")),))
+    refused = refusals(Act.WRITE, now_is)
     if refused:
         return Flag(FlagFate.NOT_SENT, tuple(said_with(one.text, one.values) for one in refused))
     request = command.set(True)
