@@ -12,6 +12,7 @@ from PySide6.QtWidgets import QApplication
 from pytestqt.qtbot import QtBot
 
 from app.device import Sample
+from app.procedures.stream import StreamSwitch
 from app.recordings.recording import open_recording
 from app.transport import PortError, PortTrouble
 from app.worker import Batch, Connection, PortState
@@ -74,6 +75,7 @@ class Link(QObject):
 
     changed = Signal()
     target: Target | None = ADAPTER
+    stream = StreamSwitch(is_wanted=False)
     is_wanted = True
     is_open = True
 
@@ -229,6 +231,25 @@ def test_a_session_in_the_window_is_on_disk_sample_by_sample(qtbot: QtBot, qapp:
             assert found.time_s.tolist() == [one.at for one in taken]
             assert found.tilt_deg.tolist() == [one.tilt_deg for one in taken]
             assert {b"\x42\x61", b"\x41\x75"} <= {one.raw[:2] for one in recording.traffic()}
+
+
+def test_what_is_recorded_is_streamed_whatever_page_is_in_sight(
+    qtbot: QtBot, qapp: QApplication, tmp_path: Path
+) -> None:
+    entries = tuple(one for one in PAGES if one.key in ("live", "triggers"))
+    with simulated("paged?uptime=60"), window(qapp, tmp_path, entries=entries) as assembly:
+        assembly.window.go_to("triggers")
+        assembly.connector.connect_to(Target("sim://paged?uptime=60", 115200))
+        wait_online(qtbot, assembly)
+        qtbot.waitUntil(lambda: assembly.connector.device.is_streaming, timeout=WAIT_MS)
+        assert not assembly.connector.stream.is_wanted
+        assert assembly.connector.stream.is_recorded
+        taken: list[Sample] = []
+        assembly.connector.batch.connect(lambda batch: taken.extend(batch.samples))
+        qtbot.waitUntil(lambda: len(taken) > 100, timeout=WAIT_MS)
+        assert taken[-1].at - taken[-101].at < 10.0  # polled it would be 50 s
+        assembly.window.disconnect_port()
+        qtbot.waitUntil(lambda: not assembly.connector.stream.is_recorded, timeout=WAIT_MS)
 
 
 def test_closing_the_window_closes_the_recording(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:

@@ -24,7 +24,7 @@ def shelf_of(folder: Path, *days: float, rows: int = 1000, **bounds: float) -> S
         heading = json.loads((made / "session.json").read_text("utf-8"))
         heading["started_at"] = (NOON - timedelta(days=before)).isoformat()
         (made / "session.json").write_text(json.dumps(heading), "utf-8")
-    return Shelf(folder, most_bytes=int(bounds.get("most_bytes", 1 << 40)), most_days=bounds.get("most_days", 90.0))
+    return Shelf(folder, most_bytes=int(bounds.get("most_bytes", 1 << 40)), most_days=int(bounds.get("most_days", 90)))
 
 
 def ages(shelf: Shelf) -> list[float]:
@@ -48,11 +48,71 @@ def test_the_platform_says_where(user_files: Path) -> None:
     assert user_files in recordings_folder().parents
 
 
-def test_what_is_too_old_goes(tmp_path: Path) -> None:
-    shelf = shelf_of(tmp_path, 1, 29, 31, 400, most_days=30)
+def numbered(shelf: Shelf, *days: float) -> None:
+    """Recordings in this order, that began so many days before noon as the calendar had it then."""
+    for number, before in enumerate(days, 1):
+        made = written_at_once(shelf.folder, 100 + number)
+        heading = json.loads((made / "session.json").read_text("utf-8"))
+        heading |= {"started_at": (NOON - timedelta(days=before)).isoformat(), "sequence": number}
+        (made / "session.json").write_text(json.dumps(heading), "utf-8")
+
+
+def test_what_is_too_old_goes_to_the_trash_counted_in_days_with_a_session(tmp_path: Path) -> None:
+    shelf = Shelf(tmp_path, most_days=2)
+    numbered(shelf, 400, 300, 3, 3, 1)
     gone = shelf.prune(NOON)
-    assert ages(shelf) == [1, 29]
-    assert sorted((NOON - one.started_at).days for one in gone) == [31, 400]
+    assert ages(shelf) == [1, 3, 3]
+    assert [(NOON - one.started_at).days for one in gone] == [300, 400]
+    assert [one.sequence for one in shelf.trashed()] == [2, 1]
+    assert shelf.next_sequence() == 6
+
+
+def test_one_session_with_a_calendar_far_ahead_costs_nothing(tmp_path: Path) -> None:
+    """In whatever order: neither it nor those before and after it go."""
+    shelf = Shelf(tmp_path)
+    numbered(shelf, 6, 5, 4, -100, 3, 2, 1)
+    for days in (0, 100, 100_000, -100_000):
+        assert shelf.prune(NOON + timedelta(days=days)) == ()
+    assert [one.sequence for one in shelf.entries()] == [7, 6, 5, 4, 3, 2, 1]
+    with recorder_in(tmp_path) as bench:
+        bench.clock.wall_offset_s += 100 * 86400
+        bench.recorder.begin(HEADING)
+        bench.feed(batch(1000.0, report(1000.0)))
+        assert [one.sequence for one in bench.shelf.entries()] == [8, 7, 6, 5, 4, 3, 2, 1]
+        assert bench.shelf.trashed() == ()
+
+
+def test_the_trash_is_emptied_by_its_size_alone_and_gives_back(tmp_path: Path) -> None:
+    shelf = Shelf(tmp_path, most_days=1)
+    numbered(shelf, 9, 8, 7, 6, 5)
+    size = shelf.entries()[0].size_bytes
+    shelf.prune(NOON)
+    assert [one.sequence for one in shelf.trashed()] == [4, 3, 2, 1]
+    shelf.prune(NOON + timedelta(days=10_000))
+    assert [one.sequence for one in shelf.trashed()] == [4, 3, 2, 1]
+    back = shelf.keep(shelf.trashed()[-1], is_kept=True)
+    assert (back.is_kept, back.is_trashed) == (True, False)
+    assert [one.sequence for one in shelf.entries()] == [5, 1]
+    shelf.most_bytes = 4 * (2 * size + 1000)
+    shelf.prune(NOON)
+    assert [one.sequence for one in shelf.trashed()] == [4, 3]
+    shelf.delete(shelf.trashed()[0])
+    shelf.empty_trash()
+    assert shelf.trashed() == ()
+    assert [one.sequence for one in shelf.entries()] == [5, 1]
+
+
+def test_a_full_disk_empties_the_trash_before_it_costs_the_session(tmp_path: Path) -> None:
+    shelf = Shelf(tmp_path, most_days=1)
+    numbered(shelf, 9, 8)
+    shelf.prune(NOON)
+    with recorder_in(tmp_path) as bench:
+        bench.recorder._find_free_bytes = lambda _folder: 0 if bench.shelf.trashed() else 1 << 40
+        bench.recorder.begin(HEADING)
+        bench.feed(batch(1000.0, report(1000.0)))
+        assert bench.recorder.is_recording
+        assert bench.shelf.trashed() == ()
+        assert len(bench.shelf.entries()) == 2
 
 
 def test_the_oldest_go_where_there_are_too_many(tmp_path: Path) -> None:
@@ -63,7 +123,7 @@ def test_the_oldest_go_where_there_are_too_many(tmp_path: Path) -> None:
 
 
 def test_kept_ones_stay_and_do_not_count(tmp_path: Path) -> None:
-    shelf = shelf_of(tmp_path, 1, 2, 400, most_days=30)
+    shelf = shelf_of(tmp_path, 1, 2, 400, most_days=2)
     oldest = shelf.entries()[-1]
     assert shelf.keep(oldest, is_kept=True).is_kept
     assert shelf.entries()[-1].is_kept
@@ -101,6 +161,7 @@ def test_what_is_being_written_is_neither_pruned_nor_deleted(tmp_path: Path) -> 
 def test_a_new_session_makes_room_for_itself(tmp_path: Path) -> None:
     shelf_of(tmp_path, 100, 1)
     with recorder_in(tmp_path) as bench:
+        bench.shelf.most_days = 1
         bench.recorder.begin(HEADING)
         bench.feed(*stream(1000.0, 0.5))
         assert ages(bench.shelf) == [0, 1]
@@ -153,9 +214,9 @@ def test_what_a_crash_left_is_cleared_away(tmp_path: Path) -> None:
 
 
 def test_one_that_cannot_be_deleted_is_left_for_later(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    shelf = shelf_of(tmp_path, 100, 200)
+    shelf = shelf_of(tmp_path, 1, 100, 200, most_days=1)
     rename = Path.rename
-    stuck = shelf.entries()[0].folder
+    stuck = shelf.entries()[1].folder
 
     def refuse(self: Path, target: Path) -> Path:
         if self == stuck:
@@ -164,7 +225,7 @@ def test_one_that_cannot_be_deleted_is_left_for_later(tmp_path: Path, monkeypatc
 
     monkeypatch.setattr(Path, "rename", refuse)
     assert [(NOON - one.started_at).days for one in shelf.prune(NOON)] == [200]
-    assert ages(shelf) == [100]
+    assert ages(shelf) == [1, 100]
 
 
 # The command line
@@ -194,7 +255,7 @@ def test_the_list_for_people_and_for_programs(kept_at: Path, capsys: pytest.Capt
         "name": folder.name, "started_at": NOON.isoformat(), "duration_s": pytest.approx(2.0, abs=0.01),
         "port": "/dev/ttyUSB0", "baud_rate": 115200, "module": "Bench 7", "samples": 2880,
         "size_bytes": Shelf().size_bytes, "part": 1, "kept": True, "running": False, "cut_off": False,
-        "simulated": False, "readable": True,
+        "simulated": False, "readable": True, "trashed": False,
     }  # fmt: skip
 
 

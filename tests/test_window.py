@@ -295,6 +295,7 @@ class Recorder(QWidget):
 
 
 def test_the_module_streams_only_for_a_page_that_wants_it(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
+    """Where the session is not recorded; what is recorded is always streamed."""
     made: list[Recorder] = []
 
     def make(services: Services) -> QWidget:
@@ -307,6 +308,9 @@ def test_the_module_streams_only_for_a_page_that_wants_it(qtbot: QtBot, qapp: QA
         assert made == []  # not before the first paint
         with qtbot.waitSignal(assembly.window.pages_made, timeout=WAIT_MS):
             pass
+        folder = assembly.keeping.sessions.shelf.folder
+        folder.parent.mkdir(parents=True, exist_ok=True)
+        folder.write_text("a file stands where the recordings should be")
         assembly.connector.connect_to(Target("sim://stream", 115200))
         qtbot.waitUntil(lambda: bench.state().is_streaming, timeout=WAIT_MS)
         qtbot.keyClick(assembly.window, Qt.Key.Key_2, Qt.KeyboardModifier.ControlModifier)

@@ -43,6 +43,7 @@ _MARKS: Final[dict[Kind, tuple[str, Icon, Meaning | None]]] = {
     Kind.TRIGGERED: (marked("triggered"), Icon.PARACHUTE, Meaning.DANGER),
     Kind.TRIGGER_ENDED: (marked("trigger ended"), Icon.NOT_TRIGGERED, None),
     Kind.CHARGER_CONNECTED: (marked("charger connected"), Icon.BOLT, None),
+    Kind.DAMAGED: (marked("damaged data left out"), Icon.WARNING, Meaning.DANGER),
     Kind.CHARGER_REMOVED: (marked("charger removed"), Icon.PLUG, None),
 }
 

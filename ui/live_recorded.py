@@ -38,7 +38,7 @@ class RecordedView:
             plot.point_at(last.time_s)
         self._plots.addWidget(plot)
         self._plots.setCurrentWidget(plot)
-        self.banner.show_entry(recording.entry)
+        self.banner.show_recording(recording)
         self._panel.be_recorded(is_recorded=True)
 
     def put_away(self) -> None:
@@ -48,7 +48,7 @@ class RecordedView:
         if plot is not None:
             self._plots.removeWidget(plot)
             plot.deleteLater()
-        self.banner.show_entry(None)
+        self.banner.show_recording(None)
         self._panel.be_recorded(is_recorded=False)
         if recording is not None:
             recording.close()

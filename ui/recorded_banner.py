@@ -7,7 +7,7 @@ from PySide6.QtGui import QPaintEvent, QResizeEvent
 from PySide6.QtWidgets import QHBoxLayout, QLabel, QPushButton, QSizePolicy, QWidget
 
 from app.i18n import tr
-from app.recordings.shelf import Entry
+from app.recordings.recording import Recording
 from ui.icons import Icon, icon, pixmap
 from ui.link_state import duration
 from ui.named import named
@@ -28,7 +28,7 @@ class RecordedBanner(QWidget):
     def __init__(self, texts: Texts, parent: QWidget | None = None) -> None:
         super().__init__(parent)
         self.setObjectName("recorded_banner")
-        self._entry: Entry | None = None
+        self._recording: Recording | None = None
         self._picture = named(QLabel(), "recorded_icon")
         self.label = named(QLabel(), "recorded_label")
         self.label.setProperty("role", "strong")
@@ -54,25 +54,31 @@ class RecordedBanner(QWidget):
         """What it says, whole."""
         return self.accessibleName()
 
-    def show_entry(self, entry: Entry | None) -> None:
+    def show_recording(self, recording: Recording | None) -> None:
         """None takes the strip away."""
-        self._entry = entry
-        self.setVisible(entry is not None)
+        self._recording = recording
+        self.setVisible(recording is not None)
         self._write()
 
+    @property
+    def _meaning(self) -> Meaning:
+        is_damaged = self._recording is not None and self._recording.damage is not None
+        return Meaning.ATTENTION if is_damaged else Meaning.INFORMATION
+
     def _write(self) -> None:
-        entry = self._entry
-        if entry is None:
+        if self._recording is None:
             return
+        entry, damage = self._recording.entry, self._recording.damage
         began = tr(
             "Recording of {when}, {length}",
             when=f"{entry.started_at.astimezone():%Y-%m-%d %H:%M}",
             length=duration(entry.duration_s),
         )
-        text = " · ".join(filter(None, (began, entry.module, entry.port, remarks(entry), tr("not live"))))
+        parts = (damage, began, entry.module, entry.port, remarks(entry), tr("not live"))
+        text = " · ".join(filter(None, parts))
         self.setAccessibleName(text)
         self.label.setAccessibleName(text)
-        self.label.setToolTip(told(entry))
+        self.label.setToolTip("\n".join(filter(None, (damage, told(entry)))))
         self._fit()
         self._dress()
 
@@ -83,8 +89,9 @@ class RecordedBanner(QWidget):
         )
 
     def _dress(self) -> None:
-        ink = current().ink(Meaning.INFORMATION)
-        self._picture.setPixmap(pixmap(Icon.HISTORY, _ICON_PX, ink, ratio=self.devicePixelRatioF()))
+        ink = current().ink(self._meaning)
+        picture = Icon.HISTORY if self._meaning is Meaning.INFORMATION else Icon.WARNING
+        self._picture.setPixmap(pixmap(picture, _ICON_PX, ink, ratio=self.devicePixelRatioF()))
 
     # Qt
 
@@ -100,4 +107,4 @@ class RecordedBanner(QWidget):
             self._dress()
 
     def paintEvent(self, _event: QPaintEvent) -> None:
-        paint_banner(self, Meaning.INFORMATION)
+        paint_banner(self, self._meaning)

@@ -72,7 +72,7 @@ class RecordingsButtons(QWidget):
         else:
             bind(keep.setText, "Keep")
             bind(keep.setAccessibleName, "Keep the chosen recordings for good")
-            bind(keep.setToolTip, "Never delete the chosen recordings by itself")
+            bind(keep.setToolTip, "Never delete the chosen recordings by itself; what is in the trash comes back")
 
 
 class NoRecordings(EmptyState):

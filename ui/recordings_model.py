@@ -61,6 +61,8 @@ def remarks(entry: Entry) -> str:
     words = []
     if entry.is_running:
         words.append(tr("being recorded"))
+    if entry.is_trashed:
+        words.append(tr("in the trash"))
     if entry.was_cut_off:
         words.append(tr("cut off"))
     if entry.is_simulated:

@@ -106,10 +106,10 @@ class RecordingsPage(QWidget):
         shelf = self.work.shelf
         used = size_text(sum(one.size_bytes for one in self.work.entries))
         return tr(
-            "{used} used. Up to {size} or {days} days; the oldest go first, kept ones stay.",
+            "{used} used. Up to {size} or {days} days; the oldest go to the trash, kept ones stay.",
             used=used,
             size=size_text(shelf.most_bytes),
-            days=f"{shelf.most_days:g}",
+            days=shelf.most_days,
         )
 
     def _notice(self) -> Notice | None:

@@ -4,7 +4,7 @@ from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from enum import Enum
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 from PySide6.QtCore import QObject, Signal
 
@@ -38,6 +38,13 @@ class Doing:
 
     text: str
     share: float | None = None
+
+
+class _Exported(NamedTuple):
+    """`damage`: what is missing in the file, because it was damaged in the recording."""
+
+    rows: int
+    damage: str | None
 
 
 class RecordingsWork(QObject):
@@ -75,7 +82,10 @@ class RecordingsWork(QObject):
         """Read the list anew."""
         self._is_list_old = self._listing.is_running  # what it has not come to yet may be another by now
         if not self._is_list_old:
-            self._listing.run(lambda _is_wanted: self.shelf.entries(), self._show_list, self._fail_list)
+            self._listing.run(lambda _is_wanted: self._listed(), self._show_list, self._fail_list)
+
+    def _listed(self) -> "tuple[Entry, ...]":
+        return (*self.shelf.entries(), *self.shelf.trashed())
 
     def open(self, entry: "Entry") -> None:
         """`opened` gives it, else `said` tells why not."""
@@ -94,7 +104,7 @@ class RecordingsWork(QObject):
     def export(self, entry: "Entry", path: Path, kind: Kind) -> None:
         """Write all of it into one file, which is there whole or not at all."""
 
-        def work(is_wanted: Callable[[], bool]) -> int:
+        def work(is_wanted: Callable[[], bool]) -> _Exported:
             def note(share: float) -> None:
                 self._share = share  # read by whoever draws it; a float is written in one step
 
@@ -103,15 +113,17 @@ class RecordingsWork(QObject):
 
             export = export_csv if kind is Kind.CSV else export_mcap
             with open_recording(entry.folder) as recording:
-                return export(recording, path, on_progress=note, is_cancelled=lambda: not is_wanted())
+                count = export(recording, path, on_progress=note, is_cancelled=lambda: not is_wanted())
+                return _Exported(count, recording.damage)
 
-        def tell(count: object) -> None:
+        def tell(done: object) -> None:
+            count, damage = done if isinstance(done, _Exported) else (0, None)
             text = (
                 tr("Saved {rows} rows to {path}", rows=f"{count:,}", path=path)
                 if kind is Kind.CSV
                 else tr("Saved {count} messages to {path}", count=f"{count:,}", path=path)
             )
-            self._end(Said(Meaning.GOOD, text))
+            self._end(Said(Meaning.GOOD, text) if damage is None else Said(Meaning.ATTENTION, f"{text}. {damage}"))
 
         self._begin(tr("Exporting {name}", name=path.name), work, tell, path=path)
 

@@ -147,6 +147,7 @@ class SessionRecording:
             if is_playback(connection.port) or connection.port == TOUR_PORT:  # on disk already, or nobody's
                 self._sitting = Sitting()
                 self._end()
+                self._hold_stream(connector)
                 return
             if self._sitting.begins(connection, None if connector is None else connector.target):
                 self._begin(connection)
@@ -154,6 +155,12 @@ class SessionRecording:
                 self._recorder.take(batch)
             if self._sitting.is_over:
                 self._end()
+            self._hold_stream(connector)
+
+    def _hold_stream(self, connector: Connector | None) -> None:
+        """What is recorded needs every report, whatever page is in sight."""
+        if connector is not None:
+            connector.stream.is_recorded = self._recorder is not None and self._recorder.is_recording
 
     def _begin(self, connection: Connection) -> None:
         from app.recordings.recorder import Heading, Recorder

@@ -1,7 +1,8 @@
-"""`dps-s recordings list | export | delete`: what the window recorded by itself.
+"""`dps-s recordings list | export | restore | delete`: what the window recorded by itself.
 
 A recording is named by its folder's name, by the beginning of it, or by "latest". Exit code 0 done; 1 it cannot be read
-or is being written; 2 there is no such recording, or --yes is missing; 4 the file cannot be written.
+or is being written; 2 there is no such recording, or --yes is missing; 4 the file cannot be written, or something of
+the recording was damaged and is left out.
 """
 
 import argparse
@@ -34,7 +35,9 @@ _ENDINGS = (".csv", ".mcap")
 def add_parser(subparsers: "argparse._SubParsersAction[argparse.ArgumentParser]") -> None:
     parser = subparsers.add_parser(
         "recordings",
-        description=tr("List, export and delete the sessions that the window recorded. Nothing is opened or sent."),
+        description=tr(
+            "List, export, restore and delete the sessions that the window recorded. Nothing is opened or sent."
+        ),
     )
     acts = parser.add_subparsers(title=tr("commands"), metavar="COMMAND", required=True)
     listing = acts.add_parser("list", help=tr("list them, the newest first"))
@@ -45,6 +48,9 @@ def add_parser(subparsers: "argparse._SubParsersAction[argparse.ArgumentParser]"
     export.add_argument("file", type=_file, metavar="FILE",
                         help=tr("ends with .csv (a table) or .mcap (PlotJuggler, Foxglove)"))  # fmt: skip
     export.set_defaults(run=run_export)
+    restoring = acts.add_parser("restore", help=tr("take one out of the trash and keep it"))
+    _add_name(restoring)
+    restoring.set_defaults(run=run_restore)
     deletion = acts.add_parser("delete", help=tr("delete one for good (asks for --yes)"))
     _add_name(deletion)
     deletion.add_argument("--yes", action="store_true", help=tr("really do it"))
@@ -66,7 +72,7 @@ def run_list(args: argparse.Namespace) -> int:
     from app.recordings.shelf import Shelf
 
     shelf = Shelf()
-    entries = shelf.entries()
+    entries = (*shelf.entries(), *shelf.trashed())
     if args.json:
         write_lines([as_json({"folder": str(shelf.folder), "recordings": [json_of(one) for one in entries]})])
         return DONE
@@ -94,6 +100,7 @@ def json_of(entry: "Entry") -> dict[str, object]:
         "cut_off": entry.was_cut_off,
         "simulated": entry.is_simulated,
         "readable": entry.trouble is None,
+        "trashed": entry.is_trashed,
     }
 
 
@@ -119,6 +126,7 @@ def _remarks(entry: "Entry") -> str:
         (entry.is_kept, tr("kept")),
         (entry.is_running, tr("being recorded")),
         (entry.was_cut_off, tr("cut off")),
+        (entry.is_trashed, tr("in the trash")),
     )
     return ", ".join(text for is_so, text in remarks if is_so)
 
@@ -135,7 +143,7 @@ def run_export(args: argparse.Namespace) -> int:
     export = export_mcap if path.suffix.lower() == ".mcap" else export_csv
     try:
         with open_recording(entry.folder) as recording:
-            count = export(recording, path, on_progress=_show)
+            count, damage = export(recording, path, on_progress=_show), recording.damage
     except RecordingUnreadable as error:
         say(error.sentence)
         return SAID_NO
@@ -146,11 +154,34 @@ def run_export(args: argparse.Namespace) -> int:
         return PARTLY
     end_passing()
     write_lines([tr("{count} rows written to {file}.", count=count, file=path)])
-    return DONE
+    if damage is None:
+        return DONE
+    say(damage)
+    return PARTLY
 
 
 def _show(share: float) -> None:
     say_in_passing(tr("{percent} % written", percent=f"{share * 100:.0f}"))
+
+
+def run_restore(args: argparse.Namespace) -> int:
+    from app.recordings.shelf import Shelf
+
+    shelf = Shelf()
+    entry = _found(shelf, args.name)
+    if entry is None:
+        return USED_WRONGLY
+    name = entry.folder.name
+    if not entry.is_trashed:
+        say(tr("{name} is not in the trash.", name=name))
+        return SAID_NO
+    try:
+        shelf.keep(entry, is_kept=True)
+    except OSError as error:
+        say(tr("{name} cannot be restored: {why}.", name=name, why=error.strerror or str(error)))
+        return SAID_NO
+    write_lines([tr("{name} was restored.", name=name)])
+    return DONE
 
 
 def run_delete(args: argparse.Namespace) -> int:
@@ -178,7 +209,7 @@ def run_delete(args: argparse.Namespace) -> int:
 
 def _found(shelf: "Shelf", name: str) -> "Entry | None":
     """The one recording that is meant; says why where there is none."""
-    entries = shelf.entries()
+    entries = (*shelf.entries(), *shelf.trashed())
     if name == LATEST and entries:
         return entries[0]
     found = [one for one in entries if name and one.folder.name.startswith(name)]

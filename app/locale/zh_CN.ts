@@ -1182,6 +1182,10 @@
         <translation>DPS-S 上位机 {version}</translation>
     </message>
     <message>
+        <source>Damaged or altered since it was recorded: {rows} rows are left out.</source>
+        <translation>记录后被损坏或修改：已略去 {rows} 行。</translation>
+    </message>
+    <message>
         <source>Dangerous: each asks again, is written into the log first, and is sent once</source>
         <translation>危险：每项都会再次确认，先写入日志，且只发送一次</translation>
     </message>
@@ -2338,8 +2342,8 @@
         <translation>列出串口，USB 在前。不会打开任何串口。</translation>
     </message>
     <message>
-        <source>List, export and delete the sessions that the window recorded. Nothing is opened or sent.</source>
-        <translation>列出、导出和删除窗口录制的会话。不打开串口，也不发送任何内容。</translation>
+        <source>List, export, restore and delete the sessions that the window recorded. Nothing is opened or sent.</source>
+        <translation>列出、导出、恢复和删除窗口自动保存的数据记录。不打开串口，也不发送任何内容。</translation>
     </message>
     <message>
         <source>Live</source>
@@ -2618,8 +2622,8 @@
         <translation>永远不会判定为失重：加速度不可能低于 0 g。</translation>
     </message>
     <message>
-        <source>Never delete the chosen recordings by itself</source>
-        <translation>永不自动删除所选录制</translation>
+        <source>Never delete the chosen recordings by itself; what is in the trash comes back</source>
+        <translation>不自动删除所选数据记录；回收站中的将恢复</translation>
     </message>
     <message>
         <source>Never fires: no aircraft tilts by {fires:.0f}°.</source>
@@ -4894,6 +4898,10 @@
         <translation>还没有可判断的数据。</translation>
     </message>
     <message>
+        <source>They lie between {first} and {last}.</source>
+        <translation>位于 {first} 与 {last} 之间。</translation>
+    </message>
+    <message>
         <source>This computer does not keep this record.</source>
         <translation>本机没有保存此记录。</translation>
     </message>
@@ -6118,6 +6126,10 @@
         <translation>中断</translation>
     </message>
     <message>
+        <source>damaged data left out</source>
+        <translation>损坏的数据已略去</translation>
+    </message>
+    <message>
         <source>darker than the light threshold</source>
         <translation>暗于光线阈值</translation>
     </message>
@@ -6384,6 +6396,10 @@
     <message>
         <source>in pieces</source>
         <translation>拆成片段</translation>
+    </message>
+    <message>
+        <source>in the trash</source>
+        <translation>在回收站中</translation>
     </message>
     <message>
         <source>interrupted</source>
@@ -7310,6 +7326,10 @@
         <translation>指向伪终端的符号链接</translation>
     </message>
     <message>
+        <source>take one out of the trash and keep it</source>
+        <translation>从回收站恢复一条并保留</translation>
+    </message>
+    <message>
         <source>tell whether a pre-flight record was altered</source>
         <translation>查明飞行前检查记录是否被改动</translation>
     </message>
@@ -7962,6 +7982,10 @@
         <translation>无法删除 {name}：{why}。</translation>
     </message>
     <message>
+        <source>{name} cannot be restored: {why}.</source>
+        <translation>无法恢复 {name}：{why}。</translation>
+    </message>
+    <message>
         <source>{name} could not be read again: it may have changed.</source>
         <translation>{name} 未能再次回读：可能已发生变化。</translation>
     </message>
@@ -7974,6 +7998,10 @@
         <translation>{name} 给了两次。</translation>
     </message>
     <message>
+        <source>{name} is not in the trash.</source>
+        <translation>{name} 不在回收站中。</translation>
+    </message>
+    <message>
         <source>{name} was deleted.</source>
         <translation>{name} 已删除。</translation>
     </message>
@@ -7984,6 +8012,10 @@
     <message>
         <source>{name} was not written and changed from {before} to {after}.</source>
         <translation>{name} 未写入，却从 {before} 变为 {after}。</translation>
+    </message>
+    <message>
+        <source>{name} was restored.</source>
+        <translation>已恢复 {name}。</translation>
     </message>
     <message>
         <source>{name} {value}</source>
@@ -8294,8 +8326,8 @@
         <translation>{total} 条，没有新记录</translation>
     </message>
     <message>
-        <source>{used} used. Up to {size} or {days} days; the oldest go first, kept ones stay.</source>
-        <translation>已用 {used}。最多 {size} 或 {days} 天；最早的先删除，保留的不删除。</translation>
+        <source>{used} used. Up to {size} or {days} days; the oldest go to the trash, kept ones stay.</source>
+        <translation>已用 {used}。最多 {size} 或 {days} 天；最早的移入回收站，已保留的不受影响。</translation>
     </message>
     <message>
         <source>{value:.0f} MB</source>

@@ -21,7 +21,7 @@ STREAM_STARTS_S = 1.5
 """No report this long after a confirmed "on": this module does not stream."""
 POLL_EVERY_S = 0.1
 UNSEEN_POLL_EVERY_S = 0.5
-"""While no page shows the stream: enough for the state in the top bar."""
+"""While nobody needs the stream: enough for the state in the top bar."""
 SLOW_EVERY_S = 1.0
 BOOT_EVERY_S = 10.0
 TURN_S = 0.01
@@ -34,9 +34,16 @@ _SLOW = tuple(BY_NAME[name].query() for name in ("cell_voltage", "charging", "li
 
 @dataclass(slots=True)
 class StreamSwitch:
-    """Whether somebody looks at the stream. Set by any thread, read by the procedure."""
+    """Who needs the stream. Set by any thread, read by the procedure."""
 
     is_wanted: bool = True
+    """A page that shows it is in sight."""
+    is_recorded: bool = False
+    """The session is recorded: it must have every report, whatever page is in sight."""
+
+    @property
+    def is_on(self) -> bool:
+        return self.is_wanted or self.is_recorded
 
 
 @dataclass(slots=True)
@@ -113,7 +120,7 @@ def _ask(question: Request, *, attempts: int | None = None) -> Procedure[bool]:
 
 
 def _steer_stream(course: _Course, switch: StreamSwitch, sight: Sight) -> Procedure[None]:
-    if not switch.is_wanted:
+    if not switch.is_on:
         yield from _switch_off(course)
         return
     if course.switched_on_at is not None:
@@ -140,7 +147,7 @@ def _is_accepted(outcome: Answered) -> bool:
 def _polled(switch: StreamSwitch, sight: Sight) -> Iterator[tuple[Request, float]]:
     """Questions with their period in seconds. The status is asked for where it does not come by itself."""
     if not sight.device.is_streaming:
-        yield STATUS.query(), POLL_EVERY_S if switch.is_wanted else UNSEEN_POLL_EVERY_S
+        yield STATUS.query(), POLL_EVERY_S if switch.is_on else UNSEEN_POLL_EVERY_S
     for request in _SLOW:
         yield request, SLOW_EVERY_S
     yield _BOOT_COUNT, BOOT_EVERY_S

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from app.recordings.layout import LONGEST_UPTIME_S
 from app.samples import SUMMARY_S, Envelope, Readable, Seconds, Values
 
 _ROWS_AT_ONCE = 1 << 19
@@ -30,13 +31,13 @@ class Beginnings:
 
 
 def beginnings(times: Seconds, *values: Values) -> Beginnings:
-    """One pass over a table: times have to ascend, and everything has to be finite."""
+    """One pass over a table: times have to ascend and to be times, and everything has to be finite."""
     found: list[NDArray[np.intp]] = []
     newest_s, number = -math.inf, -math.inf
     for first in range(0, len(times), _ROWS_AT_ONCE):
         rows = slice(first, first + _ROWS_AT_ONCE)
         part = times[rows]
-        is_bad = ~np.isfinite(part)
+        is_bad = ~(np.abs(part) <= LONGEST_UPTIME_S)  # true for NaN
         is_bad[0] |= part[0] < newest_s
         is_bad[1:] |= part[1:] < part[:-1]
         for value in values:

@@ -1,6 +1,8 @@
 """How much of a recording's files counts: what was committed, each time with a checksum of what had been added."""
 
+import mmap
 import os
+import struct
 import zlib
 from collections.abc import Mapping
 from contextlib import ExitStack
@@ -9,7 +11,8 @@ from typing import IO, Final, NamedTuple
 
 import numpy as np
 
-from app.recordings.layout import COLUMNS, COMMITS, DATA_FILES, JOURNAL, LINE, Opening
+from app.pace import Pace
+from app.recordings.layout import COLUMNS, COMMITS, DATA_FILES, JOURNAL, LINE, Opening, is_time
 
 COMMIT: Final = np.dtype(
     [
@@ -25,6 +28,8 @@ COMMIT: Final = np.dtype(
         ("own_crc32", "<u4"),
     ]
 )
+_COMMIT: Final = struct.Struct("<d5Q4L")
+_CRC_AT: Final = 52
 _OWN_BYTES: Final = COMMIT.itemsize - 4
 _CHECKED_COMMITS: Final = 240
 """How far back a cut-off recording is checked against its checksums: two minutes, more than lies between two syncs."""
@@ -62,16 +67,12 @@ def encoded_commit(extents: Extents, data_crc32: int) -> bytes:
 def _decoded(raw: bytes) -> Extents | None:
     if zlib.crc32(raw[:_OWN_BYTES]).to_bytes(4, "little") != raw[_OWN_BYTES:]:
         return None
-    one = np.frombuffer(raw, COMMIT)[0]
-    return Extents(
-        float(one["at_s"]),
-        int(one["status_rows"]),
-        int(one["cell_rows"]),
-        int(one["light_rows"]),
-        int(one["line_bytes"]),
-        int(one["journal_bytes"]),
-        is_last=bool(one["is_last"]),
-    )
+    at_s, status, cell, light, line, journal, is_last, _crc, _reserved, _own = _COMMIT.unpack(raw)
+    return Extents(at_s, status, cell, light, line, journal, is_last=bool(is_last)) if is_time(at_s) else None
+
+
+def _data_crc(raw: bytes) -> int:
+    return int.from_bytes(raw[_CRC_AT : _CRC_AT + 4], "little")
 
 
 def nothing(opening: Opening) -> Extents:
@@ -126,7 +127,7 @@ class _Commits:
             if length:
                 file.seek(start)
                 crc = zlib.crc32(file.read(length), crc)
-        return crc == int(np.frombuffer(self._raw(number), COMMIT)[0]["data_crc32"])
+        return crc == _data_crc(self._raw(number))
 
     def close(self) -> None:
         self._file.close()
@@ -152,3 +153,49 @@ def read_extents(folder: Path, opening: Opening, *, is_checked: bool) -> Extents
         return found or nothing(opening)
     finally:
         commits.close()
+
+
+class Damaged(NamedTuple):
+    """A piece of a recording that is not what was committed."""
+
+    first: Extents
+    """What counted before it."""
+    last: Extents
+
+
+def damaged_pieces(folder: Path, opening: Opening, found: Extents) -> tuple[Damaged, ...]:
+    """Every commit up to `found` compared with its checksum; neighbours are one piece. Raises OSError.
+
+    A second or two for a session of a day.
+    """
+    pieces: list[Damaged] = []
+    before, is_gap, pace = nothing(opening), False, Pace()
+    with (folder / COMMITS).open("rb") as commits, ExitStack() as stack:
+        files = {name: _mapped(folder / name, found.length(name), stack) for name in DATA_FILES}
+        while len(raw := commits.read(_COMMIT.size)) == _COMMIT.size and before != found:
+            pace.keep()
+            now = _decoded(raw)
+            if now is None or not _follows(before, now, found):
+                is_gap = True
+                continue
+            crc = 0
+            for name, data in files.items():
+                crc = zlib.crc32(data[before.length(name) : now.length(name)], crc)
+            if is_gap or crc != _data_crc(raw):
+                first = pieces.pop().first if pieces and pieces[-1].last == before else before
+                pieces.append(Damaged(first, now))
+            before, is_gap = now, False
+    return tuple(pieces)
+
+
+def _mapped(path: Path, length: int, stack: ExitStack) -> memoryview:
+    if not length:
+        return memoryview(b"")
+    with path.open("rb") as file:
+        data = memoryview(stack.enter_context(mmap.mmap(file.fileno(), length, access=mmap.ACCESS_READ)))
+    stack.callback(data.release)  # before the file is unmapped
+    return data
+
+
+def _follows(before: Extents, now: Extents, found: Extents) -> bool:
+    return all(one <= other <= last for one, other, last in zip(before[1:6], now[1:6], found[1:6], strict=True))

@@ -27,6 +27,8 @@ class Kind(Enum):
     TRIGGER_ENDED = "trigger ended"
     CHARGER_CONNECTED = "charger connected"
     CHARGER_REMOVED = "charger removed"
+    DAMAGED = "damaged data left out"
+    """Of a recording: what follows, until the next report, is not what was recorded."""
 
 
 @dataclass(frozen=True, slots=True)

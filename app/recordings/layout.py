@@ -16,8 +16,6 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import IO, Final
 
-import numpy as np
-
 from protocol.text import marked
 
 if sys.platform == "win32":
@@ -47,8 +45,19 @@ DATA_FILES: Final = (*(name for table in COLUMNS.values() for name in table), LI
 """In the order in which they are written, and in which a commit's checksum goes through them."""
 ACTIVE, TRIGGERED = 0x01, 0x02
 """Bits of `status.flags.u1`."""
+_FIRST_YEAR: Final = 1970
+_LAST_YEAR: Final = 2200
 _LONGEST_HEADING: Final = 64 * 1024
 _HELD: Final = frozenset({errno.EAGAIN, errno.EWOULDBLOCK, errno.EACCES, errno.EDEADLK})
+
+
+LONGEST_UPTIME_S: Final = 1e9
+"""Thirty years: no computer has run for as long."""
+
+
+def is_time(value: float) -> bool:
+    """Whether this can be monotonic seconds: no sum with it overflows a calendar."""
+    return abs(value) <= LONGEST_UPTIME_S  # false for NaN
 
 
 class Unreadable(ValueError):
@@ -66,6 +75,8 @@ class Opening:
     module: str = ""
     program: str = ""
     part: int = 1
+    sequence: int = 0
+    """Of the recordings of this folder, in the order in which they began; 0: from before there were numbers."""
 
     @property
     def wall_offset_s(self) -> float:
@@ -83,6 +94,7 @@ class Opening:
             "baud_rate": self.baud_rate,
             "module": self.module,
             "part": self.part,
+            "sequence": self.sequence,
         }
         return json.dumps(fields, indent=1, ensure_ascii=False).encode("utf-8", "backslashreplace") + b"\n"
 
@@ -98,7 +110,9 @@ def read_opening(folder: Path) -> Opening:
         if fields["version"] != VERSION:
             raise Unreadable(marked("It was recorded by a newer version of this program."))
         started_at = datetime.fromisoformat(fields["started_at"])
-        if started_at.tzinfo is None or not np.isfinite(float(fields["start_s"])):
+        if started_at.tzinfo is None or not is_time(float(fields["start_s"])):
+            raise ValueError(started_at)
+        if not _FIRST_YEAR <= started_at.year <= _LAST_YEAR:
             raise ValueError(started_at)
         return Opening(
             started_at=started_at,
@@ -108,6 +122,7 @@ def read_opening(folder: Path) -> Opening:
             module=str(fields.get("module", "")),
             program=str(fields.get("program", "")),
             part=int(fields.get("part", 1)),
+            sequence=int(fields.get("sequence", 0)),
         )
     except Unreadable:
         raise

@@ -227,6 +227,7 @@ class Recorder:
             module=heading.module,
             program=heading.program,
             part=self._part,
+            sequence=self.shelf.next_sequence(),
         )
         self.shelf.folder.mkdir(parents=True, exist_ok=True, mode=0o700)
         self.shelf.prune(datetime.fromtimestamp(self._wall_clock(), UTC))
@@ -268,6 +269,8 @@ class Recorder:
             self._heading = replace(self._heading, at=at)
 
     def _look_at_disk(self) -> None:
+        if self._find_free_bytes(self.shelf.folder) < RESERVE_BYTES:
+            self.shelf.empty_trash()
         if self._find_free_bytes(self.shelf.folder) < RESERVE_BYTES:
             raise OSError(errno.ENOSPC, "the disk is nearly full")
 

@@ -2,9 +2,10 @@
 
 import math
 from collections.abc import Iterator
+from datetime import datetime
 from pathlib import Path
 from types import TracebackType
-from typing import Any, NamedTuple, Self
+from typing import IO, Any, NamedTuple, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,9 +13,9 @@ from numpy.typing import NDArray
 from app.capture import Way
 from app.i18n import tr
 from app.recordings.columns import RecordedSeries, beginnings, column
-from app.recordings.commits import Extents, read_extents
+from app.recordings.commits import Damaged, Extents, damaged_pieces, read_extents
 from app.recordings.excerpt import Excerpt
-from app.recordings.happenings import KIND_OF_WORD, Happening, Limits
+from app.recordings.happenings import KIND_OF_WORD, Happening, Kind, Limits
 from app.recordings.layout import (
     ACTIVE,
     COLUMNS,
@@ -24,6 +25,7 @@ from app.recordings.layout import (
     Opening,
     Unreadable,
     is_held,
+    is_time,
     journal_lines,
     read_opening,
 )
@@ -63,12 +65,15 @@ class Recording:
     Times are monotonic seconds of the computer that recorded; `wall_offset_s` added gives seconds since 1970.
     """
 
-    def __init__(self, entry: Entry, opening: Opening, extents: Extents) -> None:
-        """Raises OSError."""
+    def __init__(self, entry: Entry, opening: Opening, extents: Extents, damaged: tuple[Damaged, ...] = ()) -> None:
+        """`damaged` pieces are left out. Raises OSError."""
         self.entry = entry
         self.opening = opening
         self.wall_offset_s = opening.wall_offset_s
         self._extents = extents
+        self.damaged = damaged
+        self.left_out_rows = 0
+        """Behind a row that cannot be true."""
         status = self._table("status", extents.status_rows)
         self._status_time, self._tilt, self._acceleration, self._flags = status
         self._cell_time, self._cell = self._table("cell", extents.cell_rows)
@@ -113,22 +118,52 @@ class Recording:
     def traffic(self) -> Iterator[Traffic]:
         """Every byte that went over the line, in its order. Raises OSError."""
         with (self.entry.folder / LINE).open("rb") as file:
-            left = self._extents.line_bytes
-            while left > 0 and (line := file.readline(left)):
-                left -= len(line)
-                words = line.split(b" ", 2)
-                if line.startswith(b"#") or len(words) < 3:
-                    continue
-                try:
-                    at_s, way, raw = float(words[0]), Way(words[1].decode()), bytes.fromhex(words[2].decode())
-                except ValueError:
-                    continue
-                yield Traffic(self.opening.start_s + at_s, way, raw)
+            for length in self._sound(file, LINE):
+                left = length
+                while left > 0 and (line := file.readline(left)):
+                    left -= len(line)
+                    words = line.split(b" ", 2)
+                    if line.startswith(b"#") or len(words) < 3:
+                        continue
+                    try:
+                        at_s, way, raw = float(words[0]), Way(words[1].decode()), bytes.fromhex(words[2].decode())
+                    except ValueError:
+                        continue
+                    if is_time(at_s):
+                        yield Traffic(self.opening.start_s + at_s, way, raw)
+
+    def _sound(self, file: IO[bytes], name: str) -> Iterator[int]:
+        """Lengths of the undamaged pieces of a file, which stands at the beginning of each."""
+        place = 0
+        for one in self.damaged:
+            yield one.first.length(name) - place
+            place = one.last.length(name)
+            file.seek(place)
+        yield self._extents.length(name) - place
 
     @property
     def line_bytes(self) -> int:
         """Length of the text that `traffic` reads, for a progress."""
         return self._extents.line_bytes
+
+    @property
+    def damage(self) -> str | None:
+        """What of it is missing because it is not as it was recorded, in the language in use; None where all is."""
+        if not (self.damaged or self.left_out_rows):
+            return None
+        rows = self.left_out_rows + sum(
+            getattr(one.last, name) - getattr(one.first, name)
+            for one in self.damaged
+            for name in ("status_rows", "cell_rows", "light_rows")
+        )
+        said = tr("Damaged or altered since it was recorded: {rows} rows are left out.", rows=f"{rows:,}")
+        if not self.damaged:
+            return said
+        first, last = (
+            f"{datetime.fromtimestamp(at_s + self.wall_offset_s).astimezone():%H:%M:%S}"
+            for at_s in (self.damaged[0].first.at_s, self.damaged[-1].last.at_s)
+        )
+        return f"{said} {tr('They lie between {first} and {last}.', first=first, last=last)}"
 
     def close(self) -> None:
         """Let go of the files. What was taken out of it before (series, excerpts) still holds on to them."""
@@ -148,10 +183,16 @@ class Recording:
 
     def _table(self, name: str, rows: int) -> list[NDArray[Any]]:
         folder = self.entry.folder
-        return [column(folder / file, kind, rows) for file, kind in COLUMNS[name].items()]
+        columns = [column(folder / file, kind, rows) for file, kind in COLUMNS[name].items()]
+        if not self.damaged:
+            return columns
+        places = [slice(getattr(one.first, f"{name}_rows"), getattr(one.last, f"{name}_rows")) for one in self.damaged]
+        bad = np.concatenate([np.arange(one.start, one.stop) for one in places])
+        return [np.delete(one, bad) for one in columns]
 
     def _make_series(self) -> None:
         """Rows behind one that cannot be true are left out."""
+        found = len(self._status_time) + len(self._cell_time) + len(self._light_time)
         status = beginnings(self._status_time, self._tilt, self._acceleration)
         cell = beginnings(self._cell_time, self._cell)
         light = beginnings(self._light_time, self._light)
@@ -159,6 +200,7 @@ class Recording:
         self._acceleration, self._flags = self._acceleration[: status.rows], self._flags[: status.rows]
         self._cell_time, self._cell = self._cell_time[: cell.rows], self._cell[: cell.rows]
         self._light_time, self._light = self._light_time[: light.rows], self._light[: light.rows]
+        self.left_out_rows += found - status.rows - cell.rows - light.rows
         self.tilt = RecordedSeries(self._status_time, self._tilt, status.firsts)
         self.acceleration = RecordedSeries(self._status_time, self._acceleration, status.firsts)
         self.cell = RecordedSeries(self._cell_time, self._cell, cell.firsts)
@@ -166,12 +208,12 @@ class Recording:
 
     def _read_journal(self) -> None:
         with (self.entry.folder / JOURNAL).open("rb") as file:
-            raw = file.read(self._extents.journal_bytes)
-        happenings: list[Happening] = []
+            raw = b"".join(file.read(length) for length in self._sound(file, JOURNAL))
+        happenings = [Happening(one.first.at_s, Kind.DAMAGED) for one in self.damaged]
         limits: list[LimitsAt] = []
         for line in journal_lines(raw):
             at = _number(line.get("at"))
-            if at is None:
+            if at is None or not is_time(at):
                 continue
             match line.get("what"):
                 case "happening":
@@ -200,14 +242,16 @@ class Recording:
 
 
 def open_recording(folder: Path) -> Recording:
-    """Half a second for ten million samples: not in the window's thread. Raises `RecordingUnreadable`."""
+    """Checks everything that was committed against its checksums, unless it is being written: a second or two for a
+    long session, so not in the window's thread. Raises `RecordingUnreadable`."""
     try:
         is_running = is_held(folder)
         opening = read_opening(folder)
         extents = read_extents(folder, opening, is_checked=not is_running)
+        damaged = () if is_running else damaged_pieces(folder, opening, extents)
         is_running = is_running and not extents.is_last
         entry = entry_of(folder, opening, extents, size_bytes=size_of(folder), is_running=is_running)
-        return Recording(entry, opening, extents)
+        return Recording(entry, opening, extents, damaged)
     except Unreadable as error:
         text = str(error)
         raise RecordingUnreadable(tr(text)) from error

@@ -3,9 +3,10 @@
 import errno
 import shutil
 import threading
+from collections.abc import Iterable
 from contextlib import suppress
 from dataclasses import dataclass, replace
-from datetime import UTC, datetime, timedelta
+from datetime import UTC, date, datetime, timedelta
 from pathlib import Path
 
 from app.i18n import tr
@@ -21,7 +22,11 @@ from app.recordings.layout import (
 )
 
 MOST_BYTES = 2 * 1024**3
-MOST_DAYS = 90.0
+MOST_DAYS = 90
+"""Days on which something was recorded: a calendar that is wrong for one session adds one day."""
+TRASH = ".trash"
+_TRASH_SHARE = 4
+"""The trash may take a quarter of what the recordings may."""
 SIMULATED = "sim:"
 _GOING = ".going-"
 """Begins the name of a folder that is being deleted."""
@@ -66,6 +71,12 @@ class Entry:
     """Why it cannot be read, in the language in use."""
     part: int = 1
     """Long sessions are continued in a further recording."""
+    sequence: int = 0
+    """The order in which they began, whatever the calendar said; 0: from before there were numbers."""
+
+    @property
+    def is_trashed(self) -> bool:
+        return self.folder.parent.name == TRASH
 
     @property
     def is_simulated(self) -> bool:
@@ -76,23 +87,33 @@ class Entry:
 class Shelf:
     """All methods may be called from any thread. `most_bytes` and `most_days` bind what is not kept for good."""
 
-    def __init__(
-        self, folder: Path | None = None, *, most_bytes: int = MOST_BYTES, most_days: float = MOST_DAYS
-    ) -> None:
+    def __init__(self, folder: Path | None = None, *, most_bytes: int = MOST_BYTES, most_days: int = MOST_DAYS) -> None:
         self.folder = folder or recordings_folder()
+        self.trash = self.folder / TRASH
         self.most_bytes = most_bytes
         self.most_days = most_days
         self._pruning = threading.Lock()
 
     @property
     def size_bytes(self) -> int:
-        """Of everything in it, kept ones included."""
-        return sum(size_of(folder) for folder in self._folders())
+        """Of everything in it, kept ones and the trash included."""
+        return sum(size_of(folder) for folder in (*_folders(self.folder), *_folders(self.trash)))
 
     def entries(self) -> tuple[Entry, ...]:
         """Newest first. Reads headings only; never raises: what cannot be read is an entry with its trouble."""
-        found = [self.entry(folder) for folder in self._folders() if (folder / SESSION).exists()]
-        return tuple(sorted(found, key=lambda one: (one.started_at, one.folder.name), reverse=True))
+        return self._sorted(one for one in _folders(self.folder) if (one / SESSION).exists())
+
+    def trashed(self) -> tuple[Entry, ...]:
+        """What was pruned and is not yet deleted, newest first."""
+        return self._sorted(_folders(self.trash))
+
+    def next_sequence(self) -> int:
+        """The number of the recording that begins now."""
+        return 1 + max((one.sequence for one in (*self.entries(), *self.trashed())), default=0)
+
+    def _sorted(self, folders: Iterable[Path]) -> tuple[Entry, ...]:
+        found = map(self.entry, folders)
+        return tuple(sorted(found, key=lambda one: (one.sequence, one.started_at, one.folder.name), reverse=True))
 
     def entry(self, folder: Path) -> Entry:
         """As it is now; never raises."""
@@ -112,47 +133,67 @@ class Shelf:
         if is_held(folder):
             raise RecordingInUse(entry.folder.name)
         # Renamed first: one that was deleted by half must not look like a damaged one.
-        going = folder.with_name(_GOING + folder.name)
+        going = self.folder / (_GOING + folder.name)
         folder.rename(going)
         shutil.rmtree(going)
 
     def keep(self, entry: Entry, *, is_kept: bool) -> Entry:
-        """The entry as it is then. Raises OSError."""
-        mark = self._own(entry) / KEPT
+        """The entry as it is then; what is to be kept comes back from the trash. Raises OSError."""
+        folder = self._own(entry)
+        if entry.is_trashed and is_kept:
+            folder = self._move(folder, self.folder)
+        mark = folder / KEPT
         if is_kept:
             open(mark, "ab", opener=private_opener).close()
         else:
             mark.unlink(missing_ok=True)
-        return replace(entry, is_kept=is_kept)
+        return replace(entry, folder=folder, is_kept=is_kept)
 
     def prune(self, now: datetime) -> tuple[Entry, ...]:
-        """Delete what is too old, then the oldest until the rest is small enough; kept and running ones stay and do
-        not count. What was deleted; what the system does not let go is left for the next time."""
+        """Move into the trash what is too old or too much, in the order in which it was recorded; kept and running ones
+        stay and do not count. From the trash the oldest go for good, and only because of their size.
+
+        What was moved; what the system does not let go is left for the next time. `now` tells only what a crash left
+        from what has just begun.
+        """
         with self._pruning:
             self._clear_away(now)
-            loose = [one for one in self.entries() if not (one.is_kept or one.is_running)]
-            oldest = now - timedelta(days=self.most_days)
-            total = 0
+            total, days = 0, set[date]()
             gone: list[Entry] = []
-            for one in loose:
+            for one in self.entries():
+                if one.is_kept or one.is_running:
+                    continue
                 total += one.size_bytes
-                if one.started_at < oldest or total > self.most_bytes:
-                    with suppress(OSError, RecordingInUse):
-                        self.delete(one)
+                days.add(one.started_at.date())
+                if len(days) > self.most_days or total > self.most_bytes:
+                    with suppress(OSError):
+                        self._move(one.folder, self.trash)
                         gone.append(one)
+            self._empty_trash(self.most_bytes // _TRASH_SHARE)
             return tuple(gone)
+
+    def empty_trash(self) -> None:
+        """The disk is full: delete what is in it for good."""
+        with self._pruning:
+            self._empty_trash(0)
+
+    def _move(self, folder: Path, target: Path) -> Path:
+        target.mkdir(mode=0o700, exist_ok=True)
+        return folder.rename(target / folder.name)
+
+    def _empty_trash(self, most_bytes: int) -> None:
+        """The newest that fit stay."""
+        total = 0
+        for one in self.trashed():
+            total += one.size_bytes
+            if total > most_bytes:
+                shutil.rmtree(one.folder, ignore_errors=True)
 
     def _own(self, entry: Entry) -> Path:
         """Nothing outside of the shelf is ever deleted."""
-        if entry.folder.parent != self.folder or not entry.folder.name:
+        if entry.folder.parent not in (self.folder, self.trash) or not entry.folder.name:
             raise ValueError(f"{entry.folder} is not on this shelf")
         return entry.folder
-
-    def _folders(self) -> list[Path]:
-        try:
-            return [one for one in self.folder.iterdir() if not one.name.startswith(".") and one.is_dir()]
-        except OSError:
-            return []
 
     def _clear_away(self, now: datetime) -> None:
         """What a crash left of a recording that was going, or had hardly begun."""
@@ -163,8 +204,18 @@ class Shelf:
                     age = now - datetime.fromtimestamp(one.stat().st_mtime, UTC)
                     has_heading = (one / SESSION).exists()
                     is_unfinished = one.is_dir() and not has_heading and age > timedelta(days=_UNFINISHED_DAYS)
-                if one.name.startswith(_GOING) or (is_unfinished and not is_held(one)):
+                if one.name.startswith(_GOING):
                     shutil.rmtree(one, ignore_errors=True)
+                elif is_unfinished and one.name != TRASH and not is_held(one):
+                    with suppress(OSError):
+                        self._move(one, self.trash)
+
+
+def _folders(place: Path) -> list[Path]:
+    try:
+        return [one for one in place.iterdir() if not one.name.startswith(".") and one.is_dir()]
+    except OSError:
+        return []
 
 
 def entry_of(folder: Path, opening: Opening, extents: Extents, *, size_bytes: int, is_running: bool) -> Entry:
@@ -181,6 +232,7 @@ def entry_of(folder: Path, opening: Opening, extents: Extents, *, size_bytes: in
         is_running=is_running,
         was_cut_off=not (is_running or extents.is_last),
         part=opening.part,
+        sequence=opening.sequence,
     )
 
 
