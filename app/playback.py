@@ -37,9 +37,10 @@ class _Run(Protocol):
     def throw(self, reason: Exception, now: float) -> None: ...
 
 
-def refuse_change(run: _Run, request: Request, now: float) -> None:
-    """What the session does with a request that is no question. Whoever wants the stream goes on by polling."""
-    if request.command is SERIAL_OUTPUT:
+def refuse_change(run: _Run, request: Request, now: float, *, is_playback: bool = True) -> None:
+    """What the session does with a request that is no question, where a capture is played or it may be another module:
+    it is never sent. Whoever wants the stream goes on by polling."""
+    if request.command is SERIAL_OUTPUT or not is_playback:
         run.resume(Unanswered(request, 0, 0.0, now), now)
     else:
         run.throw(OnlyPlayedBack(), now)

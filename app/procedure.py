@@ -78,6 +78,8 @@ class Sight:
     """When something urgent (LOCK) last went before everything else: what was confirmed before it no longer counts."""
     is_playback: bool = False
     """A capture is played; there is no module."""
+    is_proven: bool = True
+    """Else it may be another module than the one that is meant: only questions are sent. See `app.identity`."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -101,3 +103,11 @@ class Cancelled(Exception):
 
 class PortLost(Exception):
     """The port went away or was closed while the procedure ran."""
+
+
+class Slept(Cancelled):
+    """The computer slept while the procedure ran: what it had found out may not be so any more."""
+
+    def __init__(self, slept_s: float) -> None:
+        super().__init__(f"the computer slept for {slept_s:.0f} s")
+        self.slept_s = slept_s

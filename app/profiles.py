@@ -32,7 +32,7 @@ from types import MappingProxyType
 from typing import NamedTuple
 
 from app.device import DeviceView, Known
-from protocol.catalogue import SETTINGS, Command
+from protocol.catalogue import SERIAL_OUTPUT, SETTINGS, Command
 from protocol.fields import Value
 from protocol.text import marked
 
@@ -134,6 +134,7 @@ def _row(command: Command, profile: Profile, device: DeviceView, now: float) -> 
 
 
 def profile_of(device: DeviceView, now: float, *, name: str) -> Profile:
-    """The module's present settings as a profile: only what is known and in no doubt."""
-    known = {key: device.fresh(key, now) for key in SETTINGS_BY_KEY}
+    """The module's present settings as a profile: only what is known and in no doubt, and not the serial output, which
+    the program itself switches."""
+    known = {key: device.fresh(key, now) for key in SETTINGS_BY_KEY if key != SERIAL_OUTPUT.key}
     return Profile(name=name, settings={key: value for key, value in known.items() if value is not None})

@@ -8,6 +8,8 @@
   another adapter is tried again: a URL, or a link that somebody made, as long as no adapter has come behind it.
 - It looks twice a second at first, then once: an adapter that returns is open again within two seconds.
 - Nothing is sent again. What was under way has ended with the port's error; the new session reads everything anew.
+- A port with a name alone is that of the same adapter only while the name leads to the very same device file; else the
+  module behind it counts as another one until a person decides (`app.identity`).
 - Which adapter it is, is looked up while the port is open: then nobody else can have its name. Where it is another than
   the one that was meant (the list was older than the name), it is closed at once, and what it said was nobody's.
 
@@ -63,6 +65,18 @@ class Absence(Enum):
         return self is not Absence.NAME_ONLY
 
 
+Node = tuple[int, int, int]
+
+
+def node_of(device: str) -> Node | None:
+    """Which device file it is, whatever its name: another terminal may have the name by now."""
+    try:
+        found = os.stat(device)  # noqa: PTH116  the one call
+    except (OSError, ValueError):
+        return None
+    return found.st_dev, found.st_ino, found.st_rdev
+
+
 def _behind(device: str) -> str:
     """The device that a link leads to."""
     try:
@@ -85,8 +99,13 @@ def address_of(device: str, ports: Iterable[PortInfo]) -> Address:
 class Reconnection:
     """See the module's docstring. One object for as long as the program runs; one thread calls it."""
 
-    def __init__(self, *, is_link: Callable[[str], bool] = os.path.islink) -> None:
+    def __init__(
+        self, *, is_link: Callable[[str], bool] = os.path.islink, node: Callable[[str], Node | None] = node_of
+    ) -> None:
         self._is_link = is_link
+        self._node_of = node
+        self._node: Node | None = None
+        """Of the port that was open last."""
         self._address: Address | None = None
         self._lasts = False
         self._lost_at: float | None = None
@@ -129,6 +148,14 @@ class Reconnection:
         """Where the module is wanted; None where nothing is."""
         return self._address
 
+    @property
+    def is_adapter_same(self) -> bool:
+        """What would be opened now surely belongs to the adapter that was lost."""
+        address = self._address
+        if address is None or address.identity or address.is_url:
+            return address is not None
+        return self._node is not None and self._node_of(address.device) == self._node
+
     def want(self, address: Address) -> None:
         """Somebody connects to it. Call it before the port is opened: a link must be looked at while it is there."""
         self._address = address
@@ -150,6 +177,7 @@ class Reconnection:
         self._taken = connection
         if connection.state is PortState.OPEN:
             self._is_return = self.is_waiting
+            self._node = None if self._address.is_url else self._node_of(self._address.device)
             self._lost_at = None
             self._is_recognised = (self._is_recognised and self._is_open) or self._address.is_url
             self._is_open = True

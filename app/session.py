@@ -11,6 +11,7 @@ from collections.abc import Callable
 from typing import Any, Generic
 
 from app.device import Device, Doubt
+from app.identity import Expected, IdentityCheck
 from app.playback import refuse_change
 from app.procedure import (
     Ask,
@@ -24,6 +25,7 @@ from app.procedure import (
     Report,
     Result,
     Sight,
+    Slept,
     UseRate,
     Want,
 )
@@ -36,14 +38,6 @@ from protocol.round_trips import Timing
 LONGEST_STEP_S = 0.02
 GATHER_S = 0.008
 """How long to let streamed bytes pile up while no answer is awaited."""
-
-
-class Slept(Cancelled):
-    """The computer slept while the procedure ran: what it had found out may not be so any more."""
-
-    def __init__(self, slept_s: float) -> None:
-        super().__init__(f"the computer slept for {slept_s:.0f} s")
-        self.slept_s = slept_s
 
 
 class Run(Generic[Result]):
@@ -146,6 +140,8 @@ class Session:
 
     `step` raises `PortError` when the port is lost; the owner then calls `close`. What had arrived before stays in
     `take_events` and in the device. `asleep_s` tells for how long the computer slept since it was last asked.
+
+    Until `identity` is proven only questions go out, and LOCK, which no module minds.
     """
 
     def __init__(
@@ -156,6 +152,7 @@ class Session:
         timing: Timing | None = None,
         asleep_s: Callable[[], float] = float,
         is_playback: bool = False,
+        expected: Expected | None = None,
     ) -> None:
         self.line = line
         self.clock = clock
@@ -163,6 +160,7 @@ class Session:
         self._is_played = is_playback
         self.opened_at = clock()
         self.device = Device(line.baud_rate)
+        self.identity = IdentityCheck(expected)
         self.bytes_received = 0
         self._timing = timing or Timing()
         self._link = Link(self.opened_at, timing=self._timing)
@@ -247,6 +245,7 @@ class Session:
             self._wake(slept_s, now)
             data = b""
         self._digest(self._link.receive(data, now) + self._link.tick(now), now)
+        self.identity.on_device(self.device, now)
         self._write_outgoing()
         self._serve(now)
 
@@ -297,8 +296,10 @@ class Session:
             self._serve(now)
             return
         ask = active.wants_to_ask
-        if ask is not None and self._is_played and not ask.request.is_repeatable:
-            refuse_change(active, ask.request, now)
+        is_change = ask is not None and not ask.request.is_repeatable
+        is_refused = self._is_played or not (self.identity.is_proven or active.is_urgent)
+        if ask is not None and is_refused and not ask.request.is_repeatable:
+            refuse_change(active, ask.request, now, is_playback=self._is_played)
             self._serve(now)
         elif ask is not None and self._link.is_idle:
             self._send(active, ask, now)
@@ -361,8 +362,8 @@ class Session:
 
     def _sight(self, now: float) -> Sight:
         view = self.device.view(now)
-        link = self.link_view()
-        return Sight(now, self.opened_at, self.line.baud_rate, view, link, self._overtaken_at, self._is_played)
+        rate, link, is_played = self.line.baud_rate, self.link_view(), self._is_played
+        return Sight(now, self.opened_at, rate, view, link, self._overtaken_at, is_played, self.identity.is_proven)
 
     def _use_rate(self, baud_rate: int, now: float) -> None:
         """A link of its own for each rate: nothing that came at another rate can be mistaken for an answer. What still
@@ -377,6 +378,7 @@ class Session:
     def _digest(self, events: list[Event], now: float) -> None:
         self._events += events
         for event in events:
+            self.identity.on_event(event, self.device, now)
             self.device.apply(event)
             match event:
                 case Answered() | Unanswered() | OutcomeUnknown():

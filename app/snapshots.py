@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 from app.device import DeviceView
-from protocol.catalogue import SETTINGS
+from protocol.catalogue import SERIAL_OUTPUT, SETTINGS
 from protocol.fields import Value, ValueRefused
 from protocol.text import marked
 
@@ -21,8 +21,13 @@ class Snapshot:
 
 
 def snapshot_of(device: DeviceView, now: float, *, reason: str = AS_FOUND) -> Snapshot:
-    """What is known about the settings at `now` and in no doubt."""
-    settings = {command.key: value for command in SETTINGS if (value := device.fresh(command.key, now)) is not None}
+    """What is known about the settings at `now` and in no doubt; not the serial output, which the program itself
+    switches."""
+    settings = {
+        command.key: value
+        for command in SETTINGS
+        if command is not SERIAL_OUTPUT and (value := device.fresh(command.key, now)) is not None
+    }
     boots = device.fresh("boot_count", now)
     return Snapshot(settings=settings, boot_count=None if boots is None else int(boots), reason=reason)
 

@@ -7,8 +7,8 @@ import platform
 from dataclasses import dataclass
 
 from app.i18n import tr
+from app.procedure import Slept
 from app.procedures.greet import Silence
-from app.session import Slept
 from app.transport import PortError, PortTrouble
 
 

@@ -15,6 +15,7 @@ from typing import Any, Generic
 
 from app.awake import Clock, SleepWatch, sleepless_clock
 from app.device import Device, DeviceView, Sample
+from app.identity import NOBODY_MEANT, Expected, Identity
 from app.logs import tell_mishap
 from app.playback import is_playback
 from app.procedure import LinkView, PortLost, Procedure, Report, Result
@@ -57,6 +58,7 @@ class Batch:
     samples: tuple[Sample, ...] = ()
     events: tuple[Event, ...] = ()
     finished: tuple["Job[Any]", ...] = ()
+    identity: Identity = NOBODY_MEANT
 
 
 class Job(Generic[Result]):
@@ -93,11 +95,17 @@ class _Open:
     baud_rate: int
     background: Callable[[], Procedure[None]] | None
     is_another: bool
+    expected: Expected | None
 
 
 @dataclass(frozen=True, slots=True)
 class _Close:
     pass
+
+
+@dataclass(frozen=True, slots=True)
+class _Vouch:
+    seen: Identity | None
 
 
 @dataclass(frozen=True, slots=True)
@@ -111,7 +119,7 @@ class _Stop:
     pass
 
 
-_Order = _Open | _Close | _Start | _Stop
+_Order = _Open | _Close | _Vouch | _Start | _Stop
 
 
 @dataclass(slots=True)
@@ -143,6 +151,7 @@ class Worker:
         self._line: SerialLine | None = None
         self._device = Device()
         self._connection = Connection()
+        self._identity = NOBODY_MEANT
         self._jobs: list[Job[Any]] = []
         self._pending = _Pending()
         self._published_at = 0.0
@@ -157,13 +166,20 @@ class Worker:
         baud_rate: int,
         background: Callable[[], Procedure[None]] | None = None,
         is_another: bool = False,
+        expected: Expected | None = None,
     ) -> None:
         """Open `port`, closing what was open. `background` makes the procedure that keeps the device fresh.
+
+        `expected`: the module that is meant; until it is proven to be that one, only questions are sent.
 
         `is_another`: another module is behind it. What was known of the one before is gone at once; else it stays,
         as stale, until the port is open.
         """
-        self._order(_Open(port, baud_rate, background, is_another))
+        self._order(_Open(port, baud_rate, background, is_another, expected))
+
+    def vouch(self, seen: Identity | None = None) -> None:
+        """A person says which module it is: from now on anything may be sent. See `IdentityCheck.vouch`."""
+        self._order(_Vouch(seen))
 
     def close(self) -> None:
         """Close the port, after the background procedure has put right what it changed."""
@@ -237,6 +253,9 @@ class Worker:
                 self._enter(order)
             case _Close():
                 self._leave()
+            case _Vouch(seen):
+                if self._session is not None:
+                    self._session.identity.vouch(seen)
             case _Start(job, is_urgent):
                 self._jobs.append(job)
                 if self._session is None:
@@ -255,7 +274,13 @@ class Worker:
         self._set_connection(Connection(PortState.OPENING, order.port, order.baud_rate))
         line = self._line = open_line(order.port, order.baud_rate)
         asleep_s = SleepWatch(self._clock, self._with_sleep).look
-        self._session = Session(line, self._clock, asleep_s=asleep_s, is_playback=is_playback(order.port))
+        self._session = Session(
+            line,
+            self._clock,
+            asleep_s=asleep_s,
+            is_playback=is_playback(order.port),
+            expected=order.expected,
+        )
         self._device = self._session.device
         self._set_connection(Connection(PortState.OPEN, order.port, order.baud_rate))
         if order.background is not None:
@@ -314,6 +339,8 @@ class Worker:
         pending, self._pending = self._pending, _Pending()
         self._published_at = now
         link = self._session.link_view() if self._session is not None else None
+        if self._session is not None:
+            self._identity = self._session.identity.identity
         rate = self._session.line.baud_rate if self._session is not None else self._connection.baud_rate
         connection = self._connection
         if rate != connection.baud_rate:
@@ -327,5 +354,6 @@ class Worker:
                 tuple(pending.samples),
                 tuple(pending.events),
                 tuple(pending.finished),
+                self._identity,
             )
         )

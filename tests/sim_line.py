@@ -3,6 +3,7 @@
 from collections.abc import Mapping
 from typing import Any, TypeVar
 
+from app.identity import Expected
 from app.procedure import Procedure
 from app.procedures.stream import StreamSwitch, watch
 from app.session import Run, Session
@@ -103,10 +104,12 @@ INSTANT_S = 1e-6
 class Rig:
     """Session, line and clock together."""
 
-    def __init__(self, options: Mapping[str, Any] | None = None, *, baud_rate: int = 115200) -> None:
+    def __init__(
+        self, options: Mapping[str, Any] | None = None, *, baud_rate: int = 115200, expected: Expected | None = None
+    ) -> None:
         self.clock = FakeClock()
         self.line = SimulatedLine(self.clock, options, baud_rate=baud_rate)
-        self.session = Session(self.line, self.clock)
+        self.session = Session(self.line, self.clock, expected=expected)
         self.clock.now_s += INSTANT_S
 
     @property

@@ -10,11 +10,12 @@ from app.awake import LONGEST_TURN_S, SHORTEST_S, Moment, SleepWatch, sleepless_
 from app.device import Doubt
 from app.journal import Outcome
 from app.permit import Origin, Permit
+from app.procedure import Slept
 from app.procedures.act import Performed, perform
 from app.procedures.lock import Locked, lock
 from app.procedures.read import READABLE, Everything, read_everything
 from app.procedures.stream import StreamSwitch, watch
-from app.session import Run, Session, Slept
+from app.session import Run, Session
 from app.simulator import bench
 from app.transport import PortError, PortTrouble
 from app.worker import Batch, Job, PortState, Worker

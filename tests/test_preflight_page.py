@@ -12,6 +12,7 @@ from pytestqt.qtbot import QtBot
 from app.preflight.findings import Result
 from app.preflight.verification import State, verify_file
 from protocol.catalogue import BY_NAME
+from tests.fakes_ui import WAIT_MS
 from tests.preflight_window import VERDICTS, find_in, hurry, kept, name_module, on_bench, said
 from ui.preflight_work import Standing
 from ui.theme import Meaning
@@ -159,6 +160,11 @@ def test_records_and_boot_count_need_a_word_of_a_person(
         bench.bench.module.memory.boot_count = 11
         bench.restart()
         bench.wait_standing(Standing.VOID)
+        naming = bench.assembly.window._services.naming
+        qtbot.waitUntil(lambda: bench.assembly.connector.identity.is_for_a_person, timeout=WAIT_MS)
+        assert naming.name == ""
+        naming.vouch()
+        qtbot.waitUntil(lambda: naming.name == "M-07", timeout=WAIT_MS)
         assert bench.check() is Standing.NO_GO
         row = page.list.rows["boot_count"]
         assert row.measured.text() == "12: is it the same module?"

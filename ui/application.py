@@ -164,6 +164,7 @@ def assemble(
     keeping.is_touring = lambda: connector.is_wanted and is_tour(connector.target)
     connector.log_to(keeping.journal)
     services = Services(connector, texts, appearance, keeping, remembered, log=log)
+    services.naming.follow(connector, keeping)
     keeping.sessions.follow(connector, services.naming)
     window = MainWindow(services, ports, speech, remembered, entries=entries)
     load = _load_pages if entries is PAGES else None

@@ -32,6 +32,8 @@ class Attention(QObject):
         super().__init__(parent)
         self.is_choosing = False
         """The ports are in sight, so nobody needs to be sent there."""
+        self.find_identity: Callable[[], Notice | None] = lambda: None
+        """The question which module it is, where that has to be decided."""
         self._connector, self._bar, self._say, self._acts = connector, bar, say, acts
         self._unsent = unsent or Unsent()
         self._question: Callable[[], Notice] | None = None
@@ -153,6 +155,9 @@ class Attention(QObject):
             return self._question()
         if self._message is not None:
             return self._message()
+        asked = self.find_identity()
+        if asked is not None:
+            return asked
         connector = self._connector
         state = connector.state
         if state.phase is Phase.CLOSED and self.is_choosing and not self._told:

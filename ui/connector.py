@@ -3,60 +3,35 @@
 import logging
 import time
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import partial
 from typing import Any
 
 from PySide6.QtCore import QObject, QTimer, Signal
 
 from app.device import DeviceView
+from app.identity import NOBODY_MEANT, Evidence, Expected, Identity, Trust, evidence_of
 from app.journal import Journal, NoJournal
-from app.playback import is_playback
 from app.ports import PortInfo
-from app.procedure import Procedure, Report, Result
+from app.procedure import Procedure, Report, Result, Slept
 from app.procedures.find import Found, find_rate
 from app.procedures.greet import Greeting, greet
 from app.procedures.lock import Locked, lock
 from app.procedures.stream import StreamSwitch, watch
 from app.reconnect import Absence, Address, Reconnection
-from app.session import Slept
 from app.transport import PortError
 from app.worker import Batch, Connection, Job, PortState, Worker
 from protocol.link_states import Presence
 from ui.bridge import Bridge
 from ui.link_state import LinkState, link_state
 from ui.port_watch import PortWatch
+from ui.target import Target
 
+__all__ = ["Connector", "Target"]
 _log = logging.getLogger(__name__)
 
 FOLLOW_EVERY_MS = 100
 """While a port is waited for: how often it is looked whether to do something about it."""
-
-
-@dataclass(frozen=True, slots=True)
-class Target:
-    """A port to connect to. `baud_rate` is where to begin; `finds_rate` goes through all rates if need be."""
-
-    device: str
-    baud_rate: int
-    identity: str = ""
-    """Tells the adapter from every other; empty where there is none to tell (a URL, a pseudo-terminal)."""
-    title: str = ""
-    finds_rate: bool = False
-
-    @property
-    def key(self) -> str:
-        """The adapter where it is known, else the port: the same for as long as it may be the same module."""
-        return self.identity or self.device
-
-    @property
-    def is_simulated(self) -> bool:
-        return self.device.startswith("sim:")
-
-    @property
-    def is_recording(self) -> bool:
-        """A capture that is played."""
-        return is_playback(self.device)
 
 
 class Connector(QObject):
@@ -104,6 +79,11 @@ class Connector(QObject):
         self._is_listing = False
         """The list of ports under way was begun for `_return`, and the port is still as it was then."""
         self._journal_of: Callable[[Target | None], Journal] = lambda _target: NoJournal()
+        self._expected_of: Callable[[Target], Expected | None] = lambda _target: None
+        self._lost = NOBODY_MEANT
+        """Of the port that was lost: what was last read of its module, in `now` where that was proven."""
+        self._new_modules = 0
+        """How many a person has called new on the port of another."""
         self._trouble: PortError | None = None
         """The last; it stays in sight between two attempts to reconnect."""
         self._is_ordered = False
@@ -125,6 +105,13 @@ class Connector(QObject):
     def whose(self) -> str:
         """Names what somebody connected to: the adapter, or the port. The same when it comes back by another name."""
         return self._whose
+
+    @property
+    def identity(self) -> Identity:
+        """Whether it is the module that is meant; until that is proven only questions are sent."""
+        if self._is_ordered:
+            return Identity(Trust.OPEN)  # what was said last was of another opening
+        return NOBODY_MEANT if self._last is None or not self.is_open else self._last.identity
 
     @property
     def absence(self) -> Absence | None:
@@ -205,7 +192,8 @@ class Connector(QObject):
         self._proven_rate = None
         self._is_listing = False
         self._return.want(Address(target.device, target.identity))
-        self._open(target, is_another=whose != self._whose)
+        expected = None if target.is_recording else self._expected_of(target)
+        self._open(target, is_another=whose != self._whose, expected=expected)
 
     def disconnect_port(self) -> None:
         self._is_wanted = False
@@ -232,6 +220,23 @@ class Connector(QObject):
     def log_to(self, journal_of: Callable[[Target | None], Journal]) -> None:
         """Where a LOCK is written down, by the module that it is for."""
         self._journal_of = journal_of
+
+    def expect(self, expected_of: Callable[[Target], Expected | None]) -> None:
+        """What was last read of the module that is known at a port, asked before the port is opened."""
+        self._expected_of = expected_of
+
+    def vouch(self, seen: Identity | None = None) -> None:
+        """A person says that it is the module that is meant; `seen` is what was said of it when they did."""
+        self._worker.vouch(seen)
+
+    def take_as_new(self, seen: Identity | None = None) -> None:
+        """A person says that it is another module: what was known of the first one is not this one's."""
+        self._new_modules += 1
+        target = self._target
+        self._whose = f"{target.key if target is not None else ''}#{self._new_modules}"
+        self.forgotten.emit()
+        self._worker.vouch(seen)
+        self.changed.emit()
 
     def lock(self, then: Callable[[Locked | None], None]) -> None:
         """Put the module into standby; `then` gets what the module says of it, None where the port is gone."""
@@ -264,13 +269,13 @@ class Connector(QObject):
 
     # What happens
 
-    def _open(self, target: Target, *, is_another: bool = False) -> None:
+    def _open(self, target: Target, *, is_another: bool = False, expected: Expected | None = None) -> None:
         self._target = target
         self._is_forgotten = self._was_mistaken = False
         self._greeting = None
         self._finding = self._greeter = None
         self._is_ordered = True
-        self._worker.open(target.device, target.baud_rate, partial(watch, self.stream), is_another)
+        self._worker.open(target.device, target.baud_rate, partial(watch, self.stream), is_another, expected)
         if target.finds_rate:
             self._finding = self.run(find_rate(target.baud_rate), self._end_finding)
         else:
@@ -278,7 +283,7 @@ class Connector(QObject):
         self.changed.emit()
 
     def _take(self, batch: Batch) -> None:
-        before, last, was_online = self.state, self._last, self._is_online()
+        before, last, was_online, identity = self.state, self._last, self._is_online(), self.identity
         is_news = last is None or batch.connection != last.connection
         if is_news:
             _log.info("Port: %s", batch.connection)
@@ -300,7 +305,7 @@ class Connector(QObject):
             _log.info("The computer slept for %.0f s", sleep.lasted_s)
             self.slept.emit(sleep.lasted_s)
         self.batch.emit(batch)
-        if self.state != before:
+        if self.state != before or self.identity != identity:
             self.changed.emit()
 
     def _is_online(self) -> bool:
@@ -314,6 +319,11 @@ class Connector(QObject):
         if address is None or connection.port != address.device:
             return  # of a port that was left meanwhile
         self._is_listing = False
+        if connection.trouble is not None and self._last is not None and not self._was_mistaken:
+            lost = self._last.identity
+            self._lost = (
+                replace(lost, now=evidence_of(self._last.device.values, is_fresh=False)) if lost.is_proven else lost
+            )
         self._return.take(connection, self.clock())
         if self._return.absence is not None or connection.state is PortState.OPEN:
             self._follow_up.start()
@@ -339,13 +349,25 @@ class Connector(QObject):
         before, target = self.state, self._target
         found = self._return.look(ports, self.clock())
         if found is not None and target is not None:
+            expected = self._expected_again()
             self._return.opening(found)
             rate = self._proven_rate or target.baud_rate
-            self._open(replace(target, device=found.device, baud_rate=rate), is_another=self._was_mistaken)
+            back = replace(target, device=found.device, baud_rate=rate)
+            self._open(back, is_another=self._was_mistaken, expected=expected)
         elif self._return.is_mistaken:
             self._leave_mistaken()
         elif self.state != before:
             self.changed.emit()
+
+    def _expected_again(self) -> Expected | None:
+        """The module that was lost. Of one that had said nothing there is nothing to compare."""
+        is_adapter_same = self._return.is_adapter_same
+        lost = self._lost
+        if not lost.is_proven and lost.before is not None:
+            return Expected(lost.before, is_adapter_same=is_adapter_same and lost.is_adapter_same)
+        return (
+            None if is_adapter_same and lost.now == Evidence() else Expected(lost.now, is_adapter_same=is_adapter_same)
+        )
 
     def _leave_mistaken(self) -> None:
         _log.warning("Another adapter is at %s: closed", self.connection.port)

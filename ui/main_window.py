@@ -17,6 +17,7 @@ from ui.connector import Connector, Target
 from ui.file_drops import FileDrops, FilePage
 from ui.help_acts import HelpActs
 from ui.icons import app_icon
+from ui.identity_notice import identity_notice
 from ui.link_state import Step
 from ui.menus import Menus
 from ui.named import named
@@ -100,6 +101,7 @@ class MainWindow(QMainWindow):
         self.attention = Attention(
             self._connector, self.notice_bar, say=self.say, acts=acts, unsent=services.unsent, parent=self
         )
+        self.attention.find_identity = lambda: identity_notice(self._connector.identity, services.naming)
         self._drops = FileDrops(self, self._page_for, self.go_to)
         services.appearance.dress(self)
         self._wire()

@@ -6,13 +6,17 @@ from PySide6.QtCore import QEvent, QObject, QSignalBlocker, Qt, Signal
 from PySide6.QtWidgets import QComboBox, QLineEdit
 
 from app.i18n import tr
+from app.identity import Evidence, Expected, evidence_of
 from app.preflight.wording import clean
 from app.store.database import StoreTrouble
 from app.store.store import Module, Store
+from app.worker import Batch, PortState
+from ui.beside import Beside
 from ui.connector import Connector
 from ui.keeping import Keeping
 from ui.named import named
 from ui.simulator_controls import WheelGuard
+from ui.target import Target
 from ui.texts import Texts
 
 _log = logging.getLogger(__name__)
@@ -20,23 +24,33 @@ LONGEST_NAME = 60
 
 
 class ModuleName(QObject):
-    """`changed`: it is another name now, or none. At another adapter it is the module that was last seen there."""
+    """`changed`: it is another name now, or none. At another adapter it is the module that was last seen there.
+
+    A module that may be another one than the one that is meant has no name until that is proven or a person decides.
+    """
 
     changed = Signal()
 
     def __init__(self) -> None:
         super().__init__()
         self.name = ""
+        self.meant = ""
+        """The module that is meant, while it is not proven to be the one that answers."""
         self._connector: Connector | None = None
         self._keeping: Keeping | None = None
         self._adapter = ""
+        self._read: dict[str, Evidence] = {}
+        """What was last read of the modules of this session, by name."""
+        self._saving: Beside[None] = Beside("dps-s module state", self)
 
     def follow(self, connector: Connector, keeping: Keeping) -> None:
         """Once for a window; a second time does nothing."""
         if self._connector is None:
             self._connector, self._keeping = connector, keeping
-            connector.changed.connect(self._watch_adapter)
-            self._watch_adapter()
+            connector.expect(self._expected_at)
+            connector.changed.connect(self._watch_identity)
+            connector.batch.connect(self._on_batch)
+            self._watch_identity()
 
     @property
     def known(self) -> tuple[Module, ...]:
@@ -57,26 +71,108 @@ class ModuleName(QObject):
 
     def choose(self, name: str) -> None:
         name = clean(name.strip(), longest=LONGEST_NAME)
-        if name != self.name:
-            self.name = name
-            self.changed.emit()
+        connector = self._connector
+        if name and connector is not None and connector.is_open and not connector.identity.is_proven:
+            is_same, self.meant = name == self.meant, name  # it is the name as soon as the engine knows, too
+            if is_same:
+                connector.vouch()
+            else:
+                connector.take_as_new()
+        else:
+            self._use(name)
+
+    def vouch(self) -> None:
+        """It is the module that is meant."""
+        if self._connector is not None:
+            self._connector.vouch(self._connector.identity)
+
+    def take_as_new(self) -> None:
+        """It is a module without a name."""
+        if self._connector is not None:
+            self.meant = ""
+            self._connector.take_as_new(self._connector.identity)
 
     def meet(self) -> Module | None:
         """The module of this name, in the store from now on. Raises `StoreTrouble`."""
         store = self._store
-        return store.meet_module(self.name, self._adapter) if store is not None and self.name else None
+        module = store.meet_module(self.name, self._adapter) if store is not None and self.name else None
+        if module is not None:
+            self._save()
+        return module
 
     @property
     def _store(self) -> Store | None:
         store = self._keeping.store if self._keeping is not None else None
         return store if isinstance(store, Store) else None
 
-    def _watch_adapter(self) -> None:
-        target = self._connector.target if self._connector is not None else None
-        if target is None or target.key == self._adapter:
+    def _use(self, name: str) -> None:
+        if name != self.name:
+            self.name = name
+            self.changed.emit()
+
+    # Which module it is
+
+    def _expected_at(self, target: Target) -> Expected | None:
+        """What was last read of the module that is known at this port; None where none is."""
+        if target.key != self._adapter:
+            self._adapter = target.key
+            self.meant = next((one.name for one in self.known if one.adapter == self._adapter), "")
+        else:
+            self.meant = self.name or self.meant
+        self._use("")
+        return Expected(self._evidence_of(self.meant)) if self.meant else None
+
+    def _evidence_of(self, name: str) -> Evidence:
+        if name in self._read:
+            return self._read[name]
+        store, module = self._store, next((one for one in self.known if one.name == name), None)
+        try:
+            return Evidence() if store is None or module is None else store.evidence(module.id)
+        except StoreTrouble as trouble:
+            _log.warning("What was last read of a module cannot be read: %s", trouble)
+            return Evidence()
+
+    def _watch_identity(self) -> None:
+        connector = self._connector
+        if connector is None or connector.target is None:
             return
-        self._adapter = target.key
-        self.choose(next((one.name for one in self.known if one.adapter == self._adapter), ""))
+        if connector.target.key != self._adapter and connector.target.is_recording:
+            self._adapter, self.meant = connector.target.key, ""
+            self._use("")
+        if not connector.is_open:
+            return
+        if not connector.identity.is_proven:
+            self.meant = self.name or self.meant
+            self._use("")
+        elif self.meant:
+            meant, self.meant = self.meant, ""
+            self._use(meant)
+
+    # What was last read of it
+
+    def _on_batch(self, batch: Batch) -> None:
+        is_module = batch.connection.state is PortState.OPEN and batch.identity.is_proven and bool(self.name)
+        if not is_module or self._connector is None or self._connector.is_recording:
+            return
+        evidence = evidence_of(batch.device.values, is_fresh=True)
+        if evidence.is_complete and self._read.get(self.name) != evidence:
+            self._read[self.name] = evidence
+            self._save()
+
+    def _save(self) -> None:
+        """Into the store, beside the window's thread."""
+        store, module_id, evidence = self._store, self.module_id, self._read.get(self.name)
+        if store is None or module_id is None or evidence is None or self._saving.is_running:
+            return
+
+        def again(_done: None) -> None:
+            if self._read.get(self.name) != evidence:
+                self._save()
+
+        def failed(error: Exception) -> None:
+            _log.warning("What was read of a module cannot be kept: %s", error)
+
+        self._saving.run(lambda _is_wanted: store.keep_evidence(module_id, evidence), again, failed)
 
 
 class ModuleField(QComboBox):

@@ -8,9 +8,8 @@ from functools import partial
 
 from PySide6.QtCore import QObject, Signal
 
-from app.device import BOOTS
 from app.i18n import tr
-from app.preflight.judging_module import WENT_BACK
+from app.identity import went_back
 from app.procedure import Cancelled, Procedure, Report
 from app.procedures.history import History, read_history
 from app.procedures.write import read_back
@@ -208,14 +207,10 @@ class TriggersWork(QObject):
             return False
         slots = [one.raw for one in reading.history.records]
         past = checks.past(module_id, self._naming.name, slots, is_confirmed=reading.history.is_confirmed)
-        went_back = (
-            past.boot_count is not None
-            and reading.boot_count is not None
-            and (reading.boot_count - past.boot_count) % BOOTS >= WENT_BACK
-        )
-        if not went_back and past.is_same_module:
+        is_lower = went_back(past.boot_count, reading.boot_count)
+        if not is_lower and past.is_same_module:
             return False
-        self._notice = partial(self._ask_whose, reading.boot_count, past.boot_count if went_back else None)
+        self._notice = partial(self._ask_whose, reading.boot_count, past.boot_count if is_lower else None)
         return True
 
     def _ask_whose(self, boots: int | None, before: int | None) -> Notice:

@@ -14,10 +14,9 @@ from app.commands.console import USUAL_RATE, end_passing, say_in_passing
 from app.commands.interruption import Interruption
 from app.device import DeviceView
 from app.i18n import tr
-from app.procedure import LinkView, PortLost, Procedure, Report
+from app.procedure import LinkView, PortLost, Procedure, Report, Slept
 from app.procedures.find import find_rate
 from app.procedures.greet import greet
-from app.session import Slept
 from app.transport import PortError
 from app.troubles import NoAnswer
 from app.worker import Batch, Connection, Job, PortState, Worker

@@ -40,22 +40,25 @@ def add_parser(subparsers: "argparse._SubParsersAction[argparse.ArgumentParser]"
     add_json_argument(shape)
     shape.add_argument("--csv", metavar="FILE", help=tr("write a CSV file; - prints it"))
     parser.add_argument("--module", metavar="NAME", help=tr("keep what is read under this name, and tell what is new"))
+    parser.add_argument("--same-module", action="store_true",
+                        help=tr("it is the named module, whatever its boot count and settings say"))  # fmt: skip
     parser.set_defaults(run=run)
 
 
 def run(args: argparse.Namespace) -> int:
     from app.commands.connection import connected, link_trouble
-    from app.commands.visited import keep_visit, read_boot_count
+    from app.commands.visited import keep_visit, read_evidence
+    from app.identity import Evidence
     from app.procedures.history import History, read_history
 
     received = Received()
     trouble: str | None = None
-    boot_count: int | None = None
+    found = Evidence()
     with connected(args.port, args.baud, on_batch=received.take) as conversation:
         try:
             history: History = conversation.run(read_history())
             if args.module is not None:
-                boot_count = conversation.run(read_boot_count())
+                found = conversation.run(read_evidence())
         except Exception as error:
             trouble = link_trouble(error)
             if trouble is None:
@@ -66,7 +69,7 @@ def run(args: argparse.Namespace) -> int:
     has_something = history.is_answered
     is_written = _print(history, args) if has_something or trouble is None else True
     if args.module is not None and has_something:
-        keep_visit(history, args.module, port=args.port, boot_count=boot_count)
+        is_written &= keep_visit(history, args.module, port=args.port, found=found, is_same_module=args.same_module)
     if trouble is not None:
         say(trouble)
         return PARTLY if has_something else NO_LINK

@@ -169,6 +169,7 @@ def _store() -> "Store | None":
 def _gather(args: argparse.Namespace, evidence: "Evidence", log: "FrameLog", store: "Store | None") -> str | None:
     """Why the link was lost in the middle, in a sentence for people; None where it was not."""
     from app.commands.connection import connected, link_trouble
+    from app.commands.visited import may_be_another
     from app.journal import Journal, NoJournal
     from app.preflight.evidence import Disturbance
     from app.preflight.run import run_preflight
@@ -179,7 +180,10 @@ def _gather(args: argparse.Namespace, evidence: "Evidence", log: "FrameLog", sto
         journal = StoreJournal(store, port=args.port, origin="preflight")
     with connected(args.port, args.baud, on_batch=lambda batch: log.take(batch.events)) as conversation:
         try:
-            conversation.run(run_preflight(evidence, is_enabling=args.enable_triggers, journal=journal))
+            is_enabling = args.enable_triggers and not (
+                args.module and not args.same_module and may_be_another(conversation, store, args.module)
+            )
+            conversation.run(run_preflight(evidence, is_enabling=is_enabling, journal=journal))
         except Exception as error:
             trouble = link_trouble(error)
             if trouble is None:

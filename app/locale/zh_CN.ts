@@ -1994,6 +1994,10 @@
         <translation>如未出现，请换一根线。</translation>
     </message>
     <message>
+        <source>If it is {module}, add --same-module.</source>
+        <translation>如果确实是 {module}，请加上 --same-module。</translation>
+    </message>
+    <message>
         <source>If nobody here uses a Braille display, type: {command} — then plug the adapter in again.</source>
         <translation>如果这里无人使用盲文显示器，请输入：{command}，然后重新插入适配器。</translation>
     </message>
@@ -2020,6 +2024,14 @@
     <message>
         <source>It can be set and acknowledged, not read back.</source>
         <translation>可以设置并得到应答，但无法回读。</translation>
+    </message>
+    <message>
+        <source>It cannot be told whether this is the same module: too little was read.</source>
+        <translation>无法判断是否为同一个模块：读到的数据不足。</translation>
+    </message>
+    <message>
+        <source>It cannot be told whether this is {module}: too little is known of it.</source>
+        <translation>无法判断这是否为 {module}：已有的记录不足。</translation>
     </message>
     <message>
         <source>It connects again by itself, and only to the same adapter.</source>
@@ -2062,6 +2074,10 @@
         <translation>尚未观察满 2 秒。</translation>
     </message>
     <message>
+        <source>It is a new module</source>
+        <translation>是新模块</translation>
+    </message>
+    <message>
         <source>It is another one</source>
         <translation>是另一个模块</translation>
     </message>
@@ -2094,8 +2110,16 @@
         <translation>签名站点是 {found}，不是 {given}：未添加站点。</translation>
     </message>
     <message>
+        <source>It is the same module</source>
+        <translation>是同一个模块</translation>
+    </message>
+    <message>
         <source>It is this module</source>
         <translation>是该模块</translation>
+    </message>
+    <message>
+        <source>It is {module}</source>
+        <translation>是 {module}</translation>
     </message>
     <message>
         <source>It is {module}: keep them</source>
@@ -2834,8 +2858,8 @@
         <translation>未保存：请给模块命名，以保存记录、作出判断并添加备注。</translation>
     </message>
     <message>
-        <source>Not kept: these records or the boot count do not follow those of {module}.</source>
-        <translation>未保存：这些记录或开机次数与 {module} 不相接。</translation>
+        <source>Not kept: this may be another module than {module} ({differences}).</source>
+        <translation>未保存：这可能不是 {module}，而是另一个模块（{differences}）。</translation>
     </message>
     <message>
         <source>Not known</source>
@@ -2936,6 +2960,10 @@
     <message>
         <source>Nothing was sent: the connection was lost before.</source>
         <translation>未发送任何内容：此前连接已丢失。</translation>
+    </message>
+    <message>
+        <source>Nothing was set: by its boot count this may be another module than {module}.</source>
+        <translation>未设置任何参数：从开机次数看，这可能不是 {module}，而是另一个模块。</translation>
     </message>
     <message>
         <source>Nothing was taken from it. Put these right and open it again:</source>
@@ -4702,6 +4730,10 @@
         <translation>串口已打开，正在询问模块。</translation>
     </message>
     <message>
+        <source>The port leads to another device than before: this may be another module.</source>
+        <translation>该串口现在指向另一个设备，可能是另一个模块。</translation>
+    </message>
+    <message>
         <source>The port was closed by a fault of this program.</source>
         <translation>串口因本程序的错误而关闭。</translation>
     </message>
@@ -4924,6 +4956,14 @@
     <message>
         <source>This is all that goes in. Names of the user and the computer were replaced; nothing is sent anywhere.</source>
         <translation>支持包的全部内容都在这里。用户名和计算机名已替换；不会发送到任何地方。</translation>
+    </message>
+    <message>
+        <source>This is another module than before: {differences}.</source>
+        <translation>这与之前的不是同一个模块：{differences}。</translation>
+    </message>
+    <message>
+        <source>This is another module than {module}: {differences}.</source>
+        <translation>这不是 {module}，而是另一个模块：{differences}。</translation>
     </message>
     <message>
         <source>This is the tour: nothing of it is kept.</source>
@@ -5192,6 +5232,10 @@
     <message>
         <source>Unplugged</source>
         <translation>已拔出</translation>
+    </message>
+    <message>
+        <source>Until you decide, only queries are sent.</source>
+        <translation>在您确认之前，仅发送查询命令。</translation>
     </message>
     <message>
         <source>Use a device name, socket://HOST:PORT or rfc2217://HOST:PORT.</source>
@@ -5978,6 +6022,10 @@
         <translation>触发时的开机次数</translation>
     </message>
     <message>
+        <source>boot count {now}, was {before}</source>
+        <translation>开机次数为 {now}，原为 {before}</translation>
+    </message>
+    <message>
         <source>boot count, 0 to 255</source>
         <translation>开机次数，0 到 255</translation>
     </message>
@@ -6440,6 +6488,10 @@
     <message>
         <source>it is the named module, although its boot count says otherwise</source>
         <translation>尽管开机次数不符，确为所命名的模块</translation>
+    </message>
+    <message>
+        <source>it is the named module, whatever its boot count and settings say</source>
+        <translation>确认就是该名称的模块，不论开机次数和参数如何</translation>
     </message>
     <message>
         <source>it is too large</source>
@@ -7514,6 +7566,10 @@
         <translation>上一份记录被改动，或不是同一条记录链中的</translation>
     </message>
     <message>
+        <source>the records do not follow those of its last visit</source>
+        <translation>触发记录与上次读取的不衔接</translation>
+    </message>
+    <message>
         <source>the same</source>
         <translation>一致</translation>
     </message>
@@ -8016,6 +8072,10 @@
     <message>
         <source>{name} was restored.</source>
         <translation>已恢复 {name}。</translation>
+    </message>
+    <message>
+        <source>{name} {now}, was {before}</source>
+        <translation>{name}为 {now}，原为 {before}</translation>
     </message>
     <message>
         <source>{name} {value}</source>

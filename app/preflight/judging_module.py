@@ -3,6 +3,7 @@
 from collections import Counter
 
 from app.fingerprint import COVERED
+from app.identity import went_back
 from app.preflight.evidence import FlagFate
 from app.preflight.findings import Case, Finding, Result, judged, unknown
 from app.preflight.wording import Said, said
@@ -15,8 +16,6 @@ HIGHEST_ATTITUDE_DEG = 90
 """Ours: above it an aircraft on its side does not fire."""
 SHORTEST_FALL_S = 0.5
 """Ours: below it a bump can fire."""
-WENT_BACK = 128
-"""Of 256: a boot count that grew by more has more likely gone back."""
 
 
 def attitude_threshold(case: Case) -> Finding:
@@ -142,11 +141,6 @@ def boot_count(case: Case) -> Finding:
         shown = said(marked("{count}, but its trigger records are others: is it the same module?"), count=str(count))
         return judged(count, shown, limit, is_fine=False)
     return judged(count, str(count), limit, is_fine=True)
-
-
-def went_back(before: int | None, now: int | None) -> bool:
-    """Whether the boot count fell, which that of one module never does; 0 follows 255."""
-    return before is not None and now is not None and (now - before) % 256 >= WENT_BACK
 
 
 def settings_fingerprint(case: Case) -> Finding:

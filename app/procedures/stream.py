@@ -129,7 +129,7 @@ def _steer_stream(course: _Course, switch: StreamSwitch, sight: Sight) -> Proced
             course.is_hopeless = True
         return
     listened_s = sight.now - sight.opened_at
-    if sight.device.is_streaming or course.is_hopeless or listened_s < LISTEN_FIRST_S:
+    if sight.device.is_streaming or course.is_hopeless or listened_s < LISTEN_FIRST_S or not sight.is_proven:
         return
     # Unconfirmed counts as on, so that it is switched off again; also where this is cancelled before the answer came.
     course.switched_on_at = sight.now

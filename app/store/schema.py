@@ -10,6 +10,23 @@ from app.store.preflight_schema import PREFLIGHT_ADAPTERS, PREFLIGHT_TABLES
 APPLICATION_ID = 0x44505353
 """ "DPSS": how our file is told from another program's."""
 
+MODULE_STATE_TABLES: tuple[str, ...] = (
+    """
+    CREATE TABLE module_states (
+        module_id INTEGER PRIMARY KEY REFERENCES modules (id),
+        at TEXT NOT NULL,
+        boot_count INTEGER,
+        settings TEXT NOT NULL
+    ) STRICT
+    """,
+    """
+    CREATE TABLE streams_left_on (
+        adapter TEXT PRIMARY KEY,
+        at TEXT NOT NULL
+    ) STRICT
+    """,
+)
+
 MIGRATIONS: tuple[tuple[str, ...], ...] = (
     (
         """
@@ -64,4 +81,5 @@ MIGRATIONS: tuple[tuple[str, ...], ...] = (
     PREFLIGHT_TABLES,
     PREFLIGHT_ADAPTERS,
     AUDIT_CHAIN_TABLES,
+    MODULE_STATE_TABLES,
 )

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from app.acts import Act
+from app.identity import Evidence
 from app.journal import Outcome
 from app.snapshots import Snapshot, restorable
 from app.store.database import Clock, Database, open_database, utc_now
@@ -97,6 +98,39 @@ class Store:
             "SELECT id, name, adapter, first_seen_at, last_seen_at FROM modules ORDER BY last_seen_at DESC, id DESC"
         )
         return tuple(Module(*row) for row in rows)
+
+    def keep_evidence(self, module_id: int, evidence: Evidence) -> None:
+        """What was last read of a module: by it the module is known again."""
+        self.database.write(
+            "INSERT INTO module_states (module_id, at, boot_count, settings) VALUES (?, ?, ?, ?) "
+            "ON CONFLICT (module_id) DO UPDATE SET at = excluded.at, boot_count = excluded.boot_count, "
+            "settings = excluded.settings",
+            (module_id, self.database.now(), evidence.boot_count, json.dumps(dict(evidence.settings), sort_keys=True)),
+        )
+
+    def evidence(self, module_id: int) -> Evidence:
+        """What was last read of a module, else the boot count of its last visit; empty where there is neither."""
+        rows = self.database.read(
+            "SELECT boot_count, settings FROM module_states WHERE module_id = ? "
+            "UNION ALL SELECT * FROM (SELECT boot_count, '{}' FROM visits WHERE module_id = ? "
+            "AND boot_count IS NOT NULL ORDER BY id DESC LIMIT 1) LIMIT 1",
+            (module_id, module_id),
+        )
+        return Evidence(rows[0][0], restorable(_object(rows[0][1]))) if rows else Evidence()
+
+    # The serial output
+
+    def note_stream_on(self, adapter: str) -> None:
+        """The program is about to switch the serial output on; it stands until `forget_stream_on`."""
+        self.database.write(
+            "INSERT OR REPLACE INTO streams_left_on (adapter, at) VALUES (?, ?)", (adapter, self.database.now())
+        )
+
+    def forget_stream_on(self, adapter: str) -> None:
+        self.database.write("DELETE FROM streams_left_on WHERE adapter = ?", (adapter,))
+
+    def is_stream_left_on(self, adapter: str) -> bool:
+        return bool(self.database.read("SELECT 1 FROM streams_left_on WHERE adapter = ?", (adapter,)))
 
     # Snapshots
 
