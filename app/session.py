@@ -296,7 +296,6 @@ class Session:
             self._serve(now)
             return
         ask = active.wants_to_ask
-        is_change = ask is not None and not ask.request.is_repeatable
         is_refused = self._is_played or not (self.identity.is_proven or active.is_urgent)
         if ask is not None and is_refused and not ask.request.is_repeatable:
             refuse_change(active, ask.request, now, is_playback=self._is_played)

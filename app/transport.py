@@ -97,8 +97,8 @@ class Line(Protocol):
 
 
 def holder_of(port: str, proc: Path = Path("/proc")) -> Holder | None:
-    """Who else has this device open, where that is certain: the only other program that has this very device open, as
-    far as this user may see. Only on Linux."""
+    """Who else has this device, where that is certain: of the other programs that have this very device open, as far as
+    this user may see, the only one, or the one that has locked it. Only on Linux."""
     if not sys.platform.startswith("linux"):
         return None
     try:
@@ -117,7 +117,18 @@ def holder_of(port: str, proc: Path = Path("/proc")) -> Holder | None:
             # Unless it is the same process from the beginning to the end, the number has gone to another one.
             if os.path.samestat(link.stat(), device) and _started(process) == started:
                 holders[int(process.name)] = Holder(name, int(process.name))
-    return next(iter(holders.values())) if len(holders) == 1 else None
+    locking = _locking(device, proc) & holders.keys() if len(holders) > 1 else holders.keys()
+    return holders[next(iter(locking))] if len(locking) == 1 else None
+
+
+def _locking(device: os.stat_result, proc: Path) -> set[int]:
+    """The processes that have locked this file, by the system's own list."""
+    try:
+        rows = [row.split() for row in (proc / "locks").read_text().splitlines()]
+    except OSError:
+        return set()
+    name = f"{os.major(device.st_dev):02x}:{os.minor(device.st_dev):02x}:{device.st_ino}"
+    return {int(row[4]) for row in rows if len(row) > 5 and row[1] == "FLOCK" and row[5] == name and row[4].isdigit()}
 
 
 def _started(process: Path) -> str:

@@ -269,8 +269,24 @@ def test_history_keeps_what_it_reads_under_a_name(
     assert program.main(words) == 0
     assert Printed(capsys).err == "M-07: 1 new since the last visit; 10 records are kept.\n"
     other = [*words[:2], f"{port}other?history=2&boots=12", *words[3:]]
-    assert program.main(other) == 0
-    assert "Not kept" in Printed(capsys).err
+    assert program.main(other) == 4
+    printed = Printed(capsys)
+    assert "Not kept: this may be another module than M-07 (boot count 12, was 37" in printed.err
+    assert len(json.loads(printed.out)["records"]) == 2
     records = CheckStore(kept).records(1)
     assert len(records) == 10
     assert records[-1].raw[7] == 0x04
+    assert program.main([*other, "--same-module"]) == 0
+    assert len(CheckStore(kept).records(1)) == 12
+
+
+def test_a_module_by_the_name_of_another_is_not_set(
+    port: str, capsys: pytest.CaptureFixture[str], kept: Database
+) -> None:
+    assert program.main(["history", "--port", port, "--module", "M-07"]) == 0
+    other = f"{port}other?boots=12"
+    assert program.main(["preflight", "--port", other, "--enable-triggers", "--json", "--module", "M-07"]) == 1
+    printed = Printed(capsys)
+    assert "Nothing was set" in printed.err
+    found = {one["id"]: one["result"] for one in json.loads(printed.out.splitlines()[-1])["checks"]}
+    assert (found["attitude_trigger"], found["boot_count"]) == ("unknown", "fail")

@@ -145,6 +145,14 @@ def test_the_holder_is_named_only_where_it_is_certain(device: Path, tmp_path: Pa
     assert (found.name, found.pid) == ("other", 42)
     process(proc, 43, device)
     assert holder_of(str(device), proc) is None, "two have it open: either may hold it"
+    file = device.stat()
+    name = f"{os.major(file.st_dev):02x}:{os.minor(file.st_dev):02x}:{file.st_ino}"
+    (proc / "locks").write_text(
+        f"1: POSIX  ADVISORY  WRITE 43 {name} 0 EOF\n2: FLOCK  ADVISORY  WRITE 42 {name} 0 EOF\n"
+    )
+    holder = holder_of(str(device), proc)
+    assert holder is not None
+    assert holder.pid == 42
 
 
 @pytest.mark.skipif(not sys.platform.startswith("linux"), reason="only Linux tells")

@@ -16,11 +16,10 @@ from app.playback import require_module
 from app.preflight.evidence import HEARTBEATS, STILL_S, Disturbance, Evidence, Flag, FlagFate, Trial
 from app.preflight.reread import StateReading, read_state
 from app.preflight.wording import said, said_with
-from app.procedure import Ask, Cancelled, Look, Pause, PortLost, Procedure, Report, Sight
+from app.procedure import Ask, Cancelled, Look, Pause, PortLost, Procedure, Report, Sight, Slept
 from app.procedures.history import read_history
 from app.procedures.write import read_back
 from app.safety import refusals, situation
-from app.session import Slept
 from protocol.catalogue import BY_NAME, HEARTBEAT, STATUS, Command
 from protocol.events import Answered, Unanswered
 from protocol.messages import Acknowledgement, Reading, Status
