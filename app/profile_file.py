@@ -1,6 +1,5 @@
 """Profiles as files: all errors at once, each with its line; written whole or not at all."""
 
-import math
 import re
 import tomllib
 import unicodedata
@@ -64,7 +63,9 @@ class ProfileFault:
     @property
     def sentence(self) -> str:
         """In the language in use now."""
-        said = tr(self.text, **self.values)
+        values = {name: tr(value) if name == "why" and isinstance(value, str) else value
+                  for name, value in self.values.items()}  # fmt: skip
+        said = tr(self.text, **values)
         return said if self.line is None else tr("Line {line}: {what}", line=self.line, what=said)
 
 
@@ -226,14 +227,11 @@ class _Reader:
                 self._refuse(("limits", name), marked("there is no limit “{name}”."), name=shortened(name))
             elif not is_number or not allowed.low <= value <= allowed.high:
                 self._refuse(
-                    ("limits", name), marked("{name}: a number from {low} to {high} is needed."),
-                    name=name, low=f"{allowed.low:g}", high=f"{allowed.high:g}",
+                    ("limits", name), marked("{name}: a number from {low} to {high} is needed: {why}."),
+                    name=name, low=f"{allowed.low:g}", high=f"{allowed.high:g}", why=allowed.why,
                 )  # fmt: skip
             else:
                 limits[name] = value
-        low, high = limits.get("acceleration_min_g", 0.0), limits.get("acceleration_max_g", math.inf)
-        if low > high:
-            self._refuse(("limits", "acceleration_min_g"), marked("the lowest acceleration is above the highest."))
         return limits
 
     def _activated_by(self, table: dict[str, Any]) -> ActivatedBy:
@@ -253,16 +251,17 @@ class _Reader:
             why = marked("a list of at most {count} [[manual]] tables is needed.")
             self._refuse(("manual",), why, count=MOST_ITEMS)
             return
-        for item in items:
+        for place, item in enumerate(items):
+            path = ("manual", str(place))
             if not isinstance(item, dict):
-                self._refuse(("manual",), marked("each [[manual]] needs a text."))
+                self._refuse(path, marked("each [[manual]] needs a text."))
                 continue
             for key in item.keys() - {"text", "required"}:
-                self._refuse(("manual", key), marked("“{name}” is not known here."), name=shortened(key))
-            text = self._text(item, "text", LONGEST_NAME, under=("manual",))
-            if not text.strip():
-                self._refuse(("manual",), marked("each [[manual]] needs a text."))
-            yield ManualLine(text, self._flag(item, ("manual", "required")))
+                self._refuse((*path, key), marked("“{name}” is not known here."), name=shortened(key))
+            text = self._text(item, "text", LONGEST_NAME, under=path)
+            if isinstance(item.get("text", ""), str) and not text.strip():
+                self._refuse(path, marked("each [[manual]] needs a text."))
+            yield ManualLine(text, self._flag(item, (*path, "required")))
 
     def _table(self, tables: dict[str, Any], key: str) -> dict[str, Any]:
         table = tables.get(key, {})
@@ -294,7 +293,7 @@ class _Reader:
         return value
 
     def _refuse(self, path: tuple[str, ...], text: str, **values: object) -> None:
-        line = self._lines.get(path) or self._lines.get(path[:1])
+        line = next((self._lines[path[:length]] for length in (3, 2, 1) if path[:length] in self._lines), None)
         self._faults.append(ProfileFault(line, text, values))
 
 

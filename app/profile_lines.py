@@ -1,6 +1,7 @@
 """On which line of a TOML text each key stands. `tomllib` tells values, not places."""
 
 import re
+from collections import Counter
 from collections.abc import Mapping
 
 _TABLE = re.compile(r"\[\[?([^\]]*)\]")
@@ -9,12 +10,15 @@ _LONG_QUOTES = ('"""', "'''")
 
 
 def key_lines(text: str) -> Mapping[tuple[str, ...], int]:
-    """Line (from 1) of each key by its path, (table, key) or (key,), and of each table's first head.
+    """Line (from 1) of each key by its path, (table, key) or (key,), and of each table's first head. In the n-th table
+    of a list (from 0) also (table, n, key), and (table, n) for its head.
 
     Good enough to point at; for a key written in a way that this does not know there is the table's line, or none.
     """
     found: dict[tuple[str, ...], int] = {}
     table: tuple[str, ...] = ()
+    entry: tuple[str, ...] = ()
+    entries: Counter[str] = Counter()
     open_quote: str | None = None
     for number, row in enumerate(text.split("\n"), start=1):
         line = row.strip()  # else a pattern goes over the spaces of a long line again and again
@@ -26,12 +30,19 @@ def key_lines(text: str) -> Mapping[tuple[str, ...], int]:
         if head is not None:
             table = (head.group(1).strip("\"' \t"),)
             found.setdefault(table, number)
+            entry = ()
+            if line.lstrip().startswith("[["):
+                entry = (*table, str(entries[table[0]]))
+                entries[table[0]] += 1
+                found[entry] = number
             continue
         key = _KEY.match(line)
         if key is not None:
             name = next(part for part in key.groups()[:3] if part is not None)
             inner = (key.group(4),) if key.group(4) else ()
             found.setdefault((*table, name, *inner), number)
+            if entry:
+                found.setdefault((*entry, name), number)
         open_quote = _quote_left_open(line)
     return found
 

@@ -51,22 +51,24 @@ class ActivatedBy(Enum):
     AIRCRAFT = "aircraft"
 
 
-class Range(NamedTuple):
-    """What a limit of the pre-flight check may be, ends included."""
+class Bound(NamedTuple):
+    """What a limit of the pre-flight check may be, ends included; beyond it a check would prove nothing. `why`: in
+    English, translatable."""
 
     low: float
     high: float
+    why: str
 
 
-LIMITS: Mapping[str, Range] = MappingProxyType({
-    "heartbeats_lost_max": Range(0, 20),
-    "round_trip_max_ms": Range(1, 1000),
-    "tilt_max_deg": Range(0, 180),
-    "tilt_spread_max_deg": Range(0, 180),
-    "acceleration_min_g": Range(0, 25.5),
-    "acceleration_max_g": Range(0, 25.5),
-    "acceleration_spread_max_g": Range(0, 25.5),
-    "cell_voltage_min_v": Range(0, 5.1),
+LIMITS: Mapping[str, Bound] = MappingProxyType({
+    "heartbeats_lost_max": Bound(0, 2, marked("of 20; a line that loses more than a tenth may lose a setting")),
+    "round_trip_max_ms": Bound(1, 500, marked("after 1000 ms the vendor calls the module offline")),
+    "tilt_max_deg": Bound(0, 15, marked("tilted further, one side fires late and the other early")),
+    "tilt_spread_max_deg": Bound(0, 5, marked("a sensor at rest does not wander further")),
+    "acceleration_min_g": Bound(0.8, 1.0, marked("at rest it is 1 g; free fall begins below 0.7 g")),
+    "acceleration_max_g": Bound(1.0, 1.2, marked("at rest it is 1 g")),
+    "acceleration_spread_max_g": Bound(0, 0.4, marked("more noise than that can end a free fall")),
+    "cell_voltage_min_v": Bound(3.5, 4.2, marked("below 3.5 V a lithium cell is nearly empty; above 4.2 V none is")),
 })  # fmt: skip
 
 

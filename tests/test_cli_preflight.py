@@ -58,7 +58,8 @@ def _assert_only_questions(wire: list[bytes], *, flags: int) -> None:
 def test_go_is_the_contract(port: str, capsys: pytest.CaptureFixture[str], wire: list[bytes]) -> None:
     assert program.main(["preflight", "--port", port, "--enable-triggers", "--json"]) == 0
     shown = json.loads(Printed(capsys).out)
-    assert list(shown) == ["verdict", "checks", "read"]
+    assert list(shown) == ["verdict", "checks", "read", "simulated", "softer_limits"]
+    assert (shown["simulated"], shown["softer_limits"]) == (True, [])
     assert shown["verdict"] == "READY"
     assert [one["id"] for one in shown["checks"]] == [check.id for check in CHECKS]
     for one in shown["checks"]:

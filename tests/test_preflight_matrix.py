@@ -111,7 +111,7 @@ def test_a_profile_is_taken_whole() -> None:
     """
         % APPROVED.encode()
     )
-    expectations = expectations_of(profile, {"Pack date": False})
+    expectations = expectations_of(profile, {2: False})
     assert expectations == Expectations(
         profile="H6",
         limits=Limits(heartbeats_lost_max=1, tilt_max_deg=3, cell_voltage_min_v=3.9),

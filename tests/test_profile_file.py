@@ -84,7 +84,7 @@ def test_all_errors_at_once_each_with_its_line() -> None:
         (12, "Line 12: freefall_time_s: 9.99 is outside 0.00 s to 2.55 s."),
         (14, "Line 14: there is no setting “attitude_triger”."),
         (17, "Line 17: baud_rate: 12345 is not one of 4800, 9600, 19200, 38400, 57600, 115200."),
-        (20, "Line 20: cell_voltage_min_v: a number from 0 to 5.1 is needed."),
+        (20, f"Line 20: cell_voltage_min_v: a number from 3.5 to 4.2 is needed: {LIMITS['cell_voltage_min_v'].why}."),
         (25, "Line 25: “colour” is not known here."),
     ]
 
@@ -113,8 +113,8 @@ def test_what_is_no_toml_and_what_is_wrong_otherwise_are_told_together() -> None
         ("light_inverted = 1", 1, "true or false"),
         ('approved_fingerprint = "AAAA-AAAB"', 1, "no fingerprint"),
         ("[limits]\ntilt_max = 3", 2, "there is no limit “tilt_max”"),
-        ("[limits]\ntilt_max_deg = nan", 2, "a number from 0 to 180"),
-        ("[limits]\nacceleration_min_g = 2\nacceleration_max_g = 1", 2, "above the highest"),
+        ("[limits]\ntilt_max_deg = nan", 2, "a number from 0 to 15"),
+        ("[limits]\nacceleration_min_g = 2\nacceleration_max_g = 1", 2, "a number from 0.8 to 1"),
         ("freefall_time_s = 1\n[settings]\nfreefall_time_s = 2", 1, "given twice"),
         ("freefall_time_s = inf", 1, "a finite number"),
         ("freefall_time_s = [1.6]", 1, "a number is needed"),
@@ -252,3 +252,18 @@ def test_the_writer_refuses_what_it_cannot_write(bad: dict[str, object]) -> None
 def test_any_bytes_are_read_or_refused(data: bytes) -> None:
     with suppress(ProfileRefused):
         parse_profile(data)
+
+
+def test_errors_in_a_later_manual_item_are_told_at_their_own_line() -> None:
+    text = """[[manual]]
+text = "Bridle free"
+[[manual]]
+text = "Hatch free"
+required = "yes"
+[[manual]]
+required = true
+[[manual]]
+text = "Lines"
+colour = 1
+"""
+    assert [line for line, _ in faults(text)] == [5, 6, 10]

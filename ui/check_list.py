@@ -34,8 +34,8 @@ class CheckList(QScrollArea):
         super().__init__()
         named(self, "preflight_scroll")
         self._texts = texts
-        self._ticks: dict[str, tuple[bool, float]] = {}
-        """By the item's text: whether it is in order, and when that was said, in the connector's seconds."""
+        self._ticks: dict[int, tuple[bool, float]] = {}
+        """By the item's number: whether it is in order, and when that was said, in the connector's seconds."""
         self.rows = {check.id: CheckRow(check, texts) for check in CHECKS}
         self.manual: list[ManualRow] = []
         self._manual_card, self._manual_rows = _card("preflight_manual")
@@ -65,8 +65,8 @@ class CheckList(QScrollArea):
         """When a tick is made; the page keeps it."""
 
     @property
-    def ticks(self) -> Mapping[str, bool]:
-        return {text: is_done for text, (is_done, _at) in self._ticks.items()}
+    def ticks(self) -> Mapping[int, bool]:
+        return {number: is_done for number, (is_done, _at) in self._ticks.items()}
 
     def use_manual(self, lines: tuple[ManualLine, ...]) -> None:
         """Other items: what was ticked before was said of others."""
@@ -86,9 +86,9 @@ class CheckList(QScrollArea):
 
     def forget_old_ticks(self) -> bool:
         """What somebody looked at long ago was for another flight; whether there was such a tick."""
-        old = [text for text, (_is_done, at) in self._ticks.items() if self.now - at > VALID_FOR_S]
-        for text in old:
-            del self._ticks[text]
+        old = [number for number, (_is_done, at) in self._ticks.items() if self.now - at > VALID_FOR_S]
+        for number in old:
+            del self._ticks[number]
         return bool(old)
 
     def show_work(self, work: PreflightWork) -> None:
@@ -103,7 +103,7 @@ class CheckList(QScrollArea):
                 is_void = standing is Standing.VOID
                 row.show_judged(found, is_void=is_void, is_explained=is_explained, can_act=work.can_check)
         for item in self.manual:
-            item.show_state(self.ticks.get(item.line.text), can_tick=not is_checking)
+            item.show_state(self.ticks.get(item.number), can_tick=not is_checking)
 
     def allow_acts(self, is_allowed: bool) -> None:
         for row in self.rows.values():
@@ -116,10 +116,10 @@ class CheckList(QScrollArea):
     def _act(self, id_: str) -> None:
         self.check_wanted.emit(STATEMENTS[id_])
 
-    def _tick(self, text: str, state: bool | None) -> None:
-        self._ticks.pop(text, None)
+    def _tick(self, number: int, state: bool | None) -> None:
+        self._ticks.pop(number, None)
         if state is not None:
-            self._ticks[text] = (state, self.now)
+            self._ticks[number] = (state, self.now)
         self.ticked.emit()
 
 

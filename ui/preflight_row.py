@@ -129,16 +129,16 @@ class CheckRow(QFrame):
 
 
 class ManualRow(QFrame):
-    """Done, not in order, or, without a tick, skipped. `ticked`: the text and True, False or None."""
+    """Done, not in order, or, without a tick, skipped. `ticked`: the number and True, False or None."""
 
-    ticked = Signal(str, object)
+    ticked = Signal(int, object)
 
     def __init__(self, number: int, line: ManualLine, texts: Texts) -> None:
         super().__init__()
         name = f"manual_{number}"
         self.setObjectName(name)
         self.setProperty("role", "row")
-        self.line = line
+        self.number, self.line = number, line
         self.state: bool | None = None
         self.chip = _chip(f"{name}_state")
         self._text = _label(f"{name}_text", "strong")
@@ -184,7 +184,7 @@ class ManualRow(QFrame):
 
     def _tick(self, state: bool | None) -> None:
         self.show_state(state)
-        self.ticked.emit(self.line.text, state)
+        self.ticked.emit(self.number, state)
 
     @staticmethod
     def _button(name: str, english: str, tip: str, texts: Texts) -> QToolButton:

@@ -5,6 +5,7 @@ from typing import NamedTuple
 from app.i18n import tr
 from app.preflight.checks import CHECKS
 from app.preflight.findings import Result
+from app.preflight.record import caveats
 from app.preflight.verdict import VERDICT_WORDS, Assessment, Verdict, meaning_of, stands_against
 from app.preflight.wording import clean
 from ui.preflight_work import PreflightWork, Standing
@@ -93,6 +94,7 @@ def _foot(work: PreflightWork) -> tuple[str, ...]:
     if filed is None:
         return ()
     record = filed.record
+    beside = together([one.in_words() for one in caveats(record)])
     parts = [str(record[key]) for key in ("module", "aircraft", "who") if record.get(key)]
     at = str(record.get("at", ""))[11:19]
     parts.append(at)
@@ -104,4 +106,4 @@ def _foot(work: PreflightWork) -> tuple[str, ...]:
             if minutes
             else tr("holds for {seconds} s", seconds=int(left_s))
         )
-    return (" · ".join(parts),)
+    return (*filter(None, (beside,)), " · ".join(parts))

@@ -54,12 +54,12 @@ class Statement:
 
 @dataclass(slots=True)
 class Entered:
-    """What was filled in. `ticked`: manual items by their text; who is not in it skipped it."""
+    """What was filled in. `ticked`: manual items by their number, from 1; what is not in it was skipped."""
 
     who: str = ""
     aircraft: str = ""
     profile: Profile | None = None
-    ticked: Mapping[str, bool] | None = None
+    ticked: Mapping[int, bool] | None = None
 
     @property
     def activated_by(self) -> ActivatedBy:

@@ -30,7 +30,6 @@ if TYPE_CHECKING:
     from app.preflight.filing import Filed
     from app.preflight.record import Record
     from app.preflight.report_files import Printer
-    from app.preflight.verdict import Assessment
     from app.store.store import Store
 
 LONGEST_NAME = 200
@@ -111,7 +110,7 @@ def _conclude(args: argparse.Namespace, filed: "Filed", trouble: str | None) -> 
     from app.preflight.record import contract_of
     from app.preflight.verdict import Verdict
 
-    lines = [as_json(contract_of(filed.assessment))] if args.json else page_of(filed.assessment)
+    lines = [as_json(contract_of(filed.assessment))] if args.json else page_of(filed)
     write_lines(lines)
     if filed.trouble is not None:
         say(f"{filed.trouble.sentence} {tr('The check was not kept.')}")
@@ -142,7 +141,7 @@ def _expectations(profile: Path | None, done: Sequence[int]) -> "Expectations":
     wrong = [number for number in done if not 1 <= number <= len(found.manual)]
     if wrong:
         raise ValueError(tr("The profile has no manual item {number}.", number=wrong[0]))
-    return expectations_of(found, {found.manual[number - 1].text: True for number in done})
+    return expectations_of(found, dict.fromkeys(done, True))
 
 
 def _check_report(path: Path) -> None:
@@ -218,14 +217,21 @@ class _Line(NamedTuple):
     shown: str
 
 
-def page_of(assessment: "Assessment") -> list[str]:
-    """The verdict, then every check; those that do not pass with why it matters and what to do."""
+def page_of(filed: "Filed") -> list[str]:
+    """The verdict with what stands beside it, then every check; those that do not pass with why it matters and what to
+    do."""
     from app.preflight.findings import RESULT_WORDS, Result
-    from app.preflight.verdict import MANUAL_WORDS, verdict_sentence
+    from app.preflight.record import caveats
+    from app.preflight.verdict import MANUAL_WORDS, Verdict, verdict_sentence
     from app.preflight.wording import Said, clean
 
-    lines = [verdict_sentence(assessment.verdict, assessment.case.expectations.activated_by).in_words(), ""]
-    rows = []
+    assessment = filed.assessment
+    lines = [verdict_sentence(assessment.verdict, assessment.case.expectations.activated_by).in_words()]
+    lines += [one.in_words() for one in caveats(filed.record)]
+    if assessment.verdict is not Verdict.NO_GO:
+        lines.append(tr("This is the verdict of the moment: nothing is watched after it."))
+    lines.append("")
+    rows: list[_Line] = []
     for one in assessment.checks:
         word = tr(RESULT_WORDS[one.finding.result])
         shown = f"{one.finding.shown.in_words()} ({one.finding.limit.in_words()})"

@@ -490,6 +490,10 @@
         <translation>读取模块最近九次触发记录，直到两次结果一致。模块上什么也不会删除。</translation>
     </message>
     <message>
+        <source>At its first visit: go on. Else the records of this computer were lost: compare by hand.</source>
+        <translation>首次连接时可继续；否则本机的记录已丢失，请人工核对。</translation>
+    </message>
+    <message>
         <source>At rest the sensor must read 1 g, else free fall is judged wrongly.</source>
         <translation>静止时传感器必须读 1 g，否则会误判失重。</translation>
     </message>
@@ -4118,6 +4122,10 @@
         <translation>最慢应答</translation>
     </message>
     <message>
+        <source>Softer than advised: {checks}.</source>
+        <translation>限值比建议宽松：{checks}。</translation>
+    </message>
+    <message>
         <source>Something else is armed: {what}.</source>
         <translation>另一项操作已处于预备状态：{what}。</translation>
     </message>
@@ -4970,6 +4978,10 @@
         <translation>这是导览：其中的内容都不保存。</translation>
     </message>
     <message>
+        <source>This is the verdict of the moment: nothing is watched after it.</source>
+        <translation>这是此刻的结论：之后不再监视。</translation>
+    </message>
+    <message>
         <source>This recording cannot be read. {why}</source>
         <translation>无法读取这个录制。{why}</translation>
     </message>
@@ -5196,6 +5208,10 @@
     <message>
         <source>UNKNOWN STATION: it is signed, but not by a station you know.</source>
         <translation>未知站点：已签名，但签名站点不在已知列表中。</translation>
+    </message>
+    <message>
+        <source>UNSIGNED: {missing}.</source>
+        <translation>未签署：{missing}。</translation>
     </message>
     <message>
         <source>Undo</source>
@@ -5786,6 +5802,10 @@
         <translation>重启后恢复默认参数</translation>
     </message>
     <message>
+        <source>a sensor at rest does not wander further</source>
+        <translation>静止的传感器不会有更大的漂移</translation>
+    </message>
+    <message>
         <source>a set of one changes another: 21:20, with a value 16:17=01, the second time and 500 ms later 21:20=14/2@500</source>
         <translation>设置一项会改变另一项：21:20；指定值：16:17=01；第二次设置并延时 500 毫秒：21:20=14/2@500</translation>
     </message>
@@ -5862,6 +5882,10 @@
         <translation>建议：{advice}</translation>
     </message>
     <message>
+        <source>after 1000 ms the vendor calls the module offline</source>
+        <translation>厂家规定 1000 ms 无应答即模块离线</translation>
+    </message>
+    <message>
         <source>all settings of this profile</source>
         <translation>此配置文件中的所有设置</translation>
     </message>
@@ -5906,6 +5930,14 @@
         <translation>等于伞仓打开时的读数</translation>
     </message>
     <message>
+        <source>at 0 it never fires, close to 1 g it fires in a descent</source>
+        <translation>为 0 时永不开伞，接近 1 g 时下降中会开伞</translation>
+    </message>
+    <message>
+        <source>at 0 the bay is never dark</source>
+        <translation>为 0 时伞仓永远不算暗</translation>
+    </message>
+    <message>
         <source>at a restart</source>
         <translation>重启后生效</translation>
     </message>
@@ -5932,6 +5964,14 @@
     <message>
         <source>at most {seconds} s old at the end</source>
         <translation>结束时不早于 {seconds} 秒前</translation>
+    </message>
+    <message>
+        <source>at rest it is 1 g</source>
+        <translation>静止时为 1 g</translation>
+    </message>
+    <message>
+        <source>at rest it is 1 g; free fall begins below 0.7 g</source>
+        <translation>静止时为 1 g；低于 0.7 g 即为失重</translation>
     </message>
     <message>
         <source>at the new rate</source>
@@ -6008,6 +6048,18 @@
     <message>
         <source>believe this station no longer</source>
         <translation>不再信任该站点</translation>
+    </message>
+    <message>
+        <source>below 3.5 V a lithium cell is nearly empty; above 4.2 V none is</source>
+        <translation>低于 3.5 V 时锂电芯几乎耗尽；没有电芯高于 4.2 V</translation>
+    </message>
+    <message>
+        <source>below it a bump fires</source>
+        <translation>更短时颠簸会触发开伞</translation>
+    </message>
+    <message>
+        <source>below it a turn fires, above it an aircraft on its side does not</source>
+        <translation>更小时转弯会触发开伞，更大时飞行器侧翻也不开伞</translation>
     </message>
     <message>
         <source>below the threshold, {limit}</source>
@@ -6358,6 +6410,10 @@
         <translation>与所命名模块的次数相接</translation>
     </message>
     <message>
+        <source>follows that of {module} before</source>
+        <translation>接续 {module} 以前的开机次数</translation>
+    </message>
+    <message>
         <source>for example freefall_time_s=1.6</source>
         <translation>例如 freefall_time_s=1.6</translation>
     </message>
@@ -6658,6 +6714,10 @@
         <translation>模块即将关机</translation>
     </message>
     <message>
+        <source>more noise than that can end a free fall</source>
+        <translation>噪声更大会中断失重判断</translation>
+    </message>
+    <message>
         <source>new</source>
         <translation>新</translation>
     </message>
@@ -6668,6 +6728,10 @@
     <message>
         <source>no</source>
         <translation>否</translation>
+    </message>
+    <message>
+        <source>no aircraft</source>
+        <translation>未填飞行器</translation>
     </message>
     <message>
         <source>no answer to the query for trigger records</source>
@@ -6704,6 +6768,10 @@
     <message>
         <source>no header</source>
         <translation>无帧头</translation>
+    </message>
+    <message>
+        <source>no module</source>
+        <translation>未填模块</translation>
     </message>
     <message>
         <source>no name</source>
@@ -6952,6 +7020,10 @@
     <message>
         <source>now</source>
         <translation>现在</translation>
+    </message>
+    <message>
+        <source>of 20; a line that loses more than a tenth may lose a setting</source>
+        <translation>共 20 次；丢失超过十分之一的线路可能丢失参数</translation>
     </message>
     <message>
         <source>off</source>
@@ -7418,10 +7490,6 @@
         <translation>该模块的第一份记录</translation>
     </message>
     <message>
-        <source>the first visit of {module}</source>
-        <translation>{module} 的首次检查</translation>
-    </message>
-    <message>
         <source>the following arguments are required: %s</source>
         <translation>缺少以下参数：%s</translation>
     </message>
@@ -7440,10 +7508,6 @@
     <message>
         <source>the line is too long</source>
         <translation>该行太长</translation>
-    </message>
-    <message>
-        <source>the lowest acceleration is above the highest.</source>
-        <translation>最小加速度大于最大加速度。</translation>
     </message>
     <message>
         <source>the module acknowledged it and did not keep it</source>
@@ -7648,6 +7712,10 @@
     <message>
         <source>tilt, 1°</source>
         <translation>倾角，1°</translation>
+    </message>
+    <message>
+        <source>tilted further, one side fires late and the other early</source>
+        <translation>倾角更大时，一侧开伞偏晚，另一侧偏早</translation>
     </message>
     <message>
         <source>tipped past {threshold}</source>
@@ -7950,6 +8018,10 @@
         <translation>{count}；人员确认是该模块</translation>
     </message>
     <message>
+        <source>{count}; no memory of this module</source>
+        <translation>{count}；没有该模块的历史记录</translation>
+    </message>
+    <message>
         <source>{count}; the module has no name</source>
         <translation>{count}；模块尚未命名</translation>
     </message>
@@ -7984,6 +8056,10 @@
     <message>
         <source>{hours} h {minutes} min {seconds} s</source>
         <translation>{hours} 小时 {minutes} 分 {seconds} 秒</translation>
+    </message>
+    <message>
+        <source>{limit}, softer than advised: {advised}</source>
+        <translation>{limit}，比建议宽松：{advised}</translation>
     </message>
     <message>
         <source>{lost} of {sent}</source>
@@ -8082,8 +8158,8 @@
         <translation>{name} {value}</translation>
     </message>
     <message>
-        <source>{name}: a number from {low} to {high} is needed.</source>
-        <translation>{name}：需要 {low} 至 {high} 之间的数。</translation>
+        <source>{name}: a number from {low} to {high} is needed: {why}.</source>
+        <translation>{name}：应为 {low} 到 {high} 之间的数：{why}。</translation>
     </message>
     <message>
         <source>{name}: a text in quotation marks is needed.</source>
@@ -8464,6 +8540,10 @@
     <message>
         <source>{value}: was so already</source>
         <translation>{value}：原本就是如此</translation>
+    </message>
+    <message>
+        <source>{value}: {why}</source>
+        <translation>{value}：{why}</translation>
     </message>
     <message>
         <source>{value}° draft</source>

@@ -77,8 +77,8 @@ def settings_code(settings: Mapping[str, Value]) -> str:
     return fingerprint(settings).code or ""
 
 
-def expectations_of(profile: Profile, ticked: Mapping[str, bool] | None = None) -> Expectations:
-    """What a profile asks for; `ticked`: what a person said of its manual items, by their text."""
+def expectations_of(profile: Profile, ticked: Mapping[int, bool] | None = None) -> Expectations:
+    """What a profile asks for; `ticked`: what a person said of its manual items, by their number from 1."""
     said = ticked or {}
     limits = {name: value for name, value in profile.limits.items() if name in Limits.__slots__}
     if "heartbeats_lost_max" in limits:
@@ -90,5 +90,7 @@ def expectations_of(profile: Profile, ticked: Mapping[str, bool] | None = None) 
         approved_fingerprint=profile.approved_fingerprint,
         activated_by=profile.activated_by,
         is_light_inverted=profile.is_light_inverted,
-        manual=tuple(ManualItem(line.text, said.get(line.text), line.is_required) for line in profile.manual),
+        manual=tuple(
+            ManualItem(line.text, said.get(number), line.is_required) for number, line in enumerate(profile.manual, 1)
+        ),
     )

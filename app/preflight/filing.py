@@ -4,6 +4,8 @@ The window and the command line do the same. A store that fails costs the keepin
 """
 
 import logging
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from datetime import UTC, datetime
 
@@ -15,7 +17,7 @@ from app.preflight.verdict import Assessment, assess
 from app.preflight.wording import clean
 from app.stations.station import Station, StationTrouble, own_station
 from app.store.checks import CheckStore, MakeRecord
-from app.store.database import StoreTrouble
+from app.store.database import StoreFault, StoreTrouble
 from app.store.store import Store, data_folder
 
 _log = logging.getLogger(__name__)
@@ -75,7 +77,8 @@ def file_check(
         if store is not None and checks is not None:
             module_id = next((one.id for one in store.modules() if one.name == name), None)
             if module_id is not None and known is None:
-                past = _past(checks, module_id, name, evidence)
+                with _damage_as_trouble(store):
+                    past = _past(checks, module_id, name, evidence)
     except StoreTrouble as error:
         trouble, checks = error, None
     case = Case(
@@ -95,12 +98,21 @@ def file_check(
 
     if store is not None and checks is not None:
         try:
-            with store.database.together():
+            with _damage_as_trouble(store), store.database.together():
                 record = _keep(store, checks, assessment, make, circumstances)
             return Filed(assessment, record, None, station_trouble)
         except StoreTrouble as error:
             trouble = error
     return Filed(assessment, make(NOT_KEPT, None), trouble, station_trouble)
+
+
+@contextmanager
+def _damage_as_trouble(store: Store) -> Iterator[None]:
+    """What stands in the file but is no value of ours costs the memory and the keeping, never the verdict."""
+    try:
+        yield
+    except (ValueError, TypeError, KeyError, IndexError, AttributeError, OverflowError) as error:
+        raise StoreTrouble(StoreFault.DAMAGED, store.database.path, str(error)) from error
 
 
 def _station(store: Store | None) -> tuple[Station | None, StationTrouble | None]:

@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 from app.preflight.evidence import HEARTBEATS, STILL_S, Trial
 from app.preflight.findings import NO, YES, Case, Finding, Result, judged, unknown
-from app.preflight.wording import Said, said
+from app.preflight.wording import Said, listed, said
 from protocol.fields import Value
 from protocol.messages import HIGHEST_CELL_V
 from protocol.text import marked
@@ -34,9 +34,8 @@ def read_twice(case: Case) -> Finding:
     first, last = case.evidence.first, case.evidence.last
     changes = case.evidence.changes
     if changes:
-        shown = Said("; ".join(f"{{c{place}}}" for place in range(len(changes))),
-                     tuple((f"c{place}", change.shown) for place, change in enumerate(changes)))  # fmt: skip
-        return Finding(Result.FAIL, ", ".join(change.key for change in changes), shown, limit)
+        keys = ", ".join(change.key for change in changes)
+        return Finding(Result.FAIL, keys, listed([change.shown for change in changes]), limit)
     if first is None or last is None:
         return unknown(case.fault("status"), limit)
     if not (first.is_complete and last.is_complete):

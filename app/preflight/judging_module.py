@@ -6,52 +6,49 @@ from app.fingerprint import COVERED
 from app.identity import went_back
 from app.preflight.evidence import FlagFate
 from app.preflight.findings import Case, Finding, Result, judged, unknown
+from app.preflight.limits import SETTING_BOUNDS
 from app.preflight.wording import Said, said
 from app.setting_texts import value_text
 from protocol.catalogue import BY_NAME
 from protocol.text import marked
 
 FINGERPRINT_KEYS = tuple(command.key for command in COVERED)
-HIGHEST_ATTITUDE_DEG = 90
-"""Ours: above it an aircraft on its side does not fire."""
-SHORTEST_FALL_S = 0.5
-"""Ours: below it a bump can fire."""
 
 
 def attitude_threshold(case: Case) -> Finding:
-    advice = said(marked("{low} to {high}"), low="55°", high=f"{HIGHEST_ATTITUDE_DEG}°")
-    return _setting(case, "attitude_threshold", advice, lowest=55, highest=HIGHEST_ATTITUDE_DEG)
+    return _setting(case, "attitude_threshold", said(marked("{low} to {high}"), low="55°", high="90°"))
 
 
 def freefall_acceleration(case: Case) -> Finding:
-    advice = said(marked("{low} to {high}"), low="0.1 g", high="0.6 g")
-    return _setting(case, "freefall_acceleration", advice, lowest=0.1, highest=0.6)
+    return _setting(case, "freefall_acceleration", said(marked("{low} to {high}"), low="0.1 g", high="0.6 g"))
 
 
 def freefall_time(case: Case) -> Finding:
-    advice = said(marked("{low} to {high}"), low=f"{SHORTEST_FALL_S:.2f} s", high="2.55 s")
-    return _setting(case, "freefall_time", advice, lowest=SHORTEST_FALL_S, highest=2.55)
+    return _setting(case, "freefall_time", said(marked("{low} to {high}"), low="0.50 s", high="2.55 s"))
 
 
 def light_threshold(case: Case) -> Finding:
     """Without a profile the advice (the reading with the bay open) cannot be proven: a person has to know."""
     advice = said(marked("as read with the bay open"))
-    finding = _setting(case, "light_threshold", advice, lowest=0.1, highest=25.5)
+    finding = _setting(case, "light_threshold", advice)
     is_compared = "light_threshold_v" in case.expectations.settings
     if finding.result is not Result.PASS or is_compared:
         return finding
     return Finding(Result.WARN, finding.measured, finding.shown, advice)
 
 
-def _setting(case: Case, name: str, advice: Said, *, lowest: float, highest: float) -> Finding:
-    """Equal to the profile's where that has one, else within the advice."""
+def _setting(case: Case, name: str, advice: Said) -> Finding:
+    """Equal to the profile's where that has one, else within the advice; never beyond the bounds."""
     command = BY_NAME[name]
-    wanted = case.expectations.settings.get(command.key)
+    wanted, bound = case.expectations.settings.get(command.key), SETTING_BOUNDS[command.key]
     limit = advice if wanted is None else said(marked("exactly {limit}"), limit=value_text(command, wanted))
     value = case.evidence.values.get(command.key)
     if value is None:
         return unknown(case.fault(command.key), limit)
-    is_fine = lowest <= value <= highest if wanted is None else value == wanted
+    if not bound.low <= value <= bound.high:
+        shown = said(marked("{value}: {why}"), value=value_text(command, value), why=Said(bound.why))
+        return judged(value, shown, limit, is_fine=False)
+    is_fine = bound.advised_low <= value <= bound.advised_high if wanted is None else value == wanted
     return judged(value, value_text(command, value), limit, is_fine=is_fine)
 
 
@@ -126,10 +123,12 @@ def boot_count(case: Case) -> Finding:
         shown = said(marked("{count}; the module has no name"), count=str(count))
         return Finding(Result.WARN, count, shown, limit, said(marked("Name the module, so that it is known again.")))
     if past.boot_count is None:
-        limit = said(marked("the first visit of {module}"), module=past.module)
+        limit = said(marked("follows that of {module} before"), module=past.module)
         if count is None:
             return unknown(case.fault("boot_count"), limit)
-        return judged(count, str(count), limit, is_fine=True)
+        shown = said(marked("{count}; no memory of this module"), count=str(count))
+        do = said(marked("At its first visit: go on. Else the records of this computer were lost: compare by hand."))
+        return Finding(Result.WARN, count, shown, limit, do)
     limit = said(marked("not before {count}, where {module} was last"), count=str(past.boot_count), module=past.module)
     if count is None:
         return unknown(case.fault("boot_count"), limit)

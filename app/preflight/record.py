@@ -20,12 +20,13 @@ from app.device import STATUS_KEYS
 from app.preflight.evidence import FlagFate, FrameLog
 from app.preflight.findings import Case, Result
 from app.preflight.judging_module import FINGERPRINT_KEYS
-from app.preflight.verdict import Assessment, Verdict, verdict_named
-from app.preflight.wording import clean
+from app.preflight.verdict import Assessment, Verdict, unsigned, verdict_named
+from app.preflight.wording import Said, clean, listed, said
 from app.profiles import ActivatedBy
 from app.reading_object import reading_object
 from app.stations.station import Station, encoded
 from protocol.fields import Value
+from protocol.text import marked
 
 FORMAT = "dps-s pre-flight record"
 VERSION = 2
@@ -81,6 +82,7 @@ def make_record(
         "remarks": clean(circumstances.remarks),
         "is_simulated": is_simulated(evidence.port),
         "activated_by": case.expectations.activated_by.value,
+        "softer_limits": list(assessment.softened),
         "profile": None if case.expectations.profile is None else clean(case.expectations.profile),
         "fingerprint": fingerprint_of(case),
         "are_triggers_set_by_this_check": evidence.is_enabling,
@@ -164,7 +166,10 @@ def contract_of(assessment: Assessment) -> dict[str, object]:
             "measured": {True: "done", False: "not in order", None: "skipped"}[item.is_done],
             "limit": "done", "why": clean(item.text), "do": "Look at it and tick it.",
         })  # fmt: skip
-    return {"verdict": assessment.verdict.value, "checks": checks, "read": readings_of(assessment.case)}
+    return {
+        "verdict": assessment.verdict.value, "checks": checks, "read": readings_of(assessment.case),
+        "simulated": is_simulated(assessment.case.evidence.port), "softer_limits": list(assessment.softened),
+    }  # fmt: skip
 
 
 def _why(why: str, result: Result, shown: str) -> str:
@@ -174,6 +179,20 @@ def _why(why: str, result: Result, shown: str) -> str:
 def is_simulated(port: str) -> bool:
     """As far as its name tells: a check of it is no evidence of anything."""
     return port.lower().startswith("sim://")
+
+
+def caveats(record: Mapping[str, object]) -> list[Said]:
+    """What stands beside the verdict wherever it is shown."""
+    found = [said(marked("SIMULATED MODULE: this is no evidence."))] if record.get("is_simulated") is True else []
+    nobody = unsigned(*(record.get(key) for key in ("who", "module", "aircraft")))
+    if nobody is not None and recorded_verdict(record) is not Verdict.NO_GO:
+        found.append(nobody)
+    softer, checks = record.get("softer_limits"), record.get("checks")
+    if isinstance(softer, list) and isinstance(checks, list):
+        titles = [Said(str(one.get("title"))) for one in checks if isinstance(one, Mapping) and one.get("id") in softer]
+        if titles:
+            found.append(said(marked("Softer than advised: {checks}."), checks=listed(titles)))
+    return found
 
 
 # The seal

@@ -16,7 +16,7 @@ from app.i18n import CHINESE, ENGLISH, language, speaking, tr
 from app.preflight.evidence import Disturbance
 from app.preflight.findings import RESULT_WORDS, Result
 from app.preflight.page_seal import sealed_html
-from app.preflight.record import NOT_KEPT, Record, activated_by, recorded_verdict
+from app.preflight.record import NOT_KEPT, Record, activated_by, caveats, recorded_verdict
 from app.preflight.verdict import MANUAL_WORDS, Verdict, verdict_sentence
 from app.preflight.wording import Said, clean, said_from
 from app.stations.station import KEY_BYTES, Station, decoded, fingerprint_of
@@ -93,8 +93,7 @@ def _head(record: Record) -> str:
         under = f"{under} {tr('Void: {why}.', why=tr(why))}"
     if skipped:
         under = f"{under} {tr('Skipped by a person: {count}.', count=skipped)}"
-    if record.get("is_simulated") is True:
-        under = f"{tr('SIMULATED MODULE: this is no evidence.')} {under}"
+    under = " ".join([*(one.in_words() for one in caveats(record)), under])
     return (
         f'<p style="margin:0"><font size="5"><b>{_escaped(tr("Pre-flight check of a parachute module"))}</b></font>'
         f' <span style="color:{PALE}">DPS-S</span></p>'

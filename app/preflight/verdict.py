@@ -8,7 +8,7 @@ A verdict holds for the module as it was: `void_reason` says, at any later momen
 """
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import Enum
 
 from app.device import DeviceView
@@ -17,8 +17,9 @@ from app.preflight.evidence import Disturbance, FlagFate
 from app.preflight.expectations import ManualItem
 from app.preflight.findings import Case, Finding, Result
 from app.preflight.judging_module import FINGERPRINT_KEYS
+from app.preflight.limits import softened
 from app.preflight.reread import TITLES
-from app.preflight.wording import Said, said
+from app.preflight.wording import Said, listed, said
 from app.profiles import ActivatedBy
 from protocol.fields import Value
 from protocol.link_states import Presence
@@ -41,6 +42,18 @@ VERDICT_WORDS: Mapping[Verdict, str] = {
     Verdict.READY: marked("READY"),
     Verdict.NO_GO: marked("NO-GO"),
 }
+
+
+def unsigned(who: object, module: object, aircraft: object) -> Said | None:
+    """A check that does not say who checked which module in which aircraft is signed by nobody."""
+    missing = [
+        text for text, value in (
+            (marked("no name"), who), (marked("no module"), module), (marked("no aircraft"), aircraft)
+        ) if not value
+    ]  # fmt: skip
+    if not missing:
+        return None
+    return said(marked("UNSIGNED: {missing}."), missing=listed([Said(text) for text in missing]))
 
 
 def verdict_named(name: object) -> Verdict:
@@ -102,6 +115,8 @@ class Assessment:
     case: Case
     checks: tuple[Judged, ...]
     manual: tuple[ManualItem, ...]
+    softened: tuple[str, ...] = ()
+    """Checks whose limit the profile made softer than advised, by id."""
 
     @property
     def verdict(self) -> Verdict:
@@ -125,9 +140,18 @@ def stands_against(item: ManualItem) -> bool:
 
 def assess(case: Case) -> Assessment:
     """Judge everything; no check hides another. Pure."""
-    return Assessment(
-        case, tuple(Judged(check, check.judge(case)) for check in CHECKS), tuple(case.expectations.manual)
-    )
+    soft = softened(case.expectations)
+    judged = tuple(Judged(check, _shown(check.judge(case), soft.get(check.id))) for check in CHECKS)
+    softer = tuple(check.id for check in CHECKS if check.id in soft)
+    return Assessment(case, judged, tuple(case.expectations.manual), softer)
+
+
+def _shown(finding: Finding, advised: Said | None) -> Finding:
+    """A limit that is softer than advised is said with it, and is worth a look."""
+    if advised is None:
+        return finding
+    limit = said(marked("{limit}, softer than advised: {advised}"), limit=finding.limit, advised=advised)
+    return replace(finding, limit=limit, result=Result.WARN if finding.result is Result.PASS else finding.result)
 
 
 @dataclass(frozen=True, slots=True)

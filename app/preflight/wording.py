@@ -5,7 +5,7 @@ before. Places are filled in by plain substitution: a text that comes out of a f
 """
 
 import re
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Union
 
@@ -42,6 +42,12 @@ class Said:
 def said(text: str, /, **values: Union[str, "Said"]) -> Said:
     """`text` is `marked` where it is for people."""
     return Said(text, tuple(values.items()))
+
+
+def listed(parts: Sequence[Said]) -> Said:
+    """Side by side, as one."""
+    places = [f"p{number}" for number in range(len(parts))]
+    return Said(", ".join(f"{{{place}}}" for place in places), tuple(zip(places, parts, strict=True)))
 
 
 def said_with(text: str, values: Mapping[str, object]) -> Said:

@@ -14,6 +14,7 @@ share the file through SQLite's own locks.
 
 import errno
 import os
+import shutil
 import sqlite3
 import threading
 from collections.abc import Callable, Iterator, Sequence
@@ -32,6 +33,8 @@ from protocol.text import marked
 FILE_NAME = "dps-s.sqlite"
 BUSY_S = 1.0
 """How long another program may hold the file before a call fails."""
+LEAST_FREE_BYTES = 64 * 1024
+"""With less there is no room for a commit."""
 _MAGIC = b"SQLite format 3\x00"
 _COMPANIONS = ("", "-wal", "-shm")
 
@@ -186,7 +189,15 @@ def trouble_of(error: sqlite3.Error, path: Path) -> StoreTrouble:
         "SQLITE_NOTADB": StoreFault.DAMAGED,
     }
     fault = next((fault for start, fault in faults.items() if name.startswith(start)), StoreFault.FAILED)
+    if fault in (StoreFault.READ_ONLY, StoreFault.FAILED) and _is_full(path):
+        fault = StoreFault.FULL  # SQLite says of its companion files only that they cannot be opened or written
     return StoreTrouble(fault, path, str(error))
+
+
+def _is_full(path: Path) -> bool:
+    with suppress(OSError):
+        return shutil.disk_usage(path.parent).free < LEAST_FREE_BYTES
+    return False
 
 
 def _open(path: Path, clock: Clock, migrations: Sequence[Sequence[str]]) -> Database:
