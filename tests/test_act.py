@@ -41,6 +41,21 @@ def acts_sent(rig: Rig) -> list[bytes]:
     return [request.encode() for request in rig.line.requests if request.hazard is not Hazard.NONE]
 
 
+def test_a_module_that_reports_its_activation_late_is_not_said_to_be_still_locked() -> None:
+    rig = Rig({"active_late_ms": 500})
+    done = do(rig, Act.ACTIVATE)
+    assert rig.bench.module.state.is_active
+    assert done.outcome is Outcome.CONFIRMED
+    assert len(acts_sent(rig)) == 1
+
+
+def test_a_module_that_acknowledges_the_activation_and_stays_locked_is_found_out() -> None:
+    rig = Rig({"activates": False})
+    done = do(rig, Act.ACTIVATE)
+    assert done.is_acknowledged
+    assert done.outcome is Outcome.REFUSED
+
+
 @pytest.mark.parametrize("act", READY)
 def test_an_act_that_is_allowed_is_done_once_and_confirmed(act: Act) -> None:
     rig, journal = Rig(READY[act]), FakeJournal()

@@ -55,6 +55,8 @@ ZEROED_WITHIN_DEG = 1
 """The module reports whole degrees."""
 WATCH_S, REPORTS_EVERY_S = 2.0, 0.07
 """How long, before zeroing, reports are asked for, and how often."""
+REPORTED_WITHIN_S = 1.5
+"""A module that acknowledged the activation may report it late: "still LOCKED" is said only after this time."""
 _NOT_SENT = marked("Nothing was sent.")
 
 
@@ -250,12 +252,24 @@ def _look_after(act: Act, outcome: Reply) -> Procedure[_Aftermath]:
     if act is Act.SHUTDOWN:
         alive = yield Ask(HEARTBEAT.query(), AFTER_WAITS_S)
         return _Aftermath(is_acknowledged, raw, is_alive=isinstance(alive, Answered))
+    reports = yield from _reports()
+    if act is Act.ACTIVATE and is_acknowledged:
+        sight: Sight = yield Look()
+        ends_at = sight.now + REPORTED_WITHIN_S
+        while reports and not all(report.active for report in reports) and sight.now < ends_at:
+            yield Pause(REPORTS_EVERY_S)
+            reports = yield from _reports()
+            sight = yield Look()
+    return _Aftermath(is_acknowledged, raw, reports)
+
+
+def _reports() -> Procedure[tuple[Status, ...]]:
     reports: list[Status] = []
     for _ in range(LOOKS):
         seen = yield Ask(STATUS.query(), AFTER_WAITS_S)
         if isinstance(seen, Answered) and isinstance(seen.messages[0], Status):
             reports.append(seen.messages[0])
-    return _Aftermath(is_acknowledged, raw, tuple(reports))
+    return tuple(reports)
 
 
 def _outcome(act: Act, after: _Aftermath) -> Outcome:

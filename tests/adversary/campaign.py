@@ -117,7 +117,8 @@ def _latency_s(bench: SimulatedBench) -> float:
     """How long ago an answer was true that has just arrived."""
     faults, dialect = bench.wire.faults, bench.module.dialect
     added_ms = faults.delay_ms + faults.jitter_ms + faults.lag_ms + faults.split_ms
-    return STEP_S + (added_ms + dialect.double_ms + dialect.stream_jitter_ms) / 1000
+    added_ms += dialect.double_ms + dialect.stream_jitter_ms + dialect.active_late_ms
+    return STEP_S + added_ms / 1000
 
 
 @dataclass
