@@ -18,7 +18,7 @@ from types import MappingProxyType
 from typing import NamedTuple
 
 from app.motion import Motion, MotionWatch
-from protocol.catalogue import ACTIVATION, BY_NAME, SERIAL_OUTPUT, SETTINGS, Command, Request
+from protocol.catalogue import ACTIVATION, BY_NAME, RECORDS_KEPT, SERIAL_OUTPUT, SETTINGS, Command, Request
 from protocol.events import (
     Answered,
     Event,
@@ -31,7 +31,7 @@ from protocol.events import (
 )
 from protocol.fields import Value
 from protocol.link_states import Presence
-from protocol.messages import Acknowledgement, Heartbeat, Reading, Status
+from protocol.messages import Acknowledgement, Heartbeat, Reading, Status, TriggerRecord
 
 
 class How(Enum):
@@ -67,6 +67,8 @@ STREAM_WINDOW_S = 3.0
 
 BOOTS = 256
 """The boot count wraps to 0 after 255."""
+
+KEPT_STRAY_RECORDS = 100 * RECORDS_KEPT
 
 UNREADABLE = frozenset(command.key for command in SETTINGS if not command.reads_back) - {"baud_rate"}
 """E8: once in doubt they cannot be read again, so a restart makes them unknown."""
@@ -120,6 +122,8 @@ class DeviceView:
     """What was known until a heartbeat came that may be a restart's, and counts as unknown until that is decided."""
     motion: Motion | None = None
     """Of the last two seconds."""
+    stray_records: tuple[TriggerRecord, ...] = ()
+    """Came outside an answer, mostly after their query had been given up; oldest first."""
 
     def known(self, key: str, now: float) -> Known | None:
         """The value with the doubt that its age casts on it at `now`; None while unknown."""
@@ -168,6 +172,7 @@ class Device:
         self._suspected: dict[str, Known] = {}
         """What counts as unknown until that is decided."""
         self._samples: list[Sample] = []
+        self._stray_records: deque[TriggerRecord] = deque(maxlen=KEPT_STRAY_RECORDS)
         self._motion = MotionWatch()
 
     def use_rate(self, baud_rate: int) -> None:
@@ -235,6 +240,7 @@ class Device:
             self._is_restart_suspected,
             frozenset(self._suspected),
             self._motion.view(now),
+            tuple(self._stray_records),
         )
 
     def is_streaming(self, now: float) -> bool:
@@ -253,6 +259,8 @@ class Device:
         if isinstance(message, Heartbeat) and event.role in (Role.UNASKED, Role.LATE, Role.DOUBLED):
             self._suspect_restart()
             self._is_restart_suspected |= event.role is not Role.UNASKED  # of that one the link itself decides soon
+        if isinstance(message, TriggerRecord) and event.role in (Role.LATE, Role.UNASKED):
+            self._stray_records.append(message)
         if not isinstance(message, Status) or event.role in (Role.LATE, Role.ECHO):
             return
         if event.role is Role.STREAMED:

@@ -18,6 +18,8 @@ from tests.adversary.faults import DIALECTS, TROUBLES
 from tests.adversary.judge import Breach
 from tests.adversary.window import WINDOW
 
+RUNS = 120
+
 
 def found(home: Path, trouble: str, command: str, dialect: str = "as printed") -> set[Breach]:
     return {finding.breach for finding in run_one(Plan(dialect, trouble, command, 1), home).findings}
@@ -40,6 +42,12 @@ def test_an_honest_module_on_a_perfect_line_is_served(command: str, tmp_path: Pa
     assert not result.findings
     has_no_verdict = command in ("preflight", "preflight active")  # nobody knows how its triggers stand
     assert result.ran.code == (1 if has_no_verdict else 0), result.ran.err
+
+
+def test_a_part_of_the_campaign_finds_no_breach(tmp_path: Path) -> None:
+    campaign = run_all(plans(RUNS, 1), tmp_path / "home")
+    assert campaign.breaches == [], "\n".join(breaches_of(campaign))
+    assert campaign.said['"verified": true'] > 10, "a program that says nothing breaks no promise"
 
 
 def test_a_run_is_the_same_when_it_is_repeated(tmp_path: Path) -> None:

@@ -12,6 +12,7 @@ from app.preflight.expectations import Expectations, Past
 from app.preflight.findings import Case, Result
 from app.preflight.judging_module import trigger_records
 from app.procedures.history import Pass, history_of, read_history
+from app.simulator.memory import record_frame
 from protocol.messages import EmptySlot, TriggerRecord, decode_record
 from tests.record_lies import RECORD_DIALECTS, RECORD_LIES, read_records
 from tests.sim_line import settled_rig
@@ -41,6 +42,16 @@ def test_a_record_that_came_once_and_was_lost_later_is_still_listed() -> None:
     history = rig.run(read_history())
     assert [one.raw for one in history.seen_once] == [one.raw for one in history.all]
     assert len(history.all) == 1
+    assert not history.is_confirmed
+
+
+def test_records_that_come_after_their_query_was_given_up_are_listed() -> None:
+    rig = settled_rig(history=3)
+    rig.bench.change(delay_ms=1100.0)
+    history = rig.run(read_history())
+    assert {one.raw for one in history.seen_once} == {record_frame(data) for data in rig.bench.module.memory.records}
+    assert len(history.all) == 3
+    assert history.is_answered
     assert not history.is_confirmed
 
 

@@ -2,14 +2,15 @@
 
     ask, until two clean passes in a row agree with all that was ever seen -> is the line good? -> `History`
 
-What came in any pass is never thrown away: a record that came in two passes is certain, one that came in a single pass
-is listed as seen once. A query that was never answered is unknown, not "none". Frames that are lost as a whole leave no
-trace in a pass, so heartbeats show at the end whether the line loses or doubles frames.
+What came in any pass is never thrown away: a record that came in two passes is certain, one that came in a single pass,
+or after its query had been given up, is listed as seen once. A query that was never answered is unknown, not "none".
+Frames that are lost as a whole leave no trace in a pass, so heartbeats show at the end whether the line loses or
+doubles frames.
 """
 
 from collections import Counter
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 from app.procedure import Ask, Look, Procedure, Report, Sight
@@ -66,6 +67,21 @@ class Pass(NamedTuple):
 
 
 def read_history() -> Procedure[History]:
+    begin: Sight = yield Look()
+    history = yield from _read_passes()
+    end: Sight = yield Look()
+    return _with_strays(history, end.device.stray_records[len(begin.device.stray_records) :])
+
+
+def _with_strays(history: History, strays: Sequence[TriggerRecord]) -> History:
+    """What came outside an answer belongs to no pass: it is listed where no pass brought it."""
+    news = tuple(record for record in dict.fromkeys(strays) if record not in history.all)
+    if not news:
+        return history
+    return replace(history, seen_once=history.seen_once + news, is_confirmed=False, is_answered=True)
+
+
+def _read_passes() -> Procedure[History]:
     passes: list[Pass] = []
     for turn in range(LONGEST_SEARCH):
         yield Report(turn, LONGEST_SEARCH, marked("Reading the trigger records"))
