@@ -1,10 +1,12 @@
 """Who did what to which module, written down before it is done and after: what the procedures need of the store.
 
-`begin` is durable when it returns; only then does a dangerous frame leave. Should the program end in between, the
-entry without an outcome says: intended, outcome unknown.
+Nothing here waits for a disk: the journal has a thread of its own. An `Entry` is durable when it is done without an
+exception; only then does a dangerous frame leave. Should the program end in between, the entry without an outcome says:
+intended, outcome unknown.
 """
 
 from collections.abc import Mapping
+from concurrent.futures import Future
 from enum import Enum
 from typing import Protocol
 
@@ -31,28 +33,32 @@ class JournalFailed(Exception):
         self.sentence = sentence
 
 
+Entry = Future[int]
+"""Its number in the log, once it is durable; raises `JournalFailed` where it could not be written."""
+
+
 class Journal(Protocol):
-    """One for one connection to one module."""
+    """One for one connection to one module. Every method returns at once; what was called first is written first."""
 
     @property
     def is_ready(self) -> bool:
         """Whether there is any hope that `begin` succeeds."""
         ...
 
-    def begin(self, act: Act, frame: bytes, detail: Mapping[str, object], /) -> int:
-        """Write the intent down; the number of the entry. Raises `JournalFailed`."""
+    def begin(self, act: Act, frame: bytes, detail: Mapping[str, object], /) -> Entry:
+        """Write the intent down."""
         ...
 
-    def settle(self, entry: int, outcome: Outcome, result: Mapping[str, object], /) -> None:
-        """Write the outcome down. Never raises: an outcome that is missing reads as unknown."""
+    def settle(self, entry: Entry, outcome: Outcome, result: Mapping[str, object], /) -> None:
+        """Write the outcome down. An outcome that is missing reads as unknown."""
         ...
 
-    def begin_baud(self, old_rate: int, new_rate: int, /) -> int:
-        """Write down which rates to look at after a crash. Raises `JournalFailed`."""
+    def begin_baud(self, old_rate: int, new_rate: int, /) -> Entry:
+        """Write down which rates to look at after a crash."""
         ...
 
-    def settle_baud(self, entry: int, outcome: str, /) -> None:
-        """The module was found, or given up. Never raises."""
+    def settle_baud(self, entry: Entry, outcome: str, /) -> None:
+        """The module was found, or given up."""
         ...
 
 
@@ -66,22 +72,19 @@ class NoJournal:
     def is_ready(self) -> bool:
         return False
 
-    def begin(self, _act: Act, _frame: bytes, _detail: Mapping[str, object], /) -> int:
-        raise JournalFailed(self._sentence)
+    def begin(self, _act: Act, _frame: bytes, _detail: Mapping[str, object], /) -> Entry:
+        return self._refused()
 
-    def settle(self, _entry: int, _outcome: Outcome, _result: Mapping[str, object], /) -> None:
+    def settle(self, _entry: Entry, _outcome: Outcome, _result: Mapping[str, object], /) -> None:
         return
 
-    def begin_baud(self, _old_rate: int, _new_rate: int, /) -> int:
-        raise JournalFailed(self._sentence)
+    def begin_baud(self, _old_rate: int, _new_rate: int, /) -> Entry:
+        return self._refused()
 
-    def settle_baud(self, _entry: int, _outcome: str, /) -> None:
+    def settle_baud(self, _entry: Entry, _outcome: str, /) -> None:
         return
 
-
-def begin_if_possible(journal: Journal, act: Act, frame: bytes, detail: Mapping[str, object]) -> int | None:
-    """For what is not dangerous: done also where it cannot be written down."""
-    try:
-        return journal.begin(act, frame, detail)
-    except JournalFailed:
-        return None
+    def _refused(self) -> Entry:
+        entry = Entry()
+        entry.set_exception(JournalFailed(self._sentence))
+        return entry

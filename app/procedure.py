@@ -6,6 +6,7 @@ port, clock or thread, so the same one runs in the window, on the command line a
     want         resumed with
     Ask          Answered | Unanswered | OutcomeUnknown
     Pause        the time (monotonic seconds)
+    Await        whether the future is done; the line serves others meanwhile
     Listen       tuple[Received, ...]: the frames that came meanwhile
     UseRate      the time; the port runs at the new rate and its buffers are empty
     Look         Sight: what the link and the device know, at once
@@ -16,6 +17,7 @@ it may still yield to put right what it changed, within the session's closing ti
 """
 
 from collections.abc import Generator
+from concurrent.futures import Future
 from dataclasses import dataclass
 from typing import Any, TypeVar
 
@@ -23,21 +25,61 @@ from app.device import DeviceView
 from protocol.catalogue import Request
 from protocol.events import Counters
 
+LOCK_GAPS_S = (0.101, 0.127, 0.149, 0.113, 0.163, 0.137, 0.179, 0.151)
+LOCKS_MOST = 50
+LOCKS_FOR_S = 10.0
+"""From the first one, also while the port is lost or a baud rate is searched."""
+
+
+@dataclass(slots=True)
+class LockRepeat:
+    """How often LOCK has left, and when it leaves again: shared by the procedure, the session, which sends, and whoever
+    shows it.
+
+    The gaps differ, so that none of them falls into step with a stream that occupies the line.
+    """
+
+    until: float | None = None
+    """Not sent any more after this; set when it is first sent."""
+    sent: int = 0
+    next_at: float = 0.0
+
+    def is_due(self, now: float) -> bool:
+        return self.is_going_on(now) and now >= self.next_at
+
+    def is_going_on(self, now: float) -> bool:
+        return self.sent < LOCKS_MOST and (self.until is None or now < self.until)
+
+    def note_sent(self, now: float) -> None:
+        if self.until is None:
+            self.until = now + LOCKS_FOR_S
+        self.next_at = now + LOCK_GAPS_S[self.sent % len(LOCK_GAPS_S)]
+        self.sent += 1
+
 
 @dataclass(frozen=True, slots=True)
 class Ask:
     """One exchange. `waits_s`: seconds to wait at each attempt, else as measured; `attempts`: at most so many of
-    them. See `Link.ask`."""
+    them. See `Link.ask`. `repeat`: LOCK leaves whenever it is due while the answer is awaited."""
 
     request: Request
     waits_s: tuple[float, ...] | None = None
     attempts: int | None = None
     is_deliberate: bool = False
+    repeat: LockRepeat | None = None
 
 
 @dataclass(frozen=True, slots=True)
 class Pause:
     seconds: float
+
+
+@dataclass(frozen=True, slots=True)
+class Await:
+    """Until `future` is done, at most `limit_s`. What takes its time elsewhere (a disk) never holds the line up."""
+
+    future: Future[Any]
+    limit_s: float
 
 
 @dataclass(frozen=True, slots=True)
@@ -74,6 +116,10 @@ class Sight:
     baud_rate: int
     device: DeviceView
     link: LinkView
+    proven_rate: int | None = None
+    """At which the module last answered since the port was opened."""
+    is_rate_searched: bool = False
+    """Another procedure changes the port's rate: the module may be at any."""
     overtaken_at: float | None = None
     """When something urgent (LOCK) last went before everything else: what was confirmed before it no longer counts."""
     is_playback: bool = False
@@ -92,7 +138,7 @@ class Report:
     values: tuple[tuple[str, object], ...] = ()
 
 
-Want = Ask | Pause | Listen | UseRate | Look | Report
+Want = Ask | Pause | Await | Listen | UseRate | Look | Report
 Result = TypeVar("Result")
 Procedure = Generator[Want, Any, Result]
 

@@ -8,131 +8,28 @@ fresh), which gets the line only while the foreground does not want it.
 """
 
 from collections.abc import Callable
-from typing import Any, Generic
+from typing import Any
 
 from app.device import Device, Doubt
 from app.identity import Expected, IdentityCheck
 from app.playback import refuse_change
-from app.procedure import (
-    Ask,
-    Cancelled,
-    LinkView,
-    Listen,
-    Look,
-    Pause,
-    PortLost,
-    Procedure,
-    Report,
-    Result,
-    Sight,
-    Slept,
-    UseRate,
-    Want,
-)
+from app.procedure import Ask, Cancelled, LinkView, PortLost, Procedure, Sight, Slept
+from app.run import Run
 from app.transport import Line
-from protocol.catalogue import Hazard
-from protocol.events import Answered, Event, OutcomeUnknown, Received, Unanswered, WentOffline
+from protocol.catalogue import ACTIVATION, Hazard
+from protocol.events import Answered, Event, OutcomeUnknown, Received, Unanswered, WentOffline, WentOnline
 from protocol.link import Link
 from protocol.round_trips import Timing
 
+__all__ = ["Run", "Session", "Slept"]
+LOCK = ACTIVATION.set(False)
 LONGEST_STEP_S = 0.02
 GATHER_S = 0.008
 """How long to let streamed bytes pile up while no answer is awaited."""
-
-
-class Run(Generic[Result]):
-    """One procedure under way. `result` or `error` is set when `is_done`.
-
-    Only the session's thread touches it, except `cancel`, which any thread may call.
-    """
-
-    def __init__(self, procedure: Procedure[Result], on_progress: Callable[[Report], None] | None = None) -> None:
-        self.is_done = False
-        self.result: Result | None = None
-        self.error: BaseException | None = None
-        self.is_cancelled = False
-        self._is_told = False
-        self._procedure = procedure
-        self._on_progress = on_progress
-        self._want: Want | None = None
-        self._resume_at = 0.0
-        self._heard: list[Received] = []
-        self.is_started = False
-        self.is_urgent = False
-
-    def cancel(self) -> None:
-        self.is_cancelled = True
-
-    def take_cancel(self) -> bool:
-        """Whether to tell it now that it is cancelled. Once only: a second time would break off its cleaning up."""
-        is_news = self.is_cancelled and not self._is_told and not self.is_done
-        self._is_told = self._is_told or is_news
-        return is_news
-
-    def start(self, now: float) -> None:
-        self.is_started = True
-        self._advance(None, now)
-
-    @property
-    def wants_to_ask(self) -> Ask | None:
-        return self._want if isinstance(self._want, Ask) else None
-
-    @property
-    def wants_to_look(self) -> bool:
-        return isinstance(self._want, Look)
-
-    @property
-    def wanted_rate(self) -> UseRate | None:
-        return self._want if isinstance(self._want, UseRate) else None
-
-    @property
-    def resume_at(self) -> float | None:
-        """When a pause or a listening ends; None while it waits for something else."""
-        return self._resume_at if isinstance(self._want, Pause | Listen) else None
-
-    def hear(self, received: Received) -> None:
-        if isinstance(self._want, Listen):
-            self._heard.append(received)
-
-    def resume(self, value: object, now: float) -> None:
-        self._advance(value, now)
-
-    def tick(self, now: float) -> None:
-        """End a pause or a listening that is due."""
-        if self.is_done or self.resume_at is None or now < self._resume_at:
-            return
-        heard, self._heard = tuple(self._heard), []
-        self._advance(now if isinstance(self._want, Pause) else heard, now)
-
-    def throw(self, reason: Exception, now: float) -> None:
-        """Raise `reason` where the procedure stands; it may go on with cleaning up, or end."""
-        if not self.is_done:
-            self._heard.clear()
-            self._drive(lambda: self._procedure.throw(reason), now)
-
-    def _advance(self, value: object, now: float) -> None:
-        self._drive(lambda: self._procedure.send(value), now)
-
-    def _drive(self, move: Callable[[], Want], now: float) -> None:
-        try:
-            want = move()
-            while isinstance(want, Report):
-                if self._on_progress is not None:
-                    self._on_progress(want)
-                want = self._procedure.send(now)
-        except StopIteration as stop:
-            self._finish(stop.value, None)
-        except (Cancelled, PortLost) as error:
-            self._finish(None, error)
-        except Exception as error:  # noqa: BLE001  a bug in a procedure ends this run, not the session
-            self._finish(None, error)
-        else:
-            self._want = want
-            if isinstance(want, Pause | Listen):
-                self._resume_at = now + want.seconds
-
-    def _finish(self, result: Any, error: BaseException | None) -> None:
-        self.is_done, self.result, self.error, self._want = True, result, error, None
+AWAIT_POLL_S = 0.002
+"""How often it is looked whether what a procedure awaits has come."""
+AWAIT_GRACE_S = 0.1
+"""A disk that takes longer than this does not keep the screen from staying fresh."""
 
 
 class Session:
@@ -168,6 +65,9 @@ class Session:
         self._background: Run[Any] | None = None
         self._asking: Run[Any] | None = None
         self._overtaken_at: float | None = None
+        self._rate_before: int | None = None
+        """Of what an urgent one overtook: it goes on where it was."""
+        self._proven_rate: int | None = None
         self._events: list[Event] = []
 
     # Procedures
@@ -175,14 +75,19 @@ class Session:
     def run(self, run: Run[Any], *, is_urgent: bool = False) -> None:
         """Queue a procedure; the first of the queue runs, the others wait for it.
 
-        An urgent one goes before all others, in the middle of what they do; they go on after it. Either way nobody
-        waits for the answer to a question of lesser rank: it is asked again later. An urgent one waits for no answer at
-        all: what is in flight and must not be repeated is of unknown outcome then. Nothing dangerous that was confirmed
-        before an urgent one follows it.
+        An urgent one (LOCK) goes before all others, in the middle of what they do; they go on after it. Either way
+        nobody waits for the answer to a question of lesser rank: it is asked again later. An urgent one waits for no
+        answer at all: what is in flight and must not be repeated is of unknown outcome then. Nothing dangerous that was
+        confirmed before an urgent one follows it. A second urgent one takes the place of the first.
         """
         run.is_urgent = is_urgent
         if is_urgent:
+            for one in self._foreground:
+                if one.is_urgent:
+                    one.cancel()
             self._overtaken_at = self.clock()
+            if self._rate_before is None and any(one.is_started for one in self._foreground):
+                self._rate_before = self.line.baud_rate
         place = 0 if is_urgent else len(self._foreground)
         self._foreground.insert(place, run)
         if place == 0:
@@ -234,7 +139,7 @@ class Session:
         now = self.clock()
         self._notice_sleep(now)
         self._serve(now)
-        wait_s = max(0.0, min(longest_s, self._next_due() - now))
+        wait_s = max(0.0, min(longest_s, self._next_due(now) - now))
         gather_s = GATHER_S if self._link.is_idle else 0.0
         data = self.line.read(wait_s, gather_s)
         began, now = now, self.clock()
@@ -270,8 +175,13 @@ class Session:
     def _runs(self) -> list[Run[Any]]:
         return self._foreground + ([self._background] if self._background is not None else [])
 
-    def _next_due(self) -> float:
+    def _next_due(self, now: float) -> float:
         dues = [run.resume_at for run in self._runs() if run.resume_at is not None]
+        if any(run.awaits_since() is not None for run in self._runs()):
+            dues.append(now + AWAIT_POLL_S)
+        ask = self._asking.wants_to_ask if self._asking is not None else None
+        if ask is not None and ask.repeat is not None and ask.repeat.is_going_on(now):
+            dues.append(ask.repeat.next_at)
         return min([self._link.next_deadline(), *dues])
 
     def _serve(self, now: float) -> None:
@@ -286,8 +196,8 @@ class Session:
             while run.wants_to_look:
                 run.resume(self._sight(now), now)
         self._drop_finished(now)
-        self._let_urgent_pass()
-        active = self._foreground[0] if self._foreground else self._background
+        self._repeat_lock(now)
+        active = self._whose_turn(now)
         if active is None or active.is_done or self._asking is not None:
             return
         if (rate := active.wanted_rate) is not None:
@@ -296,21 +206,28 @@ class Session:
             self._serve(now)
             return
         ask = active.wants_to_ask
-        is_refused = self._is_played or not (self.identity.is_proven or active.is_urgent)
+        is_refused = self._is_played or not (self.identity.is_proven or (ask is not None and ask.request == LOCK))
         if ask is not None and is_refused and not ask.request.is_repeatable:
             refuse_change(active, ask.request, now, is_playback=self._is_played)
             self._serve(now)
         elif ask is not None and self._link.is_idle:
             self._send(active, ask, now)
 
-    def _let_urgent_pass(self) -> None:
-        """Two urgent ones may have come before either was sent: neither waits for the other's answer."""
-        for place, run in enumerate(self._foreground):
-            ask = run.wants_to_ask if run.is_urgent and run is not self._asking else None
-            if place > 0 and ask is not None and not ask.request.is_repeatable:
-                self._foreground.insert(0, self._foreground.pop(place))
-                self._free_line(is_urgent=True)
-                return
+    def _whose_turn(self, now: float) -> Run[Any] | None:
+        """The background has the line also while the foreground waits for a disk that takes its time."""
+        first = self._foreground[0] if self._foreground else None
+        since = first.awaits_since() if first is not None else None
+        is_slow = since is not None and now - since > AWAIT_GRACE_S
+        return self._background if first is None or is_slow else first
+
+    def _repeat_lock(self, now: float) -> None:
+        """LOCK stands behind no answer, also not behind that to the question whether it arrived."""
+        ask = self._asking.wants_to_ask if self._asking is not None else None
+        repeat = ask.repeat if ask is not None else None
+        if repeat is not None and repeat.is_due(now):
+            repeat.note_sent(now)
+            self._events += self._link.lock_again(now, repeat.sent)
+            self._write_outgoing()
 
     def _notice_sleep(self, now: float) -> bool:
         slept_s = self._asleep_s()
@@ -353,6 +270,8 @@ class Session:
         self._asking = run
         self._write_outgoing()
         self._events += sent
+        if ask.repeat is not None and ask.request == LOCK:
+            ask.repeat.note_sent(now)
 
     def _write_outgoing(self) -> None:
         outgoing = self._link.take_outgoing()
@@ -361,8 +280,18 @@ class Session:
 
     def _sight(self, now: float) -> Sight:
         view = self.device.view(now)
-        rate, link, is_played = self.line.baud_rate, self.link_view(), self._is_played
-        return Sight(now, self.opened_at, rate, view, link, self._overtaken_at, is_played, self.identity.is_proven)
+        return Sight(
+            now,
+            self.opened_at,
+            self.line.baud_rate,
+            view,
+            self.link_view(),
+            proven_rate=self._proven_rate,
+            is_rate_searched=any(run.searches_rate and not run.is_urgent for run in self._foreground),
+            overtaken_at=self._overtaken_at,
+            is_playback=self._is_played,
+            is_proven=self.identity.is_proven,
+        )
 
     def _use_rate(self, baud_rate: int, now: float) -> None:
         """A link of its own for each rate: nothing that came at another rate can be mistaken for an answer. What still
@@ -387,12 +316,19 @@ class Session:
                 case Received():
                     for run in self._runs():
                         run.hear(event)
+                case WentOnline():
+                    self._proven_rate = self.line.baud_rate
                 case _:
                     pass
 
     def _drop_finished(self, now: float) -> None:
         while self._foreground and self._foreground[0].is_done:
             del self._foreground[0]
+            rate = self._rate_before
+            if rate is not None and not any(one.is_urgent for one in self._foreground):
+                self._rate_before = None
+                if rate != self.line.baud_rate and any(one.is_started for one in self._foreground):
+                    self._use_rate(rate, now)
             for following in self._foreground[:1]:
                 if not following.is_started and not following.is_done:
                     following.start(now)

@@ -32,7 +32,7 @@ In every cell the following held, or the test would fail:
 - The procedure ended within {longest} s (of the fake clock), with its typed result or the port's own error, never
   another one.
 - Nothing was claimed, in the result or in what is shown as certain, that the module does not hold.
-- Nothing but questions was sent twice. (The exception on purpose: switching the stream off, at the end of `watch`.)
+- Nothing but questions was sent twice. (On purpose: LOCK, and switching the stream off at the end of `watch`.)
 - No thread and no open port was left; with the port closed nothing is shown as certain any more.
 
 ## What the program does about each

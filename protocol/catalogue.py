@@ -146,7 +146,11 @@ class Request:
 
     @property
     def is_repeatable(self) -> bool:
-        """Only a question may be sent again without being asked for again."""
+        """Only a question may be sent again without being asked for again.
+
+        LOCK is sent again too, until the module reports it: see `Link.lock_again`. An exchange of it is not repeated as
+        a question's is.
+        """
         return self.hazard is Hazard.NONE
 
     def encode(self) -> bytes:

@@ -4,6 +4,9 @@ Rules that it lives by:
 
 - One request in flight. Replies are matched by what was asked, never by position.
 - Only questions are asked again. A set or an act goes onto the wire once; unanswered, it is `OutcomeUnknown`.
+- The one exception is LOCK (`lock_again`). Whoever presses it wants the module in standby; locking twice is locking
+  once, and no number of them can make a module fire. A LOCK that was lost leaves a module active beside a person who
+  believes otherwise. So it is repeated, at once and whatever is in flight, until the module reports that it is locked.
 - A module answers in the order in which it was asked (the table knows no other). So once it has answered something
   that was asked later, nothing earlier can still come. Where an earlier reply could be mistaken for the present one
   (the acknowledgement of a set for its read-back, a trigger record for a cell voltage, 16 for 17), the link first
@@ -155,6 +158,16 @@ class Link:
         self._behind_fence = None
         self._finish(Step.ABANDON)
         return events
+
+    def lock_again(self, now: float, attempt: int) -> list[Event]:
+        """Send LOCK beside whatever is in flight, which goes on; see the module's docstring. Its acknowledgement is no
+        proof: the owner asks for the state afterwards."""
+        raw = LOCK.encode()
+        self._outgoing += raw
+        self.counters.sent += 1
+        self.counters.retries += 1
+        self._earlier.owe(LOCK, now, count=1)
+        return [Sent(raw, LOCK, attempt, now)]
 
     def take_outgoing(self) -> bytes:
         """The bytes to write now; the next call gives only newer ones."""

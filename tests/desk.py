@@ -157,7 +157,7 @@ class Desk(DeskPort):
             self.run(perform(act, self.journal, permit=permit, armed=self.armed), self._end_act)
 
     def lock(self) -> None:
-        self.ledger.lock()
+        self.ledger.lock(self.clock())
         self.run(lock(), self._end_lock, is_urgent=True)
 
     def _end_lock(self, run: Run[Locked]) -> None:

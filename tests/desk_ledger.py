@@ -16,6 +16,9 @@ from protocol.catalogue import BAUD_RATE, SERIAL_OUTPUT, Hazard, Request
 CONFIRMED_FOR_S: Final = 5.0
 HELD_FOR_S: Final = 1.0
 """How long a gesture counts that had to wait: the promise of `app.permit`, written down a second time."""
+_LOCKS_MOST: Final = 50
+_LOCKS_FOR_S: Final = 10.0
+"""How often and how long one LOCK is repeated."""
 _HOLD_S: Final = 2.0
 _ARMED_FOR_S: Final = 10.0
 _SLACK_S: Final = 1e-3
@@ -92,13 +95,14 @@ class Ledger:
     _intents: Counter[Act] = field(default_factory=Counter)
     _leaves: dict[int, Counter[Request]] = field(default_factory=dict)
     _locks: int = 0
+    _locked_at: float = -inf
 
     def gesture(self, act: Act, now: float) -> None:
         self._gestures.append(Gesture(act, now, now + (HELD_FOR_S if act is Act.DEPLOY else CONFIRMED_FOR_S)))
 
-    def lock(self) -> None:
-        """LOCK goes before everything else: it also ends what was asked for before."""
-        self._locks += 1
+    def lock(self, now: float) -> None:
+        """LOCK goes before everything else: it also ends what was asked for before. It is repeated, within limits."""
+        self._locks, self._locked_at = _LOCKS_MOST, now
         self._gestures.clear()
 
     def intend(self, act: Act) -> None:
@@ -126,8 +130,8 @@ class Ledger:
             self._take_dangerous(request, now)
         elif request == _LOCK:
             self._locks -= 1
-            if self._locks < 0:
-                self._complain(now, request, "more locks than clicks")
+            if self._locks < 0 or now > self._locked_at + _LOCKS_FOR_S + _SLACK_S:
+                self._complain(now, request, "LOCK that nobody pressed, or too often, or too late")
         elif not self._is_allowed(request):
             self._complain(now, request, "nobody asked for this set, or it was sent twice")
 

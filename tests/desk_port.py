@@ -5,6 +5,7 @@ from typing import Any, Final
 
 from app.acts import Act
 from app.device import Device, DeviceView
+from app.journal import Entry
 from app.procedure import PortLost, Procedure
 from app.procedures.greet import greet
 from app.procedures.stream import StreamSwitch, watch
@@ -45,7 +46,7 @@ class LedgerJournal(FakeJournal):
         super().__init__()
         self._ledger = ledger
 
-    def begin(self, act: Act, frame: bytes, detail: Mapping[str, object], /) -> int:
+    def begin(self, act: Act, frame: bytes, detail: Mapping[str, object], /) -> Entry:
         self._ledger.intend(act)
         return super().begin(act, frame, detail)
 

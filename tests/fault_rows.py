@@ -7,7 +7,7 @@ from typing import Any
 from app.procedures.find import WAITS_S, Found, answers_here, find_rate, proofs
 from app.procedures.greet import Greeting, greet
 from app.procedures.history import History, read_history
-from app.procedures.lock import Locked, lock
+from app.procedures.lock import LOCK, Locked, lock
 from app.procedures.read import Everything, read_everything
 from app.procedures.settings_reading import SettingsReading, read_settings
 from app.procedures.stream import StreamSwitch, watch
@@ -143,7 +143,14 @@ ROWS: tuple[Row, ...] = (
     Row("find.find_rate", lambda: find_rate(115200), _says_found, _no_found_lie),
     Row("read.read_everything", read_everything, _says_everything, _no_everything_lie),
     Row("history.read_history", read_history, _says_history, _no_history_lie),
-    Row("lock.lock", lock, _says_locked, _no_locked_lie, options=MappingProxyType({"active": "yes"})),
+    Row(
+        "lock.lock",
+        lock,
+        _says_locked,
+        _no_locked_lie,
+        options=MappingProxyType({"active": "yes"}),
+        may_repeat=frozenset({LOCK}),
+    ),
     Row(
         "stream.watch",
         lambda: watch(StreamSwitch()),

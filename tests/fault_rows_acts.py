@@ -70,7 +70,7 @@ def _no_performed_lie(done: Performed, cell: Cell) -> list[str]:
 def _act(act: Act, **options: str) -> Row:
     return Row(
         "act.perform",
-        lambda: perform(act, FakeJournal(), permit=None if act is Act.LOCK else _permit(act)),
+        lambda: perform(act, FakeJournal(), permit=_permit(act)),
         _says_performed,
         _no_performed_lie,
         options=MappingProxyType(options),
@@ -141,7 +141,6 @@ def _yes_or_no(yes: str, no: str) -> Callable[[Any], str]:
 
 
 ACT_ROWS: tuple[Row, ...] = (
-    _act(Act.LOCK, active="yes"),
     _act(Act.ACTIVATE),
     _act(Act.DEPLOY, active="yes"),
     _act(Act.FORBID_DEPLOY, active="yes"),

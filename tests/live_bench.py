@@ -11,11 +11,13 @@ from PySide6.QtWidgets import QApplication, QPushButton, QWidget
 from pytestqt.qtbot import QtBot
 
 from app.device import DeviceView, How, Known, Sample
+from app.journal import NoJournal
 from app.worker import Batch, Connection, Job, PortState
 from protocol.fields import Value
 from protocol.link_states import Presence
 from ui.connector import Connector
 from ui.live_page import LivePage
+from ui.lock import LockControl
 from ui.pages import Services
 from ui.port_watch import PortWatch
 from ui.texts import Texts
@@ -113,7 +115,7 @@ def live_bench(qtbot: QtBot, qapp: QApplication) -> Iterator[Bench]:
     ports = PortWatch(lambda _deadline_s: [])
     connector = Connector(ports, make_worker=make, clock=lambda: moment[0].now_s if moment else 1000.0)
     texts, appearance = Texts(), Appearance(qapp, Choice.LIGHT)
-    page = LivePage(Services(connector, texts, appearance))
+    page = LivePage(Services(connector, texts, appearance, LockControl(connector, lambda _target: NoJournal())))
     connector.batch.connect(page.take)
     qtbot.addWidget(page)
     bench = Bench(qtbot, page, connector, texts, appearance, workers[0])

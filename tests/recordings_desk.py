@@ -19,6 +19,7 @@ from tests.steps import settle
 from ui.connector import Connector
 from ui.keeping import Keeping
 from ui.live_page import LivePage
+from ui.lock import LockControl
 from ui.pages import Services
 from ui.port_watch import PortWatch
 from ui.recordings_model import Column
@@ -101,7 +102,9 @@ def made(qtbot: QtBot, qapp: QApplication, folder: Path, template: Path, *kinds:
     make: Any = SilentWorker
     connector = Connector(ports, make_worker=make)
     texts, keeping = Texts(), Keeping(folder)
-    services = Services(connector, texts, Appearance(qapp, Choice.LIGHT), keeping)
+    services = Services(
+        connector, texts, Appearance(qapp, Choice.LIGHT), LockControl(connector, keeping.journal), keeping
+    )
     copytree(template, keeping.sessions.shelf.folder / template.name)
     shown = QWidget()
     row = QHBoxLayout(shown)

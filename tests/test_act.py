@@ -6,10 +6,11 @@ from typing import Any
 import pytest
 
 from app.acts import REQUESTS, Act
-from app.journal import NoJournal, Outcome
+from app.journal import Outcome
 from app.permit import Origin, Permit
-from app.procedure import PortLost
+from app.procedure import Cancelled, PortLost
 from app.procedures.act import SENTENCES, Armed, Performed, perform, rehearse
+from app.procedures.stream import StreamSwitch, watch
 from app.safety import Condition
 from app.session import Run
 from protocol.catalogue import Hazard
@@ -165,22 +166,15 @@ def test_a_log_that_takes_its_time_makes_the_gesture_too_old() -> None:
     assert acts_sent(rig) == []
 
 
-@pytest.mark.parametrize("act", [*READY, Act.LOCK])
+@pytest.mark.parametrize("act", READY)
 def test_a_rehearsal_shows_the_bytes_and_sends_nothing(act: Act) -> None:
-    rig, journal = Rig(READY.get(act, {})), FakeJournal()
+    rig, journal = Rig(READY[act]), FakeJournal()
     done = do(rig, act, journal, permit=permit_for(rig, act, is_rehearsal=True))
     assert (done.frame, done.outcome, done.is_rehearsal) == (REQUESTS[act].encode(), Outcome.NOT_SENT, True)
     assert rig.line.sent == b""
     assert not journal.intents
     with pytest.raises(ValueError, match="no rehearsal"):
         rehearse(act, permit_for(rig, act))
-
-
-def test_locking_needs_nothing_and_is_done_without_a_log() -> None:
-    rig = Rig({"active": True, "mute_codes": frozenset((0x31,))})
-    done = do(rig, Act.LOCK, NoJournal("no disk"), permit=None, armed=Armed(Act.DEPLOY))
-    assert done.outcome is Outcome.CONFIRMED
-    assert not rig.bench.module.state.is_active
 
 
 def test_an_unanswered_deploy_is_to_be_treated_as_fired() -> None:
@@ -212,9 +206,8 @@ def test_a_module_that_says_it_did_not_fire() -> None:
     assert do(rig, Act.DEPLOY).outcome is Outcome.REFUSED
 
 
-@pytest.mark.parametrize("act", [Act.ACTIVATE, Act.LOCK])
-def test_a_module_that_refuses(act: Act) -> None:
-    done = do(Rig({"refuses": True, "active": act is Act.LOCK}), act)
+def test_a_module_that_refuses() -> None:
+    done = do(Rig({"refuses": True}), Act.ACTIVATE)
     assert done.outcome is Outcome.REFUSED
     assert "still" in done.sentence
 
@@ -267,17 +260,75 @@ def test_on_bad_lines_at_most_one_frame_and_no_claim_too_much(act: Act, faults: 
 
 
 def test_every_outcome_has_its_sentence() -> None:
-    said = {(act, outcome) for act in REQUESTS for outcome in Outcome if outcome is not Outcome.NOT_SENT}
+    said = {(act, outcome) for act in REQUESTS if act is not Act.LOCK for outcome in Outcome}
+    said = {one for one in said if one[1] is not Outcome.NOT_SENT}
     assert set(SENTENCES) == said
 
 
-def test_locking_does_not_wait_for_the_log() -> None:
-    """A disk may take its time, or never be done: the frame has left before it is asked to write anything."""
-    rig = Rig({"active": True})
-    journal = FakeJournal()
-    journal.line_length = lambda: len(rig.line.sent)
-    done = rig.run(perform(Act.LOCK, journal))
-    assert done.outcome is Outcome.CONFIRMED
-    assert [act for act, _frame, _detail in journal.intents] == [Act.LOCK]
-    assert journal.sent_before[0] >= len(REQUESTS[Act.LOCK].encode())
-    assert journal.outcomes == {0: Outcome.CONFIRMED}
+@pytest.mark.parametrize("act", READY)
+def test_a_disk_that_takes_its_time_does_not_hold_the_line_up(act: Act) -> None:
+    """The intent is not on disk yet: the module is heard, its answers come, and nothing dangerous leaves."""
+    rig, journal = Rig(READY[act]), FakeJournal()
+    journal.is_held = True
+    permit = permit_for(rig, act)
+    run = Run(perform(act, journal, permit=permit))
+    rig.session.run(run)
+    rig.session.run_in_background(watch(StreamSwitch(is_wanted=False)))
+    rig.step_until(lambda: journal.intents)
+    heard = rig.session.bytes_received
+    rig.step_for(3.0)
+    assert rig.session.bytes_received > heard + 60
+    assert not acts_sent(rig)
+    journal.flush()
+    rig.step_until(lambda: run.is_done)
+    assert run.result is not None
+    if act in (Act.DEPLOY, Act.ZERO):  # held three seconds ago; whether it lies still has to be watched anew
+        assert run.result.outcome is Outcome.NOT_SENT
+        assert acts_sent(rig) == []
+    else:
+        assert run.result.outcome is Outcome.CONFIRMED
+        assert acts_sent(rig) == [REQUESTS[act].encode()]
+
+
+def test_the_module_is_asked_again_after_a_long_wait_for_the_disk() -> None:
+    """Somebody else activated it meanwhile."""
+    rig, journal = Rig(), FakeJournal()
+    journal.is_held = True
+    run = Run(perform(Act.ACTIVATE, journal, permit=permit_for(rig, Act.ACTIVATE)))
+    rig.session.run(run)
+    rig.step_until(lambda: journal.intents)
+    rig.bench.module.activate(is_active=True)
+    rig.step_for(2.0)
+    journal.flush()
+    rig.step_until(lambda: run.is_done)
+    assert run.result is not None
+    assert Condition.IS_LOCKED in {one.condition for one in run.result.refusals}
+    assert acts_sent(rig) == []
+    assert journal.outcomes == {0: Outcome.NOT_SENT}
+
+
+def test_an_intent_that_is_never_durable_is_given_up() -> None:
+    rig, journal = Rig({"active": True}), FakeJournal()
+    journal.is_held = True
+    done = do(rig, Act.DEPLOY, journal)
+    assert [one.condition for one in done.refusals] == [Condition.INTENT_DURABLE]
+    assert "did not take it in time" in done.sentence
+    assert acts_sent(rig) == []
+    assert journal.outcomes == {0: Outcome.NOT_SENT}
+
+
+@pytest.mark.parametrize("why", ["cancelled", "port lost"])
+def test_what_is_broken_off_while_the_disk_works_is_written_down_as_not_sent(why: str) -> None:
+    rig, journal = Rig(), FakeJournal()
+    journal.is_held = True
+    run = Run(perform(Act.ZERO, journal, permit=permit_for(rig, Act.ZERO)))
+    rig.session.run(run)
+    rig.step_until(lambda: journal.intents)
+    if why == "cancelled":
+        run.cancel()
+        rig.step_for(0.1)
+    else:
+        rig.session.close(why=PortLost())
+    assert isinstance(run.error, Cancelled if why == "cancelled" else PortLost)
+    assert journal.outcomes == {0: Outcome.NOT_SENT}
+    assert acts_sent(rig) == []

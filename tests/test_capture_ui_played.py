@@ -58,7 +58,7 @@ def test_acts_end_unsent_while_a_recording_is_played(qtbot: QtBot, qapp: QApplic
         performed: list[Job[Performed]] = []
         assembly.connector.run(lock(), ended.append, is_urgent=True)
         journal = assembly.keeping.journal(assembly.connector.target)
-        assembly.connector.run(perform(Act.LOCK, journal), performed.append)
+        assembly.connector.run(perform(Act.ZERO, journal), performed.append)
         qtbot.waitUntil(lambda: bool(ended and performed), timeout=WAIT_MS)
         assert isinstance(ended[0].run.error, OnlyPlayedBack)
         assert isinstance(performed[0].run.error, OnlyPlayedBack)

@@ -38,6 +38,7 @@ def outcome(one: Desk) -> str:
 def audit(one: Desk) -> list[tuple[Act, Outcome]]:
     store = one.assembly.keeping.store
     assert isinstance(store, Store)
+    store.queue.submit(int).result(10)  # behind what is still to be written
     return [(entry.act, entry.outcome) for entry in store.audit()]
 
 

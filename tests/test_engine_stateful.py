@@ -16,6 +16,7 @@ from app.journal import Outcome
 from app.permit import Origin, Permit
 from app.procedures.act import Armed, perform
 from app.procedures.baud import BaudEnd, change_baud
+from app.procedures.lock import lock
 from app.procedures.write_all import Change, Leave, write_all
 from app.ritual import DISARMING, Input, Ritual, Stage
 from protocol.catalogue import BAUD_RATE, BAUD_RATES, BY_NAME, Hazard, Request
@@ -114,14 +115,14 @@ class Engine(RuleBasedStateMachine):
 
     @rule()
     def lock(self) -> None:
-        self._perform(Act.LOCK, None)
+        locked = self.rig.run(lock(self.journal))
+        assert locked.is_locked is not True or not self.rig.bench.module.state.is_active
 
     def _perform(self, act: Act, permit: Permit | None) -> None:
         done = self.rig.run(perform(act, self.journal, permit=permit, armed=self.armed))
         module = self.rig.bench.module
         if done.outcome is Outcome.CONFIRMED:
             assert {
-                Act.LOCK: not module.state.is_active,
                 Act.ACTIVATE: module.state.is_active,
                 Act.ZERO: True,
                 Act.SHUTDOWN: not module.is_on,

@@ -81,16 +81,16 @@ def test_what_is_confirmed_after_lock_is_done() -> None:
 def test_an_act_that_waits_for_the_line_is_withheld() -> None:
     """The link's own heartbeat is out when the act is decided; LOCK comes before the answer to it."""
     rig = Rig(SLOW)
-    performing = under_way(rig, Act.ZERO)
+    performing = under_way(rig, Act.SHUTDOWN)
     rig.step_until(lambda: rig.line.requests[-1:] != [HEARTBEAT.query()] and performing.resume_at is not None)
     rig.session._link._probe_at = rig.clock()
     rig.session._link.tick(rig.clock())
     rig.session.step(0.0)
     assert performing.wants_to_ask is not None
-    assert performing.wants_to_ask.request == REQUESTS[Act.ZERO]
+    assert performing.wants_to_ask.request == REQUESTS[Act.SHUTDOWN]
     press_lock(rig)
     rig.step_until(lambda: performing.is_done)
-    assert REQUESTS[Act.ZERO] not in rig.line.requests
+    assert REQUESTS[Act.SHUTDOWN] not in rig.line.requests
     assert performing.result is not None
     assert performing.result.outcome is Outcome.NOT_SENT
 
@@ -153,18 +153,22 @@ def test_lock_waits_for_no_answer(wait: Callable[[Rig], object]) -> None:
     assert not rig.bench.module.state.is_active
 
 
-def test_two_locks_at_once_do_not_wait_for_each_other() -> None:
-    """Pressed twice before either was sent, and the first is lost on the line."""
+def test_lock_pressed_again_leaves_at_once_and_takes_the_place_of_the_first() -> None:
     rig = Rig({"active": True})
     rig.step_for(1)
     rig.bench.change(mute=True)
+    first = press_lock(rig)
+    rig.step_until(lambda: rig.line.requests.count(REQUESTS[Act.LOCK]) == 1)
     began = rig.clock.now_s
-    first, second = press_lock(rig), press_lock(rig)
+    second = press_lock(rig)
     rig.step_until(lambda: rig.line.requests.count(REQUESTS[Act.LOCK]) == 2)
-    assert rig.clock.now_s - began < 0.1
+    assert rig.clock.now_s - began < 0.03
     rig.bench.heal()
     rig.step_until(lambda: first.is_done and second.is_done)
-    assert rig.line.requests.count(REQUESTS[Act.LOCK]) == 2
+    assert first.result is not None
+    assert first.result.is_replaced
+    assert second.result is not None
+    assert second.result.is_locked
 
 
 def test_a_set_that_lock_overtakes_is_not_sent_again_and_is_read_back() -> None:
@@ -213,18 +217,18 @@ def test_what_is_dangerous_and_waits_behind_a_fence_is_withheld() -> None:
 
 def test_it_is_said_why() -> None:
     """The permit alone is good, and LOCK came after it."""
-    permit = Permit(Act.ZERO, Origin.CONFIRMATION, 100.0)
+    permit = Permit(Act.SHUTDOWN, Origin.CONFIRMATION, 100.0)
     for overtaken_at, said in ((99.0, []), (100.0, [WHY]), (100.5, [WHY]), (None, [])):
         now_is = Situation(
             now=101.0, presence=Presence.ONLINE, status_at=101.0, active=False, permit=permit, overtaken_at=overtaken_at
         )
-        assert [one.sentence for one in refusals(Act.ZERO, now_is)] == said
+        assert [one.sentence for one in refusals(Act.SHUTDOWN, now_is)] == said
 
 
 def test_what_was_confirmed_before_the_computer_slept_is_not_done() -> None:
-    permit = Permit(Act.ZERO, Origin.CONFIRMATION, 100.0)
+    permit = Permit(Act.SHUTDOWN, Origin.CONFIRMATION, 100.0)
     for slept_until, said in ((99.0, []), (100.5, ["The computer slept after this was confirmed: confirm again."])):
         now_is = Situation(
             now=101.0, presence=Presence.ONLINE, status_at=101.0, active=False, permit=permit, slept_until=slept_until
         )
-        assert [one.sentence for one in refusals(Act.ZERO, now_is)] == said
+        assert [one.sentence for one in refusals(Act.SHUTDOWN, now_is)] == said

@@ -17,7 +17,7 @@ def test_lock_is_sent_once_and_believed_only_when_the_module_says_so() -> None:
     rig = settled_rig(active=True)
     locked = rig.run(lock())
     assert (locked.is_acknowledged, locked.is_locked) == (True, True)
-    assert [request.command.name for request in rig.line.requests] == ["activation", "status", "status"]
+    assert [request.command.name for request in rig.line.requests] == ["activation", "active", "status"]
     assert not rig.bench.state().is_active
 
 

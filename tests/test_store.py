@@ -10,13 +10,14 @@ from pathlib import Path
 import pytest
 
 from app.acts import Act
-from app.journal import JournalFailed, NoJournal, Outcome, begin_if_possible
+from app.journal import JournalFailed, NoJournal, Outcome
 from app.snapshots import Snapshot
 from app.store.database import FILE_NAME, StoreFault, StoreTrouble, open_database
 from app.store.schema import MIGRATIONS
 from app.store.store import Store, data_folder, open_store
 from app.store.store_journal import StoreJournal, journal_for
 
+LIMIT_S = 10.0
 ROOT = Path(__file__).parent.parent
 FRAME = bytes.fromhex("42 61 25 01 00 26")
 
@@ -186,11 +187,10 @@ def test_a_folder_that_cannot_be_made_is_said(tmp_path: Path) -> None:
     journal = journal_for(trouble.value, port="p", origin="window")
     assert isinstance(journal, NoJournal)
     assert not journal.is_ready
-    assert begin_if_possible(journal, Act.LOCK, FRAME, {}) is None
     with pytest.raises(JournalFailed, match="may not write"):
-        journal.begin(Act.ZERO, FRAME, {})
+        journal.begin(Act.ZERO, FRAME, {}).result(LIMIT_S)
     with pytest.raises(JournalFailed):
-        journal.begin_baud(115200, 9600)
+        journal.begin_baud(115200, 9600).result(LIMIT_S)
 
 
 @pytest.mark.parametrize(
@@ -201,14 +201,17 @@ def test_a_store_that_takes_nothing_any_more_says_so(folder: Path, pragma: str, 
         journal = StoreJournal(store, port="p", origin="window")
         entry = journal.begin(Act.ZERO, FRAME, {})
         rate = journal.begin_baud(115200, 9600)
-        store.database.read(f"PRAGMA {pragma}")
+        rate.result(LIMIT_S)
+        with store.database.together():
+            store.database.read(f"PRAGMA {pragma}")
         with pytest.raises(StoreTrouble) as trouble:
             store.begin(Act.ZERO, FRAME, {"much": "x" * 100_000}, port="p", origin="window")
         assert trouble.value.fault is fault
         with pytest.raises(JournalFailed):
-            journal.begin(Act.ZERO, FRAME, {"much": "x" * 100_000})
+            journal.begin(Act.ZERO, FRAME, {"much": "x" * 100_000}).result(LIMIT_S)
         journal.settle(entry, Outcome.CONFIRMED, {"much": "x" * 100_000})
         journal.settle_baud(rate, "x" * 100_000)
+        store.queue.submit(int).result(LIMIT_S)
         assert store.audit()[0].outcome is Outcome.UNKNOWN
 
 

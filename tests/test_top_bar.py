@@ -10,6 +10,7 @@ from pytestqt.qtbot import QtBot
 from tests.fakes_ui import simulated, wait_online, window
 from tests.painted_text import watching
 from ui.connector import Target
+from ui.lock import LockControl
 from ui.module_name import ModuleName
 from ui.texts import Texts
 from ui.theme import current
@@ -30,7 +31,9 @@ def test_the_name_of_the_module_that_is_connected_stands_at_the_top(
     with simulated("named"), window(qapp, tmp_path) as assembly:
         naming = ModuleName()
         naming.choose("M-07")
-        top = TopBar(assembly.connector, Texts(), naming=naming)
+        top = TopBar(
+            assembly.connector, Texts(), LockControl(assembly.connector, assembly.keeping.journal), naming=naming
+        )
         qtbot.addWidget(top)
         assert top.port.headline == "Choose a port"  # nothing is connected that would have the name
         assembly.connector.connect_to(Target("sim://named", 115200))

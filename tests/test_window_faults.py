@@ -105,7 +105,8 @@ def test_a_port_that_may_not_be_opened(
 
 def fill(store: Store) -> None:
     """As on a full disk: not one page more."""
-    store.database.read("PRAGMA max_page_count = 1")
+    with store.database.together():  # of the connection that writes
+        store.database.read("PRAGMA max_page_count = 1")
     for size in (4000, 400, 40, 0):
         with suppress(StoreTrouble):
             while True:
@@ -128,7 +129,7 @@ def test_on_a_full_disk_it_goes_on_and_sends_nothing_dangerous(
             assembly.connector.connect_to(target)
             wait_online(qtbot, assembly)
             assert log.trouble is not None
-            assembly.window.lock()  # always safe, so never refused
+            assembly.window.top_bar.lock.click()  # always safe, so never refused
             qtbot.waitUntil(lambda: not bench.state().is_active, timeout=WAIT_MS)
             wait_online(qtbot, assembly)
             ended: list[Job[Performed]] = []

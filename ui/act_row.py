@@ -86,6 +86,8 @@ class ActRow(QFrame):
         journal = self._services.keeping.journal(connector.target)
         self._is_busy = True
         self._done, self._performed = asking, None
+        if act is Act.ACTIVATE:
+            self._services.lock.end()
         connector.run(perform(act, journal, permit=permit, armed=self._services.armed), self._end)
         self.refresh()
 

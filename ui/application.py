@@ -31,6 +31,7 @@ from ui.connector import Connector, Target
 from ui.evidence import has_seen_status, leave_evidence
 from ui.icons import Icon, app_icon
 from ui.keeping import Keeping
+from ui.lock import LockControl
 from ui.main_window import MainWindow
 from ui.mishaps import Mishaps
 from ui.notice_bar import Notice
@@ -135,6 +136,7 @@ class Assembly:
     appearance: Appearance
     speech: Speech
     keeping: Keeping
+    lock: LockControl
     armed: Armed = field(default_factory=Armed)
     load: Callable[[], object] | None = None
     """Loads what the pages need; takes long."""
@@ -162,13 +164,13 @@ def assemble(
     connector = Connector(ports, make_worker=keeping.sessions.tapped())
     keeping.is_recording = lambda: connector.is_recording
     keeping.is_touring = lambda: connector.is_wanted and is_tour(connector.target)
-    connector.log_to(keeping.journal)
-    services = Services(connector, texts, appearance, keeping, remembered, log=log)
+    lock = LockControl(connector, keeping.journal, connector)
+    services = Services(connector, texts, appearance, lock, keeping, remembered, log=log)
     services.naming.follow(connector, keeping)
     keeping.sessions.follow(connector, services.naming)
     window = MainWindow(services, ports, speech, remembered, entries=entries)
     load = _load_pages if entries is PAGES else None
-    return Assembly(window, connector, ports, appearance, speech, keeping, services.armed, load)
+    return Assembly(window, connector, ports, appearance, speech, keeping, lock, services.armed, load)
 
 
 def start(assembly: Assembly, options: WindowOptions) -> None:

@@ -7,15 +7,12 @@ from PySide6.QtWidgets import QFrame, QHBoxLayout, QPushButton, QScrollArea, QVB
 
 from app.acts import EFFECTS, Act
 from app.i18n import tr
-from app.journal import Outcome
-from app.procedures.act import Performed, perform
-from app.worker import Batch, Job
+from app.worker import Batch
 from ui.act_row import ActRow
 from ui.icons import Icon, icon
 from ui.labels import text_label
 from ui.named import named
 from ui.notice_bar import Notice, NoticeBar
-from ui.outcomes import SameModule, outcome_meaning
 from ui.pages import Services
 from ui.readout import StateChip
 from ui.refreshing import WhileSeen
@@ -42,31 +39,26 @@ class CommandsPage(QWidget):
         self.lock.setProperty("role", "primary")
         self.lock.setIcon(icon(Icon.LOCK, is_on_primary=True))
         self.lock.setIconSize(QSize(20, 20))
-        self.lock.clicked.connect(self._lock)
+        services.lock.bind(self.lock)
         texts.bind(self.lock.setText, "LOCK")
         texts.bind(self.lock.setAccessibleName, "Lock the module")
         texts.bind(self.lock.setToolTip, "Put the module into standby, at once (Ctrl+L)")
         self.said = NoticeBar(texts)
         self.said.setObjectName("commands_said")
-        self._locked: Performed | None = None
-        self._lock_failed = False
-        self._module = SameModule(services.connector)
         self.acts = {act: ActRow(services, act) for act in DANGEROUS}
         self.ritual = RitualWidget(services)
         services.appearance.changed.connect(self.said.follow_theme)
         self._lay_out()
         WhileSeen(self, self.refresh, every_ms=REFRESH_EVERY_MS)
         self._connector.changed.connect(self.refresh)
+        services.lock.changed.connect(self.refresh)
         self.refresh()
 
     def take(self, batch: Batch) -> None:
         """Everything shown is looked up at the next refresh."""
 
     def refresh(self) -> None:
-        if self._module.is_another() or self._module.has_turned(self._locked):
-            self._locked, self._lock_failed = None, False
         self._show_state()
-        self.lock.setEnabled(self._connector.is_open)
         for row in self.acts.values():
             row.refresh()
         self.ritual.refresh()
@@ -98,29 +90,10 @@ class CommandsPage(QWidget):
             self.trigger.show_state(word, picture, meaning, stale_age=stale if triggered.is_stale else "")
 
     def _notice(self) -> Notice | None:
-        if self._lock_failed:
-            text = tr("The port closed while locking. Treat the module as ACTIVE.")
-            return Notice(Meaning.DANGER, text, dismiss=self._forget)
-        if self._locked is None:
-            return None
-        is_fine = self._locked.outcome is Outcome.CONFIRMED
-        return Notice(
-            outcome_meaning(self._locked) if is_fine else Meaning.DANGER, self._locked.sentence, dismiss=self._forget
-        )
-
-    def _lock(self) -> None:
-        self._locked, self._lock_failed = None, False
-        journal = self._services.keeping.journal(self._connector.target)
-        self._connector.run(perform(Act.LOCK, journal), self._end_lock, is_urgent=True)
-
-    def _end_lock(self, job: Job[Performed]) -> None:
-        self._lock_failed = job.run.error is not None
-        self._locked = None if self._lock_failed else job.outcome()
-        self.refresh()
-
-    def _forget(self) -> None:
-        self._locked, self._lock_failed = None, False
-        self.refresh()
+        lock = self._services.lock
+        if lock.confirmed is not None:
+            return Notice(Meaning.GOOD, lock.confirmed.sentence)
+        return lock.notice()
 
     def _lay_out(self) -> None:
         texts = self._services.texts

@@ -11,12 +11,10 @@ from PySide6.QtCore import QObject, QTimer, Signal
 
 from app.device import DeviceView
 from app.identity import NOBODY_MEANT, Evidence, Expected, Identity, Trust, evidence_of
-from app.journal import Journal, NoJournal
 from app.ports import PortInfo
 from app.procedure import Procedure, Report, Result, Slept
 from app.procedures.find import Found, find_rate
 from app.procedures.greet import Greeting, greet
-from app.procedures.lock import Locked, lock
 from app.procedures.stream import StreamSwitch, watch
 from app.reconnect import Absence, Address, Reconnection
 from app.transport import PortError
@@ -78,7 +76,6 @@ class Connector(QObject):
         self._return = Reconnection()
         self._is_listing = False
         """The list of ports under way was begun for `_return`, and the port is still as it was then."""
-        self._journal_of: Callable[[Target | None], Journal] = lambda _target: NoJournal()
         self._expected_of: Callable[[Target], Expected | None] = lambda _target: None
         self._lost = NOBODY_MEANT
         """Of the port that was lost: what was last read of its module, in `now` where that was proven."""
@@ -217,10 +214,6 @@ class Connector(QObject):
         self._finding = self.run(find_rate(self.connection.baud_rate), self._end_finding)
         self.changed.emit()
 
-    def log_to(self, journal_of: Callable[[Target | None], Journal]) -> None:
-        """Where a LOCK is written down, by the module that it is for."""
-        self._journal_of = journal_of
-
     def expect(self, expected_of: Callable[[Target], Expected | None]) -> None:
         """What was last read of the module that is known at a port, asked before the port is opened."""
         self._expected_of = expected_of
@@ -238,14 +231,6 @@ class Connector(QObject):
         self._worker.vouch(seen)
         self.changed.emit()
 
-    def lock(self, then: Callable[[Locked | None], None]) -> None:
-        """Put the module into standby; `then` gets what the module says of it, None where the port is gone."""
-
-        def end(job: Job[Locked]) -> None:
-            then(None if job.run.error is not None else job.outcome())
-
-        self.run(lock(self._journal_of(self.target)), end, is_urgent=True)
-
     def run(
         self,
         procedure: Procedure[Result],
@@ -255,7 +240,7 @@ class Connector(QObject):
         on_progress: Callable[[Report], None] | None = None,
     ) -> Job[Result]:
         """Hand a procedure to the worker; `then` is called in the window's thread when it has ended, `on_progress`
-        in the worker's: it may only remember what it is given."""
+        in the worker's: it may only remember what it is given. See `Session.run`."""
         job = Job(procedure, on_progress)
         self._endings[job] = then
         return self._worker.submit(job, is_urgent=is_urgent)

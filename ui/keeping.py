@@ -2,6 +2,7 @@
 
 import logging
 from collections.abc import Callable
+from concurrent.futures import Future
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -96,14 +97,12 @@ class Keeping:
             return NoJournal("")
         return journal_for(self.store, port=target.device, origin=ORIGIN, adapter=target.identity)
 
-    def keep_snapshot(self, snapshot: Snapshot, port: str) -> None:
-        """From any thread. One that cannot be kept on disk is still in the window's memory."""
-        if not isinstance(self._store, Store) or is_playback(port) or port == TOUR_PORT:
-            return
-        try:
-            self._store.keep_snapshot(snapshot, port=port)
-        except StoreTrouble as trouble:
-            _log.warning("The settings as they were found are not in the store: %s", trouble)
+    def keep_snapshot(self, snapshot: Snapshot, port: str) -> Future[int] | None:
+        """From any thread; done when it is on disk. One that cannot be kept there is still in the window's memory."""
+        store = self._store
+        if not isinstance(store, Store) or is_playback(port) or port == TOUR_PORT:
+            return None
+        return store.queue.submit(lambda: store.keep_snapshot(snapshot, port=port))
 
     def close(self) -> None:
         self.recordings.stop()

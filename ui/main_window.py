@@ -74,7 +74,7 @@ class MainWindow(QMainWindow):
         self._is_leaving = self._is_over = False
         texts = services.texts
         texts.bind(self.setWindowTitle, "DPS-S Configurator")
-        self.top_bar = TopBar(self._connector, texts, naming=services.naming)
+        self.top_bar = TopBar(self._connector, texts, services.lock, naming=services.naming)
         self.notice_bar = NoticeBar(texts)
         self.recording_bar = RecordingBar(self._connector, texts)
         self.navigation = Navigation(entries, texts)
@@ -99,7 +99,7 @@ class MainWindow(QMainWindow):
         if "diagnosis" in self._entries:
             acts[Step.WHY] = self._show_why
         self.attention = Attention(
-            self._connector, self.notice_bar, say=self.say, acts=acts, unsent=services.unsent, parent=self
+            self._connector, self.notice_bar, services.lock, acts=acts, unsent=services.unsent, parent=self
         )
         self.attention.find_identity = lambda: identity_notice(self._connector.identity, services.naming)
         self._drops = FileDrops(self, self._page_for, self.go_to)
@@ -148,14 +148,15 @@ class MainWindow(QMainWindow):
         connector.came_online.connect(self._remember_port)
         self.session_sign.troubled.connect(self._tell_of_recording)
         self.top_bar.panel_wanted.connect(self.toggle_panel)
-        self.top_bar.lock_wanted.connect(self.lock)
         self.panel.connect_wanted.connect(self.connect_to)
         self.panel.disconnect_wanted.connect(self.disconnect_port)
         self.navigation.page_wanted.connect(self._show_page)
         menus.connect.triggered.connect(self.toggle_panel)
         menus.disconnect.triggered.connect(self.disconnect_port)
         menus.quit.triggered.connect(self.close)
-        menus.lock.triggered.connect(self.lock)
+        self._services.lock.bind(menus.lock)
+        self._services.lock.changed.connect(self._refresh_notice)
+        self._services.lock.said.connect(self.say)
         menus.find_rate.triggered.connect(connector.find_rate)
         menus.simulator.toggled.connect(self.simulator.setVisible)
         self.simulator.topLevelChanged.connect(self._share_room)
@@ -232,10 +233,6 @@ class MainWindow(QMainWindow):
     def go_to(self, key: str) -> None:
         self.navigation.choose(key)
 
-    def lock(self) -> None:
-        """Put the module into standby, and say what the module says of it."""
-        self.attention.lock()
-
     def say(self, text: str) -> None:
         """A calm line for a while."""
         self.status_line.say(text)
@@ -259,7 +256,6 @@ class MainWindow(QMainWindow):
         self.status_line.refresh()
         self.session_sign.refresh()
         connector = self._connector
-        self.menus.lock.setEnabled(connector.is_open and not connector.is_recording)
         self.menus.find_rate.setEnabled(connector.is_open and not connector.is_recording)
         self.menus.disconnect.setEnabled(connector.is_wanted)
         self._refresh_notice()

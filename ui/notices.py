@@ -1,9 +1,8 @@
-"""What the notice bar says: about the link, about a lock that was asked for, and before an ACTIVE module is left."""
+"""What the notice bar says: about the link, and before an ACTIVE module is left."""
 
 from collections.abc import Callable
 
 from app.i18n import tr
-from app.procedures.lock import Locked
 from ui.link_state import LinkState, Phase, Step, words
 from ui.notice_bar import Choice, Notice
 from ui.theme import Meaning
@@ -43,38 +42,24 @@ def _step_text(step: Step) -> str:
             return tr("Why?")
 
 
-def lock_notice(locked: Locked | None, retry: Callable[[], None], dismiss: Callable[[], None]) -> Notice | None:
-    """What came of a lock, where it is not known to have worked; None where the module says LOCKED."""
-    again = (Choice("lock_again", tr("LOCK again"), retry, is_main=True),)
-    if locked is None:
-        return Notice(
-            Meaning.DANGER,
-            tr("The port closed while locking. Treat the module as ACTIVE."),
-            dismiss=dismiss,
-        )
-    if locked.is_locked is None:
-        return Notice(
-            Meaning.DANGER,
-            tr("LOCK was sent, but the module does not say that it is locked. Treat it as ACTIVE."),
-            again,
-            dismiss,
-        )
-    if not locked.is_locked:
-        return Notice(Meaning.DANGER, tr("LOCK was sent, and the module still says ACTIVE."), again, dismiss)
-    return None
-
-
 def leaving_notice(
-    lock: Callable[[], None], leave: Callable[[], None], stay: Callable[[], None], *, is_closing: bool
+    lock: Callable[[], None],
+    leave: Callable[[], None],
+    stay: Callable[[], None],
+    *,
+    is_closing: bool,
+    is_active: bool,
 ) -> Notice:
-    """Before the window closes, or the port does, while the module is ACTIVE."""
+    """Before the window closes, or the port does, while the module is ACTIVE, or LOCK is not reported."""
     if is_closing:
         locks, leaves = tr("LOCK and close"), tr("Close, leave it ACTIVE")
     else:
         locks, leaves = tr("LOCK and disconnect"), tr("Disconnect, leave it ACTIVE")
     return Notice(
         Meaning.ATTENTION,
-        tr("The module is ACTIVE: it fires by its thresholds, with or without this program."),
+        tr("The module is ACTIVE: it fires by its thresholds, with or without this program.")
+        if is_active
+        else tr("Treat the module as ACTIVE: it does not report that it is locked."),
         (
             Choice("lock_and_leave", locks, lock, is_main=True),
             Choice("leave_active", leaves, leave, is_step=True),

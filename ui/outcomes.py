@@ -44,7 +44,7 @@ class SameModule:
 
     def has_turned(self, done: Performed | None) -> bool:
         """It reported to be locked, or active, and now reports the opposite."""
-        says = {Act.LOCK: False, Act.ACTIVATE: True}.get(done.act) if done is not None else None
+        says = {Act.ACTIVATE: True}.get(done.act) if done is not None else None
         if done is None or says is None or done.outcome is not Outcome.CONFIRMED:
             return False
         now_is = self._connector.device.fresh("active", self._connector.clock())

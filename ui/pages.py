@@ -13,6 +13,7 @@ from ui.connector import Connector
 from ui.fired_exchange import DraftExchange
 from ui.icons import Icon
 from ui.keeping import Keeping, Unsent
+from ui.lock import LockControl
 from ui.module_name import ModuleName
 from ui.remembered import Remembered
 from ui.texts import Texts
@@ -33,6 +34,7 @@ class Services:
     connector: Connector
     texts: Texts
     appearance: Appearance
+    lock: LockControl
     keeping: Keeping = field(default_factory=Keeping)
     remembered: Remembered = field(default_factory=Remembered)
     armed: Armed = field(default_factory=Armed)

@@ -1,6 +1,7 @@
 """What the Settings page does with the module: read, write and prove, look after a power cycle; one thing at a time."""
 
 from collections.abc import Callable
+from concurrent.futures import Future
 from functools import partial
 from typing import Any
 
@@ -183,10 +184,10 @@ class SettingsWork(QObject):
         self.form.stamp(survival.stamps)
         self._notice = partial(_survival_notice, survival)
 
-    def _keep_snapshot(self, snapshot: Snapshot) -> None:
+    def _keep_snapshot(self, snapshot: Snapshot) -> Future[int] | None:
         """In the worker's thread."""
         self.found = snapshot
-        self._services.keeping.keep_snapshot(snapshot, self._connector.connection.port)
+        return self._services.keeping.keep_snapshot(snapshot, self._connector.connection.port)
 
     def _watch_module(self) -> None:
         whose = self._connector.whose if self._connector.is_wanted else None

@@ -12,6 +12,7 @@ from protocol.catalogue import BY_NAME, Command
 from ui.connector import Connector, Target
 from ui.icons import Icon, battery, draw, icon
 from ui.link_state import LinkState, LinkWords, Phase, duration, words
+from ui.lock import LockControl
 from ui.module_name import ModuleName
 from ui.named import named
 from ui.readout import StateChip
@@ -143,11 +144,16 @@ class PortButton(QPushButton):
 class TopBar(QFrame):
     """Shows; decides nothing. `refresh` brings everything up to date, ages included."""
 
-    lock_wanted = Signal()
     panel_wanted = Signal()
 
     def __init__(
-        self, connector: Connector, texts: Texts, parent: QWidget | None = None, *, naming: ModuleName | None = None
+        self,
+        connector: Connector,
+        texts: Texts,
+        lock: LockControl,
+        parent: QWidget | None = None,
+        *,
+        naming: ModuleName | None = None,
     ) -> None:
         super().__init__(parent)
         self.setObjectName("top_bar")
@@ -167,7 +173,7 @@ class TopBar(QFrame):
         explained = ((self.activation, "activation"), (self.trigger, "triggered"), (self.cell, "cell_voltage"))
         for chip, name in explained:
             _explain(texts, chip, BY_NAME[name])
-        self.lock = self._make_lock(texts)
+        self.lock = self._make_lock(texts, lock)
         row = QHBoxLayout(self)
         row.setContentsMargins(Space.S, Space.XS, Space.M, Space.XS)
         row.setSpacing(Space.S)
@@ -195,11 +201,11 @@ class TopBar(QFrame):
             self._reserve()
             self.refresh()
 
-    def _make_lock(self, texts: Texts) -> QPushButton:
+    def _make_lock(self, texts: Texts, lock: LockControl) -> QPushButton:
         button = named(QPushButton(), "lock_button")
         button.setIconSize(QSize(16, 16))
         button.setStyleSheet("#lock_button { min-height: 28px; min-width: 72px; }")
-        button.clicked.connect(self.lock_wanted)
+        lock.bind(button)
         _explain(texts, button, BY_NAME["activation"])
         texts.bind(button.setText, "LOCK")
         texts.bind(button.setAccessibleName, "LOCK: put the module into standby")
@@ -219,7 +225,6 @@ class TopBar(QFrame):
         self._show_activation(device.known("active", now), now)
         self._show_trigger(device.known("triggered", now), now)
         self._show_cell(device, now)
-        self.lock.setEnabled(connector.is_open and not connector.is_recording)
         is_main = connector.is_open and connector.is_active
         if is_main != (self.lock.property("role") == "primary"):
             self._dress_lock(self.lock, is_main=is_main)

@@ -214,7 +214,7 @@ def _lock(desk: TourDesk) -> Scene:
             "ACTIVE: from now on it would fire by its thresholds. LOCK is on every page, one click or Ctrl+L, and goes "
             "before everything else. Press it."
         )
-        return Scene(text, spots, tr("Press LOCK"), desk.window.lock)
+        return Scene(text, spots, tr("Press LOCK"), desk.window.top_bar.lock.click)
     if desk.has_been_active:
         text = tr("LOCKED, because the module itself says so; a sent command alone would not be called that.")
         return Scene(text, spots, is_done=True)

@@ -1,7 +1,8 @@
 """`dps-s activate | lock | zero | shutdown`: one act, with --yes. There is no `dps-s deploy`.
 
 Without --yes nothing is opened and nothing is sent. With it the engine still refuses while a condition is open, and
-names it. Exit code 0 confirmed by the module; 1 refused, or sent and not confirmed; 2 without --yes; 3 no link.
+names it; but for LOCK, which is sent at once, whether or not anything answers, and again until the module reports it.
+Exit code 0 confirmed by the module; 1 refused, or sent and not confirmed; 2 without --yes; 3 no link.
 """
 
 import argparse
@@ -14,6 +15,7 @@ from app.i18n import tr
 
 if TYPE_CHECKING:
     from app.procedures.act import Performed
+    from app.procedures.lock import Locked
 
 NAMES = ("activate", "lock", "zero", "shutdown")
 """Also the values of `Act`. Deploying needs a person who holds a button."""
@@ -44,28 +46,39 @@ def run(args: argparse.Namespace) -> int:
     from app.commands.connection import connected
     from app.permit import Origin, Permit
     from app.procedures.act import perform
+    from app.procedures.lock import lock
 
-    with records_of(args.port) as records, connected(args.port, args.baud) as conversation:
+    done: Performed | Locked
+    is_lock = act is Act.LOCK  # it does not wait until the module has answered something
+    with records_of(args.port) as records, connected(args.port, args.baud, is_greeted=not is_lock) as conversation:
         permit = Permit(act, Origin.COMMAND_LINE, time.monotonic())
         try:
-            performed = conversation.run(perform(act, records.journal, permit=permit))
+            if is_lock:
+                done = conversation.run(lock(records.journal))
+            else:
+                done = conversation.run(perform(act, records.journal, permit=permit))
         except KeyboardInterrupt:
             say(tr("Interrupted: if the command had left already, it may have been carried out."))
             raise
-    code = exit_code(performed)
+    code = exit_code(done)
     if code == DONE:
-        write_lines([performed.sentence])
+        write_lines([done.sentence])
     else:
-        say(performed.sentence)
+        say(done.sentence)
     return code
 
 
-def exit_code(performed: "Performed") -> int:
+def exit_code(done: "Performed | Locked") -> int:
     from app.acts import Act
     from app.journal import Outcome
+    from app.procedures.lock import Locked
     from app.safety import Condition
 
-    if performed.outcome is Outcome.CONFIRMED:
-        return SAID_NO if performed.act is Act.ZERO and not performed.is_level else DONE
-    is_silent = any(refusal.condition is Condition.ONLINE for refusal in performed.refusals)
+    if isinstance(done, Locked):
+        if done.is_locked:
+            return DONE
+        return SAID_NO if done.is_heard and not done.is_port_lost else NO_LINK
+    if done.outcome is Outcome.CONFIRMED:
+        return SAID_NO if done.act is Act.ZERO and not done.is_level else DONE
+    is_silent = any(refusal.condition is Condition.ONLINE for refusal in done.refusals)
     return NO_LINK if is_silent else SAID_NO

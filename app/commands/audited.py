@@ -6,8 +6,11 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from app.commands.console import say
+from app.i18n import tr
 
 if TYPE_CHECKING:
+    from concurrent.futures import Future
+
     from app.journal import Journal
     from app.snapshots import Snapshot
     from app.store.store import Store
@@ -23,15 +26,22 @@ class Records:
     store: "Store | None"
     port: str
 
-    def keep_snapshot(self, snapshot: "Snapshot") -> None:
-        """Never raises: a setting may be changed also where its old value cannot be kept."""
-        from app.store.database import StoreTrouble
+    def keep_snapshot(self, snapshot: "Snapshot") -> "Future[int] | None":
+        """Done when it is on disk, or cannot be: a setting may be changed also where its old value cannot be kept."""
+        store = self.store
+        if store is None:
+            return None
 
-        if self.store is not None:
+        def keep() -> int:
+            from app.store.database import StoreTrouble
+
             try:
-                self.store.keep_snapshot(snapshot, port=self.port)
+                return store.keep_snapshot(snapshot, port=self.port)
             except StoreTrouble as error:
                 say(error.sentence)
+                raise
+
+        return store.queue.submit(keep)
 
 
 @contextmanager
@@ -52,5 +62,5 @@ def records_of(port: str) -> Iterator[Records]:
         say(error.sentence)
         yield Records(journal_for(error, port=port, origin=ORIGIN), None, port)
     finally:
-        if store is not None:
-            store.close()
+        if store is not None and store.close():
+            say(tr("Not everything could be written to the audit log in time."))

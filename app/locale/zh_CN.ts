@@ -2242,16 +2242,32 @@
         <translation>锁定并断开</translation>
     </message>
     <message>
+        <source>LOCK is not reported yet. It is sent again when the port comes back.</source>
+        <translation>模块尚未报告锁定。串口恢复后将再次发送锁定命令。</translation>
+    </message>
+    <message>
+        <source>LOCK sent {count} times, not yet reported</source>
+        <translation>锁定命令已发送 {count} 次，模块尚未报告锁定</translation>
+    </message>
+    <message>
+        <source>LOCK was not sent: treat the module as ACTIVE.</source>
+        <translation>锁定命令未发送：请将模块视为已激活。</translation>
+    </message>
+    <message>
         <source>LOCK was pressed after this was confirmed: confirm again.</source>
         <translation>确认之后又按了“锁定”：请重新确认。</translation>
     </message>
     <message>
-        <source>LOCK was sent, and the module still says ACTIVE.</source>
-        <translation>锁定命令已发出，但模块仍报告激活。</translation>
+        <source>LOCK was sent once, not confirmed: treat the module as ACTIVE.</source>
+        <translation>锁定命令已发送 1 次，未得到确认：请将模块视为已激活。</translation>
     </message>
     <message>
-        <source>LOCK was sent, but the module does not say that it is locked. Treat it as ACTIVE.</source>
-        <translation>锁定命令已发出，但模块未确认已锁定。请按仍处于激活状态对待。</translation>
+        <source>LOCK was sent {count} times, and the module still reports ACTIVE.</source>
+        <translation>锁定命令已发送 {count} 次，模块仍报告已激活。</translation>
+    </message>
+    <message>
+        <source>LOCK was sent {count} times, not confirmed: treat the module as ACTIVE.</source>
+        <translation>锁定命令已发送 {count} 次，未得到确认：请将模块视为已激活。</translation>
     </message>
     <message>
         <source>LOCK: put the module into standby</source>
@@ -2388,6 +2404,10 @@
     <message>
         <source>Lock the module, enable the triggers with a check, and activate it again.</source>
         <translation>锁定模块，通过检查启用触发，再重新激活。</translation>
+    </message>
+    <message>
+        <source>Locking</source>
+        <translation>正在锁定</translation>
     </message>
     <message>
         <source>Locking …</source>
@@ -2808,6 +2828,10 @@
     <message>
         <source>Not connected</source>
         <translation>未连接</translation>
+    </message>
+    <message>
+        <source>Not everything could be written to the audit log in time.</source>
+        <translation>部分内容未能及时写入操作记录。</translation>
     </message>
     <message>
         <source>Not everything was kept over the power cycle: see the rows. {boots}</source>
@@ -4398,6 +4422,10 @@
         <translation>详细信息已复制到剪贴板。</translation>
     </message>
     <message>
+        <source>The disk did not take it in time.</source>
+        <translation>磁盘未能及时写入。</translation>
+    </message>
+    <message>
         <source>The disk is full: {path} cannot be written.</source>
         <translation>磁盘已满：无法写入 {path}。</translation>
     </message>
@@ -4650,8 +4678,8 @@
         <translation>模块报告已锁定。</translation>
     </message>
     <message>
-        <source>The module reports that it is still ACTIVE.</source>
-        <translation>模块报告仍处于激活状态。</translation>
+        <source>The module reports that it is LOCKED. LOCK was sent {count} times.</source>
+        <translation>模块报告已锁定。锁定命令共发送 {count} 次。</translation>
     </message>
     <message>
         <source>The module reports that it is still LOCKED.</source>
@@ -4720,10 +4748,6 @@
     <message>
         <source>The parachute counts as out of the bay when the light reads beyond {limit:.1f} V. Which way light moves the reading is found by measuring with the bay closed, then open.</source>
         <translation>光线读数越过 {limit:.1f} V 时，判定降落伞已离开伞仓。光线使读数变大还是变小，需先关闭再打开伞仓测量得知。</translation>
-    </message>
-    <message>
-        <source>The port closed while locking. Treat the module as ACTIVE.</source>
-        <translation>锁定过程中串口关闭。请按模块仍处于激活状态对待。</translation>
     </message>
     <message>
         <source>The port has only a name, which may be another adapter's by now: connect again by hand.</source>
@@ -5108,6 +5132,10 @@
     <message>
         <source>Traffic</source>
         <translation>通信记录</translation>
+    </message>
+    <message>
+        <source>Treat the module as ACTIVE: it does not report that it is locked.</source>
+        <translation>请将模块视为已激活：模块未报告锁定。</translation>
     </message>
     <message>
         <source>Tries every speed until the module answers, with questions only.</source>

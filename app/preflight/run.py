@@ -11,14 +11,15 @@ see `app.preflight.reread`. Nothing that is sent activates, locks, fires, zeroes
 
 from app.acts import Act
 from app.device import How
-from app.journal import Journal, NoJournal, Outcome, begin_if_possible
+from app.journal import Journal, NoJournal, Outcome
 from app.playback import require_module
 from app.preflight.evidence import HEARTBEATS, STILL_S, Disturbance, Evidence, Flag, FlagFate, Trial
 from app.preflight.reread import StateReading, read_state
-from app.preflight.wording import said, said_with
-from app.procedure import Ask, Cancelled, Look, Pause, PortLost, Procedure, Report, Sight, Slept
+from app.preflight.wording import Said, said, said_with
+from app.procedure import Ask, Await, Cancelled, Look, Pause, PortLost, Procedure, Report, Sight, Slept
 from app.procedures.history import read_history
 from app.procedures.write import read_back
+from app.procedures.write_all import DISK_LIMIT_S
 from app.safety import refusals, situation
 from protocol.catalogue import BY_NAME, HEARTBEAT, STATUS, Command
 from protocol.events import Answered, Unanswered
@@ -191,18 +192,28 @@ def _take_status(evidence: Evidence, outcome: Answered) -> None:
         evidence.trials.append(Trial(outcome.at, message))
 
 
-def _enable(command: Command, journal: Journal) -> Procedure[Flag]:
-    """Set a trigger to enabled, once, where writing is allowed: never while the module is active."""
+def _refusals() -> Procedure[tuple[Said, ...]]:
     yield Ask(STATUS.query())
     sight: Sight = yield Look()
     now_is = situation(sight.device, sight.now)
     if now_is.active:
-        return Flag(FlagFate.NOT_SENT, (said(marked("the module is ACTIVE, and nothing is written then")),))
-    refused = refusals(Act.WRITE, now_is)
+        return (said(marked("the module is ACTIVE, and nothing is written then")),)
+    return tuple(said_with(one.text, one.values) for one in refusals(Act.WRITE, now_is))
+
+
+def _enable(command: Command, journal: Journal) -> Procedure[Flag]:
+    """Set a trigger to enabled, once, where writing is allowed: never while the module is active."""
+    refused = yield from _refusals()
     if refused:
-        return Flag(FlagFate.NOT_SENT, tuple(said_with(one.text, one.values) for one in refused))
+        return Flag(FlagFate.NOT_SENT, refused)
     request = command.set(True)
-    entry = begin_if_possible(journal, Act.WRITE, request.encode(), {"setting": command.key, "wanted": True})
+    entry = journal.begin(Act.WRITE, request.encode(), {"setting": command.key, "wanted": True})
+    if not entry.done():
+        yield Await(entry, DISK_LIMIT_S)
+        refused = yield from _refusals()
+    if refused:
+        journal.settle(entry, Outcome.NOT_SENT, {})
+        return Flag(FlagFate.NOT_SENT, refused)
     flag, outcome = FlagFate.UNANSWERED, Outcome.UNKNOWN
     try:
         came = yield Ask(request)
@@ -214,8 +225,7 @@ def _enable(command: Command, journal: Journal) -> Procedure[Flag]:
         elif isinstance(came, Unanswered):
             flag, outcome = FlagFate.NOT_SENT, Outcome.NOT_SENT
     finally:
-        if entry is not None:
-            journal.settle(entry, outcome, {"acknowledged": flag is FlagFate.ENABLED})
+        journal.settle(entry, outcome, {"acknowledged": flag is FlagFate.ENABLED})
     return Flag(flag, (said(marked("the module stopped answering")),) if flag is FlagFate.NOT_SENT else ())
 
 

@@ -3,7 +3,7 @@
     ask the status -> conditions (`app.safety`) -> intent, durable -> conditions again -> the frame, once
     -> what does the module report now? -> outcome, written down
 
-Locking is otherwise: its frame goes first, without a condition, and is written down behind it.
+Locking is otherwise: see `app.procedures.lock`.
 
 One permit puts at most one frame on the wire: it is spent before the frame leaves, and a permit that had to wait is too
 old. Nothing here is ever sent again. What counts is what the module reports afterwards.
@@ -14,10 +14,10 @@ from dataclasses import dataclass, field
 
 from app.acts import REQUESTS, Act
 from app.i18n import tr
-from app.journal import Journal, JournalFailed, Outcome, begin_if_possible
+from app.journal import Entry, Journal, JournalFailed, Outcome
 from app.permit import Permit
 from app.playback import require_module
-from app.procedure import Ask, Cancelled, Look, Pause, PortLost, Procedure, Sight
+from app.procedure import Ask, Await, Cancelled, Look, Pause, PortLost, Procedure, Sight
 from app.safety import Condition, Refusal, refusals, situation
 from app.transport import PortError
 from protocol.catalogue import BY_NAME, HEARTBEAT, STATUS
@@ -28,13 +28,14 @@ from protocol.messages import Acknowledgement, Status
 from protocol.text import marked
 
 AFTER_WAITS_S = (0.3, 0.3, 1.0)
+DURABLE_LIMIT_S = 5.0
+"""As long as a confirmation counts: an intent that is not on disk by then is given up."""
+SLOW_DISK_S = 0.1
+"""After a longer wait for the disk the module is asked again before the conditions are judged again."""
 LOOKS = 2
 """Reports in a row that must agree before a trigger is said not to have happened."""
 
 SENTENCES: Mapping[tuple[Act, Outcome], str] = {
-    (Act.LOCK, Outcome.CONFIRMED): marked("The module reports that it is LOCKED."),
-    (Act.LOCK, Outcome.REFUSED): marked("The module reports that it is still ACTIVE."),
-    (Act.LOCK, Outcome.UNKNOWN): marked("Sent, not confirmed: treat the module as ACTIVE."),
     (Act.ACTIVATE, Outcome.CONFIRMED): marked("The module reports that it is ACTIVE."),
     (Act.ACTIVATE, Outcome.REFUSED): marked("The module reports that it is still LOCKED."),
     (Act.ACTIVATE, Outcome.UNKNOWN): marked("Sent, not confirmed: treat the module as ACTIVE."),
@@ -131,14 +132,14 @@ class _Aftermath:
 def perform(
     act: Act, journal: Journal, *, permit: Permit | None = None, armed: Armed | None = None
 ) -> Procedure[Performed]:
-    """One act of `REQUESTS`. Locking needs no permit, is never refused, and is done also where nothing can be logged.
+    """One act of `REQUESTS`, but for locking, which is `app.procedures.lock`.
 
     Ends with a result also where the port is lost or the act is cancelled after the frame may have left: unknown.
     """
+    if act is Act.LOCK:
+        raise ValueError("locking has a procedure of its own")
     if permit is not None and permit.is_rehearsal and permit.act is act:
         return rehearse(act, permit)
-    if act is Act.LOCK:
-        return (yield from _lock(journal))
     yield from require_module()
     yield from _refresh(act)
     open_conditions = conditions_open(act, (yield Look()), journal, permit=permit, armed=armed)
@@ -146,15 +147,21 @@ def perform(
         return Performed(act=act, outcome=Outcome.NOT_SENT, refusals=open_conditions)
     request = REQUESTS[act]
     frame = request.encode()
+    entry = journal.begin(act, frame, _detail((yield Look())))
     try:
-        entry = journal.begin(act, frame, _detail((yield Look())))
+        if (yield from durable(entry)):
+            yield from _refresh(act)
+        # The permit, the status and the module's state are judged at the last moment, and the pause lets the session
+        # look at the clock and at what has arrived.
+        yield Pause(0.0)
+        open_conditions = conditions_open(act, (yield Look()), journal, permit=permit, armed=armed)
     except JournalFailed as error:
+        journal.settle(entry, Outcome.NOT_SENT, {"why": "log"})
         refusal = Refusal(Condition.INTENT_DURABLE, _LOG_FAILED)
         return Performed(act=act, outcome=Outcome.NOT_SENT, refusals=(refusal,), trouble=error.sentence)
-    # Writing may have taken its time: the permit, the status and the module's state are judged at the last moment,
-    # and the pause lets the session look at the clock and at what has arrived.
-    yield Pause(0.0)
-    open_conditions = conditions_open(act, (yield Look()), journal, permit=permit, armed=armed)
+    except (Cancelled, PortLost, PortError) as error:
+        journal.settle(entry, Outcome.NOT_SENT, {"why": type(error).__name__})
+        raise
     if open_conditions or permit is None or not permit.spend():
         journal.settle(entry, Outcome.NOT_SENT, {"why": [one.condition.name for one in open_conditions]})
         return Performed(act=act, outcome=Outcome.NOT_SENT, refusals=open_conditions)
@@ -167,22 +174,15 @@ def perform(
     return _performed(act, after)
 
 
-def _lock(journal: Journal) -> Procedure[Performed]:
-    """The frame first: what is written down may have to wait for a disk, or for another program."""
-    frame, entry = REQUESTS[Act.LOCK].encode(), None
-    try:
-        answer = yield Ask(REQUESTS[Act.LOCK], is_deliberate=True)
-        entry = begin_if_possible(journal, Act.LOCK, frame, {})
-        after = yield from _look_after(Act.LOCK, answer)
-    except (Cancelled, PortLost, PortError) as error:
-        if entry is None:
-            entry = begin_if_possible(journal, Act.LOCK, frame, {})
-        if entry is not None:
-            journal.settle(entry, Outcome.UNKNOWN, {"why": type(error).__name__})
-        return Performed(act=Act.LOCK, outcome=Outcome.UNKNOWN, frame=frame)
-    if entry is not None:
-        journal.settle(entry, _outcome(Act.LOCK, after), _result(after))
-    return _performed(Act.LOCK, after)
+def durable(entry: Entry, limit_s: float = DURABLE_LIMIT_S) -> Procedure[bool]:
+    """Wait until the intent is on disk, while the line serves others; whether it took long. Raises `JournalFailed`."""
+    began: Sight = yield Look()
+    is_written = yield Await(entry, limit_s)
+    if not is_written or entry.cancelled():
+        raise JournalFailed(tr("The disk did not take it in time."))
+    entry.result()
+    ended: Sight = yield Look()
+    return ended.now - began.now > SLOW_DISK_S
 
 
 def _performed(act: Act, after: _Aftermath) -> Performed:
@@ -276,8 +276,8 @@ def _outcome(act: Act, after: _Aftermath) -> Outcome:
     if not after.is_sent:
         return Outcome.NOT_SENT
     match act:
-        case Act.LOCK | Act.ACTIVATE:
-            return _activation_outcome(after, is_wanted=act is Act.ACTIVATE)
+        case Act.ACTIVATE:
+            return _activation_outcome(after)
         case Act.SHUTDOWN:
             if after.is_alive:
                 return Outcome.REFUSED
@@ -290,11 +290,11 @@ def _outcome(act: Act, after: _Aftermath) -> Outcome:
             return Outcome.UNKNOWN if after.raw is None else Outcome.REFUSED
 
 
-def _activation_outcome(after: _Aftermath, *, is_wanted: bool) -> Outcome:
+def _activation_outcome(after: _Aftermath) -> Outcome:
     states = {report.active for report in after.reports}
     if len(after.reports) < LOOKS or len(states) != 1:
         return Outcome.UNKNOWN
-    if states == {is_wanted}:
+    if states == {True}:
         return Outcome.CONFIRMED
     # Without an answer to the act, these reports may be older than it is.
     return Outcome.UNKNOWN if after.raw is None else Outcome.REFUSED

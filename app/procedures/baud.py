@@ -14,11 +14,11 @@ from enum import Enum
 
 from app.acts import Act
 from app.i18n import tr
-from app.journal import Journal, JournalFailed, Outcome
+from app.journal import Entry, Journal, JournalFailed, Outcome
 from app.permit import Permit
 from app.playback import require_module
 from app.procedure import Ask, Cancelled, Listen, Look, Pause, PortLost, Procedure, Report, Sight, UseRate
-from app.procedures.act import Armed, conditions_open
+from app.procedures.act import Armed, conditions_open, durable
 from app.procedures.find import SETTLE_S, answers_here, proofs
 from app.procedures.write import Heard, acknowledged
 from app.safety import Condition, Refusal
@@ -103,22 +103,27 @@ def change_baud(
     refused = conditions_open(Act.CHANGE_BAUD, (yield Look()), journal, permit=permit, armed=armed)
     if refused:
         return BaudChanged(old_rate=old_rate, new_rate=new_rate, end=BaudEnd.NOT_SENT, refusals=refused)
-    pending: int | None = None
+    pending = journal.begin_baud(old_rate, new_rate)
+    entry = journal.begin(Act.CHANGE_BAUD, request.encode(), {"old": old_rate, "new": new_rate})
     try:
-        pending = journal.begin_baud(old_rate, new_rate)
-        entry = journal.begin(Act.CHANGE_BAUD, request.encode(), {"old": old_rate, "new": new_rate})
+        is_slow = yield from durable(pending)
+        is_slow |= yield from durable(entry)
+        if is_slow:
+            yield Ask(HEARTBEAT.query())
+            yield Ask(STATUS.query())
+        yield Pause(0.0)  # the log may have taken its time: the conditions are judged at the last moment
+        refused = conditions_open(Act.CHANGE_BAUD, (yield Look()), journal, permit=permit, armed=armed)
     except JournalFailed as error:
-        if pending is not None:
-            journal.settle_baud(pending, BaudEnd.NOT_SENT.value)
+        _settle_unsent(journal, entry, pending)
         refusal = Refusal(Condition.INTENT_DURABLE, marked("The audit log cannot be written."))
         return BaudChanged(
             old_rate=old_rate, new_rate=new_rate, end=BaudEnd.NOT_SENT, refusals=(refusal,), trouble=error.sentence
         )
-    yield Pause(0.0)  # the log may have taken its time: the conditions are judged at the last moment
-    refused = conditions_open(Act.CHANGE_BAUD, (yield Look()), journal, permit=permit, armed=armed)
+    except (Cancelled, PortLost, PortError):
+        _settle_unsent(journal, entry, pending)
+        raise
     if refused or permit is None or not permit.spend():
-        journal.settle(entry, Outcome.NOT_SENT, {})
-        journal.settle_baud(pending, BaudEnd.NOT_SENT.value)
+        _settle_unsent(journal, entry, pending)
         return BaudChanged(old_rate=old_rate, new_rate=new_rate, end=BaudEnd.NOT_SENT, refusals=refused)
     try:
         said = acknowledged((yield Ask(request, is_deliberate=True)))
@@ -135,6 +140,11 @@ def change_baud(
     if changed.end is not BaudEnd.LOST:  # a lost one stays pending, to be looked for at the next start
         journal.settle_baud(pending, changed.end.value)
     return changed
+
+
+def _settle_unsent(journal: Journal, entry: Entry, pending: Entry) -> None:
+    journal.settle(entry, Outcome.NOT_SENT, {})
+    journal.settle_baud(pending, BaudEnd.NOT_SENT.value)
 
 
 def _end(old_rate: int, new_rate: int, found: int | None, heard: Heard) -> BaudEnd:

@@ -1,23 +1,212 @@
-"""Put the module into standby: the one act that is always safe, never refused, and done at once."""
+"""Put the module into standby: the one act that is always safe, never refused, done at once, and repeated.
 
+    LOCK -> what does the module report? -> LOCK again, as long as it does not report that it is locked
+
+The frame waits for nothing: no condition, no answer to something else, no disk (what is written down is handed to the
+journal, which has its own thread). It leaves at the last rate at which the module answered. An acknowledgement is no
+proof; two reports in a row are. Why this request alone is repeated: `protocol.link`.
+"""
+
+from collections.abc import Mapping
 from dataclasses import dataclass
 
-from app.acts import Act
-from app.journal import Journal, NoJournal, Outcome
-from app.procedure import Procedure
-from app.procedures.act import perform
+from app.acts import REQUESTS, Act
+from app.i18n import tr
+from app.journal import Entry, Journal, NoJournal, Outcome
+from app.playback import require_module
+from app.procedure import (
+    LOCKS_MOST,
+    Ask,
+    Cancelled,
+    LockRepeat,
+    Look,
+    Pause,
+    PortLost,
+    Procedure,
+    Report,
+    Sight,
+    UseRate,
+)
+from app.procedures.find import find_rate
+from app.transport import PortError
+from protocol.catalogue import BY_NAME, STATUS
+from protocol.events import Answered
+from protocol.events import Outcome as Reply
+from protocol.messages import Acknowledgement, Reading, Status
+from protocol.text import marked
+
+LOCK = REQUESTS[Act.LOCK]
+ACKNOWLEDGED_S = 0.06
+"""So long the acknowledgement is waited for before the state is asked."""
+AGREEING = 2
+"""Reports in a row that must say the same."""
+QUESTIONS = (BY_NAME["active"].query(), STATUS.query())
+BREATH_S = 0.03
+"""Before a question that follows an unanswered one: some modules need a gap between frames."""
+SILENT_S = 1.5
+"""Nothing heard for so long while a baud rate is being searched: go on with the search, then lock where it is found."""
+
+SENTENCES: Mapping[Outcome, str] = {
+    Outcome.CONFIRMED: marked("The module reports that it is LOCKED."),
+    Outcome.REFUSED: marked("LOCK was sent {count} times, and the module still reports ACTIVE."),
+    Outcome.UNKNOWN: marked("LOCK was sent {count} times, not confirmed: treat the module as ACTIVE."),
+    Outcome.NOT_SENT: marked("LOCK was not sent: treat the module as ACTIVE."),
+}
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, kw_only=True)
 class Locked:
-    """`is_locked` is what the module says afterwards; None where it does not say."""
+    """What came of it. `sent`: how often LOCK left."""
 
-    is_acknowledged: bool
-    is_locked: bool | None
+    outcome: Outcome
+    sent: int
+    is_acknowledged: bool = False
+    is_heard: bool = True
+    """The module answered anything at all."""
+    is_port_lost: bool = False
+    is_replaced: bool = False
+    """Somebody pressed LOCK again, or did something else on purpose: it was not repeated any more."""
+
+    @property
+    def is_locked(self) -> bool | None:
+        """What the module says; None where it does not say."""
+        return {Outcome.CONFIRMED: True, Outcome.REFUSED: False}.get(self.outcome)
+
+    @property
+    def sentence(self) -> str:
+        """In the language in use now."""
+        if self.outcome is Outcome.CONFIRMED and self.sent > 1:
+            return tr("The module reports that it is LOCKED. LOCK was sent {count} times.", count=self.sent)
+        if self.outcome is Outcome.UNKNOWN and self.sent == 1:
+            return tr("LOCK was sent once, not confirmed: treat the module as ACTIVE.")
+        text = SENTENCES[self.outcome]
+        return tr(text, count=self.sent) if "{count}" in text else tr(text)
 
 
-def lock(journal: Journal | None = None) -> Procedure[Locked]:
-    """Sent once; what counts is what the module reports afterwards. Written down where that is possible."""
-    performed = yield from perform(Act.LOCK, journal or NoJournal())
-    says = {Outcome.CONFIRMED: True, Outcome.REFUSED: False}
-    return Locked(performed.is_acknowledged, says.get(performed.outcome))
+def waiting_sentence(sent: int) -> str:
+    """While it goes on."""
+    return tr("LOCK sent {count} times, not yet reported", count=sent) if sent > 1 else tr("Locking …")
+
+
+class _Proof:
+    """What the module said since the first LOCK."""
+
+    def __init__(self) -> None:
+        self.is_acknowledged = False
+        self.heard_at: float | None = None
+        self._reports: list[bool] = []
+
+    def note(self, reply: Reply, now: float) -> bool:
+        """Whether it was an answer."""
+        message = reply.messages[0] if isinstance(reply, Answered) else None
+        if message is None:
+            return False
+        self.heard_at = now
+        if isinstance(message, Acknowledgement):
+            self.is_acknowledged |= message.is_accepted
+        elif isinstance(message, Status):
+            self._reports.append(message.active)
+        elif isinstance(message, Reading):
+            self._reports.append(message.value is True)
+        return True
+
+    @property
+    def is_locked(self) -> bool | None:
+        """None while the last reports are too few or contradict each other."""
+        last = self._reports[-AGREEING:]
+        return not last[0] if len(last) == AGREEING and len(set(last)) == 1 else None
+
+    @property
+    def says_locked(self) -> bool:
+        """The last report did."""
+        return bool(self._reports) and not self._reports[-1]
+
+    @property
+    def outcome(self) -> Outcome:
+        if self.is_locked:
+            return Outcome.CONFIRMED
+        # Without an acknowledgement the reports may be older than LOCK's arrival.
+        return Outcome.REFUSED if self.is_locked is False and self.is_acknowledged else Outcome.UNKNOWN
+
+
+def lock(journal: Journal | None = None, repeat: LockRepeat | None = None) -> Procedure[Locked]:
+    """Ends when the module reports that it is locked, or with `LockRepeat`'s limits. Raises nothing: also a lost port
+    and a cancellation are results. `repeat`: one that goes on after the port was lost, or that somebody shows."""
+    journal, repeat, proof = journal or NoJournal(), repeat or LockRepeat(), _Proof()
+    entries: list[Entry] = []
+    before = repeat.sent
+    is_port_lost = is_replaced = False
+    try:
+        yield from _lock_until_reported(journal, repeat, proof, entries)
+    except Cancelled:
+        is_replaced = True
+    except (PortLost, PortError):
+        is_port_lost = True
+    sent = repeat.sent
+    outcome = proof.outcome if sent > before or proof.is_locked else Outcome.UNKNOWN if sent else Outcome.NOT_SENT
+    if sent > before and not entries:
+        entries.append(_begin(journal))
+    for entry in entries:
+        why = "port lost" if is_port_lost else "replaced" if is_replaced else None
+        journal.settle(entry, outcome, {"sent": sent, "acknowledged": proof.is_acknowledged, "why": why})
+    return Locked(
+        outcome=outcome,
+        sent=sent,
+        is_acknowledged=proof.is_acknowledged,
+        is_heard=proof.heard_at is not None,
+        is_port_lost=is_port_lost,
+        is_replaced=is_replaced,
+    )
+
+
+def _begin(journal: Journal) -> Entry:
+    return journal.begin(Act.LOCK, LOCK.encode(), {})
+
+
+def _lock_until_reported(journal: Journal, repeat: LockRepeat, proof: _Proof, entries: list[Entry]) -> Procedure[None]:
+    yield from require_module()
+    sight: Sight = yield Look()
+    if sight.proven_rate not in (None, sight.baud_rate):
+        yield UseRate(sight.proven_rate)
+    may_search = True
+    silent_since = sight.now
+    question = unanswered = asked_after = 0
+    is_last_answered = True
+    while not proof.is_locked:
+        sight = yield Look()
+        is_going_on = repeat.is_going_on(sight.now)
+        if repeat.is_due(sight.now) and not proof.says_locked:
+            sent = repeat.sent
+            answer = yield Ask(LOCK, (ACKNOWLEDGED_S,), is_deliberate=True, repeat=repeat)
+            if repeat.sent == sent:  # the computer slept before it left
+                yield Pause(BREATH_S)
+                continue
+            if not entries:
+                entries.append(_begin(journal))
+            proof.note(answer, sight.now)
+            yield Report(min(repeat.sent, LOCKS_MOST) - 1, LOCKS_MOST, marked("Locking"))
+        if not is_last_answered:
+            yield Pause(BREATH_S)
+        answer = yield Ask(QUESTIONS[question], attempts=1, repeat=repeat)
+        sight = yield Look()
+        is_last_answered = proof.note(answer, sight.now)
+        # The same one again: a late answer counts then. After three it may be one that this module does not know.
+        unanswered = 0 if is_last_answered else unanswered + 1
+        if is_last_answered or unanswered % 3 == 0:
+            question = 1 - question
+        if is_last_answered:
+            silent_since = sight.now
+        if not is_going_on:
+            asked_after += 1
+            if not is_last_answered or proof.is_locked is False or asked_after > 2 * AGREEING:
+                return
+        if proof.is_locked is False or (proof.heard_at is not None and not proof.says_locked):
+            yield Pause(max(0.0, min(repeat.next_at - sight.now, 0.2)))
+        is_in_doubt = sight.is_rate_searched or sight.proven_rate is None
+        if may_search and is_in_doubt and sight.now - silent_since > SILENT_S:
+            may_search = False
+            found = yield from find_rate()
+            if found.baud_rate is None and sight.proven_rate is not None:
+                yield UseRate(sight.proven_rate)
+            sight = yield Look()
+            silent_since = sight.now

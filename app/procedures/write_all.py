@@ -8,14 +8,15 @@ module changed late, and what it changed without being told to.
 """
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
+from concurrent.futures import Future
 from dataclasses import dataclass, field, replace
 
 from app.acts import Act
 from app.device import How
-from app.journal import Journal, Outcome, begin_if_possible
+from app.journal import Entry, Journal, Outcome
 from app.permit import Permit
 from app.playback import require_module
-from app.procedure import Ask, Look, Pause, Procedure, Report, Sight
+from app.procedure import Ask, Await, Look, Pause, Procedure, Report, Sight
 from app.procedures.act import Armed
 from app.procedures.baud import BaudChanged, BaudEnd, change_baud
 from app.procedures.settings_reading import (
@@ -38,6 +39,8 @@ SETTLE_S = 0.6
 after they acknowledged; whatever changes later is found by the background reading of a connected window."""
 LAST_READINGS = 2
 """The last reading is repeated where the line spoiled it."""
+DISK_LIMIT_S = 1.5
+"""So long a setting waits until it is written down what stood before, and what is intended."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -78,8 +81,9 @@ class Leave:
     armed: Armed | None = None
     is_unlocked: bool = False
     """Somebody allowed this although the module is, or may be, active."""
-    keep_snapshot: Callable[[Snapshot], None] | None = None
-    """Takes the settings as they were; None where that was done before in this session."""
+    keep_snapshot: Callable[[Snapshot], Future[int] | None] | None = None
+    """Takes the settings as they were, in the session's thread: must not wait for a disk. Done when they are kept. None
+    where that was done before in this session."""
     on_written: Callable[[Written], None] | None = None
     """Hears of every result as it comes, in the session's thread: also where the line breaks off in the middle."""
 
@@ -122,7 +126,7 @@ class _Course:
     results: list[Written] = field(default_factory=list)
     restarts: list[int] = field(default_factory=list)
     """The device's count after each."""
-    entries: dict[Command, int] = field(default_factory=dict)
+    entries: dict[Command, Entry] = field(default_factory=dict)
     """Of the journal, still without an outcome."""
     refused: tuple[Refusal, ...] = ()
     baud: BaudChanged | None = None
@@ -150,9 +154,16 @@ def _write_one(course: _Course, change: Change) -> Procedure[None]:
         course.results.append(_written(change, baud))
     else:
         frame = change.command.set(change.value).encode()
-        entry = begin_if_possible(leave.journal, Act.WRITE, frame, {change.command.key: change.value})
-        if entry is not None:
-            course.entries[change.command] = entry
+        entry = leave.journal.begin(Act.WRITE, frame, {change.command.key: change.value})
+        course.entries[change.command] = entry
+        if not entry.done():
+            # A set is no act: it is done also where the disk takes too long. Whether it is allowed is judged again.
+            yield Await(entry, DISK_LIMIT_S)
+            course.refused = yield from _refusals(leave)
+        if course.refused:
+            course.fault = WriteFault.NOT_ALLOWED
+            course.results.append(_not_sent(change, course.fault))
+            return
         written = yield from write_verified(change.command, change.value)
         course.results.append(written)
         course.fault = WriteFault.NOT_SENT if written.heard is Heard.NOT_SENT else None
@@ -208,11 +219,12 @@ def _unconfirmed(written: Written) -> Written:
     return replace(written, stands=None, verified=False, fault=WriteFault.NO_LAST_READING)
 
 
-def _keep_snapshot(keep: Callable[[Snapshot], None]) -> Procedure[None]:
+def _keep_snapshot(keep: Callable[[Snapshot], Future[int] | None]) -> Procedure[None]:
     sight: Sight = yield Look()
     snapshot = snapshot_of(sight.device, sight.now)
-    if snapshot.settings:
-        keep(snapshot)
+    kept = keep(snapshot) if snapshot.settings else None
+    if kept is not None:
+        yield Await(kept, DISK_LIMIT_S)
 
 
 def _refusals(leave: Leave) -> Procedure[tuple[Refusal, ...]]:

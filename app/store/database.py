@@ -8,8 +8,8 @@
     not writable     the program goes on without; said
 
 Every commit is on the disk when the call returns (WAL, `synchronous=FULL`). Each waits for the disk, so what belongs
-together is committed together (`together`). One connection, used under a lock, so any thread may call; two programs
-share the file through SQLite's own locks.
+together is committed together (`together`). One connection writes and one reads, each under a lock of its own: any
+thread may call, and reading waits for no commit. Two programs share the file through SQLite's own locks.
 """
 
 import errno
@@ -90,12 +90,17 @@ class SetAside:
 class Database:
     """Made by `open_database`. Every method may be called from any thread and raises `StoreTrouble`."""
 
-    def __init__(self, path: Path, connection: sqlite3.Connection, clock: Clock) -> None:
+    def __init__(
+        self, path: Path, connection: sqlite3.Connection, clock: Clock, *, reading: sqlite3.Connection
+    ) -> None:
         self.path = path
         self._clock = clock
         self._connection = connection
+        self._reading = reading
         self._lock = threading.RLock()
-        self._is_together = False
+        self._reading_lock = threading.Lock()
+        self._together_in: int | None = None
+        """The thread whose `together` has not ended: it reads what it has just written."""
 
     def now(self) -> str:
         return self._clock().isoformat(timespec="milliseconds")
@@ -106,9 +111,12 @@ class Database:
             return self._execute(statement, values).lastrowid or 0
 
     def read(self, query: str, values: Sequence[Any] = ()) -> list[Any]:
-        with self._lock:
+        """Everything that was committed; within `together` also what is not committed yet."""
+        is_inside = self._together_in == threading.get_ident()
+        lock, connection = (self._lock, self._connection) if is_inside else (self._reading_lock, self._reading)
+        with lock:
             try:
-                return self._execute(query, values).fetchall()
+                return connection.execute(query, values).fetchall()
             except sqlite3.Error as error:
                 raise trouble_of(error, self.path) from error
 
@@ -119,11 +127,11 @@ class Database:
         One within another belongs to the outer one.
         """
         with self._lock:
-            if self._is_together:
+            if self._together_in is not None:
                 yield
                 return
             self._execute("BEGIN IMMEDIATE")
-            self._is_together = True
+            self._together_in = threading.get_ident()
             try:
                 yield
                 self._execute("COMMIT")
@@ -132,7 +140,7 @@ class Database:
                     self._connection.execute("ROLLBACK")
                 raise
             finally:
-                self._is_together = False
+                self._together_in = None
 
     def _execute(self, statement: str, values: Sequence[Any] = ()) -> sqlite3.Cursor:
         try:
@@ -142,8 +150,9 @@ class Database:
 
     def close(self) -> None:
         """Idempotent, never raises."""
-        with self._lock, suppress(sqlite3.Error):
-            self._connection.close()
+        for lock, connection in ((self._reading_lock, self._reading), (self._lock, self._connection)):
+            with lock, suppress(sqlite3.Error):
+                connection.close()
 
 
 @dataclass(frozen=True, slots=True)
@@ -205,7 +214,7 @@ def _open(path: Path, clock: Clock, migrations: Sequence[Sequence[str]]) -> Data
         with path.open("rb") as file:
             if file.read(len(_MAGIC)) != _MAGIC:
                 raise Foreign
-    connection = sqlite3.connect(path, timeout=BUSY_S, isolation_level=None, check_same_thread=False)
+    connection = _connect(path)
     try:
         _check(connection)
         connection.execute("PRAGMA journal_mode = WAL")
@@ -214,10 +223,15 @@ def _open(path: Path, clock: Clock, migrations: Sequence[Sequence[str]]) -> Data
         connection.execute("PRAGMA trusted_schema = ON")  # our own triggers call `chain_hash`
         connection.create_function(CHAIN_HASH, -1, chain_hash, deterministic=True)
         _migrate(connection, path, migrations)
+        reading = _connect(path)
     except BaseException:
         connection.close()
         raise
-    return Database(path, connection, clock)
+    return Database(path, connection, clock, reading=reading)
+
+
+def _connect(path: Path) -> sqlite3.Connection:
+    return sqlite3.connect(path, timeout=BUSY_S, isolation_level=None, check_same_thread=False)
 
 
 def _check(connection: sqlite3.Connection) -> None:

@@ -1,6 +1,7 @@
 """What is kept: modules by name, settings as they were found, the audit log, changes of baud rate under way."""
 
 import json
+import logging
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -10,6 +11,11 @@ from app.identity import Evidence
 from app.journal import Outcome
 from app.snapshots import Snapshot, restorable
 from app.store.database import Clock, Database, open_database, utc_now
+from app.store.write_queue import WriteQueue
+
+CLOSE_LIMIT_S = 5.0
+"""For what is queued, where nobody sets another limit."""
+_log = logging.getLogger(__name__)
 
 
 def data_folder() -> Path:
@@ -75,9 +81,15 @@ class Store:
         self.database = database
         self.notice = notice
         """What a person should know about the opening: that an old file was set aside."""
+        self.queue = WriteQueue()
+        """For whoever must not wait for the disk."""
 
-    def close(self) -> None:
-        self.database.close()
+    def close(self, limit_s: float = CLOSE_LIMIT_S) -> int:
+        """Write what is queued, then close; how many pieces were not written within `limit_s`. Never raises."""
+        left = self.queue.close(limit_s, self.database.close)
+        if left:
+            _log.warning("Not written when the store was closed: %d", left)
+        return left
 
     # Modules
 

@@ -1,10 +1,10 @@
 """The journal of one connection, kept in the store where there is one."""
 
 import logging
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 
 from app.acts import Act
-from app.journal import Journal, JournalFailed, NoJournal, Outcome
+from app.journal import Entry, Journal, JournalFailed, NoJournal, Outcome
 from app.store.database import StoreTrouble
 from app.store.store import Store
 
@@ -12,7 +12,7 @@ _log = logging.getLogger(__name__)
 
 
 class StoreJournal:
-    """The journal of one connection, kept in the store."""
+    """The journal of one connection, written by the store's own thread."""
 
     def __init__(
         self, store: Store, *, port: str, origin: str, adapter: str = "", module_id: int | None = None
@@ -27,31 +27,44 @@ class StoreJournal:
     def is_ready(self) -> bool:
         return True
 
-    def begin(self, act: Act, frame: bytes, detail: Mapping[str, object]) -> int:
-        try:
-            return self._store.begin(
-                act, frame, detail, port=self._port, origin=self._origin, module_id=self._module_id
-            )
-        except StoreTrouble as error:
-            raise JournalFailed(error.sentence) from error
+    def begin(self, act: Act, frame: bytes, detail: Mapping[str, object]) -> Entry:
+        store, kept = self._store, dict(detail)
+        return self._write(
+            lambda: store.begin(act, frame, kept, port=self._port, origin=self._origin, module_id=self._module_id)
+        )
 
-    def settle(self, entry: int, outcome: Outcome, result: Mapping[str, object]) -> None:
-        try:
-            self._store.settle(entry, outcome, result)
-        except StoreTrouble as error:
-            _log.warning("The outcome of an act is not in the audit log: %s", error)
+    def settle(self, entry: Entry, outcome: Outcome, result: Mapping[str, object]) -> None:
+        kept = dict(result)
+        self._settle(entry, lambda number: self._store.settle(number, outcome, kept))
 
-    def begin_baud(self, old_rate: int, new_rate: int) -> int:
-        try:
-            return self._store.begin_baud(old_rate, new_rate, port=self._port, adapter=self._adapter)
-        except StoreTrouble as error:
-            raise JournalFailed(error.sentence) from error
+    def begin_baud(self, old_rate: int, new_rate: int) -> Entry:
+        return self._write(lambda: self._store.begin_baud(old_rate, new_rate, port=self._port, adapter=self._adapter))
 
-    def settle_baud(self, entry: int, outcome: str) -> None:
-        try:
-            self._store.settle_baud(entry, outcome)
-        except StoreTrouble as error:
-            _log.warning("The end of a change of baud rate is not in the store: %s", error)
+    def settle_baud(self, entry: Entry, outcome: str) -> None:
+        self._settle(entry, lambda number: self._store.settle_baud(number, outcome))
+
+    def _write(self, write: Callable[[], int]) -> Entry:
+        def work() -> int:
+            try:
+                return write()
+            except StoreTrouble as error:
+                _log.warning("The audit log cannot be written: %s", error)
+                raise JournalFailed(error.sentence) from error
+
+        return self._store.queue.submit(work)
+
+    def _settle(self, entry: Entry, settle: Callable[[int], None]) -> None:
+        """Behind its entry: the queue keeps the order. An intent that was not written has no outcome to write."""
+
+        def work() -> None:
+            if entry.cancelled() or entry.exception() is not None:
+                return
+            try:
+                settle(entry.result())
+            except StoreTrouble as error:
+                _log.warning("The outcome of an act is not in the audit log: %s", error)
+
+        self._store.queue.submit(work)
 
 
 def journal_for(store: Store | StoreTrouble, *, port: str, origin: str, adapter: str = "") -> Journal:

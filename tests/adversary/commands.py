@@ -5,6 +5,7 @@ from dataclasses import dataclass, field
 from typing import Any, Final
 
 from app.acts import REQUESTS, Act
+from app.procedure import LOCKS_MOST
 from protocol.catalogue import BY_NAME, SETTINGS
 from protocol.fields import Value
 from tests.adversary import judge
@@ -61,7 +62,7 @@ def _act(act: Act, judged_by: judge.Judge, **module: Any) -> Command:
         name=act.value,
         words=(act.value, "--yes"),
         judge=judged_by,
-        acts={REQUESTS[act].encode(): 1},
+        acts={REQUESTS[act].encode(): LOCKS_MOST if act is Act.LOCK else 1},
         module=module,
     )
 

@@ -1,0 +1,72 @@
+"""One thread that writes, so that neither the port's thread nor the window's ever waits for a disk.
+
+Work is done in the order in which it was handed over. Each piece has a `Future`: what it stands for is on disk when
+that is done without an exception, and not before.
+"""
+
+import logging
+import queue
+import threading
+from collections.abc import Callable
+from concurrent.futures import Future
+from typing import Any, TypeVar
+
+_log = logging.getLogger(__name__)
+Result = TypeVar("Result")
+
+
+class WriteQueue:
+    """`submit` may be called from any thread. The thread starts with the first piece of work and is a daemon: a disk
+    that never answers does not keep the program from ending."""
+
+    def __init__(self) -> None:
+        self._work: queue.SimpleQueue[tuple[Callable[[], Any], Future[Any]] | None] = queue.SimpleQueue()
+        self._lock = threading.Lock()
+        self._thread: threading.Thread | None = None
+        self._is_closed = False
+        self._left = 0
+
+    def submit(self, work: Callable[[], Result]) -> "Future[Result]":
+        """Returns at once. After `close` the future is cancelled."""
+        future: Future[Result] = Future()
+        with self._lock:
+            if self._is_closed:
+                future.cancel()
+                return future
+            self._left += 1
+            self._work.put((work, future))
+            if self._thread is None:
+                self._thread = threading.Thread(target=self._run, name="dps-s store", daemon=True)
+                self._thread.start()
+        return future
+
+    def close(self, limit_s: float, finish: Callable[[], None] = lambda: None) -> int:
+        """Wait at most `limit_s` for what was handed over; how many pieces were not written by then.
+
+        `finish` runs behind the last one, also where that is after the limit. Idempotent.
+        """
+        with self._lock:
+            was_closed, self._is_closed = self._is_closed, True
+            thread = self._thread
+            if thread is not None and not was_closed:
+                self._work.put((finish, Future()))
+                self._work.put(None)
+        if thread is None:
+            finish()
+            return 0
+        thread.join(limit_s)
+        with self._lock:
+            return self._left
+
+    def _run(self) -> None:
+        while (item := self._work.get()) is not None:
+            work, future = item
+            if future.set_running_or_notify_cancel():
+                try:
+                    result = work()
+                except Exception as error:  # noqa: BLE001  whoever handed it over decides what to make of it
+                    future.set_exception(error)
+                else:
+                    future.set_result(result)
+            with self._lock:
+                self._left = max(0, self._left - 1)
