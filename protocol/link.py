@@ -22,7 +22,7 @@ The owner writes what `take_outgoing` gives after each call, and calls `tick` no
 All state changes go through the two tables of `link_states`.
 """
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from math import inf
 
 from protocol.catalogue import HEARTBEAT, STATUS, Hazard, Layout, Request
@@ -41,6 +41,7 @@ from protocol.events import (
     WentOffline,
     WentOnline,
 )
+from protocol.flight import Flight
 from protocol.frame import Direction, Frame, Noise
 from protocol.gap import LOCK, Gap
 from protocol.lag import Lag
@@ -52,23 +53,6 @@ from protocol.stream import Piece, StreamParser
 
 class LinkMisused(RuntimeError):
     """A bug of the owner: a second request while one is in flight, or a dangerous one without an explicit act."""
-
-
-@dataclass(frozen=True, slots=True)
-class _Flight:
-    """The request in flight and how far it is."""
-
-    request: Request
-    waits_s: tuple[float, ...]
-    attempt: int = 0
-    sent_at: float = 0.0
-    deadline: float = 0.0
-    held_until: float | None = None
-    """Not sent before this moment, and not before the line is ready; None once the attempt is under way."""
-    heard_before: int = 0
-    """Bytes that had been heard when it first went out: a frame that began among them is no answer."""
-    messages: tuple[Message, ...] = ()
-    collects_until: float = 0.0
 
 
 _HEARTBEAT = HEARTBEAT.query()
@@ -88,8 +72,8 @@ class Link:
         self.presence = Presence.UNKNOWN
         self._parser = StreamParser()
         self._outgoing = bytearray()
-        self._flight: _Flight | None = None
-        self._behind_fence: _Flight | None = None
+        self._flight: Flight | None = None
+        self._behind_fence: Flight | None = None
         self._earlier = Earlier(self.timing)
         self._unasked_heartbeat_at: float | None = None
         self._last_byte_at = now
@@ -133,13 +117,13 @@ class Link:
             waits = (waits_s or (self.timing.answer_s,))[:1]
         else:
             waits = (waits_s or self.round_trips.waits_s(self.timing))[:attempts]
-        flight = _Flight(request, waits)
+        flight = Flight(request, waits)
         self._earlier.forget_owed(now)
         if is_fenced or self._needs_fence(request, now):
             self._behind_fence = flight
             self._move(Step.ASK_BEHIND_FENCE)
             fence = self._earlier.fence(now, is_proof=is_fenced)
-            return self._hold(_Flight(fence, self.round_trips.waits_s(self.timing)), now, now)
+            return self._hold(Flight(fence, self.round_trips.waits_s(self.timing)), now, now)
         self._move(Step.ASK)
         return self._hold(flight, now, now)
 
@@ -201,7 +185,7 @@ class Link:
             self._run_out(self._flight, now, events)
         if self.is_idle and now >= self._probe_at:
             self._move(Step.PROBE)
-            events += self._send(_Flight(_HEARTBEAT, (self.timing.answer_s,)), now)
+            events += self._send(Flight(_HEARTBEAT, (self.timing.answer_s,)), now)
         return events
 
     def next_deadline(self) -> float:
@@ -218,11 +202,11 @@ class Link:
     def _move(self, step: Step) -> None:
         self.exchange = EXCHANGE[self.exchange, step]
 
-    def _hold(self, flight: _Flight, until: float, now: float) -> list[Event]:
+    def _hold(self, flight: Flight, until: float, now: float) -> list[Event]:
         """Send it at `until`, or as soon after it as the line is ready."""
         return self._release(replace(flight, held_until=until), now)
 
-    def _release(self, flight: _Flight, now: float) -> list[Event]:
+    def _release(self, flight: Flight, now: float) -> list[Event]:
         until = now if flight.held_until is None else flight.held_until
         due = self.gap.due(flight.request, until, is_repeated=flight.attempt > 0, now=now)
         if now < due:
@@ -232,7 +216,7 @@ class Link:
             self._move(Step.QUIET)
         return self._send(flight, now)
 
-    def _send(self, flight: _Flight, now: float) -> list[Event]:
+    def _send(self, flight: Flight, now: float) -> list[Event]:
         if not flight.attempt:
             flight = replace(flight, heard_before=self._heard_bytes)
         deadline = now + flight.waits_s[flight.attempt]
@@ -290,12 +274,12 @@ class Link:
             self.presence = PRESENCE[self.presence, Sign.FRAME]
             events.append(WentOnline(now))
 
-    def _is_answer(self, flight: _Flight, frame: Frame, now: float) -> bool:
+    def _is_answer(self, flight: Flight, frame: Frame, now: float) -> bool:
         if not flight.attempt or frame.offset < flight.heard_before or not answers(frame.raw, flight.request):
             return False
         return self.exchange is not Exchange.FENCING or self._earlier.opens(flight.request, frame.raw, now)
 
-    def _take_answer(self, flight: _Flight, frame: Frame, now: float, events: list[Event]) -> None:
+    def _take_answer(self, flight: Flight, frame: Frame, now: float, events: list[Event]) -> None:
         message = decode(frame.raw, flight.request)
         self._note(events, frame, message, Role.ANSWER, now)
         may_be_copy = self._earlier.is_copy(frame.raw, now)
@@ -330,7 +314,7 @@ class Link:
         self._flight = None
         self._parser.asked = None
 
-    def _collect(self, flight: _Flight, message: Message, now: float) -> None:
+    def _collect(self, flight: Flight, message: Message, now: float) -> None:
         ends = flight.collects_until or now + self.timing.records_longest_s
         deadline = min(ends, now + self.timing.records_quiet_s)
         self._flight = replace(flight, messages=(*flight.messages, message), deadline=deadline, collects_until=ends)
@@ -370,7 +354,7 @@ class Link:
 
     # Time
 
-    def _run_out(self, flight: _Flight, now: float, events: list[Event]) -> None:
+    def _run_out(self, flight: Flight, now: float, events: list[Event]) -> None:
         if flight.held_until is not None:
             events += self._release(flight, now)
             return
@@ -387,7 +371,7 @@ class Link:
             return
         self._give_up(flight, now, events)
 
-    def _give_up(self, flight: _Flight, now: float, events: list[Event]) -> None:
+    def _give_up(self, flight: Flight, now: float, events: list[Event]) -> None:
         fenced, self._behind_fence = self._behind_fence, None
         probing = self.exchange is Exchange.PROBING
         self._finish(Step.GIVE_UP)
