@@ -45,6 +45,8 @@ from ui.tour_port import is_tour
 
 _log = logging.getLogger(__name__)
 
+COPY_EVERY_MS = 10 * 60 * 1000
+"""How often it is asked whether a copy of the store is due."""
 PAINT_LIMIT_MS = 1000
 """A window that was begun out of sight (minimised) is filled after this time."""
 
@@ -176,6 +178,10 @@ def assemble(
 def start(assembly: Assembly, options: WindowOptions) -> None:
     """Show the window; once it is painted, make the pages, look for ports, and connect where that was asked for."""
     window, load = assembly.window, assembly.load
+    copies = QTimer(window)
+    copies.setInterval(COPY_EVERY_MS)
+    copies.timeout.connect(assembly.keeping.copy_if_due)
+    copies.start()
     target = _target(options)
     loading: Beside[object] = Beside("dps-s pages", window)
 

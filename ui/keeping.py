@@ -104,6 +104,11 @@ class Keeping:
             return None
         return store.queue.submit(lambda: store.keep_snapshot(snapshot, port=port))
 
+    def copy_if_due(self) -> None:
+        """Where a store is open."""
+        if isinstance(self._store, Store):
+            self._store.database.copy_if_due()
+
     def close(self) -> None:
         self.recordings.stop()
         if not self.sessions.stop(RECORDER_LIMIT_S):

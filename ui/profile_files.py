@@ -10,7 +10,7 @@ from PySide6.QtWidgets import QFileDialog, QHBoxLayout, QMenu, QPushButton, QToo
 from app.i18n import tr
 from app.profile_file import ProfileRefused, read_profile, save_profile
 from app.profiles import Profile, profile_of
-from protocol.catalogue import SETTINGS
+from protocol.catalogue import SERIAL_OUTPUT, SETTINGS
 from ui.icons import Icon, icon
 from ui.live_save import AskPath, ask_path
 from ui.named import named
@@ -106,7 +106,7 @@ class ProfileFiles(QWidget):
             self._say(Meaning.DANGER, tr("{path} was not saved: {why}.", path=path, why=error))
             return
         self._remember(path)
-        missing = [tr(one.title) for one in SETTINGS if one.key not in profile.settings]
+        missing = [tr(one.title) for one in SETTINGS if one.key not in profile.settings and one is not SERIAL_OUTPUT]
         self._say(Meaning.GOOD, _saved_text(path, missing))
 
     def _say(self, meaning: Meaning, text: str) -> None:

@@ -4802,6 +4802,14 @@
         <translation>程序的记录已损坏，已另存为 {path}；将重新开始记录。</translation>
     </message>
     <message>
+        <source>The program’s records were damaged. The damaged file was kept as {path}.</source>
+        <translation>本程序的记录已损坏，损坏的文件保存为 {path}。</translation>
+    </message>
+    <message>
+        <source>The program’s records were gone.</source>
+        <translation>本程序的记录已丢失。</translation>
+    </message>
+    <message>
         <source>The readings are spread wide: measure again in steady light.</source>
         <translation>读数分散较大：请在稳定光线下重新测量。</translation>
     </message>
@@ -4964,6 +4972,10 @@
     <message>
         <source>They lie between {first} and {last}.</source>
         <translation>位于 {first} 与 {last} 之间。</translation>
+    </message>
+    <message>
+        <source>They were restored from the copy of {when}: what was recorded since is missing.</source>
+        <translation>已从 {when} 的备份恢复；此后的记录缺失。</translation>
     </message>
     <message>
         <source>This computer does not keep this record.</source>

@@ -2,8 +2,9 @@
 
     not there        made
     ours             checked, its copy kept before a migration, migrated
-    damaged          set aside under another name; a new one is made; said
-    another's        the same
+    damaged          set aside under another name; restored from the newest good copy, else a new one is made; said
+    gone, emptied    restored from the newest good copy, where there is one; said
+    another's        set aside and restored, too
     a newer version's left alone; the program goes on without; said
     not writable     the program goes on without; said
 
@@ -27,6 +28,7 @@ from typing import Any
 
 from app.i18n import tr
 from app.store.audit_chain import CHAIN_HASH, chain_hash
+from app.store.copies import Copier, copied_at, restore
 from app.store.schema import APPLICATION_ID, MIGRATIONS
 from protocol.text import marked
 
@@ -75,13 +77,22 @@ class Foreign(Exception):
 
 @dataclass(frozen=True, slots=True)
 class SetAside:
-    """The old file now has this name. `was_damaged`: else it was another program's."""
+    """The old file now has this name, None where it was gone. `was_damaged`: else it was another program's.
+    `restored_at`: the time of the copy that took its place."""
 
-    path: Path
+    path: Path | None
     was_damaged: bool
+    restored_at: datetime | None = None
 
     @property
     def sentence(self) -> str:
+        if self.restored_at is not None:
+            when = f"{self.restored_at.astimezone():%Y-%m-%d %H:%M}"
+            restored = tr("They were restored from the copy of {when}: what was recorded since is missing.", when=when)
+            if self.path is None:
+                return f"{tr('The program’s records were gone.')} {restored}"
+            damaged = tr("The program’s records were damaged. The damaged file was kept as {path}.", path=self.path)
+            return f"{damaged} {restored}"
         if self.was_damaged:
             return tr("The program's records were damaged. They were kept as {path}; new ones begin.", path=self.path)
         return tr("A file of another program was in the way. It was kept as {path}.", path=self.path)
@@ -91,9 +102,16 @@ class Database:
     """Made by `open_database`. Every method may be called from any thread and raises `StoreTrouble`."""
 
     def __init__(
-        self, path: Path, connection: sqlite3.Connection, clock: Clock, *, reading: sqlite3.Connection
+        self,
+        path: Path,
+        connection: sqlite3.Connection,
+        clock: Clock,
+        *,
+        reading: sqlite3.Connection,
+        copies: Copier | None = None,
     ) -> None:
         self.path = path
+        self._copies = copies
         self._clock = clock
         self._connection = connection
         self._reading = reading
@@ -148,8 +166,15 @@ class Database:
         except sqlite3.Error as error:
             raise trouble_of(error, self.path) from error
 
+    def copy_if_due(self) -> None:
+        """See `app.store.copies`. Returns at once."""
+        if self._copies is not None:
+            self._copies.start_if_due()
+
     def close(self) -> None:
         """Idempotent, never raises."""
+        if self._copies is not None:
+            self._copies.stop()
         for lock, connection in ((self._reading_lock, self._reading), (self._lock, self._connection)):
             with lock, suppress(sqlite3.Error):
                 connection.close()
@@ -167,11 +192,14 @@ def open_database(folder: Path, *, clock: Clock = utc_now, migrations: Sequence[
     try:
         folder.mkdir(parents=True, exist_ok=True)
         try:
+            if not _has_content(path) and (gone := _restored(path, None, was_damaged=False)) is not None:
+                return Opened(_open(path, clock, migrations), gone)
             return Opened(_open(path, clock, migrations))
         except (Foreign, sqlite3.DatabaseError) as error:
             if not _is_bad_file(error):
                 raise
             aside = _set_aside(path, clock, was_damaged=not isinstance(error, Foreign))
+            aside = _restored(path, aside.path, was_damaged=aside.was_damaged) or aside
             return Opened(_open(path, clock, migrations), aside)
     except sqlite3.Error as error:
         raise trouble_of(error, path) from error
@@ -209,8 +237,30 @@ def _is_full(path: Path) -> bool:
     return False
 
 
+def _has_content(path: Path) -> bool:
+    """In the file or in its write-ahead log."""
+    both = (path, path.with_name(f"{path.name}-wal"))
+    return any(one.exists() and one.stat().st_size for one in both)
+
+
+def _restored(path: Path, aside: Path | None, *, was_damaged: bool) -> SetAside | None:
+    copy = restore(path, is_good=_check_copy)
+    return None if copy is None else SetAside(aside, was_damaged, copied_at(copy))
+
+
+def _check_copy(connection: sqlite3.Connection) -> None:
+    """Raises `sqlite3.Error` for a copy that is damaged or not ours."""
+    try:
+        _check(connection)
+    except Foreign as error:
+        raise sqlite3.DatabaseError("not ours") from error
+    if connection.execute("PRAGMA application_id").fetchone()[0] != APPLICATION_ID:
+        raise sqlite3.DatabaseError("empty")
+
+
 def _open(path: Path, clock: Clock, migrations: Sequence[Sequence[str]]) -> Database:
-    if path.exists() and path.stat().st_size:
+    had_content = path.exists() and path.stat().st_size > 0
+    if had_content:
         with path.open("rb") as file:
             if file.read(len(_MAGIC)) != _MAGIC:
                 raise Foreign
@@ -227,7 +277,10 @@ def _open(path: Path, clock: Clock, migrations: Sequence[Sequence[str]]) -> Data
     except BaseException:
         connection.close()
         raise
-    return Database(path, connection, clock, reading=reading)
+    copies = Copier(path.absolute(), clock, is_good=_check_copy)
+    if had_content:
+        copies.start_if_due()
+    return Database(path, connection, clock, reading=reading, copies=copies)
 
 
 def _connect(path: Path) -> sqlite3.Connection:

@@ -1,0 +1,146 @@
+"""Copies of the store, and the way back from them.
+
+A store that was there is copied at its opening, and by the window every hour, in a thread of its own (SQLite's backup
+interface: readers and writers go on meanwhile). The newest copies are kept, and of older days one each. A store that is
+damaged, emptied or gone is restored from the newest copy that is good; the copy stays, and so does the damaged file
+under another name.
+"""
+
+import logging
+import os
+import sqlite3
+import threading
+from collections.abc import Callable, Sequence
+from contextlib import closing
+from datetime import UTC, datetime
+from pathlib import Path
+
+from app.files import whole_file
+
+_log = logging.getLogger(__name__)
+
+FOLDER = "copies"
+EVERY_S = 3600.0
+NEWEST_KEPT = 4
+DAYS_KEPT = 7
+PAGES_AT_ONCE = 256
+"""Between two lots a copy that nobody waits for any more is broken off."""
+REST_S = 0.005
+CLOSING_LIMIT_S = 0.3
+_STAMP = "%Y%m%d-%H%M%S"
+
+
+class _BrokenOff(Exception):
+    """The program closes."""
+
+
+def copies_of(store: Path) -> list[Path]:
+    """The newest first."""
+    return sorted((store.parent / FOLDER).glob(f"{store.stem}.*{store.suffix}"), reverse=True)
+
+
+def copied_at(copy: Path) -> datetime | None:
+    try:
+        return datetime.strptime(copy.name.split(".")[1], _STAMP).replace(tzinfo=UTC)
+    except (ValueError, IndexError):
+        return None
+
+
+def copy_store(
+    store: Path,
+    now: datetime,
+    *,
+    is_good: Callable[[sqlite3.Connection], None],
+    is_wanted: Callable[[], bool] = lambda: True,
+) -> Path | None:
+    """A copy of the open store, whole or not at all; None where it was broken off. Raises OSError or `sqlite3.Error`,
+    also where the copy is not good: then the store itself is not, and the older copies stay."""
+
+    def check(_status: int, _remaining: int, _total: int) -> None:
+        if not is_wanted():
+            raise _BrokenOff
+
+    target = store.parent / FOLDER / f"{store.stem}.{now.astimezone(UTC).strftime(_STAMP)}{store.suffix}"
+    target.parent.mkdir(exist_ok=True)
+    draft = target.with_name(f".{target.name}.{os.getpid()}-{threading.get_ident()}.part")
+    try:
+        with (
+            closing(sqlite3.connect(f"{store.as_uri()}?mode=ro", uri=True)) as source,
+            closing(sqlite3.connect(draft)) as copy,
+        ):
+            source.backup(copy, pages=PAGES_AT_ONCE, progress=check, sleep=REST_S)
+            copy.execute("PRAGMA journal_mode = DELETE")  # the copy is one file
+            is_good(copy)
+        draft.replace(target)
+    except _BrokenOff:
+        return None
+    finally:
+        draft.unlink(missing_ok=True)
+    for old in to_drop(copies_of(store)):
+        old.unlink(missing_ok=True)
+    return target
+
+
+def to_drop(copies: Sequence[Path]) -> list[Path]:
+    """Of the copies, the newest first, those that are too many: kept are the newest, and the newest of each day."""
+    days: set[str] = set()
+    drop = []
+    for number, copy in enumerate(copies):
+        at = copied_at(copy)
+        if at is None:
+            continue  # not one of ours
+        day = f"{at:%Y%m%d}"
+        if number >= NEWEST_KEPT and (day in days or len(days) >= DAYS_KEPT):
+            drop.append(copy)
+        days.add(day)
+    return drop
+
+
+def restore(store: Path, *, is_good: Callable[[sqlite3.Connection], None]) -> Path | None:
+    """Put the newest good copy in the store's place, which is free; which one it was, None where there is none."""
+    for copy in copies_of(store):
+        try:
+            with closing(sqlite3.connect(f"{copy.as_uri()}?mode=ro", uri=True)) as connection:
+                is_good(connection)
+            data = copy.read_bytes()
+            with whole_file(store) as file:
+                file.write(data)
+        except (sqlite3.Error, OSError, ValueError) as error:
+            _log.warning("The copy %s cannot be used: %s", copy, error)
+            continue
+        return copy
+    return None
+
+
+class Copier:
+    """Copies an open store in a thread of its own, whenever the newest copy is older than an hour."""
+
+    def __init__(
+        self, store: Path, clock: Callable[[], datetime], *, is_good: Callable[[sqlite3.Connection], None]
+    ) -> None:
+        self._store, self._clock, self._is_good = store, clock, is_good
+        self._stop = threading.Event()
+        self._thread: threading.Thread | None = None
+
+    def start_if_due(self) -> None:
+        """Returns at once; one copy at a time."""
+        is_running = self._thread is not None and self._thread.is_alive()
+        if not is_running and not self._stop.is_set() and self._is_due():
+            self._thread = threading.Thread(target=self._run, name="dps-s copies", daemon=True)
+            self._thread.start()
+
+    def stop(self) -> None:
+        """Idempotent; a copy under way is broken off. Waits 0.3 s at most."""
+        self._stop.set()
+        if self._thread is not None:
+            self._thread.join(CLOSING_LIMIT_S)
+
+    def _is_due(self) -> bool:
+        newest = next((at for at in map(copied_at, copies_of(self._store)) if at is not None), None)
+        return newest is None or not 0 <= (self._clock() - newest).total_seconds() < EVERY_S
+
+    def _run(self) -> None:
+        try:
+            copy_store(self._store, self._clock(), is_good=self._is_good, is_wanted=lambda: not self._stop.is_set())
+        except (sqlite3.Error, OSError, ValueError) as error:  # ValueError: a folder whose name is no address
+            _log.warning("The store could not be copied: %s", error)
