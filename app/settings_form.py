@@ -7,7 +7,8 @@
     edited    another value is wanted, and not sent
     unfit     what was typed cannot be sent
     writing
-    verified  written, and read back equal; ends as soon as anything casts doubt on it
+    verified  written, and read back equal; read again while connected; ends as soon as anything casts doubt on it
+    changed   it reads differently than before, and was not written here
     failed    written, and what stands is not what was wanted; stays so, with the reason, until it is
 
 The baud rate is no row of it: it may cut the line and has a procedure and a place of its own.
@@ -21,10 +22,12 @@ from app.consequences import Consequence, Weight, consequences
 from app.device import DeviceView, How, Known
 from app.drafts import Draft, Drafts, draft_for, draft_of
 from app.i18n import tr
+from app.procedures.settings_reading import ChangedSetting
 from app.procedures.survive import Stamp
 from app.procedures.write import WriteFault, Written
 from app.procedures.write_all import Change
 from app.setting_texts import DEFAULTS, value_text
+from app.settings_watch import SettingsWatch
 from protocol.catalogue import BAUD_RATE, SERIAL_OUTPUT, SETTINGS, Command
 from protocol.fields import Value
 from protocol.text import marked
@@ -49,6 +52,7 @@ class RowState(Enum):
     UNFIT = marked("cannot be sent")
     WRITING = marked("writing")
     VERIFIED = marked("verified")
+    CHANGED = marked("changed")
     FAILED = marked("failed")
 
 
@@ -107,6 +111,8 @@ class SettingsForm:
         self._seen: tuple[int, float | None] | None = None
         """Restarts, and since when the module answers or not, when the rows were last looked at."""
         self._failures: dict[str, _Failure] = {}
+        self.watch = SettingsWatch()
+        """What changed without being written here."""
         self._written: dict[str, Value] = {}
         self._stamps: dict[str, Stamp] = {}
 
@@ -194,6 +200,8 @@ class SettingsForm:
         return sum(row.is_pending or row.state is RowState.UNFIT for row in self.rows(device, now))
 
     def _observe(self, device: DeviceView, now: float) -> None:
+        if not self._writing:
+            self.watch.observe(device, now)
         seen = (device.restarts, device.presence_since)
         if seen != self._seen:
             # A restart or a loss since, even one that nobody looked at: what was verified before proves nothing now.
@@ -208,6 +216,7 @@ class SettingsForm:
         ]  # fmt: skip
         wanted = {key: self._drafts.now[key].value for key in settled if key in self._drafts.now}
         if settled and not self._writing:
+            self.watch.accept(settled)  # written after all, only late
             self._drafts.drop(key for key in settled if wanted.get(key) == self._failures[key].wanted)
             self._failures = {key: one for key, one in self._failures.items() if key not in settled}
 
@@ -223,6 +232,8 @@ class SettingsForm:
             state, reason = RowState.UNFIT, draft.unfit.sentence
         elif failure is not None:
             state, reason = RowState.FAILED, _failure_text(command, failure)
+        elif key in self.watch.changed and key not in self._verified:
+            state, reason = RowState.CHANGED, changed_text(self.watch.changed[key])
         elif is_pending:
             state = RowState.EDITED
         elif key in self._verified:
@@ -246,6 +257,7 @@ class SettingsForm:
 
     def take_results(self, results: Iterable[Written]) -> None:
         """What became of each. What was refused before it was sent stays merely edited."""
+        self.watch.accept(self._writing)
         self._writing = {}
         settled = []
         for written in results:
@@ -264,6 +276,7 @@ class SettingsForm:
     def lose_write(self) -> None:
         """The connection went away, or it was cancelled, in the middle: what stands of the rest is not known."""
         self._failures |= {key: _Failure(value, _BROKEN_OFF) for key, value in self._writing.items()}
+        self.watch.accept(self._writing)
         self._writing = {}
 
     @property
@@ -273,9 +286,11 @@ class SettingsForm:
 
     def stamp(self, stamps: Mapping[str, Stamp]) -> None:
         self._stamps = dict(stamps)
+        self.watch.accept(stamps)  # what the power cycle changed is said by the stamps
 
     def forget(self) -> None:
         """Another module: nothing of this one counts any more."""
+        self.watch.accept()
         self._written, self._stamps = {}, {}
         self._drafts = Drafts()
         self._writing, self._verified, self._failures = {}, {}, {}
@@ -295,6 +310,11 @@ def _known_state(stands: Known | None) -> RowState:
     if stands.is_stale:
         return RowState.STALE
     return RowState.ACKNOWLEDGED if stands.how is How.ACKNOWLEDGED else RowState.READ
+
+
+def changed_text(changed: ChangedSetting) -> str:
+    before, after = value_text(changed.command, changed.before), value_text(changed.command, changed.after)
+    return tr("It was {before} and reads {after} now, without being written here.", before=before, after=after)
 
 
 def _failure_text(command: Command, failure: _Failure) -> str:

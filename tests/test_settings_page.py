@@ -13,6 +13,7 @@ from pytestqt.qtbot import QtBot
 from app.i18n import CHINESE
 from app.settings_form import RowState
 from app.simulator.options import parse_options
+from protocol.link_states import Presence
 from tests.settings_bench import choose, desk, notice, reason, state, type_into, write
 from ui.theme import Meaning
 
@@ -92,6 +93,7 @@ def test_on_a_bad_line_verified_is_what_the_module_holds(
             one.until(lambda: not one.settings.work.form.is_writing, 30_000)
             said = state(one, TIME)
             one.bench.heal()
+            one.until(lambda: one.assembly.connector.device.presence is Presence.ONLINE)
             assert said in (RowState.VERIFIED, RowState.READ, RowState.FAILED, RowState.EDITED)
             if said in (RowState.VERIFIED, RowState.READ):
                 assert one.held("freefall_time") == float(text)

@@ -9,6 +9,7 @@ from pathlib import Path
 from app.i18n import tr
 from app.journal import Journal, NoJournal
 from app.playback import is_playback
+from app.procedures.settings_reading import ChangedSetting
 from app.snapshots import Snapshot
 from app.store.database import StoreFault, StoreTrouble
 from app.store.store import Store, data_folder, open_store
@@ -120,7 +121,9 @@ class Keeping:
 
 @dataclass(slots=True)
 class Unsent:
-    """Edits that leaving would lose; the page that has them puts its answers here."""
+    """Edits that leaving would lose, and what the module changed; the page that knows puts its answers here."""
 
     count: Callable[[], int] = int
     discard: Callable[[], object] = bool
+    changed: Callable[[], tuple[ChangedSetting, ...]] = tuple
+    """Settings of the module that read differently than before and were not written here."""

@@ -181,6 +181,7 @@ class StateChip(Painted):
         self._word = tr("unknown")
         self._meaning: Meaning | None = Meaning.UNKNOWN
         self._age = ""
+        self._certain_age = ""
         self._unknown = ""
         self._reserved: tuple[str, ...] = ()
         self.setSizePolicy(QSizePolicy.Policy.Fixed, QSizePolicy.Policy.Fixed)
@@ -222,6 +223,15 @@ class StateChip(Painted):
             self.updateGeometry()
             self._changed()
 
+    def set_age(self, age: str) -> None:
+        """How old a state is that still holds, behind the word. Not in the accessible name: an age would be read aloud
+        every second."""
+        if age != self._certain_age:
+            self._certain_age = age
+            self.setAccessibleDescription(age)
+            self.updateGeometry()
+            self.update()
+
     def show_unknown(self) -> None:
         """Nobody knows."""
         self.show_state(tr("unknown"), Icon.UNKNOWN, Meaning.UNKNOWN)
@@ -239,6 +249,8 @@ class StateChip(Painted):
     def _text(self) -> str:
         if self._meaning is Meaning.UNKNOWN and self._unknown:
             return self._unknown
+        if self._certain_age and not self._age:
+            return f"{self._word} {self._certain_age}"
         return f"{self._word} · {self._age}" if self._age else self._word
 
     def _icon_px(self) -> int:

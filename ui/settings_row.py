@@ -18,6 +18,7 @@ from ui.field_editors import FieldEditor, FlagEditor, make_editor
 from ui.icons import Icon, icon
 from ui.known_value import KnownValue
 from ui.labels import text_label
+from ui.link_state import duration
 from ui.named import named
 from ui.readout import StateChip
 from ui.sentences import begun, together
@@ -44,6 +45,7 @@ LOOKS: Final = {
     RowState.UNFIT: _Look(Icon.WARNING, Meaning.ATTENTION),
     RowState.WRITING: _Look(Icon.CONNECTING, Meaning.INFORMATION),
     RowState.VERIFIED: _Look(Icon.CHECK, Meaning.GOOD),
+    RowState.CHANGED: _Look(Icon.WARNING, Meaning.DANGER),
     RowState.FAILED: _Look(Icon.CROSS, Meaning.DANGER),
 }
 
@@ -54,6 +56,13 @@ DOUBTS: Final[Mapping[Doubt, str]] = {
     Doubt.WRITE_UNCONFIRMED: marked("A write since was not confirmed."),
     Doubt.AGED: marked("Nothing was heard of it for long."),
 }
+
+
+def _verified_age(row: FormRow, now: float) -> str:
+    """ "verified" is as old as the reading that last confirmed it."""
+    if row.state is not RowState.VERIFIED or row.stands is None:
+        return ""
+    return tr("{time} ago", time=duration(max(0.0, now - row.stands.at)))
 
 
 class SettingsRow(QFrame):
@@ -114,14 +123,16 @@ class SettingsRow(QFrame):
         look = LOOKS[row.state]
         self.state.set_caption(tr("State of {setting}", setting=tr(self.command.title)))
         self.state.show_state(tr(row.state.value), look.icon, look.meaning)
+        self.state.set_age(_verified_age(row, now))
         self.reason.setText(self._reason_text(row))
-        self._set_role(self.reason, "danger" if row.state is RowState.FAILED else "small")
+        is_wrong = row.state in (RowState.FAILED, RowState.CHANGED)
+        self._set_role(self.reason, "danger" if is_wrong else "small")
         said = row.consequences
         is_loud = any(one.weight is not Weight.PLAIN for one in said)
         self.meaning.setText(together(one.sentence for one in said))
         self.meaning.setVisible(bool(said))
         self._set_role(self.meaning, "attention" if is_loud else "small")
-        self._set_role(self, "row-failed" if row.state is RowState.FAILED else "row")
+        self._set_role(self, "row-failed" if is_wrong else "row")
 
     def _say_what(self, _explanation: str) -> None:
         self.setWhatsThis(what_is(self.command))

@@ -11,6 +11,7 @@ from app.acts import Act
 from app.i18n import tr
 from app.procedure import Cancelled, Procedure, Report
 from app.procedures.read import Everything, read_everything
+from app.procedures.settings_reading import ChangedSetting
 from app.procedures.survive import Ending, Survival, survives_power_cycle
 from app.procedures.write_all import Leave, WriteReport, write_all
 from app.safety import Condition, Refusal, refusals, situation
@@ -36,6 +37,7 @@ class SettingsWork(QObject):
         """The settings as they were before the first write to this module."""
         self._services = services
         self._connector = services.connector
+        services.unsent.changed = self._changed_settings
         self._job: Job[Any] | None = None
         self._progress: Report | None = None
         self._notice: Callable[[], Notice | None] | None = None
@@ -64,6 +66,12 @@ class SettingsWork(QObject):
 
     def count_unsent(self) -> int:
         return self.form.count_unsent(self._connector.device, self._connector.clock()) if self._whose else 0
+
+    def _changed_settings(self) -> tuple[ChangedSetting, ...]:
+        """What reads differently than before and was not written here."""
+        if self._whose:
+            self.form.rows(self._connector.device, self._connector.clock())
+        return tuple(self.form.watch.changed.values())
 
     def discard(self) -> None:
         self.form.revert()
@@ -159,6 +167,7 @@ class SettingsWork(QObject):
         if job.run.error is not None:
             self._notice = partial(_broken_off_notice, job.run.error)
             return
+        self.form.watch.accept()  # a person asked for what stands now
         missing = len(job.outcome().errors)
         self._notice = None if not missing else partial(self._unread_notice, missing)
 
@@ -234,11 +243,14 @@ class SettingsWork(QObject):
         return Notice(Meaning.ATTENTION, text, choices, None if can_unlock else self.dismiss)
 
     def _written_notice(self, report: WriteReport) -> Notice:
-        verified = sum(one.verified is True for one in report.results)
+        """What stands of it now: what was verified and changed since is no longer said to be verified."""
+        rows = {row.command: row for row in self.form.rows(self._connector.device, self._connector.clock())}
+        states = [rows[one.command].state for one in report.results if one.command in rows]
+        verified = states.count(RowState.VERIFIED)
         received = sum(one.is_fine and one.verified is None for one in report.results)
-        rows = self.form.rows(self._connector.device, self._connector.clock())
-        bad = sum(row.state is RowState.FAILED for row in rows)
-        stands_since = len(report.results) - verified - received - bad
+        bad = sum(row.state is RowState.FAILED for row in rows.values())
+        moved = sum(row.state is RowState.CHANGED for row in rows.values())
+        since = len(report.results) - verified - received - bad - states.count(RowState.CHANGED)
         parts = []
         if verified:
             parts.append(tr("{count} written and read back equal: verified.", count=verified))
@@ -246,12 +258,18 @@ class SettingsWork(QObject):
             parts.append(tr("{count} acknowledged; cannot be read back.", count=received))
         if bad:
             parts.append(tr("{count} NOT as wanted: see the red rows.", count=bad))
-        if stands_since > 0:
-            parts.append(tr("{count} not verified, but read as wanted since.", count=stands_since))
+        if moved:
+            parts.append(tr("{count} changed without being written: see the red rows.", count=moved))
+        if report.unread:
+            titles = ", ".join(tr(command.title) for command in report.unread)
+            parts.append(tr("Could not be read again: {names}.", names=titles))
+        if since > 0:
+            parts.append(tr("{count} not verified, but read as wanted since.", count=since))
         survive: tuple[Choice, ...] = ()
         if verified:
             survive = (Choice("survives", tr("Survives a power cycle?"), self.check_survival),)
-        meaning = Meaning.DANGER if bad else (Meaning.GOOD if verified else Meaning.INFORMATION)
+        is_bad = bad or moved or report.unread
+        meaning = Meaning.DANGER if is_bad else (Meaning.GOOD if verified else Meaning.INFORMATION)
         return Notice(meaning, together(parts), survive, self.dismiss)
 
     def _unread_notice(self, missing: int) -> Notice:

@@ -1162,6 +1162,10 @@
         <translation>复制所选行；未选择时复制全部（Ctrl+C）</translation>
     </message>
     <message>
+        <source>Could not be read again: {names}.</source>
+        <translation>未能再次读取：{names}。</translation>
+    </message>
+    <message>
         <source>Counted since the port was opened.</source>
         <translation>自串口打开以来的计数。</translation>
     </message>
@@ -2152,6 +2156,10 @@
     <message>
         <source>It was recorded by a newer version of this program.</source>
         <translation>它由本程序的更新版本录制。</translation>
+    </message>
+    <message>
+        <source>It was {before} and reads {after} now, without being written here.</source>
+        <translation>原为 {before}，现读出 {after}，并非在此写入。</translation>
     </message>
     <message>
         <source>It works, but the adapter holds every answer back ({ms} ms): its latency timer is long.</source>
@@ -6182,6 +6190,10 @@
         <translation>更改方言或输出速率</translation>
     </message>
     <message>
+        <source>changed</source>
+        <translation>已变化</translation>
+    </message>
+    <message>
         <source>changed while it was watched</source>
         <translation>观察期间发生变化</translation>
     </message>
@@ -7980,6 +7992,10 @@
     <message>
         <source>{count} acknowledged; cannot be read back.</source>
         <translation>{count} 项已应答；无法回读。</translation>
+    </message>
+    <message>
+        <source>{count} changed without being written: see the red rows.</source>
+        <translation>{count} 项未写入却发生变化：见红色行。</translation>
     </message>
     <message>
         <source>{count} changes of settings have not been written to the module.</source>

@@ -10,6 +10,7 @@ from dataclasses import dataclass, field
 from app.device import Sleep
 from app.procedure import Ask, Cancelled, Look, Pause, Procedure, Sight
 from app.procedures.read import READABLE
+from app.procedures.settings_reading import READABLE_SETTINGS
 from protocol.catalogue import BY_NAME, HEARTBEAT, SERIAL_OUTPUT, STATUS, Request
 from protocol.events import Answered, OutcomeUnknown
 from protocol.link_states import Presence
@@ -24,11 +25,14 @@ UNSEEN_POLL_EVERY_S = 0.5
 """While nobody needs the stream: enough for the state in the top bar."""
 SLOW_EVERY_S = 1.0
 BOOT_EVERY_S = 10.0
+SETTINGS_EVERY_S = 10.0
+"""Settings are read again while connected: what was verified and changed since is found within this time."""
 TURN_S = 0.01
 HEARTBEAT_WAITS_S = (1.0,)
 """The vendor's second: unanswered within it, the module is offline."""
 OFF_ATTEMPTS = 3
 _BOOT_COUNT = BY_NAME["boot_count"].query()
+_SETTINGS = tuple((command.query(), SETTINGS_EVERY_S) for command in READABLE_SETTINGS)
 _SLOW = tuple(BY_NAME[name].query() for name in ("cell_voltage", "charging", "light"))
 
 
@@ -93,13 +97,26 @@ def _turn(course: _Course, switch: StreamSwitch, sight: Sight, *, read_all: bool
     course.is_suspicious = sight.device.is_restart_suspected
     if read_all and not course.has_read:
         yield from _read_all(course)
+        for command in READABLE_SETTINGS:
+            course.due[command.query()] = sight.now + SETTINGS_EVERY_S
         return
     yield from _steer_stream(course, switch, sight)
-    for request, every_s in _polled(switch, sight):
-        if sight.now >= course.due.get(request, 0.0):
-            course.due[request] = sight.now + every_s
-            yield from _ask(request, attempts=1)  # it is asked again soon anyway
-            return
+    polled = [*_polled(switch, sight), *(_SETTINGS if read_all else ())]
+    due = [one for one in polled if sight.now >= course.due.get(one[0], 0.0)]
+    if due:
+        # The longest overdue by its own period: on a slow line the status does not keep everything else waiting.
+        request, every_s = max(due, key=lambda one: (sight.now - course.due.get(one[0], 0.0)) / one[1])
+        course.due[request] = sight.now + every_s
+        yield from _ask(request, attempts=1)  # it is asked again soon anyway
+        yield from _confirm_change(course, request, sight)
+
+
+def _confirm_change(course: _Course, request: Request, before: Sight) -> Procedure[None]:
+    """A setting that reads differently than before is asked for once more at once: it may have been a damaged frame."""
+    key, after = request.command.key, (yield Look())
+    old, new = before.device.values.get(key), after.device.values.get(key)
+    if request.command in READABLE_SETTINGS and old is not None and new is not None and old.value != new.value:
+        course.due[request] = 0.0
 
 
 def _read_all(course: _Course) -> Procedure[None]:
