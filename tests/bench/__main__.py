@@ -14,7 +14,19 @@ from tests.bench.figures import Figure, table
 from tests.bench.page import PAGE, write_page
 from tests.bench.runs import cores
 
-NAMES = ("parser", "link", "reading", "startup", "plots", "gui", "cpu", "memory", "recording", "recordings_view")
+NAMES = (
+    "parser",
+    "link",
+    "reading",
+    "lock",
+    "startup",
+    "plots",
+    "gui",
+    "cpu",
+    "memory",
+    "recording",
+    "recordings_view",
+)
 
 
 def main(words: Sequence[str] | None = None) -> int:

@@ -3,12 +3,13 @@
     python -m tests.bench.module PATH OPTION=VALUE …
 
 Prints its port, then obeys the control lines of `dps-s simulate` on standard input, one answer a line; "count" is
-answered by the number of streamed frames. Ends with its input.
+answered by the number of streamed frames, "locked" by when LOCK last arrived (monotonic seconds). Ends with its input.
 """
 
 import subprocess
 import sys
 import threading
+import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -18,9 +19,12 @@ from app.simulator.control import LineRefused, obey
 from app.simulator.endpoint import Loop
 from app.simulator.options import parse_options, setup_from
 from app.simulator.pty_server import PtyEndpoint
+from protocol.catalogue import ACTIVATION
 from tests.processes import ENVIRONMENT, ROOT
 
 COUNT = "count"
+LOCKED = "locked"
+_LOCK = ACTIVATION.set(False).encode()
 
 
 class StreamingModule:
@@ -49,6 +53,11 @@ class StreamingModule:
             return self._read()
 
     @property
+    def locked_at(self) -> float:
+        """When LOCK last arrived, in monotonic seconds, which on Linux all processes share."""
+        return float(self.tell(LOCKED))
+
+    @property
     def frames_sent(self) -> int:
         """Status frames that nobody asked for, since it was switched on."""
         return int(self.tell(COUNT))
@@ -67,7 +76,23 @@ def streaming_module(link: Path, *options: str) -> Iterator[StreamingModule]:
             process.communicate(timeout=10)
 
 
-def _answer(bench: SimulatedBench, line: str) -> str:
+class _LockTimes:
+    """Remembers when the bytes of LOCK arrived at the module."""
+
+    def __init__(self, bench: SimulatedBench) -> None:
+        self._write = bench.wire.write
+        self.last_at = 0.0
+        bench.wire.write = self.write  # type: ignore[method-assign]
+
+    def write(self, data: bytes, now_s: float) -> None:
+        if _LOCK in data:
+            self.last_at = time.monotonic()
+        self._write(data, now_s)
+
+
+def _answer(bench: SimulatedBench, locks: _LockTimes, line: str) -> str:
+    if line == LOCKED:
+        return f"{locks.last_at:.6f}"
     if line == COUNT:
         with bench.changed:
             return str(bench.module.stream_frames_sent)
@@ -81,6 +106,7 @@ def main(words: list[str]) -> int:
     """Serve until the input ends."""
     link, *options = words
     bench = SimulatedBench(setup_from(parse_options(text.split("=", 1) for text in options)))  # type: ignore[misc]
+    locks = _LockTimes(bench)
     is_ready = threading.Event()
     loop = Loop(bench, PtyEndpoint(Path(link), baud_rate=bench.module.baud_rate), announce=lambda _: is_ready.set())
     server = threading.Thread(target=loop.run, name="simulated module")
@@ -88,7 +114,7 @@ def main(words: list[str]) -> int:
     is_ready.wait(10)
     print(link, flush=True)
     for line in sys.stdin:
-        print(_answer(bench, line.strip()) or "done", flush=True)
+        print(_answer(bench, locks, line.strip()) or "done", flush=True)
         loop.wake()
     loop.stop()
     server.join(5)
