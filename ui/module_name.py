@@ -1,6 +1,7 @@
 """Which module this is. It has no serial number: a technician names it once, and every page goes by that name."""
 
 import logging
+from functools import partial
 
 from PySide6.QtCore import QEvent, QObject, QSignalBlocker, Qt, Signal
 from PySide6.QtWidgets import QComboBox, QLineEdit
@@ -91,6 +92,13 @@ class ModuleName(QObject):
         if self._connector is not None:
             self.meant = ""
             self._connector.take_as_new(self._connector.identity)
+
+    def remember_adapter(self) -> None:
+        """So that the module is known again where it is plugged in. In the store's own thread."""
+        store = self._store
+        if store is not None and self.name:
+            store.queue.submit(partial(store.meet_module, self.name, self._adapter))
+            self._save()
 
     def meet(self) -> Module | None:
         """The module of this name, in the store from now on. Raises `StoreTrouble`."""

@@ -3,9 +3,10 @@
 A verdict that was voided stays void, whatever comes afterwards: only another check gives another one.
 """
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from enum import Enum
+from functools import partial
 from typing import Any
 
 from PySide6.QtCore import QObject, QTimer, Signal
@@ -30,6 +31,7 @@ from protocol.link_states import Presence
 from protocol.text import marked
 from ui.link_state import Phase
 from ui.pages import Services
+from ui.store_work import StoreWork
 
 
 class Standing(Enum):
@@ -90,6 +92,10 @@ class PreflightWork(QObject):
         self._is_port_broken = False
         self._is_entered_anew = False
         """While a check ran."""
+        self._store_work = StoreWork(self)
+        self._filing = 0
+        """Names the filing under way; 0 while there is none."""
+        self._filings = 0
         self._rereading: Job[StateReading] | None = None
         self._by_verdict: dict[Verdict, Filed] = {}
         """Of this check: activated, READY becomes GO; locked again, READY."""
@@ -103,8 +109,13 @@ class PreflightWork(QObject):
     # What is known
 
     @property
+    def _is_checking(self) -> bool:
+        """Until its record is in the store, or cannot be."""
+        return self._job is not None or (bool(self._filing) and self.filed is None)
+
+    @property
     def standing(self) -> Standing:
-        if self._job is not None:
+        if self._is_checking:
             return Standing.CHECKING
         if self.filed is None:
             return Standing.NOT_CHECKED
@@ -115,7 +126,7 @@ class PreflightWork(QObject):
     @property
     def assessment(self) -> Assessment | None:
         """Of the last check; None while one runs, so that no finding of an older one is shown."""
-        return None if self.filed is None or self._job is not None else self.filed.assessment
+        return None if self.filed is None or self._is_checking else self.filed.assessment
 
     @property
     def record(self) -> Record | None:
@@ -130,7 +141,7 @@ class PreflightWork(QObject):
     def can_check(self) -> bool:
         is_settled = self._connector.state.phase not in (Phase.OPENING, Phase.FINDING)
         is_there = self._connector.is_open and not self._connector.is_recording
-        return is_there and is_settled and self._job is None
+        return is_there and is_settled and self._job is None and not self._filing
 
     @property
     def can_enable(self) -> bool:
@@ -192,7 +203,7 @@ class PreflightWork(QObject):
 
     def enter(self) -> None:
         """Something that belongs to the record was filled in otherwise: the record no longer says what is entered."""
-        if self._job is not None:
+        if self._is_checking:
             self._is_entered_anew = True
         elif self.filed is not None and self.void is None:
             self.void = _ENTERED_ANEW
@@ -201,12 +212,13 @@ class PreflightWork(QObject):
     def forget(self) -> None:
         """Nothing was checked: what was found is of no module that anybody has."""
         if self._job is None:
+            self._filing = 0
             self.filed = self.void = self.trouble = self._progress = None
             self.changed.emit()
 
     def look(self) -> None:
         """Does the verdict still hold?"""
-        if self.filed is None or self.void is not None or self._job is not None:
+        if self.filed is None or self.void is not None or self._is_checking:
             return
         opened_at = None if self._is_port_broken else self._evidence.opened_at
         self.void = void_reason(
@@ -228,7 +240,7 @@ class PreflightWork(QObject):
 
     def _follow_activation(self) -> None:
         """Seen locked, GO is READY at once; seen active, READY is GO once everything was read again."""
-        if self.standing not in _STANDS:
+        if self.standing not in _STANDS or self._filing:
             return
         reported, was = self.reported_active, self._evidence.is_active
         if reported and not was:
@@ -257,15 +269,19 @@ class PreflightWork(QObject):
 
     def _stand(self, evidence: Evidence) -> None:
         """The verdict of the same check, with the module as it reports itself now."""
-        if self.filed is None:
+        if self.filed is None or self._filing:
             return
         case = self.filed.assessment.case
         earlier = self._by_verdict.get(assess(replace(case, evidence=evidence)).verdict)
         if earlier is None:
-            self._file(evidence, case.past)
+            self._file(evidence, self._end_standing, case.past)
         else:
             self.filed = earlier
-        self._evidence = self.filed.assessment.case.evidence
+            self._end_standing()
+
+    def _end_standing(self) -> None:
+        if self.filed is not None:
+            self._evidence = self.filed.assessment.case.evidence
         self.changed.emit()
 
     # How it ends
@@ -286,14 +302,17 @@ class PreflightWork(QObject):
             evidence.disturbance = Disturbance.INTERRUPTED if is_cancelled else Disturbance.DISCONNECTED
         if self._is_port_broken or not self._connector.is_open:
             evidence.disturbance = evidence.disturbance or Disturbance.DISCONNECTED
-        self._file(evidence)
+        self._file(evidence, self._end_filing)
+        self.changed.emit()
+
+    def _end_filing(self) -> None:
         if self.standing in _STANDS:
             self._reread_timer.start()
         self.look()
         self.changed.emit()
 
-    def _file(self, evidence: Evidence, past: Past | None = None) -> None:
-        """Keep it, unless it is void: of a void check no record is made."""
+    def _file(self, evidence: Evidence, then: Callable[[], None], past: Past | None = None) -> None:
+        """Keep it, unless it is void: of a void check no record is made. The store's thread does it; then `then`."""
         store = self._services.keeping.store
         statement, entered = self._statement, self.entered
         person = Person(
@@ -303,8 +322,9 @@ class PreflightWork(QObject):
             are_records_looked_at=statement.are_records_looked_at,
             is_same_module=statement.is_same_module,
         )
-        is_kept = evidence.is_complete and not self._is_entered_anew
-        self.filed = file_check(
+        is_kept = evidence.is_complete and not self._is_entered_anew and isinstance(store, Store)
+        work = partial(
+            file_check,
             evidence,
             entered.expectations(),
             person,
@@ -314,22 +334,27 @@ class PreflightWork(QObject):
             past=past,
             adapter="" if self._connector.target is None else self._connector.target.identity,
         )
-        self._by_verdict[self.filed.assessment.verdict] = self.filed
-        self.trouble = store if isinstance(store, StoreTrouble) else self.filed.trouble
-        if self._is_entered_anew:
-            self.void = _ENTERED_ANEW
-        self._is_entered_anew = False
-        if is_kept and self.trouble is None:
-            self._remember_adapter()
+        self._filings += 1
+        number = self._filing = self._filings
 
-    def _remember_adapter(self) -> None:
-        """So that the module is known again where it is plugged in."""
-        if self.result("boot_count") is Result.FAIL:
-            return
-        try:
-            self._naming.meet()
-        except StoreTrouble as trouble:
-            self.trouble = trouble
+        def end(filed: Filed) -> None:
+            if number != self._filing:
+                return
+            self._filing = 0
+            self.filed = filed
+            self._by_verdict[filed.assessment.verdict] = filed
+            self.trouble = store if isinstance(store, StoreTrouble) else filed.trouble
+            if self._is_entered_anew:
+                self.void = _ENTERED_ANEW
+            self._is_entered_anew = False
+            if is_kept and self.trouble is None and self.result("boot_count") is not Result.FAIL:
+                self._naming.remember_adapter()
+            then()
+
+        if isinstance(store, Store) and is_kept:
+            self._store_work.run(store, work, lambda future: end(future.result()))
+        else:
+            end(work())
 
     def _take(self, batch: Batch) -> None:
         if self._job is not None:
