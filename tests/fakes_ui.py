@@ -75,6 +75,7 @@ def window(
         assembly.window.close_now()
         assembly.connector.stop(2.0)
         assembly.ports.stop(2.0)
+        assembly.keeping.close()
         assembly.speech.use(ENGLISH)  # takes Qt's own translation off the application again
         assembly.window.deleteLater()
         QApplication.processEvents()

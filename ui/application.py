@@ -18,7 +18,7 @@ from PySide6.QtCore import QEvent, QObject, QTimer
 from PySide6.QtWidgets import QApplication, QWidget
 
 from app import version
-from app.i18n import LANGUAGES, system_language
+from app.i18n import LANGUAGES, system_language, tr
 from app.logs import Log, catch_mishaps, start_log
 from app.procedures.act import Armed
 from protocol.text import marked
@@ -168,6 +168,7 @@ def assemble(
     keeping.is_touring = lambda: connector.is_wanted and is_tour(connector.target)
     lock = LockControl(connector, keeping.journal, connector)
     services = Services(connector, texts, appearance, lock, keeping, remembered, log=log)
+    connector.remember_stream(keeping.stream_memory)
     services.naming.follow(connector, keeping)
     keeping.sessions.follow(connector, services.naming)
     window = MainWindow(services, ports, speech, remembered, entries=entries)
@@ -207,6 +208,8 @@ def start(assembly: Assembly, options: WindowOptions) -> None:
 def _tell_of_store(assembly: Assembly) -> None:
     """Say what is the matter with the store, and what was broken off when the program last ended."""
     attention, keeping = assembly.window.attention, assembly.keeping
+    left_on = partial(_left_on_notice, attention.forget_told)
+    assembly.connector.stream_left_on.connect(lambda: attention.tell(left_on))
     if keeping.notice is not None:
         attention.tell(lambda: Notice(Meaning.ATTENTION, keeping.notice or "", dismiss=attention.forget_told))
     recovery = BaudRecovery(
@@ -219,6 +222,11 @@ def _tell_of_store(assembly: Assembly) -> None:
     )
     for pending in recovery.pending():
         attention.tell(partial(recovery.notice, pending))
+
+
+def _left_on_notice(dismiss: Callable[[], None]) -> Notice:
+    text = tr("An earlier session had left the serial output on; it is switched off when it is no longer needed.")
+    return Notice(Meaning.INFORMATION, text, dismiss=dismiss)
 
 
 class _AfterPaint(QObject):

@@ -17,6 +17,7 @@ from app.procedures.find import Found, find_rate
 from app.procedures.greet import Greeting, greet
 from app.procedures.stream import StreamSwitch, watch
 from app.reconnect import Absence, Address, Reconnection
+from app.stream_memory import StreamMemory
 from app.transport import PortError
 from app.worker import Batch, Connection, Job, PortState, Worker
 from protocol.link_states import Presence
@@ -43,6 +44,8 @@ class Connector(QObject):
     """What was connected before was nobody's module: nothing of it is to be shown any more."""
     came_online = Signal(object)
     """The `Target`, whenever a module answers on it."""
+    stream_left_on = Signal()
+    """An earlier session had left the serial output on; this one switches it off."""
     slept = Signal(float)
     """The computer slept for so many seconds while the port was open: nothing that was known counts any more."""
 
@@ -77,6 +80,10 @@ class Connector(QObject):
         self._is_listing = False
         """The list of ports under way was begun for `_return`, and the port is still as it was then."""
         self._expected_of: Callable[[Target], Expected | None] = lambda _target: None
+        self._memory_of: Callable[[Target], StreamMemory] = lambda _target: StreamMemory()
+        self.stream_memory = StreamMemory()
+        """Of the connection that was opened last."""
+        self._is_left_on_said = False
         self._lost = NOBODY_MEANT
         """Of the port that was lost: what was last read of its module, in `now` where that was proven."""
         self._new_modules = 0
@@ -218,6 +225,10 @@ class Connector(QObject):
         """What was last read of the module that is known at a port, asked before the port is opened."""
         self._expected_of = expected_of
 
+    def remember_stream(self, memory_of: Callable[[Target], StreamMemory]) -> None:
+        """Where it is kept that the serial output was switched on."""
+        self._memory_of = memory_of
+
     def vouch(self, seen: Identity | None = None) -> None:
         """A person says that it is the module that is meant; `seen` is what was said of it when they did."""
         self._worker.vouch(seen)
@@ -260,7 +271,9 @@ class Connector(QObject):
         self._greeting = None
         self._finding = self._greeter = None
         self._is_ordered = True
-        self._worker.open(target.device, target.baud_rate, partial(watch, self.stream), is_another, expected)
+        self.stream_memory = self._memory_of(target)
+        background = partial(watch, self.stream, memory=self.stream_memory)
+        self._worker.open(target.device, target.baud_rate, background, is_another, expected)
         if target.finds_rate:
             self._finding = self.run(find_rate(target.baud_rate), self._end_finding)
         else:
@@ -268,6 +281,10 @@ class Connector(QObject):
         self.changed.emit()
 
     def _take(self, batch: Batch) -> None:
+        is_left_on = self.stream_memory.is_taken_over
+        if is_left_on and not self._is_left_on_said:
+            self.stream_left_on.emit()
+        self._is_left_on_said = is_left_on
         before, last, was_online, identity = self.state, self._last, self._is_online(), self.identity
         is_news = last is None or batch.connection != last.connection
         if is_news:

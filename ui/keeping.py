@@ -14,6 +14,7 @@ from app.snapshots import Snapshot
 from app.store.database import StoreFault, StoreTrouble
 from app.store.store import Store, data_folder, open_store
 from app.store.store_journal import journal_for
+from app.stream_memory import StoredStreamMemory, StreamMemory
 from ui.connector import Target
 from ui.recordings_work import RecordingsWork
 from ui.session_recording import SessionRecording
@@ -104,6 +105,13 @@ class Keeping:
         if not isinstance(store, Store) or is_playback(port) or port == TOUR_PORT:
             return None
         return store.queue.submit(lambda: store.keep_snapshot(snapshot, port=port))
+
+    def stream_memory(self, target: Target) -> StreamMemory:
+        """For one connection."""
+        if target.is_recording or target.is_simulated:
+            return StreamMemory()
+        store = self.store
+        return StoredStreamMemory(store, target.key) if isinstance(store, Store) else StreamMemory()
 
     def copy_if_due(self) -> None:
         """Where a store is open."""

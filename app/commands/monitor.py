@@ -8,6 +8,8 @@ import argparse
 import sys
 import time
 from abc import ABC, abstractmethod
+from collections.abc import Iterator
+from contextlib import contextmanager
 from typing import TYPE_CHECKING
 
 from app.commands.console import (
@@ -25,12 +27,15 @@ from app.commands.console import (
     write,
 )
 from app.i18n import tr
+from protocol.text import marked
 
 if TYPE_CHECKING:
     from app.commands.connection import Conversation
     from app.device import Sample
+    from app.stream_memory import StreamMemory
     from app.worker import Batch
 
+LEFT_ON = marked("An earlier session had left the serial output on; it is switched off when this one ends.")
 WITHOUT_STATUS_S = 5.0
 """With --seconds: so long it is waited for a first status, beyond the time wanted."""
 LINE_EVERY_S = 0.1
@@ -57,9 +62,12 @@ def run(args: argparse.Namespace) -> int:
     printer = JsonLines(args.seconds) if args.json else WordLines(args.seconds)
     trouble: str | None = None
     try:
-        with connected(args.port, args.baud, on_batch=printer.take) as conversation:
+        with (
+            _stream_memory(args.port) as memory,
+            connected(args.port, args.baud, on_batch=printer.take) as conversation,
+        ):
             printer.begin()
-            trouble = _watch(conversation, printer, args)
+            trouble = _watch(conversation, printer, args, memory)
     except Interrupted:
         if not printer.count and not printer.has_news:
             raise
@@ -79,12 +87,47 @@ def run(args: argparse.Namespace) -> int:
     return DONE
 
 
-def _watch(conversation: "Conversation", printer: "Printer", args: argparse.Namespace) -> str | None:
+@contextmanager
+def _stream_memory(port: str) -> "Iterator[StreamMemory]":
+    """Where it is kept that the serial output is switched on; of no use for what is simulated or played."""
+    from app.ports import PortsUnknown, list_ports
+    from app.reconnect import address_of
+    from app.store.database import StoreTrouble
+    from app.store.store import open_store
+    from app.stream_memory import StoredStreamMemory, StreamMemory
+
+    if port.startswith(("sim:", "capture:", "loop:")):
+        yield StreamMemory()
+        return
+    try:
+        adapter = address_of(port, list_ports()).identity
+    except PortsUnknown:
+        adapter = ""
+    try:
+        store = open_store()
+    except StoreTrouble as error:
+        say(error.sentence)
+        yield StreamMemory()
+        return
+    try:
+        if store.notice is not None:
+            say(store.notice)
+        memory = StoredStreamMemory(store, adapter or port)
+        yield memory
+        if memory.is_taken_over:
+            say(tr(LEFT_ON))
+    finally:
+        store.close()
+
+
+def _watch(
+    conversation: "Conversation", printer: "Printer", args: argparse.Namespace, memory: "StreamMemory"
+) -> str | None:
     """Until the time is over: None; or the line went dead: the sentence that says so."""
     from app.procedures.stream import StreamSwitch, watch
     from protocol.link_states import Presence
 
-    conversation.keep_running(watch(StreamSwitch(), read_all=False))
+    conversation.keep_running(watch(StreamSwitch(), read_all=False, memory=memory))
     gives_up_at = None if args.seconds is None else time.monotonic() + args.seconds + WITHOUT_STATUS_S
     while not printer.is_full:
         printer.stream_hz = conversation.device.stream_hz

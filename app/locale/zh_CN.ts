@@ -390,6 +390,14 @@
         <translation>已激活的模块在倾覆或坠落时自动开伞；锁定的模块须先激活。</translation>
     </message>
     <message>
+        <source>An earlier session had left the serial output on; it is switched off when it is no longer needed.</source>
+        <translation>上次运行异常退出时未关闭串口输出；不再需要时将关闭。</translation>
+    </message>
+    <message>
+        <source>An earlier session had left the serial output on; it is switched off when this one ends.</source>
+        <translation>上次运行异常退出时未关闭串口输出；本次结束时将关闭。</translation>
+    </message>
+    <message>
         <source>An old status says nothing about the module now.</source>
         <translation>旧状态不能说明模块现在的情况。</translation>
     </message>

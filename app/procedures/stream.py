@@ -5,12 +5,14 @@ unasked before anything was switched on; a module that was streaming already is 
 """
 
 from collections.abc import Iterator
+from concurrent.futures import Future
 from dataclasses import dataclass, field
 
 from app.device import Sleep
 from app.procedure import Ask, Cancelled, Look, Pause, Procedure, Sight
 from app.procedures.read import READABLE
 from app.procedures.settings_reading import READABLE_SETTINGS
+from app.stream_memory import StreamMemory
 from protocol.catalogue import BY_NAME, HEARTBEAT, SERIAL_OUTPUT, STATUS, Request
 from protocol.events import Answered, OutcomeUnknown
 from protocol.link_states import Presence
@@ -54,6 +56,9 @@ class StreamSwitch:
 class _Course:
     """Where the procedure stands between two turns."""
 
+    memory: StreamMemory
+    intent: Future[None] | None = None
+    """That it is switched on is being written down."""
     switched_on_at: float | None = None
     is_hopeless: bool = False
     """It was switched on and nothing came; polled until the next restart."""
@@ -66,13 +71,14 @@ class _Course:
     """When each polled question is due next."""
 
 
-def watch(switch: StreamSwitch, *, read_all: bool = True) -> Procedure[None]:
+def watch(switch: StreamSwitch, *, read_all: bool = True, memory: StreamMemory | None = None) -> Procedure[None]:
     """Keep everything about the module fresh until cancelled.
 
     `read_all`: first ask for everything, and again after a restart, a lost link or a sleep. The stream is switched on
-    only after listening for a while whether it was on already; until then the status is polled.
+    only after listening for a while whether it was on already; until then the status is polled. `memory`: what an
+    earlier session left on is switched off.
     """
-    course = _Course()
+    course = _Course(memory or StreamMemory())
     try:
         while True:
             sight: Sight = yield Look()
@@ -90,6 +96,7 @@ def _turn(course: _Course, switch: StreamSwitch, sight: Sight, *, read_all: bool
     if sight.device.restarts != course.restarts:
         course.restarts = sight.device.restarts
         course.switched_on_at, course.is_hopeless, course.has_read = None, False, False
+        course.intent = None
     if sight.device.last_sleep != course.last_sleep:
         course.last_sleep, course.has_read = sight.device.last_sleep, False
     if sight.device.is_restart_suspected and not course.is_suspicious:
@@ -137,6 +144,12 @@ def _ask(question: Request, *, attempts: int | None = None) -> Procedure[bool]:
 
 
 def _steer_stream(course: _Course, switch: StreamSwitch, sight: Sight) -> Procedure[None]:
+    memory, listened_s = course.memory, sight.now - sight.opened_at
+    if memory.was_left_on and course.switched_on_at is None and sight.is_proven:
+        if sight.device.is_streaming:
+            course.switched_on_at, memory.is_taken_over, memory.was_left_on = sight.now, True, False
+        elif listened_s >= LISTEN_FIRST_S:
+            memory.forget()
     if not switch.is_on:
         yield from _switch_off(course)
         return
@@ -145,16 +158,20 @@ def _steer_stream(course: _Course, switch: StreamSwitch, sight: Sight) -> Proced
         if not sight.device.is_streaming and waited_s > STREAM_STARTS_S:
             course.is_hopeless = True
         return
-    listened_s = sight.now - sight.opened_at
     if sight.device.is_streaming or course.is_hopeless or listened_s < LISTEN_FIRST_S or not sight.is_proven:
+        return
+    if course.intent is None:
+        course.intent = memory.note_on()
+    if not course.intent.done():
         return
     # Unconfirmed counts as on, so that it is switched off again; also where this is cancelled before the answer came.
     course.switched_on_at = sight.now
     outcome = yield Ask(SERIAL_OUTPUT.set(True))
     refused = isinstance(outcome, Answered) and not _is_accepted(outcome)
     if refused or not isinstance(outcome, Answered | OutcomeUnknown):
-        course.switched_on_at = None
+        course.switched_on_at, course.intent = None, None
         course.is_hopeless = True
+        memory.forget()
 
 
 def _is_accepted(outcome: Answered) -> bool:
@@ -177,5 +194,6 @@ def _switch_off(course: _Course) -> Procedure[None]:
     for _ in range(OFF_ATTEMPTS):
         outcome = yield Ask(SERIAL_OUTPUT.set(False), (0.12,))
         if isinstance(outcome, Answered) and _is_accepted(outcome):
+            course.memory.forget()
             break
-    course.switched_on_at = None
+    course.switched_on_at, course.intent = None, None
