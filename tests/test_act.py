@@ -332,3 +332,26 @@ def test_what_is_broken_off_while_the_disk_works_is_written_down_as_not_sent(why
     assert isinstance(run.error, Cancelled if why == "cancelled" else PortLost)
     assert journal.outcomes == {0: Outcome.NOT_SENT}
     assert acts_sent(rig) == []
+
+
+def test_a_doubled_heartbeat_is_no_sign_of_life_after_a_shutdown() -> None:
+    for seed in range(20):
+        rig = Rig({"double_codes": "01", "double_ms": "120", "seed": seed})
+        assert do(rig, Act.SHUTDOWN).outcome is Outcome.CONFIRMED
+        assert not rig.bench.module.is_on
+
+
+@pytest.mark.parametrize("mute", ["31", "32/2", "32/3", "31,32/2"])
+def test_not_fired_needs_every_witness(mute: str) -> None:
+    rig = Rig({"active": True, "mute_codes": mute, "double_codes": "32", "double_ms": "25"})
+    rig.bench.module.state.is_forbidden = True
+    fire = rig.bench.module.fire
+    rig.bench.module.fire = lambda *_args: False  # type: ignore[method-assign]
+    assert do(rig, Act.DEPLOY).outcome is not Outcome.REFUSED
+    rig.bench.module.fire = fire  # type: ignore[method-assign]
+
+
+def test_a_module_that_did_not_fire_is_believed_when_every_witness_says_so() -> None:
+    rig = Rig({"active": True})
+    rig.bench.module.fire = lambda *_args: False  # type: ignore[method-assign]
+    assert do(rig, Act.DEPLOY).outcome is Outcome.REFUSED

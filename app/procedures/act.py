@@ -24,7 +24,7 @@ from protocol.catalogue import BY_NAME, HEARTBEAT, STATUS
 from protocol.events import Answered, Unanswered
 from protocol.events import Outcome as Reply
 from protocol.link_states import Presence
-from protocol.messages import Acknowledgement, Status
+from protocol.messages import Acknowledgement, Reading, Status
 from protocol.text import marked
 
 AFTER_WAITS_S = (0.3, 0.3, 1.0)
@@ -32,6 +32,8 @@ DURABLE_LIMIT_S = 5.0
 """As long as a confirmation counts: an intent that is not on disk by then is given up."""
 SLOW_DISK_S = 0.1
 """After a longer wait for the disk the module is asked again before the conditions are judged again."""
+ALIVE_AGAIN_S = 0.5
+LOOKS_APART_S = 0.15
 LOOKS = 2
 """Reports in a row that must agree before a trigger is said not to have happened."""
 
@@ -125,6 +127,8 @@ class _Aftermath:
     raw: int | None
     reports: tuple[Status, ...] = ()
     is_alive: bool | None = None
+    has_fired: bool | None = None
+    """For deploying: the answer to "triggered?"."""
     is_sent: bool = True
     details: Mapping[str, object] = field(default_factory=dict)
 
@@ -250,9 +254,10 @@ def _look_after(act: Act, outcome: Reply) -> Procedure[_Aftermath]:
     raw = message.raw if isinstance(message, Acknowledgement) else None
     is_acknowledged = isinstance(message, Acknowledgement) and message.is_accepted
     if act is Act.SHUTDOWN:
-        alive = yield Ask(HEARTBEAT.query(), AFTER_WAITS_S)
-        return _Aftermath(is_acknowledged, raw, is_alive=isinstance(alive, Answered))
-    reports = yield from _reports()
+        is_alive = yield from _still_answers()
+        return _Aftermath(is_acknowledged, raw, is_alive=is_alive)
+    has_fired = (yield from _says_fired()) if act is Act.DEPLOY else None
+    reports = yield from _reports(apart_s=LOOKS_APART_S if act is Act.DEPLOY else 0.0)
     if act is Act.ACTIVATE and is_acknowledged:
         sight: Sight = yield Look()
         ends_at = sight.now + REPORTED_WITHIN_S
@@ -260,12 +265,32 @@ def _look_after(act: Act, outcome: Reply) -> Procedure[_Aftermath]:
             yield Pause(REPORTS_EVERY_S)
             reports = yield from _reports()
             sight = yield Look()
-    return _Aftermath(is_acknowledged, raw, reports)
+    return _Aftermath(is_acknowledged, raw, reports, has_fired=has_fired)
 
 
-def _reports() -> Procedure[tuple[Status, ...]]:
+def _still_answers() -> Procedure[bool]:
+    """Asked twice, with a pause: the doubled reply to an earlier heartbeat is no sign of life."""
+    for pause_s in (ALIVE_AGAIN_S, 0.0):
+        alive = yield Ask(HEARTBEAT.query(), AFTER_WAITS_S)
+        if not isinstance(alive, Answered):
+            return False
+        yield Pause(pause_s)
+    return True
+
+
+def _says_fired() -> Procedure[bool | None]:
+    """A witness besides the status: a doubled status cannot stand for it. None: no answer."""
+    outcome = yield Ask(BY_NAME["triggered"].query(), AFTER_WAITS_S)
+    message = outcome.messages[0] if isinstance(outcome, Answered) else None
+    return bool(message.value) if isinstance(message, Reading) else None
+
+
+def _reports(*, apart_s: float = 0.0) -> Procedure[tuple[Status, ...]]:
+    """`apart_s`: lets a second copy of the first report pass by, which is no second report."""
     reports: list[Status] = []
-    for _ in range(LOOKS):
+    for number in range(LOOKS):
+        if number and apart_s:
+            yield Pause(apart_s)
         seen = yield Ask(STATUS.query(), AFTER_WAITS_S)
         if isinstance(seen, Answered) and isinstance(seen.messages[0], Status):
             reports.append(seen.messages[0])
@@ -302,9 +327,9 @@ def _activation_outcome(after: _Aftermath) -> Outcome:
 
 def _deploy_outcome(after: _Aftermath) -> Outcome:
     """It had not fired before (a condition), so a trigger reported now is this one. "Not fired" needs every witness."""
-    if after.is_acknowledged or any(report.triggered for report in after.reports):
+    if after.is_acknowledged or after.has_fired or any(report.triggered for report in after.reports):
         return Outcome.CONFIRMED
-    if after.raw == 0x00 and len(after.reports) == LOOKS:
+    if after.raw == 0x00 and after.has_fired is False and len(after.reports) == LOOKS:
         return Outcome.REFUSED
     return Outcome.UNKNOWN
 
