@@ -19,7 +19,7 @@ from app.stations.known import Stations
 from app.store.checks import CheckStore
 from app.store.store import Store
 from app.worker import Batch
-from protocol.catalogue import Hazard, Request
+from protocol.catalogue import SERIAL_OUTPUT, Hazard, Request
 from protocol.events import Sent
 from tests.fakes_ui import WAIT_MS, simulated, wait_online, window
 from tests.steps import settle
@@ -63,8 +63,9 @@ class OnBench:
 
     @property
     def acts(self) -> list[Request]:
-        """What was sent and is no question."""
-        return [request for request in self.sent if request.hazard is not Hazard.NONE]
+        """What was sent and is no question; the stream that a recorded session needs aside."""
+        acts = [request for request in self.sent if request.hazard is not Hazard.NONE]
+        return [request for request in acts if request.command is not SERIAL_OUTPUT]
 
     def page(self, key: str, kind: type[Found]) -> Found:
         self.assembly.window.go_to(key)

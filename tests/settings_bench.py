@@ -147,6 +147,8 @@ def reason(one: Desk, key: str) -> str:
 
 
 def write(one: Desk) -> None:
+    """Once what was begun before has ended: a write ends with all settings read again."""
+    one.until(lambda: not one.settings.work.is_busy, 30_000)
     one.settings.refresh()
     one.click("settings_write")
 

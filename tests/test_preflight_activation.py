@@ -10,7 +10,7 @@ from pytestqt.qtbot import QtBot
 
 from app.preflight.verification import State, verify
 from protocol.catalogue import BY_NAME
-from tests.preflight_window import OnBench, hurry, kept, name_module, on_bench
+from tests.preflight_window import OnBench, find_in, hurry, kept, name_module, on_bench
 from tests.steps import settle
 from ui.preflight_work import Standing
 
@@ -53,7 +53,7 @@ def test_ready_leads_to_the_activation_and_becomes_go(
         assert (record["verdict"], record["previous"]) == ("GO", ready["hash"])
         assert record["read"]["status"]["active"] is True  # type: ignore[index]
         assert kept(bench, "M-07") == ["GO", "READY"]
-        assert verify(record).state is not State.ALTERED
+        assert verify(record, find_station=find_in(bench)).state is State.INTACT
         # Nothing on the page says of an active module that it is locked or does not fire.
         texts = [label.text() for label in page.findChildren(QLabel) if label.isVisible()]
         texts += [page.banner.accessibleName(), *(row.toolTip() for row in page.list.rows.values())]

@@ -8,8 +8,12 @@ from PySide6.QtWidgets import QAbstractButton, QApplication, QComboBox, QLineEdi
 from pytestqt.qtbot import QtBot
 
 from app.preflight.checks import CHECKS
+from app.preflight.record import as_text
 from app.preflight.verification import State, verify_file
+from app.stations.station import fingerprint_of
 from tests.preflight_window import find_in, hurry, name_module, on_bench, said
+from tests.stations_made import station
+from tests.test_preflight_record import checked_record
 from ui.preflight_row import CheckRow
 from ui.preflight_work import Standing
 from ui.theme import THEMES, Meaning, contrast
@@ -44,6 +48,37 @@ def test_a_dropped_record_is_intact_or_altered(qtbot: QtBot, qapp: QApplication,
         qtbot.waitUntil(lambda: "No pre-flight record" in said(bench), timeout=8000)
         bench.drop(tmp_path / "gone.pdf")
         qtbot.waitUntil(lambda: "cannot be read" in said(bench), timeout=8000)
+
+
+def test_a_station_is_trusted_and_forgotten(qtbot: QtBot, qapp: QApplication, tmp_path: Path, quick: None) -> None:
+    record = tmp_path / "theirs.json"
+    record.write_text(as_text(checked_record()), "utf-8")
+    asked: list[str] = []
+
+    def answer(_parent: QWidget, fingerprint: str) -> str:
+        asked.append(fingerprint)
+        return "Hangar 2"
+
+    with on_bench(qtbot, qapp, tmp_path, "trust", is_connected=False) as bench:
+        page = bench.preflight
+        page.files.ask_name = answer
+        bench.drop(record)
+        qtbot.waitUntil(lambda: "UNKNOWN STATION" in said(bench), timeout=8000)
+        assert page.strip.notice is not None
+        assert page.strip.notice.meaning is Meaning.ATTENTION
+        trust = page.strip.button("trust_station")
+        assert trust is not None
+        bench.click(trust)
+        qtbot.waitUntil(lambda: "INTACT: signed by Hangar 2" in said(bench), timeout=8000)
+        assert asked == [fingerprint_of(station().public)]
+        bench.click(page.buttons.history)
+        row = page.history.stations
+        assert row.own.text().startswith("This station: ")
+        assert row.known.currentText() == f"Hangar 2 · {asked[0]}"
+        bench.click(row.forget)
+        assert not row.forget.isEnabled()
+        bench.drop(record)
+        qtbot.waitUntil(lambda: "UNKNOWN STATION" in said(bench), timeout=8000)
 
 
 def test_past_checks_and_what_they_measured(qtbot: QtBot, qapp: QApplication, tmp_path: Path, quick: None) -> None:

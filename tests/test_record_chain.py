@@ -7,6 +7,7 @@ from pathlib import Path
 
 import pytest
 
+from app import version
 from app.acts import Act
 from app.journal import Outcome
 from app.preflight.expectations import Expectations
@@ -24,6 +25,7 @@ FRAME = bytes.fromhex("42 61 25 01 00 26")
 _FILER = """
 import sys
 from pathlib import Path
+from app import version
 from app.acts import Act
 from app.store.store import open_store
 from tests.test_record_chain import FRAME, file_one
@@ -41,7 +43,7 @@ def file_one(store: Store, module: str | None = None, *, adapter: str = "") -> F
     checked = check()
     return file_check(
         checked.assessment.case.evidence, Expectations(), Person(module=module), checked.log,
-        store=store, program_version="1", adapter=adapter,
+        store=store, program_version=version(), adapter=adapter,
     )  # fmt: skip
 
 

@@ -111,6 +111,7 @@ def test_a_forgery_that_agrees_with_itself_is_not_signed_by_a_station_that_is_kn
     for signature in (seal(forged, station("stranger"))["signature"], _signed()["signature"], "", None, 7, "x" * 88):
         assert _verified({**claimed, "signature": signature}).altered == ("signature",)
     assert _verified(claimed).altered == ("signature",)
+    assert "Station: the signature in it is not valid." in _words(_verified(claimed))
     for state in (State.NOT_SIGNED, State.UNKNOWN_STATION):
         assert "INTACT" not in Verification(state=state, record=forged).sentences()[0].in_words()
 
@@ -122,6 +123,9 @@ def test_a_second_number_one_is_noticed(tmp_path: Path) -> None:
         assert verify(first, kept, find).state is State.INTACT
         assert verify(first, kept, find).chain is Chain.FIRST
         own = own_station(tmp_path)
+        forged = page(first).replace(b"<b>M-07</b>", b"<b>M-08</b>", 1)
+        forged_page = verify_bytes(sealed_html(forged[: forged.rindex(b"\n<!-- DPS-S")], first), kept, find)
+        assert (forged_page.state, forged_page.is_known_here) == (State.ALTERED, True)
         second = seal({**first, "who": "Somebody else"}, own)
         found = verify(second, kept, find)
         assert (found.state, found.chain) == (State.CHAIN_BROKEN, Chain.DOUBLED)

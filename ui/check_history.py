@@ -29,6 +29,7 @@ from ui.named import named
 from ui.pages import Services
 from ui.preflight_form import known_aircraft
 from ui.simulator_controls import WheelGuard
+from ui.stations_row import StationsRow
 from ui.tables import list_rows
 from ui.theme import Meaning, Size, Space, font
 from ui.trend import Trend
@@ -113,10 +114,12 @@ class CheckHistory(QWidget):
         self.print.clicked.connect(self._print)
         self.filter.activated.connect(self.refresh_rows)
         self.table.itemSelectionChanged.connect(self._enable)
+        self.stations = StationsRow(lambda: services.keeping.folder, texts, guard)
         self._lay_out()
 
     def open(self) -> None:
         """Everything anew, beginning with the module that is named now."""
+        self.stations.refresh()
         module_id = self._services.naming.module_id
         self.filter.clear()
         for one in self._services.naming.known:
@@ -235,6 +238,7 @@ class CheckHistory(QWidget):
         whole.addLayout(head)
         whole.addWidget(self.table, 1)
         whole.addLayout(trends)
+        whole.addWidget(self.stations)
         whole.addLayout(foot)
 
 

@@ -227,6 +227,7 @@ class PreflightPage(QWidget):
         self.form.changed.connect(self._take_form)
         self.form.refused.connect(self._show_faults)
         self.files.said.connect(self.say)
+        self.files.stations_changed.connect(self.history.stations.refresh)
         self.history.closed.connect(self.show_check)
         self.history.print_wanted.connect(self._print_kept)
         work.changed.connect(self._take_work)

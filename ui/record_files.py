@@ -5,6 +5,7 @@ import threading
 from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import Final
 
@@ -18,13 +19,14 @@ from app.preflight.verdict import Verdict
 from app.preflight.verification import State, Verification, verify_file
 from app.preflight.wording import clean
 from app.stations.known import Stations
-from app.stations.station import station_to_sign
+from app.stations.station import fingerprint_of, station_to_sign
 from app.store.checks import CheckStore
 from app.store.store import Store
 from ui.keeping import Keeping
 from ui.live_save import AskPath, ask_path
-from ui.notice_bar import Notice
+from ui.notice_bar import Choice, Notice
 from ui.report_printer import print_report
+from ui.stations_row import AskName, ask_name
 from ui.theme import Meaning
 
 _log = logging.getLogger(__name__)
@@ -41,15 +43,17 @@ def ask_record(parent: QWidget) -> Path | None:
 
 
 class RecordFiles(QObject):
-    """`said`: a `Notice` without buttons, about the last thing that was done."""
+    """`said`: a `Notice` about the last thing that was done. `stations_changed`: one more is known."""
 
     said = Signal(object)
+    stations_changed = Signal()
     _verified = Signal(object)
 
     def __init__(self, keeping: Keeping, parent: QWidget) -> None:
         super().__init__(parent)
         self.ask_path: AskPath = ask_path
         self.ask_record: AskRecord = ask_record
+        self.ask_name: AskName = ask_name
         self.printer: Printer = print_report
         self._keeping, self._window = keeping, parent
         self._folder = Path.home()
@@ -117,7 +121,23 @@ class RecordFiles(QObject):
         meaning = _MEANINGS[done.outcome.state]
         if meaning is Meaning.GOOD and recorded_verdict(done.outcome.record or {}) is not Verdict.GO:
             meaning = Meaning.INFORMATION  # an intact NO-GO is not good news
-        self._say(meaning, f"{file} — {told}")
+        choices: tuple[Choice, ...] = ()
+        if done.outcome.state is State.UNKNOWN_STATION:
+            choices = (Choice("trust_station", tr("Trust this station…"), partial(self._ask_to_trust, done)),)
+        self.said.emit(Notice(meaning, f"{file} — {told}", choices))
+
+    def _ask_to_trust(self, done: "_Verified") -> None:
+        public = done.outcome.signer if isinstance(done.outcome, Verification) else None
+        name = None if public is None else self.ask_name(self._window, fingerprint_of(public))
+        if public is None or name is None:
+            return
+        try:
+            Stations(self._keeping.folder).trust(public, name)
+        except OSError as error:
+            self._say(Meaning.DANGER, tr("The list of known stations cannot be written: {why}.", why=error.strerror))
+            return
+        self.stations_changed.emit()
+        self.verify(done.path)
 
     def _say(self, meaning: Meaning, text: str) -> None:
         self.said.emit(Notice(meaning, text))

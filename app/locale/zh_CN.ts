@@ -1750,12 +1750,20 @@
         <translation>插入其他应答</translation>
     </message>
     <message>
+        <source>Forget</source>
+        <translation>移除</translation>
+    </message>
+    <message>
         <source>Forget all rows (Ctrl+Shift+X)</source>
         <translation>清除所有行（Ctrl+Shift+X）</translation>
     </message>
     <message>
         <source>Forget it</source>
         <translation>不再提醒</translation>
+    </message>
+    <message>
+        <source>Forget the chosen station</source>
+        <translation>移除所选站点</translation>
     </message>
     <message>
         <source>Forgets all rows of the list. Nothing on the module changes.</source>
@@ -2240,6 +2248,10 @@
     <message>
         <source>Known from now on: {station}.</source>
         <translation>已加入已知站点：{station}。</translation>
+    </message>
+    <message>
+        <source>Known stations</source>
+        <translation>已知站点</translation>
     </message>
     <message>
         <source>LOCK</source>
@@ -2752,6 +2764,10 @@
     <message>
         <source>No new trigger record</source>
         <translation>没有新的触发记录</translation>
+    </message>
+    <message>
+        <source>No other station is known</source>
+        <translation>没有其他已知站点</translation>
     </message>
     <message>
         <source>No port is open.</source>
@@ -3614,6 +3630,10 @@
         <translation>遗漏的触发记录</translation>
     </message>
     <message>
+        <source>Records that the chosen station signed no longer count as known</source>
+        <translation>所选站点签名的记录不再视为已知</translation>
+    </message>
+    <message>
         <source>Redo</source>
         <translation>重做</translation>
     </message>
@@ -4134,6 +4154,10 @@
         <translation>签名</translation>
     </message>
     <message>
+        <source>Signed by {fingerprint}. Trust it only if that computer shows the same fingerprint. What to call it:</source>
+        <translation>签名站点：{fingerprint}。仅当那台计算机显示相同指纹时才信任。名称：</translation>
+    </message>
+    <message>
         <source>Silent restart after a set</source>
         <translation>设置后静默重启</translation>
     </message>
@@ -4218,12 +4242,20 @@
         <translation>站点：无，未签名。</translation>
     </message>
     <message>
+        <source>Station: the signature in it is not valid.</source>
+        <translation>站点：其中的签名无效。</translation>
+    </message>
+    <message>
         <source>Station: {fingerprint}, not known here.</source>
         <translation>站点：{fingerprint}，不在已知列表中。</translation>
     </message>
     <message>
         <source>Station: {fingerprint}, {station}.</source>
         <translation>站点：{fingerprint}，{station}。</translation>
+    </message>
+    <message>
+        <source>Stations whose signatures count as known on this computer</source>
+        <translation>本机信任其签名的站点</translation>
     </message>
     <message>
         <source>Status</source>
@@ -4508,6 +4540,10 @@
     <message>
         <source>The link works: the module answers.</source>
         <translation>通信正常：模块有应答。</translation>
+    </message>
+    <message>
+        <source>The list of known stations cannot be written: {why}.</source>
+        <translation>无法写入已知站点列表：{why}。</translation>
     </message>
     <message>
         <source>The module acknowledged and is silent now.</source>
@@ -5042,6 +5078,10 @@
         <translation>此模块开机次数为 {now}，{module} 上次为 {before}：是同一个模块吗？</translation>
     </message>
     <message>
+        <source>This station: {fingerprint}</source>
+        <translation>本站点：{fingerprint}</translation>
+    </message>
+    <message>
         <source>This step of the tour is on another page.</source>
         <translation>导览的这一步在另一页上。</translation>
     </message>
@@ -5192,6 +5232,14 @@
     <message>
         <source>Triggers</source>
         <translation>触发记录</translation>
+    </message>
+    <message>
+        <source>Trust a station</source>
+        <translation>信任站点</translation>
+    </message>
+    <message>
+        <source>Trust this station…</source>
+        <translation>信任此站点…</translation>
     </message>
     <message>
         <source>Try everything without a module</source>

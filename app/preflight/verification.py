@@ -107,7 +107,9 @@ class Verification:
         rest = [_introduced(self.record)]
         if self.record.get("is_simulated") is True:
             rest.append(said(marked("SIMULATED MODULE: this is no evidence.")))
-        if self.signer is None:
+        if "signature" in self.altered:
+            rest.append(said(marked("Station: the signature in it is not valid.")))
+        elif self.signer is None:
             rest.append(said(marked("Station: none, it is not signed.")))
         else:
             known = marked("Station: {fingerprint}, {station}.")
@@ -193,6 +195,7 @@ def _verified(data: bytes, record: Record, kept: KeptRecords | None, find_statio
     same = kept.record(str(record.get("hash"))) if kept is not None else None
     altered = list(_altered(record, same))
     signer = _signer(record)
+    is_known_here = same is not None and not altered
     if signer is None and (record.get("station") is not None or "signature" in record):
         altered.append("signature")
     is_page_fine = True
@@ -209,7 +212,7 @@ def _verified(data: bytes, record: Record, kept: KeptRecords | None, find_statio
     return Verification(
         state=_state(altered, against, chain, signer, station, is_page_fine=is_page_fine),
         record=record, altered=tuple(altered), contradictions=against, chain=chain,
-        is_known_here=same is not None and not altered, signer=signer, station=station,
+        is_known_here=is_known_here, signer=signer, station=station,
     )  # fmt: skip
 
 

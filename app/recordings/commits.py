@@ -28,6 +28,7 @@ COMMIT: Final = np.dtype(
         ("own_crc32", "<u4"),
     ]
 )
+_COUNTS: Final = ("status_rows", "cell_rows", "light_rows", "line_bytes", "journal_bytes")
 _COMMIT: Final = struct.Struct("<d5Q4L")
 _CRC_AT: Final = 52
 _OWN_BYTES: Final = COMMIT.itemsize - 4
@@ -49,12 +50,18 @@ class Extents(NamedTuple):
 
     def length(self, name: str) -> int:
         """Bytes of this data file that count."""
-        if name == LINE:
-            return self.line_bytes
-        if name == JOURNAL:
-            return self.journal_bytes
-        table = name.partition(".")[0]
-        return int(getattr(self, f"{table}_rows")) * np.dtype(COLUMNS[table][name]).itemsize
+        return int(getattr(self, _count_of(name))) * _width(name)
+
+
+def _count_of(name: str) -> str:
+    """Which of the counts belongs to this data file."""
+    return {LINE: "line_bytes", JOURNAL: "journal_bytes"}.get(name) or f"{name.partition('.')[0]}_rows"
+
+
+def _width(name: str) -> int:
+    """Bytes of one of what is counted."""
+    kind = COLUMNS.get(name.partition(".")[0], {}).get(name)
+    return 1 if kind is None else np.dtype(kind).itemsize
 
 
 def encoded_commit(extents: Extents, data_crc32: int) -> bytes:
@@ -164,27 +171,35 @@ class Damaged(NamedTuple):
 
 
 def damaged_pieces(folder: Path, opening: Opening, found: Extents) -> tuple[Damaged, ...]:
-    """Every commit up to `found` compared with its checksum; neighbours are one piece. Raises OSError.
-
-    A second or two for a session of a day.
-    """
+    """Every commit up to `found` compared with its checksum; neighbours are one piece. Raises OSError."""
+    raw = (folder / COMMITS).read_bytes()
+    table = np.frombuffer(raw[: len(raw) // COMMIT.itemsize * COMMIT.itemsize], COMMIT)
+    counts = list(zip(*(table[name].tolist() for name in _COUNTS), strict=True))
+    data_crcs, own_crcs, times = (table[name].tolist() for name in ("data_crc32", "own_crc32", "at_s"))
     pieces: list[Damaged] = []
-    before, is_gap, pace = nothing(opening), False, Pace()
-    with (folder / COMMITS).open("rb") as commits, ExitStack() as stack:
-        files = {name: _mapped(folder / name, found.length(name), stack) for name in DATA_FILES}
-        while len(raw := commits.read(_COMMIT.size)) == _COMMIT.size and before != found:
+    last, end = nothing(opening), found[1:6]
+    before, is_gap, pace = last[1:6], False, Pace()
+    with ExitStack() as stack:
+        files = [
+            (_COUNTS.index(_count_of(name)), _width(name), _mapped(folder / name, found.length(name), stack))
+            for name in DATA_FILES
+        ]
+        for number, now in enumerate(counts):
             pace.keep()
-            now = _decoded(raw)
-            if now is None or not _follows(before, now, found):
+            place = number * COMMIT.itemsize
+            is_whole = zlib.crc32(raw[place : place + _OWN_BYTES]) == own_crcs[number] and is_time(times[number])
+            if not is_whole or any(not one <= other <= most for one, other, most in zip(before, now, end, strict=True)):
                 is_gap = True
                 continue
             crc = 0
-            for name, data in files.items():
-                crc = zlib.crc32(data[before.length(name) : now.length(name)], crc)
-            if is_gap or crc != _data_crc(raw):
-                first = pieces.pop().first if pieces and pieces[-1].last == before else before
-                pieces.append(Damaged(first, now))
-            before, is_gap = now, False
+            for count, width, data in files:
+                if now[count] != before[count]:
+                    crc = zlib.crc32(data[before[count] * width : now[count] * width], crc)
+            here = Extents._make((times[number], *now, False))
+            if is_gap or crc != data_crcs[number]:
+                first = pieces.pop().first if pieces and pieces[-1].last == last else last
+                pieces.append(Damaged(first, here))
+            last, before, is_gap = here, now, False
     return tuple(pieces)
 
 
@@ -195,7 +210,3 @@ def _mapped(path: Path, length: int, stack: ExitStack) -> memoryview:
         data = memoryview(stack.enter_context(mmap.mmap(file.fileno(), length, access=mmap.ACCESS_READ)))
     stack.callback(data.release)  # before the file is unmapped
     return data
-
-
-def _follows(before: Extents, now: Extents, found: Extents) -> bool:
-    return all(one <= other <= last for one, other, last in zip(before[1:6], now[1:6], found[1:6], strict=True))
