@@ -13,7 +13,7 @@ from app.journal import Outcome
 from app.preflight.expectations import Expectations
 from app.preflight.filing import Filed, Person, file_check
 from app.preflight.record import Record
-from app.store.audit_chain import AuditFault, ChainFault, check_audit_chain
+from app.store.audit_chain import AUDIT_CHAIN_TABLES, AuditFault, ChainFault, check_audit_chain
 from app.store.checks import CheckStore
 from app.store.database import FILE_NAME, StoreFault, StoreTrouble, open_database
 from app.store.schema import MIGRATIONS
@@ -177,8 +177,9 @@ def test_a_link_that_was_replaced_breaks_the_chain(tmp_path: Path) -> None:
 
 
 def test_a_log_from_before_is_chained_when_it_is_migrated(tmp_path: Path) -> None:
-    before = [step for step in MIGRATIONS if not any("audit_chain" in str(statement) for statement in step)]
-    with closing(open_database(tmp_path, migrations=before).database) as database:
+    with closing(
+        open_database(tmp_path, migrations=MIGRATIONS[: MIGRATIONS.index(AUDIT_CHAIN_TABLES)]).database
+    ) as database:
         for number, settled in ((1, "t"), (2, None)):
             database.write(
                 "INSERT INTO audit (id, port, origin, at, act, frame, detail, settled_at, outcome, result) "
