@@ -15,10 +15,12 @@ from tests.adversary.__main__ import breaches_of, main, table_of
 from tests.adversary.campaign import Plan, plan_of, plans, run_all, run_one
 from tests.adversary.commands import COMMANDS
 from tests.adversary.faults import DIALECTS, TROUBLES
+from tests.adversary.gestures import WINDOW
 from tests.adversary.judge import Breach
-from tests.adversary.window import WINDOW
 
-RUNS = 120
+RUNS = 100
+
+pytestmark = pytest.mark.usefixtures("qapp")
 
 
 def found(home: Path, trouble: str, command: str, dialect: str = "as printed") -> set[Breach]:
@@ -98,6 +100,11 @@ def always_ready(patch: pytest.MonkeyPatch) -> None:
     patch.setattr(Assessment, "verdict", property(lambda _assessment: Verdict.READY))
 
 
+def nothing_ends_it(patch: pytest.MonkeyPatch) -> None:
+    patch.setattr("ui.preflight_work.void_reason", lambda *_args, **_more: None)
+    patch.setattr("ui.preflight_work.changes_between", lambda *_args: ())
+
+
 def one_pass(patch: pytest.MonkeyPatch) -> None:
     from app.procedures.history import History
     from protocol.events import Answered
@@ -153,6 +160,7 @@ def acknowledged_is_done(patch: pytest.MonkeyPatch) -> None:
     ("break_it", "trouble", "command", "breach"),
     [
         (no_last_reading, "reverts after 300 ms", "set attitude_threshold_deg", Breach.FALSE_VERIFIED),
+        (nothing_ends_it, "memory changes while it stands", "window: preflight", Breach.FALSE_VERDICT),
         (no_last_reading, "time writes threshold", "set freefall_time_s", Breach.FALSE_VERIFIED),
         (no_reading_back, "keeps nothing", "set attitude_threshold_deg", Breach.FALSE_VERIFIED),
         (defaults_for_flags, "nothing", "read", Breach.WRONG_VALUE),

@@ -10,12 +10,14 @@ import time
 from collections import Counter
 from itertools import islice
 
+from PySide6.QtWidgets import QApplication
+
 from tests.adversary.campaign import Campaign, Plan, Result, plan_of, plans, run_all, run_one
 from tests.adversary.commands import BY_COMMAND
 from tests.adversary.faults import DIALECTS, TROUBLES
+from tests.adversary.gestures import WINDOW
 from tests.adversary.judge import Breach
 from tests.adversary.program import temporary_homes
-from tests.adversary.window import WINDOW
 
 RUNS = 5600
 SHOWN_BREACHES = 60
@@ -79,6 +81,7 @@ def main(argv: list[str] | None = None) -> int:
     parser.add_argument("--seed", type=int, default=1, help="the same seed, the same runs")
     parser.add_argument("--only", type=plan_of, metavar="RUN", help="only this one, with all that it printed")
     args = parser.parse_args(argv)
+    _application = QApplication.instance() or QApplication(sys.argv[:1])  # the window's objects need one
     if args.only is not None:
         return _repeat(args.only)
     with temporary_homes() as home:

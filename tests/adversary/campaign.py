@@ -9,14 +9,16 @@ from dataclasses import dataclass, field
 from itertools import product
 from pathlib import Path
 from typing import Any, Final, NamedTuple
+from unittest import mock
 
 from app.simulator.bench import SimulatedBench
 from app.simulator.options import as_text, parse_options, setup_from
 from tests.adversary.commands import BY_COMMAND
 from tests.adversary.faults import DIALECTS, TROUBLES
+from tests.adversary.gestures import WINDOW
 from tests.adversary.judge import SETTLED_S, Breach, Case, Finding, judge_all
-from tests.adversary.program import Ran, Stage
-from tests.adversary.window import SETTLED_IN_S, WINDOW, Session, WindowDesk
+from tests.adversary.program import Ran, Stage, home_variables
+from tests.adversary.window import SETTLED_IN_S, Session, WindowDesk
 from tests.sim_line import FakeClock
 
 STEP_S: Final = 0.06
@@ -67,7 +69,7 @@ class Result:
 def run_one(plan: Plan, home: Path) -> Result:
     """The same plan, the same run."""
     if plan.command in WINDOW:
-        return _sit_at_window(plan)
+        return _sit_at_window(plan, home)
     command, trouble = BY_COMMAND[plan.command], TROUBLES[plan.trouble]
     setup = setup_from(parse_options(_options(plan, command.module)))
     clock = FakeClock()
@@ -90,7 +92,7 @@ def run_one(plan: Plan, home: Path) -> Result:
     return Result(plan, ran, judge_all(case, command.judge))
 
 
-def _sit_at_window(plan: Plan) -> Result:
+def _sit_at_window(plan: Plan, home: Path) -> Result:
     gestures, trouble = WINDOW[plan.command], TROUBLES[plan.trouble]
     desk = WindowDesk(_options(plan, {"rate": 20, **gestures.module}))
     session = Session(desk, _latency_s(desk.bench), forges=trouble.forges)
@@ -98,10 +100,11 @@ def _sit_at_window(plan: Plan) -> Result:
         session.happens = desk.clock() + SETTLED_IN_S + trouble.accident.at_s, trouble.accident.happen
     begun_s, error = desk.clock(), None
     try:
-        gestures.make(session)
+        with mock.patch.dict("os.environ", home_variables(home)):
+            gestures.make(session)
     except Exception as caught:  # noqa: BLE001  the window would tell of it
         error = caught
-    ran = Ran(code=0, took_s=desk.clock() - begun_s)
+    ran = Ran(code=0, out="\n".join(f'"verdict": "{one}"' for one in session.said), took_s=desk.clock() - begun_s)
     findings = session.end()
     if error is not None:
         findings.append(Finding(Breach.MISHAP, repr(error)))

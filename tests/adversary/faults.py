@@ -180,6 +180,7 @@ LIES: Final[Mapping[str, Trouble]] = {
     "loses settings and restarts": _lie(forgets="yes", restart_at_s="60.3"),
     "memory changes": _accident(0.5, partial(_change, attitude_threshold=20)),
     "memory changes later": _accident(2.0, partial(_change, attitude_threshold=20, freefall_time=5)),
+    "memory changes while it stands": _accident(6.0, partial(_change, attitude_threshold=20)),
     "tips over": _accident(0.6, _tip),
     "somebody activates": _accident(0.3, _somebody_activates),
     "somebody locks": _accident(0.3, _somebody_locks),

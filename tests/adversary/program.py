@@ -163,7 +163,7 @@ class Stage:
             mock.patch("app.worker.open_line", self._open_line),
             mock.patch("app.worker.tell_mishap", self._mishaps.append),
             mock.patch.object(program, "_explain", self._explain),
-            mock.patch.dict("os.environ", _home_variables(self.home)),
+            mock.patch.dict("os.environ", home_variables(self.home)),
             mock.patch.object(time, "monotonic", self.clock),
         ):
             yield
@@ -244,7 +244,7 @@ class _QueueModule:
         self.SimpleQueue = kind
 
 
-def _home_variables(home: Path) -> dict[str, str]:
+def home_variables(home: Path) -> dict[str, str]:
     folders = {f"XDG_{one}_HOME": str(home / one.lower()) for one in ("CONFIG", "DATA", "STATE", "CACHE")}
     overrides = {
         f"WIN_PD_OVERRIDE_{one}": str(home / one.lower()) for one in ("APPDATA", "LOCAL_APPDATA", "COMMON_APPDATA")

@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
-from typing import Any, Final, NamedTuple
+from typing import Any, Final
 
 from app.acts import Act
 from app.journal import Outcome
@@ -64,7 +64,13 @@ class Session:
     latency_s: float
     forges: bool
     findings: list[Finding] = field(default_factory=list)
+    said: list[str] = field(default_factory=list)
+    """Verdicts that stood."""
     happens: tuple[float, Callable[[Any], None]] | None = None
+
+    def connect(self) -> None:
+        self.desk.connect()
+        self.wait(SETTLED_IN_S)
 
     def wait(self, seconds: float) -> None:
         ends_at_s = self.desk.clock() + seconds
@@ -102,19 +108,14 @@ class Session:
         return self.findings
 
 
-def _connected(session: Session) -> None:
-    session.desk.connect()
-    session.wait(SETTLED_IN_S)
-
-
 def watch(session: Session) -> None:
-    _connected(session)
+    session.connect()
     session.desk.read_all()
     session.wait(14.0)
 
 
 def write(session: Session) -> None:
-    _connected(session)
+    session.connect()
     desk = session.desk
     desk.edit(lambda: desk.form.fill(DRAFTS))
     desk.write()
@@ -129,7 +130,7 @@ def write(session: Session) -> None:
 
 
 def lock(session: Session) -> None:
-    _connected(session)
+    session.connect()
     session.desk.lock()
     while not session.desk.locked and session.desk.is_open and session.desk.clock() < 1060.0:
         session.wait(0.02)
@@ -140,7 +141,7 @@ def lock(session: Session) -> None:
 
 def act(which: Act) -> Callable[[Session], None]:
     def perform(session: Session) -> None:
-        _connected(session)
+        session.connect()
         desk = session.desk
         desk.ask(which)
         session.wait(0.2)
@@ -164,20 +165,3 @@ def _judge_act(case: Case, which: Act, done: Performed) -> Iterator[Finding]:
         yield Finding(Breach.FALSE_OUTCOME, f"confirmed, and the tilt is still {now.tilt_deg}°")
     if which is Act.SHUTDOWN and now.is_on:
         yield Finding(Breach.FALSE_OUTCOME, "confirmed, and the module is still on")
-
-
-class Gestures(NamedTuple):
-    make: Callable[[Session], None]
-    module: Mapping[str, Any]
-    """Options of its module at the start."""
-
-
-WINDOW: Final[Mapping[str, Gestures]] = {
-    "window: watch": Gestures(watch, {}),
-    "window: watch active": Gestures(watch, {"active": True}),
-    "window: write": Gestures(write, {}),
-    "window: lock": Gestures(lock, {"active": True}),
-    "window: activate": Gestures(act(Act.ACTIVATE), {}),
-    "window: zero": Gestures(act(Act.ZERO), {"tilt": 4.0}),
-    "window: shutdown": Gestures(act(Act.SHUTDOWN), {}),
-}
