@@ -16,6 +16,8 @@ class FlowRow(QLayout):
         super().__init__(parent)
         self._left: Final[list[QLayoutItem]] = []
         self._right: Final[list[QLayoutItem]] = []
+        self._heights: dict[int, int] = {}
+        """By width, until something in it changes: Qt asks again and again."""
         self.setContentsMargins(0, 0, 0, 0)
         self.setSpacing(spacing_px)
 
@@ -56,8 +58,15 @@ class FlowRow(QLayout):
         return True
 
     def heightForWidth(self, width: int) -> int:
-        margins = self.contentsMargins()
-        return self._arrange(QRect(0, 0, width, 0).marginsRemoved(_sides(margins)), is_trial=True) + _height(margins)
+        if width not in self._heights:
+            margins = self.contentsMargins()
+            room = QRect(0, 0, width, 0).marginsRemoved(_sides(margins))
+            self._heights[width] = self._arrange(room, is_trial=True) + _height(margins)
+        return self._heights[width]
+
+    def invalidate(self) -> None:
+        super().invalidate()
+        self._heights.clear()
 
     def sizeHint(self) -> QSize:
         """All of it in one line."""
