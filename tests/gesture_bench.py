@@ -12,7 +12,7 @@ from unittest.mock import patch
 
 from PySide6.QtCore import QCoreApplication, QEvent, QPoint, QPointF, Qt
 from PySide6.QtGui import QKeyEvent, QMouseEvent, QWindow
-from PySide6.QtWidgets import QApplication, QWidget
+from PySide6.QtWidgets import QApplication, QPushButton, QWidget
 
 from app.device import DeviceView
 from app.procedure import PortLost
@@ -36,13 +36,15 @@ from ui.settings_page import SettingsPage
 
 LEFT, NO_BUTTON = Qt.MouseButton.LeftButton, Qt.MouseButton.NoButton
 TICK_S = 0.1
+READS_FOR_S = 0.04
+"""Fewer turns of the session, for thousands of sequences: what comes is read at once anyway."""
 
 
 class InlineLine(SimulatedLine):
     """Forgets what it need not keep: thousands of sequences run on it."""
 
     def read(self, longest_s: float, gather_s: float) -> bytes:
-        return self._read(longest_s)
+        return self._read(max(longest_s, READS_FOR_S))
 
     def interrupt(self) -> None: ...
 
@@ -143,6 +145,15 @@ class GestureBench:
             request = decode_request(data[at : at + 6])
             if request.hazard is not Hazard.NONE and request.command.name != "serial_output":
                 self.sent.append(request)
+
+    def buttons(self) -> list[QPushButton]:
+        """Of everything that changes the module."""
+        page, settings = self.commands, self.settings
+        confirms = [*(row.confirm for row in page.acts.values()), settings.baud.confirm]
+        asked = [one for confirm in confirms for one in (confirm.ask, confirm.go, confirm.cancel)]
+        ritual = [page.ritual.choose, page.ritual.rehearse, page.ritual.arm, page.ritual.hold, page.ritual.cancel]
+        found = [*asked, *ritual, settings.write, *settings.strip.findChildren(QPushButton)]
+        return [one for one in found if one.isVisible()]
 
     # Time
 

@@ -41,6 +41,8 @@ from tests.bench.window import (
     turn_for,
     turn_until,
 )
+from tests.clumsy import run as run_clumsy
+from tests.gesture_table import run_table
 from tests.soak.chaos import Chaos
 from tests.soak.faults import Mistakes
 from tests.soak.stateful import run_for
@@ -244,11 +246,26 @@ def _run(seconds: float, seed: int) -> Outcome:
     return outcome
 
 
+def _try_gestures(outcome: Outcome, every: int, sequences: int, seed: int) -> None:
+    tallies = run_table(every, seed % every)
+    tries = sum(sum(tally.tries.values()) for tally in tallies)
+    left = [one for tally in tallies for one in tally.left]
+    outcome.say("careless gestures", f"{tries:,} tries, {len(left)} completed an act", "; ".join(left[:3]))
+    application = QApplication.instance() or QApplication(sys.argv[:1])
+    assert isinstance(application, QApplication)
+    report = run_clumsy(application, sequences, seed)
+    frames = sum(report.frames.values())
+    counts = f"{report.sequences:,} sequences, {report.events:,} events, {frames:,} acts by their whole gesture"
+    outcome.say("clumsy hands", counts, "; ".join(report.faults[:3]))
+
+
 def main() -> int:
     """Run from the command line."""
     parser = argparse.ArgumentParser(prog="python -m tests.soak", description="Everything that can go wrong on a line.")
     parser.add_argument("--seconds", type=float, default=60.0, help="of trouble, 5 at least (default: 60)")
     parser.add_argument("--seed", type=int, default=1, help="the same seed, the same troubles")
+    parser.add_argument("--every", type=int, default=997, help="one in so many careless gestures; 1 is the whole table")
+    parser.add_argument("--clumsy", type=int, default=200, help="so many sequences of clumsy hands")
     args = parser.parse_args()
     if args.seconds < SHORTEST_S:
         parser.error("5 seconds at least")
@@ -261,6 +278,7 @@ def main() -> int:
     last = Outcome()
     counts = f"{stretch.steps:,} steps in {stretch.rounds:,} rounds"
     last.say("gestures and accidents", counts, stretch.failure and "see below")
+    _try_gestures(last, args.every, args.clumsy, args.seed)
     print("\n".join([*last.lines, stretch.failure] if stretch.failure else last.lines))
     complaints = outcome.complaints + last.complaints
     print(f"{'; '.join(complaints) or 'all as it should be'} ({time.monotonic() - began:.0f} s, seed {args.seed})")
