@@ -23,6 +23,7 @@ from protocol.catalogue import Hazard, Request
 from protocol.frame import decode_request
 from protocol.link_states import Presence
 from tests.fakes_ui import Ports
+from tests.journals import FakeJournal
 from tests.settings_bench import ENTRIES
 from tests.sim_line import FakeClock, SimulatedLine
 from ui.application import Assembly, WindowOptions, assemble
@@ -276,12 +277,13 @@ def gesture_bench(
         workers.append(InlineWorker(callback, clock))
         return workers[-1]
 
-    keeping = Keeping(folder / "store")
+    keeping, journal = Keeping(folder / "store"), FakeJournal()
     write = line.write
     with (
         patch("ui.application.Connector", partial(Connector, clock=clock)),
         patch("app.worker.open_line", lambda _port, _rate: line),
         patch.object(keeping.sessions, "tapped", lambda: make),
+        patch.object(keeping, "journal", lambda _target: journal),
     ):
         options = WindowOptions(language=language)
         remembered = Remembered(folder / "window.ini")

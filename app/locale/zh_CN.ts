@@ -2274,6 +2274,10 @@
         <translation>模块尚未报告锁定。串口恢复后将再次发送锁定命令。</translation>
     </message>
     <message>
+        <source>LOCK puts the module into standby. Until it reports LOCKED, treat it as ready to fire.</source>
+        <translation>“锁定”使模块进入待机。在其报告“已锁定”之前，请视为随时可能开伞。</translation>
+    </message>
+    <message>
         <source>LOCK sent {count} times, not yet reported</source>
         <translation>锁定命令已发送 {count} 次，模块尚未报告锁定</translation>
     </message>
@@ -4628,10 +4632,6 @@
     <message>
         <source>The module gets another value for this setting.</source>
         <translation>模块的这项设置改为另一个值。</translation>
-    </message>
-    <message>
-        <source>The module goes into standby. Until it reports LOCKED, treat it as ready to fire.</source>
-        <translation>模块进入待机。在其报告“已锁定”之前，请视为随时可能开伞。</translation>
     </message>
     <message>
         <source>The module has another baud rate: find the rate.</source>
