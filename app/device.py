@@ -14,6 +14,7 @@ from collections import deque
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from enum import Enum
+from math import inf
 from types import MappingProxyType
 from typing import NamedTuple
 
@@ -30,6 +31,7 @@ from protocol.events import (
     WentOnline,
 )
 from protocol.fields import Value
+from protocol.lag import Lag
 from protocol.link_states import Presence
 from protocol.messages import Acknowledgement, Heartbeat, Reading, Status, TriggerRecord
 
@@ -47,6 +49,7 @@ class Doubt(Enum):
     LINK_LOST = "link lost"
     WRITE_UNCONFIRMED = "write unconfirmed"
     AGED = "aged"
+    LATE = "late"
 
 
 STATUS_KEYS = ("tilt_deg", "acceleration_g", "triggered", "active")
@@ -55,6 +58,9 @@ FRESH_FOR_S: Mapping[str, float] = MappingProxyType(
     dict.fromkeys(STATUS_KEYS, 1.0) | dict.fromkeys(SLOW_KEYS, 5.0),
 )
 """Seconds after which a live value is stale. Settings and the boot count change only by an act or a restart."""
+
+LONGEST_LAG_S = 1.0
+"""Where the line holds everything back for longer, no status is current."""
 
 STREAM_PROVES_S = 1.5
 """How long a status that came unasked proves that the serial output is on."""
@@ -82,6 +88,8 @@ class Known:
     how: How
     at: float
     doubt: Doubt | None = None
+    said_after: float = -inf
+    """The module said it after this moment, as far as that is proven."""
 
     @property
     def is_stale(self) -> bool:
@@ -124,12 +132,20 @@ class DeviceView:
     """Of the last two seconds."""
     stray_records: tuple[TriggerRecord, ...] = ()
     """Came outside an answer, mostly after their query had been given up; oldest first."""
+    lag_s: float | None = None
+    """How long what the module says takes to come, as far as it is known."""
+
+    @property
+    def is_late(self) -> bool:
+        return self.lag_s is not None and self.lag_s > LONGEST_LAG_S
 
     def known(self, key: str, now: float) -> Known | None:
         """The value with the doubt that its age casts on it at `now`; None while unknown."""
         known = self.values.get(key)
         if known is None or known.doubt is not None:
             return known
+        if self.is_late and key in STATUS_KEYS:
+            return replace(known, doubt=Doubt.LATE)
         limit_s = self.fresh_for_s(key, known.how)
         if limit_s is not None and now - known.at > limit_s:
             return replace(known, doubt=Doubt.AGED)
@@ -147,6 +163,11 @@ class DeviceView:
             return max(limit_s, min(STREAM_LATE_PERIODS / self.stream_hz, STREAM_PROVES_S))
         return limit_s
 
+    def proven(self, key: str, now: float) -> Known | None:
+        """The part of the status that the module is proven to have said within the last second, else None."""
+        known = self.values.get(key)
+        return known if known and not known.is_stale and now - known.said_after <= FRESH_FOR_S[key] else None
+
     def fresh(self, key: str, now: float) -> Value | None:
         """The value where it is known and nothing casts doubt on it, else None."""
         known = self.known(key, now)
@@ -156,8 +177,9 @@ class DeviceView:
 class Device:
     """Learns from the link's events. One object for one module on one port."""
 
-    def __init__(self, baud_rate: int | None = None) -> None:
+    def __init__(self, baud_rate: int | None = None, lag: Lag | None = None) -> None:
         self._baud_rate = baud_rate
+        self._lag = lag
         self._values: dict[str, Known] = {}
         self._presence = Presence.UNKNOWN
         self._presence_since: float | None = None
@@ -241,6 +263,7 @@ class Device:
             frozenset(self._suspected),
             self._motion.view(now),
             tuple(self._stray_records),
+            None if self._lag is None else self._lag.seconds(now),
         )
 
     def is_streaming(self, now: float) -> bool:
@@ -278,7 +301,7 @@ class Device:
             return
         how = How.READ if event.role is Role.ANSWER else How.STREAMED
         for key, value in zip(STATUS_KEYS, _status_values(event.message), strict=True):
-            self._values[key] = Known(value, how, event.at)
+            self._values[key] = Known(value, how, event.at, said_after=event.said_after)
         if len(self._streamed_at) > 1:
             self._values[SERIAL_OUTPUT.key] = Known(True, How.STREAMED, self._streamed_at[-1])
 

@@ -60,13 +60,15 @@ class LockRepeat:
 @dataclass(frozen=True, slots=True)
 class Ask:
     """One exchange. `waits_s`: seconds to wait at each attempt, else as measured; `attempts`: at most so many of
-    them. See `Link.ask`. `repeat`: LOCK leaves whenever it is due while the answer is awaited."""
+    them; `is_fenced`: behind another question. See `Link.ask`. `repeat`: LOCK leaves whenever it is due while the
+    answer is awaited."""
 
     request: Request
     waits_s: tuple[float, ...] | None = None
     attempts: int | None = None
     is_deliberate: bool = False
     repeat: LockRepeat | None = None
+    is_fenced: bool = False
 
 
 @dataclass(frozen=True, slots=True)
@@ -105,6 +107,8 @@ class LinkView:
     round_trip_minimum_s: float | None
     round_trip_median_s: float | None
     bytes_received: int
+    lag_s: float | None = None
+    """How long what the module says takes to come, now; None before the first answer. See `protocol.lag`."""
 
 
 @dataclass(frozen=True, slots=True)

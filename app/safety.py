@@ -8,6 +8,7 @@ What is not known never counts as fulfilled: a state that is stale, or only ackn
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from enum import Enum, auto
+from math import isinf
 from types import MappingProxyType
 
 from app.acts import TITLES, Act
@@ -76,9 +77,11 @@ class Situation:
     now: float
     presence: Presence = Presence.UNKNOWN
     status_at: float | None = None
-    """When the last status report came."""
+    """When the last status report came; where that must be proven, the moment after which the module said it."""
     status_doubt: Doubt | None = None
     status_fresh_for_s: float = FRESH_FOR_S["tilt_deg"]
+    lag_s: float | None = None
+    """How late everything comes, where that is too late."""
     active: bool | None = None
     triggered: bool | None = None
     tilt_deg: float | None = None
@@ -103,6 +106,7 @@ def situation(
     device: DeviceView,
     now: float,
     *,
+    must_be_proven: bool,
     permit: Permit | None = None,
     overtaken_at: float | None = None,
     opened_at: float | None = None,
@@ -110,19 +114,26 @@ def situation(
     is_unlocked: bool = False,
     is_audit_ready: bool = True,
 ) -> Situation:
-    """From what is known about the module at `now`."""
-    tilt = device.known("tilt_deg", now)
+    """From what is known about the module at `now`.
+
+    `must_be_proven`: a status counts only where it cannot have been said more than a second ago, however it was held
+    back on the way; see `ask_status`. Whatever sends needs that. What is merely shown goes by when the status came.
+    """
+    tilt = device.values.get("tilt_deg") if must_be_proven else device.known("tilt_deg", now)
+    see = device.proven if must_be_proven else device.known
+    seen_tilt = see("tilt_deg", now)
+    fresh_for_s = None if tilt is None or must_be_proven else device.fresh_for_s("tilt_deg", tilt.how)
     threshold = device.fresh("attitude_threshold_deg", now)
     return Situation(
         now=now,
         presence=device.presence,
-        status_at=None if tilt is None else tilt.at,
+        status_at=None if tilt is None else tilt.said_after if must_be_proven else tilt.at,
         status_doubt=None if tilt is None else tilt.doubt,
-        status_fresh_for_s=(device.fresh_for_s("tilt_deg", tilt.how) if tilt is not None else None)
-        or FRESH_FOR_S["tilt_deg"],
-        active=_reported(device.known("active", now)),
-        triggered=_reported(device.known("triggered", now)),
-        tilt_deg=None if tilt is None or tilt.is_stale else tilt.value,
+        status_fresh_for_s=fresh_for_s or FRESH_FOR_S["tilt_deg"],
+        lag_s=device.lag_s if device.is_late else None,
+        active=_reported(see("active", now)),
+        triggered=_reported(see("triggered", now)),
+        tilt_deg=None if seen_tilt is None or seen_tilt.is_stale else seen_tilt.value,
         attitude_threshold_deg=threshold,
         motion=device.motion,
         armed=armed,
@@ -181,6 +192,11 @@ def _fresh_status(_act: Act, now_is: Situation) -> Refusal | None:
     age_s = now_is.now - now_is.status_at
     if now_is.status_doubt is None and 0.0 <= age_s <= now_is.status_fresh_for_s:
         return None
+    if now_is.lag_s is not None:
+        text = marked("What the module says arrives {seconds:.1f} s late.")
+        return Refusal(condition, text, {"seconds": now_is.lag_s})
+    if isinf(age_s):
+        return Refusal(condition, marked("It is not known how old the last status is."))
     return Refusal(condition, marked("The last status is {seconds:.1f} s old."), {"seconds": max(0.0, age_s)})
 
 

@@ -56,11 +56,11 @@ class Session:
         self._asleep_s = asleep_s
         self._is_played = is_playback
         self.opened_at = clock()
-        self.device = Device(line.baud_rate)
         self.identity = IdentityCheck(expected)
         self.bytes_received = 0
         self._timing = timing or Timing()
         self._link = Link(self.opened_at, timing=self._timing)
+        self.device = Device(line.baud_rate, self._link.lag)
         self._foreground: list[Run[Any]] = []
         self._background: Run[Any] | None = None
         self._asking: Run[Any] | None = None
@@ -129,8 +129,8 @@ class Session:
         return bool(self._foreground)
 
     def link_view(self) -> LinkView:
-        trips = self._link.round_trips
-        return LinkView(self._link.counters.copy(), trips.minimum_s, trips.median_s, self.bytes_received)
+        trips, lag_s = self._link.round_trips, self._link.lag.seconds(self.clock())
+        return LinkView(self._link.counters.copy(), trips.minimum_s, trips.median_s, self.bytes_received, lag_s)
 
     # The wheel
 
@@ -265,8 +265,9 @@ class Session:
         if not ask.request.is_repeatable and self._notice_sleep(now):
             return  # decided before the sleep
         sent = self._link.ask(
-            ask.request, now, waits_s=ask.waits_s, attempts=ask.attempts, is_deliberate=ask.is_deliberate
-        )
+            ask.request, now, waits_s=ask.waits_s, attempts=ask.attempts, is_deliberate=ask.is_deliberate,
+            is_fenced=ask.is_fenced,
+        )  # fmt: skip
         self._asking = run
         self._write_outgoing()
         self._events += sent

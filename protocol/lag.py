@@ -13,12 +13,12 @@ from collections import deque
 from math import inf
 from typing import NamedTuple
 
-from protocol.catalogue import HEARTBEAT, STATUS, Request
+from protocol.catalogue import HEARTBEAT, SERIAL_OUTPUT, STATUS, Request
 
 LONGEST_S = 10.0
 """What was asked longer ago is not answered any more."""
 STREAM_SHOWS_S = 3.0
-"""Where no status has come unasked for this long nothing streams: the slowest streams send one a second."""
+"""Where nothing has come unasked for this long nothing streams: the slowest streams send one a second."""
 _MOST = 256
 
 
@@ -33,7 +33,7 @@ class Lag:
     def __init__(self, now: float) -> None:
         self.said_after = -inf
         """All that comes now was said after this moment."""
-        self._streamed_at = now
+        self._unasked_at = now
         self._asked: deque[_Asked] = deque(maxlen=_MOST)
         """What may still be answered, oldest first."""
         self._answerable: set[Request] = set()
@@ -45,14 +45,16 @@ class Lag:
         while self._asked and now - self._asked[0].at > LONGEST_S:
             self._asked.popleft()
         self._asked.append(_Asked(request, now))
+        if request.command is SERIAL_OUTPUT:
+            self._unasked_at = now
 
-    def hear_streamed(self, now: float) -> None:
-        """A status came unasked."""
-        self._streamed_at = now
+    def hear_unasked(self, now: float) -> None:
+        """A streamed status, or the heartbeat of a restart after which a stream may begin."""
+        self._unasked_at = now
 
     def answer_said_after(self, request: Request, now: float) -> float:
         """The same of what is taken for the answer to `request`: where nothing streams, it is the answer."""
-        if now - self._streamed_at <= STREAM_SHOWS_S:
+        if now - self._unasked_at <= STREAM_SHOWS_S:
             return self.said_after
         return max(self.said_after, self.asked_at(request))
 

@@ -258,8 +258,9 @@ class Link:
     def _note(self, events: list[Event], frame: Frame, message: Message | None, role: Role, now: float) -> None:
         self.counters.by_role[role] += 1
         said_after = self.lag.said_after
+        if role in (Role.STREAMED, Role.UNASKED):
+            self.lag.hear_unasked(now)
         if role is Role.STREAMED:
-            self.lag.hear_streamed(now)
             self.gap.hear_streamed(now)
         elif role is not Role.ECHO:
             self.gap.hear_reply(now)

@@ -94,7 +94,7 @@ class Desk(DeskPort):
         changes = self.form.changes(self.view, self.clock())
         if not changes or not self.is_open or self.is_busy:
             return
-        now_is = situation(self.view, self.clock(), armed=self.armed.act, is_unlocked=is_unlocked)
+        now_is = situation(self.view, self.clock(), must_be_proven=False, armed=self.armed.act, is_unlocked=is_unlocked)
         if any(one.condition is not Condition.MAY_WRITE or now_is.active for one in refusals(Act.WRITE, now_is)):
             return
         leave = Leave(
@@ -222,7 +222,7 @@ class Desk(DeskPort):
 
     def _open_conditions(self) -> bool:
         asked_anyway = (Condition.CONFIRMED, Condition.RITUAL_DONE)
-        now_is = situation(self.view, self.clock(), armed=self.armed.act)
+        now_is = situation(self.view, self.clock(), must_be_proven=False, armed=self.armed.act)
         return any(one.condition not in asked_anyway for one in refusals(Act.DEPLOY, now_is))
 
     def _follow(self) -> None:

@@ -4,6 +4,7 @@ from collections.abc import Mapping
 from types import MappingProxyType
 from typing import Any
 
+from app.procedures.ask_status import ask_status
 from app.procedures.find import WAITS_S, Found, answers_here, find_rate, proofs
 from app.procedures.greet import Greeting, greet
 from app.procedures.history import History, read_history
@@ -18,6 +19,10 @@ from tests.fault_table import Cell, Row, records_held, truth
 
 THRESHOLD = BY_NAME["attitude_threshold"]
 WANTED_DEG = 75
+
+
+def _says_status(is_known: bool) -> str:
+    return "known" if is_known else "unknown"
 
 
 def _says_greeting(greeting: Greeting) -> str:
@@ -139,6 +144,7 @@ def _no_watch_lie(_result: Any, _cell: Cell) -> list[str]:
 
 ROWS: tuple[Row, ...] = (
     Row("greet.greet", greet, _says_greeting, _nothing),
+    Row("ask_status.ask_status", ask_status, _says_status, _nothing),
     Row("find.answers_here", lambda: answers_here(WAITS_S, proofs()), _says_here, _no_here_lie),
     Row("find.find_rate", lambda: find_rate(115200), _says_found, _no_found_lie),
     Row("read.read_everything", read_everything, _says_everything, _no_everything_lie),

@@ -75,6 +75,17 @@ def test_offline_says_since_when() -> None:
     assert "12 s" in words(state, 22.0).word
 
 
+def test_a_module_that_answers_late_is_not_called_connected() -> None:
+    device = DeviceView({"active": Known(value=True, how=How.STREAMED, at=21.99)}, Presence.ONLINE, 10.0, lag_s=1.62)
+    state = link_state(OPEN, device, None, is_finding=False)
+    assert state.phase is Phase.LATE
+    assert not state.is_fine
+    assert "1.5 s" in words(state, 22.0).word
+    assert device.fresh("active", 22.0) is None
+    quick = replace(device, lag_s=0.9)
+    assert link_state(OPEN, quick, None, is_finding=False).phase is Phase.ONLINE
+
+
 @pytest.mark.parametrize(("seconds", "text"), [(0.42, "0.4 s"), (9.0, "9 s"), (150, "2 min"), (10800, "3 h")])
 def test_durations_are_as_exact_as_wanted(seconds: float, text: str) -> None:
     assert duration(seconds) == text

@@ -159,11 +159,11 @@ def test_what_is_stale_or_only_acknowledged_is_not_known() -> None:
     def view(known: Known) -> DeviceView:
         return DeviceView(MappingProxyType({"active": known, "tilt_deg": Known(5, How.READ, NOW)}), Presence.ONLINE)
 
-    assert situation(view(Known(False, How.STREAMED, NOW)), NOW + 0.5).active is False
-    assert situation(view(Known(False, How.READ, NOW)), NOW + 1.5).active is None
-    assert situation(view(Known(False, How.READ, NOW, Doubt.RESTARTED)), NOW).active is None
-    assert situation(view(Known(False, How.ACKNOWLEDGED, NOW)), NOW).active is None
-    assert situation(DeviceView(), NOW).tilt_deg is None
+    assert situation(view(Known(False, How.STREAMED, NOW)), NOW + 0.5, must_be_proven=False).active is False
+    assert situation(view(Known(False, How.READ, NOW)), NOW + 1.5, must_be_proven=False).active is None
+    assert situation(view(Known(False, How.READ, NOW, Doubt.RESTARTED)), NOW, must_be_proven=False).active is None
+    assert situation(view(Known(False, How.ACKNOWLEDGED, NOW)), NOW, must_be_proven=False).active is None
+    assert situation(DeviceView(), NOW, must_be_proven=False).tilt_deg is None
 
 
 def test_a_permit_is_used_once() -> None:

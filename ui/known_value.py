@@ -30,6 +30,7 @@ DOUBT_WORDS: Final[Mapping[Doubt, str]] = {
     Doubt.LINK_LOST: marked("before the link was lost"),
     Doubt.WRITE_UNCONFIRMED: marked("before an unconfirmed write"),
     Doubt.AGED: marked("too old"),
+    Doubt.LATE: marked("arrived late"),
 }
 
 

@@ -23,6 +23,8 @@ class Phase(Enum):
     SILENT = "silent"
     """Open, and no module has ever answered."""
     ONLINE = "online"
+    LATE = "late"
+    """It answers, but what it says comes so late that it may no longer be so."""
     OFFLINE = "offline"
     """It answered before and does not any more."""
     LOST = "lost"
@@ -49,6 +51,8 @@ class LinkState:
     """Monotonic seconds; for OFFLINE."""
     silence: Silence | None = None
     """For SILENT: what came instead of an answer."""
+    lag_s: float | None = None
+    """For LATE."""
     trouble: PortError | None = None
     """For FAILED and LOST."""
     absence: Absence | None = None
@@ -92,6 +96,9 @@ def link_state(
             pass
     if is_finding:
         return LinkState(Phase.FINDING, port, rate)
+    if device.presence is Presence.ONLINE and device.is_late:
+        # In steps of half a second, so that what is said of it does not change with every answer.
+        return LinkState(Phase.LATE, port, rate, lag_s=round((device.lag_s or 0.0) * 2) / 2)
     if device.presence is Presence.ONLINE:
         return LinkState(Phase.ONLINE, port, rate)
     if device.values:
@@ -124,6 +131,16 @@ def words(state: LinkState, now: float) -> LinkWords:
             return LinkWords(tr("Asking …"), tr("The port is open, the module is being asked."), "", None)
         case Phase.ONLINE:
             return LinkWords(tr("Connected"), tr("The module answers."), "", None)
+        case Phase.LATE:
+            return LinkWords(
+                tr("{time} late", time=duration(state.lag_s or 0.0)),
+                tr(
+                    "What the module says arrives {time} late: it may no longer be so.",
+                    time=duration(state.lag_s or 0.0),
+                ),
+                tr("Apart from LOCK, acts are refused meanwhile. Use a cable, or bring the wireless bridge closer."),
+                None,
+            )
         case Phase.OFFLINE:
             return _offline_words(state, now)
         case Phase.SILENT:

@@ -19,7 +19,7 @@ from ui.tour_offer import TourOffer
 
 _TEXT_PX: Final = 500
 _LEAST_TEXT_PX: Final = 240
-_BUSY: Final = (Phase.OPENING, Phase.FINDING, Phase.ASKING, Phase.ONLINE)
+_BUSY: Final = (Phase.OPENING, Phase.FINDING, Phase.ASKING, Phase.ONLINE, Phase.LATE)
 
 
 class EmptyPage(QWidget):

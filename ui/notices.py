@@ -7,7 +7,7 @@ from ui.link_state import LinkState, Phase, Step, words
 from ui.notice_bar import Choice, Notice
 from ui.theme import Meaning
 
-_ASKS_WHY = (Phase.SILENT, Phase.OFFLINE, Phase.LOST, Phase.FAILED)
+_ASKS_WHY = (Phase.SILENT, Phase.LATE, Phase.OFFLINE, Phase.LOST, Phase.FAILED)
 
 
 def link_notice(
@@ -18,7 +18,7 @@ def link_notice(
         return None
     said = words(state, now)
     parts = [said.what, said.next_step]
-    if was_active and state.phase in (Phase.OFFLINE, Phase.LOST, Phase.FAILED):
+    if was_active and state.phase in (Phase.LATE, Phase.OFFLINE, Phase.LOST, Phase.FAILED):
         parts.append(tr("The module was ACTIVE when it was last heard: treat it as ready to fire."))
     steps: tuple[Step, ...] = () if said.step is None else (said.step,)
     if said.step is Step.CONNECT_AGAIN:

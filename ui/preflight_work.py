@@ -159,7 +159,7 @@ class PreflightWork(QObject):
     @property
     def reported_active(self) -> bool | None:
         """As the module reports itself now; an acknowledgement is no report."""
-        return situation(self._connector.device, self._connector.clock()).active
+        return situation(self._connector.device, self._connector.clock(), must_be_proven=False).active
 
     @property
     def leads_to_activation(self) -> bool:

@@ -55,6 +55,7 @@ DOUBTS: Final[Mapping[Doubt, str]] = {
     Doubt.LINK_LOST: marked("The link was lost since."),
     Doubt.WRITE_UNCONFIRMED: marked("A write since was not confirmed."),
     Doubt.AGED: marked("Nothing was heard of it for long."),
+    Doubt.LATE: marked("What the module says arrives late."),
 }
 
 

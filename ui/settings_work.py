@@ -231,7 +231,10 @@ class SettingsWork(QObject):
 
     def _refusals(self, *, is_unlocked: bool) -> tuple[Refusal, ...]:
         connector = self._connector
-        now_is = situation(connector.device, connector.clock(), armed=self._services.armed.act, is_unlocked=is_unlocked)
+        armed = self._services.armed.act
+        now_is = situation(
+            connector.device, connector.clock(), must_be_proven=False, armed=armed, is_unlocked=is_unlocked
+        )
         found = refusals(Act.WRITE, now_is)
         # Where it is merely not known whether the module is locked, the engine asks it: here only "ACTIVE" refuses.
         return tuple(one for one in found if one.condition is not Condition.MAY_WRITE or now_is.active)

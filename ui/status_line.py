@@ -3,6 +3,7 @@
 from PySide6.QtCore import QEvent, Qt
 from PySide6.QtWidgets import QFrame, QHBoxLayout, QLabel, QWidget
 
+from app.device import LONGEST_LAG_S
 from app.i18n import tr
 from app.worker import Batch
 from ui.connector import Connector
@@ -37,7 +38,10 @@ class StatusLine(QFrame):
         self.age = named(QLabel(), "last_heard")
         # Described, not named: a name would be read aloud in place of the text.
         texts.bind(self.figures.setAccessibleDescription, "Figures of the link")
-        texts.bind(self.figures.setToolTip, "Frames a second, usual round trip, bytes that were no frame")
+        texts.bind(
+            self.figures.setToolTip,
+            "Frames a second, usual round trip, lag, bytes that were no frame",
+        )
         texts.bind(self.passing.setAccessibleDescription, "Message")
         texts.bind(self.age.setAccessibleDescription, "Time since the last frame")
         texts.bind(self.age.setToolTip, "Time since the last frame")
@@ -95,15 +99,19 @@ class StatusLine(QFrame):
         else:
             rate = "–" if self._frames_per_s is None else f"{self._frames_per_s:.0f}"
             trip = link.round_trip_median_s
+            lag = "–" if link.lag_s is None else f"{link.lag_s:.2f}"
             figures = " · ".join(
                 (
                     tr("{rate} frames/s", rate=rate),
                     tr("{ms} ms", ms="–" if trip is None else f"{trip * 1000:.1f}"),
+                    tr("lag {seconds} s", seconds=lag),
                     tr("{n} bytes rejected", n=f"{link.counters.rejected:,}"),
                 )
             )
         _write(self.figures, figures)
         heard = "" if self._heard_at is None else tr("{time} ago", time=duration(now - self._heard_at))
+        if link is not None and link.lag_s is not None and link.lag_s > LONGEST_LAG_S:
+            heard = tr("{time} late", time=duration(link.lag_s))
         _write(self.age, heard)
         _write(self.passing, self._passing if now < self._passing_until else "")
 

@@ -30,6 +30,7 @@ _PHASE_ICONS = {
     Phase.ASKING: Icon.CONNECTING,
     Phase.SILENT: Icon.LINK_LOST,
     Phase.ONLINE: Icon.LINK,
+    Phase.LATE: Icon.LINK_LOST,
     Phase.OFFLINE: Icon.LINK_LOST,
     Phase.LOST: Icon.UNPLUGGED,
     Phase.FAILED: Icon.LINK_LOST,

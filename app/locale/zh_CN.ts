@@ -430,6 +430,10 @@
         <translation>关于这次触发值得记下的事；与记录一起保存。</translation>
     </message>
     <message>
+        <source>Apart from LOCK, acts are refused meanwhile. Use a cable, or bring the wireless bridge closer.</source>
+        <translation>期间除锁定外的操作均被拒绝。请改用线缆，或将无线透传靠近。</translation>
+    </message>
+    <message>
         <source>Apply what is ticked</source>
         <translation>应用勾选的项目</translation>
     </message>
@@ -1778,8 +1782,8 @@
         <translation>左侧是每秒帧数、通常的往返时间和拒收字节；右侧是最后一次收到模块数据距今多久。</translation>
     </message>
     <message>
-        <source>Frames a second, usual round trip, bytes that were no frame</source>
-        <translation>每秒帧数、常见往返时间、无法识别的字节数</translation>
+        <source>Frames a second, usual round trip, lag, bytes that were no frame</source>
+        <translation>每秒帧数、通常往返时间、滞后、不成帧的字节数</translation>
     </message>
     <message>
         <source>Frames arrive damaged: {rejected} of {bytes} bytes were rejected.</source>
@@ -2112,6 +2116,10 @@
     <message>
         <source>It is no recording of this program.</source>
         <translation>它不是本程序的录制。</translation>
+    </message>
+    <message>
+        <source>It is not known how old the last status is.</source>
+        <translation>不知道最近一次状态是多久以前的。</translation>
     </message>
     <message>
         <source>It is not known whether the module has fired.</source>
@@ -5538,6 +5546,18 @@
         <translation>只能由人查看的项目。仅对本次飞行有效。</translation>
     </message>
     <message>
+        <source>What the module says arrives late.</source>
+        <translation>模块的数据到达过晚。</translation>
+    </message>
+    <message>
+        <source>What the module says arrives {seconds:.1f} s late.</source>
+        <translation>模块的数据晚到 {seconds:.1f} s。</translation>
+    </message>
+    <message>
+        <source>What the module says arrives {time} late: it may no longer be so.</source>
+        <translation>模块的数据晚到 {time}：实际情况可能已经改变。</translation>
+    </message>
+    <message>
         <source>What the module says now. A dimmed number with an age is stale; a hatched “unknown” was never said by this module.</source>
         <translation>模块现在的数据。变淡并注明时间的数字已过时；带斜线的“未知”表示这个模块从未报告过。</translation>
     </message>
@@ -6024,6 +6044,10 @@
     <message>
         <source>argument %(argument_name)s: %(message)s</source>
         <translation>参数 %(argument_name)s：%(message)s</translation>
+    </message>
+    <message>
+        <source>arrived late</source>
+        <translation>晚到</translation>
     </message>
     <message>
         <source>as found, before the first change</source>
@@ -6696,6 +6720,10 @@
     <message>
         <source>kept</source>
         <translation>已保留</translation>
+    </message>
+    <message>
+        <source>lag {seconds} s</source>
+        <translation>滞后 {seconds} s</translation>
     </message>
     <message>
         <source>language of the window: {names}</source>
@@ -8528,6 +8556,10 @@
     <message>
         <source>{time} ago</source>
         <translation>{time}前</translation>
+    </message>
+    <message>
+        <source>{time} late</source>
+        <translation>晚到 {time}</translation>
     </message>
     <message>
         <source>{time} near miss: fell {lasted:.2f} s, {margin:.2f} s short</source>

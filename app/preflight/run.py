@@ -17,6 +17,7 @@ from app.preflight.evidence import HEARTBEATS, STILL_S, Disturbance, Evidence, F
 from app.preflight.reread import StateReading, read_state
 from app.preflight.wording import Said, said, said_with
 from app.procedure import Ask, Await, Cancelled, Look, Pause, PortLost, Procedure, Report, Sight, Slept
+from app.procedures.ask_status import ask_status
 from app.procedures.history import read_history
 from app.procedures.write import read_back
 from app.procedures.write_all import DISK_LIMIT_S
@@ -193,9 +194,9 @@ def _take_status(evidence: Evidence, outcome: Answered) -> None:
 
 
 def _refusals() -> Procedure[tuple[Said, ...]]:
-    yield Ask(STATUS.query())
+    yield from ask_status()
     sight: Sight = yield Look()
-    now_is = situation(sight.device, sight.now)
+    now_is = situation(sight.device, sight.now, must_be_proven=True)
     if now_is.active:
         return (said(marked("the module is ACTIVE, and nothing is written then")),)
     return tuple(said_with(one.text, one.values) for one in refusals(Act.WRITE, now_is))

@@ -18,6 +18,7 @@ from app.journal import Entry, Journal, JournalFailed, Outcome
 from app.permit import Permit
 from app.playback import require_module
 from app.procedure import Ask, Await, Cancelled, Look, Pause, PortLost, Procedure, Sight
+from app.procedures.ask_status import ask_status
 from app.safety import Condition, Refusal, refusals, situation
 from app.transport import PortError
 from protocol.catalogue import BY_NAME, HEARTBEAT, STATUS
@@ -203,22 +204,21 @@ _LOG_FAILED = marked("The audit log cannot be written, so nothing dangerous is s
 
 
 def _refresh(act: Act) -> Procedure[None]:
-    """What the conditions look at, fresh from the module. The heartbeat lets every late answer pass by first, so that
-    the act itself needs no fence and leaves at once."""
-    yield Ask(HEARTBEAT.query())
+    """What the conditions look at, fresh from the module. The question before the status lets every late answer pass
+    by first, so that the act itself needs no fence and leaves at once."""
     sight: Sight = yield Look()
     if act is Act.ACTIVATE and sight.device.fresh("attitude_threshold_deg", sight.now) is None:
         yield Ask(BY_NAME["attitude_threshold"].query())
     if act is Act.ZERO:
         yield from _watch_motion()
-    yield Ask(STATUS.query())
+    yield from ask_status()
 
 
 def _watch_motion() -> Procedure[None]:
     """Reports asked for during two seconds, from which it is judged whether the module lies still."""
     sight: Sight = yield Look()
     ends_at = sight.now + WATCH_S
-    while sight.now < ends_at and sight.device.presence is Presence.ONLINE:
+    while sight.now < ends_at and sight.device.presence is not Presence.OFFLINE:
         yield Ask(STATUS.query())
         yield Pause(REPORTS_EVERY_S)
         sight = yield Look()
@@ -231,6 +231,7 @@ def conditions_open(
     now_is = situation(
         sight.device,
         sight.now,
+        must_be_proven=True,
         permit=permit,
         overtaken_at=sight.overtaken_at,
         opened_at=sight.opened_at,
@@ -257,13 +258,14 @@ def _look_after(act: Act, outcome: Reply) -> Procedure[_Aftermath]:
         is_alive = yield from _still_answers()
         return _Aftermath(is_acknowledged, raw, is_alive=is_alive)
     has_fired = (yield from _says_fired()) if act is Act.DEPLOY else None
-    reports = yield from _reports(apart_s=LOOKS_APART_S if act is Act.DEPLOY else 0.0)
+    # An answer to the act came: all that follows is newer. Else an old report could still be under way.
+    reports = yield from _reports(is_fenced=message is None, apart_s=LOOKS_APART_S if act is Act.DEPLOY else 0.0)
     if act is Act.ACTIVATE and is_acknowledged:
         sight: Sight = yield Look()
         ends_at = sight.now + REPORTED_WITHIN_S
         while reports and not all(report.active for report in reports) and sight.now < ends_at:
             yield Pause(REPORTS_EVERY_S)
-            reports = yield from _reports()
+            reports = yield from _reports(is_fenced=False)
             sight = yield Look()
     return _Aftermath(is_acknowledged, raw, reports, has_fired=has_fired)
 
@@ -285,13 +287,13 @@ def _says_fired() -> Procedure[bool | None]:
     return bool(message.value) if isinstance(message, Reading) else None
 
 
-def _reports(*, apart_s: float = 0.0) -> Procedure[tuple[Status, ...]]:
+def _reports(*, is_fenced: bool, apart_s: float = 0.0) -> Procedure[tuple[Status, ...]]:
     """`apart_s`: lets a second copy of the first report pass by, which is no second report."""
     reports: list[Status] = []
     for number in range(LOOKS):
         if number and apart_s:
             yield Pause(apart_s)
-        seen = yield Ask(STATUS.query(), AFTER_WAITS_S)
+        seen = yield Ask(STATUS.query(), AFTER_WAITS_S, is_fenced=is_fenced and number == 0)
         if isinstance(seen, Answered) and isinstance(seen.messages[0], Status):
             reports.append(seen.messages[0])
     return tuple(reports)

@@ -19,11 +19,12 @@ from app.permit import Permit
 from app.playback import require_module
 from app.procedure import Ask, Cancelled, Listen, Look, Pause, PortLost, Procedure, Report, Sight, UseRate
 from app.procedures.act import Armed, conditions_open, durable
+from app.procedures.ask_status import ask_status
 from app.procedures.find import SETTLE_S, answers_here, proofs
 from app.procedures.write import Heard, acknowledged
 from app.safety import Condition, Refusal
 from app.transport import PortError
-from protocol.catalogue import BAUD_RATE, BAUD_RATES, HEARTBEAT, STATUS
+from protocol.catalogue import BAUD_RATE, BAUD_RATES
 from protocol.text import marked
 
 LIKELY_WAITS_S = (0.25, 0.5, 1.0)
@@ -96,8 +97,7 @@ def change_baud(
     """
     request = BAUD_RATE.set(new_rate)
     yield from require_module()
-    yield Ask(HEARTBEAT.query())
-    yield Ask(STATUS.query())
+    yield from ask_status()
     sight: Sight = yield Look()
     old_rate = sight.baud_rate
     refused = conditions_open(Act.CHANGE_BAUD, (yield Look()), journal, permit=permit, armed=armed)
@@ -109,8 +109,7 @@ def change_baud(
         is_slow = yield from durable(pending)
         is_slow |= yield from durable(entry)
         if is_slow:
-            yield Ask(HEARTBEAT.query())
-            yield Ask(STATUS.query())
+            yield from ask_status()
         yield Pause(0.0)  # the log may have taken its time: the conditions are judged at the last moment
         refused = conditions_open(Act.CHANGE_BAUD, (yield Look()), journal, permit=permit, armed=armed)
     except JournalFailed as error:

@@ -12,12 +12,12 @@ from concurrent.futures import Future
 from dataclasses import dataclass, field, replace
 
 from app.acts import Act
-from app.device import How
 from app.journal import Entry, Journal, Outcome
 from app.permit import Permit
 from app.playback import require_module
-from app.procedure import Ask, Await, Look, Pause, Procedure, Report, Sight
+from app.procedure import Await, Look, Pause, Procedure, Report, Sight
 from app.procedures.act import Armed
+from app.procedures.ask_status import ask_status
 from app.procedures.baud import BaudChanged, BaudEnd, change_baud
 from app.procedures.settings_reading import (
     BOOT_COUNT,
@@ -30,7 +30,7 @@ from app.procedures.settings_reading import (
 from app.procedures.write import Heard, WriteFault, Written, write_verified
 from app.safety import Refusal, refusals, situation
 from app.snapshots import Snapshot, snapshot_of
-from protocol.catalogue import BAUD_RATE, STATUS, Command
+from protocol.catalogue import BAUD_RATE, Command
 from protocol.fields import Value
 from protocol.text import marked
 
@@ -228,17 +228,17 @@ def _keep_snapshot(keep: Callable[[Snapshot], Future[int] | None]) -> Procedure[
 
 
 def _refusals(leave: Leave) -> Procedure[tuple[Refusal, ...]]:
-    """The module is asked where it has not just said, being asked, that it is locked: a report that came unasked says
-    what was so when it left, and nobody knows how long ago that is."""
+    """The module is asked where it is not proven that it has just said that it is locked."""
     for has_been_asked in (False, True):
         sight: Sight = yield Look()
         armed = leave.armed.act if leave.armed is not None else None
-        found = refusals(Act.WRITE, situation(sight.device, sight.now, armed=armed, is_unlocked=leave.is_unlocked))
-        active = sight.device.known("active", sight.now)
-        is_answer = has_been_asked or (active is not None and active.how is How.READ)
-        if not found and (leave.is_unlocked or is_answer):
+        now_is = situation(
+            sight.device, sight.now, must_be_proven=True, armed=armed, is_unlocked=leave.is_unlocked
+        )  # fmt: skip
+        found = refusals(Act.WRITE, now_is)
+        if not found or has_been_asked:
             break
-        yield Ask(STATUS.query())
+        yield from ask_status()
     return found
 
 

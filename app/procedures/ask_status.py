@@ -1,0 +1,30 @@
+"""Ask for the status so that the answer cannot be an old report.
+
+    another question, answered  ->  the status
+
+While the module streams, a status that was asked for cannot be told from a streamed one, and a line may hold streamed
+ones back for seconds. The module answers in the order in which it was asked: what comes after the answer to another
+question was said after that question went out. `DeviceView.proven` says whether that is short enough ago.
+"""
+
+from app.procedure import Ask, Look, Procedure, Sight
+from protocol.catalogue import HEARTBEAT, STATUS
+from protocol.events import Answered
+
+TRIES = 3
+"""The module may not know one of the questions; and of a slow one, the first answer may count as too old."""
+HEARTBEAT_WAITS_S = (1.0,)
+
+
+def ask_status() -> Procedure[bool]:
+    """Whether the module has just said how it stands. What it said is in `Sight.device`, as every status."""
+    for _ in range(TRIES):
+        outcome = yield Ask(STATUS.query(), is_fenced=True)
+        sight: Sight = yield Look()
+        if sight.device.proven("active", sight.now) is not None:
+            return True
+        if not isinstance(outcome, Answered):
+            alive = yield Ask(HEARTBEAT.query(), HEARTBEAT_WAITS_S)
+            if not isinstance(alive, Answered):
+                break
+    return False
