@@ -5,6 +5,7 @@ that repeats this one run.
 """
 
 import argparse
+import os
 import sys
 import time
 from collections import Counter
@@ -81,6 +82,7 @@ def main(argv: list[str] | None = None) -> int:
     parser.add_argument("--seed", type=int, default=1, help="the same seed, the same runs")
     parser.add_argument("--only", type=plan_of, metavar="RUN", help="only this one, with all that it printed")
     args = parser.parse_args(argv)
+    os.environ.setdefault("QT_QPA_PLATFORM", "offscreen")  # nothing is shown
     _application = QApplication.instance() or QApplication(sys.argv[:1])  # the window's objects need one
     if args.only is not None:
         return _repeat(args.only)
