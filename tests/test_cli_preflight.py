@@ -209,7 +209,7 @@ def test_a_report_that_cannot_be_written_is_said(
     assert program.main(words) == 4
     printed = Printed(capsys)
     assert "No space left" in printed.err
-    assert "READY: locked" in printed.out
+    assert "READY: activate" in printed.out
 
 
 def test_without_a_store_it_goes_on(port: str, capsys: pytest.CaptureFixture[str]) -> None:

@@ -85,8 +85,8 @@ def test_a_locked_module_is_never_go_and_an_active_one_never_ready() -> None:
 
 
 def test_who_activates_decides_what_ready_says() -> None:
-    assert meaning_of(Verdict.READY, ActivatedBy.PERSON).in_english() == "locked, activate it before the flight"
-    assert meaning_of(Verdict.READY, ActivatedBy.AIRCRAFT).in_english() == "locked, the aircraft activates it"
+    assert meaning_of(Verdict.READY, ActivatedBy.PERSON).in_english() == "activate before the flight"
+    assert meaning_of(Verdict.READY, ActivatedBy.AIRCRAFT).in_english() == "the aircraft activates it"
 
 
 def test_a_profile_is_taken_whole() -> None:

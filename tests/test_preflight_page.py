@@ -61,7 +61,7 @@ def test_run_fail_repair_run_again_print(qtbot: QtBot, qapp: QApplication, tmp_p
             BY_NAME["attitude_trigger"], BY_NAME["freefall_trigger"],
         ]  # fmt: skip
         shown = page.banner.announcement
-        assert (shown.word, shown.head) == ("READY", "Locked, activate it before the flight")
+        assert (shown.word, shown.head) == ("READY", "Activate before the flight")
         assert any("holds for" in line for line in shown.lines)
         assert kept(bench, "M-07") == ["READY", "NO-GO"]
         target = tmp_path / "report.pdf"

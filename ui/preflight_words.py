@@ -72,13 +72,14 @@ def _judged(work: PreflightWork, standing: Standing) -> Announcement:
         skipped = sum(item.is_done is None for item in assessment.manual)
         if skipped:
             what = together((what, tr("Skipped by a person: {count}.", count=skipped)))
-        return Announcement(standing, word, head, (what, *_foot(work)))
+        beside, *foot = _foot(work)
+        return Announcement(standing, word, head, (*filter(None, (beside,)), what, *foot))
     names = names_against(assessment)
     named = listed(names[:MOST_NAMED])
     if len(names) > MOST_NAMED:
         named = tr("{names} and {count} more", names=named, count=len(names) - MOST_NAMED)
     # Checks are named by what has to be so: "Parachute bay closed" alone would be read as the opposite of the fault.
-    lines = (tr("Not met: {names}", names=named), *_foot(work))
+    lines = (tr("Not met: {names}", names=named), *filter(None, _foot(work)))
     return Announcement(standing, word, head, lines)
 
 
@@ -89,10 +90,10 @@ def names_against(assessment: Assessment) -> list[str]:
 
 
 def _foot(work: PreflightWork) -> tuple[str, ...]:
-    """Whose record it is, and how long a GO or READY holds: nobody has to wait for a NO-GO to end."""
+    """What stands beside the verdict, "" for nothing; then whose record it is, and how long a GO or READY holds."""
     filed = work.filed
     if filed is None:
-        return ()
+        return ("",)
     record = filed.record
     beside = together([one.in_words() for one in caveats(record)])
     parts = [str(record[key]) for key in ("module", "aircraft", "who") if record.get(key)]
@@ -106,4 +107,4 @@ def _foot(work: PreflightWork) -> tuple[str, ...]:
             if minutes
             else tr("holds for {seconds} s", seconds=int(left_s))
         )
-    return (*filter(None, (beside,)), " · ".join(parts))
+    return (beside, " · ".join(parts))

@@ -104,7 +104,9 @@ class PreflightWork(QObject):
         self._reread_timer.timeout.connect(self.read_again)
         self._connector.changed.connect(self._watch_port)
         self._connector.batch.connect(self._take)
-        self._naming.changed.connect(self.enter)
+        self._checked_name = ""
+        """Of the module, when the check began."""
+        self._naming.changed.connect(self._take_name)
 
     # What is known
 
@@ -188,6 +190,7 @@ class PreflightWork(QObject):
         self._statement = statement or Statement()
         self.filed = self.void = self.trouble = self._progress = self._rereading = None
         self._by_verdict.clear()
+        self._checked_name = self._naming.name
         self._evidence = Evidence(port=self._connector.connection.port)
         self._log = FrameLog()
         self._is_port_broken = False
@@ -208,6 +211,11 @@ class PreflightWork(QObject):
         elif self.filed is not None and self.void is None:
             self.void = _ENTERED_ANEW
         self.changed.emit()
+
+    def _take_name(self) -> None:
+        """The naming also tells that the same module was met again."""
+        if self._naming.name != self._checked_name:
+            self.enter()
 
     def forget(self) -> None:
         """Nothing was checked: what was found is of no module that anybody has."""

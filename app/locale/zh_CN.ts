@@ -5978,6 +5978,10 @@
         <translation>已应答：{what}</translation>
     </message>
     <message>
+        <source>activate before the flight</source>
+        <translation>模块锁定，飞行前须激活</translation>
+    </message>
+    <message>
         <source>activate or lock it without the protocol</source>
         <translation>不经协议直接激活或锁定</translation>
     </message>
@@ -6794,14 +6798,6 @@
         <translation>已锁定</translation>
     </message>
     <message>
-        <source>locked, activate it before the flight</source>
-        <translation>模块锁定，飞行前须激活</translation>
-    </message>
-    <message>
-        <source>locked, the aircraft activates it</source>
-        <translation>模块锁定，由飞行器激活</translation>
-    </message>
-    <message>
         <source>longer</source>
         <translation>更长</translation>
     </message>
@@ -7596,6 +7592,10 @@
     <message>
         <source>tell whether the audit log was altered</source>
         <translation>检查审计日志是否被修改</translation>
+    </message>
+    <message>
+        <source>the aircraft activates it</source>
+        <translation>模块锁定，由飞行器激活</translation>
     </message>
     <message>
         <source>the aircraft it sits in</source>

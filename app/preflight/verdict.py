@@ -76,9 +76,9 @@ def meaning_of(verdict: Verdict, activated_by: ActivatedBy) -> Said:
         case Verdict.NO_GO:
             return said(marked("do not fly"))
         case Verdict.READY if activated_by is ActivatedBy.AIRCRAFT:
-            return said(marked("locked, the aircraft activates it"))
+            return said(marked("the aircraft activates it"))
         case Verdict.READY:
-            return said(marked("locked, activate it before the flight"))
+            return said(marked("activate before the flight"))
 
 
 def verdict_sentence(verdict: Verdict, activated_by: ActivatedBy) -> Said:
