@@ -305,6 +305,9 @@ def gesture_bench(
             window.show()
             while window.findChild(CommandsPage) is None or window.findChild(SettingsPage) is None:
                 made.turn()
+            # A dialog of the platform's would wait for a person.
+            made.settings.files.ask_open = lambda _parent, _folder: None
+            made.settings.files.ask_save = lambda _parent, _title, _suggested, _filter: None
             assembly.connector.connect_to(Target("sim://gestures", 115200))
             window.activateWindow()
             made.wait(0.5)

@@ -1,5 +1,6 @@
 """No careless gesture completes an act: a part of the table here, the whole of it in the soak."""
 
+from importlib.util import module_from_spec, spec_from_file_location
 from pathlib import Path
 
 import pytest
@@ -19,6 +20,20 @@ def test_no_careless_gesture_completes_an_act(qapp: QApplication, number: int, l
     tallies = run_window(qapp, SIZES[number % len(SIZES)], language, 1, every=EVERY, first_try=7 * number, acts=acts)
     assert all(sum(tally.tries.values()) >= 5 for tally in tallies)
     assert [one for tally in tallies for one in tally.left] == []
+
+
+def test_the_page_has_every_row() -> None:
+    """`packaging/gestures_page.py` writes it."""
+    place = Path(__file__).parent.parent / "packaging" / "gestures_page.py"
+    spec = spec_from_file_location("gestures_page", place)
+    assert spec is not None
+    assert spec.loader is not None
+    gestures_page = module_from_spec(spec)
+    spec.loader.exec_module(gestures_page)
+    text = gestures_page.PAGE.read_text(encoding="utf-8")
+    assert gestures_page.is_complete(text)
+    assert not gestures_page.is_complete(text.replace("| zero |", "| one |"))
+    assert not gestures_page.is_complete(text.replace("| 0 |", "| 1 |", 1))
 
 
 def test_the_whole_gesture_completes_each(qapp: QApplication, tmp_path: Path) -> None:
