@@ -315,3 +315,16 @@ def test_at_the_smallest_size_the_rows_scroll_and_the_buttons_stay(
             assert page.rect().contains(corner), button.objectName()
         assert page.scroll_area.horizontalScrollBar().maximum() == 0
         assert page.scroll_area.verticalScrollBar().maximum() > 0
+
+
+def test_what_the_module_does_by_itself_is_said_on_every_page(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
+    with desk(qtbot, qapp, tmp_path) as one:
+        one.go_to("commands")
+        bar = one.assembly.window.notice_bar
+        one.bench.restart()
+        one.until(lambda: bar.notice is not None and "The module restarted" in bar.notice.text)
+        notice_ = bar.notice
+        assert notice_ is not None
+        assert notice_.dismiss is not None
+        notice_.dismiss()
+        one.until(lambda: bar.notice is None)

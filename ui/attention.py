@@ -5,12 +5,14 @@ from dataclasses import replace
 
 from PySide6.QtCore import QObject
 
+from app.i18n import tr
 from ui.connector import Connector
 from ui.keeping import Unsent
 from ui.link_state import Phase, Step
 from ui.lock import LockControl
 from ui.notice_bar import Notice, NoticeBar
 from ui.notices import leaving_notice, link_notice, unsent_notice
+from ui.theme import Meaning
 
 
 class Attention(QObject):
@@ -39,6 +41,8 @@ class Attention(QObject):
         self._question: Callable[[], Notice] | None = None
         self._is_still_asked: Callable[[], bool] = bool
         self._is_about_closing = False
+        self._restarts: int | None = None
+        """The device's count that has been seen by a person; None before anything was known."""
         self._told: list[Callable[[], Notice]] = []
 
     @property
@@ -157,7 +161,31 @@ class Attention(QObject):
             return locking if said is None else replace(locking, text=f"{locking.text} {said.text}")
         if self._told and (said is None or state.phase is Phase.CLOSED):
             return self._told[0]()
-        return said
+        return said or self._module_notice()
+
+    def _module_notice(self) -> Notice | None:
+        """What the module did by itself: said on every page."""
+        connector = self._connector
+        device = connector.device
+        if not connector.is_open:
+            self._restarts = None
+            return None
+        if changed := self._unsent.changed():
+            names = ", ".join(tr(one.command.title) for one in changed)
+            return Notice(Meaning.DANGER, tr("Changed without being written: {names}. See Settings.", names=names))
+        if self._restarts is None or device.restarts < self._restarts:
+            # Before anything was known of the module a restart ends nothing.
+            is_known = device.fresh("boot_count", connector.clock()) is not None
+            self._restarts = device.restarts if is_known else None
+            return None
+        if device.restarts == self._restarts:
+            return None
+        text = tr("The module restarted: activation, triggers and serial output from before no longer count.")
+        return Notice(Meaning.ATTENTION, text, dismiss=self._forget_restart)
+
+    def _forget_restart(self) -> None:
+        self._restarts = self._connector.device.restarts
+        self.refresh()
 
     def _leaving_notice(self, go: Callable[[], None], *, is_closing: bool) -> Notice:
         notice = leaving_notice(

@@ -790,6 +790,10 @@
         <translation>更改波特率…</translation>
     </message>
     <message>
+        <source>Changed without being written: {names}. See Settings.</source>
+        <translation>未写入却发生变化：{names}。请查看参数页。</translation>
+    </message>
+    <message>
         <source>Changes after a query</source>
         <translation>查询后改变</translation>
     </message>
@@ -4756,6 +4760,10 @@
     <message>
         <source>The module restarted, but the boot count does not prove that its power was off.</source>
         <translation>模块已重启，但开机次数不能证明曾断电。</translation>
+    </message>
+    <message>
+        <source>The module restarted: activation, triggers and serial output from before no longer count.</source>
+        <translation>模块已重启：此前的激活状态、触发开关和串口输出不再有效。</translation>
     </message>
     <message>
         <source>The module still answers: it is not switched off.</source>
