@@ -108,7 +108,7 @@ def test_a_module_that_falls_silent_ends_the_reading_soon() -> None:
     start_s = rig.clock.now_s
     everything = rig.run(read_everything())
     assert everything.is_line_dead
-    assert rig.clock.now_s - start_s < 2.6
+    assert rig.clock.now_s - start_s < 3.2
 
 
 @pytest.mark.parametrize(
@@ -141,7 +141,7 @@ def test_the_rate_is_found_wherever_it_is(rate: int) -> None:
 
 def test_a_late_answer_to_a_heartbeat_at_another_rate_finds_no_module() -> None:
     """A serial server passes whole bytes on, however late."""
-    rig = settled_rig(baud=57600, delay_ms=900)
+    rig = settled_rig(baud=57600, delay_ms=1300)
     found = rig.run(find_rate(57600))
     assert found.baud_rate is None
     assert rig.line.baud_rate == 115200

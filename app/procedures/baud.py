@@ -29,7 +29,7 @@ from protocol.text import marked
 
 LIKELY_WAITS_S = (0.25, 0.5, 1.0)
 """At the new and the old rate: enough for a line that loses every other frame."""
-SWEEP_WAITS_S = (0.25, 0.5)
+SWEEP_WAITS_S = (0.25, 1.0)
 ROUNDS = 2
 
 

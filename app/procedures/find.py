@@ -9,7 +9,8 @@ from protocol.catalogue import BAUD_RATES, BY_NAME, HEARTBEAT, Request
 from protocol.events import Answered
 from protocol.text import marked
 
-WAITS_S = (0.25, 0.5)
+WAITS_S = (0.25, 1.0)
+"""The vendor gives the module one second: "no" is not said before."""
 SETTLE_S = 0.03
 """After a change of rate: let the last character of the old rate pass."""
 PROOF_WAITS_S = (0.25, 0.5, 1.0)

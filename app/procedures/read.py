@@ -9,7 +9,7 @@ from protocol.fields import Value
 from protocol.messages import Reading, Status
 from protocol.text import marked
 
-PROBE_WAITS_S = (0.4,)
+PROBE_WAITS_S = (1.0,)
 """After an unanswered question: is anybody there at all?"""
 
 READABLE: tuple[Command, ...] = (

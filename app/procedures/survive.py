@@ -23,7 +23,7 @@ from protocol.text import marked
 
 LONGEST_WAIT_S = 120.0
 LOOK_EVERY_S = 1.0
-ASK_WAITS_S = (0.3,)
+ASK_WAITS_S = (1.0,)
 _BOOT_COUNT = BY_NAME["boot_count"]
 
 
