@@ -38,7 +38,7 @@ EFFECTS: Mapping[Act, str] = MappingProxyType({
     Act.ACTIVATE: marked("The module becomes ready: from then on it fires by itself when it tips over or falls."),
     Act.ZERO: marked("The module takes its present position as level. For small mounting errors only."),
     Act.SHUTDOWN: marked("The module switches off. It comes back by its switch, held for 2 s, or by external power."),
-    Act.FORBID_DEPLOY: marked("The module is told not to fire over serial; for how long, the vendor does not say."),
+    Act.FORBID_DEPLOY: marked("Forbids deploying over serial only; for how long, the vendor does not say."),
     Act.DEPLOY: marked("The module fires the parachute."),
     Act.CHANGE_BAUD: marked("The serial line gets another speed. The vendor advises not to change it."),
     Act.WRITE: marked("The module gets another value for this setting."),

@@ -85,7 +85,7 @@ def _attitude(value: Value) -> Consequence:
         text = marked("Fires at {fires:.0f}° and never rearms: that would be at {rearms:.0f}°.")
         return Consequence(text, {"fires": fires, "rearms": rearms}, Weight.GRAVE)
     if fires > 180:
-        return Consequence(marked("Never fires: no aircraft tilts by {fires:.0f}°."), {"fires": fires}, Weight.GRAVE)
+        return Consequence(marked("No protection: no aircraft tilts by {fires:.0f}°."), {"fires": fires}, Weight.GRAVE)
     if fires > UPRIGHT_DEG:
         text = marked("Fires only when it is upside down, at {fires:.0f}°; rearms at {rearms:.0f}°.")
         return Consequence(text, {"fires": fires, "rearms": rearms}, Weight.GRAVE)
@@ -124,13 +124,13 @@ def _light(value: Value) -> Consequence:
 def _attitude_trigger(value: Value) -> Consequence:
     if value:
         return Consequence(marked("Fires by itself when it tips over."))
-    return Consequence(marked("Does NOT fire when it tips over."), weight=Weight.AGAINST_ADVICE)
+    return Consequence(marked("No protection when it tips over: this trigger is off."), weight=Weight.AGAINST_ADVICE)
 
 
 def _freefall_trigger(value: Value) -> Consequence:
     if value:
         return Consequence(marked("Fires by itself in free fall."))
-    return Consequence(marked("Does NOT fire in free fall."), weight=Weight.AGAINST_ADVICE)
+    return Consequence(marked("No protection in free fall: this trigger is off."), weight=Weight.AGAINST_ADVICE)
 
 
 def _serial_output(value: Value) -> Consequence:

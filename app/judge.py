@@ -23,7 +23,7 @@ ROUNDING_S = 1e-9
 RULES = (
     marked("Attitude fires at its threshold and rearms 10° below it."),
     marked("Free fall fires when the acceleration has stayed below its threshold for the free-fall time."),
-    marked("A locked module is in standby and does not fire."),
+    marked("Only an active module fires; a locked one is in standby."),
 )
 """What the vendor's table says."""
 

@@ -180,7 +180,7 @@ COMMANDS: tuple[Command, ...] = (
     ),
     Command(
         code=0x10, name="activation", title=marked("Activate / lock"), vendor_term="激活/锁定",
-        explanation=marked("An active module fires by its thresholds; a locked one is in standby and does not fire."),
+        explanation=marked("An active module fires by its thresholds; a locked one is in standby."),
         reply=FLAG, reply_key="active", write=FLAG, write_key="set",
         write_hazards={0x01: Hazard.DANGEROUS},
     ),

@@ -130,7 +130,7 @@ def test_closing_is_quick_whatever_the_module_does(qtbot: QtBot, qapp: QApplicat
         assert not assembly.window.isVisible()
 
 
-def test_stale_values_have_an_age_and_no_loud_colour(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
+def test_a_lost_active_is_said_with_its_age(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
     with simulated("stale") as bench, window(qapp, tmp_path) as assembly:
         bench.module.activate(is_active=True)
         assembly.connector.connect_to(Target("sim://stale", 115200))
@@ -138,7 +138,7 @@ def test_stale_values_have_an_age_and_no_loud_colour(qtbot: QtBot, qapp: QApplic
         bench.unplug()
         activation = assembly.window.top_bar.activation
         qtbot.waitUntil(lambda: "ago" in activation.accessibleName(), timeout=WAIT_MS)
-        assert activation.word == "ACTIVE"
+        assert (activation.word, activation.meaning) == ("was ACTIVE", Meaning.ATTENTION)
         qtbot.waitUntil(lambda: assembly.window.notice_bar.notice is not None, timeout=WAIT_MS)
         notice = assembly.window.notice_bar.notice
         assert notice is not None

@@ -152,7 +152,7 @@ def test_a_trigger_that_is_switched_off(live: Bench) -> None:
     assert "Attitude: disabled." in details(live)
     live.click("fired_freefall_trigger_off", QToolButton)
     live.page.refresh()
-    assert head(live) == "Cannot fire: both triggers are disabled."
+    assert head(live) == "Nothing to judge: both triggers are disabled."
     live.click("fired_attitude_trigger_off", QToolButton)  # pressed again it is wanted no more
     live.page.refresh()
     assert head(live) == "Would have fired once."

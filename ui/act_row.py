@@ -8,6 +8,7 @@ from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QFrame, QGridLayout, QVBoxLayout
 
 from app.acts import EFFECTS, TITLES, Act
+from app.journal import Outcome
 from app.permit import Origin, Permit
 from app.procedures.act import Performed, perform
 from app.safety import Condition
@@ -92,11 +93,13 @@ class ActRow(QFrame):
         self.refresh()
 
     def _end(self, job: Job[Performed]) -> None:
-        self._is_busy = False
+        self._is_busy, connector = False, self._connector
         if job.run.error is not None:
             self._done = not_begun
         else:
-            self._performed = job.outcome()
+            self._performed = done = job.outcome()
+            if done.act is Act.SHUTDOWN and done.outcome is Outcome.CONFIRMED and not done.is_rehearsal:
+                connector.note_shutdown()
             self._done = partial(outcome_notice, self._performed, self._forget)
         self.refresh()
 

@@ -17,6 +17,7 @@ from ui.pages import Services
 from ui.readout import StateChip
 from ui.refreshing import WhileSeen
 from ui.ritual_widget import RitualWidget
+from ui.state_chips import show_activation, show_known_trigger
 from ui.theme import Meaning, Size, Space
 
 REFRESH_EVERY_MS: Final = 200
@@ -68,26 +69,8 @@ class CommandsPage(QWidget):
         device, now = self._connector.device, self._connector.clock()
         self.activation.set_caption(tr("Activation"))
         self.trigger.set_caption(tr("Trigger"))
-        active, triggered = device.known("active", now), device.known("triggered", now)
-        stale = tr("stale")
-        if active is None:
-            self.activation.show_unknown()
-        else:
-            word, picture, meaning = (
-                (tr("ACTIVE"), Icon.ACTIVE, Meaning.ATTENTION)
-                if active.value is True
-                else (tr("LOCKED"), Icon.LOCK, None)
-            )
-            self.activation.show_state(word, picture, meaning, stale_age=stale if active.is_stale else "")
-        if triggered is None:
-            self.trigger.show_unknown()
-        else:
-            word, picture, meaning = (
-                (tr("TRIGGERED"), Icon.PARACHUTE, Meaning.DANGER)
-                if triggered.value is True
-                else (tr("NOT TRIGGERED"), Icon.NOT_TRIGGERED, None)
-            )
-            self.trigger.show_state(word, picture, meaning, stale_age=stale if triggered.is_stale else "")
+        show_activation(self.activation, self._connector.activation, now)
+        show_known_trigger(self.trigger, device.known("triggered", now), now)
 
     def _notice(self) -> Notice | None:
         lock = self._services.lock

@@ -253,7 +253,7 @@ class ConnectPanel(QFrame):
         target = self.chosen_target()
         if target is None:
             return tr("Choose a port in the list, or the simulated module; then Connect.")
-        return tr("Connect opens the port and reads the module; that neither arms nor fires anything.")
+        return tr("Connect opens the port and reads the module; that activates nothing.")
 
     def _show_buttons(self) -> None:
         self.disconnect_button.setEnabled(self._connector.is_wanted)

@@ -11,6 +11,7 @@ from PySide6.QtCore import QObject, QTimer, Signal
 
 from app.device import DeviceView
 from app.identity import NOBODY_MEANT, Evidence, Expected, Identity, Trust, evidence_of
+from app.last_known import LastKnown, SeenActivation
 from app.ports import PortInfo
 from app.procedure import Procedure, Report, Result, Slept
 from app.procedures.find import Found, find_rate
@@ -73,6 +74,8 @@ class Connector(QObject):
         self._greeter: Job[Greeting] | None = None
         self._is_wanted = False
         self._is_forgotten = False
+        self._last_known = LastKnown()
+        self.forgotten.connect(self._last_known.forget)
         self._whose = ""
         self._proven_rate: int | None = None
         """At which the module last answered."""
@@ -81,8 +84,7 @@ class Connector(QObject):
         """The list of ports under way was begun for `_return`, and the port is still as it was then."""
         self._expected_of: Callable[[Target], Expected | None] = lambda _target: None
         self._memory_of: Callable[[Target], StreamMemory] = lambda _target: StreamMemory()
-        self.stream_memory = StreamMemory()
-        """Of the connection that was opened last."""
+        self.stream_memory = StreamMemory()  # of the connection that was opened last
         self._is_left_on_said = False
         self._lost = NOBODY_MEANT
         """Of the port that was lost: what was last read of its module, in `now` where that was proven."""
@@ -157,13 +159,9 @@ class Connector(QObject):
             connection = replace(connection, trouble=self._trouble)
         elif not self._is_wanted and connection.state is PortState.CLOSED:
             connection = replace(connection, trouble=None)  # nobody wants that port any more
-        return link_state(
-            connection,
-            self.device,
-            self._greeting,
-            is_finding=self._finding is not None,
-            absence=self.absence,
-        )
+        known, off_at = (self.device, self._greeting), self._last_known.switched_off_at
+        is_finding = self._finding is not None
+        return link_state(connection, *known, is_finding=is_finding, absence=self.absence, switched_off_at=off_at)
 
     @property
     def _is_returning(self) -> bool:
@@ -182,10 +180,16 @@ class Connector(QObject):
     def is_active(self) -> bool:
         """As far as is known the module will fire by its thresholds. A doubtful "active" counts as active; one that
         was only recorded does not."""
-        if self.is_recording:
-            return False
-        known = self.device.known("active", self.clock())
-        return known is not None and known.value is True
+        return not self.is_recording and self.activation.may_fire
+
+    @property
+    def activation(self) -> SeenActivation:
+        return self._last_known.activation(self.device, self.clock())
+
+    def note_shutdown(self) -> None:
+        """The module acknowledged our own shut-down and is silent: no fault until it answers again."""
+        self._last_known.note_shutdown(self.clock(), time.time())
+        self.changed.emit()
 
     # What can be done
 
@@ -290,6 +294,8 @@ class Connector(QObject):
         if is_news:
             _log.info("Port: %s", batch.connection)
         self._last = batch
+        if self._target is not None and batch.connection.port == self._target.device:
+            self._last_known.take(self.device, self._whose)
         if batch.connection.state is not PortState.CLOSED or batch.connection.trouble is not None:
             self._is_ordered = False
         for job in batch.finished:

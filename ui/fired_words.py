@@ -65,7 +65,9 @@ def verdict(finding: Finding | None, question: Question, *, clock: Clock, progre
         return Verdict(Icon.UNKNOWN, Meaning.UNKNOWN, tr("There is nothing to judge yet."), said)
     if not (limits.attitude_is_enabled or limits.freefall_is_enabled):
         is_open = bool(question.unknown or question.unfit)
-        head = tr("Not judged: name the thresholds.") if is_open else tr("Cannot fire: both triggers are disabled.")
+        head = tr("Nothing to judge: both triggers are disabled.")
+        if is_open:
+            head = tr("Not judged: name the thresholds.")
         return Verdict(Icon.UNKNOWN if is_open else Icon.WARNING, Meaning.ATTENTION, head, said)
     if finding.firing_count:
         count = finding.firing_count

@@ -1,5 +1,6 @@
 """How the link stands, and the next thing to do about it: what the top bar and the connect panel say."""
 
+import time
 from dataclasses import dataclass
 from enum import Enum
 
@@ -31,6 +32,8 @@ class Phase(Enum):
     """The port went away; it is opened again when the same adapter comes back."""
     FAILED = "failed"
     """The port could not be opened."""
+    SWITCHED_OFF = "switched_off"
+    """Silent because it was shut down by command, which is no fault."""
 
 
 class Step(Enum):
@@ -55,6 +58,8 @@ class LinkState:
     """For LATE."""
     trouble: PortError | None = None
     """For FAILED and LOST."""
+    off_at: float | None = None
+    """By the calendar, as `time.time()`; for SWITCHED_OFF."""
     absence: Absence | None = None
     """For LOST, and for FAILED where it was lost: why it is not open again."""
 
@@ -81,8 +86,10 @@ def link_state(
     *,
     is_finding: bool,
     absence: Absence | None = None,
+    switched_off_at: float | None = None,
 ) -> LinkState:
-    """`absence`: the port was lost, and why it is not open again (`app.reconnect`)."""
+    """`absence`: the port was lost, and why it is not open again (`app.reconnect`). `switched_off_at`: by command, as
+    `time.time()`; it has not answered since."""
     port, rate = connection.port, connection.baud_rate
     if absence is not None and absence.is_waiting:
         return LinkState(Phase.LOST, port, rate, trouble=connection.trouble, absence=absence)
@@ -101,6 +108,9 @@ def link_state(
         return LinkState(Phase.LATE, port, rate, lag_s=round((device.lag_s or 0.0) * 2) / 2)
     if device.presence is Presence.ONLINE:
         return LinkState(Phase.ONLINE, port, rate)
+    is_mute = greeting is None or greeting.silence in (None, Silence.NOTHING)
+    if switched_off_at is not None and (device.values or is_mute):
+        return LinkState(Phase.SWITCHED_OFF, port, rate, off_at=switched_off_at)
     if device.values:
         return LinkState(Phase.OFFLINE, port, rate, since=device.presence_since)
     if greeting is not None and greeting.silence is not None:
@@ -151,6 +161,14 @@ def words(state: LinkState, now: float) -> LinkWords:
                 tr("The port went away.") if state.trouble is None else explain(state.trouble).what,
                 tr((state.absence or Absence.AWAY).value),
                 Step.CHOOSE_PORT,
+            )
+        case Phase.SWITCHED_OFF:
+            at = time.strftime("%H:%M", time.localtime(state.off_at))
+            return LinkWords(
+                tr("Switched off at {time}", time=at),
+                tr("Switched off by command at {time}.", time=at),
+                tr("It comes back by its switch, held for 2 s, or by external power."),
+                None,
             )
         case Phase.FAILED:
             return _failed_words(state.trouble, state.absence)

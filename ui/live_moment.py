@@ -4,6 +4,7 @@ from dataclasses import dataclass
 from typing import Final
 
 from app.i18n import tr
+from app.last_known import Activation, SeenActivation
 from app.recordings.recording import Recording
 from app.samples import Readable
 from app.steps import Steps
@@ -12,7 +13,8 @@ from ui.icons import Icon
 from ui.live_data import SLOW_GAP_S
 from ui.live_panel import CELL, FALLING, OVER, Limits, LivePanel
 from ui.plot_ticks import clock_text
-from ui.readout import Readout, StateChip
+from ui.readout import Readout
+from ui.state_chips import show_activation, show_trigger
 from ui.theme import Meaning
 
 # As wide as a gap that the plots leave open: what is further away is no answer.
@@ -72,8 +74,9 @@ def show_moment(panel: LivePanel, moment: Moment | None) -> None:
     panel.light.set_limit("" if moment.limits.light_v is None else f"{moment.limits.light_v:.1f} V")
     _show(panel.light, moment.light_v, 1)
     _show(panel.cell, moment.cell_voltage_v, 2)
-    _show_activation(panel.activation, moment.is_active)
-    _show_trigger(panel.trigger, moment.is_triggered)
+    reported = {None: Activation.UNKNOWN, True: Activation.ACTIVE, False: Activation.LOCKED}[moment.is_active]
+    show_activation(panel.activation, SeenActivation(reported), now=0.0)
+    show_trigger(panel.trigger, is_triggered=moment.is_triggered)
 
 
 def _standing(steps: Steps, time_s: float) -> float | None:
@@ -92,21 +95,3 @@ def _show(readout: Readout, value: float | None, decimals: int, note: str = "") 
         readout.show_unknown()
     else:
         readout.show_value(f"{value:.{decimals}f}", meaning=Meaning.DANGER if note else None, note=note)
-
-
-def _show_activation(chip: StateChip, is_active: bool | None) -> None:
-    if is_active is None:
-        chip.show_unknown()
-    elif is_active:
-        chip.show_state(tr("ACTIVE"), Icon.ACTIVE, Meaning.ATTENTION)
-    else:
-        chip.show_state(tr("LOCKED"), Icon.LOCK)
-
-
-def _show_trigger(chip: StateChip, is_triggered: bool | None) -> None:
-    if is_triggered is None:
-        chip.show_unknown()
-    elif is_triggered:
-        chip.show_state(tr("TRIGGERED"), Icon.PARACHUTE, Meaning.DANGER)
-    else:
-        chip.show_state(tr("NOT TRIGGERED"), Icon.NOT_TRIGGERED)

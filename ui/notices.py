@@ -26,7 +26,8 @@ def link_notice(
     if Step.WHY in acts and state.phase in _ASKS_WHY:
         steps = (*steps, Step.WHY)
     choices = tuple(Choice(step.value, _step_text(step), acts[step]) for step in steps)
-    meaning = Meaning.INFORMATION if state.phase is Phase.CLOSED else Meaning.ATTENTION
+    is_calm = state.phase in (Phase.CLOSED, Phase.SWITCHED_OFF)
+    meaning = Meaning.INFORMATION if is_calm else Meaning.ATTENTION
     return Notice(meaning, " ".join(part for part in parts if part), choices)
 
 

@@ -41,6 +41,9 @@ def _before(work: PreflightWork, *, is_connected: bool) -> _Before:
     if is_connected and work.reported_active:
         what = tr("The module is ACTIVE: nothing is written. To enable the triggers, lock it first.")
         return _Before(tr("Run the check."), (what, tr("Do not touch the aircraft.")))
+    if is_connected and work.may_fire:
+        what = tr("The module was ACTIVE when it was last heard: treat it as ready to fire.")
+        return _Before(tr("Run the check."), (what,))
     if is_connected and not work.are_triggers_known:
         why = tr("After each start nobody knows how the module’s two triggers stand; only enabling them settles it.")
         return _Before(tr("Enable triggers and check."), (why, tr("Set the aircraft level and do not touch it.")))

@@ -149,7 +149,7 @@ class PreflightWork(QObject):
     def can_enable(self) -> bool:
         """Never on an active module: nothing is written then."""
         is_online = self._connector.device.presence is Presence.ONLINE
-        return self.can_check and is_online and not self.reported_active
+        return self.can_check and is_online and not self.may_fire
 
     @property
     def are_triggers_known(self) -> bool:
@@ -157,6 +157,11 @@ class PreflightWork(QObject):
         device, now = self._connector.device, self._connector.clock()
         known = [device.known(command.key, now) for command in TRIGGERS]
         return all(one is not None and not one.is_stale for one in known)
+
+    @property
+    def may_fire(self) -> bool:
+        """It reports to be ACTIVE, or did when it was last heard."""
+        return self._connector.is_active
 
     @property
     def reported_active(self) -> bool | None:

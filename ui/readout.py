@@ -181,8 +181,10 @@ class StateChip(Painted):
         self._word = tr("unknown")
         self._meaning: Meaning | None = Meaning.UNKNOWN
         self._age = ""
+        self._keeps_colour = False
         self._certain_age = ""
         self._unknown = ""
+        self._detail = ""
         self._reserved: tuple[str, ...] = ()
         self.setSizePolicy(QSizePolicy.Policy.Fixed, QSizePolicy.Policy.Fixed)
         self._changed()
@@ -213,13 +215,24 @@ class StateChip(Painted):
         self._reserved = tuple(words)
         self.updateGeometry()
 
-    def show_state(self, word: str, icon: Icon | str, meaning: Meaning | None = None, *, stale_age: str = "") -> None:
+    def show_state(
+        self,
+        word: str,
+        icon: Icon | str,
+        meaning: Meaning | None = None,
+        *,
+        stale_age: str = "",
+        keeps_colour: bool = False,
+        detail: str = "",
+    ) -> None:
         """Show a state; ``icon`` may be a fragment such as ``icons.battery`` makes.
 
-        ``stale_age`` marks what may no longer be so, and says how old it is.
+        ``stale_age`` marks what may no longer be so, and says how old it is; with ``keeps_colour`` it stays as loud as
+        its meaning, hatched.  ``detail`` is said by the tooltip and to screen readers only.
         """
-        if (word, icon, meaning, stale_age) != (self._word, self._icon, self._meaning, self._age):
-            self._word, self._icon, self._meaning, self._age = word, icon, meaning, stale_age
+        new = (word, icon, meaning, stale_age, keeps_colour and bool(stale_age), detail)
+        if new != (self._word, self._icon, self._meaning, self._age, self._keeps_colour, self._detail):
+            self._word, self._icon, self._meaning, self._age, self._keeps_colour, self._detail = new
             self.updateGeometry()
             self._changed()
 
@@ -238,7 +251,7 @@ class StateChip(Painted):
 
     def _changed(self) -> None:
         name = f"{self._caption}: {self._word}"
-        self.announce(f"{name}, {self._age}" if self._age else name)
+        self.announce(", ".join(filter(None, (name, self._detail, self._age))))
         self.setToolTip(self.accessibleName())
 
     @property
@@ -283,8 +296,11 @@ class StateChip(Painted):
             painter.fillPath(outline, QColor(theme.surface))
             if is_unknown:
                 hatch(painter, outline, theme.divider if edge == 1 else theme.muted)
+            if tint and self._keeps_colour:
+                hatch(painter, outline, tint.ink)
             is_dashed = is_unknown or bool(self._age)
-            painter.setPen(pen(theme.border if is_dashed else theme.divider, edge, is_dashed=is_dashed))
+            line = theme.border if is_dashed else theme.divider
+            painter.setPen(pen(tint.ink if tint and self._keeps_colour else line, edge, is_dashed=is_dashed))
         painter.drawPath(outline)
         self._paint_word(painter, ink)
         painter.end()
@@ -295,18 +311,20 @@ class StateChip(Painted):
         square = QRectF(Space.S, (self.height() - side) / 2, side, side)
         # The word of a quiet state is plain text: its icon alone carries the colour.
         is_quiet = not self._is_filled and self._meaning is not Meaning.UNKNOWN
-        text = QColor(theme.muted) if self._age else (QColor(theme.text) if is_quiet else ink)
+        is_dim = bool(self._age) and not self._keeps_colour
+        text = QColor(theme.muted) if is_dim else (QColor(theme.text) if is_quiet else ink)
         left = square.right() + Space.XS + 2
         room = QRectF(left, 0, self.width() - left - Space.S, self.height())
         one = font(self._size, is_bold=True)
-        if self._meaning is Meaning.UNKNOWN:
+        if self._meaning is Meaning.UNKNOWN or self._keeps_colour:
+            # The hatching stops around the word.
             word = QFontMetricsF(one).horizontalAdvance(self._text)
             ground = QRectF(square.left() - 3, 4, square.width() + word + Space.XS + 10, self.height() - 8.0)
             painter.setPen(Qt.PenStyle.NoPen)
             painter.setBrush(QColor(theme.surface))
             painter.drawRoundedRect(ground, 4, 4)
             text = QColor(theme.text)
-        icons.draw(painter, self._icon, square, QColor(theme.muted) if self._age else ink)
+        icons.draw(painter, self._icon, square, QColor(theme.muted) if is_dim else ink)
         painter.setFont(one)
         painter.setPen(text)
         painter.drawText(room, _LEFT, self._text)

@@ -6,17 +6,18 @@ from PySide6.QtCore import QEvent, QSize, Qt, Signal
 from PySide6.QtGui import QColor, QFontMetrics, QPainter, QPaintEvent
 from PySide6.QtWidgets import QFrame, QHBoxLayout, QPushButton, QSizePolicy, QWidget
 
-from app.device import DeviceView, Known
+from app.device import DeviceView
 from app.i18n import tr
 from protocol.catalogue import BY_NAME, Command
 from ui.connector import Connector, Target
 from ui.icons import Icon, battery, draw, icon
-from ui.link_state import LinkState, LinkWords, Phase, duration, words
+from ui.link_state import LinkState, LinkWords, Phase, words
 from ui.lock import LockControl
 from ui.module_name import ModuleName
 from ui.named import named
 from ui.readout import StateChip
 from ui.recording_bar import recording_name, recording_word
+from ui.state_chips import age_of, show_activation, show_known_trigger
 from ui.texts import Texts
 from ui.theme import Meaning, Size, Space, current, font
 
@@ -33,6 +34,7 @@ _PHASE_ICONS = {
     Phase.LATE: Icon.LINK_LOST,
     Phase.OFFLINE: Icon.LINK_LOST,
     Phase.LOST: Icon.UNPLUGGED,
+    Phase.SWITCHED_OFF: Icon.UNPLUGGED,
     Phase.FAILED: Icon.LINK_LOST,
 }
 
@@ -44,7 +46,7 @@ def phase_meaning(phase: Phase) -> Meaning | None:
             return Meaning.GOOD
         case Phase.CLOSED:
             return Meaning.UNKNOWN
-        case Phase.OPENING | Phase.FINDING | Phase.ASKING:
+        case Phase.OPENING | Phase.FINDING | Phase.ASKING | Phase.SWITCHED_OFF:
             return Meaning.INFORMATION
         case _:
             return Meaning.ATTENTION
@@ -210,7 +212,7 @@ class TopBar(QFrame):
         _explain(texts, button, BY_NAME["activation"])
         texts.bind(button.setText, "LOCK")
         texts.bind(button.setAccessibleName, "LOCK: put the module into standby")
-        texts.bind(button.setToolTip, "Put the module into standby: it no longer fires by itself (Ctrl+L)")
+        texts.bind(button.setToolTip, "Put the module into standby, at once (Ctrl+L)")
         self._dress_lock(button, is_main=False)
         return button
 
@@ -223,8 +225,8 @@ class TopBar(QFrame):
             said = LinkWords(recorded, tr("A recording is played. Nothing is sent to any module."), "", None)
         phase = Phase.ASKING if recorded else state.phase  # never the green of a module that answers
         self.port.show_link(port_title(state, connector.target), phase, said, module=self._module)
-        self._show_activation(device.known("active", now), now)
-        self._show_trigger(device.known("triggered", now), now)
+        show_activation(self.activation, connector.activation, now)
+        show_known_trigger(self.trigger, device.known("triggered", now), now)
         self._show_cell(device, now)
         is_main = connector.is_open and connector.is_active
         if is_main != (self.lock.property("role") == "primary"):
@@ -243,22 +245,6 @@ class TopBar(QFrame):
         button.style().unpolish(button)
         button.style().polish(button)
 
-    def _show_activation(self, known: Known | None, now: float) -> None:
-        if known is None:
-            self.activation.show_unknown()
-        elif known.value is True:
-            self.activation.show_state(tr("ACTIVE"), Icon.ACTIVE, Meaning.ATTENTION, stale_age=_age(known, now))
-        else:
-            self.activation.show_state(tr("LOCKED"), Icon.LOCK, stale_age=_age(known, now))
-
-    def _show_trigger(self, known: Known | None, now: float) -> None:
-        if known is None:
-            self.trigger.show_unknown()
-        elif known.value is True:
-            self.trigger.show_state(tr("TRIGGERED"), Icon.PARACHUTE, Meaning.DANGER, stale_age=_age(known, now))
-        else:
-            self.trigger.show_state(tr("NOT TRIGGERED"), Icon.NOT_TRIGGERED, stale_age=_age(known, now))
-
     def _show_cell(self, device: DeviceView, now: float) -> None:
         voltage, charging = device.known("cell_voltage_v", now), device.known("charging", now)
         if voltage is None:
@@ -273,7 +259,7 @@ class TopBar(QFrame):
         else:
             level = (volts - EMPTY_CELL_V) / (FULL_CELL_V - EMPTY_CELL_V)
             word, picture = tr("{volts:.2f} V", volts=volts), battery(level)
-        self.cell.show_state(word, picture, stale_age=_age(voltage, now))
+        self.cell.show_state(word, picture, stale_age=age_of(voltage, now))
 
 
 def _explain(texts: Texts, widget: QWidget, command: Command) -> None:
@@ -283,8 +269,3 @@ def _explain(texts: Texts, widget: QWidget, command: Command) -> None:
 
 def _say_what(widget: QWidget, term: str, explanation: str) -> None:
     widget.setWhatsThis(f"{term}: {explanation}")
-
-
-def _age(known: Known, now: float) -> str:
-    """Empty while nothing casts doubt on the value."""
-    return tr("{time} ago", time=duration(now - known.at)) if known.is_stale else ""

@@ -34,7 +34,7 @@ class TourOffer(QFrame):
         )
         texts.bind(self.take.setText, "Take the tour")
         texts.bind(self.take.setAccessibleName, "Take the tour")
-        texts.bind(self.take.setToolTip, "Eight steps through the real window; nothing can fire")
+        texts.bind(self.take.setToolTip, "Eight steps through the real window, on a simulated module")
         texts.bind(self.decline.setText, "Not now")
         texts.bind(self.decline.setAccessibleName, "Do not take the tour now")
         texts.bind(self.decline.setToolTip, "The tour stays in the Help menu")

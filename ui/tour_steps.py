@@ -67,7 +67,7 @@ def _connect(desk: TourDesk) -> Scene:
         return Scene(tr("Connecting the simulated module …"), spots)
     text = tr(
         "Here you choose the port of your module. For the tour there is a simulated one: nothing to plug in, and "
-        "nothing that can fire."
+        "no parachute."
     )
     return Scene(text, spots, tr("Connect the simulated module"), desk.connect)
 
@@ -219,8 +219,8 @@ def _lock(desk: TourDesk) -> Scene:
         text = tr("LOCKED, because the module itself says so; a sent command alone would not be called that.")
         return Scene(text, spots, is_done=True)
     text = tr(
-        "A locked module does not fire, also not in flight; an active one does. On a real module that is the Commands "
-        "page, with a second click."
+        "Only an active module fires; a locked one stays in standby, in flight too. On a real module activating is on "
+        "the Commands page, with a second click."
     )
     return Scene(text, spots, tr("Make it active"), desk.activate)
 

@@ -21,9 +21,8 @@ ENTRIES: Final[tuple[Entry, ...]] = tuple(
     for pattern, text in (
         # Always in sight
         ("port_button", marked("Which port is open and how the link stands. A click opens the list of ports.")),
-        ("lock_button", marked("Puts the module into standby at once: it no longer fires by itself. Always allowed, "
-                               "never asked twice, sent before everything else. The chips beside it show what the "
-                               "module says afterwards.")),
+        ("lock_button", marked("Puts the module into standby at once. Always allowed, never asked twice, sent "
+                               "before everything else. The chips beside it show what the module says afterwards.")),
         ("navigation", marked("The pages of the program. Ctrl and the number of the row goes there from anywhere.")),
         ("notice_dismiss", marked("Closes this message. Nothing is sent.")),
         ("notice_bar|notice_text|notice_icon", marked("What is the matter, and what to do next.")),
@@ -41,14 +40,14 @@ ENTRIES: Final[tuple[Entry, ...]] = tuple(
                                 "socket://host:port.")),
         ("rate_box", marked("The module's speed: 115200 as delivered. “Find the rate” tries all that the vendor "
                             "names, one after the other, with questions only.")),
-        ("connect_button", marked("Opens the chosen port and reads everything that can be read. That neither arms nor "
-                                  "fires anything.")),
+        ("connect_button", marked("Opens the chosen port and reads everything that can be read. That activates "
+                                  "nothing.")),
         ("disconnect_button", marked("Closes the port. If the module is ACTIVE, or edits were not written, it asks "
                                      "before.")),
         # Live
         ("live_choose_port", marked("Opens the list of ports. A connection begins only with a second click.")),
         ("live_simulate", marked("Connects a module that exists only in this program. It behaves as the vendor's table "
-                                 "says, and nothing can fire.")),
+                                 "says; no parachute is connected to it.")),
         ("live_tour", marked("A guided round on a simulated module: from the first connection to GO, in a few "
                              "minutes. Everything stays as it was.")),
         ("live_tour_decline", marked("Takes this offer away. The tour stays in the Help menu.")),
@@ -155,8 +154,8 @@ ENTRIES: Final[tuple[Entry, ...]] = tuple(
         ("check_history_print", marked("Prints the chosen record as it was kept, with its time.")),
         ("trend_*", marked("How this measurement went from check to check, with its limit.")),
         # Commands
-        ("commands_lock", marked("Puts the module into standby at once: it no longer fires by itself.")),
-        ("commands_activation", marked("ACTIVE fires by its thresholds; LOCKED is in standby and does not fire.")),
+        ("commands_lock", marked("Puts the module into standby at once.")),
+        ("commands_activation", marked("ACTIVE: the module fires by its thresholds. LOCKED: it reports standby.")),
         ("commands_trigger", marked("Whether the module says that it has fired.")),
         ("act_*_ask", marked("Asks once more before anything is sent. What still stands against it is named in the "
                              "row.")),

@@ -162,14 +162,6 @@
         <translation>在模拟模块上走一遍：几分钟内从首次连接到飞行前检查。一切保持原样。</translation>
     </message>
     <message>
-        <source>A locked module does not fire, also not in flight; an active one does. On a real module that is the Commands page, with a second click.</source>
-        <translation>锁定的模块不会开伞，飞行中也不会；激活的才会。真实模块在“命令”页激活，需要再次点击确认。</translation>
-    </message>
-    <message>
-        <source>A locked module is in standby and does not fire.</source>
-        <translation>锁定的模块处于待机状态，不会触发。</translation>
-    </message>
-    <message>
         <source>A modem program (ModemManager) tries out {port}: it sends AT commands to the module.</source>
         <translation>调制解调器程序（ModemManager）正在试探 {port}：它向模块发送 AT 命令。</translation>
     </message>
@@ -250,12 +242,12 @@
         <translation>已激活</translation>
     </message>
     <message>
-        <source>ACTIVE fires by its thresholds; LOCKED is in standby and does not fire.</source>
-        <translation>激活时按阈值开伞；锁定时处于待机，不会开伞。</translation>
-    </message>
-    <message>
         <source>ACTIVE: from now on it would fire by its thresholds. LOCK is on every page, one click or Ctrl+L, and goes before everything else. Press it.</source>
         <translation>已激活：从现在起会按阈值开伞。每一页上都有“锁定”，点一下或按 Ctrl+L 即可，并优先于其他一切。请按下它。</translation>
+    </message>
+    <message>
+        <source>ACTIVE: the module fires by its thresholds. LOCKED: it reports standby.</source>
+        <translation>激活：模块按阈值开伞。锁定：模块报告处于待机。</translation>
     </message>
     <message>
         <source>ALTERED: {parts}.</source>
@@ -382,8 +374,8 @@
         <translation>锁定期间也判断</translation>
     </message>
     <message>
-        <source>An active module fires by its thresholds; a locked one is in standby and does not fire.</source>
-        <translation>激活的模块按阈值触发开伞；锁定的模块处于待机状态，不会触发。</translation>
+        <source>An active module fires by its thresholds; a locked one is in standby.</source>
+        <translation>激活的模块按阈值触发开伞；锁定的模块处于待机状态。</translation>
     </message>
     <message>
         <source>An active module fires by itself when it tips over or falls; a locked one must be activated.</source>
@@ -742,10 +734,6 @@
         <translation>已取消。未回读的内容未知。</translation>
     </message>
     <message>
-        <source>Cannot fire: both triggers are disabled.</source>
-        <translation>不会触发：两种触发都已禁用。</translation>
-    </message>
-    <message>
         <source>Capture (*.dpscap)</source>
         <translation>抓包文件 (*.dpscap)</translation>
     </message>
@@ -1102,8 +1090,8 @@
         <translation>请重新连接；若再次出现，请把日志发给我们。</translation>
     </message>
     <message>
-        <source>Connect opens the port and reads the module; that neither arms nor fires anything.</source>
-        <translation>“连接”会打开串口并读取模块；这既不会激活，也不会开伞。</translation>
+        <source>Connect opens the port and reads the module; that activates nothing.</source>
+        <translation>“连接”会打开串口并读取模块；这不会激活模块。</translation>
     </message>
     <message>
         <source>Connect the simulated module</source>
@@ -1134,8 +1122,8 @@
         <translation>连接</translation>
     </message>
     <message>
-        <source>Connects a module that exists only in this program. It behaves as the vendor's table says, and nothing can fire.</source>
-        <translation>连接一个只存在于本程序中的模块。它按厂家协议表工作，不会真的开伞。</translation>
+        <source>Connects a module that exists only in this program. It behaves as the vendor's table says; no parachute is connected to it.</source>
+        <translation>连接一个只存在于本程序中的模块。它按厂家协议表工作，没有连接降落伞。</translation>
     </message>
     <message>
         <source>Contents of the chosen file</source>
@@ -1374,14 +1362,6 @@
         <translation>不写入</translation>
     </message>
     <message>
-        <source>Does NOT fire in free fall.</source>
-        <translation>失重时不会开伞。</translation>
-    </message>
-    <message>
-        <source>Does NOT fire when it tips over.</source>
-        <translation>翻倒时不会开伞。</translation>
-    </message>
-    <message>
         <source>Does the edit again that was taken back. The module is not touched.</source>
         <translation>重做刚才撤销的修改。不触及模块。</translation>
     </message>
@@ -1510,8 +1490,8 @@
         <translation>已修改，尚未发送：模块仍是旧值。下面一行说明它意味着什么。</translation>
     </message>
     <message>
-        <source>Eight steps through the real window; nothing can fire</source>
-        <translation>在真实窗口中走八步；不会真的开伞</translation>
+        <source>Eight steps through the real window, on a simulated module</source>
+        <translation>在真实窗口中用模拟模块走八步</translation>
     </message>
     <message>
         <source>Enable both automatic triggers on the module, and check again</source>
@@ -1754,6 +1734,10 @@
         <translation>立即禁止</translation>
     </message>
     <message>
+        <source>Forbids deploying over serial only; for how long, the vendor does not say.</source>
+        <translation>只禁止串口开伞；禁止持续多久，厂家没有说明。</translation>
+    </message>
+    <message>
         <source>Foreign answers</source>
         <translation>插入其他应答</translation>
     </message>
@@ -1922,8 +1906,8 @@
         <translation>用鼠标或空格键按住两秒，命令只发送一次。提前松开则不发送。</translation>
     </message>
     <message>
-        <source>Here you choose the port of your module. For the tour there is a simulated one: nothing to plug in, and nothing that can fire.</source>
-        <translation>在这里选择您的模块的串口。导览使用模拟模块：无需插接，也不会真的开伞。</translation>
+        <source>Here you choose the port of your module. For the tour there is a simulated one: nothing to plug in, and no parachute.</source>
+        <translation>在这里选择您的模块的串口。导览使用模拟模块：无需插接，也没有降落伞。</translation>
     </message>
     <message>
         <source>Hex text (*.txt *.hex *.log)</source>
@@ -2064,6 +2048,10 @@
     <message>
         <source>It cannot be told whether this is {module}: too little is known of it.</source>
         <translation>无法判断这是否为 {module}：已有的记录不足。</translation>
+    </message>
+    <message>
+        <source>It comes back by its switch, held for 2 s, or by external power.</source>
+        <translation>长按开关 2 秒或接通外接供电即可重新开机。</translation>
     </message>
     <message>
         <source>It connects again by itself, and only to the same adapter.</source>
@@ -2718,10 +2706,6 @@
         <translation>不自动删除所选数据记录；回收站中的将恢复</translation>
     </message>
     <message>
-        <source>Never fires: no aircraft tilts by {fires:.0f}°.</source>
-        <translation>永远不会开伞：没有飞行器会倾斜到 {fires:.0f}°。</translation>
-    </message>
-    <message>
         <source>New here? The tour goes from the first connection to GO in a few minutes, on a simulated module.</source>
         <translation>第一次使用？导览会在模拟模块上，用几分钟从首次连接走到飞行前检查。</translation>
     </message>
@@ -2792,6 +2776,18 @@
     <message>
         <source>No pre-flight record can be read in it: {why}.</source>
         <translation>其中读不出飞行前检查记录：{why}。</translation>
+    </message>
+    <message>
+        <source>No protection in free fall: this trigger is off.</source>
+        <translation>失重时没有保护：该触发已关闭。</translation>
+    </message>
+    <message>
+        <source>No protection when it tips over: this trigger is off.</source>
+        <translation>翻倒时没有保护：该触发已关闭。</translation>
+    </message>
+    <message>
+        <source>No protection: no aircraft tilts by {fires:.0f}°.</source>
+        <translation>没有保护：没有飞行器会倾斜到 {fires:.0f}°。</translation>
     </message>
     <message>
         <source>No recordings yet</source>
@@ -3006,6 +3002,10 @@
         <translation>没有可解码的内容：请给出十六进制字节，或用 - 从标准输入读取。</translation>
     </message>
     <message>
+        <source>Nothing to judge: both triggers are disabled.</source>
+        <translation>无可判断：两种触发都已禁用。</translation>
+    </message>
+    <message>
         <source>Nothing to plug in; behaves as the vendor's table says</source>
         <translation>无需接线；行为与厂家协议表一致</translation>
     </message>
@@ -3126,6 +3126,14 @@
         <translation>每次飞行前给出一个结论。模块每次开机后无法报告两个触发是否启用：这个按钮会启用它们并检查全部项目。</translation>
     </message>
     <message>
+        <source>Only an active module fires; a locked one is in standby.</source>
+        <translation>只有激活的模块才会开伞；锁定的模块处于待机状态。</translation>
+    </message>
+    <message>
+        <source>Only an active module fires; a locked one stays in standby, in flight too. On a real module activating is on the Commands page, with a second click.</source>
+        <translation>只有激活的模块才会开伞；锁定的模块在飞行中也处于待机。真实模块在“命令”页激活，需要再次点击确认。</translation>
+    </message>
+    <message>
         <source>Only an echo</source>
         <translation>只有回显</translation>
     </message>
@@ -3218,8 +3226,8 @@
         <translation>打开记录或报告，并判断它是否被改动过。</translation>
     </message>
     <message>
-        <source>Opens the chosen port and reads everything that can be read. That neither arms nor fires anything.</source>
-        <translation>打开所选串口，读取所有可读内容。这既不会激活，也不会开伞。</translation>
+        <source>Opens the chosen port and reads everything that can be read. That activates nothing.</source>
+        <translation>打开所选串口，读取所有可读内容。这不会激活模块。</translation>
     </message>
     <message>
         <source>Opens the list of ports. A connection begins only with a second click.</source>
@@ -3454,10 +3462,6 @@
         <translation>立即使模块进入待机（Ctrl+L）</translation>
     </message>
     <message>
-        <source>Put the module into standby: it no longer fires by itself (Ctrl+L)</source>
-        <translation>使模块进入待机：不再自动开伞（Ctrl+L）</translation>
-    </message>
-    <message>
         <source>Put the serial adapter back.</source>
         <translation>重新插入串口适配器。</translation>
     </message>
@@ -3470,12 +3474,12 @@
         <translation>把测得的阈值填入表单；与其他修改一起写入。</translation>
     </message>
     <message>
-        <source>Puts the module into standby at once: it no longer fires by itself.</source>
-        <translation>立即使模块进入待机：不再自动开伞。</translation>
+        <source>Puts the module into standby at once.</source>
+        <translation>立即使模块进入待机。</translation>
     </message>
     <message>
-        <source>Puts the module into standby at once: it no longer fires by itself. Always allowed, never asked twice, sent before everything else. The chips beside it show what the module says afterwards.</source>
-        <translation>立即使模块进入待机：不再自动开伞。始终允许，从不二次询问，优先于其他一切发送。旁边的标签显示模块随后报告的状态。</translation>
+        <source>Puts the module into standby at once. Always allowed, never asked twice, sent before everything else. The chips beside it show what the module says afterwards.</source>
+        <translation>立即使模块进入待机。始终允许，从不二次询问，优先于其他一切发送。旁边的标签显示模块随后报告的状态。</translation>
     </message>
     <message>
         <source>Questions only, for a few seconds. The module must lie still.</source>
@@ -4342,6 +4346,14 @@
         <translation>请打开模块，接好地线，并交叉接线：TX 接 RX，RX 接 TX。</translation>
     </message>
     <message>
+        <source>Switched off at {time}</source>
+        <translation>{time} 已关机</translation>
+    </message>
+    <message>
+        <source>Switched off by command at {time}.</source>
+        <translation>已于 {time} 按命令关机。</translation>
+    </message>
+    <message>
         <source>Switched on, the module streams its status unasked. Its state cannot be read.</source>
         <translation>开启后模块主动实时输出状态。此开关的状态无法读取。</translation>
     </message>
@@ -4688,10 +4700,6 @@
     <message>
         <source>The module is LOCKED: activate it first.</source>
         <translation>模块已锁定：请先激活。</translation>
-    </message>
-    <message>
-        <source>The module is told not to fire over serial; for how long, the vendor does not say.</source>
-        <translation>通知模块禁止串口触发开伞；禁止持续多久，厂家没有说明。</translation>
     </message>
     <message>
         <source>The module keeps no trigger records.</source>
@@ -5198,8 +5206,8 @@
         <translation>伞仓打开时的读数太少：请重新测量。</translation>
     </message>
     <message>
-        <source>Too high fires in a descent, too low never.</source>
-        <translation>过高下降时会触发，过低则永不触发。</translation>
+        <source>Too high fires in a descent, too low detects no fall.</source>
+        <translation>过高下降时会触发，过低则检测不到失重。</translation>
     </message>
     <message>
         <source>Too short fires falsely, too long costs height.</source>
@@ -5775,7 +5783,7 @@
     </message>
     <message>
         <source>Would not have fired in the {time} that were judged.</source>
-        <translation>在已判断的 {time} 内不会触发。</translation>
+        <translation>在已判断的 {time} 内没有达到触发条件。</translation>
     </message>
     <message>
         <source>Would these values have fired on what was measured? Nothing is sent</source>
@@ -6070,8 +6078,8 @@
         <translation>等于伞仓打开时的读数</translation>
     </message>
     <message>
-        <source>at 0 it never fires, close to 1 g it fires in a descent</source>
-        <translation>为 0 时永不开伞，接近 1 g 时下降中会开伞</translation>
+        <source>at 0 no fall is detected, close to 1 g it fires in a descent</source>
+        <translation>为 0 时检测不到失重，接近 1 g 时下降中会开伞</translation>
     </message>
     <message>
         <source>at 0 the bay is never dark</source>
@@ -6198,8 +6206,8 @@
         <translation>更短时颠簸会触发开伞</translation>
     </message>
     <message>
-        <source>below it a turn fires, above it an aircraft on its side does not</source>
-        <translation>更小时转弯会触发开伞，更大时飞行器侧翻也不开伞</translation>
+        <source>below it a turn fires, above it an aircraft on its side goes undetected</source>
+        <translation>更小时转弯会触发开伞，更大时检测不到飞行器侧翻</translation>
     </message>
     <message>
         <source>below the threshold, {limit}</source>
@@ -7980,6 +7988,10 @@
     <message>
         <source>volts that the cell loses in an hour</source>
         <translation>电芯每小时下降的电压（V）</translation>
+    </message>
+    <message>
+        <source>was ACTIVE</source>
+        <translation>曾激活</translation>
     </message>
     <message>
         <source>what is entered here</source>

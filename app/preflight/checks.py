@@ -73,7 +73,7 @@ CHECKS: tuple[Check, ...] = (
     Check("attitude_threshold", marked("Attitude threshold"), module.attitude_threshold,
           marked("The angle at which it fires: too small fires in a turn, too large too late."), _SETTING),
     Check("freefall_acceleration", marked("Free-fall acceleration threshold"), module.freefall_acceleration,
-          marked("Too high fires in a descent, too low never."), _SETTING),
+          marked("Too high fires in a descent, too low detects no fall."), _SETTING),
     Check("freefall_time", marked("Free-fall time"), module.freefall_time,
           marked("Too short fires falsely, too long costs height."), _SETTING),
     Check("light_threshold", marked("Light threshold"), module.light_threshold,

@@ -49,10 +49,11 @@ class SettingBound(NamedTuple):
 SETTING_BOUNDS: Mapping[str, SettingBound] = MappingProxyType({
     "attitude_threshold_deg": SettingBound(
         "attitude_threshold", 55, 90, 30, 90,
-        marked("below it a turn fires, above it an aircraft on its side does not"),
+        marked("below it a turn fires, above it an aircraft on its side goes undetected"),
     ),
     "freefall_acceleration_g": SettingBound(
-        "freefall_acceleration", 0.1, 0.6, 0.1, 0.8, marked("at 0 it never fires, close to 1 g it fires in a descent"),
+        "freefall_acceleration", 0.1, 0.6, 0.1, 0.8,
+        marked("at 0 no fall is detected, close to 1 g it fires in a descent"),
     ),
     "freefall_time_s": SettingBound(
         "freefall_time", 0.5, 2.55, 0.2, 2.55, marked("below it a bump fires"),
