@@ -46,6 +46,7 @@ class LivePage(QWidget):
         super().__init__(parent)
         self.setObjectName("live_page")
         self._connector = services.connector
+        self._in_use = services.in_use
         texts = services.texts
         self._recordings = services.keeping.recordings
         self.wall = WallClock()
@@ -158,7 +159,8 @@ class LivePage(QWidget):
             return
         light = device.fresh("light_threshold_v", now_s)
         limits = Limits(data.fires.value, data.falls.value, None if light is None else float(light))
-        self.panel.show_device(device, now_s, limits=limits, reports_per_s=data.reports_per_s(now_s))
+        rate = data.reports_per_s(now_s)
+        self.panel.show_device(device, now_s, limits=limits, in_use=self._in_use, reports_per_s=rate)
 
     def _tick(self) -> None:
         window = cast("QWindow | None", self.window().windowHandle())

@@ -15,6 +15,7 @@ from PySide6.QtWidgets import QFrame, QGridLayout, QHBoxLayout, QScrollArea, QSi
 
 from app.device import DeviceView, Known
 from app.i18n import tr
+from app.outside import Fault, LimitsInUse, Outside, value_outside
 from protocol.catalogue import BY_NAME, RESET_BELOW_THRESHOLD_DEG
 from protocol.link_states import Presence
 from protocol.text import marked
@@ -98,7 +99,9 @@ class LivePanel(QFrame):
         self._column.invalidate()
         self.body.updateGeometry()
 
-    def show_device(self, device: DeviceView, now_s: float, *, limits: Limits, reports_per_s: float) -> None:
+    def show_device(
+        self, device: DeviceView, now_s: float, *, limits: Limits, in_use: LimitsInUse, reports_per_s: float
+    ) -> None:
         """Everything as it is known at a monotonic time."""
         self._show_tilt(device.known("tilt_deg", now_s), now_s, limits.fires_deg)
         acceleration = device.known("acceleration_g", now_s)
@@ -106,11 +109,13 @@ class LivePanel(QFrame):
             acceleration is not None and limits.falls_g is not None and float(acceleration.value) < limits.falls_g
         )
         _show(self.acceleration, acceleration, now_s, 1, Meaning.DANGER if is_falling else None, FALLING)
+        light, cell = (value_outside(key, device, now_s, in_use) for key in ("light_v", "cell_voltage_v"))
         self.light.set_limit("" if limits.light_v is None else f"{limits.light_v:.1f} V")
-        _show(self.light, device.known("light_v", now_s), now_s, 1)
+        _show_outside(self.light, device.known("light_v", now_s), now_s, 1, light)
         charging = device.known("charging", now_s)
         self.name_cell(CHARGER if charging is not None and charging.value is True else CELL)
-        _show(self.cell, device.known("cell_voltage_v", now_s), now_s, 2)
+        self.cell.set_limit("" if cell is None else cell.limit)
+        _show_outside(self.cell, device.known("cell_voltage_v", now_s), now_s, 2, cell)
         self._show_charge(charging, now_s)
         _show(self.boot_count, device.known("boot_count", now_s), now_s, 0)
         self._show_stream(device, reports_per_s)
@@ -251,13 +256,14 @@ class LivePanel(QFrame):
             (tr(CHARGER), (tr("{time} ago", time=tr("{value:.0f} s", value=9)),)),
         )
         right_heads = (
-            (tr("Light"), (age,)),
+            (tr("Light"), (age, f"{tr(Fault.BAY_OPEN.value)}    ")),
             (tr("Charger"), (age,)),
             (tr("Reports"), (tr(_STREAMED), tr(_POLLED), tr(_NO_STREAM))),
         )
         light_px = number.horizontalAdvance("0.0") + Space.XS + Space.S + body.horizontalAdvance("V/ 0.0 V")
+        cell_px = number.horizontalAdvance("0.00") + Space.XS + Space.S + body.horizontalAdvance("V/ 0.00 V")
         values_px = (
-            number.horizontalAdvance("00.0") + Space.XS + body.horizontalAdvance("V"),
+            max(cell_px, number.horizontalAdvance("00.0") + Space.XS + body.horizontalAdvance("V")),
             max(light_px, *(title.horizontalAdvance(tr(word)) for word in (_CHARGING, _NOT_CHARGING))),
         )
         body_px = int(Space.S)
@@ -298,6 +304,14 @@ def _show(
         readout.show_stale(text, _age(known, now_s))
     else:
         readout.show_value(text, meaning=meaning, note=tr(note) if meaning is not None else "")
+
+
+def _show_outside(readout: Readout, known: Known | None, now_s: float, decimals: int, outside: Outside | None) -> None:
+    """The limit itself stands beside the number."""
+    if outside is None:
+        _show(readout, known, now_s, decimals)
+    else:
+        _show(readout, known, now_s, decimals, Meaning.ATTENTION, outside.fault.value)
 
 
 def _age(known: Known, now_s: float) -> str:

@@ -74,13 +74,13 @@ class MainWindow(QMainWindow):
         self._is_leaving = self._is_over = False
         texts = services.texts
         texts.bind(self.setWindowTitle, "DPS-S Configurator")
-        self.top_bar = TopBar(self._connector, texts, services.lock, naming=services.naming)
+        self.top_bar = TopBar(self._connector, texts, services.lock, naming=services.naming, in_use=services.in_use)
         self.notice_bar = NoticeBar(texts)
         self.recording_bar = RecordingBar(self._connector, texts)
         self.navigation = Navigation(entries, texts)
         self.stack = QStackedWidget()
         self.stack.setObjectName("pages")
-        self.status_line = StatusLine(self._connector, texts)
+        self.status_line = StatusLine(self._connector, texts, in_use=services.in_use)
         sessions = services.keeping.sessions
         self.session_sign = SessionSign(lambda: sessions.sign)
         self.status_line.add(self.session_sign)
@@ -307,6 +307,7 @@ class MainWindow(QMainWindow):
 
     def _follow_theme(self) -> None:
         self.notice_bar.follow_theme()
+        self.status_line.follow_theme()
 
     def _show_full_screen(self, is_wanted: bool) -> None:
         self.setWindowState(

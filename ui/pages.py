@@ -7,6 +7,7 @@ from typing import Protocol
 from PySide6.QtWidgets import QWidget
 
 from app.logs import Log
+from app.outside import LimitsInUse
 from app.procedures.act import Armed
 from app.worker import Batch
 from ui.connector import Connector
@@ -42,6 +43,8 @@ class Services:
     unsent: Unsent = field(default_factory=Unsent)
     log: Log | None = None
     naming: ModuleName = field(default_factory=ModuleName)
+    in_use: LimitsInUse = field(default_factory=LimitsInUse)
+    """What measured values are compared with, wherever they are shown."""
     exchange: DraftExchange = field(default_factory=DraftExchange)
     """Drafts that are tried on what was measured."""
 

@@ -46,6 +46,11 @@ class Readout(Painted):
         """How the value shown is known."""
         return self._freshness
 
+    @property
+    def meaning(self) -> Meaning | None:
+        """What colours it, None for a plain value."""
+        return self._meaning
+
     def set_caption(self, caption: str) -> None:
         """Name the value, in the language in use."""
         self._caption = caption

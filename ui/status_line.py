@@ -5,26 +5,36 @@ from PySide6.QtWidgets import QFrame, QHBoxLayout, QLabel, QWidget
 
 from app.device import LONGEST_LAG_S
 from app.i18n import tr
+from app.outside import LimitsInUse, Outside, line_outside
 from app.worker import Batch
 from ui.connector import Connector
 from ui.elided import ElidedLabel
+from ui.icons import Icon, pixmap
 from ui.link_state import duration
 from ui.named import named
 from ui.texts import Texts
-from ui.theme import Space
+from ui.theme import Meaning, Space, current
 
 RATE_OVER_S = 1.0
 WRITE_EVERY_S = 0.3
+DAMAGED_SHOWN_S = 10.0
+"""Bytes that were no frame are marked for so long after the last of them."""
+_SIGN_PX = 14
 
 
 class StatusLine(QFrame):
     """`take` remembers, `refresh` and `say` write."""
 
-    def __init__(self, connector: Connector, texts: Texts, parent: QWidget | None = None) -> None:
+    def __init__(
+        self, connector: Connector, texts: Texts, parent: QWidget | None = None, *, in_use: LimitsInUse | None = None
+    ) -> None:
         super().__init__(parent)
         self.setObjectName("status_line")
         self.setProperty("role", "bar")
         self._connector = connector
+        self._in_use = in_use or LimitsInUse()
+        self._rejected = 0
+        self._damaged_at: float | None = None
         self._frames = 0
         self._heard_at: float | None = None
         self._counted_at: float | None = None
@@ -34,6 +44,11 @@ class StatusLine(QFrame):
         self._passing = ""
         self._passing_until = 0.0
         self.figures = named(QLabel(), "link_figures")
+        self.sign = named(QLabel(), "line_fault_sign")
+        self.sign.setFixedSize(_SIGN_PX, _SIGN_PX)
+        self.fault = named(QLabel(), "line_fault")
+        self.fault.setProperty("role", "attention")
+        texts.bind(self.fault.setAccessibleDescription, "What is the matter with the line")
         self.passing = named(ElidedLabel(), "passing_message")
         self.age = named(QLabel(), "last_heard")
         # Described, not named: a name would be read aloud in place of the text.
@@ -48,13 +63,24 @@ class StatusLine(QFrame):
         row = QHBoxLayout(self)
         row.setContentsMargins(Space.M, Space.XS, Space.M, Space.XS)
         row.setSpacing(Space.L)
-        row.addWidget(self.figures)
+        marked = QHBoxLayout()
+        marked.setSpacing(Space.XS)
+        for widget in (self.figures, self.sign, self.fault):
+            marked.addWidget(widget)
+        row.addLayout(marked)
         self.passing.setAlignment(Qt.AlignmentFlag.AlignCenter)
         row.addWidget(self.passing, 1)
         row.addWidget(self.age)
         self._row = row
         for label in (self.figures, self.passing, self.age):
             label.setProperty("role", "small")
+        self.follow_theme()
+
+    def follow_theme(self) -> None:
+        """The sign in the colours in use."""
+        ratio, ink = self.devicePixelRatioF(), current().ink(Meaning.ATTENTION)
+        self.sign.setPixmap(pixmap(Icon.WARNING, _SIGN_PX, ink, ratio=ratio))
+        self._show_fault(None)
 
     def add(self, widget: QWidget) -> None:
         """Something quiet at the right, before the age."""
@@ -66,6 +92,12 @@ class StatusLine(QFrame):
         self._write()
 
     def take(self, batch: Batch) -> None:
+        rejected = 0 if batch.link is None else batch.link.counters.rejected
+        if rejected > self._rejected:
+            self._damaged_at = batch.at
+        elif batch.link is None:
+            self._damaged_at = None
+        self._rejected = rejected
         if batch.link is None:
             self._counted_at, self._frames_per_s, self._heard_at, self._frames = None, None, None, 0
             return
@@ -109,11 +141,28 @@ class StatusLine(QFrame):
                 )
             )
         _write(self.figures, figures)
+        damaged_at = self._damaged_at
+        self._show_fault(
+            None
+            if link is None
+            else line_outside(
+                lag_s=link.lag_s,
+                round_trip_s=link.round_trip_median_s,
+                has_damaged=damaged_at is not None and now - damaged_at < DAMAGED_SHOWN_S,
+                in_use=self._in_use,
+            )
+        )
         heard = "" if self._heard_at is None else tr("{time} ago", time=duration(now - self._heard_at))
         if link is not None and link.lag_s is not None and link.lag_s > LONGEST_LAG_S:
             heard = tr("{time} late", time=duration(link.lag_s))
         _write(self.age, heard)
         _write(self.passing, self._passing if now < self._passing_until else "")
+
+    def _show_fault(self, outside: Outside | None) -> None:
+        _write(self.fault, "" if outside is None else tr(outside.fault.value))
+        self.fault.setToolTip("" if outside is None else tr("limit {value}", value=outside.limit))
+        for label in (self.sign, self.fault):
+            label.setVisible(outside is not None)
 
 
 def _write(label: QLabel, text: str) -> None:

@@ -8,6 +8,7 @@ from PySide6.QtWidgets import QFrame, QHBoxLayout, QPushButton, QSizePolicy, QWi
 
 from app.device import DeviceView
 from app.i18n import tr
+from app.outside import LimitsInUse, value_outside
 from protocol.catalogue import BY_NAME, Command
 from ui.connector import Connector, Target
 from ui.icons import Icon, battery, draw, icon
@@ -157,11 +158,13 @@ class TopBar(QFrame):
         parent: QWidget | None = None,
         *,
         naming: ModuleName | None = None,
+        in_use: LimitsInUse | None = None,
     ) -> None:
         super().__init__(parent)
         self.setObjectName("top_bar")
         self.setProperty("role", "bar")
         self._connector, self._naming = connector, naming
+        self._in_use = in_use or LimitsInUse()
         self.port = PortButton(texts)
         self.port.clicked.connect(self.panel_wanted)
         self.activation = StateChip("")
@@ -259,7 +262,14 @@ class TopBar(QFrame):
         else:
             level = (volts - EMPTY_CELL_V) / (FULL_CELL_V - EMPTY_CELL_V)
             word, picture = tr("{volts:.2f} V", volts=volts), battery(level)
-        self.cell.show_state(word, picture, stale_age=age_of(voltage, now))
+        age, outside = age_of(voltage, now), value_outside("cell_voltage_v", device, now, self._in_use)
+        if outside is None:
+            self.cell.show_state(word, picture, stale_age=age)
+        else:
+            word = tr("{value}, {fault}", value=word, fault=tr(outside.fault.value))
+            limit = tr("limit {value}", value=outside.limit)
+            meaning = Meaning.ATTENTION
+            self.cell.show_state(word, Icon.WARNING, meaning, stale_age=age, keeps_colour=True, detail=limit)
 
 
 def _explain(texts: Texts, widget: QWidget, command: Command) -> None:

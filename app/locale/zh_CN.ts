@@ -5538,6 +5538,10 @@
         <translation>已知的模块信息</translation>
     </message>
     <message>
+        <source>What is the matter with the line</source>
+        <translation>线路有什么问题</translation>
+    </message>
+    <message>
         <source>What is the matter, and what to do next.</source>
         <translation>出了什么问题，下一步做什么。</translation>
     </message>
@@ -6166,6 +6170,10 @@
         <translation>波特率：{rates}，或用 auto 逐一尝试；默认 115200</translation>
     </message>
     <message>
+        <source>bay open</source>
+        <translation>伞仓打开</translation>
+    </message>
+    <message>
         <source>before an unconfirmed write</source>
         <translation>未确认的写入之前</translation>
     </message>
@@ -6376,6 +6384,10 @@
     <message>
         <source>cut off</source>
         <translation>中断</translation>
+    </message>
+    <message>
+        <source>damaged bytes</source>
+        <translation>有损坏字节</translation>
     </message>
     <message>
         <source>damaged data left out</source>
@@ -6778,6 +6790,14 @@
         <translation>限值 {value}</translation>
     </message>
     <message>
+        <source>line late</source>
+        <translation>线路滞后</translation>
+    </message>
+    <message>
+        <source>line slow</source>
+        <translation>线路慢</translation>
+    </message>
+    <message>
         <source>line {line}: {why}</source>
         <translation>第 {line} 行：{why}</translation>
     </message>
@@ -6828,6 +6848,10 @@
     <message>
         <source>lost</source>
         <translation>已丢失</translation>
+    </message>
+    <message>
+        <source>low</source>
+        <translation>电压低</translation>
     </message>
     <message>
         <source>make the module ready to fire (asks for --yes)</source>
@@ -7882,6 +7906,10 @@
         <translation>发往模块</translation>
     </message>
     <message>
+        <source>too high</source>
+        <translation>过高</translation>
+    </message>
+    <message>
         <source>too old</source>
         <translation>已过期</translation>
     </message>
@@ -8684,6 +8712,10 @@
     <message>
         <source>{value} lies between two steps; the nearest are {low} and {high}</source>
         <translation>{value} 位于两个步进值之间；最近的是 {low} 和 {high}</translation>
+    </message>
+    <message>
+        <source>{value}, {fault}</source>
+        <translation>{value}，{fault}</translation>
     </message>
     <message>
         <source>{value}: NOT verified ({why})</source>

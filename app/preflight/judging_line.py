@@ -3,18 +3,16 @@
 from collections.abc import Sequence
 from typing import NamedTuple
 
+from app.outside import bay_outside, cell_outside
 from app.preflight.evidence import HEARTBEATS, STILL_S, Trial
 from app.preflight.findings import NO, YES, Case, Finding, Result, judged, unknown
 from app.preflight.wording import Said, listed, said
 from protocol.fields import Value
-from protocol.messages import HIGHEST_CELL_V
 from protocol.text import marked
 
 STATUS_FRESH_S = 1.0
 TRIALS_NEEDED = 15
 """Of the forty or so that two seconds hold."""
-CELL_ABOVE_V = 0.05
-"""Above the highest cell by more than two steps it is no cell's voltage."""
 _RAW_NEEDED = 2
 """Answers, of three, without which cell, charge and light are not known."""
 
@@ -187,7 +185,7 @@ def cell_voltage(case: Case) -> Finding:
     if not volts:
         return unknown(case.fault("cell_voltage_v"), limit)
     lowest, shown = min(volts), f"{min(volts):.2f} V"
-    if lowest < least:
+    if cell_outside(lowest, case.expectations.limits, is_charging=None) is not None:
         return judged(lowest, shown, limit, is_fine=False)
     # With external power it is the charging voltage, which lies above the cell's: it proves only that a cell is low.
     charging = _answers(case, "charging")
@@ -195,7 +193,7 @@ def cell_voltage(case: Case) -> Finding:
         reason = marked("{voltage} is the charging voltage") if any(charging) else marked("{voltage}, or the charger's")
         why = said(reason, voltage=shown)
         return unknown(why, limit, do=said(marked("Unplug the external power and check again.")))
-    if max(volts) > HIGHEST_CELL_V + CELL_ABOVE_V:
+    if cell_outside(max(volts), case.expectations.limits, is_charging=False) is not None:
         why = said(marked("{voltage} is more than any lithium cell has"), voltage=f"{max(volts):.2f} V")
         return Finding(Result.FAIL, max(volts), why, limit)
     return judged(lowest, shown, limit, is_fine=True)
@@ -221,5 +219,5 @@ def bay_closed(case: Case) -> Finding:
     if not lights:
         return unknown(case.fault("light_v"), limit)
     worst = min(lights) if is_inverted else max(lights)
-    is_dark = worst > threshold if is_inverted else worst < threshold
+    is_dark = bay_outside(worst, float(threshold), is_inverted=is_inverted) is None
     return judged(worst, f"{worst:.1f} V", limit, is_fine=is_dark)
