@@ -54,20 +54,15 @@ class Doubt(Enum):
 
 STATUS_KEYS = ("tilt_deg", "acceleration_g", "triggered", "active")
 SLOW_KEYS = ("cell_voltage_v", "charging", "light_v")
-FRESH_FOR_S: Mapping[str, float] = MappingProxyType(
-    dict.fromkeys(STATUS_KEYS, 1.0) | dict.fromkeys(SLOW_KEYS, 5.0),
-)
+FRESH_FOR_S: Mapping[str, float] = MappingProxyType(dict.fromkeys(STATUS_KEYS, 1.0) | dict.fromkeys(SLOW_KEYS, 5.0))
 """Seconds after which a live value is stale. Settings and the boot count change only by an act or a restart."""
 
 LONGEST_LAG_S = 1.0
 """Where the line holds everything back for longer, no status is current."""
-
 STREAM_PROVES_S = 1.5
 """How long a status that came unasked proves that the serial output is on."""
-
 STREAM_LATE_PERIODS = 1.5
 """A streamed status is stale when the next one is late by half a period of that stream."""
-
 STREAM_WINDOW_S = 3.0
 """Over which the rate of the stream is counted: slow ones, down to one report a second, are streams too."""
 
@@ -132,6 +127,8 @@ class DeviceView:
     """Of the last two seconds."""
     stray_records: tuple[TriggerRecord, ...] = ()
     """Came outside an answer, mostly after their query had been given up; oldest first."""
+    unconfirmed: frozenset[str] = frozenset()
+    """Settings that cannot be read, of which a set was not confirmed."""
     lag_s: float | None = None
     """How long what the module says takes to come, as far as it is known."""
 
@@ -193,6 +190,7 @@ class Device:
         self._is_restart_suspected = False
         self._suspected: dict[str, Known] = {}
         """What counts as unknown until that is decided."""
+        self._unconfirmed: set[str] = set()
         self._samples: list[Sample] = []
         self._stray_records: deque[TriggerRecord] = deque(maxlen=KEPT_STRAY_RECORDS)
         self._motion = MotionWatch()
@@ -263,6 +261,7 @@ class Device:
             frozenset(self._suspected),
             self._motion.view(now),
             tuple(self._stray_records),
+            frozenset(self._unconfirmed),
             None if self._lag is None else self._lag.seconds(now),
         )
 
@@ -353,6 +352,7 @@ class Device:
         if key in UNREADABLE:
             self._values.pop(key, None)
             self._suspected.pop(key, None)
+            self._unconfirmed.add(key)
         elif known is not None:
             self._values[key] = replace(known, doubt=Doubt.WRITE_UNCONFIRMED)
 

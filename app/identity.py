@@ -104,6 +104,11 @@ def evidence_of(values: Mapping[str, Known], *, is_fresh: bool) -> Evidence:
     )
 
 
+def as_logged(seen: Evidence) -> dict[str, object]:
+    """For the audit log, beside what was done: on which start of the module, and with which settings."""
+    return {"boot_count": seen.boot_count, "settings": dict(seen.settings)}
+
+
 def is_another(before: Evidence, now: Evidence) -> bool:
     return went_back(before.boot_count, now.boot_count) or bool(changed_settings(before.settings, now.settings))
 

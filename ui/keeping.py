@@ -93,11 +93,11 @@ class Keeping:
     def has_store(self) -> bool:
         return isinstance(self.store, Store)
 
-    def journal(self, target: Target | None) -> Journal:
-        """For one connection."""
+    def journal(self, target: Target | None, module: str = "") -> Journal:
+        """For one connection. `module`: its name, where it has one."""
         if target is None or target.is_recording:
             return NoJournal("")
-        return journal_for(self.store, port=target.device, origin=ORIGIN, adapter=target.identity)
+        return journal_for(self.store, port=target.device, origin=ORIGIN, adapter=target.identity, module=module)
 
     def keep_snapshot(self, snapshot: Snapshot, port: str) -> Future[int] | None:
         """From any thread; done when it is on disk. One that cannot be kept there is still in the window's memory."""

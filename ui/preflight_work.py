@@ -199,9 +199,8 @@ class PreflightWork(QObject):
         self._evidence = Evidence(port=self._connector.connection.port)
         self._log = FrameLog()
         self._is_port_broken = False
-        procedure = run_preflight(
-            self._evidence, is_enabling=self._statement.is_enabling, journal=self._services.keeping.journal(target)
-        )
+        journal = self._services.keeping.journal(target, self._naming.name)
+        procedure = run_preflight(self._evidence, is_enabling=self._statement.is_enabling, journal=journal)
         self._job = self._connector.run(procedure, self._end, on_progress=self._remember_progress)
         self.changed.emit()
 
@@ -319,6 +318,8 @@ class PreflightWork(QObject):
         self.changed.emit()
 
     def _end_filing(self) -> None:
+        if self.filed is not None:
+            self._evidence = self.filed.assessment.case.evidence
         if self.standing in _STANDS:
             self._reread_timer.start()
         self.look()

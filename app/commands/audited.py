@@ -44,8 +44,19 @@ class Records:
         return store.queue.submit(keep)
 
 
+def adapter_of(port: str) -> str:
+    """The USB identity of the adapter; "" where it has none, or where the system does not say."""
+    from app.ports import PortsUnknown, list_ports
+    from app.reconnect import address_of
+
+    try:
+        return address_of(port, list_ports()).identity
+    except PortsUnknown:
+        return ""
+
+
 @contextmanager
-def records_of(port: str) -> Iterator[Records]:
+def records_of(port: str, adapter: str = "") -> Iterator[Records]:
     from app.store.database import StoreTrouble
     from app.store.store import open_store
     from app.store.store_journal import journal_for
@@ -55,7 +66,7 @@ def records_of(port: str) -> Iterator[Records]:
         store = open_store()
         if store.notice is not None:
             say(store.notice)
-        yield Records(journal_for(store, port=port, origin=ORIGIN), store, port)
+        yield Records(journal_for(store, port=port, origin=ORIGIN, adapter=adapter), store, port)
     except StoreTrouble as error:
         if store is not None:
             raise

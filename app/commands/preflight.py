@@ -71,6 +71,7 @@ def _name(text: str) -> str:
 
 def run(args: argparse.Namespace) -> int:
     from app import version
+    from app.commands.audited import adapter_of
     from app.preflight.evidence import Evidence, FrameLog
     from app.preflight.filing import Person, file_check
 
@@ -82,28 +83,17 @@ def run(args: argparse.Namespace) -> int:
         say(str(error))
         return USED_WRONGLY
     store = _store()
-    evidence, log = Evidence(port=args.port), FrameLog()
+    evidence, log, adapter = Evidence(port=args.port), FrameLog(), adapter_of(args.port)
     try:
-        trouble = _gather(args, evidence, log, store)
+        trouble = _gather(args, evidence, log, store, adapter)
         person = Person(who=args.who, module=args.module, aircraft=args.aircraft,
                         are_records_looked_at=args.records_looked_at, is_same_module=args.same_module)  # fmt: skip
         filed = file_check(evidence, expectations, person, log, store=store, program_version=version(),
-                           adapter="" if args.module else _adapter(args.port))  # fmt: skip
+                           adapter=adapter)  # fmt: skip
     finally:
         if store is not None:
             store.close()
     return _conclude(args, filed, trouble)
-
-
-def _adapter(port: str) -> str:
-    """The USB identity of the adapter; "" where it has none, or where the system does not say."""
-    from app.ports import PortsUnknown, list_ports
-    from app.reconnect import address_of
-
-    try:
-        return address_of(port, list_ports()).identity
-    except PortsUnknown:
-        return ""
 
 
 def _conclude(args: argparse.Namespace, filed: "Filed", trouble: str | None) -> int:
@@ -165,18 +155,22 @@ def _store() -> "Store | None":
     return store
 
 
-def _gather(args: argparse.Namespace, evidence: "Evidence", log: "FrameLog", store: "Store | None") -> str | None:
+def _gather(
+    args: argparse.Namespace, evidence: "Evidence", log: "FrameLog", store: "Store | None", adapter: str
+) -> str | None:
     """Why the link was lost in the middle, in a sentence for people; None where it was not."""
     from app.commands.connection import connected, link_trouble
     from app.commands.visited import may_be_another
     from app.journal import Journal, NoJournal
     from app.preflight.evidence import Disturbance
     from app.preflight.run import run_preflight
+    from app.preflight.wording import clean
     from app.store.store_journal import StoreJournal
 
     journal: Journal = NoJournal()
     if store is not None:
-        journal = StoreJournal(store, port=args.port, origin="preflight")
+        name = clean((args.module or "").strip())
+        journal = StoreJournal(store, port=args.port, origin="preflight", adapter=adapter, module=name)
     with connected(args.port, args.baud, on_batch=lambda batch: log.take(batch.events)) as conversation:
         try:
             is_enabling = args.enable_triggers and not (

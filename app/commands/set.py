@@ -184,7 +184,7 @@ def _warn(wishes: Sequence[Wish]) -> None:
 
 def _write(wishes: Sequence[Wish], args: argparse.Namespace) -> Found:
     from app.acts import Act
-    from app.commands.audited import records_of
+    from app.commands.audited import adapter_of, records_of
     from app.commands.connection import connected, link_trouble
     from app.permit import Origin, Permit
     from app.procedures.write_all import Change, Leave, WriteReport, unconfirmed, write_all
@@ -193,7 +193,10 @@ def _write(wishes: Sequence[Wish], args: argparse.Namespace) -> Found:
     report = WriteReport(results=())
     trouble: str | None = None
     found: dict[str, Result] = {}
-    with records_of(args.port) as records, connected(args.port, args.baud) as conversation:
+    with (
+        records_of(args.port, adapter_of(args.port)) as records,
+        connected(args.port, args.baud) as conversation,
+    ):
         sent = list(wishes)
         for wish in wishes:
             if args.profile is not None and wish.command.key == "baud_rate" and wish.value == conversation.baud_rate:

@@ -6490,6 +6490,10 @@
         <translation>已启用：模块已应答</translation>
     </message>
     <message>
+        <source>enabled: acknowledged {age} ago, same start of the module (audit log, entry {entry})</source>
+        <translation>已启用：{age} 前模块已应答，此后模块未重启（审计日志第 {entry} 条）</translation>
+    </message>
+    <message>
         <source>end S seconds after the first status</source>
         <translation>在第一个状态之后 S 秒结束</translation>
     </message>

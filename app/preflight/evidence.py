@@ -51,12 +51,20 @@ class FlagFate(Enum):
     NOT_SENT = "not sent"
 
 
+class LoggedSet(NamedTuple):
+    """The acknowledged set in the audit log of this computer. `age_s`: at the end of the check."""
+
+    entry: int
+    age_s: float
+
+
 @dataclass(frozen=True, slots=True)
 class Flag:
-    """`why`: why it was not sent."""
+    """`why`: why it was not sent. `logged`: where only the audit log knows how it stands."""
 
     fate: FlagFate = FlagFate.NEVER_SET
     why: tuple[Said, ...] = ()
+    logged: LoggedSet | None = None
 
 
 @dataclass(slots=True)

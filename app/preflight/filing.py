@@ -12,6 +12,7 @@ from datetime import UTC, datetime
 from app.preflight.evidence import Evidence, FrameLog
 from app.preflight.expectations import Expectations, Past, settings_code
 from app.preflight.findings import Case, Result
+from app.preflight.logged_flags import with_logged_flags
 from app.preflight.record import NOT_KEPT, Circumstances, Record, make_record
 from app.preflight.verdict import Assessment, assess
 from app.preflight.wording import clean
@@ -70,6 +71,9 @@ def file_check(
     `adapter`: the USB identity of the adapter; "" where it has none, then the port stands in.
     """
     name = clean(person.module.strip()) if person.module is not None and person.module.strip() else None
+    at = at or local_now()
+    if store is not None:
+        evidence = with_logged_flags(evidence, store, adapter=adapter, module=name, at=at)
     trouble: StoreTrouble | None = None
     known, past = past, past or Past(module=name)
     checks = CheckStore(store.database) if store is not None else None
@@ -87,7 +91,7 @@ def file_check(
     )  # fmt: skip
     assessment = assess(case)
     circumstances = Circumstances(
-        at=at or local_now(), program_version=program_version, who=person.who, module=name,
+        at=at, program_version=program_version, who=person.who, module=name,
         aircraft=person.aircraft, remarks=person.remarks, adapter=adapter or evidence.port,
     )  # fmt: skip
 

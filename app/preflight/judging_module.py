@@ -66,6 +66,10 @@ def _trigger(case: Case, key: str) -> Finding:
     if flag is None:
         return unknown(case.fault(key), limit)
     match flag.fate:
+        case FlagFate.ENABLED if flag.logged is not None:
+            text = marked("enabled: acknowledged {age} ago, same start of the module (audit log, entry {entry})")
+            shown = said(text, age=_age(flag.logged.age_s), entry=str(flag.logged.entry))
+            return Finding(Result.PASS, True, shown, limit)
         case FlagFate.ENABLED:
             return Finding(Result.PASS, True, said(marked("enabled: acknowledged")), limit)
         case FlagFate.DISABLED:
@@ -80,6 +84,10 @@ def _trigger(case: Case, key: str) -> Finding:
         case FlagFate.NEVER_SET:
             why = said(marked("cannot be read, and was not set since the last start"))
             return unknown(why, limit, do=_lock_first(case))
+
+
+def _age(seconds: float) -> str:
+    return f"{seconds:.0f} s" if seconds < 120 else f"{seconds / 60:.0f} min"
 
 
 def _lock_first(case: Case) -> Said | None:

@@ -1,6 +1,6 @@
 """The check as a procedure: it gathers, by questions only, and judges nothing.
 
-    20 heartbeats -> the two trigger flags, only when asked -> settings between two boot counts, status
+    20 heartbeats -> settings between two boot counts, status -> the two trigger flags, only when asked
                   -> cell, charge, light -> trigger records -> two seconds of status
                   -> settings between two boot counts, status, once more
 
@@ -11,6 +11,7 @@ see `app.preflight.reread`. Nothing that is sent activates, locks, fires, zeroes
 
 from app.acts import Act
 from app.device import How
+from app.identity import as_logged, evidence_of
 from app.journal import Journal, NoJournal, Outcome
 from app.playback import require_module
 from app.preflight.evidence import HEARTBEATS, STILL_S, Disturbance, Evidence, Flag, FlagFate, Trial
@@ -54,10 +55,13 @@ def run_preflight(
     """
     yield from require_module()
     evidence.is_enabling = is_enabling
+    begin: Sight = yield Look()
     try:
         yield from _gather(evidence, journal or NoJournal())
     except _Silent:
         evidence.disturbance = Disturbance.SILENT
+        end: Sight = yield Look()
+        evidence.rejected_bytes = end.link.counters.rejected - begin.link.counters.rejected
     except Slept:
         evidence.disturbance = Disturbance.SLEPT
         raise
@@ -79,13 +83,13 @@ def _gather(evidence: Evidence, journal: Journal) -> Procedure[None]:
     begin = yield Look()
     evidence.restarts = begin.device.restarts
     yield from _heartbeats(evidence)
-    yield Report(1, STEPS, marked("Looking at the triggers"))
+    yield Report(1, STEPS, marked("Reading the settings"))
+    evidence.first = yield from _read_state(evidence)
+    yield Report(2, STEPS, marked("Looking at the triggers"))
     for command in TRIGGERS:
         evidence.flags[command.key] = Flag()
         if evidence.is_enabling:
             evidence.flags[command.key] = yield from _enable(command, journal)
-    yield Report(2, STEPS, marked("Reading the settings"))
-    evidence.first = yield from _read_state(evidence)
     yield Report(3, STEPS, marked("Reading cell, charge and light"))
     for _ in range(TURNS):
         for command in SLOW:
@@ -208,7 +212,9 @@ def _enable(command: Command, journal: Journal) -> Procedure[Flag]:
     if refused:
         return Flag(FlagFate.NOT_SENT, refused)
     request = command.set(True)
-    entry = journal.begin(Act.WRITE, request.encode(), {"setting": command.key, "wanted": True})
+    sight: Sight = yield Look()
+    seen = as_logged(evidence_of(sight.device.values, is_fresh=True))
+    entry = journal.begin(Act.WRITE, request.encode(), {"setting": command.key, "wanted": True, **seen})
     if not entry.done():
         yield Await(entry, DISK_LIMIT_S)
         refused = yield from _refusals()

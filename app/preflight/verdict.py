@@ -210,7 +210,10 @@ def _changed(assessment: Assessment, device: DeviceView, now: float) -> Said | N
         if before is not None and known is not None and known.value != before:
             return Said(TITLES[key])
     for key in evidence.flags:
-        if checked.get(key) is not None and key not in device.values and key not in device.undecided:
+        is_lost = key not in device.values and key not in device.undecided
+        if evidence.flags[key].logged is not None:  # the log knows it, and the device of this program never did
+            is_lost = key not in device.values and key in device.unconfirmed
+        if checked.get(key) is not None and is_lost:
             return Said(TITLES[key])  # a set that nobody confirmed
     voltage = device.fresh("cell_voltage_v", now)
     was_charged = assessment.result("cell_voltage") is Result.PASS

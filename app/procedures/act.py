@@ -162,7 +162,7 @@ def perform(
         open_conditions = conditions_open(act, (yield Look()), journal, permit=permit, armed=armed)
     except JournalFailed as error:
         journal.settle(entry, Outcome.NOT_SENT, {"why": "log"})
-        refusal = Refusal(Condition.INTENT_DURABLE, _LOG_FAILED)
+        refusal = Refusal(Condition.INTENT_DURABLE, LOG_FAILED)
         return Performed(act=act, outcome=Outcome.NOT_SENT, refusals=(refusal,), trouble=error.sentence)
     except (Cancelled, PortLost, PortError) as error:
         journal.settle(entry, Outcome.NOT_SENT, {"why": type(error).__name__})
@@ -200,7 +200,7 @@ def _performed(act: Act, after: _Aftermath) -> Performed:
     )
 
 
-_LOG_FAILED = marked("The audit log cannot be written, so nothing dangerous is sent.")
+LOG_FAILED = marked("The audit log cannot be written, so nothing dangerous is sent.")
 
 
 def _refresh(act: Act) -> Procedure[None]:

@@ -12,11 +12,12 @@ from concurrent.futures import Future
 from dataclasses import dataclass, field, replace
 
 from app.acts import Act
+from app.identity import as_logged, evidence_of
 from app.journal import Entry, Journal, Outcome
 from app.permit import Permit
 from app.playback import require_module
 from app.procedure import Await, Look, Pause, Procedure, Report, Sight
-from app.procedures.act import Armed
+from app.procedures.act import LOG_FAILED, Armed
 from app.procedures.ask_status import ask_status
 from app.procedures.baud import BaudChanged, BaudEnd, change_baud
 from app.procedures.settings_reading import (
@@ -28,7 +29,7 @@ from app.procedures.settings_reading import (
     read_settings,
 )
 from app.procedures.write import Heard, WriteFault, Written, write_verified
-from app.safety import Refusal, refusals, situation
+from app.safety import Condition, Refusal, refusals, situation
 from app.snapshots import Snapshot, snapshot_of
 from protocol.catalogue import BAUD_RATE, Command
 from protocol.fields import Value
@@ -37,6 +38,7 @@ from protocol.text import marked
 SETTLE_S = 0.6
 """From the last write to the last reading. Modules are known to clamp, to revert or to restart up to half a second
 after they acknowledged; whatever changes later is found by the background reading of a connected window."""
+TRIGGERS = frozenset({"attitude_trigger", "freefall_trigger"})
 LAST_READINGS = 2
 """The last reading is repeated where the line spoiled it."""
 DISK_LIMIT_S = 1.5
@@ -154,12 +156,17 @@ def _write_one(course: _Course, change: Change) -> Procedure[None]:
         course.results.append(_written(change, baud))
     else:
         frame = change.command.set(change.value).encode()
-        entry = leave.journal.begin(Act.WRITE, frame, {change.command.key: change.value})
+        sight: Sight = yield Look()
+        seen = as_logged(evidence_of(sight.device.values, is_fresh=True))
+        entry = leave.journal.begin(Act.WRITE, frame, {change.command.key: change.value, **seen})
         course.entries[change.command] = entry
         if not entry.done():
             # A set is no act: it is done also where the disk takes too long. Whether it is allowed is judged again.
             yield Await(entry, DISK_LIMIT_S)
             course.refused = yield from _refusals(leave)
+        if change.command.key in TRIGGERS and change.value is False and not _is_written(entry):
+            # A check may go by the log where it says that a trigger is enabled.
+            course.refused = (*course.refused, Refusal(Condition.INTENT_DURABLE, LOG_FAILED))
         if course.refused:
             course.fault = WriteFault.NOT_ALLOWED
             course.results.append(_not_sent(change, course.fault))
@@ -167,6 +174,10 @@ def _write_one(course: _Course, change: Change) -> Procedure[None]:
         written = yield from write_verified(change.command, change.value)
         course.results.append(written)
         course.fault = WriteFault.NOT_SENT if written.heard is Heard.NOT_SENT else None
+
+
+def _is_written(entry: Entry) -> bool:
+    return entry.done() and not entry.cancelled() and entry.exception() is None
 
 
 def _last_reading(course: _Course, before: SettingsReading) -> Procedure[WriteReport]:

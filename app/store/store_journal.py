@@ -15,12 +15,15 @@ class StoreJournal:
     """The journal of one connection, written by the store's own thread."""
 
     def __init__(
-        self, store: Store, *, port: str, origin: str, adapter: str = "", module_id: int | None = None
-    ) -> None:
+        self, store: Store, *, port: str, origin: str, adapter: str = "", module: str = "",
+        module_id: int | None = None,
+    ) -> None:  # fmt: skip
+        """`module`: its name, where it has one."""
         self._store = store
         self._port = port
         self._origin = origin
         self._adapter = adapter
+        self._module = module
         self._module_id = module_id
 
     @property
@@ -28,7 +31,8 @@ class StoreJournal:
         return True
 
     def begin(self, act: Act, frame: bytes, detail: Mapping[str, object]) -> Entry:
-        store, kept = self._store, dict(detail)
+        where = {"adapter": self._adapter, "module": self._module}
+        store, kept = self._store, {**detail, **{name: text for name, text in where.items() if text}}
         return self._write(
             lambda: store.begin(act, frame, kept, port=self._port, origin=self._origin, module_id=self._module_id)
         )
@@ -67,8 +71,8 @@ class StoreJournal:
         self._store.queue.submit(work)
 
 
-def journal_for(store: Store | StoreTrouble, *, port: str, origin: str, adapter: str = "") -> Journal:
+def journal_for(store: Store | StoreTrouble, *, port: str, origin: str, adapter: str = "", module: str = "") -> Journal:
     """The journal of a connection, whether there is a store or not."""
     if isinstance(store, Store):
-        return StoreJournal(store, port=port, origin=origin, adapter=adapter)
+        return StoreJournal(store, port=port, origin=origin, adapter=adapter, module=module)
     return NoJournal(store.sentence)
