@@ -89,7 +89,7 @@ def test_no_go_names_everything_and_sends_questions_only(
     assert "3.50 V (at least 3.80 V)" in out
     assert "20° (at most 5°)" in out
     assert "Charge the module" in out
-    assert "cannot be read, and was not set" in out
+    assert "cannot be read, and no acknowledged set" in out
     _assert_only_questions(wire, flags=0)
 
 

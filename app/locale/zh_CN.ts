@@ -6270,8 +6270,8 @@
         <translation>无法读取</translation>
     </message>
     <message>
-        <source>cannot be read, and was not set since the last start</source>
-        <translation>无法读取，且本次开机后未设置</translation>
+        <source>cannot be read, and no acknowledged set since the last start is known</source>
+        <translation>无法读取，且本次开机后没有已知的已应答设置</translation>
     </message>
     <message>
         <source>cannot be read: unknown after the restart</source>

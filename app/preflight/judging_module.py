@@ -82,7 +82,7 @@ def _trigger(case: Case, key: str) -> Finding:
             why = flag.why[0] if flag.why else said(marked("not sent"))
             return unknown(said(marked("not enabled: {why}"), why=why), limit, do=_lock_first(case))
         case FlagFate.NEVER_SET:
-            why = said(marked("cannot be read, and was not set since the last start"))
+            why = said(marked("cannot be read, and no acknowledged set since the last start is known"))
             return unknown(why, limit, do=_lock_first(case))
 
 
