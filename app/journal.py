@@ -11,6 +11,13 @@ from enum import Enum
 from typing import Protocol
 
 from app.acts import Act
+from app.i18n import tr
+from app.procedure import Await, Look, Procedure, Sight
+
+DURABLE_LIMIT_S = 5.0
+"""As long as a confirmation counts: an intent that is not on disk by then is given up."""
+SLOW_DISK_S = 0.1
+"""After a longer wait for the disk the module is asked again before the conditions are judged again."""
 
 
 class Outcome(Enum):
@@ -88,3 +95,14 @@ class NoJournal:
         entry = Entry()
         entry.set_exception(JournalFailed(self._sentence))
         return entry
+
+
+def durable(entry: Entry, limit_s: float = DURABLE_LIMIT_S) -> Procedure[bool]:
+    """Wait until the intent is on disk, while the line serves others; whether it took long. Raises `JournalFailed`."""
+    began: Sight = yield Look()
+    is_written = yield Await(entry, limit_s)
+    if not is_written or entry.cancelled():
+        raise JournalFailed(tr("The disk did not take it in time."))
+    entry.result()
+    ended: Sight = yield Look()
+    return ended.now - began.now > SLOW_DISK_S

@@ -4447,7 +4447,7 @@
     </message>
     <message>
         <source>The audit log is unbroken: {count} entries.</source>
-        <translation>审计日志完整：共 {count} 条。</translation>
+        <translation>操作记录完整：共 {count} 条。</translation>
     </message>
     <message>
         <source>The baud rate is not applied with a profile: change it in its own place.</source>
@@ -5059,7 +5059,7 @@
     </message>
     <message>
         <source>This computer has no audit log.</source>
-        <translation>本机没有审计日志。</translation>
+        <translation>本机没有操作记录。</translation>
     </message>
     <message>
         <source>This computer keeps the same record.</source>
@@ -5951,7 +5951,7 @@
     </message>
     <message>
         <source>a set of one changes another: 21:20, with a value 16:17=01, the second time and 500 ms later 21:20=14/2@500</source>
-        <translation>设置一项会改变另一项：21:20；指定值：16:17=01；第二次设置并延时 500 毫秒：21:20=14/2@500</translation>
+        <translation>设置一项会改变另一项：21:20；指定值：16:17=01；第二次设置并延时 500 ms：21:20=14/2@500</translation>
     </message>
     <message>
         <source>a simulated module; prints the port to open</source>
@@ -6051,7 +6051,7 @@
     </message>
     <message>
         <source>an answer to another command comes first: 20:22, with a value 20:22=05, or 500 ms later 20:22@500</source>
-        <translation>先发送其他命令的应答：20:22；指定值：20:22=05；延时 500 毫秒：20:22@500</translation>
+        <translation>先发送其他命令的应答：20:22；指定值：20:22=05；延时 500 ms：20:22@500</translation>
     </message>
     <message>
         <source>angle against the horizontal plane, in degrees</source>
@@ -7635,7 +7635,7 @@
     </message>
     <message>
         <source>tell whether the audit log was altered</source>
-        <translation>检查审计日志是否被修改</translation>
+        <translation>检查操作记录是否被修改</translation>
     </message>
     <message>
         <source>the aircraft activates it</source>

@@ -14,10 +14,10 @@ from dataclasses import dataclass, field
 
 from app.acts import REQUESTS, Act
 from app.i18n import tr
-from app.journal import Entry, Journal, JournalFailed, Outcome
+from app.journal import Journal, JournalFailed, Outcome, durable
 from app.permit import Permit
 from app.playback import require_module
-from app.procedure import Ask, Await, Cancelled, Look, Pause, PortLost, Procedure, Sight
+from app.procedure import Ask, Cancelled, Look, Pause, PortLost, Procedure, Sight
 from app.procedures.ask_status import ask_status
 from app.safety import Condition, Refusal, refusals, situation
 from app.transport import PortError
@@ -29,10 +29,6 @@ from protocol.messages import Acknowledgement, Reading, Status
 from protocol.text import marked
 
 AFTER_WAITS_S = (0.3, 0.3, 1.0)
-DURABLE_LIMIT_S = 5.0
-"""As long as a confirmation counts: an intent that is not on disk by then is given up."""
-SLOW_DISK_S = 0.1
-"""After a longer wait for the disk the module is asked again before the conditions are judged again."""
 ALIVE_AGAIN_S = 0.5
 LOOKS_APART_S = 0.15
 LOOKS = 2
@@ -177,17 +173,6 @@ def perform(
         return Performed(act=act, outcome=Outcome.UNKNOWN, frame=frame)
     journal.settle(entry, _outcome(act, after), _result(after))
     return _performed(act, after)
-
-
-def durable(entry: Entry, limit_s: float = DURABLE_LIMIT_S) -> Procedure[bool]:
-    """Wait until the intent is on disk, while the line serves others; whether it took long. Raises `JournalFailed`."""
-    began: Sight = yield Look()
-    is_written = yield Await(entry, limit_s)
-    if not is_written or entry.cancelled():
-        raise JournalFailed(tr("The disk did not take it in time."))
-    entry.result()
-    ended: Sight = yield Look()
-    return ended.now - began.now > SLOW_DISK_S
 
 
 def _performed(act: Act, after: _Aftermath) -> Performed:

@@ -14,11 +14,11 @@ from enum import Enum
 
 from app.acts import Act
 from app.i18n import tr
-from app.journal import Entry, Journal, JournalFailed, Outcome
+from app.journal import Entry, Journal, JournalFailed, Outcome, durable
 from app.permit import Permit
 from app.playback import require_module
 from app.procedure import Ask, Cancelled, Listen, Look, Pause, PortLost, Procedure, Report, Sight, UseRate
-from app.procedures.act import Armed, conditions_open, durable
+from app.procedures.act import Armed, conditions_open
 from app.procedures.ask_status import ask_status
 from app.procedures.find import SETTLE_S, answers_here, proofs
 from app.procedures.write import Heard, acknowledged

@@ -88,7 +88,7 @@ class Store:
         """Write what is queued, then close; how many pieces were not written within `limit_s`. Never raises."""
         left = self.queue.close(limit_s, self.database.close)
         if left:
-            _log.warning("Not written when the store was closed: %d", left)
+            _log.warning("Not written when the store was closed: %s", left)
         return left
 
     # Modules
