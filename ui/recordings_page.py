@@ -106,7 +106,7 @@ class RecordingsPage(QWidget):
         shelf = self.work.shelf
         used = size_text(sum(one.size_bytes for one in self.work.entries))
         return tr(
-            "{used} used. Up to {size} or {days} days; the oldest go to the trash, kept ones stay.",
+            "{used} used. Up to {size} or {days} days; then the oldest go to the trash.",
             used=used,
             size=size_text(shelf.most_bytes),
             days=shelf.most_days,

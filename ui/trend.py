@@ -51,7 +51,7 @@ class Trend(Painted):
         return QSize(240, 96)
 
     def minimumSizeHint(self) -> QSize:
-        return QSize(160, 96)
+        return QSize(160, 88)
 
     def _shown(self, value: float) -> str:
         gap = "" if self._unit in ("°", "") else " "

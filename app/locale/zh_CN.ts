@@ -214,10 +214,6 @@
         <translation>每项设置一行：模块现在的值、想要的值、旁边的厂家默认值和建议，以及它在空中意味着什么。</translation>
     </message>
     <message>
-        <source>A set changes another</source>
-        <translation>设置一项会改变另一项</translation>
-    </message>
-    <message>
         <source>A simulated module, written from the vendor's table. Prints the port to open as its first line and runs until it is stopped (Ctrl-C). The same options go into the query of sim://NAME?option=value.</source>
         <translation>按厂家协议表编写的模拟模块。第一行打印要打开的串口，一直运行到被停止（Ctrl-C）。同样的选项也可写入 sim://NAME?option=value 的查询部分。</translation>
     </message>
@@ -780,10 +776,6 @@
     <message>
         <source>Changed without being written: {names}. See Settings.</source>
         <translation>未写入却发生变化：{names}。请查看参数页。</translation>
-    </message>
-    <message>
-        <source>Changes after a query</source>
-        <translation>查询后改变</translation>
     </message>
     <message>
         <source>Changing the baud rate …</source>
@@ -1858,10 +1850,6 @@
         <translation>可以飞行</translation>
     </message>
     <message>
-        <source>Gap that the module needs</source>
-        <translation>模块所需的请求间隔</translation>
-    </message>
-    <message>
         <source>Garbage</source>
         <translation>杂乱字节</translation>
     </message>
@@ -2322,10 +2310,6 @@
         <translation>断电重启后丢失：模块当前为 {stands}。</translation>
     </message>
     <message>
-        <source>Lag of a wireless bridge</source>
-        <translation>无线透传的滞后</translation>
-    </message>
-    <message>
         <source>Language</source>
         <translation>语言</translation>
     </message>
@@ -2604,6 +2588,10 @@
     <message>
         <source>Message: {text}</source>
         <translation>消息：{text}</translation>
+    </message>
+    <message>
+        <source>Minimum gap</source>
+        <translation>最小间隔</translation>
     </message>
     <message>
         <source>Module</source>
@@ -3482,6 +3470,10 @@
         <translation>立即使模块进入待机。始终允许，从不二次询问，优先于其他一切发送。旁边的标签显示模块随后报告的状态。</translation>
     </message>
     <message>
+        <source>Query changes value</source>
+        <translation>查询后参数改变</translation>
+    </message>
+    <message>
         <source>Questions only, for a few seconds. The module must lie still.</source>
         <translation>只提问，持续几秒钟。模块必须静止。</translation>
     </message>
@@ -3702,8 +3694,8 @@
         <translation>状态报告</translation>
     </message>
     <message>
-        <source>Reports activation late by</source>
-        <translation>激活状态上报延迟</translation>
+        <source>Reports active late</source>
+        <translation>激活状态延迟上报</translation>
     </message>
     <message>
         <source>Restart</source>
@@ -4062,6 +4054,10 @@
         <translation>串口输出</translation>
     </message>
     <message>
+        <source>Set changes another</source>
+        <translation>写入改变另一参数</translation>
+    </message>
+    <message>
         <source>Set it down and check again</source>
         <translation>放平静置并重新检查</translation>
     </message>
@@ -4178,8 +4174,8 @@
         <translation>签名站点：{fingerprint}。仅当那台计算机显示相同指纹时才信任。名称：</translation>
     </message>
     <message>
-        <source>Silent restart after a set</source>
-        <translation>设置后静默重启</translation>
+        <source>Silent restart after</source>
+        <translation>写入后静默重启</translation>
     </message>
     <message>
         <source>Silent restart every</source>
@@ -5748,6 +5744,10 @@
     <message>
         <source>Windows has no pseudo-terminals: use --tcp 127.0.0.1:0</source>
         <translation>Windows 没有伪终端：请使用 --tcp 127.0.0.1:0</translation>
+    </message>
+    <message>
+        <source>Wireless lag</source>
+        <translation>无线延迟</translation>
     </message>
     <message>
         <source>With external power the voltage that is read is not the cell's.</source>
@@ -8658,8 +8658,8 @@
         <translation>{total} 条，没有新记录</translation>
     </message>
     <message>
-        <source>{used} used. Up to {size} or {days} days; the oldest go to the trash, kept ones stay.</source>
-        <translation>已用 {used}。最多 {size} 或 {days} 天；最早的移入回收站，已保留的不受影响。</translation>
+        <source>{used} used. Up to {size} or {days} days; then the oldest go to the trash.</source>
+        <translation>已用 {used}。最多 {size} 或 {days} 天；超出后最早的移入回收站。</translation>
     </message>
     <message>
         <source>{value:.0f} MB</source>
