@@ -3,12 +3,13 @@
 from typing import Final
 
 from PySide6.QtCore import QSize
-from PySide6.QtWidgets import QFrame, QHBoxLayout, QPushButton, QScrollArea, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QFrame, QPushButton, QScrollArea, QVBoxLayout, QWidget
 
 from app.acts import EFFECTS, Act
 from app.i18n import tr
 from app.worker import Batch
 from ui.act_row import ActRow
+from ui.flow_row import FlowRow
 from ui.icons import Icon, icon
 from ui.labels import text_label
 from ui.named import named
@@ -85,12 +86,9 @@ class CommandsPage(QWidget):
         inner = QVBoxLayout(card)
         inner.setContentsMargins(Space.M, Space.M, Space.M, Space.M)
         inner.setSpacing(Space.XS)
-        row = QHBoxLayout()
-        row.setSpacing(Space.M)
-        row.addWidget(self.activation)
-        row.addWidget(self.trigger)
-        row.addStretch(1)
-        row.addWidget(self.lock)
+        row = FlowRow(spacing_px=Space.M)
+        row.add(self.activation, self.trigger)
+        row.add_right(self.lock)
         inner.addLayout(row)
         effect = text_label("commands_lock_effect", "small")
         texts.bind(effect.setText, EFFECTS[Act.LOCK])

@@ -61,8 +61,8 @@ _DIALECT: Rows = (
     ("refuses", marked("Refuses what is set")),
 )
 _LIES: Rows = (
-    ("cross_talk", marked("Set changes another")),
-    ("read_changes", marked("Query changes value")),
+    ("cross_talk", marked("Set changes other")),
+    ("read_changes", marked("Query changes")),
     ("revert_ms", marked("Reverts after")),
     ("clamp_ms", marked("Clamps after")),
     ("silent_restart_ms", marked("Silent restart after")),
@@ -70,7 +70,7 @@ _LIES: Rows = (
     ("forgets", marked("A restart loses the settings")),
     ("mute_codes", marked("Not answered")),
     ("double_codes", marked("Answered twice")),
-    ("double_ms", marked("Second answer after")),
+    ("double_ms", marked("Repeated after")),
     ("foreign_replies", marked("Foreign answers")),
     ("drop_records", marked("Records left out")),
     ("stream_jitter_ms", marked("Jitter of the stream")),

@@ -111,7 +111,7 @@ class PortButton(QPushButton):
         return QSize(300, 44)
 
     def minimumSizeHint(self) -> QSize:
-        return QSize(132, 44)
+        return QSize(120, 44)
 
     def paintEvent(self, event: QPaintEvent) -> None:
         super().paintEvent(event)  # frame, hover and focus by the style; the text is empty

@@ -3470,7 +3470,7 @@
         <translation>立即使模块进入待机。始终允许，从不二次询问，优先于其他一切发送。旁边的标签显示模块随后报告的状态。</translation>
     </message>
     <message>
-        <source>Query changes value</source>
+        <source>Query changes</source>
         <translation>查询后参数改变</translation>
     </message>
     <message>
@@ -3684,6 +3684,10 @@
     <message>
         <source>Renew</source>
         <translation>刷新</translation>
+    </message>
+    <message>
+        <source>Repeated after</source>
+        <translation>重复应答延时</translation>
     </message>
     <message>
         <source>Report (*.pdf)</source>
@@ -3978,10 +3982,6 @@
         <translation>正在搜索 … {percent} %</translation>
     </message>
     <message>
-        <source>Second answer after</source>
-        <translation>重复应答间隔</translation>
-    </message>
-    <message>
         <source>Seen once, not confirmed: it came in one reading only. Read again; it is not kept.</source>
         <translation>仅读到一次，未确认：只在一次读取中出现。请重新读取；该记录未保存。</translation>
     </message>
@@ -4054,7 +4054,7 @@
         <translation>串口输出</translation>
     </message>
     <message>
-        <source>Set changes another</source>
+        <source>Set changes other</source>
         <translation>写入改变另一参数</translation>
     </message>
     <message>
