@@ -89,7 +89,7 @@ class Checking:
     def __init__(self, session: Session) -> None:
         self._session = session
         self._connector, self._naming = _Connector(session.desk), _Naming()
-        keeping = SimpleNamespace(journal=lambda _target: NoJournal(), store=None)
+        keeping = SimpleNamespace(journal=lambda _target, _module="": NoJournal(), store=None)
         services = SimpleNamespace(connector=self._connector, naming=self._naming, keeping=keeping)
         self.work = PreflightWork(cast("Services", services))
         self.said: list[Standing] = []
