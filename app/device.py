@@ -281,6 +281,8 @@ class Device:
         if isinstance(message, Heartbeat) and event.role in (Role.UNASKED, Role.LATE, Role.DOUBLED):
             self._suspect_restart()
             self._is_restart_suspected |= event.role is not Role.UNASKED  # of that one the link itself decides soon
+        if isinstance(message, Reading) and event.role is Role.ANSWER and message.command.key == "boot_count":
+            self._take_reading(message, event.at)  # nobody else hears of one that only let late answers pass
         if isinstance(message, TriggerRecord) and event.role in (Role.LATE, Role.UNASKED):
             self._stray_records.append(message)
         if not isinstance(message, Status) or event.role in (Role.LATE, Role.ECHO):

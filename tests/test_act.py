@@ -10,10 +10,12 @@ from app.journal import Outcome
 from app.permit import Origin, Permit
 from app.procedure import Cancelled, PortLost
 from app.procedures.act import SENTENCES, Armed, Performed, perform, rehearse
+from app.procedures.read import read_everything
 from app.procedures.stream import StreamSwitch, watch
 from app.safety import Condition
 from app.session import Run
 from protocol.catalogue import Hazard
+from protocol.events import Received
 from tests.journals import FakeJournal
 from tests.sim_line import Rig
 
@@ -40,6 +42,20 @@ def do(rig: Rig, act: Act, journal: Any = None, **more: Any) -> Performed:
 def acts_sent(rig: Rig) -> list[bytes]:
     """Every host frame that is not a question."""
     return [request.encode() for request in rig.line.requests if request.hazard is not Hazard.NONE]
+
+
+def test_a_boot_count_that_only_lets_late_answers_pass_tells_of_a_restart_too() -> None:
+    rig = Rig({"stream_at_boot": True})
+    rig.run(read_everything())
+    rig.bench.module.restart(rig.clock(), is_silent=True)
+    done = do(rig, Act.ACTIVATE)
+    heard = [event for event in rig.session.take_events() if isinstance(event, Received)]
+    assert any(event.frame.code == 0x23 and event.frame.raw[4] == 38 for event in heard), "the fence brought it"
+    assert rig.session.device.view(rig.clock()).restarts == 1
+    known = rig.session.device.value("boot_count")
+    assert known is not None
+    assert known.value == 38
+    assert done.outcome in (Outcome.NOT_SENT, Outcome.CONFIRMED)
 
 
 def test_a_module_that_reports_its_activation_late_is_not_said_to_be_still_locked() -> None:
