@@ -11,7 +11,7 @@ asked questions and nothing else.
 """
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from enum import Enum
 
 from app.device import BOOTS, Device, Doubt, Known
@@ -70,6 +70,13 @@ class Identity:
     @property
     def is_for_a_person(self) -> bool:
         return self.trust in (Trust.UNCERTAIN, Trust.ANOTHER)
+
+    def is_as_seen(self, seen: "Identity") -> bool:
+        """Whether what a person decided about still stands: at most readings that agree have been added."""
+        is_kept = seen.now.settings.items() <= self.now.settings.items()
+        is_kept &= seen.now.boot_count in (None, self.now.boot_count)
+        against, seen_against = ((one.is_boot_count_lower, one.changed) for one in (self, seen))
+        return is_kept and against == seen_against and replace(self, now=seen.now) == seen
 
     @property
     def is_boot_count_lower(self) -> bool:
@@ -140,7 +147,7 @@ class IdentityCheck:
 
     def vouch(self, seen: Identity | None = None) -> None:
         """A person says so, of the module of which this was `seen`; it counts only while that is so."""
-        if seen is None or seen == self._identity:
+        if seen is None or self._identity.is_as_seen(seen):
             self._expected, self._identity = None, Identity()
 
     def on_device(self, device: Device, now: float) -> None:

@@ -7,6 +7,7 @@ from app.capture import CaptureWriter, Entry, Header, Way
 from protocol.catalogue import STATUS
 from protocol.messages import Status
 
+EMPTY_SLOT = bytes.fromhex("41 75 35 01 00 00 00 00 00 00 00 00 00 00 00 36")
 STATUS_FRAME = Status(7, 1.0, triggered=False, active=True).encode()
 HEADER = Header(program="DPS-S 1.2", port="/dev/ttyUSB0", baud_rate=115200, started="2026-11-21T01:49:05Z")
 ENTRIES = (

@@ -12,6 +12,7 @@ from PySide6.QtWidgets import QApplication
 from pytestqt.qtbot import QtBot
 
 from app.device import DeviceView, How, Known
+from app.identity import Identity, Trust
 from app.procedures.greet import Greeting, Silence
 from app.transport import PortError, PortTrouble
 from app.worker import Batch, Connection, PortState
@@ -320,6 +321,6 @@ def test_no_batch_is_lost_while_the_window_stalls(qtbot: QtBot, qapp: QApplicati
 
 def test_joined_batches_end_with_the_latest_state() -> None:
     first = Batch(1.0, OPEN, DeviceView(restarts=1), None)
-    last = Batch(2.0, Connection(), DeviceView(restarts=2), None)
-    both = joined([first, last])
-    assert (both.at, both.connection, both.device.restarts) == (2.0, Connection(), 2)
+    last = Batch(2.0, Connection(), DeviceView(restarts=2), None, identity=Identity(Trust.ANOTHER))
+    assert joined([first, last]) == last
+    assert joined([last, first]) == first

@@ -133,6 +133,31 @@ def test_what_a_person_says_counts_only_for_what_they_saw() -> None:
     rig.step_until(lambda: changes(rig) == [SERIAL_OUTPUT.set(True)], limit_s=10)
 
 
+@pytest.mark.parametrize(
+    ("now", "is_kept"),
+    [
+        (Evidence(12, FOUND.settings), True),
+        (Evidence(12, {"light_threshold_v": 1.8}), True),
+        (Evidence(12, {**FOUND.settings, "attitude_threshold_deg": 75}), False),
+        (Evidence(13, FOUND.settings), False),
+    ],
+    ids=["all the rest", "a part", "another setting", "restarted again"],
+)
+def test_what_a_person_says_stands_when_more_was_read_that_agrees(now: Evidence, is_kept: bool) -> None:
+    """A click on what the window showed a moment ago is not lost, and does not cover what nobody has seen."""
+    seen = Identity(Trust.ANOTHER, FOUND, Evidence(12))
+    assert replace(seen, now=now).is_as_seen(seen) is is_kept
+    assert not Identity(Trust.UNCERTAIN, FOUND, now).is_as_seen(seen)
+    assert not replace(seen, before=Evidence(90), now=now).is_as_seen(seen)
+    rig = Rig(OPTIONS, expected=Expected(replace(FOUND, boot_count=90)))
+    watched(rig)
+    rig.step_for(5)
+    whole = rig.session.identity.identity
+    assert whole.now == FOUND
+    rig.session.identity.vouch(replace(whole, now=Evidence(37)))
+    assert trust(rig) is Trust.PROVEN
+
+
 def test_another_module_behind_the_open_port_is_noticed() -> None:
     """The adapter stays plugged in, the module behind it is exchanged."""
     rig = Rig(OPTIONS)

@@ -1,6 +1,7 @@
 """What is known of a module from before: without it the check says so, and damage in it never costs the verdict."""
 
 import json
+import shutil
 import sqlite3
 from pathlib import Path
 
@@ -54,6 +55,9 @@ def test_no_memory_of_a_module_is_said_and_is_a_warning(port: str, capsys: pytes
         (data_folder() / f"{FILE_NAME}{companion}").unlink(missing_ok=True)
     (data_folder() / FILE_NAME).write_bytes(b"")
     capsys.readouterr()
+    assert program.main(words) == 1  # restored from its copy: the module is still known
+    assert _boot_count(capsys)[:2] == ("NO-GO", "fail")
+    shutil.rmtree(data_folder())
     program.main(words)
     _verdict, result, why = _boot_count(capsys)
     assert result == "warn"

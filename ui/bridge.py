@@ -1,5 +1,6 @@
 """The only place where the worker's thread meets Qt."""
 
+from dataclasses import replace
 from itertools import groupby
 from threading import Lock
 
@@ -55,11 +56,8 @@ def joined(batches: list[Batch]) -> Batch:
     last = batches[-1]
     if len(batches) == 1:
         return last
-    return Batch(
-        at=last.at,
-        connection=last.connection,
-        device=last.device,
-        link=last.link,
+    return replace(
+        last,
         samples=tuple(sample for batch in batches for sample in batch.samples),
         events=tuple(event for batch in batches for event in batch.events),
         finished=tuple(job for batch in batches for job in batch.finished),

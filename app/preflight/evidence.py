@@ -81,7 +81,10 @@ class Evidence:
     heartbeats_sent: int = 0
     round_trips_s: list[float] = field(default_factory=list)
     """One for each heartbeat that was answered."""
+    rejected_before: int = 0
+    """The session's count when it began."""
     rejected_bytes: int = 0
+    """Since then, up to its end or to where it broke off."""
     trials: list[Trial] = field(default_factory=list)
     status: Status | None = None
     """The last one."""

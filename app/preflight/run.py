@@ -55,13 +55,11 @@ def run_preflight(
     """
     yield from require_module()
     evidence.is_enabling = is_enabling
-    begin: Sight = yield Look()
     try:
         yield from _gather(evidence, journal or NoJournal())
     except _Silent:
         evidence.disturbance = Disturbance.SILENT
-        end: Sight = yield Look()
-        evidence.rejected_bytes = end.link.counters.rejected - begin.link.counters.rejected
+        yield from _count_rejected(evidence)
     except Slept:
         evidence.disturbance = Disturbance.SLEPT
         raise
@@ -81,29 +79,29 @@ def _gather(evidence: Evidence, journal: Journal) -> Procedure[None]:
     yield from read_back(BOOT_COUNT)
     # A restart from before the check, seen only now, is none in the middle of it.
     begin = yield Look()
-    evidence.restarts = begin.device.restarts
+    evidence.restarts, evidence.rejected_before = begin.device.restarts, begin.link.counters.rejected
     yield from _heartbeats(evidence)
-    yield Report(1, STEPS, marked("Reading the settings"))
+    yield from _step(evidence, 1, marked("Reading the settings"))
     evidence.first = yield from _read_state(evidence)
-    yield Report(2, STEPS, marked("Looking at the triggers"))
+    yield from _step(evidence, 2, marked("Looking at the triggers"))
     for command in TRIGGERS:
         evidence.flags[command.key] = Flag()
         if evidence.is_enabling:
             evidence.flags[command.key] = yield from _enable(command, journal)
-    yield Report(3, STEPS, marked("Reading cell, charge and light"))
+    yield from _step(evidence, 3, marked("Reading cell, charge and light"))
     for _ in range(TURNS):
         for command in SLOW:
             yield from _read_slow(evidence, command)
-    yield Report(4, STEPS, marked("Reading the trigger records"))
+    yield from _step(evidence, 4, marked("Reading the trigger records"))
     history = yield from read_history()
     if history.is_line_dead:
         raise _Silent
     evidence.history = history
-    yield Report(5, STEPS, marked("Watching tilt and acceleration for two seconds"))
+    yield from _step(evidence, 5, marked("Watching tilt and acceleration for two seconds"))
     yield from _watch(evidence)
-    yield Report(6, STEPS, marked("Making sure that nothing changed"))
+    yield from _step(evidence, 6, marked("Making sure that nothing changed"))
     evidence.last = yield from _read_state(evidence)
-    yield from _finish(evidence, begin)
+    yield from _finish(evidence)
 
 
 def _read_state(evidence: Evidence) -> Procedure[StateReading]:
@@ -127,13 +125,24 @@ def _read_state(evidence: Evidence) -> Procedure[StateReading]:
     return state
 
 
-def _finish(evidence: Evidence, begin: Sight) -> Procedure[None]:
+def _step(evidence: Evidence, done: int, doing: str) -> Procedure[None]:
+    """Counted at each step: a check that is broken off says what it had seen, too."""
+    yield from _count_rejected(evidence)
+    yield Report(done, STEPS, doing)
+
+
+def _count_rejected(evidence: Evidence) -> Procedure[None]:
+    sight: Sight = yield Look()
+    evidence.rejected_bytes = sight.link.counters.rejected - evidence.rejected_before
+
+
+def _finish(evidence: Evidence) -> Procedure[None]:
     end: Sight = yield Look()
     for command in TRIGGERS:
         evidence.flags[command.key] = _stands(command, evidence.flags[command.key], end)
     if evidence.status_at is not None:
         evidence.status_age_s = max(0.0, end.now - evidence.status_at)
-    evidence.rejected_bytes = end.link.counters.rejected - begin.link.counters.rejected
+    yield from _count_rejected(evidence)
     evidence.ended_at = end.now
     is_another_start = BOOT_COUNT.key in {change.key for change in evidence.changes}
     if is_another_start or end.device.restarts != evidence.restarts:
