@@ -1,15 +1,17 @@
 """Presses as a careful person makes them, for tests that are about something else."""
 
 from PySide6.QtCore import QPointF
-from PySide6.QtWidgets import QWidget
+from PySide6.QtWidgets import QApplication, QWidget
 
 from ui.gestures import gestures
 from ui.step_button import DEAD_FOR_S, StepButton
 
 
 def settle(widget: QWidget | None) -> None:
-    """If `widget` is a step of an act: half a second after it appeared, move the pointer onto it."""
+    """If `widget` is a step of an act: half a second after it appeared where it stays, move the pointer onto it."""
     if isinstance(widget, StepButton):
+        QApplication.processEvents()  # the layout puts it where it is seen
+        widget.check_place()
         gestures().on_pointer(QPointF(-1, -1))
         clock = gestures().clock
         left_s = widget.appeared_at + DEAD_FOR_S - clock()

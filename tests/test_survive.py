@@ -112,3 +112,19 @@ def test_what_to_do_is_said() -> None:
     rig.session.run(run)
     rig.step_until(lambda: run.is_done)
     assert {report.doing for report in reports} == {"Switch the module off and on again"}
+
+
+@pytest.mark.parametrize("phase_ms", range(0, 1100, 10))
+def test_what_was_read_back_is_not_in_doubt_because_of_the_same_restart(phase_ms: int) -> None:
+    """The boot count can be read between the two heartbeats of one restart."""
+    rig = Rig()
+
+    def restarts() -> None:
+        rig.step_for(phase_ms / 1000)
+        rig.bench.restart()
+
+    assert survive(rig, restarts).ending is Ending.RESTARTED
+    rig.step_for(0.5)
+    known = rig.session.device.view(rig.clock()).known("freefall_time_s", rig.clock())
+    assert known is not None
+    assert not known.is_stale

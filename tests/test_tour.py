@@ -21,6 +21,7 @@ from app.store.store import Store
 from tests.fakes_ui import WAIT_MS, simulated, wait_online, window
 from tests.preflight_window import CHECK_MS, hurry
 from tests.recordings_desk import record
+from tests.steps import settle
 from ui.application import PAGES, Assembly
 from ui.connector import Target
 from ui.live_page import LivePage
@@ -63,6 +64,11 @@ class Guest:
         focused = self.assembly.window.focusWidget()
         assert focused is not None
         self.qtbot.keyClick(focused, key)
+
+    def click(self, button: QPushButton | None) -> None:
+        assert button is not None
+        settle(button)
+        self.qtbot.mouseClick(button, Qt.MouseButton.LeftButton)
 
     def wait_scene(self, timeout_ms: int = WAIT_MS) -> None:
         """Until there is something to do, or the step is done."""
@@ -179,14 +185,10 @@ def test_a_real_module_is_never_touched(qtbot: QtBot, qapp: QApplication, tmp_pa
         one.press(Keys.Key_Right)
         assert one.tour.number == 0
         one.press(Keys.Key_Return)  # disconnect: it is ACTIVE, so the window asks as ever
-        stay = main.notice_bar.button("stay")
-        assert stay is not None
-        stay.click()
+        one.click(main.notice_bar.button("stay"))
         assert connector.target == Target("sim://customer", 115200)
         one.tour.card.main.click()
-        leave = main.notice_bar.button("leave_active")
-        assert leave is not None
-        leave.click()
+        one.click(main.notice_bar.button("leave_active"))
         qtbot.waitUntil(lambda: one.scene.act == "Connect the simulated module", timeout=WAIT_MS)
         assert not connector.is_wanted
         assert bench.state().is_active

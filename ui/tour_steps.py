@@ -182,7 +182,8 @@ def _preflight(desk: TourDesk) -> Scene:
         "One verdict before each flight. After each start the module cannot say whether its two triggers are enabled: "
         "this button enables them and checks everything."
     )
-    return Scene(text, ("preflight_enable",), tr("Enable triggers and check"), page.buttons.enable.click)
+    statement = Statement(is_enabling=True)
+    return Scene(text, ("preflight_enable",), tr("Enable triggers and check"), partial(page.check, statement))
 
 
 def _no_go(page: PreflightPage) -> Scene:

@@ -13,8 +13,8 @@ from enum import Enum
 
 from app.device import BOOTS
 from app.playback import require_module
-from app.procedure import Ask, Listen, Look, Procedure, Report, Sight
-from app.procedures.write import read_back
+from app.procedure import Ask, Listen, Look, Pause, Procedure, Report, Sight
+from app.procedures.write import RESTART_SHOWS_S, read_back
 from protocol.catalogue import BY_NAME, SETTINGS, Command
 from protocol.events import Answered
 from protocol.fields import Value
@@ -92,6 +92,7 @@ def survives_power_cycle(
         if boots is not None and (has_restarted or (boots_before is not None and boots != boots_before)):
             break
         yield Listen(LOOK_EVERY_S)
+    yield Pause(RESTART_SHOWS_S)  # the second heartbeat of this restart must not cast doubt on what is read now
     stamps: dict[str, Stamp] = {}
     for command in SETTINGS:
         if command.key in wanted and command.key != "baud_rate":
