@@ -16,7 +16,7 @@ from protocol.catalogue import BY_NAME, Hazard, Request
 from protocol.fields import Value
 from protocol.frame import decode_request
 from tests.fakes_ui import WAIT_MS, simulated, wait_online, window
-from tests.steps import settle
+from tests.steps import let_lay_out, settle
 from ui.application import PAGES, Assembly
 from ui.commands_page import CommandsPage
 from ui.connector import Target
@@ -162,6 +162,7 @@ def choose(one: Desk, key: str, bar: NoticeBar | None = None) -> None:
         return button if button is not None and button.isVisible() else None
 
     one.until(lambda: shown() is not None)
+    let_lay_out()
     button = shown()
     assert button is not None
     one.click(button)

@@ -21,7 +21,7 @@ from app.store.store import Store
 from tests.fakes_ui import WAIT_MS, simulated, wait_online, window
 from tests.preflight_window import CHECK_MS, hurry
 from tests.recordings_desk import record
-from tests.steps import settle
+from tests.steps import let_lay_out, settle
 from ui.application import PAGES, Assembly
 from ui.connector import Target
 from ui.live_page import LivePage
@@ -67,6 +67,7 @@ class Guest:
 
     def click(self, button: QPushButton | None) -> None:
         assert button is not None
+        let_lay_out()
         settle(button)
         self.qtbot.mouseClick(button, Qt.MouseButton.LeftButton)
 
