@@ -16,7 +16,7 @@ from enum import Enum
 
 from app.device import BOOTS, Device, Doubt, Known
 from app.procedures.settings_reading import BOOT_COUNT, READABLE_SETTINGS, ChangedSetting, changed_settings
-from protocol.events import Answered, Event
+from protocol.events import Event, Received, Role
 from protocol.fields import Value
 from protocol.link_states import Presence
 from protocol.messages import Reading
@@ -174,9 +174,12 @@ class IdentityCheck:
 
     def on_event(self, event: Event, device: Device, now: float) -> None:
         """Before the device takes it in: a boot count that went back on the open port is another module's."""
-        for message in event.messages if isinstance(event, Answered) and self._expected is None else ():
-            if isinstance(message, Reading) and message.command is BOOT_COUNT:
-                known = evidence_of(device.view(now).values, is_fresh=False)
-                if went_back(known.boot_count, int(message.value)):
-                    self._expected, self._answered_at = Expected(known), now
-                    self._identity = Identity(Trust.OPEN, known)
+        # By its frame, as the device takes it: of a boot count that only let late answers pass there is no `Answered`.
+        if self._expected is not None or not isinstance(event, Received) or event.role is not Role.ANSWER:
+            return
+        message = event.message
+        if isinstance(message, Reading) and message.command is BOOT_COUNT:
+            known = evidence_of(device.view(now).values, is_fresh=False)
+            if went_back(known.boot_count, int(message.value)):
+                self._expected, self._answered_at = Expected(known), now
+                self._identity = Identity(Trust.OPEN, known)
