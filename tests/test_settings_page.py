@@ -164,13 +164,13 @@ def test_an_active_module_is_written_only_when_unlocked_for_this_once(
     with desk(qtbot, qapp, tmp_path, active=True) as one:
         type_into(one, "freefall_time", "1.2")
         write(one)
-        assert notice(one).startswith("Nothing was written. The module is ACTIVE")
+        one.until(lambda: notice(one).startswith("Nothing was written. The module is ACTIVE"))
         assert not one.changes()
         choose(one, "unlock_once")
         one.until(lambda: state(one, TIME) is RowState.VERIFIED)
         type_into(one, "freefall_time", "1.3")
         write(one)  # once is not for ever
-        assert notice(one).startswith("Nothing was written. The module is ACTIVE")
+        one.until(lambda: notice(one).startswith("Nothing was written. The module is ACTIVE"))
         assert len(one.changes()) == 1
 
 

@@ -6491,7 +6491,7 @@
     </message>
     <message>
         <source>enabled: acknowledged {age} ago, same start of the module (audit log, entry {entry})</source>
-        <translation>已启用：{age} 前模块已应答，此后模块未重启（审计日志第 {entry} 条）</translation>
+        <translation>已启用：{age} 前模块已应答，此后模块未重启（操作记录第 {entry} 条）</translation>
     </message>
     <message>
         <source>end S seconds after the first status</source>
