@@ -18,8 +18,9 @@ from math import inf
 from types import MappingProxyType
 from typing import NamedTuple
 
+from app.changed_values import ACKNOWLEDGED_KEYS, key_changed_by
 from app.motion import Motion, MotionWatch
-from protocol.catalogue import ACTIVATION, BY_NAME, RECORDS_KEPT, SERIAL_OUTPUT, SETTINGS, Command, Request
+from protocol.catalogue import RECORDS_KEPT, SERIAL_OUTPUT, SETTINGS, Request
 from protocol.events import (
     Answered,
     Event,
@@ -331,7 +332,7 @@ class Device:
         if not acknowledgement.is_accepted:
             self._doubt_write(acknowledgement.request)
             return
-        key = _key_changed_by(acknowledgement.request)
+        key = key_changed_by(acknowledgement.request)
         if key in STATUS_KEYS and key != "active":
             self._doubt_write(acknowledgement.request)  # what was reported before is over; the next report tells
             return
@@ -341,13 +342,13 @@ class Device:
         if key == "baud_rate":
             if value != self._baud_rate:
                 self._doubt_write(acknowledgement.request)  # only a frame at the new rate proves it (E9)
-        elif key in _ACKNOWLEDGED_KEYS:
+        elif key in ACKNOWLEDGED_KEYS:
             self._values[key] = Known(value, How.ACKNOWLEDGED, at)
             if command is SERIAL_OUTPUT and value is False:
                 self._streamed_at.clear()
 
     def _doubt_write(self, request: Request) -> None:
-        key = _key_changed_by(request)
+        key = key_changed_by(request)
         if key is None:
             return
         known = self._values.get(key)
@@ -385,18 +386,3 @@ class Device:
 
 def _status_values(status: Status) -> tuple[int, float, bool, bool]:
     return status.tilt_deg, status.acceleration_g, status.triggered, status.active
-
-
-_CHANGED_BY_ACTS: Mapping[Command, str] = MappingProxyType(
-    {ACTIVATION: "active", BY_NAME["deploy"]: "triggered", BY_NAME["zero_sensor"]: "tilt_deg"}
-)
-_ACKNOWLEDGED_KEYS = frozenset(command.key for command in SETTINGS) - {"baud_rate"} | {"active"}
-"""Values that an acknowledgement tells."""
-
-
-def _key_changed_by(request: Request) -> str | None:
-    """The value that this request changes, if it is carried out."""
-    command = request.command
-    if request.is_repeatable:
-        return None
-    return command.key if command.is_setting else _CHANGED_BY_ACTS.get(command)

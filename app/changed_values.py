@@ -1,0 +1,20 @@
+"""Which value of the module a request changes."""
+
+from collections.abc import Mapping
+from types import MappingProxyType
+
+from protocol.catalogue import ACTIVATION, BY_NAME, SETTINGS, Command, Request
+
+_CHANGED_BY_ACTS: Mapping[Command, str] = MappingProxyType(
+    {ACTIVATION: "active", BY_NAME["deploy"]: "triggered", BY_NAME["zero_sensor"]: "tilt_deg"}
+)
+ACKNOWLEDGED_KEYS = frozenset(command.key for command in SETTINGS) - {"baud_rate"} | {"active"}
+"""Values that an acknowledgement tells."""
+
+
+def key_changed_by(request: Request) -> str | None:
+    """The key of the value that this request changes if it is carried out; None where it changes none."""
+    command = request.command
+    if request.is_repeatable:
+        return None
+    return command.key if command.is_setting else _CHANGED_BY_ACTS.get(command)
