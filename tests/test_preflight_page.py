@@ -180,7 +180,8 @@ def test_a_module_is_named_once(qtbot: QtBot, qapp: QApplication, tmp_path: Path
         name_module(bench, "M-07")
         bench.check()
     with on_bench(qtbot, qapp, tmp_path, "once") as bench:
-        assert bench.find(QLineEdit, "preflight_module_edit").text() == "M-07"
+        edit = bench.find(QLineEdit, "preflight_module_edit")
+        qtbot.waitUntil(lambda: edit.text() == "M-07", timeout=8000)  # once it is proven to be the same module
         assert bench.triggers.module.currentText() == "M-07"
 
 
