@@ -15,7 +15,7 @@ from dataclasses import dataclass, field, replace
 from enum import Enum
 
 from app.device import BOOTS, Device, Doubt, Known
-from app.procedures.settings_reading import BOOT_COUNT, READABLE_SETTINGS, ChangedSetting, changed_settings
+from app.setting_changes import BOOT_COUNT, READABLE_SETTINGS, ChangedSetting, changed_settings
 from protocol.events import Event, Received, Role
 from protocol.fields import Value
 from protocol.link_states import Presence

@@ -22,10 +22,10 @@ from app.consequences import Consequence, Weight, consequences
 from app.device import DeviceView, How, Known
 from app.drafts import Draft, Drafts, draft_for, draft_of
 from app.i18n import tr
-from app.procedures.settings_reading import ChangedSetting
 from app.procedures.survive import Stamp
 from app.procedures.write import WriteFault, Written
 from app.procedures.write_all import Change
+from app.setting_changes import ChangedSetting
 from app.setting_texts import DEFAULTS, value_text
 from app.settings_watch import SettingsWatch
 from protocol.catalogue import BAUD_RATE, SERIAL_OUTPUT, SETTINGS, Command

@@ -3,7 +3,7 @@
 from collections.abc import Iterable, Mapping
 
 from app.device import DeviceView, How
-from app.procedures.settings_reading import READABLE_SETTINGS, ChangedSetting
+from app.setting_changes import READABLE_SETTINGS, ChangedSetting
 from protocol.fields import Value
 
 

@@ -7,6 +7,7 @@ is to be added to a monotonic time depends on when that was.
 import math
 import time
 from bisect import bisect_left
+from datetime import datetime
 
 from app.awake import Clock
 
@@ -42,3 +43,11 @@ class WallClock:
     def at(self, time_s: float) -> float:
         """A monotonic time, also an earlier one, as seconds since 1970."""
         return time_s + self._offsets[bisect_left(self._froms, time_s) - 1]
+
+
+def local_time(text: str) -> str:
+    """An ISO 8601 time of the store in this computer's time zone; anything else unchanged."""
+    try:
+        return f"{datetime.fromisoformat(text).astimezone():%Y-%m-%d %H:%M:%S}"
+    except ValueError:
+        return text

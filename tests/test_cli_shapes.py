@@ -17,8 +17,8 @@ from app.commands import findings as found
 from app.commands import set as setting
 from app.csv_cells import defused
 from app.procedures.history import History
-from app.procedures.settings_reading import ChangedSetting
 from app.reading_object import SETTING_KEYS
+from app.setting_changes import ChangedSetting
 from app.spans import stopwatch
 from app.trigger_fields import fields_of
 from protocol.catalogue import BAUD_RATES, BY_NAME, SERIAL_OUTPUT, SETTINGS

@@ -23,7 +23,7 @@ from app.transport import PortError, PortTrouble, holder_of, open_line
 from app.visible import visible, visible_json
 from protocol.frame import Noise
 from protocol.stream import StreamParser
-from ui.live_save import default_name
+from ui.file_dialogs import default_name
 
 ESCAPE = "\x1b]0;owned\x07\x9b31m\u202e\u2066"
 HUGE = {"decimal": "1" + "0" * 4000, "negative": "-1" + "0" * 4000, "hexadecimal": "0x" + "F" * 6000}

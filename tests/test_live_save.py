@@ -14,7 +14,7 @@ from PySide6.QtWidgets import QApplication, QWidget
 from pytestqt.qtbot import QtBot
 
 from tests.live_bench import Bench, live_bench
-from ui.live_save import default_name
+from ui.file_dialogs import default_name
 from ui.theme import Meaning
 
 

@@ -11,8 +11,8 @@ from pytestqt.qtbot import QtBot
 
 from app.i18n import CHINESE, ENGLISH, PSEUDO, set_language, tr
 from app.setting_texts import value_text
+from app.wall_clock import local_time
 from protocol.catalogue import BY_NAME
-from ui.check_history import local_time
 from ui.link_state import duration
 from ui.speech import Speech
 from ui.texts import Texts

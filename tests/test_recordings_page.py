@@ -12,6 +12,7 @@ from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QApplication, QPushButton, QToolButton, QWidget
 from pytestqt.qtbot import QtBot
 
+from app.recordings.entry_texts import size_text
 from app.recordings.export import Cancelled
 from tests.fakes_ui import WAIT_MS, simulated, wait_online, window
 from tests.recordings_desk import SECONDS, Desk, made, record
@@ -21,7 +22,7 @@ from ui.connector import Target
 from ui.live_page import LivePage
 from ui.painted import Freshness
 from ui.plot_view import Span
-from ui.recordings_model import Column, size_text
+from ui.recordings_model import Column
 from ui.recordings_page import RecordingsPage
 from ui.speech import Speech
 from ui.texts import Texts

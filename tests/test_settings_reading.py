@@ -2,7 +2,8 @@
 
 from typing import Any
 
-from app.procedures.settings_reading import ReadFault, SettingsReading, changed_settings, read_settings
+from app.procedures.settings_reading import ReadFault, SettingsReading, read_settings
+from app.setting_changes import changed_settings
 from protocol.catalogue import BY_NAME, Hazard
 from tests.sim_line import Rig
 

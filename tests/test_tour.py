@@ -50,7 +50,7 @@ class Guest:
 
     @property
     def tour(self) -> Tour:
-        tour = self.assembly.window.help.tour
+        tour = self.assembly.help.tour
         assert tour is not None
         return tour
 
@@ -117,7 +117,7 @@ def guest(qtbot: QtBot, qapp: QApplication, folder: Path) -> Iterator[Guest]:
         assembly.window.activateWindow()
         qtbot.waitUntil(assembly.window.isActiveWindow, timeout=WAIT_MS)
         yield Guest(qtbot, assembly)
-        assembly.window.help.end_tour()
+        assembly.help.end_tour()
         assembly.connector.disconnect_port()
         qtbot.waitUntil(lambda: not assembly.connector.is_open, timeout=WAIT_MS)
     benches.forget(TOUR_NAME)
@@ -156,7 +156,7 @@ def test_by_keys_alone_it_goes_to_go_and_leaves_nothing(
             assert not benches.module(TOUR_NAME).state().is_active
             one.press(Keys.Key_Right)
         assert len(set(seen)) == len(STEPS)
-        assert main.help.tour is None
+        assert one.assembly.help.tour is None
         assert main.navigation.chosen == "diagnosis"
         assert one.assembly.appearance.choice is Choice.DARK
         assert not any(one.isVisible() for one in main.findChildren(TourCard))
@@ -181,7 +181,7 @@ def test_a_real_module_is_never_touched(qtbot: QtBot, qapp: QApplication, tmp_pa
         main, connector = one.assembly.window, one.assembly.connector
         connector.connect_to(Target("sim://customer", 115200))
         wait_online(qtbot, one.assembly)
-        main.help.begin_tour()
+        one.assembly.help.begin_tour()
         assert "sim://customer" in one.scene.text
         one.press(Keys.Key_Right)
         assert one.tour.number == 0
@@ -199,11 +199,11 @@ def test_a_real_module_is_never_touched(qtbot: QtBot, qapp: QApplication, tmp_pa
 def test_another_connection_ends_it_and_stays(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
     with simulated("other") as bench, guest(qtbot, qapp, tmp_path) as one:
         main, connector = one.assembly.window, one.assembly.connector
-        main.help.begin_tour()
+        one.assembly.help.begin_tour()
         one.do_step()
         assert is_tour(connector.target)
         main.connect_to(Target("sim://other", 115200))
-        qtbot.waitUntil(lambda: main.help.tour is None, timeout=WAIT_MS)
+        qtbot.waitUntil(lambda: one.assembly.help.tour is None, timeout=WAIT_MS)
         wait_online(qtbot, one.assembly)
         assert connector.target == Target("sim://other", 115200)
         assert bench.state().is_plugged_in
@@ -214,7 +214,7 @@ def test_escape_ends_and_left_goes_back(qtbot: QtBot, qapp: QApplication, tmp_pa
     with guest(qtbot, qapp, tmp_path) as one:
         main = one.assembly.window
         had_sheet = main.panel.isVisible()
-        main.help.begin_tour()
+        one.assembly.help.begin_tour()
         assert not main.panel.isVisible()
         one.do_step()
         one.press(Keys.Key_Right)
@@ -227,14 +227,14 @@ def test_escape_ends_and_left_goes_back(qtbot: QtBot, qapp: QApplication, tmp_pa
         assert main.navigation.chosen == "live"
         one.tour.card.take_focus()
         one.press(Keys.Key_Escape)
-        assert main.help.tour is None
+        assert one.assembly.help.tour is None
         assert not one.assembly.connector.is_wanted
         assert main.panel.isVisible() == had_sheet
 
 
 def test_it_speaks_the_language_in_use(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
     with guest(qtbot, qapp, tmp_path) as one:
-        one.assembly.window.help.begin_tour()
+        one.assembly.help.begin_tour()
         card, english = one.tour.card, one.tour.card.text.text()
         one.assembly.speech.use(CHINESE)
         qtbot.waitUntil(lambda: card.text.text() != english, timeout=WAIT_MS)
@@ -268,7 +268,7 @@ def test_a_recording_does_not_stand_for_the_tours_module(qtbot: QtBot, qapp: QAp
         live = main.findChild(LivePage)
         assert live is not None
         live.show_recording(open_recording(folder))
-        main.help.begin_tour()
+        one.assembly.help.begin_tour()
         assert live.recording is None
         one.do_step()
         one.press(Keys.Key_Right)

@@ -62,8 +62,8 @@ def whole_window(qtbot: QtBot, qapp: QApplication, folder: Path) -> Iterator[Ass
 
 def explained(qtbot: QtBot, assembly: Assembly) -> None:
     """Every widget that there is now has its text."""
-    assembly.window.help.explain()
-    qtbot.waitUntil(lambda: not assembly.window.help.is_explaining, timeout=WAIT_MS)
+    assembly.help.explain()
+    qtbot.waitUntil(lambda: not assembly.help.is_explaining, timeout=WAIT_MS)
 
 
 def controls(root: QWidget) -> list[QWidget]:
@@ -120,7 +120,7 @@ def test_texts_follow_the_language(qtbot: QtBot, qapp: QApplication, tmp_path: P
         english = (lock.whatsThis(), row.whatsThis())
         assembly.speech.use(CHINESE)
         qtbot.waitUntil(lambda: lock.whatsThis() == text_for("lock_button"), timeout=WAIT_MS)
-        qtbot.waitUntil(lambda: not assembly.window.help.is_explaining, timeout=WAIT_MS)
+        qtbot.waitUntil(lambda: not assembly.help.is_explaining, timeout=WAIT_MS)
         assert lock.whatsThis() == text_for("lock_button") != english[0]
         assert row.whatsThis() != english[1]
 
@@ -179,7 +179,7 @@ def test_what_is_clicked_is_explained_at_that_moment(qtbot: QtBot, qapp: QApplic
     with whole_window(qtbot, qapp, tmp_path) as assembly:
         main = assembly.window
         lock = main.top_bar.lock
-        qtbot.waitUntil(lambda: not main.help.is_explaining, timeout=WAIT_MS)
+        qtbot.waitUntil(lambda: not assembly.help.is_explaining, timeout=WAIT_MS)
         lock.setWhatsThis("of another language")
         main.menus.what.trigger()
         assert QWhatsThis.inWhatsThisMode()

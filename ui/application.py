@@ -29,6 +29,7 @@ from ui.collector import garbage_freed_here
 from ui.connect_panel import SIMULATED_PORT
 from ui.connector import Connector, Target
 from ui.evidence import has_seen_status, leave_evidence
+from ui.help_acts import HelpActs
 from ui.icons import Icon, app_icon
 from ui.keeping import Keeping
 from ui.lock import LockControl
@@ -133,6 +134,7 @@ class Assembly:
     """The window and what it works with; made by `assemble`, taken apart by closing the window."""
 
     window: MainWindow
+    help: HelpActs
     connector: Connector
     ports: PortWatch
     appearance: Appearance
@@ -172,8 +174,9 @@ def assemble(
     services.naming.follow(connector, keeping)
     keeping.sessions.follow(connector, services.naming)
     window = MainWindow(services, ports, speech, remembered, entries=entries)
+    help_acts = HelpActs(window, services, entries)
     load = _load_pages if entries is PAGES else None
-    return Assembly(window, connector, ports, appearance, speech, keeping, lock, services.armed, load)
+    return Assembly(window, help_acts, connector, ports, appearance, speech, keeping, lock, services.armed, load)
 
 
 def start(assembly: Assembly, options: WindowOptions) -> None:

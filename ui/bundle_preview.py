@@ -27,8 +27,8 @@ from app.support_bundle import Contents, Part, SupportBundle
 from protocol.text import marked
 from ui.beside import Beside
 from ui.capture_files import Kept
+from ui.file_dialogs import AskPath, ask_path, default_name
 from ui.icons import Icon, icon
-from ui.live_save import AskPath, ask_path, default_name
 from ui.named import named
 from ui.notice_bar import Notice
 from ui.pages import Services

@@ -8,7 +8,7 @@ from itertools import islice
 from pathlib import Path
 
 from PySide6.QtCore import QSize, QTimer, Signal
-from PySide6.QtWidgets import QFileDialog, QHBoxLayout, QPushButton, QWidget
+from PySide6.QtWidgets import QHBoxLayout, QPushButton, QWidget
 
 from app import version
 from app.capture import CaptureRefused, Entry, Header, LineFault, OpenCapture, entries_of, lines_of
@@ -19,9 +19,9 @@ from app.pace import Pace
 from app.wall_clock import WallClock
 from protocol.events import Event
 from ui.beside import Beside
+from ui.file_dialogs import AskOpen, AskPath, ask_open, ask_path, default_name
 from ui.icons import Icon, icon
 from ui.live_export import Cancelled, Saving
-from ui.live_save import AskPath, ask_path, default_name
 from ui.named import named
 from ui.notice_bar import Choice, Notice
 from ui.pages import Services
@@ -33,14 +33,11 @@ KEPT_ENTRIES = 60_000
 """Half an hour of a usual stream, 40 s of a full line; some 10 MB. What is older is in the session's recording."""
 _ENTRIES_AT_ONCE = 1000
 _LOOK_EVERY_MS = 100
-AskOpen = Callable[[QWidget, Path], Path | None]
 
 
-def ask_open(parent: QWidget, folder: Path) -> Path | None:
-    """A dialog; None where nobody chose."""
+def ask_capture(parent: QWidget, folder: Path) -> Path | None:
     kinds = ";;".join((tr("Capture (*.dpscap)"), tr("Hex text (*.txt *.hex *.log)"), tr("All files (*)")))
-    name, _filter = QFileDialog.getOpenFileName(parent, tr("Open a capture"), str(folder), kinds)
-    return Path(name) if name else None
+    return ask_open(parent, folder, tr("Open a capture"), kinds)
 
 
 class Kept:
@@ -135,7 +132,7 @@ class CaptureFiles(QWidget):
     def __init__(self, services: Services, kept: Kept) -> None:
         super().__init__()
         self.setObjectName("capture_files")
-        self.ask_open: AskOpen = ask_open
+        self.ask_open: AskOpen = ask_capture
         self.ask_save: AskPath = ask_path
         self._connector, self._kept = services.connector, kept
         self._folder = Path.home()

@@ -1,6 +1,5 @@
 """All checks of a module or an aircraft that this computer keeps, and what they measured, over time."""
 
-from datetime import datetime
 from enum import IntEnum
 from typing import Final, NamedTuple
 
@@ -23,6 +22,7 @@ from app.preflight.verdict import VERDICT_WORDS, Verdict, verdict_named
 from app.store.checks import CheckStore, KeptCheck, Point
 from app.store.database import StoreTrouble
 from app.store.store import Store
+from app.wall_clock import local_time
 from protocol.text import marked
 from ui.icons import Icon, icon
 from ui.named import named
@@ -248,11 +248,3 @@ def _cells(check: KeptCheck) -> tuple[str, ...]:
         local_time(check.at), verdict, check.module or "—", check.aircraft or "—", check.who or "—",
         check.fingerprint or "—",
     )  # fmt: skip
-
-
-def local_time(text: str) -> str:
-    """A time of the store as this computer's; what is none, as it is."""
-    try:
-        return f"{datetime.fromisoformat(text).astimezone():%Y-%m-%d %H:%M:%S}"
-    except ValueError:
-        return text

@@ -5,13 +5,12 @@ from typing import TYPE_CHECKING
 from PySide6.QtCore import QObject
 
 from app.i18n import tr
-from ui.menus import Menus
+from ui.main_window import MainWindow
 from ui.pages import PageEntry, Services
 
 if TYPE_CHECKING:
     from ui.guide_viewer import GuideViewer
     from ui.keys_view import KeysView
-    from ui.main_window import MainWindow
     from ui.tour import Tour
     from ui.whats_this import Explaining
 
@@ -19,7 +18,7 @@ if TYPE_CHECKING:
 class HelpActs(QObject):
     """Loads each part when it is first wanted, long after the first paint."""
 
-    def __init__(self, window: "MainWindow", services: Services, menus: Menus, entries: tuple[PageEntry, ...]) -> None:
+    def __init__(self, window: MainWindow, services: Services, entries: tuple[PageEntry, ...]) -> None:
         super().__init__(window)
         self._window, self._services, self._entries = window, services, entries
         self.tour: Tour | None = None
@@ -27,12 +26,18 @@ class HelpActs(QObject):
         self._explaining: Explaining | None = None
         self._guide: GuideViewer | None = None
         self._keys: KeysView | None = None
+        menus = window.menus
         menus.tour.triggered.connect(self.begin_tour)
         menus.what.triggered.connect(self.ask_what)
         menus.what_focused.triggered.connect(self.say_what_has_focus)
         menus.guide.triggered.connect(self.show_guide)
         menus.keys.triggered.connect(self.show_keys)
         menus.about.triggered.connect(self.show_about)
+        window.pages_made.connect(self.explain)
+        window.retranslated.connect(self.explain)
+        window.port_opened.connect(self.say_what_is_next)
+        window.closing.connect(self.end_tour)
+        window.on_escape = self._on_escape
 
     # The tour
 
@@ -49,6 +54,11 @@ class HelpActs(QObject):
             self.tour.ended.connect(self._forget_tour)
         self.tour.begin()
 
+    def _on_escape(self) -> bool:
+        was_touring = self.is_touring
+        self.end_tour()
+        return was_touring
+
     def end_tour(self) -> None:
         if self.tour is not None:
             self.tour.end()
@@ -58,7 +68,7 @@ class HelpActs(QObject):
         if tour is not None:
             tour.deleteLater()
 
-    def say_what_is_next(self, *, is_first: bool) -> None:
+    def say_what_is_next(self, is_first: bool) -> None:
         """Once, when a module answers for the first time."""
         if is_first:
             self._window.say(tr("The module answers. Next: Settings, then Pre-flight, at the left."))

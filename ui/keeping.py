@@ -9,7 +9,7 @@ from pathlib import Path
 from app.i18n import tr
 from app.journal import Journal, NoJournal
 from app.playback import is_playback
-from app.procedures.settings_reading import ChangedSetting
+from app.setting_changes import ChangedSetting
 from app.snapshots import Snapshot
 from app.store.database import StoreFault, StoreTrouble
 from app.store.store import Store, data_folder, open_store

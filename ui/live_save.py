@@ -8,13 +8,14 @@ from typing import Final
 
 from PySide6.QtCore import QBuffer, QByteArray, QIODevice, QRectF, QSize, QStandardPaths, Qt
 from PySide6.QtGui import QColor, QFontMetrics, QImage, QPainter, QPaintEvent, QPixmap
-from PySide6.QtWidgets import QFileDialog, QHBoxLayout, QPushButton, QSizePolicy, QWidget
+from PySide6.QtWidgets import QHBoxLayout, QPushButton, QSizePolicy, QWidget
 
 from app import version
 from app.i18n import tr
 from app.recordings.excerpt import Excerpt
 from app.recordings.table import csv_parts, part_count
 from ui import icons
+from ui.file_dialogs import AskPath, ask_path, default_name
 from ui.flow_row import FlowRow
 from ui.icons import MEANING_ICONS, Icon, icon
 from ui.live_export import Cancelled, Saving
@@ -25,32 +26,6 @@ from ui.theme import Meaning, Size, Space, current, font
 
 _ICON_PX: Final = 16
 _FOOT_PX: Final = 28
-LONGEST_PORT: Final = 40
-"""Characters of a port in a file name: at four bytes each they fit into the 255 of a name."""
-
-AskPath = Callable[[QWidget, str, Path, str], Path | None]
-"""Parent, title, suggested path, filter; None where nobody wants it after all."""
-
-
-def ask_path(parent: QWidget, title: str, suggested: Path, name_filter: str) -> Path | None:
-    """Let a person choose where to save; asks before it replaces a file."""
-    dialog = QFileDialog(parent, title, str(suggested.parent), name_filter)
-    dialog.setObjectName("save_dialog")
-    dialog.setAcceptMode(QFileDialog.AcceptMode.AcceptSave)
-    dialog.setDefaultSuffix(suggested.suffix.lstrip("."))
-    dialog.selectFile(suggested.name)
-    try:
-        chosen = dialog.selectedFiles() if dialog.exec() else []
-    finally:
-        dialog.deleteLater()
-    return Path(chosen[0]) if chosen else None
-
-
-def default_name(port: str, suffix: str, when: datetime) -> str:
-    """ "dps-s ttyUSB0 2026-11-21 09-30-05.csv": what it is of, and when, in letters that every system takes."""
-    short = port.removeprefix("/dev/").partition("?")[0].replace("://", "-")
-    safe = "".join(one if one.isalnum() or one in "-_." else "-" for one in short[:LONGEST_PORT])
-    return " ".join(part for part in ("dps-s", safe, f"{when:%Y-%m-%d %H-%M-%S}") if part) + suffix
 
 
 def picture_with_foot(content: QWidget, foot: str) -> QImage:

@@ -1,6 +1,7 @@
 """The window: top bar, notices, navigation with pages, status line. It wires; what is done is done elsewhere."""
 
 import logging
+from collections.abc import Callable
 from functools import partial
 from typing import cast
 
@@ -15,7 +16,6 @@ from ui.closing import close_down
 from ui.connect_panel import ConnectPanel
 from ui.connector import Connector, Target
 from ui.file_drops import FileDrops, FilePage
-from ui.help_acts import HelpActs
 from ui.icons import app_icon
 from ui.identity_notice import identity_notice
 from ui.link_state import Step
@@ -51,6 +51,10 @@ class MainWindow(QMainWindow):
     """See the module's docstring. `pages` are made after the first paint."""
 
     pages_made = Signal()
+    port_opened = Signal(bool)
+    """A module answered; True for the first time on this computer."""
+    retranslated = Signal()
+    closing = Signal()
 
     def __init__(
         self,
@@ -72,6 +76,8 @@ class MainWindow(QMainWindow):
         self._pages = self._maker.pages
         self._waiting_target: Target | None = None
         self._is_leaving = self._is_over = False
+        self.on_escape: Callable[[], bool] = lambda: False
+        """Asked before Escape answers a question; True where it was used."""
         texts = services.texts
         texts.bind(self.setWindowTitle, "DPS-S Configurator")
         self.top_bar = TopBar(self._connector, texts, services.lock, naming=services.naming, in_use=services.in_use)
@@ -90,7 +96,6 @@ class MainWindow(QMainWindow):
         self.addDockWidget(Qt.DockWidgetArea.RightDockWidgetArea, self.simulator)
         self.simulator.hide()
         self.menus = Menus(self, texts, entries)
-        self.help = HelpActs(self, services, self.menus, entries)
         acts = {
             Step.CHOOSE_PORT: self.toggle_panel,
             Step.FIND_RATE: self._connector.find_rate,
@@ -187,7 +192,6 @@ class MainWindow(QMainWindow):
         self._maker.begin()
 
     def _end_making(self) -> None:
-        self.help.explain()
         self.pages_made.emit()
         target, self._waiting_target = self._waiting_target, None
         if target is not None:
@@ -284,7 +288,7 @@ class MainWindow(QMainWindow):
 
     def _remember_port(self, target: Target) -> None:
         if not target.is_recording and not is_tour(target):
-            self.help.say_what_is_next(is_first=self._remembered.last_port is None)
+            self.port_opened.emit(self._remembered.last_port is None)
             self._remembered.last_port = LastPort(target.device, target.identity, self._connector.connection.baud_rate)
         self.panel.hide()
 
@@ -342,9 +346,7 @@ class MainWindow(QMainWindow):
             super().keyPressEvent(event)
         elif self.panel.isVisible():
             self.toggle_panel()
-        elif self.help.is_touring:
-            self.help.end_tour()
-        else:
+        elif not self.on_escape():
             self.attention.stay()
 
     def resizeEvent(self, event: QResizeEvent) -> None:
@@ -357,7 +359,7 @@ class MainWindow(QMainWindow):
         super().changeEvent(event)
         if event.type() == QEvent.Type.LanguageChange:
             self.refresh()
-            self.help.explain()
+            self.retranslated.emit()
 
     def closeEvent(self, event: QCloseEvent) -> None:
         if not self._is_leaving and not self.attention.may_close(self.close_now):
@@ -374,7 +376,7 @@ class MainWindow(QMainWindow):
         self._maker.end()
         for work in self.findChildren(Beside):
             work.cancel()  # else its thread would go on, and outlive the window
-        self.help.end_tour()
+        self.closing.emit()
         self.panel.hide()
         remembered = self._remembered
         remembered.geometry = self.saveGeometry()

@@ -3,8 +3,7 @@
 import logging
 from functools import partial
 
-from PySide6.QtCore import QEvent, QObject, QSignalBlocker, Qt, Signal
-from PySide6.QtWidgets import QComboBox, QLineEdit
+from PySide6.QtCore import QObject, Signal
 
 from app.i18n import tr
 from app.identity import Evidence, Expected, evidence_of
@@ -15,10 +14,7 @@ from app.worker import Batch, PortState
 from ui.beside import Beside
 from ui.connector import Connector
 from ui.keeping import Keeping
-from ui.named import named
-from ui.simulator_controls import WheelGuard
 from ui.target import Target
-from ui.texts import Texts
 
 _log = logging.getLogger(__name__)
 LONGEST_NAME = 60
@@ -181,48 +177,6 @@ class ModuleName(QObject):
             _log.warning("What was read of a module cannot be kept: %s", error)
 
         self._saving.run(lambda _is_wanted: store.keep_evidence(module_id, evidence), again, failed)
-
-
-class ModuleField(QComboBox):
-    """A name to type or to choose; it counts when the field is left, at Enter, or when one is chosen."""
-
-    def __init__(self, name: str, naming: ModuleName, texts: Texts, guard: WheelGuard) -> None:
-        super().__init__()
-        named(self, name)
-        self._naming = naming
-        self.setEditable(True)
-        self.setInsertPolicy(QComboBox.InsertPolicy.NoInsert)
-        self.setMinimumContentsLength(8)
-        self.setSizeAdjustPolicy(QComboBox.SizeAdjustPolicy.AdjustToMinimumContentsLengthWithIcon)
-        guard.guard(self)
-        edit = QLineEdit()
-        self.setLineEdit(edit)
-        edit.setObjectName(f"{name}_edit")
-        edit.setMaxLength(LONGEST_NAME)
-        edit.editingFinished.connect(self._take)
-        self.activated.connect(self._take)
-        texts.bind(self.setAccessibleName, "Name of the module")
-        texts.bind(edit.setAccessibleName, "Name of the module")
-        texts.bind(edit.setPlaceholderText, "not named yet")
-        texts.bind(self.setToolTip, "The module has no serial number: name it once, and it is known again")
-        naming.changed.connect(self.show_name)
-        self.show_name()
-
-    def show_name(self) -> None:
-        with QSignalBlocker(self):
-            self.clear()
-            self.addItems([one.name for one in self._naming.known])
-            self.setCurrentIndex(self.findText(self._naming.name, Qt.MatchFlag.MatchExactly))
-            self.setEditText(self._naming.name)
-
-    def _take(self) -> None:
-        self._naming.choose(self.currentText())
-        self.setEditText(self._naming.name)
-
-    def event(self, event: QEvent) -> bool:
-        if event.type() == QEvent.Type.Show:
-            self.show_name()
-        return super().event(event)
 
 
 def whose(name: str) -> str:

@@ -16,10 +16,10 @@ from app.store.checks import CheckStore
 from app.store.database import StoreTrouble
 from app.store.store import Store
 from protocol.text import marked
-from ui.module_name import ModuleField
+from ui.file_dialogs import AskOpen, ask_profile
+from ui.module_field import ModuleField
 from ui.named import named
 from ui.pages import Services
-from ui.profile_files import MOST_RECENT, AskOpen, ask_open
 from ui.simulator_controls import WheelGuard
 from ui.theme import Space
 
@@ -37,7 +37,7 @@ class PreflightForm(QWidget):
         super().__init__()
         self.setObjectName("preflight_form")
         self._services = services
-        self.ask_open: AskOpen = ask_open
+        self.ask_open: AskOpen = ask_profile
         self.profile: Profile | None = None
         texts, remembered = services.texts, services.remembered
         self.who = named(QLineEdit(remembered.who), "preflight_who")
@@ -94,9 +94,7 @@ class PreflightForm(QWidget):
         except ProfileRefused as refusal:
             self.refused.emit(path, refusal.sentences)
             return
-        remembered, name = self._services.remembered, str(path.absolute())
-        others = [one for one in remembered.recent_profiles if one != name]
-        remembered.recent_profiles = (name, *others)[:MOST_RECENT]
+        self._services.remembered.add_profile(path)
         self.show_profile()
         self.changed.emit()
 

@@ -1,32 +1,24 @@
 """Profiles as files: open by dialog, from the recent ones or dropped on the window; save what the module holds now."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from functools import partial
 from pathlib import Path
 
 from PySide6.QtCore import QSize, Signal
-from PySide6.QtWidgets import QFileDialog, QHBoxLayout, QMenu, QPushButton, QToolButton, QWidget
+from PySide6.QtWidgets import QHBoxLayout, QMenu, QPushButton, QToolButton, QWidget
 
 from app.i18n import tr
 from app.profile_file import ProfileRefused, read_profile, save_profile
 from app.profiles import Profile, profile_of
 from protocol.catalogue import SERIAL_OUTPUT, SETTINGS
+from ui.file_dialogs import AskOpen, AskPath, ask_path, ask_profile
 from ui.icons import Icon, icon
-from ui.live_save import AskPath, ask_path
 from ui.named import named
 from ui.notice_bar import Notice
 from ui.pages import Services
 from ui.theme import Meaning, Space
 
 SUFFIX = ".toml"
-MOST_RECENT = 8
-AskOpen = Callable[[QWidget, Path], Path | None]
-
-
-def ask_open(parent: QWidget, folder: Path) -> Path | None:
-    """A dialog; None where nobody chose."""
-    name, _filter = QFileDialog.getOpenFileName(parent, tr("Open a profile"), str(folder), tr("Profile (*.toml)"))
-    return Path(name) if name else None
 
 
 class ProfileFiles(QWidget):
@@ -41,7 +33,7 @@ class ProfileFiles(QWidget):
     def __init__(self, services: Services) -> None:
         super().__init__()
         self.setObjectName("profile_files")
-        self.ask_open: AskOpen = ask_open
+        self.ask_open: AskOpen = ask_profile
         self.ask_save: AskPath = ask_path
         self._connector, self._remembered = services.connector, services.remembered
         texts = services.texts
@@ -117,9 +109,7 @@ class ProfileFiles(QWidget):
         return Path(recent[0]).parent if recent else Path.home()
 
     def _remember(self, path: Path) -> None:
-        name = str(path.absolute())
-        others = [one for one in self._remembered.recent_profiles if one != name]
-        self._remembered.recent_profiles = (name, *others)[:MOST_RECENT]
+        self._remembered.add_profile(path)
         self.refresh()
 
     def _forget(self, path: Path) -> None:

@@ -22,8 +22,8 @@ from app.stations.known import Stations
 from app.stations.station import fingerprint_of, station_to_sign
 from app.store.checks import CheckStore
 from app.store.store import Store
+from ui.file_dialogs import AskPath, ask_path
 from ui.keeping import Keeping
-from ui.live_save import AskPath, ask_path
 from ui.notice_bar import Choice, Notice
 from ui.report_printer import print_report
 from ui.stations_row import AskName, ask_name

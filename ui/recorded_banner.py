@@ -7,12 +7,12 @@ from PySide6.QtGui import QPaintEvent, QResizeEvent
 from PySide6.QtWidgets import QHBoxLayout, QLabel, QPushButton, QSizePolicy, QWidget
 
 from app.i18n import tr
+from app.recordings.entry_texts import remarks, told
 from app.recordings.recording import Recording
 from ui.icons import Icon, icon, pixmap
 from ui.link_state import duration
 from ui.named import named
 from ui.painted import paint_banner
-from ui.recordings_model import remarks, told
 from ui.texts import Texts
 from ui.theme import Meaning, Space, current
 

@@ -7,11 +7,11 @@ from PySide6.QtCore import QObject, QSortFilterProxyModel, Qt
 from PySide6.QtGui import QColor
 
 from app.i18n import tr
+from app.recordings.entry_texts import remarks, size_text, told
 from app.recordings.shelf import Entry
 from app.spans import stopwatch
 from protocol.text import marked
 from ui.icons import Icon, icon
-from ui.recordings_work import when_text
 from ui.rows_model import Index, RowsModel, aligned
 from ui.theme import Meaning, current
 
@@ -43,35 +43,6 @@ HEADS: Final = (
 RIGHT: Final = frozenset((Column.DURATION, Column.SAMPLES, Column.SIZE))
 
 
-def size_text(size_bytes: float) -> str:
-    """In powers of 1024, as exact as a person wants to know it."""
-    if size_bytes < 1024**2:
-        return tr("{value:.0f} kB", value=size_bytes / 1024)
-    if size_bytes < 100 * 1024**2:
-        return tr("{value:.1f} MB", value=size_bytes / 1024**2)
-    if size_bytes < 1024**3:
-        return tr("{value:.0f} MB", value=size_bytes / 1024**2)
-    return tr("{value:.1f} GB", value=size_bytes / 1024**3)
-
-
-def remarks(entry: Entry) -> str:
-    """Whatever is out of the ordinary."""
-    if entry.trouble is not None:
-        return tr("cannot be read")
-    words = []
-    if entry.is_running:
-        words.append(tr("being recorded"))
-    if entry.is_trashed:
-        words.append(tr("in the trash"))
-    if entry.was_cut_off:
-        words.append(tr("cut off"))
-    if entry.is_simulated:
-        words.append(tr("simulated"))
-    if entry.part > 1:
-        words.append(tr("part {number}", number=entry.part))
-    return " · ".join(words)
-
-
 def cell_text(entry: Entry, column: Column) -> str:
     is_known = entry.trouble is None
     match column:
@@ -91,28 +62,6 @@ def cell_text(entry: Entry, column: Column) -> str:
             return tr("kept") if entry.is_kept else ""
         case Column.REMARKS:
             return remarks(entry)
-
-
-def told(entry: Entry) -> str:
-    """One recording in a sentence, for the tooltip and screen readers."""
-    if entry.trouble is not None:
-        return entry.trouble
-    text = tr(
-        "{when}, {module}, {port} at {rate} baud: {duration}, {samples} status reports, {size}",
-        when=when_text(entry),
-        module=entry.module or tr("a module without a name"),
-        port=entry.port,
-        rate=entry.baud_rate,
-        duration=stopwatch(entry.duration_s),
-        samples=f"{entry.sample_count:,}",
-        size=size_text(entry.size_bytes),
-    )
-    more = [remarks(entry), tr("kept") if entry.is_kept else ""]
-    if entry.was_cut_off:
-        more.append(tr("the program or the computer ended in the middle; what arrived until then is there"))
-    for one in filter(None, more):
-        text = tr("{what}; {more}", what=text, more=one)
-    return text
 
 
 class RecordingsModel(RowsModel[Entry]):

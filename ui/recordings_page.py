@@ -9,16 +9,17 @@ from PySide6.QtGui import QAction, QHideEvent, QKeyEvent, QKeySequence, QShowEve
 from PySide6.QtWidgets import QHBoxLayout, QLabel, QLineEdit, QStackedWidget, QVBoxLayout, QWidget
 
 from app.i18n import tr
+from app.recordings.entry_texts import size_text, told, when_text
 from app.recordings.shelf import Entry
 from app.worker import Batch
-from ui.live_save import AskPath, ask_path, default_name
+from ui.file_dialogs import AskPath, ask_path, default_name
 from ui.named import named
 from ui.notice_bar import Choice, Notice, NoticeBar
 from ui.pages import Services
 from ui.recordings_controls import NoRecordings, RecordingsButtons
-from ui.recordings_model import RecordingsFilter, RecordingsModel, size_text, told
+from ui.recordings_model import RecordingsFilter, RecordingsModel
 from ui.recordings_table import RecordingsTable
-from ui.recordings_work import Kind, when_text
+from ui.recordings_work import Kind
 from ui.theme import Meaning, Space
 
 _SEARCH_PX: Final = 200

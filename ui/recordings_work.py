@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, NamedTuple
 from PySide6.QtCore import QObject, Signal
 
 from app.i18n import tr
+from app.recordings.entry_texts import when_text
 from ui.beside import Beside
 from ui.session_recording import SessionRecording
 from ui.theme import Meaning
@@ -201,11 +202,6 @@ class RecordingsWork(QObject):
         self.is_known = True
         self.said = Said(Meaning.ATTENTION, _why_not(error, None))
         self.changed.emit()
-
-
-def when_text(entry: "Entry") -> str:
-    """When it began, by the clock of this place."""
-    return f"{entry.started_at.astimezone():%Y-%m-%d %H:%M:%S}"
 
 
 def _why_not(error: Exception, path: Path | None) -> str:

@@ -9,6 +9,8 @@ from PySide6.QtCore import QByteArray, QSettings
 from protocol.catalogue import DEFAULT_BAUD_RATE
 
 APPLICATION = "dps-s-configurator"
+MOST_RECENT = 8
+"""Profiles."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -81,6 +83,12 @@ class Remembered:
     @recent_profiles.setter
     def recent_profiles(self, paths: tuple[str, ...]) -> None:
         self._settings.setValue("profiles/recent", "\n".join(paths))
+
+    def add_profile(self, path: Path) -> None:
+        """At the head of the recent ones; the oldest is dropped."""
+        name = str(path.absolute())
+        others = [one for one in self.recent_profiles if one != name]
+        self.recent_profiles = (name, *others)[:MOST_RECENT]
 
     @property
     def who(self) -> str:

@@ -11,10 +11,10 @@ from app.acts import Act
 from app.i18n import tr
 from app.procedure import Cancelled, Procedure, Report
 from app.procedures.read import Everything, read_everything
-from app.procedures.settings_reading import ChangedSetting
 from app.procedures.survive import Ending, Survival, survives_power_cycle
 from app.procedures.write_all import Leave, WriteReport, write_all
 from app.safety import Condition, Refusal, refusals, situation
+from app.setting_changes import ChangedSetting
 from app.settings_form import RowState, SettingsForm
 from app.snapshots import Snapshot
 from app.worker import Job

@@ -10,8 +10,8 @@ from PySide6.QtWidgets import QFrame, QHBoxLayout, QLabel, QLineEdit, QSizePolic
 from app.i18n import tr
 from app.store.checks import LONGEST_NOTE
 from app.trigger_history import JUDGEMENT_WORDS, Judgement, sentence
+from app.wall_clock import local_time
 from protocol.text import marked
-from ui.check_history import local_time
 from ui.named import named
 from ui.texts import Texts
 from ui.theme import Size, Space

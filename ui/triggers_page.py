@@ -22,10 +22,10 @@ from app.i18n import tr
 from app.store.database import StoreTrouble
 from app.worker import Batch
 from ui.empty_state import EmptyState
+from ui.file_dialogs import AskPath, ask_path
 from ui.flow_row import FlowRow
 from ui.icons import Icon, icon
-from ui.live_save import AskPath, ask_path
-from ui.module_name import ModuleField
+from ui.module_field import ModuleField
 from ui.named import named
 from ui.notice_bar import Choice, Notice, NoticeBar
 from ui.pages import Services

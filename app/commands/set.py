@@ -28,9 +28,9 @@ from app.commands.console import (
 from app.i18n import tr
 
 if TYPE_CHECKING:
-    from app.procedures.settings_reading import ChangedSetting
     from app.procedures.write import Written
     from app.safety import Refusal
+    from app.setting_changes import ChangedSetting
     from protocol.catalogue import Command
     from protocol.fields import Field, Value
 

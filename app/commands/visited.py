@@ -26,8 +26,8 @@ def may_be_another(conversation: "Conversation", store: "Store | None", module: 
     """Whether the boot count says that it is not the module of this name, which is said: before anything is set."""
     from app.identity import went_back
     from app.preflight.wording import clean
-    from app.procedures.settings_reading import BOOT_COUNT
     from app.procedures.write import read_back
+    from app.setting_changes import BOOT_COUNT
     from app.store.database import StoreTrouble
 
     name = clean(module.strip())

@@ -20,7 +20,7 @@ from app.identity import as_logged
 from app.journal import Outcome
 from app.preflight.evidence import Evidence, Flag, FlagFate, LoggedSet
 from app.preflight.verdict import VALID_FOR_S
-from app.procedures.settings_reading import BOOT_COUNT, READABLE_SETTINGS
+from app.setting_changes import BOOT_COUNT, READABLE_SETTINGS
 from app.store.audit_chain import check_audit_chain
 from app.store.database import StoreTrouble
 from app.store.store import AuditEntry, Store

@@ -9,7 +9,8 @@ from dataclasses import dataclass
 
 from app.preflight.wording import Said, said
 from app.procedure import Ask, Procedure
-from app.procedures.settings_reading import BOOT_COUNT, SettingsReading, changed_settings, read_settings
+from app.procedures.settings_reading import SettingsReading, read_settings
+from app.setting_changes import BOOT_COUNT, changed_settings
 from app.setting_texts import value_text
 from protocol.catalogue import SETTINGS, STATUS
 from protocol.events import Answered

@@ -1,4 +1,4 @@
-"""Read all settings that can be read, and name what differs between two readings.
+"""Read all settings that can be read.
 
     boot count -> every setting, until two answers in a row agree -> boot count
 
@@ -8,17 +8,15 @@ Equal boot counts at both ends: all values belong to one start of the module.
 from collections.abc import Mapping
 from dataclasses import dataclass
 from enum import Enum
-from typing import NamedTuple
 
 from app.procedure import Ask, Look, Procedure, Report, Sight
 from app.procedures.write import ReadBack, read_back, restarted_since
-from protocol.catalogue import BY_NAME, HEARTBEAT, SETTINGS, Command
+from app.setting_changes import BOOT_COUNT, READABLE_SETTINGS
+from protocol.catalogue import HEARTBEAT, Command
 from protocol.events import Answered
 from protocol.fields import Value
 from protocol.text import marked
 
-BOOT_COUNT = BY_NAME["boot_count"]
-READABLE_SETTINGS: tuple[Command, ...] = tuple(command for command in SETTINGS if command.reads_back)
 HEARTBEAT_WAITS_S = (0.5, 1.0)
 """After an unanswered question: is the module still there?"""
 
@@ -50,23 +48,6 @@ class SettingsReading:
     def is_complete(self) -> bool:
         """All settings and the boot count were read, on one start of the module."""
         return not self.faults and not self.is_silent and self.boot_count is not None
-
-
-class ChangedSetting(NamedTuple):
-    """A setting that reads differently than before."""
-
-    command: Command
-    before: Value
-    after: Value
-
-
-def changed_settings(before: Mapping[str, Value], after: Mapping[str, Value]) -> tuple[ChangedSetting, ...]:
-    """What differs, in the order of the catalogue; a key that is missing on one side is not compared."""
-    return tuple(
-        ChangedSetting(command, before[command.key], after[command.key])
-        for command in READABLE_SETTINGS
-        if command.key in before and command.key in after and before[command.key] != after[command.key]
-    )
 
 
 def read_settings() -> Procedure[SettingsReading]:

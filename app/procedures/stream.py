@@ -11,7 +11,7 @@ from dataclasses import dataclass, field
 from app.device import Sleep
 from app.procedure import Ask, Cancelled, Look, Pause, Procedure, Sight
 from app.procedures.read import READABLE
-from app.procedures.settings_reading import READABLE_SETTINGS
+from app.setting_changes import READABLE_SETTINGS
 from app.stream_memory import StreamMemory
 from protocol.catalogue import BY_NAME, HEARTBEAT, SERIAL_OUTPUT, STATUS, Request
 from protocol.events import Answered, OutcomeUnknown

@@ -20,16 +20,10 @@ from app.procedure import Await, Look, Pause, Procedure, Report, Sight
 from app.procedures.act import LOG_FAILED, Armed
 from app.procedures.ask_status import ask_status
 from app.procedures.baud import BaudChanged, BaudEnd, change_baud
-from app.procedures.settings_reading import (
-    BOOT_COUNT,
-    READABLE_SETTINGS,
-    ChangedSetting,
-    SettingsReading,
-    changed_settings,
-    read_settings,
-)
+from app.procedures.settings_reading import SettingsReading, read_settings
 from app.procedures.write import Heard, WriteFault, Written, write_verified
 from app.safety import Condition, Refusal, refusals, situation
+from app.setting_changes import BOOT_COUNT, READABLE_SETTINGS, ChangedSetting, changed_settings
 from app.snapshots import Snapshot, snapshot_of
 from protocol.catalogue import BAUD_RATE, Command
 from protocol.fields import Value
