@@ -56,11 +56,10 @@ class Desk:
     def know(self) -> None:
         """Named, read, and kept."""
         self.naming.choose(NAME)
-        module = self.naming.meet()
+        self.naming.remember_adapter()
         store = self.assembly.keeping.store
-        assert module is not None
         assert isinstance(store, Store)
-        self.wait(lambda: store.evidence(module.id).is_complete)
+        self.wait(lambda: any(store.evidence(module.id).is_complete for module in store.modules()))
 
     def answer(self, key: str) -> None:
         button = self.assembly.window.notice_bar.button(key)

@@ -12,6 +12,7 @@ from pytestqt.qtbot import QtBot
 from app.i18n import tr
 from app.simulator.dialect import Delivery
 from app.trigger_history import Judgement
+from tests.fakes_ui import WAIT_MS
 from tests.preflight_window import OnBench, on_bench
 from ui.theme import Meaning
 from ui.triggers_model import SENTENCE_ROLE, Column
@@ -26,6 +27,11 @@ def name_module(bench: OnBench, name: str) -> None:
     edit.clear()
     bench.qtbot.keyClicks(edit, name)
     bench.qtbot.keyClick(edit, Qt.Key.Key_Return)
+    wait_kept(bench)
+
+
+def wait_kept(bench: OnBench) -> None:
+    bench.qtbot.waitUntil(lambda: not bench.triggers.work.is_busy, timeout=WAIT_MS)
 
 
 def texts(bench: OnBench, row: int) -> list[str]:
@@ -163,6 +169,7 @@ def test_another_module_under_the_same_name_is_not_mixed_in(qtbot: QtBot, qapp: 
         button = page.strip.button("same_module")
         assert button is not None
         bench.click(button)
+        wait_kept(bench)
         assert page.count.text() == "5 trigger records"
 
 

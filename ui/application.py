@@ -192,12 +192,16 @@ def start(assembly: Assembly, options: WindowOptions) -> None:
     def fill() -> None:
         if load is None:
             make_pages()
-        else:  # plots take half a second to load, for which the window would stand still
-            loading.run(lambda _is_wanted: load(), lambda _: make_pages(), lambda _error: make_pages())
+        else:  # plots take half a second to load, the store what the disk takes: the window would stand still
+            loading.run(lambda _is_wanted: prepare(load), lambda _: make_pages(), lambda _error: make_pages())
         assembly.ports.refresh()
-        _tell_of_store(assembly)
+
+    def prepare(load: Callable[[], object]) -> None:
+        assembly.keeping.open_store()
+        load()
 
     def make_pages() -> None:
+        _tell_of_store(assembly)
         window.make_pages()
         if target is not None:
             window.connect_to(target)

@@ -1,6 +1,7 @@
 """A change of baud rate whose end nobody saw: said at the next start, with a way to look for the module."""
 
 from collections.abc import Callable
+from concurrent.futures import Future
 from functools import partial
 
 from app.i18n import tr
@@ -12,6 +13,7 @@ from ui.connector import Connector, Target
 from ui.keeping import Keeping
 from ui.notice_bar import Choice, Notice
 from ui.port_watch import PortWatch
+from ui.store_work import StoreWork
 from ui.theme import Meaning
 
 
@@ -31,6 +33,7 @@ class BaudRecovery:
     ) -> None:
         self._connector, self._ports, self._keeping = connector, ports, keeping
         self._close, self._leave, self._say = close, leave, say
+        self._store_work = StoreWork()
 
     def pending(self) -> tuple[PendingBaud, ...]:
         store = self._keeping.store
@@ -74,7 +77,10 @@ class BaudRecovery:
     def _settle(self, pending: PendingBaud, end: str) -> None:
         store = self._keeping.store
         if isinstance(store, Store):
-            try:
-                store.settle_baud(pending.id, end)
-            except StoreTrouble as trouble:
-                self._say(trouble.sentence)
+            self._store_work.run(store, partial(store.settle_baud, pending.id, end), self._end_settling)
+
+    def _end_settling(self, future: "Future[None]") -> None:
+        try:
+            future.result()
+        except StoreTrouble as trouble:
+            self._say(trouble.sentence)

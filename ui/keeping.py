@@ -1,6 +1,7 @@
 """What the pages share besides the link: the store with its journal, the recordings, and edits that were not sent."""
 
 import logging
+import threading
 from collections.abc import Callable
 from concurrent.futures import Future
 from dataclasses import dataclass
@@ -51,7 +52,7 @@ class TourGoesOn(StoreTrouble):
 
 
 class Keeping:
-    """The store is opened when it is first asked for, which is after the first paint."""
+    """The store is opened by `open_store`, else when it is first asked for."""
 
     def __init__(self, folder: Path | None = None) -> None:
         self.is_recording: Callable[[], bool] = bool
@@ -62,6 +63,7 @@ class Keeping:
         self.sessions = SessionRecording(None if folder is None else folder / RECORDINGS)
         self.recordings = RecordingsWork(self.sessions)
         self._store: Store | StoreTrouble | None = None
+        self._opening = threading.Lock()
 
     @property
     def folder(self) -> Path:
@@ -75,13 +77,18 @@ class Keeping:
             return RecordingPlayed()
         if self.is_touring():
             return TourGoesOn()
-        if self._store is None:
-            try:
-                self._store = open_store(self._folder)
-            except StoreTrouble as trouble:
-                _log.warning("There is no store: %s", trouble)
-                self._store = trouble
-        return self._store
+        return self.open_store()
+
+    def open_store(self) -> Store | StoreTrouble:
+        """From any thread: it is checked and may be migrated, and another program may hold it meanwhile. Idempotent."""
+        with self._opening:
+            if self._store is None:
+                try:
+                    self._store = open_store(self._folder)
+                except StoreTrouble as trouble:
+                    _log.warning("There is no store: %s", trouble)
+                    self._store = trouble
+            return self._store
 
     @property
     def notice(self) -> str | None:

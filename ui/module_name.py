@@ -1,6 +1,7 @@
 """Which module this is. It has no serial number: a technician names it once, and every page goes by that name."""
 
 import logging
+from concurrent.futures import Future
 from functools import partial
 
 from PySide6.QtCore import QObject, Signal
@@ -11,9 +12,9 @@ from app.preflight.wording import clean
 from app.store.database import StoreTrouble
 from app.store.store import Module, Store
 from app.worker import Batch, PortState
-from ui.beside import Beside
 from ui.connector import Connector
 from ui.keeping import Keeping
+from ui.store_work import StoreWork
 from ui.target import Target
 
 _log = logging.getLogger(__name__)
@@ -38,7 +39,8 @@ class ModuleName(QObject):
         self._adapter = ""
         self._read: dict[str, Evidence] = {}
         """What was last read of the modules of this session, by name."""
-        self._saving: Beside[None] = Beside("dps-s module state", self)
+        self._store_work = StoreWork(self)
+        self._is_saving = False
 
     def follow(self, connector: Connector, keeping: Keeping) -> None:
         """Once for a window; a second time does nothing."""
@@ -89,20 +91,24 @@ class ModuleName(QObject):
             self.meant = ""
             self._connector.take_as_new(self._connector.identity)
 
+    @property
+    def adapter(self) -> str:
+        """At which the module is."""
+        return self._adapter
+
     def remember_adapter(self) -> None:
-        """So that the module is known again where it is plugged in. In the store's own thread."""
+        """So that the module is known again where it is plugged in."""
         store = self._store
         if store is not None and self.name:
-            store.queue.submit(partial(store.meet_module, self.name, self._adapter))
-            self._save()
+            self._store_work.run(store, partial(store.meet_module, self.name, self._adapter), self._end_meeting)
 
-    def meet(self) -> Module | None:
-        """The module of this name, in the store from now on. Raises `StoreTrouble`."""
-        store = self._store
-        module = store.meet_module(self.name, self._adapter) if store is not None and self.name else None
-        if module is not None:
-            self._save()
-        return module
+    def keep_evidence(self) -> None:
+        """What was last read of the module of this name, once it is in the store."""
+        store, module_id, evidence = self._store, self.module_id, self._read.get(self.name)
+        if store is not None and module_id is not None and evidence is not None and not self._is_saving:
+            self._is_saving = True
+            work = partial(store.keep_evidence, module_id, evidence)
+            self._store_work.run(store, work, partial(self._end_saving, evidence))
 
     @property
     def _store(self) -> Store | None:
@@ -161,22 +167,25 @@ class ModuleName(QObject):
         evidence = evidence_of(batch.device.values, is_fresh=True)
         if evidence.is_complete and self._read.get(self.name) != evidence:
             self._read[self.name] = evidence
-            self._save()
+            self.keep_evidence()
 
-    def _save(self) -> None:
-        """Into the store, beside the window's thread."""
-        store, module_id, evidence = self._store, self.module_id, self._read.get(self.name)
-        if store is None or module_id is None or evidence is None or self._saving.is_running:
-            return
+    def _end_meeting(self, future: "Future[Module]") -> None:
+        try:
+            future.result()
+        except StoreTrouble as trouble:
+            _log.warning("The adapter of a module cannot be kept: %s", trouble)
+        else:
+            self.keep_evidence()
 
-        def again(_done: None) -> None:
+    def _end_saving(self, evidence: Evidence, future: "Future[None]") -> None:
+        self._is_saving = False
+        try:
+            future.result()
+        except StoreTrouble as trouble:
+            _log.warning("What was read of a module cannot be kept: %s", trouble)
+        else:
             if self._read.get(self.name) != evidence:
-                self._save()
-
-        def failed(error: Exception) -> None:
-            _log.warning("What was read of a module cannot be kept: %s", error)
-
-        self._saving.run(lambda _is_wanted: store.keep_evidence(module_id, evidence), again, failed)
+                self.keep_evidence()
 
 
 def whose(name: str) -> str:

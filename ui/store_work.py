@@ -15,7 +15,10 @@ Result = TypeVar("Result")
 
 
 class StoreWork(QObject):
-    """Runs it in the store's own thread, and hands the finished future to `then` in the window's thread."""
+    """Runs it in the store's own thread, and hands the finished future to `then` in the window's thread.
+
+    Once the store is closed `then` is not called any more.
+    """
 
     _ended = Signal(object)
 
@@ -29,6 +32,8 @@ class StoreWork(QObject):
 
     def _emit(self, then: Callable[[Any], None], future: "Future[Any]") -> None:
         """In the store's thread."""
+        if future.cancelled():
+            return
         try:
             self._ended.emit((then, future))
         except RuntimeError:  # the window went away meanwhile, and this object with it

@@ -3,17 +3,17 @@ what a person says of them."""
 
 from collections import Counter
 from collections.abc import Callable
-from dataclasses import dataclass
+from concurrent.futures import Future
+from dataclasses import dataclass, replace
 from functools import partial
 
 from PySide6.QtCore import QObject, Signal
 
 from app.i18n import tr
-from app.identity import went_back
 from app.procedure import Cancelled, Procedure, Report
-from app.procedures.history import History, read_history
+from app.procedures.history import read_history
 from app.procedures.write import read_back
-from app.store.checks import CheckStore, SeenRecord
+from app.store.checks import CheckStore, SeenRecord, Visit
 from app.store.database import StoreTrouble, utc_now
 from app.store.store import Store
 from app.trigger_history import Judgement, in_order, record_of
@@ -22,23 +22,18 @@ from protocol.catalogue import BY_NAME
 from protocol.messages import TriggerRecord
 from ui.notice_bar import Choice, Notice
 from ui.pages import Services
+from ui.store_work import StoreWork
 from ui.theme import Meaning
+from ui.triggers_filing import Doubtful, Filing, TriggersReading
 
 BOOT_COUNT = BY_NAME["boot_count"]
 
 
 @dataclass(frozen=True, slots=True)
-class TriggersReading:
-    """What the module keeps now. `boot_count` None: it did not say."""
-
-    history: History
-    boot_count: int | None
-
-
-@dataclass(frozen=True, slots=True)
 class TriggerRow:
     """One trigger. `is_kept`: it is in the store, so that it can be judged. `is_seen_once`: it came in one reading
-    only, so it may have been lost in the others, or never have been there."""
+    only, so it may have been lost in the others, or never have been there.
+    `is_being_kept`: it is on its way into the store."""
 
     seen: SeenRecord
     record: TriggerRecord
@@ -46,6 +41,7 @@ class TriggerRow:
     is_on_module: bool
     is_kept: bool
     is_seen_once: bool = False
+    is_being_kept: bool = False
 
 
 def read_triggers() -> Procedure[TriggersReading]:
@@ -77,17 +73,22 @@ class TriggersWork(QObject):
         self._job: Job[TriggersReading] | None = None
         self._notice: Callable[[], Notice | None] | None = None
         self._whose: str | None = None
+        self._store_work = StoreWork(self)
+        self._filing: Filing | None = None
+        self._judging: dict[int, tuple[Judgement | None, str]] = {}
+        """What a person has said and is not in the store yet, by record."""
         self._connector.changed.connect(self._watch_port)
         self._naming.changed.connect(self._take_name)
         self._show_archive()
 
     @property
     def is_busy(self) -> bool:
-        return self._job is not None
+        """Until what was read is kept, or cannot be."""
+        return self._job is not None or self._filing is not None
 
     @property
     def can_read(self) -> bool:
-        return self._connector.is_open and self._job is None
+        return self._connector.is_open and not self.is_busy
 
     @property
     def new_count(self) -> int:
@@ -123,15 +124,13 @@ class TriggersWork(QObject):
         self.say(None)
 
     def judge(self, record_id: int, judgement: Judgement | None, note: str) -> None:
-        """Kept at once."""
+        """Kept at once; where that fails it can be tried again."""
         store = self._store
         if store is None:
             return
-        try:
-            CheckStore(store.database).judge(record_id, judgement, note)
-        except StoreTrouble as trouble:
-            self._say(Meaning.DANGER, partial(_not_kept, trouble))
-            return
+        judged = self._judging[record_id] = judgement, note
+        work = partial(CheckStore(store.database).judge, record_id, judgement, note)
+        self._store_work.run(store, work, partial(self._end_judging, record_id, judged))
         self._show_archive()
         self.changed.emit()
 
@@ -154,7 +153,8 @@ class TriggersWork(QObject):
             is_cancelled = isinstance(job.run.error, Cancelled)
             self._say(Meaning.INFORMATION if is_cancelled else Meaning.DANGER, partial(_broken_off, job.run.error))
         elif job.outcome().history.is_line_dead:
-            self.reading, self._is_kept, self._new = job.outcome(), False, frozenset()
+            self._forget_visit()
+            self.reading = job.outcome()
             self._show_archive()
             self._say(Meaning.DANGER, lambda: tr(
                 "The module stopped answering. What came is shown and nothing was kept; read again."
@@ -167,14 +167,12 @@ class TriggersWork(QObject):
     def _keep(self, *, is_same_module: bool = False) -> None:
         """Put the reading into the store, where there is one and the module has a name."""
         reading, store, name = self.reading, self._store, self._naming.name
-        self._is_kept, self._new = False, frozenset()
+        self._forget_visit()
         if reading is not None and reading.history.is_answered and store is not None and name:
-            try:
-                if is_same_module or not self._is_doubtful(CheckStore(store.database), reading):
-                    self._visit(store, reading)
-                    self._notice = None
-            except StoreTrouble as trouble:
-                self._say(Meaning.DANGER, partial(_not_kept, trouble))
+            self._notice = None
+            port = self._connector.connection.port
+            self._filing = Filing(store, reading, name, self._naming.adapter, port, is_same_module)
+            self._store_work.run(store, self._filing.run, partial(self._end_filing, self._filing))
         if reading is not None and not reading.history.is_confirmed:
             self._say(Meaning.ATTENTION, lambda: tr(
                 "The readings did not agree: records may be missing, or be doubtful. Read again, or check the line."
@@ -185,33 +183,38 @@ class TriggersWork(QObject):
             ))  # fmt: skip
         self._show_archive()
 
-    def _visit(self, store: Store, reading: TriggersReading) -> None:
-        module = self._naming.meet()
-        if module is None:
-            return
-        visit = CheckStore(store.database).visit(
-            module.id,
-            [one.raw for one in reading.history.records],
-            port=self._connector.connection.port,
-            boot_count=reading.boot_count,
-            is_confirmed=reading.history.is_confirmed,
-        )
-        self._is_kept = True
-        self.is_first_visit = visit.new is None
-        self._new = visit.new or frozenset()
+    def _forget_visit(self) -> None:
+        self._filing, self._is_kept, self._new = None, False, frozenset()
 
-    def _is_doubtful(self, checks: CheckStore, reading: TriggersReading) -> bool:
-        """Whether it may be another module than the one that is named; then nothing is kept before somebody says."""
-        module_id = self._naming.module_id
-        if module_id is None:
-            return False
-        slots = [one.raw for one in reading.history.records]
-        past = checks.past(module_id, self._naming.name, slots, is_confirmed=reading.history.is_confirmed)
-        is_lower = went_back(past.boot_count, reading.boot_count)
-        if not is_lower and past.is_same_module:
-            return False
-        self._notice = partial(self._ask_whose, reading.boot_count, past.boot_count if is_lower else None)
-        return True
+    def _end_filing(self, filing: Filing, future: "Future[Visit | Doubtful]") -> None:
+        if filing is not self._filing:
+            return  # of a reading, or a name, that is shown no longer
+        self._filing = None
+        try:
+            filed = future.result()
+        except StoreTrouble as trouble:
+            self._say(Meaning.DANGER, partial(_not_kept, trouble))
+        else:
+            if isinstance(filed, Doubtful):
+                self._notice = partial(self._ask_whose, filing.reading.boot_count, filed.boot_count)
+            else:
+                self._is_kept, self.is_first_visit, self._new = True, filed.new is None, filed.new or frozenset()
+                self._naming.keep_evidence()
+        self._show_archive()
+        self.changed.emit()
+
+    def _end_judging(
+        self, record_id: int, judged: tuple[Judgement | None, str], future: "Future[None]"
+    ) -> None:  # fmt: skip
+        if self._judging.get(record_id) is not judged:
+            return  # something else was said of it since
+        del self._judging[record_id]
+        try:
+            future.result()
+        except StoreTrouble as trouble:
+            self._notice = partial(self._offer_to_judge_again, trouble, partial(self.judge, record_id, *judged))
+        self._show_archive()
+        self.changed.emit()
 
     def _ask_whose(self, boots: int | None, before: int | None) -> Notice:
         name = self._naming.name
@@ -231,6 +234,14 @@ class TriggersWork(QObject):
         self._keep(is_same_module=True)
         self.changed.emit()
 
+    def _offer_to_judge_again(self, trouble: StoreTrouble, judge: Callable[[], None]) -> Notice:
+        def again() -> None:
+            self._notice = None
+            judge()
+
+        choices = (Choice("judge_again", tr("Try again"), again),)
+        return Notice(Meaning.DANGER, _not_kept(trouble), choices, dismiss=self.dismiss)
+
     def _take_name(self) -> None:
         """The module has another name: what was read belongs to that one."""
         self._notice = None
@@ -240,7 +251,8 @@ class TriggersWork(QObject):
     def _watch_port(self) -> None:
         whose = self._connector.whose if self._connector.is_wanted else None
         if whose != self._whose:
-            self._whose, self.reading, self._new, self._is_kept = whose, None, frozenset(), False
+            self._forget_visit()
+            self._whose, self.reading = whose, None
             self._show_archive()
         self.changed.emit()
 
@@ -256,10 +268,11 @@ class TriggersWork(QObject):
             except StoreTrouble as trouble:
                 self._say(Meaning.DANGER, partial(_not_kept, trouble))
         if not kept and self.reading is not None:
-            self.rows = self._unkept_rows(self.reading)
+            is_filing, unkept = self._filing is not None, self._unkept_rows(self.reading)
+            self.rows = tuple(replace(row, is_being_kept=is_filing) for row in unkept)
             return
         rows = []
-        for seen in reversed(kept):  # of two equal records the later one is the one that is still there
+        for seen in reversed(self._as_judged(kept)):  # of two equal records the later one is still there
             is_on_module = slots[seen.raw] > 0
             slots[seen.raw] -= is_on_module
             rows.append(TriggerRow(seen, record_of(seen.raw), seen.id in self._new, is_on_module, is_kept=True))
@@ -267,6 +280,11 @@ class TriggersWork(QObject):
         unknown = [one for one in seen_once if slots[one.raw] > 0]  # those that an earlier visit knows are certain
         self.rows = (*reversed(rows), *(_unkept_row(-1 - place, one.raw, is_seen_once=True)
                                         for place, one in enumerate(unknown)))  # fmt: skip
+
+    def _as_judged(self, kept: tuple[SeenRecord, ...]) -> list[SeenRecord]:
+        """With what is on its way into the store."""
+        judged = {one.id: self._judging.get(one.id, (one.judgement, one.note)) for one in kept}
+        return [replace(one, judgement=judged[one.id][0], note=judged[one.id][1]) for one in kept]
 
     @staticmethod
     def _unkept_rows(reading: TriggersReading) -> tuple[TriggerRow, ...]:

@@ -2090,6 +2090,10 @@
         <translation>是另一个模块</translation>
     </message>
     <message>
+        <source>It is being kept …</source>
+        <translation>正在保存…</translation>
+    </message>
+    <message>
         <source>It is being written now and cannot be deleted.</source>
         <translation>正在录制，无法删除。</translation>
     </message>
@@ -5260,6 +5264,10 @@
     <message>
         <source>Trust this station…</source>
         <translation>信任此站点…</translation>
+    </message>
+    <message>
+        <source>Try again</source>
+        <translation>重试</translation>
     </message>
     <message>
         <source>Try everything without a module</source>
