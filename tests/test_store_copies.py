@@ -8,6 +8,7 @@ from pathlib import Path
 
 import pytest
 
+from app.store import copies
 from app.store.copies import EVERY_S, FOLDER, copies_of, copy_store, restore, to_drop
 from app.store.database import FILE_NAME, _check_copy
 from app.store.store import Store, open_store
@@ -131,15 +132,36 @@ def test_the_copies_are_made_beside_while_the_store_is_written(folder: Path, clo
         assert not copies_of(folder / FILE_NAME)
         for hours in range(1, 4):
             clock.now = START + timedelta(hours=1.5 * hours)
-            store.database.copy_if_due()
             deadline = time.monotonic() + 20
             while len(copies_of(folder / FILE_NAME)) < hours:
                 assert time.monotonic() < deadline
+                store.database.copy_if_due()  # as the window's timer does: the thread of the last copy may still end
                 store.meet_module("M-07")
-                time.sleep(0.01)  # many times as often as a person's acts; without a pause SQLite begins the copy again
             for _ in range(3):
                 store.database.copy_if_due()  # nothing is due
         assert len(copies_of(folder / FILE_NAME)) == 3
+
+
+def test_a_store_that_is_written_all_the_time_is_copied_as_it_was_at_the_beginning(
+    folder: Path, clock: Clock, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(copies, "PAGES_AT_ONCE", 4)
+    with closing(open_store(folder, clock=clock)) as store:
+        store.meet_module("M-0")
+        lots = 0
+
+        def write_between_lots() -> bool:
+            nonlocal lots
+            lots += 1
+            store.meet_module(f"M-{lots}")
+            return lots < 500
+
+        copy = copy_store(folder / FILE_NAME, clock(), is_good=_check_copy, is_wanted=write_between_lots)
+        assert copy is not None
+        assert lots > 2
+        with closing(sqlite3.connect(copy)) as copied:
+            assert copied.execute("SELECT name FROM modules").fetchall() == [("M-0",)]
+        assert len(names(store)) == 1 + lots
 
 
 def test_a_store_that_was_there_is_copied_at_the_opening_where_the_last_copy_is_old(folder: Path, clock: Clock) -> None:

@@ -68,6 +68,9 @@ def copy_store(
             closing(sqlite3.connect(f"{store.as_uri()}?mode=ro", uri=True)) as source,
             closing(sqlite3.connect(draft)) as copy,
         ):
+            # One snapshot for all lots: else SQLite starts again whenever another connection has written.
+            source.execute("BEGIN")
+            source.execute("SELECT 1 FROM sqlite_schema").fetchone()
             source.backup(copy, pages=PAGES_AT_ONCE, progress=check, sleep=REST_S)
             copy.execute("PRAGMA journal_mode = DELETE")  # the copy is one file
             is_good(copy)
