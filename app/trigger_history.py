@@ -11,6 +11,7 @@ from dataclasses import dataclass
 from enum import Enum
 
 from app.device import BOOTS
+from app.outside import record_outside
 from app.preflight.wording import Said, said
 from protocol.catalogue import RECORDS_KEPT
 from protocol.messages import EmptySlot, TriggerRecord, decode_record
@@ -170,7 +171,10 @@ def _voltage(record: TriggerRecord) -> Said:
         return said(marked("on external power, {voltage}"), voltage=volts)
     if "cell_voltage_v" in record.implausible:
         return said(marked("{voltage}: implausible for one cell"), voltage=volts)
-    return Said(volts)
+    outside = record_outside(record)
+    if outside is None:
+        return Said(volts)
+    return said(marked("{voltage} ({fault})"), voltage=volts, fault=said(outside.fault.value))
 
 
 def duration(seconds: int) -> Said:

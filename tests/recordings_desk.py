@@ -30,7 +30,15 @@ from ui.theme import Appearance, Choice
 SECONDS = 120
 
 
-def record(folder: Path, *, module: str = "Left wing", tilt_deg: int = 10, seconds: int = SECONDS) -> Path:
+def record(
+    folder: Path,
+    *,
+    module: str = "Left wing",
+    tilt_deg: int = 10,
+    seconds: int = SECONDS,
+    cell_voltage_v: float = 3.9,
+    light_v: float = 0.4,
+) -> Path:
     """A session of ten reports a second that tips over for a second in its middle, while it is active; its folder."""
     with recorder_in(folder) as bench:
         bench.recorder.begin(HEADING)
@@ -42,7 +50,8 @@ def record(folder: Path, *, module: str = "Left wing", tilt_deg: int = 10, secon
                 report(start_s + n / 10, 75 if is_tipped else tilt_deg, triggered=is_tipped, active=second >= 30)
                 for n in range(10)
             ]
-            view = device(start_s, cell_voltage_v=3.9, light_v=0.4, attitude_threshold_deg=60, light_threshold_v=1.8)
+            values = {"cell_voltage_v": cell_voltage_v, "light_v": light_v}
+            view = device(start_s, **values, attitude_threshold_deg=60, light_threshold_v=1.8)
             bench.recorder.take(batch(start_s + 0.95, *samples, view=view))
         bench.settle()  # it looks at the clock, which is moved at once
         bench.clock.now_s += seconds

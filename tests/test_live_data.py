@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 
 from app.device import DeviceView, Doubt, How, Known, Sample
+from app.outside import LimitsInUse
 from app.recordings.happenings import Happening, Kind
 from app.recordings.table import HEAD, Stamp, csv_parts, part_count
 from app.transport import PortError, PortTrouble
@@ -141,8 +142,8 @@ def test_a_trigger_that_is_switched_off_has_no_limit() -> None:
 
 def test_the_lanes_show_these_series() -> None:
     data = LiveData()
-    assert [lane.series for lane in lanes(data)] == [data.tilt, data.acceleration, data.cell]
-    assert [limit.steps for limit in lanes(data)[0].limits] == [data.fires, data.rearms]
+    assert [lane.series for lane in lanes(data, LimitsInUse())] == [data.tilt, data.acceleration, data.cell]
+    assert [limit.steps for limit in lanes(data, LimitsInUse())[0].limits] == [data.fires, data.rearms]
 
 
 # Marks

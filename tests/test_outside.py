@@ -6,22 +6,48 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 from PySide6.QtWidgets import QApplication
 from pytestqt.qtbot import QtBot
 
-from app.device import DeviceView, How, Known
-from app.outside import Fault, LimitsInUse, Outside, bay_outside, cell_outside, line_outside, value_outside
+from app.commands.findings import Findings, page_of
+from app.commands.monitor import WordLines
+from app.commands.records import page_of as records_page
+from app.device import DeviceView, How, Known, Sample
+from app.i18n import CHINESE, ENGLISH, speaking
+from app.outside import (
+    Fault,
+    LimitsInUse,
+    Outside,
+    bay_outside,
+    cell_outside,
+    line_outside,
+    outside_of,
+    record_outside,
+    value_outside,
+)
 from app.preflight.expectations import Limits
+from app.procedure import LinkView
+from app.procedures.history import History
 from app.profiles import Profile
+from app.recordings.happenings import Happening, Kind, charging_at
+from app.trigger_history import sentence
+from protocol.events import Counters
+from protocol.fields import Value
+from protocol.messages import TriggerRecord
 from tests.fakes_ui import WAIT_MS, simulated, wait_online, window
 from tests.live_bench import Bench, live_bench
+from tests.recordings_desk import made, record
+from tests.recordings_made import batch
 from ui.connector import Target
+from ui.live_page import LivePage
 from ui.painted import Freshness
 from ui.readout import Readout
 from ui.theme import Meaning
 
 NOW = 100.0
+RECORD = TriggerRecord(8, 100, ("attitude",), 60, 0.5, 1.6, True, False, 1.2, 3.9, b"")
 OURS = Limits()
 
 
@@ -70,6 +96,86 @@ def test_the_limit_of_the_chosen_profile_counts() -> None:
     assert value_outside("cell_voltage_v", device, NOW, in_use) == Outside(Fault.CELL_LOW, "4.00 V")
     in_use.use(None)
     assert value_outside("cell_voltage_v", device, NOW, in_use) is None
+
+
+def test_what_was_kept_in_four_bytes_is_judged_by_its_step() -> None:
+    assert outside_of("cell_voltage_v", {"cell_voltage_v": float(np.float32(3.8))}, LimitsInUse()) is None
+    open_bay = {"light_v": float(np.float32(1.8)), "light_threshold_v": 1.8}
+    assert outside_of("light_v", open_bay, LimitsInUse()) == Outside(Fault.BAY_OPEN, "1.8 V")
+
+
+def test_whether_a_recording_tells_of_external_power() -> None:
+    happened = [
+        Happening(0.0, Kind.CONNECTED),
+        Happening(10.0, Kind.CHARGER_CONNECTED),
+        Happening(20.0, Kind.CHARGER_REMOVED),
+        Happening(30.0, Kind.CONNECTED),
+    ]
+    assert [charging_at(happened, at) for at in (5.0, 10.0, 19.0, 20.0, 29.0, 30.0)] == [
+        False, True, True, False, False, None,
+    ]  # fmt: skip
+    assert charging_at([], 5.0) is None
+    assert charging_at(happened[3:], 5.0) is None
+
+
+@pytest.mark.parametrize("is_chinese", [False, True])
+def test_a_recording_marks_them_under_the_cursor(
+    qtbot: QtBot, qapp: QApplication, tmp_path: Path, is_chinese: bool
+) -> None:
+    made_of = record(tmp_path / "template", seconds=10, cell_voltage_v=3.52, light_v=2.1)
+    with speaking(CHINESE if is_chinese else ENGLISH), made(qtbot, qapp, tmp_path, made_of, LivePage) as desk:
+        desk.keeping.recordings.open(desk.shelf.entries()[0])
+        desk.wait(lambda: desk.live.recording is not None)
+        plot, panel = desk.live.plot, desk.live.panel
+        plot.look_at(1005.0)
+        desk.live.refresh()
+        bay_open, low = ("伞仓打开", "电压低") if is_chinese else ("bay open", "low")
+        assert panel.light.meaning is panel.cell.meaning is Meaning.ATTENTION
+        light, cell = panel.light.accessibleName(), panel.cell.accessibleName()
+        assert light.endswith(bay_open)
+        assert cell.endswith(low)
+        assert "1.8 V" in light
+        assert "3.80 V" in cell
+        comma = "，限值" if is_chinese else ", limit"
+        assert f"3.52 V (!) {low}{comma} 3.80 V" in plot.reading
+
+
+def reading_of(round_trip_s: float = 0.003, **values: Value) -> str:
+    return "\n".join(page_of(Findings("P", 115200, round_trip_s, values)))
+
+
+def test_read_marks_them() -> None:
+    page = reading_of(0.15, cell_voltage_v=3.52, charging=False, light_v=2.1, light_threshold_v=1.8)
+    assert "answers in 150.0 ms (!) line slow, limit 100 ms" in page
+    assert "3.52 V (!) low, limit 3.80 V" in page
+    assert "2.1 V (!) bay open, limit 1.8 V" in page
+    assert "(!)" not in reading_of(cell_voltage_v=3.9, charging=False, light_v=0.3, light_threshold_v=1.8)
+    assert "damaged bytes" in "\n".join(page_of(Findings("P", 115200, 0.003, has_damaged=True)))
+    assert "line late" in "\n".join(page_of(Findings("P", 115200, 0.003, lag_s=1.2)))
+
+
+def test_a_trigger_record_marks_a_low_cell_and_not_the_chargers() -> None:
+    kept = replace(RECORD, cell_voltage_v=3.52)
+    assert records_page(History((kept,)))[1].endswith("3.52 V (low)")
+    assert "(low) below 3.80 V, the least for a flight." in records_page(History((kept,)))
+    assert "3.52 V (low)" in sentence(kept).in_words()
+    assert records_page(History((replace(kept, cell_voltage_v=3.9),)))[1].endswith("3.90 V")
+    assert record_outside(replace(kept, cell_voltage_v=4.7)) is None  # implausible, and marked as that
+    assert record_outside(replace(kept, cell_voltage_v=4.7, charging=True)) is None
+
+
+def test_monitor_marks_the_line(capsys: pytest.CaptureFixture[str]) -> None:
+    printer = WordLines(None)
+    printer.begin()
+    link = LinkView(Counters(), 0.15, 0.15, 0)
+    for at, seen in enumerate((replace(link, round_trip_median_s=0.02), link, replace(link, lag_s=1.2))):
+        printer.look_at_line(seen)
+        printer.take(batch(float(at), Sample(float(at), 7, 1.0, False, False)))
+        printer.print_news()
+    fine, slow, late = capsys.readouterr().out.splitlines()
+    assert "(!)" not in fine
+    assert slow.endswith("locked (!) line slow, limit 100 ms")
+    assert late.endswith("locked (!) line late, limit 1 s")
 
 
 def test_a_threshold_that_is_not_known_judges_nothing() -> None:

@@ -5,17 +5,20 @@ are looked at one by one.  Times are monotonic seconds.
 """
 
 from collections import deque
+from collections.abc import Collection
 from typing import Final, Protocol
 
 import numpy as np
 
 from app.device import DeviceView
 from app.device import Sample as Status
+from app.outside import LimitsInUse, Outside, outside_of
 from app.recordings.excerpt import Excerpt
-from app.recordings.happenings import Follower, Happening, Kind, Limits
+from app.recordings.happenings import Follower, Happening, Kind, Limits, charging_at
 from app.samples import Readable, Series
 from app.steps import Steps
 from app.worker import Batch
+from protocol.fields import Value
 from protocol.text import marked
 from ui.icons import Icon
 from ui.plot_view import Lane, Limit, Mark, Scale
@@ -69,6 +72,8 @@ class Measured(Protocol):
     def rearms(self) -> Steps: ...
     @property
     def falls(self) -> Steps: ...
+    @property
+    def happenings(self) -> Collection[Happening]: ...
 
 
 class LiveData:
@@ -169,8 +174,14 @@ class LiveData:
         self.lights.put(at, limits.light_v)
 
 
-def lanes(data: Measured) -> tuple[Lane, ...]:
+def lanes(data: Measured, in_use: LimitsInUse) -> tuple[Lane, ...]:
     """The plots of the page, from the top down."""
+
+    def cell_outside(volts: float, time_s: float) -> Outside | None:
+        charging = charging_at(data.happenings, time_s)
+        known: dict[str, Value] = {} if charging is None else {"charging": charging}
+        return outside_of("cell_voltage_v", {"cell_voltage_v": volts, **known}, in_use)
+
     return (
         Lane(
             marked("Tilt"),
@@ -200,5 +211,6 @@ def lanes(data: Measured) -> tuple[Lane, ...]:
             decimals=2,
             weight=1.2,
             gap_s=SLOW_GAP_S,
+            outside=cell_outside,
         ),
     )

@@ -5,13 +5,15 @@ from typing import Final
 
 from app.i18n import tr
 from app.last_known import Activation, SeenActivation
+from app.outside import LimitsInUse, Outside, outside_of
+from app.recordings.happenings import charging_at
 from app.recordings.recording import Recording
 from app.samples import Readable
 from app.steps import Steps
 from protocol.catalogue import RESET_BELOW_THRESHOLD_DEG
 from ui.icons import Icon
 from ui.live_data import SLOW_GAP_S
-from ui.live_panel import CELL, FALLING, OVER, Limits, LivePanel
+from ui.live_panel import CELL, CHARGER, FALLING, OVER, Limits, LivePanel
 from ui.plot_ticks import clock_text
 from ui.readout import Readout
 from ui.state_chips import show_activation, show_trigger
@@ -33,6 +35,7 @@ class Moment:
     cell_voltage_v: float | None = None
     is_active: bool | None = None
     is_triggered: bool | None = None
+    is_charging: bool | None = None
 
 
 def moment_of(recording: Recording, time_s: float) -> Moment:
@@ -52,16 +55,17 @@ def moment_of(recording: Recording, time_s: float) -> Moment:
         cell_voltage_v=_value(recording.cell, time_s, SLOW_GAP_S),
         is_active=bool(flags.is_active[-1]) if flags is not None and has_flags else None,
         is_triggered=bool(flags.is_triggered[-1]) if flags is not None and has_flags else None,
+        is_charging=charging_at(recording.happenings, time_s),
     )
 
 
-def show_moment(panel: LivePanel, moment: Moment | None) -> None:
-    """Put it into the numbers; None: no instant is pointed at."""
+def show_moment(panel: LivePanel, moment: Moment | None, in_use: LimitsInUse) -> None:
+    """Put it into the numbers; None: no instant is pointed at. The light threshold is the one that stood then."""
     if moment is None:
         moment = Moment(tr("point at the plots"), Limits(None, None, None))
     fires_deg, falls_g = moment.limits.fires_deg, moment.limits.falls_g
     panel.moment.show_state(moment.time_text, Icon.HISTORY, Meaning.INFORMATION)
-    panel.name_cell(CELL)
+    panel.name_cell(CHARGER if moment.is_charging else CELL)
     panel.gauge.set_threshold(fires_deg, reset_deg=None if fires_deg is None else fires_deg - RESET_BELOW_THRESHOLD_DEG)
     if moment.tilt_deg is None:
         panel.gauge.show_unknown()
@@ -72,8 +76,13 @@ def show_moment(panel: LivePanel, moment: Moment | None) -> None:
     is_falling = moment.acceleration_g is not None and falls_g is not None and moment.acceleration_g < falls_g
     _show(panel.acceleration, moment.acceleration_g, 1, tr(FALLING) if is_falling else "")
     panel.light.set_limit("" if moment.limits.light_v is None else f"{moment.limits.light_v:.1f} V")
-    _show(panel.light, moment.light_v, 1)
-    _show(panel.cell, moment.cell_voltage_v, 2)
+    measured = {"light_v": moment.light_v, "cell_voltage_v": moment.cell_voltage_v, "charging": moment.is_charging,
+                "light_threshold_v": moment.limits.light_v}  # fmt: skip
+    said = {key: value for key, value in measured.items() if value is not None}
+    light, cell = outside_of("light_v", said, in_use), outside_of("cell_voltage_v", said, in_use)
+    panel.cell.set_limit("" if cell is None else cell.limit)
+    _show_outside(panel.light, moment.light_v, 1, light)
+    _show_outside(panel.cell, moment.cell_voltage_v, 2, cell)
     reported = {None: Activation.UNKNOWN, True: Activation.ACTIVE, False: Activation.LOCKED}[moment.is_active]
     show_activation(panel.activation, SeenActivation(reported), now=0.0)
     show_trigger(panel.trigger, is_triggered=moment.is_triggered)
@@ -90,8 +99,14 @@ def _value(series: Readable, time_s: float, within_s: float) -> float | None:
     return None if found is None else found.high
 
 
-def _show(readout: Readout, value: float | None, decimals: int, note: str = "") -> None:
+def _show(
+    readout: Readout, value: float | None, decimals: int, note: str = "", meaning: Meaning = Meaning.DANGER
+) -> None:
     if value is None:
         readout.show_unknown()
     else:
-        readout.show_value(f"{value:.{decimals}f}", meaning=Meaning.DANGER if note else None, note=note)
+        readout.show_value(f"{value:.{decimals}f}", meaning=meaning if note else None, note=note)
+
+
+def _show_outside(readout: Readout, value: float | None, decimals: int, outside: Outside | None) -> None:
+    _show(readout, value, decimals, "" if outside is None else tr(outside.fault.value), Meaning.ATTENTION)

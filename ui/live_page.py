@@ -54,10 +54,10 @@ class LivePage(QWidget):
         self._sitting = Sitting()
         self.panel = LivePanel(texts)
         self.fired = FiredOnLive(services, self)
-        drawn = self.fired.panel.lines.added_to(lanes(self.data))
+        drawn = self.fired.panel.lines.added_to(lanes(self.data, self._in_use))
         self._live_plot = TimePlot(drawn, texts, wall_offset_s=self.wall.offset_s)
         self._plots = named(QStackedWidget(), "live_plot_stack")
-        self._recorded = RecordedView(texts, self._plots, self.panel)
+        self._recorded = RecordedView(texts, self._plots, self.panel, self._in_use)
         self.banner = self._recorded.banner
         self.save = SaveBar(texts, take_excerpt=self._excerpt, take_picture=self._picture, find_origin=self._origin)
         self.empty = EmptyPage(services)
@@ -123,7 +123,7 @@ class LivePage(QWidget):
     def show_recording(self, recording: Recording) -> None:
         """Look at this one in place of the module; whatever is connected goes on."""
         self.fired.panel.let_go()
-        self._recorded.show(recording, self.fired.panel.lines.added_to(lanes(recording)))
+        self._recorded.show(recording, self.fired.panel.lines.added_to(lanes(recording, self._in_use)))
         self._recordings.is_shown = True
         self._stack.setCurrentWidget(self._content)
         self.source_changed.emit()

@@ -4,6 +4,7 @@ from collections.abc import Sequence
 
 from PySide6.QtWidgets import QStackedWidget
 
+from app.outside import LimitsInUse
 from app.recordings.recording import Recording
 from ui.live_data import mark_of
 from ui.live_moment import moment_of, show_moment
@@ -18,8 +19,8 @@ from ui.texts import Texts
 class RecordedView:
     """`plots` is the stack of which the module's are the lowest; `panel` shows the numbers of whichever is seen."""
 
-    def __init__(self, texts: Texts, plots: QStackedWidget, panel: LivePanel) -> None:
-        self._texts, self._plots, self._panel = texts, plots, panel
+    def __init__(self, texts: Texts, plots: QStackedWidget, panel: LivePanel, in_use: LimitsInUse) -> None:
+        self._texts, self._plots, self._panel, self._in_use = texts, plots, panel, in_use
         self.banner = RecordedBanner(texts)
         self.recording: Recording | None = None
         self.plot: TimePlot | None = None
@@ -60,7 +61,7 @@ class RecordedView:
         at_s = self.plot.cursor_s
         if at_s is None or at_s != self._read_s:
             self._read_s = at_s
-            show_moment(self._panel, None if at_s is None else moment_of(self.recording, at_s))
+            show_moment(self._panel, None if at_s is None else moment_of(self.recording, at_s), self._in_use)
 
     def retranslate(self) -> None:
         """Write the numbers anew with the next `refresh`."""

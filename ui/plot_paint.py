@@ -282,7 +282,10 @@ def reading(lane: LaneCurve, at_s: float, span: Span) -> str:
         return tr("no data")
     low, high = number(found.low, lane.lane.decimals), number(found.high, lane.lane.decimals)
     gap = "" if lane.lane.unit == "°" else " "
-    return f"{low}{gap}{lane.lane.unit}" if low == high else f"{low} … {high}{gap}{lane.lane.unit}"
+    text = f"{low}{gap}{lane.lane.unit}" if low == high else f"{low} … {high}{gap}{lane.lane.unit}"
+    judge = lane.lane.outside
+    outside = None if judge is None else judge(found.low, at_s) or judge(found.high, at_s)
+    return text if outside is None else outside.beside(text)
 
 
 def cursor_time(picture: Picture, cursor_s: float) -> str:

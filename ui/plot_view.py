@@ -3,9 +3,11 @@
 Plain data and arithmetic without a widget.  Times are monotonic seconds.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Final, NamedTuple
 
+from app.outside import Outside
 from app.samples import Readable
 from app.steps import Steps
 from ui.icons import Icon
@@ -67,6 +69,8 @@ class Lane:
     decimals: int = 0
     weight: float = 1.0
     gap_s: float = 1.0
+    outside: Callable[[float, float], Outside | None] | None = None
+    """Of a value at a time: whether it is outside its limit."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -5,7 +5,7 @@ from PySide6.QtWidgets import QFrame, QHBoxLayout, QLabel, QWidget
 
 from app.device import LONGEST_LAG_S
 from app.i18n import tr
-from app.outside import LimitsInUse, Outside, line_outside
+from app.outside import DAMAGED_SHOWN_S, LimitsInUse, Outside, line_outside
 from app.worker import Batch
 from ui.connector import Connector
 from ui.elided import ElidedLabel
@@ -17,7 +17,6 @@ from ui.theme import Meaning, Space, current
 
 RATE_OVER_S = 1.0
 WRITE_EVERY_S = 0.3
-DAMAGED_SHOWN_S = 10.0
 """Bytes that were no frame are marked for so long after the last of them."""
 _SIGN_PX = 14
 

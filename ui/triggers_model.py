@@ -8,6 +8,7 @@ from PySide6.QtCore import QObject, QSortFilterProxyModel, Qt
 from PySide6.QtGui import QColor
 
 from app.i18n import tr
+from app.outside import record_outside
 from app.spans import stopwatch
 from app.trigger_fields import SOURCE_WORDS
 from app.trigger_history import JUDGEMENT_WORDS, sentence
@@ -120,6 +121,9 @@ def cell_text(row: TriggerRow, column: Column) -> str:
             return f"{record.light_v:.1f} V"
         case Column.CELL:
             volts = f"{record.cell_voltage_v:.2f} V"
+            outside = record_outside(record)
+            if outside is not None:
+                return f"{volts} ({tr(outside.fault.value)})"
             return tr("{voltage} implausible", voltage=volts) if record.implausible else volts
         case Column.JUDGED if row.is_seen_once:
             return tr("seen once")
@@ -157,7 +161,7 @@ def _decoration(row: TriggerRow, column: Column) -> Any:
             return icon(Icon.UNKNOWN, Meaning.ATTENTION)
         case Column.WHEN if row.is_new:
             return icon(Icon.INFORMATION, Meaning.INFORMATION)
-        case Column.CELL if row.record.implausible:
+        case Column.CELL if row.record.implausible or record_outside(row.record) is not None:
             return icon(Icon.WARNING, Meaning.ATTENTION)
     return None
 

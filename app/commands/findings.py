@@ -10,6 +10,7 @@ from typing import NamedTuple
 from app.commands.console import Row, two_columns
 from app.device import STATUS_KEYS
 from app.i18n import tr
+from app.outside import LimitsInUse, line_outside, outside_of
 from app.reading_object import LIVE_KEYS, SETTING_KEYS, reading_object
 from protocol.catalogue import BAUD_RATE, BY_NAME, SETTINGS, Command
 from protocol.events import Unanswered
@@ -57,6 +58,9 @@ class Findings:
     """Median."""
     values: Mapping[str, Value] = field(default_factory=dict)
     errors: Mapping[str, Why] = field(default_factory=dict)
+    lag_s: float | None = None
+    has_damaged: bool = False
+    """Bytes that were no frame came."""
 
 
 class _Shown(NamedTuple):
@@ -105,6 +109,12 @@ def json_of(findings: Findings) -> dict[str, object]:
 
 def page_of(findings: Findings) -> list[str]:
     """The lines that people read."""
+    line = line_outside(
+        lag_s=findings.lag_s,
+        round_trip_s=findings.round_trip_s,
+        has_damaged=findings.has_damaged,
+        in_use=LimitsInUse(),
+    )
     if findings.round_trip_s is None:
         head = tr("Module on {port}, {rate} baud", port=findings.port, rate=findings.baud_rate)
     else:
@@ -114,6 +124,8 @@ def page_of(findings: Findings) -> list[str]:
             rate=findings.baud_rate,
             milliseconds=1000 * findings.round_trip_s,
         )
+    if line is not None:
+        head = line.beside(head)
     ordered = sorted(_SETTINGS, key=lambda shown: SETTING_KEYS.index(shown.key))
     groups = [(tr("Now"), [_row(shown, findings) for shown in (*_STATUS, *_LIVE)])]
     groups.append((tr("Settings"), [_row(shown, findings) for shown in ordered]))
@@ -133,7 +145,9 @@ def _row(shown: _Shown, findings: Findings) -> Row:
 def _value(shown: _Shown, findings: Findings) -> str:
     value = findings.values.get(shown.key)
     if value is not None:
-        return value_in_words(shown.key, shown.field, value)
+        text = value_in_words(shown.key, shown.field, value)
+        outside = outside_of(shown.key, findings.values, LimitsInUse())
+        return text if outside is None else outside.beside(text)
     why = findings.errors.get(shown.blamed)
     if why is not None:
         return tr("unknown ({why})", why=why.in_words())

@@ -32,6 +32,8 @@ from protocol.text import marked
 if TYPE_CHECKING:
     from app.commands.connection import Conversation
     from app.device import Sample
+    from app.outside import Outside
+    from app.procedure import LinkView
     from app.stream_memory import StreamMemory
     from app.worker import Batch
 
@@ -131,6 +133,7 @@ def _watch(
     gives_up_at = None if args.seconds is None else time.monotonic() + args.seconds + WITHOUT_STATUS_S
     while not printer.is_full:
         printer.stream_hz = conversation.device.stream_hz
+        printer.look_at_line(conversation.link)
         printer.print_news()
         conversation.wait()
         conversation.check_running()
@@ -153,10 +156,29 @@ class Printer(ABC):
         self.is_full = False
         """The time wanted is over."""
         self.stream_hz = 0.0
+        self.line: Outside | None = None
+        self._rejected = 0
+        self._damaged_at: float | None = None
 
     def begin(self) -> None:
         """From here on samples count; before it was only found out whether a module is there."""
         self._is_begun = True
+
+    def look_at_line(self, link: "LinkView | None") -> None:
+        """How the line is from now on."""
+        from app.outside import DAMAGED_SHOWN_S, LimitsInUse, line_outside
+
+        if link is None:
+            return
+        now = time.monotonic()
+        if link.counters.rejected > self._rejected:
+            self._rejected, self._damaged_at = link.counters.rejected, now
+        self.line = line_outside(
+            lag_s=link.lag_s,
+            round_trip_s=link.round_trip_median_s,
+            has_damaged=self._damaged_at is not None and now - self._damaged_at < DAMAGED_SHOWN_S,
+            in_use=LimitsInUse(),
+        )
 
     @property
     def has_news(self) -> bool:
@@ -244,6 +266,8 @@ class WordLines(Printer):
             triggered=tr("TRIGGERED") if sample.triggered else tr("not triggered"),
             active=tr("active") if sample.active else tr("locked"),
         )
+        if self.line is not None:
+            words = self.line.beside(words)
         if not self._is_rewriting:
             write(words + "\n")
             return

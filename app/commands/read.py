@@ -115,4 +115,6 @@ def _findings(conversation: "Conversation", port: str, errors: "dict[str, Why]",
         link.round_trip_median_s if link is not None else None,
         values | {"baud_rate": conversation.baud_rate},
         {key: errors.get(key, why_missing) for key in sorted(blamed)},
+        link.lag_s if link is not None else None,
+        has_damaged=link is not None and link.counters.rejected > 0,
     )

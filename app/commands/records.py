@@ -8,6 +8,7 @@ from app.commands.console import table
 from app.csv_cells import BYTE_ORDER_MARK, cell
 from app.files import write_whole
 from app.i18n import tr
+from app.outside import record_outside
 from app.procedures.history import History
 from app.spans import stopwatch
 from app.trigger_fields import FIELDS, fields_of, source_word
@@ -68,7 +69,9 @@ def page_of(history: History) -> list[str]:
 
 
 def _row(record: TriggerRecord, *, is_certain: bool) -> tuple[str, ...]:
-    cell = f"{record.cell_voltage_v:.2f} V"
+    cell, outside = f"{record.cell_voltage_v:.2f} V", record_outside(record)
+    if outside is not None:
+        cell = f"{cell} ({tr(outside.fault.value)})"
     return (
         str(record.boot_count) if is_certain else f"{record.boot_count} (?)",
         stopwatch(record.uptime_s),
@@ -92,6 +95,10 @@ def _remarks(history: History) -> list[str]:
         remarks.append(tr("(?) seen once, not confirmed: it came in one reading only."))
     if any(record.implausible for record in history.all):
         remarks.append(tr("(!) no lithium cell has this voltage without external power; it is shown as it came."))
+    low = next((found for one in history.all if (found := record_outside(one)) is not None), None)
+    if low is not None:
+        word = tr(low.fault.value)
+        remarks.append(tr("({fault}) below {limit}, the least for a flight.", fault=word, limit=low.limit))
     if history.empty_slots:
         remarks.append(tr("{count} slots are empty.", count=history.empty_slots))
     return ["", *remarks] if remarks else []

@@ -38,6 +38,10 @@
         <translation>(?) 仅读到一次，未确认：只在一次读取中出现。</translation>
     </message>
     <message>
+        <source>({fault}) below {limit}, the least for a flight.</source>
+        <translation>（{fault}）低于飞行所需的最低值 {limit}。</translation>
+    </message>
+    <message>
         <source>--done needs a profile with manual items.</source>
         <translation>--done 需要含人工检查项目的配置文件。</translation>
     </message>
@@ -8702,6 +8706,10 @@
         <translation>{value:.1f} 秒</translation>
     </message>
     <message>
+        <source>{value} (!) {fault}, limit {limit}</source>
+        <translation>{value} (!) {fault}，限值 {limit}</translation>
+    </message>
+    <message>
         <source>{value} g draft</source>
         <translation>{value} g 试算</translation>
     </message>
@@ -8772,6 +8780,10 @@
     <message>
         <source>{verdict}: {meaning}</source>
         <translation>{verdict}：{meaning}</translation>
+    </message>
+    <message>
+        <source>{voltage} ({fault})</source>
+        <translation>{voltage}（{fault}）</translation>
     </message>
     <message>
         <source>{voltage} implausible</source>

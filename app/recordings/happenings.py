@@ -1,6 +1,6 @@
 """What happened on the line of time, told from the worker's batches: for the plots' marks and for recordings."""
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from enum import Enum
 
@@ -51,6 +51,26 @@ class Limits:
 
 
 NO_LIMITS = Limits()
+
+
+def charging_at(happenings: Iterable[Happening], time_s: float) -> bool | None:
+    """Whether there was external power at an instant; `happenings` in order. None: they do not tell."""
+    is_charging: bool | None = None
+    for one in happenings:
+        is_past = one.time_s <= time_s
+        match one.kind:
+            case Kind.CHARGER_CONNECTED | Kind.CHARGER_REMOVED:
+                is_connected = one.kind is Kind.CHARGER_CONNECTED
+                if not is_past:  # it is noted only where it was known to be otherwise before
+                    return not is_connected if is_charging is None else is_charging
+                is_charging = is_connected
+            case Kind.CONNECTED | Kind.RECORDING:
+                if not is_past:
+                    break
+                is_charging = None
+            case _:
+                pass
+    return is_charging
 
 
 class Follower:

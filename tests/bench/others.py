@@ -95,6 +95,7 @@ def draw_ours(length_s: float, rate_hz: int, draws: int) -> list[float]:
     import numpy as np
     from PySide6.QtWidgets import QApplication
 
+    from app.outside import LimitsInUse
     from ui.live_data import LiveData, lanes
     from ui.plots import TimePlot
     from ui.texts import Texts
@@ -104,7 +105,7 @@ def draw_ours(length_s: float, rate_hz: int, draws: int) -> list[float]:
     times = np.arange(int(length_s * rate_hz)) / rate_hz
     data.tilt.append(times, 40 + 30 * ((np.arange(len(times)) * 7919) % 101) / 101)
     data.acceleration.append(times, np.ones(len(times)))
-    plot = TimePlot(lanes(data), Texts(), wall_offset_s=0.0)
+    plot = TimePlot(lanes(data, LimitsInUse()), Texts(), wall_offset_s=0.0)
     plot.resize(_WIDTH, _HEIGHT)
     plot.choose_window(length_s)
     plot.show()
