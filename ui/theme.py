@@ -327,7 +327,8 @@ class Appearance(QObject):
         return self._choice
 
     def dress(self, window: QWidget) -> None:
-        """Let `window` wear the style sheet in place of the application; see `apply`."""
+        """Let `window` wear the style sheet in place of the application; see `apply`. It ends with the window."""
+        self.setParent(window)
         self._window = window
         self._app.setStyleSheet("")
         window.setStyleSheet(style_sheet(self._applied))
