@@ -23,6 +23,8 @@ from protocol.text import marked
 class Condition(Enum):
     ONLINE = auto()
     """The module answers."""
+    IS_THE_ONE_MEANT = auto()
+    """It is proven which module answers, or a person said so; see `app.identity`."""
     FRESH_STATUS = auto()
     """It reported its status within the last second, or within a period and a half of a slower stream."""
     IS_LOCKED = auto()
@@ -45,7 +47,8 @@ class Condition(Enum):
     """Locked, or unlocked for this one write."""
 
 
-_ALWAYS = (Condition.ONLINE, Condition.FRESH_STATUS)
+_PRESENT = (Condition.ONLINE, Condition.IS_THE_ONE_MEANT)
+_ALWAYS = (*_PRESENT, Condition.FRESH_STATUS)
 _EXPLICIT = (Condition.NOTHING_ELSE_ARMED, Condition.CONFIRMED, Condition.INTENT_DURABLE)
 
 CONDITIONS: Mapping[Act, tuple[Condition, ...]] = MappingProxyType({
@@ -57,7 +60,7 @@ CONDITIONS: Mapping[Act, tuple[Condition, ...]] = MappingProxyType({
     Act.DEPLOY: (*_ALWAYS, Condition.IS_ACTIVE, Condition.NOT_TRIGGERED,
                  Condition.NOTHING_ELSE_ARMED, Condition.RITUAL_DONE, Condition.INTENT_DURABLE),
     Act.CHANGE_BAUD: (*_ALWAYS, Condition.IS_LOCKED, *_EXPLICIT),
-    Act.WRITE: (Condition.ONLINE, Condition.MAY_WRITE, Condition.NOTHING_ELSE_ARMED),
+    Act.WRITE: (*_PRESENT, Condition.MAY_WRITE, Condition.NOTHING_ELSE_ARMED),
 })  # fmt: skip
 
 
@@ -76,6 +79,7 @@ class Situation:
 
     now: float
     presence: Presence = Presence.UNKNOWN
+    is_the_one_meant: bool = True
     status_at: float | None = None
     """When the last status report came; where that must be proven, the moment after which the module said it."""
     status_doubt: Doubt | None = None
@@ -107,6 +111,7 @@ def situation(
     now: float,
     *,
     must_be_proven: bool,
+    is_the_one_meant: bool = True,
     permit: Permit | None = None,
     overtaken_at: float | None = None,
     opened_at: float | None = None,
@@ -127,6 +132,7 @@ def situation(
     return Situation(
         now=now,
         presence=device.presence,
+        is_the_one_meant=is_the_one_meant,
         status_at=None if tilt is None else tilt.said_after if must_be_proven else tilt.at,
         status_doubt=None if tilt is None else tilt.doubt,
         status_fresh_for_s=fresh_for_s or FRESH_FOR_S["tilt_deg"],
@@ -181,6 +187,13 @@ def _online(_act: Act, now_is: Situation) -> Refusal | None:
     if now_is.presence is Presence.ONLINE:
         return None
     return Refusal(Condition.ONLINE, marked("The module does not answer."))
+
+
+def _is_the_one_meant(_act: Act, now_is: Situation) -> Refusal | None:
+    if now_is.is_the_one_meant:
+        return None
+    text = marked("It is not proven that this is the module that is meant: only queries are sent.")
+    return Refusal(Condition.IS_THE_ONE_MEANT, text)
 
 
 def _fresh_status(_act: Act, now_is: Situation) -> Refusal | None:
@@ -324,6 +337,7 @@ def _may_write(_act: Act, now_is: Situation) -> Refusal | None:
 
 _CHECKS: Mapping[Condition, _Check] = MappingProxyType({
     Condition.ONLINE: _online,
+    Condition.IS_THE_ONE_MEANT: _is_the_one_meant,
     Condition.FRESH_STATUS: _fresh_status,
     Condition.IS_LOCKED: _is_locked,
     Condition.IS_ACTIVE: _is_active,

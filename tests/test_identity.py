@@ -4,14 +4,37 @@ from dataclasses import replace
 
 import pytest
 
-from app.identity import READ_WITHIN_S, Evidence, Expected, Identity, Trust, evidence_of, is_another, is_same, went_back
+from app.acts import REQUESTS, Act
+from app.commands.set import result_of
+from app.identity import (
+    READ_WITHIN_S,
+    Evidence,
+    Expected,
+    Identity,
+    IdentityCheck,
+    Trust,
+    evidence_of,
+    is_another,
+    is_same,
+    went_back,
+)
+from app.permit import Origin, Permit
+from app.preflight.evidence import Evidence as PreflightEvidence
+from app.preflight.evidence import FlagFate
+from app.preflight.run import run_preflight
 from app.procedure import Ask, Procedure
+from app.procedures.act import perform
+from app.procedures.baud import change_baud
 from app.procedures.lock import lock
+from app.procedures.read import read_everything
+from app.procedures.write_all import Change, Leave, write_all
 from app.reconnect import Address, Reconnection
+from app.safety import Condition
 from app.session import Run
 from app.worker import Connection, PortState
 from protocol.catalogue import ACTIVATION, BY_NAME, SERIAL_OUTPUT
-from protocol.events import Unanswered
+from protocol.events import Answered, Received, Role, Unanswered
+from protocol.messages import Reading
 from tests.journals import FakeJournal
 from tests.sim_line import Rig, watched
 
@@ -109,6 +132,41 @@ def test_nothing_but_questions_goes_to_what_may_be_another_module(expected: Expe
     assert not {one.command.code for one in rig.line.requests} & {0x10, 0x11, 0x12, 0x13, 0x24, 0x25}
 
 
+NOT_PROVEN = "It is not proven that this is the module that is meant: only queries are sent."
+
+
+@pytest.mark.parametrize("act", [act for act in REQUESTS if act is not Act.LOCK])
+def test_an_act_that_is_refused_for_it_says_so(act: Act) -> None:
+    rig = Rig(OPTIONS, expected=Expected(replace(FOUND, boot_count=90)))
+    watched(rig)
+    rig.step_for(5)
+    permit = Permit(act, Origin.RITUAL, rig.clock())
+    done = rig.run(perform(act, FakeJournal(), permit=permit))
+    assert Condition.IS_THE_ONE_MEANT in [one.condition for one in done.refusals]
+    assert NOT_PROVEN in done.sentence
+    assert changes(rig) == []
+
+
+def test_a_write_that_is_refused_for_it_says_so() -> None:
+    rig = Rig(OPTIONS, expected=Expected(replace(FOUND, boot_count=90)))
+    watched(rig)
+    rig.step_for(5)
+    wanted, journal = Change(BY_NAME["attitude_threshold"], 70), FakeJournal()
+    report = rig.run(write_all([wanted], Leave(journal=journal, is_unlocked=True)))
+    assert [one.sentence for one in report.refusals] == [NOT_PROVEN]
+    (written,) = report.results
+    assert result_of(written, report.refusals).words == f"not sent: {NOT_PROVEN}"  # what `dps-s set` prints
+    permit = Permit(Act.CHANGE_BAUD, Origin.CONFIRMATION, rig.clock())
+    changed = rig.run(change_baud(9600, journal, permit=permit))
+    assert NOT_PROVEN in changed.sentence
+    checked = PreflightEvidence()
+    rig.run(run_preflight(checked, is_enabling=True, journal=journal))
+    assert {flag.fate for flag in checked.flags.values()} == {FlagFate.NOT_SENT}
+    assert {one.in_words() for flag in checked.flags.values() for one in flag.why} == {NOT_PROVEN}
+    assert changes(rig) == []
+    assert journal.intents == []
+
+
 def test_lock_leaves_also_to_what_may_be_another_module() -> None:
     rig = Rig(OPTIONS, expected=Expected(replace(FOUND, boot_count=90)))
     watched(rig)
@@ -171,6 +229,46 @@ def test_another_module_behind_the_open_port_is_noticed() -> None:
     rig.step_for(60)
     assert len(changes(rig)) == sent
     assert rig.session.identity.identity.before == FOUND
+
+
+def test_another_module_is_noticed_by_a_boot_count_that_only_lets_late_answers_pass() -> None:
+    rig = Rig({**OPTIONS, "stream_at_boot": True})
+    rig.run(read_everything())
+    rig.session.take_events()
+    rig.bench.module.memory.boot_count = 11
+    rig.bench.module.restart(rig.clock(), is_silent=True)
+    permit = Permit(Act.ACTIVATE, Origin.CONFIRMATION, rig.clock())
+    done = rig.run(perform(Act.ACTIVATE, FakeJournal(), permit=permit))
+    boots = BY_NAME["boot_count"].query()
+    events = rig.session.take_events()
+    assert 12 in [e.message.value for e in events if isinstance(e, Received) and isinstance(e.message, Reading)]
+    assert boots not in [e.request for e in events if isinstance(e, Answered)], "it was a fence only"
+    assert trust(rig) is Trust.ANOTHER
+    assert NOT_PROVEN in done.sentence
+    assert changes(rig) == []
+
+
+@pytest.mark.parametrize("role", Role)
+def test_only_a_boot_count_that_answers_what_was_just_asked_tells_of_another_module(role: Role) -> None:
+    """A late or a second one may be older than it looks, and from the module before."""
+    rig = Rig(OPTIONS)
+    rig.run(read_everything())
+    check = IdentityCheck()
+    lower = Reading(BY_NAME["boot_count"], 12)
+    frame = next(e.frame for e in rig.session.take_events() if isinstance(e, Received) and e.frame.code == 0x23)
+    check.on_event(Received(frame, lower, role, rig.clock()), rig.session.device, rig.clock())
+    assert check.is_proven is (role is not Role.ANSWER)
+
+
+@pytest.mark.parametrize("role", Role)
+def test_only_a_boot_count_that_answers_what_was_just_asked_is_evidence(role: Role) -> None:
+    rig = Rig(OPTIONS)
+    rig.run(read_everything())
+    device, at = rig.session.device, rig.clock()
+    frame = next(e.frame for e in rig.session.take_events() if isinstance(e, Received) and e.frame.code == 0x23)
+    device.apply(Received(frame, Reading(BY_NAME["boot_count"], 38), role, at))
+    seen = evidence_of(device.view(at).values, is_fresh=False)
+    assert seen.boot_count == (38 if role is Role.ANSWER else 37)
 
 
 def test_a_restart_of_the_same_module_needs_nobody() -> None:

@@ -8,15 +8,19 @@ import pytest
 from PySide6.QtWidgets import QApplication
 from pytestqt.qtbot import QtBot
 
+from app.acts import Act
 from app.simulator.bench import SimulatedBench
 from app.store.store import Store
 from app.worker import Batch
 from protocol.catalogue import SERIAL_OUTPUT, Request
 from protocol.events import Sent
 from tests.fakes_ui import WAIT_MS, simulated, wait_online, window
+from tests.test_identity import NOT_PROVEN
 from ui.application import Assembly
 from ui.connector import Target
 from ui.module_name import ModuleName
+from ui.outcomes import open_conditions
+from ui.settings_work import SettingsWork
 
 NAME = "M-07"
 
@@ -122,6 +126,14 @@ def test_another_module_is_asked_about_at_connecting_and_the_same_is_known_by_it
         one.connect()
         one.wait(lambda: "boot count 12, was 37" in one.asked)
         assert (one.naming.name, one.naming.meant) == ("", NAME)
+        services = one.assembly.window._services
+        assert NOT_PROVEN in [refusal.sentence for refusal in open_conditions(services, Act.ACTIVATE)]
+        settings = SettingsWork(services)
+        settings.form.fill({"attitude_threshold_deg": 70})
+        settings.write(is_warned=True, is_unlocked=True)
+        notice = settings.notice()
+        assert notice is not None
+        assert notice.text == f"Nothing was written. {NOT_PROVEN}"
         assert one.changes == []
 
 

@@ -16,6 +16,7 @@ from protocol.link_states import Presence
 NOW = 1000.0
 WORDS = {
     "online": Condition.ONLINE,
+    "meant": Condition.IS_THE_ONE_MEANT,
     "fresh": Condition.FRESH_STATUS,
     "locked": Condition.IS_LOCKED,
     "active": Condition.IS_ACTIVE,
@@ -31,13 +32,13 @@ WORDS = {
 }
 NEEDED = {
     Act.LOCK: "",
-    Act.ACTIVATE: "online fresh locked unfired flat alone confirmed audit",
-    Act.ZERO: "online fresh locked level still alone confirmed audit",
-    Act.SHUTDOWN: "online fresh locked alone confirmed audit",
-    Act.FORBID_DEPLOY: "online fresh alone confirmed audit",
-    Act.DEPLOY: "online fresh active unfired alone ritual audit",
-    Act.CHANGE_BAUD: "online fresh locked alone confirmed audit",
-    Act.WRITE: "online writable alone",
+    Act.ACTIVATE: "online meant fresh locked unfired flat alone confirmed audit",
+    Act.ZERO: "online meant fresh locked level still alone confirmed audit",
+    Act.SHUTDOWN: "online meant fresh locked alone confirmed audit",
+    Act.FORBID_DEPLOY: "online meant fresh alone confirmed audit",
+    Act.DEPLOY: "online meant fresh active unfired alone ritual audit",
+    Act.CHANGE_BAUD: "online meant fresh locked alone confirmed audit",
+    Act.WRITE: "online meant writable alone",
 }
 STATUS = {
     "never": (None, None),
@@ -81,8 +82,8 @@ def test_the_whole_truth_table(act: Act) -> None:
     other = Act.ACTIVATE if act is not Act.ACTIVATE else Act.DEPLOY
     armed_by = {"nothing": None, "itself": act, "other": other}
     rows = allowed = 0
-    motions = MOTIONS if act is Act.ZERO else ("still",)
-    for presence, status, active, fired, tilt, armed, permit, is_audit, is_unlocked, motion in product(
+    motions = [(motion, True) for motion in (MOTIONS if act is Act.ZERO else ("still",))] + [("still", False)]
+    for presence, status, active, fired, tilt, armed, permit, is_audit, is_unlocked, (motion, is_meant) in product(
         Presence, STATUS, (True, False, None), (True, False, None), TILT, armed_by, permits(act), (True, False),
         (True, False), motions,
     ):  # fmt: skip
@@ -90,10 +91,11 @@ def test_the_whole_truth_table(act: Act) -> None:
             now=NOW, presence=presence, status_at=STATUS[status][0], status_doubt=STATUS[status][1], active=active,
             triggered=fired, tilt_deg=TILT[tilt][0], attitude_threshold_deg=TILT[tilt][1], armed=armed_by[armed],
             permit=permits(act)[permit], is_unlocked=is_unlocked, is_audit_ready=is_audit,
-            motion=MOTIONS[motion],
+            motion=MOTIONS[motion], is_the_one_meant=is_meant,
         )  # fmt: skip
         holds = {
             "online": presence is Presence.ONLINE,
+            "meant": is_meant,
             "fresh": status == "now",
             "locked": active is False,
             "active": active is True,

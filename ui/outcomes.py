@@ -24,6 +24,7 @@ def open_conditions(services: Services, act: Act) -> tuple[Refusal, ...]:
         connector.device,
         connector.clock(),
         must_be_proven=False,
+        is_the_one_meant=connector.identity.is_proven,
         armed=services.armed.act,
         # Without a port there is no log to speak of; that no module answers stands in the way already.
         is_audit_ready=connector.target is None or services.keeping.journal(connector.target).is_ready,

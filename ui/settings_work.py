@@ -233,7 +233,12 @@ class SettingsWork(QObject):
         connector = self._connector
         armed = self._services.armed.act
         now_is = situation(
-            connector.device, connector.clock(), must_be_proven=False, armed=armed, is_unlocked=is_unlocked
+            connector.device,
+            connector.clock(),
+            must_be_proven=False,
+            is_the_one_meant=connector.identity.is_proven,
+            armed=armed,
+            is_unlocked=is_unlocked,
         )
         found = refusals(Act.WRITE, now_is)
         # Where it is merely not known whether the module is locked, the engine asks it: here only "ACTIVE" refuses.

@@ -2126,6 +2126,10 @@
         <translation>不知道模块是否已锁定：不修改设置。</translation>
     </message>
     <message>
+        <source>It is not proven that this is the module that is meant: only queries are sent.</source>
+        <translation>尚未确认这就是所指的模块：仅发送查询命令。</translation>
+    </message>
+    <message>
         <source>It is signed by {found}, not by {given}: no station is taken over.</source>
         <translation>签名站点是 {found}，不是 {given}：未添加站点。</translation>
     </message>

@@ -209,7 +209,7 @@ def _take_status(evidence: Evidence, outcome: Answered) -> None:
 def _refusals() -> Procedure[tuple[Said, ...]]:
     yield from ask_status()
     sight: Sight = yield Look()
-    now_is = situation(sight.device, sight.now, must_be_proven=True)
+    now_is = situation(sight.device, sight.now, must_be_proven=True, is_the_one_meant=sight.is_proven)
     if now_is.active:
         return (said(marked("the module is ACTIVE, and nothing is written then")),)
     return tuple(said_with(one.text, one.values) for one in refusals(Act.WRITE, now_is))

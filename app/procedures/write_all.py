@@ -238,7 +238,8 @@ def _refusals(leave: Leave) -> Procedure[tuple[Refusal, ...]]:
         sight: Sight = yield Look()
         armed = leave.armed.act if leave.armed is not None else None
         now_is = situation(
-            sight.device, sight.now, must_be_proven=True, armed=armed, is_unlocked=leave.is_unlocked
+            sight.device, sight.now, must_be_proven=True, is_the_one_meant=sight.is_proven, armed=armed,
+            is_unlocked=leave.is_unlocked,
         )  # fmt: skip
         found = refusals(Act.WRITE, now_is)
         if not found or has_been_asked:
