@@ -7,7 +7,16 @@ from pathlib import Path
 import pytest
 from PySide6.QtCore import QEvent, QPoint, QRect, Qt
 from PySide6.QtGui import QKeyEvent
-from PySide6.QtWidgets import QApplication, QPushButton, QScrollArea, QWidget
+from PySide6.QtWidgets import (
+    QApplication,
+    QPushButton,
+    QScrollArea,
+    QStyle,
+    QStyleOptionButton,
+    QVBoxLayout,
+    QWidget,
+)
+from pytestqt.qtbot import QtBot
 
 from app.acts import Act
 from app.i18n import CHINESE, ENGLISH, PSEUDO
@@ -18,9 +27,10 @@ from tests.gesture_bench import GestureBench, gesture_bench
 from tests.gesture_table import ACTS, first_button, go_to
 from ui.gestures import gestures
 from ui.notice_bar import Choice, Notice, NoticeBar
-from ui.step_button import StepButton, bring_into_sight, is_in_sight
+from ui.step_button import DEAD_FOR_S, StepButton, bring_into_sight, is_in_sight
 from ui.texts import Texts
-from ui.theme import Meaning
+from ui.theme import Appearance, Meaning
+from ui.theme import Choice as Look
 
 
 @pytest.fixture
@@ -276,3 +286,45 @@ def test_a_clumsy_person_completes_nothing_by_accident(qapp: QApplication) -> No
     report = run(qapp, 40, 7)
     assert report.faults == []
     assert report.events > 200
+
+
+class Painted(StepButton):
+    """Remembers whether it was painted as enabled the last time."""
+
+    looks_enabled = False
+
+    def _option(self) -> QStyleOptionButton:
+        option = super()._option()
+        self.looks_enabled = bool(option.state & QStyle.StateFlag.State_Enabled)
+        return option
+
+
+def test_what_is_live_looks_enabled(qtbot: QtBot, qapp: QApplication) -> None:
+    """By what was painted of its own accord: grabbing it would paint it anew."""
+    gestures().reset()
+    window = QWidget()
+    qtbot.addWidget(window)
+    buttons = [Painted() for _ in range(12)]
+    column = QVBoxLayout(window)
+    for button in buttons:
+        button.setText("Activate …")
+        column.addWidget(button)
+    appearance = Appearance(qapp, Look.LIGHT)
+    appearance.dress(window)
+    window.show()
+    qtbot.waitUntil(lambda: all(button.looks_enabled for button in buttons))
+    for look in (Look.DARK, Look.LIGHT):
+        for number, button in enumerate(buttons):
+            button.setEnabled(False)
+            qtbot.wait(7 + number)
+            button.setEnabled(True)  # at different times: a timer may be early at some of them
+        appearance.choose(look)
+        assert not buttons[-1].is_live
+        qtbot.wait(round(DEAD_FOR_S * 1000) + 300)
+        assert [button.looks_enabled for button in buttons] == [True] * len(buttons)
+        fresh = StepButton()
+        fresh.setText("Activate …")
+        column.addWidget(fresh)
+        qtbot.waitUntil(lambda: fresh.takes_pointer)  # noqa: B023  called before the next turn
+        assert fresh.size() == buttons[0].size()
+        assert fresh.grab().toImage() == buttons[0].grab().toImage()

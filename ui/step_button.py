@@ -5,9 +5,10 @@ that was down is up. The second press of a double click never counts. While hidd
 that two steps of an act never lie over each other.
 """
 
+from math import ceil
 from typing import Final
 
-from PySide6.QtCore import QEvent, QPoint, QRect, QTimer, Signal
+from PySide6.QtCore import QEvent, QPoint, QRect, Qt, QTimer, Signal
 from PySide6.QtGui import QHideEvent, QKeyEvent, QMouseEvent, QPaintEvent, QShowEvent
 from PySide6.QtWidgets import (
     QApplication,
@@ -47,8 +48,8 @@ class StepButton(QPushButton):
         self.setAutoDefault(False)
         self._live_timer = QTimer(self)
         self._live_timer.setSingleShot(True)
-        self._live_timer.setInterval(round(DEAD_FOR_S * 1000))
-        self._live_timer.timeout.connect(self.update)
+        self._live_timer.setTimerType(Qt.TimerType.PreciseTimer)
+        self._live_timer.timeout.connect(self._show_live)
         self.clicked.connect(self._on_clicked)
 
     @property
@@ -76,8 +77,14 @@ class StepButton(QPushButton):
         self._gestures.forget(self)
         self.cancel_press()
         if not self._is_safe:
-            self._live_timer.start()
-            self.update()
+            self._show_live()
+
+    def _show_live(self) -> None:
+        """Look dead until it is live. A timer that ends a little early would leave it looking dead for good."""
+        left_s = self.appeared_at + DEAD_FOR_S - self._gestures.clock()
+        if left_s > 0:
+            self._live_timer.start(ceil(left_s * 1000))
+        self.update()
 
     def cancel_press(self) -> None:
         """What is pressed now does not count."""
