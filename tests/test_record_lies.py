@@ -7,12 +7,16 @@ from typing import Any
 
 import pytest
 
+from app.device import DeviceView
 from app.preflight.evidence import Evidence
 from app.preflight.expectations import Expectations, Past
 from app.preflight.findings import Case, Result
 from app.preflight.judging_module import trigger_records
-from app.procedures.history import Pass, history_of, read_history
+from app.procedure import LinkView, Sight
+from app.procedures.history import History, Pass, _read_once, _with_strays, history_of, read_history
 from app.simulator.memory import record_frame
+from protocol.catalogue import TRIGGER_RECORDS
+from protocol.events import Answered, Counters
 from protocol.messages import EmptySlot, TriggerRecord, decode_record
 from tests.record_lies import RECORD_DIALECTS, RECORD_LIES, read_records
 from tests.sim_line import settled_rig
@@ -43,6 +47,32 @@ def test_a_record_that_came_once_and_was_lost_later_is_still_listed() -> None:
     assert [one.raw for one in history.seen_once] == [one.raw for one in history.all]
     assert len(history.all) == 1
     assert not history.is_confirmed
+
+
+def test_a_slot_never_used_that_was_damaged_on_the_line_is_no_record() -> None:
+    slots = []
+    for fill, bit in product((0x00, 0xFF), (0, 5, 7)):
+        body = bytearray((0x35, 0x01, *[fill] * 11))
+        body[5] ^= 1 << bit  # and the sum, which fits again
+        slots.append(decode_record(b"Au" + body + bytes((sum(body) & 0xFF,))))
+    assert all(isinstance(one, TriggerRecord) for one in slots)
+    reading, sight = _read_once(), Sight(0.0, 0.0, 115200, DeviceView(), LinkView(Counters(), None, None, 0))
+    next(reading)
+    reading.send(sight)
+    reading.send(Answered(TRIGGER_RECORDS.query(), (ONE, *slots), 1, 0.01, 0.0))
+    with pytest.raises(StopIteration) as end:
+        reading.send(sight)
+    assert end.value.value == Pass((ONE,), is_clean=False)
+    damaged = slots[0]
+    assert isinstance(damaged, TriggerRecord)
+    assert _with_strays(History((ONE,)), (damaged, TWO)).seen_once == (TWO,)
+
+
+def test_there_are_never_more_empty_slots_than_the_records_leave() -> None:
+    empty = EmptySlot(b"")
+    history = history_of([Pass((ONE, TWO, *[empty] * 7)), Pass((ONE, *[empty] * 8)), Pass((TWO, *[empty] * 8))])
+    assert len(history.all) == 2
+    assert history.empty_slots == 7
 
 
 def test_records_that_come_after_their_query_was_given_up_are_listed() -> None:

@@ -14,7 +14,7 @@ from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 from app.procedure import Ask, Look, Procedure, Report, Sight
-from protocol.catalogue import HEARTBEAT, TRIGGER_RECORDS
+from protocol.catalogue import HEARTBEAT, RECORDS_KEPT, TRIGGER_RECORDS
 from protocol.events import Answered, Role
 from protocol.messages import EmptySlot, TriggerRecord
 from protocol.text import marked
@@ -75,7 +75,7 @@ def read_history() -> Procedure[History]:
 
 def _with_strays(history: History, strays: Sequence[TriggerRecord]) -> History:
     """What came outside an answer belongs to no pass: it is listed where no pass brought it."""
-    news = tuple(record for record in dict.fromkeys(strays) if record not in history.all)
+    news = tuple(one for one in dict.fromkeys(strays) if one not in history.all and not _is_damaged_slot(one.raw))
     if not news:
         return history
     return replace(history, seen_once=history.seen_once + news, is_confirmed=False, is_answered=True)
@@ -102,10 +102,21 @@ def _read_once() -> Procedure[Pass]:
     before: Sight = yield Look()
     outcome = yield Ask(TRIGGER_RECORDS.query())
     messages = outcome.messages if isinstance(outcome, Answered) else ()
-    seen = tuple(message for message in messages if isinstance(message, TriggerRecord | EmptySlot))
+    seen = tuple(
+        message
+        for message in messages
+        if isinstance(message, TriggerRecord | EmptySlot) and not _is_damaged_slot(message.raw)
+    )
     after: Sight = yield Look()
-    one = Pass(seen, is_clean=_is_clean(before, after))
+    one = Pass(seen, is_clean=len(seen) == len(messages) and _is_clean(before, after))
     return one._replace(is_clean=False) if one.is_doubled else one
+
+
+def _is_damaged_slot(raw: bytes) -> bool:
+    """A slot never used of which one bit was flipped on the line, and one of the sum so that it fits: the settings and
+    voltages of a true record differ from such a slot in many bits."""
+    differing = [sum((byte ^ fill).bit_count() for byte in raw[4:-1]) for fill in (0x00, 0xFF)]
+    return min(differing) == 1
 
 
 def _is_clean(before: Sight, after: Sight) -> bool:
@@ -153,6 +164,7 @@ def history_of(passes: Sequence[Pass], *, is_confirmed: bool = False, is_line_de
     if is_confirmed:  # as the module sent them, equal ones too
         records = [message for message in passes[-1].messages if isinstance(message, TriggerRecord)]
     empty = max((sum(isinstance(message, EmptySlot) for message in one.messages) for one in passes), default=0)
+    empty = min(empty, max(0, RECORDS_KEPT - len(records) - len(seen_once)))  # a record may be missing in that pass
     is_answered = any(one.messages for one in passes)
     return History(tuple(records), empty, is_confirmed, is_line_dead, tuple(seen_once), is_answered)
 
