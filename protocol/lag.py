@@ -52,9 +52,13 @@ class Lag:
         """A streamed status, or the heartbeat of a restart after which a stream may begin."""
         self._unasked_at = now
 
+    def may_be_streamed(self, request: Request, now: float) -> bool:
+        """Whether what is taken for the answer to `request` may be a report that came unasked."""
+        return request.command is STATUS and now - self._unasked_at <= STREAM_SHOWS_S
+
     def answer_said_after(self, request: Request, now: float) -> float:
         """The same of what is taken for the answer to `request`: where nothing streams, it is the answer."""
-        if now - self._unasked_at <= STREAM_SHOWS_S:
+        if self.may_be_streamed(request, now):
             return self.said_after
         return max(self.said_after, self.asked_at(request))
 

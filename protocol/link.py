@@ -289,7 +289,8 @@ class Link:
             self.lag.answer(flight.request, now)
             self._collect(flight, message, now)
             return
-        round_trip_s = now - flight.sent_at if flight.attempt == 1 else None
+        is_timed = flight.attempt == 1 and not self.lag.may_be_streamed(flight.request, now)
+        round_trip_s = now - flight.sent_at if is_timed else None
         if round_trip_s is not None:
             self.round_trips.add(round_trip_s)
         if not may_be_copy:  # of the answer to the same question just before: it says nothing of what was asked since

@@ -7,6 +7,7 @@ from typing import Any
 import pytest
 
 from app.acts import REQUESTS, Act
+from app.commands.findings import Findings, page_of
 from app.device import Doubt
 from app.journal import Outcome
 from app.permit import Origin, Permit
@@ -245,3 +246,24 @@ def test_a_status_is_asked_for_behind_another_question() -> None:
     rig.line.sent.clear()
     rig.run(ask_status())
     assert [request.command.name for request in rig.line.requests] == ["boot_count", STATUS.name]
+
+
+@pytest.mark.parametrize("hz", [None, 2.0, 50.0])
+def test_a_reading_over_a_long_lag_does_not_say_that_the_module_answers_quickly(hz: float | None) -> None:
+    """A streamed report that passes for the answer to a question is no round trip."""
+    stream: dict[str, Any] = {} if hz is None else {"rate": hz, "stream_at_boot": True}
+    rig = Rig({"uptime": 60, "noise": 0} | stream)
+    rig.bench.change(lag_ms=1500.0)
+    rig.step_for(2.0)
+    rig.run(read_everything())
+    link = rig.session.link_view()
+    assert link.round_trip_median_s is None or link.round_trip_median_s >= 1.5
+    assert link.lag_s == pytest.approx(1.5, abs=0.1)
+    head = page_of(Findings("p", 115200, link.round_trip_median_s, {}, {}, lag_s=link.lag_s))[0]
+    assert head.startswith("Module on p, 115200 baud, answers 1.5 s late")
+
+
+def test_a_streaming_module_on_a_quick_line_still_has_its_round_trips() -> None:
+    rig = Rig({"uptime": 60, "noise": 0, "rate": 50.0, "stream_at_boot": True})
+    rig.run(read_everything())
+    assert (rig.session.link_view().round_trip_median_s or 1.0) < 0.05

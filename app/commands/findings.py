@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 from typing import NamedTuple
 
 from app.commands.console import Row, two_columns
-from app.device import STATUS_KEYS
+from app.device import LONGEST_LAG_S, STATUS_KEYS
 from app.i18n import tr
 from app.outside import LimitsInUse, line_outside, outside_of
 from app.reading_object import LIVE_KEYS, SETTING_KEYS, reading_object
@@ -115,7 +115,14 @@ def page_of(findings: Findings) -> list[str]:
         has_damaged=findings.has_damaged,
         in_use=LimitsInUse(),
     )
-    if findings.round_trip_s is None:
+    if findings.lag_s is not None and findings.lag_s > LONGEST_LAG_S:
+        head = tr(
+            "Module on {port}, {rate} baud, answers {seconds:.1f} s late",
+            port=findings.port,
+            rate=findings.baud_rate,
+            seconds=findings.lag_s,
+        )
+    elif findings.round_trip_s is None:
         head = tr("Module on {port}, {rate} baud", port=findings.port, rate=findings.baud_rate)
     else:
         head = tr(

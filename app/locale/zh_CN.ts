@@ -2618,6 +2618,10 @@
         <translation>{port} 上的模块，波特率 {rate}，应答时间 {milliseconds:.1f} ms</translation>
     </message>
     <message>
+        <source>Module on {port}, {rate} baud, answers {seconds:.1f} s late</source>
+        <translation>{port} 上的模块，波特率 {rate}，应答晚 {seconds:.1f} s</translation>
+    </message>
+    <message>
         <source>Module {name}</source>
         <translation>模块 {name}</translation>
     </message>
