@@ -2,10 +2,16 @@
 
 The intent is on the disk before the module is told, and stands until the module has confirmed "off". A stream that was
 left on is not "as found": the next session switches it off.
+
+An adapter does not tell which module is behind it. So only a module on the same start, by its boot count, is the one
+that was switched on; of any other one that streams it is "as found". Where the boot count was not known, the adapter
+has to do.
 """
 
 import logging
+from collections.abc import Callable
 from concurrent.futures import Future
+from functools import partial
 
 from app.store.database import StoreTrouble
 from app.store.store import Store
@@ -17,10 +23,12 @@ class StreamMemory:
     """Of one connection; remembers nothing. `was_left_on`: an earlier session did not switch it off."""
 
     was_left_on = False
+    boot_count: int | None = None
+    """On which start of the module; None: not known."""
     is_taken_over = False
     """It streamed, and this session switches it off."""
 
-    def note_on(self) -> Future[None]:
+    def note_on(self, boot_count: int | None) -> Future[None]:  # noqa: ARG002  for the one in the store
         """Done when it is on the disk, or cannot be."""
         done: Future[None] = Future()
         done.set_result(None)
@@ -37,18 +45,19 @@ class StoredStreamMemory(StreamMemory):
         self._store, self._adapter = store, adapter
         try:
             self.was_left_on = store.is_stream_left_on(adapter)
+            self.boot_count = store.stream_left_on_at(adapter)
         except StoreTrouble as error:
             _log.warning("Whether a stream was left on cannot be read: %s", error)
 
-    def note_on(self) -> Future[None]:
-        return self._store.queue.submit(lambda: self._write(is_on=True))
+    def note_on(self, boot_count: int | None) -> Future[None]:
+        return self._store.queue.submit(lambda: self._write(partial(self._store.note_stream_on, boot_count=boot_count)))
 
     def forget(self) -> None:
         self.was_left_on = False
-        self._store.queue.submit(lambda: self._write(is_on=False))
+        self._store.queue.submit(lambda: self._write(self._store.forget_stream_on))
 
-    def _write(self, *, is_on: bool) -> None:
+    def _write(self, write: Callable[[str], None]) -> None:
         try:
-            (self._store.note_stream_on if is_on else self._store.forget_stream_on)(self._adapter)
+            write(self._adapter)
         except StoreTrouble as error:
             _log.warning("That a stream is switched on or off cannot be kept: %s", error)

@@ -1,5 +1,6 @@
 """A stream that this program left on, because it was killed, is switched off by the next session."""
 
+import json
 import os
 import subprocess
 import sys
@@ -49,7 +50,7 @@ class Slow(StreamMemory):
     def __init__(self) -> None:
         self.done: Future[None] = Future()
 
-    def note_on(self) -> Future[None]:
+    def note_on(self, boot_count: int | None) -> Future[None]:
         return self.done
 
 
@@ -71,6 +72,7 @@ def test_it_is_remembered_until_the_module_has_confirmed_off(store: Store) -> No
         assert time.monotonic() < deadline
         rig.session.step()
     assert store.is_stream_left_on(ADAPTER)
+    assert store.stream_left_on_at(ADAPTER) == 37
     assert not store.is_stream_left_on("another adapter")
     end_watch(rig)
     assert changes(rig) == [ON, OFF]
@@ -79,7 +81,7 @@ def test_it_is_remembered_until_the_module_has_confirmed_off(store: Store) -> No
 
 @pytest.mark.parametrize("is_wanted", [True, False])
 def test_what_was_left_on_is_switched_off_and_not_called_as_found(store: Store, is_wanted: bool) -> None:
-    store.note_stream_on(ADAPTER)
+    store.note_stream_on(ADAPTER, 37)
     rig, memory = settled_rig(), StoredStreamMemory(store, ADAPTER)
     rig.bench.module.state.serial_output_is_on = True
     rig.bench.module.start_stream(rig.clock.now_s)
@@ -93,6 +95,32 @@ def test_what_was_left_on_is_switched_off_and_not_called_as_found(store: Store, 
     wait_kept(store, is_on=False)
 
 
+@pytest.mark.parametrize("boots", [36, 38])
+def test_another_module_on_the_same_adapter_is_left_as_it_was_found(store: Store, boots: int) -> None:
+    store.note_stream_on(ADAPTER, 37)
+    rig, memory = settled_rig(boots=boots), StoredStreamMemory(store, ADAPTER)
+    rig.bench.module.state.serial_output_is_on = True
+    rig.bench.module.start_stream(rig.clock.now_s)
+    watched(rig, memory, is_wanted=False)
+    rig.step_for(LISTEN_FIRST_S + 30)
+    end_watch(rig)
+    assert not memory.is_taken_over
+    assert changes(rig) == []
+    assert rig.bench.module.state.serial_output_is_on
+    wait_kept(store, is_on=False)
+
+
+def test_where_no_boot_count_was_known_the_adapter_tells(store: Store) -> None:
+    store.note_stream_on(ADAPTER, None)
+    rig, memory = settled_rig(), StoredStreamMemory(store, ADAPTER)
+    rig.bench.module.state.serial_output_is_on = True
+    rig.bench.module.start_stream(rig.clock.now_s)
+    watched(rig, memory, is_wanted=False)
+    rig.step_for(LISTEN_FIRST_S + 3)
+    assert memory.is_taken_over
+    assert changes(rig) == [OFF]
+
+
 def test_a_module_that_streams_of_itself_is_left_as_it_was_found(store: Store) -> None:
     rig = settled_rig()
     rig.bench.module.state.serial_output_is_on = True
@@ -104,7 +132,7 @@ def test_a_module_that_streams_of_itself_is_left_as_it_was_found(store: Store) -
 
 
 def test_what_no_longer_streams_is_forgotten(store: Store) -> None:
-    store.note_stream_on(ADAPTER)
+    store.note_stream_on(ADAPTER, 37)
     rig, memory = settled_rig(), StoredStreamMemory(store, ADAPTER)
     watched(rig, memory, is_wanted=False)
     rig.step_for(LISTEN_FIRST_S + 1)
@@ -125,8 +153,8 @@ def test_killed_while_it_streams_and_switched_off_by_the_next(user_files: Path) 
                 while not store.is_stream_left_on(module.port):
                     assert time.monotonic() < deadline
                     time.sleep(0.05)
-            for _ in range(20):
-                first.stdout.readline()
+            while json.loads(first.stdout.readline())["t_s"] < LISTEN_FIRST_S + 1.5:
+                pass  # what came before the module was told is read, too
             first.kill()
         again = subprocess.run(
             [*words, "--seconds", "4"],

@@ -145,10 +145,13 @@ def _ask(question: Request, *, attempts: int | None = None) -> Procedure[bool]:
 
 def _steer_stream(course: _Course, switch: StreamSwitch, sight: Sight) -> Procedure[None]:
     memory, listened_s = course.memory, sight.now - sight.opened_at
+    boots = sight.device.fresh(_BOOT_COUNT.command.key, sight.now)
     if memory.was_left_on and course.switched_on_at is None and sight.is_proven:
-        if sight.device.is_streaming:
+        if memory.boot_count is not None and boots not in (None, memory.boot_count):
+            memory.forget()  # of another module, or from before a restart: what streams now was found so
+        elif sight.device.is_streaming and memory.boot_count in (None, boots):
             course.switched_on_at, memory.is_taken_over, memory.was_left_on = sight.now, True, False
-        elif listened_s >= LISTEN_FIRST_S:
+        elif not sight.device.is_streaming and listened_s >= LISTEN_FIRST_S:
             memory.forget()
     if not switch.is_on:
         yield from _switch_off(course)
@@ -161,7 +164,7 @@ def _steer_stream(course: _Course, switch: StreamSwitch, sight: Sight) -> Proced
     if sight.device.is_streaming or course.is_hopeless or listened_s < LISTEN_FIRST_S or not sight.is_proven:
         return
     if course.intent is None:
-        course.intent = memory.note_on()
+        course.intent = memory.note_on(None if boots is None else int(boots))
     if not course.intent.done():
         return
     # Unconfirmed counts as on, so that it is switched off again; also where this is cancelled before the answer came.

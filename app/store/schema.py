@@ -82,4 +82,5 @@ MIGRATIONS: tuple[tuple[str, ...], ...] = (
     PREFLIGHT_ADAPTERS,
     AUDIT_CHAIN_TABLES,
     MODULE_STATE_TABLES,
+    ("ALTER TABLE streams_left_on ADD COLUMN boot_count INTEGER",),
 )

@@ -132,10 +132,12 @@ class Store:
 
     # The serial output
 
-    def note_stream_on(self, adapter: str) -> None:
-        """The program is about to switch the serial output on; it stands until `forget_stream_on`."""
+    def note_stream_on(self, adapter: str, boot_count: int | None) -> None:
+        """The program is about to switch the serial output on; it stands until `forget_stream_on`. `boot_count`: on
+        which start of the module, where that is known."""
         self.database.write(
-            "INSERT OR REPLACE INTO streams_left_on (adapter, at) VALUES (?, ?)", (adapter, self.database.now())
+            "INSERT OR REPLACE INTO streams_left_on (adapter, at, boot_count) VALUES (?, ?, ?)",
+            (adapter, self.database.now(), boot_count),
         )
 
     def forget_stream_on(self, adapter: str) -> None:
@@ -143,6 +145,11 @@ class Store:
 
     def is_stream_left_on(self, adapter: str) -> bool:
         return bool(self.database.read("SELECT 1 FROM streams_left_on WHERE adapter = ?", (adapter,)))
+
+    def stream_left_on_at(self, adapter: str) -> int | None:
+        """The boot count that `note_stream_on` was told."""
+        rows = self.database.read("SELECT boot_count FROM streams_left_on WHERE adapter = ?", (adapter,))
+        return rows[0][0] if rows else None
 
     # Snapshots
 
