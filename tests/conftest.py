@@ -70,7 +70,7 @@ def no_leaked_thread() -> Iterator[None]:
 
 @pytest.fixture(scope="module", autouse=True)
 def _what_is_loaded_is_no_garbage() -> Iterator[None]:
-    """The collections after single tests pass over what was there before the module; they cost 0.1 s else."""
+    """Collecting after each test passes over what was there before the module; that takes 0.1 s otherwise."""
     gc.collect()
     gc.freeze()
     yield
@@ -85,7 +85,7 @@ def garbage_is_freed_here(request: pytest.FixtureRequest) -> Iterator[None]:
     if "qapp" in request.fixturenames:
         from PySide6.QtCore import QCoreApplication, QEvent
 
-        # Else a window lives until a later test runs an event loop, and every style sheet is applied to it, too.
+        # Otherwise a closed window lives until an event loop runs, and each new style sheet is applied to it, too.
         QCoreApplication.sendPostedEvents(None, QEvent.Type.DeferredDelete)
         gc.collect()
     gc.enable()

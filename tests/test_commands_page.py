@@ -25,6 +25,12 @@ HELD_MS = 2000
 DISARMS_WITHIN_MS = 100
 
 
+@pytest.fixture(autouse=True)
+def patient_hold(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A busy machine delays the ticks for longer than a hold may go without; test_ritual shows that one breaks then."""
+    monkeypatch.setattr("app.ritual.LONGEST_GAP_S", 5.0)
+
+
 def said(one: Desk, act: Act) -> str:
     notice = one.commands.acts[act].said.notice
     return "" if notice is None else notice.text
@@ -377,7 +383,7 @@ def test_lock_is_one_click(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> 
         one.click(one.commands.lock)
         one.until(lambda: not one.bench.module.state.is_active)
         one.until(lambda: one.commands.said.notice is not None)
-        assert audit(one) == [(Act.LOCK, Outcome.CONFIRMED)]
+        one.until(lambda: audit(one) == [(Act.LOCK, Outcome.CONFIRMED)])
 
 
 def test_without_a_log_nothing_dangerous_is_sent_and_locking_is(

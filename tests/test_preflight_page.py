@@ -163,8 +163,14 @@ def test_records_and_boot_count_need_a_word_of_a_person(
         naming = bench.assembly.window._services.naming
         qtbot.waitUntil(lambda: bench.assembly.connector.identity.is_for_a_person, timeout=WAIT_MS)
         assert naming.name == ""
-        naming.vouch()
-        qtbot.waitUntil(lambda: naming.name == "M-07", timeout=WAIT_MS)
+
+        def is_vouched() -> bool:
+            """A word that was given while more was read of the module does not count: a person gives it again."""
+            if bench.assembly.connector.identity.is_for_a_person:
+                naming.vouch()
+            return naming.name == "M-07"
+
+        qtbot.waitUntil(is_vouched, timeout=WAIT_MS)
         assert bench.check() is Standing.NO_GO
         row = page.list.rows["boot_count"]
         assert row.measured.text() == "12: is it the same module?"

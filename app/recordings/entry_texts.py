@@ -1,11 +1,15 @@
 """A recording in words: when, how large, what is out of the ordinary about it."""
 
+from typing import TYPE_CHECKING
+
 from app.i18n import tr
-from app.recordings.shelf import Entry
 from app.spans import stopwatch
 
+if TYPE_CHECKING:  # it loads numpy, which the window's first paint does not wait for
+    from app.recordings.shelf import Entry
 
-def when_text(entry: Entry) -> str:
+
+def when_text(entry: "Entry") -> str:
     """When it began, by the clock of this place."""
     return f"{entry.started_at.astimezone():%Y-%m-%d %H:%M:%S}"
 
@@ -21,7 +25,7 @@ def size_text(size_bytes: float) -> str:
     return tr("{value:.1f} GB", value=size_bytes / 1024**3)
 
 
-def remarks(entry: Entry) -> str:
+def remarks(entry: "Entry") -> str:
     """Whatever is out of the ordinary."""
     if entry.trouble is not None:
         return tr("cannot be read")
@@ -39,7 +43,7 @@ def remarks(entry: Entry) -> str:
     return " · ".join(words)
 
 
-def told(entry: Entry) -> str:
+def told(entry: "Entry") -> str:
     """One recording in a sentence, for the tooltip and screen readers."""
     if entry.trouble is not None:
         return entry.trouble
