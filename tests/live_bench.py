@@ -126,5 +126,6 @@ def live_bench(qtbot: QtBot, qapp: QApplication) -> Iterator[Bench]:
     page.save.finish(5.0)
     page.hide()
     appearance.choose(Choice.LIGHT)
+    appearance.deleteLater()  # what is connected to it keeps the page
     connector.stop(1.0)
     ports.stop(1.0)
