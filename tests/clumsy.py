@@ -1,7 +1,7 @@
 """A clumsy person at the real window: pointer and keys at random, on a simulated module that counts what it is told.
 
-Beside it stands a second account of what the hands did (`Observer`): a dangerous frame without a whole gesture of its
-own is a fault.
+Beside it stands a second account of what the hands did (`tests.clumsy_observer`): a dangerous frame without a whole
+gesture of its own is a fault.
 
 python -m tests.clumsy --sequences 20000 --seed 1
 """
@@ -17,160 +17,20 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Final
 
-from PySide6.QtCore import QEvent, QPoint, QPointF, QRect, Qt
+from PySide6.QtCore import QEvent, QPoint, QPointF, Qt
 from PySide6.QtGui import QWheelEvent
-from PySide6.QtWidgets import QApplication, QPushButton, QWidget
+from PySide6.QtWidgets import QApplication, QWidget
 
-from protocol.catalogue import Request
+from protocol.catalogue import Hazard, Request
 from protocol.link_states import Presence
+from tests.clumsy_observer import HOLD, WATCHED, Observer
 from tests.gesture_bench import GestureBench, gesture_bench
 
-DEAD_S: Final = 0.5
-HOLD_S: Final = 2.0
 SIZES: Final = ((900, 520), (1024, 600), (1180, 720), (1366, 768))
 LANGUAGES: Final = ("en", "zh_CN")
 KEYS: Final = (Qt.Key.Key_Space, Qt.Key.Key_Return, Qt.Key.Key_Tab, Qt.Key.Key_Backtab, Qt.Key.Key_Escape)
 WINDOW_LASTS: Final = 400
 """Sequences; then another window begins, in another language and size."""
-
-# By the name of the button whose press completes the act; what leaves then.
-_GO: Final = {
-    "act_activate_go": "10 02 01",
-    "act_zero_go": "25 01 00",
-    "act_shutdown_go": "12 02 01",
-    "act_forbid_deploy_go": "11 02 00",
-    "baud_go": "24 02",
-    "notice_unlock_once": "unlocked write",
-}
-_DEPLOY: Final = "11 02 01"
-_BEFORE: Final = {
-    "act_activate_go": "act_activate_ask",
-    "act_zero_go": "act_zero_ask",
-    "act_shutdown_go": "act_shutdown_ask",
-    "act_forbid_deploy_go": "act_forbid_deploy_ask",
-    "baud_go": "baud_ask",
-    "notice_unlock_once": "",
-    "ritual_arm": "ritual_choose",
-    "ritual_hold": "ritual_arm",
-}
-_WATCHED: Final = frozenset(_BEFORE) | frozenset(_BEFORE.values()) - {""}
-
-
-def kind_of(request: Request, *, is_active: bool) -> str:
-    """As the grants are named; empty for what is not dangerous."""
-    frame = request.encode().hex(" ")
-    for kind in (*_GO.values(), _DEPLOY):
-        if frame[6:].startswith(kind):
-            return kind
-    return "unlocked write" if is_active and frame[6:8] != "10" else ""
-
-
-@dataclass
-class Sight:
-    """Since when a button has been as it is, and whether the pointer has moved onto it since."""
-
-    place: QRect
-    since_s: float
-    is_entered: bool = False
-    has_key: bool = False
-    """A key was down when it appeared, and has not been released."""
-
-
-@dataclass
-class Observer:
-    """Only looks at the window and remembers what the hands did."""
-
-    bench: GestureBench
-    grants: Counter[str] = field(default_factory=Counter)
-    sights: dict[str, Sight] = field(default_factory=dict)
-    chosen: dict[str, float] = field(default_factory=dict)
-    """When the press of a button counted last."""
-    pressed: str = ""
-    pressed_at: float = 0.0
-    keys_down: set[Qt.Key] = field(default_factory=set)
-
-    def __post_init__(self) -> None:
-        self._buttons: dict[str, QPushButton] = {}
-
-    def look(self) -> None:
-        """After every event."""
-        window, now = self.bench.window, self.bench.hand_s
-        seen: dict[str, Sight] = {}
-        for button in self.bench.buttons():
-            name = button.objectName()
-            if name not in _WATCHED or not button.isEnabled():
-                continue
-            place = QRect(button.mapTo(window, QPoint(0, 0)), button.size())
-            before = self.sights.get(name)
-            if before is not None and before.place == place:
-                seen[name] = before
-            else:
-                seen[name] = Sight(place, now, has_key=bool(self.keys_down))
-            self._buttons[name] = button
-        self.sights = seen
-        if self.pressed and self.pressed not in seen:
-            self.pressed = ""
-
-    def _under(self) -> str:
-        under = self.bench.window.childAt(self.bench.pointer)
-        name = under.objectName() if under is not None else ""
-        return name if name in self.sights else ""
-
-    def moved(self, old: QPoint) -> None:
-        for sight in self.sights.values():
-            if sight.place.contains(self.bench.pointer):
-                sight.is_entered |= not sight.place.contains(old)
-            else:
-                sight.is_entered = False
-        if self.pressed and not self.keys_down and self._under() != self.pressed:
-            self.pressed = ""
-
-    def mouse_down(self, *, is_double: bool) -> None:
-        name = self._under()
-        sight = self.sights.get(name)
-        is_good = sight is not None and sight.is_entered and self._is_old(sight) and not is_double
-        self.pressed, self.pressed_at = (name if is_good and not self.pressed else ""), self.bench.hand_s
-
-    def mouse_up(self) -> None:
-        if self.pressed and self._under() == self.pressed:
-            self._count(self.pressed)
-        self.pressed = ""
-
-    def key_down(self, key: Qt.Key) -> None:
-        self.keys_down.add(key)
-        focused = QApplication.focusWidget()
-        name = focused.objectName() if focused is not None else ""
-        sight = self.sights.get(name)
-        is_good = sight is not None and not sight.has_key and self._is_old(sight) and key in KEYS[:2]
-        self.pressed, self.pressed_at = (name if is_good and not self.pressed else ""), self.bench.hand_s
-
-    def key_up(self, key: Qt.Key) -> None:
-        if self.pressed:
-            self._count(self.pressed)
-        self.pressed = ""
-        self.keys_down.discard(key)
-        if not self.keys_down:
-            for sight in self.sights.values():
-                sight.has_key = False
-
-    def _is_old(self, sight: Sight) -> bool:
-        return self.bench.hand_s - sight.since_s >= DEAD_S - 1e-6
-
-    def passed(self) -> None:
-        """Time went on: a hold may be complete."""
-        if self.pressed == "ritual_hold" and self.bench.hand_s - self.pressed_at >= HOLD_S - 1e-6:
-            if "ritual_arm" in self.chosen:
-                self.grants[_DEPLOY] += 1
-            self.pressed = ""
-            self.chosen.clear()
-
-    def _count(self, name: str) -> None:
-        before = _BEFORE.get(name)
-        if name in _GO and (not before or before in self.chosen):
-            self.grants[_GO[name]] += 1
-            self.chosen.clear()
-        elif before is None or not before or before in self.chosen:
-            self.chosen[name] = self.bench.hand_s
 
 
 @dataclass
@@ -190,18 +50,17 @@ class Clumsy:
         self.trail: list[str] = []
         self._is_down = False
         self._key: Qt.Key | None = None
+        bench.on_leaving = self._judge
 
     def sequence(self) -> None:
         """Some careless actions, and what must hold after each."""
         self.trail = []
         for _ in range(self.dice.randint(3, 9)):
             self._act()
-            self._judge()
         if self._is_down:
             self._up()
         self._key_up()
         self._wait(0.3)
-        self._judge()
         self.report.sequences += 1
 
     def _act(self) -> None:
@@ -284,9 +143,8 @@ class Clumsy:
         end_s = self.bench.hand_s + seconds
         while self.bench.hand_s < end_s - 1e-9:
             self.bench.wait(min(0.1, end_s - self.bench.hand_s))
-            self.observer.look()
             self.observer.passed()
-            self._judge()
+            self.observer.look()
         self.bench.refresh()
 
     def _press_key(self) -> None:
@@ -337,7 +195,7 @@ class Clumsy:
 
     def _whole_gesture(self) -> None:
         """Now and then somebody does it right: what leaves then shows that the rest is about something."""
-        buttons = [one for one in self.bench.buttons() if one.isEnabled() and one.objectName() in _WATCHED]
+        buttons = [one for one in self.bench.buttons() if one.isEnabled() and one.objectName() in WATCHED]
         if not buttons or self._is_down or self._key is not None:
             return
         one = self.dice.choice(buttons)
@@ -349,25 +207,21 @@ class Clumsy:
         self._move(self.bench.at(one))
         self._settle()
         self._down()
-        if one.objectName() == "ritual_hold":
+        if one.objectName() == HOLD:
             self._wait(2.4)
         self._settle()
         self._up()
 
-    def _judge(self) -> None:
-        sent, self.bench.sent = list(self.bench.sent), []
-        for request in sent:
-            kind = kind_of(request, is_active=self._was_active)
-            if not kind:
-                continue
+    def _judge(self, request: Request) -> None:
+        """As it leaves: what the module was told is compared with what the hands did before."""
+        if request.hazard is Hazard.NONE:
+            self.observer.asked(request)
+            return
+        kind, is_meant = self.observer.take(request)
+        if kind:
             self.report.frames[kind] += 1
-            if self.observer.grants[kind] <= 0:
-                self.report.faults.append(f"{request.encode().hex(' ')} after {', '.join(self.trail)}")
-            else:
-                self.observer.grants[kind] -= 1
-        self._was_active = self.bench.bench.module.state.is_active
-
-    _was_active = False
+        if not is_meant:
+            self.report.faults.append(f"{request.encode().hex(' ')} after {', '.join(self.trail)}")
 
     def recover(self) -> bool:
         """The module as it was, where that is possible without another window."""
@@ -389,7 +243,6 @@ def run(application: QApplication, sequences: int, seed: int, *, is_told: bool =
             tempfile.TemporaryDirectory() as folder,
             gesture_bench(application, Path(folder), language=language, size=size) as bench,
         ):
-            bench.sent.clear()
             hands = Clumsy(bench, dice, report)
             hands.observer.look()
             for _ in range(min(WINDOW_LASTS, sequences - report.sequences)):

@@ -3,7 +3,7 @@
 Events go to the window's `QWindow`, as a platform sends them: Qt finds the widget under the pointer itself.
 """
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from functools import partial
 from pathlib import Path
@@ -110,6 +110,8 @@ class GestureBench:
         self.window = assembly.window
         self.sent: list[Request] = []
         """Whatever was no question, apart from the stream."""
+        self.on_leaving: Callable[[Request], None] = lambda _request: None
+        """Told of every frame, also of questions, as it leaves."""
         self.hand_s = 5000.0
         """The clock of the hands."""
         self.pointer = QPoint(1, 1)
@@ -144,6 +146,8 @@ class GestureBench:
     def heard(self, data: bytes) -> None:
         for at in range(0, len(data), 6):
             request = decode_request(data[at : at + 6])
+            if request.command.name != "serial_output":
+                self.on_leaving(request)
             if request.hazard is not Hazard.NONE and request.command.name != "serial_output":
                 self.sent.append(request)
 

@@ -262,6 +262,109 @@ def test_a_choice_that_loses_something_is_a_step(qapp: QApplication) -> None:
     bar.hide()
 
 
+def ask_to_forbid(bench: GestureBench) -> StepButton:
+    """Its last button, which takes both hands."""
+    bench.window.resize(1366, 768)
+    go_to(bench, ACTS[3])
+    bench.go_and_click(first_button(bench, ACTS[3]))
+    confirm = bench.commands.acts[Act.FORBID_DEPLOY].confirm
+    assert confirm.is_asking
+    bench.hand_s += 1.0
+    bench.sent.clear()
+    bench.worker.submitted = 0
+    return confirm.go
+
+
+def is_nothing_sent(bench: GestureBench) -> bool:
+    bench.wait(0.5)
+    return not bench.sent and not bench.worker.submitted
+
+
+@pytest.mark.parametrize("is_double", [False, True])
+def test_a_click_that_does_not_count_completes_nothing_that_a_key_pressed(bench: GestureBench, is_double: bool) -> None:
+    go = ask_to_forbid(bench)
+    bench.move(bench.at(go))
+    if not is_double:
+        go.block_pointer()  # as where a layout brought it there
+    go.setFocus()
+    bench.key(Qt.Key.Key_Space, is_press=True)
+    (bench.double_press if is_double else bench.press)()
+    bench.release()
+    bench.key(Qt.Key.Key_Space, is_press=False)
+    assert is_nothing_sent(bench)
+
+
+def test_two_hands_on_one_step_cancel_each_other(bench: GestureBench) -> None:
+    go = ask_to_forbid(bench)
+    bench.move(bench.at(go))
+    go.setFocus()
+    bench.key(Qt.Key.Key_Space, is_press=True)
+    bench.press()
+    bench.release()
+    bench.key(Qt.Key.Key_Space, is_press=False)
+    assert is_nothing_sent(bench)
+    bench.press()
+    bench.key(Qt.Key.Key_Space, is_press=True)
+    bench.release()
+    bench.key(Qt.Key.Key_Space, is_press=False)
+    assert is_nothing_sent(bench)
+    bench.click()
+    assert not is_nothing_sent(bench)
+
+
+def test_the_release_of_a_key_pressed_elsewhere_completes_no_click(bench: GestureBench) -> None:
+    go = ask_to_forbid(bench)
+    bench.move(bench.at(go))
+    bench.commands.lock.setFocus()
+    bench.key(Qt.Key.Key_Return, is_press=True)
+    bench.press()
+    bench.key(Qt.Key.Key_Space, is_press=False)
+    assert is_nothing_sent(bench)
+    bench.release()
+    bench.key(Qt.Key.Key_Return, is_press=False)
+    assert not is_nothing_sent(bench)
+
+
+def test_a_press_that_left_the_step_completes_nothing(bench: GestureBench) -> None:
+    go = ask_to_forbid(bench)
+    bench.move(bench.at(go))
+    bench.press()
+    bench.move(QPoint(1, 1))
+    bench.move(bench.at(go))
+    assert not go.isDown()
+    bench.release()
+    assert is_nothing_sent(bench)
+
+
+def test_a_press_that_began_before_the_step_moved_completes_nothing(bench: GestureBench) -> None:
+    go = ask_to_forbid(bench)
+    bench.move(bench.at(go))
+    bench.press()
+    bench.window.resize(1180, 720)
+    bench.turn()
+    go.check_place()
+    bench.move(QPoint(1, 1))
+    bench.hand_s += 1.0
+    bench.move(bench.at(go))
+    bench.release()
+    assert is_nothing_sent(bench)
+
+
+def test_cancel_takes_any_click(bench: GestureBench) -> None:
+    ask_to_forbid(bench)
+    confirm = bench.commands.acts[Act.FORBID_DEPLOY].confirm
+    bench.move(bench.at(confirm.cancel))
+    confirm.cancel.setFocus()
+    bench.key(Qt.Key.Key_Space, is_press=True)
+    bench.press()
+    bench.move(QPoint(1, 1))
+    bench.move(bench.at(confirm.cancel))
+    bench.release()
+    assert not confirm.is_asking
+    bench.key(Qt.Key.Key_Space, is_press=False)
+    assert is_nothing_sent(bench)
+
+
 def test_what_is_refused_anyway_is_disabled_and_says_why(bench: GestureBench) -> None:
     act = ACTS[5]
     go_to(bench, act)

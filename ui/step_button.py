@@ -1,8 +1,9 @@
 """A button of an act that takes more than one press: it counts only presses that were meant for it.
 
 It is dead for half a second after it appeared; to the pointer until that moved onto it; to the keyboard until the key
-that was down is up. The second press of a double click never counts. While hidden it keeps its place in a layout, so
-that two steps of an act never lie over each other.
+that was down is up. The second press of a double click never counts. A press ends without effect when the pointer
+leaves the button, or when a second key or mouse button is pressed on it; only the release of what pressed it completes
+it. While hidden it keeps its place in a layout, so that two steps of an act never lie over each other.
 """
 
 from math import ceil
@@ -42,6 +43,8 @@ class StepButton(QPushButton):
         self._is_key_blocked = False
         self._is_pressed = False
         """By a press that counts."""
+        self._key = 0
+        """The key that pressed it; 0: the mouse."""
         policy = self.sizePolicy()
         policy.setRetainSizeWhenHidden(True)
         self.setSizePolicy(policy)
@@ -151,25 +154,57 @@ class StepButton(QPushButton):
         """Whether this press of the mouse counts."""
         self.check_place()
         self._gestures.on_pointer(event.globalPosition())
-        return self.takes_pointer and event.type() != QEvent.Type.MouseButtonDblClick
+        is_single_left = event.button() is Qt.MouseButton.LeftButton and event.type() != QEvent.Type.MouseButtonDblClick
+        return self.takes_pointer and is_single_left
+
+    @property
+    def _is_held_down(self) -> bool:
+        """Another press on it cancels the one under way."""
+        return self.isDown() and not self._is_safe
 
     def mousePressEvent(self, event: QMouseEvent) -> None:
         event.accept()
-        if self.counts(event):
-            self._is_pressed = True
+        if self._is_held_down:
+            self.cancel_press()
+        elif self.counts(event):
+            self._is_pressed, self._key = True, 0
             super().mousePressEvent(event)
 
     def mouseDoubleClickEvent(self, event: QMouseEvent) -> None:
         event.accept()
+        if self._is_held_down:
+            self.cancel_press()
+
+    def mouseMoveEvent(self, event: QMouseEvent) -> None:
+        # Qt would press it again when the pointer comes back.
+        event.accept()
+        if self._is_safe:
+            super().mouseMoveEvent(event)
+        elif not self._key and not self.rect().contains(event.position().toPoint()):
+            self.cancel_press()
 
     def mouseReleaseEvent(self, event: QMouseEvent) -> None:
         self.check_place()
-        super().mouseReleaseEvent(event)
+        if self._is_held_down and self._key:
+            event.accept()
+        else:
+            super().mouseReleaseEvent(event)
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
         self.check_place()
-        if event.key() not in PRESS_KEYS or self.takes_keys:
+        if event.key() not in PRESS_KEYS:
             super().keyPressEvent(event)
+        elif self._is_held_down:
+            if not event.isAutoRepeat():
+                self.cancel_press()
+        elif self.takes_keys:
+            self._key = event.key()
+            super().keyPressEvent(event)
+
+    def keyReleaseEvent(self, event: QKeyEvent) -> None:
+        # Qt completes a click by the release of any of these keys.
+        if event.key() not in PRESS_KEYS or not self._is_held_down or event.key() == self._key:
+            super().keyReleaseEvent(event)
 
     def paintEvent(self, _event: QPaintEvent) -> None:
         painter = QStylePainter(self)
