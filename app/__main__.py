@@ -13,10 +13,10 @@ from collections.abc import Callable, Sequence
 from importlib import import_module
 from typing import NamedTuple
 
-from app.commands import console
-from app.commands.argparse_words import translate_argparse
-from app.i18n import set_language, system_language, tr
-from protocol.text import marked
+from app.terminal import console
+from app.terminal.argparse_words import translate_argparse
+from app.text.i18n import set_language, system_language, tr
+from protocol.translatable import marked
 
 DEBUG = "DPS_S_DEBUG"
 """Environment variable: with 1 an error of our own shows its traceback, and the log goes to standard error."""
@@ -32,22 +32,22 @@ class Entry(NamedTuple):
 
 WINDOW = "gui"
 ENTRIES = (
-    Entry(WINDOW, "app.commands.gui", marked("open the window")),
-    Entry("ports", "app.commands.ports", marked("list the serial ports")),
-    Entry("read", "app.commands.read", marked("read everything that can be read")),
-    Entry("monitor", "app.commands.monitor", marked("print the status as it comes")),
-    Entry("history", "app.commands.history", marked("read the trigger records")),
-    Entry("find", "app.commands.find", marked("find the baud rate at which a module answers")),
-    Entry("set", "app.commands.set", marked("change settings and prove that they stand")),
-    Entry("activate", "app.commands.act", marked("make the module ready to fire (asks for --yes)")),
-    Entry("lock", "app.commands.act", marked("put the module into standby (asks for --yes)")),
-    Entry("zero", "app.commands.act", marked("zero the sensor (asks for --yes)")),
-    Entry("shutdown", "app.commands.act", marked("switch the module off (asks for --yes)")),
-    Entry("preflight", "app.commands.preflight", marked("check whether the module is fit to fly")),
-    Entry("verify", "app.commands.verify", marked("tell whether a pre-flight record was altered")),
-    Entry("recordings", "app.commands.recordings", marked("list, export and delete recorded sessions")),
-    Entry("decode", "app.commands.decode", marked("explain captured bytes")),
-    Entry("simulate", "app.commands.simulate", marked("run a simulated module")),
+    Entry(WINDOW, "app.cli.gui", marked("open the window")),
+    Entry("ports", "app.cli.ports", marked("list the serial ports")),
+    Entry("read", "app.cli.read", marked("read everything that can be read")),
+    Entry("monitor", "app.cli.monitor", marked("print the status as it comes")),
+    Entry("history", "app.cli.history", marked("read the trigger records")),
+    Entry("find", "app.cli.find", marked("find the baud rate at which a module answers")),
+    Entry("set", "app.cli.set", marked("change settings and prove that they stand")),
+    Entry("activate", "app.cli.act", marked("make the module ready to fire (asks for --yes)")),
+    Entry("lock", "app.cli.act", marked("put the module into standby (asks for --yes)")),
+    Entry("zero", "app.cli.act", marked("zero the sensor (asks for --yes)")),
+    Entry("shutdown", "app.cli.act", marked("switch the module off (asks for --yes)")),
+    Entry("preflight", "app.cli.preflight", marked("check whether the module is fit to fly")),
+    Entry("verify", "app.cli.verify", marked("tell whether a pre-flight record was altered")),
+    Entry("recordings", "app.cli.recordings", marked("list, export and delete recorded sessions")),
+    Entry("decode", "app.cli.decode", marked("explain captured bytes")),
+    Entry("simulate", "app.cli.simulate", marked("run a simulated module")),
 )
 _BY_NAME = {entry.name: entry for entry in ENTRIES}
 
@@ -138,7 +138,7 @@ def _whole_parser() -> argparse.ArgumentParser:
 
 
 def _open_window(args: argparse.Namespace) -> int:
-    from ui.application import WindowOptions, run
+    from ui.main import WindowOptions, run
 
     return run(
         WindowOptions(
@@ -154,7 +154,7 @@ def _open_window(args: argparse.Namespace) -> int:
 
 def _print_report(body: str, attachment: bytes) -> bytes:
     """Qt prints; the command is handed this, and stays free of Qt."""
-    from ui.report_printer import print_report
+    from ui.pages.preflight.report_printer import print_report
 
     return print_report(body, attachment)
 
@@ -180,9 +180,9 @@ def _prepare_log(*, is_window: bool) -> None:
 
 
 def _explain(error: Exception) -> int:
-    from app.commands.connection import link_trouble
-    from app.playback import OnlyPlayedBack
-    from app.troubles import explain
+    from app.diagnosis.troubles import explain
+    from app.engine.playback import OnlyPlayedBack
+    from app.terminal.connection import link_trouble
 
     if os.environ.get(DEBUG) == "1":
         import traceback

@@ -89,7 +89,7 @@ def _run(arguments: list[str]) -> int:
 
 
 def _bench(arguments: list[str]) -> int:
-    return call(_python("-m", "tests.bench", *arguments), QT_QPA_PLATFORM="offscreen")
+    return call(_python("-m", "tests.benchmarks", *arguments), QT_QPA_PLATFORM="offscreen")
 
 
 def _soak(arguments: list[str]) -> int:

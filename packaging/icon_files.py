@@ -1,7 +1,7 @@
 """The program's icon as files:  .venv/bin/python packaging/icon_files.py
 
-Renews packaging/linux/dps-s-configurator.svg from `ui.icons`; a test holds the two together. The builds draw the other
-sizes and forms from the same picture.
+Renews packaging/linux/dps-s-configurator.svg from `ui.style.icons`; a test holds the two together. The builds draw the
+other sizes and forms from the same picture.
 """
 
 import struct
@@ -88,7 +88,7 @@ def write_theme_icons(folder: Path) -> None:
 
 def main() -> int:
     sys.path.insert(0, str(ROOT))
-    from ui.icons import app_icon_svg
+    from ui.style.icons import app_icon_svg
 
     SVG.write_bytes(app_icon_svg())
     print(SVG.relative_to(ROOT))

@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 from enum import Enum
 
 from protocol.fields import Choice, Done, Field, Flag, Quantity, Value
-from protocol.text import marked
+from protocol.translatable import marked
 
 HOST_HEADER = b"Ba"  # 42 61, host to module
 MODULE_HEADER = b"Au"  # 41 75, module to host

@@ -15,7 +15,7 @@ from dataclasses import dataclass, field
 from decimal import Decimal
 from itertools import count
 
-from protocol.text import marked
+from protocol.translatable import marked
 
 Value = bool | int | float
 

@@ -31,7 +31,7 @@ from protocol.catalogue import (
     Layout,
     Request,
 )
-from protocol.text import marked
+from protocol.translatable import marked
 
 HOST_FRAME_LENGTH = 6
 LONGEST_FRAME = Layout.RECORD.value

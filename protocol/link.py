@@ -26,7 +26,6 @@ from dataclasses import replace
 from math import inf
 
 from protocol.catalogue import HEARTBEAT, STATUS, Hazard, Layout, Request
-from protocol.earlier import Earlier
 from protocol.events import (
     Answered,
     Counters,
@@ -41,13 +40,14 @@ from protocol.events import (
     WentOffline,
     WentOnline,
 )
-from protocol.flight import Flight
 from protocol.frame import Direction, Frame, Noise
-from protocol.gap import LOCK, Gap
+from protocol.in_flight import Flight
 from protocol.lag import Lag
 from protocol.link_states import EXCHANGE, PRESENCE, Exchange, Presence, Sign, Step
 from protocol.messages import Heartbeat, Message, Status, answers, decode
+from protocol.request_gap import LOCK, Gap
 from protocol.round_trips import RoundTrips, Timing
+from protocol.stale_replies import Earlier
 from protocol.stream import Piece, StreamParser
 
 

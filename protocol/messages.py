@@ -27,7 +27,7 @@ from protocol.catalogue import (
 )
 from protocol.fields import Value
 from protocol.frame import encode_long, is_empty_slot
-from protocol.text import marked
+from protocol.translatable import marked
 
 HIGHEST_CELL_V = 4.2
 """No lithium cell stands above it; the table's own example says D2 = 4.2 V is full (E12)."""

@@ -41,7 +41,7 @@ from protocol.frame import (
     unknown_code,
     wrong_control,
 )
-from protocol.text import marked
+from protocol.translatable import marked
 
 _HEADER = re.compile(b"Au|Ba")
 _HEADER_STARTS = b"AB"

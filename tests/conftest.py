@@ -19,8 +19,8 @@ if os.environ.get("LC_ALL") in ("C", "POSIX"):
 import pytest
 from hypothesis import settings
 
-from app import i18n
-from tests.setup_files import SetupFiles, loaded_setup_files
+from app.text import i18n
+from tests.support.setup_files import SetupFiles, loaded_setup_files
 
 if TYPE_CHECKING:
     from PySide6.QtWidgets import QApplication
@@ -146,7 +146,7 @@ def fresh_gestures(request: pytest.FixtureRequest) -> Iterator[None]:
     """No test leaves a key down, or another clock, to the next."""
     yield
     if "qapp" in request.fixturenames:
-        from ui.gestures import gestures
+        from ui.widgets.gestures import gestures
 
         gestures().reset()
 

@@ -1,1 +1,1 @@
-"""The window: PySide6 widgets over the layers ``app`` and ``protocol``."""
+"""The window. Widgets only: no bytes, no files, no rules of the device."""

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from app.preflight import judging_line as line
 from app.preflight import judging_module as module
 from app.preflight.findings import Case, Finding
-from protocol.text import marked
+from protocol.translatable import marked
 
 
 @dataclass(frozen=True, slots=True)

@@ -6,12 +6,12 @@ from enum import Enum
 from typing import NamedTuple
 
 from app.preflight.reread import Change, StateReading, changes_between
-from app.preflight.wording import Said
 from app.procedures.history import History
+from app.text.messages import Said
 from protocol.events import Event, Received, Rejected, Role, Sent
 from protocol.fields import Value
 from protocol.messages import Status
-from protocol.text import marked
+from protocol.translatable import marked
 
 HEARTBEATS = 20
 STILL_S = 2.0

@@ -3,11 +3,11 @@
 from dataclasses import dataclass
 from enum import Enum
 
+from app.limits.expectations import Expectations, Fingerprint, Past
 from app.preflight.evidence import Evidence
-from app.preflight.expectations import Expectations, Fingerprint, Past
-from app.preflight.wording import Said, said
+from app.text.messages import Said, said
 from protocol.fields import Value
-from protocol.text import marked
+from protocol.translatable import marked
 
 
 class Result(Enum):

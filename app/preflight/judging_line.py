@@ -3,12 +3,12 @@
 from collections.abc import Sequence
 from typing import NamedTuple
 
-from app.outside import bay_outside, cell_outside
+from app.limits.out_of_limits import bay_outside, cell_outside
 from app.preflight.evidence import HEARTBEATS, STILL_S, Trial
 from app.preflight.findings import NO, YES, Case, Finding, Result, judged, unknown
-from app.preflight.wording import Said, listed, said
+from app.text.messages import Said, listed, said
 from protocol.fields import Value
-from protocol.text import marked
+from protocol.translatable import marked
 
 STATUS_FRESH_S = 1.0
 TRIALS_NEEDED = 15

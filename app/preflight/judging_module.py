@@ -2,15 +2,15 @@
 
 from collections import Counter
 
-from app.fingerprint import COVERED
-from app.identity import went_back
+from app.engine.identity import went_back
+from app.limits.limits import SETTING_BOUNDS
 from app.preflight.evidence import FlagFate
 from app.preflight.findings import Case, Finding, Result, judged, unknown
-from app.preflight.limits import SETTING_BOUNDS
-from app.preflight.wording import Said, said
-from app.setting_texts import value_text
+from app.settings.fingerprint import COVERED
+from app.settings.setting_texts import value_text
+from app.text.messages import Said, said
 from protocol.catalogue import BY_NAME
-from protocol.text import marked
+from protocol.translatable import marked
 
 FINGERPRINT_KEYS = tuple(command.key for command in COVERED)
 

@@ -14,13 +14,13 @@ from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from datetime import datetime
 
-from app.acts import Act
-from app.identity import Evidence as Seen
-from app.identity import as_logged
-from app.journal import Outcome
+from app.engine.identity import Evidence as Seen
+from app.engine.identity import as_logged
+from app.engine.setting_changes import BOOT_COUNT, READABLE_SETTINGS
 from app.preflight.evidence import Evidence, Flag, FlagFate, LoggedSet
 from app.preflight.verdict import VALID_FOR_S
-from app.setting_changes import BOOT_COUNT, READABLE_SETTINGS
+from app.safety.acts import Act
+from app.safety.journal import Outcome
 from app.store.audit_chain import check_audit_chain
 from app.store.database import StoreTrouble
 from app.store.store import AuditEntry, Store

@@ -7,15 +7,15 @@ seconds.
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 
-from app.preflight.wording import Said, said
-from app.procedure import Ask, Procedure
+from app.engine.procedure import Ask, Procedure
+from app.engine.setting_changes import BOOT_COUNT, changed_settings
 from app.procedures.settings_reading import SettingsReading, read_settings
-from app.setting_changes import BOOT_COUNT, changed_settings
-from app.setting_texts import value_text
+from app.settings.setting_texts import value_text
+from app.text.messages import Said, said
 from protocol.catalogue import SETTINGS, STATUS
 from protocol.events import Answered
 from protocol.messages import Status
-from protocol.text import marked
+from protocol.translatable import marked
 
 REREAD_EVERY_S = 10.0
 

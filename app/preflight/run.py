@@ -9,24 +9,24 @@ frames pass. What may move when a trigger is enabled, or while it is measured, i
 see `app.preflight.reread`. Nothing that is sent activates, locks, fires, zeroes, shuts down or changes the rate.
 """
 
-from app.acts import Act
-from app.device import How
-from app.identity import as_logged, evidence_of
-from app.journal import Journal, NoJournal, Outcome
-from app.playback import require_module
+from app.engine.device import How
+from app.engine.identity import as_logged, evidence_of
+from app.engine.playback import require_module
+from app.engine.procedure import Ask, Await, Cancelled, Look, Pause, PortLost, Procedure, Report, Sight, Slept
 from app.preflight.evidence import HEARTBEATS, STILL_S, Disturbance, Evidence, Flag, FlagFate, Trial
 from app.preflight.reread import StateReading, read_state
-from app.preflight.wording import Said, said, said_with
-from app.procedure import Ask, Await, Cancelled, Look, Pause, PortLost, Procedure, Report, Sight, Slept
 from app.procedures.ask_status import ask_status
 from app.procedures.history import read_history
 from app.procedures.write import read_back
 from app.procedures.write_all import DISK_LIMIT_S
-from app.safety import refusals, situation
+from app.safety.acts import Act
+from app.safety.interlocks import refusals, situation
+from app.safety.journal import Journal, NoJournal, Outcome
+from app.text.messages import Said, said, said_with
 from protocol.catalogue import BY_NAME, HEARTBEAT, STATUS, Command
 from protocol.events import Answered, Unanswered
 from protocol.messages import Acknowledgement, Reading, Status
-from protocol.text import marked
+from protocol.translatable import marked
 
 HEARTBEAT_WAITS_S = (1.0,)
 """The vendor gives the module one second; a lost heartbeat is lost, and not asked for again."""

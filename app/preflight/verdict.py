@@ -11,19 +11,19 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from enum import Enum
 
-from app.device import DeviceView
+from app.engine.device import DeviceView
+from app.limits.expectations import ManualItem
+from app.limits.limits import softened
 from app.preflight.checks import CHECKS, Check
 from app.preflight.evidence import Disturbance, FlagFate
-from app.preflight.expectations import ManualItem
 from app.preflight.findings import Case, Finding, Result
 from app.preflight.judging_module import FINGERPRINT_KEYS
-from app.preflight.limits import softened
 from app.preflight.reread import TITLES
-from app.preflight.wording import Said, listed, said
-from app.profiles import ActivatedBy
+from app.settings.profiles import ActivatedBy
+from app.text.messages import Said, listed, said
 from protocol.fields import Value
 from protocol.link_states import Presence
-from protocol.text import marked
+from protocol.translatable import marked
 
 VALID_FOR_S = 900.0
 """A quarter of an hour, then it is checked again."""

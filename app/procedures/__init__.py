@@ -1,1 +1,1 @@
-"""What takes several exchanges with the module, each as a generator: see `app.procedure`."""
+"""Conversations with a module as generators: read, write, lock, change the baud rate …"""

@@ -1,6 +1,6 @@
 """Do one act to the module, at most once, written down before and after.
 
-    ask the status -> conditions (`app.safety`) -> intent, durable -> conditions again -> the frame, once
+    ask the status -> conditions (`app.safety.interlocks`) -> intent, durable -> conditions again -> the frame, once
     -> what does the module report now? -> outcome, written down
 
 Locking is otherwise: see `app.procedures.lock`.
@@ -12,21 +12,21 @@ old. Nothing here is ever sent again. What counts is what the module reports aft
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
-from app.acts import REQUESTS, Act
-from app.i18n import tr
-from app.journal import Journal, JournalFailed, Outcome, durable
-from app.permit import Permit
-from app.playback import require_module
-from app.procedure import Ask, Cancelled, Look, Pause, PortLost, Procedure, Sight
+from app.engine.playback import require_module
+from app.engine.procedure import Ask, Cancelled, Look, Pause, PortLost, Procedure, Sight
+from app.engine.transport import PortError
 from app.procedures.ask_status import ask_status
-from app.safety import Condition, Refusal, refusals, situation
-from app.transport import PortError
+from app.safety.acts import REQUESTS, Act
+from app.safety.interlocks import Condition, Refusal, refusals, situation
+from app.safety.journal import Journal, JournalFailed, Outcome, durable
+from app.safety.permit import Permit
+from app.text.i18n import tr
 from protocol.catalogue import BY_NAME, HEARTBEAT, STATUS
 from protocol.events import Answered, Unanswered
 from protocol.events import Outcome as Reply
 from protocol.link_states import Presence
 from protocol.messages import Acknowledgement, Reading, Status
-from protocol.text import marked
+from protocol.translatable import marked
 
 AFTER_WAITS_S = (0.3, 0.3, 1.0)
 ALIVE_AGAIN_S = 0.5

@@ -7,7 +7,7 @@ ones back for seconds. The module answers in the order in which it was asked: wh
 question was said after that question went out. `DeviceView.proven` says whether that is short enough ago.
 """
 
-from app.procedure import Ask, Look, Procedure, Sight
+from app.engine.procedure import Ask, Look, Procedure, Sight
 from protocol.catalogue import HEARTBEAT, STATUS
 from protocol.events import Answered
 

@@ -12,20 +12,20 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from enum import Enum
 
-from app.acts import Act
-from app.i18n import tr
-from app.journal import Entry, Journal, JournalFailed, Outcome, durable
-from app.permit import Permit
-from app.playback import require_module
-from app.procedure import Ask, Cancelled, Listen, Look, Pause, PortLost, Procedure, Report, Sight, UseRate
+from app.engine.playback import require_module
+from app.engine.procedure import Ask, Cancelled, Listen, Look, Pause, PortLost, Procedure, Report, Sight, UseRate
+from app.engine.transport import PortError
 from app.procedures.act import Armed, conditions_open
 from app.procedures.ask_status import ask_status
 from app.procedures.find import SETTLE_S, answers_here, proofs
 from app.procedures.write import Heard, acknowledged
-from app.safety import Condition, Refusal
-from app.transport import PortError
+from app.safety.acts import Act
+from app.safety.interlocks import Condition, Refusal
+from app.safety.journal import Entry, Journal, JournalFailed, Outcome, durable
+from app.safety.permit import Permit
+from app.text.i18n import tr
 from protocol.catalogue import BAUD_RATE, BAUD_RATES
-from protocol.text import marked
+from protocol.translatable import marked
 
 LIKELY_WAITS_S = (0.25, 0.5, 1.0)
 """At the new and the old rate: enough for a line that loses every other frame."""

@@ -4,10 +4,10 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from itertools import cycle
 
-from app.procedure import Ask, Listen, Look, Procedure, Report, Sight, UseRate
+from app.engine.procedure import Ask, Listen, Look, Procedure, Report, Sight, UseRate
 from protocol.catalogue import BAUD_RATES, BY_NAME, HEARTBEAT, Request
 from protocol.events import Answered
-from protocol.text import marked
+from protocol.translatable import marked
 
 WAITS_S = (0.25, 1.0)
 """The vendor gives the module one second: "no" is not said before."""

@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 from enum import Enum
 
-from app.procedure import Ask, Look, Procedure, Sight
+from app.engine.procedure import Ask, Look, Procedure, Sight
 from protocol.catalogue import HEARTBEAT
 from protocol.events import Answered, Role
 

@@ -13,11 +13,11 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import NamedTuple
 
-from app.procedure import Ask, Look, Procedure, Report, Sight
+from app.engine.procedure import Ask, Look, Procedure, Report, Sight
 from protocol.catalogue import HEARTBEAT, RECORDS_KEPT, TRIGGER_RECORDS
 from protocol.events import Answered, Role
 from protocol.messages import EmptySlot, TriggerRecord
-from protocol.text import marked
+from protocol.translatable import marked
 
 LONGEST_SEARCH = 5
 """Passes after which the union of all is handed on as incomplete."""

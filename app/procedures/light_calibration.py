@@ -9,14 +9,14 @@ from dataclasses import dataclass
 from enum import Enum
 from statistics import median
 
-from app.i18n import tr
-from app.playback import require_module
-from app.procedure import Ask, Look, Pause, Procedure, Report, Sight
+from app.engine.playback import require_module
+from app.engine.procedure import Ask, Look, Pause, Procedure, Report, Sight
+from app.text.i18n import tr
 from protocol.catalogue import BY_NAME
 from protocol.events import Answered
 from protocol.fields import Quantity
 from protocol.messages import Reading
-from protocol.text import marked
+from protocol.translatable import marked
 
 SAMPLES = 20
 EVERY_S = 0.1

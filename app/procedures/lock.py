@@ -10,11 +10,8 @@ proof; two reports in a row are. Why this request alone is repeated: `protocol.l
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from app.acts import REQUESTS, Act
-from app.i18n import tr
-from app.journal import Entry, Journal, NoJournal, Outcome
-from app.playback import require_module
-from app.procedure import (
+from app.engine.playback import require_module
+from app.engine.procedure import (
     LOCKS_MOST,
     Ask,
     Cancelled,
@@ -27,13 +24,16 @@ from app.procedure import (
     Sight,
     UseRate,
 )
+from app.engine.transport import PortError
 from app.procedures.find import find_rate
-from app.transport import PortError
+from app.safety.acts import REQUESTS, Act
+from app.safety.journal import Entry, Journal, NoJournal, Outcome
+from app.text.i18n import tr
 from protocol.catalogue import BY_NAME, STATUS
 from protocol.events import Answered
 from protocol.events import Outcome as Reply
 from protocol.messages import Acknowledgement, Reading, Status
-from protocol.text import marked
+from protocol.translatable import marked
 
 LOCK = REQUESTS[Act.LOCK]
 ACKNOWLEDGED_S = 0.06

@@ -2,12 +2,12 @@
 
 from dataclasses import dataclass, field
 
-from app.procedure import Ask, Procedure, Report
+from app.engine.procedure import Ask, Procedure, Report
 from protocol.catalogue import BY_NAME, COMMANDS, HEARTBEAT, STATUS, TRIGGER_RECORDS, Command
 from protocol.events import Answered, Unanswered
 from protocol.fields import Value
 from protocol.messages import Reading, Status
-from protocol.text import marked
+from protocol.translatable import marked
 
 PROBE_WAITS_S = (1.0,)
 """After an unanswered question: is anybody there at all?"""

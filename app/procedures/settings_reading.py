@@ -9,13 +9,13 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from enum import Enum
 
-from app.procedure import Ask, Look, Procedure, Report, Sight
+from app.engine.procedure import Ask, Look, Procedure, Report, Sight
+from app.engine.setting_changes import BOOT_COUNT, READABLE_SETTINGS
 from app.procedures.write import ReadBack, read_back, restarted_since
-from app.setting_changes import BOOT_COUNT, READABLE_SETTINGS
 from protocol.catalogue import HEARTBEAT, Command
 from protocol.events import Answered
 from protocol.fields import Value
-from protocol.text import marked
+from protocol.translatable import marked
 
 HEARTBEAT_WAITS_S = (0.5, 1.0)
 """After an unanswered question: is the module still there?"""

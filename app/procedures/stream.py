@@ -8,11 +8,11 @@ from collections.abc import Iterator
 from concurrent.futures import Future
 from dataclasses import dataclass, field
 
-from app.device import Sleep
-from app.procedure import Ask, Cancelled, Look, Pause, Procedure, Sight
+from app.engine.device import Sleep
+from app.engine.procedure import Ask, Cancelled, Look, Pause, Procedure, Sight
+from app.engine.setting_changes import READABLE_SETTINGS
 from app.procedures.read import READABLE
-from app.setting_changes import READABLE_SETTINGS
-from app.stream_memory import StreamMemory
+from app.store.stream_memory import StreamMemory
 from protocol.catalogue import BY_NAME, HEARTBEAT, SERIAL_OUTPUT, STATUS, Request
 from protocol.events import Answered, OutcomeUnknown
 from protocol.link_states import Presence

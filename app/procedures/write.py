@@ -12,12 +12,12 @@ from dataclasses import dataclass
 from enum import Enum
 from typing import NamedTuple
 
-from app.procedure import Ask, Look, Pause, Procedure, Sight
+from app.engine.procedure import Ask, Look, Pause, Procedure, Sight
 from protocol.catalogue import Command
 from protocol.events import Answered, Outcome, Role, Unanswered
 from protocol.fields import Value
 from protocol.messages import Acknowledgement, Reading
-from protocol.text import marked
+from protocol.translatable import marked
 
 READS_AT_MOST = 4
 RESTART_SHOWS_S = 0.4

@@ -11,23 +11,23 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from concurrent.futures import Future
 from dataclasses import dataclass, field, replace
 
-from app.acts import Act
-from app.identity import as_logged, evidence_of
-from app.journal import Entry, Journal, Outcome
-from app.permit import Permit
-from app.playback import require_module
-from app.procedure import Await, Look, Pause, Procedure, Report, Sight
+from app.engine.identity import as_logged, evidence_of
+from app.engine.playback import require_module
+from app.engine.procedure import Await, Look, Pause, Procedure, Report, Sight
+from app.engine.setting_changes import BOOT_COUNT, READABLE_SETTINGS, ChangedSetting, changed_settings
+from app.engine.snapshots import Snapshot, snapshot_of
 from app.procedures.act import LOG_FAILED, Armed
 from app.procedures.ask_status import ask_status
 from app.procedures.baud import BaudChanged, BaudEnd, change_baud
 from app.procedures.settings_reading import SettingsReading, read_settings
 from app.procedures.write import Heard, WriteFault, Written, write_verified
-from app.safety import Condition, Refusal, refusals, situation
-from app.setting_changes import BOOT_COUNT, READABLE_SETTINGS, ChangedSetting, changed_settings
-from app.snapshots import Snapshot, snapshot_of
+from app.safety.acts import Act
+from app.safety.interlocks import Condition, Refusal, refusals, situation
+from app.safety.journal import Entry, Journal, Outcome
+from app.safety.permit import Permit
 from protocol.catalogue import BAUD_RATE, Command
 from protocol.fields import Value
-from protocol.text import marked
+from protocol.translatable import marked
 
 SETTLE_S = 0.6
 """From the last write to the last reading. Modules are known to clamp, to revert or to restart up to half a second

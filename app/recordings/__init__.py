@@ -1,1 +1,1 @@
-"""Session recordings: written while a port is open, listed, read back, and exported."""
+"""Sessions as files: recorder, library, export."""

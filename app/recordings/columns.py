@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from app.recordings.layout import LONGEST_UPTIME_S
-from app.samples import SUMMARY_S, Envelope, Readable, Seconds, Values
+from app.recordings.file_layout import LONGEST_UPTIME_S
+from app.samples.ring_buffers import SUMMARY_S, Envelope, Readable, Seconds, Values
 
 _ROWS_AT_ONCE = 1 << 19
 """Looked at together: a few megabytes, whatever the file is long."""

@@ -11,8 +11,8 @@ from typing import IO, Final, NamedTuple
 
 import numpy as np
 
-from app.pace import Pace
-from app.recordings.layout import COLUMNS, COMMITS, DATA_FILES, JOURNAL, LINE, Opening, is_time
+from app.recordings.file_layout import COLUMNS, COMMITS, DATA_FILES, JOURNAL, LINE, Opening, is_time
+from app.system.gil_yield import Pace
 
 COMMIT: Final = np.dtype(
     [

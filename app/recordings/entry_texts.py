@@ -2,11 +2,11 @@
 
 from typing import TYPE_CHECKING
 
-from app.i18n import tr
-from app.spans import stopwatch
+from app.text.durations import stopwatch
+from app.text.i18n import tr
 
 if TYPE_CHECKING:  # it loads numpy, which the window's first paint does not wait for
-    from app.recordings.shelf import Entry
+    from app.recordings.library import Entry
 
 
 def when_text(entry: "Entry") -> str:

@@ -5,8 +5,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from app.recordings.happenings import Happening
-from app.samples import Seconds, Values
+from app.recordings.markers import Happening
+from app.samples.ring_buffers import Seconds, Values
 
 
 @dataclass(frozen=True, slots=True)

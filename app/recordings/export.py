@@ -3,9 +3,9 @@
 from collections.abc import Callable
 from pathlib import Path
 
-from app.files import whole_file
 from app.recordings.recording import Recording
 from app.recordings.table import csv_parts, part_count
+from app.system.files import whole_file
 
 Progress = Callable[[float], None]
 

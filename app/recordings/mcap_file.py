@@ -18,9 +18,9 @@ import numpy as np
 from mcap.well_known import MessageEncoding, SchemaEncoding
 from mcap.writer import CompressionType, Writer
 
-from app.capture import Way
+from app.captures.reader import Way
 from app.recordings.excerpt import Excerpt
-from app.recordings.layout import VERSION
+from app.recordings.file_layout import VERSION
 from app.recordings.recording import Recording
 from app.recordings.table import ROWS_AT_ONCE
 

@@ -14,13 +14,13 @@ from dataclasses import replace
 from datetime import UTC, datetime
 from pathlib import Path
 
-from app.device import Sleep
-from app.recordings.happenings import Follower, Happening
-from app.recordings.layout import Opening
-from app.recordings.orders import Begin, End, Heading, Lost, Name, Order, OrderQueue, Settle
-from app.recordings.shelf import Entry, Shelf, entry_of, stopped_sentence
+from app.engine.device import Sleep
+from app.engine.worker import Batch
+from app.recordings.file_layout import Opening
+from app.recordings.library import Entry, Shelf, entry_of, stopped_sentence
+from app.recordings.markers import Follower, Happening
+from app.recordings.recorder_queue import Begin, End, Heading, Lost, Name, Order, OrderQueue, Settle
 from app.recordings.writer import SessionWriter, new_folder
-from app.worker import Batch
 
 __all__ = ["Heading", "Recorder"]
 _log = logging.getLogger(__name__)

@@ -10,13 +10,11 @@ from typing import IO, Any, NamedTuple, Self
 import numpy as np
 from numpy.typing import NDArray
 
-from app.capture import Way
-from app.i18n import tr
+from app.captures.reader import Way
 from app.recordings.columns import RecordedSeries, beginnings, column
 from app.recordings.commits import Damaged, Extents, damaged_pieces, read_extents
 from app.recordings.excerpt import Excerpt
-from app.recordings.happenings import KIND_OF_WORD, Happening, Kind, Limits
-from app.recordings.layout import (
+from app.recordings.file_layout import (
     ACTIVE,
     COLUMNS,
     JOURNAL,
@@ -29,9 +27,11 @@ from app.recordings.layout import (
     journal_lines,
     read_opening,
 )
-from app.recordings.shelf import Entry, entry_of, size_of
-from app.samples import Readable
-from app.steps import Steps
+from app.recordings.library import Entry, entry_of, size_of
+from app.recordings.markers import KIND_OF_WORD, Happening, Kind, Limits
+from app.samples.ring_buffers import Readable
+from app.samples.step_function import Steps
+from app.text.i18n import tr
 
 _LIMITS_KEPT = 1_000_000
 

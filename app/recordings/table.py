@@ -7,7 +7,7 @@ from typing import Final
 import numpy as np
 
 from app.recordings.excerpt import Excerpt
-from app.recordings.happenings import Happening, Kind
+from app.recordings.markers import Happening, Kind
 
 HEAD: Final = "time,elapsed_s,tilt_deg,acceleration_g,triggered,active,cell_voltage_v,light_v,event"
 ROWS_AT_ONCE: Final = 5000

@@ -13,11 +13,11 @@ from typing import IO
 
 import numpy as np
 
-from app.capture import Header, entries_of, lines_of
-from app.device import DeviceView, Sample
+from app.captures.reader import Header, entries_of, lines_of
+from app.engine.device import DeviceView, Sample
+from app.engine.worker import Batch, PortState
 from app.recordings.commits import Extents, encoded_commit, nothing
-from app.recordings.happenings import NO_LIMITS, Happening, Limits
-from app.recordings.layout import (
+from app.recordings.file_layout import (
     ACTIVE,
     COLUMNS,
     COMMITS,
@@ -31,7 +31,7 @@ from app.recordings.layout import (
     private_opener,
     write_private,
 )
-from app.worker import Batch, PortState
+from app.recordings.markers import NO_LIMITS, Happening, Limits
 
 _STATUS, _CELL, _LIGHT = (tuple(COLUMNS[table]) for table in ("status", "cell", "light"))
 

@@ -1,1 +1,1 @@
-"""A module of software, written from the vendor's table: behaviour, physical side, faults, and ways to reach it."""
+"""The simulated module: its memory, its world, its line and the ports that it is offered on."""

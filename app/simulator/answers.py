@@ -3,9 +3,9 @@
 from collections.abc import Callable
 from typing import TYPE_CHECKING
 
-from app.simulator import lies
-from app.simulator.dialect import BaudChange, Delivery, EmptySlots, Rule, Streaming
+from app.simulator import defects as lies
 from app.simulator.memory import RECORD_DATA_LENGTH, record_frame
+from app.simulator.quirks import BaudChange, Delivery, EmptySlots, Rule, Streaming
 from app.simulator.settings import ACCEPTED, Kept, keep
 from protocol.catalogue import BY_CODE, FLAG, HEARTBEAT, INVERTED, MODULE_HEADER, RECORDS_KEPT, TRIGGER_RECORDS, Request
 from protocol.fields import Flag

@@ -9,11 +9,11 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from typing import Any
 
-from app.simulator.line import Faults, Wire
 from app.simulator.memory import Memory, invent_records
 from app.simulator.module import SimulatedModule
 from app.simulator.options import Setup, Target, fields_of, setup_from
-from app.simulator.world import World
+from app.simulator.physics import World
+from app.simulator.wire import Faults, Wire
 from protocol.catalogue import BAUD
 from protocol.messages import Source
 

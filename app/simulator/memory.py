@@ -4,7 +4,7 @@ import random
 from collections import deque
 from dataclasses import dataclass, field
 
-from app.judge import Limits
+from app.firing.judge import Limits
 from protocol.catalogue import BAUD, CENTISECOND, QUERY, RECORD_CODE, RECORDS_KEPT, TENTH_G
 from protocol.frame import encode_long
 from protocol.messages import Source

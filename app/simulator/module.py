@@ -17,12 +17,12 @@ import random
 from collections import Counter
 from typing import NamedTuple
 
-from app.judge import Judge, Sample
+from app.firing.judge import Judge, Sample
 from app.simulator.answers import HEARTBEAT_REPLY, answer
-from app.simulator.dialect import Dialect
 from app.simulator.memory import ODD_VOLTAGE, Memory, Moment, State, limits, record_data
-from app.simulator.plans import Plans
-from app.simulator.world import SENSOR_PERIOD_S, World
+from app.simulator.physics import SENSOR_PERIOD_S, World
+from app.simulator.quirks import Dialect
+from app.simulator.schedule import Plans
 from protocol.catalogue import CELL_VOLT, HOST_HEADER, STATUS_CODE, TENTH_G, TENTH_VOLT, Layout, Request
 from protocol.frame import HOST_FRAME_LENGTH, check_host, decode_request, encode_long
 from protocol.messages import Source

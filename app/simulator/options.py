@@ -10,12 +10,12 @@ from dataclasses import dataclass, field
 from enum import Enum
 from typing import Any
 
-from app.i18n import tr
-from app.simulator.dialect import Acknowledge, BaudChange, Delivery, Dialect, EmptySlots, Streaming
-from app.simulator.lie_texts import changes, codes, listed, marked_codes, marked_records, rules
-from app.simulator.line import Direction, Faults
+from app.simulator.defect_texts import changes, codes, listed, marked_codes, marked_records, rules
+from app.simulator.quirks import Acknowledge, BaudChange, Delivery, Dialect, EmptySlots, Streaming
+from app.simulator.wire import Direction, Faults
+from app.text.i18n import tr
 from protocol.catalogue import BAUD_RATES
-from protocol.text import marked
+from protocol.translatable import marked
 
 
 class OptionRefused(ValueError):

@@ -2,7 +2,7 @@
 
 from typing import NamedTuple
 
-from app.simulator.dialect import Acknowledge, Dialect
+from app.simulator.quirks import Acknowledge, Dialect
 from protocol.catalogue import BY_NAME, Command
 
 ACCEPTED = 0x01

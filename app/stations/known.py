@@ -4,8 +4,6 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Final
 
-from app.files import write_whole
-from app.preflight.wording import clean
 from app.stations.station import (
     KEY_BYTES,
     Station,
@@ -16,6 +14,8 @@ from app.stations.station import (
     fingerprint_of,
     own_station,
 )
+from app.system.files import write_whole
+from app.text.messages import clean
 
 KNOWN_FILE: Final = "stations.txt"
 LONGEST_NAME: Final = 60

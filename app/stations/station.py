@@ -16,7 +16,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
-from app.i18n import tr
+from app.text.i18n import tr
 
 if TYPE_CHECKING:  # loaded when something is signed or verified, not when the program starts
     from cryptography.hazmat.primitives.asymmetric.ed25519 import Ed25519PrivateKey

@@ -1,1 +1,1 @@
-"""What outlives the program: one SQLite file in the platform's folder for data. See `app.store.database`."""
+"""The SQLite file: open, check, migrate; modules, snapshots and the audit log in it."""

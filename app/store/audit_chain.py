@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from enum import Enum
 from typing import TYPE_CHECKING, Any, Final
 
-from protocol.text import marked
+from protocol.translatable import marked
 
 if TYPE_CHECKING:
     from app.store.database import Database

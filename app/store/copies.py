@@ -15,7 +15,7 @@ from contextlib import closing
 from datetime import UTC, datetime
 from pathlib import Path
 
-from app.files import whole_file
+from app.system.files import whole_file
 
 _log = logging.getLogger(__name__)
 

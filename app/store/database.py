@@ -26,11 +26,11 @@ from enum import Enum
 from pathlib import Path
 from typing import Any
 
-from app.i18n import tr
 from app.store.audit_chain import CHAIN_HASH, chain_hash
 from app.store.copies import Copier, copied_at, restore
 from app.store.schema import APPLICATION_ID, MIGRATIONS
-from protocol.text import marked
+from app.text.i18n import tr
+from protocol.translatable import marked
 
 FILE_NAME = "dps-s.sqlite"
 BUSY_S = 1.0

@@ -6,10 +6,10 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
-from app.acts import Act
-from app.identity import Evidence
-from app.journal import Outcome
-from app.snapshots import Snapshot, restorable
+from app.engine.identity import Evidence
+from app.engine.snapshots import Snapshot, restorable
+from app.safety.acts import Act
+from app.safety.journal import Outcome
 from app.store.database import Clock, Database, open_database, utc_now
 from app.store.write_queue import WriteQueue
 

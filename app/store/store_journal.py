@@ -3,8 +3,8 @@
 import logging
 from collections.abc import Callable, Mapping
 
-from app.acts import Act
-from app.journal import Entry, Journal, JournalFailed, NoJournal, Outcome
+from app.safety.acts import Act
+from app.safety.journal import Entry, Journal, JournalFailed, NoJournal, Outcome
 from app.store.database import StoreTrouble
 from app.store.store import Store
 

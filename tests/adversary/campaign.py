@@ -19,7 +19,7 @@ from tests.adversary.gestures import WINDOW
 from tests.adversary.judge import SETTLED_S, Breach, Case, Finding, judge_all
 from tests.adversary.program import Ran, Stage, home_variables
 from tests.adversary.window import SETTLED_IN_S, Session, WindowDesk
-from tests.sim_line import FakeClock
+from tests.support.line.sim_line import FakeClock
 
 STEP_S: Final = 0.06
 """How long ago an answer was true that the program has just taken from a perfect line."""

@@ -5,19 +5,19 @@ from typing import Any, Final, cast
 
 from PySide6.QtCore import QObject, Signal
 
-from app.acts import Act
-from app.journal import NoJournal
+from app.diagnosis.link_state import Phase
+from app.engine.procedure import PortLost, Procedure
+from app.engine.worker import Batch, Connection, Job, PortState
 from app.preflight.reread import REREAD_EVERY_S
 from app.preflight.run import TRIGGERS
-from app.procedure import PortLost, Procedure
-from app.worker import Batch, Connection, Job, PortState
+from app.safety.acts import Act
+from app.safety.journal import NoJournal
 from tests.adversary.judge import LOOKS_IN_A_ROW, Breach, Finding
 from tests.adversary.program import PORT
 from tests.adversary.truth import settings_keys
 from tests.adversary.window import Session, WindowDesk
-from ui.link_state import Phase
-from ui.pages import Services
-from ui.preflight_work import PreflightWork, Standing, Statement
+from ui.pages.preflight.controller import PreflightWork, Standing, Statement
+from ui.services.context import Services
 
 CHECK_LIMIT_S: Final = 60.0
 WATCHED_S: Final = 24.0

@@ -4,8 +4,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any, Final
 
-from app.acts import REQUESTS, Act
-from app.procedure import LOCKS_MOST
+from app.engine.procedure import LOCKS_MOST
+from app.safety.acts import REQUESTS, Act
 from protocol.catalogue import BY_NAME, SETTINGS
 from protocol.fields import Value
 from tests.adversary import judge

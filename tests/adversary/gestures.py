@@ -3,7 +3,7 @@
 from collections.abc import Callable, Mapping
 from typing import Any, Final, NamedTuple
 
-from app.acts import Act
+from app.safety.acts import Act
 from tests.adversary.checking import check
 from tests.adversary.window import Session, act, lock, watch, write
 

@@ -12,8 +12,8 @@ from dataclasses import dataclass
 from enum import Enum
 from typing import Any, Final
 
-from app.commands.console import DONE, NO_LINK, PARTLY, SAID_NO, USED_WRONGLY
 from app.simulator.memory import record_frame
+from app.terminal.console import DONE, NO_LINK, PARTLY, SAID_NO, USED_WRONGLY
 from protocol.fields import Value
 from tests.adversary.program import Ran
 from tests.adversary.truth import KEYS, Heard, Truth, settings_keys

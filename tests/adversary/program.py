@@ -13,12 +13,12 @@ from typing import Any, Final
 from unittest import mock
 
 import app.__main__ as program
-from app.commands.connection import link_trouble
+from app.engine.transport import PortError, PortTrouble
+from app.engine.worker import Job, Worker
 from app.simulator.bench import SimulatedBench
-from app.transport import PortError, PortTrouble
-from app.worker import Job, Worker
+from app.terminal.connection import link_trouble
 from tests.adversary.truth import Truth
-from tests.sim_line import FakeClock, SimulatedLine
+from tests.support.line.sim_line import FakeClock, SimulatedLine
 
 PORT: Final = "sim://adversary"
 LIMIT_S: Final = 300.0
@@ -160,9 +160,9 @@ class Stage:
                 return stage.turn_until(lambda: self.is_done, timeout_s)
 
         with (
-            mock.patch.multiple("app.commands.connection", Worker=Turned, Job=Waited, queue=_QueueModule(Queue)),
-            mock.patch("app.worker.open_line", self._open_line),
-            mock.patch("app.worker.tell_mishap", self._mishaps.append),
+            mock.patch.multiple("app.terminal.connection", Worker=Turned, Job=Waited, queue=_QueueModule(Queue)),
+            mock.patch("app.engine.worker.open_line", self._open_line),
+            mock.patch("app.engine.worker.tell_mishap", self._mishaps.append),
             mock.patch("app.store.write_queue.WriteQueue.submit", _write_at_once),
             mock.patch.object(program, "_explain", self._explain),
             mock.patch.dict("os.environ", home_variables(self.home)),
@@ -202,12 +202,12 @@ class TurnedWorker(Worker):
     def stop(self, deadline_s: float = 2.0) -> bool:
         if self._has_ended:
             return True
-        from app.worker import _Stop
+        from app.engine.worker import _Stop
 
         self._order(_Stop())
         is_stopped = self._stage.turn_until(lambda: self._is_stopping, deadline_s)
         self._has_ended = True
-        from app.procedure import PortLost
+        from app.engine.procedure import PortLost
 
         self._end_session(PortLost())
         self._pending.is_urgent = True

@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterator
 from typing import Final, NamedTuple
 
 from app.simulator.bench import SimulatedBench
-from app.simulator.lies import CHANGEABLE_CODES, read_raw
+from app.simulator.defects import CHANGEABLE_CODES, read_raw
 from app.simulator.memory import record_frame
 from protocol.catalogue import BY_CODE, RECORD_CODE, STATUS_CODE, Hazard, Request
 from protocol.fields import Value

@@ -4,17 +4,17 @@ from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
 from typing import Any, Final
 
-from app.acts import Act
-from app.journal import Outcome
 from app.procedures.act import Performed
 from app.procedures.lock import Locked
 from app.procedures.write_all import WriteReport
-from app.settings_form import RowState
+from app.safety.acts import Act
+from app.safety.journal import Outcome
+from app.settings.form import RowState
 from tests.adversary.judge import Breach, Case, Finding, shown, stands
 from tests.adversary.program import Ran
 from tests.adversary.truth import Truth, settings_keys
-from tests.desk import Desk
-from tests.desk_port import WatchedLine
+from tests.scenarios.desk import Desk
+from tests.scenarios.desk_port import WatchedLine
 
 LOOK_EVERY_S: Final = 0.5
 SETTLED_IN_S: Final = 4.0

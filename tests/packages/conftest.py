@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from tests.packages.programs import ROOT, Program
-from tests.setup_files import PACKAGING
+from tests.support.setup_files import PACKAGING
 
 DIST = "DPS_S_DIST"
 collect_ignore_glob = [] if DIST in os.environ else ["test_*.py"]

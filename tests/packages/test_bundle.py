@@ -11,14 +11,14 @@ from pathlib import Path
 import pytest
 from mcap.reader import make_reader
 
-from app import ports
 from app.__main__ import ENTRIES
-from app.recordings.shelf import recordings_folder
+from app.engine import ports
+from app.recordings.library import recordings_folder
 from tests.packages.programs import ROOT, Program, check_reading, check_window, simulated
-from tests.recordings_made import recorded
+from tests.support.records.recordings_made import recorded
 
 LARGEST_MB = 190
-INSIDE = ("mcap.reader", "mcap.writer", "zstandard", "lz4.frame", "app.commands.preflight", "ui.live_page")
+INSIDE = ("mcap.reader", "mcap.writer", "zstandard", "lz4.frame", "app.cli.preflight", "ui.pages.live.page")
 OUTSIDE = ("PySide6.QtNetwork", "PySide6.QtQml", "PySide6.QtTest", "pytest", "pyqtgraph.opengl", "readline")
 
 

@@ -21,16 +21,16 @@ from PySide6.QtCore import QTimer
 from PySide6.QtTest import QSignalSpy
 from PySide6.QtWidgets import QApplication, QWidget
 
-from app.ports import PortInfo
-from app.reconnect import RETURN_LIMIT_S
-from app.worker import PortState
+from app.engine.ports import PortInfo
+from app.engine.reconnect import RETURN_LIMIT_S
+from app.engine.worker import PortState
 from protocol.events import Received, Role
 from protocol.frame import Direction, Frame
 from protocol.link_states import Presence
 from protocol.messages import Status
-from tests.bench.figures import quantile
-from tests.bench.module import StreamingModule, streaming_module
-from tests.bench.window import (
+from tests.benchmarks.figures import quantile
+from tests.benchmarks.module import StreamingModule, streaming_module
+from tests.benchmarks.window.window import (
     BEAT_MS,
     LIMIT_S,
     LoopWatch,
@@ -41,17 +41,17 @@ from tests.bench.window import (
     turn_for,
     turn_until,
 )
-from tests.clumsy import run as run_clumsy
-from tests.gesture_table import run_table
+from tests.gestures.clumsy import run as run_clumsy
+from tests.gestures.gesture_table import run_table
 from tests.soak.chaos import Chaos
 from tests.soak.faults import Mistakes
 from tests.soak.stateful import run_for
-from ui.application import Assembly, WindowOptions, assemble, kept_tidy, start
-from ui.capture_files import KEPT_ENTRIES
-from ui.connector import Connector, Target
-from ui.keeping import Keeping
-from ui.port_watch import PortWatch
-from ui.remembered import Remembered
+from ui.core.connector import Connector, Target
+from ui.core.port_watcher import PortWatch
+from ui.core.preferences import Remembered
+from ui.main import Assembly, WindowOptions, assemble, kept_tidy, start
+from ui.pages.diagnosis.capture_files import KEPT_ENTRIES
+from ui.services.storage import Keeping
 
 CLEAN_S: Final = 5.0
 """How long the healed line is watched for lost frames."""

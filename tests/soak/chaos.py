@@ -7,7 +7,7 @@ from collections import Counter
 from collections.abc import Callable
 from typing import Final
 
-from tests.bench.module import StreamingModule
+from tests.benchmarks.module import StreamingModule
 
 _FAULTS: Final = (
     ("corrupt", "0.01"),

@@ -1,4 +1,4 @@
-"""The machine of `tests.desk_machine` for as long as one likes, each round from a seed of its own."""
+"""The machine of `tests.scenarios.desk_machine` for as long as one likes, each round from a seed of its own."""
 
 import time
 import traceback
@@ -8,7 +8,7 @@ from typing import Final
 from hypothesis import HealthCheck, Phase, seed, settings
 from hypothesis.stateful import run_state_machine_as_test
 
-from tests.desk_machine import DeskMachine
+from tests.scenarios.desk_machine import DeskMachine
 
 _ROUNDS: Final = settings(
     max_examples=4,

@@ -1,0 +1,77 @@
+"""What a capture says: every frame and every run of bytes that is none, explained."""
+
+from collections.abc import Iterable, Iterator
+from typing import Final, NamedTuple
+
+from app.captures.entries import Entry, Way
+from protocol.catalogue import Request
+from protocol.frame import Direction, Frame, Noise, decode_request
+from protocol.stream import Piece, StreamParser
+
+QUIET_S: Final = 0.25
+"""A line that has been silent this long has ended its frame."""
+
+
+class Explained(NamedTuple):
+    """One frame, or a run of bytes that is none. `asked`: what a frame may answer (`app.captures.explain.sentence`)."""
+
+    at_s: float
+    way: Way
+    piece: Frame | Noise
+    asked: Request | None
+
+
+class _Side:
+    """What goes one way."""
+
+    def __init__(self, way: Way) -> None:
+        self.way = way
+        self.parser = StreamParser()
+        self.last_s = 0.0
+
+    def flush(self, asked: Request | None) -> list[Explained]:
+        return [_row(self.last_s, self.way, piece, asked) for piece in self.parser.flush()]
+
+
+class Explainer:
+    """Entries in, every byte of them out in exactly one piece, as `dps-s decode` explains them; each way has its own
+    parser."""
+
+    def __init__(self) -> None:
+        self._out, self._in = _Side(Way.OUT), _Side(Way.IN)
+        self._asked: Request | None = None
+
+    def take(self, entry: Entry) -> list[Explained]:
+        """What the entry completes, and what the silence before it ended."""
+        at_s, way, raw = entry
+        rows: list[Explained] = []
+        for side in (self._out, self._in):
+            if at_s - side.last_s >= QUIET_S and side.parser.pending:
+                rows += side.flush(self._asked)
+        if way is Way.OUT:
+            self._out.last_s = at_s
+            for piece in self._out.parser.feed(raw):
+                rows.append(_row(at_s, way, piece, self._asked))
+                if isinstance(piece, Frame) and piece.direction is Direction.HOST_TO_MODULE:
+                    self._asked = self._in.parser.asked = decode_request(piece.raw)
+        else:
+            self._in.last_s = at_s
+            asked = self._asked
+            rows += [_row(at_s, way, piece, asked) for piece in self._in.parser.feed(raw)]
+        return rows
+
+    def end(self) -> list[Explained]:
+        """What waited for more when the capture ended."""
+        return [*self._out.flush(self._asked), *self._in.flush(self._asked)]
+
+
+def explained(entries: Iterable[Entry]) -> Iterator[Explained]:
+    """All of a capture; see `Explainer`."""
+    explainer = Explainer()
+    for entry in entries:
+        yield from explainer.take(entry)
+    yield from explainer.end()
+
+
+def _row(at_s: float, way: Way, piece: Piece, asked: Request | None) -> Explained:
+    return Explained(at_s, way, piece, asked if isinstance(piece, Frame) else None)

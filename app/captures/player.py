@@ -1,0 +1,225 @@
+"""A capture played as if the module were there: a port, `capture://FILE?speed=1`, through the whole program.
+
+What the module sent without being asked (the stream, restarts, noise) comes at its time. What it answered comes when
+the same is asked: the answer that it had given last at that point of the capture, after the time that it took; where it
+had not been asked yet, the first that it gives within the next `AHEAD_S`. What was never answered, or never asked, is
+not answered now: nothing is invented. The one exception is the heartbeat, which is answered while the capture shows any
+sign of the module. After the end of the capture the line is silent.
+
+It is read while it is played, a little ahead; where reading cannot keep up, the capture's time waits for it.
+"""
+
+import threading
+import time
+from bisect import bisect_right
+from collections import deque
+from collections.abc import Callable
+from typing import Final, NamedTuple
+from urllib.parse import parse_qsl, quote, unquote, urlsplit
+
+from app.captures.script import LONGEST_RECORDS_S, Answer, Script
+from app.engine.playback import SCHEME
+from protocol.catalogue import HEARTBEAT, HOST_HEADER, MODULE_HEADER, Request
+from protocol.frame import HOST_FRAME_LENGTH, check_host, decode_request
+
+SLOWEST, QUICKEST = 0.05, 100.0
+ALIVE_FOR_S = 12.0
+"""How long a frame of the module proves that it was there: one heartbeat period and some."""
+AHEAD_S: Final = 20.0
+"""How much later in the capture an answer may stand that is given already. The window asks for what changes every
+second, and for the boot count every ten."""
+KNOWN_AHEAD_S: Final = AHEAD_S + LONGEST_RECORDS_S
+"""So far ahead it is read, for the answers to what is asked there. It begins before: whoever asks something of which
+not enough is known yet waits for the answer."""
+LEAST_AHEAD_S: Final = 1.0
+"""The capture's time waits where less than this has been read."""
+READ_EARLIER_S: Final = 2.0
+"""Of the clock's time: it is read so much sooner than it has to be."""
+_HEARTBEAT_REPLY = MODULE_HEADER + HEARTBEAT.query().encode()[2:]
+_KEPT_REQUEST_BYTES = 64
+
+
+class Player:
+    """Plays one script from the moment it is made. Any thread may look at it; one reads and writes."""
+
+    def __init__(self, script: Script, now_s: float, *, speed: float = 1.0) -> None:
+        """`speed` 0.05 … 100: how much quicker than it was."""
+        self._script = script
+        self._began_s = now_s
+        self._speed = min(QUICKEST, max(SLOWEST, speed))
+        self._due: deque[tuple[float, bytes]] = deque()
+        self._heard = b""
+        self._waiting: dict[Request, None] = {}
+        """Asked before enough had been read to answer."""
+
+    @property
+    def duration_s(self) -> float:
+        """Of the capture, in its own seconds; about, until all of it has been read."""
+        return self._script.duration_s
+
+    def position_s(self, now_s: float) -> float:
+        """How far it is, in the capture's own seconds; never beyond its end."""
+        return min(self._script.duration_s, self._passed_s(now_s))
+
+    def is_over(self, now_s: float) -> bool:
+        return self._script.is_read and self._passed_s(now_s) > self._script.duration_s
+
+    def read_ahead(self, now_s: float) -> bool:
+        """Read a little of the capture, some milliseconds' work, where not enough of it is known; whether there was
+        something to do. Raises what reading the file raises."""
+        self._keep_time(now_s)
+        script, position_s = self._script, self._passed_s(now_s)
+        if script.is_read or script.read_s >= position_s + KNOWN_AHEAD_S + READ_EARLIER_S * self._speed:
+            return False
+        script.read_on()
+        script.forget(position_s, ALIVE_FOR_S)
+        self._keep_time(now_s)
+        return True
+
+    def write(self, data: bytes, now_s: float) -> None:
+        """The host asks."""
+        self._keep_time(now_s)
+        heard = (self._heard + data)[-_KEPT_REQUEST_BYTES:]
+        while len(heard) >= HOST_FRAME_LENGTH:
+            raw = heard[:HOST_FRAME_LENGTH]
+            if raw.startswith(HOST_HEADER) and check_host(raw) is None:
+                self._waiting[decode_request(raw)] = None
+                heard = heard[HOST_FRAME_LENGTH:]
+            else:
+                heard = heard[1:]
+        self._heard = heard
+        self._answer_all(now_s)
+
+    def read(self, now_s: float) -> bytes:
+        """What has come since the last call."""
+        self._keep_time(now_s)
+        self._answer_all(now_s)
+        arrived = bytearray()
+        while (due_s := self._next_unasked_s()) is not None and due_s <= now_s:
+            arrived += self._script.unasked.popleft()[1]
+        while self._due and self._due[0][0] <= now_s:
+            arrived += self._due.popleft()[1]
+        return bytes(arrived)
+
+    def next_due(self) -> float | None:
+        """When something comes next, on the clock of `now_s`; None when nothing does."""
+        dues = [self._due[0][0] if self._due else None, self._next_unasked_s()]
+        return min((due_s for due_s in dues if due_s is not None), default=None)
+
+    def _passed_s(self, now_s: float) -> float:
+        """Of the capture's time."""
+        return (now_s - self._began_s) * self._speed
+
+    def _keep_time(self, now_s: float) -> None:
+        """It gets no further than enough is known."""
+        if not self._script.is_read:
+            furthest_s = max(0.0, self._script.read_s - LEAST_AHEAD_S)
+            self._began_s = max(self._began_s, now_s - furthest_s / self._speed)
+
+    def _next_unasked_s(self) -> float | None:
+        unasked = self._script.unasked
+        return self._began_s + unasked[0][0] / self._speed if unasked else None
+
+    def _answer_all(self, now_s: float) -> None:
+        for request in tuple(self._waiting):
+            if self.is_over(now_s) or self._answer(request, now_s):
+                del self._waiting[request]
+
+    def _answer(self, request: Request, now_s: float) -> bool:
+        """Whether it is known what the answer is, or that there is none."""
+        position_s = self._passed_s(now_s)
+        answer = self._given(request, position_s)
+        is_known = self._knows(position_s + AHEAD_S) if answer is None else self._knows_whole(answer)
+        if answer is not None and answer.data and is_known:
+            self._put(now_s + answer.after_s / self._speed, answer.data)
+            return True
+        if request == HEARTBEAT.query() and self._is_alive(position_s):
+            self._put(now_s, _HEARTBEAT_REPLY)
+            return True
+        return is_known
+
+    def _knows(self, at_s: float) -> bool:
+        return self._script.is_read or self._script.read_s >= at_s
+
+    def _knows_whole(self, answer: Answer) -> bool:
+        has_all = bool(answer.data) and not answer.takes_several
+        return has_all or self._knows(answer.asked_at_s + LONGEST_RECORDS_S)
+
+    def _given(self, request: Request, position_s: float) -> Answer | None:
+        """What it had answered last; else what it answers first, where that is soon."""
+        given = self._script.answers.get(request, ())
+        last = bisect_right(given, position_s, key=lambda answer: answer.asked_at_s) - 1
+        answer = given[max(0, last)] if given else None
+        return answer if answer is not None and answer.asked_at_s <= position_s + AHEAD_S else None
+
+    def _put(self, at_s: float, data: bytes) -> None:
+        last_s = self._due[-1][0] if self._due else at_s
+        self._due.append((max(at_s, last_s), data))
+
+    def _is_alive(self, position_s: float) -> bool:
+        """A frame of the module shortly before, or soon after."""
+        return any(abs(at_s - position_s) <= ALIVE_FOR_S for at_s in self._near(position_s))
+
+    def _near(self, position_s: float) -> tuple[float, ...]:
+        seen = self._script.alive_at_s
+        index = bisect_right(seen, position_s)
+        return tuple(seen[one] for one in (index - 1, index) if 0 <= one < len(seen))
+
+
+# Which capture plays where: the window shows how far it is
+
+Clock = Callable[[], float]
+_players: dict[str, Player] = {}
+_players_lock = threading.Lock()
+
+
+class UrlRefused(ValueError):
+    """The URL is no `capture://FILE?speed=N`."""
+
+
+class Order(NamedTuple):
+    """What a URL asks for."""
+
+    path: str
+    speed: float
+
+
+def parse_url(url: str) -> Order:
+    """Raises `UrlRefused`."""
+    parts = urlsplit(url)
+    options = dict(parse_qsl(parts.query, keep_blank_values=True))
+    speed_text = options.pop("speed", "1")
+    path = unquote(parts.netloc + parts.path)
+    try:
+        speed = float(speed_text)
+    except ValueError:
+        raise UrlRefused(f"speed={speed_text} is no number") from None
+    if parts.scheme != "capture" or not path or options or not SLOWEST <= speed <= QUICKEST:
+        raise UrlRefused(f"{url}: needed is capture://FILE?speed=N, N from {SLOWEST:g} to {QUICKEST:g}")
+    return Order(path, speed)
+
+
+def url_of(path: str, *, speed: float = 1.0) -> str:
+    """The port that plays this file."""
+    return f"{SCHEME}{quote(path, safe='/:')}?speed={speed:g}"
+
+
+def play(url: str, script: Script, *, speed: float, clock: Clock = time.monotonic) -> Player:
+    """A player that `playing` finds by its URL."""
+    player = Player(script, clock(), speed=speed)
+    with _players_lock:
+        _players[url] = player
+    return player
+
+
+def playing(url: str) -> Player | None:
+    """The player of an open `capture://` port, else None."""
+    with _players_lock:
+        return _players.get(url)
+
+
+def stop_playing(url: str, player: Player) -> None:
+    """Idempotent; leaves alone another player of the same URL."""
+    with _players_lock:
+        if _players.get(url) is player:
+            del _players[url]

@@ -1,0 +1,292 @@
+"""What went over the line, as a text file that another person's program can read; docs/capture.md describes it.
+
+    # DPS-S capture 1
+    # program: DPS-S Configurator 0.1.0
+    # port: /dev/ttyUSB0
+    # baud_rate: 115200
+    # started: 2026-11-21T01:49:05Z
+    0.000000 > 42 61 32 01 00 33
+    0.002913 < 41 75 32 07 0A 00 01 44
+
+Time in seconds since the header, direction (`>` host to module, `<` module to host), bytes. The reader takes plain hex
+text too, without times and directions, and reports each line that it cannot read instead of giving up.
+"""
+
+import os
+import re
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field, replace
+from io import TextIOWrapper
+from pathlib import Path
+from typing import BinaryIO
+
+from app.captures.entries import Entries, Entry, Way
+from app.captures.survey import BITS_PER_BYTE, ENTRY_LINE, LONGEST_LINE, MAGIC_LINE, Survey
+from app.captures.writer import BYTES_A_LINE, LONGEST_FILE_BYTES, CaptureWriter, Header, entries_of, lines_of
+from app.system.gil_yield import Pace
+from app.text.hex_text import HexText, NotHex
+from protocol.catalogue import DEFAULT_BAUD_RATE
+from protocol.frame import Direction, Frame
+from protocol.stream import Piece, StreamParser
+from protocol.translatable import marked
+
+__all__ = [
+    "BYTES_A_LINE",
+    "Capture",
+    "CaptureReader",
+    "CaptureRefused",
+    "CaptureWriter",
+    "Entries",
+    "Entry",
+    "Header",
+    "LineFault",
+    "OpenCapture",
+    "Way",
+    "entries_of",
+    "lines_of",
+    "parse_capture",
+    "read_capture",
+]
+
+FAULTS_KEPT = 100
+STEP_CHARACTERS = 4096
+"""Of a file at once: some 2 ms of work."""
+
+_FIELD = re.compile(r"#\s*([a-z_]+)\s*:\s*(.*)")
+_TOO_LONG = marked("the line is too long")
+_WAYS = {way.value: way for way in Way}
+
+
+@dataclass(frozen=True, slots=True)
+class LineFault:
+    """A line that was left out. `line` counts from 1; `text` is English, translatable."""
+
+    line: int
+    text: str
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Capture:
+    """A capture as read. In plain hex text the times are those of bytes back to back, and `is_timed` is False."""
+
+    header: Header = field(default_factory=Header)
+    entries: Sequence[Entry] = ()
+    faults: tuple[LineFault, ...] = ()
+    is_timed: bool = True
+
+    @property
+    def duration_s(self) -> float:
+        return self.entries[-1].at_s if self.entries else 0.0
+
+
+class CaptureRefused(ValueError):
+    """The file cannot be a capture: too long, or of a later version. The text is English, translatable."""
+
+
+class OpenCapture:
+    """A capture file that is being read, some lines at a time, by one thread."""
+
+    def __init__(self, file: BinaryIO) -> None:
+        """Raises OSError, or `CaptureRefused`."""
+        self._file = file
+        self._size = os.fstat(file.fileno()).st_size
+        if self._size > LONGEST_FILE_BYTES + LONGEST_LINE:
+            raise CaptureRefused(marked("the file is too long for a capture"))
+        self._survey = Survey()
+        self._lines: TextIOWrapper | None = None
+        self.reader = CaptureReader()
+
+    def steps(self) -> Iterator[list[Entry]]:
+        """All entries, once, as many as some milliseconds of work give; none while the file is looked over first.
+
+        Raises OSError, or `CaptureRefused`.
+        """
+        for _ in self._survey.steps(self._file):
+            yield []
+        self._file.seek(0)
+        self.reader.is_plain = self._survey.is_plain
+        lines = self._lines = TextIOWrapper(self._file, encoding="utf-8-sig", errors="replace")
+        while (some := self._some(lines)) is not None:
+            yield some
+        yield self.reader.end()
+
+    def _some(self, lines: TextIOWrapper) -> list[Entry] | None:
+        """What stands in the next lines; None at the end of the file."""
+        characters, entries = 0, list[Entry]()
+        while characters < STEP_CHARACTERS and (line := lines.readline(LONGEST_LINE + 1)):
+            characters += len(line)
+            entries += self.reader.take(line, goes_on=len(line) > LONGEST_LINE and not line.endswith("\n"))
+        return entries if characters else None
+
+    @property
+    def share_read(self) -> float:
+        """How much of the file has been read, 0 … 1."""
+        if self._lines is None:
+            return 0.0
+        return min(1.0, self._file.tell() / self._size) if self._size else 1.0
+
+    @property
+    def expected_s(self) -> float:
+        """How long it lasts, as far as a look over the file tells; seconds."""
+        return self._survey.duration_s
+
+
+def read_capture(path: Path) -> Capture:
+    """Raises OSError, or `CaptureRefused`."""
+    pace, entries = Pace(), Entries()
+    with path.open("rb") as file:
+        opened = OpenCapture(file)
+        for some in opened.steps():
+            for entry in some:
+                entries.append(entry)
+            pace.keep()
+        return opened.reader.capture(entries)
+
+
+def parse_capture(text: str) -> Capture:
+    """Reads a capture, or hex text where no line looks like one. Raises `CaptureRefused` for a later version."""
+    lines = text.removeprefix("\ufeff").splitlines()
+    reader = CaptureReader(is_plain=not any(map(_is_of_a_capture, lines)))
+    entries = Entries(entry for line in lines for entry in reader.take(line))
+    for entry in reader.end():
+        entries.append(entry)
+    return reader.capture(entries)
+
+
+def _is_of_a_capture(line: str) -> bool:
+    return MAGIC_LINE.fullmatch(line.strip()) is not None or ENTRY_LINE.fullmatch(line.strip()) is not None
+
+
+class CaptureReader:
+    """One pass over the lines of a capture. Header and faults are those of the lines that it has taken."""
+
+    def __init__(self, *, is_plain: bool = False) -> None:
+        self.is_plain = is_plain
+        """It is hex text, where no line looks like one of a capture."""
+        self.header = Header()
+        self.faults: list[LineFault] = []
+        self._number = 0
+        self._is_within = False
+        """The line before goes on."""
+        self._hex: HexText | None = None
+        """Reads the pieces of a long line of hex text, until one is none."""
+        self._parser = StreamParser(follows_host=True)
+        self._last_s = 0.0
+        self._has_entries = False
+        self._part_begins_s = 0.0
+
+    def capture(self, entries: Sequence[Entry]) -> Capture:
+        """With the header and the faults."""
+        return Capture(header=self.header, entries=entries, faults=tuple(self.faults), is_timed=not self.is_plain)
+
+    def take(self, line: str, *, goes_on: bool = False) -> Sequence[Entry]:
+        """What stands in the next line. With `goes_on` it is a long one, of which the next piece follows.
+
+        Raises `CaptureRefused`.
+        """
+        is_within, self._is_within = self._is_within, goes_on
+        if not is_within:
+            self._number += 1
+        if self.is_plain:
+            return self._plain(line, is_within=is_within, goes_on=goes_on)
+        if is_within:
+            return ()
+        if goes_on:
+            if not line.startswith("#"):
+                self._fault(_TOO_LONG)
+            return ()
+        entry = self._timed(line.strip())
+        if entry is None:
+            return ()
+        self._last_s, self._has_entries = entry.at_s, True
+        return (entry,)
+
+    def end(self) -> list[Entry]:
+        """What is left at the end."""
+        return [_plain_entry(piece) for piece in self._parser.flush()] if self.is_plain else []
+
+    def _timed(self, line: str) -> Entry | None:
+        if not line:
+            return None
+        if line.startswith("#"):
+            self._comment(line)
+            return None
+        if len(line) > LONGEST_LINE:
+            self._fault(_TOO_LONG)
+            return None
+        found = ENTRY_LINE.fullmatch(line)
+        if found is None:
+            self._fault(marked("no time, direction and bytes"))
+            return None
+        try:
+            raw = _bytes_of(found[3])
+        except NotHex:
+            self._fault(marked("the bytes are no pairs of hex digits"))
+            return None
+        at_s = self._part_begins_s + float(found[1])
+        if self._has_entries and at_s < self._last_s:
+            self._fault(marked("the time runs backwards; the line before counts"))
+            at_s = self._last_s
+        return Entry(at_s, _WAYS[found[2]], raw) if raw else None
+
+    def _comment(self, line: str) -> None:
+        magic = MAGIC_LINE.fullmatch(line)
+        if magic is not None:
+            if magic[1] != "1":
+                raise CaptureRefused(marked("the capture is of a later version of the program"))
+            # A part that was appended begins where the one before it ended.
+            self._part_begins_s = self._last_s
+            return
+        named = _FIELD.fullmatch(line)
+        if named is None or self._has_entries:
+            return  # a remark; the header of the first part counts
+        name, value = named[1], named[2].strip()
+        if name == "baud_rate":
+            if value.isascii() and value.isdigit() and len(value) < 9:
+                self.header = replace(self.header, baud_rate=int(value))
+        elif name in ("program", "port", "started"):
+            self.header = replace(self.header, **{name: value})  # type: ignore[arg-type]
+
+    def _plain(self, text: str, *, is_within: bool, goes_on: bool) -> list[Entry]:
+        """Hex text: whose bytes they are is told by the frames' headers; noise is the module's."""
+        try:
+            if not is_within and not goes_on:
+                raw = b"" if text.lstrip().startswith("#") else _bytes_of(text)
+            else:
+                raw = self._piece(text, is_within=is_within, goes_on=goes_on)
+        except NotHex:
+            self._hex = None
+            self._fault(marked("no pairs of hex digits"))
+            return []
+        pieces = (self._parser.feed(raw[first : first + BYTES_A_LINE]) for first in range(0, len(raw), BYTES_A_LINE))
+        return [_plain_entry(piece) for some in pieces for piece in some]
+
+    def _piece(self, text: str, *, is_within: bool, goes_on: bool) -> bytes:
+        """Of a long line."""
+        if not is_within:
+            self._hex = None if text.lstrip().startswith("#") else HexText()
+        if self._hex is None:
+            return b""
+        raw = self._hex.feed(text)
+        if not goes_on:
+            self._hex.finish()
+        return raw
+
+    def _fault(self, text: str) -> None:
+        if len(self.faults) < FAULTS_KEPT:
+            self.faults.append(LineFault(self._number, text))
+
+
+def _bytes_of(text: str) -> bytes:
+    try:
+        return bytes.fromhex(text)  # nearly always
+    except ValueError:
+        reader = HexText()
+        raw = reader.feed(text)
+        reader.finish()
+        return raw
+
+
+def _plain_entry(piece: Piece) -> Entry:
+    is_ours = isinstance(piece, Frame) and piece.direction is Direction.HOST_TO_MODULE
+    return Entry(piece.offset * BITS_PER_BYTE / DEFAULT_BAUD_RATE, Way.OUT if is_ours else Way.IN, piece.raw)

@@ -1,0 +1,149 @@
+"""All rows of a capture at hand, in little memory: it has millions of them."""
+
+from abc import abstractmethod
+from array import array
+from collections.abc import Hashable, Iterable, Sequence
+from typing import Any, overload
+
+import numpy as np
+from numpy.typing import NDArray
+
+from app.captures.entries import Way
+from app.captures.explained import Explained
+from protocol.catalogue import Layout, Request
+from protocol.frame import Direction, Fault, Frame, Noise
+
+Places = NDArray[np.intp]
+_OUT, _NOISE, _FROM_HOST, _STATUS = 1, 2, 4, 8
+
+
+class Rows(Sequence[Explained]):
+    """Rows of a capture, each made when it is looked at."""
+
+    @overload
+    def __getitem__(self, place: int) -> Explained: ...
+    @overload
+    def __getitem__(self, place: slice) -> tuple[Explained, ...]: ...
+    def __getitem__(self, place: int | slice) -> Explained | tuple[Explained, ...]:
+        places = range(len(self))[place]
+        return self._at(places) if isinstance(places, int) else tuple(self._at(one) for one in places)
+
+    @abstractmethod
+    def at_s(self, place: int) -> float:
+        """When the row at a place from 0 on came; seconds since the capture began."""
+
+    @abstractmethod
+    def said(self, place: int) -> Hashable:
+        """Equal for two rows that say the same, at whatever time. Much quicker than the row itself."""
+
+    @abstractmethod
+    def _at(self, place: int) -> Explained:
+        """The row at a place from 0 on."""
+
+
+class CaptureRows(Rows):
+    """All rows of a capture, in some 25 bytes each and the bytes themselves; a row is made when it is looked at.
+
+    One thread at a time.
+    """
+
+    def __init__(self, rows: Iterable[Explained] = ()) -> None:
+        self._at_s = array("d")
+        self._flags = bytearray()
+        self._ends = array("Q")
+        self._offsets = array("Q")
+        self._notes = array("L")
+        """What a row says beside its bytes: its place in `_known`."""
+        self._raw = bytearray()
+        self._known: list[Fault | Request | None] = []
+        self._places: dict[object, int] = {}
+        self._last_note: tuple[object, int] = object(), 0
+        self._last: tuple[int, Explained] | None = None
+        for row in rows:
+            self.append(row)
+
+    def append(self, row: Explained) -> None:
+        piece = row.piece
+        flags = _OUT if row.way is Way.OUT else 0
+        if isinstance(piece, Noise):
+            flags |= _NOISE
+            note: Fault | Request | None = piece.fault
+        else:
+            from_host = piece.direction is Direction.HOST_TO_MODULE
+            flags |= (_FROM_HOST if from_host else 0) | (_STATUS if len(piece.raw) == Layout.STATUS.value else 0)
+            note = row.asked
+        self._at_s.append(row.at_s)
+        self._flags.append(flags)
+        self._raw += piece.raw
+        self._ends.append(len(self._raw))
+        self._offsets.append(piece.offset)
+        self._notes.append(self._last_note[1] if self._last_note[0] is note else self._place(note))
+
+    def _place(self, note: Fault | Request | None) -> int:
+        """Of what is known already, or at the end."""
+        key = (note.text, *note.values.values()) if isinstance(note, Fault) else note
+        place = self._places.get(key)
+        if place is None:
+            place = self._places[key] = len(self._known)
+            self._known.append(note)
+        self._last_note = note, place
+        return place
+
+    def __len__(self) -> int:
+        return len(self._flags)
+
+    def at_s(self, place: int) -> float:
+        return self._at_s[place]
+
+    def said(self, place: int) -> Hashable:
+        begins = self._ends[place - 1] if place else 0
+        flags = self._flags[place]
+        note = 0 if flags & _STATUS else self._notes[place]  # a status says the same whatever was asked
+        return flags, note, bytes(self._raw[begins : self._ends[place]])
+
+    def _at(self, place: int) -> Explained:
+        last = self._last
+        if last is not None and last[0] == place:  # a view asks for each cell and role of a row
+            return last[1]
+        flags, note = self._flags[place], self._known[self._notes[place]]
+        begins = self._ends[place - 1] if place else 0
+        raw, offset = bytes(self._raw[begins : self._ends[place]]), self._offsets[place]
+        way = Way.OUT if flags & _OUT else Way.IN
+        if isinstance(note, Fault):
+            row = Explained(self._at_s[place], way, Noise(raw, note, offset), None)
+        else:
+            direction = Direction.HOST_TO_MODULE if flags & _FROM_HOST else Direction.MODULE_TO_HOST
+            row = Explained(self._at_s[place], way, Frame(direction, raw, offset), note)
+        self._last = place, row
+        return row
+
+    def rejected(self) -> Places:
+        """Where the rows are that are no frames."""
+        return np.flatnonzero(self._as_array() & _NOISE)
+
+    def without_status(self) -> Places:
+        """Where the rows are that are no status: a stream leaves little else to be seen."""
+        return np.flatnonzero((self._as_array() & _STATUS) == 0)
+
+    def _as_array(self) -> NDArray[Any]:
+        return np.frombuffer(self._flags, dtype=np.uint8)
+
+
+class ChosenRows(Rows):
+    """Some rows of a capture, in its order. `places`: where each stands in the capture."""
+
+    def __init__(self, rows: CaptureRows, places: Places) -> None:
+        self.places: Sequence[int] = places.data
+        self._rows = rows
+
+    def __len__(self) -> int:
+        return len(self.places)
+
+    def at_s(self, place: int) -> float:
+        return self._rows.at_s(self.places[place])
+
+    def said(self, place: int) -> Hashable:
+        return self._rows.said(self.places[place])
+
+    def _at(self, place: int) -> Explained:
+        return self._rows[self.places[place]]

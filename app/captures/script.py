@@ -1,0 +1,121 @@
+"""A capture sorted into what comes by itself and what answers what, read a little ahead of where it is played."""
+
+from collections import deque
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from dataclasses import dataclass
+from itertools import islice
+from typing import Final
+
+from app.captures.explained import Explained, Explainer
+from app.captures.reader import Capture, Entry, Way
+from protocol.catalogue import Layout, Request
+from protocol.frame import Direction, Frame, decode_request
+from protocol.messages import answers
+
+LONGEST_ANSWER_S: Final = 3.0
+"""A frame later than this after the question no longer counts as its answer; records get ten seconds more."""
+LONGEST_RECORDS_S: Final = 13.0
+_ENTRIES_AT_ONCE: Final = 100
+
+
+@dataclass(slots=True)
+class Answer:
+    """How the module answered once. `data` is empty where it did not."""
+
+    request: Request
+    asked_at_s: float
+    after_s: float = 0.0
+    data: bytes = b""
+
+    @property
+    def takes_several(self) -> bool:
+        """Records, each in a frame of its own."""
+        return self.request.command.layout is Layout.RECORD
+
+    def takes(self, one: Explained) -> bool:
+        """Add what came where it belongs to this answer; whether it does."""
+        limit_s = LONGEST_RECORDS_S if self.takes_several else LONGEST_ANSWER_S
+        is_free = self.takes_several or not self.data
+        if not (is_free and one.at_s - self.asked_at_s <= limit_s and answers(one.piece.raw, self.request)):
+            return False
+        if not self.data:
+            self.after_s = max(0.0, one.at_s - self.asked_at_s)
+        self.data += one.piece.raw
+        return True
+
+
+class Script:
+    """What is to come of a capture, as far as it has been read. Who plays it takes out what is over.
+
+    One thread reads; any may ask how long it lasts.
+    """
+
+    def __init__(self, steps: Iterator[Sequence[Entry]], expected_s: Callable[[], float]) -> None:
+        """`steps`: the capture's entries, as many as some milliseconds of work give. `expected_s`: how long it lasts,
+        as far as is known before all of it has been read."""
+        self.unasked: deque[tuple[float, bytes]] = deque()
+        """When something comes by itself, and what."""
+        self.answers: dict[Request, deque[Answer]] = {}
+        """By question, in the order of time; the last one may still be without its data."""
+        self.alive_at_s: deque[float] = deque()
+        """When a frame of the module came."""
+        self.read_s = 0.0
+        """Up to here everything has been read."""
+        self.is_read = False
+        """All of it."""
+        self._steps = steps
+        self._expected_s = expected_s
+        self._explainer = Explainer()
+        self._question: Answer | None = None
+
+    @property
+    def duration_s(self) -> float:
+        """About, until all of it has been read."""
+        return self.read_s if self.is_read else max(self.read_s, self._expected_s())
+
+    def read_on(self) -> None:
+        """Read a little more. Raises what `steps` raises."""
+        if self.is_read:
+            return
+        entries = next(self._steps, None)
+        if entries is None:
+            self._sort(self._explainer.end())
+            self.is_read = True
+            return
+        for entry in entries:
+            self._sort(self._explainer.take(entry))
+            self.read_s = entry.at_s
+
+    def forget(self, position_s: float, alive_for_s: float) -> None:
+        """What nobody can ask for any more once the capture has been played up to `position_s`."""
+        while self.alive_at_s and self.alive_at_s[0] < position_s - alive_for_s:
+            self.alive_at_s.popleft()
+        for given in self.answers.values():
+            while len(given) > 1 and given[1].asked_at_s <= position_s:
+                given.popleft()
+
+    def _sort(self, rows: Iterable[Explained]) -> None:
+        for one in rows:
+            frame = one.piece if isinstance(one.piece, Frame) else None
+            if one.way is Way.OUT:
+                if frame is not None and frame.direction is Direction.HOST_TO_MODULE:
+                    self._ask(decode_request(frame.raw), one.at_s)
+                continue
+            is_modules = frame is not None and frame.direction is Direction.MODULE_TO_HOST
+            if is_modules:
+                self.alive_at_s.append(one.at_s)
+            if not (is_modules and self._question is not None and self._question.takes(one)):
+                self.unasked.append((one.at_s, one.piece.raw))
+
+    def _ask(self, request: Request, at_s: float) -> None:
+        self._question = Answer(request, at_s)
+        self.answers.setdefault(request, deque()).append(self._question)
+
+
+def script_of(capture: Capture) -> Script:
+    """Of a capture that is at hand, read to its end."""
+    entries = iter(capture.entries)
+    script = Script(iter(lambda: tuple(islice(entries, _ENTRIES_AT_ONCE)), ()), lambda: capture.duration_s)
+    while not script.is_read:
+        script.read_on()
+    return script

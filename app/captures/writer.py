@@ -1,0 +1,135 @@
+"""Captures as text files, written: what stands in them is described in `app.captures.reader`."""
+
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager, suppress
+from dataclasses import dataclass
+from pathlib import Path
+from typing import IO
+
+from app.captures.entries import Entry, Way
+from protocol.events import Event, Received, Rejected, Sent
+
+MAGIC = "# DPS-S capture 1"
+LONGEST_FILE_BYTES = 64 * 1024 * 1024
+"""A file is not written beyond it (a quarter of an hour of a full line, hours of a usual one), nor read."""
+BYTES_A_LINE = 4096
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Header:
+    """What a capture says about itself; "" and None where it does not."""
+
+    program: str = ""
+    port: str = ""
+    baud_rate: int | None = None
+    started: str = ""
+    """ISO 8601, UTC."""
+
+    def lines(self) -> Iterator[str]:
+        yield MAGIC
+        yield f"# program: {_one_line(self.program)}"
+        yield f"# port: {_one_line(self.port)}"
+        if self.baud_rate is not None:
+            yield f"# baud_rate: {self.baud_rate}"
+        if self.started:
+            yield f"# started: {_one_line(self.started)}"
+
+
+def _one_line(text: str) -> str:
+    return " ".join(text.split())
+
+
+def entries_of(events: Iterable[Event], started_at: float) -> Iterator[Entry]:
+    """What went over the wire in these events; what was read together becomes one entry, in its order.
+
+    `started_at`: monotonic seconds that become time 0; earlier events count as 0.
+    """
+    last: Entry | None = None
+    for event in events:
+        match event:
+            case Sent(raw=raw, at=at):
+                entry = Entry(max(0.0, at - started_at), Way.OUT, raw)
+            case Received(frame=frame, at=at):
+                entry = Entry(max(0.0, at - started_at), Way.IN, frame.raw)
+            case Rejected(noise=noise, at=at):
+                entry = Entry(max(0.0, at - started_at), Way.IN, noise.raw)
+            case _:
+                continue
+        is_more = last is not None and last.at_s == entry.at_s and last.way is entry.way is Way.IN
+        if last is not None and is_more and len(last.raw) + len(entry.raw) <= BYTES_A_LINE:
+            last = Entry(last.at_s, last.way, last.raw + entry.raw)
+            continue
+        if last is not None:
+            yield last
+        last = entry
+    if last is not None:
+        yield last
+
+
+def lines_of(entry: Entry) -> Iterator[str]:
+    """The line of an entry, or several where it is long."""
+    for first in range(0, len(entry.raw), BYTES_A_LINE):
+        raw = entry.raw[first : first + BYTES_A_LINE]
+        yield f"{entry.at_s:.6f} {entry.way.value} {raw.hex(' ').upper()}"
+
+
+class CaptureWriter:
+    """Writes a capture line by line, and stops at its limit. Not safe to use from two threads.
+
+    Raises OSError where the file cannot be written (read-only, full disk); what was written before stays readable.
+    """
+
+    def __init__(
+        self, path: Path, header: Header, *, appends: bool = False, limit_bytes: int = LONGEST_FILE_BYTES
+    ) -> None:
+        """Makes the file anew, or with `appends` begins a new part at its end."""
+        self.path = path
+        self.is_full = False
+        """The limit is reached: nothing more is written."""
+        self.entries = 0
+        self._limit_bytes = limit_bytes
+        self._file: IO[str] | None = path.open("a" if appends else "w", encoding="utf-8", newline="\n")
+        self._bytes = 0
+        with self._closing_on_error() as file:
+            self._bytes = file.tell()
+            for line in header.lines():
+                self._write(file, line)
+            file.flush()
+
+    def write(self, entries: Iterable[Entry]) -> None:
+        """Append these entries and hand them to the system. After an error, and after `close`, it does nothing."""
+        if self._file is None:
+            return
+        with self._closing_on_error() as file:
+            for entry in entries:
+                for line in lines_of(entry):
+                    self._write(file, line)
+                self.entries += not self.is_full
+            file.flush()
+
+    def close(self) -> None:
+        """Idempotent. Raises OSError where the last lines could not be written."""
+        file, self._file = self._file, None
+        if file is not None:
+            file.close()
+
+    @contextmanager
+    def _closing_on_error(self) -> Iterator[IO[str]]:
+        file = self._file
+        if file is None:
+            raise ValueError("the capture is closed")
+        try:
+            yield file
+        except OSError:
+            with suppress(OSError):  # it tries once more to write what it could not
+                self.close()
+            raise
+
+    def _write(self, file: IO[str], line: str) -> None:
+        if self.is_full:
+            return
+        if self._bytes + len(line) + 1 > self._limit_bytes:
+            self.is_full = True
+            line = "# the file is full: what came afterwards is not in it"
+        file.write(line + "\n")
+        self._bytes += len(line) + 1

@@ -1,0 +1,1 @@
+"""The commands of dps-s, one module each."""

@@ -1,0 +1,84 @@
+"""`dps-s activate | lock | zero | shutdown`: one act, with --yes. There is no `dps-s deploy`.
+
+Without --yes nothing is opened and nothing is sent. With it the engine still refuses while a condition is open, and
+names it; but for LOCK, which is sent at once, whether or not anything answers, and again until the module reports it.
+Exit code 0 confirmed by the module; 1 refused, or sent and not confirmed; 2 without --yes; 3 no link.
+"""
+
+import argparse
+import shlex
+import time
+from typing import TYPE_CHECKING
+
+from app.terminal.console import DONE, NO_LINK, SAID_NO, USED_WRONGLY, add_port_arguments, say, write_lines
+from app.text.i18n import tr
+
+if TYPE_CHECKING:
+    from app.procedures.act import Performed
+    from app.procedures.lock import Locked
+
+NAMES = ("activate", "lock", "zero", "shutdown")
+"""Also the values of `Act`. Deploying needs a person who holds a button."""
+
+
+def add_parser(subparsers: "argparse._SubParsersAction[argparse.ArgumentParser]") -> None:
+    from app.safety.acts import EFFECTS, Act
+
+    for name in NAMES:
+        effect = tr(EFFECTS[Act(name)])
+        more = tr("Without --yes it says so and sends nothing (exit code 2). What is done is written to the audit log.")
+        parser = subparsers.add_parser(name, description=f"{effect} {more}")
+        add_port_arguments(parser)
+        parser.add_argument("--yes", action="store_true", help=tr("really do it"))
+        parser.set_defaults(run=run, act=name)
+
+
+def run(args: argparse.Namespace) -> int:
+    from app.safety.acts import EFFECTS, Act
+
+    act = Act(args.act)
+    if not args.yes:
+        write_lines([tr(EFFECTS[act])])
+        port = shlex.quote(args.port)  # a URL may hold what a shell takes for its own
+        say(tr("Nothing was sent. To do it, say dps-s {name} --port {port} --yes.", name=args.act, port=port))
+        return USED_WRONGLY
+    from app.procedures.act import perform
+    from app.procedures.lock import lock
+    from app.safety.permit import Origin, Permit
+    from app.terminal.command_journal import records_of
+    from app.terminal.connection import connected
+
+    done: Performed | Locked
+    is_lock = act is Act.LOCK  # it does not wait until the module has answered something
+    with records_of(args.port) as records, connected(args.port, args.baud, is_greeted=not is_lock) as conversation:
+        permit = Permit(act, Origin.COMMAND_LINE, time.monotonic())
+        try:
+            if is_lock:
+                done = conversation.run(lock(records.journal))
+            else:
+                done = conversation.run(perform(act, records.journal, permit=permit))
+        except KeyboardInterrupt:
+            say(tr("Interrupted: if the command had left already, it may have been carried out."))
+            raise
+    code = exit_code(done)
+    if code == DONE:
+        write_lines([done.sentence])
+    else:
+        say(done.sentence)
+    return code
+
+
+def exit_code(done: "Performed | Locked") -> int:
+    from app.procedures.lock import Locked
+    from app.safety.acts import Act
+    from app.safety.interlocks import Condition
+    from app.safety.journal import Outcome
+
+    if isinstance(done, Locked):
+        if done.is_locked:
+            return DONE
+        return SAID_NO if done.is_heard and not done.is_port_lost else NO_LINK
+    if done.outcome is Outcome.CONFIRMED:
+        return SAID_NO if done.act is Act.ZERO and not done.is_level else DONE
+    is_silent = any(refusal.condition is Condition.ONLINE for refusal in done.refusals)
+    return NO_LINK if is_silent else SAID_NO

@@ -1,0 +1,132 @@
+"""`dps-s history`: the trigger records.
+
+The table does not say how many come (E6), so they are read until two passes agree. Exit code 0 when they did and the
+line loses nothing; 4 when not, when the module never answered the query, or when the line died in the middle; 3 where
+no link was to be had.
+"""
+
+import argparse
+from typing import TYPE_CHECKING
+
+from app.terminal.console import (
+    DONE,
+    NO_LINK,
+    PARTLY,
+    add_json_argument,
+    add_port_arguments,
+    as_json,
+    say,
+    write,
+    write_lines,
+)
+from app.text.i18n import tr
+
+if TYPE_CHECKING:
+    from app.engine.worker import Batch
+    from app.procedures.history import History
+    from protocol.messages import EmptySlot, TriggerRecord
+
+
+def add_parser(subparsers: "argparse._SubParsersAction[argparse.ArgumentParser]") -> None:
+    parser = subparsers.add_parser(
+        "history",
+        description=tr(
+            "Read the trigger records, as often as it takes until two readings agree. Exit code 4 when they do not, or "
+            "when the module does not answer."
+        ),
+    )
+    add_port_arguments(parser)
+    shape = parser.add_mutually_exclusive_group()
+    add_json_argument(shape)
+    shape.add_argument("--csv", metavar="FILE", help=tr("write a CSV file; - prints it"))
+    parser.add_argument("--module", metavar="NAME", help=tr("keep what is read under this name, and tell what is new"))
+    parser.add_argument("--same-module", action="store_true",
+                        help=tr("it is the named module, whatever its boot count and settings say"))  # fmt: skip
+    parser.set_defaults(run=run)
+
+
+def run(args: argparse.Namespace) -> int:
+    from app.engine.identity import Evidence
+    from app.procedures.history import History, read_history
+    from app.terminal.connection import connected, link_trouble
+    from app.terminal.stored_history import keep_visit, read_evidence
+
+    received = Received()
+    trouble: str | None = None
+    found = Evidence()
+    with connected(args.port, args.baud, on_batch=received.take) as conversation:
+        try:
+            history: History = conversation.run(read_history())
+            if args.module is not None:
+                found = conversation.run(read_evidence())
+        except Exception as error:
+            trouble = link_trouble(error)
+            if trouble is None:
+                raise
+            history = received.history()
+    if history.is_line_dead and trouble is None:
+        trouble = tr("The module on {port} stopped answering. Check its power and the wiring.", port=args.port)
+    has_something = history.is_answered
+    is_written = _print(history, args) if has_something or trouble is None else True
+    if args.module is not None and has_something:
+        is_written &= keep_visit(history, args.module, port=args.port, found=found, is_same_module=args.same_module)
+    if trouble is not None:
+        say(trouble)
+        return PARTLY if has_something else NO_LINK
+    if not history.is_answered:
+        say(tr("The module did not answer the query for trigger records: whether it keeps any is not known."))
+        return PARTLY
+    if not history.is_confirmed:
+        say(tr("The readings did not agree, or the line loses frames: records may be missing. Read again."))
+        return PARTLY
+    return DONE if is_written else PARTLY
+
+
+class Received:
+    """The records as they came, by reading: what there is to tell when the port goes away in the middle."""
+
+    def __init__(self) -> None:
+        self._passes: list[list[TriggerRecord | EmptySlot]] = []
+
+    def take(self, batch: "Batch") -> None:
+        from protocol.catalogue import TRIGGER_RECORDS
+        from protocol.events import Received as FrameReceived
+        from protocol.events import Role, Sent
+        from protocol.messages import EmptySlot, TriggerRecord
+
+        for event in batch.events:
+            match event:
+                case Sent(request=request) if request.command is TRIGGER_RECORDS:
+                    self._passes.append([])
+                case FrameReceived(message=TriggerRecord() | EmptySlot() as message, role=Role.ANSWER):
+                    self._passes[-1].append(message)
+                case _:
+                    pass
+
+    def history(self) -> "History":
+        from app.procedures.history import Pass, history_of
+
+        return history_of([Pass(tuple(one)) for one in self._passes], is_line_dead=True)
+
+
+def _print(history: "History", args: argparse.Namespace) -> bool:
+    """Whether it could be written."""
+    from app.terminal.record_table import csv_of, json_of, page_of, write_csv
+
+    if args.json:
+        write_lines([as_json(json_of(history))])
+        return True
+    if args.csv is None:
+        write_lines(page_of(history))
+        return True
+    if args.csv == "-":
+        write(csv_of(history))
+        return True
+    try:
+        write_csv(args.csv, history)
+    except OSError as error:
+        write_lines(page_of(history))  # nothing that was read is lost
+        say(tr("{file} cannot be written: {why}.", file=args.csv, why=error.strerror or str(error)))
+        return False
+    write_lines([tr("{count} trigger records written to {file}.", count=len(history.all), file=args.csv)])
+    return True

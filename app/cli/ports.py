@@ -1,0 +1,43 @@
+"""`dps-s ports`: which serial ports there are. Opens none of them."""
+
+import argparse
+
+from app.terminal.console import DONE, NO_LINK, add_json_argument, say, table, write_lines
+from app.text.i18n import tr
+
+
+def add_parser(subparsers: "argparse._SubParsersAction[argparse.ArgumentParser]") -> None:
+    parser = subparsers.add_parser("ports", description=tr("List the serial ports, USB first. Opens none of them."))
+    add_json_argument(parser)
+    # `app.engine.ports` starts this very command, with a limit of time, where listing can hang.
+    parser.add_argument("--list-here", action="store_true", help=argparse.SUPPRESS)
+    parser.set_defaults(run=run)
+
+
+def run(args: argparse.Namespace) -> int:
+    from app.engine.ports import PortsUnknown, list_ports, scan, to_json
+
+    try:
+        ports = scan() if args.list_here else list_ports()
+    except PortsUnknown as error:
+        say(error.sentence)
+        return NO_LINK
+    if args.json:
+        write_lines([to_json(ports)])
+        return DONE
+    if not ports:
+        say(tr("There is no serial port. Plug the adapter in; if it stays away, try another cable or its driver."))
+        return DONE
+    head = (tr("Port"), tr("Name"), tr("Maker"), tr("Serial number"), "USB")
+    rows = [
+        (
+            port.device,
+            port.description,
+            port.maker,
+            port.serial_number,
+            f"{port.vid:04x}:{port.pid:04x}" if port.vid is not None and port.pid is not None else "",
+        )
+        for port in ports
+    ]
+    write_lines(table(head, rows))
+    return DONE

@@ -1,0 +1,241 @@
+"""`dps-s preflight`: is the module fit to fly?
+
+Exit code 0 for GO and READY, 1 for NO-GO, 3 where no module answers, or stops answering. Sends questions only, and with
+--enable-triggers the two settings that enable the automatic triggers. A check is kept in the store, where there is one.
+"""
+
+import argparse
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, NamedTuple
+
+from app.terminal.console import (
+    DONE,
+    NO_LINK,
+    PARTLY,
+    SAID_NO,
+    USED_WRONGLY,
+    add_json_argument,
+    add_port_arguments,
+    as_json,
+    padded,
+    say,
+    write_lines,
+)
+from app.text.i18n import tr
+
+if TYPE_CHECKING:
+    from app.limits.expectations import Expectations
+    from app.preflight.evidence import Evidence, FrameLog
+    from app.records.filing import Filed
+    from app.records.record import Record
+    from app.records.report_files import Printer
+    from app.store.store import Store
+
+LONGEST_NAME = 200
+
+
+def add_parser(subparsers: "argparse._SubParsersAction[argparse.ArgumentParser]") -> None:
+    parser = subparsers.add_parser(
+        "preflight",
+        description=tr(
+            "Check whether the module is fit to fly: all checks are run and listed. READY: everything holds and the "
+            "module is locked; GO: and it is active. Exit code 0 for both, 1 for NO-GO, 3 where no module answers. "
+            "Nothing is ever activated, zeroed or deployed."
+        ),
+    )
+    add_port_arguments(parser)
+    parser.add_argument("--profile", type=Path, metavar="FILE", help=tr("the profile that says what it should be like"))
+    parser.add_argument("--enable-triggers", action="store_true",
+                        help=tr("enable both automatic triggers first: they cannot be read"))  # fmt: skip
+    parser.add_argument("--report", type=Path, metavar="FILE.pdf",
+                        help=tr("print a report; the same as HTML and the record as JSON go beside it"))  # fmt: skip
+    parser.add_argument("--module", type=_name, metavar="NAME", help=tr("the name that you gave this module"))
+    parser.add_argument("--aircraft", type=_name, default="", metavar="NAME", help=tr("the aircraft it sits in"))
+    parser.add_argument("--who", type=_name, default="", metavar="NAME", help=tr("who checks"))
+    parser.add_argument("--done", type=int, action="append", default=[], metavar="N",
+                        help=tr("manual item N of the profile was looked at and is in order"))  # fmt: skip
+    parser.add_argument("--records-looked-at", action="store_true",
+                        help=tr("the trigger records that the module keeps have been looked at"))  # fmt: skip
+    parser.add_argument("--same-module", action="store_true",
+                        help=tr("it is the named module, although its boot count says otherwise"))  # fmt: skip
+    add_json_argument(parser)
+    parser.set_defaults(run=run, printer=None)
+
+
+def _name(text: str) -> str:
+    if len(text) > LONGEST_NAME:
+        raise argparse.ArgumentTypeError(tr("at most {count} characters", count=LONGEST_NAME))
+    return text
+
+
+def run(args: argparse.Namespace) -> int:
+    from app import version
+    from app.preflight.evidence import Evidence, FrameLog
+    from app.records.filing import Person, file_check
+    from app.terminal.command_journal import adapter_of
+
+    try:
+        expectations = _expectations(args.profile, args.done)
+        if args.report is not None:
+            _check_report(args.report)
+    except ValueError as error:
+        say(str(error))
+        return USED_WRONGLY
+    store = _store()
+    evidence, log, adapter = Evidence(port=args.port), FrameLog(), adapter_of(args.port)
+    try:
+        trouble = _gather(args, evidence, log, store, adapter)
+        person = Person(who=args.who, module=args.module, aircraft=args.aircraft,
+                        are_records_looked_at=args.records_looked_at, is_same_module=args.same_module)  # fmt: skip
+        filed = file_check(evidence, expectations, person, log, store=store, program_version=version(),
+                           adapter=adapter)  # fmt: skip
+    finally:
+        if store is not None:
+            store.close()
+    return _conclude(args, filed, trouble)
+
+
+def _conclude(args: argparse.Namespace, filed: "Filed", trouble: str | None) -> int:
+    from app.preflight.verdict import Verdict
+    from app.records.record import contract_of
+
+    lines = [as_json(contract_of(filed.assessment))] if args.json else page_of(filed)
+    write_lines(lines)
+    if filed.trouble is not None:
+        say(f"{filed.trouble.sentence} {tr('The check was not kept.')}")
+    if filed.station_trouble is not None:
+        say(f"{filed.station_trouble.sentence} {tr('The record is not signed.')}")
+    is_reported = args.report is None or _report(args.report, filed.record, args.printer)
+    if trouble is not None:
+        say(trouble)
+        return NO_LINK
+    if filed.assessment.verdict is Verdict.NO_GO:
+        return SAID_NO
+    return DONE if is_reported else PARTLY
+
+
+def _expectations(profile: Path | None, done: Sequence[int]) -> "Expectations":
+    """Raises `ValueError` with a text for people."""
+    from app.limits.expectations import Expectations, expectations_of
+    from app.settings.profile_file import ProfileRefused, read_profile
+
+    if profile is None:
+        if done:
+            raise ValueError(tr("--done needs a profile with manual items."))
+        return Expectations()
+    try:
+        found = read_profile(profile)
+    except ProfileRefused as error:
+        raise ValueError("\n".join(error.sentences)) from error
+    wrong = [number for number in done if not 1 <= number <= len(found.manual)]
+    if wrong:
+        raise ValueError(tr("The profile has no manual item {number}.", number=wrong[0]))
+    return expectations_of(found, dict.fromkeys(done, True))
+
+
+def _check_report(path: Path) -> None:
+    from app.records.report_files import check_target
+
+    check_target(path)
+
+
+def _store() -> "Store | None":
+    """None where it cannot be had, which is said; the check goes on without."""
+    from app.store.database import StoreTrouble
+    from app.store.store import open_store
+
+    try:
+        store = open_store()
+    except StoreTrouble as error:
+        say(f"{error.sentence} {tr('The check will not be kept.')}")
+        return None
+    if store.notice is not None:
+        say(store.notice)
+    return store
+
+
+def _gather(
+    args: argparse.Namespace, evidence: "Evidence", log: "FrameLog", store: "Store | None", adapter: str
+) -> str | None:
+    """Why the link was lost in the middle, in a sentence for people; None where it was not."""
+    from app.preflight.evidence import Disturbance
+    from app.preflight.run import run_preflight
+    from app.safety.journal import Journal, NoJournal
+    from app.store.store_journal import StoreJournal
+    from app.terminal.connection import connected, link_trouble
+    from app.terminal.stored_history import may_be_another
+    from app.text.messages import clean
+
+    journal: Journal = NoJournal()
+    if store is not None:
+        name = clean((args.module or "").strip())
+        journal = StoreJournal(store, port=args.port, origin="preflight", adapter=adapter, module=name)
+    with connected(args.port, args.baud, on_batch=lambda batch: log.take(batch.events)) as conversation:
+        try:
+            is_enabling = args.enable_triggers and not (
+                args.module and not args.same_module and may_be_another(conversation, store, args.module)
+            )
+            conversation.run(run_preflight(evidence, is_enabling=is_enabling, journal=journal))
+        except Exception as error:
+            trouble = link_trouble(error)
+            if trouble is None:
+                raise
+            evidence.disturbance = evidence.disturbance or Disturbance.DISCONNECTED
+            return trouble
+    if evidence.disturbance is Disturbance.SILENT:
+        return tr("The module on {port} stopped answering. Check its power and the wiring.", port=args.port)
+    return None
+
+
+def _report(path: Path, record: "Record", printer: "Printer | None") -> bool:
+    from app.records.report_files import write_report
+    from app.stations.station import station_to_sign
+    from app.store.store import data_folder
+
+    try:
+        written = write_report(path, record, printer, station_to_sign(data_folder()))
+    except (OSError, RuntimeError, ImportError) as error:
+        say(tr("The report cannot be written: {why}.", why=error))
+        return False
+    say(tr("Written: {files}.", files=", ".join(map(str, written))))
+    return path in written
+
+
+# For people
+
+
+class _Line(NamedTuple):
+    mark: str
+    title: str
+    shown: str
+
+
+def page_of(filed: "Filed") -> list[str]:
+    """The verdict with what stands beside it, then every check; those that do not pass with why it matters and what to
+    do."""
+    from app.preflight.findings import RESULT_WORDS, Result
+    from app.preflight.verdict import MANUAL_WORDS, Verdict, verdict_sentence
+    from app.records.record import caveats
+    from app.text.messages import Said, clean
+
+    assessment = filed.assessment
+    lines = [verdict_sentence(assessment.verdict, assessment.case.expectations.activated_by).in_words()]
+    lines += [one.in_words() for one in caveats(filed.record)]
+    if assessment.verdict is not Verdict.NO_GO:
+        lines.append(tr("This is the verdict of the moment: nothing is watched after it."))
+    lines.append("")
+    rows: list[_Line] = []
+    for one in assessment.checks:
+        word = tr(RESULT_WORDS[one.finding.result])
+        shown = f"{one.finding.shown.in_words()} ({one.finding.limit.in_words()})"
+        rows.append(_Line(word, Said(one.check.title).in_words(), shown))
+        if one.finding.result is not Result.PASS:
+            rows.append(_Line("", "", f"{Said(one.check.why).in_words()} → {one.do.in_words()}"))
+    rows += [_Line(tr(MANUAL_WORDS[item.is_done]), clean(item.text), "") for item in assessment.manual]
+    from app.terminal.console import display_width
+
+    first = max(display_width(row.mark) for row in rows) + 2
+    second = max(display_width(row.title) for row in rows if row.shown) + 2
+    lines += [(padded(row.mark, first) + padded(row.title, second) + row.shown).rstrip() for row in rows]
+    return lines

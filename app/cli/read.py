@@ -1,0 +1,120 @@
+"""`dps-s read`: everything that can be read, once.
+
+Exit code 0; 3 where nothing was had; 4 where some of it was not. What was had is printed also when the line died.
+"""
+
+import argparse
+from typing import TYPE_CHECKING, NamedTuple
+
+from app.terminal.console import (
+    DONE,
+    NO_LINK,
+    PARTLY,
+    add_json_argument,
+    add_port_arguments,
+    as_json,
+    say,
+    write_lines,
+)
+from app.text.i18n import tr
+
+if TYPE_CHECKING:
+    from app.engine.procedure import Procedure
+    from app.procedures.read import Everything
+    from app.terminal.connection import Conversation
+    from app.terminal.read_report import Findings, Why
+
+PASSES = 3
+"""How often it is read, where the module restarts meanwhile."""
+
+
+class Reading(NamedTuple):
+    """`trouble`: why it ended early, in a sentence for people."""
+
+    findings: "Findings"
+    trouble: str | None
+
+
+def add_parser(subparsers: "argparse._SubParsersAction[argparse.ArgumentParser]") -> None:
+    parser = subparsers.add_parser(
+        "read",
+        description=tr("Read everything that can be read. What cannot be had is shown as unknown; exit code 4 then."),
+    )
+    add_port_arguments(parser)
+    add_json_argument(parser)
+    parser.set_defaults(run=run)
+
+
+def run(args: argparse.Namespace) -> int:
+    from app.terminal.connection import connected
+    from app.terminal.read_report import json_of, page_of
+
+    with connected(args.port, args.baud) as conversation:
+        reading = _read(conversation, args.port)
+    findings = reading.findings
+    has_something = any(key != "baud_rate" for key in findings.values)
+    if has_something or reading.trouble is None or args.json:
+        write_lines([as_json(json_of(findings))] if args.json else page_of(findings))
+    if reading.trouble is not None:
+        say(reading.trouble)
+    elif findings.errors:
+        say(tr("Not had: {names}. Read again; if it stays so, check the wiring.", names=", ".join(findings.errors)))
+    if reading.trouble is not None and not has_something:
+        return NO_LINK
+    return PARTLY if findings.errors else DONE
+
+
+def _read(conversation: "Conversation", port: str) -> Reading:
+    from app.terminal.connection import link_trouble
+    from app.terminal.read_report import FELL_SILENT, PORT_LOST, RESTARTED, why_unanswered
+
+    try:
+        everything = conversation.run(_read_undisturbed())
+    except Exception as error:
+        trouble = link_trouble(error)
+        if trouble is None:
+            raise
+        return Reading(_findings(conversation, port, {}, PORT_LOST), trouble)
+    errors = {key: why_unanswered(unanswered) for key, unanswered in everything.errors.items()}
+    if not everything.is_line_dead:
+        return Reading(_findings(conversation, port, errors, RESTARTED), None)
+    trouble = tr("The module on {port} stopped answering. Check its power and the wiring, and read again.", port=port)
+    return Reading(_findings(conversation, port, errors, FELL_SILENT), trouble)
+
+
+def _read_undisturbed() -> "Procedure[Everything]":
+    """Read everything; anew where the module restarted in the middle, since what it said before may be gone."""
+    from app.engine.procedure import Look
+    from app.procedures.read import read_everything
+
+    for _ in range(PASSES - 1):
+        before = (yield Look()).device.restarts
+        everything = yield from read_everything()
+        if everything.is_line_dead or (yield Look()).device.restarts == before:
+            return everything
+    return (yield from read_everything())
+
+
+def _findings(conversation: "Conversation", port: str, errors: "dict[str, Why]", why_missing: "Why") -> "Findings":
+    """What the device knows now is what was read: this conversation began with nothing known.
+
+    `why_missing` goes for what is neither known nor in `errors`.
+    """
+    from app.engine.device import STATUS_KEYS, Doubt
+    from app.terminal.read_report import Findings, readable_keys
+
+    known = conversation.device.values
+    values = {key: one.value for key, one in known.items() if one.doubt is not Doubt.RESTARTED}
+    missing = readable_keys() - set(values)
+    blamed = {"status"} if missing & set(STATUS_KEYS) else set()
+    blamed |= missing - set(STATUS_KEYS) - {"baud_rate"}
+    link = conversation.link
+    return Findings(
+        port,
+        conversation.baud_rate,
+        link.round_trip_median_s if link is not None else None,
+        values | {"baud_rate": conversation.baud_rate},
+        {key: errors.get(key, why_missing) for key in sorted(blamed)},
+        link.lag_s if link is not None else None,
+        has_damaged=link is not None and link.counters.rejected > 0,
+    )

@@ -1,0 +1,158 @@
+"""`dps-s simulate`: a simulated module behind a pseudo-terminal or a TCP socket."""
+
+import argparse
+import signal
+import sys
+from contextlib import suppress
+from pathlib import Path
+from types import FrameType
+from typing import Any
+
+from app.simulator.bench import SimulatedBench
+from app.simulator.control_lines import ControlLines, help_text
+from app.simulator.options import OPTIONS, Group, Option, OptionRefused, default_text, parse_value, setup_from
+from app.simulator.servers.endpoint import Endpoint, Loop, complain
+from app.simulator.servers.tcp_server import TcpEndpoint
+from app.text.i18n import tr
+from protocol.translatable import marked
+
+USED_WRONGLY = 2
+NO_LINK = 3
+
+_EXAMPLES = (
+    ("dps-s simulate", marked("prints the port to open, for example /dev/pts/5")),
+    ("dps-s simulate --link /tmp/dps-s --rate 1440", marked("always the same path, and the quickest stream")),
+    ("dps-s simulate --tcp 127.0.0.1:0", marked("a TCP socket, on every platform: prints socket://127.0.0.1:…")),
+    ("dps-s simulate --history 9 --records pieces --voltage-code 34", marked("nine records, in awkward pieces")),
+    ("dps-s simulate --drop 0.2 --corrupt 0.01 --seed 7", marked("a bad line, the same each time")),
+    ("dps-s simulate --active --lifelike --noise 1", marked("active: tilt 70 on standard input makes it fire")),
+)
+
+
+def add_parser(subparsers: "argparse._SubParsersAction[argparse.ArgumentParser]") -> None:
+    """Add `simulate` to the command line."""
+    parser = subparsers.add_parser(
+        "simulate",
+        help=tr("a simulated module; prints the port to open"),
+        description=tr(
+            "A simulated module, written from the vendor's table. Prints the port to open as its first line and runs "
+            "until it is stopped (Ctrl-C). The same options go into the query of sim://NAME?option=value."
+        ),
+        usage="%(prog)s [--link PATH | --tcp HOST:PORT] [--OPTION VALUE …]",
+        epilog=_epilog(),
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    add_arguments(parser)
+    parser.set_defaults(run=run)
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """The options of `simulate`, in their groups."""
+    reached = parser.add_argument_group(tr("how it is reached"))
+    way = reached.add_mutually_exclusive_group()
+    way.add_argument("--link", type=Path, metavar="PATH", help=tr("symbolic link to the pseudo-terminal"))
+    way.add_argument("--tcp", type=_tcp_address, metavar="HOST:PORT", help=tr("a TCP socket instead; port 0 picks one"))
+    groups = {group: parser.add_argument_group(tr(group.value)) for group in Group}
+    for option in OPTIONS:
+        _add_option(groups[option.group], option)
+
+
+def _add_option(group: "argparse._ArgumentGroup", option: Option) -> None:
+    def parse(text: str) -> Any:
+        try:
+            return parse_value(option, text)
+        except OptionRefused as error:
+            raise argparse.ArgumentTypeError(str(error)) from error
+
+    metavar = option.metavar or ("yes|no" if option.is_flag else "{" + ",".join(option.choices) + "}")
+    default = default_text(option)
+    text = tr("{text} (default: {default})", text=tr(option.text), default=default) if default else tr(option.text)
+    group.add_argument(
+        option.flag,
+        dest=option.name,
+        type=parse,
+        metavar=metavar,
+        default=argparse.SUPPRESS,
+        help=text.replace("%", "%%"),
+        **({"nargs": "?", "const": True} if option.is_flag else {}),  # type: ignore[arg-type]
+    )
+
+
+def _tcp_address(text: str) -> tuple[str, int]:
+    host, _, port = text.rpartition(":")
+    host = host.strip("[]")
+    if not host or not port.isdecimal() or int(port) > 0xFFFF:
+        raise argparse.ArgumentTypeError(tr("{address} is not HOST:PORT, such as 127.0.0.1:5000", address=text))
+    return host, int(port)
+
+
+def _epilog() -> str:
+    width = max(len(command) for command, _ in _EXAMPLES)
+    examples = "\n".join(f"  {command:<{width}}  {tr(text)}" for command, text in _EXAMPLES)
+    controls = "\n".join(f"  {line}" for line in help_text().splitlines())
+    return f"{tr('Lines on standard input while it runs:')}\n{controls}\n\n{tr('Examples:')}\n{examples}"
+
+
+def run(args: argparse.Namespace) -> int:
+    """Serve until SIGINT or SIGTERM. Exit code 0; 2 for a wrong use, 3 where there is no port to be had."""
+    values = {option.name: getattr(args, option.name) for option in OPTIONS if hasattr(args, option.name)}
+    bench = SimulatedBench(setup_from(values))
+    if args.tcp is None and sys.platform == "win32":
+        complain(tr("Windows has no pseudo-terminals: use --tcp 127.0.0.1:0"))
+        return USED_WRONGLY
+    try:
+        endpoint = _endpoint(args, bench)
+        loop = Loop(
+            bench, endpoint, control=ControlLines(bench, sys.stdin, answer=complain), announce=_Announcement(args.link)
+        )
+        _serve(loop)
+    except OSError as error:
+        why = error.strerror or str(error)
+        reason = why if args.link is None else f"{args.link}: {why}"
+        complain(tr("no port for the simulated module: {reason}", reason=reason))
+        return NO_LINK
+    return 0
+
+
+def _endpoint(args: argparse.Namespace, bench: SimulatedBench) -> Endpoint:
+    if args.tcp is not None:
+        host, port = args.tcp
+        return TcpEndpoint(host, port)
+    from app.simulator.servers.pty_server import PtyEndpoint
+
+    return PtyEndpoint(args.link, baud_rate=bench.module.baud_rate)
+
+
+class _Announcement:
+    """The first address goes to standard output, for programs; one after an unplugging to standard error."""
+
+    def __init__(self, link: Path | None) -> None:
+        self._link = link
+        self._has_spoken = False
+
+    def __call__(self, address: str) -> None:
+        if self._has_spoken:
+            complain(tr("plugged in again: {address}", address=address))
+            return
+        self._has_spoken = True
+        print(address, flush=True)
+        if self._link is not None:
+            complain(tr("also as {path}", path=self._link))
+
+
+def _serve(loop: Loop) -> None:
+    def stop(_number: int, _frame: FrameType | None) -> None:
+        loop.stop()
+
+    before = {}
+    for name in ("SIGINT", "SIGTERM", "SIGHUP"):
+        number = getattr(signal, name, None)
+        if number is not None:
+            # Only the main thread may set handlers; elsewhere whoever runs the loop stops it.
+            with suppress(ValueError):
+                before[number] = signal.signal(number, stop)
+    try:
+        loop.run()
+    finally:
+        for number, handler in before.items():
+            signal.signal(number, handler or signal.SIG_DFL)

@@ -1,0 +1,159 @@
+"""What the system tells about a serial adapter and about programs that grab such adapters (Linux; little elsewhere).
+
+Everything here only reads files, takes milliseconds, never raises, and answers None or nothing where it cannot know.
+"""
+
+import os
+import sys
+from collections.abc import Iterable
+from contextlib import suppress
+from dataclasses import dataclass
+from pathlib import Path
+
+from app.engine.ports import PortInfo
+
+ROOT = Path("/")
+GRABBERS = ("brltty", "ModemManager")
+RULE_NAME = "60-dps-s.rules"
+RULE_FOLDERS = ("etc/udev/rules.d", "usr/lib/udev/rules.d", "lib/udev/rules.d", "run/udev/rules.d")
+_RULE_SOURCE = Path(__file__).parents[2] / "packaging" / RULE_NAME
+SLOW_LATENCY_MS = 4
+"""An FTDI adapter waits 16 ms unless told; up to this it does no harm."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Access:
+    """Who may open a device file."""
+
+    group: str | None = None
+    """The group that may; None where it may not, or is only the system's administrator."""
+    is_member: bool = False
+    """This user is in the group by the user list …"""
+    is_effective: bool = False
+    """… and this session already knows it; else: log out and in again."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class AdapterFacts:
+    """At one moment, for one port."""
+
+    grabbers: tuple[str, ...] = ()
+    """Those of `GRABBERS` that run now."""
+    has_rule: bool = False
+    """Our udev rule is installed."""
+    rule_source: str = f"packaging/{RULE_NAME}"
+    """Where the rule lies that could be; empty where none came with the program (installed from a wheel)."""
+    access: Access | None = None
+    latency_path: str | None = None
+    """File that holds the latency timer of this port."""
+    latency_ms: int | None = None
+
+
+def facts_about(port: str, *, root: Path = ROOT) -> AdapterFacts:
+    """See the module's docstring. A URL has no facts."""
+    if not sys.platform.startswith("linux") or "://" in port:
+        return AdapterFacts()
+    latency = _latency_file(port, root)
+    return AdapterFacts(
+        grabbers=running(GRABBERS, root=root),
+        has_rule=any((root / folder / RULE_NAME).exists() for folder in RULE_FOLDERS),
+        rule_source=str(_RULE_SOURCE) if _RULE_SOURCE.exists() else "",
+        access=access_to(root / port.lstrip("/")),
+        latency_path=None if latency is None else f"/{latency.relative_to(root)}",
+        latency_ms=None if latency is None else _number_in(latency),
+    )
+
+
+def running(names: Iterable[str], *, root: Path = ROOT) -> tuple[str, ...]:
+    """Those of these programs that run now."""
+    wanted = {name[:15]: name for name in names}  # the kernel keeps fifteen letters
+    found = set()
+    with suppress(OSError):
+        for comm in (root / "proc").glob("[0-9]*/comm"):
+            with suppress(OSError):  # it has ended meanwhile
+                found.add(comm.read_text(errors="replace").strip())
+    return tuple(sorted(wanted[name] for name in found & wanted.keys()))
+
+
+def access_to(device: Path) -> Access | None:
+    """None where the file is not there, or the system knows no groups."""
+    try:
+        import grp
+        import pwd
+    except ImportError:  # Windows
+        return None
+    try:
+        status = device.stat()
+        if not status.st_mode & 0o060 or status.st_gid == 0:
+            return Access()
+        group = grp.getgrgid(status.st_gid)
+    except (OSError, KeyError):
+        return None
+    try:
+        user = pwd.getpwuid(os.getuid())
+    except KeyError:  # a user without a name, as in some containers
+        return Access(group=group.gr_name)
+    is_member = user.pw_name in group.gr_mem or user.pw_gid == status.st_gid
+    is_effective = status.st_gid in (os.getegid(), *os.getgroups())
+    return Access(group=group.gr_name, is_member=is_member, is_effective=is_effective)
+
+
+def _latency_file(port: str, root: Path) -> Path | None:
+    name = os.path.realpath(root / port.lstrip("/")).rsplit("/", 1)[-1]
+    path = root / "sys/bus/usb-serial/devices" / name / "latency_timer"
+    return path if path.exists() else None
+
+
+def _number_in(path: Path) -> int | None:
+    with suppress(OSError, ValueError):
+        return int(path.read_text().strip())
+    return None
+
+
+@dataclass(frozen=True, slots=True)
+class _Visit:
+    """An adapter that was there for a while. `left_at` None: it still is."""
+
+    came_at: float
+    left_at: float | None = None
+
+
+class PortHistory:
+    """Which adapters came and went, from one list of ports to the next. Bounded; one thread."""
+
+    SHORT_VISIT_S = 8.0
+    """An adapter that goes again this soon after it came was not pulled by a person."""
+    KEPT_VISITS = 32
+    KEPT_ADAPTERS = 64
+
+    def __init__(self) -> None:
+        self._visits: dict[str, list[_Visit]] = {}
+        self._names: dict[str, str] = {}
+        self._is_first = True
+
+    def look(self, ports: Iterable[PortInfo], now: float) -> None:
+        """Take in a list of ports."""
+        present = {port.identity or port.device: port.device for port in ports}
+        for key, visits in self._visits.items():
+            if key not in present and visits[-1].left_at is None:
+                visits[-1] = _Visit(visits[-1].came_at, now)
+        for key, device in present.items():
+            visits = self._visits.setdefault(key, [])
+            self._names[key] = device
+            if not visits or visits[-1].left_at is not None:
+                # What was there at the first look came nobody knows when.
+                visits.append(_Visit(float("-inf") if self._is_first else now))
+                del visits[: -self.KEPT_VISITS]
+        self._is_first = False
+        while len(self._visits) > self.KEPT_ADAPTERS:
+            oldest = next(iter(self._visits))
+            del self._visits[oldest], self._names[oldest]
+
+    def short_visits(self, port: str, now: float, *, within_s: float = 120.0) -> int:
+        """How often within that time the adapter at `port` (its name or identity) came and was gone at once."""
+        count = 0
+        for key, visits in self._visits.items():
+            if port in (key, self._names[key]):
+                ended = [visit for visit in visits if visit.left_at is not None and now - visit.left_at <= within_s]
+                count += sum((visit.left_at or 0.0) - visit.came_at <= self.SHORT_VISIT_S for visit in ended)
+        return count

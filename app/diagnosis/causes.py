@@ -1,0 +1,286 @@
+"""Why does it not connect?  One cause and one next action, from what is seen.
+
+`CAUSES` is the table: from top to bottom, the first cause that fits the evidence is the one. What can be judged on the
+evidence is in `app.diagnosis.symptoms`; whoever holds the link gathers it, and `app.diagnosis.adapter_facts` asks the
+system for the rest.
+"""
+
+import shlex
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from enum import Enum
+
+from app.diagnosis.symptoms import (
+    Evidence,
+    frames_of_module,
+    has_login,
+    holder_name,
+    is_bad_line,
+    is_echo,
+    is_gone,
+    is_prober,
+    is_silent,
+    is_slow,
+    is_taken_for_braille,
+    may_soon,
+    trouble_of,
+)
+from app.engine.transport import PortTrouble
+from app.text.i18n import tr
+from protocol.translatable import marked
+
+
+class Cause(Enum):
+    """What is wrong. The value is stable, for logs and tests."""
+
+    BRAILLE = "brltty takes the adapter"
+    MODEM_PROBER = "a modem prober has the port"
+    FLAPPING = "the adapter appears and vanishes"
+    HELD = "another program has the port"
+    LOG_IN_AGAIN = "the group is not yet effective"
+    NO_PERMISSION = "no permission"
+    MISSING = "no such port"
+    UNPLUGGED = "unplugged"
+    STUCK = "takes no bytes"
+    UNUSABLE = "no serial port"
+    LOGIN = "a computer's console"
+    SHUT_DOWN = "it was shut down"
+    ECHO = "echo only"
+    WRONG_RATE = "wrong baud rate"
+    BAD_LINE = "checksum errors"
+    DEAF = "sends and does not answer"
+    FELL_SILENT = "fell silent"
+    NOTHING = "no bytes at all"
+    SLOW_ADAPTER = "slow adapter"
+
+
+@dataclass(frozen=True, slots=True)
+class Diagnosis:
+    """`what` and `next_step` are in the language in use. `command`: what to type, exactly, where that is the step."""
+
+    cause: Cause
+    what: str
+    next_step: str
+    command: str | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Row:
+    """One row of the table. `what` and `next_step` are English with the placeholders of `_values`, marked."""
+
+    cause: Cause
+    fits: Callable[[Evidence], bool]
+    what: str
+    next_step: str
+    command: Callable[[Evidence], str | None] = lambda _evidence: None
+
+
+def diagnose(evidence: Evidence) -> Diagnosis | None:
+    """The cause and what to do; None where nothing is wrong, or nothing has been asked yet."""
+    for row in CAUSES:
+        if row.fits(evidence):
+            values = _values(evidence)
+            command = row.command(evidence)
+            return Diagnosis(
+                row.cause,
+                tr(row.what, **values),
+                tr(row.next_step, **values, command="" if command is None else command),
+                command,
+            )
+    return None
+
+
+# What to type
+
+
+_JOIN_GROUP = "sudo usermod -aG dialout $USER"
+"""The group of serial ports on Debian and Ubuntu."""
+
+
+def _permission_command(evidence: Evidence) -> str | None:
+    if not evidence.platform.startswith("linux"):
+        return None
+    access = evidence.facts.access
+    if access is not None and access.group is not None:
+        return f"sudo usermod -aG {access.group} $USER"
+    return _install_rule(evidence) if access is not None and evidence.facts.rule_source else _JOIN_GROUP
+
+
+def _install_rule(evidence: Evidence) -> str:
+    source = shlex.quote(evidence.facts.rule_source)
+    return f"sudo cp {source} /etc/udev/rules.d/ && sudo udevadm control --reload && sudo udevadm trigger"
+
+
+def _rule_command(evidence: Evidence) -> str | None:
+    """With our rule in place the modem program only has to be started anew to heed it; without one it has to end."""
+    if evidence.facts.has_rule:
+        return "sudo systemctl restart ModemManager"
+    return _install_rule(evidence) if evidence.facts.rule_source else "sudo systemctl stop ModemManager"
+
+
+def _latency_command(evidence: Evidence) -> str | None:
+    path = evidence.facts.latency_path
+    return None if path is None else f"echo 1 | sudo tee {path}"
+
+
+def _values(evidence: Evidence) -> Mapping[str, object]:
+    holder = evidence.trouble.holder if evidence.trouble is not None else None
+    trip_s = evidence.round_trip_median_s
+    counters = evidence.counters
+    return {
+        "port": evidence.port or (evidence.trouble.port if evidence.trouble is not None else ""),
+        "rate": evidence.baud_rate,
+        "program": "" if holder is None else holder.name,
+        "pid": "" if holder is None else holder.pid,
+        "visits": evidence.short_visits,
+        "bytes": evidence.bytes_received,
+        "rejected": counters.rejected,
+        "asked": counters.sent,
+        "ms": "" if trip_s is None else round(trip_s * 1000),
+    }
+
+
+_IN_USE = marked("{port} is in use by {program} (process {pid}).")
+_IN_USE_BY_SOMEBODY = marked("{port} is in use by another program, and the system does not tell which.")
+_TYPE = marked("Type: {command}")
+
+CAUSES: tuple[Row, ...] = (
+    # The port cannot be had
+    Row(
+        Cause.BRAILLE,
+        is_taken_for_braille,
+        marked("{port} vanishes again: the driver for Braille displays (brltty) takes this adapter for one."),
+        marked("If nobody here uses a Braille display, type: {command} — then plug the adapter in again."),
+        lambda _seen: "sudo apt remove brltty",
+    ),
+    Row(
+        Cause.MODEM_PROBER,
+        is_prober,
+        marked("A modem program (ModemManager) tries out {port}: it sends AT commands to the module."),
+        marked("Type: {command} — then plug the adapter in again."),
+        _rule_command,
+    ),
+    Row(
+        Cause.FLAPPING,
+        lambda seen: is_gone(seen) and seen.short_visits >= 2,
+        marked("The adapter at {port} has come and gone {visits} times: it loses its power or its contact."),
+        marked("Use another USB cable and another socket, without a hub."),
+    ),
+    Row(
+        Cause.HELD,
+        lambda seen: trouble_of(seen) is PortTrouble.BUSY and bool(holder_name(seen)),
+        _IN_USE,
+        marked("Close {program} and connect again."),
+    ),
+    Row(
+        Cause.HELD,
+        lambda seen: trouble_of(seen) is PortTrouble.BUSY,
+        _IN_USE_BY_SOMEBODY,
+        marked("Close every program that uses serial ports, a second window of this one too, and connect again."),
+    ),
+    Row(
+        Cause.LOG_IN_AGAIN,
+        lambda seen: trouble_of(seen) is PortTrouble.NOT_ALLOWED and may_soon(seen),
+        marked("You may open {port}, but this session does not know it yet."),
+        marked("Log out and in again; on some systems only a restart helps."),
+    ),
+    Row(
+        Cause.NO_PERMISSION,
+        lambda seen: trouble_of(seen) is PortTrouble.NOT_ALLOWED and _permission_command(seen) is not None,
+        marked("You may not open {port}."),
+        marked("Type: {command} — then log out and in again."),
+        _permission_command,
+    ),
+    Row(
+        Cause.NO_PERMISSION,
+        lambda seen: trouble_of(seen) is PortTrouble.NOT_ALLOWED,
+        marked("You may not open {port}."),
+        marked("Ask the administrator of this computer for access to serial ports."),
+    ),
+    Row(
+        Cause.MISSING,
+        lambda seen: trouble_of(seen) is PortTrouble.MISSING,
+        marked("There is no port {port}."),
+        marked("Plug the adapter in. If it is plugged in and no new port appears, its driver is missing."),
+    ),
+    Row(
+        Cause.UNPLUGGED,
+        lambda seen: trouble_of(seen) is PortTrouble.LOST,
+        marked("{port} was unplugged, or its driver failed."),
+        marked("Plug the adapter in again: the program connects by itself, to this adapter only."),
+    ),
+    Row(
+        Cause.STUCK,
+        lambda seen: trouble_of(seen) is PortTrouble.STUCK,
+        marked("{port} takes no bytes: the adapter or its driver hangs."),
+        marked("Unplug the adapter, wait two seconds, and plug it in again."),
+    ),
+    Row(
+        Cause.UNUSABLE,
+        lambda seen: trouble_of(seen) in (PortTrouble.UNUSABLE, PortTrouble.UNSUPPORTED),
+        marked("{port} cannot be used as a serial port."),
+        marked("Choose another port."),
+    ),
+    # The port is open
+    Row(
+        Cause.LOGIN,
+        has_login,
+        marked("At {port} there is a computer that wants somebody to log in, not a module."),
+        marked("Choose the adapter that the module is connected to."),
+    ),
+    Row(
+        Cause.SHUT_DOWN,
+        lambda seen: seen.is_open and seen.was_shut_down and not seen.is_answering,
+        marked("The module was shut down by this program."),
+        marked("Hold its switch for two seconds, or connect external power."),
+    ),
+    Row(
+        Cause.ECHO,
+        is_echo,
+        marked("Only our own bytes come back on {port}."),
+        marked("Check the wiring: TX and RX touch each other, or the module is not connected."),
+    ),
+    Row(
+        Cause.BAD_LINE,
+        is_bad_line,
+        marked("Frames arrive damaged: {rejected} of {bytes} bytes were rejected."),
+        marked("Use a shorter cable, connect ground, and keep it away from motors and antennas."),
+    ),
+    Row(
+        Cause.WRONG_RATE,
+        lambda seen: is_silent(seen) and seen.counters.rejected > 0 and not frames_of_module(seen),
+        marked("{bytes} bytes came on {port} at {rate} baud, and no frame is among them."),
+        marked("The module has another baud rate: find the rate."),
+    ),
+    Row(
+        Cause.DEAF,
+        lambda seen: is_silent(seen) and not seen.was_online and frames_of_module(seen) > 0,
+        marked("The module on {port} sends, but does not answer."),
+        marked("Check the wire from the adapter's TX to the module's RX."),
+    ),
+    Row(
+        Cause.FELL_SILENT,
+        lambda seen: is_silent(seen) and seen.was_online,
+        marked("The module answered before and has fallen silent; the port is fine."),
+        marked("Check its plug and its cell; hold its switch for two seconds to switch it on."),
+    ),
+    Row(
+        Cause.NOTHING,
+        lambda seen: is_silent(seen) and not seen.bytes_received,
+        marked("Not a single byte has come on {port}, and it was asked {asked} times."),
+        marked("Switch the module on, connect ground, and cross the wires: TX to RX and RX to TX."),
+    ),
+    Row(
+        Cause.SLOW_ADAPTER,
+        lambda seen: is_slow(seen) and _latency_command(seen) is not None,
+        marked("It works, but the adapter holds every answer back ({ms} ms): its latency timer is long."),
+        _TYPE,
+        _latency_command,
+    ),
+    Row(
+        Cause.SLOW_ADAPTER,
+        is_slow,
+        marked("It works, but the adapter holds every answer back ({ms} ms): its latency timer is long."),
+        marked("Set the latency timer to 1 ms in the settings of the adapter's driver (port, advanced)."),
+    ),
+)

@@ -1,0 +1,110 @@
+"""Gathers from the worker's batches what `app.diagnosis.causes` wants to know."""
+
+import sys
+from dataclasses import dataclass, replace
+
+from app.diagnosis.adapter_facts import AdapterFacts
+from app.diagnosis.symptoms import NOISE_KEPT_BYTES, Evidence
+from app.engine.procedure import LinkView
+from app.engine.worker import Batch, PortState
+from protocol.catalogue import BY_NAME
+from protocol.events import Counters, Received, Rejected, Role, Sent
+from protocol.link_states import Presence
+
+MISSES_OF_A_DEAF_MODULE = 2
+"""Requests in a row without an answer, while it sends by itself."""
+_SHUT_DOWN = BY_NAME["shutdown"].set(True)
+
+
+@dataclass(frozen=True, slots=True)
+class _Mark:
+    """The totals when a module last answered or was switched on; what came since tells why it does not answer now."""
+
+    counters: Counters
+    bytes_received: int
+
+
+class Witness:
+    """Sees every batch of one connection. One thread. `begin` when somebody connects."""
+
+    def __init__(self) -> None:
+        self._seen = Evidence(platform=sys.platform)
+        self._mark = _Mark(Counters(), 0)
+        self._base = self._mark
+        """The totals when the port was opened or got its rate: what came at another rate says nothing of this one."""
+        self._noise = bytearray()
+
+    def begin(self, port: str) -> None:
+        """Somebody connects to `port`: nothing that was seen before counts."""
+        self._seen = Evidence(port=port, platform=sys.platform)
+        self._mark = self._base = _Mark(Counters(), 0)
+        self._noise.clear()
+
+    def take(self, batch: Batch) -> None:
+        """Take in one batch; every batch, in order."""
+        connection = batch.connection
+        if connection.state is PortState.OPENING:
+            self._mark = self._base = _Mark(Counters(), 0)
+            self._noise.clear()
+        elif connection.baud_rate != self._seen.baud_rate and self._seen.is_open and batch.link is not None:
+            self._mark = self._base = _Mark(batch.link.counters, batch.link.bytes_received)
+            self._noise.clear()
+        was_shut_down = self._seen.was_shut_down
+        for event in batch.events:
+            match event:
+                case Sent(request=request) if request == _SHUT_DOWN:
+                    was_shut_down = True
+                case Received(role=role) if role not in (Role.ANSWER, Role.ECHO, Role.LATE):
+                    was_shut_down = False  # its acknowledgement comes before it goes, anything else after
+                case Rejected(noise=noise):
+                    self._noise += noise.raw
+                case _:
+                    pass
+        del self._noise[:-NOISE_KEPT_BYTES]
+        is_open = connection.state is PortState.OPEN
+        self._seen = replace(
+            self._seen,
+            port=connection.port or self._seen.port,
+            baud_rate=connection.baud_rate or self._seen.baud_rate,
+            trouble=connection.trouble,
+            is_open=is_open,
+            is_answering=self._seen.is_answering and is_open,
+            was_shut_down=was_shut_down,
+        )
+        if batch.link is not None:
+            self._take_link(batch.link, is_online=batch.device.presence is Presence.ONLINE)
+
+    def evidence(self, *, facts: AdapterFacts | None = None, short_visits: int = 0) -> Evidence:
+        """What was seen up to now, with what the system tells (`facts_about`, `PortHistory.short_visits`)."""
+        return replace(self._seen, noise=bytes(self._noise), facts=facts or AdapterFacts(), short_visits=short_visits)
+
+    def _take_link(self, link: LinkView, *, is_online: bool) -> None:
+        has_news = link.counters.restarts > self._mark.counters.restarts
+        if has_news or link.counters.by_role[Role.ANSWER] > self._mark.counters.by_role[Role.ANSWER]:
+            self._mark = _Mark(link.counters, link.bytes_received)
+        has_answered = link.counters.by_role[Role.ANSWER] > 0
+        misses = link.counters.time_outs - self._mark.counters.time_outs
+        is_answering = is_online and has_answered and misses < MISSES_OF_A_DEAF_MODULE
+        since = self._base if is_answering else self._mark
+        self._seen = replace(
+            self._seen,
+            is_answering=is_answering,
+            was_online=self._seen.was_online or has_answered,
+            counters=difference(link.counters, since.counters),
+            bytes_received=link.bytes_received - since.bytes_received,
+            round_trip_minimum_s=link.round_trip_minimum_s,
+            round_trip_median_s=link.round_trip_median_s,
+        )
+
+
+def difference(later: Counters, earlier: Counters) -> Counters:
+    """What was counted in between; nothing below zero."""
+    return Counters(
+        later.sent - earlier.sent,
+        later.frames - earlier.frames,
+        later.by_role - earlier.by_role,
+        later.rejected_bytes - earlier.rejected_bytes,
+        later.time_outs - earlier.time_outs,
+        later.retries - earlier.retries,
+        later.restarts - earlier.restarts,
+    )

@@ -1,0 +1,225 @@
+"""How the link stands, and the next thing to do about it: what the top bar and the connect panel say."""
+
+import time
+from dataclasses import dataclass
+from enum import Enum
+
+from app.diagnosis.troubles import NoAnswer, explain
+from app.engine.device import DeviceView
+from app.engine.reconnect import LOSSES, Absence
+from app.engine.transport import PortError
+from app.engine.worker import Connection, PortState
+from app.procedures.greet import Greeting, Silence
+from app.text.i18n import tr
+from protocol.link_states import Presence
+
+
+class Phase(Enum):
+    CLOSED = "closed"
+    OPENING = "opening"
+    FINDING = "finding"
+    """Trying one baud rate after the other."""
+    ASKING = "asking"
+    """Open; nothing is known of a module yet."""
+    SILENT = "silent"
+    """Open, and no module has ever answered."""
+    ONLINE = "online"
+    LATE = "late"
+    """It answers, but what it says comes so late that it may no longer be so."""
+    OFFLINE = "offline"
+    """It answered before and does not any more."""
+    LOST = "lost"
+    """The port went away; it is opened again when the same adapter comes back."""
+    FAILED = "failed"
+    """The port could not be opened."""
+    SWITCHED_OFF = "switched_off"
+    """Silent because it was shut down by command, which is no fault."""
+
+
+class Step(Enum):
+    """What a click can do about it."""
+
+    CHOOSE_PORT = "choose_port"
+    FIND_RATE = "find_rate"
+    CONNECT_AGAIN = "connect_again"
+    WHY = "why"
+
+
+@dataclass(frozen=True, slots=True)
+class LinkState:
+    phase: Phase
+    port: str = ""
+    baud_rate: int = 0
+    since: float | None = None
+    """Monotonic seconds; for OFFLINE."""
+    silence: Silence | None = None
+    """For SILENT: what came instead of an answer."""
+    lag_s: float | None = None
+    """For LATE."""
+    trouble: PortError | None = None
+    """For FAILED and LOST."""
+    off_at: float | None = None
+    """By the calendar, as `time.time()`; for SWITCHED_OFF."""
+    absence: Absence | None = None
+    """For LOST, and for FAILED where it was lost: why it is not open again."""
+
+    @property
+    def is_fine(self) -> bool:
+        """Nothing for a person to do."""
+        return self.phase in (Phase.OPENING, Phase.FINDING, Phase.ASKING, Phase.ONLINE)
+
+
+@dataclass(frozen=True, slots=True)
+class LinkWords:
+    """In the language in use. `word`: one or two words; `what`: a sentence; `next_step`: what to do, may be empty."""
+
+    word: str
+    what: str
+    next_step: str
+    step: Step | None
+
+
+def link_state(
+    connection: Connection,
+    device: DeviceView,
+    greeting: Greeting | None,
+    *,
+    is_finding: bool,
+    absence: Absence | None = None,
+    switched_off_at: float | None = None,
+) -> LinkState:
+    """`absence`: the port was lost, and why it is not open again (`app.engine.reconnect`). `switched_off_at`: by
+    command, as `time.time()`; it has not answered since."""
+    port, rate = connection.port, connection.baud_rate
+    if absence is not None and absence.is_waiting:
+        return LinkState(Phase.LOST, port, rate, trouble=connection.trouble, absence=absence)
+    match connection.state:
+        case PortState.OPENING:
+            return LinkState(Phase.OPENING, port, rate)
+        case PortState.CLOSED:
+            phase = Phase.CLOSED if connection.trouble is None else Phase.FAILED
+            return LinkState(phase, port, rate, trouble=connection.trouble, absence=absence)
+        case PortState.OPEN:
+            pass
+    if is_finding:
+        return LinkState(Phase.FINDING, port, rate)
+    if device.presence is Presence.ONLINE and device.is_late:
+        # In steps of half a second, so that what is said of it does not change with every answer.
+        return LinkState(Phase.LATE, port, rate, lag_s=round((device.lag_s or 0.0) * 2) / 2)
+    if device.presence is Presence.ONLINE:
+        return LinkState(Phase.ONLINE, port, rate)
+    is_mute = greeting is None or greeting.silence in (None, Silence.NOTHING)
+    if switched_off_at is not None and (device.values or is_mute):
+        return LinkState(Phase.SWITCHED_OFF, port, rate, off_at=switched_off_at)
+    if device.values:
+        return LinkState(Phase.OFFLINE, port, rate, since=device.presence_since)
+    if greeting is not None and greeting.silence is not None:
+        return LinkState(Phase.SILENT, port, rate, silence=greeting.silence)
+    return LinkState(Phase.ASKING, port, rate)
+
+
+def words(state: LinkState, now: float) -> LinkWords:
+    """What to say about `state` at monotonic second `now`."""
+    match state.phase:
+        case Phase.CLOSED:
+            return LinkWords(
+                tr("Not connected"),
+                tr("No port is open."),
+                tr("Choose the port that the module is plugged into."),
+                Step.CHOOSE_PORT,
+            )
+        case Phase.OPENING:
+            return LinkWords(tr("Opening …"), tr("The port is being opened."), "", None)
+        case Phase.FINDING:
+            return LinkWords(
+                tr("Trying {rate} baud …", rate=state.baud_rate),
+                tr("Looking for the baud rate at which a module answers."),
+                "",
+                None,
+            )
+        case Phase.ASKING:
+            return LinkWords(tr("Asking …"), tr("The port is open, the module is being asked."), "", None)
+        case Phase.ONLINE:
+            return LinkWords(tr("Connected"), tr("The module answers."), "", None)
+        case Phase.LATE:
+            return LinkWords(
+                tr("{time} late", time=duration(state.lag_s or 0.0)),
+                tr(
+                    "What the module says arrives {time} late: it may no longer be so.",
+                    time=duration(state.lag_s or 0.0),
+                ),
+                tr("Apart from LOCK, acts are refused meanwhile. Use a cable, or bring the wireless bridge closer."),
+                None,
+            )
+        case Phase.OFFLINE:
+            return _offline_words(state, now)
+        case Phase.SILENT:
+            return _silent_words(state)
+        case Phase.LOST:
+            return LinkWords(
+                tr("Port lost"),
+                tr("The port went away.") if state.trouble is None else explain(state.trouble).what,
+                tr((state.absence or Absence.AWAY).value),
+                Step.CHOOSE_PORT,
+            )
+        case Phase.SWITCHED_OFF:
+            at = time.strftime("%H:%M", time.localtime(state.off_at))
+            return LinkWords(
+                tr("Switched off at {time}", time=at),
+                tr("Switched off by command at {time}.", time=at),
+                tr("It comes back by its switch, held for 2 s, or by external power."),
+                None,
+            )
+        case Phase.FAILED:
+            return _failed_words(state.trouble, state.absence)
+
+
+def _offline_words(state: LinkState, now: float) -> LinkWords:
+    word = tr("Offline")
+    if state.since is not None:
+        word = tr("Offline for {time}", time=duration(now - state.since))
+    return LinkWords(
+        word,
+        tr("The module no longer answers."),
+        tr("Check its power and the cable; it is asked again every 2 s."),
+        None,
+    )
+
+
+def _silent_words(state: LinkState) -> LinkWords:
+    explanation = explain(NoAnswer(state.port, state.baud_rate, state.silence or Silence.NOTHING))
+    match state.silence:
+        case Silence.GARBAGE:
+            word, step = tr("Wrong rate?"), Step.FIND_RATE
+        case Silence.ECHO:
+            word, step = tr("Only an echo"), Step.CHOOSE_PORT
+        case Silence.OTHER_FRAMES:
+            word, step = tr("No answer"), Step.CHOOSE_PORT
+        case _:
+            word, step = tr("No module"), Step.FIND_RATE
+    return LinkWords(word, explanation.what, explanation.next_step, step)
+
+
+def _failed_words(trouble: PortError | None, absence: Absence | None) -> LinkWords:
+    if trouble is None:
+        return LinkWords(
+            tr("Closed"),
+            tr("The port was closed by a fault of this program."),
+            tr("Connect again."),
+            Step.CONNECT_AGAIN,
+        )
+    explanation = explain(trouble)
+    word = tr("Not opened") if trouble.trouble not in LOSSES else tr("Port lost")
+    next_step = explanation.next_step if absence is None else tr(absence.value)
+    return LinkWords(word, explanation.what, next_step, Step.CONNECT_AGAIN)
+
+
+def duration(seconds: float) -> str:
+    """ "0.4 s", "12 s", "3 min", "2 h": as exact as a person wants to know it."""
+    if seconds < 2:
+        return tr("{value:.1f} s", value=max(0.0, seconds))
+    if seconds < 120:
+        return tr("{value:.0f} s", value=seconds)
+    if seconds < 7200:
+        return tr("{value:.0f} min", value=seconds / 60)
+    return tr("{value:.0f} h", value=seconds / 3600)

@@ -1,0 +1,207 @@
+"""The link's figures over time: round trips, loss, what was rejected and why, restarts. Bounded, for hours.
+
+Fed with every batch of the worker. Two resolutions: seconds for ten minutes, minutes for twelve hours.
+"""
+
+from bisect import bisect_left
+from collections import Counter, deque
+from collections.abc import Iterable
+from dataclasses import dataclass, field
+from typing import NamedTuple
+
+from app.diagnosis.evidence import difference
+from app.engine.procedure import LinkView
+from app.engine.worker import Batch, PortState
+from protocol.events import Answered, Counters, Event, Received, Rejected, Sent
+from protocol.frame import Reason
+
+FINE_S = 1.0
+FINE_KEPT = 600
+COARSE_S = 60.0
+COARSE_KEPT = 720
+BOUNDS_MS: tuple[float, ...] = (1, 2, 3, 4, 6, 8, 12, 16, 24, 32, 48, 64, 100, 150, 250, 500, 1000)
+"""Upper bounds of the classes of round trips; one more class holds what took longer."""
+TRIPS_KEPT = 4096
+
+
+@dataclass(frozen=True, slots=True)
+class Slice:
+    """What happened in one stretch of time. `begins_s`: monotonic seconds, a multiple of its length."""
+
+    begins_s: float
+    lasts_s: float
+    sent: int = 0
+    frames: int = 0
+    time_outs: int = 0
+    retries: int = 0
+    restarts: int = 0
+    losses: int = 0
+    """How often the port was lost."""
+    bytes_received: int = 0
+    rejected: tuple[tuple[Reason, int], ...] = ()
+    """Bytes by reason, most first."""
+    slowest_s: float | None = None
+    """The longest round trip."""
+
+    @property
+    def rejected_bytes(self) -> int:
+        return sum(count for _, count in self.rejected)
+
+
+@dataclass(frozen=True, slots=True)
+class TripClass:
+    """How many round trips took longer than the class before and at most `up_to_ms`; None: without a limit."""
+
+    up_to_ms: float | None
+    count: int
+
+
+def accumulate(total: Counters, grown: Counters) -> None:
+    """Add `grown` to `total`."""
+    total.sent += grown.sent
+    total.frames += grown.frames
+    total.by_role.update(grown.by_role)
+    total.rejected_bytes.update(grown.rejected_bytes)
+    total.time_outs += grown.time_outs
+    total.retries += grown.retries
+    total.restarts += grown.restarts
+
+
+class _Growth(NamedTuple):
+    counters: Counters
+    bytes_received: int
+
+
+def _counted(events: Iterable[Event]) -> _Growth:
+    """What these events add up to."""
+    grown, byte_count = Counters(), 0
+    for event in events:
+        match event:
+            case Sent():
+                grown.sent += 1
+            case Received(frame=frame, role=role):
+                grown.frames += 1
+                grown.by_role[role] += 1
+                byte_count += len(frame.raw)
+            case Rejected(noise=noise):
+                grown.rejected_bytes[noise.reason] += len(noise.raw)
+                byte_count += len(noise.raw)
+            case _:
+                pass
+    return _Growth(grown, byte_count)
+
+
+@dataclass(slots=True)
+class _Sum:
+    """A slice under way."""
+
+    begins_s: float
+    counters: Counters = field(default_factory=Counters)
+    bytes_received: int = 0
+    losses: int = 0
+    slowest_s: float | None = None
+
+    def add(self, grown: Counters, byte_count: int, losses: int, trips_s: Iterable[float]) -> None:
+        accumulate(self.counters, grown)
+        self.bytes_received += byte_count
+        self.losses += losses
+        self.slowest_s = max([*trips_s, *([self.slowest_s] if self.slowest_s is not None else [])], default=None)
+
+    def closed(self, lasts_s: float) -> Slice:
+        one = self.counters
+        rejected = tuple((reason, count) for reason, count in one.rejected_bytes.most_common() if count)
+        return Slice(
+            self.begins_s, lasts_s, one.sent, one.frames, one.time_outs, one.retries, one.restarts,
+            self.losses, self.bytes_received, rejected, self.slowest_s,
+        )  # fmt: skip
+
+
+class _Series:
+    """Slices of one length. A stretch without a batch has none."""
+
+    def __init__(self, lasts_s: float, kept: int) -> None:
+        self._lasts_s = lasts_s
+        self._done: deque[Slice] = deque(maxlen=kept - 1)
+        self._open: _Sum | None = None
+
+    def at(self, now: float) -> _Sum:
+        begins_s = now // self._lasts_s * self._lasts_s
+        if self._open is None or begins_s > self._open.begins_s:
+            if self._open is not None:
+                self._done.append(self._open.closed(self._lasts_s))
+            self._open = _Sum(begins_s)
+        return self._open
+
+    def slices(self) -> tuple[Slice, ...]:
+        last = () if self._open is None else (self._open.closed(self._lasts_s),)
+        return (*self._done, *last)
+
+
+class LinkFigures:
+    """See the module's docstring. One thread. Counts on over every reconnection."""
+
+    def __init__(self) -> None:
+        self._fine = _Series(FINE_S, FINE_KEPT)
+        self._coarse = _Series(COARSE_S, COARSE_KEPT)
+        self._last = Counters()
+        self._last_bytes = 0
+        self._was_open = False
+        self._trips_s: deque[float] = deque(maxlen=TRIPS_KEPT)
+        self._classes: Counter[int] = Counter()
+        self.totals = Counters()
+        self.bytes_received = 0
+        self.losses = 0
+
+    def take(self, batch: Batch) -> None:
+        """Take in one batch; every batch, in order."""
+        if batch.connection.state is not PortState.OPEN:
+            lost = int(self._was_open and batch.connection.trouble is not None)
+            self._was_open = False
+            self._add(batch.at, *_counted(batch.events), lost, ())  # the last moments, of which no link tells
+            self._last, self._last_bytes = Counters(), 0
+            return
+        self._was_open = True
+        trips = [event.round_trip_s for event in batch.events if isinstance(event, Answered)]
+        trips_s = [trip for trip in trips if trip is not None]
+        self._add(batch.at, *self._growth(batch.link), 0, trips_s)
+
+    @property
+    def seconds(self) -> tuple[Slice, ...]:
+        """The last ten minutes, oldest first."""
+        return self._fine.slices()
+
+    @property
+    def minutes(self) -> tuple[Slice, ...]:
+        """The last twelve hours, oldest first."""
+        return self._coarse.slices()
+
+    def round_trips(self) -> tuple[TripClass, ...]:
+        """All round trips since the program started, by duration."""
+        bounds: tuple[float | None, ...] = (*BOUNDS_MS, None)
+        return tuple(TripClass(bound, self._classes[index]) for index, bound in enumerate(bounds))
+
+    def quantile_s(self, share: float) -> float | None:
+        """The round trip that `share` (0 … 1) of the last 4,096 do not exceed; None without any."""
+        ordered = sorted(self._trips_s)
+        return ordered[min(len(ordered) - 1, int(share * len(ordered)))] if ordered else None
+
+    def _growth(self, link: LinkView | None) -> _Growth:
+        if link is None:
+            return _Growth(Counters(), 0)
+        if link.bytes_received < self._last_bytes or link.counters.sent < self._last.sent:
+            self._last, self._last_bytes = Counters(), 0  # another opening, of which no batch told
+        grown = difference(link.counters, self._last)
+        byte_count = link.bytes_received - self._last_bytes
+        self._last, self._last_bytes = link.counters, link.bytes_received
+        return _Growth(grown, byte_count)
+
+    def _add(self, now: float, grown: Counters, byte_count: int, losses: int, trips_s: Iterable[float]) -> None:
+        trips_s = tuple(trips_s)
+        for series in (self._fine, self._coarse):
+            series.at(now).add(grown, byte_count, losses, trips_s)
+        for trip_s in trips_s:
+            self._trips_s.append(trip_s)
+            self._classes[bisect_left(BOUNDS_MS, round(trip_s * 1000, 6))] += 1
+        accumulate(self.totals, grown)
+        self.bytes_received += byte_count
+        self.losses += losses

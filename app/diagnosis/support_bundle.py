@@ -1,0 +1,202 @@
+"""The support bundle: what the preview shows is what the zip holds, byte for byte, and nothing else.
+
+Nothing personal: user names in paths, the user's and the computer's name are replaced before anybody sees it; neither
+the environment nor other files are ever read.
+"""
+
+import getpass
+import json
+import platform
+import re
+import socket
+import zipfile
+from collections.abc import Iterable, Mapping
+from contextlib import suppress
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from app.captures.reader import Entry, Header, lines_of
+from app.diagnosis.link_statistics import LinkFigures
+from app.diagnosis.troubles import explain
+from app.engine.device import DeviceView
+from app.engine.worker import Connection
+from app.system.files import whole_file
+
+USER = "<user>"
+COMPUTER = "<computer>"
+SHORTEST_NAME = 3
+"""A shorter name would be found in every second word."""
+LONGEST_PART = 2_000_000
+"""Characters of one file in the bundle; of the log and the capture the end counts."""
+_HOME = re.compile(
+    r"((?:/home/|/Users/|[A-Za-z]:[\\/]+(?:Users|Documents and Settings)[\\/]+))"
+    r"([^/\\\n\"'<>|:]{1,64}?(?=[/\\])|[^/\\\s\"'<>|:]+)"
+)
+_USUAL = frozenset({"root", "user", "admin", "public", "shared", "localhost"})
+"""Names that say nothing about anybody, and stand in paths and messages."""
+_ZIP_TIME = (1980, 1, 1, 0, 0, 0)
+
+
+@dataclass(frozen=True, slots=True)
+class Part:
+    """One file of the bundle, as it is written."""
+
+    name: str
+    text: str
+
+    @property
+    def size_bytes(self) -> int:
+        return len(self.text.encode())
+
+
+@dataclass(frozen=True, slots=True)
+class Names:
+    """What must not be in the bundle."""
+
+    user: str = ""
+    computer: str = ""
+    home: str = ""
+
+    @classmethod
+    def of_this_computer(cls) -> "Names":
+        user = ""
+        with suppress(OSError, KeyError, ImportError):
+            user = getpass.getuser()
+        return cls(user, socket.gethostname(), str(Path.home()))
+
+
+def scrub(text: str, names: Names) -> str:
+    """`text` with the user's and the computer's name, and every user name in a path, replaced."""
+    if len(names.home) > SHORTEST_NAME:
+        text = text.replace(names.home, f"~{USER}")
+    text = _HOME.sub(lambda found: found[1] + USER, text)
+    for name, instead in ((names.computer, COMPUTER), (names.computer.partition(".")[0], COMPUTER), (names.user, USER)):
+        if len(name) >= SHORTEST_NAME and name.lower() not in _USUAL:
+            text = re.sub(rf"(?<![A-Za-z0-9]){re.escape(name)}(?![A-Za-z0-9])", instead, text, flags=re.IGNORECASE)
+    return text
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Contents:
+    """What the program knows and hands over. Everything but the version may be missing."""
+
+    version: str
+    log: str = ""
+    connection: Connection = field(default_factory=Connection)
+    device: DeviceView = field(default_factory=DeviceView)
+    now: float = 0.0
+    """Monotonic seconds, of `device`."""
+    figures: LinkFigures | None = None
+    preferences: Mapping[str, object] = field(default_factory=dict)
+    """The program's own settings: language, theme …"""
+    capture: Iterable[Entry] = ()
+    capture_header: Header = field(default_factory=Header)
+
+
+class SupportBundle:
+    """Fixed from the moment it is made: `preview` and `write` show the same. Raises nothing but OSError, in `write`."""
+
+    def __init__(self, contents: Contents, *, names: Names | None = None) -> None:
+        names = names or Names.of_this_computer()
+        texts = {
+            "about.json": _json(_about(contents.version)),
+            "link.json": _json(_link(contents)),
+            "module.json": _json(_module(contents)),
+            "preferences.json": _json(dict(contents.preferences)),
+            "log.txt": contents.log,
+            "capture.txt": "".join(f"{line}\n" for line in _capture_lines(contents)),
+        }
+        self._parts = tuple(Part(name, _end_of(scrub(text, names))) for name, text in texts.items() if text)
+
+    def preview(self) -> tuple[Part, ...]:
+        """Exactly what `write` writes."""
+        return self._parts
+
+    def write(self, path: Path) -> None:
+        """As a zip; atomic: there is either the whole file or what was there before. Raises OSError."""
+        with whole_file(path) as file, zipfile.ZipFile(file, "w", zipfile.ZIP_DEFLATED) as archive:
+            for part in self._parts:
+                # A fixed time and mode: the zip says no more than the preview did.
+                entry = zipfile.ZipInfo(part.name, _ZIP_TIME)
+                entry.compress_type = zipfile.ZIP_DEFLATED
+                entry.external_attr = 0o644 << 16
+                archive.writestr(entry, part.text.encode())
+
+
+def _json(value: object) -> str:
+    return json.dumps(value, indent=2, ensure_ascii=False, default=str) + "\n"
+
+
+def _end_of(text: str) -> str:
+    if len(text) <= LONGEST_PART:
+        return text
+    return "…\n" + text[-LONGEST_PART:].partition("\n")[2]
+
+
+def _about(version: str) -> dict[str, object]:
+    return {
+        "program": f"DPS-S Configurator {version}",
+        "python": platform.python_version(),
+        "system": platform.system(),
+        "release": platform.release(),
+        "machine": platform.machine(),
+    }
+
+
+def _link(contents: Contents) -> dict[str, object]:
+    connection = contents.connection
+    said: dict[str, object] = {
+        "port": connection.port,
+        "baud_rate": connection.baud_rate,
+        "state": connection.state.value,
+    }
+    if connection.trouble is not None:
+        said["trouble"] = connection.trouble.trouble.value
+        said["what"] = explain(connection.trouble).what
+        said["driver_says"] = connection.trouble.detail
+    figures = contents.figures
+    if figures is None:
+        return said
+    totals = figures.totals
+    return said | {
+        "sent": totals.sent,
+        "frames": totals.frames,
+        "bytes_received": figures.bytes_received,
+        "by_role": {role.value: count for role, count in sorted(totals.by_role.items(), key=lambda one: one[0].value)},
+        "rejected_bytes": {reason.value: count for reason, count in totals.rejected_bytes.most_common()},
+        "time_outs": totals.time_outs,
+        "retries": totals.retries,
+        "restarts": totals.restarts,
+        "losses": figures.losses,
+        "round_trips_ms": {
+            f"<= {one.up_to_ms:g}" if one.up_to_ms is not None else "more": one.count
+            for one in figures.round_trips()
+            if one.count
+        },
+    }
+
+
+def _module(contents: Contents) -> dict[str, object]:
+    view = contents.device
+    known = {key: view.known(key, contents.now) for key in sorted(view.values)}
+    return {
+        "presence": view.presence.value,
+        "restarts": view.restarts,
+        "values": {
+            key: {
+                "value": one.value,
+                "how": one.how.value,
+                "age_s": round(contents.now - one.at, 1),
+                "doubt": None if one.doubt is None else one.doubt.value,
+            }
+            for key, one in known.items()
+            if one is not None
+        },
+    }
+
+
+def _capture_lines(contents: Contents) -> Iterable[str]:
+    entries = tuple(contents.capture)
+    if not entries:
+        return ()
+    return (*contents.capture_header.lines(), *(line for entry in entries for line in lines_of(entry)))

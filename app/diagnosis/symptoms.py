@@ -1,0 +1,126 @@
+"""What is seen of a port that does not connect, and what that shows. Pure: no port, no clock."""
+
+import re
+from dataclasses import dataclass, field
+
+from app.diagnosis.adapter_facts import SLOW_LATENCY_MS, AdapterFacts
+from app.engine.transport import PortError, PortTrouble
+from protocol.catalogue import HOST_HEADER
+from protocol.events import Counters, Role
+from protocol.frame import Reason
+
+NOISE_KEPT_BYTES = 512
+SLOW_MINIMUM_S = 0.008
+"""A module at 115200 baud answers within 3 ms; below this no latency timer is at work."""
+LATENCY_STEP_S = 0.016
+CHECKSUM_SHARE = 0.25
+"""Of the rejected bytes: with a wrong rate hardly any get so far as to a checksum."""
+REJECTED_SHARE = 0.02
+"""Of all bytes, while frames come: more is a bad line."""
+_AT = re.compile(rb"AT(?:[ETIZ+&Q$^]|\r)|\x7e\x00\x78\xf0\x7e")
+_LOGIN = re.compile(rb"login:|[Pp]assword:|U-Boot|Linux version|\$ \Z|# \Z")
+_PROBERS = {"modemmanager", "mmcli"}
+_BRAILLE = {"brltty"}
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Evidence:
+    """What was seen of one port since it was opened, or why it was not. Times in seconds."""
+
+    port: str = ""
+    baud_rate: int = 115200
+    trouble: PortError | None = None
+    is_open: bool = False
+    is_answering: bool = False
+    """A module answers what it is asked. One that only sends by itself does not."""
+    was_online: bool = False
+    """A module has answered here since somebody connected."""
+    was_shut_down: bool = False
+    """We sent 12 and nothing has come since."""
+    bytes_received: int = 0
+    counters: Counters = field(default_factory=Counters)
+    noise: bytes = b""
+    """The last rejected bytes, up to `NOISE_KEPT_BYTES`."""
+    round_trip_minimum_s: float | None = None
+    round_trip_median_s: float | None = None
+    short_visits: int = 0
+    """How often the adapter came and went again at once: `PortHistory.short_visits`."""
+    facts: AdapterFacts = field(default_factory=AdapterFacts)
+    platform: str = "linux"
+    """As `sys.platform`."""
+
+
+def trouble_of(evidence: Evidence) -> PortTrouble | None:
+    return None if evidence.trouble is None else evidence.trouble.trouble
+
+
+def is_gone(evidence: Evidence) -> bool:
+    return trouble_of(evidence) in (PortTrouble.MISSING, PortTrouble.LOST)
+
+
+def holder_name(evidence: Evidence) -> str:
+    """The program that has the port; empty where it is not known."""
+    holder = evidence.trouble.holder if evidence.trouble is not None else None
+    return "" if holder is None else holder.name
+
+
+def is_prober(evidence: Evidence) -> bool:
+    """A program that looks for modems has the port, or has written to it."""
+    if trouble_of(evidence) is PortTrouble.BUSY:
+        name = holder_name(evidence).lower()
+        return name in _PROBERS or (not name and "ModemManager" in evidence.facts.grabbers)
+    return not evidence.is_answering and _AT.search(evidence.noise) is not None
+
+
+def is_taken_for_braille(evidence: Evidence) -> bool:
+    """The driver for Braille displays takes the adapter."""
+    is_snatched = is_gone(evidence) and evidence.short_visits >= 1 and "brltty" in evidence.facts.grabbers
+    return is_snatched or holder_name(evidence).lower() in _BRAILLE
+
+
+def is_silent(evidence: Evidence) -> bool:
+    """The port is fine, we have asked, and no module answers."""
+    return evidence.is_open and not evidence.is_answering and evidence.counters.time_outs > 0
+
+
+def frames_of_module(evidence: Evidence) -> int:
+    return evidence.counters.frames - evidence.counters.by_role[Role.ECHO]
+
+
+def is_echo(evidence: Evidence) -> bool:
+    only_echo = evidence.counters.by_role[Role.ECHO] > 0 or HOST_HEADER in evidence.noise
+    return is_silent(evidence) and only_echo and not frames_of_module(evidence)
+
+
+def is_bad_line(evidence: Evidence) -> bool:
+    """Frames that are damaged, rather than bytes of another rate."""
+    rejected = evidence.counters.rejected
+    if not evidence.is_open or not rejected:
+        return False
+    if frames_of_module(evidence):
+        return rejected > REJECTED_SHARE * evidence.bytes_received and rejected > NOISE_KEPT_BYTES // 8
+    begun = sum(
+        evidence.counters.rejected_bytes[reason] for reason in (Reason.CHECKSUM, Reason.INCOMPLETE, Reason.VALUE)
+    )
+    return is_silent(evidence) and begun >= CHECKSUM_SHARE * rejected
+
+
+def is_slow(evidence: Evidence) -> bool:
+    """Every answer takes the adapter's full waiting time: even the quickest one, and the usual one is a step of it."""
+    if not evidence.is_answering:
+        return False
+    latency_ms = evidence.facts.latency_ms
+    if latency_ms is not None:
+        return latency_ms > SLOW_LATENCY_MS
+    quickest, usual = evidence.round_trip_minimum_s, evidence.round_trip_median_s
+    return quickest is not None and usual is not None and quickest >= SLOW_MINIMUM_S and usual <= 2.5 * LATENCY_STEP_S
+
+
+def may_soon(evidence: Evidence) -> bool:
+    access = evidence.facts.access
+    return access is not None and access.is_member and not access.is_effective
+
+
+def has_login(evidence: Evidence) -> bool:
+    """A computer's console: it wants somebody to log in, or boots."""
+    return is_silent(evidence) and _LOGIN.search(evidence.noise) is not None

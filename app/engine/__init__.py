@@ -1,0 +1,1 @@
+"""One open port and what is known about the module on it."""

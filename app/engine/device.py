@@ -1,0 +1,388 @@
+"""What is known about one module: each value with how and when it came to be known, and what casts doubt on it.
+
+A value appears here only because the module said it. What was never said is absent, which is shown as "unknown";
+a default of the vendor's table never stands in for it.
+
+    read          the module answered a question with it
+    acknowledged  the module confirmed a set (E2: received, which is not yet "stands")
+    streamed      it came unasked, in the stream
+    stale         any of these, but a restart, a lost link, an unconfirmed write or its age casts doubt on it
+    unknown       never said, or (E8) unreadable and lost at a restart
+"""
+
+from collections import deque
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from enum import Enum
+from math import inf
+from types import MappingProxyType
+from typing import NamedTuple
+
+from app.engine.changed_values import ACKNOWLEDGED_KEYS, key_changed_by
+from app.engine.motion import Motion, MotionWatch
+from protocol.catalogue import RECORDS_KEPT, SERIAL_OUTPUT, SETTINGS, Request
+from protocol.events import (
+    Answered,
+    Event,
+    OutcomeUnknown,
+    Received,
+    Restarted,
+    Role,
+    WentOffline,
+    WentOnline,
+)
+from protocol.fields import Value
+from protocol.lag import Lag
+from protocol.link_states import Presence
+from protocol.messages import Acknowledgement, Heartbeat, Reading, Status, TriggerRecord
+
+
+class How(Enum):
+    READ = "read"
+    ACKNOWLEDGED = "acknowledged"
+    STREAMED = "streamed"
+
+
+class Doubt(Enum):
+    """Why a value that was known may no longer be true."""
+
+    RESTARTED = "restarted"
+    LINK_LOST = "link lost"
+    WRITE_UNCONFIRMED = "write unconfirmed"
+    AGED = "aged"
+    LATE = "late"
+
+
+STATUS_KEYS = ("tilt_deg", "acceleration_g", "triggered", "active")
+SLOW_KEYS = ("cell_voltage_v", "charging", "light_v")
+FRESH_FOR_S: Mapping[str, float] = MappingProxyType(dict.fromkeys(STATUS_KEYS, 1.0) | dict.fromkeys(SLOW_KEYS, 5.0))
+"""Seconds after which a live value is stale. Settings and the boot count change only by an act or a restart."""
+
+LONGEST_LAG_S = 1.0
+"""Where the line holds everything back for longer, no status is current."""
+STREAM_PROVES_S = 1.5
+"""How long a status that came unasked proves that the serial output is on."""
+STREAM_LATE_PERIODS = 1.5
+"""A streamed status is stale when the next one is late by half a period of that stream."""
+STREAM_WINDOW_S = 3.0
+"""Over which the rate of the stream is counted: slow ones, down to one report a second, are streams too."""
+
+BOOTS = 256
+"""The boot count wraps to 0 after 255."""
+
+KEPT_STRAY_RECORDS = 100 * RECORDS_KEPT
+
+UNREADABLE = frozenset(command.key for command in SETTINGS if not command.reads_back) - {"baud_rate"}
+"""E8: once in doubt they cannot be read again, so a restart makes them unknown."""
+
+
+@dataclass(frozen=True, slots=True)
+class Known:
+    """One value, in its field's unit; `at` is monotonic seconds."""
+
+    value: Value
+    how: How
+    at: float
+    doubt: Doubt | None = None
+    said_after: float = -inf
+    """The module said it after this moment, as far as that is proven."""
+
+    @property
+    def is_stale(self) -> bool:
+        return self.doubt is not None
+
+
+class Sample(NamedTuple):
+    """One status report. `at`: monotonic seconds at which its bytes were read from the port."""
+
+    at: float
+    tilt_deg: int
+    acceleration_g: float
+    triggered: bool
+    active: bool
+
+
+class Sleep(NamedTuple):
+    """The computer slept and heard nothing. `ended_at`: monotonic seconds."""
+
+    ended_at: float
+    lasted_s: float
+
+
+@dataclass(frozen=True, slots=True)
+class DeviceView:
+    """What was known at one moment; never changes, so any thread may keep it."""
+
+    values: Mapping[str, Known] = field(default_factory=lambda: MappingProxyType({}))
+    presence: Presence = Presence.UNKNOWN
+    presence_since: float | None = None
+    is_streaming: bool = False
+    stream_hz: float = 0.0
+    restarts: int = 0
+    last_sleep: Sleep | None = None
+    is_restart_suspected: bool = False
+    """A heartbeat came that may be a restart's; the next boot count tells."""
+    undecided: frozenset[str] = frozenset()
+    """What was known until a heartbeat came that may be a restart's, and counts as unknown until that is decided."""
+    motion: Motion | None = None
+    """Of the last two seconds."""
+    stray_records: tuple[TriggerRecord, ...] = ()
+    """Came outside an answer, mostly after their query had been given up; oldest first."""
+    unconfirmed: frozenset[str] = frozenset()
+    """Settings that cannot be read, of which a set was not confirmed."""
+    lag_s: float | None = None
+    """How long what the module says takes to come, as far as it is known."""
+
+    @property
+    def is_late(self) -> bool:
+        return self.lag_s is not None and self.lag_s > LONGEST_LAG_S
+
+    def known(self, key: str, now: float) -> Known | None:
+        """The value with the doubt that its age casts on it at `now`; None while unknown."""
+        known = self.values.get(key)
+        if known is None or known.doubt is not None:
+            return known
+        if self.is_late and key in STATUS_KEYS:
+            return replace(known, doubt=Doubt.LATE)
+        limit_s = self.fresh_for_s(key, known.how)
+        if limit_s is not None and now - known.at > limit_s:
+            return replace(known, doubt=Doubt.AGED)
+        return known
+
+    def fresh_for_s(self, key: str, how: How) -> float | None:
+        """Seconds after which the value is stale; None where it does not age. A stream is measured by its own rate: at
+        one report a second each may come a little later than after a second."""
+        limit_s = FRESH_FOR_S.get(key)
+        if how is not How.STREAMED:
+            return limit_s
+        if key == SERIAL_OUTPUT.key:
+            return STREAM_PROVES_S
+        if limit_s is not None and self.stream_hz > 0:
+            return max(limit_s, min(STREAM_LATE_PERIODS / self.stream_hz, STREAM_PROVES_S))
+        return limit_s
+
+    def proven(self, key: str, now: float) -> Known | None:
+        """The part of the status that the module is proven to have said within the last second, else None."""
+        known = self.values.get(key)
+        return known if known and not known.is_stale and now - known.said_after <= FRESH_FOR_S[key] else None
+
+    def fresh(self, key: str, now: float) -> Value | None:
+        """The value where it is known and nothing casts doubt on it, else None."""
+        known = self.known(key, now)
+        return None if known is None or known.is_stale else known.value
+
+
+class Device:
+    """Learns from the link's events. One object for one module on one port."""
+
+    def __init__(self, baud_rate: int | None = None, lag: Lag | None = None) -> None:
+        self._baud_rate = baud_rate
+        self._lag = lag
+        self._values: dict[str, Known] = {}
+        self._presence = Presence.UNKNOWN
+        self._presence_since: float | None = None
+        self._streamed_at: deque[float] = deque(maxlen=8192)
+        self._latest: Received | None = None
+        """The last status frame while it is not yet among the values: at line rate each is soon followed by another."""
+        self._restarts = 0
+        self._restarts_not_read = 0
+        """Those since the boot count was last read: it grows by them, and that is no further restart."""
+        self._last_sleep: Sleep | None = None
+        self._is_restart_suspected = False
+        self._suspected: dict[str, Known] = {}
+        """What counts as unknown until that is decided."""
+        self._unconfirmed: set[str] = set()
+        self._samples: list[Sample] = []
+        self._stray_records: deque[TriggerRecord] = deque(maxlen=KEPT_STRAY_RECORDS)
+        self._motion = MotionWatch()
+
+    def use_rate(self, baud_rate: int) -> None:
+        """The port now runs at this rate: what the next frame proves."""
+        self._baud_rate = baud_rate
+
+    def apply(self, event: Event) -> None:
+        """Take in one event of the link."""
+        if isinstance(event, Received):
+            self._take_frame(event)
+            return
+        self._settle()
+        match event:
+            case Answered():
+                self._take_answer(event)
+            case OutcomeUnknown():
+                self._doubt_write(event.request)
+            case Restarted():
+                self._take_restart()
+            case WentOnline():
+                self._set_presence(Presence.ONLINE, event.at)
+                if self._baud_rate is not None:
+                    self._values["baud_rate"] = Known(self._baud_rate, How.READ, event.at)
+            case WentOffline():
+                self._set_presence(Presence.OFFLINE, event.at)
+                self.doubt_everything(Doubt.LINK_LOST)
+            case _:
+                pass
+
+    def doubt_everything(self, doubt: Doubt) -> None:
+        """Nothing that was known is certain any more (port lost, module offline)."""
+        self._settle()
+        self._values = {
+            key: known if known.is_stale else replace(known, doubt=doubt) for key, known in self._values.items()
+        }
+        self._streamed_at.clear()
+        self._motion.clear()
+        self._forget_suspicion()
+
+    def note_sleep(self, slept_s: float, at: float) -> None:
+        """Remember it for the view; `apply` takes what follows from it."""
+        self._last_sleep = Sleep(at, slept_s)
+
+    def take_samples(self) -> list[Sample]:
+        """The status reports since the last call, oldest first; none is ever left out."""
+        samples, self._samples = self._samples, []
+        return samples
+
+    def view(self, now: float) -> DeviceView:
+        self._settle()
+        while self._streamed_at and now - self._streamed_at[0] > STREAM_WINDOW_S:
+            self._streamed_at.popleft()
+        hz = 0.0
+        if len(self._streamed_at) > 1:
+            span_s = self._streamed_at[-1] - self._streamed_at[0]
+            hz = (len(self._streamed_at) - 1) / span_s if span_s > 0 else 0.0
+        return DeviceView(
+            MappingProxyType(dict(self._values)),
+            self._presence,
+            self._presence_since,
+            self.is_streaming(now),
+            hz,
+            self._restarts,
+            self._last_sleep,
+            self._is_restart_suspected,
+            frozenset(self._suspected),
+            self._motion.view(now),
+            tuple(self._stray_records),
+            frozenset(self._unconfirmed),
+            None if self._lag is None else self._lag.seconds(now),
+        )
+
+    def is_streaming(self, now: float) -> bool:
+        """Status reports came unasked, the last within 1.5 s."""
+        return len(self._streamed_at) > 1 and now - self._streamed_at[-1] < STREAM_PROVES_S
+
+    def value(self, key: str) -> Known | None:
+        self._settle()
+        return self._values.get(key)
+
+    def _set_presence(self, presence: Presence, at: float) -> None:
+        self._presence, self._presence_since = presence, at
+
+    def _take_frame(self, event: Received) -> None:
+        message = event.message
+        if isinstance(message, Heartbeat) and event.role in (Role.UNASKED, Role.LATE, Role.DOUBLED):
+            self._suspect_restart()
+            self._is_restart_suspected |= event.role is not Role.UNASKED  # of that one the link itself decides soon
+        if isinstance(message, Reading) and event.role is Role.ANSWER and message.command.key == "boot_count":
+            self._take_reading(message, event.at)  # nobody else hears of one that only let late answers pass
+        if isinstance(message, TriggerRecord) and event.role in (Role.LATE, Role.UNASKED):
+            self._stray_records.append(message)
+        if not isinstance(message, Status) or event.role in (Role.LATE, Role.ECHO):
+            return
+        if event.role is Role.STREAMED:
+            self._streamed_at.append(event.at)
+        self._samples.append(
+            Sample(event.at, message.tilt_deg, message.acceleration_g, message.triggered, message.active)
+        )
+        self._motion.take(message, event.at)
+        self._latest = event
+
+    def _settle(self) -> None:
+        """Put the last status frame among the values."""
+        event, self._latest = self._latest, None
+        if event is None or not isinstance(event.message, Status):
+            return
+        how = How.READ if event.role is Role.ANSWER else How.STREAMED
+        for key, value in zip(STATUS_KEYS, _status_values(event.message), strict=True):
+            self._values[key] = Known(value, how, event.at, said_after=event.said_after)
+        if len(self._streamed_at) > 1:
+            self._values[SERIAL_OUTPUT.key] = Known(True, How.STREAMED, self._streamed_at[-1])
+
+    def _take_answer(self, event: Answered) -> None:
+        for message in event.messages:
+            if isinstance(message, Reading):
+                self._take_reading(message, event.at)
+            elif isinstance(message, Acknowledgement):
+                self._take_acknowledgement(message, event.at)
+
+    def _take_reading(self, reading: Reading, at: float) -> None:
+        key = reading.command.key
+        before = self._values.get(key)
+        if key == "boot_count":
+            boots = 0 if before is None else (reading.raw - int(before.value)) % BOOTS
+            if boots > self._restarts_not_read:
+                self._take_restart()  # it was switched off and on while nobody listened
+            elif before is not None and not boots:
+                self._dismiss_suspicion()
+            self._forget_suspicion()
+            self._restarts_not_read = 0
+        self._values[key] = Known(reading.value, How.READ, at)
+
+    def _take_acknowledgement(self, acknowledgement: Acknowledgement, at: float) -> None:
+        command = acknowledgement.request.command
+        if not acknowledgement.is_accepted:
+            self._doubt_write(acknowledgement.request)
+            return
+        key = key_changed_by(acknowledgement.request)
+        if key in STATUS_KEYS and key != "active":
+            self._doubt_write(acknowledgement.request)  # what was reported before is over; the next report tells
+            return
+        if key is None or command.write is None:
+            return
+        value = command.write.decode(acknowledgement.request.data)
+        if key == "baud_rate":
+            if value != self._baud_rate:
+                self._doubt_write(acknowledgement.request)  # only a frame at the new rate proves it (E9)
+        elif key in ACKNOWLEDGED_KEYS:
+            self._values[key] = Known(value, How.ACKNOWLEDGED, at)
+            if command is SERIAL_OUTPUT and value is False:
+                self._streamed_at.clear()
+
+    def _doubt_write(self, request: Request) -> None:
+        key = key_changed_by(request)
+        if key is None:
+            return
+        known = self._values.get(key)
+        if key in UNREADABLE:
+            self._values.pop(key, None)
+            self._suspected.pop(key, None)
+            self._unconfirmed.add(key)
+        elif known is not None:
+            self._values[key] = replace(known, doubt=Doubt.WRITE_UNCONFIRMED)
+
+    def _suspect_restart(self) -> None:
+        """A heartbeat that was not waited for may be one of a restart's two; where the link cannot tell it from a late
+        or second answer, only the boot count can. Until then what a restart loses for good is unknown."""
+        self._settle()
+        for key in UNREADABLE:
+            known = self._values.get(key)
+            if known is not None and not known.is_stale:
+                self._suspected[key] = self._values.pop(key)
+
+    def _dismiss_suspicion(self) -> None:
+        for key, known in self._suspected.items():
+            self._values.setdefault(key, known)
+
+    def _forget_suspicion(self) -> None:
+        self._is_restart_suspected = False
+        self._suspected.clear()
+
+    def _take_restart(self) -> None:
+        self._restarts += 1
+        self._restarts_not_read += 1
+        self.doubt_everything(Doubt.RESTARTED)
+        for key in UNREADABLE:
+            self._values.pop(key, None)
+
+
+def _status_values(status: Status) -> tuple[int, float, bool, bool]:
+    return status.tilt_deg, status.acceleration_g, status.triggered, status.active

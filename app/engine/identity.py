@@ -1,0 +1,185 @@
+"""Whether the module on a port is the one that is meant. A module has no serial number.
+
+First the adapter tells (by USB, or the very same device file), then what was last read of the module: the boot count
+never falls, and the settings are the same. Until both agree, or a person decides, it may be another module: it is
+asked questions and nothing else.
+
+    PROVEN     it is that module, or nobody means a particular one
+    OPEN       its boot count and settings are still being read
+    UNCERTAIN  they agree but the adapter may be another one, or they cannot be read: a person has to decide
+    ANOTHER    they do not agree: a person has to decide
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from enum import Enum
+
+from app.engine.device import BOOTS, Device, Doubt, Known
+from app.engine.setting_changes import BOOT_COUNT, READABLE_SETTINGS, ChangedSetting, changed_settings
+from protocol.events import Event, Received, Role
+from protocol.fields import Value
+from protocol.link_states import Presence
+from protocol.messages import Reading
+
+READ_WITHIN_S = 3.0
+"""From the first answer: by then boot count and settings are read, or a person is asked."""
+WENT_BACK = 128
+"""Of 256: a boot count that grew by more has more likely gone back."""
+
+
+class Trust(Enum):
+    PROVEN = "proven"
+    OPEN = "open"
+    UNCERTAIN = "uncertain"
+    ANOTHER = "another"
+
+
+@dataclass(frozen=True, slots=True)
+class Evidence:
+    """What was read of a module. `settings`: by key, in the field's unit; what was not read is absent."""
+
+    boot_count: int | None = None
+    settings: Mapping[str, Value] = field(default_factory=dict)
+
+    @property
+    def is_complete(self) -> bool:
+        return self.boot_count is not None and all(command.key in self.settings for command in READABLE_SETTINGS)
+
+
+@dataclass(frozen=True, slots=True)
+class Expected:
+    """What is known of the module that is meant before its port is opened."""
+
+    evidence: Evidence
+    is_adapter_same: bool = True
+
+
+@dataclass(frozen=True, slots=True)
+class Identity:
+    """`before`: what was last read of the module that is meant, None where none is; `now`: of the one that answers."""
+
+    trust: Trust = Trust.PROVEN
+    before: Evidence | None = None
+    now: Evidence = field(default_factory=Evidence)
+    is_adapter_same: bool = True
+
+    @property
+    def is_proven(self) -> bool:
+        return self.trust is Trust.PROVEN
+
+    @property
+    def is_for_a_person(self) -> bool:
+        return self.trust in (Trust.UNCERTAIN, Trust.ANOTHER)
+
+    def is_as_seen(self, seen: "Identity") -> bool:
+        """Whether what a person decided about still stands: at most readings that agree have been added."""
+        is_kept = seen.now.settings.items() <= self.now.settings.items()
+        is_kept &= seen.now.boot_count in (None, self.now.boot_count)
+        against, seen_against = ((one.is_boot_count_lower, one.changed) for one in (self, seen))
+        return is_kept and against == seen_against and replace(self, now=seen.now) == seen
+
+    @property
+    def is_boot_count_lower(self) -> bool:
+        return self.before is not None and went_back(self.before.boot_count, self.now.boot_count)
+
+    @property
+    def changed(self) -> tuple[ChangedSetting, ...]:
+        return () if self.before is None else changed_settings(self.before.settings, self.now.settings)
+
+
+NOBODY_MEANT = Identity()
+
+
+def went_back(before: int | None, now: int | None) -> bool:
+    """Whether the boot count fell, which that of one module never does; 0 follows 255."""
+    return before is not None and now is not None and (now - before) % BOOTS >= WENT_BACK
+
+
+def evidence_of(values: Mapping[str, Known], *, is_fresh: bool) -> Evidence:
+    """Of what a device knows. `is_fresh`: only what is in no doubt; else also what was read before a loss."""
+
+    def value_of(key: str) -> Value | None:
+        known = values.get(key)
+        if known is None or known.doubt is Doubt.WRITE_UNCONFIRMED or (is_fresh and known.is_stale):
+            return None
+        return known.value
+
+    boots = value_of(BOOT_COUNT.key)
+    settings = {command.key: value_of(command.key) for command in READABLE_SETTINGS}
+    return Evidence(
+        None if boots is None else int(boots), {key: value for key, value in settings.items() if value is not None}
+    )
+
+
+def as_logged(seen: Evidence) -> dict[str, object]:
+    """For the audit log, beside what was done: on which start of the module, and with which settings."""
+    return {"boot_count": seen.boot_count, "settings": dict(seen.settings)}
+
+
+def is_another(before: Evidence, now: Evidence) -> bool:
+    return went_back(before.boot_count, now.boot_count) or bool(changed_settings(before.settings, now.settings))
+
+
+def is_same(before: Evidence, now: Evidence) -> bool:
+    """Boot count and all settings that were read before are read again, and none speaks against it."""
+    has_count = now.boot_count is not None and before.boot_count is not None
+    has_settings = bool(before.settings) and before.settings.keys() <= now.settings.keys()
+    return has_count and has_settings and not is_another(before, now)
+
+
+class IdentityCheck:
+    """The state of one open port; belongs to the session's thread."""
+
+    def __init__(self, expected: Expected | None = None) -> None:
+        self._expected = expected
+        self._answered_at: float | None = None
+        self._identity = Identity()
+        if expected is not None:
+            self._identity = Identity(Trust.OPEN, expected.evidence, is_adapter_same=expected.is_adapter_same)
+
+    @property
+    def identity(self) -> Identity:
+        return self._identity
+
+    @property
+    def is_proven(self) -> bool:
+        return self._identity.is_proven
+
+    def vouch(self, seen: Identity | None = None) -> None:
+        """A person says so, of the module of which this was `seen`; it counts only while that is so."""
+        if seen is None or self._identity.is_as_seen(seen):
+            self._expected, self._identity = None, Identity()
+
+    def on_device(self, device: Device, now: float) -> None:
+        """Judge what is known now."""
+        expected = self._expected
+        if expected is None:
+            return
+        view = device.view(now)
+        if view.presence is Presence.ONLINE and self._answered_at is None:
+            self._answered_at = now
+        before, found = expected.evidence, evidence_of(view.values, is_fresh=True)
+        is_late = self._answered_at is not None and now - self._answered_at > READ_WITHIN_S
+        if is_another(before, found):
+            trust = Trust.ANOTHER
+        elif is_same(before, found) and expected.is_adapter_same:
+            self.vouch()
+            return
+        elif is_same(before, found) or is_late:
+            trust = Trust.UNCERTAIN
+        else:
+            trust = Trust.OPEN
+        if (trust, found) != (self._identity.trust, self._identity.now):
+            self._identity = Identity(trust, before, found, is_adapter_same=expected.is_adapter_same)
+
+    def on_event(self, event: Event, device: Device, now: float) -> None:
+        """Before the device takes it in: a boot count that went back on the open port is another module's."""
+        # By its frame, as the device takes it: of a boot count that only let late answers pass there is no `Answered`.
+        if self._expected is not None or not isinstance(event, Received) or event.role is not Role.ANSWER:
+            return
+        message = event.message
+        if isinstance(message, Reading) and message.command is BOOT_COUNT:
+            known = evidence_of(device.view(now).values, is_fresh=False)
+            if went_back(known.boot_count, int(message.value)):
+                self._expected, self._answered_at = Expected(known), now
+                self._identity = Identity(Trust.OPEN, known)

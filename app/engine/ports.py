@@ -1,0 +1,154 @@
+"""Which serial ports there are.
+
+Listing can take ten seconds where Bluetooth ports are asked one by one, with every Python thread stopped meanwhile.
+So it never runs in the window's thread: on Linux, where it only reads files, in a thread; elsewhere in a process of
+its own. Either way it gets a deadline.
+"""
+
+import json
+import subprocess
+import sys
+import threading
+import time
+from dataclasses import asdict, dataclass
+from pathlib import Path
+
+from app.text.i18n import tr
+from app.text.visible_text import visible
+from protocol.translatable import marked
+
+
+@dataclass(frozen=True, slots=True)
+class PortInfo:
+    """One serial port as the system describes it; "" and None where it does not say."""
+
+    device: str
+    description: str = ""
+    maker: str = ""
+    serial_number: str = ""
+    vid: int | None = None
+    """USB vendor."""
+    pid: int | None = None
+    """USB product."""
+    location: str = ""
+    """USB bus and socket."""
+
+    @property
+    def identity(self) -> str:
+        """Names the adapter, not the port: equal when the same adapter comes back under another device name.
+
+        USB serial number where there is one, else vendor, product and socket; "" for what is not on USB.
+        """
+        if self.vid is None or self.pid is None:
+            return ""
+        product = f"{self.vid:04x}:{self.pid:04x}"
+        if self.serial_number:
+            return f"{product}:{self.serial_number}"
+        return f"{product}@{self.location}" if self.location else ""
+
+
+class PortsUnknown(Exception):
+    """The system did not list its ports: it failed, or took too long."""
+
+    @property
+    def sentence(self) -> str:
+        return tr(NOT_LISTED)
+
+
+NOT_LISTED = marked("The system did not list its serial ports. Switch Bluetooth off and try again.")
+
+
+def scan() -> list[PortInfo]:
+    """Ask the system now, in this thread. May take ten seconds; raises `PortsUnknown` whatever fails in it."""
+    try:
+        # Its import fails where a library of the system is missing.
+        from serial.tools import list_ports as pyserial_ports
+
+        found = [
+            PortInfo(
+                device=str(port.device),
+                description=_text(port.product) or _text(port.description),
+                maker=_text(port.manufacturer),
+                serial_number=_text(port.serial_number),
+                vid=port.vid,
+                pid=port.pid,
+                location=_text(port.location),
+            )
+            for port in pyserial_ports.comports()
+        ]
+    except Exception as error:
+        raise PortsUnknown from error
+    return sorted(found, key=lambda port: (port.vid is None, port.device))
+
+
+def _text(value: str | None) -> str:
+    """What an adapter says of itself may be anything."""
+    return "" if value is None or value == "n/a" else visible(value)
+
+
+def list_ports(deadline_s: float = 3.0) -> list[PortInfo]:
+    """The ports, USB first; raises `PortsUnknown` after `deadline_s`. Blocks: not for the window's thread."""
+    return _scan_in_thread(deadline_s) if sys.platform.startswith("linux") else _scan_in_process(deadline_s)
+
+
+_scanning = threading.Lock()
+"""Held by the thread that scans: beside a list that takes long no second one is begun, and a third."""
+
+
+def _scan_in_thread(deadline_s: float) -> list[PortInfo]:
+    found: list[PortInfo] = []
+    errors: list[PortsUnknown] = []
+
+    def look() -> None:
+        try:
+            found.extend(scan())
+        except PortsUnknown as error:
+            errors.append(error)
+        finally:
+            _scanning.release()
+
+    ends_at = time.monotonic() + deadline_s
+    if not _scanning.acquire(timeout=deadline_s):
+        raise PortsUnknown
+    thread = threading.Thread(target=look, name="dps-s ports", daemon=True)
+    thread.start()
+    thread.join(max(0.0, ends_at - time.monotonic()))
+    if thread.is_alive() or errors:
+        raise PortsUnknown from (errors[0] if errors else None)
+    return found
+
+
+def _scan_in_process(deadline_s: float) -> list[PortInfo]:
+    try:
+        # Our own program, fixed words: the listing runs where it cannot stop the window.
+        listing = subprocess.run(  # noqa: S603
+            [*_own_program(), "ports", "--json", "--list-here"],
+            capture_output=True,
+            timeout=deadline_s,
+            check=True,
+            stdin=subprocess.DEVNULL,
+            creationflags=getattr(subprocess, "CREATE_NO_WINDOW", 0),  # Windows alone has it, and would show a console
+        )
+    except (subprocess.SubprocessError, OSError) as error:
+        raise PortsUnknown from error
+    return from_json(listing.stdout.decode(errors="replace"))
+
+
+def _own_program() -> list[str]:
+    """What starts this program anew, with an output. Of a bundle's two programs on Windows only `dps-s` has one."""
+    if not getattr(sys, "frozen", False):
+        return [sys.executable, "-m", "app"]
+    program = Path(sys.executable)
+    return [str(program.with_name(f"dps-s{program.suffix}"))]
+
+
+def to_json(ports: list[PortInfo]) -> str:
+    return json.dumps({"ports": [asdict(port) for port in ports]}, ensure_ascii=False)
+
+
+def from_json(text: str) -> list[PortInfo]:
+    """The inverse of `to_json`; raises `PortsUnknown` for anything else."""
+    try:
+        return [PortInfo(**port) for port in json.loads(text)["ports"]]
+    except (ValueError, KeyError, TypeError) as error:
+        raise PortsUnknown from error

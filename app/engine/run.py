@@ -1,0 +1,132 @@
+"""One procedure under way: what it wants, and what it is resumed with. The session decides whose turn it is."""
+
+from collections.abc import Callable
+from typing import Any, Generic
+
+from app.engine.procedure import (
+    Ask,
+    Await,
+    Cancelled,
+    Listen,
+    Look,
+    Pause,
+    PortLost,
+    Procedure,
+    Report,
+    Result,
+    UseRate,
+    Want,
+)
+from protocol.events import Received
+
+
+class Run(Generic[Result]):
+    """One procedure under way. `result` or `error` is set when `is_done`.
+
+    Only the session's thread touches it, except `cancel`, which any thread may call.
+    """
+
+    def __init__(self, procedure: Procedure[Result], on_progress: Callable[[Report], None] | None = None) -> None:
+        self.is_done = False
+        self.result: Result | None = None
+        self.error: BaseException | None = None
+        self.is_cancelled = False
+        self._is_told = False
+        self._procedure = procedure
+        self._on_progress = on_progress
+        self._want: Want | None = None
+        self._resume_at = self._awaits_since = 0.0
+        self._heard: list[Received] = []
+        self.is_started = False
+        self.is_urgent = False
+        self._has_used_rate = False
+
+    def cancel(self) -> None:
+        self.is_cancelled = True
+
+    def take_cancel(self) -> bool:
+        """Whether to tell it now that it is cancelled. Once only: a second time would break off its cleaning up."""
+        is_news = self.is_cancelled and not self._is_told and not self.is_done
+        self._is_told = self._is_told or is_news
+        return is_news
+
+    def start(self, now: float) -> None:
+        self.is_started = True
+        self._advance(None, now)
+
+    @property
+    def wants_to_ask(self) -> Ask | None:
+        return self._want if isinstance(self._want, Ask) else None
+
+    @property
+    def wants_to_look(self) -> bool:
+        return isinstance(self._want, Look)
+
+    @property
+    def wanted_rate(self) -> UseRate | None:
+        return self._want if isinstance(self._want, UseRate) else None
+
+    @property
+    def searches_rate(self) -> bool:
+        """It changes the port's rate, or is about to."""
+        return self._has_used_rate or self.wanted_rate is not None
+
+    @property
+    def resume_at(self) -> float | None:
+        """When a pause or a listening ends; None while it waits for something else."""
+        return self._resume_at if isinstance(self._want, Pause | Listen) else None
+
+    def hear(self, received: Received) -> None:
+        if isinstance(self._want, Listen):
+            self._heard.append(received)
+
+    def resume(self, value: object, now: float) -> None:
+        self._advance(value, now)
+
+    def awaits_since(self) -> float | None:
+        """Since when it waits for something that is no matter of the line (a disk)."""
+        return self._awaits_since if isinstance(self._want, Await) else None
+
+    def tick(self, now: float) -> None:
+        """End a pause, a listening or a wait that is due."""
+        if isinstance(self._want, Await):
+            if self._want.future.done() or now >= self._resume_at:
+                self._advance(self._want.future.done(), now)
+            return
+        if self.is_done or self.resume_at is None or now < self._resume_at:
+            return
+        heard, self._heard = tuple(self._heard), []
+        self._advance(now if isinstance(self._want, Pause) else heard, now)
+
+    def throw(self, reason: Exception, now: float) -> None:
+        """Raise `reason` where the procedure stands; it may go on with cleaning up, or end."""
+        if not self.is_done:
+            self._heard.clear()
+            self._drive(lambda: self._procedure.throw(reason), now)
+
+    def _advance(self, value: object, now: float) -> None:
+        self._drive(lambda: self._procedure.send(value), now)
+
+    def _drive(self, move: Callable[[], Want], now: float) -> None:
+        try:
+            want = move()
+            while isinstance(want, Report) or (isinstance(want, Await) and want.future.done()):
+                if isinstance(want, Report) and self._on_progress is not None:
+                    self._on_progress(want)
+                want = self._procedure.send(now if isinstance(want, Report) else True)
+        except StopIteration as stop:
+            self._finish(stop.value, None)
+        except (Cancelled, PortLost) as error:
+            self._finish(None, error)
+        except Exception as error:  # noqa: BLE001  a bug in a procedure ends this run, not the session
+            self._finish(None, error)
+        else:
+            self._want = want
+            self._has_used_rate |= isinstance(want, UseRate)
+            if isinstance(want, Pause | Listen):
+                self._resume_at = now + want.seconds
+            elif isinstance(want, Await):
+                self._awaits_since, self._resume_at = now, now + want.limit_s
+
+    def _finish(self, result: Any, error: BaseException | None) -> None:
+        self.is_done, self.result, self.error, self._want = True, result, error, None

@@ -1,0 +1,337 @@
+"""One open port with its link, its device and the procedures that run on it: everything but the thread.
+
+The way of a byte: `Line.read` -> `Link.receive` (stream, frame, message) -> `Device.apply` -> `take_events`.
+`step` is called over and over by the worker's thread, or by a test with a fake line and a fake clock.
+
+Two procedures may run: one in the foreground (what somebody asked for) and one in the background (what keeps the screen
+fresh), which gets the line only while the foreground does not want it.
+"""
+
+from collections.abc import Callable
+from typing import Any
+
+from app.engine.device import Device, Doubt
+from app.engine.identity import Expected, IdentityCheck
+from app.engine.playback import refuse_change
+from app.engine.procedure import Ask, Cancelled, LinkView, PortLost, Procedure, Sight, Slept
+from app.engine.run import Run
+from app.engine.transport import Line
+from protocol.catalogue import ACTIVATION, Hazard
+from protocol.events import Answered, Event, OutcomeUnknown, Received, Unanswered, WentOffline, WentOnline
+from protocol.link import Link
+from protocol.round_trips import Timing
+
+__all__ = ["Run", "Session", "Slept"]
+LOCK = ACTIVATION.set(False)
+LONGEST_STEP_S = 0.02
+GATHER_S = 0.008
+"""How long to let streamed bytes pile up while no answer is awaited."""
+AWAIT_POLL_S = 0.002
+"""How often it is looked whether what a procedure awaits has come."""
+AWAIT_GRACE_S = 0.1
+"""A disk that takes longer than this does not keep the screen from staying fresh."""
+
+
+class Session:
+    """See the module's docstring. Every method belongs to one thread.
+
+    `step` raises `PortError` when the port is lost; the owner then calls `close`. What had arrived before stays in
+    `take_events` and in the device. `asleep_s` tells for how long the computer slept since it was last asked.
+
+    Until `identity` is proven only questions go out, and LOCK, which no module minds.
+    """
+
+    def __init__(
+        self,
+        line: Line,
+        clock: Callable[[], float],
+        *,
+        timing: Timing | None = None,
+        asleep_s: Callable[[], float] = float,
+        is_playback: bool = False,
+        expected: Expected | None = None,
+    ) -> None:
+        self.line = line
+        self.clock = clock
+        self._asleep_s = asleep_s
+        self._is_played = is_playback
+        self.opened_at = clock()
+        self.identity = IdentityCheck(expected)
+        self.bytes_received = 0
+        self._timing = timing or Timing()
+        self._link = Link(self.opened_at, timing=self._timing)
+        self.device = Device(line.baud_rate, self._link.lag)
+        self._foreground: list[Run[Any]] = []
+        self._background: Run[Any] | None = None
+        self._asking: Run[Any] | None = None
+        self._overtaken_at: float | None = None
+        self._rate_before: int | None = None
+        """Of what an urgent one overtook: it goes on where it was."""
+        self._proven_rate: int | None = None
+        self._events: list[Event] = []
+
+    # Procedures
+
+    def run(self, run: Run[Any], *, is_urgent: bool = False) -> None:
+        """Queue a procedure; the first of the queue runs, the others wait for it.
+
+        An urgent one (LOCK) goes before all others, in the middle of what they do; they go on after it. Either way
+        nobody waits for the answer to a question of lesser rank: it is asked again later. An urgent one waits for no
+        answer at all: what is in flight and must not be repeated is of unknown outcome then. Nothing dangerous that was
+        confirmed before an urgent one follows it. A second urgent one takes the place of the first.
+        """
+        run.is_urgent = is_urgent
+        if is_urgent:
+            for one in self._foreground:
+                if one.is_urgent:
+                    one.cancel()
+            self._overtaken_at = self.clock()
+            if self._rate_before is None and any(one.is_started for one in self._foreground):
+                self._rate_before = self.line.baud_rate
+        place = 0 if is_urgent else len(self._foreground)
+        self._foreground.insert(place, run)
+        if place == 0:
+            self._free_line(is_urgent=is_urgent)
+        if is_urgent:
+            self._withhold_dangerous()
+        if place == 0:
+            run.start(self.clock())
+
+    def _free_line(self, *, is_urgent: bool) -> None:
+        """Wait for no answer any longer that can be asked for again; for an urgent one, for none."""
+        ask = self._asking.wants_to_ask if self._asking is not None else None
+        # Where nobody asks it is the link's own heartbeat; what is held back has not left yet.
+        is_repeatable = ask is None or ask.request.is_repeatable or not self._link.has_left
+        if is_repeatable:
+            self._asking = None  # it still wants to ask, and does when it is its turn
+        if is_repeatable or is_urgent:
+            now = self.clock()
+            self._digest(self._link.abandon(now), now)
+
+    def _withhold_dangerous(self) -> None:
+        """What is decided and waits for the line only does not go out; see `Unanswered`."""
+        now = self.clock()
+        for run in self._runs():
+            ask = run.wants_to_ask
+            if ask is not None and ask.request.hazard is Hazard.DANGEROUS and run is not self._asking:
+                run.resume(Unanswered(ask.request, 0, 0.0, now), now)
+
+    def run_in_background(self, procedure: Procedure[None]) -> None:
+        self._background = Run(procedure)
+        self._background.start(self.clock())
+
+    @property
+    def background(self) -> Run[Any] | None:
+        return self._background
+
+    @property
+    def is_busy(self) -> bool:
+        return bool(self._foreground)
+
+    def link_view(self) -> LinkView:
+        trips, lag_s = self._link.round_trips, self._link.lag.seconds(self.clock())
+        return LinkView(self._link.counters.copy(), trips.minimum_s, trips.median_s, self.bytes_received, lag_s)
+
+    # The wheel
+
+    def step(self, longest_s: float = LONGEST_STEP_S) -> None:
+        """Wait at most `longest_s` for bytes and deal with all that is due."""
+        now = self.clock()
+        self._notice_sleep(now)
+        self._serve(now)
+        wait_s = max(0.0, min(longest_s, self._next_due(now) - now))
+        gather_s = GATHER_S if self._link.is_idle else 0.0
+        data = self.line.read(wait_s, gather_s)
+        began, now = now, self.clock()
+        self.bytes_received += len(data)
+        slept_s = self._asleep_s()
+        if slept_s:
+            self._digest(self._link.receive(data, began), began)  # it may have come before the sleep
+            self._wake(slept_s, now)
+            data = b""
+        self._digest(self._link.receive(data, now) + self._link.tick(now), now)
+        self.identity.on_device(self.device, now)
+        self._write_outgoing()
+        self._serve(now)
+
+    def take_events(self) -> list[Event]:
+        """What happened since the last call, in order."""
+        events, self._events = self._events, []
+        return events
+
+    def close(self, *, why: Exception | None = None) -> None:
+        """End all procedures and close the port. Idempotent, never raises."""
+        now = self.clock()
+        self._asking = None
+        for run in self._runs():
+            run.throw(why or PortLost(), now)
+            for _ in range(8):  # a procedure that cleans up learns at each of its wants that there is no port
+                run.throw(PortLost(), now)
+        self._foreground.clear()
+        self._background = None
+        self.device.doubt_everything(Doubt.LINK_LOST)
+        self.line.close()
+
+    def _runs(self) -> list[Run[Any]]:
+        return self._foreground + ([self._background] if self._background is not None else [])
+
+    def _next_due(self, now: float) -> float:
+        dues = [run.resume_at for run in self._runs() if run.resume_at is not None]
+        if any(run.awaits_since() is not None for run in self._runs()):
+            dues.append(now + AWAIT_POLL_S)
+        ask = self._asking.wants_to_ask if self._asking is not None else None
+        if ask is not None and ask.repeat is not None and ask.repeat.is_going_on(now):
+            dues.append(ask.repeat.next_at)
+        return min([self._link.next_deadline(), *dues])
+
+    def _serve(self, now: float) -> None:
+        """Advance whatever can advance without new bytes."""
+        for run in self._runs():
+            if run.take_cancel():
+                if self._asking is run:
+                    self._asking = None
+                    self._digest(self._link.abandon(now), now)
+                run.throw(Cancelled(), now)
+            run.tick(now)
+            while run.wants_to_look:
+                run.resume(self._sight(now), now)
+        self._drop_finished(now)
+        self._repeat_lock(now)
+        active = self._whose_turn(now)
+        if active is None or active.is_done or self._asking is not None:
+            return
+        if (rate := active.wanted_rate) is not None:
+            self._use_rate(rate.baud_rate, now)
+            active.resume(now, now)
+            self._serve(now)
+            return
+        ask = active.wants_to_ask
+        is_refused = self._is_played or not (self.identity.is_proven or (ask is not None and ask.request == LOCK))
+        if ask is not None and is_refused and not ask.request.is_repeatable:
+            refuse_change(active, ask.request, now, is_playback=self._is_played)
+            self._serve(now)
+        elif ask is not None and self._link.is_idle:
+            self._send(active, ask, now)
+
+    def _whose_turn(self, now: float) -> Run[Any] | None:
+        """The background has the line also while the foreground waits for a disk that takes its time."""
+        first = self._foreground[0] if self._foreground else None
+        since = first.awaits_since() if first is not None else None
+        is_slow = since is not None and now - since > AWAIT_GRACE_S
+        return self._background if first is None or is_slow else first
+
+    def _repeat_lock(self, now: float) -> None:
+        """LOCK stands behind no answer, also not behind that to the question whether it arrived."""
+        ask = self._asking.wants_to_ask if self._asking is not None else None
+        repeat = ask.repeat if ask is not None else None
+        if repeat is not None and repeat.is_due(now):
+            repeat.note_sent(now)
+            self._events += self._link.lock_again(now, repeat.sent)
+            self._write_outgoing()
+
+    def _notice_sleep(self, now: float) -> bool:
+        slept_s = self._asleep_s()
+        if slept_s:
+            self._wake(slept_s, now)
+        return bool(slept_s)
+
+    def _wake(self, slept_s: float, now: float) -> None:
+        """Nothing that was heard before the sleep counts, nothing that was decided before it is done.
+
+        What is in flight counts as unanswered and is not sent again. Procedures end with `Slept`, but for what is
+        urgent (LOCK) and for the background, which reads everything again as soon as the module answers.
+        """
+        self._overtaken_at = now
+        asking, self._asking = self._asking, None
+        ask = asking.wants_to_ask if asking is not None else None
+        gone = self._link.abandon(now)
+        self.line.use_rate(self.line.baud_rate)  # what waited in the driver may be from before the sleep
+        # As if nothing had been heard for long: it asks for a sign of life at once.
+        self._renew_link(now - self._timing.heartbeat_every_s)
+        for event in [*gone, WentOffline(now)]:
+            self._events.append(event)
+            self.device.apply(event)
+        self.device.note_sleep(slept_s, now)
+        if asking is not None and ask is not None and (asking.is_urgent or asking is self._background):
+            attempts = 1 if ask.request.is_repeatable else 0
+            asking.resume(gone[0] if gone else Unanswered(ask.request, attempts, 0.0, now), now)
+        for run in self._foreground:
+            if not run.is_urgent:
+                run.throw(Slept(slept_s), now)
+
+    def _send(self, run: Run[Any], ask: Ask, now: float) -> None:
+        if ask.request.hazard is Hazard.DANGEROUS and not ask.is_deliberate:
+            raise ValueError(f"a procedure wants {ask.request.command.name} without an explicit act")
+        if not ask.request.is_repeatable and self._notice_sleep(now):
+            return  # decided before the sleep
+        sent = self._link.ask(
+            ask.request, now, waits_s=ask.waits_s, attempts=ask.attempts, is_deliberate=ask.is_deliberate,
+            is_fenced=ask.is_fenced,
+        )  # fmt: skip
+        self._asking = run
+        self._write_outgoing()
+        self._events += sent
+        if ask.repeat is not None and ask.request == LOCK:
+            ask.repeat.note_sent(now)
+
+    def _write_outgoing(self) -> None:
+        outgoing = self._link.take_outgoing()
+        if outgoing:
+            self.line.write(outgoing)
+
+    def _sight(self, now: float) -> Sight:
+        view = self.device.view(now)
+        return Sight(
+            now,
+            self.opened_at,
+            self.line.baud_rate,
+            view,
+            self.link_view(),
+            proven_rate=self._proven_rate,
+            is_rate_searched=any(run.searches_rate and not run.is_urgent for run in self._foreground),
+            overtaken_at=self._overtaken_at,
+            is_playback=self._is_played,
+            is_proven=self.identity.is_proven,
+        )
+
+    def _use_rate(self, baud_rate: int, now: float) -> None:
+        """A link of its own for each rate: nothing that came at another rate can be mistaken for an answer. What still
+        comes from there can: see `answers_here`."""
+        self.line.use_rate(baud_rate)
+        self._renew_link(now)
+        self.device.use_rate(baud_rate)
+
+    def _renew_link(self, now: float) -> None:
+        self._link = Link(now, timing=self._timing, before=self._link)
+
+    def _digest(self, events: list[Event], now: float) -> None:
+        self._events += events
+        for event in events:
+            self.identity.on_event(event, self.device, now)
+            self.device.apply(event)
+            match event:
+                case Answered() | Unanswered() | OutcomeUnknown():
+                    run, self._asking = self._asking, None
+                    if run is not None:
+                        run.resume(event, now)
+                case Received():
+                    for run in self._runs():
+                        run.hear(event)
+                case WentOnline():
+                    self._proven_rate = self.line.baud_rate
+                case _:
+                    pass
+
+    def _drop_finished(self, now: float) -> None:
+        while self._foreground and self._foreground[0].is_done:
+            del self._foreground[0]
+            rate = self._rate_before
+            if rate is not None and not any(one.is_urgent for one in self._foreground):
+                self._rate_before = None
+                if rate != self.line.baud_rate and any(one.is_started for one in self._foreground):
+                    self._use_rate(rate, now)
+            for following in self._foreground[:1]:
+                if not following.is_started and not following.is_done:
+                    following.start(now)
+        if self._background is not None and self._background.is_done:
+            self._background = None

@@ -1,0 +1,47 @@
+"""A module's settings at one moment, so that "as it was found" is one click away."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+from app.engine.device import DeviceView
+from protocol.catalogue import SERIAL_OUTPUT, SETTINGS
+from protocol.fields import Value, ValueRefused
+from protocol.translatable import marked
+
+AS_FOUND = marked("as found, before the first change")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Snapshot:
+    """`settings`: by key, in the field's unit; what was not known is absent. `reason` is English, translatable."""
+
+    settings: Mapping[str, Value]
+    boot_count: int | None = None
+    reason: str = AS_FOUND
+
+
+def snapshot_of(device: DeviceView, now: float, *, reason: str = AS_FOUND) -> Snapshot:
+    """What is known about the settings at `now` and in no doubt; not the serial output, which the program itself
+    switches."""
+    settings = {
+        command.key: value
+        for command in SETTINGS
+        if command is not SERIAL_OUTPUT and (value := device.fresh(command.key, now)) is not None
+    }
+    boots = device.fresh("boot_count", now)
+    return Snapshot(settings=settings, boot_count=None if boots is None else int(boots), reason=reason)
+
+
+def restorable(settings: Mapping[str, object]) -> dict[str, Value]:
+    """Those of `settings` (from a file) that are settings with a value that their byte can carry."""
+    found: dict[str, Value] = {}
+    for command in SETTINGS:
+        value = settings.get(command.key)
+        if command.write is None or not isinstance(value, bool | int | float):
+            continue
+        try:
+            command.write.encode(value)
+        except ValueRefused:
+            continue
+        found[command.key] = value
+    return found

@@ -1,0 +1,359 @@
+"""The one thread that owns the port, from open to close.
+
+It is told what to do through a queue and says what happened through one callback, in batches, at most sixty times a
+second: a signal for each frame of a stream would cost more than the stream. Nothing else ever touches the port.
+Nobody waits for it: `stop` gives it a deadline.
+"""
+
+import queue
+import threading
+import time
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from enum import Enum
+from typing import Any, Generic
+
+from app.engine.device import Device, DeviceView, Sample
+from app.engine.identity import NOBODY_MEANT, Expected, Identity
+from app.engine.playback import is_playback
+from app.engine.procedure import LinkView, PortLost, Procedure, Report, Result
+from app.engine.session import Run, Session
+from app.engine.transport import PortError, SerialLine, open_line
+from app.system.logs import tell_mishap
+from app.system.sleep_detector import Clock, SleepWatch, sleepless_clock
+from protocol.events import Event
+
+PUBLISH_EVERY_S = 1 / 60
+CLOSING_LIMIT_S = 0.3
+"""How long a background procedure may take to put right what it changed (stream off) before the port closes."""
+ABORT_AFTER_S = 0.33
+"""So long `stop` waits before it breaks off a write that the driver holds."""
+SLEEPLESS = sleepless_clock()
+
+
+class PortState(Enum):
+    CLOSED = "closed"
+    OPENING = "opening"
+    OPEN = "open"
+
+
+@dataclass(frozen=True, slots=True)
+class Connection:
+    """`trouble` says why the port is not open, where that was not wanted."""
+
+    state: PortState = PortState.CLOSED
+    port: str = ""
+    baud_rate: int = 0
+    trouble: PortError | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Batch:
+    """What happened since the last batch. Complete: every event and every sample is in exactly one batch."""
+
+    at: float
+    connection: Connection
+    device: DeviceView
+    link: LinkView | None
+    samples: tuple[Sample, ...] = ()
+    events: tuple[Event, ...] = ()
+    finished: tuple["Job[Any]", ...] = ()
+    identity: Identity = NOBODY_MEANT
+
+
+class Job(Generic[Result]):
+    """A procedure handed to the worker. `wait` is for the command line; the window gets it in `Batch.finished`."""
+
+    def __init__(self, procedure: Procedure[Result], on_progress: Callable[[Report], None] | None = None) -> None:
+        self.run = Run(procedure, on_progress)
+        self._done = threading.Event()
+
+    def cancel(self) -> None:
+        self.run.cancel()
+
+    @property
+    def is_done(self) -> bool:
+        return self._done.is_set()
+
+    def finish(self) -> None:
+        self._done.set()
+
+    def wait(self, timeout_s: float) -> bool:
+        """Whether it ended within `timeout_s`."""
+        return self._done.wait(timeout_s)
+
+    def outcome(self) -> Result:
+        """The result of a finished job; raises what the procedure raised."""
+        if self.run.error is not None:
+            raise self.run.error
+        return self.run.result  # type: ignore[return-value]
+
+
+@dataclass(frozen=True, slots=True)
+class _Open:
+    port: str
+    baud_rate: int
+    background: Callable[[], Procedure[None]] | None
+    is_another: bool
+    expected: Expected | None
+
+
+@dataclass(frozen=True, slots=True)
+class _Close:
+    pass
+
+
+@dataclass(frozen=True, slots=True)
+class _Vouch:
+    seen: Identity | None
+
+
+@dataclass(frozen=True, slots=True)
+class _Start:
+    job: Job[Any]
+    is_urgent: bool
+
+
+@dataclass(frozen=True, slots=True)
+class _Stop:
+    pass
+
+
+_Order = _Open | _Close | _Vouch | _Start | _Stop
+
+
+@dataclass(slots=True)
+class _Pending:
+    """What the next batch will hold."""
+
+    samples: list[Sample] = field(default_factory=list)
+    events: list[Event] = field(default_factory=list)
+    finished: list[Job[Any]] = field(default_factory=list)
+    is_urgent: bool = False
+
+
+class Worker:
+    """See the module's docstring. The public methods may be called from any thread and return at once."""
+
+    def __init__(
+        self,
+        callback: Callable[[Batch], None],
+        *,
+        clock: Clock = time.monotonic,
+        with_sleep: Clock | None = SLEEPLESS,
+    ) -> None:
+        self._callback = callback
+        self._clock = clock
+        self._with_sleep = with_sleep
+        self._orders: queue.SimpleQueue[_Order] = queue.SimpleQueue()
+        self._thread = threading.Thread(target=self._work, name="dps-s worker", daemon=True)
+        self._session: Session | None = None
+        self._line: SerialLine | None = None
+        self._device = Device()
+        self._connection = Connection()
+        self._identity = NOBODY_MEANT
+        self._jobs: list[Job[Any]] = []
+        self._pending = _Pending()
+        self._published_at = 0.0
+        self._is_stopping = False
+
+    def start(self) -> None:
+        self._thread.start()
+
+    def open(
+        self,
+        port: str,
+        baud_rate: int,
+        background: Callable[[], Procedure[None]] | None = None,
+        is_another: bool = False,
+        expected: Expected | None = None,
+    ) -> None:
+        """Open `port`, closing what was open. `background` makes the procedure that keeps the device fresh.
+
+        `expected`: the module that is meant; until it is proven to be that one, only questions are sent.
+
+        `is_another`: another module is behind it. What was known of the one before is gone at once; else it stays,
+        as stale, until the port is open.
+        """
+        self._order(_Open(port, baud_rate, background, is_another, expected))
+
+    def vouch(self, seen: Identity | None = None) -> None:
+        """A person says which module it is: from now on anything may be sent. See `IdentityCheck.vouch`."""
+        self._order(_Vouch(seen))
+
+    def close(self) -> None:
+        """Close the port, after the background procedure has put right what it changed."""
+        self._order(_Close())
+
+    def submit(self, job: Job[Result], *, is_urgent: bool = False) -> Job[Result]:
+        """Run a procedure; without an open port it ends at once with `PortLost`. See `Session.run`."""
+        self._order(_Start(job, is_urgent))
+        return job
+
+    def stop(self, deadline_s: float = 2.0) -> bool:
+        """Close the port and end the thread; whether it ended within `deadline_s`. Idempotent.
+
+        Where the driver does not give the thread back it stays behind: a daemon, which no process waits for.
+        """
+        if not self._thread.is_alive():
+            return True
+        self._order(_Stop())
+        self._thread.join(min(deadline_s, ABORT_AFTER_S))
+        line = self._line
+        if self._thread.is_alive() and line is not None:
+            line.abort()
+        self._thread.join(max(0.0, deadline_s - ABORT_AFTER_S))
+        return not self._thread.is_alive()
+
+    def _order(self, order: _Order) -> None:
+        self._orders.put(order)
+        line = self._line
+        if line is not None:
+            line.interrupt()  # else a quiet port would let it wait for up to 10 ms: as long as reading everything takes
+
+    # The thread
+
+    def _work(self) -> None:
+        while not self._is_stopping:
+            try:
+                self._turn()
+            except PortError as error:
+                self._lose_port(error)
+            except Exception as error:  # noqa: BLE001  the one place: a bug closes the port instead of ending the thread
+                self._lose_port(error)
+                tell_mishap(error)
+            self._publish()
+        self._end_session(PortLost())
+        self._pending.is_urgent = True
+        self._publish()
+
+    def _turn(self) -> None:
+        session = self._session
+        try:
+            # With nothing open there is nothing to do but wait for an order.
+            order = self._orders.get(block=session is None)
+        except queue.Empty:
+            pass
+        else:
+            self._obey(order)
+            return
+        if session is not None:
+            session.step()
+            self._gather(session)
+            self._collect_finished()
+
+    def _gather(self, session: Session) -> None:
+        self._pending.events += session.take_events()
+        self._pending.samples += session.device.take_samples()
+
+    def _obey(self, order: _Order) -> None:
+        match order:
+            case _Open():
+                self._leave()
+                self._enter(order)
+            case _Close():
+                self._leave()
+            case _Vouch(seen):
+                if self._session is not None:
+                    self._session.identity.vouch(seen)
+            case _Start(job, is_urgent):
+                self._jobs.append(job)
+                if self._session is None:
+                    job.run.throw(self._connection.trouble or PortLost(), self._clock())
+                    self._collect_finished()
+                else:
+                    self._session.run(job.run, is_urgent=is_urgent)
+            case _Stop():
+                self._leave()
+                self._is_stopping = True
+        self._pending.is_urgent = True
+
+    def _enter(self, order: _Open) -> None:
+        if order.is_another:
+            self._device = Device()
+        self._set_connection(Connection(PortState.OPENING, order.port, order.baud_rate))
+        line = self._line = open_line(order.port, order.baud_rate)
+        asleep_s = SleepWatch(self._clock, self._with_sleep).look
+        self._session = Session(
+            line,
+            self._clock,
+            asleep_s=asleep_s,
+            is_playback=is_playback(order.port),
+            expected=order.expected,
+        )
+        self._device = self._session.device
+        self._set_connection(Connection(PortState.OPEN, order.port, order.baud_rate))
+        if order.background is not None:
+            self._session.run_in_background(order.background())
+
+    def _leave(self) -> None:
+        """Close in good order: what is urgent (LOCK) still goes out, and the background puts right what it changed."""
+        session = self._session
+        if session is None:
+            return
+        if session.background is not None:
+            session.background.cancel()
+        for job in self._jobs:
+            if not job.run.is_urgent:
+                job.cancel()
+        deadline = self._clock() + CLOSING_LIMIT_S
+        try:
+            while (session.background is not None or session.is_busy) and self._clock() < deadline:
+                session.step()
+        except PortError as error:
+            self._lose_port(error)
+            return
+        self._end_session(PortLost())
+        self._set_connection(Connection(PortState.CLOSED, self._connection.port, self._connection.baud_rate))
+
+    def _end_session(self, why: Exception) -> None:
+        if self._session is not None:
+            self._session.close(why=why)
+            self._line = None
+            self._gather(self._session)
+            self._session = None
+        self._collect_finished()
+
+    def _lose_port(self, error: Exception) -> None:
+        self._end_session(error)
+        trouble = error if isinstance(error, PortError) else None
+        connection = self._connection
+        self._set_connection(Connection(PortState.CLOSED, connection.port, connection.baud_rate, trouble))
+
+    def _set_connection(self, connection: Connection) -> None:
+        self._connection = connection
+        self._pending.is_urgent = True
+        self._publish()
+
+    def _collect_finished(self) -> None:
+        for job in [job for job in self._jobs if job.run.is_done]:
+            self._jobs.remove(job)
+            self._pending.finished.append(job)
+            self._pending.is_urgent = True
+            job.finish()
+
+    def _publish(self) -> None:
+        now = self._clock()
+        if not self._pending.is_urgent and now - self._published_at < PUBLISH_EVERY_S:
+            return
+        pending, self._pending = self._pending, _Pending()
+        self._published_at = now
+        link = self._session.link_view() if self._session is not None else None
+        if self._session is not None:
+            self._identity = self._session.identity.identity
+        rate = self._session.line.baud_rate if self._session is not None else self._connection.baud_rate
+        connection = self._connection
+        if rate != connection.baud_rate:
+            connection = self._connection = Connection(connection.state, connection.port, rate)
+        self._callback(
+            Batch(
+                now,
+                connection,
+                self._device.view(now),
+                link,
+                tuple(pending.samples),
+                tuple(pending.events),
+                tuple(pending.finished),
+                self._identity,
+            )
+        )

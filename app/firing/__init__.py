@@ -1,0 +1,1 @@
+"""Would it have fired? Rules, analysis, near misses."""

@@ -1,0 +1,150 @@
+"""Would the module fire?  Its own two triggers, attitude and free fall, as the vendor's table describes them.
+
+Pure: samples in, triggers out. The simulated module judges with it, and so can whoever holds a recording.
+
+What the table says is in `RULES`, what it does not say and is assumed here in `ASSUMPTIONS`: whoever shows a verdict
+shows them too.
+"""
+
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
+from typing import NamedTuple
+
+from protocol.catalogue import RESET_BELOW_THRESHOLD_DEG
+from protocol.messages import Source
+from protocol.translatable import marked
+
+LONGEST_GAP_S = 0.5
+"""A pause between two samples longer than this proves nothing about the fall in between."""
+
+ROUNDING_S = 1e-9
+"""Of times: a fall that is shorter than the free-fall time by no more than this is as long."""
+
+RULES = (
+    marked("Attitude fires at its threshold and rearms 10° below it."),
+    marked("Free fall fires when the acceleration has stayed below its threshold for the free-fall time."),
+    marked("Only an active module fires; a locked one is in standby."),
+)
+"""What the vendor's table says."""
+
+ASSUMPTIONS = (
+    marked("The angle of the threshold itself fires; the acceleration of the threshold itself is no fall."),
+    marked("A module that is activated while it is tilted fires at once."),
+    marked("A module that is locked or restarts forgets a fall that had begun."),
+    marked("A fall does not go on over a pause of more than 0.5 s without reports."),
+)
+"""Where the vendor's table is silent."""
+
+
+class Sample(NamedTuple):
+    """One reading of the sensor. A named tuple: there are 200 a second."""
+
+    at_s: float
+    tilt_deg: float
+    acceleration_g: float
+
+
+@dataclass(frozen=True, slots=True)
+class Limits:
+    """The settings that decide, in the units that a person reads."""
+
+    attitude_threshold_deg: float = 60
+    freefall_acceleration_g: float = 0.5
+    freefall_time_s: float = 1.6
+    attitude_is_enabled: bool = True
+    freefall_is_enabled: bool = True
+
+    @property
+    def reset_angle_deg(self) -> float:
+        return self.attitude_threshold_deg - RESET_BELOW_THRESHOLD_DEG
+
+
+class Verdict(NamedTuple):
+    """What one sample did."""
+
+    fired: Source
+    """Triggers that fire with this sample; none for most."""
+    standing: Source
+    """Triggers whose condition still holds: they cannot fire again before it is over."""
+
+
+NOTHING = Source(0)
+
+
+class Judge:
+    """Judges one sample after the other; remembers a fall that has begun and triggers that have not reset."""
+
+    def __init__(self) -> None:
+        self._standing = NOTHING
+        self._falls_since_s: float | None = None
+        self._last_s: float | None = None
+
+    @property
+    def falls_since_s(self) -> float | None:
+        """When the fall began that the last sample belongs to, None where that sample is no fall."""
+        return self._falls_since_s
+
+    @property
+    def last_s(self) -> float | None:
+        """Time of the last sample, None where everything is forgotten."""
+        return self._last_s
+
+    @property
+    def standing(self) -> Source:
+        """Triggers that have fired and not reset."""
+        return self._standing
+
+    def pass_over(self, until_s: float) -> None:
+        """Samples went by up to this time of which it is known that they change nothing."""
+        self._last_s = until_s
+
+    def stand_by(self) -> None:
+        """Forget everything: the module is locked, or was off."""
+        self._standing = NOTHING
+        self._falls_since_s = None
+        self._last_s = None
+
+    def judge(self, sample: Sample, limits: Limits, *, is_active: bool = True) -> Verdict:
+        """Times must not go back. While not active nothing fires and nothing is remembered."""
+        if not is_active:
+            self.stand_by()
+            return Verdict(NOTHING, NOTHING)
+        before = self._standing
+        self._judge_attitude(sample, limits)
+        self._judge_fall(sample, limits)
+        self._last_s = sample.at_s
+        return Verdict(self._standing & ~before, self._standing)
+
+    def _judge_attitude(self, sample: Sample, limits: Limits) -> None:
+        if Source.ATTITUDE in self._standing:
+            if sample.tilt_deg <= limits.reset_angle_deg or not limits.attitude_is_enabled:
+                self._standing &= ~Source.ATTITUDE
+        elif limits.attitude_is_enabled and sample.tilt_deg >= limits.attitude_threshold_deg:
+            self._standing |= Source.ATTITUDE
+
+    def _judge_fall(self, sample: Sample, limits: Limits) -> None:
+        if not limits.freefall_is_enabled or sample.acceleration_g >= limits.freefall_acceleration_g:
+            self._falls_since_s = None
+            self._standing &= ~Source.FREEFALL
+            return
+        has_gap = self._last_s is not None and sample.at_s - self._last_s > LONGEST_GAP_S
+        if self._falls_since_s is None or has_gap:
+            self._falls_since_s = sample.at_s
+        if sample.at_s - self._falls_since_s >= limits.freefall_time_s - ROUNDING_S:
+            self._standing |= Source.FREEFALL
+
+
+class Firing(NamedTuple):
+    """A sample at which the module would have fired, and why."""
+
+    sample: Sample
+    sources: Source
+
+
+def firings(samples: Iterable[Sample], limits: Limits) -> Iterator[Firing]:
+    """Where an active module with these limits would have fired in a recording."""
+    judge = Judge()
+    for sample in samples:
+        fired = judge.judge(sample, limits).fired
+        if fired:
+            yield Firing(sample, fired)

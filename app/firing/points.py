@@ -1,0 +1,104 @@
+"""Which samples of a stretch can change what the judge remembers; between them nothing can happen.
+
+Found with numpy, so that hours are judged in a moment. What happens at such a sample the judge alone decides:
+`tests/app/firing/test_would_fire_skip.py` holds that it comes to the same as with every sample.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from app.firing.judge import LONGEST_GAP_S, ROUNDING_S, Judge, Limits
+
+Floats = NDArray[np.float64]
+Places = NDArray[np.intp]
+
+
+class Stretch(NamedTuple):
+    """Samples in order of time, one or more. Values are exact: what was a step of 0.1 g is the float nearest to it."""
+
+    time_s: Floats
+    tilt_deg: Floats
+    acceleration_g: Floats
+
+    def part(self, start: int, stop: int) -> "Stretch":
+        return Stretch(self.time_s[start:stop], self.tilt_deg[start:stop], self.acceleration_g[start:stop])
+
+
+class Falls(NamedTuple):
+    """Falls of a stretch: places of the first and the last sample of each, and when it began.
+
+    One block holds the falls with no sample of weight in between: they are parted by pauses only.
+    """
+
+    firsts: Places
+    lasts: Places
+    since_s: Floats
+    block: Places
+    """The number of each fall's block."""
+    block_starts: Places
+    block_stops: Places
+    """The first place after each block; the length of the stretch where the last one goes on."""
+
+
+def falls_of(stretch: Stretch, limits: Limits, judge: Judge) -> Falls:
+    """`judge` as it is before the first sample: a fall that it sees may go on here."""
+    times = stretch.time_s
+    is_below = stretch.acceleration_g < limits.freefall_acceleration_g
+    edges = np.flatnonzero(np.diff(is_below, prepend=False, append=False))
+    goes_on = np.zeros(len(times), np.bool_)
+    goes_on[1:] = is_below[1:] & is_below[:-1] & (np.diff(times) <= LONGEST_GAP_S)
+    firsts = np.flatnonzero(is_below & ~goes_on)
+    lasts = np.flatnonzero(is_below & ~np.append(goes_on[1:], np.False_))
+    since_s = times[firsts]
+    begun_s, last_s = judge.falls_since_s, judge.last_s
+    is_falling = begun_s is not None and last_s is not None and times[0] - last_s <= LONGEST_GAP_S
+    if is_falling and len(firsts) and firsts[0] == 0:
+        since_s[0] = begun_s
+    starts = edges[::2]
+    return Falls(firsts, lasts, since_s, np.searchsorted(starts, firsts, "right") - 1, starts, edges[1::2])
+
+
+def turning_points(stretch: Stretch, limits: Limits, falls: Falls | None) -> Places:
+    """Places in order, the first one included; `falls` is None where that trigger is off."""
+    turns = _attitude_turns(stretch.tilt_deg, limits) if limits.attitude_is_enabled else np.empty(0, np.intp)
+    found = [np.zeros(1, np.intp), turns]
+    if falls is not None and len(falls.firsts):
+        found += _fall_turns(stretch.time_s, limits, falls, turns)
+    return np.unique(np.concatenate(found))
+
+
+def _attitude_turns(tilts: Floats, limits: Limits) -> Places:
+    """Where it is at the threshold after it was at the reset angle, and the other way round."""
+    side = (tilts >= limits.attitude_threshold_deg).astype(np.int8) - (tilts <= limits.reset_angle_deg)
+    decided = np.flatnonzero(side)
+    turns: Places = decided[np.diff(side[decided], prepend=np.int8(0)) != 0]
+    return turns
+
+
+def _fall_turns(times: Floats, limits: Limits, falls: Falls, turns: Places) -> list[Places]:
+    """Beginning and end of the falls that matter, and where they fire. Most are too short for anything."""
+    is_long = times[falls.lasts] - falls.since_s >= limits.freefall_time_s - ROUNDING_S
+    matters = np.zeros(len(falls.block_starts), np.bool_)
+    matters[falls.block[is_long]] = True
+    matters[0] |= falls.block_starts[0] == 0
+    matters[-1] |= falls.block_stops[-1] == len(times)
+    # Where attitude turns in the middle of a fall, the judge has to know of the fall.
+    around = np.searchsorted(falls.block_starts, turns, "right") - 1
+    inside = (around >= 0) & (turns < falls.block_stops[around])
+    matters[around[inside]] = True
+    stops = falls.block_stops[matters]
+    return [
+        falls.firsts[matters[falls.block]],
+        stops[stops < len(times)],
+        _firing_places(times, limits.freefall_time_s, falls.firsts[is_long], falls.since_s[is_long]),
+    ]
+
+
+def _firing_places(times: Floats, after_s: float, firsts: Places, since_s: Floats) -> Places:
+    """The first sample of each of these falls that is as late as the judge wants it, by its own reckoning."""
+    places = np.maximum(firsts, np.searchsorted(times, since_s + (after_s - 2 * ROUNDING_S), "left"))
+    while (is_early := times[places] - since_s < after_s - ROUNDING_S).any():
+        places[is_early] += 1
+    return places

@@ -1,0 +1,181 @@
+"""Judging what is measured as it comes, and what is recorded in a thread of its own."""
+
+import math
+import threading
+from typing import Final, Protocol
+
+import numpy as np
+
+from app.firing.judge import Limits
+from app.firing.would_fire import Finding, Inquiry
+from app.recordings.excerpt import Excerpt
+from app.samples.ring_buffers import Readable
+
+MOST_AT_ONCE: Final = 100_000
+"""Reports that are judged in one go: some 5 ms."""
+
+
+class Measured(Protocol):
+    """A session under way, or one that was recorded."""
+
+    @property
+    def tilt(self) -> Readable: ...
+    def excerpt(self, start_s: float, end_s: float) -> Excerpt: ...
+
+
+class Following:
+    """Keeps up with what is measured. Begins anew when what it has judged is no longer there."""
+
+    def __init__(self, measured: Measured, limits: Limits, *, counts_locked: bool = True) -> None:
+        self._measured = measured
+        self._inquiry = Inquiry(limits, counts_locked=counts_locked)
+        self._taken_at_last = 0
+        """Of the reports with the time of the last one: another one of that time may follow."""
+        self._finding: Finding | None = None
+
+    @property
+    def finding(self) -> Finding:
+        if self._finding is None:
+            self._finding = self._inquiry.finding
+        return self._finding
+
+    @property
+    def progress(self) -> float:
+        """From 0 to 1."""
+        times = self._measured.tilt
+        last_s = self._inquiry.last_s
+        if times.last is None or last_s is None or times.last.time_s <= last_s:
+            return 1.0 if times.last is None or last_s is not None else 0.0
+        first_s = self.finding.first_s or 0.0
+        return (last_s - first_s) / (times.last.time_s - first_s)
+
+    def catch_up(self) -> bool:
+        """Judge what is new, `MOST_AT_ONCE` reports at the most; whether nothing is left to be judged."""
+        last_s = self._inquiry.last_s
+        times = self._measured.tilt.window(-math.inf if last_s is None else last_s, math.inf).time_s
+        if last_s is not None and not (len(times) and times[0] == last_s):
+            self._begin_anew()
+            return False
+        if len(times) <= self._taken_at_last:
+            return True
+        stop = min(len(times) - 1, self._taken_at_last + MOST_AT_ONCE)
+        excerpt = self._measured.excerpt(-math.inf if last_s is None else last_s, float(times[stop]))
+        self._inquiry.take(excerpt, start=self._taken_at_last)
+        newest = excerpt.time_s
+        self._taken_at_last = len(newest) - int(np.searchsorted(newest, newest[-1], "left"))
+        self._finding = None
+        return stop == len(times) - 1
+
+    def _begin_anew(self) -> None:
+        inquiry = self._inquiry
+        self._inquiry = Inquiry(inquiry.limits, counts_locked=inquiry.counts_locked)
+        self._taken_at_last = 0
+        self._finding = None
+
+
+class Judging:
+    """Judges a recording in a thread of its own, which ends by itself."""
+
+    def __init__(self, measured: Measured, limits: Limits, *, counts_locked: bool = True) -> None:
+        self._following = Following(measured, limits, counts_locked=counts_locked)
+        self._is_cancelled = threading.Event()
+        self._finding: Finding | None = None
+        self._progress = 0.0
+        self.error: Exception | None = None
+        self._thread = threading.Thread(target=self._judge, name="dps-s judge", daemon=True)
+        self._thread.start()
+
+    @property
+    def finding(self) -> Finding | None:
+        """None until everything is judged."""
+        return self._finding
+
+    @property
+    def progress(self) -> float:
+        """From 0 to 1."""
+        return self._progress
+
+    def wait(self, deadline_s: float) -> bool:
+        """Whether it has ended within the time."""
+        self._thread.join(deadline_s)
+        return not self._thread.is_alive()
+
+    def cancel(self, deadline_s: float = 1.0) -> bool:
+        """Whether it has ended within the time; nothing reads the recording from then on."""
+        self._is_cancelled.set()
+        return self.wait(deadline_s)
+
+    def _judge(self) -> None:
+        try:
+            while not self._is_cancelled.is_set():
+                is_done = self._following.catch_up()
+                self._progress = self._following.progress
+                if is_done:
+                    self._finding = self._following.finding
+                    return
+        except Exception as error:  # noqa: BLE001  said in the window; a thread has nobody else to tell
+            self.error = error
+
+
+class Judgement:
+    """One question about one session at a time: `ask` again when either is another one, `step` from a timer."""
+
+    def __init__(self) -> None:
+        self._measured: Measured | None = None
+        self._is_recorded = False
+        self._asked: tuple[Limits, bool] | None = None
+        self._following: Following | None = None
+        self._judging: Judging | None = None
+        self._is_caught_up = False
+
+    @property
+    def finding(self) -> Finding | None:
+        """None while nothing is judged, or not everything yet."""
+        if self._judging is not None:
+            return self._judging.finding
+        return self._following.finding if self._following is not None and self._is_caught_up else None
+
+    @property
+    def progress(self) -> float:
+        """From 0 to 1."""
+        if self._judging is not None:
+            return self._judging.progress
+        return 0.0 if self._following is None else self._following.progress
+
+    @property
+    def error(self) -> Exception | None:
+        """Why the recording cannot be judged."""
+        return None if self._judging is None else self._judging.error
+
+    def follow(self, measured: Measured, *, is_recorded: bool) -> None:
+        """Judge this from now on."""
+        self.let_go()
+        self._measured, self._is_recorded = measured, is_recorded
+
+    def ask(self, limits: Limits, *, counts_locked: bool) -> None:
+        """What is to be judged; the same again changes nothing."""
+        if self._measured is None or self._asked == (limits, counts_locked):
+            return
+        self._stop()
+        self._asked = (limits, counts_locked)
+        if self._is_recorded:
+            self._judging = Judging(self._measured, limits, counts_locked=counts_locked)
+        else:
+            self._following = Following(self._measured, limits, counts_locked=counts_locked)
+
+    def step(self) -> None:
+        """Do a part of the work, a few milliseconds long."""
+        if self._following is not None:
+            is_done = self._following.catch_up()
+            self._is_caught_up = is_done or self._is_caught_up
+
+    def let_go(self) -> None:
+        """Nothing is judged, and nothing reads the recording any more."""
+        self._stop()
+        self._measured = None
+
+    def _stop(self) -> None:
+        if self._judging is not None:
+            self._judging.cancel()
+        self._asked = self._following = self._judging = None
+        self._is_caught_up = False

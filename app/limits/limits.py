@@ -1,0 +1,81 @@
+"""The limits that a profile may set, and how far: harder than ours always, softer only down to a bound of its own.
+
+A softer limit than ours, or a setting outside the vendor's advice, is allowed within the bounds, and is shown beside
+the verdict.
+"""
+
+from collections.abc import Mapping
+from types import MappingProxyType
+from typing import NamedTuple
+
+from app.limits.expectations import Expectations, Limits
+from app.text.messages import Said, said
+from protocol.translatable import marked
+
+
+class SoftLimit(NamedTuple):
+    """`check`: the id of the check that it is for. `is_most`: a higher value is softer."""
+
+    check: str
+    is_most: bool
+    shown: str
+    """For `str.format`, with the unit."""
+
+
+SOFT_LIMITS: Mapping[str, SoftLimit] = MappingProxyType({
+    "heartbeats_lost_max": SoftLimit("link_loss", is_most=True, shown="{:g}"),
+    "round_trip_max_ms": SoftLimit("round_trip", is_most=True, shown="{:g} ms"),
+    "tilt_max_deg": SoftLimit("tilt", is_most=True, shown="{:g}°"),
+    "tilt_spread_max_deg": SoftLimit("tilt_spread", is_most=True, shown="{:g}°"),
+    "acceleration_min_g": SoftLimit("acceleration", is_most=False, shown="{:g} g"),
+    "acceleration_max_g": SoftLimit("acceleration", is_most=True, shown="{:g} g"),
+    "acceleration_spread_max_g": SoftLimit("acceleration_spread", is_most=True, shown="{:g} g"),
+    "cell_voltage_min_v": SoftLimit("cell_voltage", is_most=False, shown="{:.2f} V"),
+})  # fmt: skip
+
+
+class SettingBound(NamedTuple):
+    """Ends included. `advised_*`: the vendor's advice, or ours where the vendor has none. `low`, `high`: what no
+    profile goes beyond; `why`, in English, translatable."""
+
+    check: str
+    advised_low: float
+    advised_high: float
+    low: float
+    high: float
+    why: str
+
+
+SETTING_BOUNDS: Mapping[str, SettingBound] = MappingProxyType({
+    "attitude_threshold_deg": SettingBound(
+        "attitude_threshold", 55, 90, 30, 90,
+        marked("below it a turn fires, above it an aircraft on its side goes undetected"),
+    ),
+    "freefall_acceleration_g": SettingBound(
+        "freefall_acceleration", 0.1, 0.6, 0.1, 0.8,
+        marked("at 0 no fall is detected, close to 1 g it fires in a descent"),
+    ),
+    "freefall_time_s": SettingBound(
+        "freefall_time", 0.5, 2.55, 0.2, 2.55, marked("below it a bump fires"),
+    ),
+    "light_threshold_v": SettingBound(
+        "light_threshold", 0.1, 25.5, 0.1, 25.5, marked("at 0 the bay is never dark"),
+    ),
+})  # fmt: skip
+
+
+def softened(expectations: Expectations) -> Mapping[str, Said]:
+    """By id of the check: what is advised, where the profile asks for less."""
+    found: dict[str, Said] = {}
+    ours = Limits()
+    for name, soft in SOFT_LIMITS.items():
+        value, default = getattr(expectations.limits, name), getattr(ours, name)
+        if value > default if soft.is_most else value < default:
+            text = marked("at most {limit}") if soft.is_most else marked("at least {limit}")
+            found[soft.check] = said(text, limit=soft.shown.format(default))
+    for key, value in expectations.settings.items():
+        bound = SETTING_BOUNDS.get(key)
+        if bound is not None and not bound.advised_low <= value <= bound.advised_high:
+            text = marked("{low} to {high}")
+            found[bound.check] = said(text, low=f"{bound.advised_low:g}", high=f"{bound.advised_high:g}")
+    return found

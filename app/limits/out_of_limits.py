@@ -1,0 +1,116 @@
+"""Whether a measured value is outside its limit, and which: the one judgement for every place that shows it."""
+
+from collections.abc import Mapping
+from enum import Enum
+from typing import NamedTuple
+
+from app.engine.device import LONGEST_LAG_S, DeviceView
+from app.limits.expectations import Limits, expectations_of
+from app.settings.profiles import Profile
+from app.text.i18n import tr
+from protocol.fields import Value
+from protocol.messages import HIGHEST_CELL_V, TriggerRecord
+from protocol.translatable import marked
+
+CELL_ABOVE_V = 0.05
+"""Above the highest cell by more than two steps it is no cell's voltage."""
+
+
+DAMAGED_SHOWN_S = 10.0
+
+
+class Fault(Enum):
+    """The value is its English, translatable word."""
+
+    CELL_LOW = marked("low")
+    CELL_HIGH = marked("too high")
+    BAY_OPEN = marked("bay open")
+    LATE = marked("line late")
+    SLOW = marked("line slow")
+    DAMAGED = marked("damaged bytes")
+
+
+class Outside(NamedTuple):
+    """`limit`: with its unit."""
+
+    fault: Fault
+    limit: str
+
+    def beside(self, value: str) -> str:
+        """A value as text, with what is the matter and the limit; in the language in use."""
+        return tr("{value} (!) {fault}, limit {limit}", value=value, fault=tr(self.fault.value), limit=self.limit)
+
+
+class LimitsInUse:
+    """The program's own, or those of the profile that was chosen for the pre-flight check."""
+
+    def __init__(self) -> None:
+        self.limits = Limits()
+        self.is_light_inverted = False
+
+    def use(self, profile: Profile | None) -> None:
+        asked = None if profile is None else expectations_of(profile)
+        self.limits = Limits() if asked is None else asked.limits
+        self.is_light_inverted = asked is not None and asked.is_light_inverted
+
+
+def cell_outside(volts: float, limits: Limits, *, is_charging: bool | None) -> Outside | None:
+    """With external power it is the charger's voltage, which lies above the cell's: low is low then too."""
+    if volts < limits.cell_voltage_min_v:
+        return Outside(Fault.CELL_LOW, f"{limits.cell_voltage_min_v:.2f} V")
+    if is_charging is False and volts > HIGHEST_CELL_V + CELL_ABOVE_V:
+        return Outside(Fault.CELL_HIGH, f"{HIGHEST_CELL_V:.2f} V")
+    return None
+
+
+def bay_outside(light_v: float, threshold_v: float, *, is_inverted: bool = False) -> Outside | None:
+    """`is_inverted`: a calibration found that more light reads lower."""
+    is_dark = light_v > threshold_v if is_inverted else light_v < threshold_v
+    return None if is_dark else Outside(Fault.BAY_OPEN, f"{threshold_v:.1f} V")
+
+
+def value_outside(key: str, device: DeviceView, now: float, in_use: LimitsInUse) -> Outside | None:
+    """Of a value of the module as it was last said; None also while it, or its limit, is not known."""
+    said = {one: found.value for one in (key, "charging") if (found := device.known(one, now)) is not None}
+    threshold = device.fresh("light_threshold_v", now)
+    return outside_of(key, said if threshold is None else said | {"light_threshold_v": threshold}, in_use)
+
+
+def outside_of(key: str, values: Mapping[str, Value], in_use: LimitsInUse) -> Outside | None:
+    """`values` by key: what was measured at one time, as far as it is known."""
+    said = values.get(key)
+    if said is None:
+        return None
+    value = round(float(said), 3)  # recordings keep four bytes of it: 3.7999999 is 3.80
+    if key == "cell_voltage_v":
+        charging = values.get("charging")
+        return cell_outside(value, in_use.limits, is_charging=None if charging is None else charging is True)
+    if key == "light_v":
+        threshold = values.get("light_threshold_v")
+        if threshold is None:
+            return None
+        return bay_outside(value, float(threshold), is_inverted=in_use.is_light_inverted)
+    return None
+
+
+def record_outside(record: TriggerRecord) -> Outside | None:
+    """Of the cell voltage in a trigger record, by the program's own limits: it keeps neither a profile nor the light
+    threshold. What is implausible is marked as that."""
+    if record.implausible:
+        return None
+    return cell_outside(record.cell_voltage_v, Limits(), is_charging=record.charging)
+
+
+def line_outside(
+    *, lag_s: float | None, round_trip_s: float | None, has_damaged: bool, in_use: LimitsInUse
+) -> Outside | None:
+    """The worst first. `has_damaged`: bytes that were no frame came; while the line is watched, within the last
+    `DAMAGED_SHOWN_S`."""
+    most_ms = in_use.limits.round_trip_max_ms
+    if lag_s is not None and lag_s > LONGEST_LAG_S:
+        return Outside(Fault.LATE, f"{LONGEST_LAG_S:g} s")
+    if has_damaged:
+        return Outside(Fault.DAMAGED, "0")
+    if round_trip_s is not None and round_trip_s * 1000 > most_ms:
+        return Outside(Fault.SLOW, f"{most_ms:g} ms")
+    return None

@@ -1,0 +1,48 @@
+"""The object of `dps-s read --json`, which a pre-flight record holds too: its names and its shape."""
+
+from collections.abc import Mapping
+
+from app.engine.device import STATUS_KEYS
+from protocol.catalogue import SETTINGS
+from protocol.fields import Value
+
+LIVE_KEYS = ("boot_count", "cell_voltage_v", "charging", "light_v")
+_WEIGHTIEST_FIRST = (
+    "attitude_threshold_deg",
+    "freefall_acceleration_g",
+    "freefall_time_s",
+    "light_threshold_v",
+    "attitude_trigger",
+    "freefall_trigger",
+    "serial_output",
+    "baud_rate",
+)
+SETTING_KEYS = tuple(
+    sorted(
+        (command.key for command in SETTINGS),
+        key=lambda key: _WEIGHTIEST_FIRST.index(key) if key in _WEIGHTIEST_FIRST else len(_WEIGHTIEST_FIRST),
+    )
+)
+"""The catalogue's settings in the order in which people read them; one that has no place here comes last."""
+
+
+def reading_object(
+    *,
+    port: str,
+    baud_rate: int,
+    round_trip_s: float | None,
+    values: Mapping[str, Value | None],
+    errors: Mapping[str, str],
+) -> dict[str, object]:
+    """`values` by key; what is not in it is not known. `errors`: why, in English."""
+    return {
+        "link": {
+            "port": port,
+            "baud_rate": baud_rate,
+            "round_trip_ms": None if round_trip_s is None else round(1000 * round_trip_s, 1),
+        },
+        "status": {key: values.get(key) for key in STATUS_KEYS},
+        **{key: values.get(key) for key in LIVE_KEYS},
+        "settings": {key: values.get(key) for key in SETTING_KEYS},
+        "errors": dict(errors),
+    }

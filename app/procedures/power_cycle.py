@@ -1,0 +1,132 @@
+"""Do the settings survive a power cycle? The table does not say (E15); this asks for one and looks.
+
+    boot count -> wait while a person switches it off and on -> boot count again, one more -> read everything back
+
+A restart is seen by its two heartbeats, and proven by the boot count, which is asked for all the while. Where the
+adapter goes away with the module's power the procedure ends with the port; start it again with the boot count that it
+had.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from enum import Enum
+
+from app.engine.device import BOOTS
+from app.engine.playback import require_module
+from app.engine.procedure import Ask, Listen, Look, Pause, Procedure, Report, Sight
+from app.procedures.write import RESTART_SHOWS_S, read_back
+from protocol.catalogue import BY_NAME, SETTINGS, Command
+from protocol.events import Answered
+from protocol.fields import Value
+from protocol.messages import Reading
+from protocol.translatable import marked
+
+LONGEST_WAIT_S = 120.0
+LOOK_EVERY_S = 1.0
+ASK_WAITS_S = (1.0,)
+_BOOT_COUNT = BY_NAME["boot_count"]
+
+
+class Fate(Enum):
+    """The value is its English, translatable word."""
+
+    KEPT = marked("kept")
+    LOST = marked("lost")
+    UNREADABLE = marked("cannot be read: unknown after the restart")
+    NOT_READ = marked("could not be read back")
+
+
+class Ending(Enum):
+    RESTARTED = "restarted"
+    """Seen and proven: exactly one more boot."""
+    SEVERAL = "several restarts"
+    """More than one; what is read is still what stands."""
+    UNPROVEN = "unproven"
+    """Its heartbeats were seen, but the boot count is not one more: it is not certain that the power was off."""
+    NOT_SEEN = "not seen"
+    """Nobody switched it off and on in time; nothing is claimed."""
+
+
+@dataclass(frozen=True, slots=True)
+class Stamp:
+    """`stands`: what was read after the restart."""
+
+    wanted: Value
+    fate: Fate
+    stands: Value | None = None
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Survival:
+    """`stamps` by key; empty where no restart was seen."""
+
+    ending: Ending
+    stamps: Mapping[str, Stamp]
+    boots_before: int | None
+    boots_after: int | None = None
+
+    @property
+    def is_fine(self) -> bool:
+        """Everything that can be read was kept."""
+        is_seen = self.ending in (Ending.RESTARTED, Ending.SEVERAL)
+        return is_seen and all(stamp.fate in (Fate.KEPT, Fate.UNREADABLE) for stamp in self.stamps.values())
+
+
+def survives_power_cycle(
+    wanted: Mapping[str, Value], *, boots_before: int | None = None, longest_wait_s: float = LONGEST_WAIT_S
+) -> Procedure[Survival]:
+    """`wanted`: by key, what was written. `boots_before`: from an earlier try that lost the port."""
+    yield from require_module()
+    before: Sight = yield Look()
+    if boots_before is None:
+        boots_before = yield from _boots()
+    boots: int | None = None
+    while True:
+        sight: Sight = yield Look()
+        waited_s = sight.now - before.now
+        if waited_s > longest_wait_s:
+            return Survival(ending=Ending.NOT_SEEN, stamps={}, boots_before=boots_before)
+        yield Report(int(waited_s), int(longest_wait_s), marked("Switch the module off and on again"))
+        has_restarted = sight.device.restarts != before.device.restarts
+        boots = yield from _boots()
+        if boots is not None and (has_restarted or (boots_before is not None and boots != boots_before)):
+            break
+        yield Listen(LOOK_EVERY_S)
+    yield Pause(RESTART_SHOWS_S)  # the second heartbeat of this restart must not cast doubt on what is read now
+    stamps: dict[str, Stamp] = {}
+    for command in SETTINGS:
+        if command.key in wanted and command.key != "baud_rate":
+            if not command.reads_back:
+                stamps[command.key] = Stamp(wanted[command.key], Fate.UNREADABLE)
+                continue
+            back = yield from read_back(command)
+            stamps[command.key] = _stamp(command, wanted[command.key], back.raw)
+    return Survival(ending=_ending(boots_before, boots), stamps=stamps, boots_before=boots_before, boots_after=boots)
+
+
+def _stamp(command: Command, wanted: Value, raw: int | None) -> Stamp:
+    if raw is None or command.write is None:
+        return Stamp(wanted, Fate.NOT_READ)
+    stands = command.write.decode(raw)
+    return Stamp(wanted, Fate.KEPT if stands == wanted else Fate.LOST, stands)
+
+
+def _boots() -> Procedure[int | None]:
+    """The boot count, said twice alike: one damaged frame must not pass for a restart."""
+    said: list[int] = []
+    for _ in range(2):
+        outcome = yield Ask(_BOOT_COUNT.query(), ASK_WAITS_S)
+        reading = outcome.messages[0] if isinstance(outcome, Answered) else None
+        if not isinstance(reading, Reading):
+            return None
+        said.append(reading.raw)
+    return said[0] if said[0] == said[1] else None
+
+
+def _ending(before: int | None, after: int | None) -> Ending:
+    if before is None or after is None:
+        return Ending.UNPROVEN
+    boots = (after - before) % BOOTS
+    if boots == 0:
+        return Ending.UNPROVEN
+    return Ending.RESTARTED if boots == 1 else Ending.SEVERAL

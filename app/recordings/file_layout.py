@@ -1,0 +1,193 @@
+"""The files of a recording, byte by byte; docs/recording.md describes them for other programs.
+
+A session is a folder. Measured values are columns, one file each, to which is only ever appended. Every half second at
+most a commit says how long each file was: what lies behind the last commit does not count, so a recording that was
+cut off at any byte is whole up to there.
+"""
+
+import errno
+import json
+import os
+import sys
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from datetime import datetime
+from pathlib import Path
+from types import MappingProxyType
+from typing import IO, Final
+
+from protocol.translatable import marked
+
+if sys.platform == "win32":
+    import msvcrt
+else:
+    import fcntl
+
+FORMAT: Final = "dps-s recording"
+VERSION: Final = 1
+SESSION, COMMITS, JOURNAL, LINE, LOCK, KEPT = (
+    "session.json", "commits.bin", "journal.jsonl", "line.dpscap", "lock", "kept"
+)  # fmt: skip
+COLUMNS: Final[Mapping[str, Mapping[str, str]]] = MappingProxyType(
+    {
+        "status": {
+            "status.time_s.f8": "<f8",
+            "status.tilt_deg.f4": "<f4",
+            "status.acceleration_g.f4": "<f4",
+            "status.flags.u1": "u1",
+        },
+        "cell": {"cell.time_s.f8": "<f8", "cell.voltage_v.f4": "<f4"},
+        "light": {"light.time_s.f8": "<f8", "light.voltage_v.f4": "<f4"},
+    }
+)
+"""Of each table the columns with their types; a row is what stands at the same place in each."""
+DATA_FILES: Final = (*(name for table in COLUMNS.values() for name in table), LINE, JOURNAL)
+"""In the order in which they are written, and in which a commit's checksum goes through them."""
+ACTIVE, TRIGGERED = 0x01, 0x02
+"""Bits of `status.flags.u1`."""
+_FIRST_YEAR: Final = 1970
+_LAST_YEAR: Final = 2200
+_LONGEST_HEADING: Final = 64 * 1024
+_HELD: Final = frozenset({errno.EAGAIN, errno.EWOULDBLOCK, errno.EACCES, errno.EDEADLK})
+
+
+LONGEST_UPTIME_S: Final = 1e9
+"""Thirty years: no computer has run for as long."""
+
+
+def is_time(value: float) -> bool:
+    """Whether this can be monotonic seconds: no sum with it overflows a calendar."""
+    return abs(value) <= LONGEST_UPTIME_S  # false for NaN
+
+
+class Unreadable(ValueError):
+    """The folder is no recording that this program can read; the text is English, translatable."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Opening:
+    """What `session.json` says. `start_s` is monotonic; `started_at` is the same moment by the calendar, UTC."""
+
+    started_at: datetime
+    start_s: float
+    port: str
+    baud_rate: int
+    module: str = ""
+    program: str = ""
+    part: int = 1
+    sequence: int = 0
+    """Of the recordings of this folder, in the order in which they began; 0: from before there were numbers."""
+
+    @property
+    def wall_offset_s(self) -> float:
+        """Added to the recording's times gives seconds since 1970."""
+        return self.started_at.timestamp() - self.start_s
+
+    def encoded(self) -> bytes:
+        fields = {
+            "format": FORMAT,
+            "version": VERSION,
+            "program": self.program,
+            "started_at": self.started_at.isoformat(),
+            "start_s": self.start_s,
+            "port": self.port,
+            "baud_rate": self.baud_rate,
+            "module": self.module,
+            "part": self.part,
+            "sequence": self.sequence,
+        }
+        return json.dumps(fields, indent=1, ensure_ascii=False).encode("utf-8", "backslashreplace") + b"\n"
+
+
+def read_opening(folder: Path) -> Opening:
+    """Raises `Unreadable`, OSError."""
+    with (folder / SESSION).open("rb") as file:
+        raw = file.read(_LONGEST_HEADING)
+    try:
+        fields = json.loads(raw)
+        if fields["format"] != FORMAT:
+            raise Unreadable(marked("It is no recording of this program."))
+        if fields["version"] != VERSION:
+            raise Unreadable(marked("It was recorded by a newer version of this program."))
+        started_at = datetime.fromisoformat(fields["started_at"])
+        if started_at.tzinfo is None or not is_time(float(fields["start_s"])):
+            raise ValueError(started_at)
+        if not _FIRST_YEAR <= started_at.year <= _LAST_YEAR:
+            raise ValueError(started_at)
+        return Opening(
+            started_at=started_at,
+            start_s=float(fields["start_s"]),
+            port=str(fields["port"]),
+            baud_rate=int(fields["baud_rate"]),
+            module=str(fields.get("module", "")),
+            program=str(fields.get("program", "")),
+            part=int(fields.get("part", 1)),
+            sequence=int(fields.get("sequence", 0)),
+        )
+    except Unreadable:
+        raise
+    except (ValueError, KeyError, TypeError, RecursionError, OverflowError) as error:
+        raise Unreadable(marked("Its heading is damaged.")) from error
+
+
+# Files of one's own
+
+
+def private_opener(path: str, flags: int) -> int:
+    """For `open`: nobody else may read what it makes."""
+    return os.open(path, flags, 0o600)
+
+
+def write_private(path: Path, data: bytes) -> None:
+    """Replace the file in one step. Raises OSError."""
+    draft = path.with_name(f".{path.name}.part")
+    with open(draft, "wb", opener=private_opener) as file:
+        file.write(data)
+        file.flush()
+        os.fsync(file.fileno())
+    draft.replace(path)
+
+
+def hold(folder: Path) -> IO[bytes] | None:
+    """Mark the session as being written until the file is closed, at the latest when the program ends, however it ends.
+
+    None where another has it. Raises OSError.
+    """
+    file = open(folder / LOCK, "ab", opener=private_opener)  # noqa: SIM115  it stays open
+    try:
+        _lock(file, is_shared=False)
+    except OSError:
+        file.close()
+        return None
+    return file
+
+
+def is_held(folder: Path) -> bool:
+    """Somebody, in this program or in another one, is writing the session."""
+    try:
+        with (folder / LOCK).open("rb+") as file:
+            _lock(file, is_shared=True)
+    except OSError as error:
+        # A file system that knows no locks does not say that somebody has it.
+        return error.errno in _HELD
+    return False
+
+
+def _lock(file: IO[bytes], *, is_shared: bool) -> None:
+    """Raises OSError where another one has it."""
+    if sys.platform == "win32":
+        file.seek(0)
+        msvcrt.locking(file.fileno(), msvcrt.LK_NBLCK, 1)
+    else:
+        fcntl.flock(file, (fcntl.LOCK_SH if is_shared else fcntl.LOCK_EX) | fcntl.LOCK_NB)
+
+
+def journal_lines(raw: bytes) -> Iterator[dict[str, object]]:
+    """The objects of a journal; a line that is none is left out."""
+    for line in raw.splitlines():
+        try:
+            found = json.loads(line)
+        except (ValueError, RecursionError):
+            continue
+        if isinstance(found, dict):
+            yield found

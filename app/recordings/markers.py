@@ -1,0 +1,178 @@
+"""What happened on the line of time, told from the worker's batches: for the plots' marks and for recordings."""
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from enum import Enum
+
+from app.engine.device import DeviceView
+from app.engine.playback import is_playback
+from app.engine.worker import Batch, Connection, PortState
+from protocol.catalogue import RESET_BELOW_THRESHOLD_DEG
+from protocol.events import Event, Restarted
+from protocol.link_states import Presence
+
+
+class Kind(Enum):
+    """What can happen; the value is the word in a file, which stays English."""
+
+    CONNECTED = "connected"
+    RECORDING = "recording played"
+    RECONNECTED = "reconnected"
+    PORT_LOST = "port lost"
+    OFFLINE = "offline"
+    RESTARTED = "restarted"
+    ACTIVATED = "activated"
+    LOCKED = "locked"
+    TRIGGERED = "triggered"
+    TRIGGER_ENDED = "trigger ended"
+    CHARGER_CONNECTED = "charger connected"
+    CHARGER_REMOVED = "charger removed"
+    DAMAGED = "damaged data left out"
+    """Of a recording: what follows, until the next report, is not what was recorded."""
+
+
+@dataclass(frozen=True, slots=True)
+class Happening:
+    """`time_s`: monotonic seconds. `port` is the one it happened on."""
+
+    time_s: float
+    kind: Kind
+    port: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class Limits:
+    """The module's own limits as it said them; None: not known, in doubt, or the trigger is switched off."""
+
+    fires_deg: float | None = None
+    rearms_deg: float | None = None
+    free_fall_g: float | None = None
+    light_v: float | None = None
+
+
+NO_LIMITS = Limits()
+
+
+def charging_at(happenings: Iterable[Happening], time_s: float) -> bool | None:
+    """Whether there was external power at an instant; `happenings` in order. None: they do not tell."""
+    is_charging: bool | None = None
+    for one in happenings:
+        is_past = one.time_s <= time_s
+        match one.kind:
+            case Kind.CHARGER_CONNECTED | Kind.CHARGER_REMOVED:
+                is_connected = one.kind is Kind.CHARGER_CONNECTED
+                if not is_past:  # it is noted only where it was known to be otherwise before
+                    return not is_connected if is_charging is None else is_charging
+                is_charging = is_connected
+            case Kind.CONNECTED | Kind.RECORDING:
+                if not is_past:
+                    break
+                is_charging = None
+            case _:
+                pass
+    return is_charging
+
+
+class Follower:
+    """Compares each batch of a session with the one before."""
+
+    def __init__(self) -> None:
+        self.limits = NO_LIMITS
+        """As of the last batch."""
+        self._triggered: bool | None = None
+        self._active: bool | None = None
+        self._is_charging: bool | None = None
+        self._state = PortState.CLOSED
+        self._port = ""
+        self._was_lost = False
+        """What is opened next is the same adapter, by whatever name: with another one a session begins anew, and with
+        it whoever follows it."""
+        self._presence = Presence.UNKNOWN
+        self._restarts = 0
+
+    def take(self, batch: Batch) -> list[Happening]:
+        """What happened in this batch, in the order in which it came to be known: times may lie a little apart."""
+        new: list[Happening] = []
+        self._follow_opening(batch.connection, batch.at, new)
+        self._follow_flags(batch, new)
+        # While a port opens, the view is still that of the module before.
+        is_opening = batch.connection.state is PortState.OPENING
+        if not is_opening:
+            self._follow_device(batch.device, batch.events, batch.at, new)
+        self._follow_loss(batch.connection, batch.at, new)
+        self.limits = NO_LIMITS if is_opening else limits_of(batch.device, batch.at)
+        return new
+
+    def _follow_flags(self, batch: Batch, new: list[Happening]) -> None:
+        """The first state that is known is no change."""
+        for sample in batch.samples:
+            if sample.active is not self._active:
+                if self._active is not None:
+                    new.append(Happening(sample.at, Kind.ACTIVATED if sample.active else Kind.LOCKED, self._port))
+                self._active = sample.active
+            if sample.triggered is not self._triggered:
+                if self._triggered is not None:
+                    kind = Kind.TRIGGERED if sample.triggered else Kind.TRIGGER_ENDED
+                    new.append(Happening(sample.at, kind, self._port))
+                self._triggered = sample.triggered
+
+    def _follow_opening(self, connection: Connection, at: float, new: list[Happening]) -> None:
+        is_open, was_open = connection.state is PortState.OPEN, self._state is PortState.OPEN
+        if not is_open or (was_open and connection.port == self._port):
+            return
+        self._state, self._port = connection.state, connection.port
+        self._presence, self._restarts = Presence.UNKNOWN, 0
+        if not self._was_lost:
+            # A person chose it: another module, of which nothing is known.
+            self._triggered = self._active = self._is_charging = None
+            kind = Kind.RECORDING if is_playback(self._port) else Kind.CONNECTED
+            new.append(Happening(at, kind, self._port))
+
+    def _follow_loss(self, connection: Connection, at: float, new: list[Happening]) -> None:
+        was_open, self._state = self._state is PortState.OPEN, connection.state
+        if was_open and connection.state is PortState.CLOSED and connection.trouble is not None:
+            self._was_lost = True
+            new.append(Happening(at, Kind.PORT_LOST, self._port))
+
+    def _follow_device(self, device: DeviceView, events: tuple[Event, ...], at: float, new: list[Happening]) -> None:
+        since = at if device.presence_since is None else device.presence_since
+        if device.presence is not self._presence:
+            was_offline, self._presence = self._presence is Presence.OFFLINE, device.presence
+            if device.presence is Presence.OFFLINE:
+                new.append(Happening(since, Kind.OFFLINE, self._port))
+            elif device.presence is Presence.ONLINE and (was_offline or self._was_lost):
+                self._was_lost = False
+                new.append(Happening(since, Kind.RECONNECTED, self._port))
+        if device.restarts != self._restarts:
+            is_news, self._restarts = device.restarts > self._restarts, device.restarts
+            if is_news:
+                # Known from a heartbeat, or only from a boot count that went on.
+                seen = [event.at for event in events if isinstance(event, Restarted)]
+                new.extend(Happening(one, Kind.RESTARTED, self._port) for one in seen or [at])
+        known = device.values.get("charging")
+        if known is not None and not known.is_stale:
+            is_charging = known.value is True
+            if self._is_charging is not None and is_charging is not self._is_charging:
+                kind = Kind.CHARGER_CONNECTED if is_charging else Kind.CHARGER_REMOVED
+                new.append(Happening(known.at, kind, self._port))
+            self._is_charging = is_charging
+
+
+def limits_of(device: DeviceView, at: float) -> Limits:
+    """Nothing while a value is in doubt, or while the trigger is switched off."""
+    fires = _limit(device, "attitude_threshold_deg", "attitude_trigger", at)
+    light = device.fresh("light_threshold_v", at)
+    return Limits(
+        fires_deg=fires,
+        rearms_deg=None if fires is None else fires - RESET_BELOW_THRESHOLD_DEG,
+        free_fall_g=_limit(device, "freefall_acceleration_g", "freefall_trigger", at),
+        light_v=None if light is None else float(light),
+    )
+
+
+def _limit(device: DeviceView, key: str, switch: str, at: float) -> float | None:
+    value, is_on = device.fresh(key, at), device.fresh(switch, at)
+    return None if value is None or is_on is False else float(value)
+
+
+KIND_OF_WORD: Mapping[str, Kind] = {kind.value: kind for kind in Kind}

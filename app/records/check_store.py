@@ -1,0 +1,305 @@
+"""What the store keeps of triggers and pre-flight checks. Every method raises `StoreTrouble` as the store does."""
+
+import json
+from collections import Counter
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import NamedTuple
+
+from app.limits.expectations import Past
+from app.preflight.verdict import Verdict
+from app.records.record import Record, canonical
+from app.store.database import Database
+from app.text.messages import clean
+from app.trigger_records.history import Judgement, Merged, merge
+from protocol.catalogue import RECORDS_KEPT
+
+LONGEST_NOTE = 2000
+_LARGEST = 2**62
+"""Of the numbers that are looked up: SQLite knows no larger ones."""
+MEASURED = {
+    "cell_voltage": "cell_voltage_v",
+    "light": "light_v",
+    "tilt": "tilt_deg",
+    "tilt_spread": "tilt_spread_deg",
+    "acceleration": "acceleration_g",
+    "acceleration_spread": "acceleration_spread_g",
+    "round_trip": "round_trip_ms",
+    "link_loss": "heartbeats_lost",
+    "boot_count": "boot_count",
+}
+"""The checks whose measured value is followed over time, and the name under which."""
+
+_HOLDS = (Verdict.GO.value, Verdict.READY.value)
+
+
+MakeRecord = Callable[[int, str | None], Record]
+"""From its number and the hash of the record before it."""
+
+
+@dataclass(frozen=True, slots=True)
+class SeenRecord:
+    """One trigger record ever seen of a module; `place` counts from 0, the oldest."""
+
+    id: int
+    place: int
+    raw: bytes
+    first_seen_at: str
+    judgement: Judgement | None
+    note: str
+
+
+@dataclass(frozen=True, slots=True)
+class Visit:
+    """`new`: ids of the records that this visit brought; None where there was none before to compare with."""
+
+    id: int
+    records: tuple[SeenRecord, ...]
+    new: frozenset[int] | None
+    is_continuation: bool
+
+
+@dataclass(frozen=True, slots=True)
+class KeptCheck:
+    """One line of the list of checks."""
+
+    id: int
+    module: str | None
+    number: int
+    at: str
+    aircraft: str
+    who: str
+    verdict: str
+    is_void: bool
+    fingerprint: str | None
+    hash: str
+
+
+@dataclass(frozen=True, slots=True)
+class Point:
+    """One value of one check."""
+
+    at: str
+    value: float
+
+
+class _LastVisit(NamedTuple):
+    """`number` 0: there was none. `known`: how many records of the module had been seen when it ended."""
+
+    number: int = 0
+    slots: tuple[bytes, ...] = ()
+    known: int = 0
+
+
+class CheckStore:
+    """Over the same file as the store; its tables are `preflight_schema`."""
+
+    def __init__(self, database: Database) -> None:
+        self._database = database
+
+    # Triggers
+
+    def visit(self, module_id: int | None, slots: Sequence[bytes], *, port: str, boot_count: int | None,
+              is_confirmed: bool) -> Visit:  # fmt: skip
+        """Keep what a module holds now. Without a name (`module_id` None) the slots are kept as they came."""
+        with self._database.together():
+            return self._visit(module_id, slots, port=port, boot_count=boot_count, is_confirmed=is_confirmed)
+
+    def _visit(self, module_id: int | None, slots: Sequence[bytes], *, port: str, boot_count: int | None,
+               is_confirmed: bool) -> Visit:  # fmt: skip
+        database = self._database
+        last = self._last_visit(module_id)
+        # What stands behind the last visit is from one that broke off: it is written once more.
+        known = self.records(module_id)[: last.known]
+        merged = merge([one.raw for one in known], last.slots, slots, boot_count=boot_count, is_confirmed=is_confirmed)
+        now = database.now()
+        # The records go first: a visit that is written knows all of its slots.
+        if module_id is not None:
+            for place, raw in enumerate(merged.new, len(known)):
+                database.write(
+                    "INSERT INTO trigger_records (module_id, place, raw, first_seen_at) VALUES (?, ?, ?, ?) "
+                    "ON CONFLICT (module_id, place) DO UPDATE SET raw = excluded.raw",
+                    (module_id, place, raw.hex(), now),
+                )
+        kept = slots if is_confirmed else _fullest(last.slots, merged)
+        number = database.write(
+            "INSERT INTO visits (module_id, at, port, boot_count, slots, is_confirmed, known) "
+            "VALUES (?, ?, ?, ?, ?, ?, ?)",
+            (
+                module_id, now, clean(port), boot_count, json.dumps([raw.hex() for raw in kept]), is_confirmed,
+                len(merged.all) if module_id is not None else 0,
+            ),
+        )  # fmt: skip
+        records = self.records(module_id)
+        new = None if not last.number else frozenset(one.id for one in records[len(known) :])
+        return Visit(number, records, new, merged.is_continuation)
+
+    def records(self, module_id: int | None) -> tuple[SeenRecord, ...]:
+        """All ever seen of this module, the oldest first."""
+        rows = self._database.read(
+            "SELECT id, place, raw, first_seen_at, judgement, note FROM trigger_records WHERE module_id IS ? "
+            "ORDER BY place",
+            (module_id,),
+        )
+        return tuple(
+            SeenRecord(row[0], row[1], bytes.fromhex(row[2]), row[3], _judgement(row[4]), row[5]) for row in rows
+        )
+
+    def judge(self, record_id: int, judgement: Judgement | None, note: str) -> None:
+        """What a person says of a record; None takes the judgement back."""
+        value = None if judgement is None else judgement.value
+        self._database.write(
+            "UPDATE trigger_records SET judgement = ?, note = ?, judged_at = ? WHERE id = ?",
+            (value, clean(note, longest=LONGEST_NOTE), self._database.now(), record_id),
+        )
+
+    def _last_visit(self, module_id: int | None) -> "_LastVisit":
+        if module_id is None:
+            return _LastVisit()
+        rows = self._database.read(
+            "SELECT id, slots, known FROM visits WHERE module_id = ? ORDER BY id DESC LIMIT 1", (module_id,)
+        )
+        if not rows:
+            return _LastVisit()
+        number, slots, known = rows[0]
+        return _LastVisit(number, tuple(bytes.fromhex(one) for one in json.loads(slots)), known)
+
+    # Checks
+
+    def past(self, module_id: int | None, module: str | None, slots: Sequence[bytes] | None = None,
+             *, is_confirmed: bool = True) -> Past:  # fmt: skip
+        """What a check has to know about the module; ask before this check's own visit is kept.
+
+        `slots`: what it keeps now, to see whether it follows what it kept before.
+        """
+        if module_id is None:
+            return Past(module=module)
+        rows = self._database.read(
+            "SELECT boot_count FROM visits WHERE module_id = ? AND boot_count IS NOT NULL ORDER BY id DESC LIMIT 1",
+            (module_id,),
+        )
+        checks = [one for one in self.checks(module_id) if not one.is_void]
+        go = next((one for one in checks if one.verdict in _HOLDS), None)
+        known, last = self.records(module_id), self._last_visit(module_id)
+        looked_at = Counter(one.raw for one in known if one.judgement is not None)
+        record = self.record(go.hash) if go is not None else None
+        if record is not None:
+            looked_at |= Counter(_records_in(record))
+        merged = None
+        if slots is not None and last.number:
+            raws = [one.raw for one in known[: last.known]]
+            merged = merge(raws, last.slots, slots, is_confirmed=is_confirmed)
+        return Past(
+            module=module,
+            boot_count=rows[0][0] if rows else None,
+            looked_at=looked_at,
+            has_check=go is not None,
+            is_same_module=merged is None or merged.is_continuation,
+            fingerprint=go.fingerprint if go is not None else None,
+        )
+
+    def append_check(self, make: MakeRecord, module_id: int | None, *, adapter: str = "") -> Record:
+        """Make the next record of a chain and keep it. A module without a name has a chain for each adapter.
+
+        Number and previous hash are taken in the transaction that keeps the record: two programs never take the same.
+        """
+        with self._database.together():
+            rows = self._database.read(
+                "SELECT number, hash FROM preflight_checks WHERE module_id IS ? AND (module_id IS NOT NULL OR "
+                "adapter IS ?) ORDER BY id DESC LIMIT 1",
+                (module_id, adapter),
+            )
+            number, previous = rows[0] if rows else (0, None)
+            record = make(number + 1, previous)
+            self._keep_check(record, module_id, adapter)
+            return record
+
+    def _keep_check(self, record: Record, module_id: int | None, adapter: str) -> int:
+        database = self._database
+        number = database.write(
+            "INSERT INTO preflight_checks (module_id, adapter, number, at, aircraft, who, verdict, is_void, "
+            "fingerprint, hash, previous, record) VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?)",
+            (
+                module_id, adapter, record["number"], record["at"], record["aircraft"], record["who"],
+                record["verdict"], record["void"] is not None, record["fingerprint"], record["hash"],
+                record["previous"], canonical(record).decode(),
+            ),
+        )  # fmt: skip
+        for name, value in measured_in(record).items():
+            database.write("INSERT INTO measured_values (check_id, name, value) VALUES (?, ?, ?)",
+                           (number, name, value))  # fmt: skip
+        return number
+
+    def checks(self, module_id: int | None = None, *, aircraft: str | None = None,
+               limit: int = 500) -> tuple[KeptCheck, ...]:  # fmt: skip
+        """The newest first, of one module (None: of those without a name), or of one aircraft."""
+        where, values = ("c.aircraft = ?", [aircraft]) if aircraft is not None else ("c.module_id IS ?", [module_id])
+        rows = self._database.read(
+            "SELECT c.id, m.name, c.number, c.at, c.aircraft, c.who, c.verdict, c.is_void, c.fingerprint, c.hash "  # noqa: S608
+            f"FROM preflight_checks c LEFT JOIN modules m ON m.id = c.module_id WHERE {where} "
+            "ORDER BY c.id DESC LIMIT ?",
+            (*values, limit),
+        )
+        return tuple(_kept_check(*row) for row in rows)
+
+    def record(self, hash_: str) -> Record | None:
+        """By its hash; what `verify` looks records up with."""
+        rows = self._database.read("SELECT record FROM preflight_checks WHERE hash = ?", (clean(hash_),))
+        try:
+            value = json.loads(rows[0][0]) if rows else None
+        except ValueError:
+            return None
+        return value if isinstance(value, dict) else None
+
+    def same_number(self, record: Mapping[str, object]) -> str | None:
+        """Hash of another record that has this one's number in its chain."""
+        module, adapter = record.get("module"), record.get("adapter")
+        number, hash_ = record.get("number"), record.get("hash")
+        if not isinstance(number, int) or not -_LARGEST <= number <= _LARGEST or not isinstance(hash_, str):
+            return None
+        values = (clean(str(adapter)), number, clean(hash_), None if module is None else clean(str(module)))
+        rows = self._database.read(
+            "SELECT c.hash FROM preflight_checks c LEFT JOIN modules m ON m.id = c.module_id WHERE m.name IS ?4 AND "
+            "(c.module_id IS NOT NULL OR c.adapter IS ?1) AND c.number = ?2 AND c.hash <> ?3 LIMIT 1",
+            values,
+        )
+        return rows[0][0] if rows else None
+
+    def measured(self, module_id: int | None, name: str, *, limit: int = 1000) -> tuple[Point, ...]:
+        """One value over time, the oldest first."""
+        rows = self._database.read(
+            "SELECT c.at, v.value FROM measured_values v JOIN preflight_checks c ON c.id = v.check_id "
+            "WHERE c.module_id IS ? AND v.name = ? ORDER BY c.id DESC LIMIT ?",
+            (module_id, name, limit),
+        )
+        return tuple(Point(*row) for row in reversed(rows))
+
+
+def measured_in(record: Mapping[str, object]) -> dict[str, float]:
+    checks = record.get("checks")
+    found: dict[str, float] = {}
+    for one in checks if isinstance(checks, list) else []:
+        name, value = MEASURED.get(str(one.get("id"))), one.get("measured")
+        if name is not None and isinstance(value, int | float) and not isinstance(value, bool):
+            found[name] = float(value)
+    return found
+
+
+def _records_in(record: Mapping[str, object]) -> list[bytes]:
+    """The trigger records that a check knew."""
+    values = record.get("trigger_records")
+    return [bytes.fromhex(value) for value in values] if isinstance(values, list) else []
+
+
+def _fullest(last: Sequence[bytes], merged: Merged) -> list[bytes]:
+    """After an incomplete reading: what it kept before, and what came new."""
+    return [*last, *merged.new][-RECORDS_KEPT:]
+
+
+def _kept_check(id_: int, module: str | None, number: int, at: str, aircraft: str, who: str, verdict: str,
+                is_void: int, fingerprint: str | None, hash_: str) -> KeptCheck:  # fmt: skip
+    return KeptCheck(id_, module, number, at, aircraft, who, verdict, bool(is_void), fingerprint, hash_)
+
+
+def _judgement(value: str | None) -> Judgement | None:
+    return next((one for one in Judgement if one.value == value), None)

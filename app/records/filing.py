@@ -1,0 +1,156 @@
+"""From what was seen to a record that is kept: judged against the module's past, sealed, chained, filed.
+
+The window and the command line do the same. A store that fails costs the keeping, never the verdict or the record.
+"""
+
+import logging
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass, replace
+from datetime import UTC, datetime
+
+from app.limits.expectations import Expectations, Past, settings_code
+from app.preflight.evidence import Evidence, FrameLog
+from app.preflight.findings import Case, Result
+from app.preflight.logged_flags import with_logged_flags
+from app.preflight.verdict import Assessment, assess
+from app.records.check_store import CheckStore, MakeRecord
+from app.records.record import NOT_KEPT, Circumstances, Record, make_record
+from app.stations.station import Station, StationTrouble, own_station
+from app.store.database import StoreFault, StoreTrouble
+from app.store.store import Store, data_folder
+from app.text.messages import clean
+
+_log = logging.getLogger(__name__)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Person:
+    """What a person says about a check. `module` None: it has no name."""
+
+    who: str = ""
+    module: str | None = None
+    aircraft: str = ""
+    remarks: str = ""
+    are_records_looked_at: bool = False
+    """The trigger records that the module keeps have been looked at."""
+    is_same_module: bool = False
+    """It is this module, although its boot count or its records say otherwise."""
+
+
+@dataclass(frozen=True, slots=True)
+class Filed:
+    """`trouble`: why it was not kept, where it was not. `station_trouble`: why it is not signed."""
+
+    assessment: Assessment
+    record: Record
+    trouble: StoreTrouble | None = None
+    station_trouble: StationTrouble | None = None
+
+
+def local_now() -> datetime:
+    """With the time zone of this computer."""
+    return datetime.now(UTC).astimezone()
+
+
+def file_check(
+    evidence: Evidence,
+    expectations: Expectations,
+    person: Person,
+    log: FrameLog,
+    *,
+    store: Store | None,
+    program_version: str,
+    adapter: str = "",
+    at: datetime | None = None,
+    past: Past | None = None,
+) -> Filed:
+    """Judge, seal and keep a check, whatever came of it, also one that broke off.
+
+    `past`: as known before the check, where this record follows another of the same check; else the store says it.
+    `adapter`: the USB identity of the adapter; "" where it has none, then the port stands in.
+    """
+    name = clean(person.module.strip()) if person.module is not None and person.module.strip() else None
+    at = at or local_now()
+    if store is not None:
+        evidence = with_logged_flags(evidence, store, adapter=adapter, module=name, at=at)
+    trouble: StoreTrouble | None = None
+    known, past = past, past or Past(module=name)
+    checks = CheckStore(store.database) if store is not None else None
+    try:
+        if store is not None and checks is not None:
+            module_id = next((one.id for one in store.modules() if one.name == name), None)
+            if module_id is not None and known is None:
+                with _damage_as_trouble(store):
+                    past = _past(checks, module_id, name, evidence)
+    except StoreTrouble as error:
+        trouble, checks = error, None
+    case = Case(
+        evidence=evidence, expectations=expectations, past=past, fingerprint=settings_code,
+        are_records_looked_at=person.are_records_looked_at, is_same_module=person.is_same_module,
+    )  # fmt: skip
+    assessment = assess(case)
+    circumstances = Circumstances(
+        at=at, program_version=program_version, who=person.who, module=name,
+        aircraft=person.aircraft, remarks=person.remarks, adapter=adapter or evidence.port,
+    )  # fmt: skip
+
+    station, station_trouble = _station(store)
+
+    def make(number: int, previous: str | None) -> Record:
+        return make_record(assessment, replace(circumstances, number=number, previous=previous), log, station)
+
+    if store is not None and checks is not None:
+        try:
+            with _damage_as_trouble(store), store.database.together():
+                record = _keep(store, checks, assessment, make, circumstances)
+            return Filed(assessment, record, None, station_trouble)
+        except StoreTrouble as error:
+            trouble = error
+    return Filed(assessment, make(NOT_KEPT, None), trouble, station_trouble)
+
+
+@contextmanager
+def _damage_as_trouble(store: Store) -> Iterator[None]:
+    """What stands in the file but is no value of ours costs the memory and the keeping, never the verdict."""
+    try:
+        yield
+    except (ValueError, TypeError, KeyError, IndexError, AttributeError, OverflowError) as error:
+        raise StoreTrouble(StoreFault.DAMAGED, store.database.path, str(error)) from error
+
+
+def _station(store: Store | None) -> tuple[Station | None, StationTrouble | None]:
+    """A key that cannot be used costs the signature, never the record."""
+    try:
+        return own_station(data_folder() if store is None else store.database.path.parent), None
+    except StationTrouble as trouble:
+        _log.warning("The record is not signed: %s", trouble)
+        return None, trouble
+
+
+def _past(checks: CheckStore, module_id: int, name: str | None, evidence: Evidence) -> Past:
+    history = evidence.history
+    if history is None:
+        return checks.past(module_id, name)
+    slots = [one.raw for one in history.records]
+    return checks.past(module_id, name, slots, is_confirmed=history.is_confirmed)
+
+
+def _keep(
+    store: Store, checks: CheckStore, assessment: Assessment, make: MakeRecord, circumstances: Circumstances
+) -> Record:
+    name = circumstances.module
+    module_id = store.meet_module(name).id if name is not None else None
+    record = checks.append_check(make, module_id, adapter=circumstances.adapter)
+    evidence = assessment.case.evidence
+    history, boots = evidence.history, evidence.values.get("boot_count")
+    # What may be another module must not become this one's past.
+    if history is not None and assessment.result("boot_count") is not Result.FAIL:
+        checks.visit(
+            module_id,
+            [one.raw for one in history.records],
+            port=evidence.port,
+            boot_count=None if boots is None else int(boots),
+            is_confirmed=history.is_confirmed,
+        )
+    return record

@@ -1,0 +1,259 @@
+"""The record of one check: what was seen, judged and expected, by whom, when, with the raw frames; sealed by its hash.
+
+    canonical JSON   keys sorted, no spaces, UTF-8, no NaN: the same content, the same bytes
+    "digests"        SHA-256 of each part, so that an alteration can be located
+    "hash"           SHA-256 of the digests, with "previous" among the parts: a chain for each module
+
+    "station"        the public key of the computer that wrote it, null where it could not sign
+    "signature"      that station's signature of the hash (Ed25519)
+
+The hash has no key: anyone can seal an altered record again. The signature tells who sealed it.
+"""
+
+import hashlib
+import json
+from collections.abc import Mapping
+from dataclasses import dataclass
+from datetime import datetime
+
+from app.engine.device import STATUS_KEYS
+from app.preflight.evidence import FlagFate, FrameLog
+from app.preflight.findings import Case, Result
+from app.preflight.judging_module import FINGERPRINT_KEYS
+from app.preflight.reading_object import reading_object
+from app.preflight.verdict import Assessment, Verdict, unsigned, verdict_named
+from app.settings.profiles import ActivatedBy
+from app.stations.station import Station, encoded
+from app.text.messages import Said, clean, listed, said
+from protocol.fields import Value
+from protocol.translatable import marked
+
+FORMAT = "dps-s pre-flight record"
+VERSION = 2
+"""2: READY beside GO and NO-GO, and who activates the module. In 1 a locked module could be GO."""
+READABLE_VERSIONS = (1, 2)
+PARTS_OF = {"checks": "id", "manual": "text"}
+"""Lists whose entries get a digest each, and the key that names an entry."""
+SEALS = ("digests", "hash", "signature")
+NOT_KEPT = 0
+"""The number of a record that no store has."""
+
+Record = dict[str, object]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Circumstances:
+    """What the module cannot say. `at` knows its time zone. `previous`: hash of the record before it in its chain.
+
+    `adapter`: its USB identity, else its port: it tells modules without a name apart.
+    """
+
+    at: datetime
+    program_version: str
+    who: str = ""
+    module: str | None = None
+    aircraft: str = ""
+    remarks: str = ""
+    adapter: str = ""
+    number: int = 1
+    previous: str | None = None
+
+
+def make_record(
+    assessment: Assessment, circumstances: Circumstances, log: FrameLog, station: Station | None = None
+) -> Record:
+    """Everything, as plain JSON values, sealed and signed."""
+    if circumstances.at.tzinfo is None:
+        raise ValueError("the time of a record needs its zone")
+    case, evidence = assessment.case, assessment.case.evidence
+    began_at = evidence.began_at or 0.0
+    record: Record = {
+        "format": FORMAT,
+        "version": VERSION,
+        "verdict": assessment.verdict.value,
+        "void": None if evidence.disturbance is None else evidence.disturbance.name.lower(),
+        "at": circumstances.at.isoformat(timespec="seconds"),
+        "zone": clean(circumstances.at.tzname() or ""),
+        "program": {"name": "DPS-S Configurator", "version": circumstances.program_version},
+        "who": clean(circumstances.who),
+        "module": None if circumstances.module is None else clean(circumstances.module),
+        "adapter": clean(circumstances.adapter),
+        "aircraft": clean(circumstances.aircraft),
+        "remarks": clean(circumstances.remarks),
+        "is_simulated": is_simulated(evidence.port),
+        "activated_by": case.expectations.activated_by.value,
+        "softer_limits": list(assessment.softened),
+        "profile": None if case.expectations.profile is None else clean(case.expectations.profile),
+        "fingerprint": fingerprint_of(case),
+        "are_triggers_set_by_this_check": evidence.is_enabling,
+        "checks": [_check(one.check.id, assessment) for one in assessment.checks],
+        "manual": [
+            {"text": clean(item.text), "is_done": item.is_done, "is_required": item.is_required}
+            for item in assessment.manual
+        ],
+        "read": readings_of(case),
+        "trigger_records": [] if evidence.history is None else [one.raw.hex() for one in evidence.history.records],
+        "frames": [[round(frame.at - began_at, 4), frame.way, frame.raw.hex(" ").upper()] for frame in log.frames],
+        "frames_left_out": log.left_out,
+        "number": circumstances.number,
+        "previous": circumstances.previous,
+        "station": None,
+    }
+    return seal(record, station)
+
+
+def _check(id_: str, assessment: Assessment) -> dict[str, object]:
+    one = next(one for one in assessment.checks if one.check.id == id_)
+    finding = one.finding
+    return {
+        "id": id_,
+        "title": one.check.title,
+        "result": finding.result.value,
+        "measured": finding.measured,
+        "shown": finding.shown.plain(),
+        "limit": finding.limit.plain(),
+        "why": one.check.why,
+        "do": one.do.plain(),
+    }
+
+
+def fingerprint_of(case: Case) -> str | None:
+    settings = case.evidence.settings(FINGERPRINT_KEYS)
+    if case.fingerprint is None or len(settings) < len(FINGERPRINT_KEYS):
+        return None
+    return case.fingerprint(settings)
+
+
+def readings_of(case: Case) -> dict[str, object]:
+    """In the form of `dps-s read --json`: what was known in the end, null for what was not."""
+    evidence = case.evidence
+    trips = sorted(evidence.round_trips_s)
+    values: dict[str, Value | None] = {key: found[-1] for key, found in evidence.series.items() if found}
+    values |= evidence.values | {"baud_rate": evidence.baud_rate or None}
+    if evidence.status is not None:
+        values |= {key: getattr(evidence.status, key) for key in STATUS_KEYS}
+    for key, flag in evidence.flags.items():
+        values[key] = {FlagFate.ENABLED: True, FlagFate.DISABLED: False}.get(flag.fate)
+    return reading_object(
+        port=clean(evidence.port),
+        baud_rate=evidence.baud_rate,
+        round_trip_s=trips[len(trips) // 2] if trips else None,
+        values=values,
+        errors={key: why.in_english() for key, why in sorted(evidence.faults.items())},
+    )
+
+
+def contract_of(assessment: Assessment) -> dict[str, object]:
+    """The object of `dps-s preflight --json`, in English. Manual items stand at the end, as "manual_1" …"""
+    checks: list[dict[str, object]] = [
+        {
+            "id": one.check.id,
+            "result": one.finding.result.value,
+            "measured": one.finding.measured if one.finding.result is not Result.UNKNOWN else None,
+            "limit": one.finding.limit.in_english(),
+            "why": _why(one.check.why, one.finding.result, one.finding.shown.in_english()),
+            "do": one.do.in_english(),
+        }
+        for one in assessment.checks
+    ]
+    for number, item in enumerate(assessment.manual, 1):
+        if item.is_done is None:
+            result = Result.UNKNOWN if item.is_required else Result.WARN
+        else:
+            result = Result.PASS if item.is_done else Result.FAIL
+        checks.append({
+            "id": f"manual_{number}", "result": result.value,
+            "measured": {True: "done", False: "not in order", None: "skipped"}[item.is_done],
+            "limit": "done", "why": clean(item.text), "do": "Look at it and tick it.",
+        })  # fmt: skip
+    return {
+        "verdict": assessment.verdict.value, "checks": checks, "read": readings_of(assessment.case),
+        "simulated": is_simulated(assessment.case.evidence.port), "softer_limits": list(assessment.softened),
+    }  # fmt: skip
+
+
+def _why(why: str, result: Result, shown: str) -> str:
+    return why if result is Result.PASS else f"{why} Found: {shown}."
+
+
+def is_simulated(port: str) -> bool:
+    """As far as its name tells: a check of it is no evidence of anything."""
+    return port.lower().startswith("sim://")
+
+
+def caveats(record: Mapping[str, object]) -> list[Said]:
+    """What stands beside the verdict wherever it is shown."""
+    found = [said(marked("SIMULATED MODULE: this is no evidence."))] if record.get("is_simulated") is True else []
+    nobody = unsigned(*(record.get(key) for key in ("who", "module", "aircraft")))
+    if nobody is not None and recorded_verdict(record) is not Verdict.NO_GO:
+        found.append(nobody)
+    softer, checks = record.get("softer_limits"), record.get("checks")
+    if isinstance(softer, list) and isinstance(checks, list):
+        titles = [Said(str(one.get("title"))) for one in checks if isinstance(one, Mapping) and one.get("id") in softer]
+        if titles:
+            found.append(said(marked("Softer than advised: {checks}."), checks=listed(titles)))
+    return found
+
+
+# The seal
+
+
+def canonical(value: object) -> bytes:
+    """The bytes that are hashed. Raises `ValueError` for what is no JSON (NaN among it)."""
+    text = json.dumps(value, ensure_ascii=False, sort_keys=True, separators=(",", ":"), allow_nan=False)
+    return text.encode("utf-8", "surrogatepass")
+
+
+def digest(value: object) -> str:
+    return hashlib.sha256(canonical(value)).hexdigest()
+
+
+def digests_of(record: Mapping[str, object]) -> dict[str, str]:
+    """By part: "verdict", "checks.cell_voltage" …, and the order of the lists."""
+    found: dict[str, str] = {}
+    for key, value in record.items():
+        if key in SEALS:
+            continue
+        if key in PARTS_OF and isinstance(value, list):
+            names = [_name(entry, PARTS_OF[key], place) for place, entry in enumerate(value)]
+            found[f"{key}: order"] = digest(names)
+            for name, entry in zip(names, value, strict=True):
+                found[f"{key}.{name}"] = digest(entry)
+        else:
+            found[key] = digest(value)
+    return found
+
+
+def _name(entry: object, key: str, place: int) -> str:
+    named = entry.get(key) if isinstance(entry, Mapping) else None
+    return named if key == "id" and isinstance(named, str) else str(place + 1)
+
+
+def seal(record: Mapping[str, object], station: Station | None = None) -> Record:
+    """`record` with its digests and its hash, signed by the station where there is one."""
+    content = {key: value for key, value in record.items() if key not in SEALS}
+    if station is not None:
+        content["station"] = encoded(station.public)
+    digests = digests_of(content)
+    sealed = {**content, "digests": digests, "hash": digest(digests)}
+    if station is not None:
+        sealed["signature"] = encoded(station.sign(signed_bytes(sealed["hash"])))
+    return sealed
+
+
+def signed_bytes(hash_: object) -> bytes:
+    """What a station signs of a record."""
+    return f"{FORMAT}\n{hash_}\n".encode("utf-8", "surrogatepass")
+
+
+def as_text(record: Mapping[str, object]) -> str:
+    """The file: for people to read, and the same record when it is read back."""
+    return json.dumps(record, ensure_ascii=False, indent=1, allow_nan=False) + "\n"
+
+
+def recorded_verdict(record: Mapping[str, object]) -> Verdict:
+    return verdict_named(record.get("verdict"))
+
+
+def activated_by(record: Mapping[str, object]) -> ActivatedBy:
+    return next((one for one in ActivatedBy if one.value == record.get("activated_by")), ActivatedBy.PERSON)

@@ -1,0 +1,75 @@
+"""The report on disk: FILE.pdf, and beside it FILE.html and FILE.json. Each is written whole or not at all."""
+
+import re
+import unicodedata
+from collections.abc import Callable
+from pathlib import Path
+
+from app.records.page_seal import sealed_pdf
+from app.records.record import Record, as_text, recorded_verdict
+from app.records.record_files import NoRecord, record_in
+from app.records.report_html import body, page
+from app.stations.station import Station
+from app.system.files import write_whole
+from app.text.i18n import tr
+
+Printer = Callable[[str, bytes], bytes]
+"""Prints the body of a page (`report_html.body`) on one sheet of A4, attaches the record, and gives the PDF's bytes.
+Handed in by the composition root, because Qt prints. May raise `OSError` or `RuntimeError`."""
+
+_NOT_IN_NAMES = re.compile(r"[^\w\-]+")
+_RESERVED = re.compile(r"(?i)(con|prn|aux|nul|com\d|lpt\d)")
+LONGEST_NAME = 60
+
+
+class ReportRefused(ValueError):
+    """The text is a sentence for people."""
+
+
+def check_target(path: Path) -> None:
+    """Before anything is sent: can the report go there? Raises `ReportRefused`."""
+    if path.suffix.lower() != ".pdf":
+        raise ReportRefused(tr("{file}: the name of the report must end in .pdf.", file=path.name))
+    if not path.parent.is_dir():
+        raise ReportRefused(tr("There is no folder {folder}.", folder=path.parent))
+    for target in (path, *_beside(path)):
+        if target.exists() and not _is_ours(target):
+            raise ReportRefused(tr("{file} is there and is no pre-flight report: choose another name.", file=target))
+
+
+def _beside(path: Path) -> tuple[Path, Path]:
+    return path.with_suffix(".html"), path.with_suffix(".json")
+
+
+def _is_ours(path: Path) -> bool:
+    try:
+        record_in(path.read_bytes())
+    except (NoRecord, OSError):
+        return False
+    return True
+
+
+def write_report(
+    path: Path, record: Record, printer: Printer | None, station: Station | None = None
+) -> tuple[Path, ...]:
+    """What was written, the record first, so that a printer that fails loses nothing. `station` signs the pages.
+
+    Raises `OSError` or `RuntimeError`, then as far as it came.
+    """
+    html_path, json_path = _beside(path)
+    plain = as_text(record).encode()
+    write_whole(json_path, plain)
+    write_whole(html_path, page(record, station))
+    if printer is None:
+        return json_path, html_path
+    write_whole(path, sealed_pdf(printer(body(record), plain), record, station))
+    return json_path, html_path, path
+
+
+def suggested_name(record: Record) -> str:
+    """A file name without folder and ending, whatever the module is called: "M-07 2026-11-21 1403 GO"."""
+    parts = (str(record.get("module") or ""), str(record.get("at"))[:16].replace("T", " ").replace(":", ""))
+    words = [_NOT_IN_NAMES.sub("_", unicodedata.normalize("NFKC", part[:LONGEST_NAME])).strip("_") for part in parts]
+    words.append(recorded_verdict(record).value)
+    name = " ".join(word for word in words if word)[:LONGEST_NAME]
+    return f"DPS-S {name}" if _RESERVED.match(name) else name

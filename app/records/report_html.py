@@ -1,0 +1,245 @@
+"""The record as one page, in the language in use: HTML for a browser, and the body of it for a printer.
+
+Made from the record alone, so that one from the store, or from a file that somebody sent, prints the same years later.
+Everything in it is taken for hostile: escaped, cut, and steering characters made visible. The page loads and runs
+nothing. Only what Qt's rich text understands is used: tables, colours and sizes.
+"""
+
+import html
+import json
+import re
+from collections.abc import Mapping
+from datetime import datetime
+from itertools import zip_longest
+
+from app.preflight.evidence import Disturbance
+from app.preflight.findings import RESULT_WORDS, Result
+from app.preflight.verdict import MANUAL_WORDS, Verdict, verdict_sentence
+from app.records.page_seal import sealed_html
+from app.records.record import NOT_KEPT, Record, activated_by, caveats, recorded_verdict
+from app.stations.station import KEY_BYTES, Station, decoded, fingerprint_of
+from app.text.i18n import CHINESE, ENGLISH, language, speaking, tr
+from app.text.messages import Said, clean, said_from
+from protocol.translatable import marked
+
+INK, PALE, GREEN, BLUE, RED, AMBER = "#111111", "#555555", "#0b5d1e", "#0b4a9e", "#a4001d", "#7a4b00"
+_LONGEST_CELL, _LONGEST_ITEM = 160, 100
+"""Characters; the record holds all of it."""
+_LANGUAGE = re.compile(rb'<!DOCTYPE html>\n<html lang="(en|zh-CN)">')
+_ONE_COLUMN = 8
+_MOST_ROWS = 60
+_MARKS = {Result.PASS: ("√", GREEN), Result.FAIL: ("×", RED), Result.WARN: ("!", AMBER), Result.UNKNOWN: ("?", RED)}
+_VERDICT_LOOKS = {Verdict.GO: ("√", GREEN), Verdict.READY: ("■", BLUE), Verdict.NO_GO: ("×", RED)}
+_VOID = marked("VOID: not a valid check")
+_VOID_WHY: Mapping[str, str] = {one.name.lower(): one.value for one in Disturbance}
+
+
+def page(record: Record, station: Station | None = None) -> bytes:
+    """The HTML file: self-contained, with the record inside and the seal at its end."""
+    return sealed_html(_unsealed(record), record, station)
+
+
+def is_page_of(record: Mapping[str, object], data: bytes) -> bool:
+    """Whether this, up to its seal, is what `page` makes of the record, in the language of the file."""
+    found = _LANGUAGE.match(data)
+    if found is None:
+        return False
+    try:
+        with speaking(CHINESE if found[1] == b"zh-CN" else ENGLISH):
+            return _unsealed(dict(record)) == data
+    except (ValueError, TypeError, LookupError, RecursionError, OverflowError):
+        return False  # no record of ours
+
+
+def _unsealed(record: Record) -> bytes:
+    # A "<" inside the JSON could end the element that holds it.
+    inside = json.dumps(record, ensure_ascii=True, allow_nan=False).replace("<", "\\u003c")
+    title = _escaped(tr("Pre-flight check of a parachute module"))
+    text = (
+        f'<!DOCTYPE html>\n<html lang="{"zh-CN" if language() == "zh_CN" else "en"}"><head><meta charset="utf-8">\n'
+        "<meta http-equiv=\"Content-Security-Policy\" content=\"default-src 'none'; style-src 'unsafe-inline'\">\n"
+        f"<title>{title}</title>\n"
+        "<style>body{font-family:sans-serif;max-width:190mm;margin:8mm auto;font-size:10pt;color:#111}"
+        "table{overflow-wrap:anywhere}@page{size:A4;margin:12mm}</style></head>\n"
+        f'<body>{body(record)}\n<script type="application/json" id="record">{inside}</script></body></html>'
+    )
+    return text.encode()
+
+
+def body(record: Record) -> str:
+    """What is seen: for a printer. One page of A4 when the size of the text is chosen to fit."""
+    checks = [one for one in _list(record, "checks") if isinstance(one, Mapping)][:_MOST_ROWS]
+    manual = [one for one in _list(record, "manual") if isinstance(one, Mapping)][:_MOST_ROWS]
+    is_crowded = len(manual) > _ONE_COLUMN and sum(_result(one) is not Result.PASS for one in checks) > _ONE_COLUMN
+    middle = _checks(checks, is_crowded=is_crowded), _manual(manual)
+    return "\n".join((_head(record), _circumstances(record), *middle, _foot(record)))
+
+
+def _head(record: Record) -> str:
+    void, verdict = record.get("void"), recorded_verdict(record)
+    against = [one for one in _list(record, "checks") if _result(one) in (Result.FAIL, Result.UNKNOWN)]
+    mark, colour = _VERDICT_LOOKS[verdict if void is None else Verdict.NO_GO]
+    word = verdict_sentence(verdict, activated_by(record)).in_words()
+    if void is not None:
+        word = f"{word} — {tr(_VOID)}"
+    skipped = sum(1 for one in _list(record, "manual") if isinstance(one, Mapping) and one.get("is_done") is None)
+    if verdict is not Verdict.NO_GO and void is None:
+        looks = sum(1 for one in _list(record, "checks") if _result(one) is Result.WARN)
+        under = tr("All {count} checks hold; worth a look: {looks}.", count=len(_list(record, "checks")), looks=looks)
+    else:
+        under = tr("{count} of {all} checks stand against it.", count=len(against), all=len(_list(record, "checks")))
+    if void is not None:
+        why = _VOID_WHY.get(str(void), str(void))
+        under = f"{under} {tr('Void: {why}.', why=tr(why))}"
+    if skipped:
+        under = f"{under} {tr('Skipped by a person: {count}.', count=skipped)}"
+    under = " ".join([*(one.in_words() for one in caveats(record)), under])
+    return (
+        f'<p style="margin:0"><font size="5"><b>{_escaped(tr("Pre-flight check of a parachute module"))}</b></font>'
+        f' <span style="color:{PALE}">DPS-S</span></p>'
+        '<table width="100%" cellpadding="6" cellspacing="0" border="0" style="margin-top:4px"><tr>'
+        f'<td bgcolor="{colour}" style="background-color:{colour};color:#ffffff">'
+        f'<font size="7" color="#ffffff"><b>{mark}&nbsp;{_escaped(word)}</b></font><br>'
+        f'<span style="color:#ffffff">{_escaped(under)}</span></td></tr></table>'
+    )
+
+
+def _circumstances(record: Record) -> str:
+    program = record.get("program")
+    version = program.get("version", "") if isinstance(program, Mapping) else ""
+    read = record.get("read")
+    link = read.get("link") if isinstance(read, Mapping) else None
+    port, rate = (link.get("port"), link.get("baud_rate")) if isinstance(link, Mapping) else (None, None)
+    boot = read.get("boot_count") if isinstance(read, Mapping) else None
+    cells = (
+        (tr("Module"), record.get("module") or tr("no name")),
+        (tr("Time"), _time(record)),
+        (tr("Aircraft"), record.get("aircraft") or tr("not stated")),
+        (tr("Checked by"), record.get("who") or tr("not stated")),
+        (tr("Profile"), record.get("profile") or tr("none: the vendor's advice")),
+        (tr("Settings code"), record.get("fingerprint") or tr("unknown")),
+        (tr("Boot count"), tr("unknown") if boot is None else boot),
+        (tr("Port"), tr("{port}, {rate} baud", port=port, rate=rate)),
+        (tr("Record"), _number(record)),
+        (tr("Program"), f"DPS-S Configurator {version}"),
+    )
+    rows = []
+    for left, right in zip(cells[::2], cells[1::2], strict=True):
+        rows.append("<tr>" + "".join(
+            f'<td width="14%" style="color:{PALE}">{_escaped(name)}</td>'
+            f'<td width="36%"><b>{_cell(value, longest=_LONGEST_ITEM)}</b></td>'
+            for name, value in (left, right)
+        ) + "</tr>")  # fmt: skip
+    if record.get("remarks"):
+        rows.append(f'<tr><td style="color:{PALE}">{_escaped(tr("Remarks"))}</td>'
+                    f'<td colspan="3">{_cell(record["remarks"])}</td></tr>')  # fmt: skip
+    return f'<table width="100%" cellpadding="1" cellspacing="0" style="margin-top:4px">{"".join(rows)}</table>'
+
+
+def _checks(checks: list[Mapping[str, object]], *, is_crowded: bool) -> str:
+    """Crowded, what to do is said and not why."""
+    head = "".join(
+        f'<td width="{width}" style="color:{PALE}">{_escaped(title)}</td>'
+        for title, width in ((tr("Result"), "13%"), (tr("Check"), "29%"), (tr("Found"), "29%"), (tr("Limit"), "29%"))
+    )
+    rows = "".join(_row(one, is_crowded=is_crowded) for one in checks)
+    return (f'<table width="100%" cellpadding="1" cellspacing="0" style="margin-top:4px">'
+            f'<tr bgcolor="#eeeeee">{head}</tr>{rows}</table>')  # fmt: skip
+
+
+def _row(one: Mapping[str, object], *, is_crowded: bool) -> str:
+    result = _result(one)
+    mark, colour = _MARKS[result]
+    word = tr(RESULT_WORDS[result])
+    cells = (
+        f'<span style="color:{colour}"><b>{mark}&nbsp;{_escaped(word)}</b></span>',
+        _said(Said(str(one.get("title", "")))), _said(said_from(one.get("shown"))), _said(said_from(one.get("limit"))),
+    )  # fmt: skip
+    if result is Result.PASS:
+        return "<tr>" + "".join(f"<td>{cell}</td>" for cell in cells) + "</tr>"
+    row = "".join(f"<td><b>{cell}</b></td>" for cell in cells[:3]) + f"<td>{cells[3]}</td>"
+    why, do = _said(Said(str(one.get("why", "")))), _said(said_from(one.get("do")))
+    more = do if is_crowded else f"{why} → {do}"
+    more = f'<td></td><td colspan="3"><small><span style="color:{PALE}">{more}</span></small></td>'
+    return f'<tr>{row}</tr><tr bgcolor="#f6f6f6">{more}</tr>'
+
+
+def _manual(manual: list[Mapping[str, object]]) -> str:
+    if not manual:
+        return ""
+    cells = []
+    for one in manual:
+        state = one.get("is_done")
+        is_done = state if isinstance(state, bool) else None
+        mark, colour = {True: ("√", GREEN), False: ("×", RED), None: ("–", AMBER)}[is_done]
+        state_cell = f"<b>{mark}&nbsp;{_escaped(tr(MANUAL_WORDS[is_done]))}</b>"
+        text_cell = _cell(one.get("text"), longest=_LONGEST_ITEM)
+        cells.append(f'<td width="13%" style="color:{colour}">{state_cell}</td><td>{text_cell}</td>')
+    columns = 2 if len(cells) > _ONE_COLUMN else 1
+    half = -(-len(cells) // columns)
+    pairs = zip_longest(*(cells[start : start + half] for start in range(0, len(cells), half)), fillvalue="<td></td>")
+    rows = [f"<tr>{''.join(pair)}</tr>" for pair in pairs]
+    title = _escaped(tr("Looked at by a person"))
+    return (f'<table width="100%" cellpadding="1" cellspacing="0" style="margin-top:4px">'
+            f'<tr bgcolor="#eeeeee"><td colspan="{2 * columns}" style="color:{PALE}">{title}</td></tr>'
+            f"{''.join(rows)}</table>")  # fmt: skip
+
+
+def _foot(record: Record) -> str:
+    line = "_" * 28
+    signed = f"{_escaped(tr('Signature'))} {line} &nbsp; {_escaped(tr('Name, date'))} {line}"
+    note = tr(
+        "“dps-s verify FILE” tells whether this record or this page was altered, and which station signed it. Keep the "
+        "file, whose record also holds the raw frames, with the papers of the aircraft."
+    )
+    previous = record.get("previous") or tr("none")
+    public = decoded(record.get("station"), KEY_BYTES)
+    station = tr("none, the record is not signed") if public is None else fingerprint_of(public)
+    return (
+        f'<p style="margin-top:12px;margin-bottom:4px">{signed}</p>'
+        f'<p style="margin:0;color:{PALE}"><small>{_escaped(tr("Station"))}: {_escaped(station)}<br>'
+        f"SHA-256 {_cell(record.get('hash'))}<br>"
+        f"{_escaped(tr('Record before it'))}: {_cell(previous)}<br>{_escaped(note)}</small></p>"
+    )
+
+
+def _result(one: object) -> Result:
+    try:
+        return Result(one.get("result") if isinstance(one, Mapping) else None)
+    except ValueError:
+        return Result.UNKNOWN
+
+
+def _number(record: Record) -> str:
+    number = record.get("number")
+    if number == NOT_KEPT:
+        return tr("not kept on this computer")
+    if record.get("module") is None and record.get("adapter"):
+        return tr("No. {number} of {adapter}", number=number, adapter=record["adapter"])
+    return tr("No. {number} of this module", number=number)
+
+
+def _time(record: Record) -> str:
+    try:
+        at = datetime.fromisoformat(str(record.get("at")))
+    except ValueError:
+        return str(record.get("at"))
+    offset = f"{at:%z}"
+    return f"{at:%Y-%m-%d %H:%M:%S} UTC{offset[:3]}:{offset[3:5]}" if offset else f"{at:%Y-%m-%d %H:%M:%S}"
+
+
+def _list(record: Record, key: str) -> list[object]:
+    value = record.get(key)
+    return value if isinstance(value, list) else []
+
+
+def _said(sentence: Said) -> str:
+    return _escaped(sentence.in_words())
+
+
+def _cell(value: object, *, longest: int = _LONGEST_CELL) -> str:
+    return _escaped(str(value), longest=longest)
+
+
+def _escaped(text: str, *, longest: int = 2 * _LONGEST_CELL) -> str:
+    return html.escape(clean(text, longest=longest))

@@ -1,0 +1,287 @@
+"""What can be vouched for of a pre-flight record: was it altered, who signed it, does it agree with itself?
+
+Reads the record out of whatever file it is in: the JSON, the HTML page (which carries it), or the PDF (attached). What
+the page around it shows counts only where it is what this program prints of the record, or where a station that is
+known signed it.
+"""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from enum import Enum
+from pathlib import Path
+from typing import Final, Protocol
+
+from app import version
+from app.records.consistency import contradictions
+from app.records.page_seal import SIGNATURE_BYTES, is_page, page_seal_in
+from app.records.record import (
+    NOT_KEPT,
+    READABLE_VERSIONS,
+    Record,
+    canonical,
+    digest,
+    digests_of,
+    signed_bytes,
+)
+from app.records.record_files import LARGEST_FILE, NoRecord, record_in
+from app.records.report_html import is_page_of
+from app.stations.known import KnownStation
+from app.stations.station import KEY_BYTES, decoded, fingerprint_of, is_signature
+from app.text.messages import Said, clean, said
+from protocol.translatable import marked
+
+FindStation = Callable[[bytes], KnownStation | None]
+"""By public key; None where nobody here knows it."""
+
+
+class KeptRecords(Protocol):
+    """The store of this computer."""
+
+    def record(self, hash_: str) -> Record | None: ...
+
+    def same_number(self, record: Mapping[str, object]) -> str | None:
+        """Hash of another record that has this one's number, in the same chain."""
+
+
+class State(Enum):
+    """The worst that was found."""
+
+    INTACT = "intact"
+    """Unaltered, of a piece, and signed by a station that is known. Nothing less is called intact."""
+    NOT_SIGNED = "not signed"
+    UNKNOWN_STATION = "unknown station"
+    PAGE_NOT_SIGNED = "page not signed"
+    CHAIN_BROKEN = "chain broken"
+    CONTRADICTORY = "contradictory"
+    ALTERED = "altered"
+    UNREADABLE = "unreadable"
+
+
+class Chain(Enum):
+    """The value is English, translatable."""
+
+    FIRST = marked("the first record of this module")
+    LINKED = marked("the record before it is there and intact")
+    NOT_AT_HAND = marked("the record before it is not on this computer")
+    ALONE = marked("it was not kept when it was made, so it is in no chain")
+    BROKEN = marked("the record before it was altered or is another one")
+    DOUBLED = marked("this computer keeps another record with the same number")
+
+
+_HEADLINES: Final[Mapping[State, str]] = {
+    State.INTACT: marked("INTACT: signed by {station}, and every part is as it was recorded."),
+    State.NOT_SIGNED: marked("NOT SIGNED: its parts fit together, but anyone can make such a record."),
+    State.UNKNOWN_STATION: marked("UNKNOWN STATION: it is signed, but not by a station you know."),
+    State.PAGE_NOT_SIGNED: marked("PAGE NOT SIGNED: only the record in it is intact. Rely on the line below."),
+    State.CHAIN_BROKEN: marked("CHAIN BROKEN: {chain}."),
+    State.CONTRADICTORY: marked("CONTRADICTS ITSELF: {parts}."),
+    State.ALTERED: marked("ALTERED: {parts}."),
+    State.UNREADABLE: marked("No pre-flight record can be read in it: {why}."),
+}
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Verification:
+    """`altered`: the parts that are not what was recorded ("checks.cell_voltage", "signature", "page" …)."""
+
+    state: State
+    record: Mapping[str, object] | None = None
+    altered: tuple[str, ...] = ()
+    contradictions: tuple[Said, ...] = ()
+    chain: Chain | None = None
+    is_known_here: bool = False
+    """The store of this computer holds the same record."""
+    signer: bytes | None = None
+    """The public key whose signature is valid."""
+    station: KnownStation | None = None
+    """The station of that key, where it is known here."""
+    why: Said | None = field(default=None)
+
+    def sentences(self) -> tuple[Said, ...]:
+        """What to tell a person: the judgement, which record it is, then who signed it, its chain, is it kept here."""
+        chain = Said("" if self.chain is None else self.chain.value)
+        parts, why = self._parts(), self.why or Said("")
+        first = said(_HEADLINES[self.state], station=self._station(), chain=chain, parts=parts, why=why)
+        if self.record is None:
+            return (first,)
+        rest = [_introduced(self.record)]
+        if self.record.get("is_simulated") is True:
+            rest.append(said(marked("SIMULATED MODULE: this is no evidence.")))
+        if "signature" in self.altered:
+            rest.append(said(marked("Station: the signature in it is not valid.")))
+        elif self.signer is None:
+            rest.append(said(marked("Station: none, it is not signed.")))
+        else:
+            known = marked("Station: {fingerprint}, {station}.")
+            text = known if self.station is not None else marked("Station: {fingerprint}, not known here.")
+            rest.append(said(text, fingerprint=fingerprint_of(self.signer), station=self._station()))
+        if self.state is not State.CHAIN_BROKEN:
+            rest.append(said(marked("Chain: {what}."), what=chain))
+        kept = marked("This computer keeps the same record.")
+        rest.append(said(kept if self.is_known_here else marked("This computer does not keep this record.")))
+        return (first, *rest)
+
+    def _station(self) -> Said:
+        if self.station is None:
+            return Said("")
+        return said(marked("this computer")) if self.station.is_own else Said(self.station.name)
+
+    def _parts(self) -> Said:
+        if self.state is State.CONTRADICTORY:
+            parts, *others = self.contradictions
+            for other in others:
+                parts = said(marked("{one}; {other}"), one=parts, other=other)
+            return parts
+        return Said(", ".join(self.altered))
+
+
+def _introduced(record: Mapping[str, object]) -> Said:
+    """Which record it is. What stands in a file may be anything: it is cleaned, and cut where it is long."""
+    module, who, verdict = record.get("module"), record.get("who"), _shown(record.get("verdict"))
+    return said(
+        marked("Record {number} of {module}: {verdict}, {at}, checked by {who}."),
+        number=_shown(record.get("number")),
+        module=_shown(module) if module else said(marked("a module without a name")),
+        verdict=verdict if record.get("void") is None else said(marked("{verdict} (void)"), verdict=verdict),
+        at=_shown(record.get("at")),
+        who=_shown(who) if who else said(marked("nobody named")),
+    )
+
+
+def _shown(value: object) -> str:
+    return clean(str(value), longest=60)
+
+
+def verify_file(
+    path: Path, kept: KeptRecords | None = None, find_station: FindStation = lambda _public: None
+) -> Verification:
+    """Raises `OSError` where the file cannot be read."""
+    with path.open("rb") as file:
+        data = file.read(LARGEST_FILE + 1)
+    return verify_bytes(data, kept, find_station)
+
+
+def verify_bytes(
+    data: bytes, kept: KeptRecords | None = None, find_station: FindStation = lambda _public: None
+) -> Verification:
+    """`kept`: the store of this computer. `find_station`: whose signatures are believed."""
+    try:
+        record = record_in(data)
+        if record.get("version") not in READABLE_VERSIONS:
+            return _unreadable(marked("it was written by a newer version of this program"))
+        return _verified(data, record, kept, find_station)
+    except NoRecord as error:
+        return Verification(state=State.UNREADABLE, why=error.why)
+    except (ValueError, RecursionError):
+        return _unreadable(marked("it holds what no record holds"))
+
+
+def verify(
+    record: Mapping[str, object], kept: KeptRecords | None = None, find_station: FindStation = lambda _public: None
+) -> Verification:
+    """A bare record."""
+    try:
+        data = canonical(record)
+    except (ValueError, TypeError, RecursionError):
+        return _unreadable(marked("it holds what no record holds"))
+    return verify_bytes(data, kept, find_station)
+
+
+def _unreadable(why: str) -> Verification:
+    return Verification(state=State.UNREADABLE, why=said(why))
+
+
+def _verified(data: bytes, record: Record, kept: KeptRecords | None, find_station: FindStation) -> Verification:
+    same = kept.record(str(record.get("hash"))) if kept is not None else None
+    altered = list(_altered(record, same))
+    signer = _signer(record)
+    is_known_here = same is not None and not altered
+    if signer is None and (record.get("station") is not None or "signature" in record):
+        altered.append("signature")
+    is_page_fine = True
+    if is_page(data):
+        seal = page_seal_in(data, record)
+        if seal is None or not seal.is_whole:
+            altered.append("page" if seal is not None else "page seal")
+        elif seal.signer is None or find_station(seal.signer) is None:
+            is_page_fine = is_page_of(record, seal.page)
+            if not is_page_fine and _is_of_this_version(record) and not data.startswith(b"%PDF-"):
+                altered.append("page")
+    chain, against = _chain(record, kept), contradictions(record)
+    station = find_station(signer) if signer is not None else None
+    return Verification(
+        state=_state(altered, against, chain, signer, station, is_page_fine=is_page_fine),
+        record=record, altered=tuple(altered), contradictions=against, chain=chain,
+        is_known_here=is_known_here, signer=signer, station=station,
+    )  # fmt: skip
+
+
+def _state(
+    altered: list[str], against: tuple[Said, ...], chain: Chain, signer: bytes | None, station: KnownStation | None,
+    *, is_page_fine: bool,
+) -> State:  # fmt: skip
+    if altered:
+        return State.ALTERED
+    if against:
+        return State.CONTRADICTORY
+    if chain in (Chain.BROKEN, Chain.DOUBLED):
+        return State.CHAIN_BROKEN
+    if signer is None:
+        return State.NOT_SIGNED
+    if station is None:
+        return State.UNKNOWN_STATION
+    return State.INTACT if is_page_fine else State.PAGE_NOT_SIGNED
+
+
+def _is_of_this_version(record: Mapping[str, object]) -> bool:
+    """Its page must then be what this program prints."""
+    program = record.get("program")
+    return isinstance(program, Mapping) and program.get("version") == version()
+
+
+def _signer(record: Mapping[str, object]) -> bytes | None:
+    """The key that signed it; None without a valid signature."""
+    public = decoded(record.get("station"), KEY_BYTES)
+    signature = decoded(record.get("signature"), SIGNATURE_BYTES)
+    if public is None or signature is None or not is_signature(public, signature, signed_bytes(record.get("hash"))):
+        return None
+    return public
+
+
+def _altered(record: Mapping[str, object], same: Mapping[str, object] | None) -> tuple[str, ...]:
+    """`same`: the record of this hash that the store keeps."""
+    now, then = digests_of(record), record.get("digests")
+    if not isinstance(then, Mapping):
+        return ("digests",)
+    names = [*now, *(name for name in then if name not in now)]
+    altered = [clean(str(name), longest=80) for name in names if now.get(name) != then.get(name)]
+    if record.get("hash") != digest(then):
+        altered.append("hash")
+    if not altered and same is not None and canonical(same) != canonical(record):
+        altered.append("digests")
+    return tuple(altered)
+
+
+def _chain(record: Mapping[str, object], kept: KeptRecords | None) -> Chain:
+    previous, number = record.get("previous"), record.get("number")
+    if type(number) is not int or number < 0:
+        return Chain.BROKEN
+    if previous is None and number == NOT_KEPT:
+        return Chain.ALONE
+    if kept is not None and kept.same_number(record) is not None:
+        return Chain.DOUBLED
+    if previous is None:
+        return Chain.FIRST if number == 1 else Chain.BROKEN
+    before = kept.record(str(previous)) if kept is not None else None
+    if before is None:
+        return Chain.NOT_AT_HAND
+    last = before.get("number")
+    follows = isinstance(last, int) and number == last + 1
+    is_same_chain = chain_name(before) == chain_name(record)
+    return Chain.LINKED if follows and is_same_chain and not _altered(before, None) else Chain.BROKEN
+
+
+def chain_name(record: Mapping[str, object]) -> tuple[object, object]:
+    """Modules without a name have a chain for each adapter."""
+    module = record.get("module")
+    return module, record.get("adapter") if module is None else None

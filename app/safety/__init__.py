@@ -1,0 +1,1 @@
+"""What may be done: acts, permits, interlocks, the deploy ritual, the audit log."""

@@ -1,0 +1,353 @@
+"""Under which conditions the program changes a module: one literal table, asked by the engine before every frame.
+
+The window asks it too, to say what is still open, but it is the procedures (`perform`, `change_baud`, `write_all`)
+that refuse.
+What is not known never counts as fulfilled: a state that is stale, or only acknowledged, is unknown here.
+"""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from enum import Enum, auto
+from math import isinf
+from types import MappingProxyType
+
+from app.engine.device import FRESH_FOR_S, DeviceView, Doubt, How, Known
+from app.engine.motion import Motion
+from app.safety.acts import TITLES, Act
+from app.safety.permit import Origin, Permit
+from app.text.i18n import tr
+from protocol.link_states import Presence
+from protocol.translatable import marked
+
+
+class Condition(Enum):
+    ONLINE = auto()
+    """The module answers."""
+    IS_THE_ONE_MEANT = auto()
+    """It is proven which module answers, or a person said so; see `app.engine.identity`."""
+    FRESH_STATUS = auto()
+    """It reported its status within the last second, or within a period and a half of a slower stream."""
+    IS_LOCKED = auto()
+    IS_ACTIVE = auto()
+    NOT_TRIGGERED = auto()
+    BELOW_TILT = auto()
+    """It lies flatter than its attitude threshold: activated as it is, it does not fire at once."""
+    IS_LEVEL = auto()
+    """It lies so flat that what is left can be a mounting error."""
+    IS_STILL = auto()
+    """It did not move for two seconds."""
+    NOTHING_ELSE_ARMED = auto()
+    CONFIRMED = auto()
+    """A person said so, for this act and a moment ago, and it has not been used yet."""
+    RITUAL_DONE = auto()
+    """The same by the deploy ritual, and by nothing else."""
+    INTENT_DURABLE = auto()
+    """The audit log can be written."""
+    MAY_WRITE = auto()
+    """Locked, or unlocked for this one write."""
+
+
+_PRESENT = (Condition.ONLINE, Condition.IS_THE_ONE_MEANT)
+_ALWAYS = (*_PRESENT, Condition.FRESH_STATUS)
+_EXPLICIT = (Condition.NOTHING_ELSE_ARMED, Condition.CONFIRMED, Condition.INTENT_DURABLE)
+
+CONDITIONS: Mapping[Act, tuple[Condition, ...]] = MappingProxyType({
+    Act.LOCK: (),  # always safe: never refused
+    Act.ACTIVATE: (*_ALWAYS, Condition.IS_LOCKED, Condition.NOT_TRIGGERED, Condition.BELOW_TILT, *_EXPLICIT),
+    Act.ZERO: (*_ALWAYS, Condition.IS_LOCKED, Condition.IS_LEVEL, Condition.IS_STILL, *_EXPLICIT),
+    Act.SHUTDOWN: (*_ALWAYS, Condition.IS_LOCKED, *_EXPLICIT),
+    Act.FORBID_DEPLOY: (*_ALWAYS, *_EXPLICIT),
+    Act.DEPLOY: (*_ALWAYS, Condition.IS_ACTIVE, Condition.NOT_TRIGGERED,
+                 Condition.NOTHING_ELSE_ARMED, Condition.RITUAL_DONE, Condition.INTENT_DURABLE),
+    Act.CHANGE_BAUD: (*_ALWAYS, Condition.IS_LOCKED, *_EXPLICIT),
+    Act.WRITE: (*_PRESENT, Condition.MAY_WRITE, Condition.NOTHING_ELSE_ARMED),
+})  # fmt: skip
+
+
+LEVEL_WITHIN_DEG = 10.0
+"""Ours: the vendor says "small mounting errors" without a number; the trigger resets 10° below its threshold."""
+STILL_WITHIN_DEG = 2.0
+STILL_FROM_G, STILL_TO_G = 0.9, 1.1
+"""Ours, as the pre-flight check's: the module reports whole degrees and tenths of a g."""
+STILL_FOR_S = 1.8
+"""Between the first and the last report that are looked at: the engine asks for two seconds."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Situation:
+    """Everything that the conditions look at, at the moment `now` (monotonic seconds)."""
+
+    now: float
+    presence: Presence = Presence.UNKNOWN
+    is_the_one_meant: bool = True
+    status_at: float | None = None
+    """When the last status report came; where that must be proven, the moment after which the module said it."""
+    status_doubt: Doubt | None = None
+    status_fresh_for_s: float = FRESH_FOR_S["tilt_deg"]
+    lag_s: float | None = None
+    """How late everything comes, where that is too late."""
+    active: bool | None = None
+    triggered: bool | None = None
+    tilt_deg: float | None = None
+    attitude_threshold_deg: float | None = None
+    motion: Motion | None = None
+    """Of the last two seconds."""
+    armed: Act | None = None
+    """What is armed at this moment, in this window or another."""
+    permit: Permit | None = None
+    overtaken_at: float | None = None
+    """When LOCK last went before everything else; a permit from before that is void."""
+    opened_at: float | None = None
+    """When the port was opened; a permit from before that was given for what was connected then, and is void."""
+    slept_until: float | None = None
+    """When the computer last woke; a permit from before that is void."""
+    is_unlocked: bool = False
+    """Somebody allowed this one write although the module is, or may be, active."""
+    is_audit_ready: bool = True
+
+
+def situation(
+    device: DeviceView,
+    now: float,
+    *,
+    must_be_proven: bool,
+    is_the_one_meant: bool = True,
+    permit: Permit | None = None,
+    overtaken_at: float | None = None,
+    opened_at: float | None = None,
+    armed: Act | None = None,
+    is_unlocked: bool = False,
+    is_audit_ready: bool = True,
+) -> Situation:
+    """From what is known about the module at `now`.
+
+    `must_be_proven`: a status counts only where it cannot have been said more than a second ago, however it was held
+    back on the way; see `ask_status`. Whatever sends needs that. What is merely shown goes by when the status came.
+    """
+    tilt = device.values.get("tilt_deg") if must_be_proven else device.known("tilt_deg", now)
+    see = device.proven if must_be_proven else device.known
+    seen_tilt = see("tilt_deg", now)
+    fresh_for_s = None if tilt is None or must_be_proven else device.fresh_for_s("tilt_deg", tilt.how)
+    threshold = device.fresh("attitude_threshold_deg", now)
+    return Situation(
+        now=now,
+        presence=device.presence,
+        is_the_one_meant=is_the_one_meant,
+        status_at=None if tilt is None else tilt.said_after if must_be_proven else tilt.at,
+        status_doubt=None if tilt is None else tilt.doubt,
+        status_fresh_for_s=fresh_for_s or FRESH_FOR_S["tilt_deg"],
+        lag_s=device.lag_s if device.is_late else None,
+        active=_reported(see("active", now)),
+        triggered=_reported(see("triggered", now)),
+        tilt_deg=None if seen_tilt is None or seen_tilt.is_stale else seen_tilt.value,
+        attitude_threshold_deg=threshold,
+        motion=device.motion,
+        armed=armed,
+        permit=permit,
+        overtaken_at=overtaken_at,
+        opened_at=opened_at,
+        slept_until=None if device.last_sleep is None else device.last_sleep.ended_at,
+        is_unlocked=is_unlocked,
+        is_audit_ready=is_audit_ready,
+    )
+
+
+def _reported(known: Known | None) -> bool | None:
+    """What the module reports of itself; an acknowledgement is no report."""
+    if known is None or known.is_stale or known.how is How.ACKNOWLEDGED:
+        return None
+    return bool(known.value)
+
+
+@dataclass(frozen=True, slots=True)
+class Refusal:
+    """One open condition. `text` is English with placeholders for `values`."""
+
+    condition: Condition
+    text: str
+    values: Mapping[str, object] = field(default_factory=dict)
+
+    @property
+    def sentence(self) -> str:
+        """In the language in use now."""
+        shown = {name: tr(value) if isinstance(value, str) else value for name, value in self.values.items()}
+        return tr(self.text, **shown)
+
+
+def refusals(act: Act, now_is: Situation) -> tuple[Refusal, ...]:
+    """The open conditions of `act`, in the order of the table; none: it may be done."""
+    found = (_CHECKS[condition](act, now_is) for condition in CONDITIONS[act])
+    return tuple(refusal for refusal in found if refusal is not None)
+
+
+_Check = Callable[[Act, Situation], Refusal | None]
+
+
+def _online(_act: Act, now_is: Situation) -> Refusal | None:
+    if now_is.presence is Presence.ONLINE:
+        return None
+    return Refusal(Condition.ONLINE, marked("The module does not answer."))
+
+
+def _is_the_one_meant(_act: Act, now_is: Situation) -> Refusal | None:
+    if now_is.is_the_one_meant:
+        return None
+    text = marked("It is not proven that this is the module that is meant: only queries are sent.")
+    return Refusal(Condition.IS_THE_ONE_MEANT, text)
+
+
+def _fresh_status(_act: Act, now_is: Situation) -> Refusal | None:
+    condition = Condition.FRESH_STATUS
+    if now_is.status_at is None:
+        return Refusal(condition, marked("The module has not reported its status yet."))
+    if now_is.status_doubt is Doubt.RESTARTED:
+        return Refusal(condition, marked("The module restarted and has not reported its status since."))
+    age_s = now_is.now - now_is.status_at
+    if now_is.status_doubt is None and 0.0 <= age_s <= now_is.status_fresh_for_s:
+        return None
+    if now_is.lag_s is not None:
+        text = marked("What the module says arrives {seconds:.1f} s late.")
+        return Refusal(condition, text, {"seconds": now_is.lag_s})
+    if isinf(age_s):
+        return Refusal(condition, marked("It is not known how old the last status is."))
+    return Refusal(condition, marked("The last status is {seconds:.1f} s old."), {"seconds": max(0.0, age_s)})
+
+
+def _is_locked(_act: Act, now_is: Situation) -> Refusal | None:
+    if now_is.active is False:
+        return None
+    if now_is.active:
+        return Refusal(Condition.IS_LOCKED, marked("The module is ACTIVE: lock it first."))
+    return Refusal(Condition.IS_LOCKED, marked("It is not known whether the module is locked."))
+
+
+def _is_active(_act: Act, now_is: Situation) -> Refusal | None:
+    if now_is.active:
+        return None
+    if now_is.active is False:
+        return Refusal(Condition.IS_ACTIVE, marked("The module is LOCKED: activate it first."))
+    return Refusal(Condition.IS_ACTIVE, marked("It is not known whether the module is active."))
+
+
+def _not_triggered(_act: Act, now_is: Situation) -> Refusal | None:
+    if now_is.triggered is False:
+        return None
+    if now_is.triggered:
+        return Refusal(Condition.NOT_TRIGGERED, marked("The module reports that it has fired."))
+    return Refusal(Condition.NOT_TRIGGERED, marked("It is not known whether the module has fired."))
+
+
+def _below_tilt(_act: Act, now_is: Situation) -> Refusal | None:
+    condition = Condition.BELOW_TILT
+    tilt, threshold = now_is.tilt_deg, now_is.attitude_threshold_deg
+    if threshold is None:
+        return Refusal(condition, marked("The attitude threshold is not known: read the settings first."))
+    if tilt is None:
+        return Refusal(condition, marked("The tilt is not known."))
+    if tilt < threshold:
+        return None
+    return Refusal(
+        condition,
+        marked("The tilt is {tilt:.0f}° and the module fires at {threshold:.0f}°: it would fire at once."),
+        {"tilt": tilt, "threshold": threshold},
+    )
+
+
+def _is_level(_act: Act, now_is: Situation) -> Refusal | None:
+    condition = Condition.IS_LEVEL
+    if now_is.tilt_deg is None:
+        return Refusal(condition, marked("The tilt is not known."))
+    if now_is.tilt_deg <= LEVEL_WITHIN_DEG:
+        return None
+    text = marked("The tilt is {tilt:.0f}°: lay it level, within {limit:.0f}°.")
+    return Refusal(condition, text, {"tilt": now_is.tilt_deg, "limit": LEVEL_WITHIN_DEG})
+
+
+def _is_still(_act: Act, now_is: Situation) -> Refusal | None:
+    condition, motion = Condition.IS_STILL, now_is.motion
+    if motion is None or motion.until - motion.since < STILL_FOR_S:
+        return Refusal(condition, marked("It has not been watched for two seconds yet."))
+    is_one_g = motion.acceleration_low_g >= STILL_FROM_G and motion.acceleration_high_g <= STILL_TO_G
+    if motion.tilt_change_deg <= STILL_WITHIN_DEG and is_one_g:
+        return None
+    text = marked("It moves: {low:.0f}° to {high:.0f}°, {weak:.1f} g to {strong:.1f} g within two seconds.")
+    values = {
+        "low": motion.tilt_low_deg,
+        "high": motion.tilt_high_deg,
+        "weak": motion.acceleration_low_g,
+        "strong": motion.acceleration_high_g,
+    }
+    return Refusal(condition, text, values)
+
+
+def _nothing_else_armed(act: Act, now_is: Situation) -> Refusal | None:
+    armed = now_is.armed
+    if armed is None or armed is act:
+        return None
+    return Refusal(Condition.NOTHING_ELSE_ARMED, marked("Something else is armed: {what}."), {"what": TITLES[armed]})
+
+
+def _confirmed(act: Act, now_is: Situation) -> Refusal | None:
+    return _permitted(Condition.CONFIRMED, act, now_is, marked("It has not been confirmed."))
+
+
+def _ritual_done(act: Act, now_is: Situation) -> Refusal | None:
+    missing = marked("It has not been armed and held for two seconds.")
+    permit = now_is.permit
+    if permit is not None and permit.origin is not Origin.RITUAL:
+        return Refusal(Condition.RITUAL_DONE, missing)
+    return _permitted(Condition.RITUAL_DONE, act, now_is, missing)
+
+
+def _permitted(condition: Condition, act: Act, now_is: Situation, missing: str) -> Refusal | None:
+    permit = now_is.permit
+    if permit is None or permit.act is not act:
+        return Refusal(condition, missing)
+    if permit.is_good(act, now_is.now):
+        if now_is.slept_until is not None and permit.granted_at <= now_is.slept_until:
+            return Refusal(condition, marked("The computer slept after this was confirmed: confirm again."))
+        if now_is.overtaken_at is not None and permit.granted_at <= now_is.overtaken_at:
+            return Refusal(condition, marked("LOCK was pressed after this was confirmed: confirm again."))
+        if now_is.opened_at is not None and permit.granted_at <= now_is.opened_at:
+            return Refusal(condition, marked("The port was opened anew after this was confirmed: confirm again."))
+        return None
+    if permit.is_rehearsal:
+        return Refusal(condition, marked("This is a rehearsal: nothing is sent."))
+    if permit.is_spent:
+        return Refusal(condition, marked("This confirmation has been used already: confirm again."))
+    age_s = max(0.0, permit.age_s(now_is.now))
+    return Refusal(condition, marked("The confirmation is {seconds:.1f} s old: confirm again."), {"seconds": age_s})
+
+
+def _intent_durable(_act: Act, now_is: Situation) -> Refusal | None:
+    if now_is.is_audit_ready:
+        return None
+    return Refusal(Condition.INTENT_DURABLE, marked("The audit log cannot be written, so nothing dangerous is sent."))
+
+
+def _may_write(_act: Act, now_is: Situation) -> Refusal | None:
+    if now_is.is_unlocked or now_is.active is False:
+        return None
+    if now_is.active:
+        text = marked("The module is ACTIVE: lock it before changing settings, or unlock this one write.")
+        return Refusal(Condition.MAY_WRITE, text)
+    text = marked("It is not known whether the module is locked: settings are not changed.")
+    return Refusal(Condition.MAY_WRITE, text)
+
+
+_CHECKS: Mapping[Condition, _Check] = MappingProxyType({
+    Condition.ONLINE: _online,
+    Condition.IS_THE_ONE_MEANT: _is_the_one_meant,
+    Condition.FRESH_STATUS: _fresh_status,
+    Condition.IS_LOCKED: _is_locked,
+    Condition.IS_ACTIVE: _is_active,
+    Condition.NOT_TRIGGERED: _not_triggered,
+    Condition.BELOW_TILT: _below_tilt,
+    Condition.IS_LEVEL: _is_level,
+    Condition.IS_STILL: _is_still,
+    Condition.NOTHING_ELSE_ARMED: _nothing_else_armed,
+    Condition.CONFIRMED: _confirmed,
+    Condition.RITUAL_DONE: _ritual_done,
+    Condition.INTENT_DURABLE: _intent_durable,
+    Condition.MAY_WRITE: _may_write,
+})  # fmt: skip

@@ -1,0 +1,79 @@
+"""What is remembered of the module while it is silent: that it was ACTIVE, or that it was shut down by command."""
+
+from enum import Enum
+from typing import NamedTuple
+
+from app.engine.device import DeviceView, Doubt, How, Known
+
+
+class Activation(Enum):
+    """As it is shown. Both `ACTIVE` and `WAS_ACTIVE` are to be treated as ready to fire."""
+
+    UNKNOWN = "unknown"
+    LOCKED = "locked"
+    WAS_LOCKED = "was locked"
+    """It reported so; by now it may have been activated."""
+    ACTIVE = "active"
+    WAS_ACTIVE = "was active"
+    """It reported so, and has not reported otherwise since."""
+
+
+class SeenActivation(NamedTuple):
+    """`at`: monotonic seconds of the report, None while nothing is known."""
+
+    state: Activation
+    at: float | None = None
+
+    @property
+    def may_fire(self) -> bool:
+        return self.state in (Activation.ACTIVE, Activation.WAS_ACTIVE)
+
+
+class LastKnown:
+    """Of one module, named by `whose`; another one is a clean sheet."""
+
+    def __init__(self) -> None:
+        self._whose = ""
+        self._active: Known | None = None
+        """The last report, or an acknowledged activation. An acknowledged LOCK alone is no report."""
+        self._shut_down_at: float | None = None
+        self._wall_s = 0.0
+
+    def take(self, device: DeviceView, whose: str) -> None:
+        """Take in every view of the device."""
+        if whose != self._whose:
+            self.forget()
+            self._whose = whose
+        known = device.values.get("active")
+        if known is not None and (known.value is True or known.how is not How.ACKNOWLEDGED):
+            self._active = known
+        off_at = self._shut_down_at
+        if off_at is not None and any(one.at > off_at for one in device.values.values()):
+            self._shut_down_at = None  # it answers again
+
+    def forget(self) -> None:
+        """It is another module."""
+        self._active = self._shut_down_at = None
+
+    def note_shutdown(self, at: float, wall_s: float) -> None:
+        """The module acknowledged our own shut-down and is silent. `wall_s`: by the calendar, as `time.time()`."""
+        self._shut_down_at, self._wall_s = at, wall_s
+
+    @property
+    def switched_off_at(self) -> float | None:
+        """By the calendar, as `time.time()`; None where nobody switched it off, or once it answers again."""
+        return None if self._shut_down_at is None else self._wall_s
+
+    def activation(self, device: DeviceView, now: float) -> SeenActivation:
+        """What is to be shown at `now`."""
+        known = device.known("active", now)
+        if known is not None and not known.is_stale:
+            return SeenActivation(Activation.ACTIVE if known.value is True else Activation.LOCKED, known.at)
+        is_report = known is not None and known.how is not How.ACKNOWLEDGED
+        if known is not None and known.value is False and is_report and known.doubt is not Doubt.WRITE_UNCONFIRMED:
+            return SeenActivation(Activation.WAS_LOCKED, known.at)
+        # Nothing is known, or a LOCK was acknowledged and never reported, or an activation was never answered.
+        last = known if known is not None and known.value is True else self._active
+        if last is not None and last.value is True:
+            return SeenActivation(Activation.WAS_ACTIVE, last.at)
+        return SeenActivation(Activation.UNKNOWN)

@@ -1,0 +1,50 @@
+"""A person's explicit act, as a thing that can be handed on, grows old, and is used up by one frame."""
+
+from dataclasses import dataclass
+from enum import Enum
+
+from app.safety.acts import Act
+
+
+class Origin(Enum):
+    """How the person said so; the value is how long it counts, in seconds.
+
+    The thread that sends may be busy. A gesture that had to wait longer than this is refused, not carried out late.
+    """
+
+    RITUAL = 1.0
+    """The deploy ritual: chosen, armed, held for two seconds."""
+    CONFIRMATION = 5.0
+    """A second click in the window."""
+    COMMAND_LINE = 10.0
+    """--yes."""
+
+
+@dataclass(slots=True, eq=False)
+class Permit:
+    """For one frame of one act. `granted_at`: monotonic seconds, on the session's clock.
+
+    `is_rehearsal`: nothing is sent, whatever happens. Handed from the thread that grants to the one that sends; only
+    the latter calls `spend`.
+    """
+
+    act: Act
+    origin: Origin
+    granted_at: float
+    is_rehearsal: bool = False
+    is_spent: bool = False
+
+    def age_s(self, now: float) -> float:
+        return now - self.granted_at
+
+    def is_good(self, act: Act, now: float) -> bool:
+        """Whether it allows `act` now."""
+        is_in_time = 0.0 <= self.age_s(now) <= self.origin.value
+        return self.act is act and is_in_time and not self.is_spent and not self.is_rehearsal
+
+    def spend(self) -> bool:
+        """Use it up; False when it was used before."""
+        if self.is_spent:
+            return False
+        self.is_spent = True
+        return True

@@ -1,0 +1,194 @@
+"""The way to deploy: choose, arm, hold for two seconds. A state machine on a clock, without a button in sight.
+
+    IDLE --choose--> CHOSEN --arm--> ARMED --press--> HOLDING --2 s--> FIRED
+                                                   anything else, letting go too: back to IDLE
+
+Rules that it lives by:
+
+- The whole of it, holding included, fits into the ten seconds after arming; then it is disarmed.
+- A press counts when it is a single, fresh one: auto-repeat and the second press of a double click do not. A second
+  press while one is held (mouse and key together) ends it, as letting go does.
+- Only `tick` completes the hold, and only where ticks came all along, at most `LONGEST_GAP_S` apart: a window that hung
+  for a moment cannot know that the button was still held, so it disarms.
+- One run through gives one `Permit`. To fire again is to choose again.
+
+A rehearsal is the same machine; its permit sends nothing.
+"""
+
+from enum import Enum, auto
+
+from app.safety.acts import Act
+from app.safety.permit import Origin, Permit
+
+ARMED_FOR_S = 10.0
+HOLD_S = 2.0
+LONGEST_GAP_S = 0.25
+
+
+class Stage(Enum):
+    IDLE = auto()
+    CHOSEN = auto()
+    """The act is laid open, with its conditions; the default button is Cancel."""
+    ARMED = auto()
+    HOLDING = auto()
+    FIRED = auto()
+    """The permit was given. Stays until `FINISHED` or the next `CHOOSE`."""
+
+
+class Input(Enum):
+    CHOOSE = auto()
+    ARM = auto()
+    PRESS = auto()
+    RELEASE = auto()
+    HELD = auto()
+    """By the clock: two seconds are over."""
+    HOLD_BROKEN = auto()
+    """By the clock: it is not certain that it was held all along."""
+    RAN_OUT = auto()
+    """By the clock: ten seconds since arming are over."""
+    FINISHED = auto()
+    """The outcome has been shown."""
+    # What disarms
+    CANCEL = auto()
+    FOCUS_LOST = auto()
+    WINDOW_LEFT = auto()
+    LINK_LOST = auto()
+    MODULE_RESTARTED = auto()
+    OUT_OF_SIGHT = auto()
+    """What is armed cannot be seen as a whole: the window is too small for it, or something lies over it."""
+    CONDITION_OPENED = auto()
+    """Something that was fulfilled when it was armed no longer is."""
+    SLEPT = auto()
+    """The computer: nobody knows who holds what since."""
+    FAILED = auto()
+    """An exception anywhere in the window."""
+
+
+DISARMING = (
+    Input.CANCEL,
+    Input.FOCUS_LOST,
+    Input.WINDOW_LEFT,
+    Input.LINK_LOST,
+    Input.MODULE_RESTARTED,
+    Input.OUT_OF_SIGHT,
+    Input.CONDITION_OPENED,
+    Input.SLEPT,
+    Input.FAILED,
+)
+
+TRANSITIONS: dict[tuple[Stage, Input], Stage] = {
+    (Stage.IDLE, Input.CHOOSE): Stage.CHOSEN,
+    (Stage.CHOSEN, Input.ARM): Stage.ARMED,
+    (Stage.ARMED, Input.PRESS): Stage.HOLDING,
+    (Stage.HOLDING, Input.RELEASE): Stage.IDLE,
+    (Stage.HOLDING, Input.PRESS): Stage.IDLE,
+    (Stage.HOLDING, Input.HOLD_BROKEN): Stage.IDLE,
+    (Stage.HOLDING, Input.HELD): Stage.FIRED,
+    (Stage.ARMED, Input.RAN_OUT): Stage.IDLE,
+    (Stage.HOLDING, Input.RAN_OUT): Stage.IDLE,
+    (Stage.FIRED, Input.FINISHED): Stage.IDLE,
+    (Stage.FIRED, Input.CHOOSE): Stage.CHOSEN,
+    (Stage.CHOSEN, Input.CANCEL): Stage.IDLE,
+    (Stage.CHOSEN, Input.FOCUS_LOST): Stage.IDLE,
+    (Stage.CHOSEN, Input.WINDOW_LEFT): Stage.IDLE,
+    (Stage.CHOSEN, Input.OUT_OF_SIGHT): Stage.IDLE,
+    (Stage.CHOSEN, Input.LINK_LOST): Stage.IDLE,
+    (Stage.CHOSEN, Input.MODULE_RESTARTED): Stage.IDLE,
+    (Stage.CHOSEN, Input.SLEPT): Stage.IDLE,
+    (Stage.CHOSEN, Input.FAILED): Stage.IDLE,
+    (Stage.ARMED, Input.CANCEL): Stage.IDLE,
+    (Stage.ARMED, Input.FOCUS_LOST): Stage.IDLE,
+    (Stage.ARMED, Input.WINDOW_LEFT): Stage.IDLE,
+    (Stage.ARMED, Input.OUT_OF_SIGHT): Stage.IDLE,
+    (Stage.ARMED, Input.LINK_LOST): Stage.IDLE,
+    (Stage.ARMED, Input.MODULE_RESTARTED): Stage.IDLE,
+    (Stage.ARMED, Input.CONDITION_OPENED): Stage.IDLE,
+    (Stage.ARMED, Input.SLEPT): Stage.IDLE,
+    (Stage.ARMED, Input.FAILED): Stage.IDLE,
+    (Stage.HOLDING, Input.CANCEL): Stage.IDLE,
+    (Stage.HOLDING, Input.FOCUS_LOST): Stage.IDLE,
+    (Stage.HOLDING, Input.WINDOW_LEFT): Stage.IDLE,
+    (Stage.HOLDING, Input.OUT_OF_SIGHT): Stage.IDLE,
+    (Stage.HOLDING, Input.LINK_LOST): Stage.IDLE,
+    (Stage.HOLDING, Input.MODULE_RESTARTED): Stage.IDLE,
+    (Stage.HOLDING, Input.CONDITION_OPENED): Stage.IDLE,
+    (Stage.HOLDING, Input.SLEPT): Stage.IDLE,
+    (Stage.HOLDING, Input.FAILED): Stage.IDLE,
+}
+"""An input without an entry changes nothing: hands and links do not know in which stage it is."""
+
+
+class Ritual:
+    """See the module's docstring. Belongs to one thread; times are monotonic seconds of the session's clock."""
+
+    def __init__(self, act: Act = Act.DEPLOY) -> None:
+        self.act = act
+        self.stage = Stage.IDLE
+        self.is_rehearsal = False
+        self.ended_by: Input | None = None
+        """What brought it back to IDLE last, for the sentence in the window."""
+        self._armed_at = 0.0
+        self._pressed_at = 0.0
+        self._ticked_at = 0.0
+
+    @property
+    def is_armed(self) -> bool:
+        return self.stage in (Stage.ARMED, Stage.HOLDING)
+
+    def armed_left_s(self, now: float) -> float:
+        """What is left of the ten seconds; 0 while it is not armed."""
+        return max(0.0, self._armed_at + ARMED_FOR_S - now) if self.is_armed else 0.0
+
+    def held_s(self, now: float) -> float:
+        """How long it has been held, 0 … 2."""
+        return min(HOLD_S, max(0.0, now - self._pressed_at)) if self.stage is Stage.HOLDING else 0.0
+
+    def choose(self, *, is_rehearsal: bool = False) -> None:
+        if (self.stage, Input.CHOOSE) in TRANSITIONS:
+            self.is_rehearsal = is_rehearsal
+            self._take(Input.CHOOSE)
+
+    def arm(self, now: float) -> None:
+        if self.stage is Stage.CHOSEN:
+            self._armed_at = self._ticked_at = now
+        self._take(Input.ARM)
+
+    def press(self, now: float, *, is_auto_repeat: bool = False, is_double_click: bool = False) -> None:
+        """Mouse button or key went down on the button that deploys."""
+        if is_auto_repeat:
+            return
+        if is_double_click and self.stage is not Stage.HOLDING:
+            return
+        if self.stage is Stage.ARMED:
+            self._pressed_at = self._ticked_at = now
+        self._take(Input.PRESS)
+
+    def release(self) -> None:
+        """It went up, or the pointer left the button."""
+        self._take(Input.RELEASE)
+
+    def disarm(self, why: Input) -> None:
+        """One of `DISARMING`, or `FINISHED`. Raises ValueError for anything else."""
+        if why not in DISARMING and why is not Input.FINISHED:
+            raise ValueError(f"{why.name} does not disarm")
+        self._take(why)
+
+    def tick(self, now: float) -> Permit | None:
+        """To be called at least ten times a second. The permit, once, when the hold is complete."""
+        gap_s, self._ticked_at = now - self._ticked_at, now
+        if self.is_armed and not 0.0 <= now - self._armed_at < ARMED_FOR_S:
+            self._take(Input.RAN_OUT)
+        if self.stage is not Stage.HOLDING:
+            return None
+        if not 0.0 <= gap_s <= LONGEST_GAP_S:
+            self._take(Input.HOLD_BROKEN)
+        elif now - self._pressed_at >= HOLD_S:
+            self._take(Input.HELD)
+            return Permit(self.act, Origin.RITUAL, now, self.is_rehearsal)
+        return None
+
+    def _take(self, what: Input) -> None:
+        after = TRANSITIONS.get((self.stage, what), self.stage)
+        if after is Stage.IDLE and self.stage is not Stage.IDLE:
+            self.ended_by = what
+        self.stage = after

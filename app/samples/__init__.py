@@ -1,0 +1,1 @@
+"""Samples over time: ring buffers and values that hold until the next change."""

@@ -1,0 +1,96 @@
+"""What a person wants of each setting and has not sent, with every step of it to be undone and redone."""
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+
+from app.settings.setting_texts import plain_text
+from app.settings.values import NotAValue, Unfit, parse_value
+from protocol.catalogue import Command
+from protocol.fields import Value
+
+MOST_STEPS = 200
+
+
+@dataclass(frozen=True, slots=True)
+class Draft:
+    """What is wanted of one setting: the text as typed, and its value where it has one."""
+
+    text: str
+    value: Value | None
+    unfit: Unfit | None = None
+
+
+def draft_of(command: Command, text: str) -> Draft:
+    """What a typed text stands for. A comma counts as the point."""
+    if command.write is None:
+        raise LookupError(f"{command.name} cannot be set")
+    try:
+        return Draft(text, parse_value(command.write, text if "." in text else text.replace(",", ".")))
+    except NotAValue as error:
+        return Draft(text, None, error.why)
+
+
+def draft_for(command: Command, value: Value) -> Draft:
+    return Draft(plain_text(command, value), value)
+
+
+class Drafts:
+    """Drafts by the setting's key. `now` is never changed in place."""
+
+    def __init__(self) -> None:
+        self.now: Mapping[str, Draft] = {}
+        self._past: list[Mapping[str, Draft]] = []
+        self._future: list[Mapping[str, Draft]] = []
+        self._typing: str | None = None
+        """The row that is being typed into: its letters are one step."""
+
+    @property
+    def can_undo(self) -> bool:
+        return bool(self._past)
+
+    @property
+    def can_redo(self) -> bool:
+        return bool(self._future)
+
+    def change(self, drafts: Mapping[str, Draft], *, typing: str | None = None) -> None:
+        """A new step; one letter more in the row `typing` belongs to the step before."""
+        if drafts == self.now:
+            return
+        if typing is None or typing != self._typing:
+            self._past.append(self.now)
+            del self._past[:-MOST_STEPS]
+        self._future.clear()
+        self.now, self._typing = drafts, typing
+
+    def undo(self) -> None:
+        self._future.append(self.now)
+        self.now, self._typing = self._past.pop(), None
+
+    def redo(self) -> None:
+        self._past.append(self.now)
+        self.now, self._typing = self._future.pop(), None
+
+    def end_typing(self) -> None:
+        self._typing = None
+
+    def without(self, key: str) -> dict[str, Draft]:
+        return {name: draft for name, draft in self.now.items() if name != key}
+
+    def drop(self, keys: Iterable[str]) -> None:
+        """What stands now is no draft any more, and no step back or forth wants it again."""
+        gone = frozenset(keys)
+        if not gone:
+            return
+
+        def without(drafts: Mapping[str, Draft]) -> dict[str, Draft]:
+            return {key: draft for key, draft in drafts.items() if key not in gone}
+
+        self.now, self._typing = without(self.now), None
+        self._past = _distinct([*map(without, self._past), self.now])[:-1]
+        self._future = _distinct([*map(without, self._future), self.now])[:-1]
+
+
+def _distinct(steps: list[Mapping[str, Draft]]) -> list[Mapping[str, Draft]]:
+    """Without steps that change nothing."""
+    last = len(steps) - 1
+    return [step for number, step in enumerate(steps) if number == last or step != steps[number + 1]]

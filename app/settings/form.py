@@ -1,0 +1,325 @@
+"""The form of a module's settings: what stands, what is wanted, and how each row came to its state.
+
+    unknown   the module never said it, or what it said can no longer be known
+    read      the module answered a question with it (or reports it by itself)
+    acknowledged  it was set and the module said "understood"; it cannot be read back (E8)
+    stale     it was known, and something casts doubt on it
+    edited    another value is wanted, and not sent
+    unfit     what was typed cannot be sent
+    writing
+    verified  written, and read back equal; read again while connected; ends as soon as anything casts doubt on it
+    changed   it reads differently than before, and was not written here
+    failed    written, and what stands is not what was wanted; stays so, with the reason, until it is
+
+The baud rate is no row of it: it may cut the line and has a procedure and a place of its own.
+"""
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from enum import Enum
+
+from app.engine.device import DeviceView, How, Known
+from app.engine.setting_changes import ChangedSetting
+from app.procedures.power_cycle import Stamp
+from app.procedures.write import WriteFault, Written
+from app.procedures.write_all import Change
+from app.settings.consequences import Consequence, Weight, consequences
+from app.settings.drafts import Draft, Drafts, draft_for, draft_of
+from app.settings.setting_texts import DEFAULTS, value_text
+from app.settings.settings_watch import SettingsWatch
+from app.text.i18n import tr
+from protocol.catalogue import BAUD_RATE, SERIAL_OUTPUT, SETTINGS, Command
+from protocol.fields import Value
+from protocol.translatable import marked
+
+FORM_COMMANDS: tuple[Command, ...] = (
+    *(command for command in SETTINGS if command.reads_back),
+    *(command for command in SETTINGS if not command.reads_back and command not in (BAUD_RATE, SERIAL_OUTPUT)),
+    SERIAL_OUTPUT,
+)
+"""In the order of the rows: the thresholds first."""
+_BY_KEY = {command.key: command for command in FORM_COMMANDS}
+
+
+class RowState(Enum):
+    """The value is its English, translatable word."""
+
+    UNKNOWN = marked("unknown")
+    READ = marked("read")
+    ACKNOWLEDGED = marked("acknowledged")
+    STALE = marked("stale")
+    EDITED = marked("edited")
+    UNFIT = marked("cannot be sent")
+    WRITING = marked("writing")
+    VERIFIED = marked("verified")
+    CHANGED = marked("changed")
+    FAILED = marked("failed")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class FormRow:
+    """One setting at one moment. `wanted` is None where nobody wants anything else than what stands."""
+
+    command: Command
+    stands: Known | None
+    draft: Draft | None
+    state: RowState
+    reason: str = ""
+    """Why it failed or cannot be sent, in the language in use."""
+    is_pending: bool = False
+    """To be written by the next "write"."""
+    stamp: Stamp | None = None
+    """Whether it survived the last power cycle that was watched."""
+
+    @property
+    def warnings(self) -> tuple[Consequence, ...]:
+        """Why what is to be written needs a second click."""
+        if not self.is_pending or self.wanted is None:
+            return ()
+        return tuple(one for one in consequences(self.command, self.wanted) if one.weight is not Weight.PLAIN)
+
+    @property
+    def consequences(self) -> tuple[Consequence, ...]:
+        """Of what is wanted, else of what stands."""
+        value = self.wanted
+        if value is None and self.stands is not None and not self.stands.is_stale:
+            value = self.stands.value
+        return () if value is None or self.state is RowState.UNFIT else consequences(self.command, value)
+
+    @property
+    def wanted(self) -> Value | None:
+        return None if self.draft is None else self.draft.value
+
+
+@dataclass(frozen=True, slots=True)
+class _Failure:
+    wanted: Value
+    text: str
+    stands: Value | None = None
+
+
+_BROKEN_OFF = marked("it was broken off while writing; what stands is not known")
+
+
+class SettingsForm:
+    """See the module's docstring. Belongs to one thread."""
+
+    def __init__(self) -> None:
+        self._drafts = Drafts()
+        self._writing: dict[str, Value] = {}
+        self._verified: dict[str, Value] = {}
+        self._seen: tuple[int, float | None] | None = None
+        """Restarts, and since when the module answers or not, when the rows were last looked at."""
+        self._failures: dict[str, _Failure] = {}
+        self.watch = SettingsWatch()
+        """What changed without being written here."""
+        self._written: dict[str, Value] = {}
+        self._stamps: dict[str, Stamp] = {}
+
+    # What a person wants
+
+    def type_text(self, key: str, text: str) -> None:
+        """Take what was typed so far; an empty text wants nothing."""
+        plain = text.strip()
+        others = self._drafts.without(key)
+        self._want({**others, key: draft_of(_BY_KEY[key], plain)} if plain else others, typing=key)
+
+    def choose(self, key: str, value: Value) -> None:
+        self._want({**self._drafts.now, key: draft_for(_BY_KEY[key], value)})
+
+    def fill(self, values: Mapping[str, Value]) -> None:
+        """Want all of these, as one step; keys that are no rows of the form are left out."""
+        chosen = {key: draft_for(_BY_KEY[key], value) for key, value in values.items() if key in _BY_KEY}
+        self._want({**self._drafts.now, **chosen})
+
+    def want_defaults(self) -> None:
+        """The vendor's defaults, where the table names one."""
+        self.fill(DEFAULTS)
+
+    def revert(self, key: str | None = None) -> None:
+        """Want nothing else than what stands, in one row or in all."""
+        self._want({} if key is None else self._drafts.without(key))
+
+    def end_typing(self) -> None:
+        """The next letter begins a new step of undo."""
+        self._drafts.end_typing()
+
+    @property
+    def can_undo(self) -> bool:
+        return self._drafts.can_undo and not self._writing
+
+    @property
+    def can_redo(self) -> bool:
+        return self._drafts.can_redo and not self._writing
+
+    def undo(self) -> None:
+        if self.can_undo:
+            self._drafts.undo()
+            self._forget_failures()
+
+    def redo(self) -> None:
+        if self.can_redo:
+            self._drafts.redo()
+            self._forget_failures()
+
+    def _want(self, drafts: Mapping[str, Draft], *, typing: str | None = None) -> None:
+        if not self._writing:
+            self._drafts.change(drafts, typing=typing)
+            self._forget_failures()
+
+    def _forget_failures(self) -> None:
+        """Where nothing is wanted any more, nothing has failed."""
+        self._failures = {key: failure for key, failure in self._failures.items() if key in self._drafts.now}
+
+    # What is to be seen
+
+    def rows(self, device: DeviceView, now: float) -> tuple[FormRow, ...]:
+        self._observe(device, now)
+        return tuple(self._row(command, device, now) for command in FORM_COMMANDS)
+
+    @property
+    def is_writing(self) -> bool:
+        return bool(self._writing)
+
+    @property
+    def wanted(self) -> dict[str, Value]:
+        """What somebody wants, by key, where that is a value; also where the module holds it already."""
+        return {key: draft.value for key, draft in self._drafts.now.items() if draft.value is not None}
+
+    @property
+    def has_drafts(self) -> bool:
+        return bool(self._drafts.now)
+
+    def changes(self, device: DeviceView, now: float) -> tuple[Change, ...]:
+        """What "write" would send: wanted, fit to be sent, and not known to stand."""
+        rows = self.rows(device, now)
+        return tuple(Change(row.command, row.wanted) for row in rows if row.is_pending and row.wanted is not None)
+
+    def count_unsent(self, device: DeviceView, now: float) -> int:
+        """Rows that would be lost by leaving, those that cannot be sent as they are included."""
+        return sum(row.is_pending or row.state is RowState.UNFIT for row in self.rows(device, now))
+
+    def _observe(self, device: DeviceView, now: float) -> None:
+        if not self._writing:
+            self.watch.observe(device, now)
+        seen = (device.restarts, device.presence_since)
+        if seen != self._seen:
+            # A restart or a loss since, even one that nobody looked at: what was verified before proves nothing now.
+            self._seen, self._verified = seen, {}
+        for key, value in list(self._verified.items()):
+            known = device.known(key, now)
+            if known is None or known.is_stale or known.how is not How.READ or known.value != value:
+                del self._verified[key]
+        settled = [
+            key for key, failure in self._failures.items()
+            if does_stand(_BY_KEY[key], device.known(key, now), failure.wanted)
+        ]  # fmt: skip
+        wanted = {key: self._drafts.now[key].value for key in settled if key in self._drafts.now}
+        if settled and not self._writing:
+            self.watch.accept(settled)  # written after all, only late
+            self._drafts.drop(key for key in settled if wanted.get(key) == self._failures[key].wanted)
+            self._failures = {key: one for key, one in self._failures.items() if key not in settled}
+
+    def _row(self, command: Command, device: DeviceView, now: float) -> FormRow:
+        key = command.key
+        stands, draft, failure = device.known(key, now), self._drafts.now.get(key), self._failures.get(key)
+        value = None if draft is None else draft.value
+        is_pending = value is not None and not does_stand(command, stands, value) and key not in self._writing
+        reason = ""
+        if key in self._writing:
+            state = RowState.WRITING
+        elif draft is not None and draft.unfit is not None:
+            state, reason = RowState.UNFIT, draft.unfit.sentence
+        elif failure is not None:
+            state, reason = RowState.FAILED, _failure_text(command, failure)
+        elif key in self.watch.changed and key not in self._verified:
+            state, reason = RowState.CHANGED, changed_text(self.watch.changed[key])
+        elif is_pending:
+            state = RowState.EDITED
+        elif key in self._verified:
+            state = RowState.VERIFIED
+        else:
+            state = _known_state(stands)
+        return FormRow(
+            command=command, stands=stands, draft=draft, state=state, reason=reason, is_pending=is_pending,
+            stamp=self._stamps.get(key),
+        )  # fmt: skip
+
+    # Writing
+
+    def begin_write(self, changes: Iterable[Change]) -> None:
+        """These are on their way: until `take_results` or `lose_write` nothing can be edited."""
+        self._writing = {change.command.key: change.value for change in changes}
+        for key in self._writing:
+            self._failures.pop(key, None)
+            self._verified.pop(key, None)
+            self._stamps.pop(key, None)
+
+    def take_results(self, results: Iterable[Written]) -> None:
+        """What became of each. What was refused before it was sent stays merely edited."""
+        self.watch.accept(self._writing)
+        self._writing = {}
+        settled = []
+        for written in results:
+            key = written.command.key
+            if written.fault is WriteFault.NOT_ALLOWED or key not in _BY_KEY:
+                continue
+            if written.fault is None:
+                settled.append(key)
+                self._written[key] = written.wanted
+                if written.verified:
+                    self._verified[key] = written.wanted
+            else:
+                self._failures[key] = _Failure(written.wanted, written.fault.value, written.stands)
+        self._drafts.drop(settled)
+
+    def lose_write(self) -> None:
+        """The connection went away, or it was cancelled, in the middle: what stands of the rest is not known."""
+        self._failures |= {key: _Failure(value, _BROKEN_OFF) for key, value in self._writing.items()}
+        self.watch.accept(self._writing)
+        self._writing = {}
+
+    @property
+    def written(self) -> Mapping[str, Value]:
+        """What was written to this module and not found wanting: to be looked for after a power cycle."""
+        return self._written
+
+    def stamp(self, stamps: Mapping[str, Stamp]) -> None:
+        self._stamps = dict(stamps)
+        self.watch.accept(stamps)  # what the power cycle changed is said by the stamps
+
+    def forget(self) -> None:
+        """Another module: nothing of this one counts any more."""
+        self.watch.accept()
+        self._written, self._stamps = {}, {}
+        self._drafts = Drafts()
+        self._writing, self._verified, self._failures = {}, {}, {}
+        self._seen = None
+
+
+def does_stand(command: Command, stands: Known | None, value: Value) -> bool:
+    """Whether the module said that it holds `value`. "Understood" is no proof where it can be asked (E2)."""
+    if stands is None or stands.is_stale or stands.value != value:
+        return False
+    return stands.how is not How.ACKNOWLEDGED or not command.reads_back
+
+
+def _known_state(stands: Known | None) -> RowState:
+    if stands is None:
+        return RowState.UNKNOWN
+    if stands.is_stale:
+        return RowState.STALE
+    return RowState.ACKNOWLEDGED if stands.how is How.ACKNOWLEDGED else RowState.READ
+
+
+def changed_text(changed: ChangedSetting) -> str:
+    before, after = value_text(changed.command, changed.before), value_text(changed.command, changed.after)
+    return tr("It was {before} and reads {after} now, without being written here.", before=before, after=after)
+
+
+def _failure_text(command: Command, failure: _Failure) -> str:
+    wanted, why = value_text(command, failure.wanted), tr(failure.text)
+    if failure.stands is None:
+        return tr("{wanted} was sent: {why}.", wanted=wanted, why=why)
+    stands = value_text(command, failure.stands)
+    return tr("{wanted} was sent: {why}. It holds {stands}.", wanted=wanted, why=why, stands=stands)

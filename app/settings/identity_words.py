@@ -1,0 +1,17 @@
+"""What speaks against a module being the one that is meant, in words."""
+
+from app.engine.identity import Identity
+from app.settings.setting_texts import value_text
+from app.text.i18n import tr
+
+
+def differences(identity: Identity) -> list[str]:
+    """What speaks against it, each in some words."""
+    before, found = identity.before, []
+    if before is not None and identity.is_boot_count_lower:
+        found.append(tr("boot count {now}, was {before}", now=identity.now.boot_count, before=before.boot_count))
+    for one in identity.changed:
+        name = tr(one.command.title)
+        values = {"now": value_text(one.command, one.after), "before": value_text(one.command, one.before)}
+        found.append(tr("{name} {now}, was {before}", name=name[:1].lower() + name[1:], **values))
+    return found

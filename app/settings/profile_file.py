@@ -1,0 +1,302 @@
+"""Profiles as files: all errors at once, each with its line; written whole or not at all."""
+
+import re
+import tomllib
+import unicodedata
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import Any
+
+from app.settings.fingerprint import is_fingerprint
+from app.settings.profile_lines import key_lines
+from app.settings.profiles import (
+    FORMAT,
+    LIMITS,
+    LONGEST_NAME,
+    LONGEST_NOTES,
+    MOST_ITEMS,
+    SETTINGS_BY_KEY,
+    ActivatedBy,
+    ManualLine,
+    Profile,
+)
+from app.settings.toml_text import toml_text
+from app.settings.values import NotAValue, fitting, number_text, shortened
+from app.system.files import write_whole
+from app.text.i18n import tr
+from protocol.fields import Value
+from protocol.translatable import marked
+
+LARGEST_BYTES = 128 * 1024
+MOST_ERRORS = 20
+MOST_DOTS = 200
+"""`tomllib` takes half a minute for a key of some ten thousand parts."""
+_KEYS = frozenset(
+    (
+        "format",
+        "name",
+        "airframe",
+        "notes",
+        "settings",
+        "limits",
+        "manual",
+        "approved_fingerprint",
+        "light_inverted",
+        "expectations",
+        "expect_active",  # of older files
+    )
+)
+_SYNTAX = re.compile(r"^(?P<why>.*) \(at (?:line (?P<line>\d+), column \d+|end of document)\)$", re.DOTALL)
+_TURNING = frozenset("\u202a\u202b\u202c\u202d\u202e\u2066\u2067\u2068\u2069")
+"""Characters that turn the direction of the text after them: a name could make a window read backwards."""
+
+
+@dataclass(frozen=True, slots=True)
+class ProfileFault:
+    """One error. `line` counts from 1; None where the file as a whole is meant."""
+
+    line: int | None
+    text: str
+    values: Mapping[str, object] = field(default_factory=dict)
+
+    @property
+    def sentence(self) -> str:
+        """In the language in use now."""
+        values = {name: tr(value) if name == "why" and isinstance(value, str) else value
+                  for name, value in self.values.items()}  # fmt: skip
+        said = tr(self.text, **values)
+        return said if self.line is None else tr("Line {line}: {what}", line=self.line, what=said)
+
+
+class ProfileRefused(ValueError):
+    """The file is no profile, for all these reasons, in the order of their lines."""
+
+    def __init__(self, faults: tuple[ProfileFault, ...]) -> None:
+        super().__init__("; ".join(fault.text for fault in faults))
+        self.faults = faults
+
+    @property
+    def sentences(self) -> tuple[str, ...]:
+        return tuple(fault.sentence for fault in self.faults)
+
+
+def read_profile(path: Path) -> Profile:
+    """Raises `ProfileRefused`, also where the file cannot be read. Without a name in it, it is named as the file."""
+    try:
+        with path.open("rb") as file:
+            data = file.read(LARGEST_BYTES + 1)
+    except (OSError, ValueError) as error:  # ValueError: a NUL in the name
+        why = getattr(error, "strerror", None) or error
+        fault = ProfileFault(None, marked("{path} cannot be read: {why}."), {"path": path, "why": why})
+        raise ProfileRefused((fault,)) from error
+    profile = parse_profile(data)
+    return profile if profile.name.strip() else replace(profile, name=shortened(path.stem, LONGEST_NAME - 1))
+
+
+def save_profile(path: Path, profile: Profile) -> None:
+    """Raises OSError, and `ProfileRefused` for a profile that could not be read again."""
+    data = profile_text(profile).encode()
+    parse_profile(data)
+    write_whole(path, data)
+
+
+def profile_text(profile: Profile) -> str:
+    tables: dict[str, Any] = {"format": FORMAT, "name": profile.name}
+    if profile.airframe:
+        tables["airframe"] = profile.airframe
+    if profile.notes:
+        tables["notes"] = profile.notes
+    if profile.approved_fingerprint is not None:
+        tables["approved_fingerprint"] = profile.approved_fingerprint
+    if profile.is_light_inverted:
+        tables["light_inverted"] = True
+    tables["settings"] = {key: profile.settings[key] for key in SETTINGS_BY_KEY if key in profile.settings}
+    if profile.activated_by is not ActivatedBy.PERSON:
+        tables["expectations"] = {"activated_by": profile.activated_by.value}
+    if profile.limits:
+        tables["limits"] = {name: profile.limits[name] for name in LIMITS if name in profile.limits}
+    if profile.manual:
+        tables["manual"] = [{"text": line.text, "required": line.is_required} for line in profile.manual]
+    return toml_text(tables)
+
+
+def parse_profile(data: bytes) -> Profile:
+    """Raises `ProfileRefused` with everything that is wrong."""
+    if len(data) > LARGEST_BYTES:
+        limit = {"kilobytes": LARGEST_BYTES // 1024}
+        raise ProfileRefused((ProfileFault(None, marked("The file is larger than {kilobytes} KB."), limit),))
+    try:
+        text = data.decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        line = data.count(b"\n", 0, error.start) + 1
+        raise ProfileRefused((ProfileFault(line, marked("this is not UTF-8 text.")),)) from error
+    text = text.replace("\r\n", "\n")
+    for number, row in enumerate(text.split("\n"), start=1):
+        if row.partition("=")[0].count(".") > MOST_DOTS:
+            raise ProfileRefused((ProfileFault(number, marked("there are too many dots in a row.")),))
+    faults: list[ProfileFault] = []
+    tables = _tables(text, faults)
+    newer = tables.get("format")
+    if isinstance(newer, int) and not isinstance(newer, bool) and newer > FORMAT:
+        why = marked("The profile is of format {format}; this program knows {known}. Use a newer version of it.")
+        values = {"format": number_text(newer), "known": FORMAT}
+        raise ProfileRefused((ProfileFault(None, why, values),))
+    reader = _Reader(key_lines(text), faults)
+    profile = reader.profile(tables)
+    if faults:
+        ordered = sorted(faults, key=lambda fault: fault.line or 0)
+        raise ProfileRefused(tuple(ordered[:MOST_ERRORS]))
+    return profile
+
+
+def _tables(text: str, faults: list[ProfileFault]) -> dict[str, Any]:
+    """The file's tables; a line that is no TOML is a fault, and the rest is read without it."""
+    lines = text.split("\n")
+    for _ in range(MOST_ERRORS):
+        try:
+            return tomllib.loads("\n".join(lines))
+        except RecursionError:
+            faults.append(ProfileFault(None, marked("brackets are nested too deeply.")))
+            return {}
+        except (tomllib.TOMLDecodeError, ValueError) as error:
+            found = _SYNTAX.match(str(error))
+            line = int(found["line"]) if found is not None and found["line"] else None
+            why = shortened(found["why"] if found is not None else str(error), 120)
+            faults.append(ProfileFault(line, marked("this is not TOML: {why}."), {"why": why}))
+            if line is None or not lines[line - 1]:
+                return {}
+            lines[line - 1] = ""
+    return {}
+
+
+class _Reader:
+    """Collects faults instead of stopping at the first."""
+
+    def __init__(self, lines: Mapping[tuple[str, ...], int], faults: list[ProfileFault]) -> None:
+        self._lines = lines
+        self._faults = faults
+
+    def profile(self, tables: dict[str, Any]) -> Profile:
+        for key in tables:
+            if key not in _KEYS and key not in SETTINGS_BY_KEY:
+                self._refuse((key,), marked("“{name}” is not known here."), name=shortened(key))
+        if tables.get("format", FORMAT) != FORMAT or isinstance(tables.get("format"), bool):
+            self._refuse(("format",), marked("the format is a whole number from 1 on."))
+        name = self._text(tables, "name", LONGEST_NAME)
+        fingerprint = self._text(tables, "approved_fingerprint", LONGEST_NAME) or None
+        if fingerprint is not None and not is_fingerprint(fingerprint):
+            self._refuse(("approved_fingerprint",), marked("this is no fingerprint."))
+        self._flag(tables, ("expect_active",))
+        return Profile(
+            name=name,
+            airframe=self._text(tables, "airframe", LONGEST_NAME),
+            notes=self._text(tables, "notes", LONGEST_NOTES),
+            settings=self._all_settings(tables),
+            limits=self._limits(self._table(tables, "limits")),
+            manual=tuple(self._manual(tables.get("manual", []))),
+            approved_fingerprint=fingerprint,
+            is_light_inverted=self._flag(tables, ("light_inverted",)),
+            activated_by=self._activated_by(self._table(tables, "expectations")),
+        )
+
+    def _all_settings(self, tables: dict[str, Any]) -> dict[str, Value]:
+        at_the_top = {key: value for key, value in tables.items() if key in SETTINGS_BY_KEY}
+        table = self._table(tables, "settings")
+        for key in at_the_top.keys() & table.keys():
+            self._refuse((key,), marked("{name} is given twice."), name=key)
+        return dict([*self._settings(at_the_top, ()), *self._settings(table, ("settings",))])
+
+    def _settings(self, table: dict[str, Any], under: tuple[str, ...]) -> Iterator[tuple[str, Value]]:
+        for key, value in table.items():
+            command = SETTINGS_BY_KEY.get(key)
+            if command is None or command.write is None:
+                self._refuse((*under, key), marked("there is no setting “{name}”."), name=shortened(key))
+                continue
+            try:
+                yield key, fitting(command.write, value)
+            except NotAValue as error:
+                self._refuse((*under, key), marked("{name}: {why}."), name=key, why=error.why.sentence)
+
+    def _limits(self, table: dict[str, Any]) -> dict[str, float]:
+        limits: dict[str, float] = {}
+        for name, value in table.items():
+            allowed = LIMITS.get(name)
+            is_number = isinstance(value, int | float) and not isinstance(value, bool)
+            if allowed is None:
+                self._refuse(("limits", name), marked("there is no limit “{name}”."), name=shortened(name))
+            elif not is_number or not allowed.low <= value <= allowed.high:
+                self._refuse(
+                    ("limits", name), marked("{name}: a number from {low} to {high} is needed: {why}."),
+                    name=name, low=f"{allowed.low:g}", high=f"{allowed.high:g}", why=allowed.why,
+                )  # fmt: skip
+            else:
+                limits[name] = value
+        return limits
+
+    def _activated_by(self, table: dict[str, Any]) -> ActivatedBy:
+        for key in table.keys() - {"activated_by"}:
+            self._refuse(("expectations", key), marked("“{name}” is not known here."), name=shortened(key))
+        value = table.get("activated_by", ActivatedBy.PERSON.value)
+        found = next((one for one in ActivatedBy if one.value == value), None)
+        if found is None:
+            self._refuse(
+                ("expectations", "activated_by"), marked("{name}: {first} or {second} is needed."),
+                name="activated_by", first='"person"', second='"aircraft"',
+            )  # fmt: skip
+        return found or ActivatedBy.PERSON
+
+    def _manual(self, items: object) -> Iterator[ManualLine]:
+        if not isinstance(items, list) or len(items) > MOST_ITEMS:
+            why = marked("a list of at most {count} [[manual]] tables is needed.")
+            self._refuse(("manual",), why, count=MOST_ITEMS)
+            return
+        for place, item in enumerate(items):
+            path = ("manual", str(place))
+            if not isinstance(item, dict):
+                self._refuse(path, marked("each [[manual]] needs a text."))
+                continue
+            for key in item.keys() - {"text", "required"}:
+                self._refuse((*path, key), marked("“{name}” is not known here."), name=shortened(key))
+            text = self._text(item, "text", LONGEST_NAME, under=path)
+            if isinstance(item.get("text", ""), str) and not text.strip():
+                self._refuse(path, marked("each [[manual]] needs a text."))
+            yield ManualLine(text, self._flag(item, (*path, "required")))
+
+    def _table(self, tables: dict[str, Any], key: str) -> dict[str, Any]:
+        table = tables.get(key, {})
+        if isinstance(table, dict):
+            return table
+        self._refuse((key,), marked("[{name}] is a table."), name=key)
+        return {}
+
+    def _flag(self, table: dict[str, Any], path: tuple[str, ...]) -> bool:
+        value = table.get(path[-1], False)
+        if isinstance(value, bool):
+            return value
+        self._refuse(path, marked("{name}: true or false is needed."), name=path[-1])
+        return False
+
+    def _text(self, table: dict[str, Any], key: str, longest: int, *, under: tuple[str, ...] = ()) -> str:
+        value = table.get(key, "")
+        path = (*under, key)
+        if not isinstance(value, str):
+            self._refuse(path, marked("{name}: a text in quotation marks is needed."), name=key)
+            return ""
+        if len(value) > longest:
+            self._refuse(path, marked("{name}: at most {count} characters."), name=key, count=longest)
+        allowed = "\n\t" if key == "notes" else ""
+        odd = next((one for one in value if one not in allowed and _is_odd(one)), None)
+        if odd is not None:
+            code = f"U+{ord(odd):04X}"
+            self._refuse(path, marked("{name}: the character {code} is not allowed."), name=key, code=code)
+        return value
+
+    def _refuse(self, path: tuple[str, ...], text: str, **values: object) -> None:
+        line = next((self._lines[path[:length]] for length in (3, 2, 1) if path[:length] in self._lines), None)
+        self._faults.append(ProfileFault(line, text, values))
+
+
+def _is_odd(character: str) -> bool:
+    """Control characters, line and paragraph separators, half surrogates, and what turns the text around."""
+    return unicodedata.category(character) in ("Cc", "Cs", "Zl", "Zp") or character in _TURNING

@@ -1,0 +1,78 @@
+"""Values of settings as a person reads and types them, the vendor's defaults and advice, and what each setting is."""
+
+from collections.abc import Mapping
+from typing import Final
+
+from app.text.i18n import tr
+from protocol.catalogue import BY_NAME, SETTINGS, Command
+from protocol.fields import Choice, Flag, Quantity, Value
+from protocol.translatable import marked
+
+_TRADE_OFFS: Final[Mapping[Command, str]] = {
+    BY_NAME["freefall_time"]: marked("longer avoids false triggers, costs height"),
+}
+"""Where the vendor names no limit but says what a value costs."""
+
+
+def plain_text(command: Command, value: Value) -> str:
+    """As one would type it into the field: without the unit."""
+    field = command.write
+    if isinstance(field, Quantity):
+        return f"{value:.{field.decimals}f}"
+    return str(value).lower() if isinstance(value, bool) else str(value)
+
+
+def value_text(command: Command, value: Value) -> str:
+    """With its unit, in the language in use: "1.60 s", "Enabled"."""
+    if isinstance(command.write, Flag):
+        return tr("Enabled") if value else tr("Disabled")
+    if command.write is None:
+        raise LookupError(f"{command.name} cannot be set")
+    if isinstance(command.write, Choice):
+        return f"{value} {tr(command.write.unit)}"
+    return command.write.text(command.write.encode(value))
+
+
+def _default(command: Command) -> Value | None:
+    return None if command.default is None or command.write is None else command.write.decode(command.default)
+
+
+DEFAULTS: Mapping[str, Value] = {command.key: value for command in SETTINGS if (value := _default(command)) is not None}
+
+
+def advice_text(command: Command) -> str:
+    """The vendor's default and advice for the line beside the field; empty where the table gives neither."""
+    parts = []
+    if command.key in DEFAULTS:
+        parts.append(tr("Default {value}", value=value_text(command, DEFAULTS[command.key])))
+    if command.advice is not None:
+        parts.append(tr("advised: {advice}", advice=tr(command.advice.text)))
+    elif command in _TRADE_OFFS:
+        parts.append(tr(_TRADE_OFFS[command]))
+    return " · ".join(parts)
+
+
+def what_is(command: Command) -> str:
+    """For "What's this?": the vendor's word and code, what it does, what can be set, the default and the advice."""
+    title, term = tr(command.title), command.vendor_term
+    head = title if title == term else f"{title} {term}"
+    lines = [tr("{setting}: command {code}", setting=head, code=f"{command.code:02X}"), tr(command.explanation)]
+    match command.write:
+        case Quantity(maximum=maximum, per_unit=per_unit) as field:
+            lines.append(
+                tr(
+                    "From {least} to {most} in steps of {step}.",
+                    least=field.text(0),
+                    most=field.text(round(maximum * per_unit)),
+                    step=field.text(1),
+                )
+            )
+        case Choice() as field:
+            rates = ", ".join(str(value) for value in field.values.values())
+            lines.append(tr("One of {values} {unit}.", values=rates, unit=tr(field.unit)))
+        case _:
+            lines.append(tr("Enabled or disabled."))
+    advice = advice_text(command)
+    if advice:
+        lines.append(tr("From the vendor's table: {advice}", advice=advice))
+    return "\n".join(lines)

@@ -1,0 +1,39 @@
+"""Notices settings that read differently than before although they were not written here."""
+
+from collections.abc import Iterable, Mapping
+
+from app.engine.device import DeviceView, How
+from app.engine.setting_changes import READABLE_SETTINGS, ChangedSetting
+from protocol.fields import Value
+
+
+class SettingsWatch:
+    """Compares each reading with the one before. Belongs to one thread."""
+
+    def __init__(self) -> None:
+        self._held: dict[str, Value] = {}
+        """What each setting should read, by key."""
+        self._changed: dict[str, ChangedSetting] = {}
+
+    @property
+    def changed(self) -> Mapping[str, ChangedSetting]:
+        """By key; ends when the setting is written, accepted, or reads as before again."""
+        return self._changed
+
+    def observe(self, device: DeviceView, now: float) -> None:
+        for command in READABLE_SETTINGS:
+            key = command.key
+            known = device.known(key, now)
+            if known is None or known.is_stale or known.how is not How.READ:
+                continue
+            held = self._held.setdefault(key, known.value)
+            if known.value == held:
+                self._changed.pop(key, None)
+            elif key not in self._changed or self._changed[key].after != known.value:
+                self._changed[key] = ChangedSetting(command, held, known.value)
+
+    def accept(self, keys: Iterable[str] | None = None) -> None:
+        """Whatever these settings read next is as it should be; None: all of them."""
+        for key in list(self._held) if keys is None else list(keys):
+            self._held.pop(key, None)
+            self._changed.pop(key, None)

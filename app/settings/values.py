@@ -1,0 +1,109 @@
+"""Why a value does not fit a setting, in words that can be translated, and values as one would type them."""
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from decimal import Decimal, InvalidOperation
+
+from app.text.i18n import tr
+from protocol.fields import Choice, Field, Quantity, Value, ValueRefused
+from protocol.translatable import marked
+
+_WORDS = {"true": True, "on": True, "yes": True, "false": False, "off": False, "no": False}
+LONGEST_NUMBER = 32
+LARGEST_WHOLE = 10**15
+"""Python refuses to write down a whole number of more than 4,300 digits, and nobody reads one of 20."""
+
+
+@dataclass(frozen=True, slots=True)
+class Unfit:
+    """Why not: English with placeholders for `values`; `sentence` is in the language in use now."""
+
+    text: str
+    values: Mapping[str, object] = field(default_factory=dict)
+
+    @property
+    def sentence(self) -> str:
+        return tr(self.text, **self.values)
+
+    @property
+    def english(self) -> str:
+        return self.text.format(**self.values)
+
+
+class NotAValue(ValueError):
+    """A text or value that the setting's byte cannot carry."""
+
+    def __init__(self, why: Unfit) -> None:
+        super().__init__(why.english)
+        self.why = why
+
+
+def fitting(wanted: Field, value: object) -> Value:
+    """`value` exactly as it will be sent, in the field's unit. Raises `NotAValue`; never rounds."""
+    if not isinstance(value, bool | int | float):
+        raise NotAValue(_kind_needed(wanted))
+    if isinstance(value, int) and abs(value) >= LARGEST_WHOLE:
+        outside = ValueRefused("outside", (255 if value > 0 else 0,))
+        raise NotAValue(_why_refused(wanted, number_text(value), outside))
+    try:
+        return wanted.decode(wanted.encode(value))
+    except ValueRefused as error:
+        raise NotAValue(_why_refused(wanted, value, error)) from error
+
+
+def parse_value(wanted: Field, text: str) -> Value:
+    """The value that `text` stands for, as typed by a person. Raises `NotAValue`."""
+    if not isinstance(wanted, Quantity | Choice):
+        if text.lower() not in _WORDS:
+            raise NotAValue(Unfit(marked("“{value}” is neither true nor false"), {"value": shortened(text)}))
+        return fitting(wanted, _WORDS[text.lower()])
+    try:
+        number = Decimal(text if len(text) <= LONGEST_NUMBER else "")
+        if not number.is_finite():
+            raise InvalidOperation
+    except InvalidOperation:
+        raise NotAValue(Unfit(marked("“{value}” is no number"), {"value": shortened(text)})) from None
+    value = int(number) if number == number.to_integral_value() and abs(number) < 10**9 else float(number)
+    if Decimal(str(value)) != number:  # more digits than a float carries: between two steps in any case
+        raise NotAValue(_why_refused(wanted, text, None))
+    return fitting(wanted, value)
+
+
+def _kind_needed(wanted: Field) -> Unfit:
+    if isinstance(wanted, Quantity | Choice):
+        return Unfit(marked("a number is needed"))
+    return Unfit(marked("true or false is needed"))
+
+
+def _why_refused(wanted: Field, value: object, error: ValueRefused | None) -> Unfit:
+    if isinstance(wanted, Choice):
+        listed = ", ".join(map(str, sorted(wanted.values.values())))
+        return Unfit(marked("{value} is not one of {values}"), {"value": value, "values": listed})
+    if not isinstance(wanted, Quantity) or isinstance(value, bool):
+        return _kind_needed(wanted)
+    if error is None:
+        return Unfit(marked("{value} has more digits than can be sent"), {"value": shortened(str(value))})
+    if len(error.neighbours) == 2:
+        low, high = (wanted.text(wanted.encode(one)) for one in error.neighbours)
+        return Unfit(
+            marked("{value} lies between two steps; the nearest are {low} and {high}"),
+            {"value": value, "low": low, "high": high},
+        )
+    if error.neighbours:
+        limits = {"low": wanted.text(0), "high": wanted.text(255)}
+        return Unfit(marked("{value} is outside {low} to {high}"), {"value": value, **limits})
+    return Unfit(marked("a finite number is needed"))
+
+
+def number_text(value: float) -> str:
+    """`value`, or its order of magnitude where it is a whole number of too many digits."""
+    if not isinstance(value, int) or abs(value) < LARGEST_WHOLE:
+        return str(value)
+    return f"{'-' if value < 0 else ''}10^{int((abs(value).bit_length() - 1) * math.log10(2))}"
+
+
+def shortened(text: str, longest: int = 40) -> str:
+    """`text` on one line, cut, and with what is not printable shown as its escape."""
+    plain = "".join(one if one.isprintable() else f"\\u{ord(one):04x}" for one in text[: longest + 1])
+    return plain if len(text) <= longest else plain[:longest] + "…"

@@ -1,0 +1,190 @@
+"""Lines that move the simulated module while it runs: typed, or piped into `dps-s simulate`."""
+
+import math
+import os
+import stat
+import sys
+from collections.abc import Callable
+from contextlib import suppress
+from dataclasses import dataclass
+from typing import TextIO
+
+from app.simulator.bench import SimulatedBench
+from app.simulator.options import BY_NAME, OptionRefused, Target, as_text, find_option, parse_value
+from app.text.i18n import tr
+from protocol.translatable import marked
+
+READ_CHUNK = 4096
+LONGEST_LINE = 1000
+
+
+class LineRefused(ValueError):
+    """A control line that means nothing; the text says what is possible."""
+
+
+@dataclass(frozen=True, slots=True)
+class Verb:
+    """One control line."""
+
+    usage: str
+    text: str
+    """English, translatable."""
+    obey: Callable[[SimulatedBench, list[str]], None]
+
+
+def obey(bench: SimulatedBench, line: str) -> str:
+    """Do what a line says; returns the answer for the person. Raises `LineRefused`."""
+    words = line.split()
+    if not words:
+        return ""
+    name, words = words[0].lower(), words[1:]
+    if name == "help":
+        return help_text()
+    if name == "state":
+        return _state(bench)
+    verb = VERBS.get(name)
+    if verb is None:
+        raise LineRefused(tr("{word} is unknown; try: help", word=name))
+    try:
+        verb.obey(bench, words)
+    except (IndexError, KeyError):
+        raise LineRefused(tr("usage: {usage}", usage=verb.usage)) from None
+    except ValueError as error:
+        raise LineRefused(str(error)) from error
+    return tr("done: {line}", line=" ".join([name, *words]))
+
+
+def help_text() -> str:
+    """All control lines, one a line."""
+    width = max(len(verb.usage) for verb in VERBS.values())
+    lines = [f"{verb.usage:<{width}}  {tr(verb.text)}" for verb in VERBS.values()]
+    lines.append(f"{'state':<{width}}  {tr('how it is now')}")
+    return "\n".join(lines)
+
+
+def _state(bench: SimulatedBench) -> str:
+    state = bench.state()
+    names = ("is_on", "is_plugged_in", "is_active", "is_triggered", "is_streaming", "tilt_deg", "is_falling",
+             "bay_is_open", "cell_v", "has_external_power", "boot_count", "record_count", "baud_rate")  # fmt: skip
+    return "  ".join(f"{name}={as_text(getattr(state, name))}" for name in names)
+
+
+def _number(words: list[str], default: float | None = None) -> float:
+    if not words and default is not None:
+        return default
+    with suppress(ValueError):
+        value = float(words[0])
+        if math.isfinite(value):
+            return value
+    raise LineRefused(tr("{text} is no number", text=words[0]))
+
+
+def _is_on(words: list[str], on: str = "on", off: str = "off") -> bool:
+    return {on: True, off: False}[words[0]]
+
+
+def _drop(bench: SimulatedBench, words: list[str]) -> None:
+    height_m = _number(words, 20.0)
+    if not 0 < height_m <= 10_000:
+        raise LineRefused(tr("a height from 0 to 10000 m is needed"))
+    bench.drop(height_m)
+
+
+def _active(bench: SimulatedBench, words: list[str]) -> None:
+    with bench.changed:
+        bench.module.advance(bench.clock())
+        bench.module.activate(is_active=_is_on(words))
+
+
+def _unplug(bench: SimulatedBench, words: list[str]) -> None:
+    bench.unplug(for_s=_number(words) if words else None)
+
+
+def _pwm(bench: SimulatedBench, _words: list[str]) -> None:
+    if not bench.pulse_pwm():
+        raise LineRefused(tr("it does not fire: it is locked, forbidden or off"))
+
+
+def _change(bench: SimulatedBench, words: list[str]) -> None:
+    option = find_option(words[0])
+    if option.target is Target.SETUP and option.name != "rate":
+        changeable = ", ".join(one.name for one in BY_NAME.values() if one.target is not Target.SETUP)
+        raise OptionRefused(tr("only these can be changed: {names}", names=f"rate, {changeable}"))
+    bench.change(**{option.name: parse_value(option, words[1] if len(words) > 1 else "")})
+
+
+def _fault(bench: SimulatedBench, words: list[str]) -> None:
+    if words[0] == "none":
+        bench.heal()
+    else:
+        _change(bench, words)
+
+
+VERBS: dict[str, Verb] = {
+    "tilt": Verb("tilt DEG", marked("lay it at this angle"), lambda b, w: b.set_tilt(_number(w))),
+    "drop": Verb("drop [METRES]", marked("let it fall, from 20 m unless told"), _drop),
+    "bay": Verb("bay open|closed", marked("open or close the parachute bay"),
+                lambda b, w: b.set_bay(is_open=_is_on(w, "open", "closed"))),
+    "cell": Verb("cell VOLT", marked("set the cell voltage"), lambda b, w: b.set_cell(_number(w))),
+    "charger": Verb("charger on|off", marked("plug or unplug external power"),
+                    lambda b, w: b.set_charger(is_plugged_in=_is_on(w))),
+    "lifelike": Verb("lifelike on|off", marked("wobble a few degrees, or lie still"),
+                     lambda b, w: b.set_lifelike(is_lifelike=_is_on(w))),
+    "noise": Verb("noise N", marked("noise of the sensors: 0 none, 1 usual"), lambda b, w: b.set_noise(_number(w))),
+    "restart": Verb("restart", marked("switch it off and on"), lambda b, _w: b.restart()),
+    "off": Verb("off", marked("cut its power"), lambda b, _w: b.power_off()),
+    "press": Verb("press", marked("hold its switch for 2 s: on, if it was off"), lambda b, _w: b.press_switch()),
+    "pwm": Verb("pwm", marked("trigger by its PWM input"), _pwm),
+    "active": Verb("active on|off", marked("activate or lock it without the protocol"), _active),
+    "unplug": Verb("unplug [SECONDS]", marked("pull the serial adapter, for good or for some seconds"), _unplug),
+    "plug": Verb("plug", marked("plug the serial adapter in again"), lambda b, _w: b.plug()),
+    "fault": Verb("fault NAME VALUE|none", marked("switch a fault on; none ends all"), _fault),
+    "set": Verb("set NAME VALUE", marked("change the dialect or the rate"), _change),
+}  # fmt: skip
+
+
+class ControlLines:
+    """Reads control lines from a terminal or a pipe without ever blocking; the end of the input ends nothing."""
+
+    def __init__(self, bench: SimulatedBench, source: TextIO | int, *, answer: Callable[[str], None]) -> None:
+        self._bench = bench
+        self._answer = answer
+        self._file: int | None = None
+        self._pending = b""
+        try:
+            file = source if isinstance(source, int) else source.fileno()
+            if sys.platform != "win32" and not stat.S_ISREG(os.fstat(file).st_mode):
+                self._file = file
+        except (OSError, ValueError):
+            pass  # closed, or no real file: there is nothing to read
+
+    def files(self) -> list[int]:
+        return [] if self._file is None else [self._file]
+
+    def read(self, ready: list[int]) -> None:
+        """Take what is there if the file is among those that are ready."""
+        file = self._file
+        if file is None or file not in ready:
+            return
+        try:
+            # A background job that reads its terminal is stopped by the system: it stops listening instead.
+            is_in_background = os.isatty(file) and os.tcgetpgrp(file) != os.getpgrp()
+            data = b"" if is_in_background else os.read(file, READ_CHUNK)
+        except OSError:
+            data = b""
+        if not data:
+            self._file = None
+        *lines, self._pending = (self._pending + data).split(b"\n")
+        self._pending = self._pending[-LONGEST_LINE:]
+        if not data and self._pending:
+            lines, self._pending = [self._pending], b""
+        for line in lines:
+            self._obey(line.decode("utf-8", "replace"))
+
+    def _obey(self, line: str) -> None:
+        try:
+            answer = obey(self._bench, line)
+        except LineRefused as error:
+            answer = str(error)
+        if answer:
+            self._answer(answer)

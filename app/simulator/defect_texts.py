@@ -1,0 +1,103 @@
+"""How codes, occasions and rules of the simulated module are typed: `14,33/2`, `21:20=14/2@500`."""
+
+import re
+from collections.abc import Iterable
+
+from app.simulator.defects import CHANGEABLE_CODES
+from app.simulator.quirks import Marks, Occasion, Rule
+from app.text.i18n import tr
+from protocol.catalogue import BY_CODE, RECORDS_KEPT
+
+LONGEST_MS = 3_600_000.0
+MOST_TIMES = 1_000_000
+_RULE = re.compile(
+    r"(?P<cause>[0-9a-f]{2}):(?P<effect>[0-9a-f]{2})(=(?P<value>[0-9a-f]{2}))?"
+    r"(/(?P<time>[0-9]{1,6}))?(@(?P<after>[0-9]{1,7}(\.[0-9]{1,6})?))?",
+    re.IGNORECASE | re.ASCII,
+)
+
+
+def listed(values: Iterable[int | Occasion | Rule]) -> str:
+    """As one would type them."""
+    texts = [f"{one:02X}" if isinstance(one, int) else str(one) for one in values]
+    return ",".join(texts if isinstance(values, tuple) else sorted(texts))
+
+
+def _parts(text: str) -> list[str]:
+    return text.replace(",", " ").split()
+
+
+def _check_codes(found: Iterable[int]) -> None:
+    unknown = sorted(set(found) - BY_CODE.keys())
+    if unknown:
+        raise ValueError(tr("no such command: {codes}", codes=", ".join(f"{code:02X}" for code in unknown)))
+
+
+def codes(text: str) -> frozenset[int]:
+    """Commands, such as 14,33; raises `ValueError`."""
+    try:
+        found = frozenset(int(part, 16) for part in _parts(text))
+    except ValueError:
+        raise ValueError(tr("codes in hexadecimal are needed, such as 14,33")) from None
+    _check_codes(found)
+    return found
+
+
+def _marks(text: str, base: int) -> Marks:
+    found = set[int | Occasion]()
+    for part in _parts(text):
+        what, slash, time = part.partition("/")
+        found.add(Occasion(int(what, base), int(time)) if slash else int(what, base))
+    if any(isinstance(one, Occasion) and not 1 <= one.time <= MOST_TIMES for one in found):
+        raise ValueError
+    return frozenset(found)
+
+
+def marked_codes(text: str) -> Marks:
+    """Commands, each with the time from which on: 14,33/2; raises `ValueError`."""
+    try:
+        found = _marks(text, 16)
+    except ValueError:
+        raise ValueError(tr("codes in hexadecimal are needed, such as 14,33")) from None
+    _check_codes(one.what if isinstance(one, Occasion) else one for one in found)
+    return found
+
+
+def marked_records(text: str) -> Marks:
+    """Records, each with the time at which: 3,1/2; raises `ValueError`."""
+    try:
+        found = _marks(text, 10)
+    except ValueError:
+        found = frozenset((0,))
+    if not {one.what if isinstance(one, Occasion) else one for one in found} <= set(range(1, RECORDS_KEPT + 1)):
+        raise ValueError(tr("records from 1 to {most} are needed, such as 3,1/2", most=RECORDS_KEPT))
+    return found
+
+
+def _rule(part: str) -> Rule:
+    match = _RULE.fullmatch(part)
+    if match is None:
+        raise ValueError(tr("rules are needed, such as 21:20=14/2@500"))
+    value, time, after = match["value"], match["time"], match["after"]
+    return Rule(
+        int(match["cause"], 16), int(match["effect"], 16), None if value is None else int(value, 16),
+        int(time or 0), float(after or 0),
+    )  # fmt: skip
+
+
+def rules(text: str) -> tuple[Rule, ...]:
+    """Answers that an answer brings along; raises `ValueError`."""
+    found = tuple(_rule(part) for part in _parts(text))
+    _check_codes(code for rule in found for code in (rule.cause, rule.effect))
+    return found
+
+
+def changes(text: str) -> tuple[Rule, ...]:
+    """Changes that a request brings along; raises `ValueError`."""
+    found = rules(text)
+    fixed = sorted({rule.effect for rule in found} - CHANGEABLE_CODES)
+    if fixed:
+        raise ValueError(
+            tr("only these can be changed: {names}", names=", ".join(f"{one:02X}" for one in sorted(CHANGEABLE_CODES)))
+        )
+    return found

@@ -1,0 +1,98 @@
+"""Lies and defects of the simulated module: what happens besides, or instead of, what it acknowledged."""
+
+from functools import partial
+from typing import TYPE_CHECKING
+
+from app.simulator.quirks import Marks, Occasion, Rule
+from app.simulator.settings import clamped
+from protocol.catalogue import BY_CODE, FLAG, INVERTED, Hazard, Request
+from protocol.fields import Flag
+
+if TYPE_CHECKING:
+    from app.simulator.module import SimulatedModule
+
+_IN_MEMORY = {
+    0x15: "light_threshold",
+    0x20: "attitude_threshold",
+    0x21: "freefall_acceleration",
+    0x22: "freefall_time",
+}
+_IN_STATE: dict[int, tuple[str, Flag]] = {
+    0x13: ("serial_output_is_on", FLAG),
+    0x16: ("attitude_is_enabled", INVERTED),
+    0x17: ("freefall_is_enabled", INVERTED),
+}
+_ACTIVATION = 0x10
+CHANGEABLE_CODES = frozenset((_ACTIVATION, *_IN_MEMORY, *_IN_STATE))
+"""What a rule can change."""
+_REVERTING = CHANGEABLE_CODES - {_ACTIVATION, 0x13}
+
+
+def is_marked_from(marks: Marks, what: int, time: int) -> bool:
+    """Always, or from the n-th time on."""
+    return what in marks or any(isinstance(one, Occasion) and one.what == what and time >= one.time for one in marks)
+
+
+def is_marked_at(marks: Marks, what: int, time: int) -> bool:
+    """Always, or this very time."""
+    return what in marks or Occasion(what, time) in marks
+
+
+def read_raw(module: "SimulatedModule", code: int) -> int:
+    """The byte that a setting or a state has now."""
+    if code in _IN_MEMORY:
+        return int(getattr(module.memory, _IN_MEMORY[code]))
+    if code == _ACTIVATION:
+        return int(module.state.is_active)
+    name, field = _IN_STATE[code]
+    return field.encode(getattr(module.state, name))
+
+
+def write_raw(module: "SimulatedModule", code: int, raw: int) -> None:
+    """Change it without being asked and without a word."""
+    if code in _IN_MEMORY:
+        setattr(module.memory, _IN_MEMORY[code], raw)
+    elif code == _ACTIVATION:
+        module.activate(is_active=raw == FLAG.true)
+    else:
+        name, field = _IN_STATE[code]
+        setattr(module.state, name, raw == field.true)
+
+
+def rules_for(rules: tuple[Rule, ...], code: int, time: int) -> list[Rule]:
+    return [rule for rule in rules if rule.cause == code and rule.time in (0, time)]
+
+
+def settings_before(module: "SimulatedModule") -> dict[int, int]:
+    """What could be reverted after the request that follows."""
+    return {code: read_raw(module, code) for code in _REVERTING} if module.dialect.revert_ms else {}
+
+
+def follow(module: "SimulatedModule", request: Request, time: int, before: dict[int, int], now_s: float) -> None:
+    """What happens besides, now or later, once a request was answered."""
+    dialect, code = module.dialect, request.command.code
+    if request.hazard is Hazard.NONE:
+        for rule in rules_for(dialect.read_changes, code, time):
+            _change(module, rule, request.data, now_s)
+        return
+    for rule in rules_for(dialect.cross_talk, code, time):
+        _change(module, rule, request.data, now_s)
+    if dialect.revert_ms and code in before:
+        module.plans.add(now_s + dialect.revert_ms / 1000, partial(write_raw, module, code, before[code]))
+    if dialect.clamp_ms and code in _IN_MEMORY:
+        module.plans.add(now_s + dialect.clamp_ms / 1000, partial(_clamp, module, code))
+    if dialect.silent_restart_ms:
+        at_s = now_s + dialect.silent_restart_ms / 1000
+        module.plans.add(at_s, partial(module.restart, at_s, is_silent=True))
+
+
+def _change(module: "SimulatedModule", rule: Rule, raw: int, now_s: float) -> None:
+    act = partial(write_raw, module, rule.effect, raw if rule.value is None else rule.value)
+    if rule.after_ms:
+        module.plans.add(now_s + rule.after_ms / 1000, act)
+    else:
+        act()
+
+
+def _clamp(module: "SimulatedModule", code: int) -> None:
+    write_raw(module, code, clamped(BY_CODE[code], read_raw(module, code)))

@@ -1,0 +1,1 @@
+"""The simulated module on a pseudo-terminal and on TCP."""

@@ -1,0 +1,148 @@
+"""A running simulated module outside of this process's `sim://`: what a pseudo-terminal and a TCP socket share.
+
+One loop, no thread. It wakes when the host sends, when a control line comes, when bytes are due, or when it is stopped.
+"""
+
+import math
+import select
+import socket
+import sys
+from collections.abc import Callable
+from contextlib import suppress
+from typing import Protocol
+
+from app.simulator.bench import SimulatedBench
+from app.simulator.control_lines import ControlLines
+from app.text.visible_text import visible
+
+BATCH_S = 0.004
+"""While it streams quickly, several frames are written at once: a wake-up for each costs a tenth of a core."""
+QUICK_HZ = 200.0
+READ_CHUNK = 65536
+
+
+class Endpoint(Protocol):
+    """One way for a host to reach the module."""
+
+    @property
+    def address(self) -> str | None:
+        """What the host opens; None while unplugged."""
+
+    def plug(self) -> None:
+        """Make it reachable."""
+
+    def unplug(self) -> None:
+        """Make it vanish, for whoever has it open too."""
+
+    def files(self) -> list[int]:
+        """File descriptors whose readiness to be read matters now."""
+
+    def host_baud(self) -> int | None:
+        """Rate that the host uses, None where that cannot be known."""
+
+    def receive(self, ready: list[int]) -> bytes:
+        """What the host sent, b"" for nothing."""
+
+    def send(self, data: bytes) -> None:
+        """Hand bytes to the host; lost where nobody takes them."""
+
+
+class Loop:
+    """Runs one endpoint until `stop`, which any thread and any signal handler may call."""
+
+    def __init__(
+        self,
+        bench: SimulatedBench,
+        endpoint: Endpoint,
+        *,
+        control: ControlLines | None = None,
+        announce: Callable[[str], None] = lambda _address: None,
+    ) -> None:
+        self._bench = bench
+        self._endpoint = endpoint
+        self._control = control
+        self._announce = announce
+        self._is_stopped = False
+        self._waker, self._wakes = socket.socketpair()
+        self._waker.setblocking(False)
+        self._wakes.setblocking(False)
+        self._last_batch_s = -math.inf
+
+    def stop(self) -> None:
+        """End `run` soon; idempotent."""
+        self._is_stopped = True
+        self.wake()
+
+    def wake(self) -> None:
+        """Look at the bench now, because another thread did something to it."""
+        with suppress(OSError):
+            self._waker.send(b"!")
+
+    def run(self) -> None:
+        """Serve until stopped; the endpoint is unplugged in the end, whatever happens. Raises what `plug` raises."""
+        plug = None
+        try:
+            while not self._is_stopped:
+                if (now := self._bench.plugged) != plug:
+                    self._follow_plug(plug, now)
+                    plug = now
+                ready = self._wait()
+                if self._wakes.fileno() in ready:
+                    with suppress(OSError):
+                        self._wakes.recv(READ_CHUNK)
+                if self._control is not None:
+                    self._control.read(ready)
+                if plug is not None and plug == self._bench.plugged:
+                    self._exchange(ready)
+        finally:
+            self._endpoint.unplug()
+            self._waker.close()
+            self._wakes.close()
+
+    def _follow_plug(self, before: int | None, now: int | None) -> None:
+        """It may have slipped out and in again while nobody looked: then its number has changed."""
+        if before is not None:
+            self._endpoint.unplug()
+        if now is None:
+            return
+        self._endpoint.plug()
+        if self._endpoint.address is not None:
+            self._announce(self._endpoint.address)
+
+    def _wait(self) -> list[int]:
+        files = [self._wakes.fileno(), *self._endpoint.files()]
+        if self._control is not None:
+            files += self._control.files()
+        # Its time-outs are in microseconds, those of `epoll` in milliseconds.
+        ready, _, _ = select.select(files, [], [], self._timeout_s())
+        return ready
+
+    def _timeout_s(self) -> float | None:
+        bench = self._bench
+        with bench.changed:
+            now_s = bench.clock()
+            if bench.replug_s is not None:
+                return max(0.0, bench.replug_s - now_s)
+            due_s = bench.wire.next_due(now_s) if bench.is_plugged_in else None
+            if due_s is None:
+                return None
+            if bench.module.is_streaming and bench.module.rate_hz > QUICK_HZ:
+                due_s = max(due_s, self._last_batch_s + BATCH_S)
+            return max(0.0, due_s - now_s)
+
+    def _exchange(self, ready: list[int]) -> None:
+        received = self._endpoint.receive(ready)
+        bench = self._bench
+        with bench.changed:
+            now_s = bench.clock()
+            bench.wire.host_baud = self._endpoint.host_baud()
+            bench.wire.write(received, now_s)
+            data = bench.wire.read(now_s)
+        if data:
+            self._last_batch_s = now_s
+            self._endpoint.send(data)
+
+
+def complain(text: str) -> None:
+    """One line for the person, on standard error."""
+    print(visible(text), file=sys.stderr, flush=True)

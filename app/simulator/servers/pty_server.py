@@ -1,0 +1,96 @@
+"""The simulated module behind a pseudo-terminal: for a host it is a serial port (Linux, macOS)."""
+
+import os
+import sys
+from contextlib import suppress
+from pathlib import Path
+
+from app.text.i18n import tr
+
+if sys.platform != "win32":
+    import termios
+    import tty
+
+READ_CHUNK = 65536
+
+
+class LinkRefused(OSError):
+    """The path for the symbolic link is taken by something that is none."""
+
+
+class PtyEndpoint:
+    """A pseudo-terminal, with a symbolic link to it where one is wanted."""
+
+    def __init__(self, link: Path | None, *, baud_rate: int) -> None:
+        """`baud_rate` stands on the port until the host sets its own."""
+        self._link = link
+        self._baud_rate = baud_rate
+        self._master: int | None = None
+        self._slave: int | None = None
+        self._port = ""
+        self._bauds = {
+            getattr(termios, f"B{rate}"): rate
+            for rate in (1200, 2400, 4800, 9600, 19200, 38400, 57600, 115200, 230400, 460800, 921600)
+            if hasattr(termios, f"B{rate}")
+        }
+
+    @property
+    def address(self) -> str | None:
+        """Path of the port."""
+        return self._port if self._master is not None else None
+
+    def plug(self) -> None:
+        """Raises `LinkRefused`, or OSError where there is no pseudo-terminal to be had."""
+        if self._link is not None and self._link.exists() and not self._link.is_symlink():
+            raise LinkRefused(tr("{path} exists and is no symbolic link; it is left alone", path=self._link))
+        # The slave stays open here: without anybody on it, reading the master is an error.
+        self._master, self._slave = os.openpty()
+        tty.setraw(self._slave)
+        settings = termios.tcgetattr(self._slave)
+        settings[4] = settings[5] = next(code for code, rate in self._bauds.items() if rate == self._baud_rate)
+        termios.tcsetattr(self._slave, termios.TCSANOW, settings)
+        os.set_blocking(self._master, False)
+        self._port = os.ttyname(self._slave)
+        if self._link is not None:
+            self._refresh_link(self._link)
+
+    def unplug(self) -> None:
+        """Idempotent."""
+        if self._link is not None and self._master is not None:
+            with suppress(OSError):
+                if self._link.is_symlink() and str(self._link.readlink()) == self._port:
+                    self._link.unlink()
+        for file in (self._master, self._slave):
+            if file is not None:
+                os.close(file)
+        self._master = self._slave = None
+
+    def files(self) -> list[int]:
+        return [] if self._master is None else [self._master]
+
+    def host_baud(self) -> int | None:
+        """The rate that the host set on its side; 0 for one that no module has."""
+        if self._master is None:
+            return None
+        return self._bauds.get(termios.tcgetattr(self._master)[4], 0)
+
+    def receive(self, ready: list[int]) -> bytes:
+        if self._master is None or self._master not in ready:
+            return b""
+        try:
+            return os.read(self._master, READ_CHUNK)
+        except OSError:  # nothing there after all
+            return b""
+
+    def send(self, data: bytes) -> None:
+        """What does not fit is lost, as on a port that nobody reads."""
+        if self._master is not None:
+            with suppress(BlockingIOError):
+                os.write(self._master, data)
+
+    def _refresh_link(self, link: Path) -> None:
+        """Atomically, so that nobody finds the link missing."""
+        new = link.with_name(f".{link.name}.{os.getpid()}")
+        new.unlink(missing_ok=True)
+        new.symlink_to(self._port)
+        new.replace(link)

@@ -1,0 +1,1 @@
+"""The computer: atomic files, log files, sleep detection, wall clock."""

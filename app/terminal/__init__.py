@@ -1,0 +1,1 @@
+"""What the commands share: arguments, output, exit codes, interruption, the connection."""

@@ -1,0 +1,216 @@
+"""One sub-command's conversation with a module, from opening the port to closing it.
+
+The worker's thread owns the port; the main thread waits for it, never longer than a tenth of a second at a time, so
+that Ctrl-C is heard. Every way out closes the port in good order.
+"""
+
+import queue
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, suppress
+from typing import TypeVar
+
+from app.diagnosis.troubles import NoAnswer
+from app.engine.device import DeviceView
+from app.engine.procedure import LinkView, PortLost, Procedure, Report, Slept
+from app.engine.transport import PortError
+from app.engine.worker import Batch, Connection, Job, PortState, Worker
+from app.procedures.find import find_rate
+from app.procedures.greet import greet
+from app.terminal.console import USUAL_RATE, end_passing, say_in_passing
+from app.terminal.interruption import Interruption
+from app.text.i18n import tr
+from protocol.link_states import Presence
+
+OPENING_LIMIT_S = 2.0
+CANCEL_LIMIT_S = 1.5
+"""How long a cancelled procedure may take to put right what it changed."""
+CANCEL_OFFLINE_LIMIT_S = 0.3
+"""The same, when the module is silent anyway: worth an attempt, no more."""
+STOP_LIMIT_S = 1.0
+_WAIT_S = 0.1
+
+Result = TypeVar("Result")
+
+
+class NoLink(Exception):
+    """There is no link, for a reason that `app.diagnosis.troubles` does not know. `sentence` is for people, in their
+    language."""
+
+    def __init__(self, sentence: str) -> None:
+        super().__init__(sentence)
+        self.sentence = sentence
+
+
+class Conversation:
+    """An open port. Made by `connected`; belongs to the main thread.
+
+    `on_batch` hears of everything that happens, in order, in this thread.
+    """
+
+    def __init__(self, interruption: Interruption, on_batch: Callable[[Batch], None] | None = None) -> None:
+        self._interruption = interruption
+        self._on_batch = on_batch
+        self._batches: queue.SimpleQueue[Batch] = queue.SimpleQueue()
+        self._worker = Worker(self._batches.put)
+        self._reports: queue.SimpleQueue[Report] = queue.SimpleQueue()
+        self._running: Job[None] | None = None
+        self.connection = Connection()
+        self.device = DeviceView()
+        self.link: LinkView | None = None
+        """As last seen while the port was open."""
+
+    @property
+    def baud_rate(self) -> int:
+        return self.connection.baud_rate
+
+    def open(self, port: str, baud_rate: int) -> None:
+        """Raises `PortError`, or `NoLink` when the system does not give the port within two seconds."""
+        self._worker.start()
+        self._worker.open(port, baud_rate)
+        deadline = time.monotonic() + OPENING_LIMIT_S
+        while not self._is_open():
+            self.wait()
+            self._raise_trouble()
+            if time.monotonic() > deadline and not self._is_open():
+                what = tr("{port} does not open within {seconds:.0f} s.", port=port, seconds=OPENING_LIMIT_S)
+                step = tr("Unplug the adapter, plug it in again and try again.")
+                raise NoLink(f"{what} {step}")
+        opened_at = time.monotonic()
+        while time.monotonic() <= opened_at:  # Windows' clock stands still for 16 ms: nothing was confirmed meanwhile
+            self.wait()
+
+    def run(self, procedure: Procedure[Result]) -> Result:
+        """The procedure's result; raises what it raised, or `Interrupted`."""
+        job = self._worker.submit(Job(procedure, self._reports.put))
+        try:
+            while not job.is_done:
+                self.wait()
+                self._show_progress()
+        finally:
+            end_passing()
+        self.drain()
+        return self._outcome(job)
+
+    def keep_running(self, procedure: Procedure[None]) -> None:
+        """Start what goes on until `wind_up` or the end of the conversation."""
+        self._running = self._worker.submit(Job(procedure))
+
+    def check_running(self) -> None:
+        """Raises what ended it, where it has ended."""
+        if self._running is not None and self._running.is_done:
+            self._outcome(self._running)
+
+    def wind_up(self) -> None:
+        """End what keeps running; it puts right what it changed first. Never raises, takes 1.5 s at most."""
+        job, self._running = self._running, None
+        if job is not None:
+            job.cancel()
+            is_offline = self.device.presence is Presence.OFFLINE
+            job.wait(CANCEL_OFFLINE_LIMIT_S if is_offline else CANCEL_LIMIT_S)
+        self.drain()
+
+    def wait(self) -> None:
+        """Until something happened, at most a tenth of a second. Raises `Interrupted`."""
+        self._interruption.check()
+        with suppress(queue.Empty):
+            self._take(self._batches.get(timeout=_WAIT_S))
+        self._interruption.check()
+
+    def drain(self) -> None:
+        """Take what is there, without waiting."""
+        while True:
+            try:
+                self._take(self._batches.get_nowait())
+            except queue.Empty:
+                return
+
+    def close(self) -> None:
+        """Idempotent. Bounded, also while the system hangs in opening or closing the port."""
+        self.wind_up()
+        limit_s = 0.2 if self.connection.state is PortState.OPENING else STOP_LIMIT_S
+        self._worker.stop(limit_s)
+        self.drain()
+
+    def _take(self, batch: Batch) -> None:
+        self.connection = batch.connection
+        if batch.link is not None:
+            self.link = batch.link
+        self.device = batch.device
+        if self._on_batch is not None:
+            self._on_batch(batch)
+
+    def _is_open(self) -> bool:
+        return self.connection.state is PortState.OPEN
+
+    def _raise_trouble(self) -> None:
+        if self.connection.state is PortState.CLOSED and self.connection.trouble is not None:
+            raise self.connection.trouble
+
+    def _outcome(self, job: Job[Result]) -> Result:
+        try:
+            return job.outcome()
+        except PortLost as error:
+            self._raise_trouble()
+            raise RuntimeError("the connection ended without a reason") from error
+
+    def _show_progress(self) -> None:
+        while True:
+            try:
+                report = self._reports.get_nowait()
+            except queue.Empty:
+                return
+            doing = report.doing
+            values = {name: tr(value) if isinstance(value, str) else value for name, value in report.values}
+            say_in_passing(f"{tr(doing, **values)} ({report.done + 1}/{report.total})")
+
+
+@contextmanager
+def connected(
+    port: str, baud_rate: int | None, *, on_batch: Callable[[Batch], None] | None = None, is_greeted: bool = True
+) -> Iterator[Conversation]:
+    """Open `port`, make sure that a module answers on it, and close it afterwards.
+
+    `baud_rate` None tries them all. Without `is_greeted` nothing is sent. Raises `PortError`, `NoAnswer`, `NoLink`.
+    """
+    with Interruption() as interruption:
+        conversation = Conversation(interruption, on_batch)
+        try:
+            try:
+                conversation.open(port, baud_rate or USUAL_RATE)
+                if is_greeted:
+                    _greet(conversation, port, baud_rate)
+                yield conversation
+            finally:
+                interruption.stand_down()
+        finally:
+            # Reached whatever strikes above, and nothing breaks in here.
+            conversation.close()
+
+
+def _greet(conversation: Conversation, port: str, baud_rate: int | None) -> None:
+    if baud_rate is None:
+        found = conversation.run(find_rate(USUAL_RATE))
+        if found.baud_rate is None:
+            raise NoLink(no_module_anywhere(port))
+        return
+    greeting = conversation.run(greet())
+    if greeting.silence is not None:
+        raise NoAnswer(port, baud_rate, greeting.silence)
+
+
+def no_module_anywhere(port: str) -> str:
+    what = tr("No module answers on {port} at any baud rate.", port=port)
+    step = tr("Check that it is switched on, that TX and RX are crossed, and that ground is connected.")
+    return f"{what} {step}"
+
+
+def link_trouble(error: Exception) -> str | None:
+    """The sentence about an error that means "no link"; None for any other."""
+    if isinstance(error, NoLink):
+        return error.sentence
+    if isinstance(error, PortError | NoAnswer | Slept):
+        from app.diagnosis.troubles import explain
+
+        return explain(error).terminal_sentence
+    return None

@@ -1,0 +1,207 @@
+"""What all sub-commands share: exit codes, the arguments of a port, and how words and JSON are printed.
+
+Standard output holds what was asked for, standard error what is said about it. With --json standard output is JSON
+and nothing else: English, UTF-8, whatever language the computer speaks.
+"""
+
+import argparse
+import json
+import math
+import os
+import shutil
+import sys
+import unicodedata
+from collections.abc import Iterable, Iterator, Sequence
+from contextlib import contextmanager
+from typing import TYPE_CHECKING, NamedTuple
+
+from app.text.i18n import tr
+from app.text.visible_text import visible, visible_json
+
+if TYPE_CHECKING:
+    from _typeshed import SupportsWrite
+
+DONE = 0
+SAID_NO = 1
+"""Done, and the answer is no. Also what a bug of ours ends with."""
+USED_WRONGLY = 2
+NO_LINK = 3
+"""No such port, busy, no permission, no answer."""
+PARTLY = 4
+"""Some of it could not be had."""
+
+NEWLINE = "\n"
+AUTO = "auto"
+RATES = (115200, 57600, 38400, 19200, 9600, 4800)
+"""`protocol.catalogue.BAUD_RATES`, written out so that the help needs no catalogue; a test holds them equal."""
+USUAL_RATE = 115200
+
+
+class Parser(argparse.ArgumentParser):
+    """Its messages repeat what was typed, and cannot steer a terminal."""
+
+    def _print_message(self, message: str, file: "SupportsWrite[str] | None" = None) -> None:
+        super()._print_message(visible(message, keep=NEWLINE) if message else message, file)
+
+
+class OutputLost(Exception):
+    """Standard output takes no more: a full disk."""
+
+
+def add_port_arguments(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument(
+        "--port",
+        required=True,
+        type=_port,
+        metavar="P",
+        help=tr("a device name (see dps-s ports), a pseudo-terminal or a URL: socket://HOST:PORT, sim://"),
+    )
+    parser.add_argument(
+        "--baud",
+        type=_rate,
+        default=USUAL_RATE,
+        metavar="N",
+        help=tr("baud rate: {rates}, or auto to try them all; default 115200", rates=", ".join(map(str, RATES))),
+    )
+
+
+def add_json_argument(parser: argparse._ActionsContainer) -> None:
+    parser.add_argument("--json", action="store_true", help=tr("print JSON and nothing else on standard output"))
+
+
+def _port(text: str) -> str:
+    if not text.strip():
+        raise argparse.ArgumentTypeError(tr("the name of the port is empty"))
+    return text
+
+
+def _rate(text: str) -> int | None:
+    """The rate; None for "auto"."""
+    if text.lower() == AUTO:
+        return None
+    if text.isdecimal() and int(text) in RATES:
+        return int(text)
+    listed = ", ".join(map(str, RATES))
+    raise argparse.ArgumentTypeError(tr("“{text}” is none of {rates} or auto", text=text, rates=listed))
+
+
+def seconds(text: str) -> float:
+    """A time above 0, for argparse."""
+    try:
+        value = float(text)
+    except ValueError:
+        value = math.nan
+    if 0 < value < math.inf:
+        return value
+    raise argparse.ArgumentTypeError(tr("“{text}” is no number of seconds above 0", text=text))
+
+
+# Printing
+
+
+def say(sentence: str) -> None:
+    """One line on standard error. A broken standard error is nobody's concern."""
+    with _unheard():
+        print(visible(sentence, keep=NEWLINE), file=sys.stderr, flush=True)
+
+
+def say_in_passing(words: str) -> None:
+    """Progress: one line on standard error that the next one replaces; nothing where that is no terminal."""
+    if sys.stderr is not None and sys.stderr.isatty():
+        with _unheard():
+            print(f"\r{fitted(visible(words))}\x1b[K", end="", file=sys.stderr, flush=True)
+
+
+def end_passing() -> None:
+    """Take the line of `say_in_passing` away."""
+    say_in_passing("")
+
+
+def write(text: str) -> None:
+    """`text` to standard output as it is, out of the door at once. Raises `BrokenPipeError` or `OutputLost`.
+
+    For what holds nothing from elsewhere; else `write_lines`, which a terminal cannot be steered through.
+    """
+    try:
+        sys.stdout.write(text)
+        sys.stdout.flush()
+    except BrokenPipeError:
+        raise
+    except OSError as error:
+        raise OutputLost(error.strerror or str(error)) from error
+
+
+def write_lines(lines: Iterable[str]) -> None:
+    write("".join(f"{visible(line, keep=NEWLINE)}\n" for line in lines))
+
+
+def as_json(value: object) -> str:
+    return visible_json(json.dumps(value, ensure_ascii=False))
+
+
+def abandon_output() -> None:
+    """Nobody reads standard output, or nothing fits: what Python still holds for it goes nowhere, without a word."""
+    try:
+        nowhere = os.open(os.devnull, os.O_WRONLY)
+        os.dup2(nowhere, sys.stdout.fileno())
+        os.close(nowhere)
+    except (OSError, ValueError, AttributeError):
+        return  # standard output is no file: there is nothing to redirect
+
+
+@contextmanager
+def _unheard() -> Iterator[None]:
+    try:
+        yield
+    except (OSError, ValueError, AttributeError):
+        return
+
+
+# Layout: columns, where a Chinese character takes two
+
+
+def display_width(text: str) -> int:
+    """Columns that `text` takes on a terminal."""
+    return sum(_columns(character) for character in text)
+
+
+def _columns(character: str) -> int:
+    if unicodedata.combining(character):
+        return 0
+    return 2 if unicodedata.east_asian_width(character) in "WF" else 1
+
+
+def padded(text: str, columns: int) -> str:
+    return text + " " * (columns - display_width(text))
+
+
+def fitted(text: str) -> str:
+    """`text`, cut to one line of the terminal."""
+    room = shutil.get_terminal_size().columns - 1
+    kept = ""
+    for character in text:
+        room -= _columns(character)
+        if room < 0:
+            break
+        kept += character
+    return kept
+
+
+class Row(NamedTuple):
+    """A name and what stands beside it."""
+
+    name: str
+    value: str
+
+
+def two_columns(rows: Iterable[Row], *, indent: int = 2) -> list[str]:
+    rows = list(rows)
+    width = max((display_width(row.name) for row in rows), default=0) + 2
+    return [" " * indent + padded(row.name, width) + row.value for row in rows]
+
+
+def table(head: tuple[str, ...], rows: Sequence[tuple[str, ...]]) -> list[str]:
+    """Left-aligned columns, two spaces apart."""
+    whole = [head, *rows]
+    widths = [max(display_width(row[column]) for row in whole) for column in range(len(head))]
+    return ["  ".join(padded(cell, width) for cell, width in zip(row, widths, strict=True)).rstrip() for row in whole]

@@ -1,0 +1,79 @@
+"""Ctrl-C and its relatives, taken calmly: what has begun is put right before the program ends.
+
+A signal only leaves a note, which the command finds within a tenth of a second. So none ever strikes in the middle of a
+line of output, or of the switching-off that it asks for. Only where the note is not found, because the main
+thread is stuck writing into a pipe that nobody reads, an alarm breaks in after a second.
+"""
+
+import signal
+import threading
+from collections.abc import Callable
+from contextlib import AbstractContextManager
+from types import FrameType, TracebackType
+from typing import Any, Self
+
+from app.terminal.console import abandon_output
+
+PATIENCE_S = 1.0
+_SIGNALS = ("SIGINT", "SIGTERM", "SIGHUP", "SIGBREAK")
+"""Not all platforms have all of them."""
+
+_Handler = Callable[[int, FrameType | None], Any] | int | None
+
+
+class Interrupted(KeyboardInterrupt):
+    """Somebody wants this to end. `number` is the signal's."""
+
+    def __init__(self, number: int) -> None:
+        super().__init__(f"signal {number}")
+        self.number = number
+
+
+class Interruption(AbstractContextManager["Interruption"]):
+    """Watches for signals while it is entered; elsewhere than in the main thread it watches for nothing."""
+
+    def __init__(self) -> None:
+        self._number: int | None = None
+        self._is_patient = True
+        self._before: dict[signal.Signals, _Handler] = {}
+
+    def __enter__(self) -> Self:
+        if threading.current_thread() is threading.main_thread():
+            for name in _SIGNALS:
+                number = getattr(signal, name, None)
+                if number is not None and signal.getsignal(number) is not signal.SIG_IGN:
+                    self._before[number] = signal.signal(number, self._note)
+            if hasattr(signal, "SIGALRM"):
+                self._before[signal.SIGALRM] = signal.signal(signal.SIGALRM, self._break_in)
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.stand_down()
+        for number, handler in self._before.items():
+            signal.signal(number, handler)
+        self._before.clear()
+
+    def check(self) -> None:
+        """Raises `Interrupted` when a signal came."""
+        if self._number is not None:
+            raise Interrupted(self._number)
+
+    def stand_down(self) -> None:
+        """From here on nothing breaks in: the command is being put in order, which takes a bounded time."""
+        self._is_patient = False
+        if self._before and hasattr(signal, "setitimer"):
+            signal.setitimer(signal.ITIMER_REAL, 0)
+
+    def _note(self, number: int, _frame: FrameType | None) -> None:
+        if self._number is None:
+            self._number = number
+            if self._is_patient and hasattr(signal, "setitimer"):
+                signal.setitimer(signal.ITIMER_REAL, PATIENCE_S)
+
+    def _break_in(self, _number: int, _frame: FrameType | None) -> None:
+        if self._is_patient and self._number is not None:
+            self._is_patient = False
+            abandon_output()
+            raise Interrupted(self._number)

@@ -1,0 +1,180 @@
+"""What `dps-s read` found, and how it is shown: JSON for programs, a page for people. No port in sight.
+
+A value that is not known is null in JSON and "unknown" on the page, with the reason; a default never stands in for it.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import NamedTuple
+
+from app.engine.device import LONGEST_LAG_S, STATUS_KEYS
+from app.limits.out_of_limits import LimitsInUse, line_outside, outside_of
+from app.preflight.reading_object import LIVE_KEYS, SETTING_KEYS, reading_object
+from app.terminal.console import Row, two_columns
+from app.text.i18n import tr
+from protocol.catalogue import BAUD_RATE, BY_NAME, SETTINGS, Command
+from protocol.events import Unanswered
+from protocol.fields import Choice, Done, Field, Flag, Quantity, Value
+from protocol.translatable import marked
+
+
+class Why(NamedTuple):
+    """Why a value was not had; `text` may want the wait in `seconds` and the number of `attempts`."""
+
+    text: str
+    seconds: float = 0.0
+    attempts: int = 0
+
+    def in_english(self) -> str:
+        """For JSON."""
+        return self.text.format(seconds=self.seconds, attempts=self.attempts)
+
+    def in_words(self) -> str:
+        """For people, in their language."""
+        return tr(self.text, seconds=self.seconds, attempts=self.attempts)
+
+
+PORT_LOST = Why(marked("not read: the port was lost"))
+FELL_SILENT = Why(marked("not asked: the module stopped answering"))
+RESTARTED = Why(marked("not read: the module restarted again and again"))
+
+
+def why_unanswered(unanswered: Unanswered) -> Why:
+    if not unanswered.attempts:
+        return FELL_SILENT
+    if unanswered.attempts == 1:
+        return Why(marked("no reply within {seconds:.1f} s, asked once"), unanswered.waited_s)
+    text = marked("no reply within {seconds:.1f} s, asked {attempts} times")
+    return Why(text, unanswered.waited_s, unanswered.attempts)
+
+
+@dataclass(frozen=True, slots=True)
+class Findings:
+    """`values` and `errors` by key ("light_v"). `errors` knows the status as one, by "status"."""
+
+    port: str
+    baud_rate: int
+    round_trip_s: float | None = None
+    """Median."""
+    values: Mapping[str, Value] = field(default_factory=dict)
+    errors: Mapping[str, Why] = field(default_factory=dict)
+    lag_s: float | None = None
+    has_damaged: bool = False
+    """Bytes that were no frame came."""
+
+
+class _Shown(NamedTuple):
+    key: str
+    title: str
+    field: Field
+    blamed: str
+    """Under which key of `errors` to look."""
+
+
+def _shown(command: Command, reply: Field) -> _Shown:
+    return _Shown(command.key, command.title, reply, command.key)
+
+
+_STATUS = (
+    _Shown("tilt_deg", marked("Tilt"), BY_NAME["attitude_threshold"].reply or Done(), "status"),
+    _Shown("acceleration_g", marked("Acceleration"), BY_NAME["freefall_acceleration"].reply or Done(), "status"),
+    _Shown("triggered", marked("Triggered"), Flag(), "status"),
+    _Shown("active", marked("Active"), Flag(), "status"),
+)
+_LIVE = tuple(
+    _shown(command, command.reply)
+    for command in (BY_NAME[name] for name in ("cell_voltage", "charging", "light", "boot_count"))
+    if command.reply is not None
+)
+_SETTINGS = tuple(_shown(command, command.reply) for command in SETTINGS if command.reply is not None)
+
+_ON_OFF = {
+    "serial_output": {True: marked("on: it streams"), False: marked("off")},
+    "active": {True: marked("yes: it fires by its thresholds"), False: marked("no: locked, in standby")},
+    "triggered": {True: marked("yes: it has fired"), False: marked("no")},
+}
+"""Where "yes" and "no" would leave open what is meant."""
+
+
+def json_of(findings: Findings) -> dict[str, object]:
+    """The object of `dps-s read --json`."""
+    return reading_object(
+        port=findings.port,
+        baud_rate=findings.baud_rate,
+        round_trip_s=findings.round_trip_s,
+        values=findings.values,
+        errors={key: why.in_english() for key, why in findings.errors.items()},
+    )
+
+
+def page_of(findings: Findings) -> list[str]:
+    """The lines that people read."""
+    line = line_outside(
+        lag_s=findings.lag_s,
+        round_trip_s=findings.round_trip_s,
+        has_damaged=findings.has_damaged,
+        in_use=LimitsInUse(),
+    )
+    if findings.lag_s is not None and findings.lag_s > LONGEST_LAG_S:
+        head = tr(
+            "Module on {port}, {rate} baud, answers {seconds:.1f} s late",
+            port=findings.port,
+            rate=findings.baud_rate,
+            seconds=findings.lag_s,
+        )
+    elif findings.round_trip_s is None:
+        head = tr("Module on {port}, {rate} baud", port=findings.port, rate=findings.baud_rate)
+    else:
+        head = tr(
+            "Module on {port}, {rate} baud, answers in {milliseconds:.1f} ms",
+            port=findings.port,
+            rate=findings.baud_rate,
+            milliseconds=1000 * findings.round_trip_s,
+        )
+    if line is not None:
+        head = line.beside(head)
+    ordered = sorted(_SETTINGS, key=lambda shown: SETTING_KEYS.index(shown.key))
+    groups = [(tr("Now"), [_row(shown, findings) for shown in (*_STATUS, *_LIVE)])]
+    groups.append((tr("Settings"), [_row(shown, findings) for shown in ordered]))
+    rows = two_columns([row for _, group in groups for row in group])
+    lines = [head]
+    for title, group in groups:
+        lines += ["", title, *rows[: len(group)]]
+        del rows[: len(group)]
+    return lines
+
+
+def _row(shown: _Shown, findings: Findings) -> Row:
+    title = shown.title
+    return Row(tr(title), _value(shown, findings))
+
+
+def _value(shown: _Shown, findings: Findings) -> str:
+    value = findings.values.get(shown.key)
+    if value is not None:
+        text = value_in_words(shown.key, shown.field, value)
+        outside = outside_of(shown.key, findings.values, LimitsInUse())
+        return text if outside is None else outside.beside(text)
+    why = findings.errors.get(shown.blamed)
+    if why is not None:
+        return tr("unknown ({why})", why=why.in_words())
+    return tr("unknown (cannot be read)")
+
+
+def value_in_words(key: str, shown_by: Field, value: Value) -> str:
+    """ "4.00 V", "60°", "yes": a value as people read it, in their language."""
+    if isinstance(value, bool):
+        words = _ON_OFF.get(key)
+        text = words[value] if words is not None else (marked("yes") if value else marked("no"))
+        return tr(text)
+    match shown_by:
+        case Quantity() | Choice():
+            return shown_by.text(shown_by.encode(value))
+        case Flag() | Done():
+            return str(value)
+
+
+def readable_keys() -> frozenset[str]:
+    """Every key that a complete reading has a value for."""
+    unreadable = {command.key for command in SETTINGS if not command.reads_back} - {BAUD_RATE.key}
+    return frozenset((*STATUS_KEYS, *LIVE_KEYS, *SETTING_KEYS)) - unreadable

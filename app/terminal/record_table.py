@@ -1,0 +1,104 @@
+"""Trigger records as JSON, as CSV and as a table for people. No port in sight."""
+
+import csv
+import io
+from pathlib import Path
+
+from app.limits.out_of_limits import record_outside
+from app.procedures.history import History
+from app.system.files import write_whole
+from app.terminal.console import table
+from app.text.csv_cells import BYTE_ORDER_MARK, cell
+from app.text.durations import stopwatch
+from app.text.i18n import tr
+from app.trigger_records.fields import FIELDS, fields_of, source_word
+from protocol.messages import TriggerRecord
+
+
+def json_of(history: History) -> dict[str, object]:
+    """The object of `dps-s history --json`."""
+    return {
+        "records": [fields_of(record) | {"confirmed": is_certain} for record, is_certain in _marked(history)],
+        "empty_slots": history.empty_slots,
+        "answered": history.is_answered,
+        "complete": history.is_confirmed,
+    }
+
+
+def _marked(history: History) -> list[tuple[TriggerRecord, bool]]:
+    """Every record with whether it is certain: seen in two readings at least."""
+    return [(record, True) for record in history.records] + [(record, False) for record in history.seen_once]
+
+
+def csv_of(history: History) -> str:
+    """CSV by RFC 4180, without a byte-order mark."""
+    text = io.StringIO(newline="")
+    writer = csv.writer(text)
+    head = (*FIELDS, "confirmed")
+    writer.writerow(head)
+    for record, is_certain in _marked(history):
+        values = fields_of(record) | {"confirmed": is_certain}
+        writer.writerow([cell(values[name]) for name in head])
+    return text.getvalue()
+
+
+def write_csv(path: str, history: History) -> None:
+    """Write the file whole or not at all. Raises `OSError`."""
+    write_whole(Path(path), BYTE_ORDER_MARK + csv_of(history).encode())
+
+
+def page_of(history: History) -> list[str]:
+    """A table with the records in the order in which the module sent them, and what is to be said about them."""
+    if not history.all:
+        lines = [tr("The module keeps no trigger records.")] if history.is_confirmed else [tr("No records came.")]
+        return lines + _remarks(history)
+    head = (
+        tr("Boot"),
+        tr("After power-on"),
+        tr("Source"),
+        tr("Attitude"),
+        tr("Free fall"),
+        tr("Serial"),
+        tr("Charging"),
+        tr("Light"),
+        tr("Cell"),
+    )
+    return table(head, [_row(record, is_certain=is_certain) for record, is_certain in _marked(history)]) + _remarks(
+        history
+    )
+
+
+def _row(record: TriggerRecord, *, is_certain: bool) -> tuple[str, ...]:
+    cell, outside = f"{record.cell_voltage_v:.2f} V", record_outside(record)
+    if outside is not None:
+        cell = f"{cell} ({tr(outside.fault.value)})"
+    return (
+        str(record.boot_count) if is_certain else f"{record.boot_count} (?)",
+        stopwatch(record.uptime_s),
+        sources_in_words(record.sources),
+        f"{record.attitude_threshold_deg}°",
+        f"{record.freefall_acceleration_g:.1f} g, {record.freefall_time_s:.2f} s",
+        tr("connected") if record.serial_connected else tr("not connected"),
+        tr("yes") if record.charging else tr("no"),
+        f"{record.light_v:.1f} V",
+        f"{cell} (!)" if "cell_voltage_v" in record.implausible else cell,
+    )
+
+
+def sources_in_words(sources: tuple[str, ...]) -> str:
+    return ", ".join(source_word(name) for name in sources) or tr("unknown")
+
+
+def _remarks(history: History) -> list[str]:
+    remarks = []
+    if history.seen_once:
+        remarks.append(tr("(?) seen once, not confirmed: it came in one reading only."))
+    if any(record.implausible for record in history.all):
+        remarks.append(tr("(!) no lithium cell has this voltage without external power; it is shown as it came."))
+    low = next((found for one in history.all if (found := record_outside(one)) is not None), None)
+    if low is not None:
+        word = tr(low.fault.value)
+        remarks.append(tr("({fault}) below {limit}, the least for a flight.", fault=word, limit=low.limit))
+    if history.empty_slots:
+        remarks.append(tr("{count} slots are empty.", count=history.empty_slots))
+    return ["", *remarks] if remarks else []

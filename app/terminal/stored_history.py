@@ -1,0 +1,107 @@
+"""Trigger records that were read are kept under the name of their module, and what is new is told."""
+
+from typing import TYPE_CHECKING
+
+from app.engine.procedure import Procedure
+from app.procedures.history import History
+from app.terminal.console import say
+from app.text.i18n import tr
+
+if TYPE_CHECKING:
+    from app.engine.identity import Evidence
+    from app.store.store import Store
+    from app.terminal.connection import Conversation
+
+
+def read_evidence() -> Procedure["Evidence"]:
+    """Boot count and settings: what tells one module from another."""
+    from app.engine.identity import Evidence
+    from app.procedures.settings_reading import read_settings
+
+    reading = yield from read_settings()
+    return Evidence(reading.boot_count, reading.values)
+
+
+def may_be_another(conversation: "Conversation", store: "Store | None", module: str) -> bool:
+    """Whether the boot count says that it is not the module of this name, which is said: before anything is set."""
+    from app.engine.identity import went_back
+    from app.engine.setting_changes import BOOT_COUNT
+    from app.procedures.write import read_back
+    from app.store.database import StoreTrouble
+    from app.text.messages import clean
+
+    name = clean(module.strip())
+    try:
+        module_id = next((one.id for one in store.modules() if one.name == name), None) if store is not None else None
+        known = store.evidence(module_id) if store is not None and module_id is not None else None
+    except StoreTrouble as error:
+        say(error.sentence)
+        return True
+    if known is None or not went_back(known.boot_count, conversation.run(read_back(BOOT_COUNT)).raw):
+        return False
+    say(tr("Nothing was set: by its boot count this may be another module than {module}.", module=name))
+    return True
+
+
+def keep_visit(history: History, module: str, *, port: str, found: "Evidence", is_same_module: bool = False) -> bool:
+    """Whether it was kept, or could not be, which is said; False where it may be another module's. Never raises: what
+    was read has been printed. `is_same_module`: a person says so."""
+    from app.engine.playback import is_playback
+    from app.records.check_store import CheckStore
+    from app.store.database import StoreTrouble
+    from app.store.store import open_store
+    from app.text.messages import clean
+
+    name = clean(module.strip())
+    if not name:
+        return True
+    if is_playback(port):
+        say(tr("Not kept: a capture was played, which is no visit of {module}.", module=name))
+        return True
+    slots = [record.raw for record in history.records]
+    try:
+        store = open_store()
+        try:
+            if store.notice is not None:
+                say(store.notice)
+            checks, known = CheckStore(store.database), {one.name: one.id for one in store.modules()}
+            if name in known and not is_same_module:
+                against = _against(store, known[name], name, slots, found, history)
+                if against:
+                    say(tr("Not kept: this may be another module than {module} ({differences}).", module=name,
+                           differences=", ".join(against)))  # fmt: skip
+                    say(tr("If it is {module}, add --same-module.", module=name))
+                    return False
+            module_id = store.meet_module(name).id
+            visit = checks.visit(
+                module_id, slots, port=port, boot_count=found.boot_count, is_confirmed=history.is_confirmed
+            )
+            if found.is_complete:
+                store.keep_evidence(module_id, found)
+        finally:
+            store.close()
+    except StoreTrouble as error:
+        say(error.sentence)
+        return True
+    if visit.new is None:
+        say(tr("{module}: the first visit; {count} records are kept.", module=name, count=len(visit.records)))
+    else:
+        say(tr("{module}: {new} new since the last visit; {count} records are kept.", module=name,
+               new=len(visit.new), count=len(visit.records)))  # fmt: skip
+
+    return True
+
+
+def _against(
+    store: "Store", module_id: int, name: str, slots: list[bytes], found: "Evidence", history: History
+) -> list[str]:
+    """What speaks against its being the module of that name."""
+    from app.engine.identity import Identity, Trust
+    from app.records.check_store import CheckStore
+    from app.settings.identity_words import differences
+
+    words = differences(Identity(Trust.OPEN, store.evidence(module_id), found))
+    past = CheckStore(store.database).past(module_id, name, slots, is_confirmed=history.is_confirmed)
+    if not past.is_same_module:
+        words.append(tr("the records do not follow those of its last visit"))
+    return words

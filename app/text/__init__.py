@@ -1,0 +1,1 @@
+"""What people read: translation, messages with their arguments, durations, CSV cells."""

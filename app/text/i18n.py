@@ -1,0 +1,146 @@
+"""Translate the English of the source at run time.
+
+The English text is the key.  Chinese comes from ``locale/zh_CN.ts`` (Qt Linguist's format), which is read
+when it is first wanted.  What is missing or unfinished there stays English, and a translation that cannot be
+filled in falls back to English too: a wrong translation never stops the program.
+
+``set_language`` belongs to one thread, ``tr`` may be called from any: it reads one reference to a table that
+is never changed after it was published.
+"""
+
+import locale
+import logging
+import os
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from contextvars import ContextVar
+from dataclasses import dataclass
+from pathlib import Path
+from types import MappingProxyType
+from typing import Final
+from xml.etree import ElementTree
+
+from app.text.pseudo_language import PseudoTexts
+
+ENGLISH: Final = "en"
+CHINESE: Final = "zh_CN"
+LANGUAGES: Final = (ENGLISH, CHINESE)
+PSEUDO: Final = "qps"
+"""For developers, in no menu: English with accents, 40 % longer; see `app.text.pseudo_language`."""
+CONTEXT: Final = "dps-s"
+
+_LOCALE_FOLDER: Final = Path(__file__).parent.parent / "locale"
+_log = logging.getLogger(__name__)
+
+
+@dataclass(frozen=True, slots=True)
+class _Language:
+    """The language in use: its name and, for anything but English, its texts by English text."""
+
+    name: str
+    texts: Mapping[str, str]
+
+
+_in_english: Final = _Language(ENGLISH, MappingProxyType({}))
+_current: _Language = _in_english
+_spoken: ContextVar[_Language | None] = ContextVar("spoken", default=None)
+"""In place of the current one, inside of ``speaking``."""
+
+
+def read_translations(path: Path) -> dict[str, str]:
+    """The finished translations of one .ts file, by English text.
+
+    Raises OSError when the file cannot be read and ``xml.etree.ElementTree.ParseError`` when it is not XML.
+    """
+    texts: dict[str, str] = {}
+    for message in ElementTree.parse(path).getroot().iterfind("context/message"):
+        translation = message.find("translation")
+        if translation is None or translation.get("type") is not None:
+            continue
+        source, text = message.findtext("source"), translation.text
+        if source and text:
+            texts[source] = text
+    return texts
+
+
+def set_language(name: str) -> None:
+    """Speak ``"en"``, ``"zh_CN"``, the pseudo-language ``"qps"`` or the language of a .ts file given by its path.
+
+    Raises ValueError for any other name.  A .ts file that cannot be read is logged, and English stands in.
+    """
+    global _current  # noqa: PLW0603  one reference, replaced as a whole, is what makes tr() thread-safe
+    _current = _in_english if name == ENGLISH else _read_language(name)
+
+
+def _read_language(name: str) -> _Language:
+    if name == PSEUDO:
+        return _Language(name, PseudoTexts())
+    path = _LOCALE_FOLDER / f"{CHINESE}.ts" if name == CHINESE else Path(name)
+    if path.suffix != ".ts":
+        raise ValueError(f"language {name!r} is none of {', '.join(LANGUAGES)} and no path of a .ts file")
+    try:
+        texts = read_translations(path)
+    except (OSError, ElementTree.ParseError) as error:
+        _log.warning("No translations from %s: %s", path, error)
+        texts = {}
+    return _Language(name, MappingProxyType(texts))
+
+
+@contextmanager
+def speaking(name: str) -> Iterator[None]:
+    """Another language, in this thread and inside of this context only. Raises ValueError as ``set_language``."""
+    chosen = _current if name == _current.name else _in_english if name == ENGLISH else _read_language(name)
+    token = _spoken.set(chosen)
+    try:
+        yield
+    finally:
+        _spoken.reset(token)
+
+
+def language() -> str:
+    """The name last given to ``set_language``, or that of ``speaking``; English at the start."""
+    return (_spoken.get() or _current).name
+
+
+def tr(text: str, /, **values: object) -> str:
+    """The text in the language in use, with ``{name}`` placeholders filled in by ``str.format``.
+
+    Placeholders are filled in only when values are given, so a text without values may hold braces.  Raises
+    KeyError or ValueError only when the English text itself does not fit its values.
+    """
+    translated = (_spoken.get() or _current).texts.get(text, text)
+    if not values:
+        return translated
+    if translated is not text:
+        try:
+            return translated.format(**values)
+        except (LookupError, ValueError, TypeError, AttributeError) as error:
+            _log.warning("Translation of %r cannot be filled in: %r", text, error)
+    return text.format(**values)
+
+
+def system_language(environ: Mapping[str, str] | None = None) -> str:
+    """``"zh_CN"`` when the computer speaks simplified Chinese, or Chinese of no stated kind, else ``"en"``.
+
+    Reads the POSIX variables first (``LANGUAGE``, ``LC_ALL``, ``LC_MESSAGES``, ``LANG``) and, where none is
+    set, asks the platform.  With an ``environ`` given the platform is not asked.
+    """
+    variables = os.environ if environ is None else environ
+    for variable in ("LC_ALL", "LC_MESSAGES", "LANG"):
+        chosen = variables.get(variable, "")
+        if chosen:
+            break
+    # As gettext does: LANGUAGE refines a chosen language, but does not count in the C locale.
+    if chosen.split(".")[0] not in ("", "C", "POSIX"):
+        chosen = variables.get("LANGUAGE", "").split(":")[0] or chosen
+    if not chosen and environ is None:
+        chosen = locale.getlocale()[0] or ""
+    return CHINESE if _is_simplified_chinese(chosen) else ENGLISH
+
+
+def _is_simplified_chinese(name: str) -> bool:
+    plain = name.split(".")[0].split("@")[0].replace("-", "_").lower()
+    if plain.startswith("chinese"):  # Windows: "Chinese (Simplified)_China", "Chinese_China"
+        return "traditional" not in plain and "taiwan" not in plain
+    parts = plain.split("_")
+    return parts[0] == "zh" and not {"hant", "tw", "hk", "mo"} & set(parts[1:])

@@ -1,0 +1,94 @@
+"""A sentence that can be kept in a record today and read in another language tomorrow.
+
+The text is English with places such as {limit}; what goes into them is text too, made with its unit and its digits
+before. Places are filled in by plain substitution: a text that comes out of a file can format nothing.
+"""
+
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Union
+
+from app.text.i18n import tr
+from app.text.visible_text import visible
+
+LONGEST_TEXT = 400
+"""Characters of a name or a note that a page shows."""
+_PLACE = re.compile(r"\{(\w{1,40})(?::([\w.]{1,6}))?\}")
+_DEEPEST = 4
+
+
+@dataclass(frozen=True, slots=True)
+class Said:
+    """`values`: what goes into the places of `text`, itself translatable where it is a `Said`."""
+
+    text: str
+    values: tuple[tuple[str, Union[str, "Said"]], ...] = ()
+
+    def in_english(self) -> str:
+        """For JSON."""
+        return _filled(self.text, {name: _english(value) for name, value in self.values})
+
+    def in_words(self) -> str:
+        """For people, in the language in use now."""
+        return _filled(tr(self.text), {name: _words(value) for name, value in self.values})
+
+    def plain(self) -> dict[str, object]:
+        """For a record; `said_from` is the way back."""
+        values = {name: value.plain() if isinstance(value, Said) else value for name, value in self.values}
+        return {"text": self.text, "values": values} if values else {"text": self.text}
+
+
+def said(text: str, /, **values: Union[str, "Said"]) -> Said:
+    """`text` is `marked` where it is for people."""
+    return Said(text, tuple(values.items()))
+
+
+def listed(parts: Sequence[Said]) -> Said:
+    """Side by side, as one."""
+    places = [f"p{number}" for number in range(len(parts))]
+    return Said(", ".join(f"{{{place}}}" for place in places), tuple(zip(places, parts, strict=True)))
+
+
+def said_with(text: str, values: Mapping[str, object]) -> Said:
+    """A text of the program for `str.format`, such as "{seconds:.1f} s old": formatted now, translated later."""
+    specs = {place[1]: place[2] or "" for place in _PLACE.finditer(text)}
+    return Said(text, tuple((name, format(value, specs.get(name, ""))) for name, value in values.items()))
+
+
+def said_from(plain: object, *, depth: int = 0) -> Said:
+    """What `Said.plain` gave; of anything else, what can be shown of it."""
+    if not isinstance(plain, Mapping) or not isinstance(plain.get("text"), str):
+        return Said(plain if isinstance(plain, str) else "")
+    values = plain.get("values")
+    if not isinstance(values, Mapping) or depth > _DEEPEST:
+        return Said(plain["text"])
+    found = [(str(name), _value_from(value, depth)) for name, value in values.items()]
+    return Said(plain["text"], tuple(found))
+
+
+def _value_from(value: object, depth: int) -> Union[str, "Said"]:
+    return said_from(value, depth=depth + 1) if isinstance(value, Mapping) else str(value)
+
+
+def _english(value: Union[str, "Said"]) -> str:
+    return value.in_english() if isinstance(value, Said) else value
+
+
+def _words(value: Union[str, "Said"]) -> str:
+    return value.in_words() if isinstance(value, Said) else value
+
+
+def _filled(text: str, values: Mapping[str, str]) -> str:
+    return _PLACE.sub(lambda place: values.get(place[1], place[0]), text)
+
+
+# Text that people typed, or that came out of a file
+
+
+def clean(text: str, *, longest: int = LONGEST_TEXT) -> str:
+    """`text` as it can go into any file and onto any page: one line, no unpaired surrogates, and every character that
+    steers instead of showing (controls, direction marks) made visible as its number. Cut at `longest` characters."""
+    cut = text[: longest + 1]
+    shown = visible(cut)
+    return shown[: longest - 1] + "…" if len(shown) > longest else shown

@@ -1,0 +1,1 @@
+"""The module's trigger records: fields, merged history, sentences."""

@@ -1,0 +1,191 @@
+"""Why did it fire: every trigger record ever seen of a module, in order, each told as one sentence. No file, no port.
+
+A module keeps nine. `merge` puts what it keeps now behind what was seen before, so that the tenth trigger pushes
+nothing out of knowledge. Records have no number of their own: two triggers may be equal to the last byte, so they are
+counted and lined up, never taken for one because they look the same.
+"""
+
+from collections import Counter
+from collections.abc import Sequence
+from dataclasses import dataclass
+from enum import Enum
+
+from app.engine.device import BOOTS
+from app.limits.out_of_limits import record_outside
+from app.text.messages import Said, said
+from protocol.catalogue import RECORDS_KEPT
+from protocol.messages import EmptySlot, TriggerRecord, decode_record
+from protocol.translatable import marked
+
+LONGEST_UPTIME_S = 65535
+"""The counter ends here ("最高记录65535秒")."""
+
+
+class Judgement(Enum):
+    """What a person says that it was; the value is kept in the store."""
+
+    BENCH_TEST = "bench test"
+    REAL = "real"
+    FALSE = "false"
+
+
+JUDGEMENT_WORDS = {
+    Judgement.BENCH_TEST: marked("bench test"),
+    Judgement.REAL: marked("real"),
+    Judgement.FALSE: marked("false trigger"),
+}
+
+
+@dataclass(frozen=True, slots=True)
+class Merged:
+    """`new` goes behind `known`, oldest first. `is_continuation` False: these records do not follow those of the last
+    visit, as if it were another module."""
+
+    known: tuple[bytes, ...]
+    new: tuple[bytes, ...]
+    is_continuation: bool = True
+
+    @property
+    def all(self) -> tuple[bytes, ...]:
+        return self.known + self.new
+
+
+def merge(
+    known: Sequence[bytes],
+    last_slots: Sequence[bytes],
+    slots: Sequence[bytes],
+    *,
+    boot_count: int | None = None,
+    is_confirmed: bool = True,
+) -> Merged:
+    """`known`: all ever seen; `last_slots` and `slots`: what the module kept at the last visit, and keeps now, as it
+    sent them, oldest or newest first or from the middle (E6). `boot_count` now tells old from new over the wrap.
+
+    `is_confirmed` False: some of `slots` may have been lost on the line, so nothing is concluded from what is missing.
+    """
+    if not known:
+        return Merged((), in_order(slots, boot_count))
+    fresh = _lined_up(last_slots, slots)
+    if fresh is None:
+        fresh = _counted(last_slots, slots)
+    kept = len(slots) - len(fresh)
+    # Nothing is pushed out before all nine slots are full, and then one for each new record.
+    room = RECORDS_KEPT - len(last_slots)
+    expected = len(last_slots) - max(0, len(fresh) - room)
+    is_continuation = not is_confirmed or kept >= min(expected, len(last_slots))
+    return Merged(tuple(known), in_order(fresh, boot_count), is_continuation)
+
+
+def _lined_up(last: Sequence[bytes], now: Sequence[bytes]) -> list[bytes] | None:
+    """What is new, where the module sends in the order of time; the fewest that explain it. None where it does not."""
+    for turned in (1, -1):
+        before, after = list(last)[::turned], list(now)[::turned]
+        least = max(0, len(after) - RECORDS_KEPT)
+        for pushed_out in range(least, len(before) + 1):
+            left = before[pushed_out:]
+            fresh = after[len(left) :]
+            is_room_needed = len(before) + len(fresh) - RECORDS_KEPT
+            if left and after[: len(left)] == left and pushed_out == max(0, is_room_needed):
+                return fresh
+    return None
+
+
+def _counted(last: Sequence[bytes], now: Sequence[bytes]) -> list[bytes]:
+    """What is new where the order tells nothing: what stands more often than before."""
+    rest = Counter(last)
+    fresh = []
+    for raw in now:
+        if rest[raw]:
+            rest[raw] -= 1
+        else:
+            fresh.append(raw)
+    return fresh
+
+
+def in_order(raws: Sequence[bytes], boot_count: int | None) -> tuple[bytes, ...]:
+    """Oldest first: by boot, counted back from `boot_count` over the wrap at 256, then by uptime; else as they came."""
+
+    def age(raw: bytes) -> tuple[int, int]:
+        boots = raw[4] if boot_count is None else -((boot_count - raw[4]) % BOOTS)
+        return boots, raw[5] << 8 | raw[6]
+
+    return tuple(sorted(raws, key=age))
+
+
+def record_of(raw: bytes) -> TriggerRecord:
+    """Raises `ValueError` for what is no record."""
+    if len(raw) != 16:
+        raise ValueError(raw.hex())
+    record = decode_record(raw)
+    if isinstance(record, EmptySlot):
+        raise ValueError(raw.hex())
+    return record
+
+
+# Sentences
+
+
+def sentence(record: TriggerRecord) -> Said:
+    """ "tipped past 60° 1 min 48 s after power-on of boot 1, serial link connected, 4.70 V: implausible for …" """
+    return said(
+        marked("{what} {uptime} after power-on of boot {boot}, {link}, {voltage}"),
+        what=_what(record),
+        uptime=duration(record.uptime_s),
+        boot=str(record.boot_count),
+        link=said(marked("serial link connected") if record.serial_connected else marked("serial link not connected")),
+        voltage=_voltage(record),
+    )
+
+
+def _what(record: TriggerRecord) -> Said:
+    parts = [_cause(source, record) for source in record.sources]
+    if not parts:
+        return said(marked("fired without a stated cause"))
+    whole = parts[0]
+    for part in parts[1:]:
+        whole = said(marked("{one} and {other}"), one=whole, other=part)
+    return whole
+
+
+def _cause(source: str, record: TriggerRecord) -> Said:
+    match source:
+        case "attitude":
+            return said(marked("tipped past {threshold}"), threshold=f"{record.attitude_threshold_deg}°")
+        case "freefall":
+            return said(
+                marked("fell (below {acceleration} for {seconds})"),
+                acceleration=f"{record.freefall_acceleration_g:.1f} g",
+                seconds=f"{record.freefall_time_s:.2f} s",
+            )
+        case "serial":
+            return said(marked("fired over the serial line"))
+        case "pwm":
+            return said(marked("fired by PWM"))
+        case _:
+            return said(marked("fired by a source that the vendor does not name ({bit})"), bit=source)
+
+
+def _voltage(record: TriggerRecord) -> Said:
+    volts = f"{record.cell_voltage_v:.2f} V"
+    if record.charging:
+        return said(marked("on external power, {voltage}"), voltage=volts)
+    if "cell_voltage_v" in record.implausible:
+        return said(marked("{voltage}: implausible for one cell"), voltage=volts)
+    outside = record_outside(record)
+    if outside is None:
+        return Said(volts)
+    return said(marked("{voltage} ({fault})"), voltage=volts, fault=said(outside.fault.value))
+
+
+def duration(seconds: int) -> Said:
+    """ "1 min 48 s"; at the end of the counter "18 h 12 min 15 s or more"."""
+    hours, rest = divmod(seconds, 3600)
+    minutes, left = divmod(rest, 60)
+    if hours:
+        text = said(marked("{hours} h {minutes} min {seconds} s"), hours=str(hours), minutes=str(minutes),
+                    seconds=str(left))  # fmt: skip
+    elif minutes:
+        text = said(marked("{minutes} min {seconds} s"), minutes=str(minutes), seconds=str(left))
+    else:
+        text = said(marked("{seconds} s"), seconds=str(left))
+    return said(marked("{time} or more"), time=text) if seconds >= LONGEST_UPTIME_S else text

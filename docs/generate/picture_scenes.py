@@ -1,0 +1,277 @@
+"""What is on each picture of the user guide, and how the real program on a simulated module gets there.
+
+A scene brings the window into its state, waits until the program says that it is there, and names what is to be
+taken. All scenes of one language run in one window, in the order of `SCENES`.
+"""
+
+import sys
+from collections.abc import Callable
+from functools import partial
+from pathlib import Path
+from typing import Final
+
+from picture_studio import Stuck, Studio, save
+from PySide6.QtCore import QSize, Qt
+from PySide6.QtTest import QTest
+from PySide6.QtWidgets import QAbstractButton, QApplication, QLabel, QLineEdit, QScrollArea
+
+from app.diagnosis.link_state import Phase
+from app.engine.ports import PortInfo
+from app.simulator import bench
+from app.text.i18n import CHINESE, ENGLISH, tr
+from ui.acts.ritual_widget import RitualWidget
+from ui.core.port_watcher import PortWatch
+from ui.core.preferences import Remembered
+from ui.main import WindowOptions, assemble, start
+from ui.pages.diagnosis.page import DiagnosisPage
+from ui.pages.live.page import LivePage
+from ui.pages.live.what_if_panel import FiredPanel
+from ui.pages.preflight.controller import Standing
+from ui.pages.preflight.page import PreflightPage
+from ui.pages.recordings.page import RecordingsPage
+from ui.pages.settings.page import SettingsPage
+from ui.pages.triggers.page import TriggersPage
+from ui.services.storage import Keeping
+from ui.style.theme import Choice
+
+SIZE: Final = QSize(1024, 600)
+"""The smallest screen that the window is made for."""
+NAME, OTHER_NAME = "guide", "other"
+PORT, OTHER_PORT = f"sim://{NAME}", f"sim://{OTHER_NAME}"
+OPTIONS: Final = {"history": 4, "cell": 4.0, "lifelike": True, "noise": 1.0}
+OTHER_OPTIONS: Final = {"baud": 57600}
+MODULE, WHO, AIRCRAFT = "M-07", "Lin Wei", "H6"
+ADAPTER: Final = PortInfo("/dev/ttyUSB0", "CP2102 USB to UART", "Silicon Labs", "0001", 0x10C4, 0xEA60, "1-1")
+README: Final = {ENGLISH: ("live.png", Choice.LIGHT), CHINESE: ("live-dark-zh.png", Choice.DARK)}
+MOST_CHECKS: Final = 6
+"""A busy machine answers late, which is a fault that the check rightly finds."""
+
+# The scenes
+
+
+def connect(studio: Studio) -> None:
+    window = studio.assembly.window
+    studio.until(lambda: window.panel.isVisible() and studio.assembly.ports.has_looked, "the ports are not listed")
+    studio.run(0.3)
+    studio.take("connect", window.panel)
+
+
+def live(studio: Studio) -> None:
+    """Tipped, set right again, dropped."""
+    studio.connect(PORT)
+    studio.until(lambda: studio.assembly.connector.state.phase is Phase.ONLINE, "it is not online")
+    for key in ("freefall_time_s", "boot_count"):
+        studio.until(partial(studio.is_known, key), f"{key} is not known")
+    page = studio.page("live", LivePage)
+    studio.until(lambda: page.data.has_samples, "no samples came")
+    name_it(studio)
+    studio.page("live", LivePage)
+    studio.run(22.0)
+    for tilt_deg, seconds in ((28, 1.5), (47, 2.5), (33, 1.5), (12, 3.0)):
+        studio.module.set_tilt(tilt_deg)
+        studio.run(seconds)
+    studio.module.drop(3)
+    studio.run(3.0)
+    studio.module.set_tilt(4)
+    studio.run(9.0)
+    studio.take("live")
+
+
+def readme(studio: Studio) -> None:
+    """The same for the README: one language in light, the other in dark."""
+    name, theme = README[studio.language]
+    appearance = studio.assembly.appearance
+    appearance.choose(theme)
+    studio.run(0.3)
+    studio.assembly.window.refresh()
+    save(studio.grab(), studio.readme_folder / name)
+    appearance.choose(Choice.LIGHT)
+    studio.run(0.3)
+
+
+def name_it(studio: Studio) -> None:
+    """As a technician does it once for each module."""
+    studio.assembly.window.go_to("preflight")
+    edit = studio.find(QLineEdit, "preflight_module_edit")
+    edit.setFocus()
+    edit.selectAll()
+    QTest.keyClicks(edit, MODULE)
+    QTest.keyClick(edit, Qt.Key.Key_Return)
+    studio.run(0.3)
+
+
+def fired(studio: Studio) -> None:
+    studio.press("live_would_fire")
+    panel = studio.find(FiredPanel)
+    panel.open_with({"attitude_threshold_deg": 45.0, "freefall_time_s": 0.5})
+    judgement = panel.judgement
+    studio.until(lambda: judgement.finding is not None and len(judgement.finding.firings) > 1, "nothing fired")
+    studio.run(1.0)
+    studio.take("fired", studio.find(LivePage))
+    studio.press("fired_as_module")
+    studio.run(0.5)
+    studio.press("fired_close")
+
+
+def ages(studio: Studio) -> None:
+    studio.module.change(mute=True)
+    connector = studio.assembly.connector
+    studio.until(lambda: connector.state.phase is not Phase.ONLINE, "it is still online")
+    studio.run(4.0)
+    studio.take("ages")
+    studio.module.change(mute=False)
+    studio.until(lambda: connector.state.phase is Phase.ONLINE, "it did not come back")
+
+
+def settings(studio: Studio) -> None:
+    """One setting written and verified, one edited and not sent yet."""
+    page = studio.page("settings", SettingsPage)
+    work = page.work
+    studio.until(lambda: work.can_edit and work.can_send, "nothing can be edited")
+    work.edit(lambda: work.form.type_text("attitude_threshold_deg", "65"))
+    page.write.click()
+    studio.until(lambda: not work.is_busy, "it is still writing")
+    work.edit(lambda: work.form.type_text("freefall_acceleration_g", "0.6"))
+    studio.until(lambda: work.can_send, "nothing can be sent")
+    work.dismiss()
+    page.refresh()
+    page.scroll_area.verticalScrollBar().setValue(page.rows["attitude_threshold_deg"].y())
+    studio.run(0.3)
+    studio.take("settings", page)
+    work.edit(work.form.revert)
+
+
+def triggers(studio: Studio) -> None:
+    page = studio.page("triggers", TriggersPage)
+    page.read.click()
+    studio.until(lambda: page.work.reading is not None and not page.work.is_busy, "the records were not read")
+    page.table.selectRow(0)
+    studio.run(0.5)
+    studio.take("triggers", page)
+
+
+def preflight(studio: Studio) -> None:
+    """A NO-GO for records that nobody looked at, then READY."""
+    page = studio.page("preflight", PreflightPage)
+    studio.module.set_lifelike(is_lifelike=False)
+    studio.module.set_noise(0.0)
+    studio.module.set_tilt(0)
+    studio.run(1.0)
+    page.buttons.enable.click()
+    looked = studio.find(QAbstractButton, "check_trigger_records_act")
+    for _ in range(MOST_CHECKS):
+        studio.until(
+            lambda: page.work.standing in (Standing.GO, Standing.READY, Standing.NO_GO, Standing.VOID), "no verdict"
+        )
+        studio.run(0.5)
+        if page.work.standing is Standing.READY:
+            break
+        is_about_records = page.work.standing is Standing.NO_GO and not looked.isHidden()
+        if is_about_records:
+            studio.take("no-go", page)
+        studio.until(lambda: page.work.can_check, "nothing can be checked")
+        (looked if is_about_records else page.buttons.run).click()
+        studio.until(lambda: page.work.standing is Standing.CHECKING, "no check began")
+    else:
+        raise Stuck("it never said READY")
+    page.list.verticalScrollBar().setValue(0)
+    studio.run(0.3)
+    studio.take("go", page)
+
+
+def deploy(studio: Studio) -> None:
+    """The rehearsal, armed."""
+    studio.assembly.window.go_to("commands")
+    studio.window.activateWindow()
+    connector = studio.assembly.connector
+    studio.module.module.activate(is_active=True)
+    studio.until(lambda: connector.is_active, "it is not active")
+    studio.press("ritual_rehearse")
+    studio.run(0.5)
+    studio.press("ritual_arm")
+    studio.run(1.0)
+    bar = studio.find(QScrollArea, "commands_scroll").verticalScrollBar()
+    bar.setValue(bar.maximum())
+    studio.take("deploy", studio.find(RitualWidget))
+    studio.press("ritual_cancel")
+    studio.press("lock_button")
+    studio.until(lambda: not connector.is_active, "it is still active")
+    bar.setValue(0)
+
+
+def recordings(studio: Studio) -> None:
+    connector = studio.assembly.connector
+    connector.disconnect_port()
+    studio.run(0.5)
+    studio.connect(PORT)
+    studio.run(6.0)
+    page = studio.page("recordings", RecordingsPage)
+    studio.until(lambda: len(page.work.entries) > 1, "nothing was recorded")
+    page.table.selectRow(1)
+    studio.press("recordings_keep")
+    studio.until(lambda: page.work.doing is None and page.work.entries[1].is_kept, "it is not kept")
+    page.work.dismiss()
+    page.table.selectRow(1)
+    page.refresh()
+    studio.run(0.3)
+    studio.take("recordings", page)
+
+
+def why(studio: Studio) -> None:
+    """A module at another baud rate, just switched on."""
+    other = bench.module(OTHER_NAME, OTHER_OPTIONS)
+    studio.assembly.connector.disconnect_port()
+    studio.run(0.5)
+    page = studio.page("diagnosis", DiagnosisPage)
+    page.go_to("why")
+    studio.connect(OTHER_PORT)
+    studio.until(lambda: studio.assembly.connector.state.phase is Phase.SILENT, "it is not silent")
+    other.restart()
+    act = studio.find(QAbstractButton, "why_act")
+    studio.until(lambda: not act.isHidden() and tr("Find the rate") in act.text(), "no cause was found")
+    studio.run(1.0)
+    studio.take("why", page, last=studio.find(QLabel, "why_seen_noise"))
+    bench.forget(OTHER_NAME)
+
+
+SCENES: Final[tuple[Callable[[Studio], None], ...]] = (
+    connect,
+    live,
+    readme,
+    fired,
+    ages,
+    settings,
+    triggers,
+    preflight,
+    deploy,
+    recordings,
+    why,
+)
+
+
+def run_all(language: str, home: Path, *, guide: Path, readme: Path) -> None:
+    """All scenes in a window that has never been used before. `home`: an empty folder for what the program keeps.
+
+    Raises `Stuck` where the program does not get there.
+    """
+    app = QApplication(sys.argv[:1])
+    remembered = Remembered(home / "window.ini")
+    remembered.theme = Choice.LIGHT.value
+    remembered.has_seen_tour = True
+    remembered.who, remembered.aircraft = WHO, AIRCRAFT
+    options = WindowOptions(language=language)
+    module = bench.module(NAME, OPTIONS)
+    assembly = assemble(
+        app, options, remembered=remembered, keeping=Keeping(home), ports=PortWatch(lambda _deadline_s: [ADAPTER])
+    )
+    try:
+        assembly.window.resize(SIZE)
+        start(assembly, options)
+        studio = Studio(assembly, module, guide, readme, language)
+        studio.until(lambda: assembly.window.findChild(LivePage), "the pages are not made")
+        for scene in SCENES:
+            scene(studio)
+            print(language, scene.__name__, flush=True)
+    finally:
+        assembly.window.close_now()
+        app.processEvents()

@@ -1,0 +1,107 @@
+"""A studio for pictures of the real window: let it run, press its buttons, wait for what it says, take the picture."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Final, TypeVar
+
+import numpy as np
+from PySide6.QtCore import QPoint, QRect
+from PySide6.QtGui import QImage, qRgb
+from PySide6.QtTest import QTest
+from PySide6.QtWidgets import QAbstractButton, QApplication, QWidget
+
+from app.simulator.bench import SimulatedBench
+from ui.core.connector import Target
+from ui.main import Assembly
+from ui.style.theme import Space
+
+WAIT_S: Final = 30.0
+_TURN_MS: Final = 20
+_COLOURS: Final = 255
+Found = TypeVar("Found", bound=QWidget)
+
+
+class Stuck(Exception):
+    """The program did not come into the state that a picture is of."""
+
+
+@dataclass(slots=True)
+class Studio:
+    """The window, the module behind it, and the folder that the pictures go into."""
+
+    assembly: Assembly
+    module: SimulatedBench
+    folder: Path
+    """For the guide."""
+    readme_folder: Path
+    language: str
+
+    @property
+    def window(self) -> QWidget:
+        return self.assembly.window
+
+    def page(self, key: str, kind: type[Found]) -> Found:
+        """Go to a page."""
+        self.assembly.window.go_to(key)
+        return self.find(kind)
+
+    def find(self, kind: type[Found], name: str = "") -> Found:
+        found = self.window.findChild(kind, name) if name else self.window.findChild(kind)
+        if found is None:
+            raise Stuck(f"there is no {name or kind.__name__}")
+        return found
+
+    def press(self, name: str) -> None:
+        self.find(QAbstractButton, name).click()
+
+    def until(self, is_so: Callable[[], object], what: str) -> None:
+        """Let the program run until that is so."""
+        for _ in range(round(WAIT_S * 1000 / _TURN_MS)):
+            if is_so():
+                return
+            QTest.qWait(_TURN_MS)
+        raise Stuck(what)
+
+    def run(self, seconds: float) -> None:
+        """Let the program run that long."""
+        QTest.qWait(round(seconds * 1000))
+
+    def connect(self, port: str) -> None:
+        self.assembly.connector.connect_to(Target(port, 115200))
+        self.assembly.window.panel.hide()
+
+    def is_known(self, key: str) -> bool:
+        connector = self.assembly.connector
+        return connector.device.known(key, connector.clock()) is not None
+
+    def take(self, name: str, widget: QWidget | None = None, *, last: QWidget | None = None) -> None:
+        """A picture of a widget as it stands in the window; the whole window unless told. `last`: nothing is below."""
+        self.assembly.window.refresh()
+        QApplication.processEvents()
+        save(self.grab(widget, last), self.folder / f"{name}-{self.language}.png")
+
+    def grab(self, widget: QWidget | None = None, last: QWidget | None = None) -> QImage:
+        one = widget or self.window
+        area = QRect(one.mapTo(self.window, QPoint()), one.size())
+        if last is not None:
+            area.setBottom(min(area.bottom(), last.mapTo(self.window, QPoint(0, last.height())).y() + Space.M))
+        return self.window.grab(area).toImage()
+
+
+def save(image: QImage, path: Path) -> None:
+    """As a PNG of at most 256 colours: the most frequent ones, the others drawn in the nearest of these."""
+    path.parent.mkdir(parents=True, exist_ok=True)
+    image = image.convertToFormat(QImage.Format.Format_RGB32)
+    pixels = np.frombuffer(image.constBits(), np.uint32).reshape(image.height(), -1)[:, : image.width()] & 0xFFFFFF
+    colours, places, counts = np.unique(pixels, return_inverse=True, return_counts=True)
+    kept = np.sort(np.argsort(-counts, kind="stable")[:_COLOURS])
+    parts = np.stack([colours >> 16, colours >> 8 & 0xFF, colours & 0xFF], axis=1).astype(np.int64)
+    nearest = np.array([np.argmin(((parts[kept] - one) ** 2).sum(axis=1)) for one in parts], np.uint8)
+    drawn = nearest[places].reshape(pixels.shape)
+    small = QImage(image.size(), QImage.Format.Format_Indexed8)
+    small.setColorTable([qRgb(*(int(part) for part in parts[one])) for one in kept])
+    rows = np.frombuffer(small.bits(), np.uint8).reshape(image.height(), small.bytesPerLine())
+    rows[:, : image.width()] = drawn
+    if not small.save(str(path), quality=0):  # as small as it gets
+        raise OSError(f"{path} could not be written")

@@ -1,0 +1,110 @@
+"""Captures in little memory: entries and rows that are made when they are looked at, and work that rests."""
+
+import sys
+import threading
+import time
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from app.captures.entries import Entries, Entry, Way
+from app.captures.explained import Explained, explained
+from app.captures.rows import CaptureRows, ChosenRows
+from app.system import gil_yield as pace
+from protocol.catalogue import BY_NAME
+from protocol.frame import Frame, Noise
+from protocol.messages import Status
+from tests.support.line.vectors import VECTORS
+
+RAWS = st.binary(min_size=1, max_size=20) | st.sampled_from([vector.raw for vector in VECTORS])
+ENTRIES = st.lists(st.tuples(st.integers(0, 10_000), st.sampled_from(Way), RAWS), max_size=30).map(
+    lambda drawn: [Entry(at / 100, way, raw) for at, way, raw in sorted(drawn, key=lambda one: one[0])]
+)
+STREAMED = Status(7, 1.0, triggered=False, active=True).encode()
+
+
+@given(ENTRIES)
+def test_entries_are_what_was_put_in(drawn: list[Entry]) -> None:
+    entries = Entries(drawn)
+    assert list(entries) == drawn
+    assert entries == tuple(drawn)
+    assert entries[:2] == tuple(drawn[:2])
+    assert [entries[place] for place in range(-len(drawn), 0)] == drawn
+    assert entries != (*drawn, Entry(1e6, Way.IN, b"x"))
+    with pytest.raises(IndexError):
+        entries[len(drawn)]
+
+
+@given(ENTRIES)
+def test_rows_are_what_was_explained(drawn: list[Entry]) -> None:
+    rows = CaptureRows(explained(drawn))
+    expected = list(explained(drawn))
+    assert list(rows) == expected
+    assert rows[:3] == tuple(expected[:3])
+    assert b"".join(row.piece.raw for row in rows if row.way is Way.IN) == b"".join(
+        entry.raw for entry in drawn if entry.way is Way.IN
+    )
+    rejected = ChosenRows(rows, rows.rejected())
+    assert list(rejected) == [row for row in expected if isinstance(row.piece, Noise)]
+    assert [rows[place] for place in rejected.places] == list(rejected)
+    others = ChosenRows(rows, rows.without_status())
+    assert list(others) == [row for row in expected if not _is_status(row)]
+    assert others[-2:] == tuple(list(others)[-2:])
+
+
+def _is_status(row: Explained) -> bool:
+    return isinstance(row.piece, Frame) and len(row.piece.raw) == 8
+
+
+def test_what_was_asked_is_known_of_each_answer() -> None:
+    asked = [BY_NAME["cell_voltage"].query(), BY_NAME["trigger_records"].query()]
+    reply = bytes.fromhex("41 75 35 01 BE F4")
+    rows = CaptureRows(
+        explained([Entry(0, Way.OUT, asked[0].encode()), Entry(0, Way.IN, reply), Entry(1, Way.OUT, asked[1].encode())])
+    )
+    assert [row.asked for row in rows] == [None, asked[0], asked[0]]
+
+
+def test_faults_that_differ_only_in_their_figures_stay_apart() -> None:
+    wrong = [STREAMED[:-1] + bytes(((STREAMED[-1] + number) % 256,)) for number in (1, 2, 1)]
+    rows = CaptureRows(explained([Entry(float(number), Way.IN, raw) for number, raw in enumerate(wrong)]))
+    said = [row.piece.detail for row in rows if isinstance(row.piece, Noise)]
+    assert len(said) == 3
+    assert said[0] == said[2] != said[1]
+
+
+def test_a_row_takes_few_bytes() -> None:
+    rows = CaptureRows(explained(Entry(number / 1440, Way.IN, STREAMED) for number in range(20_000)))
+    kept = (rows._at_s, rows._flags, rows._ends, rows._offsets, rows._notes, rows._raw)
+    assert len(rows) == 20_000
+    assert sum(map(sys.getsizeof, kept)) < 20_000 * 60
+
+
+def test_work_in_the_main_thread_never_rests(monkeypatch: pytest.MonkeyPatch) -> None:
+    rests: list[float] = []
+    monkeypatch.setattr(time, "sleep", rests.append)
+    monkeypatch.setattr(time, "perf_counter", iter(range(1000)).__next__)
+    keeper = pace.Pace()
+    for _ in range(100):
+        keeper.keep()
+    assert rests == []
+
+
+def test_work_beside_it_rests_when_it_has_worked_for_a_while(monkeypatch: pytest.MonkeyPatch) -> None:
+    now_s = [0.0]
+    rests: list[float] = []
+    monkeypatch.setattr(time, "sleep", rests.append)
+    monkeypatch.setattr(time, "perf_counter", lambda: now_s[0])
+
+    def work() -> None:
+        keeper = pace.Pace()
+        for _ in range(30):
+            now_s[0] += pace.WORK_S / 10
+            keeper.keep()
+
+    thread = threading.Thread(target=work)
+    thread.start()
+    thread.join()
+    assert len(rests) in (2, 3)
+    assert set(rests) == {pace.REST_S}

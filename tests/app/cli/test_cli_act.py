@@ -1,0 +1,107 @@
+"""`dps-s activate | lock | zero | shutdown`: nothing without --yes, refused while a condition is open, recorded."""
+
+import pytest
+
+import app.__main__ as program
+from app.cli.act import NAMES
+from app.safety.acts import REQUESTS, Act
+from app.safety.journal import Outcome
+from app.store.store import data_folder, open_store
+from tests.support.cli_line import Printed, bench_of
+
+pytest_plugins = ["tests.support.cli_fixtures"]
+pytestmark = pytest.mark.usefixtures("speaks_english")
+ACTS = {0x10, 0x11, 0x12, 0x24, 0x25}
+
+
+def acts(wire: list[bytes]) -> list[bytes]:
+    return [frame for frame in wire if frame[2] in ACTS]
+
+
+def recorded() -> list[tuple[Act, Outcome]]:
+    store = open_store()
+    try:
+        return [(entry.act, entry.outcome) for entry in store.audit()]
+    finally:
+        store.close()
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_without_yes_it_says_what_would_happen(
+    name: str, port: str, capsys: pytest.CaptureFixture[str], wire: list[bytes]
+) -> None:
+    assert program.main([name, "--port", port]) == 2
+    printed = Printed(capsys)
+    assert printed.out.startswith(("The module ", "LOCK puts the module "))
+    assert printed.err == f"Nothing was sent. To do it, say dps-s {name} --port {port} --yes.\n"
+    assert wire == []
+    assert recorded() == []
+
+
+def test_what_it_says_to_type_can_be_typed(capsys: pytest.CaptureFixture[str]) -> None:
+    assert program.main(["zero", "--port", "sim://x?tilt=4&noise=1"]) == 2
+    assert "say dps-s zero --port 'sim://x?tilt=4&noise=1' --yes." in Printed(capsys).err
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_with_yes_it_is_done_once_and_recorded(
+    name: str, port: str, capsys: pytest.CaptureFixture[str], wire: list[bytes]
+) -> None:
+    options = {"lock": "?active=yes", "zero": "?tilt=4"}.get(name, "")
+    assert program.main([name, "--port", port + options, "--yes"]) == 0
+    assert Printed(capsys).out.startswith("The module ")
+    assert acts(wire) == [REQUESTS[Act(name)].encode()]
+    assert recorded() == [(Act(name), Outcome.CONFIRMED)]
+    module = bench_of(port).module
+    assert module.state.is_active is (name == "activate")
+    assert module.is_on is (name != "shutdown")
+    assert module.memory.zero_tilt_deg == (4 if name == "zero" else 0)
+
+
+@pytest.mark.parametrize(
+    ("name", "options", "why"),
+    [
+        ("activate", "tilt=70", "The tilt is 70° and the module fires at 60°: it would fire at once."),
+        ("activate", "active=yes", "The module is ACTIVE: lock it first."),
+        ("zero", "active=yes", "The module is ACTIVE: lock it first."),
+        ("zero", "tilt=12", "The tilt is 12°: lay it level, within 10°."),
+        ("shutdown", "active=yes", "The module is ACTIVE: lock it first."),
+    ],
+)
+def test_an_open_condition_is_named(
+    name: str, options: str, why: str, port: str, capsys: pytest.CaptureFixture[str], wire: list[bytes]
+) -> None:
+    assert program.main([name, "--port", f"{port}?{options}", "--yes"]) == 1
+    printed = Printed(capsys)
+    assert printed.out == ""
+    assert printed.err == f"Nothing was sent. {why}\n"
+    assert acts(wire) == []
+
+
+def test_what_is_not_confirmed_is_not_done(port: str, hasty: None, capsys: pytest.CaptureFixture[str]) -> None:
+    assert program.main(["zero", "--port", f"{port}?mute_codes=25", "--yes"]) == 1
+    assert Printed(capsys).err == "Sent, not confirmed. Tilt now 0°.\n"
+    assert recorded() == [(Act.ZERO, Outcome.UNKNOWN)]
+
+
+def test_without_a_store_only_locking_is_done(port: str, capsys: pytest.CaptureFixture[str], wire: list[bytes]) -> None:
+    data_folder().parent.mkdir(parents=True)
+    data_folder().write_text("in the way")
+    assert program.main(["activate", "--port", port, "--yes"]) == 1
+    assert "The audit log cannot be written, so nothing dangerous is sent." in Printed(capsys).err
+    assert acts(wire) == []
+    assert program.main(["lock", "--port", port, "--yes"]) == 0
+    assert acts(wire) == [REQUESTS[Act.LOCK].encode()]
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_no_link(name: str, capsys: pytest.CaptureFixture[str]) -> None:
+    assert program.main([name, "--port", "/dev/no-such-port", "--yes"]) == 3
+    printed = Printed(capsys)
+    assert printed.err.startswith("There is no port")
+    assert recorded() == []
+
+
+def test_there_is_no_deploy(port: str, capsys: pytest.CaptureFixture[str], wire: list[bytes]) -> None:
+    assert program.main(["deploy", "--port", port, "--yes"]) == 2
+    assert wire == []

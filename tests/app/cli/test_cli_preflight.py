@@ -1,0 +1,293 @@
+"""`dps-s preflight` and `dps-s verify`, as the contract says, on the simulated module."""
+
+import json
+import subprocess
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+import app.__main__ as program
+from app.preflight.checks import CHECKS
+from app.records.check_store import CheckStore
+from app.store.database import FILE_NAME, Database, open_database
+from app.store.store import data_folder
+from protocol.frame import decode_request
+from tests.support.cli_line import Printed, bench_of, falls_after, is_one_sentence
+from tests.support.processes import ENVIRONMENT, PROGRAM, ROOT, run_module
+
+pytest_plugins = ["tests.support.cli_fixtures"]
+pytestmark = pytest.mark.usefixtures("speaks_english", "hasty", "brief")
+
+PROFILE = """
+name = "H6"
+light_threshold_v = 1.8
+[limits]
+cell_voltage_min_v = 3.7
+[[manual]]
+text = "Canopy looked at"
+required = true
+[[manual]]
+text = "Hatch free"
+"""
+
+
+@pytest.fixture
+def brief(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Half a second of watching instead of two; as many reports."""
+    monkeypatch.setattr("app.preflight.run.STILL_S", 0.5)
+    monkeypatch.setattr("app.preflight.run.TRIAL_EVERY_S", 0.012)
+    monkeypatch.setattr("app.preflight.judging_line.STILL_S", 0.5)
+
+
+@pytest.fixture
+def kept() -> Iterator[Database]:
+    """The store of this test, after the command."""
+    database = open_database(data_folder()).database
+    yield database
+    database.close()
+
+
+def _assert_only_questions(wire: list[bytes], *, flags: int) -> None:
+    requests = [decode_request(raw) for raw in wire]
+    sets = [request.command.name for request in requests if not request.is_repeatable]
+    assert sets == ["attitude_trigger", "freefall_trigger"][:flags]
+    assert not {request.command.code for request in requests} & {0x10, 0x11, 0x12, 0x13, 0x24, 0x25}
+
+
+def test_go_is_the_contract(port: str, capsys: pytest.CaptureFixture[str], wire: list[bytes]) -> None:
+    assert program.main(["preflight", "--port", port, "--enable-triggers", "--json"]) == 0
+    shown = json.loads(Printed(capsys).out)
+    assert list(shown) == ["verdict", "checks", "read", "simulated", "softer_limits"]
+    assert (shown["simulated"], shown["softer_limits"]) == (True, [])
+    assert shown["verdict"] == "READY"
+    assert [one["id"] for one in shown["checks"]] == [check.id for check in CHECKS]
+    for one in shown["checks"]:
+        assert list(one) == ["id", "result", "measured", "limit", "why", "do"]
+        assert one["result"] in ("pass", "warn")
+        assert one["limit"]
+        assert one["why"]
+        assert one["do"]
+    cell = next(one for one in shown["checks"] if one["id"] == "cell_voltage")
+    assert (cell["measured"], cell["limit"]) == (3.9, "at least 3.80 V")
+    assert set(shown["read"]) == {"link", "status", "boot_count", "cell_voltage_v", "charging", "light_v", "settings",
+                                  "errors"}  # fmt: skip
+    assert shown["read"]["settings"]["attitude_trigger"] is True
+    assert shown["read"]["settings"]["serial_output"] is None
+    assert shown["read"]["settings"]["baud_rate"] == 115200
+    _assert_only_questions(wire, flags=2)
+
+
+def test_no_go_names_everything_and_sends_questions_only(
+    port: str, capsys: pytest.CaptureFixture[str], wire: list[bytes]
+) -> None:
+    bench_of(port).set_cell(3.5)
+    bench_of(port).set_tilt(20)
+    assert program.main(["preflight", "--port", port]) == 1
+    out = Printed(capsys).out
+    assert out.startswith("NO-GO: do not fly\n")
+    assert "3.50 V (at least 3.80 V)" in out
+    assert "20° (at most 5°)" in out
+    assert "Charge the module" in out
+    assert "cannot be read, and no acknowledged set" in out
+    _assert_only_questions(wire, flags=0)
+
+
+def test_no_module_is_no_link_and_never_go(port: str, capsys: pytest.CaptureFixture[str]) -> None:
+    assert program.main(["preflight", "--port", f"{port}?mute=yes", "--json", "--enable-triggers"]) == 3
+    printed = Printed(capsys)
+    assert printed.out == ""
+    assert is_one_sentence(printed.err)
+    assert program.main(["preflight", "--port", "/dev/none", "--json"]) == 3
+    assert Printed(capsys).out == ""
+
+
+@pytest.mark.parametrize("number", [3, 15, 60])
+def test_lost_in_the_middle_is_no_go(port: str, capsys: pytest.CaptureFixture[str], number: int) -> None:
+    bench = bench_of(port)
+    with falls_after(bench, number, bench.unplug):
+        assert program.main(["preflight", "--port", port, "--json", "--enable-triggers", "--module", "M-07"]) == 3
+    printed = Printed(capsys)
+    shown = json.loads(printed.out)
+    assert shown["verdict"] == "NO-GO"
+    assert shown["checks"][0]["result"] == "fail"
+    assert len(shown["checks"]) == len(CHECKS)
+    assert "unplugged" in printed.err
+
+
+def test_the_report_is_written_kept_chained_and_verified(
+    port: str, capsys: pytest.CaptureFixture[str], tmp_path: Path, qapp: object, kept: Database
+) -> None:
+    profile, report = tmp_path / "h6.toml", tmp_path / "r.pdf"
+    profile.write_text(PROFILE)
+    words = ["preflight", "--port", port, "--enable-triggers", "--profile", str(profile), "--module", "M-07",
+             "--aircraft", "B-1234", "--who", "Li Wei"]  # fmt: skip
+    assert program.main([*words, "--json"]) == 1  # a required item was not ticked
+    shown = json.loads(Printed(capsys).out)
+    assert [(one["id"], one["result"], one["measured"]) for one in shown["checks"][-2:]] == [
+        ("manual_1", "unknown", "skipped"), ("manual_2", "warn", "skipped"),
+    ]  # fmt: skip
+    assert program.main([*words, "--done", "1", "--report", str(report)]) == 0
+    assert "Written: " in Printed(capsys).err
+    record = json.loads(report.with_suffix(".json").read_text())
+    assert (record["number"], record["module"], record["verdict"]) == (2, "M-07", "READY")
+    for path in (report, report.with_suffix(".html"), report.with_suffix(".json")):
+        assert program.main(["verify", str(path)]) == 0
+        out = Printed(capsys).out
+        assert out.startswith("INTACT")
+        assert "the record before it is there and intact" in out
+        assert "This computer keeps the same record." in out
+        assert "M-07: READY" in out
+    altered = tmp_path / "altered.json"
+    altered.write_text(report.with_suffix(".json").read_text().replace('"measured": 3.9', '"measured": 4.1', 1))
+    assert program.main(["verify", str(altered)]) == 1
+    assert Printed(capsys).out.startswith("ALTERED: checks.cell_voltage.")
+    number = kept.read("SELECT id FROM modules WHERE name = 'M-07'")[0][0]
+    store = CheckStore(kept)
+    assert [(one.number, one.verdict) for one in store.checks(number)] == [(2, "READY"), (1, "NO-GO")]
+    assert [one.number for one in store.checks(aircraft="B-1234")] == [2, 1]
+    assert [point.value for point in store.measured(number, "cell_voltage_v")] == [3.9, 3.9]
+    assert kept.read("SELECT count(*) FROM audit WHERE act = 'write' AND outcome = 'confirmed'")[0][0] == 4
+
+
+def test_a_new_trigger_and_another_module_are_noticed(
+    port: str, capsys: pytest.CaptureFixture[str], kept: Database
+) -> None:
+    words = ["preflight", "--port", f"{port}?history=2", "--enable-triggers", "--json", "--module", "M-07"]
+
+    def result(id_: str) -> str:
+        return str({one["id"]: one["result"] for one in json.loads(Printed(capsys).out)["checks"]}[id_])
+
+    assert program.main(words) == 1
+    assert result("trigger_records") == "unknown"
+    assert program.main([*words, "--records-looked-at"]) == 0
+    assert result("trigger_records") == "pass"
+    assert program.main(words) == 0
+    assert result("trigger_records") == "pass"
+    bench = bench_of(port)
+    bench.module.activate(is_active=True)
+    assert bench.pulse_pwm()
+    bench.module.activate(is_active=False)
+    bench.set_bay(is_open=False)
+    assert program.main(words) == 1
+    assert result("trigger_records") == "fail"
+    assert len(CheckStore(kept).records(1)) == 3
+    other = [*words[:2], f"{port}other?boots=12", *words[3:]]
+    assert program.main(other) == 1
+    assert result("boot_count") == "fail"
+    assert len(CheckStore(kept).records(1)) == 3
+    assert program.main([*other, "--same-module"]) == 0
+
+
+def test_what_is_wrong_is_said_before_anything_is_sent(
+    port: str, capsys: pytest.CaptureFixture[str], wire: list[bytes], tmp_path: Path
+) -> None:
+    bad = tmp_path / "bad.toml"
+    bad.write_bytes(b"tilt = 3\nattitude_threshold_deg = 300\n" + b"# \xf0\x9f\xaa\x82" * 10)
+    huge = tmp_path / "huge.toml"
+    huge.write_bytes(b"a" * 10_000_000)
+    for words in (
+        ["--profile", str(bad)], ["--profile", str(huge)], ["--profile", str(tmp_path / "none.toml")],
+        ["--profile", "a\0b"], ["--report", str(tmp_path / "r.txt")], ["--report", "/no/such/folder/r.pdf"],
+        ["--done", "1"], ["--module", "x" * 201],
+    ):  # fmt: skip
+        assert program.main(["preflight", "--port", port, *words]) == 2, words
+        printed = Printed(capsys)
+        assert printed.out == ""
+        assert "Traceback" not in printed.err
+    assert wire == []
+
+
+def test_a_report_that_cannot_be_written_is_said(
+    port: str, capsys: pytest.CaptureFixture[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def broken(_path: Path, _data: bytes) -> None:
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr("app.records.report_files.write_whole", broken)
+    words = ["preflight", "--port", port, "--enable-triggers", "--report", str(tmp_path / "r.pdf")]
+    assert program.main(words) == 4
+    printed = Printed(capsys)
+    assert "No space left" in printed.err
+    assert "READY: activate" in printed.out
+
+
+def test_without_a_store_it_goes_on(port: str, capsys: pytest.CaptureFixture[str]) -> None:
+    data_folder().parent.mkdir(parents=True)
+    data_folder().write_bytes(b"")  # a file where the folder should be
+    assert program.main(["preflight", "--port", port, "--enable-triggers", "--module", "M-07"]) == 0
+    printed = Printed(capsys)
+    assert "will not be kept" in printed.err
+    assert printed.out.startswith("READY")
+
+
+def test_verify_of_what_is_no_record(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
+    assert program.main(["verify", str(tmp_path / "none.json")]) == 2
+    assert is_one_sentence(Printed(capsys).err)
+    assert program.main(["verify", str(tmp_path)]) == 2
+    assert program.main(["verify", "a\0b"]) == 2
+    (tmp_path / "x.json").write_text("{}")
+    assert program.main(["verify", str(tmp_path / "x.json")]) == 2
+    assert "No pre-flight record can be read in it" in Printed(capsys).out
+    assert not (data_folder() / FILE_NAME).exists()
+
+
+def test_verify_says_what_became_of_a_damaged_store(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
+    data_folder().mkdir(parents=True)
+    (data_folder() / FILE_NAME).write_bytes(b"no database")
+    (tmp_path / "x.json").write_text("{}")
+    assert program.main(["verify", str(tmp_path / "x.json")]) == 2
+    assert "It was kept as" in Printed(capsys).err
+
+
+def test_the_installed_program_prints_without_a_screen(tmp_path: Path) -> None:
+    """A process of its own, a pseudo-terminal, no display: the whole way, at its own pace."""
+    environment = {key: value for key, value in ENVIRONMENT.items() if key not in ("QT_QPA_PLATFORM", "DISPLAY")}
+    environment |= {"HOME": str(tmp_path), "XDG_DATA_HOME": str(tmp_path / "data"), "LC_ALL": "zh_CN.UTF-8"}
+    with run_module() as module:
+        words = ["preflight", "--port", module.port, "--enable-triggers", "--json", "--report", str(tmp_path / "r.pdf")]
+        done = subprocess.run(
+            [*PROGRAM, *words], cwd=ROOT, env=environment, capture_output=True, timeout=60, check=False
+        )
+    assert done.returncode == 0, done.stderr.decode()
+    assert json.loads(done.stdout)["verdict"] == "READY"
+    assert (tmp_path / "r.pdf").read_bytes().startswith(b"%PDF")
+    assert list((tmp_path / "data").rglob(FILE_NAME))
+    assert "未" not in done.stderr.decode()  # nothing was said not to be kept
+
+
+def test_history_keeps_what_it_reads_under_a_name(
+    port: str, capsys: pytest.CaptureFixture[str], kept: Database
+) -> None:
+    words = ["history", "--port", f"{port}?history=9", "--json", "--module", " M-07 "]
+    assert program.main(words) == 0
+    printed = Printed(capsys)
+    assert len(json.loads(printed.out)["records"]) == 9
+    assert printed.err == "M-07: the first visit; 9 records are kept.\n"
+    bench = bench_of(port)
+    bench.module.activate(is_active=True)
+    assert bench.pulse_pwm()
+    assert program.main(words) == 0
+    assert Printed(capsys).err == "M-07: 1 new since the last visit; 10 records are kept.\n"
+    other = [*words[:2], f"{port}other?history=2&boots=12", *words[3:]]
+    assert program.main(other) == 4
+    printed = Printed(capsys)
+    assert "Not kept: this may be another module than M-07 (boot count 12, was 37" in printed.err
+    assert len(json.loads(printed.out)["records"]) == 2
+    records = CheckStore(kept).records(1)
+    assert len(records) == 10
+    assert records[-1].raw[7] == 0x04
+    assert program.main([*other, "--same-module"]) == 0
+    assert len(CheckStore(kept).records(1)) == 12
+
+
+def test_a_module_by_the_name_of_another_is_not_set(
+    port: str, capsys: pytest.CaptureFixture[str], kept: Database
+) -> None:
+    assert program.main(["history", "--port", port, "--module", "M-07"]) == 0
+    other = f"{port}other?boots=12"
+    assert program.main(["preflight", "--port", other, "--enable-triggers", "--json", "--module", "M-07"]) == 1
+    printed = Printed(capsys)
+    assert "Nothing was set" in printed.err
+    found = {one["id"]: one["result"] for one in json.loads(printed.out.splitlines()[-1])["checks"]}
+    assert (found["attitude_trigger"], found["boot_count"]) == ("unknown", "fail")

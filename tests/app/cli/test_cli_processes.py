@@ -1,0 +1,225 @@
+"""`dps-s` as a user meets it: a process of its own, on the pseudo-terminal of a simulated module in another process."""
+
+import json
+import os
+import select
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import IO
+
+import pytest
+import serial
+
+from tests.support.processes import PROGRAM, ROOT, RunningModule, run_module
+
+pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="there are no pseudo-terminals on Windows")
+
+ENVIRONMENT = os.environ | {"LC_ALL": "C.UTF-8", "PYTHONWARNINGS": "error"}
+LONGEST_S = 15.0
+
+
+@pytest.fixture(scope="module")
+def module() -> Iterator[RunningModule]:
+    """One module for all tests that leave it as it was."""
+    with run_module("--rate", "200", "--history", "2") as one:
+        yield one
+
+
+def dps_s(*words: str) -> "subprocess.CompletedProcess[str]":
+    return subprocess.run(
+        [*PROGRAM, *words], cwd=ROOT, env=ENVIRONMENT, text=True, capture_output=True, timeout=LONGEST_S, check=False
+    )
+
+
+@contextmanager
+def started(*words: str) -> Iterator["subprocess.Popen[str]"]:
+    with subprocess.Popen(
+        [*PROGRAM, *words], cwd=ROOT, env=ENVIRONMENT, text=True, stdout=subprocess.PIPE, stderr=subprocess.PIPE
+    ) as process:
+        try:
+            yield process
+        finally:
+            process.kill()
+
+
+def lines_until(out: IO[str], t_s: float) -> list[str]:
+    """The lines of `monitor --json` up to the first of that time."""
+    lines = []
+    for line in out:
+        lines.append(line)
+        if json.loads(line)["t_s"] >= t_s:
+            break
+    return lines
+
+
+def is_quiet(port: str, for_s: float = 0.25) -> bool:
+    """Whether nothing is streamed."""
+    number = os.open(port, os.O_RDWR | os.O_NOCTTY)
+    try:
+        while select.select([number], [], [], 0)[0]:
+            os.read(number, 65536)
+        return not select.select([number], [], [], for_s)[0]
+    finally:
+        os.close(number)
+
+
+def assert_one_sentence(text: str) -> None:
+    assert text.count("\n") == 1, text
+    assert text.endswith(".\n")
+    assert "Traceback" not in text
+
+
+def test_a_stranger_can_read_it(module: RunningModule) -> None:
+    began = time.monotonic()
+    run = dps_s("read", "--port", module.port, "--json")
+    assert time.monotonic() - began < 3
+    assert (run.returncode, run.stderr) == (0, "")
+    assert json.loads(run.stdout)["boot_count"] == 37
+    people = dps_s("history", "--port", module.port)
+    assert (people.returncode, people.stderr) == (0, "")
+    assert people.stdout.startswith("Boot  After power-on  Source")
+
+
+def test_monitor_interrupted_leaves_the_module_silent(module: RunningModule) -> None:
+    with started("monitor", "--port", module.port, "--json") as process:
+        assert process.stdout is not None
+        lines = lines_until(process.stdout, 2.9)
+        process.send_signal(signal.SIGINT)
+        began = time.monotonic()
+        rest, errors = process.communicate(timeout=LONGEST_S)
+        assert time.monotonic() - began < 2
+    assert (process.returncode, errors) == (0, "")
+    assert [json.loads(line)["tilt_deg"] for line in (*lines, *rest.splitlines())][-1] == 0
+    assert len(lines) > 20, "it did not stream"
+    assert is_quiet(module.port)
+
+
+def test_monitor_into_head(module: RunningModule) -> None:
+    """Whoever reads goes away while it streams: quiet, and the stream off."""
+    with started("monitor", "--port", module.port, "--json") as process:
+        assert process.stdout is not None
+        assert process.stderr is not None
+        lines_until(process.stdout, 2.9)
+        process.stdout.close()
+        assert process.wait(LONGEST_S) == 0
+        assert process.stderr.read() == ""
+    assert is_quiet(module.port)
+
+
+def test_monitor_stuck_in_a_full_pipe_can_be_ended() -> None:
+    """Nobody reads, so it cannot even print: the signal still ends it, and the stream."""
+    with run_module("--rate", "1440") as module, started("monitor", "--port", module.port, "--json") as process:
+        assert process.stdout is not None
+        lines_until(process.stdout, 1.2)
+        # A pipe holds 64 KiB, which is half a second of the stream.
+        deadline = time.monotonic() + LONGEST_S
+        while time.monotonic() < deadline and not is_blocked_in_writing(process.pid):
+            select.select([], [], [], 0.05)
+        process.send_signal(signal.SIGTERM)
+        process.wait(5)
+        assert process.stderr is not None
+        assert process.stderr.read() == ""
+        assert is_quiet(module.port)
+
+
+def is_blocked_in_writing(pid: int) -> bool:
+    """Where the system tells (Linux); elsewhere what follows is merely an ordinary interruption."""
+    try:
+        return "pipe_write" in Path(f"/proc/{pid}/wchan").read_text(encoding="ascii")
+    except OSError:
+        return True
+
+
+@pytest.mark.parametrize("way", ["unplug", "kill"])
+def test_unplugged_while_monitoring(way: str) -> None:
+    with run_module() as module, started("monitor", "--port", module.port, "--json") as process:
+        assert process.stdout is not None
+        lines = lines_until(process.stdout, 0.3)
+        if way == "unplug":
+            module.tell("unplug")
+        else:
+            module.process.kill()
+        began = time.monotonic()
+        rest, errors = process.communicate(timeout=LONGEST_S)
+        assert time.monotonic() - began < 2
+    assert process.returncode == 3
+    assert len(lines) > 1
+    assert all(json.loads(line)["acceleration_g"] == 1.0 for line in (*lines, *rest.splitlines()))
+    assert_one_sentence(errors)
+    assert f"{module.port} was unplugged" in errors
+
+
+def test_nobody_on_the_line() -> None:
+    master, slave = os.openpty()
+    try:
+        began = time.monotonic()
+        run = dps_s("read", "--port", os.ttyname(slave), "--json")
+        assert time.monotonic() - began < 1.5 + 2
+    finally:
+        os.close(master)
+        os.close(slave)
+    assert (run.returncode, run.stdout) == (3, "")
+    assert_one_sentence(run.stderr)
+
+
+def test_a_port_that_another_program_has(module: RunningModule) -> None:
+    with serial.Serial(module.port, exclusive=True):
+        run = dps_s("monitor", "--port", module.port)
+    assert (run.returncode, run.stdout) == (3, "")
+    assert_one_sentence(run.stderr)
+    assert f"{module.port} is in use by" in run.stderr
+
+
+def test_the_wrong_rate() -> None:
+    with run_module("--baud", "57600", "--stream-at-boot", "yes") as module:
+        run = dps_s("history", "--port", module.port)
+        assert (run.returncode, run.stdout) == (3, "")
+        assert_one_sentence(run.stderr)
+        assert "dps-s find" in run.stderr
+
+
+def test_find_is_interrupted_like_any_program() -> None:
+    """No result, so 130; and within the time that a person waits for Ctrl-C."""
+    master, slave = os.openpty()
+    try:
+        with started("find", "--port", os.ttyname(slave)) as process:
+            assert select.select([master], [], [], LONGEST_S)[0], "nothing was sent"
+            process.send_signal(signal.SIGINT)
+            began = time.monotonic()
+            out, errors = process.communicate(timeout=LONGEST_S)
+            assert time.monotonic() - began < 2
+    finally:
+        os.close(master)
+        os.close(slave)
+    assert (process.returncode, out, errors) == (130, "", "")
+
+
+@pytest.mark.skipif(not Path("/dev/full").exists(), reason="only Linux has a device that is always full")
+def test_a_full_disk_is_said() -> None:
+    with open("/dev/full", "w") as full:  # noqa: PTH123  a device, not a path to work with
+        run = subprocess.run(
+            [*PROGRAM, "ports", "--json"], cwd=ROOT, env=ENVIRONMENT, text=True, stdout=full, stderr=subprocess.PIPE,
+            timeout=LONGEST_S, check=False,
+        )  # fmt: skip
+    assert run.returncode == 4
+    assert_one_sentence(run.stderr)
+
+
+def test_help_and_decode_need_no_serial_port() -> None:
+    code = (
+        "import sys, app.__main__ as program\n"
+        "codes = program.main(sys.argv[1:])\n"
+        "heavy = {'serial', 'numpy', 'PySide6', 'app.engine.worker'} & set(sys.modules)\n"
+        "sys.exit(f'{codes} {heavy}' if codes or heavy else 0)"
+    )
+    for words in (["--help"], ["--version"], ["decode", "41", "75", "32", "07", "0A", "00", "01", "44"]):
+        run = subprocess.run(
+            [sys.executable, "-c", code, *words], cwd=ROOT, env=ENVIRONMENT, text=True, capture_output=True,
+            timeout=LONGEST_S, check=False,
+        )  # fmt: skip
+        assert (run.returncode, run.stderr) == (0, ""), words

@@ -1,0 +1,197 @@
+"""No link, used wrongly, errors of our own: a sentence and an exit code, never a traceback."""
+
+import argparse
+import errno
+import json
+import threading
+from importlib import import_module
+
+import pytest
+import serial
+
+import app.__main__ as program
+from app.engine import ports as port_list
+from app.engine import transport
+from app.terminal import connection
+from tests.support.cli_line import Printed, is_one_sentence
+
+pytest_plugins = ["tests.support.cli_fixtures"]
+pytestmark = pytest.mark.usefixtures("speaks_english")
+
+
+@pytest.mark.parametrize("command", ["read", "history", "monitor", "find"])
+def test_no_such_port(command: str, capsys: pytest.CaptureFixture[str]) -> None:
+    assert program.main([command, "--port", "/dev/no-such-port", "--json"]) == 3
+    printed = Printed(capsys)
+    assert printed.out == ""
+    assert printed.err == (
+        "There is no port /dev/no-such-port. Plug the adapter in and choose it from the list (dps-s ports).\n"
+    )
+
+
+def test_no_permission(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> None:
+    def refuse(self: serial.Serial) -> None:
+        raise serial.SerialException(errno.EACCES, "could not open port: Permission denied")
+
+    monkeypatch.setattr(serial.Serial, "open", refuse)
+    assert program.main(["read", "--port", "/dev/ttyUSB9"]) == 3
+    printed = Printed(capsys)
+    assert printed.err.startswith("You may not open /dev/ttyUSB9. ")
+    assert printed.err.count("\n") == 1
+
+
+def test_a_port_that_hangs_in_opening(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> None:
+    let_go = threading.Event()
+
+    def hang(self: serial.Serial) -> None:
+        let_go.wait(10)
+        raise OSError(errno.ENOENT, "gone")
+
+    monkeypatch.setattr(connection, "OPENING_LIMIT_S", 0.3)
+    monkeypatch.setattr(serial.Serial, "open", hang)
+    try:
+        assert program.main(["read", "--port", "/dev/ttyS9"]) == 3
+    finally:
+        let_go.set()
+    printed = Printed(capsys)
+    assert "/dev/ttyS9 does not open within" in printed.err
+    assert is_one_sentence(printed.err)
+
+
+def test_nobody_answers(port: str, hasty: None, capsys: pytest.CaptureFixture[str]) -> None:
+    assert program.main(["read", "--port", f"{port}?mute=yes", "--json"]) == 3
+    printed = Printed(capsys)
+    assert printed.out == ""
+    assert printed.err.startswith(f"No module answers on {port}?mute=yes at 115200 baud. ")
+    assert is_one_sentence(printed.err)
+
+
+def test_the_wrong_rate_names_the_way_out(port: str, hasty: None, capsys: pytest.CaptureFixture[str]) -> None:
+    assert program.main(["monitor", "--port", f"{port}?baud=9600&stream_at_boot=yes"]) == 3
+    printed = Printed(capsys)
+    assert "dps-s find" in printed.err
+    assert is_one_sentence(printed.err)
+
+
+@pytest.mark.parametrize(
+    "words",
+    [
+        ["deploy", "--port", "sim://"],
+        ["read"],
+        ["read", "--port", ""],
+        ["read", "--port", "sim://", "--baud", "7"],
+        ["history", "--port", "sim://", "--json", "--csv", "x.csv"],
+        ["monitor", "--port", "sim://", "--seconds", "-1"],
+        ["gui", "--lang", "xx"],
+        ["set", "--port", "sim://"],
+    ],
+)
+def test_used_wrongly(words: list[str], capsys: pytest.CaptureFixture[str]) -> None:
+    assert program.main(words) == 2
+    printed = Printed(capsys)
+    assert printed.out == ""
+    assert "dps-s" in printed.err
+
+
+@pytest.mark.parametrize(
+    ("words", "expected"),
+    [
+        ([], {"demo": False, "port": None, "baud": 115200, "lang": None}),
+        (["--demo"], {"demo": True}),
+        (["gui", "--port", "P", "--baud", "9600", "--lang", "zh_CN"], {"port": "P", "baud": 9600, "lang": "zh_CN"}),
+        (["--offscreen-seconds", "2.5"], {"offscreen_seconds": 2.5}),
+    ],
+)
+def test_without_a_command_the_window_opens(
+    words: list[str], expected: dict[str, object], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    opened: list[dict[str, object]] = []
+
+    def open_window(args: argparse.Namespace) -> int:
+        opened.append(vars(args))
+        return 0
+
+    monkeypatch.setattr(program, "_open_window", open_window)
+    assert program.main(words) == 0
+    assert {name: opened[0][name] for name in expected} == expected
+
+
+@pytest.mark.parametrize("entry", program.ENTRIES, ids=lambda entry: entry.name)
+def test_every_command_is_there_and_explains_itself(entry: program.Entry, capsys: pytest.CaptureFixture[str]) -> None:
+    parser = argparse.ArgumentParser()
+    import_module(entry.module).add_parser(parser.add_subparsers())
+    assert program.main([entry.name, "--help"]) == 0
+    assert f"dps-s {entry.name}" in capsys.readouterr().out
+
+
+def test_an_error_of_our_own_is_one_calm_line(
+    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def fail(_args: argparse.Namespace) -> int:
+        raise ZeroDivisionError("a bug")
+
+    monkeypatch.setattr("app.cli.ports.run", fail)
+    assert program.main(["ports"]) == 1
+    printed = Printed(capsys)
+    assert printed.out == ""
+    assert "a bug" in printed.err
+    assert printed.err.count("\n") == 1
+    monkeypatch.setenv(program.DEBUG, "1")
+    monkeypatch.setattr("logging.basicConfig", lambda **_values: None)
+    assert program.main(["ports"]) == 1
+    assert "Traceback" in capsys.readouterr().err
+
+
+def test_a_bug_in_the_worker_is_one_calm_line(
+    port: str, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def fail(*_arguments: object) -> bytes:
+        raise ZeroDivisionError("a bug")
+
+    monkeypatch.setattr(transport.SerialLine, "read", fail)
+    assert program.main(["read", "--port", port]) == 1
+    printed = Printed(capsys)
+    assert printed.err.startswith("The program met an error that it did not expect: ")
+    assert printed.err.count("\n") == 1
+
+
+def test_ports_for_programs_and_people(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> None:
+    one = port_list.PortInfo("/dev/ttyUSB0", "CP2102", "Silicon Labs", "0001", 0x10C4, 0xEA60, "1-2")
+    monkeypatch.setattr(port_list, "list_ports", lambda: [one])
+    assert program.main(["ports", "--json"]) == 0
+    out = capsys.readouterr().out
+    assert json.loads(out) == {
+        "ports": [
+            {
+                "device": "/dev/ttyUSB0",
+                "description": "CP2102",
+                "maker": "Silicon Labs",
+                "serial_number": "0001",
+                "vid": 0x10C4,
+                "pid": 0xEA60,
+                "location": "1-2",
+            }
+        ]
+    }
+    assert port_list.from_json(out) == [one]
+    assert program.main(["ports"]) == 0
+    assert "/dev/ttyUSB0  CP2102  Silicon Labs  0001           10c4:ea60" in capsys.readouterr().out
+
+
+def test_ports_are_listed_in_another_process_where_listing_can_hang() -> None:
+    assert port_list._scan_in_process(60) == port_list.scan()
+
+
+def test_no_ports_and_no_list(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(port_list, "list_ports", list)
+    assert program.main(["ports"]) == 0
+    assert "There is no serial port." in capsys.readouterr().err
+
+    def fail() -> list[port_list.PortInfo]:
+        raise port_list.PortsUnknown
+
+    monkeypatch.setattr(port_list, "list_ports", fail)
+    assert program.main(["ports", "--json"]) == 3
+    assert capsys.readouterr().out == ""
+    assert program.main(["ports"]) == 3
+    assert "did not list" in capsys.readouterr().err

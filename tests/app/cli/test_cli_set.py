@@ -1,0 +1,254 @@
+"""`dps-s set`: every setting, the profile, what is refused before anything is sent, and what is claimed afterwards."""
+
+import json
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+import app.__main__ as program
+from app.preflight.reading_object import SETTING_KEYS
+from app.safety.acts import Act
+from app.safety.journal import Outcome
+from app.settings.profile_file import save_profile
+from app.settings.profiles import Profile
+from app.store.database import FILE_NAME
+from app.store.store import data_folder, open_store
+from protocol.catalogue import BY_NAME, SETTINGS
+from tests.support.cli_line import Printed, bench_of
+
+pytest_plugins = ["tests.support.cli_fixtures"]
+pytestmark = pytest.mark.usefixtures("speaks_english")
+
+ALL = {
+    "attitude_threshold_deg": 65,
+    "freefall_acceleration_g": 0.4,
+    "freefall_time_s": 1.2,
+    "light_threshold_v": 2.1,
+    "attitude_trigger": False,
+    "freefall_trigger": True,
+    "serial_output": False,
+    "baud_rate": 57600,
+}
+
+
+def words_of(values: dict[str, Any]) -> list[str]:
+    return [f"{name}={str(value).lower()}" for name, value in values.items()]
+
+
+def sets(wire: list[bytes]) -> list[bytes]:
+    return [frame for frame in wire if frame[3] == 0x02]
+
+
+def test_the_names_are_the_catalogues(capsys: pytest.CaptureFixture[str]) -> None:
+    assert {command.key for command in SETTINGS} == set(ALL)
+    program.main(["set", "--help"])
+    said = " ".join(capsys.readouterr().out.split())
+    assert ", ".join(SETTING_KEYS) in said
+
+
+@pytest.mark.parametrize("options", ["", "?ack=one&freefall_ack=17&baud_ack=new"])
+def test_every_setting_at_once(options: str, port: str, capsys: pytest.CaptureFixture[str], wire: list[bytes]) -> None:
+    assert program.main(["set", *words_of(ALL), "--port", port + options, "--json"]) == 0
+    printed = Printed(capsys)
+    results = json.loads(printed.out)["results"]
+    assert list(results) == list(ALL)
+    flags = ("attitude_trigger", "freefall_trigger", "serial_output")
+    for name, value in ALL.items():
+        is_flag = name in flags
+        is_acknowledged = not (name == "baud_rate" and options)
+        age_s = results[name].pop("verified_age_s")
+        assert (age_s is None) if is_flag else (0.0 < age_s < 5.0)
+        assert results[name] == {
+            "wanted": value,
+            "acknowledged": is_acknowledged,
+            "read_back": None if is_flag else value,
+            "verified": None if is_flag else True,
+            "error": None,
+        }
+    assert len(sets(wire)) == len(ALL)
+    module = bench_of(port).module
+    assert (module.memory.attitude_threshold, module.memory.freefall_time, module.baud_rate) == (65, 120, 57600)
+    assert (module.state.attitude_is_enabled, module.state.freefall_is_enabled) == (False, True)
+    assert "baud_rate: Against the vendor's advice: Do not change it." in printed.err
+
+
+def test_for_people(port: str, capsys: pytest.CaptureFixture[str]) -> None:
+    port = f"{port}?clamps=yes"
+    assert program.main(["set", "freefall_time_s=0.1", "light_threshold_v=2", "--port", port]) == 1
+    assert Printed(capsys).out.splitlines() == [
+        "freefall_time_s    0.1: NOT verified (the module keeps another value than the one that was sent); it is 0.5",
+        "light_threshold_v  2: verified",
+    ]
+
+
+@pytest.mark.parametrize(
+    ("ways", "read_back", "error"),
+    [
+        ("keeps=no", 1.6, "the module acknowledged it and did not keep it"),
+        ("refuses=yes", 1.6, "the module refused it and keeps the old value"),
+        ("mute_codes=22", None, "the value could not be read back"),
+        (
+            "active=yes",
+            None,
+            "not sent: The module is ACTIVE: lock it before changing settings, or unlock this one write.",
+        ),
+    ],
+)
+def test_what_does_not_stand_is_said(
+    ways: str, read_back: float | None, error: str, port: str, hasty: None, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert program.main(["set", "freefall_time_s=1.2", "--port", f"{port}?{ways}", "--json"]) == 1
+    result = json.loads(Printed(capsys).out)["results"]["freefall_time_s"]
+    assert (result["verified"], result["read_back"], result["error"]) == (False, read_back, error)
+
+
+def test_an_active_module_is_written_when_unlocked(port: str, capsys: pytest.CaptureFixture[str]) -> None:
+    assert program.main(["set", "freefall_time_s=1.2", "--port", f"{port}?active=yes", "--unlock"]) == 0
+    assert bench_of(port).module.memory.freefall_time == 120
+
+
+def test_a_rate_that_comes_at_the_next_start_is_not_verified(port: str, capsys: pytest.CaptureFixture[str]) -> None:
+    assert program.main(["set", "baud_rate=9600", "--port", f"{port}?baud_ack=restart", "--json"]) == 1
+    result = json.loads(Printed(capsys).out)["results"]["baud_rate"]
+    assert (result["acknowledged"], result["read_back"], result["verified"]) == (True, 115200, False)
+    assert "next start" in result["error"]
+
+
+@pytest.mark.parametrize(
+    ("words", "parts"),
+    [
+        (["freefall_acceleration_g=0.55", "freefall_time_s=1.2"], ["0.55 lies between two steps", "0.5 g and 0.6 g"]),
+        (["freefall_time_s=1.605"], ["1.60 s and 1.61 s"]),
+        (["freefall_time_s=2.56"], ["2.56 is outside 0.00 s to 2.55 s"]),
+        (["freefall_time_s=-0.01"], ["outside"]),
+        (["freefall_time_s=nan"], ["“nan” is no number"]),
+        (["freefall_time_s=1,6"], ["“1,6” is no number"]),
+        (["freefall_time_s=1.60000000000000000001"], ["more digits"]),
+        (["attitude_threshold_deg=60.5"], ["60° and 61°"]),
+        (["attitude_threshold_deg=9" + "9" * 5000], ["is no number"]),
+        (["baud_rate=12345"], ["12345 is not one of 4800, 9600"]),
+        (["attitude_trigger=1"], ["“1” is neither true nor false"]),
+        (["deploy=true"], ["“deploy” cannot be set"]),
+        (["freefall_time=1.2"], ["“freefall_time” cannot be set"]),
+        (["freefall_time_s=1.2", "freefall_time_s=1.3"], ["given twice"]),
+        (["freefall_time_s"], ["NAME=VALUE"]),
+        ([], ["--profile FILE"]),
+        (["freefall_time_s=1.2", "--profile", "x.toml"], ["not both"]),
+        (["--profile", "/no/such/file.toml"], ["cannot be read"]),
+    ],
+)
+def test_one_bad_word_and_nothing_is_sent(
+    words: list[str], parts: list[str], port: str, capsys: pytest.CaptureFixture[str], wire: list[bytes]
+) -> None:
+    assert program.main(["set", *words, "--port", port, "--json"]) == 2
+    printed = Printed(capsys)
+    assert printed.out == ""
+    assert all(part in printed.err for part in parts)
+    assert "Traceback" not in printed.err
+    assert len(printed.err) < 400
+    assert wire == []
+
+
+def test_a_profile_is_written_and_proven(
+    tmp_path: Path, port: str, capsys: pytest.CaptureFixture[str], wire: list[bytes]
+) -> None:
+    path = tmp_path / "H6.toml"
+    save_profile(path, Profile(name="H6", settings={**ALL, "baud_rate": 115200}))
+    assert program.main(["set", "--profile", str(path), "--port", port, "--json"]) == 0
+    results = json.loads(Printed(capsys).out)["results"]
+    assert set(results) == set(ALL)
+    assert {name for name, result in results.items() if result["verified"]} == {
+        "attitude_threshold_deg", "freefall_acceleration_g", "freefall_time_s", "light_threshold_v", "baud_rate",
+    }  # fmt: skip
+    assert results["baud_rate"]["acknowledged"] is None
+    assert BY_NAME["baud_rate"].code not in {frame[2] for frame in wire}
+
+
+def test_all_errors_of_a_profile_are_said_and_nothing_is_sent(
+    tmp_path: Path, port: str, capsys: pytest.CaptureFixture[str], wire: list[bytes]
+) -> None:
+    path = tmp_path / "H6.toml"
+    path.write_text("[settings]\nfreefall_acceleration_g = 0.55\nfreefall_tme_s = 1.6\n")
+    assert program.main(["set", "--profile", str(path), "--port", port]) == 2
+    assert [line.partition(":")[0] for line in Printed(capsys).err.splitlines()] == ["Line 2", "Line 3"]
+    assert wire == []
+    path.write_text('name = "empty"\n')
+    assert program.main(["set", "--profile", str(path), "--port", port]) == 2
+
+
+def test_it_is_recorded_and_the_old_values_are_kept(port: str, capsys: pytest.CaptureFixture[str]) -> None:
+    assert program.main(["set", "freefall_time_s=1.2", "--port", port]) == 0
+    store = open_store()
+    try:
+        (entry,) = store.audit()
+        assert (entry.act, entry.outcome, entry.port, entry.origin) == (
+            Act.WRITE, Outcome.CONFIRMED, port, "command line",
+        )  # fmt: skip
+        assert entry.frame == BY_NAME["freefall_time"].set(1.2).encode()
+        assert entry.result["read_back"] == 1.2
+        (kept,) = store.snapshots()
+        assert kept.snapshot.settings["freefall_time_s"] == 1.6
+    finally:
+        store.close()
+
+
+def test_without_a_store_settings_are_written_and_the_rate_is_not(
+    port: str, capsys: pytest.CaptureFixture[str], wire: list[bytes]
+) -> None:
+    data_folder().parent.mkdir(parents=True)
+    data_folder().write_text("in the way")
+    assert program.main(["set", "freefall_time_s=1.2", "baud_rate=9600", "--port", port, "--json"]) == 1
+    printed = Printed(capsys)
+    results = json.loads(printed.out)["results"]
+    assert results["freefall_time_s"]["verified"] is True
+    assert results["baud_rate"]["error"].startswith("not sent: The audit log cannot be written")
+    assert f"The program may not write into {data_folder() / FILE_NAME}." in printed.err
+    assert len(sets(wire)) == 1
+
+
+def test_a_setting_that_nobody_wrote_and_that_changed_is_named(
+    port: str, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    from app.engine import transport
+
+    bench = bench_of(port)
+    write = transport.SerialLine.write
+
+    def meddles(line: transport.SerialLine, data: bytes) -> None:
+        write(line, data)
+        if data[2:4] == b"\x22\x02":
+            bench.module.memory.freefall_acceleration = 20
+
+    monkeypatch.setattr(transport.SerialLine, "write", meddles)
+    assert program.main(["set", "freefall_time_s=1.2", "--port", port, "--json"]) == 1
+    printed = Printed(capsys)
+    told = json.loads(printed.out)
+    assert told["results"]["freefall_time_s"]["verified"] is True
+    assert told["changed"] == {"freefall_acceleration_g": {"before": 0.5, "after": 2.0}}
+    assert "freefall_acceleration_g was not written and changed from 0.5 to 2." in printed.err
+
+
+def test_unplugged_in_the_middle_says_what_stands_and_what_is_not_known(
+    port: str, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    from app.engine import transport
+
+    bench = bench_of(port)
+    write = transport.SerialLine.write
+
+    def unplugs(line: transport.SerialLine, data: bytes) -> None:
+        write(line, data)
+        if data[2:4] == b"\x15\x02":
+            bench.unplug()
+
+    monkeypatch.setattr(transport.SerialLine, "write", unplugs)
+    words = ["freefall_time_s=1.2", "light_threshold_v=2", "attitude_threshold_deg=65"]
+    assert program.main(["set", *words, "--port", port, "--json"]) == 3
+    printed = Printed(capsys)
+    results = json.loads(printed.out)["results"]
+    assert results["freefall_time_s"]["verified"] is False
+    assert results["freefall_time_s"]["error"] == "it was read back, but could not be read again at the end"
+    assert results["light_threshold_v"]["error"] == "the port was lost; it may have been carried out"
+    assert results["attitude_threshold_deg"]["error"] == "not sent: the port was lost"
+    assert "unplugged" in printed.err

@@ -1,0 +1,253 @@
+"""`dps-s decode`: the lines, the exit codes, and bytes as people write them."""
+
+import argparse
+import io
+import json
+import random
+import subprocess
+import sys
+from itertools import pairwise
+from pathlib import Path
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from app.cli import decode
+from app.cli.decode import LONGEST_RUN, Capture, Line, as_json
+from app.text.hex_text import HexText, NotHex
+from protocol.catalogue import BY_NAME
+from protocol.frame import Noise
+from tests.scenarios.fuzz import nasty_bytes
+from tests.support.line.vectors import BY_ID, VALID, Vector
+
+ROOT = Path(__file__).parents[3]
+STATUS = "41 75 32 07 0A 00 01 44"
+MISPRINT = "41 75 20 01 3C 50"
+LIKE_A_VOLTAGE = BY_ID["trigger-record-that-begins-like-a-voltage"].hex
+
+
+def run(*words: str) -> int:
+    """The sub-command's exit code, as `dps-s` would get it."""
+    parser = argparse.ArgumentParser(prog="dps-s")
+    decode.add_parser(parser.add_subparsers())
+    args = parser.parse_args(["decode", *words])
+    code: int = args.run(args)
+    return code
+
+
+def objects(text: str) -> list[dict[str, object]]:
+    return [json.loads(line) for line in text.splitlines()]
+
+
+def lines_of(*chunks: bytes, asked: str | None = None) -> list[Line]:
+    capture = Capture(BY_NAME[asked] if asked else None)
+    return [line for chunk in chunks for line in capture.feed(chunk)] + list(capture.finish())
+
+
+@pytest.mark.parametrize("vector", VALID, ids=lambda vector: vector.id)
+def test_every_frame_of_the_table(vector: Vector, capsys: pytest.CaptureFixture[str]) -> None:
+    asked = ["--asked", vector.while_asked] if vector.while_asked else []
+    assert run("--json", *asked, *vector.hex.split()) == 0
+    assert vector.means is not None
+    direction = "host_to_module" if vector.is_from_host else "module_to_host"
+    place = {"offset": 0, "hex": vector.hex, "valid": True, "direction": direction}
+    assert objects(capsys.readouterr().out) == [place | vector.means]
+
+
+def test_rejected_bytes_have_a_line_with_the_reason_and_exit_code_4(capsys: pytest.CaptureFixture[str]) -> None:
+    assert run("--json", STATUS, MISPRINT, STATUS) == 4
+    first, rejected, last = objects(capsys.readouterr().out)
+    assert rejected == {"offset": 8, "hex": MISPRINT, "valid": False, "reason": "checksum 50, the sum is 5D"}
+    assert (first["offset"], last["offset"]) == (0, 14)
+    values = ["tilt_deg", "acceleration_g", "triggered", "active"]
+    assert list(first) == ["offset", "hex", "valid", "direction", "command", *values]
+
+
+def test_lines_for_people(capsys: pytest.CaptureFixture[str]) -> None:
+    assert run("42 61 32 01 00 33", STATUS, MISPRINT) == 4
+    assert [" ".join(line.split()) for line in capsys.readouterr().out.splitlines()] == [
+        "0 host 42 61 32 01 00 33 query: status",
+        f"6 module {STATUS} status: tilt 7°, 1.0 g, not triggered, active",
+        f"14 - {MISPRINT} no frame: checksum 50, the sum is 5D",
+    ]
+
+
+def test_a_long_run_is_shown_to_people_by_its_beginning(capsys: pytest.CaptureFixture[str]) -> None:
+    assert run("FF" * 300) == 4
+    (line,) = capsys.readouterr().out.splitlines()
+    assert line.split() == ["0", "-", *["FF"] * 16, "…", "300", "bytes:", "no", "frame:", "no", "frame", "header"]
+
+
+def test_what_was_asked_is_taken_from_the_host(capsys: pytest.CaptureFixture[str]) -> None:
+    ask_voltage, ask_records = BY_ID["cell-voltage-query"].hex, BY_ID["trigger-records-query"].hex
+    voltage = LIKE_A_VOLTAGE[: 6 * 3]
+    assert run("--json", "--asked", "trigger_records", ask_voltage, voltage, ask_records, LIKE_A_VOLTAGE) == 0
+    first, second = objects(capsys.readouterr().out)[1::2]
+    assert first["cell_voltage_v"] == 4.04
+    assert (second["command"], second["boot_count"]) == ("trigger_records", 202)
+
+
+def test_a_set_in_the_capture_makes_the_reply_an_acknowledgement(capsys: pytest.CaptureFixture[str]) -> None:
+    sent = BY_ID["freefall-time-set-1.6s"].hex
+    assert run("--json", sent, "41 75 22 01 01 24", "42 61 17 02 01 1A", "41 75 16 01 01 18") == 0
+    _, received, _, disabled = objects(capsys.readouterr().out)
+    assert (received["command"], received["acknowledged"]) == ("freefall_time", True)
+    assert "value_s" not in received
+    assert (disabled["command"], disabled["enabled"]) == ("freefall_trigger", False)
+
+
+def test_asked_counts_until_the_host_is_heard(capsys: pytest.CaptureFixture[str]) -> None:
+    assert run("--json", "--asked", "cell_voltage", LIKE_A_VOLTAGE[:17], BY_ID["status-query"].hex, LIKE_A_VOLTAGE) == 0
+    commands = [one["command"] for one in objects(capsys.readouterr().out)]
+    assert commands == ["cell_voltage", "status", "trigger_records"]
+
+
+def test_with_nothing_known_a_whole_record_wins(capsys: pytest.CaptureFixture[str]) -> None:
+    assert run("--json", LIKE_A_VOLTAGE) == 0
+    (record,) = objects(capsys.readouterr().out)
+    assert record["command"] == "trigger_records"
+
+
+@pytest.mark.parametrize(
+    "words",
+    [
+        [STATUS],
+        STATUS.split(),
+        [STATUS.lower().replace(" ", "")],
+        ["0x41,0x75,0x32,0x07", "0X0A, 00, 01 44"],
+        ["41\n75\t32 07\r\n0A 00 01 44"],
+    ],
+)
+def test_bytes_as_people_write_them(words: list[str], capsys: pytest.CaptureFixture[str]) -> None:
+    assert run("--json", *words) == 0
+    assert [one["hex"] for one in objects(capsys.readouterr().out)] == [STATUS]
+
+
+@pytest.mark.parametrize(
+    ("words", "named"),
+    [
+        (["41", "7"], "“7”"),
+        (["417", "532"], "“7”"),
+        (["4175zz"], "“zz”"),
+        (["hello", "41"], "“hello”"),
+        (["41", "-"], "“-”"),
+        (["0x"], "“0x”"),
+    ],
+)
+def test_what_is_no_hex_is_refused_by_name_before_anything_is_printed(
+    words: list[str], named: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert run(*words) == 2
+    printed = capsys.readouterr()
+    assert printed.out == ""
+    assert named in printed.err
+    assert len(printed.err.splitlines()) == 1
+
+
+def test_no_bytes_at_all_is_a_wrong_use(capsys: pytest.CaptureFixture[str]) -> None:
+    assert run() == 2
+    assert "give the bytes in hex, or -" in capsys.readouterr().err
+
+
+def test_a_name_that_is_no_command_is_refused(capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(SystemExit) as stopped:
+        run("--asked", "voltage", "41")
+    assert stopped.value.code == 2
+    assert "cell_voltage" in capsys.readouterr().err
+
+
+def test_standard_input_is_read_to_its_end(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
+    monkeypatch.setattr(sys, "stdin", io.StringIO(f"\ufeff{STATUS[:11]}\n{STATUS[11:]} {MISPRINT}"))
+    assert run("--json", "-") == 4
+    assert [one["hex"] for one in objects(capsys.readouterr().out)] == [STATUS, MISPRINT]
+
+
+def test_bad_standard_input_is_refused_after_what_came_before(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr(sys, "stdin", io.StringIO(f"{STATUS}\nxyz\n{STATUS}\n"))
+    assert run("--json", "-") == 2
+    printed = capsys.readouterr()
+    assert [one["hex"] for one in objects(printed.out)] == [STATUS]
+    assert "“xyz”" in printed.err
+
+
+def test_binary_standard_input_is_refused_in_a_sentence(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr(sys, "stdin", io.TextIOWrapper(io.BytesIO(b"Au\xff\xfe"), encoding="utf-8"))
+    assert run("-") == 2
+    assert "not text" in capsys.readouterr().err
+
+
+def test_lines_come_while_the_input_goes_on_and_a_closed_output_is_no_error() -> None:
+    with subprocess.Popen(
+        [sys.executable, "-m", "app", "decode", "--json", "-"],
+        stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, cwd=ROOT,
+    ) as process:  # fmt: skip
+        assert process.stdin is not None
+        assert process.stdout is not None
+        assert process.stderr is not None
+        process.stdin.write(f"{STATUS}\n")
+        process.stdin.flush()
+        assert json.loads(process.stdout.readline())["hex"] == STATUS  # the input is still open
+        process.stdout.close()
+        process.stdin.write(f"{STATUS}\n")
+        process.stdin.close()
+        assert process.stderr.read() == ""
+        assert process.wait(timeout=10) == 0
+
+
+@given(st.integers(0, 2**64), st.lists(st.integers(0, 150), max_size=12), st.sampled_from([None, *BY_NAME]))
+def test_cuts_do_not_show_in_the_lines(seed: int, places: list[int], asked: str | None) -> None:
+    data = nasty_bytes(random.Random(seed))
+    edges = [0, *sorted(min(place, len(data)) for place in places), len(data)]
+    chunks = [data[start:end] for start, end in pairwise(edges)]
+    whole, pieces = lines_of(data, asked=asked), lines_of(*chunks, asked=asked)
+    assert [as_json(line) for line in pieces] == [as_json(line) for line in whole]
+    assert b"".join(line.piece.raw for line in pieces) == data
+
+
+@pytest.mark.parametrize("step", [1, 700, 4096, 10_000])
+def test_a_run_without_end_is_bounded(step: int) -> None:
+    garbage = bytes(10_000)
+    lines = lines_of(*(garbage[at : at + step] for at in range(0, len(garbage), step)))
+    assert [(line.piece.offset, len(line.piece.raw)) for line in lines] == [
+        (0, LONGEST_RUN),
+        (LONGEST_RUN, LONGEST_RUN),
+        (2 * LONGEST_RUN, 10_000 - 2 * LONGEST_RUN),
+    ]
+    assert all(isinstance(line.piece, Noise) for line in lines)
+
+
+@given(
+    st.binary(max_size=40),
+    st.lists(st.integers(0, 200), max_size=8),
+    st.sampled_from(["", " ", ",", " 0x", ", 0X", "\r\n"]),
+)
+def test_hex_text_in_any_cuts(data: bytes, places: list[int], between: str) -> None:
+    text = "".join(between + f"{byte:02x}" for byte in data)
+    edges = [0, *sorted(min(place, len(text)) for place in places), len(text)]
+    reader = HexText()
+    read = b"".join(reader.feed(text[start:end]) for start, end in pairwise(edges))
+    reader.finish()
+    assert read == data
+
+
+@given(st.text(alphabet="0123456789abcdefxXgG ,\n-é", max_size=30))
+def test_any_other_text_is_refused_alike_in_any_cuts(text: str) -> None:
+    words: list[str] = []
+
+    def read(*parts: str) -> bytes | None:
+        reader = HexText()
+        try:
+            data = b"".join(reader.feed(part) for part in parts)
+            reader.finish()
+        except NotHex as refused:
+            words.append(refused.word)
+            return None
+        return data
+
+    assert read(text) == read(*text)
+    assert all(words)

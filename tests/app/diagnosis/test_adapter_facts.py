@@ -1,0 +1,162 @@
+"""What the system tells about an adapter, which ones come and go, and the rule for the system."""
+
+import os
+import re
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+
+from app.diagnosis.adapter_facts import Access, AdapterFacts, PortHistory, access_to, facts_about, running
+from app.engine.ports import PortInfo
+
+PORT = "/dev/ttyUSB0"
+
+
+# What the system tells
+
+
+def tree(root: Path, files: dict[str, str]) -> Path:
+    for name, text in files.items():
+        path = root / name
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_text(text)
+    return root
+
+
+@pytest.fixture
+def linux(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("app.diagnosis.adapter_facts.sys.platform", "linux")
+
+
+@pytest.mark.usefixtures("linux")
+def test_the_latency_timer_and_the_rule_are_found(tmp_path: Path) -> None:
+    root = tree(tmp_path, {
+        "sys/bus/usb-serial/devices/ttyUSB0/latency_timer": "16\n",
+        "etc/udev/rules.d/60-dps-s.rules": "",
+        "proc/12/comm": "ModemManager\n",
+        "proc/13/comm": "brltty\n",
+        "proc/14/comm": "bash\n",
+        "dev/ttyUSB0": "",
+    })  # fmt: skip
+    facts = facts_about("/dev/ttyUSB0", root=root)
+    assert facts.latency_ms == 16
+    assert facts.latency_path == "/sys/bus/usb-serial/devices/ttyUSB0/latency_timer"
+    assert facts.has_rule
+    assert facts.grabbers == ("ModemManager", "brltty")
+    assert facts.rule_source.endswith("packaging/60-dps-s.rules")
+
+
+@pytest.mark.usefixtures("linux")
+def test_nothing_there_is_nothing_known(tmp_path: Path) -> None:
+    facts = facts_about("/dev/ttyUSB0", root=tmp_path)
+    assert facts.latency_ms is None
+    assert facts.access is None
+    assert facts.grabbers == ()
+    assert not facts.has_rule
+    tree(tmp_path, {"sys/bus/usb-serial/devices/ttyUSB0/latency_timer": "many\n"})
+    assert facts_about("/dev/ttyUSB0", root=tmp_path).latency_ms is None
+
+
+def test_a_url_has_no_facts() -> None:
+    assert facts_about("socket://10.0.0.2:4000") == AdapterFacts()
+
+
+@pytest.mark.skipif(not hasattr(os, "getuid"), reason="groups are POSIX")
+def test_the_group_of_a_device_file(tmp_path: Path) -> None:
+    device = tmp_path / "tty"
+    device.write_text("")
+    device.chmod(0o600)
+    assert access_to(device) == Access()
+    device.chmod(0o660)
+    if device.stat().st_gid == 0:
+        assert access_to(device) == Access()  # only the administrator's own group
+        try:
+            os.chown(device, -1, 20)
+        except OSError:
+            return
+    access = access_to(device)
+    assert access is not None
+    assert access.group
+    assert access_to(tmp_path / "missing") is None
+
+
+def test_programs_are_found_by_the_name_that_the_kernel_keeps(tmp_path: Path) -> None:
+    root = tree(tmp_path, {"proc/1/comm": "a-very-long-nam\n", "proc/x/comm": "hidden\n"})
+    assert running(["a-very-long-name-indeed", "hidden"], root=root) == ("a-very-long-name-indeed",)
+
+
+# Which adapters come and go
+
+
+ADAPTER = PortInfo(PORT, "CP2102", "", "0001", 0x10C4, 0xEA60, "1-1:1.0")
+
+
+def test_an_adapter_that_vanishes_at_once_is_counted() -> None:
+    history = PortHistory()
+    history.look([], 0.0)
+    for number in range(3):
+        history.look([ADAPTER], 10.0 + number * 5)
+        history.look([], 12.0 + number * 5)
+    assert history.short_visits(PORT, 30.0) == 3
+    assert history.short_visits(ADAPTER.identity, 30.0) == 3
+    assert history.short_visits("/dev/ttyS0", 30.0) == 0
+    assert history.short_visits(PORT, 1000.0) == 0  # long ago
+
+
+def test_what_was_there_before_or_stays_long_is_no_short_visit() -> None:
+    history = PortHistory()
+    history.look([ADAPTER], 0.0)
+    history.look([], 1.0)
+    assert history.short_visits(PORT, 2.0) == 0
+    history.look([ADAPTER], 10.0)
+    history.look([], 60.0)
+    assert history.short_visits(PORT, 61.0) == 0
+
+
+def test_the_history_is_bounded() -> None:
+    history = PortHistory()
+    for number in range(500):
+        history.look([replace(ADAPTER, serial_number=str(number), device=f"/dev/ttyUSB{number}")], float(number))
+    assert len(history._visits) <= PortHistory.KEPT_ADAPTERS
+    for number in range(500):
+        history.look([ADAPTER] if number % 2 else [], 1000.0 + number)
+    assert max(map(len, history._visits.values())) <= PortHistory.KEPT_VISITS
+
+
+# The rule for the system
+
+
+RULES = Path(__file__).parents[3] / "packaging" / "60-dps-s.rules"
+_ASSIGNMENT = re.compile(r'[A-Z]+(?:\{[A-Za-z_]+\})?(?:==|!=|\+=|=)"[^"]*"')
+
+
+def rule_lines() -> list[str]:
+    lines = RULES.read_text(encoding="ascii").splitlines()
+    return [line for line in lines if line.strip() and not line.startswith("#")]
+
+
+def test_each_line_of_the_rule_is_a_list_of_keys_and_values() -> None:
+    for line in rule_lines():
+        parts = [part.strip() for part in re.split(r",\s*(?=[A-Z])", line)]
+        assert all(_ASSIGNMENT.fullmatch(part) for part in parts), line
+
+
+def test_the_rule_covers_the_usual_adapters_and_keeps_the_modem_program_off() -> None:
+    adapters = [line for line in rule_lines() if "idProduct" in line]
+    vendors = {re.findall(r'idVendor\}=="([0-9a-f]{4})"', line)[0] for line in adapters}
+    assert vendors == {"0403", "10c4", "1a86", "067b"}
+    for line in adapters:
+        assert 'TAG+="uaccess"' in line
+        assert 'ENV{ID_MM_DEVICE_IGNORE}="1"' in line
+    products = "|".join(re.findall(r'idProduct\}=="([^"]+)"', "\n".join(adapters))).split("|")
+    assert {"6001", "ea60", "7523", "5523", "55d4", "2303"} <= set(products)
+    assert all(re.fullmatch(r"[0-9a-f]{4}", product) for product in products)
+    assert len(products) == len(set(products))
+
+
+def test_the_rule_comes_before_the_one_that_gives_access_and_jumps_where_there_is_a_label() -> None:
+    assert RULES.name < "73-seat-late.rules"
+    text = RULES.read_text(encoding="ascii")
+    assert set(re.findall(r'GOTO="(\w+)"', text)) == set(re.findall(r'LABEL="(\w+)"', text))
+    assert "brltty" in text

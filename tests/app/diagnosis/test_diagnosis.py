@@ -1,0 +1,318 @@
+"""The table evidence → cause, row by row; where the evidence comes from; and causes as they are met on the line."""
+
+import sys
+from collections import Counter
+from collections.abc import Callable
+from dataclasses import replace
+from typing import Any
+
+import pytest
+
+from app.diagnosis.adapter_facts import Access, AdapterFacts
+from app.diagnosis.causes import CAUSES, Cause, Diagnosis, diagnose
+from app.diagnosis.evidence import Witness
+from app.diagnosis.symptoms import NOISE_KEPT_BYTES, Evidence
+from app.engine.procedure import Ask, Procedure
+from app.engine.session import Run
+from app.engine.transport import Holder, PortError, PortTrouble
+from app.engine.worker import Batch, Connection, PortState
+from app.procedures.greet import greet
+from protocol.catalogue import BY_NAME
+from protocol.events import Counters, Role
+from protocol.frame import Reason
+from tests.support.line.sim_line import Rig
+
+PORT = "/dev/ttyUSB0"
+
+
+def trouble(kind: PortTrouble, holder: Holder | None = None) -> Evidence:
+    return Evidence(port=PORT, trouble=PortError(kind, PORT, "driver's words", holder))
+
+
+def opened(**values: Any) -> Evidence:
+    """Open, asked three times, and nothing came."""
+    counters = values.pop("counters", {})
+    return Evidence(port=PORT, is_open=True, counters=Counters(sent=3, time_outs=3, **counters), **values)
+
+
+def online(**values: Any) -> Evidence:
+    return Evidence(port=PORT, is_open=True, is_answering=True, was_online=True, **values)
+
+
+def rejected(count: int, reason: Reason = Reason.NO_HEADER) -> dict[str, Any]:
+    return {"rejected_bytes": Counter({reason: count})}
+
+
+def with_facts(evidence: Evidence, **values: Any) -> Evidence:
+    return replace(evidence, facts=AdapterFacts(**values))
+
+
+TABLE: tuple[tuple[str, Evidence, Cause], ...] = (
+    ("no bytes at all", opened(), Cause.NOTHING),
+    ("echo only", opened(bytes_received=18, counters={"frames": 3, "by_role": Counter({Role.ECHO: 3})}), Cause.ECHO),
+    ("echo and hiss", opened(bytes_received=20, noise=b"\x00Ba\x01", counters=rejected(4)), Cause.ECHO),
+    ("garbage", opened(bytes_received=200, counters=rejected(200)), Cause.WRONG_RATE),
+    ("garbage with a chance header", opened(
+        bytes_received=200, counters={"rejected_bytes": Counter({Reason.NO_HEADER: 180, Reason.UNKNOWN_CODE: 20})}
+    ), Cause.WRONG_RATE),
+    ("checksum errors and no frame", opened(bytes_received=60, counters=rejected(60, Reason.CHECKSUM)), Cause.BAD_LINE),
+    ("checksum errors among frames", online(
+        bytes_received=4000, counters=Counters(frames=400, **rejected(400, Reason.CHECKSUM))
+    ), Cause.BAD_LINE),
+    ("held by a named program", trouble(PortTrouble.BUSY, Holder("minicom", 4711)), Cause.HELD),
+    ("held by nobody knows whom", trouble(PortTrouble.BUSY), Cause.HELD),
+    ("held by ModemManager", trouble(PortTrouble.BUSY, Holder("ModemManager", 600)), Cause.MODEM_PROBER),
+    ("held, and ModemManager runs", with_facts(trouble(PortTrouble.BUSY), grabbers=("ModemManager",)),
+     Cause.MODEM_PROBER),
+    ("held by another, and ModemManager runs",
+     with_facts(trouble(PortTrouble.BUSY, Holder("minicom", 1)), grabbers=("ModemManager",)), Cause.HELD),
+    ("AT in the noise", opened(bytes_received=30, noise=b"AT\rAT\rATE0\r", counters=rejected(30)), Cause.MODEM_PROBER),
+    ("a modem's other question", opened(bytes_received=5, noise=b"\x7e\x00\x78\xf0\x7e", counters=rejected(5)),
+     Cause.MODEM_PROBER),
+    ("held by brltty", trouble(PortTrouble.BUSY, Holder("brltty", 33)), Cause.BRAILLE),
+    ("vanished, and brltty runs", with_facts(
+        replace(trouble(PortTrouble.MISSING), short_visits=1), grabbers=("brltty",)
+    ), Cause.BRAILLE),
+    ("not there, and brltty runs", with_facts(trouble(PortTrouble.MISSING), grabbers=("brltty",)), Cause.MISSING),
+    ("comes and goes", replace(trouble(PortTrouble.LOST), short_visits=3), Cause.FLAPPING),
+    ("no permission", trouble(PortTrouble.NOT_ALLOWED), Cause.NO_PERMISSION),
+    ("no permission, not in the group", with_facts(trouble(PortTrouble.NOT_ALLOWED), access=Access(group="uucp")),
+     Cause.NO_PERMISSION),
+    ("no permission, no group has it", with_facts(trouble(PortTrouble.NOT_ALLOWED), access=Access()),
+     Cause.NO_PERMISSION),
+    ("no permission on another system", replace(trouble(PortTrouble.NOT_ALLOWED), platform="darwin"),
+     Cause.NO_PERMISSION),
+    ("not logged in since", with_facts(
+        trouble(PortTrouble.NOT_ALLOWED), access=Access(group="dialout", is_member=True)
+    ), Cause.LOG_IN_AGAIN),
+    ("no such port", trouble(PortTrouble.MISSING), Cause.MISSING),
+    ("unplugged", trouble(PortTrouble.LOST), Cause.UNPLUGGED),
+    ("stuck", trouble(PortTrouble.STUCK), Cause.STUCK),
+    ("no serial port", trouble(PortTrouble.UNUSABLE), Cause.UNUSABLE),
+    ("a console", opened(bytes_received=40, noise=b"\r\nraspberrypi login: ", counters=rejected(40)), Cause.LOGIN),
+    ("we shut it down", opened(was_online=True, was_shut_down=True), Cause.SHUT_DOWN),
+    ("it sends and does not answer", opened(
+        bytes_received=80, counters={"frames": 10, "by_role": Counter({Role.STREAMED: 10})}
+    ), Cause.DEAF),
+    ("it was there before", opened(was_online=True), Cause.FELL_SILENT),
+    ("its rate was changed", opened(was_online=True, bytes_received=50, counters=rejected(50)), Cause.WRONG_RATE),
+    ("a long latency timer", with_facts(online(), latency_ms=16, latency_path="/sys/x/latency_timer"),
+     Cause.SLOW_ADAPTER),
+    ("answers in steps of 16 ms", online(round_trip_minimum_s=0.0155, round_trip_median_s=0.016), Cause.SLOW_ADAPTER),
+)  # fmt: skip
+
+FINE: tuple[tuple[str, Evidence], ...] = (
+    ("nothing was asked yet", Evidence(port=PORT, is_open=True)),
+    ("closed, as somebody wanted", Evidence(port=PORT)),
+    ("answering", online(round_trip_minimum_s=0.002, round_trip_median_s=0.003)),
+    ("answering over a network", online(round_trip_minimum_s=0.004, round_trip_median_s=0.2)),
+    ("answering slowly at 4800 baud", online(round_trip_minimum_s=0.027, round_trip_median_s=0.09)),
+    ("a short latency timer", with_facts(online(round_trip_minimum_s=0.012, round_trip_median_s=0.016), latency_ms=1)),
+    ("a few damaged bytes of many", online(bytes_received=100_000, counters=Counters(frames=9000, **rejected(90)))),
+    ("AT in a stream that works", online(
+        noise=b"AT\r", bytes_received=9000, counters=Counters(frames=999, **rejected(3))
+    )),
+)  # fmt: skip
+
+
+@pytest.mark.parametrize(("evidence", "cause"), [row[1:] for row in TABLE], ids=[row[0] for row in TABLE])
+def test_evidence_has_its_cause(evidence: Evidence, cause: Cause) -> None:
+    found = diagnose(evidence)
+    assert found is not None
+    assert found.cause is cause
+    assert found.what.strip()
+    assert found.next_step.strip()
+    assert "{" not in found.what + found.next_step
+    assert "driver's words" not in found.what
+    assert (found.command is None) or found.command in found.next_step
+
+
+@pytest.mark.parametrize("evidence", [row[1] for row in FINE], ids=[row[0] for row in FINE])
+def test_nothing_is_wrong(evidence: Evidence) -> None:
+    assert diagnose(evidence) is None
+
+
+def test_every_cause_has_a_row_in_the_table_and_in_this_test() -> None:
+    assert {row.cause for row in CAUSES} == set(Cause)
+    assert {cause for _, _, cause in TABLE} == set(Cause)
+
+
+def test_each_cause_says_something_of_its_own() -> None:
+    said = {row.what for row in CAUSES}
+    assert len(said) >= len(Cause)
+
+
+def found_for(evidence: Evidence) -> Diagnosis:
+    found = diagnose(evidence)
+    assert found is not None
+    return found
+
+
+def test_the_commands_are_exact() -> None:
+    denied = trouble(PortTrouble.NOT_ALLOWED)
+    assert found_for(with_facts(denied, access=Access(group="uucp"))).command == "sudo usermod -aG uucp $USER"
+    by_rule = found_for(with_facts(denied, access=Access(), rule_source="/a b/60-dps-s.rules")).command
+    assert by_rule is not None
+    assert by_rule.startswith("sudo cp '/a b/60-dps-s.rules' /etc/udev/rules.d/ && ")
+    prober = trouble(PortTrouble.BUSY, Holder("ModemManager", 600))
+    assert "60-dps-s.rules" in (found_for(prober).command or "")
+    no_rule = with_facts(denied, access=Access(), rule_source="")
+    assert found_for(no_rule).command == "sudo usermod -aG dialout $USER"
+    assert found_for(with_facts(prober, rule_source="")).command == "sudo systemctl stop ModemManager"
+    assert found_for(with_facts(prober, has_rule=True)).command == "sudo systemctl restart ModemManager"
+    slow = with_facts(online(), latency_ms=16, latency_path="/sys/bus/usb-serial/devices/ttyUSB0/latency_timer")
+    assert found_for(slow).command == "echo 1 | sudo tee /sys/bus/usb-serial/devices/ttyUSB0/latency_timer"
+    assert found_for(replace(denied, platform="win32")).command is None
+
+
+def test_who_holds_it_is_named() -> None:
+    found = found_for(trouble(PortTrouble.BUSY, Holder("minicom", 4711)))
+    assert found.what == "/dev/ttyUSB0 is in use by minicom (process 4711)."
+    assert found.next_step == "Close minicom and connect again."
+
+
+# From the line to the cause
+
+
+class Watched:
+    """A session whose batches a witness sees."""
+
+    def __init__(self, options: dict[str, str]) -> None:
+        self.rig = Rig(options)
+        self.witness = Witness()
+        self.witness.begin(PORT)
+
+    def tell(self, connection: Connection | None = None) -> None:
+        session, now = self.rig.session, self.rig.clock.now_s
+        is_open = connection is None
+        self.witness.take(
+            Batch(
+                now,
+                connection or Connection(PortState.OPEN, PORT, 115200),
+                session.device.view(now),
+                session.link_view() if is_open else None,
+                events=tuple(session.take_events()),
+            )
+        )
+
+    def run(self, procedure: Procedure[Any]) -> None:
+        self.rig.session.run(Run(procedure))
+        self.wait(4.0)
+
+    def wait(self, seconds: float) -> None:
+        end_s = self.rig.clock.now_s + seconds
+        while self.rig.clock.now_s < end_s:
+            self.rig.session.step()
+            self.tell()
+
+    def cause(self) -> Cause | None:
+        found = diagnose(self.witness.evidence())
+        return None if found is None else found.cause
+
+
+def silent_line() -> Watched:
+    watched = Watched({"mute": "yes"})
+    watched.run(greet())
+    return watched
+
+
+def echoing_line() -> Watched:
+    watched = Watched({"mute": "yes", "echo": "yes"})
+    watched.run(greet())
+    return watched
+
+
+def wrong_rate() -> Watched:
+    watched = Watched({"baud": "9600", "stream_at_boot": "yes"})
+    watched.run(greet())
+    return watched
+
+
+def rate_changed_later() -> Watched:
+    watched = Watched({})
+    watched.run(greet())
+    watched.rig.bench.module.baud_rate = 19200
+    watched.rig.bench.module.start_stream(watched.rig.clock.now_s)
+    watched.wait(20)
+    return watched
+
+
+def bad_line() -> Watched:
+    watched = Watched({"corrupt": "0.05", "rate": "200", "stream_at_boot": "yes", "uptime": "60"})
+    watched.run(greet())
+    watched.wait(5)
+    return watched
+
+
+def deaf_module() -> Watched:
+    watched = Watched({"direction": "to-module", "drop": "1", "rate": "50", "stream_at_boot": "yes"})
+    watched.run(greet())
+    return watched
+
+
+def pulled_from_the_adapter() -> Watched:
+    watched = Watched({})
+    watched.run(greet())
+    watched.rig.bench.change(mute=True)
+    watched.wait(20)
+    return watched
+
+
+def shut_down() -> Watched:
+    watched = Watched({})
+    watched.run(greet())
+
+    def act() -> Procedure[None]:
+        yield Ask(BY_NAME["shutdown"].set(True), is_deliberate=True)
+
+    watched.run(act())
+    watched.wait(20)
+    return watched
+
+
+def slow_adapter() -> Watched:
+    watched = Watched({"delay_ms": "15"})
+    for _ in range(5):
+        watched.run(greet())
+    return watched
+
+
+@pytest.mark.parametrize(
+    ("make", "cause"),
+    [
+        (silent_line, Cause.NOTHING),
+        (echoing_line, Cause.ECHO),
+        (wrong_rate, Cause.WRONG_RATE),
+        (rate_changed_later, Cause.WRONG_RATE),
+        (bad_line, Cause.BAD_LINE),
+        (pulled_from_the_adapter, Cause.FELL_SILENT),
+        (shut_down, Cause.SHUT_DOWN),
+        (slow_adapter, Cause.SLOW_ADAPTER),
+        (deaf_module, Cause.DEAF),
+    ],
+)
+def test_what_happens_on_the_line_is_recognised(make: Callable[[], Watched], cause: Cause) -> None:
+    assert make().cause() is cause
+
+
+def test_a_module_that_comes_back_after_its_shutting_down_is_not_shut_down() -> None:
+    watched = shut_down()
+    watched.rig.bench.press_switch()
+    watched.wait(5)
+    assert watched.cause() is None
+    assert not watched.witness.evidence().was_shut_down
+
+
+def test_a_lost_port_is_its_trouble_and_a_new_connection_begins_anew() -> None:
+    watched = pulled_from_the_adapter()
+    watched.tell(Connection(PortState.CLOSED, PORT, 115200, PortError(PortTrouble.LOST, PORT, "")))
+    assert watched.cause() is Cause.UNPLUGGED
+    watched.witness.begin("/dev/ttyUSB1")
+    assert watched.cause() is None
+    assert watched.witness.evidence() == Evidence(port="/dev/ttyUSB1", platform=sys.platform)
+
+
+def test_the_noise_kept_is_bounded() -> None:
+    watched = Watched({"garbage": "1", "rate": "1000", "stream_at_boot": "yes", "uptime": "60"})
+    watched.wait(10)
+    assert 0 < len(watched.witness.evidence().noise) <= NOISE_KEPT_BYTES

@@ -1,0 +1,173 @@
+"""What the table of faults has found, each as one small case."""
+
+import os
+import subprocess
+import sys
+
+import pytest
+
+from app.engine.device import Device, Doubt
+from app.engine.procedure import Ask, Cancelled, Procedure
+from app.engine.session import Run
+from app.engine.transport import holder_of
+from app.procedures.history import read_history
+from protocol.catalogue import BAUD_RATE, BY_NAME, SERIAL_OUTPUT, STATUS
+from protocol.events import Answered, OutcomeUnknown
+from protocol.link import Link
+from protocol.messages import Acknowledgement
+from tests.faults.fault_kinds import BY_NAME_OF_FAULT
+from tests.faults.fault_rows import ROW_BY_TITLE
+from tests.faults.fault_table import run_cell
+from tests.faults.faulty_port import Phase
+from tests.support.line.sim_line import Rig
+
+THRESHOLD = BY_NAME["attitude_threshold"]
+
+
+def ask(*requests: Ask) -> Procedure[list[object]]:
+    outcomes: list[object] = []
+    for one in requests:
+        outcome = yield one
+        outcomes.append(outcome)
+    return outcomes
+
+
+def test_an_act_that_is_abandoned_is_of_unknown_outcome() -> None:
+    link = Link(0.0)
+    link.ask(THRESHOLD.set(75), 0.0)
+    assert link.abandon(0.5) == [OutcomeUnknown(THRESHOLD.set(75), 0.5, 0.5)]
+    link.ask(STATUS.query(), 1.0)
+    assert link.abandon(1.5) == []
+    assert link.abandon(1.6) == []
+
+
+def test_an_act_that_waits_behind_its_fence_was_not_sent_and_is_no_doubt() -> None:
+    link = Link(0.0)
+    link.ask(THRESHOLD.set(75), 0.0)
+    link.abandon(0.1)
+    link.ask(THRESHOLD.set(70), 0.2)  # behind a heartbeat, because the first may still be answered
+    assert link.abandon(0.3) == []
+
+
+def test_a_write_that_is_cancelled_casts_doubt_on_what_was_known() -> None:
+    rig = Rig()
+    rig.run(ask(Ask(THRESHOLD.query())))
+    run = Run(ask(Ask(THRESHOLD.set(75))))
+    rig.session.run(run)
+    rig.step_until(lambda: THRESHOLD.set(75) in rig.line.requests)
+    run.cancel()
+    rig.step_until(lambda: run.is_done)
+    assert isinstance(run.error, Cancelled)
+    known = rig.session.device.value(THRESHOLD.key)
+    assert known is not None
+    assert known.doubt is Doubt.WRITE_UNCONFIRMED
+
+
+def test_a_write_that_was_cancelled_before_it_left_casts_none() -> None:
+    rig = Rig()
+    rig.run(ask(Ask(THRESHOLD.query())))
+    rig.bench.change(mute=True)
+    run = Run(ask(Ask(THRESHOLD.set(75))))
+    rig.session.run(run)
+    rig.session.step()
+    run.cancel()
+    rig.step_until(lambda: run.is_done)
+    assert THRESHOLD.set(75) not in rig.line.requests
+    known = rig.session.device.value(THRESHOLD.key)
+    assert known is not None
+    assert known.doubt is None
+
+
+def test_a_second_cancel_does_not_break_off_the_cleaning_up() -> None:
+    def careful() -> Procedure[str]:
+        try:
+            yield Ask(STATUS.query(), (5.0,))
+        except Cancelled:
+            yield Ask(SERIAL_OUTPUT.set(False))
+            return "cleaned up"
+        return "not cancelled"
+
+    rig = Rig({"delay_ms": "300"})
+    run = Run(careful())
+    rig.session.run(run)
+    rig.session.step()
+    for _ in range(200):
+        run.cancel()
+        rig.session.step()
+    assert run.result == "cleaned up"
+
+
+def test_a_streamed_serial_output_is_not_on_for_ever() -> None:
+    rig = Rig({"stream_at_boot": "yes", "uptime": "60", "rate": "50"})
+    rig.step_for(1.0)
+    key = SERIAL_OUTPUT.key
+    assert rig.session.device.view(rig.clock.now_s).fresh(key, rig.clock.now_s) is True
+    rig.bench.module.stop_stream()
+    rig.step_for(2.0)
+    known = rig.session.device.view(rig.clock.now_s).known(key, rig.clock.now_s)
+    assert known is not None
+    assert known.doubt is Doubt.AGED
+
+
+def test_an_acknowledged_baud_rate_is_not_yet_the_rate() -> None:
+    rig = Rig({"baud_ack": "restart"})
+    rig.run(ask(Ask(STATUS.query())))
+    assert rig.session.device.value("baud_rate") is not None
+    rig.run(ask(Ask(BAUD_RATE.set(9600), is_deliberate=True)))
+    known = rig.session.device.value("baud_rate")
+    assert known is not None
+    assert known.doubt is Doubt.WRITE_UNCONFIRMED
+
+
+@pytest.mark.parametrize(("name", "value", "key"), [("deploy", True, "triggered"), ("zero_sensor", None, "tilt_deg")])
+@pytest.mark.parametrize("is_answered", [True, False])
+def test_what_was_reported_before_an_act_is_doubtful_after_it(
+    name: str, value: bool | None, key: str, is_answered: bool
+) -> None:
+    command = BY_NAME[name]
+    request = command.query() if value is None else command.set(value)
+    rig = Rig({"active": "yes", "tilt": "4"})
+    rig.run(ask(Ask(STATUS.query())))
+    device: Device = rig.session.device
+    if is_answered:
+        device.apply(Answered(request, (Acknowledgement(request, 0x01),), 1, None, rig.clock.now_s))
+    else:
+        device.apply(OutcomeUnknown(request, 1.0, rig.clock.now_s))
+    known = device.value(key)
+    assert known is not None
+    assert known.doubt is Doubt.WRITE_UNCONFIRMED
+
+
+@pytest.mark.parametrize("fault", ["replies 1.4 s late", "replies doubled", "5 % of all bytes lost"])
+def test_records_that_come_late_twice_or_damaged_are_not_confirmed(fault: str) -> None:
+    row = ROW_BY_TITLE["history.read_history"]
+    result = run_cell(row, BY_NAME_OF_FAULT[fault], Phase.BEFORE, 0)
+    assert result.faults == ()
+    assert result.says != "confirmed"
+
+
+def test_records_on_a_good_line_are_confirmed() -> None:
+    history = Rig({"history": "2"}).run(read_history())
+    assert history.is_confirmed
+    assert len(history.records) == 2
+
+
+@pytest.mark.skipif(not sys.platform.startswith("linux"), reason="/proc is Linux's")
+def test_a_process_that_may_not_be_looked_at_does_not_hide_the_one_that_may() -> None:
+    master, slave = os.openpty()
+    name = os.ttyname(slave)
+    os.close(slave)
+    code = "import sys; file = open(sys.argv[1]); print('open', flush=True); sys.stdin.read()"
+    with subprocess.Popen(
+        [sys.executable, "-c", code, name], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True
+    ) as other:
+        try:
+            assert other.stdout is not None
+            assert other.stdout.readline() == "open\n"
+            holder = holder_of(name)
+            assert holder is not None
+            assert holder.pid == other.pid
+            assert holder_of("/dev/null-that-is-not-there") is None
+        finally:
+            other.communicate("", timeout=10)
+            os.close(master)

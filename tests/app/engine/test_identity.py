@@ -1,0 +1,311 @@
+"""What may be another module than the one that is meant is asked questions and nothing else."""
+
+from dataclasses import replace
+
+import pytest
+
+from app.cli.set import result_of
+from app.engine.identity import (
+    READ_WITHIN_S,
+    Evidence,
+    Expected,
+    Identity,
+    IdentityCheck,
+    Trust,
+    evidence_of,
+    is_another,
+    is_same,
+    went_back,
+)
+from app.engine.procedure import Ask, Procedure
+from app.engine.reconnect import Address, Reconnection
+from app.engine.session import Run
+from app.engine.worker import Connection, PortState
+from app.preflight.evidence import Evidence as PreflightEvidence
+from app.preflight.evidence import FlagFate
+from app.preflight.run import run_preflight
+from app.procedures.act import perform
+from app.procedures.baud import change_baud
+from app.procedures.lock import lock
+from app.procedures.read import read_everything
+from app.procedures.write_all import Change, Leave, write_all
+from app.safety.acts import REQUESTS, Act
+from app.safety.interlocks import Condition
+from app.safety.permit import Origin, Permit
+from protocol.catalogue import ACTIVATION, BY_NAME, SERIAL_OUTPUT
+from protocol.events import Answered, Received, Role, Unanswered
+from protocol.messages import Reading
+from tests.support.journals import FakeJournal
+from tests.support.line.sim_line import Rig, watched
+
+FOUND = Evidence(
+    37,
+    {
+        "light_threshold_v": 1.8,
+        "attitude_threshold_deg": 60,
+        "freefall_acceleration_g": 0.5,
+        "freefall_time_s": 1.6,
+    },
+)
+"""Of the simulated module as delivered."""
+OPTIONS = {"uptime": 60, "noise": 0, "boots": 37}
+
+
+def with_setting(key: str, value: float) -> Evidence:
+    return replace(FOUND, settings={**FOUND.settings, key: value})
+
+
+@pytest.mark.parametrize(
+    ("before", "same", "another"),
+    [
+        (FOUND, True, False),
+        (replace(FOUND, boot_count=36), True, False),
+        (replace(FOUND, boot_count=250), True, False),
+        (replace(FOUND, boot_count=38), False, True),
+        (with_setting("attitude_threshold_deg", 85), False, True),
+        (replace(FOUND, boot_count=None), False, False),
+        (replace(FOUND, settings={}), False, False),
+        (Evidence(), False, False),
+    ],
+    ids=["the same", "restarted", "over the wrap", "gone back", "set otherwise", "no count", "no settings", "nothing"],
+)
+def test_boot_count_and_settings_tell(before: Evidence, same: bool, another: bool) -> None:
+    assert is_same(before, FOUND) is same
+    assert is_another(before, FOUND) is another
+
+
+def test_half_of_the_settings_prove_nothing() -> None:
+    half = replace(FOUND, settings={"attitude_threshold_deg": 60})
+    assert not is_same(FOUND, half)
+    assert not half.is_complete
+    assert FOUND.is_complete
+
+
+@pytest.mark.parametrize(("before", "now", "fell"), [(37, 12, True), (255, 0, False), (0, 255, True), (None, 3, False)])
+def test_a_boot_count_never_falls(before: int | None, now: int, fell: bool) -> None:
+    assert went_back(before, now) is fell
+
+
+def changes(rig: Rig) -> list[object]:
+    return [request for request in rig.line.requests if not request.is_repeatable]
+
+
+def trust(rig: Rig) -> Trust:
+    return rig.session.identity.identity.trust
+
+
+def ask(request: object) -> Procedure[object]:
+    return (yield Ask(request, is_deliberate=True))  # type: ignore[arg-type]
+
+
+def test_the_same_module_streams_again_by_itself() -> None:
+    rig = Rig(OPTIONS, expected=Expected(FOUND))
+    watched(rig)
+    assert trust(rig) is Trust.OPEN
+    rig.step_until(lambda: trust(rig) is Trust.PROVEN, limit_s=2)
+    assert changes(rig) == []
+    rig.step_until(lambda: changes(rig) == [SERIAL_OUTPUT.set(True)], limit_s=10)
+
+
+@pytest.mark.parametrize(
+    ("expected", "result"),
+    [
+        (Expected(replace(FOUND, boot_count=90)), Trust.ANOTHER),
+        (Expected(with_setting("freefall_time_s", 2.0)), Trust.ANOTHER),
+        (Expected(FOUND, is_adapter_same=False), Trust.UNCERTAIN),
+        (Expected(Evidence()), Trust.UNCERTAIN),
+        (Expected(Evidence(37)), Trust.UNCERTAIN),
+    ],
+    ids=["boot count", "setting", "another device", "nothing known", "settings not known"],
+)
+def test_nothing_but_questions_goes_to_what_may_be_another_module(expected: Expected, result: Trust) -> None:
+    rig = Rig(OPTIONS, expected=expected)
+    watched(rig)
+    rig.step_for(READ_WITHIN_S + 10)
+    assert trust(rig) is result
+    for request in (BY_NAME["attitude_threshold"].set(70), ACTIVATION.set(True), SERIAL_OUTPUT.set(True)):
+        outcome = rig.run(ask(request))
+        assert isinstance(outcome, Unanswered)
+        assert outcome.attempts == 0
+    rig.step_for(60)
+    assert changes(rig) == []
+    assert not {one.command.code for one in rig.line.requests} & {0x10, 0x11, 0x12, 0x13, 0x24, 0x25}
+
+
+NOT_PROVEN = "It is not proven that this is the module that is meant: only queries are sent."
+
+
+@pytest.mark.parametrize("act", [act for act in REQUESTS if act is not Act.LOCK])
+def test_an_act_that_is_refused_for_it_says_so(act: Act) -> None:
+    rig = Rig(OPTIONS, expected=Expected(replace(FOUND, boot_count=90)))
+    watched(rig)
+    rig.step_for(5)
+    permit = Permit(act, Origin.RITUAL, rig.clock())
+    done = rig.run(perform(act, FakeJournal(), permit=permit))
+    assert Condition.IS_THE_ONE_MEANT in [one.condition for one in done.refusals]
+    assert NOT_PROVEN in done.sentence
+    assert changes(rig) == []
+
+
+def test_a_write_that_is_refused_for_it_says_so() -> None:
+    rig = Rig(OPTIONS, expected=Expected(replace(FOUND, boot_count=90)))
+    watched(rig)
+    rig.step_for(5)
+    wanted, journal = Change(BY_NAME["attitude_threshold"], 70), FakeJournal()
+    report = rig.run(write_all([wanted], Leave(journal=journal, is_unlocked=True)))
+    assert [one.sentence for one in report.refusals] == [NOT_PROVEN]
+    (written,) = report.results
+    assert result_of(written, report.refusals).words == f"not sent: {NOT_PROVEN}"  # what `dps-s set` prints
+    permit = Permit(Act.CHANGE_BAUD, Origin.CONFIRMATION, rig.clock())
+    changed = rig.run(change_baud(9600, journal, permit=permit))
+    assert NOT_PROVEN in changed.sentence
+    checked = PreflightEvidence()
+    rig.run(run_preflight(checked, is_enabling=True, journal=journal))
+    assert {flag.fate for flag in checked.flags.values()} == {FlagFate.NOT_SENT}
+    assert {one.in_words() for flag in checked.flags.values() for one in flag.why} == {NOT_PROVEN}
+    assert changes(rig) == []
+    assert journal.intents == []
+
+
+def test_lock_leaves_also_to_what_may_be_another_module() -> None:
+    rig = Rig(OPTIONS, expected=Expected(replace(FOUND, boot_count=90)))
+    watched(rig)
+    rig.step_for(5)
+    run = Run(lock(FakeJournal()))
+    rig.session.run(run, is_urgent=True)
+    rig.step_until(lambda: run.is_done, limit_s=10)
+    assert set(changes(rig)) == {ACTIVATION.set(False)}
+
+
+def test_what_a_person_says_counts_only_for_what_they_saw() -> None:
+    rig = Rig(OPTIONS, expected=Expected(replace(FOUND, boot_count=90)))
+    watched(rig)
+    rig.step_for(5)
+    seen = rig.session.identity.identity
+    assert seen.is_for_a_person
+    assert seen.is_boot_count_lower
+    rig.session.identity.vouch(replace(seen, now=Evidence(12)))
+    assert trust(rig) is Trust.ANOTHER
+    rig.session.identity.vouch(seen)
+    assert trust(rig) is Trust.PROVEN
+    rig.step_until(lambda: changes(rig) == [SERIAL_OUTPUT.set(True)], limit_s=10)
+
+
+@pytest.mark.parametrize(
+    ("now", "is_kept"),
+    [
+        (Evidence(12, FOUND.settings), True),
+        (Evidence(12, {"light_threshold_v": 1.8}), True),
+        (Evidence(12, {**FOUND.settings, "attitude_threshold_deg": 75}), False),
+        (Evidence(13, FOUND.settings), False),
+    ],
+    ids=["all the rest", "a part", "another setting", "restarted again"],
+)
+def test_what_a_person_says_stands_when_more_was_read_that_agrees(now: Evidence, is_kept: bool) -> None:
+    """A click on what the window showed a moment ago is not lost, and does not cover what nobody has seen."""
+    seen = Identity(Trust.ANOTHER, FOUND, Evidence(12))
+    assert replace(seen, now=now).is_as_seen(seen) is is_kept
+    assert not Identity(Trust.UNCERTAIN, FOUND, now).is_as_seen(seen)
+    assert not replace(seen, before=Evidence(90), now=now).is_as_seen(seen)
+    rig = Rig(OPTIONS, expected=Expected(replace(FOUND, boot_count=90)))
+    watched(rig)
+    rig.step_for(5)
+    whole = rig.session.identity.identity
+    assert whole.now == FOUND
+    rig.session.identity.vouch(replace(whole, now=Evidence(37)))
+    assert trust(rig) is Trust.PROVEN
+
+
+def test_another_module_behind_the_open_port_is_noticed() -> None:
+    """The adapter stays plugged in, the module behind it is exchanged."""
+    rig = Rig(OPTIONS)
+    watched(rig)
+    rig.step_until(lambda: changes(rig) == [SERIAL_OUTPUT.set(True)], limit_s=10)
+    assert evidence_of(rig.session.device.view(rig.clock.now_s).values, is_fresh=True) == FOUND
+    rig.bench.module.memory.boot_count = 11
+    rig.bench.restart()
+    rig.step_until(lambda: trust(rig) is Trust.ANOTHER, limit_s=30)
+    sent = len(changes(rig))
+    rig.step_for(60)
+    assert len(changes(rig)) == sent
+    assert rig.session.identity.identity.before == FOUND
+
+
+def test_another_module_is_noticed_by_a_boot_count_that_only_lets_late_answers_pass() -> None:
+    rig = Rig({**OPTIONS, "stream_at_boot": True})
+    rig.run(read_everything())
+    rig.session.take_events()
+    rig.bench.module.memory.boot_count = 11
+    rig.bench.module.restart(rig.clock(), is_silent=True)
+    permit = Permit(Act.ACTIVATE, Origin.CONFIRMATION, rig.clock())
+    done = rig.run(perform(Act.ACTIVATE, FakeJournal(), permit=permit))
+    boots = BY_NAME["boot_count"].query()
+    events = rig.session.take_events()
+    assert 12 in [e.message.value for e in events if isinstance(e, Received) and isinstance(e.message, Reading)]
+    assert boots not in [e.request for e in events if isinstance(e, Answered)], "it was a fence only"
+    assert trust(rig) is Trust.ANOTHER
+    assert NOT_PROVEN in done.sentence
+    assert changes(rig) == []
+
+
+@pytest.mark.parametrize("role", Role)
+def test_only_a_boot_count_that_answers_what_was_just_asked_tells_of_another_module(role: Role) -> None:
+    """A late or a second one may be older than it looks, and from the module before."""
+    rig = Rig(OPTIONS)
+    rig.run(read_everything())
+    check = IdentityCheck()
+    lower = Reading(BY_NAME["boot_count"], 12)
+    frame = next(e.frame for e in rig.session.take_events() if isinstance(e, Received) and e.frame.code == 0x23)
+    check.on_event(Received(frame, lower, role, rig.clock()), rig.session.device, rig.clock())
+    assert check.is_proven is (role is not Role.ANSWER)
+
+
+@pytest.mark.parametrize("role", Role)
+def test_only_a_boot_count_that_answers_what_was_just_asked_is_evidence(role: Role) -> None:
+    rig = Rig(OPTIONS)
+    rig.run(read_everything())
+    device, at = rig.session.device, rig.clock()
+    frame = next(e.frame for e in rig.session.take_events() if isinstance(e, Received) and e.frame.code == 0x23)
+    device.apply(Received(frame, Reading(BY_NAME["boot_count"], 38), role, at))
+    seen = evidence_of(device.view(at).values, is_fresh=False)
+    assert seen.boot_count == (38 if role is Role.ANSWER else 37)
+
+
+def test_a_restart_of_the_same_module_needs_nobody() -> None:
+    rig = Rig(OPTIONS)
+    watched(rig)
+    rig.step_for(5)
+    rig.bench.restart()
+    rig.step_for(20)
+    assert trust(rig) is Trust.PROVEN
+    assert changes(rig).count(SERIAL_OUTPUT.set(True)) == 2
+
+
+@pytest.mark.parametrize(
+    ("address", "again", "is_same_adapter"),
+    [
+        (Address("/dev/pts/5"), (1, 8, 34821), True),
+        (Address("/dev/pts/5"), (1, 9, 34822), False),
+        (Address("/dev/pts/5"), None, False),
+        (Address("/dev/ttyUSB0", "10c4:ea60:0001", "1-1"), (9, 9, 9), True),
+        (Address("socket://bridge:4000"), None, True),
+    ],
+    ids=["the same file", "another file behind the link", "nothing there", "an adapter on USB", "an address"],
+)
+def test_a_name_is_the_same_adapter_only_while_it_leads_to_the_same_file(
+    address: Address, again: tuple[int, int, int] | None, is_same_adapter: bool
+) -> None:
+    nodes: dict[str, tuple[int, int, int] | None] = {address.device: (1, 8, 34821)}
+    made = Reconnection(is_link=lambda _device: True, node=lambda device: nodes[device])
+    made.want(address)
+    made.take(Connection(PortState.OPEN, address.device, 115200), 1.0)
+    nodes[address.device] = again
+    assert made.is_adapter_same is is_same_adapter
+
+
+def test_what_differs_is_named() -> None:
+    identity = Identity(Trust.ANOTHER, FOUND, replace(with_setting("attitude_threshold_deg", 85), boot_count=12))
+    assert identity.is_boot_count_lower
+    assert [(one.command.key, one.before, one.after) for one in identity.changed] == [
+        ("attitude_threshold_deg", 60, 85)
+    ]

@@ -1,0 +1,160 @@
+"""Another module where a known one was: asked about, shown without that one's name, and sent nothing but questions."""
+
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+import pytest
+from PySide6.QtWidgets import QApplication
+from pytestqt.qtbot import QtBot
+
+from app.engine.worker import Batch
+from app.safety.acts import Act
+from app.simulator.bench import SimulatedBench
+from app.store.store import Store
+from protocol.catalogue import SERIAL_OUTPUT, Request
+from protocol.events import Sent
+from tests.app.engine.test_identity import NOT_PROVEN
+from tests.support.window.fakes_ui import WAIT_MS, simulated, wait_online, window
+from ui.acts.outcomes import open_conditions
+from ui.core.connector import Target
+from ui.main import Assembly
+from ui.pages.settings.controller import SettingsWork
+from ui.services.module_name import ModuleName
+
+NAME = "M-07"
+
+
+class Desk:
+    def __init__(self, qtbot: QtBot, assembly: Assembly, bench: SimulatedBench, port: str) -> None:
+        self.qtbot, self.assembly, self.bench = qtbot, assembly, bench
+        self.target = Target(f"sim://{port}", 115200)
+        self.sent: list[Request] = []
+        assembly.connector.batch.connect(self._on_batch)
+        assembly.connector.stream.is_wanted = True
+
+    def _on_batch(self, batch: Batch) -> None:
+        self.sent += [event.request for event in batch.events if isinstance(event, Sent)]
+
+    @property
+    def naming(self) -> ModuleName:
+        return self.assembly.window._services.naming
+
+    @property
+    def changes(self) -> list[Request]:
+        return [one for one in self.sent if not one.is_repeatable]
+
+    @property
+    def asked(self) -> str:
+        notice = self.assembly.window.notice_bar.notice
+        is_question = self.assembly.window.notice_bar.button("identity_same") is not None
+        return notice.text if notice is not None and is_question else ""
+
+    def wait(self, is_so: Callable[[], bool]) -> None:
+        self.qtbot.waitUntil(is_so, timeout=WAIT_MS)
+
+    def connect(self) -> None:
+        self.assembly.connector.connect_to(self.target)
+        wait_online(self.qtbot, self.assembly)
+
+    def know(self) -> None:
+        """Named, read, and kept."""
+        self.naming.choose(NAME)
+        self.naming.remember_adapter()
+        store = self.assembly.keeping.store
+        assert isinstance(store, Store)
+        self.wait(lambda: any(store.evidence(module.id).is_complete for module in store.modules()))
+
+    def answer(self, key: str) -> None:
+        button = self.assembly.window.notice_bar.button(key)
+        assert button is not None
+        button.click()
+
+    def exchange(self, boots: int) -> None:
+        """Another module is on the adapter from now on."""
+        self.bench.module.memory.boot_count = boots - 1
+        self.bench.restart()
+
+
+@contextmanager
+def desk(qtbot: QtBot, qapp: QApplication, folder: Path, port: str) -> Iterator[Desk]:
+    with simulated(port, boots=37, uptime=60) as bench, window(qapp, folder) as assembly:
+        one = Desk(qtbot, assembly, bench, port)
+        one.connect()
+        one.know()
+        yield one
+        assembly.keeping.close()
+
+
+@pytest.mark.parametrize(("answer", "name"), [("identity_new", ""), ("identity_same", NAME)])
+def test_another_module_that_comes_back_on_the_same_port_is_asked_about(
+    qtbot: QtBot, qapp: QApplication, tmp_path: Path, answer: str, name: str
+) -> None:
+    with desk(qtbot, qapp, tmp_path, "back") as one:
+        connector = one.assembly.connector
+        whose = connector.whose
+        one.bench.unplug()
+        one.wait(lambda: not connector.is_open)
+        one.exchange(12)
+        one.sent.clear()
+        one.bench.plug()
+        one.wait(lambda: "boot count 12, was 37" in one.asked)
+        assert f"another module than {NAME}" in one.asked
+        assert one.naming.name == ""
+        assert one.assembly.window.top_bar._module == ""
+        assert one.changes == []
+        one.answer(answer)
+        one.wait(lambda: one.asked == "" and connector.identity.is_proven)
+        assert one.naming.name == name
+        assert (connector.whose == whose) is bool(name)
+        one.wait(lambda: one.changes == [SERIAL_OUTPUT.set(True)])
+
+
+def test_another_module_is_asked_about_at_connecting_and_the_same_is_known_by_itself(
+    qtbot: QtBot, qapp: QApplication, tmp_path: Path
+) -> None:
+    with desk(qtbot, qapp, tmp_path, "by hand") as one:
+        one.assembly.connector.disconnect_port()
+        one.wait(lambda: not one.assembly.connector.is_open)
+        one.connect()
+        one.wait(lambda: one.naming.name == NAME)
+        assert one.asked == ""
+        one.assembly.connector.disconnect_port()
+        one.wait(lambda: not one.assembly.connector.is_open)
+        one.exchange(12)
+        one.sent.clear()
+        one.connect()
+        one.wait(lambda: "boot count 12, was 37" in one.asked)
+        assert (one.naming.name, one.naming.meant) == ("", NAME)
+        services = one.assembly.window._services
+        assert NOT_PROVEN in [refusal.sentence for refusal in open_conditions(services, Act.ACTIVATE)]
+        settings = SettingsWork(services)
+        settings.form.fill({"attitude_threshold_deg": 70})
+        settings.write(is_warned=True, is_unlocked=True)
+        notice = settings.notice()
+        assert notice is not None
+        assert notice.text == f"Nothing was written. {NOT_PROVEN}"
+        assert one.changes == []
+
+
+def test_it_is_known_again_in_the_next_session(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
+    with simulated("next", boots=37, uptime=60) as bench:
+        with window(qapp, tmp_path) as assembly:
+            first = Desk(qtbot, assembly, bench, "next")
+            first.connect()
+            first.know()
+            assembly.keeping.close()
+        with window(qapp, tmp_path) as assembly:
+            second = Desk(qtbot, assembly, bench, "next")
+            second.connect()
+            second.wait(lambda: second.naming.name == NAME)
+            assembly.keeping.close()
+        bench.module.memory.attitude_threshold = 85
+        with window(qapp, tmp_path) as assembly:
+            third = Desk(qtbot, assembly, bench, "next")
+            third.connect()
+            third.wait(lambda: "attitude threshold 85°, was 60°" in third.asked)
+            assert third.naming.name == ""
+            third.naming.choose("M-08")
+            third.wait(lambda: third.naming.name == "M-08" and third.asked == "")
+            assembly.keeping.close()

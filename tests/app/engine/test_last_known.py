@@ -1,0 +1,157 @@
+"""A lost ACTIVE stays in sight as "was ACTIVE"; a shut-down by command is no fault."""
+
+from collections.abc import Iterator
+from pathlib import Path
+from types import MappingProxyType
+from typing import Any
+
+import pytest
+from PySide6.QtWidgets import QApplication
+from pytestqt.qtbot import QtBot
+
+from app.diagnosis.link_state import Phase, link_state, words
+from app.engine.device import DeviceView, Doubt, How, Known
+from app.engine.worker import Connection, PortState
+from app.procedures.greet import Greeting, Silence
+from app.safety.acts import Act
+from app.safety.last_known import Activation, LastKnown
+from protocol.link_states import Presence
+from tests.support.window.painted_text import watching
+from tests.support.window.settings_bench import desk
+from ui.shell.notices import link_notice
+from ui.style.theme import Appearance, Choice, Meaning, current
+from ui.widgets.readout import StateChip
+from ui.widgets.state_chips import show_activation
+
+NOW = 100.0
+
+
+def view(value: bool | None, **how: Any) -> DeviceView:
+    known = {} if value is None else {"active": Known(value, how.get("how", How.READ), NOW, how.get("doubt"))}
+    return DeviceView(MappingProxyType(known), Presence.ONLINE, NOW)
+
+
+@pytest.mark.parametrize("doubt", list(Doubt))
+def test_a_lost_active_is_said_as_was_active(doubt: Doubt) -> None:
+    last = LastKnown()
+    last.take(view(True), "a")
+    assert last.activation(view(True), NOW).state is Activation.ACTIVE
+    seen = last.activation(view(True, doubt=doubt), NOW + 30)
+    assert (seen.state, seen.at, seen.may_fire) == (Activation.WAS_ACTIVE, NOW, True)
+
+
+def test_the_port_came_back_and_nothing_is_answered_yet() -> None:
+    last = LastKnown()
+    last.take(view(True), "a")
+    last.take(view(None), "a")
+    assert last.activation(view(None), NOW + 30).state is Activation.WAS_ACTIVE
+    last.take(view(None), "b")  # another adapter
+    assert last.activation(view(None), NOW + 30).state is Activation.UNKNOWN
+
+
+def test_only_a_report_ends_it() -> None:
+    last = LastKnown()
+    last.take(view(True), "a")
+    acknowledged = view(False, how=How.ACKNOWLEDGED, doubt=Doubt.LINK_LOST)
+    last.take(acknowledged, "a")
+    assert last.activation(acknowledged, NOW + 5).state is Activation.WAS_ACTIVE
+    reported = view(False)
+    last.take(reported, "a")
+    assert last.activation(reported, NOW).state is Activation.LOCKED
+    assert last.activation(view(False, doubt=Doubt.LINK_LOST), NOW + 5).state is Activation.WAS_LOCKED
+    assert last.activation(view(None), NOW + 5).state is Activation.UNKNOWN
+
+
+def test_an_activation_that_nobody_answered_is_not_called_locked() -> None:
+    last = LastKnown()
+    unanswered = view(False, doubt=Doubt.WRITE_UNCONFIRMED)
+    last.take(unanswered, "a")
+    assert last.activation(unanswered, NOW).state is Activation.UNKNOWN
+
+
+@pytest.fixture
+def chip(qtbot: QtBot, qapp: QApplication) -> Iterator[StateChip]:
+    appearance = Appearance(qapp, Choice.LIGHT)
+    one = StateChip("Activation")
+    qtbot.addWidget(one)
+    yield one
+    appearance.choose(Choice.LIGHT)
+
+
+def test_the_chip_of_a_lost_active_is_amber_and_hatched(chip: StateChip) -> None:
+    last = LastKnown()
+    last.take(view(True), "a")
+    show_activation(chip, last.activation(view(None), NOW + 12), NOW + 12)
+    chip.resize(chip.sizeHint())
+    with watching() as drawn:
+        picture = chip.grab().toImage()
+    assert [one.text for one in drawn] == ["was ACTIVE · 12 s ago"]
+    assert chip.meaning is Meaning.ATTENTION
+    assert chip.accessibleName() == "Activation: was ACTIVE, 12 s ago"
+    amber = current().ink(Meaning.ATTENTION).rgb()
+    right_edge = [picture.pixel(x, y) for x in range(picture.width() - 8, picture.width()) for y in range(4, 26)]
+    assert amber in right_edge  # dashes and diagonals
+    assert right_edge.count(amber) < len(right_edge) / 2  # and is not filled, as one that is reported now
+
+
+OPEN = Connection(PortState.OPEN, "/dev/ttyUSB0", 115200)
+
+
+def offline(last: LastKnown, device: DeviceView, greeting: Greeting | None = None) -> Any:
+    return link_state(OPEN, device, greeting, is_finding=False, switched_off_at=last.switched_off_at)
+
+
+def test_a_shut_down_by_command_is_calm_until_it_answers() -> None:
+    last, silent = LastKnown(), DeviceView(view(False).values, Presence.OFFLINE, NOW + 2)
+    last.take(silent, "a")
+    assert offline(last, silent).phase is Phase.OFFLINE
+    last.note_shutdown(NOW + 2, 1_700_000_000.0)
+    last.take(silent, "a")
+    state = offline(last, silent)
+    said = words(state, NOW + 60)
+    notice = link_notice(state, NOW + 60, {}, was_active=True)
+    assert state.phase is Phase.SWITCHED_OFF
+    assert said.what.startswith("Switched off by command at ")
+    assert notice is not None
+    assert notice.meaning is Meaning.INFORMATION
+    assert "answers" not in notice.text
+    assert not notice.choices
+    back = DeviceView({"active": Known(False, How.READ, NOW + 90)}, Presence.ONLINE, NOW + 90)
+    last.take(back, "a")
+    assert offline(last, back).phase is Phase.ONLINE
+    gone = DeviceView(back.values, Presence.OFFLINE, NOW + 99)
+    assert offline(last, gone).phase is Phase.OFFLINE  # this silence was not ordered
+
+
+def test_a_module_that_answers_after_all_is_never_called_switched_off() -> None:
+    last = LastKnown()
+    last.note_shutdown(NOW + 2, 1_700_000_000.0)
+    assert offline(last, view(False)).phase is Phase.ONLINE
+
+
+def test_the_shut_down_of_one_module_is_not_that_of_another() -> None:
+    last, nothing = LastKnown(), DeviceView()
+    last.take(nothing, "a")
+    last.note_shutdown(NOW, 1_700_000_000.0)
+    garbage = Greeting(silence=Silence.GARBAGE)
+    assert offline(last, nothing, garbage).phase is Phase.SILENT  # somebody speaks, at another rate
+    assert offline(last, nothing).phase is Phase.SWITCHED_OFF
+    last.take(nothing, "b")
+    assert offline(last, nothing).phase is Phase.ASKING
+
+
+def test_shut_down_by_its_button_it_is_told_calmly(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
+    with desk(qtbot, qapp, tmp_path, page="commands") as one:
+        row = one.commands.acts[Act.SHUTDOWN]
+        one.until(row.confirm.ask.isEnabled)
+        one.click(row.confirm.ask)
+        one.until(row.confirm.go.isVisible)
+        one.click(row.confirm.go)
+        one.until(lambda: one.assembly.connector.state.phase is Phase.SWITCHED_OFF, 15_000)
+        notice = one.assembly.window.notice_bar
+        one.until(lambda: notice.notice is not None)
+        assert notice.notice is not None
+        assert notice.notice.meaning is Meaning.INFORMATION
+        assert one.assembly.window.top_bar.port.word.startswith("Switched off at ")
+        one.bench.press_switch()
+        one.until(lambda: one.assembly.connector.state.phase is Phase.ONLINE, 15_000)

@@ -1,0 +1,383 @@
+"""The rules of coming back, and the same over real pseudo-terminals with the worker."""
+
+import itertools
+import os
+import sys
+import time
+from collections.abc import Callable, Iterator
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+
+from app.engine.ports import PortInfo
+from app.engine.reconnect import (
+    EAGER_FOR_S,
+    EAGER_S,
+    PATIENT_S,
+    RETURN_LIMIT_S,
+    Absence,
+    Address,
+    Reconnection,
+    address_of,
+)
+from app.engine.transport import PortError, PortTrouble
+from app.engine.worker import Batch, Connection, PortState, Worker
+from app.procedures.read import READABLE
+from app.procedures.stream import StreamSwitch, watch
+from protocol.catalogue import SERIAL_OUTPUT, Request
+from protocol.events import Sent
+from tests.support.line.batches import Batches
+from tests.support.processes import run_module
+from tests.support.terminals import taken
+
+MINE = PortInfo("/dev/ttyUSB0", "CP2102", "Silicon Labs", "0001", 0x10C4, 0xEA60, "1-1:1.0")
+OTHER = replace(MINE, device="/dev/ttyUSB1", serial_number="0002", location="1-2:1.0")
+NAMELESS = PortInfo("/dev/ttyUSB0", "CH340", "", "", 0x1A86, 0x7523, "1-1:1.0")
+
+
+def opened(device: str = MINE.device) -> Connection:
+    return Connection(PortState.OPEN, device, 115200)
+
+
+def closed(trouble: PortTrouble | None = PortTrouble.LOST, device: str = MINE.device) -> Connection:
+    error = None if trouble is None else PortError(trouble, device, "")
+    return Connection(PortState.CLOSED, device, 115200, error)
+
+
+def lost(port: PortInfo = MINE, *, is_link: bool = False, now: float = 100.0) -> Reconnection:
+    """A connection to `port` that has just gone."""
+    made = Reconnection(is_link=lambda _device: is_link)
+    made.want(address_of(port.device, [port]))
+    made.take(opened(port.device), now - 1)
+    made.take(closed(device=port.device), now)
+    return made
+
+
+def test_the_same_adapter_is_found_under_another_name() -> None:
+    made = lost()
+    assert made.is_due(100.0)
+    back = replace(MINE, device="/dev/ttyUSB3")
+    assert made.look([OTHER, back], 100.0) == Address("/dev/ttyUSB3", MINE.identity, MINE.location)
+
+
+def test_another_adapter_in_its_place_is_left_alone() -> None:
+    made = lost()
+    assert made.look([replace(OTHER, device=MINE.device)], 100.0) is None
+    assert made.absence is Absence.ANOTHER
+    assert made.look([], 101.0) is None
+    assert made.absence is Absence.AWAY
+
+
+def test_a_loss_that_is_told_again_is_no_news() -> None:
+    made = Reconnection()
+    made.want(address_of(MINE.device, [MINE]))
+    loss = closed()
+    made.take(loss, 1.0)
+    made.look([replace(OTHER, device=MINE.device)], 1.0)
+    made.take(loss, 2.0)
+    assert (made.absence, made.lost_at) == (Absence.ANOTHER, 1.0)
+
+
+def test_an_adapter_is_recognised_while_its_port_is_open() -> None:
+    """A person typed the name, or the list was not there yet."""
+    made = Reconnection(is_link=lambda _device: False)
+    made.want(Address(MINE.device))
+    assert not made.is_due(0.0)
+    made.take(opened(), 1.0)
+    assert made.is_due(1.0)
+    assert made.look([OTHER, MINE], 1.0) is None
+    assert not made.is_due(2.0)
+    made.take(closed(), 3.0)
+    assert made.absence is Absence.AWAY
+    assert made.look([replace(MINE, device="/dev/ttyUSB5")], 3.0) is not None
+
+
+def test_another_adapter_that_has_the_name_by_the_time_of_opening_is_closed_again() -> None:
+    """The list was older than the name, at the first opening as at any later one."""
+    made = Reconnection(is_link=lambda _device: False)
+    made.want(address_of(MINE.device, [MINE]))
+    for now in (1.0, 11.0):
+        made.take(opened(), now)
+        assert made.is_due(now)
+        assert made.look([replace(OTHER, device=MINE.device)], now) is None
+        assert (made.is_mistaken, made.is_waiting, made.absence) == (True, True, Absence.ANOTHER)
+        made.take(closed(None), now + 0.1)
+        assert not made.is_mistaken
+        assert not made.is_due(now + EAGER_S / 2)
+        assert made.look([OTHER], now + 1) is None
+        assert made.look([MINE], now + 2) == Address(MINE.device, MINE.identity, MINE.location)
+    assert made.returns == 0
+
+
+def test_a_name_behind_which_nothing_is_listed_by_the_time_of_opening_is_closed_again() -> None:
+    made = lost()
+    found = made.look([MINE], 101.0)
+    assert found is not None
+    made.opening(found)
+    made.take(opened(), 101.1)
+    assert made.look([], 101.2) is None
+    assert (made.is_mistaken, made.absence, made.returns) == (True, Absence.AWAY, 0)
+
+
+@pytest.mark.parametrize("end", [Reconnection.give_up, lambda made: made.want(Address("/dev/ttyUSB4"))])
+def test_what_somebody_leaves_is_no_mistake_any_more(end: Callable[[Reconnection], None]) -> None:
+    made = Reconnection(is_link=lambda _device: False)
+    made.want(address_of(MINE.device, [MINE]))
+    made.take(opened(), 1.0)
+    made.look([], 1.0)
+    end(made)
+    assert not made.is_mistaken
+
+
+def test_without_a_serial_number_the_socket_decides() -> None:
+    made = lost(NAMELESS)
+    assert made.look([replace(NAMELESS, location="1-4:1.0")], 100.0) is None
+    assert made.look([replace(NAMELESS, device="/dev/ttyUSB5")], 101.0) is not None
+
+
+def test_two_adapters_with_the_same_serial_number_are_told_apart_by_the_socket_or_not_at_all() -> None:
+    twin = replace(MINE, device="/dev/ttyUSB1", location="1-2:1.0")
+    made = lost()
+    found = made.look([twin, replace(MINE, device="/dev/ttyUSB2")], 100.0)
+    assert found is not None
+    assert found.device == "/dev/ttyUSB2"
+    assert made.look([twin, replace(twin, device="/dev/ttyUSB4", location="1-3:1.0")], 101.0) is None
+    assert made.absence is Absence.SEVERAL
+
+
+def test_the_twin_that_is_left_is_not_taken_for_the_one_that_went() -> None:
+    twin = replace(MINE, device="/dev/ttyUSB1", location="1-2:1.0")
+    made = Reconnection()
+    made.want(address_of(MINE.device, [MINE, twin]))
+    made.take(opened(), 1.0)
+    made.look([MINE, twin], 1.0)
+    made.take(closed(), 2.0)
+    assert made.look([twin], 2.0) is None
+    assert made.absence is Absence.SEVERAL
+    found = made.look([twin, replace(MINE, device="/dev/ttyUSB4")], 3.0)
+    assert found is not None
+    assert found.device == "/dev/ttyUSB4"
+
+
+def test_alone_with_its_serial_number_it_may_come_back_in_another_socket() -> None:
+    made = lost()
+    assert made.look([replace(MINE, location="1-9:1.0")], 100.0) is not None
+
+
+def test_a_bare_name_is_never_opened_again() -> None:
+    made = Reconnection(is_link=lambda _device: False)
+    made.want(Address("/dev/ttyS0"))
+    made.take(opened("/dev/ttyS0"), 1.0)
+    made.take(closed(device="/dev/ttyS0"), 2.0)
+    assert made.absence is Absence.NAME_ONLY
+    assert not made.is_due(10.0)
+    assert made.look([PortInfo("/dev/ttyS0")], 10.0) is None
+
+
+@pytest.mark.parametrize("device", ["socket://10.0.0.2:4000", "sim://bench", "/home/me/module"])
+def test_a_url_and_a_link_are_addresses_of_their_own(device: str) -> None:
+    made = Reconnection(is_link=lambda device: device == "/home/me/module")
+    made.want(Address(device))
+    made.take(opened(device), 1.0)
+    made.take(closed(device=device), 2.0)
+    assert made.look([], 2.0) == Address(device)
+    assert made.absence is Absence.AWAY
+
+
+def test_a_link_behind_which_an_adapter_has_come_is_left_alone(tmp_path: Path) -> None:
+    link = tmp_path / "module"
+    link.symlink_to("/dev/pts/999")
+    made = Reconnection()
+    made.want(Address(str(link)))
+    made.take(opened(str(link)), 1.0)
+    made.take(closed(device=str(link)), 2.0)
+    link.unlink()
+    link.symlink_to(MINE.device)
+    assert made.look([MINE], 2.0) is None
+    assert made.absence is Absence.ANOTHER
+
+
+@pytest.mark.parametrize("trouble", [one for one in PortTrouble if one not in (PortTrouble.LOST, PortTrouble.STUCK)])
+def test_a_port_that_never_opened_is_not_tried_again(trouble: PortTrouble) -> None:
+    made = Reconnection()
+    made.want(address_of(MINE.device, [MINE]))
+    made.take(closed(trouble), 1.0)
+    assert not made.is_waiting
+
+
+@pytest.mark.parametrize("trouble", [PortTrouble.NOT_ALLOWED, PortTrouble.BUSY, PortTrouble.UNUSABLE])
+def test_a_port_that_is_back_and_does_not_open_yet_is_tried_again(trouble: PortTrouble) -> None:
+    """The system's rules give access only a moment after the device appears."""
+    made = lost()
+    assert made.look([MINE], 100.0) is not None
+    made.take(closed(trouble), 100.1)
+    assert made.absence is Absence.FAILED
+    assert made.is_due(100.0 + EAGER_S)
+
+
+def test_disconnecting_ends_the_waiting() -> None:
+    made = lost()
+    made.give_up()
+    assert not made.is_waiting
+    assert made.look([MINE], 100.0) is None
+    made.take(closed(), 101.0)
+    assert not made.is_waiting
+
+
+def test_a_wanted_closing_is_no_loss() -> None:
+    made = Reconnection()
+    made.want(address_of(MINE.device, [MINE]))
+    made.take(opened(), 1.0)
+    made.take(closed(None), 2.0)
+    assert not made.is_waiting
+
+
+def test_open_again_is_counted_and_the_next_loss_is_a_new_one() -> None:
+    made = lost()
+    found = made.look([replace(MINE, device="/dev/ttyUSB9")], 100.0)
+    assert found is not None
+    made.opening(found)
+    made.take(opened("/dev/ttyUSB9"), 100.5)
+    assert (made.returns, made.is_waiting) == (0, False)  # it is not known yet what was opened
+    made.look([replace(MINE, device="/dev/ttyUSB9")], 100.6)
+    assert (made.returns, made.is_mistaken) == (1, False)
+    made.take(closed(device="/dev/ttyUSB9"), 200.0)
+    assert made.lost_at == 200.0
+    assert made.address == Address("/dev/ttyUSB9", MINE.identity, MINE.location)
+
+
+def test_it_looks_often_enough_and_not_more_often() -> None:
+    made = lost(now=100.0)
+    looks = []
+    now = 100.0
+    while now < 100.0 + 2 * EAGER_FOR_S:
+        if made.is_due(now):
+            made.look([], now)
+            looks.append(now)
+        now += 0.1
+    gaps = [after - before for before, after in itertools.pairwise(looks)]
+    assert max(gaps) <= PATIENT_S + 0.1 + 1e-6 < RETURN_LIMIT_S
+    assert len(looks) <= EAGER_FOR_S / EAGER_S + EAGER_FOR_S / PATIENT_S + 2
+
+
+# The same on a real pseudo-terminal
+
+
+class Owner:
+    """Does what the owner of a `Reconnection` has to do, in the worker's own thread and the test's."""
+
+    def __init__(self, worker: Worker, address: Address, list_ports: Callable[[], list[PortInfo]]) -> None:
+        self.reconnection = Reconnection()
+        self._worker = worker
+        self._list_ports = list_ports
+        self._open(address)
+
+    def _open(self, address: Address) -> None:
+        if self.reconnection.is_waiting:
+            self.reconnection.opening(address)
+        else:
+            self.reconnection.want(address)
+        self._worker.open(address.device, 115200, lambda: watch(StreamSwitch()))
+
+    def turn(self, batch: Batch) -> None:
+        connection, now = batch.connection, time.monotonic()
+        self.reconnection.take(connection, now)
+        if self.reconnection.is_due(now) and connection.state is not PortState.OPENING:
+            found = self.reconnection.look(self._list_ports(), now)
+            if found is not None:
+                self._open(found)
+            if self.reconnection.is_mistaken:
+                self._worker.close()
+
+
+@pytest.fixture
+def batches() -> Batches:
+    return Batches()
+
+
+@pytest.fixture
+def worker(batches: Batches) -> Iterator[Worker]:
+    made = Worker(batches)
+    made.start()
+    yield made
+    assert made.stop(2.0)
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="pseudo-terminals are POSIX")
+def test_unplugged_and_back_under_another_name_within_two_seconds(
+    worker: Worker, batches: Batches, tmp_path: Path
+) -> None:
+    link = tmp_path / "adapter"
+    with run_module("--link", str(link), "--uptime", "60") as module:
+
+        def list_ports() -> list[PortInfo]:
+            """As the system would list an adapter: its name changes, its identity does not."""
+            return [replace(MINE, device=os.path.realpath(link))] if link.exists() else []
+
+        first_name = os.path.realpath(link)
+        owner = Owner(worker, Address(first_name, MINE.identity, MINE.location), list_ports)
+        owner.turn(batches.until(is_complete))
+        batches.mark()
+        module.tell("unplug")
+        gone = batches.until(is_closed, limit_s=3)
+        owner.turn(gone)
+        assert all(known.is_stale for known in gone.device.values.values())
+        batches.mark()
+        with taken(first_name):
+            module.tell("plug")
+            back_s = time.monotonic()
+            again = batches.until(is_open, limit_s=3, meanwhile=owner.turn)
+            assert time.monotonic() - back_s < RETURN_LIMIT_S
+        assert again.connection.port != first_name
+        assert again.device.known("attitude_threshold_deg", again.at) is None
+        batches.until(is_complete, meanwhile=owner.turn)
+        batches.mark()
+        changes = [one for one in sent(batches) if not one.is_repeatable]
+        assert set(changes) <= {SERIAL_OUTPUT.set(True)}
+        assert len(changes) <= 2  # once for each opening
+        assert owner.reconnection.returns == 1
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="pseudo-terminals are POSIX")
+def test_another_adapter_under_the_old_name_is_not_opened(worker: Worker, batches: Batches, tmp_path: Path) -> None:
+    link = tmp_path / "adapter"
+    with run_module("--link", str(link), "--uptime", "60") as module:
+        listed = [replace(MINE, device=os.path.realpath(link))]
+        owner = Owner(worker, Address(listed[0].device, MINE.identity, MINE.location), lambda: listed)
+        owner.turn(batches.until(is_complete))
+        module.tell("unplug")
+        gone = batches.until(is_closed, limit_s=3)
+        listed[:] = [replace(OTHER, device=listed[0].device)]
+        owner.turn(gone)
+        module.tell("plug")
+        looks = 0
+
+        def turn(batch: Batch) -> None:
+            nonlocal looks
+            looks += owner.reconnection.is_due(time.monotonic())
+            owner.turn(batch)
+
+        batches.mark()
+        with pytest.raises(AssertionError, match="in time"):
+            batches.until(is_open, limit_s=1.5, meanwhile=turn)
+        assert looks >= 2
+        assert owner.reconnection.absence is Absence.ANOTHER
+
+
+def is_open(batch: Batch) -> bool:
+    return batch.connection.state is PortState.OPEN
+
+
+def is_closed(batch: Batch) -> bool:
+    return batch.connection.state is PortState.CLOSED and batch.connection.trouble is not None
+
+
+def is_complete(batch: Batch) -> bool:
+    """Everything that can be read has been read, and nothing casts doubt on it."""
+    keys = {command.key for command in READABLE[1:]}
+    return all(batch.device.fresh(key, batch.at) is not None for key in keys)
+
+
+def sent(batches: Batches) -> list[Request]:
+    return [event.request for batch in batches.all for event in batch.events if isinstance(event, Sent)]

@@ -1,0 +1,213 @@
+"""What keeps the screen fresh, on the simulated module: streamed or polled, left as found, doubted when perhaps old."""
+
+from itertools import pairwise
+
+import pytest
+
+from app.engine.device import Doubt, How
+from app.engine.procedure import Ask, Procedure
+from app.engine.session import Run
+from app.procedures.greet import greet
+from app.procedures.read import read_everything
+from app.procedures.stream import StreamSwitch, watch
+from protocol.catalogue import BY_NAME, HEARTBEAT, SERIAL_OUTPUT
+from tests.support.line import reference_decoder
+from tests.support.line.sim_line import Rig, end_watch, settled_rig, watched
+
+
+def test_the_stream_is_switched_on_and_off_again() -> None:
+    rig = settled_rig(rate=50)
+    watched(rig)
+    rig.step_for(4)
+    view = rig.session.device.view(rig.clock.now_s)
+    assert view.is_streaming
+    assert view.stream_hz == pytest.approx(50, rel=0.1)
+    assert view.values["serial_output"].how is How.STREAMED
+    end_watch(rig)
+    assert not rig.bench.state().is_streaming
+
+
+def test_a_module_that_streamed_before_is_left_streaming() -> None:
+    rig = settled_rig(rate=20, **{"stream-at-boot": True})
+    watched(rig)
+    rig.step_for(4)
+    end_watch(rig)
+    assert rig.bench.state().is_streaming
+    assert SERIAL_OUTPUT.name not in {request.command.name for request in rig.line.requests}
+
+
+def test_a_stream_of_one_report_a_second_is_a_stream() -> None:
+    rig = settled_rig(rate=1, **{"stream-at-boot": True})
+    watched(rig)
+    rig.step_for(4)
+    for _ in range(20):
+        rig.step_for(0.37)
+        assert rig.session.device.view(rig.clock.now_s).is_streaming
+    assert SERIAL_OUTPUT.name not in {request.command.name for request in rig.line.requests}
+    end_watch(rig)
+    assert rig.bench.state().is_streaming
+
+
+@pytest.mark.parametrize("stream", ["acknowledged", "silent"])
+def test_a_module_that_will_not_stream_is_polled(stream: str) -> None:
+    rig = settled_rig(stream=stream)
+    watched(rig)
+    rig.step_for(10)
+    rig.session.device.take_samples()
+    rig.step_for(5)
+    assert len(rig.session.device.take_samples()) >= 40
+    asked = [request for request in rig.line.requests if request == SERIAL_OUTPUT.set(True)]
+    assert len(asked) == 1
+
+
+def test_while_streaming_the_slow_values_stay_fresh() -> None:
+    rig = settled_rig(rate=1440)
+    watched(rig)
+    rig.step_for(10)
+    view = rig.session.device.view(rig.clock.now_s)
+    for key in ("cell_voltage_v", "charging", "light_v", "tilt_deg", "active"):
+        assert view.fresh(key, rig.clock.now_s) is not None, key
+
+
+def test_at_line_rate_no_status_is_lost() -> None:
+    rig = settled_rig(rate=1440)
+    rig.run(greet())
+    sent_before = rig.session.device.take_samples()
+    assert sent_before == []
+    rig.session.run_in_background(watch(StreamSwitch(), read_all=False))
+    rig.step_for(20)
+    end_watch(rig)
+    rig.step_for(0.5)
+    counters = rig.session.link_view().counters
+    samples = rig.session.device.take_samples()
+    assert counters.rejected == 0
+    statuses = [found for found in reference_decoder.frames(bytes(rig.line.arrived)) if found.raw[:3] == b"Au2"]
+    assert len(statuses) > 1440 * 15
+    assert len(samples) == len(statuses)
+    assert all(earlier.at <= later.at for earlier, later in pairwise(samples))
+
+
+def test_a_restart_casts_doubt_on_everything_until_it_is_read_again() -> None:
+    rig = settled_rig(boots=5)
+    rig.run(read_everything())
+    rig.run(_set_trigger())
+    assert rig.session.device.view(rig.clock.now_s).values["attitude_trigger"].how is How.ACKNOWLEDGED
+    rig.bench.restart()
+    rig.step_until(lambda: rig.session.device.view(0).restarts == 1, limit_s=20)
+    view = rig.session.device.view(rig.clock.now_s)
+    assert "attitude_trigger" not in view.values
+    assert view.values["freefall_time_s"].doubt is Doubt.RESTARTED
+    watched(rig)
+    rig.step_for(1)
+    again = rig.session.device.view(rig.clock.now_s)
+    assert again.fresh("freefall_time_s", rig.clock.now_s) == 1.6
+    assert again.fresh("boot_count", rig.clock.now_s) == 6
+
+
+def _hide_restart(rig: Rig) -> None:
+    """In the middle of a heartbeat that is asked for again: its own two count as the answers to those."""
+    rig.bench.change(drop=1.0)
+    rig.session.run(Run(_ask_heartbeat()))
+    rig.step_until(lambda: rig.line.requests[-2:] == [HEARTBEAT.query()] * 2)
+    rig.bench.heal()
+    rig.bench.restart()
+    rig.step_for(0.2)
+
+
+def test_a_restart_that_looks_like_late_answers_leaves_nothing_fresh_that_it_lost() -> None:
+    """Else the flag would be shown as it had been set, and the module has forgotten it."""
+    rig = settled_rig()
+    rig.run(_set_trigger())
+    _hide_restart(rig)
+    view = rig.session.device.view(rig.clock.now_s)
+    assert view.restarts == 0
+    assert view.is_restart_suspected
+    assert "attitude_trigger" not in view.values
+
+
+def test_a_restart_that_looks_like_late_answers_is_told_by_the_boot_count_at_once() -> None:
+    rig = settled_rig()
+    rig.run(read_everything())
+    rig.run(_set_trigger())
+    watched(rig)
+    rig.step_for(4.0)
+    _hide_restart(rig)
+    view = rig.session.device.view(rig.clock.now_s)
+    assert view.restarts == 1
+    assert "attitude_trigger" not in view.values
+
+
+def test_the_first_heartbeat_of_a_restart_is_doubt_enough() -> None:
+    """Before it is decided that it was one."""
+    rig = settled_rig()
+    rig.run(_set_trigger())
+    rig.bench.restart()
+    rig.step_for(0.01)
+    view = rig.session.device.view(rig.clock.now_s)
+    assert view.restarts == 0
+    assert "attitude_trigger" not in view.values
+
+
+def test_a_late_heartbeat_takes_away_only_until_the_boot_count_is_known() -> None:
+    rig = settled_rig()
+    rig.run(read_everything())
+    rig.run(_set_trigger())
+    rig.bench.change(delay_ms=700)
+    rig.run(_ask_heartbeat())
+    rig.step_for(2.0)
+    assert "attitude_trigger" not in rig.session.device.view(rig.clock.now_s).values
+    rig.bench.heal()
+    watched(rig)
+    rig.step_for(1.0)
+    view = rig.session.device.view(rig.clock.now_s)
+    assert (view.restarts, view.is_restart_suspected) == (0, False)
+    assert view.fresh("attitude_trigger", rig.clock.now_s) is True
+
+
+def test_what_is_written_while_it_is_in_doubt_stays_as_written() -> None:
+    rig = settled_rig()
+    rig.run(read_everything())
+    rig.run(_set_trigger())
+    rig.bench.change(delay_ms=700)
+    rig.run(_ask_heartbeat())
+    rig.step_for(2.0)
+    rig.bench.change(mute=True)
+    rig.run(_set_trigger())
+    rig.bench.heal()
+    rig.run(read_everything())
+    view = rig.session.device.view(rig.clock.now_s)
+    assert not view.is_restart_suspected
+    assert "attitude_trigger" not in view.values  # nobody knows whether it was carried out
+
+
+def _ask_heartbeat() -> Procedure[None]:
+    yield Ask(HEARTBEAT.query())
+
+
+def _set_trigger() -> Procedure[None]:
+    yield Ask(BY_NAME["attitude_trigger"].set(True))
+
+
+def test_a_silent_module_goes_offline_and_what_was_known_is_stale() -> None:
+    rig = settled_rig()
+    watched(rig)
+    rig.step_for(3)
+    rig.bench.change(mute=True)
+    rig.step_for(2)
+    view = rig.session.device.view(rig.clock.now_s)
+    assert view.presence.value == "offline"
+    assert all(known.doubt is Doubt.LINK_LOST for known in view.values.values())
+    rig.bench.heal()
+    rig.step_for(4)
+    assert rig.session.device.view(rig.clock.now_s).fresh("freefall_time_s", rig.clock.now_s) == 1.6
+
+
+def test_a_live_value_grows_stale_with_age() -> None:
+    rig = settled_rig()
+    rig.run(read_everything())
+    view = rig.session.device.view(rig.clock.now_s)
+    assert view.fresh("active", rig.clock.now_s) is False
+    later = view.known("active", rig.clock.now_s + 1.5)
+    assert later is not None
+    assert later.doubt is Doubt.AGED
+    assert view.fresh("freefall_time_s", rig.clock.now_s + 3600) == 1.6

@@ -1,0 +1,80 @@
+"""An order does not wait for the port: it ends the read that waits for bytes."""
+
+import sys
+from collections.abc import Callable
+
+import pytest
+
+from app.engine import transport
+from app.engine.worker import Batch, Job, Worker
+from app.procedures.greet import greet
+from app.procedures.lock import lock
+from app.procedures.read import read_everything
+from app.simulator import bench
+from tests.support.processes import run_module
+
+pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="there are no pseudo-terminals on Windows")
+
+LIMIT_S = 3.0
+_FOR_EVER_S = 20.0
+
+
+def ignore(_: Batch) -> None:
+    pass
+
+
+@pytest.fixture
+def patient_reads(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A read of a quiet port would wait far longer than the tests do."""
+    monkeypatch.setattr(transport, "READ_SLICE_S", _FOR_EVER_S)
+
+
+@pytest.mark.usefixtures("patient_reads")
+def test_orders_are_obeyed_while_the_port_is_quiet() -> None:
+    worker = Worker(ignore)
+    worker.start()
+    with run_module() as module:
+        worker.open(module.port, 115200)
+        for _ in range(20):
+            job = worker.submit(Job(greet()))
+            assert job.wait(LIMIT_S)
+            assert job.outcome().is_answered
+        worker.close()
+        assert worker.stop(LIMIT_S)
+
+
+def test_interrupting_a_closed_line_does_nothing() -> None:
+    with run_module() as module:
+        line = transport.open_line(module.port, 115200)
+        line.interrupt()
+        assert line.read(0.01, 0.0) == b""
+        line.close()
+        line.interrupt()
+
+
+def test_a_socket_that_cannot_be_interrupted_is_none_the_worse() -> None:
+    with run_module("--tcp", "127.0.0.1:0") as module:
+        line = transport.open_line(module.port, 115200)
+        line.interrupt()
+        line.close()
+
+
+@pytest.mark.parametrize("options", ["", "&delay-ms=60"])
+@pytest.mark.parametrize("leave", [Worker.close, Worker.stop])
+def test_a_lock_goes_out_although_the_port_is_closed_at_once(options: str, leave: Callable[[Worker], object]) -> None:
+    """Whoever presses LOCK and leaves gets it: the closing waits for it, within its limit."""
+    worker = Worker(ignore)
+    worker.start()
+    try:
+        worker.open(f"sim://lock-and-leave?active=yes&uptime=60{options}", 115200)
+        assert worker.submit(Job(greet())).wait(LIMIT_S)
+        reading = worker.submit(Job(read_everything()))
+        locking = worker.submit(Job(lock()), is_urgent=True)
+        leave(worker)
+        assert locking.wait(LIMIT_S)
+        assert reading.wait(LIMIT_S)
+        assert not bench.module("lock-and-leave").module.state.is_active
+        assert locking.outcome().is_acknowledged
+    finally:
+        assert worker.stop(LIMIT_S)
+        bench.forget("lock-and-leave")

@@ -1,0 +1,187 @@
+"""What the audit log says of a trigger that cannot be read, and when it says nothing."""
+
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import replace
+from datetime import UTC, datetime, timedelta
+from pathlib import Path
+
+import pytest
+from PySide6.QtWidgets import QApplication
+from pytestqt.qtbot import QtBot
+
+from app.preflight.evidence import Disturbance, Evidence, Flag, FlagFate
+from app.preflight.logged_flags import with_logged_flags
+from app.preflight.verdict import Void
+from app.procedures.write_all import Change, Leave, write_all
+from app.safety.acts import Act
+from app.safety.journal import Outcome
+from app.store.store import Store, open_store
+from app.text.messages import Said
+from protocol.catalogue import BAUD_RATE, BY_NAME
+from protocol.fields import Value
+from protocol.messages import Status
+from tests.support.journals import FakeJournal
+from tests.support.window.preflight_window import hurry, name_module, on_bench
+from ui.pages.preflight.controller import Standing
+
+PORT, ADAPTER = "/dev/ttyUSB0", "0403:6001 A1"
+TRIGGER = BY_NAME["attitude_trigger"]
+SETTINGS: Mapping[str, Value] = {
+    "attitude_threshold_deg": 60, "freefall_acceleration_g": 0.5, "freefall_time_s": 1.6, "light_threshold_v": 1.8,
+}  # fmt: skip
+DETAIL: Mapping[str, object] = {"boot_count": 37, "settings": SETTINGS, "adapter": ADAPTER, "module": "M-07"}
+AT = datetime(2026, 5, 4, 8, 0, tzinfo=UTC)
+
+
+@pytest.fixture
+def store(tmp_path: Path) -> Iterator[Store]:
+    found = open_store(tmp_path, clock=lambda: AT)
+    yield found
+    found.close()
+
+
+def _log(
+    store: Store, act: Act, frame: bytes, outcome: Outcome | None, *, port: str = PORT, is_acknowledged: bool = True,
+    **detail: object,
+) -> None:  # fmt: skip
+    entry = store.begin(act, frame, {**DETAIL, **detail}, port=port, origin="test")
+    if outcome is not None:
+        store.settle(entry, outcome, {"acknowledged": is_acknowledged})
+
+
+def _enable(store: Store, outcome: Outcome | None = Outcome.CONFIRMED, *, port: str = PORT,
+            is_acknowledged: bool = True, **detail: object) -> None:  # fmt: skip
+    frame = TRIGGER.set(True).encode()
+    _log(store, Act.WRITE, frame, outcome, port=port, is_acknowledged=is_acknowledged, **detail)
+
+
+def _seen(
+    *, boots: int = 37, is_active: bool = True, fate: FlagFate = FlagFate.NEVER_SET, **settings: Value
+) -> Evidence:
+    return Evidence(
+        port=PORT, ended_at=1.0, values={**SETTINGS, **settings, "boot_count": boots},
+        flags={TRIGGER.key: Flag(fate)}, status=Status(0, 10, triggered=False, active=is_active),
+    )  # fmt: skip
+
+
+def _fate(store: Store, evidence: Evidence | None = None, *, adapter: str = ADAPTER, module: str | None = "M-07",
+          minutes: float = 3.0) -> FlagFate:  # fmt: skip
+    at = AT + timedelta(minutes=minutes)
+    found = with_logged_flags(evidence or _seen(), store, adapter=adapter, module=module, at=at)
+    return found.flags[TRIGGER.key].fate
+
+
+def test_the_last_set_counts_with_its_age(store: Store) -> None:
+    _enable(store)
+    seen = _seen()
+    found = with_logged_flags(seen, store, adapter=ADAPTER, module="M-07", at=AT + timedelta(minutes=3)).flags
+    assert found[TRIGGER.key].fate is FlagFate.ENABLED
+    assert found[TRIGGER.key].logged == (1, 180.0)
+    assert seen.flags[TRIGGER.key] == Flag()
+    assert _fate(store, module=None) is FlagFate.ENABLED
+    assert _fate(store, _seen(fate=FlagFate.NOT_SENT)) is FlagFate.ENABLED
+
+
+@pytest.mark.parametrize("fate", [FlagFate.DISABLED, FlagFate.REFUSED, FlagFate.UNANSWERED])
+def test_what_the_module_said_to_this_program_is_never_replaced(store: Store, fate: FlagFate) -> None:
+    _enable(store)
+    assert _fate(store, _seen(fate=fate)) is fate
+    assert _fate(store, _seen(fate=FlagFate.NOT_SENT, is_active=False)) is FlagFate.NOT_SENT
+
+
+@pytest.mark.parametrize("evidence", [
+    _seen(boots=38), _seen(boots=36), _seen(freefall_time_s=1.5), replace(_seen(), values={**SETTINGS}),
+    replace(_seen(), values={"boot_count": 37}), replace(_seen(), disturbance=Disturbance.RESTARTED),
+    replace(_seen(), ended_at=None), replace(_seen(), port="/dev/ttyUSB1"),
+])  # fmt: skip
+def test_another_start_other_settings_or_another_port_say_nothing(store: Store, evidence: Evidence) -> None:
+    _enable(store)
+    assert _fate(store, evidence) is FlagFate.NEVER_SET
+
+
+def test_another_adapter_another_name_or_an_old_entry_say_nothing(store: Store) -> None:
+    _enable(store)
+    assert _fate(store, adapter="") is FlagFate.NEVER_SET
+    assert _fate(store, module="M-08") is FlagFate.NEVER_SET
+    assert _fate(store, minutes=15.1) is FlagFate.NEVER_SET
+    assert _fate(store, minutes=-1) is FlagFate.NEVER_SET
+    assert _fate(store, minutes=14.9) is FlagFate.ENABLED
+
+
+def _disabled(store: Store) -> None:
+    _log(store, Act.WRITE, TRIGGER.set(False).encode(), Outcome.CONFIRMED)
+
+
+def _disabled_elsewhere(store: Store) -> None:
+    _log(store, Act.WRITE, TRIGGER.set(False).encode(), Outcome.CONFIRMED, port="/dev/ttyUSB1")
+
+
+def _by_an_older_version(store: Store) -> None:
+    _enable(store, boot_count=None)
+
+
+def _other_unknown(store: Store) -> None:
+    _log(store, Act.ACTIVATE, b"", Outcome.UNKNOWN)
+
+
+def _baud_unknown(store: Store) -> None:
+    _log(store, Act.CHANGE_BAUD, BAUD_RATE.set(9600).encode(), Outcome.UNKNOWN)
+
+
+def _shut_down(store: Store) -> None:
+    _log(store, Act.SHUTDOWN, b"", Outcome.CONFIRMED)
+
+
+def _no_frame(store: Store) -> None:
+    _log(store, Act.WRITE, b"x", Outcome.CONFIRMED)
+
+
+def _altered(store: Store) -> None:
+    store.database.write("UPDATE audit SET origin = 'x' WHERE id = 1")
+
+
+@pytest.mark.parametrize("spoil", [
+    _disabled, _disabled_elsewhere, _by_an_older_version, _other_unknown, _baud_unknown, _shut_down, _no_frame,
+    _altered,
+    lambda store: _enable(store, None), lambda store: _enable(store, Outcome.REFUSED),
+    lambda store: _enable(store, is_acknowledged=False), lambda store: _enable(store, port="/dev/ttyUSB1"),
+])  # fmt: skip
+def test_what_comes_after_it_casts_doubt(store: Store, spoil: Callable[[Store], None]) -> None:
+    _enable(store)
+    assert _fate(store) is FlagFate.ENABLED
+    spoil(store)
+    assert _fate(store) is FlagFate.NEVER_SET
+
+
+def test_what_never_left_and_what_was_done_to_another_module_change_nothing(store: Store) -> None:
+    _enable(store)
+    _log(store, Act.WRITE, TRIGGER.set(False).encode(), Outcome.NOT_SENT)
+    _log(store, Act.WRITE, TRIGGER.set(False).encode(), Outcome.CONFIRMED, port="/dev/ttyUSB1", boot_count=12)
+    _log(store, Act.ACTIVATE, b"", Outcome.CONFIRMED)
+    _log(store, Act.LOCK, b"", Outcome.CONFIRMED)
+    assert _fate(store) is FlagFate.ENABLED
+
+
+def test_in_the_window_it_becomes_go_and_an_unconfirmed_set_ends_it(
+    qtbot: QtBot, qapp: QApplication, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    hurry(monkeypatch)
+    with on_bench(qtbot, qapp, tmp_path, "logged") as bench:
+        work, connector = bench.preflight.work, bench.assembly.connector
+        name_module(bench, "M-07")
+        assert bench.check() is Standing.READY
+        connector.disconnect_port()
+        bench.connect()
+        name_module(bench, "M-07")
+        bench.bench.module.activate(is_active=True)
+        qtbot.waitUntil(lambda: work.can_check and bool(work.reported_active), timeout=8000)
+        assert bench.check(is_enabling=False) is Standing.GO
+        bench.bench.module.activate(is_active=False)
+        bench.wait_standing(Standing.READY)
+        write = bench.bench.wire.write
+        monkeypatch.setattr(
+            bench.bench.wire, "write", lambda data, now_s: None if data[2] == TRIGGER.code else write(data, now_s)
+        )
+        connector.run(write_all([Change(TRIGGER, False)], Leave(journal=FakeJournal())), lambda _job: None)
+        bench.wait_standing(Standing.VOID)
+        assert work.void == Void(Disturbance.CHANGED, Said(TRIGGER.title))

@@ -1,0 +1,170 @@
+"""GO and READY only when everything holds: every single fault and every pair is named and hides none of the others."""
+
+from dataclasses import replace
+from itertools import combinations
+
+import pytest
+
+from app.limits.expectations import Expectations, Limits, ManualItem, expectations_of
+from app.preflight.checks import CHECKS
+from app.preflight.evidence import Evidence
+from app.preflight.findings import Result
+from app.preflight.run import TRIGGERS, run_preflight
+from app.preflight.verdict import Verdict, assess, meaning_of, verdict_of
+from app.settings.profile_file import parse_profile
+from app.settings.profiles import LIMITS, ActivatedBy
+from protocol.catalogue import Hazard
+from tests.support.records.preflight_rig import APPROVED, FAULTS, Fault, assert_only_questions, check, on_request
+
+
+def test_a_sound_module_is_ready() -> None:
+    checked = check()
+    assert checked.assessment.verdict is Verdict.READY
+    assert checked.against == set()
+    assert {one.finding.result for one in checked.assessment.checks} == {Result.PASS}
+    assert_only_questions(checked)
+    sets = [request for request in checked.rig.line.requests if request.hazard is not Hazard.NONE]
+    assert [request.command for request in sets] == list(TRIGGERS)
+
+
+@pytest.mark.parametrize("dialect", [
+    {"ack": "one", "voltage_code": "34", "freefall_ack": "17"},
+    {"voltage_code": "35", "freefall_ack": "16", "records": "pieces"},
+    {"stream_at_boot": "yes", "rate": "500"},
+    {"stream_at_boot": "yes", "rate": "1440"},
+    {"empty_slots": "ones"}, {"empty_slots": "zeros", "records": "spaced"},
+    {"noise": "0.5"}, {"delay_ms": "40", "jitter_ms": "20"}, {"split_ms": "4"},
+])  # fmt: skip
+def test_every_dialect_of_a_sound_module_goes(dialect: dict[str, str]) -> None:
+    checked = check(options=dialect)
+    assert checked.against == set()
+    assert_only_questions(checked)
+
+
+@pytest.mark.parametrize("name", FAULTS)
+def test_each_single_fault_is_named(name: str) -> None:
+    fault = FAULTS[name]
+    checked = check(fault)
+    assert checked.assessment.verdict is Verdict.NO_GO
+    assert fault.named <= checked.against
+    assert [one.check for one in checked.assessment.checks] == list(CHECKS)
+    assert_only_questions(checked, is_enabling=fault.is_enabling)
+
+
+@pytest.mark.parametrize("name", FAULTS)
+def test_no_pair_of_faults_hides_one(name: str) -> None:
+    names = list(FAULTS)
+    for other in names[names.index(name) + 1 :]:
+        pair = (FAULTS[name], FAULTS[other])
+        checked = check(*pair)
+        assert checked.assessment.verdict is Verdict.NO_GO, (name, other)
+        # Two faults of one setting, or of one state, are one fault of another value.
+        expected = set().union(*(fault.named for fault in pair))
+        assert expected <= checked.against, (name, other, expected - checked.against)
+        assert_only_questions(checked, is_enabling=all(fault.is_enabling for fault in pair))
+
+
+def test_go_is_of_an_active_module_whose_triggers_were_enabled_before() -> None:
+    enabled = check(options={"tilt": "0"})
+    enabled.rig.bench.module.activate(is_active=True)
+    evidence = Evidence(port="sim")
+    before = len(enabled.rig.line.requests)
+    enabled.rig.run(run_preflight(evidence, is_enabling=True))
+    assessment = assess(replace(enabled.assessment.case, evidence=evidence))
+    assert (assessment.verdict, assessment.against) == (Verdict.GO, ())
+    # Nothing is written on an active module.
+    assert not [one for one in enabled.rig.line.requests[before:] if one.hazard is not Hazard.NONE]
+
+
+def test_a_locked_module_is_never_go_and_an_active_one_never_ready() -> None:
+    assert verdict_of(is_fine=True, is_active=False) is Verdict.READY
+    assert verdict_of(is_fine=True, is_active=True) is Verdict.GO
+    for is_active in (False, True, None):
+        assert verdict_of(is_fine=False, is_active=is_active) is Verdict.NO_GO
+    assert verdict_of(is_fine=True, is_active=None) is Verdict.NO_GO
+
+
+def test_who_activates_decides_what_ready_says() -> None:
+    assert meaning_of(Verdict.READY, ActivatedBy.PERSON).in_english() == "activate before the flight"
+    assert meaning_of(Verdict.READY, ActivatedBy.AIRCRAFT).in_english() == "the aircraft activates it"
+
+
+def test_a_profile_is_taken_whole() -> None:
+    profile = parse_profile(
+        b"""
+        name = "H6"
+        light_inverted = true
+        approved_fingerprint = "%s"
+        [settings]
+        attitude_threshold_deg = 65
+        [expectations]
+        activated_by = "aircraft"
+        [limits]
+        heartbeats_lost_max = 1.0
+        tilt_max_deg = 3
+        cell_voltage_min_v = 3.9
+        [[manual]]
+        text = "Bridle free"
+        required = true
+        [[manual]]
+        text = "Pack date"
+    """
+        % APPROVED.encode()
+    )
+    expectations = expectations_of(profile, {2: False})
+    assert expectations == Expectations(
+        profile="H6",
+        limits=Limits(heartbeats_lost_max=1, tilt_max_deg=3, cell_voltage_min_v=3.9),
+        settings={"attitude_threshold_deg": 65},
+        activated_by=ActivatedBy.AIRCRAFT,
+        is_light_inverted=True,
+        approved_fingerprint=APPROVED,
+        manual=(ManualItem("Bridle free", None, is_required=True), ManualItem("Pack date", is_done=False)),
+    )
+    assert set(LIMITS) == set(Limits.__slots__)
+
+
+def test_light_that_reads_lower_is_judged_the_other_way() -> None:
+    inverted = Fault(frozenset(), {"light_inverted": "yes"}, expectations={"is_light_inverted": True})
+    assert check(inverted).against == set()
+    assert check(inverted, FAULTS["bay open"]).against == {"light"}
+
+
+def test_all_pairs_are_run() -> None:
+    assert len(list(combinations(FAULTS, 2))) > 500
+
+
+@pytest.mark.parametrize("direction", ["to-host", "to-module", "both"])
+def test_half_of_the_replies_lost_is_no_pass(direction: str) -> None:
+    for seed in range(12):
+        checked = check(options={"drop": "0.5", "seed": str(seed), "direction": direction})
+        assert checked.assessment.verdict is Verdict.NO_GO
+        assert checked.against & {"link_loss", "undisturbed"}
+        assert_only_questions(checked)
+
+
+def test_a_bad_line_never_turns_a_fault_into_go() -> None:
+    for seed in range(60):
+        checked = check(FAULTS["cell low"], options={"corrupt": "0.004", "seed": str(seed)})
+        assert checked.assessment.verdict is Verdict.NO_GO
+        assert_only_questions(checked)
+
+
+def test_nobody_there_is_all_unknown() -> None:
+    checked = check(options={"mute": "yes"})
+    assert checked.assessment.verdict is Verdict.NO_GO
+    assert checked.against == {check.id for check in CHECKS}
+    assert checked.rig.clock.now_s - 1000.0 < 12.0
+
+
+@pytest.mark.parametrize("number", range(1, 60, 4))
+def test_a_restart_at_any_moment_never_goes_on_old_values(number: int) -> None:
+    """A GO, where there is one, is of the module as it stands: the flags were set after its last start."""
+    code = [request.command.code for request in check().rig.line.requests][number]
+    for count in (1, 2, 12):
+        checked = check(Fault(frozenset(), arrange=on_request(code, count, lambda rig: rig.bench.restart())))
+        module = checked.rig.bench.module
+        if checked.assessment.verdict is not Verdict.NO_GO:
+            assert module.memory.boot_count == checked.assessment.case.evidence.values["boot_count"] == 37
+        else:
+            assert "undisturbed" in checked.against

@@ -1,0 +1,151 @@
+"""What is known of a module from before: without it the check says so, and damage in it never costs the verdict."""
+
+import json
+import shutil
+import sqlite3
+from pathlib import Path
+
+import pytest
+
+import app.__main__ as program
+from app.engine.procedure import Slept
+from app.limits.expectations import Expectations, expectations_of
+from app.preflight.evidence import Disturbance, Evidence, FrameLog
+from app.preflight.run import run_preflight
+from app.preflight.verdict import Verdict, stands_against
+from app.records.filing import Person, file_check
+from app.records.record import caveats
+from app.records.report_html import body
+from app.settings.profile_file import parse_profile
+from app.store.database import FILE_NAME, StoreFault, trouble_of
+from app.store.store import data_folder
+from tests.app.preflight.test_preflight_slept import NIGHT_S, NightRig
+from tests.support.cli_line import Printed, bench_of
+
+pytest_plugins = ["tests.support.cli_fixtures"]
+WORDS = ("--enable-triggers", "--module", "M-07", "--who", "Li Wei", "--aircraft", "B-1234")
+
+
+@pytest.fixture(autouse=True)
+def _hurried(speaks_english: None, hasty: None, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("app.preflight.run.STILL_S", 0.5)
+    monkeypatch.setattr("app.preflight.run.TRIAL_EVERY_S", 0.012)
+    monkeypatch.setattr("app.preflight.judging_line.STILL_S", 0.5)
+
+
+def _boot_count(capsys: pytest.CaptureFixture[str]) -> tuple[str, str, str]:
+    """Verdict, result and what was found of the boot count; then what was said beside it."""
+    shown = json.loads(capsys.readouterr().out)
+    one = next(one for one in shown["checks"] if one["id"] == "boot_count")
+    return shown["verdict"], one["result"], one["why"]
+
+
+def test_no_memory_of_a_module_is_said_and_is_a_warning(port: str, capsys: pytest.CaptureFixture[str]) -> None:
+    words = ["preflight", "--port", port, "--json", *WORDS]
+    assert program.main(words) == 0
+    verdict, result, why = _boot_count(capsys)
+    assert (verdict, result) == ("READY", "warn")
+    assert "no memory of this module" in why
+    assert program.main(words) == 0
+    assert _boot_count(capsys)[:2] == ("READY", "pass")
+    bench_of(port).module.memory.boot_count = 12
+    assert program.main(words) == 1
+    (data_folder() / FILE_NAME).unlink()
+    for companion in ("-wal", "-shm"):
+        (data_folder() / f"{FILE_NAME}{companion}").unlink(missing_ok=True)
+    (data_folder() / FILE_NAME).write_bytes(b"")
+    capsys.readouterr()
+    assert program.main(words) == 1  # restored from its copy: the module is still known
+    assert _boot_count(capsys)[:2] == ("NO-GO", "fail")
+    shutil.rmtree(data_folder())
+    program.main(words)
+    _verdict, result, why = _boot_count(capsys)
+    assert result == "warn"
+    assert "no memory of this module" in why
+
+
+@pytest.mark.parametrize("damage", [
+    "UPDATE visits SET slots = 'no list'", "UPDATE visits SET slots = '[1, 2]'", "UPDATE visits SET slots = '[\"zz\"]'",
+    "UPDATE preflight_checks SET record = '{\"trigger_records\": [\"zz\"]}'",
+    "UPDATE preflight_checks SET record = '{\"trigger_records\": [3]}'",
+    "DROP TABLE visits", "DROP TABLE preflight_checks",
+    "UPDATE visits SET boot_count = 10000000",
+])  # fmt: skip
+def test_damage_in_the_store_never_costs_the_verdict(
+    port: str, capsys: pytest.CaptureFixture[str], damage: str
+) -> None:
+    words = ["preflight", "--port", f"{port}?history=2", "--json", "--records-looked-at", *WORDS]
+    assert program.main(words) == 0
+    with sqlite3.connect(data_folder() / FILE_NAME) as database:
+        database.execute(damage)
+    capsys.readouterr()
+    assert program.main([*words, "--same-module"]) == 0
+    printed = Printed(capsys)
+    assert json.loads(printed.out)["verdict"] == "READY"
+    assert "Traceback" not in printed.err
+
+
+def test_a_full_disk_is_called_full(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    error = sqlite3.OperationalError("unable to open database file")
+    monkeypatch.setattr(error, "sqlite_errorname", "SQLITE_CANTOPEN", raising=False)
+    assert trouble_of(error, tmp_path / FILE_NAME).fault is StoreFault.READ_ONLY
+    monkeypatch.setattr("app.store.database._is_full", lambda path: True)
+    assert trouble_of(error, tmp_path / FILE_NAME).fault is StoreFault.FULL
+
+
+# Who, and what a person looked at
+
+
+def _filed(rig: NightRig, person: Person, expectations: Expectations | None = None) -> tuple[Verdict, list[str], str]:
+    evidence = Evidence(port="/dev/ttyUSB0")
+    rig.run(run_preflight(evidence, is_enabling=True))
+    filed = file_check(
+        evidence, expectations or Expectations(), person, FrameLog(), store=None, program_version="1"
+    )  # fmt: skip
+    return filed.assessment.verdict, [one.in_english() for one in caveats(filed.record)], body(filed.record)
+
+
+def test_without_a_name_a_module_or_an_aircraft_it_is_unsigned() -> None:
+    rig = NightRig()
+    verdict, beside, page = _filed(rig, Person())
+    assert verdict is Verdict.READY
+    assert beside == ["UNSIGNED: no name, no module, no aircraft."]
+    assert "UNSIGNED: no name, no module, no aircraft." in page
+    assert _filed(rig, Person(who="Li Wei", module="M-07"))[1] == ["UNSIGNED: no aircraft."]
+    assert _filed(rig, Person(who="Li Wei", module="M-07", aircraft="B-1234"))[1] == []
+
+
+def test_the_command_line_says_so_and_that_nothing_is_watched(port: str, capsys: pytest.CaptureFixture[str]) -> None:
+    assert program.main(["preflight", "--port", port, "--enable-triggers"]) == 0
+    out = Printed(capsys).out
+    assert "UNSIGNED: no name, no module, no aircraft." in out
+    assert "SIMULATED MODULE: this is no evidence." in out
+    assert "the verdict of the moment" in out
+
+
+def test_a_sleep_during_the_check_is_called_a_sleep() -> None:
+    rig = NightRig()
+    evidence = Evidence(port="sim")
+
+    def sleeps() -> float:
+        return rig.clock.now_s + rig.asleep_s
+
+    write = rig.bench.wire.write
+
+    def falls_asleep(data: bytes, now_s: float) -> None:
+        if data[2] == 0x35:
+            rig.asleep_s = NIGHT_S
+        write(data, now_s)
+
+    rig.bench.wire.write = falls_asleep  # type: ignore[method-assign]
+    with pytest.raises(Slept):
+        rig.run(run_preflight(evidence))
+    assert sleeps() > NIGHT_S
+    assert evidence.disturbance is Disturbance.SLEPT
+
+
+def test_two_manual_items_with_one_text_are_two() -> None:
+    item = '[[manual]]\ntext = "Look again"\nrequired = true\n'
+    expectations = expectations_of(parse_profile((item * 2).encode()), {1: True})
+    assert [one.is_done for one in expectations.manual] == [True, None]
+    assert [stands_against(one) for one in expectations.manual] == [False, True]

@@ -1,0 +1,330 @@
+"""The record: sealed, chained, told apart from an altered one; the report: escaped, whole, on one page."""
+
+import json
+import re
+import time
+from collections.abc import Mapping
+from datetime import UTC, datetime, timedelta, timezone
+from functools import cache
+from html.parser import HTMLParser
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from app import version
+from app.limits.expectations import Expectations, ManualItem
+from app.records.page_seal import sealed_pdf
+from app.records.record import Circumstances, Record, as_text, canonical, is_simulated, make_record, seal
+from app.records.report_files import ReportRefused, check_target, suggested_name, write_report
+from app.records.report_html import body, page
+from app.records.verification import Chain, State, Verification
+from app.records.verification import verify as verify_record
+from app.records.verification import verify_bytes as verify_file_bytes
+from app.text.i18n import set_language
+from app.text.messages import Said, clean, said, said_from, said_with
+from tests.support.records.preflight_rig import FAULTS, Fault, check
+from tests.support.records.stations_made import find_station, station
+
+AT = datetime(2026, 11, 21, 14, 3, 5, tzinfo=timezone(timedelta(hours=8), "CST"))
+HOSTILE = (
+    "</script><script>alert(1)</script>", "<img src=x onerror=alert(1)>", "&lt;b&gt;\"'`", "../../etc/passwd",
+    "C:\\con", "=HYPERLINK(\"http://x\")", "{0.__class__}", "{x:999999999}", "\u202egnp.exe", "\u2067مرحبا",
+    "🪂" * 90, "\0\x1b[31m", "\ud800", "a\nb\r\nc\td", "x" * 10_000_000, "%s%n", "<!-- ", "]]>", "　", "",
+)  # fmt: skip
+
+
+@cache
+def _checked(kind: str) -> Any:
+    items = (ManualItem("Lines and canopy looked at", is_done=True), ManualItem("Hatch free"))
+    manual = Fault(frozenset(), expectations={"manual": items, "profile": "H6"})
+    match kind:
+        case "go":
+            return check(manual)
+        case "worst":
+            names = ("fired", "tilted", "charging", "attitude threshold", "new records", "another module", "slow")
+            return check(manual, *(FAULTS[name] for name in names))
+    return check(manual, options={"mute": "yes"})
+
+
+def known_circumstances(**circumstances: Any) -> Circumstances:
+    known: dict[str, Any] = {"at": AT, "program_version": version(), "who": "Li Wei"}
+    known |= {"module": "M-07", "aircraft": "B-1234"}
+    return Circumstances(**(known | circumstances))
+
+
+def checked_record(kind: str = "go", **circumstances: Any) -> Record:
+    """Signed by a station that the tests know."""
+    checked = _checked(kind)
+    return make_record(checked.assessment, known_circumstances(**circumstances), checked.log, station())
+
+
+_record = checked_record
+
+
+class _Kept:
+    """A store that holds these, by the hash under which they are asked for."""
+
+    def __init__(self, records: Mapping[object, Record]) -> None:
+        self._records = records
+
+    def record(self, hash_: str) -> Record | None:
+        return self._records.get(hash_)
+
+    def same_number(self, record: Mapping[str, object]) -> None:
+        return None
+
+
+def _find(*records: Record) -> _Kept:
+    return _Kept({str(record["hash"]): record for record in records})
+
+
+def verify(record: Mapping[str, object], kept: _Kept | None = None) -> Verification:
+    return verify_record(record, kept, find_station)
+
+
+def verify_bytes(data: bytes) -> Verification:
+    return verify_file_bytes(data, find_station=find_station)
+
+
+def test_it_holds_what_somebody_would_ask_for() -> None:
+    record = _record()
+    assert record["verdict"] == "READY"
+    assert record["at"] == "2026-11-21T14:03:05+08:00"
+    assert record["zone"] == "CST"
+    assert (record["who"], record["module"], record["aircraft"]) == ("Li Wei", "M-07", "B-1234")
+    assert record["program"] == {"name": "DPS-S Configurator", "version": version()}
+    frames: Any = record["frames"]
+    assert [0.0, "out", "42 61 23 01 00 24"] in frames
+    assert any(way == "in" and raw.startswith("41 75 32") for _, way, raw in frames)
+    assert json.loads(as_text(record)) == record
+    with pytest.raises(ValueError, match="zone"):
+        _record(at=datetime(2026, 1, 1))  # noqa: DTZ001
+
+
+def test_intact_in_every_form(qapp: object, tmp_path: Path) -> None:
+    from ui.pages.preflight.report_printer import print_report
+
+    for kind in ("go", "worst", "silent"):
+        record = _record(kind)
+        json_path, html_path, pdf_path = write_report(tmp_path / "r.pdf", record, print_report, station())
+        for path in (json_path, html_path, pdf_path):
+            verification = verify_bytes(path.read_bytes())
+            assert verification.state is State.INTACT, path
+            assert verification.record == record
+        # As an editor saves it: other spaces, another order.
+        again = json.dumps(dict(reversed(record.items())), ensure_ascii=True, indent=4)
+        assert verify_bytes(again.encode()).state is State.INTACT
+
+
+def test_each_alteration_is_found_and_located() -> None:
+    record = _record()
+    checks: Any = record["checks"]
+    for place, one in enumerate(checks):
+        for key, value in (("result", "fail"), ("measured", 123), ("why", "x"), ("id", "other")):
+            altered = json.loads(as_text(record))
+            altered["checks"][place][key] = value
+            verification = verify(altered)
+            assert verification.state is State.ALTERED
+            assert any(part.startswith("checks") for part in verification.altered)
+            if key != "id":
+                assert verification.altered == (f"checks.{one['id']}",)
+    for key in set(record) - {"format", "version"}:
+        altered = json.loads(as_text(record))
+        del altered[key]
+        assert verify(altered).state is State.ALTERED, key
+    added = json.loads(as_text(record)) | {"approved": True}
+    assert verify(added).altered == ("approved",)
+    turned = json.loads(as_text(record))
+    turned["checks"].reverse()
+    assert "checks: order" in verify(turned).altered
+
+
+def test_every_changed_byte_is_noticed() -> None:
+    """Of the file: each byte, flipped, is altered or unreadable, never intact (but in the spaces between)."""
+    record = _record("silent")
+    data = canonical(record)
+    for place in range(0, len(data), 7):
+        damaged = bytearray(data)
+        damaged[place] ^= 0x01
+        assert verify_bytes(bytes(damaged)).state is not State.INTACT, data[max(0, place - 20) : place + 20]
+
+
+def test_whoever_recomputes_the_hash_breaks_the_chain_or_differs_from_the_store() -> None:
+    first = _record("worst")
+    second = _record(number=2, previous=first["hash"])
+    assert verify(second, _find(first, second)).chain is Chain.LINKED
+    assert verify(second, _find(second)).chain is Chain.NOT_AT_HAND
+    forged = seal(first | {"remarks": "x"}, station())
+    assert not verify(forged, _find(first, second)).is_known_here
+    tampered = {**first, "verdict": "GO"}
+    assert verify(second, _Kept({first["hash"]: tampered})).state is State.CHAIN_BROKEN
+    assert verify(seal(second | {"number": 7}, station()), _find(first)).state is State.CHAIN_BROKEN
+    assert verify(seal(second | {"previous": None}, station()), _find(first)).state is State.CHAIN_BROKEN
+    assert verify(_record(number=0)).chain is Chain.ALONE
+
+
+@pytest.mark.parametrize("data", [
+    b"", b"{", b"[]", b"null", b"\xff\xfe", b'{"format": 1}', b"%PDF-1.4 nothing", b"<html></html>", b"[" * 100_000,
+    b'{"format": "dps-s pre-flight record", "version": 1, "version": 1}',
+    b'{"format": "dps-s pre-flight record", "version": 3}',
+    b'{"format": "dps-s pre-flight record", "version": 1, "at": NaN}',
+    b'%PDF-1.4 stream\n{"dps-s pre-flight record": \nendstream', b"x" * 1000,
+])  # fmt: skip
+def test_what_is_no_record_is_said_so(data: bytes) -> None:
+    assert verify_bytes(data).state is State.UNREADABLE
+
+
+def test_a_page_that_was_altered_shows(qapp: object) -> None:
+    from ui.pages.preflight.report_printer import print_report
+
+    record = _record("worst")
+    shown = page(record)
+    assert verify_bytes(shown.replace(b"NO-GO: do not fly", b"GO: fit to fly")).altered == ("page",)
+    assert verify_bytes(shown[: shown.rindex(b"\n<!-- DPS-S")]).altered == ("page seal",)
+    pdf = sealed_pdf(print_report(body(record), as_text(record).encode()), record)
+    place = pdf.index(b"stream") + 40
+    damaged = pdf[:place] + bytes((pdf[place] ^ 1,)) + pdf[place + 1 :]
+    assert "page" in verify_bytes(damaged).altered
+    other = sealed_pdf(pdf[: pdf.rindex(b"\n%DPS-S")], _record())
+    assert "page" in verify_bytes(other).altered
+
+
+class _Tags(HTMLParser):
+    def __init__(self) -> None:
+        super().__init__()
+        self.tags: set[str] = set()
+        self.attributes: set[str] = set()
+
+    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        self.tags.add(tag)
+        self.attributes |= {name for name, _ in attrs}
+
+
+def test_hostile_names_do_no_harm(qapp: object, tmp_path: Path) -> None:
+    from ui.pages.preflight.report_printer import print_report
+
+    sound = _Tags()
+    sound.feed(page(_record()).decode())
+    for text in HOSTILE:
+        items = (ManualItem(text, is_done=True),)
+        checked = check(Fault(frozenset(), expectations={"manual": items, "profile": text}))
+        circumstances = Circumstances(
+            at=AT, program_version="1", who=text, module=text, aircraft=text, remarks=text, number=1
+        )
+        record = make_record(checked.assessment, circumstances, checked.log, station())
+        data = page(record)
+        tags = _Tags()
+        tags.feed(data.decode())
+        assert tags.tags <= sound.tags
+        assert tags.attributes <= sound.attributes
+        assert data.count(b"<script") == 1
+        assert verify_bytes(data).state is State.INTACT
+        assert len(as_text(record)) < 200_000
+        name = suggested_name(record)
+        assert re.fullmatch(r"[\w\- ]{1,60}", name)
+        assert (tmp_path / name).resolve().parent == tmp_path
+        pdf = print_report(body(record), as_text(record).encode())
+        assert pdf.count(b"/Type /Page\n") == 1
+
+
+def test_a_hostile_record_prints_and_is_not_believed(qapp: object) -> None:
+    """What somebody else made: any value of any type, in any place."""
+    from ui.pages.preflight.report_printer import print_report
+
+    for value in (None, 7, [], {}, [[1]], "<b>", {"text": "{a}", "values": {"a": {"text": "{a:9999999999}"}}}, [None]):
+        record = dict.fromkeys(_record(), value) | {"format": "dps-s pre-flight record", "version": 1}
+        assert verify(record).state is not State.INTACT
+        assert b"<b><b>" not in page(record)
+        assert print_report(body(record), b"{}").startswith(b"%PDF")
+    deep: dict[str, object] = {"text": "{a}"}
+    for _ in range(300):
+        deep = {"text": "{a}", "values": {"a": deep}}
+    assert len(said_from(deep).in_words()) < 10
+
+
+def test_ten_megabytes_are_read_in_no_time() -> None:
+    record = seal(_record() | {"remarks": "x" * 10_000_000}, station())
+    began = time.monotonic()
+    assert verify_bytes(as_text(record).encode()).state is State.INTACT
+    assert len(page(record)) > 10_000_000
+    assert len(body(record)) < 60_000
+    assert time.monotonic() - began < 5.0
+
+
+@pytest.mark.parametrize("language", ["en", "zh_CN"])
+@pytest.mark.parametrize("kind", ["go", "worst", "silent"])
+def test_it_is_one_page_in_both_languages(qapp: object, language: str, kind: str) -> None:
+    from ui.pages.preflight.report_printer import print_report
+
+    set_language(language)
+    pdf = print_report(body(_record(kind)), b"{}")
+    assert pdf.count(b"/Type /Page\n") == 1
+    assert b"/FontFile" in pdf
+
+
+@pytest.mark.parametrize("text", ["检查伞绳" * 50, "word " * 40, "W" * 200])
+def test_forty_manual_items_and_every_check_failed_fit_one_page(qapp: object, text: str) -> None:
+    from ui.pages.preflight.report_printer import print_report
+
+    items = tuple(ManualItem(text) for _ in range(40))
+    checked = check(Fault(frozenset(), {"mute": "yes"}, expectations={"manual": items, "profile": text}))
+    about = Circumstances(at=AT, program_version="1", who=text, module=text, aircraft=text, remarks=text * 2)
+    record = make_record(checked.assessment, about, checked.log)
+    assert print_report(body(record), b"{}").count(b"/Type /Page\n") == 1
+
+
+def test_what_cannot_fit_is_refused_and_breaks_nothing(qapp: object) -> None:
+    from ui.pages.preflight.report_printer import print_report
+
+    with pytest.raises(RuntimeError, match="one page"):
+        print_report("<p>x</p>" * 5000, b"{}")
+    assert print_report("<p>x</p>", b"{}").startswith(b"%PDF")
+
+
+def test_the_target_is_looked_at_before_anything_is_sent(tmp_path: Path) -> None:
+    check_target(tmp_path / "r.pdf")
+    for wrong in (tmp_path / "r.txt", tmp_path / "none" / "r.pdf"):
+        with pytest.raises(ReportRefused):
+            check_target(wrong)
+    (tmp_path / "r.json").write_text('{"mine": 1}')
+    with pytest.raises(ReportRefused, match="another name"):
+        check_target(tmp_path / "r.pdf")
+    (tmp_path / "r.json").write_text(as_text(_record()))
+    check_target(tmp_path / "r.pdf")
+
+
+def test_a_printer_that_fails_loses_nothing(tmp_path: Path) -> None:
+    def broken(_body: str, _attached: bytes) -> bytes:
+        raise RuntimeError("no fonts")
+
+    record = _record()
+    with pytest.raises(RuntimeError):
+        write_report(tmp_path / "r.pdf", record, broken)
+    assert json.loads((tmp_path / "r.json").read_text()) == record
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["r.html", "r.json"]
+
+
+def test_words_format_nothing() -> None:
+    assert said("{a} {b}", a="{b}", b="2").in_words() == "{b} 2"
+    assert Said("{missing}").in_english() == "{missing}"
+    assert said_with("{seconds:.1f} s old", {"seconds": 3.14}).in_english() == "3.1 s old"
+    both = said("{one} {other}", one=said("x"), other="y")
+    assert said_from(both.plain()) == both
+    assert clean("\u202eabc\n") == "[U+202E]abc "
+    assert len(clean("x" * 1000)) == 400
+
+
+def test_a_simulated_module_is_no_evidence() -> None:
+    record = _record()
+    assert record["is_simulated"] is False
+    assert "SIMULATED" not in body(record)
+    assert "SIMULATED MODULE: this is no evidence." in body(record | {"is_simulated": True})
+    assert is_simulated("SIM://bench?cell=4")
+    assert not is_simulated("/dev/ttyUSB0")
+
+
+def test_the_time_is_of_this_zone() -> None:
+    assert "UTC+08:00" in body(_record())
+    assert "UTC+00:00" in body(_record(at=datetime(2026, 1, 2, tzinfo=UTC)))
+    assert isinstance(Expectations().limits.tilt_max_deg, float)

@@ -1,0 +1,105 @@
+"""A verdict does not outlive a sleep of the computer, nor a silence that nobody looked at."""
+
+import time
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+from PySide6.QtWidgets import QApplication
+from pytestqt.qtbot import QtBot
+
+from app.engine.device import DeviceView
+from app.engine.session import Session
+from app.engine.worker import Worker
+from app.limits.expectations import Expectations, Past
+from app.preflight.evidence import Disturbance, Evidence
+from app.preflight.findings import Case
+from app.preflight.run import run_preflight
+from app.preflight.verdict import Assessment, assess, void_reason
+from app.procedures.greet import greet
+from app.system.sleep_detector import SleepWatch
+from tests.support.line.sim_line import INSTANT_S, Rig
+from tests.support.window.preflight_window import hurry, on_bench
+from ui.pages.preflight.controller import Standing
+
+NIGHT_S = 8 * 3600.0
+
+
+class NightRig(Rig):
+    """A rig on a computer whose other clock goes on while `asleep_s` grows."""
+
+    def __init__(self) -> None:
+        super().__init__({"uptime": 60, "noise": 0})
+        self.asleep_s = 0.0
+        watch = SleepWatch(self.clock, lambda: self.clock.now_s + self.asleep_s)
+        self.session = Session(self.line, self.clock, asleep_s=watch.look)
+        self.clock.now_s += INSTANT_S
+
+    def checked(self) -> Assessment:
+        evidence = Evidence(port="sim")
+        self.run(run_preflight(evidence, is_enabling=True))
+        assert evidence.is_complete
+        return assess(Case(evidence=evidence, expectations=Expectations(), past=Past()))
+
+    def void(self, assessment: Assessment) -> Disturbance | None:
+        found = void_reason(
+            assessment, self.session.device.view(self.clock.now_s), self.clock.now_s, opened_at=self.session.opened_at
+        )
+        return None if found is None else found.reason
+
+
+def test_a_module_that_answers_again_at_once_after_the_sleep_is_checked_anew() -> None:
+    rig = NightRig()
+    assessment = rig.checked()
+    assert rig.void(assessment) is None
+    rig.asleep_s += NIGHT_S
+    rig.session.step()
+    rig.run(greet())
+    assert rig.void(assessment) is Disturbance.SLEPT
+
+
+def test_a_sleep_before_the_check_does_not_matter() -> None:
+    rig = NightRig()
+    rig.run(greet())
+    rig.asleep_s += NIGHT_S
+    rig.step_for(1)
+    assert rig.void(rig.checked()) is None
+
+
+def test_a_silence_that_is_over_before_anybody_looked_voids_too() -> None:
+    rig = NightRig()
+    assessment = rig.checked()
+    rig.bench.change(mute=True)
+    rig.step_for(15)
+    rig.bench.heal()
+    rig.run(greet())
+    assert rig.void(assessment) is Disturbance.SILENT
+
+
+def test_a_heartbeat_that_may_be_a_restarts_voids_only_once_that_is_decided() -> None:
+    rig = NightRig()
+    assessment = rig.checked()
+    view = rig.session.device.view(rig.clock.now_s)
+    flags = frozenset({"attitude_trigger", "freefall_trigger"})
+    values = {key: known for key, known in view.values.items() if key not in flags}
+
+    def void(device: DeviceView) -> Disturbance | None:
+        found = void_reason(assessment, device, rig.clock.now_s, opened_at=rig.session.opened_at)
+        return None if found is None else found.reason
+
+    assert void(replace(view, values=values, undecided=flags)) is None
+    assert void(replace(view, values=values)) is Disturbance.CHANGED
+    assert void(replace(view, values=values, undecided=flags, restarts=view.restarts + 1)) is Disturbance.RESTARTED
+
+
+def test_the_window_says_so(qtbot: QtBot, qapp: QApplication, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    hurry(monkeypatch)
+    leap = {"s": 0.0}
+    defaults = Worker.__init__.__kwdefaults__
+    assert defaults is not None
+    monkeypatch.setitem(defaults, "with_sleep", lambda: time.monotonic() + leap["s"])
+    with on_bench(qtbot, qapp, tmp_path, "slept") as bench:
+        assert bench.check() is Standing.READY
+        leap["s"] = NIGHT_S
+        bench.wait_standing(Standing.VOID)
+        assert bench.preflight.banner.announcement.head.lower() == "the computer slept"

@@ -1,0 +1,142 @@
+"""What voids a verdict of the Pre-flight page, visibly, while one looks."""
+
+import time
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+from PySide6.QtCore import Qt
+from PySide6.QtWidgets import QApplication, QLineEdit
+from pytestqt.qtbot import QtBot
+
+from tests.support.window.preflight_window import OnBench, hurry, kept, name_module, on_bench
+from ui.pages.preflight.controller import Standing
+
+
+@pytest.fixture
+def quick(monkeypatch: pytest.MonkeyPatch) -> None:
+    hurry(monkeypatch)
+
+
+def restart(bench: OnBench) -> None:
+    bench.bench.restart()
+
+
+def unplug(bench: OnBench) -> None:
+    bench.bench.unplug()
+
+
+def silence(bench: OnBench) -> None:
+    bench.bench.power_off()
+
+
+def open_bay(bench: OnBench) -> None:
+    bench.bench.set_bay(is_open=True)
+
+
+def plug_charger(bench: OnBench) -> None:
+    bench.bench.set_charger(is_plugged_in=True)
+
+
+def grow_old(bench: OnBench) -> None:
+    bench.assembly.connector.clock = lambda: time.monotonic() + 901.0
+
+
+def type_another_name(bench: OnBench) -> None:
+    edit = bench.find(QLineEdit, "preflight_who")
+    edit.setFocus()
+    bench.qtbot.keyClicks(edit, "Li Wei")
+    bench.qtbot.keyClick(edit, Qt.Key.Key_Return)
+
+
+def name_it(bench: OnBench) -> None:
+    name_module(bench, "M-08")
+
+
+@pytest.mark.parametrize(
+    ("act", "why"),
+    [
+        (restart, "The module restarted"),
+        (unplug, "The port was lost"),
+        (silence, "The module stopped answering"),
+        (open_bay, "The module changed: Light"),
+        (plug_charger, "The module changed: Charging"),
+        (grow_old, "Too old"),
+        (type_another_name, "The module changed: what is entered here"),
+        (name_it, "The module changed: what is entered here"),
+    ],
+)
+def test_what_voids_a_go(
+    qtbot: QtBot, qapp: QApplication, tmp_path: Path, quick: None, act: Callable[[OnBench], None], why: str
+) -> None:
+    with on_bench(qtbot, qapp, tmp_path, "void") as bench:
+        page = bench.preflight
+        assert bench.check() is Standing.READY, page.banner.accessibleName()
+        act(bench)
+        bench.wait_standing(Standing.VOID)
+        one = page.banner.announcement
+        assert (one.word, one.head) == ("VOID", why)
+        assert "GO" not in page.banner.accessibleName()
+        assert not page.buttons.print.isEnabled()
+        assert page.work.record is None
+        assert "void" in page.list.rows["tilt"].chip.accessibleName()
+
+
+def test_a_void_check_stays_void(qtbot: QtBot, qapp: QApplication, tmp_path: Path, quick: None) -> None:
+    with on_bench(qtbot, qapp, tmp_path, "stays") as bench:
+        assert bench.check() is Standing.READY
+        bench.bench.set_bay(is_open=True)
+        bench.wait_standing(Standing.VOID)
+        bench.bench.set_bay(is_open=False)
+        qtbot.waitUntil(lambda: bench.assembly.connector.device.values["light_v"].value < 1.0, timeout=8000)
+        bench.preflight.tick()
+        assert bench.preflight.banner.announcement.standing is Standing.VOID
+
+
+def test_a_check_that_is_cancelled_is_void_and_not_kept(
+    qtbot: QtBot, qapp: QApplication, tmp_path: Path, quick: None
+) -> None:
+    with on_bench(qtbot, qapp, tmp_path, "cancel") as bench:
+        page = bench.preflight
+        bench.click(page.buttons.run)
+        qtbot.waitUntil(page.buttons.cancel.isVisible)
+        bench.click(page.buttons.cancel)
+        bench.wait_standing(Standing.VOID)
+        assert page.banner.announcement.head == "Interrupted"
+        assert not page.buttons.print.isEnabled()
+        assert kept(bench) == []
+
+
+def test_unplugged_in_the_middle(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
+    with on_bench(qtbot, qapp, tmp_path, "middle") as bench:
+        page = bench.preflight
+        bench.click(page.buttons.enable)
+        qtbot.waitUntil(lambda: page.work.progress is not None and page.work.progress.done >= 2, timeout=8000)
+        bench.bench.unplug()
+        bench.wait_standing(Standing.VOID)
+        assert page.banner.announcement.head == "The port was lost"
+        assert kept(bench) == []
+
+
+def test_a_module_that_says_nothing_is_never_go(qtbot: QtBot, qapp: QApplication, tmp_path: Path, quick: None) -> None:
+    with on_bench(qtbot, qapp, tmp_path, "mute") as bench:
+        bench.bench.change(mute=True)
+        assert bench.check() is Standing.VOID
+        assert bench.preflight.work.assessment is not None
+        assert bench.preflight.work.assessment.verdict.value == "NO-GO"
+
+
+def test_a_new_check_shows_nothing_of_the_old_one(
+    qtbot: QtBot, qapp: QApplication, tmp_path: Path, quick: None
+) -> None:
+    with on_bench(qtbot, qapp, tmp_path, "again") as bench:
+        page = bench.preflight
+        assert bench.check() is Standing.READY
+        bench.bench.set_cell(3.0)
+        bench.click(page.buttons.run)
+        assert page.banner.announcement.word == "CHECKING"
+        assert "GO" not in page.banner.accessibleName()
+        assert {row.chip.word for row in page.list.rows.values()} == {"checking …"}
+        assert all(not row.measured.text() for row in page.list.rows.values())
+        assert not page.buttons.print.isEnabled()
+        bench.wait_standing(Standing.NO_GO)

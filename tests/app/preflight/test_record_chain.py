@@ -1,0 +1,197 @@
+"""Records and the audit log are chained: one number, one record, whoever files at the same time and however it ends."""
+
+import subprocess
+import sys
+from contextlib import closing
+from pathlib import Path
+
+import pytest
+
+from app import version
+from app.limits.expectations import Expectations
+from app.records.check_store import CheckStore
+from app.records.filing import Filed, Person, file_check
+from app.records.record import Record
+from app.safety.acts import Act
+from app.safety.journal import Outcome
+from app.store.audit_chain import AUDIT_CHAIN_TABLES, AuditFault, ChainFault, check_audit_chain
+from app.store.database import FILE_NAME, StoreFault, StoreTrouble, open_database
+from app.store.schema import MIGRATIONS
+from app.store.store import Store, open_store
+from tests.support.processes import ENVIRONMENT, ROOT
+from tests.support.records.preflight_rig import check
+
+FRAME = bytes.fromhex("42 61 25 01 00 26")
+_FILER = """
+import sys
+from pathlib import Path
+from app import version
+from app.safety.acts import Act
+from app.store.store import open_store
+from tests.app.preflight.test_record_chain import FRAME, file_one
+
+store = open_store(Path(sys.argv[1]))
+print("ready", flush=True)
+sys.stdin.readline()
+for _ in range(int(sys.argv[2])):
+    store.begin(Act.LOCK, FRAME, {}, port="p", origin="test")
+    print(file_one(store, "M-07").record["hash"], flush=True)
+"""
+
+
+def file_one(store: Store, module: str | None = None, *, adapter: str = "") -> Filed:
+    checked = check()
+    return file_check(
+        checked.assessment.case.evidence, Expectations(), Person(module=module), checked.log,
+        store=store, program_version=version(), adapter=adapter,
+    )  # fmt: skip
+
+
+def _chain(store: Store) -> list[Record]:
+    """All kept records, the oldest first."""
+    rows = store.database.read("SELECT hash FROM preflight_checks ORDER BY id")
+    records = [CheckStore(store.database).record(hash_) for (hash_,) in rows]
+    return [record for record in records if record is not None]
+
+
+def _filer(folder: Path, count: int) -> "subprocess.Popen[str]":
+    command = [sys.executable, "-c", _FILER, str(folder), str(count)]
+    process = subprocess.Popen(
+        command, cwd=ROOT, env=ENVIRONMENT, text=True, stdin=subprocess.PIPE, stdout=subprocess.PIPE
+    )
+    assert process.stdout is not None
+    assert process.stdout.readline() == "ready\n"
+    return process
+
+
+def _start(process: "subprocess.Popen[str]") -> None:
+    assert process.stdin is not None
+    process.stdin.write("\n")
+    process.stdin.flush()
+
+
+def test_two_programs_that_file_at_once_make_one_chain(tmp_path: Path) -> None:
+    """One of them is killed in the middle: what it had said to be kept is kept, and the chain goes on."""
+    open_store(tmp_path).close()
+    with _filer(tmp_path, 6) as one, _filer(tmp_path, 1000) as other:
+        _start(one)
+        _start(other)
+        assert one.stdout is not None
+        assert other.stdout is not None
+        told = [other.stdout.readline() for _ in range(3)]
+        other.kill()
+        told += [*other.stdout.readlines(), *one.stdout.readlines()]
+        assert one.wait(60) == 0
+    with closing(open_store(tmp_path)) as store:
+        file_one(store, "M-07")
+        records = _chain(store)
+        assert {line.strip() for line in told if line.endswith("\n")} <= {record["hash"] for record in records}
+        assert [record["number"] for record in records] == list(range(1, len(records) + 1))
+        assert [record["previous"] for record in records] == [None, *(one["hash"] for one in records[:-1])]
+        assert len(records) >= 10
+        assert check_audit_chain(store.database) == ()
+
+
+def test_modules_without_a_name_have_a_chain_for_each_adapter(tmp_path: Path) -> None:
+    with closing(open_store(tmp_path)) as store:
+        for adapter in ("0403:6001:A", "0403:6001:B", "0403:6001:A"):
+            file_one(store, adapter=adapter)
+        first, second, third = _chain(store)
+        assert [one["number"] for one in (first, second, third)] == [1, 1, 2]
+        assert third["previous"] == first["hash"]
+        assert second["previous"] is None
+        assert [one["adapter"] for one in (first, second)] == ["0403:6001:A", "0403:6001:B"]
+        # Not on USB: the port stands in.
+        assert file_one(store).record["adapter"] == "sim"
+
+
+def test_a_record_that_could_not_be_kept_has_no_number(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    with closing(open_store(tmp_path)) as store:
+        file_one(store, "M-07")
+
+        def full(*_: object) -> int:
+            raise StoreTrouble(StoreFault.FULL, tmp_path)
+
+        monkeypatch.setattr(CheckStore, "_keep_check", full)
+        filed = file_one(store, "M-07")
+        assert filed.trouble is not None
+        assert (filed.record["number"], filed.record["previous"]) == (0, None)
+        assert len(_chain(store)) == 1
+
+
+# The audit log
+
+
+def _logged(folder: Path) -> None:
+    with closing(open_store(folder)) as store:
+        for act in (Act.ZERO, Act.LOCK, Act.ACTIVATE):
+            entry = store.begin(act, FRAME, {"tilt_deg": 3, "zh": "激活"}, port="p", origin="window")
+            if act is not Act.ACTIVATE:
+                store.settle(entry, Outcome.CONFIRMED, {"active": False})
+
+
+def test_the_log_is_chained(tmp_path: Path) -> None:
+    _logged(tmp_path)
+    with closing(open_store(tmp_path)) as store:
+        assert check_audit_chain(store.database) == ()
+        assert store.database.read("SELECT count(*) FROM audit_chain") == [(5,)]
+
+
+@pytest.mark.parametrize(
+    ("tampering", "expected"),
+    [
+        ("UPDATE audit SET act = 'lock' WHERE id = 1", AuditFault(1, ChainFault.ALTERED)),
+        ("UPDATE audit SET at = 'x' WHERE id = 3", AuditFault(3, ChainFault.ALTERED)),
+        ("UPDATE audit SET outcome = 'unknown' WHERE id = 2", AuditFault(2, ChainFault.ALTERED)),
+        ("DELETE FROM audit WHERE id = 2", AuditFault(2, ChainFault.MISSING)),
+        ("DELETE FROM audit WHERE id = 3", AuditFault(3, ChainFault.MISSING)),
+        ("DELETE FROM audit_chain WHERE id = 2", AuditFault(1, ChainFault.ALTERED)),
+        (
+            "INSERT INTO audit (port, origin, at, act, frame, detail) VALUES ('p', 'o', 't', 'lock', '', '{}')",
+            AuditFault(4, ChainFault.FOREIGN),
+        ),
+    ],
+)
+def test_whatever_is_altered_in_the_log_is_found(tmp_path: Path, tampering: str, expected: AuditFault) -> None:
+    _logged(tmp_path)
+    with closing(open_store(tmp_path)) as store:
+        database = store.database
+        for name in ("audit_began", "audit_changed"):
+            database.write(f"DROP TRIGGER {name}")
+        database.write(tampering)
+        assert expected in check_audit_chain(database)
+
+
+def test_a_link_that_was_replaced_breaks_the_chain(tmp_path: Path) -> None:
+    _logged(tmp_path)
+    with closing(open_store(tmp_path)) as store:
+        database = store.database
+        for name in ("audit_began", "audit_changed"):
+            database.write(f"DROP TRIGGER {name}")
+        database.write("UPDATE audit SET detail = '{}' WHERE id = 2")
+        database.write(
+            "UPDATE audit_chain SET hash = chain_hash(previous, 2, NULL, 'p', 'window', 'x', 'lock', '', '{}', NULL, "
+            "NULL, NULL) WHERE id = 3"
+        )
+        assert check_audit_chain(database)
+
+
+def test_a_log_from_before_is_chained_when_it_is_migrated(tmp_path: Path) -> None:
+    with closing(
+        open_database(tmp_path, migrations=MIGRATIONS[: MIGRATIONS.index(AUDIT_CHAIN_TABLES)]).database
+    ) as database:
+        for number, settled in ((1, "t"), (2, None)):
+            database.write(
+                "INSERT INTO audit (id, port, origin, at, act, frame, detail, settled_at, outcome, result) "
+                "VALUES (?, 'p', 'window', 't', 'lock', '', '{}', ?, NULL, NULL)",
+                (number, settled),
+            )
+    with closing(open_store(tmp_path)) as store:
+        assert check_audit_chain(store.database) == ()
+        store.settle(2, Outcome.CONFIRMED, {})
+        assert check_audit_chain(store.database) == ()
+        for name in ("audit_began", "audit_changed"):
+            store.database.write(f"DROP TRIGGER {name}")
+        store.database.write("UPDATE audit SET origin = 'other' WHERE id = 1")
+        assert check_audit_chain(store.database) == (AuditFault(1, ChainFault.ALTERED),)
+    assert (tmp_path / FILE_NAME).exists()

@@ -1,0 +1,195 @@
+"""Change of baud rate: in all three behaviours (E9) the program says where the module is, and the port is there too."""
+
+from itertools import product
+from typing import Any
+
+import pytest
+
+from app.engine.procedure import PortLost
+from app.engine.session import Run
+from app.procedures.baud import SENTENCES, BaudChanged, BaudEnd, change_baud, look_for
+from app.procedures.write import Heard
+from app.safety.acts import Act
+from app.safety.journal import Outcome
+from app.safety.permit import Origin, Permit
+from protocol.catalogue import BAUD_RATES, HEARTBEAT
+from protocol.events import Answered
+from protocol.fields import ValueRefused
+from tests.support.journals import FakeJournal
+from tests.support.line.sim_line import Rig
+
+
+def permit_for(rig: Rig) -> Permit:
+    return Permit(Act.CHANGE_BAUD, Origin.CONFIRMATION, rig.clock())
+
+
+def change(rig: Rig, rate: int, journal: FakeJournal | None = None) -> BaudChanged:
+    return rig.run(change_baud(rate, journal or FakeJournal(), permit=permit_for(rig)))
+
+
+def sets(rig: Rig) -> int:
+    return sum(request.command.code == 0x24 for request in rig.line.requests)
+
+
+def answers(rig: Rig) -> bool:
+    """Whether the module answers on the port as it is now."""
+    from app.engine.procedure import Ask
+
+    def ask() -> Any:
+        return (yield Ask(HEARTBEAT.query()))
+
+    return isinstance(rig.run(ask()), Answered)
+
+
+@pytest.mark.parametrize(
+    ("how", "ack", "end", "heard"),
+    [
+        ("old", "echo", BaudEnd.CHANGED, Heard.ECHO),
+        ("old", "one", BaudEnd.CHANGED, Heard.ONE),
+        ("new", "echo", BaudEnd.CHANGED, Heard.NOTHING),
+        ("new", "one", BaudEnd.CHANGED, Heard.NOTHING),
+        ("restart", "echo", BaudEnd.AT_RESTART, Heard.ECHO),
+        ("restart", "one", BaudEnd.AT_RESTART, Heard.ONE),
+    ],
+)
+def test_every_behaviour_is_said_as_what_it_is(how: str, ack: str, end: BaudEnd, heard: Heard) -> None:
+    rig, journal = Rig({"baud_ack": how, "ack": ack}), FakeJournal()
+    journal.line_length = lambda: len(rig.line.sent)
+    changed = change(rig, 9600, journal)
+    assert (changed.end, changed.heard) == (end, heard)
+    assert changed.found_rate == rig.line.baud_rate == rig.bench.module.baud_rate
+    assert sets(rig) == 1
+    assert answers(rig)
+    assert journal.rates == [(115200, 9600)]
+    assert journal.settled_rates == {0: end.value}
+    assert journal.sent_before[0] < len(rig.line.sent)
+
+
+def test_one_that_changes_at_a_restart_is_found_afterwards() -> None:
+    rig = Rig({"baud_ack": "restart"})
+    assert change(rig, 9600).end is BaudEnd.AT_RESTART
+    rig.bench.restart()
+    rig.step_for(0.5)
+    assert rig.run(look_for(9600, 115200)) == 9600
+
+
+def test_a_late_answer_to_what_was_asked_at_another_rate_is_no_answer_at_this_one() -> None:
+    """A serial server passes whole bytes on, however late; found by the stateful test."""
+    rig = Rig({"baud": 57600, "delay_ms": 1200.0})
+    write = rig.line.write
+
+    def loses_the_first_two(data: bytes) -> None:
+        rig.bench.change(drop=1.0 if len(rig.line.requests) < 2 else 0.0)
+        write(data)
+
+    rig.line.write = loses_the_first_two  # type: ignore[method-assign]
+    assert rig.run(look_for(57600, 115200)) == 57600
+    assert rig.line.baud_rate == 57600
+
+
+def test_a_module_that_does_not_tell_its_boot_count_is_found() -> None:
+    rig = Rig({"baud": 57600, "mute_codes": frozenset((0x23,))})
+    assert rig.run(look_for(57600, 115200)) == 57600
+
+
+@pytest.mark.parametrize(
+    ("ways", "end"), [({"refuses": True}, BaudEnd.UNCHANGED), ({"mute_codes": frozenset((0x24,))}, BaudEnd.UNCHANGED)]
+)
+def test_a_module_that_does_not_change(ways: dict[str, Any], end: BaudEnd) -> None:
+    rig, journal = Rig(ways), FakeJournal()
+    assert change(rig, 9600, journal).end is end
+    assert rig.line.baud_rate == 115200
+    assert journal.outcomes == {0: Outcome.REFUSED}
+
+
+def test_a_lost_module_says_how_to_get_it_back_and_stays_written_down() -> None:
+    rig, journal = Rig(), FakeJournal()
+    write = rig.line.write
+
+    def falls_silent(data: bytes) -> None:
+        write(data)
+        if data[2] == 0x24:
+            rig.bench.change(mute=True)
+
+    rig.line.write = falls_silent  # type: ignore[method-assign]
+    changed = change(rig, 9600, journal)
+    assert (changed.end, changed.found_rate) == (BaudEnd.LOST, None)
+    assert "Find my module" in changed.sentence
+    assert rig.line.baud_rate == 115200
+    assert journal.settled_rates == {}
+    assert journal.outcomes == {0: Outcome.UNKNOWN}
+    rig.bench.heal()
+    assert rig.run(look_for(*reversed(journal.rates[0]))) == 9600
+
+
+def test_a_break_in_the_middle_stays_written_down_and_is_picked_up() -> None:
+    rig, journal = Rig(), FakeJournal()
+    run = Run(change_baud(19200, journal, permit=permit_for(rig)))
+    rig.session.run(run)
+    rig.step_until(lambda: sets(rig) == 1)
+    rig.session.close(why=PortLost())
+    assert isinstance(run.error, PortLost)
+    assert (journal.rates, journal.settled_rates) == ([(115200, 19200)], {})
+    assert journal.outcomes == {0: Outcome.UNKNOWN}
+    old, new = journal.rates[0]
+    later = Rig({"baud": 19200})
+    assert later.run(look_for(new, old)) == 19200
+    assert later.line.baud_rate == 19200
+
+
+@pytest.mark.parametrize("what", ["no permit", "active", "log", "silent"])
+def test_what_is_not_allowed_is_not_sent(what: str) -> None:
+    rig, journal = Rig({"active": what == "active"}), FakeJournal()
+    permit = None if what == "no permit" else permit_for(rig)
+    journal.is_broken = what == "log"
+    rig.bench.change(mute=what == "silent")
+    changed = rig.run(change_baud(9600, journal, permit=permit))
+    assert (changed.end, changed.heard) == (BaudEnd.NOT_SENT, Heard.NOT_SENT)
+    assert changed.refusals
+    assert changed.sentence.startswith("Nothing was sent. ")
+    assert sets(rig) == 0
+    assert not set(journal.rates)
+
+
+def test_one_permit_is_one_change() -> None:
+    rig = Rig()
+    permit = permit_for(rig)
+    assert rig.run(change_baud(9600, FakeJournal(), permit=permit)).end is BaudEnd.CHANGED
+    assert rig.run(change_baud(4800, FakeJournal(), permit=permit)).end is BaudEnd.NOT_SENT
+    assert sets(rig) == 1
+
+
+def test_a_rate_without_a_code_is_refused() -> None:
+    rig = Rig()
+    with pytest.raises(ValueRefused):
+        change(rig, 12345)
+    assert rig.line.sent == b""
+
+
+FAULTS: tuple[dict[str, Any], ...] = (
+    {"drop": 0.25, "direction": "both"},
+    {"corrupt": 0.03, "direction": "both"},
+    {"double": 0.5, "jitter_ms": 100.0},
+    {"stream_at_boot": True, "rate": 8, "drop": 0.1},
+)
+
+
+@pytest.mark.parametrize("faults", FAULTS, ids="-".join)
+def test_on_bad_lines_the_port_is_where_the_module_is(faults: dict[str, Any]) -> None:
+    ends = set()
+    for seed, (how, ack, rate) in enumerate(list(product(("old", "new", "restart"), ("echo", "one"), BAUD_RATES)) * 2):
+        rig = Rig({**faults, "baud_ack": how, "ack": ack, "seed": seed * 13 + 5})
+        changed = change(rig, rate)
+        ends.add(changed.end)
+        assert sets(rig) == (changed.end is not BaudEnd.NOT_SENT)
+        if changed.found_rate is not None:
+            assert changed.found_rate == rig.line.baud_rate == rig.bench.module.baud_rate
+        if changed.end is BaudEnd.CHANGED:
+            assert rig.bench.module.baud_rate == rate
+    assert BaudEnd.CHANGED in ends
+
+
+def test_every_end_has_its_sentence() -> None:
+    for end in BaudEnd:
+        assert BaudChanged(old_rate=115200, new_rate=9600, end=end, found_rate=4800).sentence
+    assert set(SENTENCES) == set(BaudEnd)

@@ -1,0 +1,90 @@
+"""A light threshold by measurement, whichever way light moves the reading."""
+
+import pytest
+
+from app.procedures.light_calibration import (
+    ENOUGH_SAMPLES,
+    Band,
+    Direction,
+    Obstacle,
+    Proposal,
+    measure_light,
+    propose,
+)
+from tests.support.line.sim_line import Rig
+
+
+def band(low: int, high: int, count: int = ENOUGH_SAMPLES) -> Band:
+    return Band(tuple(low if number % 2 else high for number in range(count)))
+
+
+@pytest.mark.parametrize(("inverted", "direction"), [(False, Direction.RISES), (True, Direction.FALLS)])
+def test_the_direction_is_found_and_the_threshold_lies_between(inverted: bool, direction: Direction) -> None:
+    rig = Rig({"light_inverted": inverted, "noise": 1.0})
+    closed = rig.run(measure_light())
+    rig.bench.set_bay(is_open=True)
+    opened = rig.run(measure_light())
+    proposal = propose(closed, opened)
+    assert isinstance(proposal, Proposal)
+    assert proposal.direction is direction
+    assert len(closed.raws) == len(opened.raws) == 20
+    low, high = sorted((closed, opened), key=lambda one: one.low_v)
+    assert low.high_v < proposal.threshold_v < high.low_v
+    assert proposal.margin_closed_v == pytest.approx(proposal.margin_open_v, abs=0.11)
+    assert proposal.is_steady
+    assert proposal.vendors_v == pytest.approx(0.3 if inverted else 2.5, abs=0.1)
+
+
+@pytest.mark.parametrize(
+    ("closed", "opened", "found"),
+    [
+        (band(3, 5), band(5, 9), Obstacle.OVERLAP),
+        (band(5, 9), band(3, 5), Obstacle.OVERLAP),
+        (band(3, 9), band(5, 6), Obstacle.OVERLAP),
+        (band(3, 5), band(6, 9), Obstacle.TOO_CLOSE),
+        (band(6, 9), band(3, 5), Obstacle.TOO_CLOSE),
+        (band(3, 5, 9), band(20, 21), Obstacle.CLOSED_TOO_FEW),
+        (band(3, 5), band(20, 21, 9), Obstacle.OPEN_TOO_FEW),
+        (Band(band(3, 5).raws, has_restarted=True), band(20, 21), Obstacle.CLOSED_TOO_FEW),
+        (Band(()), Band(()), Obstacle.CLOSED_TOO_FEW),
+    ],
+)
+def test_no_threshold_where_there_is_no_gap(closed: Band, opened: Band, found: Obstacle) -> None:
+    assert propose(closed, opened) is found
+
+
+@pytest.mark.parametrize(("closed", "opened"), [((3, 5), (7, 9)), ((7, 9), (3, 5)), ((0, 0), (255, 255))])
+def test_the_smallest_gap_and_the_widest(closed: tuple[int, int], opened: tuple[int, int]) -> None:
+    proposal = propose(band(*closed), band(*opened))
+    assert isinstance(proposal, Proposal)
+    assert min(proposal.margin_closed_v, proposal.margin_open_v) >= 0.1
+    assert f"{proposal.threshold_v:.1f} V" in proposal.sentence
+
+
+def test_light_that_is_not_steady_is_said() -> None:
+    proposal = propose(band(0, 9), band(20, 21))
+    assert isinstance(proposal, Proposal)
+    assert not proposal.is_steady
+
+
+def test_a_measurement_ends_where_nothing_answers() -> None:
+    found = Rig({"mute_codes": frozenset((0x14,))}).run(measure_light())
+    assert (found.raws, found.lost, found.is_enough) == ((), 10, False)
+
+
+def test_a_restart_spoils_the_measurement() -> None:
+    rig = Rig()
+    write = rig.line.write
+    seen = 0
+
+    def watched(data: bytes) -> None:
+        nonlocal seen
+        write(data)
+        seen += 1
+        if seen == 5:
+            rig.bench.restart()
+
+    rig.line.write = watched  # type: ignore[method-assign]
+    found = rig.run(measure_light())
+    assert found.has_restarted
+    assert not found.is_enough

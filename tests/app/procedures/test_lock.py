@@ -1,0 +1,267 @@
+"""LOCK is repeated until the module reports that it is locked: at the proven rate, within limits."""
+
+from collections.abc import Callable
+from itertools import pairwise
+from typing import Any
+
+import pytest
+from hypothesis import settings
+
+from app.engine.procedure import LOCK_GAPS_S, LOCKS_FOR_S, LOCKS_MOST, LockRepeat, PortLost
+from app.engine.session import Run
+from app.procedures.act import perform
+from app.procedures.find import Found, find_rate
+from app.procedures.lock import SENTENCES, Locked, lock, waiting_sentence
+from app.safety.acts import REQUESTS, Act
+from app.safety.journal import NoJournal, Outcome
+from app.safety.permit import Origin, Permit
+from protocol.catalogue import BY_NAME, Hazard
+from tests.support.journals import FakeJournal
+from tests.support.line.sim_line import Rig, settled_rig
+
+LOCK = REQUESTS[Act.LOCK]
+ACTIVE = BY_NAME["active"].query()
+
+
+def press(rig: Rig, **more: Any) -> Run[Locked]:
+    run: Run[Locked] = Run(lock(more.pop("journal", None), **more))
+    rig.session.run(run, is_urgent=True)
+    return run
+
+
+def pressed(rig: Rig, **more: Any) -> Locked:
+    run = press(rig, **more)
+    rig.step_until(lambda: run.is_done, limit_s=60)
+    assert run.error is None
+    assert run.result is not None
+    return run.result
+
+
+def locks(rig: Rig) -> int:
+    return rig.line.requests.count(LOCK)
+
+
+def deafen(rig: Rig, is_lost: Callable[[int, bytes], bool]) -> list[float]:
+    """Frames to the module are lost where `is_lost` (number of the LOCK, frame) says so; the times of all LOCKs."""
+    write, times = rig.line.bench.wire.write, list[float]()
+
+    def lossy(data: bytes, now_s: float) -> None:
+        for at in range(0, len(data), 6):
+            frame = data[at : at + 6]
+            if frame == LOCK.encode():
+                times.append(now_s)
+            if not is_lost(len(times), frame):
+                write(frame, now_s)
+
+    rig.line.bench.wire.write = lossy  # type: ignore[method-assign]
+    return times
+
+
+def test_on_a_good_line_it_is_sent_once_and_asked_for_twice() -> None:
+    rig = settled_rig(active=True)
+    locked = pressed(rig)
+    assert (locked.outcome, locked.sent, locked.is_acknowledged) == (Outcome.CONFIRMED, 1, True)
+    assert [request.command.name for request in rig.line.requests] == ["activation", "active", "status"]
+    assert locked.sentence == "The module reports that it is LOCKED."
+
+
+def test_it_is_repeated_until_it_is_reported() -> None:
+    rig = settled_rig(active=True)
+    times = deafen(rig, lambda number, frame: frame == LOCK.encode() and number < 7)
+    locked = pressed(rig)
+    assert (locked.is_locked, locked.sent) == (True, 7)
+    assert not rig.bench.state().is_active
+    gaps = [later - sooner for sooner, later in pairwise(times)]
+    assert all(0.1 <= gap <= 0.25 for gap in gaps), gaps
+    assert locked.sentence == "The module reports that it is LOCKED. LOCK was sent 7 times."
+
+
+def test_it_is_repeated_while_the_answer_to_the_question_is_awaited() -> None:
+    """Nothing of the module is heard for two seconds; it hears nothing either."""
+    rig = settled_rig(active=True)
+    until = rig.clock() + 2.0
+    times = deafen(rig, lambda _number, _frame: rig.clock() < until)
+    locked = pressed(rig)
+    assert locked.is_locked
+    gaps = [later - sooner for sooner, later in pairwise(times)]
+    assert all(0.09 <= gap <= 0.21 for gap in gaps), gaps
+    assert len(gaps) >= 12
+
+
+def test_an_acknowledgement_alone_is_no_proof() -> None:
+    rig = settled_rig(active=True)
+    rig.run(lock())
+    rig.bench.module.activate(is_active=True)
+    rig.bench.change(mute_codes=frozenset((0x30, 0x32)))
+    locked = pressed(rig)
+    assert locked.is_acknowledged
+    assert (locked.outcome, locked.is_locked) == (Outcome.UNKNOWN, None)
+    assert locked.sent > 1
+
+
+def test_one_question_alone_is_enough_where_the_module_does_not_know_the_other() -> None:
+    for code in (0x30, 0x32):
+        assert pressed(settled_rig(active=True, **{"mute-codes": f"{code:02x}"})).is_locked
+
+
+def test_it_ends_within_its_limits_and_says_what_is_not_known() -> None:
+    rig, journal = settled_rig(active=True, mute=True), FakeJournal()
+    began = rig.clock()
+    locked = pressed(rig, journal=journal)
+    assert (locked.outcome, locked.is_locked) == (Outcome.UNKNOWN, None)
+    assert locked.sent == locks(rig) <= LOCKS_MOST
+    assert LOCKS_MOST * min(LOCK_GAPS_S) < rig.clock() - began < LOCKS_FOR_S + 8  # with a search for its rate
+    assert journal.outcomes == {0: Outcome.UNKNOWN}
+    assert locked.sentence.endswith("not confirmed: treat the module as ACTIVE.")
+
+
+def test_a_module_that_refuses_is_told_until_the_end_and_said_to_be_active() -> None:
+    rig = settled_rig(active=True, refuses=True)
+    locked = pressed(rig)
+    assert (locked.outcome, locked.is_locked) == (Outcome.REFUSED if locked.is_acknowledged else Outcome.UNKNOWN,
+                                                  False if locked.is_acknowledged else None)  # fmt: skip
+    assert 20 < locked.sent <= LOCKS_MOST
+
+
+def test_the_frame_leaves_before_the_journal_is_asked_and_waits_for_none() -> None:
+    rig, journal = settled_rig(active=True), FakeJournal()
+    journal.is_held = True
+    journal.line_length = lambda: len(rig.line.sent)
+    locked = pressed(rig, journal=journal)
+    assert locked.is_locked
+    assert [act for act, _frame, _detail in journal.intents] == [Act.LOCK]
+    assert journal.sent_before[0] >= len(LOCK.encode())
+    assert journal.outcomes == {0: Outcome.CONFIRMED}
+
+
+def test_locking_needs_nothing_and_is_done_without_a_log() -> None:
+    rig = settled_rig(active=True)
+    assert pressed(rig, journal=NoJournal("no disk")).is_locked
+    assert not rig.bench.state().is_active
+
+
+@pytest.mark.parametrize("steps", range(0, 30, 3))
+def test_nothing_dangerous_decided_before_goes_between_two_of_them(steps: int) -> None:
+    rig = settled_rig()
+    permit = Permit(Act.ACTIVATE, Origin.CONFIRMATION, rig.clock())
+    acting = Run(perform(Act.ACTIVATE, FakeJournal(), permit=permit))
+    rig.session.run(acting)
+    deafen(rig, lambda number, frame: 0 < number < 5)
+    for _ in range(steps):
+        rig.session.step()
+    before = len(rig.line.requests)
+    locking = press(rig)
+    rig.step_until(lambda: locking.is_done and acting.is_done, limit_s=60)
+    after = rig.line.requests[before:]
+    assert after.count(LOCK) >= 5
+    assert not [request for request in after if request.hazard is Hazard.DANGEROUS]
+    assert not rig.bench.state().is_active
+
+
+def test_what_is_done_on_purpose_afterwards_ends_the_repeating() -> None:
+    """The module is locked, which no report says: somebody who activates it is not locked out again."""
+    rig = settled_rig(**{"mute-codes": "30"})
+    deafen(rig, lambda _number, frame: frame == LOCK.encode())
+    rig.bench.module.activate(is_active=True)
+    locking = press(rig)
+    rig.step_for(0.5)
+    assert not locking.is_done
+    locking.cancel()
+    rig.step_for(0.05)
+    assert locking.result is not None
+    assert locking.result.is_replaced
+    count = locks(rig)
+    rig.step_for(3.0)
+    assert locks(rig) == count
+
+
+def test_it_leaves_at_the_proven_rate_while_the_rate_is_searched() -> None:
+    rig = settled_rig(active=True)
+    rig.step_for(0.1)
+    rig.run(find_rate(115200))
+    finding: Run[Found] = Run(find_rate(4800))
+    rig.session.run(finding)
+    rig.step_until(lambda: rig.line.baud_rate == 4800)
+    locked = pressed(rig)
+    assert (locked.is_locked, locked.sent) == (True, 1)
+    rig.step_until(lambda: finding.is_done)
+    assert finding.result is not None
+    assert finding.result.baud_rate == 115200
+
+
+@pytest.mark.parametrize("rate", [4800, 9600, 57600])
+@pytest.mark.parametrize("after_s", [0.0, 0.4, 1.3])
+def test_it_is_sent_again_where_the_search_finds_the_module(rate: int, after_s: float) -> None:
+    rig = settled_rig(active=True)
+    rig.run(find_rate(115200))
+    rig.bench.module.baud_rate = rate
+    finding: Run[Found] = Run(find_rate(115200))
+    rig.session.run(finding)
+    rig.step_for(after_s)
+    locked = pressed(rig)
+    assert locked.is_locked
+    assert not rig.bench.state().is_active
+    rig.step_until(lambda: finding.is_done)
+    assert finding.result is not None
+    assert finding.result.baud_rate == rate
+
+
+def test_it_goes_on_counting_when_the_port_comes_back() -> None:
+    repeat = LockRepeat()
+    rig = settled_rig(active=True, mute=True)
+    run = press(rig, repeat=repeat)
+    rig.step_for(0.5)
+    rig.session.close(why=PortLost())
+    assert run.result is not None
+    assert run.result.is_port_lost
+    assert run.result.sent == repeat.sent > 1
+    again = settled_rig(active=True)
+    again.clock.now_s = rig.clock.now_s
+    locked = pressed(again, repeat=repeat)
+    assert locked.is_locked
+    assert locked.sent == run.result.sent + 1
+
+
+def test_a_port_lost_before_it_left_is_said() -> None:
+    rig, journal = settled_rig(active=True), FakeJournal()
+    run = press(rig, journal=journal)
+    rig.session.close(why=PortLost())
+    assert run.result is not None
+    assert (run.result.outcome, run.result.sent) == (Outcome.NOT_SENT, 0)
+    assert run.result.sentence == "LOCK was not sent: treat the module as ACTIVE."
+    assert not journal.intents
+
+
+def test_every_outcome_has_its_sentence() -> None:
+    assert set(SENTENCES) == set(Outcome)
+    for outcome in Outcome:
+        for sent in (0, 1, 2):
+            assert Locked(outcome=outcome, sent=sent).sentence
+    assert waiting_sentence(3) == "LOCK sent 3 times, not yet reported"
+
+
+SEEDS = max(12, settings().max_examples // 2)
+"""1,000 in the profile `thorough`."""
+LOSSY: dict[str, dict[str, Any]] = {
+    "a fifth of the frames lost": {"drop": 0.2, "direction": "both"},
+    "and a stream": {"drop": 0.2, "direction": "both", "stream_at_boot": True},
+    "answers 1.4 s late": {"delay_ms": 1400.0},
+    "answers up to 0.4 s late, some lost": {"delay_ms": 100.0, "jitter_ms": 300.0, "drop": 0.2},
+    "a module that needs 5 ms between frames": {"min_gap_ms": 5.0},
+    "30 ms, and some are lost": {"min_gap_ms": 30.0, "drop": 0.2, "direction": "both"},
+    "half duplex under a stream of 200 Hz": {"half_duplex": True, "stream_at_boot": True, "rate": 200},
+    "damaged": {"corrupt": 0.04, "direction": "both"},
+}
+
+
+@pytest.mark.parametrize("faults", LOSSY.values(), ids=LOSSY)
+def test_on_bad_lines_it_arrives_and_is_never_claimed_wrongly(faults: dict[str, Any]) -> None:
+    confirmed = 0
+    for seed in range(SEEDS):
+        rig = settled_rig(active=True, seed=seed * 31 + 7, **faults)
+        rig.step_for(0.3)
+        locked = pressed(rig)
+        assert not rig.bench.state().is_active, f"seed {seed}: it did not arrive"
+        assert locked.is_locked is not False
+        confirmed += locked.is_locked is True
+    assert confirmed >= SEEDS * 0.95

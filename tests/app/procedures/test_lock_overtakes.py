@@ -1,0 +1,234 @@
+"""LOCK goes before everything else, and nothing dangerous that was asked for before it follows."""
+
+from collections.abc import Callable
+
+import pytest
+
+from app.engine.procedure import Ask, Procedure
+from app.engine.session import Run
+from app.procedures.act import Performed, perform
+from app.procedures.baud import BaudEnd, change_baud
+from app.procedures.lock import Locked, lock
+from app.procedures.write import Heard, write_verified
+from app.safety.acts import REQUESTS, Act
+from app.safety.interlocks import Condition, Situation, refusals
+from app.safety.journal import Outcome
+from app.safety.permit import Origin, Permit
+from protocol.catalogue import BY_NAME, HEARTBEAT, Hazard, Request
+from protocol.events import Outcome as Ended
+from protocol.events import Unanswered
+from protocol.link_states import Exchange, Presence
+from tests.support.journals import FakeJournal
+from tests.support.line.sim_line import Rig
+
+SLOW = {"delay_ms": 60.0}
+LIGHT_THRESHOLD = BY_NAME["light_threshold"]
+WHY = "LOCK was pressed after this was confirmed: confirm again."
+
+
+def under_way(rig: Rig, act: Act) -> Run[Performed]:
+    permit = Permit(act, Origin.CONFIRMATION, rig.clock())
+    run: Run[Performed] = Run(perform(act, FakeJournal(), permit=permit))
+    rig.session.run(run)
+    return run
+
+
+def press_lock(rig: Rig) -> Run[Locked]:
+    run: Run[Locked] = Run(lock())
+    rig.session.run(run, is_urgent=True)
+    return run
+
+
+@pytest.mark.parametrize("act", [Act.ACTIVATE, Act.ZERO, Act.SHUTDOWN, Act.FORBID_DEPLOY])
+@pytest.mark.parametrize("steps", range(0, 24, 2))
+def test_nothing_dangerous_leaves_after_lock_was_pressed(act: Act, steps: int) -> None:
+    rig = Rig(SLOW)
+    performing = under_way(rig, act)
+    for _ in range(steps):
+        rig.session.step()
+    before = rig.line.requests
+    locking = press_lock(rig)
+    rig.step_until(lambda: performing.is_done and locking.is_done)
+    assert not [request for request in rig.line.requests[len(before) :] if request.hazard is Hazard.DANGEROUS]
+    assert performing.result is not None
+    if REQUESTS[act] in before:
+        return
+    assert performing.result.outcome is Outcome.NOT_SENT
+    assert [one.condition for one in performing.result.refusals] == [Condition.CONFIRMED]
+    assert not rig.bench.module.state.is_active
+
+
+def test_the_baud_rate_is_not_changed_after_lock_was_pressed() -> None:
+    rig = Rig(SLOW)
+    permit = Permit(Act.CHANGE_BAUD, Origin.CONFIRMATION, rig.clock())
+    changing = Run(change_baud(9600, FakeJournal(), permit=permit))
+    rig.session.run(changing)
+    press_lock(rig)
+    rig.step_until(lambda: changing.is_done)
+    assert changing.result is not None
+    assert changing.result.end is BaudEnd.NOT_SENT
+
+
+def test_what_is_confirmed_after_lock_is_done() -> None:
+    rig = Rig(SLOW)
+    press_lock(rig)
+    rig.step_for(1.0)
+    permit = Permit(Act.ZERO, Origin.CONFIRMATION, rig.clock())
+    done = rig.run(perform(Act.ZERO, FakeJournal(), permit=permit))
+    assert done.outcome is Outcome.CONFIRMED
+
+
+def test_an_act_that_waits_for_the_line_is_withheld() -> None:
+    """The link's own heartbeat is out when the act is decided; LOCK comes before the answer to it."""
+    rig = Rig(SLOW)
+    performing = under_way(rig, Act.SHUTDOWN)
+    rig.step_until(lambda: rig.line.requests[-1:] != [HEARTBEAT.query()] and performing.resume_at is not None)
+    rig.session._link._probe_at = rig.clock()
+    rig.session._link.tick(rig.clock())
+    rig.session.step(0.0)
+    assert performing.wants_to_ask is not None
+    assert performing.wants_to_ask.request == REQUESTS[Act.SHUTDOWN]
+    press_lock(rig)
+    rig.step_until(lambda: performing.is_done)
+    assert REQUESTS[Act.SHUTDOWN] not in rig.line.requests
+    assert performing.result is not None
+    assert performing.result.outcome is Outcome.NOT_SENT
+
+
+@pytest.mark.parametrize("act", [Act.ACTIVATE, Act.ZERO, Act.SHUTDOWN, Act.FORBID_DEPLOY])
+def test_what_was_confirmed_before_the_port_was_opened_is_not_done(act: Act) -> None:
+    """By now another module may be connected; found by the stateful test."""
+    rig = Rig()
+    permit = Permit(act, Origin.CONFIRMATION, rig.session.opened_at - 0.01)
+    done = rig.run(perform(act, FakeJournal(), permit=permit))
+    assert done.outcome is Outcome.NOT_SENT
+    assert [one.sentence for one in done.refusals] == [
+        "The port was opened anew after this was confirmed: confirm again."
+    ]
+    assert REQUESTS[act] not in rig.line.requests
+
+
+def test_what_was_confirmed_at_the_very_moment_of_the_opening_is_not_done() -> None:
+    """Nobody knows which came first: it may have been meant for the port before."""
+    rig = Rig({"active": True})
+    permit = Permit(Act.ACTIVATE, Origin.CONFIRMATION, rig.session.opened_at)
+    done = rig.run(perform(Act.ACTIVATE, FakeJournal(), permit=permit))
+    assert done.outcome is Outcome.NOT_SENT
+    assert REQUESTS[Act.ACTIVATE] not in rig.line.requests
+
+
+def heartbeat_of_the_link(rig: Rig) -> None:
+    rig.step_until(lambda: rig.session._link.exchange is Exchange.PROBING)
+
+
+def ask_at_once(request: Request) -> Procedure[Ended]:
+    outcome: Ended = yield Ask(request, is_deliberate=True)
+    return outcome
+
+
+def set_in_flight(rig: Rig) -> None:
+    rig.session.run(Run(ask_at_once(LIGHT_THRESHOLD.set(2.0))))
+    rig.step_until(lambda: rig.line.requests[-1:] == [LIGHT_THRESHOLD.set(2.0)])
+
+
+def read_back_behind_a_fence(rig: Rig) -> None:
+    """The set was unanswered, and its acknowledgement must not pass for the value read back."""
+    set_in_flight(rig)
+    rig.session.run(Run(ask_at_once(LIGHT_THRESHOLD.query())))
+    rig.step_until(lambda: rig.session._link.exchange is Exchange.FENCING)
+
+
+@pytest.mark.parametrize("wait", [heartbeat_of_the_link, set_in_flight, read_back_behind_a_fence])
+def test_lock_waits_for_no_answer(wait: Callable[[Rig], object]) -> None:
+    """The module hears and its answers are lost: each of them is waited for up to a second, or three."""
+    rig = Rig({"active": True})
+    rig.step_for(1.0)
+    rig.bench.change(drop=1.0)
+    wait(rig)
+    sent = len(rig.line.requests)
+    press_lock(rig)
+    rig.session.step(0.0)
+    assert rig.line.requests[sent:] == [REQUESTS[Act.LOCK]]
+    rig.step_for(0.01)
+    assert not rig.bench.module.state.is_active
+
+
+def test_lock_pressed_again_leaves_at_once_and_takes_the_place_of_the_first() -> None:
+    rig = Rig({"active": True})
+    rig.step_for(1)
+    rig.bench.change(mute=True)
+    first = press_lock(rig)
+    rig.step_until(lambda: rig.line.requests.count(REQUESTS[Act.LOCK]) == 1)
+    began = rig.clock.now_s
+    second = press_lock(rig)
+    rig.step_until(lambda: rig.line.requests.count(REQUESTS[Act.LOCK]) == 2)
+    assert rig.clock.now_s - began < 0.03
+    rig.bench.heal()
+    rig.step_until(lambda: first.is_done and second.is_done)
+    assert first.result is not None
+    assert first.result.is_replaced
+    assert second.result is not None
+    assert second.result.is_locked
+
+
+def test_a_set_that_lock_overtakes_is_not_sent_again_and_is_read_back() -> None:
+    rig = Rig(SLOW)
+    writing = Run(write_verified(LIGHT_THRESHOLD, 2.0))
+    rig.session.run(writing)
+    rig.step_until(lambda: rig.line.requests[-1:] == [LIGHT_THRESHOLD.set(2.0)])
+    press_lock(rig)
+    rig.step_until(lambda: writing.is_done)
+    assert rig.line.requests.count(LIGHT_THRESHOLD.set(2.0)) == 1
+    assert writing.result is not None
+    assert (writing.result.heard, writing.result.verified) == (Heard.NOTHING, True)
+
+
+def test_an_act_that_lock_overtakes_is_of_unknown_outcome_until_the_module_tells() -> None:
+    rig = Rig(SLOW)
+    performing = under_way(rig, Act.ACTIVATE)
+    rig.step_until(lambda: rig.line.requests[-1:] == [REQUESTS[Act.ACTIVATE]])
+    locking = press_lock(rig)
+    rig.step_until(lambda: performing.is_done and locking.is_done)
+    assert rig.line.requests.count(REQUESTS[Act.ACTIVATE]) == 1
+    assert not rig.bench.module.state.is_active
+    assert locking.result is not None
+    assert locking.result.is_locked
+    assert performing.result is not None
+    assert performing.result.outcome is Outcome.UNKNOWN
+
+
+def test_what_is_dangerous_and_waits_behind_a_fence_is_withheld() -> None:
+    rig = Rig(SLOW)
+    rig.bench.change(drop=1.0)
+    activating = Run(ask_at_once(REQUESTS[Act.ACTIVATE]))
+    again = Run(ask_at_once(REQUESTS[Act.ACTIVATE]))
+    rig.session.run(activating)
+    rig.session.run(again)
+    rig.step_until(lambda: rig.session._link.exchange is Exchange.FENCING)
+    assert rig.line.requests.count(REQUESTS[Act.ACTIVATE]) == 1
+    rig.bench.heal()
+    press_lock(rig)
+    rig.step_until(lambda: again.is_done)
+    rig.step_for(3.0)
+    assert rig.line.requests.count(REQUESTS[Act.ACTIVATE]) == 1
+    assert isinstance(again.result, Unanswered)
+    assert not rig.bench.module.state.is_active
+
+
+def test_it_is_said_why() -> None:
+    """The permit alone is good, and LOCK came after it."""
+    permit = Permit(Act.SHUTDOWN, Origin.CONFIRMATION, 100.0)
+    for overtaken_at, said in ((99.0, []), (100.0, [WHY]), (100.5, [WHY]), (None, [])):
+        now_is = Situation(
+            now=101.0, presence=Presence.ONLINE, status_at=101.0, active=False, permit=permit, overtaken_at=overtaken_at
+        )
+        assert [one.sentence for one in refusals(Act.SHUTDOWN, now_is)] == said
+
+
+def test_what_was_confirmed_before_the_computer_slept_is_not_done() -> None:
+    permit = Permit(Act.SHUTDOWN, Origin.CONFIRMATION, 100.0)
+    for slept_until, said in ((99.0, []), (100.5, ["The computer slept after this was confirmed: confirm again."])):
+        now_is = Situation(
+            now=101.0, presence=Presence.ONLINE, status_at=101.0, active=False, permit=permit, slept_until=slept_until
+        )
+        assert [one.sentence for one in refusals(Act.SHUTDOWN, now_is)] == said

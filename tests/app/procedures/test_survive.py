@@ -1,0 +1,130 @@
+"""Survives a power cycle: claimed only where a restart was seen, proven and everything was read again."""
+
+from collections.abc import Callable
+from typing import Any
+
+import pytest
+
+from app.engine.procedure import Report
+from app.engine.session import Run
+from app.procedures.power_cycle import Ending, Fate, Stamp, Survival, survives_power_cycle
+from protocol.fields import Value
+from tests.support.line.sim_line import Rig
+
+WANTED: dict[str, Value] = {"freefall_time_s": 1.6, "attitude_threshold_deg": 60, "attitude_trigger": True}
+
+
+def survive(rig: Rig, meanwhile: Callable[[], None], **more: Any) -> Survival:
+    run = Run(survives_power_cycle(WANTED, **more))
+    rig.session.run(run)
+    rig.step_for(3.0)
+    assert not run.is_done
+    meanwhile()
+    rig.step_until(lambda: run.is_done, limit_s=400)
+    assert run.error is None
+    assert run.result is not None
+    return run.result
+
+
+@pytest.mark.parametrize("boots", [37, 255])
+def test_a_restart_with_everything_kept(boots: int) -> None:
+    rig = Rig({"boots": boots})
+    survival = survive(rig, rig.bench.restart)
+    assert (survival.ending, survival.boots_after) == (Ending.RESTARTED, (boots + 1) % 256)
+    assert survival.is_fine
+    assert survival.stamps == {
+        "freefall_time_s": Stamp(1.6, Fate.KEPT, 1.6),
+        "attitude_threshold_deg": Stamp(60, Fate.KEPT, 60),
+        "attitude_trigger": Stamp(True, Fate.UNREADABLE),
+    }
+
+
+def test_a_value_that_is_gone_is_lost() -> None:
+    rig = Rig()
+
+    def forgets() -> None:
+        rig.bench.module.memory.freefall_time = 100
+        rig.bench.restart()
+
+    survival = survive(rig, forgets)
+    assert survival.stamps["freefall_time_s"] == Stamp(1.6, Fate.LOST, 1.0)
+    assert not survival.is_fine
+
+
+def test_off_for_a_while_and_heartbeats_that_nobody_heard() -> None:
+    rig = Rig()
+
+    def goes_away() -> None:
+        rig.bench.power_off()
+        rig.step_for(20.0)
+        rig.bench.change(mute=True)
+        rig.bench.press_switch()
+        rig.step_for(3.0)
+        rig.bench.heal()
+
+    survival = survive(rig, goes_away)
+    assert survival.ending is Ending.RESTARTED
+    assert survival.is_fine
+
+
+def test_several_restarts_are_said() -> None:
+    rig = Rig()
+
+    def twice() -> None:
+        rig.bench.power_off()
+        rig.bench.press_switch()
+        rig.bench.restart()
+
+    assert survive(rig, twice).ending is Ending.SEVERAL
+
+
+def test_nobody_switches_it_off() -> None:
+    rig = Rig()
+    survival = survive(rig, lambda: None, longest_wait_s=30.0)
+    assert (survival.ending, survival.stamps, survival.is_fine) == (Ending.NOT_SEEN, {}, False)
+
+
+def test_it_goes_on_after_the_port_was_lost() -> None:
+    rig = Rig({"boots": 38})
+    survival = rig.run(survives_power_cycle(WANTED, boots_before=37))
+    assert survival.ending is Ending.RESTARTED
+    assert survival.is_fine
+
+
+def test_a_boot_count_that_cannot_be_read_proves_nothing() -> None:
+    rig = Rig({"mute_codes": frozenset((0x23,))})
+    survival = survive(rig, rig.bench.restart, longest_wait_s=20.0)
+    assert survival.ending is Ending.NOT_SEEN
+
+
+def test_a_line_that_damages_frames_never_makes_a_restart_of_it() -> None:
+    for seed in range(20):
+        rig = Rig({"corrupt": 0.05, "seed": seed})
+        survival = rig.run(survives_power_cycle(WANTED, longest_wait_s=20.0))
+        assert survival.ending in (Ending.NOT_SEEN, Ending.UNPROVEN)
+        assert not survival.is_fine
+
+
+def test_what_to_do_is_said() -> None:
+    reports: list[Report] = []
+    rig = Rig()
+    run = Run(survives_power_cycle(WANTED, longest_wait_s=2.0), reports.append)
+    rig.session.run(run)
+    rig.step_until(lambda: run.is_done)
+    assert {report.doing for report in reports} == {"Switch the module off and on again"}
+
+
+@pytest.mark.parametrize("phase_ms", range(0, 1100, 10))
+def test_what_was_read_back_is_not_in_doubt_because_of_the_same_restart(phase_ms: int) -> None:
+    """The boot count can be read between the two heartbeats of one restart."""
+    rig = Rig()
+
+    def restarts() -> None:
+        rig.step_for(phase_ms / 1000)
+        rig.bench.restart()
+
+    assert survive(rig, restarts).ending is Ending.RESTARTED
+    rig.step_for(0.5)
+    known = rig.session.device.view(rig.clock()).known("freefall_time_s", rig.clock())
+    assert known is not None
+    assert not known.is_stale

@@ -1,0 +1,163 @@
+"""Several settings in one go: allowed or refused each time, kept before, logged, claimed no further than it goes."""
+
+import pytest
+
+from app.engine.snapshots import Snapshot
+from app.procedures.act import Armed
+from app.procedures.lock import lock
+from app.procedures.write import Heard, WriteFault
+from app.procedures.write_all import Change, Leave, WriteReport, write_all
+from app.safety.acts import Act
+from app.safety.interlocks import Condition
+from app.safety.journal import NoJournal, Outcome
+from app.safety.permit import Origin, Permit
+from protocol.catalogue import BY_NAME
+from protocol.fields import Value, ValueRefused
+from tests.support.journals import FakeJournal
+from tests.support.line.sim_line import Rig
+
+
+def changes(**values: Value) -> list[Change]:
+    return [Change(BY_NAME[name], value) for name, value in values.items()]
+
+
+def write(rig: Rig, leave: Leave | None = None, **values: Value) -> WriteReport:
+    return rig.run(write_all(changes(**values), leave or Leave(journal=FakeJournal())))
+
+
+def sets(rig: Rig) -> list[str]:
+    return [request.command.name for request in rig.line.requests if request.is_set]
+
+
+def test_all_are_verified_and_the_baud_rate_comes_last() -> None:
+    rig, journal = Rig(), FakeJournal()
+    permit = Permit(Act.CHANGE_BAUD, Origin.COMMAND_LINE, rig.clock())
+    report = write(
+        rig, Leave(journal=journal, permit=permit),
+        baud_rate=9600, freefall_time=1.2, attitude_trigger=False, attitude_threshold=70,
+    )  # fmt: skip
+    assert [written.command.name for written in report.results] == sets(rig)
+    assert sets(rig)[-1] == "baud_rate"
+    assert [written.verified for written in report.results] == [True, None, True, True]
+    assert report.is_fine
+    assert rig.line.baud_rate == 9600
+    assert [intent[0] for intent in journal.intents] == [Act.WRITE, Act.WRITE, Act.WRITE, Act.CHANGE_BAUD]
+    assert set(journal.outcomes.values()) == {Outcome.CONFIRMED}
+
+
+def test_one_bad_value_and_nothing_is_sent() -> None:
+    rig = Rig()
+    with pytest.raises(ValueRefused):
+        write(rig, freefall_time=1.2, freefall_acceleration=0.55)
+    assert rig.line.sent == b""
+
+
+@pytest.mark.parametrize("is_unlocked", [False, True])
+def test_an_active_module_is_not_changed_unless_unlocked(is_unlocked: bool) -> None:
+    rig = Rig({"active": True})
+    report = write(rig, Leave(journal=FakeJournal(), is_unlocked=is_unlocked), freefall_time=1.2, light_threshold=2.0)
+    assert sets(rig) == (["freefall_time", "light_threshold"] if is_unlocked else [])
+    if not is_unlocked:
+        assert [refusal.condition for refusal in report.refusals] == [Condition.MAY_WRITE]
+        assert {written.fault for written in report.results} == {WriteFault.NOT_ALLOWED}
+        assert {written.verified for written in report.results} == {False}
+
+
+def test_a_module_that_becomes_active_in_between_is_changed_no_further() -> None:
+    rig = Rig()
+    line_write = rig.line.write
+
+    def watched(data: bytes) -> None:
+        line_write(data)
+        if data[2:4] == b"\x22\x02":
+            rig.bench.module.activate(is_active=True)
+            rig.clock.now_s += 1.5
+
+    rig.line.write = watched  # type: ignore[method-assign]
+    report = write(rig, freefall_time=1.2, light_threshold=2.0)
+    assert sets(rig) == ["freefall_time"]
+    assert report.results[1].fault is WriteFault.NOT_ALLOWED
+
+
+def test_a_report_that_came_unasked_does_not_allow_writing() -> None:
+    """On a line that doubles and dawdles, the second answer to a status comes late; found by the stateful test."""
+    for seed in range(5):
+        rig = Rig({"seed": seed})
+        rig.bench.change(double=1.0, direction="both", jitter_ms=500.0)
+        rig.run(lock())
+        rig.bench.module.activate(is_active=True)
+        rig.step_for(1.1)
+        report = rig.run(write_all([Change(BY_NAME["light_threshold"], 2.0)], Leave(journal=FakeJournal())))
+        assert BY_NAME["light_threshold"].set(2.0) not in rig.line.requests
+        assert report.refusals
+
+
+def test_nothing_is_written_while_something_is_armed() -> None:
+    rig = Rig()
+    report = write(rig, Leave(journal=FakeJournal(), armed=Armed(Act.DEPLOY)), freefall_time=1.2)
+    assert sets(rig) == []
+    assert [refusal.sentence for refusal in report.refusals] == ["Something else is armed: Deploy."]
+
+
+def test_the_settings_are_kept_before_the_first_write() -> None:
+    rig = Rig()
+    kept: list[Snapshot] = []
+
+    def keep(snapshot: Snapshot) -> None:
+        assert not sets(rig)
+        kept.append(snapshot)
+
+    write(rig, Leave(journal=FakeJournal(), keep_snapshot=keep), freefall_time=1.2)
+    assert kept == [
+        Snapshot(
+            settings={
+                "light_threshold_v": 1.8,
+                "attitude_threshold_deg": 60,
+                "freefall_acceleration_g": 0.5,
+                "freefall_time_s": 1.6,
+                "baud_rate": 115200,
+            },
+            boot_count=37,
+        )
+    ]
+
+
+def test_a_setting_is_written_also_where_nothing_can_be_logged_but_not_the_baud_rate() -> None:
+    rig = Rig()
+    permit = Permit(Act.CHANGE_BAUD, Origin.COMMAND_LINE, rig.clock())
+    report = write(rig, Leave(journal=NoJournal("no disk"), permit=permit), freefall_time=1.2, baud_rate=9600)
+    assert sets(rig) == ["freefall_time"]
+    assert [refusal.condition for refusal in report.refusals] == [Condition.INTENT_DURABLE]
+
+
+def test_the_baud_rate_needs_its_own_permit() -> None:
+    rig = Rig()
+    report = write(rig, baud_rate=9600)
+    assert [refusal.condition for refusal in report.refusals] == [Condition.CONFIRMED]
+    assert report.results[0].fault is WriteFault.NOT_ALLOWED
+
+
+def test_what_was_written_before_a_restart_is_claimed_no_longer() -> None:
+    rig = Rig()
+    line_write = rig.line.write
+
+    def watched(data: bytes) -> None:
+        if data[2:4] == b"\x20\x02":
+            rig.bench.restart()
+        line_write(data)
+
+    rig.line.write = watched  # type: ignore[method-assign]
+    report = write(rig, attitude_trigger=False, freefall_time=1.2, attitude_threshold=70, light_threshold=2.0)
+    faults = [written.fault for written in report.results]
+    assert faults == [WriteFault.RESTARTED] * 3 + [None]
+    assert rig.bench.module.state.attitude_is_enabled
+
+
+def test_a_silent_module_is_asked_no_further() -> None:
+    rig, journal = Rig(), FakeJournal()
+    rig.bench.change(mute=True)
+    report = write(rig, Leave(journal=journal, is_unlocked=True), freefall_time=1.2, light_threshold=2.0)
+    assert {written.heard for written in report.results} == {Heard.NOT_SENT}
+    assert {refusal.condition for refusal in report.refusals} == {Condition.ONLINE}
+    assert sets(rig) == []
+    assert not report.is_fine

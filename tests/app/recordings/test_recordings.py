@@ -1,0 +1,357 @@
+"""A session is recorded with every sample and every byte, and read back as it was."""
+
+import json
+import os
+import sys
+from dataclasses import replace
+from pathlib import Path
+from types import MappingProxyType
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from app.captures.reader import Way, read_capture
+from app.engine.device import How, Known
+from app.engine.transport import PortError, PortTrouble
+from app.engine.worker import Batch, PortState, Worker
+from app.recordings.columns import RecordedSeries, beginnings
+from app.recordings.markers import Kind
+from app.recordings.recorder import Heading
+from app.recordings.recording import RecordingUnreadable, open_recording
+from app.samples.ring_buffers import Series
+from app.simulator import bench as simulated
+from protocol.events import Received, Rejected, Sent
+from protocol.link_states import Presence
+from tests.benchmarks import recording as bench_recording
+from tests.support.line.batches import Batches
+from tests.support.records.recordings_made import (
+    CLOSED,
+    HEADING,
+    NOON,
+    OPEN,
+    PORT,
+    WAIT_S,
+    asked,
+    batch,
+    device,
+    directions,
+    recorded,
+    recorder_in,
+    report,
+    stream,
+    written_at_once,
+)
+
+ROOT = Path(__file__).parents[3]
+INWARDS = (Received, Rejected)
+
+
+def test_every_sample_and_every_byte_comes_back(tmp_path: Path) -> None:
+    batches = [batch(1000.0, events=(asked(1000.0),)), *stream(1000.0, 3.0)]
+    samples = [one for each in batches for one in each.samples]
+    with open_recording(recorded(tmp_path, 3.0)) as recording:
+        excerpt = recording.excerpt(recording.start_s, recording.end_s)
+        assert excerpt.time_s.tolist() == [one.at for one in samples]
+        assert excerpt.tilt_deg.tolist() == [one.tilt_deg for one in samples]
+        assert excerpt.acceleration_g.tolist() == np.array([one.acceleration_g for one in samples], "f4").tolist()
+        assert not excerpt.is_triggered.any()
+        assert not excerpt.is_active.any()
+        assert excerpt.cell_time_s.tolist() == [1000.0, 1001.0, 1002.0]
+        assert excerpt.cell_voltage_v.tolist() == pytest.approx([3.0, 3.01, 3.02])
+        assert excerpt.light_v.tolist() == pytest.approx([1.0, 1.1, 1.2])
+        traffic = list(recording.traffic())
+    bytes_of = directions([(one.way, one.raw) for one in traffic])
+    assert bytes_of[Way.OUT] == asked(1000.0).raw
+    frames = [one.frame.raw for each in batches[1:] for one in each.events]  # type: ignore[union-attr]
+    assert bytes_of[Way.IN] == b"".join(frames)
+    assert [one.time_s for one in traffic] == pytest.approx([1000.0, *(one.at for one in samples)], abs=1e-6)
+
+
+def test_what_is_known_about_the_session(tmp_path: Path) -> None:
+    folder = recorded(tmp_path, 3.0)
+    with open_recording(folder) as recording:
+        entry = recording.entry
+        assert (entry.started_at, entry.port, entry.baud_rate, entry.module) == (NOON, PORT, 115200, "Bench 7")
+        assert (entry.sample_count, entry.part, entry.trouble) == (4320, 1, None)
+        assert entry.duration_s == pytest.approx(3.0, abs=0.01)
+        assert entry.size_bytes == sum(one.stat().st_size for one in folder.iterdir())
+        flags = (entry.is_running, entry.was_cut_off, entry.is_kept, entry.is_simulated)
+        assert flags == (False, False, False, False)
+        assert recording.start_s == 1000.0
+        assert recording.start_s + recording.wall_offset_s == NOON.timestamp()
+        assert [(one.kind, one.time_s) for one in recording.happenings] == [(Kind.CONNECTED, 1000.0)]
+        assert recording.missing_count == 0
+
+
+def test_flags_and_what_happened(tmp_path: Path) -> None:
+    lost = replace(CLOSED, trouble=PortError(PortTrouble.LOST, PORT, "gone"))
+    offline = replace(device(1003.5), presence=Presence.OFFLINE, presence_since=1003.2)
+    with recorder_in(tmp_path) as bench:
+        bench.recorder.begin(HEADING)
+        bench.feed(
+            batch(1000.0, report(1000.0)),
+            batch(1001.0, report(1001.0, active=True), report(1001.5, active=True, triggered=True)),
+            batch(1003.5, report(1003.0, active=True), view=offline),
+            batch(1004.0, connection=lost, view=offline),
+            batch(1006.0, report(1006.0, active=True), view=device(1006.0)),
+        )
+        bench.recorder.end()
+        bench.settle()
+        with open_recording(bench.folder) as recording:
+            excerpt = recording.excerpt(1000.0, 1010.0)
+            assert excerpt.is_active.tolist() == [False, True, True, True, True]
+            assert excerpt.is_triggered.tolist() == [False, False, True, False, False]
+            assert [(one.kind.value, one.time_s) for one in recording.happenings] == [
+                ("connected", 1000.0),
+                ("activated", 1001.0),
+                ("triggered", 1001.5),
+                ("trigger ended", 1003.0),
+                ("offline", 1003.2),
+                ("port lost", 1004.0),
+                ("reconnected", 1006.0),
+            ]
+            assert excerpt.happenings == recording.happenings
+
+
+def test_limits_stand_until_they_change_or_are_in_doubt(tmp_path: Path) -> None:
+    with recorder_in(tmp_path) as bench:
+        bench.recorder.begin(HEADING)
+        bench.feed(
+            batch(1000.0, report(1000.0)),
+            batch(1001.0, report(1001.0), view=device(1001.0, attitude_threshold_deg=60)),
+            batch(1002.0, report(1002.0), view=device(1002.0, attitude_threshold_deg=45, freefall_acceleration_g=0.3)),
+            batch(1003.0, report(1003.0), view=device(1003.0, attitude_threshold_deg=45, attitude_trigger=False)),
+        )
+        bench.recorder.end()
+        bench.settle()
+        with open_recording(bench.folder) as recording:
+            assert [(at, now.fires_deg, now.rearms_deg, now.free_fall_g) for at, now in recording.limits] == [
+                (1001.0, 60.0, 50.0, None),
+                (1002.0, 45.0, 35.0, 0.3),
+                (1003.0, None, None, None),
+            ]
+            assert recording.fires.between(1000.5, 1002.5) == [(1001.0, 60.0), (1002.0, 45.0)]
+            assert recording.falls.between(1002.5, 1009.0) == [(1002.0, 0.3), (1003.0, None)]
+            assert recording.lights.value is None
+
+
+def test_the_view_of_the_module_before_is_not_this_ones(tmp_path: Path) -> None:
+    """While a port opens, the worker still tells what the last module said."""
+    before = device(900.0, cell_voltage_v=3.3, light_v=0.2, attitude_threshold_deg=30)
+    with recorder_in(tmp_path) as bench:
+        bench.recorder.begin(HEADING)
+        opening = replace(OPEN, state=PortState.OPENING)
+        first = batch(1000.0, view=before, connection=opening, events=(asked(1000.0),))
+        bench.feed(first, batch(1001.0, report(1001.0)))
+        bench.recorder.end()
+        bench.settle()
+        with open_recording(bench.folder) as recording:
+            assert (len(recording.cell), len(recording.light), recording.limits) == (0, 0, ())
+
+
+def test_doubtful_voltages_are_not_recorded(tmp_path: Path) -> None:
+    known = Known(3.9, How.READ, 1001.0)
+    view = replace(device(1001.0), values=MappingProxyType({"cell_voltage_v": known}))
+    doubted = replace(view, values=MappingProxyType({"cell_voltage_v": replace(known, at=1002.0, doubt="aged")}))  # type: ignore[arg-type]
+    with recorder_in(tmp_path) as bench:
+        bench.recorder.begin(HEADING)
+        bench.feed(batch(1000.0, report(1000.0)), batch(1001.0, view=view), batch(1002.0, view=doubted))
+        bench.recorder.end()
+        bench.settle()
+        with open_recording(bench.folder) as recording:
+            assert recording.cell.window(0, 2000).time_s.tolist() == [1001.0]
+
+
+def test_a_clock_that_steps_back_never_makes_times_run_backwards(tmp_path: Path) -> None:
+    with recorder_in(tmp_path) as bench:
+        bench.recorder.begin(HEADING)
+        bench.feed(batch(1001.0, report(1001.0), report(1000.5)), batch(1002.0, report(1000.7), report(1002.0)))
+        with open_recording(bench.folder) as recording:
+            assert recording.tilt.window(0, 2000).time_s.tolist() == [1001.0, 1001.0, 1001.0, 1002.0]
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="permissions are not bits on Windows")
+def test_nobody_else_may_read_it(tmp_path: Path) -> None:
+    before = os.umask(0)
+    try:
+        folder = recorded(tmp_path / "shelf", 0.2)
+    finally:
+        os.umask(before)
+    assert {one.stat().st_mode & 0o777 for one in folder.iterdir()} == {0o600}
+    assert [one.stat().st_mode & 0o777 for one in (folder, folder.parent)] == [0o700, 0o700]
+
+
+def test_the_line_is_a_capture_that_the_program_opens(tmp_path: Path) -> None:
+    capture = read_capture(recorded(tmp_path, 0.5) / "line.dpscap")
+    assert capture.faults == ()
+    assert (capture.header.port, capture.header.baud_rate) == (PORT, 115200)
+    assert capture.entries[0].way is Way.OUT
+    assert capture.duration_s == pytest.approx(0.5, abs=0.01)
+
+
+# Pictures
+
+
+@given(
+    st.lists(st.tuples(st.floats(0, 3), st.integers(-50, 50)), min_size=1, max_size=300),
+    st.floats(0, 200),
+    st.floats(0.01, 400),
+    st.integers(1, 60),
+)
+def test_it_draws_the_very_picture_of_the_live_page(
+    steps: list[tuple[float, int]], start_s: float, length_s: float, buckets: int
+) -> None:
+    times = np.cumsum([step for step, _ in steps])
+    values = np.array([value for _, value in steps], np.float32)
+    live = Series()
+    live.append(times, values)
+    found = RecordedSeries(times, values, beginnings(times, values).firsts)
+    assert (len(found), found.last, found.exact_since_s) == (len(live), live.last, live.exact_since_s)
+    expected = live.decimated(start_s, start_s + length_s, buckets)
+    drawn = found.decimated(start_s, start_s + length_s, buckets)
+    assert [column.tolist() for column in drawn] == [column.tolist() for column in expected]
+    assert found.around(start_s, within_s=2.0) == live.around(start_s, within_s=2.0)
+
+
+@pytest.mark.parametrize(
+    ("times", "values", "rows"),
+    [
+        ([1.0, 2.0, 1.5, 3.0], [0, 0, 0, 0], 2),
+        ([1.0, np.nan, 2.0], [0, 0, 0], 1),
+        ([np.inf, 2.0], [0, 0], 0),
+        ([1.0, 2.0, 3.0], [0, 0, np.nan], 2),
+        ([1.0, 2.0, 0.0, 0.0], [0, 0, 0, 0], 2),
+        ([], [], 0),
+    ],
+)
+def test_rows_that_cannot_be_true_end_a_table(times: list[float], values: list[float], rows: int) -> None:
+    assert beginnings(np.array(times, float), np.array(values, np.float32)).rows == rows
+
+
+def test_a_million_reports_are_opened_whole(tmp_path: Path) -> None:
+    with open_recording(written_at_once(tmp_path, 1_000_000)) as recording:
+        assert len(recording.tilt) == 1_000_000
+        whole = recording.tilt.decimated(recording.start_s, recording.end_s, 1000)
+        exact = recording.tilt.window(recording.start_s, recording.end_s).value
+        assert (whole.low.min(), whole.high.max()) == (exact.min(), exact.max())
+        assert len(whole.low) <= 1002
+
+
+def test_a_closed_recording_gives_nothing(tmp_path: Path) -> None:
+    recording = open_recording(recorded(tmp_path, 0.2))
+    recording.close()
+    assert len(recording.tilt) == 0
+    assert recording.excerpt(0, 2000).row_count == 1  # that it was connected
+
+
+# What is no recording
+
+
+@pytest.mark.parametrize(
+    ("change", "why"),
+    [
+        ({"version": 2}, "newer version"),
+        ({"format": "else"}, "no recording of this program"),
+        ({"start_s": "soon"}, "heading is damaged"),
+        ({"start_s": float("nan")}, "heading is damaged"),
+        ({"started_at": "2026-11-21T12:00:00"}, "heading is damaged"),
+        ({"started_at": None}, "heading is damaged"),
+        ({"port": None}, None),
+    ],
+)
+def test_other_headings_are_refused_in_words(tmp_path: Path, change: dict[str, object], why: str | None) -> None:
+    folder = recorded(tmp_path, 0.2)
+    heading = json.loads((folder / "session.json").read_text("utf-8"))
+    (folder / "session.json").write_text(json.dumps(heading | change), "utf-8")
+    if why is None:
+        open_recording(folder).close()
+        return
+    with pytest.raises(RecordingUnreadable) as refused:
+        open_recording(folder)
+    assert why in refused.value.sentence
+
+
+@pytest.mark.parametrize("raw", [b"", b"\x00" * 300, b"[1]", b"{", b"[" * 5000])
+def test_a_heading_of_anything_is_refused(tmp_path: Path, raw: bytes) -> None:
+    folder = recorded(tmp_path, 0.2)
+    (folder / "session.json").write_bytes(raw)
+    with pytest.raises(RecordingUnreadable):
+        open_recording(folder)
+
+
+def test_a_folder_without_files_is_refused(tmp_path: Path) -> None:
+    with pytest.raises(RecordingUnreadable) as refused:
+        open_recording(tmp_path)
+    assert refused.value.sentence == "This recording cannot be read. No such file or directory"
+
+
+def test_a_journal_of_a_later_version_is_read_as_far_as_it_is_known(tmp_path: Path) -> None:
+    with recorder_in(tmp_path) as bench:
+        bench.recorder.begin(Heading("sim://x", 9600))
+        bench.feed(batch(1000.0, report(1000.0)))
+        writer = bench.recorder._writer
+        assert writer is not None
+        writer.note(1000.0, "unheard of", more=[1])
+        writer.note(1000.0, "happening", kind="unheard of")
+        writer.note(1000.0, "limits", light_v="2")
+        writer._journal += [{"at": "x"}, {"at": 10**400, "what": "limits"}]
+        bench.settle()
+        with open_recording(bench.folder) as recording:
+            assert [one.kind for one in recording.happenings] == [Kind.CONNECTED]
+            assert len(recording.limits) == 1
+            assert recording.entry.is_simulated
+            assert recording.entry.is_running
+
+
+def test_the_benchmark_says_what_it_measured() -> None:
+    found = bench_recording.figures(rows=5000, seconds=1.0, windows=5)
+    assert [one.verdict != "" for one in found] == [True, False, True, True]
+    assert "reports" in found[2].name
+
+
+def test_what_a_worker_says_on_a_real_line(tmp_path: Path) -> None:
+    """From a simulated module through the port, the worker and its thread to the disk."""
+    heard = Batches()
+    with recorder_in(tmp_path) as made:
+
+        def take(one: Batch) -> None:
+            made.recorder.take(one)
+            heard(one)
+
+        worker = Worker(take)
+        made.recorder.begin(Heading("sim://recorded", 115200))
+        worker.start()
+        try:
+            worker.open("sim://recorded?stream_at_boot=yes&rate=400&uptime=60", 115200)
+            heard.until(lambda _batch: sum(len(one.samples) for one in heard.all) >= 200)
+        finally:
+            assert worker.stop(WAIT_S)
+            simulated.forget("recorded")
+        made.recorder.end()
+        made.settle()
+        with open_recording(made.folder) as recording:
+            samples = [sample for one in heard.all for sample in one.samples]
+            assert recording.tilt.window(0, 1e12).time_s.tolist() == [one.at for one in samples]
+            events = [event for one in heard.all for event in one.events]
+            # The stream was running when the port was opened: it may begin with half a frame, which is rejected.
+            came = [one.frame if isinstance(one, Received) else one.noise for one in events if isinstance(one, INWARDS)]
+            found = directions([(one.way, one.raw) for one in recording.traffic()])
+            assert found[Way.IN] == b"".join(one.raw for one in came)
+            assert found[Way.OUT] == b"".join(one.raw for one in events if isinstance(one, Sent))
+            assert recording.entry.is_simulated
+
+
+def test_the_page_for_other_programs_is_true(tmp_path: Path) -> None:
+    text = (ROOT / "docs" / "recording.md").read_text("utf-8")
+    code = text.partition("```python\n")[2].partition("```")[0]
+    folder = recorded(tmp_path, 1.0)
+    found: dict[str, object] = {}
+    exec(code.replace("20261121T014905Z-3f9a1c", folder.as_posix()), found)
+    with open_recording(folder) as recording:
+        excerpt = recording.excerpt(recording.start_s, recording.end_s)
+        for name in ("time_s", "tilt_deg", "acceleration_g", "is_active", "is_triggered"):
+            assert np.array_equal(found[name], getattr(excerpt, name)), name  # type: ignore[arg-type]
+    listed = {line.split()[0] for line in text.split("```")[1].splitlines()[2:] if line.strip()}
+    assert {one.name for one in folder.iterdir()} == listed - {"kept"}

@@ -1,0 +1,173 @@
+"""A disk that does not play along (full, forbidden, hanging) costs the recording, which says so, and nothing else."""
+
+import errno
+import threading
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+
+from app.recordings.recording import open_recording
+from app.recordings.writer import SessionWriter
+from tests.support.records.recordings_made import (
+    HEADING,
+    WAIT_S,
+    Bench,
+    batch,
+    device,
+    received,
+    recorder_in,
+    report,
+    stream,
+    whole_of,
+)
+
+
+def failing_after(monkeypatch: pytest.MonkeyPatch, count: int, error: OSError) -> None:
+    """The disk takes so many bytes more, and then nothing."""
+    room = [count]
+    write = SessionWriter._write
+
+    def limited(self: SessionWriter, name: str, raw: bytes) -> None:
+        taken = raw[: room[0]]
+        room[0] -= len(taken)
+        write(self, name, taken)
+        if len(taken) < len(raw):
+            raise error
+
+    monkeypatch.setattr(SessionWriter, "_write", limited)
+
+
+@pytest.mark.parametrize("count", [*range(0, 700, 61), 3000, 9000])
+def test_a_disk_that_is_full_at_any_byte(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, count: int) -> None:
+    batches = list(stream(1000.0, 2.0, rate_hz=50))
+    with recorder_in(tmp_path) as bench:
+        failing_after(monkeypatch, count, OSError(errno.ENOSPC, "No space left on device"))
+        bench.recorder.begin(HEADING)
+        for one in batches:
+            bench.feed(one)
+        assert not bench.recorder.is_recording
+        assert bench.recorder.entry is None
+        assert bench.recorder.trouble is not None
+        assert bench.recorder.trouble.startswith("The session is no longer recorded: the disk is full.")
+        (entry,) = bench.shelf.entries()
+        assert (entry.was_cut_off, entry.is_running) == (True, False)
+        found = whole_of(entry.folder)
+        assert found.times == [sample.at for one in batches for sample in one.samples][: len(found.times)]
+        monkeypatch.undo()
+        bench.recorder.begin(HEADING)
+        bench.feed(batch(1010.0, report(1010.0)))
+        assert bench.recorder.trouble is None
+        assert bench.recorder.entry is not None
+        assert bench.recorder.entry.sample_count == 1
+
+
+def test_the_last_of_the_room_is_left_to_the_computer(tmp_path: Path) -> None:
+    with recorder_in(tmp_path, free_bytes=1 << 20) as bench:
+        bench.recorder.begin(HEADING)
+        bench.feed(batch(1000.0, report(1000.0)))
+        assert bench.recorder.trouble is not None
+        assert bench.shelf.entries() == ()
+
+
+def test_a_folder_that_cannot_be_made(tmp_path: Path) -> None:
+    (tmp_path / "file").write_text("in the way")
+    with recorder_in(tmp_path / "file" / "shelf") as bench:
+        bench.recorder.begin(HEADING)
+        bench.feed(batch(1000.0, report(1000.0)))
+        assert bench.recorder.trouble is not None
+        assert str(bench.shelf.folder) in bench.recorder.trouble
+        assert not bench.recorder.is_recording
+
+
+def test_a_bug_of_ours_ends_the_recording_and_not_the_thread(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    with recorder_in(tmp_path) as bench:
+        monkeypatch.setattr(SessionWriter, "put", lambda *_: 1 / 0)
+        bench.recorder.begin(HEADING)
+        bench.feed(batch(1000.0, report(1000.0)))
+        assert bench.recorder.trouble is not None
+        monkeypatch.undo()
+        bench.recorder.begin(HEADING)
+        bench.feed(batch(1001.0, report(1001.0)))
+        assert bench.recorder.entry is not None
+
+
+def test_a_failure_of_the_session_before_is_none_of_this_one(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    with recorder_in(tmp_path) as bench:
+        bench.recorder.begin(HEADING)
+        bench.feed(batch(1000.0, report(1000.0)))
+        sync = SessionWriter.sync
+        failures = [OSError(errno.EIO, "Input/output error")]
+
+        def fail_once(self: SessionWriter) -> None:
+            if failures:
+                raise failures.pop()
+            sync(self)
+
+        monkeypatch.setattr(SessionWriter, "sync", fail_once)
+        bench.recorder.begin(replace(HEADING, module="Bench 8"))
+        bench.feed(batch(1001.0, report(1001.0)))
+        assert (failures, bench.recorder.trouble) == ([], None)
+        assert bench.recorder.entry is not None
+        assert bench.recorder.entry.module == "Bench 8"
+
+
+class Jam:
+    """The disk hangs in the middle of a flush until it is let go."""
+
+    def __init__(self, monkeypatch: pytest.MonkeyPatch) -> None:
+        self.hangs, self.goes_on = threading.Event(), threading.Event()
+        flush = SessionWriter.flush
+
+        def jammed(writer: SessionWriter, now_s: float, *, is_last: bool = False) -> None:
+            self.hangs.set()
+            assert self.goes_on.wait(WAIT_S)
+            flush(writer, now_s, is_last=is_last)
+
+        monkeypatch.setattr(SessionWriter, "flush", jammed)
+
+
+def fill(bench: Bench, count: int, *, first_s: float) -> None:
+    for number in range(count):
+        at = first_s + number / 100
+        sample = report(at, number, active=number >= count - 1)
+        bench.recorder.take(batch(at, sample, events=(received(sample),), view=device(at)))
+
+
+def test_a_disk_that_hangs_delays_nobody_and_what_is_missing_is_said(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    with recorder_in(tmp_path, most_waiting=300) as bench:
+        jam = Jam(monkeypatch)
+        bench.recorder.begin(HEADING)
+        bench.recorder.take(batch(1000.0, report(1000.0)))
+        assert jam.hangs.wait(WAIT_S)
+        fill(bench, 1000, first_s=1001.0)
+        # Three items a batch: a report, an event and itself.
+        assert bench.recorder.dropped == 1800
+        assert not bench.recorder.settle(0.0)
+        assert not bench.recorder.stop(0.0), "closing the window does not wait for it"
+        jam.goes_on.set()
+        assert bench.recorder.stop(WAIT_S)
+        with open_recording(bench.folder) as recording:
+            assert len(recording.tilt) == 101
+            assert recording.missing_count == 1800
+            assert not recording.entry.was_cut_off
+
+
+def test_after_a_gap_it_goes_on_with_how_things_stand(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    with recorder_in(tmp_path, most_waiting=30) as bench:
+        jam = Jam(monkeypatch)
+        bench.recorder.begin(HEADING)
+        bench.recorder.take(batch(1000.0, report(1000.0)))
+        assert jam.hangs.wait(WAIT_S)
+        fill(bench, 50, first_s=1001.0)
+        bench.recorder.take(batch(1002.0, view=device(1002.0, cell_voltage_v=3.7)))
+        jam.goes_on.set()
+        bench.settle()
+        bench.feed(batch(1003.0, report(1003.0)))
+        with open_recording(bench.folder) as recording:
+            assert recording.cell.window(0, 2000).time_s.tolist() == [1002.0]
+            assert recording.tilt.last is not None
+            assert recording.tilt.last.time_s == 1003.0
+            assert recording.missing_count == 80

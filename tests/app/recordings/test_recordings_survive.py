@@ -1,0 +1,139 @@
+"""What was cut off at any byte is whole up to its last commit."""
+
+import os
+import shutil
+import subprocess
+import sys
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from app.recordings.commits import COMMIT
+from app.recordings.file_layout import COMMITS, DATA_FILES
+from tests.support.records.recordings_made import HEADING, NOON, Whole, recorder_in, stream, whole_of
+
+ROOT = Path(__file__).parents[3]
+
+
+@pytest.fixture(scope="module")
+def whole(tmp_path_factory: pytest.TempPathFactory) -> Whole:
+    """A recording of twenty commits, the last of which says that it goes on."""
+    shelf = tmp_path_factory.mktemp("shelf")
+    with recorder_in(shelf) as bench:
+        bench.recorder.begin(HEADING)
+        for one in stream(1000.0, 4.0, rate_hz=50):
+            bench.feed(replace(one, connection=replace(one.connection, baud_rate=9600)))
+        copy = shelf / "copy"
+        shutil.copytree(bench.folder, copy)
+    return whole_of(copy)
+
+
+def assert_begins(found: Whole, whole: Whole) -> None:
+    """A part of it from the beginning, in all files alike."""
+    assert found.times == whole.times[: len(found.times)]
+    assert found.tilts == whole.tilts[: len(found.tilts)]
+    assert whole.raw.startswith(found.raw)
+    assert len(found.raw) == 8 * len(found.times), "samples and bytes are of the same moment"
+
+
+def copied(whole: Whole, folder: Path) -> Path:
+    shutil.rmtree(folder, ignore_errors=True)
+    shutil.copytree(whole.folder, folder)
+    return folder
+
+
+@given(data=st.data())
+def test_cut_off_anywhere(whole: Whole, tmp_path_factory: pytest.TempPathFactory, data: st.DataObject) -> None:
+    folder = copied(whole, tmp_path_factory.getbasetemp() / "cut")
+    name = data.draw(st.sampled_from((*DATA_FILES, COMMITS)))
+    size = (folder / name).stat().st_size
+    os.truncate(folder / name, data.draw(st.integers(0, size)))
+    assert_begins(whole_of(folder), whole)
+
+
+@given(data=st.data())
+def test_ending_in_zeros_or_garbage(
+    whole: Whole, tmp_path_factory: pytest.TempPathFactory, data: st.DataObject
+) -> None:
+    """What a power failure leaves of blocks that were never written."""
+    folder = copied(whole, tmp_path_factory.getbasetemp() / "garbage")
+    name = data.draw(st.sampled_from((*DATA_FILES, COMMITS)))
+    raw = bytearray((folder / name).read_bytes())
+    first = data.draw(st.integers(0, len(raw)))
+    raw[first:] = bytes(len(raw) - first) if data.draw(st.booleans()) else os.urandom(len(raw) - first)
+    (folder / name).write_bytes(raw)
+    assert_begins(whole_of(folder), whole)
+
+
+@given(data=st.data())
+def test_a_torn_piece_behind_the_last_commit_does_not_count(
+    whole: Whole, tmp_path_factory: pytest.TempPathFactory, data: st.DataObject
+) -> None:
+    folder = copied(whole, tmp_path_factory.getbasetemp() / "torn")
+    for name in data.draw(st.sets(st.sampled_from(DATA_FILES), min_size=1)):
+        with (folder / name).open("ab") as file:
+            file.write(data.draw(st.binary(min_size=1, max_size=40)))
+    with (folder / COMMITS).open("ab") as file:
+        file.write(data.draw(st.binary(max_size=COMMIT.itemsize)))
+    assert whole_of(folder)[1:] == whole[1:]
+
+
+def test_every_length_of_the_commits(whole: Whole, tmp_path: Path) -> None:
+    """Each commit more shows more, never less."""
+    folder = copied(whole, tmp_path / "commits")
+    raw = (folder / COMMITS).read_bytes()
+    counts = []
+    for length in (*range(0, len(raw), 104), len(raw)):
+        (folder / COMMITS).write_bytes(raw[:length])
+        found = whole_of(folder)
+        assert_begins(found, whole)
+        counts.append(len(found.times))
+    assert counts == sorted(counts)
+    assert (counts[0], counts[-1]) == (0, len(whole.times))
+
+
+def test_a_missing_file_is_said(whole: Whole, tmp_path: Path) -> None:
+    folder = copied(whole, tmp_path / "x")
+    (folder / DATA_FILES[1]).unlink()
+    with recorder_in(tmp_path) as bench:
+        (entry,) = bench.shelf.entries()
+        assert entry.trouble == "This recording cannot be read. No such file or directory"
+
+
+KILLED = """
+import os, sys
+from pathlib import Path
+sys.path.insert(0, {root!r})
+from tests.support.records.recordings_made import HEADING, WAIT_S, stream
+from app.recordings.recorder import Recorder
+from app.recordings.library import Shelf
+
+recorder = Recorder(Shelf(Path({folder!r})))
+recorder.begin(HEADING)
+for one in stream(1000.0, 2.0, rate_hz=100):
+    recorder.take(one)
+assert recorder.settle(WAIT_S)
+print("there", flush=True)
+sys.stdin.readline()
+"""
+
+
+def test_killed_while_it_records(tmp_path: Path) -> None:
+    code = KILLED.format(root=str(ROOT), folder=str(tmp_path))
+    with subprocess.Popen(
+        [sys.executable, "-c", code], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True
+    ) as process:
+        assert process.stdout is not None
+        assert process.stdout.readline() == "there\n"
+        with recorder_in(tmp_path) as bench:
+            (running,) = bench.shelf.entries()
+            assert (running.is_running, running.was_cut_off, running.sample_count) == (True, False, 200)
+            assert bench.shelf.prune(NOON.replace(year=2036)) == ()
+            process.kill()
+            process.wait()
+            (entry,) = bench.shelf.entries()
+            assert (entry.is_running, entry.was_cut_off, entry.sample_count) == (False, True, 200)
+    assert len(whole_of(entry.folder).times) == 200

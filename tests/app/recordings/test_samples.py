@@ -1,0 +1,249 @@
+"""Series and steps: nothing measured is lost in a picture, and memory stays flat."""
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from app.samples.ring_buffers import (
+    SUMMARY_BUCKETS,
+    SUMMARY_S,
+    Envelope,
+    Extent,
+    Sample,
+    Series,
+    bucket_width_s,
+)
+from app.samples.step_function import Change, Steps
+
+RATE_HZ = 1440
+
+
+def filled(seconds: float, *, rate_hz: float = RATE_HZ, start_s: float = 1000.0, **sizes: int) -> Series:
+    """A series of a sine of ±10 that came in batches of a 60th of a second."""
+    series = Series(**sizes)
+    times = start_s + np.arange(int(seconds * rate_hz)) / rate_hz
+    values = 10 * np.sin(times)
+    for batch in np.array_split(np.arange(len(times)), max(1, int(seconds * 60))):
+        series.append(times[batch], values[batch])
+    return series
+
+
+def test_the_first_sample_and_no_sample() -> None:
+    series = Series()
+    assert (len(series), series.last, series.exact_since_s) == (0, None, math.inf)
+    assert len(series.decimated(0, 10).low) == 0
+    assert series.around(3, within_s=5) is None
+    series.append(5.0, 7.0)
+    assert series.last == Sample(5, 7)
+    assert list(series.rows(0, 10)) == [Sample(5, 7)]
+
+
+@pytest.mark.parametrize(
+    ("times", "values"),
+    [([1, 2], [1]), ([2, 1], [0, 0]), ([math.nan], [0]), ([1], [math.inf]), ([0.5], [0]), ([[1]], [[1]])],
+)
+def test_what_cannot_be_is_refused_and_nothing_is_added(times: list[float], values: list[float]) -> None:
+    series = Series()
+    series.append(0.75, 1)
+    with pytest.raises(ValueError):
+        series.append(times, values)
+    assert len(series) == 1
+
+
+def test_a_window_is_a_view() -> None:
+    series = filled(2)
+    window = series.window(1000.5, 1001)
+    assert len(window.time_s) == RATE_HZ // 2 + 1
+    assert window.time_s.base is not None
+    assert (window.time_s[0], window.time_s[-1]) == (1000.5, 1001)
+
+
+@pytest.mark.parametrize("buckets", [1, 7, 100, 1000])
+@pytest.mark.parametrize("span_s", [0.01, 1.0, 7.3, 60.0])
+def test_the_envelope_is_that_of_the_samples(span_s: float, buckets: int) -> None:
+    series = filled(70)
+    start_s = 1005.123
+    envelope = series.decimated(start_s, start_s + span_s, buckets)
+    assert len(envelope.low) <= buckets + 2
+    assert (envelope.end_s[:-1] < envelope.start_s[1:]).all()
+    seen = 0
+    for first_s, last_s, low, high in zip(*envelope, strict=True):
+        values = series.window(first_s, last_s).value
+        seen += len(values)
+        assert (low, high) == (values.min(), values.max())
+    assert seen == len(series.window(envelope.start_s[0], envelope.end_s[-1]).value)  # no sample between buckets
+    assert envelope.start_s[0] - 1 / RATE_HZ <= start_s + 1e-9
+    assert envelope.end_s[-1] + 1 / RATE_HZ >= start_s + span_s - 1e-9
+
+
+@pytest.mark.parametrize("at_s", [0.0, 0.0007, 17.31, 59.9993])
+@pytest.mark.parametrize("span_s", [10.0, 60.0, 600.0])
+def test_one_spike_is_never_lost(at_s: float, span_s: float) -> None:
+    series = Series()
+    times = np.arange(int(60 * RATE_HZ)) / RATE_HZ
+    values = np.zeros(len(times))
+    values[int(np.searchsorted(times, at_s)) % len(times)] = 180
+    series.append(times, values)
+    left_s = max(0.0, at_s - span_s / 2)
+    assert series.decimated(left_s, left_s + span_s, 300).high.max() == 180
+
+
+@given(
+    batches=st.lists(st.lists(st.floats(0, 0.4), min_size=1, max_size=40), max_size=12),
+    span_s=st.floats(0.1, 20),
+    buckets=st.integers(1, 60),
+    capacity=st.integers(1, 80),
+)
+def test_old_and_new_make_one_envelope_without_loss(
+    batches: list[list[float]], span_s: float, buckets: int, capacity: int
+) -> None:
+    """Whatever was dropped from the exact part: every extreme of the span is in the picture."""
+    series = Series(capacity)
+    times: list[float] = []
+    for steps in batches:
+        batch = ((times[-1] if times else 0.0) + np.cumsum(steps)).tolist()
+        series.append(batch, [float(len(times) + n) % 17 for n in range(len(batch))])
+        times += batch
+    values = np.array([n % 17 for n in range(len(times))], np.float32)
+    start_s = times[-1] / 3 if times else 0.0
+    inside = (np.array(times) >= start_s) & (np.array(times) <= start_s + span_s)
+    envelope = series.decimated(start_s, start_s + span_s, buckets)
+    assert len(envelope.low) <= max(buckets + 2, 1 + math.ceil(span_s / SUMMARY_S) + buckets + 2)
+    assert (np.diff(envelope.start_s) >= 0).all()
+    assert (envelope.start_s <= envelope.end_s).all()
+    if inside.any():
+        assert envelope.low.min() <= values[inside].min()
+        assert envelope.high.max() >= values[inside].max()
+        covered = [
+            bool(((envelope.start_s <= time_s) & (envelope.end_s >= time_s)).any())
+            for time_s in np.array(times)[inside]
+        ]
+        assert all(covered)
+
+
+def test_the_picture_does_not_shimmer_while_it_scrolls() -> None:
+    """Buckets that lie inside two successive views are the same in both."""
+    series = filled(70)
+
+    def inner(shift_s: float) -> set[tuple[float, ...]]:
+        envelope = series.decimated(1002 + shift_s, 1062 + shift_s)
+        return {tuple(map(float, row)) for row in list(zip(*envelope, strict=True))[2:-2]}
+
+    first, second = inner(0), inner(0.033)
+    assert len(first ^ second) <= 4
+    assert len(first & second) > 900
+
+
+def test_a_gap_stays_a_gap() -> None:
+    series = Series()
+    times = np.concatenate((np.arange(0, 10, 0.01), np.arange(25, 30, 0.01)))
+    series.append(times, np.zeros(len(times)))
+    envelope = series.decimated(0, 30, 200)
+    widest = int(np.argmax(envelope.start_s[1:] - envelope.end_s[:-1]))
+    assert (envelope.end_s[widest], envelope.start_s[widest + 1]) == (pytest.approx(9.99), 25)
+
+
+def test_what_left_the_exact_part_is_still_in_the_picture() -> None:
+    series = filled(60, capacity=5 * RATE_HZ)
+    assert series.exact_since_s == pytest.approx(1055, abs=0.01)
+    for span_s in (3.0, 20.0, 59.0):
+        envelope = series.decimated(1000.5, 1000.5 + span_s, 1000)
+        times = np.arange(1001, 1000 + span_s, 0.05)
+        covered = [((envelope.start_s <= t) & (envelope.end_s + 0.001 >= t)).any() for t in times]
+        assert all(covered)
+        assert -10 <= envelope.low.min() < envelope.high.max() <= 10
+    assert min(time_s for time_s, _ in series.rows(0, 2000)) == series.exact_since_s
+
+
+def test_ten_hours_at_line_rate_take_no_more_memory_than_one() -> None:
+    series = Series(1000)
+    for minute in range(10 * 60 + 5):
+        times = minute * 60 + np.arange(0, 60, 0.05)
+        series.append(times, np.full(len(times), minute))
+    assert len(series) == 1000
+    assert len(series._summary) == SUMMARY_BUCKETS
+    held = sum(column.nbytes for ring in (series._exact, series._summary) for column in ring._columns)
+    assert held < 10_000_000
+    envelope = series.decimated(0, 10 * 3600 + 300, 1000)
+    assert len(envelope.low) <= 1002
+    assert envelope.low.min() == pytest.approx(5, abs=1)
+    assert envelope.high.max() == 604
+
+
+def test_slow_samples_outlive_the_summary() -> None:
+    series = Series(1000, summary_buckets=20)
+    series.append(np.arange(500.0), np.arange(500.0))
+    envelope = series.decimated(0, 500, 50)
+    assert (envelope.low.min(), envelope.high.max()) == (0, 499)
+
+
+def test_rows_are_those_of_the_moment_that_was_asked() -> None:
+    series = Series(10)
+    series.append(np.arange(10.0), np.arange(10.0))
+    rows = series.rows(0, 100)
+    first = next(rows)
+    series.append(np.arange(10.0, 25.0), np.arange(15.0))
+    assert [first, *rows] == [Sample(float(n), float(n)) for n in range(10)]
+
+
+def test_a_batch_longer_than_the_ring_leaves_its_end() -> None:
+    series = Series(10)
+    series.append(np.arange(100.0), np.arange(100.0))
+    assert [row.time_s for row in series.rows(0, 1000)] == list(range(90, 100))
+    assert series.decimated(0, 100, 10).low.min() == 0
+
+
+def test_the_reading_around_an_instant() -> None:
+    series = Series(100)
+    series.append(np.arange(0, 20, 0.1), np.arange(200))
+    assert series.around(15.04, within_s=0.2) == pytest.approx(Extent(15.0, 150, 150))
+    assert series.around(19.95, within_s=0.2) == pytest.approx(Extent(19.9, 199, 199))
+    assert series.around(20.5, within_s=0.2) is None
+    summed_up = series.around(3.04, within_s=0.2)
+    assert summed_up is not None
+    assert summed_up.low <= 30 <= summed_up.high
+    assert summed_up.high - summed_up.low <= 2
+    assert series.around(-1, within_s=0.2) is None
+
+
+def test_clear_forgets_everything() -> None:
+    series = filled(3)
+    series.clear()
+    assert (len(series), series.last) == (0, None)
+    series.append(1, 2)
+    assert isinstance(series.decimated(0, 2), Envelope)
+    assert series.last == Sample(1, 2)
+
+
+@given(st.floats(1e-4, 1e6))
+def test_bucket_widths_fit_and_are_hardly_wider_than_wanted(at_least_s: float) -> None:
+    width_s = bucket_width_s(at_least_s)
+    assert at_least_s <= width_s <= at_least_s * 1.2500001
+    assert width_s < SUMMARY_S * 4 or width_s % SUMMARY_S == 0
+
+
+def test_a_span_that_is_none_is_refused() -> None:
+    for start_s, end_s, buckets in ((1.0, 1.0, 10), (2.0, 1.0, 10), (0.0, 1.0, 0)):
+        with pytest.raises(ValueError):
+            Series().decimated(start_s, end_s, buckets)
+
+
+def test_steps_hold_what_stood_when() -> None:
+    steps = Steps()
+    assert steps.value is None
+    steps.put(10, 60)
+    steps.put(11, 60)
+    steps.put(20, 75)
+    steps.put(30, None)
+    assert steps.value is None
+    assert len(steps) == 3
+    assert steps.between(12, 25) == [Change(10, 60), Change(20, 75)]
+    assert steps.between(20, 25) == [Change(20, 75)]
+    assert steps.between(0, 15) == [Change(10, 60)]
+    assert steps.between(0, 5) == []
+    assert steps.between(40, 50) == [Change(30, None)]
+    with pytest.raises(ValueError):
+        steps.put(29, 1)

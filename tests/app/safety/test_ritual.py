@@ -1,0 +1,236 @@
+"""The deploy ritual: its table literally, its clock, and that no sequence of inputs fires without two held seconds."""
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from app.safety.acts import Act
+from app.safety.permit import Origin, Permit
+from app.safety.ritual import ARMED_FOR_S, DISARMING, HOLD_S, LONGEST_GAP_S, TRANSITIONS, Input, Ritual, Stage
+
+T0 = 500.0
+
+
+def hold(ritual: Ritual, start: float, seconds: float, *, every_s: float = 0.05) -> list[Permit]:
+    """Ticks from `start` on; the permits that came."""
+    permits = []
+    for step in range(1, round(seconds / every_s) + 1):
+        permit = ritual.tick(start + step * every_s)
+        if permit is not None:
+            permits.append(permit)
+    return permits
+
+
+def armed() -> Ritual:
+    ritual = Ritual()
+    ritual.choose()
+    ritual.arm(T0)
+    return ritual
+
+
+def test_the_whole_way_gives_one_permit() -> None:
+    ritual = armed()
+    assert ritual.armed_left_s(T0 + 1) == 9.0
+    assert hold(ritual, T0, 1.0) == []
+    ritual.press(T0 + 1)
+    permits = hold(ritual, T0 + 1, 5.0)
+    assert [(permit.act, permit.origin, permit.is_rehearsal) for permit in permits] == [
+        (Act.DEPLOY, Origin.RITUAL, False)
+    ]
+    assert permits[0].granted_at == pytest.approx(T0 + 3, abs=0.051)
+    assert ritual.stage is Stage.FIRED
+    ritual.press(T0 + 6)
+    ritual.release()
+    ritual.arm(T0 + 6)
+    assert hold(ritual, T0 + 6, 5.0) == []
+    ritual.disarm(Input.FINISHED)
+    assert ritual.stage is Stage.IDLE
+
+
+def test_a_rehearsal_gives_a_permit_that_sends_nothing() -> None:
+    ritual = Ritual()
+    ritual.choose(is_rehearsal=True)
+    ritual.arm(T0)
+    ritual.press(T0)
+    (permit,) = hold(ritual, T0, 2.5)
+    assert permit.is_rehearsal
+    assert not permit.is_good(Act.DEPLOY, permit.granted_at)
+    ritual.choose()
+    assert ritual.is_rehearsal is False
+
+
+def test_letting_go_ends_the_ritual() -> None:
+    ritual = armed()
+    ritual.press(T0)
+    assert hold(ritual, T0, 1.9) == []
+    ritual.release()
+    assert (ritual.stage, ritual.ended_by) == (Stage.IDLE, Input.RELEASE)
+    ritual.press(T0 + 2.0)
+    assert hold(ritual, T0 + 2.0, 3.0) == []
+
+
+def test_auto_repeat_and_double_clicks_never_count() -> None:
+    ritual = armed()
+    ritual.press(T0, is_auto_repeat=True)
+    ritual.press(T0 + 0.1, is_double_click=True)
+    assert ritual.stage is Stage.ARMED
+    ritual.press(T0 + 0.2)
+    ritual.press(T0 + 0.3, is_auto_repeat=True)
+    assert ritual.stage is Stage.HOLDING
+    assert ritual.held_s(T0 + 0.7) == pytest.approx(0.5)
+    ritual.press(T0 + 0.8)  # another finger
+    assert ritual.stage is Stage.IDLE
+
+
+def test_the_ten_seconds_end_it_also_while_held() -> None:
+    ritual = armed()
+    hold(ritual, T0, 8.5)
+    ritual.press(T0 + 8.5)
+    assert hold(ritual, T0 + 8.5, 3.0) == []
+    assert (ritual.stage, ritual.ended_by) == (Stage.IDLE, Input.RAN_OUT)
+
+
+def test_a_window_that_hung_cannot_know_that_it_was_held() -> None:
+    ritual = armed()
+    ritual.press(T0)
+    assert hold(ritual, T0, 1.0) == []
+    assert ritual.tick(T0 + 1.0 + LONGEST_GAP_S + 1.5) is None
+    assert (ritual.stage, ritual.ended_by) == (Stage.IDLE, Input.HOLD_BROKEN)
+
+
+def test_a_late_release_is_never_taken_for_a_complete_hold() -> None:
+    ritual = armed()
+    ritual.press(T0)
+    ritual.release()  # handled after the window hung for three seconds, before the next tick
+    assert ritual.tick(T0 + 3.0) is None
+
+
+def test_a_clock_that_goes_back_ends_it() -> None:
+    ritual = armed()
+    ritual.press(T0)
+    assert ritual.tick(T0 - 5) is None
+    assert ritual.stage is Stage.IDLE
+
+
+@pytest.mark.parametrize("why", DISARMING)
+@pytest.mark.parametrize("is_held", [False, True])
+def test_everything_that_disarms_disarms(why: Input, is_held: bool) -> None:
+    ritual = armed()
+    if is_held:
+        ritual.press(T0)
+        hold(ritual, T0, 1.9)
+    ritual.disarm(why)
+    assert (ritual.stage, ritual.ended_by, ritual.is_armed) == (Stage.IDLE, why, False)
+    assert hold(ritual, T0 + 1.9, 3.0) == []
+
+
+def test_what_does_not_disarm_is_our_own_mistake() -> None:
+    with pytest.raises(ValueError, match="PRESS"):
+        armed().disarm(Input.PRESS)
+
+
+LETTERS = {"I": Stage.IDLE, "C": Stage.CHOSEN, "A": Stage.ARMED, "H": Stage.HOLDING, "F": Stage.FIRED}
+TABLE = """
+                  I C A H F
+CHOOSE            C C A H C
+ARM               I A A H F
+PRESS             I C H I F
+RELEASE           I C A I F
+HELD              I C A F F
+HOLD_BROKEN       I C A I F
+RAN_OUT           I C I I F
+FINISHED          I C A H I
+CANCEL            I I I I F
+FOCUS_LOST        I I I I F
+WINDOW_LEFT       I I I I F
+OUT_OF_SIGHT      I I I I F
+LINK_LOST         I I I I F
+MODULE_RESTARTED  I I I I F
+CONDITION_OPENED  I C I I F
+SLEPT             I I I I F
+FAILED            I I I I F
+"""
+
+
+def test_the_transitions_literally() -> None:
+    head, *rows = [line.split() for line in TABLE.strip().splitlines()]
+    assert {row[0] for row in rows} == {what.name for what in Input}
+    for name, *after in rows:
+        for letter, expected in zip(head, after, strict=True):
+            stage = LETTERS[letter]
+            assert TRANSITIONS.get((stage, Input[name]), stage) is LETTERS[expected], (stage, name)
+
+
+STEPS = st.lists(
+    st.one_of(
+        st.sampled_from(["choose", "arm", "press", "repeat", "double", "release"]),
+        st.sampled_from(DISARMING),
+        st.floats(0.0, 0.4),
+        st.just(0.1),
+        st.just(0.1),
+    ),
+    max_size=120,
+)
+
+
+@given(STEPS)
+def test_no_sequence_fires_without_two_seconds_held(steps: list[str | Input | float]) -> None:
+    """A second account of the same gestures: since when it is armed and held, with nothing in between."""
+    ritual, now = Ritual(), T0
+    armed_at: float | None = None
+    pressed_at: float | None = None
+    gestures = permits = 0
+    for step in steps:
+        if isinstance(step, float):
+            now += step
+            permit = ritual.tick(now)
+            if step > LONGEST_GAP_S:
+                pressed_at = None
+            if permit is not None:
+                permits += 1
+                assert armed_at is not None
+                assert now - armed_at < ARMED_FOR_S
+                assert pressed_at is not None
+                assert now - pressed_at >= HOLD_S
+                armed_at = pressed_at = None
+            continue
+        stage = ritual.stage
+        if isinstance(step, Input):
+            ritual.disarm(step)
+            if step is not Input.CONDITION_OPENED or stage is not Stage.CHOSEN:
+                armed_at = pressed_at = None
+            continue
+        match step:
+            case "choose":
+                ritual.choose()
+            case "arm":
+                ritual.arm(now)
+                armed_at = now if stage is Stage.CHOSEN else armed_at
+            case "press":
+                ritual.press(now)
+                gestures += 1
+                pressed_at = now if stage is Stage.ARMED else None
+                armed_at = None if stage is Stage.HOLDING else armed_at
+            case "repeat":
+                ritual.press(now, is_auto_repeat=True)
+            case "double":
+                ritual.press(now, is_double_click=True)
+                armed_at = None if stage is Stage.HOLDING else armed_at
+            case _:
+                ritual.release()
+                armed_at = None if stage is Stage.HOLDING else armed_at
+                pressed_at = None
+    assert permits <= gestures
+
+
+def test_the_random_steps_do_reach_a_permit() -> None:
+    """The property above is about something: the plain way through its steps fires."""
+    ritual, now = Ritual(), T0
+    ritual.choose()
+    ritual.arm(now)
+    ritual.press(now)
+    permits = 0
+    for _ in range(25):
+        now += 0.1
+        permits += ritual.tick(now) is not None
+    assert permits == 1

@@ -1,0 +1,177 @@
+"""The table of conditions as a whole truth table, its sentences, and the permit."""
+
+from itertools import product
+from types import MappingProxyType
+
+import pytest
+
+from app.engine.device import DeviceView, Doubt, How, Known
+from app.engine.motion import Motion
+from app.safety.acts import EFFECTS, REQUESTS, TITLES, Act
+from app.safety.interlocks import CONDITIONS, Condition, Situation, refusals, situation
+from app.safety.permit import Origin, Permit
+from protocol.catalogue import Hazard
+from protocol.link_states import Presence
+
+NOW = 1000.0
+WORDS = {
+    "online": Condition.ONLINE,
+    "meant": Condition.IS_THE_ONE_MEANT,
+    "fresh": Condition.FRESH_STATUS,
+    "locked": Condition.IS_LOCKED,
+    "active": Condition.IS_ACTIVE,
+    "unfired": Condition.NOT_TRIGGERED,
+    "flat": Condition.BELOW_TILT,
+    "level": Condition.IS_LEVEL,
+    "still": Condition.IS_STILL,
+    "alone": Condition.NOTHING_ELSE_ARMED,
+    "confirmed": Condition.CONFIRMED,
+    "ritual": Condition.RITUAL_DONE,
+    "audit": Condition.INTENT_DURABLE,
+    "writable": Condition.MAY_WRITE,
+}
+NEEDED = {
+    Act.LOCK: "",
+    Act.ACTIVATE: "online meant fresh locked unfired flat alone confirmed audit",
+    Act.ZERO: "online meant fresh locked level still alone confirmed audit",
+    Act.SHUTDOWN: "online meant fresh locked alone confirmed audit",
+    Act.FORBID_DEPLOY: "online meant fresh alone confirmed audit",
+    Act.DEPLOY: "online meant fresh active unfired alone ritual audit",
+    Act.CHANGE_BAUD: "online meant fresh locked alone confirmed audit",
+    Act.WRITE: "online meant writable alone",
+}
+STATUS = {
+    "never": (None, None),
+    "now": (NOW - 0.2, None),
+    "old": (NOW - 3.0, None),
+    "restarted": (NOW - 0.2, Doubt.RESTARTED),
+}
+MOTIONS = {
+    "still": Motion(NOW - 2.1, NOW - 0.2, 6.0, 8.0, 0.9, 1.1),
+    "swings": Motion(NOW - 2.1, NOW - 0.2, 6.0, 9.0, 1.0, 1.0),
+    "falls": Motion(NOW - 2.1, NOW - 0.2, 7.0, 7.0, 0.8, 1.0),
+    "shakes": Motion(NOW - 2.1, NOW - 0.2, 7.0, 7.0, 1.0, 1.2),
+    "short": Motion(NOW - 1.5, NOW - 0.2, 7.0, 7.0, 1.0, 1.0),
+    "unknown": None,
+}
+TILT = {
+    "flat": (7.0, 60.0),
+    "sloping": (11.0, 60.0),
+    "at it": (60.0, 60.0),
+    "no tilt": (None, 60.0),
+    "no threshold": (7.0, None),
+}
+
+
+def permits(act: Act) -> dict[str, Permit | None]:
+    other = Act.ZERO if act is not Act.ZERO else Act.ACTIVATE
+    return {
+        "none": None,
+        "confirmed": Permit(act, Origin.CONFIRMATION, NOW - 0.5),
+        "ritual": Permit(act, Origin.RITUAL, NOW - 0.5),
+        "other": Permit(other, Origin.RITUAL, NOW - 0.5),
+        "old": Permit(act, Origin.RITUAL, NOW - 1.5),
+        "spent": Permit(act, Origin.RITUAL, NOW - 0.5, is_spent=True),
+        "rehearsal": Permit(act, Origin.RITUAL, NOW - 0.5, is_rehearsal=True),
+        "ahead": Permit(act, Origin.RITUAL, NOW + 0.1),
+    }
+
+
+@pytest.mark.parametrize("act", Act)
+def test_the_whole_truth_table(act: Act) -> None:
+    other = Act.ACTIVATE if act is not Act.ACTIVATE else Act.DEPLOY
+    armed_by = {"nothing": None, "itself": act, "other": other}
+    rows = allowed = 0
+    motions = [(motion, True) for motion in (MOTIONS if act is Act.ZERO else ("still",))] + [("still", False)]
+    for presence, status, active, fired, tilt, armed, permit, is_audit, is_unlocked, (motion, is_meant) in product(
+        Presence, STATUS, (True, False, None), (True, False, None), TILT, armed_by, permits(act), (True, False),
+        (True, False), motions,
+    ):  # fmt: skip
+        now_is = Situation(
+            now=NOW, presence=presence, status_at=STATUS[status][0], status_doubt=STATUS[status][1], active=active,
+            triggered=fired, tilt_deg=TILT[tilt][0], attitude_threshold_deg=TILT[tilt][1], armed=armed_by[armed],
+            permit=permits(act)[permit], is_unlocked=is_unlocked, is_audit_ready=is_audit,
+            motion=MOTIONS[motion], is_the_one_meant=is_meant,
+        )  # fmt: skip
+        holds = {
+            "online": presence is Presence.ONLINE,
+            "meant": is_meant,
+            "fresh": status == "now",
+            "locked": active is False,
+            "active": active is True,
+            "unfired": fired is False,
+            "flat": tilt in ("flat", "sloping"),
+            "level": tilt in ("flat", "no threshold"),
+            "still": motion == "still",
+            "alone": armed != "other",
+            "confirmed": permit in ("confirmed", "ritual"),
+            "ritual": permit == "ritual",
+            "audit": is_audit,
+            "writable": is_unlocked or active is False,
+        }
+        expected = [WORDS[word] for word in NEEDED[act].split() if not holds[word]]
+        assert [refusal.condition for refusal in refusals(act, now_is)] == expected
+        rows += 1
+        allowed += not expected
+    assert rows == 3 * 4 * 3 * 3 * 5 * 3 * 8 * 2 * 2 * len(motions)
+    assert allowed > 0
+
+
+def test_every_act_has_its_conditions_and_words() -> None:
+    assert set(CONDITIONS) == set(TITLES) == set(EFFECTS) == set(Act)
+    for act, request in REQUESTS.items():
+        is_dangerous = request.hazard is Hazard.DANGEROUS
+        assert is_dangerous is (act is not Act.LOCK)
+        assert (Condition.INTENT_DURABLE in CONDITIONS[act]) is is_dangerous
+
+
+def test_only_the_ritual_deploys() -> None:
+    for origin in Origin:
+        now_is = Situation(
+            now=NOW, presence=Presence.ONLINE, status_at=NOW, active=True, triggered=False,
+            permit=Permit(Act.DEPLOY, origin, NOW),
+        )  # fmt: skip
+        assert bool(refusals(Act.DEPLOY, now_is)) is (origin is not Origin.RITUAL)
+
+
+@pytest.mark.parametrize(
+    ("act", "now_is", "sentence"),
+    [
+        (Act.ZERO, Situation(now=NOW), "The module does not answer."),
+        (Act.ZERO, Situation(now=NOW), "The module has not reported its status yet."),
+        (Act.ZERO, Situation(now=NOW, status_at=NOW - 3), "The last status is 3.0 s old."),
+        (Act.ZERO, Situation(now=NOW, active=True), "The module is ACTIVE: lock it first."),
+        (Act.DEPLOY, Situation(now=NOW, active=False), "The module is LOCKED: activate it first."),
+        (Act.ACTIVATE, Situation(now=NOW, tilt_deg=70, attitude_threshold_deg=60),
+         "The tilt is 70° and the module fires at 60°: it would fire at once."),
+        (Act.ACTIVATE, Situation(now=NOW, armed=Act.DEPLOY), "Something else is armed: Deploy."),
+        (Act.DEPLOY, Situation(now=NOW, permit=Permit(Act.DEPLOY, Origin.RITUAL, NOW - 2)),
+         "The confirmation is 2.0 s old: confirm again."),
+        (Act.DEPLOY, Situation(now=NOW, is_audit_ready=False),
+         "The audit log cannot be written, so nothing dangerous is sent."),
+        (Act.WRITE, Situation(now=NOW, active=True),
+         "The module is ACTIVE: lock it before changing settings, or unlock this one write."),
+    ],
+)  # fmt: skip
+def test_the_sentence_names_the_open_condition(act: Act, now_is: Situation, sentence: str) -> None:
+    assert sentence in [refusal.sentence for refusal in refusals(act, now_is)]
+
+
+def test_what_is_stale_or_only_acknowledged_is_not_known() -> None:
+    def view(known: Known) -> DeviceView:
+        return DeviceView(MappingProxyType({"active": known, "tilt_deg": Known(5, How.READ, NOW)}), Presence.ONLINE)
+
+    assert situation(view(Known(False, How.STREAMED, NOW)), NOW + 0.5, must_be_proven=False).active is False
+    assert situation(view(Known(False, How.READ, NOW)), NOW + 1.5, must_be_proven=False).active is None
+    assert situation(view(Known(False, How.READ, NOW, Doubt.RESTARTED)), NOW, must_be_proven=False).active is None
+    assert situation(view(Known(False, How.ACKNOWLEDGED, NOW)), NOW, must_be_proven=False).active is None
+    assert situation(DeviceView(), NOW, must_be_proven=False).tilt_deg is None
+
+
+def test_a_permit_is_used_once() -> None:
+    permit = Permit(Act.ZERO, Origin.COMMAND_LINE, NOW)
+    assert permit.is_good(Act.ZERO, NOW + 9.9)
+    assert not permit.is_good(Act.ZERO, NOW + 10.1)
+    assert permit.spend()
+    assert not permit.spend()
+    assert not permit.is_good(Act.ZERO, NOW)

@@ -1,0 +1,61 @@
+"""Consequences in plain words and figures."""
+
+import pytest
+
+from app.settings.consequences import Weight, consequences, fall_after, is_advised
+from protocol.catalogue import BY_NAME, SETTINGS
+from protocol.fields import Value
+
+
+def test_the_figures_of_a_fall() -> None:
+    fall = fall_after(1.6)
+    assert fall.height_m == pytest.approx(12.552512)
+    assert fall.speed_m_s == pytest.approx(15.69064)
+    assert fall.speed_km_h == pytest.approx(56.486304)
+
+
+@pytest.mark.parametrize(
+    ("name", "value", "sentences"),
+    [
+        ("freefall_time", 1.6,
+         ["1.60 s of free fall is 12.6 m before it fires, at 56 km/h (from rest, without drag)."]),
+        ("freefall_time", 0, ["Fires at the first moment of free fall: any jolt may do it."]),
+        ("attitude_threshold", 60, ["Fires at 60°, rearms at 50°."]),
+        ("attitude_threshold", 54, ["Fires at 54°, rearms at 44°.", "Against the vendor's advice: 55° or more."]),
+        ("attitude_threshold", 100, ["Fires only when it is upside down, at 100°; rearms at 90°."]),
+        ("attitude_threshold", 200, ["No protection: no aircraft tilts by 200°."]),
+        ("attitude_threshold", 10,
+         ["Fires at 10° and never rearms: that would be at 0°.", "Against the vendor's advice: 55° or more."]),
+        ("attitude_threshold", 0,
+         ["Fires as soon as it is activated, however it lies.", "Against the vendor's advice: 55° or more."]),
+        ("freefall_acceleration", 0.5, ["Counts as falling below 0.5 g; at rest it is 1 g."]),
+        ("freefall_acceleration", 0.7,
+         ["Counts as falling below 0.7 g; at rest it is 1 g.", "Against the vendor's advice: Below 0.7 g."]),
+        ("freefall_acceleration", 0, ["Never counts as falling: nothing is below 0 g."]),
+        ("freefall_trigger", False, ["No protection in free fall: this trigger is off."]),
+        ("attitude_trigger", True, ["Fires by itself when it tips over."]),
+        ("serial_output", False, ["Speaks only when asked."]),
+        ("baud_rate", 9600,
+         ["Whoever talks to the module, also the flight controller, must use 9600 baud from then on.",
+          "Against the vendor's advice: Do not change it."]),
+    ],
+)  # fmt: skip
+def test_sentences(name: str, value: Value, sentences: list[str]) -> None:
+    assert [one.sentence for one in consequences(BY_NAME[name], value)] == sentences
+
+
+def test_standing_still_that_counts_as_falling_is_grave() -> None:
+    said = consequences(BY_NAME["freefall_acceleration"], 1.0)
+    assert [one.weight for one in said] == [Weight.GRAVE, Weight.AGAINST_ADVICE]
+
+
+def test_every_value_that_a_byte_carries_is_explained() -> None:
+    for command in SETTINGS:
+        assert command.write is not None
+        for raw in sorted(command.write.allowed):
+            value = command.write.decode(raw)
+            said = consequences(command, value)
+            assert all(one.sentence for one in said)
+            assert said
+            is_against = any(one.weight is Weight.AGAINST_ADVICE and "advice" in one.text for one in said)
+            assert is_against is not is_advised(command, value)

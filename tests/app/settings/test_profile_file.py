@@ -1,0 +1,269 @@
+"""Profiles as files: everything wrong at once, hostile ones harmless, what is written is read back as it was."""
+
+import os
+import tomllib
+from contextlib import suppress
+from pathlib import Path
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from app.limits.expectations import Limits
+from app.settings import profile_file
+from app.settings.fingerprint import fingerprint
+from app.settings.profile_file import ProfileRefused, parse_profile, profile_text, read_profile, save_profile
+from app.settings.profiles import LIMITS, SETTINGS_BY_KEY, ActivatedBy, ManualLine, Profile
+from app.settings.toml_text import toml_text
+from protocol.fields import Quantity
+
+WHOLE = """\
+format = 1
+name = "Survey hexacopter"
+airframe = "H6"
+notes = \"\"\"
+[settings]
+freefall_time_s = "not a key, a note"
+\"\"\"
+
+[settings]
+attitude_threshold_deg = 60
+freefall_acceleration_g = 0.5
+freefall_time_s = 1.60
+light_threshold_v = 2
+attitude_trigger = true
+freefall_trigger = false
+serial_output = false
+baud_rate = 115200
+
+[limits]
+cell_voltage_min_v = 3.8
+
+[[manual]]
+text = "Bridle free"
+required = true
+"""
+
+
+def faults(text: str | bytes) -> list[tuple[int | None, str]]:
+    with pytest.raises(ProfileRefused) as refused:
+        parse_profile(text.encode() if isinstance(text, str) else text)
+    return [(fault.line, fault.sentence) for fault in refused.value.faults]
+
+
+def test_a_whole_profile() -> None:
+    profile = parse_profile(WHOLE.encode())
+    assert (profile.name, profile.airframe, profile.limits) == ("Survey hexacopter", "H6", {"cell_voltage_min_v": 3.8})
+    assert profile.settings == {
+        "attitude_threshold_deg": 60,
+        "freefall_acceleration_g": 0.5,
+        "freefall_time_s": 1.6,
+        "light_threshold_v": 2.0,
+        "attitude_trigger": True,
+        "freefall_trigger": False,
+        "serial_output": False,
+        "baud_rate": 115200,
+    }
+    assert profile.manual == (ManualLine("Bridle free", is_required=True),)
+    assert parse_profile(profile_text(profile).encode()) == profile
+
+
+def test_settings_at_the_top_and_a_windows_file() -> None:
+    text = "\ufefffreefall_time_s = 1.2\r\nattitude_trigger = false\r\n"
+    assert parse_profile(text.encode()).settings == {"freefall_time_s": 1.2, "attitude_trigger": False}
+
+
+def test_all_errors_at_once_each_with_its_line() -> None:
+    text = WHOLE.replace("= 0.5", "= 0.55").replace("1.60", "9.99").replace("= 60", "= true")
+    text = text.replace("attitude_trigger = true", "attitude_triger = true").replace("= 115200", "= 12345")
+    text = text.replace("3.8", '"3.8"').replace("airframe", "aircraft") + "colour = 1\n"
+    assert faults(text) == [
+        (3, "Line 3: “aircraft” is not known here."),
+        (10, "Line 10: attitude_threshold_deg: a number is needed."),
+        (11, "Line 11: freefall_acceleration_g: 0.55 lies between two steps; the nearest are 0.5 g and 0.6 g."),
+        (12, "Line 12: freefall_time_s: 9.99 is outside 0.00 s to 2.55 s."),
+        (14, "Line 14: there is no setting “attitude_triger”."),
+        (17, "Line 17: baud_rate: 12345 is not one of 4800, 9600, 19200, 38400, 57600, 115200."),
+        (20, f"Line 20: cell_voltage_min_v: a number from 3.5 to 4.2 is needed: {LIMITS['cell_voltage_min_v'].why}."),
+        (25, "Line 25: “colour” is not known here."),
+    ]
+
+
+def test_what_is_no_toml_and_what_is_wrong_otherwise_are_told_together() -> None:
+    text = 'name = "x\nfreefall_time_s = = 2\nfreefall_acceleration_g = 0.55\nlight_threshold_v = 1.8 1.9\n'
+    assert [line for line, _ in faults(text)] == [1, 2, 3, 4]
+
+
+@pytest.mark.parametrize(
+    ("text", "line", "part"),
+    [
+        ("format = 0", 1, "whole number from 1"),
+        ("format = true", 1, "whole number from 1"),
+        ("name = 3", 1, "quotation marks"),
+        ('name = "' + "x" * 201 + '"', 1, "at most 200 characters"),
+        ('name = "a\\u0007b"', 1, "the character U+0007"),
+        ('airframe = "a\\u202Eb"', 1, "the character U+202E"),
+        ('notes = "a\\u0000b"', 1, "the character U+0000"),
+        ("settings = 3", 1, "[settings] is a table"),
+        ("manual = 3", 1, "[[manual]]"),
+        ("manual = [3]", 1, "needs a text"),
+        ("\n[[manual]]\nrequired = true", 2, "needs a text"),
+        ('\n[[manual]]\ntext = "a"\ncolour = 1', 4, "“colour” is not known"),
+        ('\n[[manual]]\ntext = "a"\nrequired = 1', 4, "true or false"),
+        ("light_inverted = 1", 1, "true or false"),
+        ('approved_fingerprint = "AAAA-AAAB"', 1, "no fingerprint"),
+        ("[limits]\ntilt_max = 3", 2, "there is no limit “tilt_max”"),
+        ("[limits]\ntilt_max_deg = nan", 2, "a number from 0 to 15"),
+        ("[limits]\nacceleration_min_g = 2\nacceleration_max_g = 1", 2, "a number from 0.8 to 1"),
+        ("freefall_time_s = 1\n[settings]\nfreefall_time_s = 2", 1, "given twice"),
+        ("freefall_time_s = inf", 1, "a finite number"),
+        ("freefall_time_s = [1.6]", 1, "a number is needed"),
+        ("attitude_trigger = 1", 1, "true or false"),
+        ("a.b.c = 1", None, "“a” is not known"),
+        ('"odd key\\n" = 1', None, "is not known"),
+    ],
+)
+def test_one_error(text: str, line: int | None, part: str) -> None:
+    ((found, sentence),) = faults(text)
+    assert found == line
+    assert part in sentence
+    assert sentence.isprintable()
+
+
+def test_a_newer_format_is_refused_politely_and_for_nothing_else() -> None:
+    ((line, sentence),) = faults('format = 2\nname = ["of", "tomorrow"]\n')
+    assert line is None
+    assert sentence == "The profile is of format 2; this program knows 1. Use a newer version of it."
+
+
+@pytest.mark.parametrize(
+    "data",
+    [
+        b"x" * 10_000_000,
+        b"\xff\xfe" + WHOLE.encode("utf-16-le"),
+        b"name = " + b"[" * 50_000,
+        b"a." * 30_000 + b"a = 1",
+        b"\x00" * 1000,
+        b'name = """',
+        b"]" * 1000 + b"\n" * 1000,
+        b"= 1\n" * 20_000,
+        ("'" + "\u202e" * 100 + "' = 1").encode(),
+    ],
+    ids=["10 MB", "UTF-16", "nested", "dotted", "zeros", "open", "brackets", "errors", "turned"],
+)  # fmt: skip
+def test_hostile_files_are_refused_in_good_order(data: bytes) -> None:
+    with pytest.raises(ProfileRefused) as refused:
+        parse_profile(data)
+    assert 1 <= len(refused.value.sentences) <= profile_file.MOST_ERRORS
+    for sentence in refused.value.sentences:
+        assert sentence.isprintable()
+        assert len(sentence) < 300
+
+
+def test_emoji_and_arabic_are_texts_like_others() -> None:
+    profile = Profile(name="🪂 مظلة 降落伞 👩‍🚀", airframe="שלום")
+    assert parse_profile(profile_text(profile).encode()) == profile
+
+
+def test_a_file_that_is_not_there_or_has_no_name(tmp_path: Path) -> None:
+    with pytest.raises(ProfileRefused, match="cannot be read"):
+        read_profile(tmp_path / "none.toml")
+    with pytest.raises(ProfileRefused):
+        read_profile(tmp_path)
+    with pytest.raises(ProfileRefused):
+        read_profile(Path("a\0b"))
+    (tmp_path / "H6.toml").write_text("freefall_time_s = 1.2\n")
+    assert read_profile(tmp_path / "H6.toml").name == "H6"
+
+
+def test_saving_is_whole_or_not_at_all(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    path = tmp_path / "p.toml"
+    old = Profile(name="old", settings={"freefall_time_s": 1.2})
+    save_profile(path, old)
+    with pytest.raises(ProfileRefused):
+        save_profile(path, Profile(name="a\x07"))
+
+    def full(_file: int) -> None:
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr(os, "fsync", full)
+    with pytest.raises(OSError, match="No space"):
+        save_profile(path, Profile(name="new"))
+    assert read_profile(path) == old
+    assert [one.name for one in tmp_path.iterdir()] == ["p.toml"]
+
+
+def test_the_limits_are_those_of_the_pre_flight_check() -> None:
+    assert set(LIMITS) == set(Limits.__dataclass_fields__)
+    for name, allowed in LIMITS.items():
+        assert allowed.low <= getattr(Limits(), name) <= allowed.high
+
+
+TEXTS = st.text(st.characters(exclude_categories=["Cc", "Cs", "Zl", "Zp"], exclude_characters=profile_file._TURNING))
+SETTINGS = st.fixed_dictionaries(
+    {},
+    optional={
+        key: st.integers(0, 255).map(command.write.decode)
+        if isinstance(command.write, Quantity)
+        else st.sampled_from([4800, 9600, 115200] if key == "baud_rate" else [True, False])
+        for key, command in SETTINGS_BY_KEY.items()
+    },
+)
+LIMIT_VALUES = st.fixed_dictionaries(
+    {},
+    optional={
+        name: st.floats(allowed.low, allowed.high)
+        for name, allowed in LIMITS.items()
+        if name not in ("acceleration_min_g", "acceleration_max_g")
+    },
+)
+PROFILES = st.builds(
+    Profile,
+    name=TEXTS.filter(lambda text: len(text) <= 200),
+    airframe=TEXTS.filter(lambda text: len(text) <= 200),
+    notes=st.lists(TEXTS, max_size=3).map("\n\t".join),
+    settings=SETTINGS,
+    limits=LIMIT_VALUES,
+    manual=st.lists(st.builds(ManualLine, TEXTS.filter(str.strip), st.booleans()), max_size=3).map(tuple),
+    approved_fingerprint=st.sampled_from([None, fingerprint({"freefall_time_s": 1.6}).code]),
+    is_light_inverted=st.booleans(),
+    activated_by=st.sampled_from(ActivatedBy),
+)
+
+
+@given(PROFILES)
+def test_what_is_written_is_read_back(profile: Profile) -> None:
+    assert parse_profile(profile_text(profile).encode()) == profile
+
+
+@given(st.text(st.characters(exclude_categories=["Cs"])), st.floats(allow_nan=False, allow_infinity=False))
+def test_any_text_and_number_survives_the_writer(text: str, number: float) -> None:
+    tables = {"text": text, "number": number, "table": {"whole": 3, "yes": True}}
+    assert tomllib.loads(toml_text(tables)) == tables
+
+
+@pytest.mark.parametrize("bad", [{"a b": 1}, {"é": 1}, {"a": float("nan")}, {"a": None}])
+def test_the_writer_refuses_what_it_cannot_write(bad: dict[str, object]) -> None:
+    with pytest.raises((TypeError, ValueError)):
+        toml_text(bad)
+
+
+@given(st.binary(max_size=300))
+def test_any_bytes_are_read_or_refused(data: bytes) -> None:
+    with suppress(ProfileRefused):
+        parse_profile(data)
+
+
+def test_errors_in_a_later_manual_item_are_told_at_their_own_line() -> None:
+    text = """[[manual]]
+text = "Bridle free"
+[[manual]]
+text = "Hatch free"
+required = "yes"
+[[manual]]
+required = true
+[[manual]]
+text = "Lines"
+colour = 1
+"""
+    assert [line for line, _ in faults(text)] == [5, 6, 10]

@@ -1,0 +1,319 @@
+"""The form of the settings: edits and undo, what is pending, and that no state claims more than the module said."""
+
+from types import MappingProxyType
+from typing import Any
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from app.engine.device import DeviceView, Doubt, How, Known
+from app.procedures.power_cycle import Fate, Stamp
+from app.procedures.write import Heard, WriteFault, Written
+from app.settings.form import FORM_COMMANDS, FormRow, RowState, SettingsForm
+from app.settings.setting_texts import DEFAULTS, plain_text, value_text
+from protocol.catalogue import BAUD_RATE, BY_NAME, SETTINGS
+from protocol.fields import Value
+
+NOW = 1000.0
+TILT, TIME, LIGHT, FLAG = "attitude_threshold_deg", "freefall_time_s", "light_threshold_v", "attitude_trigger"
+BY_KEY = {command.key: command for command in SETTINGS}
+STANDS: dict[str, Value] = {TILT: 60, TIME: 1.6, LIGHT: 1.8, "freefall_acceleration_g": 0.5}
+
+
+def device(how: How = How.READ, doubt: Doubt | None = None, *, changes: dict[str, Value] | None = None) -> DeviceView:
+    values = {key: Known(value, how, NOW - 12, doubt) for key, value in (STANDS | (changes or {})).items()}
+    return DeviceView(MappingProxyType(values))
+
+
+def row(form: SettingsForm, key: str, view: DeviceView | None = None) -> FormRow:
+    return next(one for one in form.rows(view or device(), NOW) if one.command.key == key)
+
+
+def written(key: str, wanted: Value, **more: Any) -> Written:
+    command = BY_KEY[key]
+    more.setdefault("verified", more.get("fault") is None if command.reads_back else None)
+    return Written(command=command, wanted=wanted, heard=Heard.ECHO, **more)
+
+
+def write(form: SettingsForm, *results: Written, view: DeviceView | None = None) -> None:
+    form.begin_write(form.changes(view or device(), NOW))
+    form.take_results(results)
+
+
+def test_the_rows_are_all_settings_but_the_baud_rate() -> None:
+    assert set(SETTINGS) - set(FORM_COMMANDS) == {BAUD_RATE}
+    assert len(FORM_COMMANDS) == len(set(FORM_COMMANDS))
+
+
+def test_what_was_never_said_is_unknown_and_no_default_stands_in_for_it() -> None:
+    rows = SettingsForm().rows(DeviceView(), NOW)
+    assert {one.state for one in rows} == {RowState.UNKNOWN}
+    assert all(one.wanted is None and one.stands is None and not one.is_pending for one in rows)
+
+
+@pytest.mark.parametrize(
+    ("how", "doubt", "state"),
+    [
+        (How.READ, None, RowState.READ),
+        (How.STREAMED, None, RowState.READ),
+        (How.ACKNOWLEDGED, None, RowState.ACKNOWLEDGED),
+        (How.READ, Doubt.RESTARTED, RowState.STALE),
+        (How.ACKNOWLEDGED, Doubt.LINK_LOST, RowState.STALE),
+    ],
+)
+def test_the_state_says_how_it_is_known(how: How, doubt: Doubt | None, state: RowState) -> None:
+    assert row(SettingsForm(), TILT, device(how, doubt)).state is state
+
+
+def test_an_edit_is_pending_until_it_is_what_stands() -> None:
+    form = SettingsForm()
+    form.type_text(TILT, "70")
+    assert (row(form, TILT).state, row(form, TILT).is_pending) == (RowState.EDITED, True)
+    assert [(change.command.key, change.value) for change in form.changes(device(), NOW)] == [(TILT, 70)]
+    form.type_text(TILT, "60")
+    assert not form.changes(device(), NOW)
+    # In doubt it is worth writing, although the number is the same.
+    assert [change.value for change in form.changes(device(doubt=Doubt.RESTARTED), NOW)] == [60]
+
+
+@pytest.mark.parametrize(
+    ("key", "text", "why"),
+    [
+        (TILT, "256", "256 is outside 0° to 255°"),
+        (TILT, "-1", "-1 is outside 0° to 255°"),
+        (TIME, "2.56", "2.56 is outside 0.00 s to 2.55 s"),
+        ("freefall_acceleration_g", "0.55", "0.55 lies between two steps; the nearest are 0.5 g and 0.6 g"),
+        ("freefall_acceleration_g", "0,55", "0.55 lies between two steps; the nearest are 0.5 g and 0.6 g"),
+        (TILT, "six", "“six” is no number"),
+    ],
+)
+def test_what_no_byte_carries_is_refused_while_typing(key: str, text: str, why: str) -> None:
+    form = SettingsForm()
+    form.type_text(key, text)
+    assert (row(form, key).state, row(form, key).reason) == (RowState.UNFIT, why)
+    assert not form.changes(device(), NOW)
+    assert form.count_unsent(device(), NOW) == 1  # leaving would lose it all the same
+
+
+def test_a_comma_is_a_point() -> None:
+    form = SettingsForm()
+    form.type_text(TIME, "1,2")
+    assert row(form, TIME).wanted == 1.2
+
+
+def test_typing_is_one_step_of_undo_and_leaving_the_field_begins_another() -> None:
+    form = SettingsForm()
+    for text in ("7", "75"):
+        form.type_text(TILT, text)
+    form.end_typing()
+    form.type_text(TILT, "76")
+    form.type_text(TIME, "1")
+    seen = []
+    while form.can_undo:
+        form.undo()
+        seen.append((row(form, TILT).wanted, row(form, TIME).wanted))
+    assert seen == [(76, None), (75, None), (None, None)]
+    while form.can_redo:
+        form.redo()
+    assert (row(form, TILT).wanted, row(form, TIME).wanted) == (76, 1)
+
+
+def test_a_new_edit_ends_redo() -> None:
+    form = SettingsForm()
+    form.choose(TILT, 70)
+    form.undo()
+    form.choose(TILT, 80)
+    assert not form.can_redo
+
+
+def test_defaults_and_revert_are_steps_too() -> None:
+    form = SettingsForm()
+    form.want_defaults()
+    wanted = {one.command.key: one.wanted for one in form.rows(DeviceView(), NOW) if one.wanted is not None}
+    assert wanted == {key: value for key, value in DEFAULTS.items() if key != BAUD_RATE.key}
+    assert LIGHT not in wanted  # the table names no default for it
+    form.revert()
+    assert not form.has_drafts
+    form.undo()
+    assert row(form, TILT).wanted == 60
+
+
+def test_nothing_can_be_edited_while_it_is_written() -> None:
+    form = SettingsForm()
+    form.choose(TILT, 70)
+    form.begin_write(form.changes(device(), NOW))
+    form.choose(TILT, 80)
+    form.undo()
+    assert (row(form, TILT).state, row(form, TILT).wanted) == (RowState.WRITING, 70)
+    assert not form.changes(device(), NOW)
+
+
+def test_verified_is_said_only_where_it_was_read_back_and_still_stands() -> None:
+    form = SettingsForm()
+    form.choose(TILT, 70)
+    after = device(changes={TILT: 70})
+    write(form, written(TILT, 70, stands=70))
+    assert row(form, TILT, after).state is RowState.VERIFIED
+    assert not form.has_drafts
+    assert form.written == {TILT: 70}
+    # Anything that casts doubt ends it, for good.
+    assert row(form, TILT, device(doubt=Doubt.RESTARTED, changes={TILT: 70})).state is RowState.STALE
+    assert row(form, TILT, after).state is RowState.READ
+
+
+def test_what_cannot_be_read_back_is_never_verified() -> None:
+    form = SettingsForm()
+    form.choose(FLAG, False)
+    write(form, written(FLAG, False))
+    assert row(form, FLAG, device(How.ACKNOWLEDGED, changes={FLAG: False})).state is RowState.ACKNOWLEDGED
+
+
+@pytest.mark.parametrize("fault", [fault for fault in WriteFault if fault is not WriteFault.NOT_ALLOWED])
+def test_a_row_stays_red_until_what_stands_is_what_was_wanted(fault: WriteFault) -> None:
+    form = SettingsForm()
+    form.choose(TILT, 130)
+    write(form, written(TILT, 130, stands=90, fault=fault, verified=False))
+    held = device(changes={TILT: 90})
+    for _ in range(3):
+        red = row(form, TILT, held)
+        assert (red.state, red.is_pending, red.wanted) == (RowState.FAILED, True, 130)
+        assert fault.value in red.reason
+        assert red.reason.endswith("It holds 90°.")
+    assert row(form, TILT, device(changes={TILT: 130})).state is RowState.READ
+    assert not form.has_drafts
+
+
+def test_an_acknowledgement_alone_is_no_proof_where_the_module_can_be_asked() -> None:
+    form = SettingsForm()
+    form.choose(TILT, 70)
+    write(form, written(TILT, 70, fault=WriteFault.NO_READ_BACK, verified=False))
+    received = device(How.ACKNOWLEDGED, changes={TILT: 70})
+    assert (row(form, TILT, received).state, row(form, TILT, received).is_pending) == (RowState.FAILED, True)
+    assert row(form, TILT, device(changes={TILT: 70})).state is RowState.READ
+
+
+def test_reverting_wants_what_stands_so_it_is_red_no_more() -> None:
+    form = SettingsForm()
+    form.choose(TILT, 130)
+    write(form, written(TILT, 130, stands=60, fault=WriteFault.REFUSED, verified=False))
+    form.revert(TILT)
+    assert row(form, TILT).state is RowState.READ
+
+
+def test_what_was_refused_before_it_was_sent_is_merely_edited() -> None:
+    form = SettingsForm()
+    form.choose(TILT, 70)
+    write(form, written(TILT, 70, fault=WriteFault.NOT_ALLOWED, verified=False))
+    assert row(form, TILT).state is RowState.EDITED
+
+
+def test_a_write_that_is_broken_off_claims_nothing() -> None:
+    form = SettingsForm()
+    form.choose(TILT, 70)
+    form.begin_write(form.changes(device(), NOW))
+    form.lose_write()
+    assert row(form, TILT).state is RowState.FAILED
+    assert not form.is_writing
+    assert not form.written
+
+
+def test_undo_does_not_want_again_what_has_been_written() -> None:
+    form = SettingsForm()
+    form.choose(TIME, 1.2)
+    form.choose(TILT, 70)
+    write(form, written(TILT, 70, stands=70), written(TIME, 1.2, stands=1.6, fault=WriteFault.NOT_KEPT))
+    while form.can_undo:
+        form.undo()
+        assert row(form, TILT, device(changes={TILT: 70})).wanted is None
+    assert not form.has_drafts
+
+
+@pytest.mark.parametrize(
+    ("key", "value", "is_warned"),
+    [(TILT, 54, True), (TILT, 55, False), (TILT, 0, True), (FLAG, False, True), (FLAG, True, False), (TIME, 0.0, True),
+     ("freefall_acceleration_g", 0.7, True), ("freefall_acceleration_g", 0.6, False)],
+)  # fmt: skip
+def test_against_the_advice_needs_a_second_click(key: str, value: Value, is_warned: bool) -> None:
+    form = SettingsForm()
+    form.choose(key, value)
+    assert bool(row(form, key).warnings) is is_warned
+    assert row(form, key).consequences
+
+
+def test_the_figures_follow_what_is_wanted_else_what_stands() -> None:
+    form = SettingsForm()
+    assert "12.6 m" in row(form, TIME).consequences[0].sentence
+    form.type_text(TIME, "0.8")
+    assert "3.1 m" in row(form, TIME).consequences[0].sentence
+    form.type_text(TIME, "9")
+    assert not row(form, TIME).consequences
+    assert not row(SettingsForm(), TIME, device(doubt=Doubt.RESTARTED)).consequences
+
+
+def test_a_power_cycle_stamps_the_rows_until_they_are_written_again() -> None:
+    form = SettingsForm()
+    form.stamp({TILT: Stamp(70, Fate.LOST, 60)})
+    assert row(form, TILT).stamp == Stamp(70, Fate.LOST, 60)
+    form.choose(TILT, 70)
+    form.begin_write(form.changes(device(), NOW))
+    assert row(form, TILT).stamp is None
+
+
+def test_another_module_starts_from_nothing() -> None:
+    form = SettingsForm()
+    form.choose(TILT, 70)
+    write(form, written(TILT, 70, stands=60, fault=WriteFault.NOT_KEPT))
+    form.forget()
+    assert not form.has_drafts
+    assert not form.can_undo
+    assert row(form, TILT).state is RowState.READ
+
+
+def test_values_are_spoken_with_their_unit() -> None:
+    assert value_text(BY_KEY[TIME], 1.6) == "1.60 s"
+    assert value_text(BY_KEY[FLAG], False) == "Disabled"
+    assert plain_text(BY_NAME["freefall_acceleration"], 0.5) == "0.5"
+
+
+STEPS = st.lists(
+    st.one_of(
+        st.tuples(st.just("type"), st.sampled_from([TILT, TIME]), st.sampled_from(["", "1", "70", "0.5", "x", "300"])),
+        st.tuples(st.just("choose"), st.sampled_from([TILT, FLAG]), st.sampled_from([True, False])),
+        st.tuples(st.sampled_from(["undo", "redo", "revert", "defaults", "end"])),
+    ),
+    max_size=40,
+)
+
+
+@given(STEPS)
+def test_undo_leads_back_to_the_beginning_and_redo_to_the_end(steps: list[tuple[Any, ...]]) -> None:
+    form, view = SettingsForm(), device()
+    for step in steps:
+        match step:
+            case ("type", key, text):
+                form.type_text(key, text)
+            case ("choose", key, value):
+                form.choose(key, value if key == FLAG else 50 + value)
+            case ("undo",):
+                form.undo()
+            case ("redo",):
+                form.redo()
+            case ("revert",):
+                form.revert()
+            case ("defaults",):
+                form.want_defaults()
+            case _:
+                form.end_typing()
+        for one in form.rows(view, NOW):
+            assert one.is_pending == (one.wanted is not None and view.fresh(one.command.key, NOW) != one.wanted)
+            assert one.state is not RowState.VERIFIED
+    while form.can_redo:
+        form.redo()
+    end = form.rows(view, NOW)
+    while form.can_undo:
+        form.undo()
+    assert not form.has_drafts
+    while form.can_redo:
+        form.redo()
+    assert form.rows(view, NOW) == end

@@ -1,0 +1,242 @@
+"""Faults of the line: each does what it says, and the same again for the same seed."""
+
+from typing import Any
+
+import pytest
+
+from app.simulator.module import SimulatedModule
+from app.simulator.physics import World
+from app.simulator.quirks import Dialect
+from app.simulator.wire import Direction, Faults, Wire
+from protocol.catalogue import BY_NAME, STATUS
+from protocol.frame import Frame
+from protocol.stream import StreamParser
+
+ASK = STATUS.query().encode()
+ANSWER = bytes.fromhex("41 75 32 00 0a 00 00 3c")
+BYTE_S = 10 / 115200
+
+
+def wire(*, seed: int = 1, host_baud: int | None = None, **faults: Any) -> Wire:
+    module = SimulatedModule(World())
+    module.power_on(-60.0)
+    module.tick(0.0)
+    return Wire(module, Faults(**faults), seed=seed, host_baud=host_baud)
+
+
+def conversation(line: Wire, count: int = 200) -> list[bytes]:
+    """What comes back to each of `count` requests, 50 ms apart."""
+    answers = []
+    for number in range(count):
+        line.write(ASK, number * 0.05)
+        answers.append(line.read(number * 0.05 + 0.049))
+    return answers
+
+
+def test_bytes_take_their_time() -> None:
+    line = wire()
+    line.write(ASK, 0.0)
+    assert line.next_due(0.0) == pytest.approx(6 * BYTE_S)
+    assert line.read(6 * BYTE_S - 1e-6) == b""
+    assert line.read(6 * BYTE_S + 1e-6) == b""
+    assert line.next_due(6 * BYTE_S + 1e-6) == pytest.approx(14 * BYTE_S)
+    assert line.read(10.5 * BYTE_S) == ANSWER[:4]
+    assert line.read(14 * BYTE_S + 1e-9) == ANSWER[4:]
+    assert line.next_due(1.0) is None
+
+
+def test_at_most_11520_bytes_a_second() -> None:
+    line = wire()
+    line.write(ASK * 10_000, 0.0)
+    assert len(line.read(1.0)) <= 11_520
+
+
+def test_without_pacing_the_answer_is_there_at_once() -> None:
+    line = wire(paced=False)
+    line.write(ASK, 0.0)
+    assert line.read(0.0) == ANSWER
+
+
+@pytest.mark.parametrize(
+    "faults",
+    [
+        {"drop": 0.3},
+        {"lose": 0.05},
+        {"corrupt": 0.05},
+        {"garbage": 0.3},
+        {"double": 0.3},
+        {"jitter_ms": 5.0, "split_ms": 2.0},
+        {"drop": 0.1, "corrupt": 0.1, "direction": Direction.BOTH},
+    ],
+)
+def test_the_same_seed_gives_the_same_faults(faults: dict[str, Any]) -> None:
+    first = conversation(wire(seed=5, **faults))
+    assert first == conversation(wire(seed=5, **faults))
+    assert first != conversation(wire(seed=6, **faults)) or "jitter_ms" in faults
+
+
+def test_drop_takes_whole_answers() -> None:
+    answers = conversation(wire(drop=0.3))
+    assert set(answers) == {b"", ANSWER}
+    assert 30 <= answers.count(b"") <= 90
+
+
+def test_lose_takes_single_bytes() -> None:
+    short = [answer for answer in conversation(wire(lose=0.05)) if answer != ANSWER]
+    assert short
+    assert all(len(answer) < len(ANSWER) for answer in short)
+
+
+def test_corrupt_turns_single_bits() -> None:
+    wrong = [answer for answer in conversation(wire(corrupt=0.02)) if answer != ANSWER]
+    assert wrong
+    for answer in wrong:
+        assert {(a ^ b).bit_count() for a, b in zip(answer, ANSWER, strict=True)} <= {0, 1}
+
+
+def test_garbage_comes_before_the_answer() -> None:
+    answers = conversation(wire(garbage=0.3))
+    assert all(answer.endswith(ANSWER) for answer in answers)
+    assert 30 <= sum(len(answer) > len(ANSWER) for answer in answers) <= 90
+
+
+def test_doubled_answers() -> None:
+    assert set(conversation(wire(double=0.5))) == {ANSWER, 2 * ANSWER}
+
+
+def test_faults_towards_the_module_lose_requests() -> None:
+    line = wire(drop=1.0, direction=Direction.TO_MODULE)
+    line.write(BY_NAME["attitude_threshold"].set(70).encode(), 0.0)
+    assert line.read(1.0) == b""
+    assert line.module.memory.attitude_threshold == 60
+    line.faults = Faults(drop=1.0)
+    line.write(BY_NAME["attitude_threshold"].set(70).encode(), 1.0)
+    assert line.read(2.0) == b""
+    assert line.module.memory.attitude_threshold == 70, "the request came through, the answer did not"
+
+
+def test_delay_and_jitter() -> None:
+    line = wire(delay_ms=20.0, jitter_ms=10.0)
+    line.write(ASK, 0.0)
+    assert line.read(0.020 + 6 * BYTE_S) == b""
+    assert line.read(0.030 + 14 * BYTE_S + 1e-9) == ANSWER
+
+
+def test_split_answers_come_in_pieces() -> None:
+    line = wire(split_ms=5.0)
+    line.write(ASK, 0.0)
+    parts = [line.read(step / 1000) for step in range(30)]
+    parts = [part for part in parts if part]
+    assert len(parts) in (2, 3)
+    assert b"".join(parts) == ANSWER
+
+
+def test_echo_brings_the_hosts_bytes_back() -> None:
+    line = wire(echo=True)
+    line.write(ASK, 0.0)
+    assert line.read(1.0) == ASK + ANSWER
+
+
+def test_mute() -> None:
+    assert set(conversation(wire(mute=True), 5)) == {b""}
+
+
+def test_at_the_wrong_rate_nothing_is_understood() -> None:
+    line = wire(host_baud=9600)
+    assert b"Au" not in b"".join(conversation(line, 20))
+    line.module.start_stream(1.0)
+    garbled = line.read(2.0)
+    assert garbled
+    assert not [piece for piece in StreamParser().feed(garbled) if isinstance(piece, Frame)]
+    line.host_baud = 115200
+    line.clear(2.0)
+    assert ANSWER in line.read(2.5)
+
+
+def test_what_was_on_its_way_at_the_opening_is_lost() -> None:
+    line = wire()
+    line.write(ASK, 0.0)
+    line.clear(1.0)
+    assert line.read(2.0) == b""
+
+
+def test_a_long_burst_on_a_slow_line_arrives_in_parts() -> None:
+    line = wire(host_baud=4800)
+    line.module.baud_rate = 4800
+    line.module.send(bytes(144), 0.0)
+    assert line.read(0.0) == b""
+    now_s, parts = 0.0, []
+    while (due_s := line.next_due(now_s)) is not None:
+        now_s = due_s + 1e-6
+        parts.append(len(line.read(now_s)))
+    assert sum(parts) == 144
+    assert max(parts) <= 3
+    assert now_s == pytest.approx(0.3, abs=0.001)
+
+
+@pytest.mark.parametrize(("pause_s", "is_heard"), [(0.004, False), (0.0049, False), (0.0051, True), (0.05, True)])
+def test_a_request_too_soon_after_a_reply_is_ignored(pause_s: float, is_heard: bool) -> None:
+    line = wire(min_gap_ms=5.0)
+    line.write(ASK, 0.0)
+    replied_s = 14 * BYTE_S
+    assert line.read(replied_s + 1e-6) == ANSWER
+    line.write(ASK, replied_s + pause_s)
+    assert line.read(1.0) == (ANSWER if is_heard else b"")
+
+
+def test_a_request_too_soon_after_another_is_ignored_whether_or_not_that_was_answered() -> None:
+    line = wire(min_gap_ms=5.0)
+    line.write(ASK + ASK, 0.0)
+    line.write(ASK, 0.005)
+    assert line.read(0.01) == ANSWER
+    line.write(ASK, 0.02)
+    assert line.read(1.0) == ANSWER
+    line.module.dialect = Dialect(mute_codes=frozenset({0x32}))
+    line.write(ASK, 1.0)
+    line.write(BY_NAME["active"].query().encode(), 1.004)
+    assert line.read(2.0) == b""
+    line.write(BY_NAME["active"].query().encode(), 2.0)
+    assert len(line.read(3.0)) == 6
+
+
+def test_streamed_frames_are_no_replies_after_which_a_gap_is_needed() -> None:
+    line = wire(min_gap_ms=5.0)
+    line.module.rate_hz = 200.0
+    line.module.start_stream(0.0)
+    line.write(BY_NAME["charging"].query().encode(), 0.1031)
+    assert line.read(0.2).count(bytes.fromhex("41 75 33 01 00 34")) == 1
+
+
+def test_half_duplex_loses_what_arrives_while_the_module_sends() -> None:
+    line = wire(half_duplex=True)
+    line.write(ASK + ASK, 0.0)
+    assert line.read(1.0) == ANSWER
+    line.write(ASK, 1.0)
+    assert line.read(2.0) == ANSWER
+    line.module.rate_hz = 200.0
+    line.module.start_stream(2.0)
+    line.read(2.0101)
+    line.write(BY_NAME["active"].query().encode(), 2.0148)  # the next frame begins in the middle of it
+    line.write(BY_NAME["charging"].query().encode(), 2.0208)
+    streamed_and_answered = line.read(2.1)
+    assert b"\x41\x75\x30" not in streamed_and_answered
+    assert streamed_and_answered.count(bytes.fromhex("41 75 33 01 00 34")) == 1
+
+
+def test_lag_delays_everything_in_order_and_not_what_the_module_hears() -> None:
+    line = wire(lag_ms=900.0)
+    line.module.rate_hz = 10.0
+    line.module.start_stream(0.0)
+    line.write(BY_NAME["attitude_threshold"].set(70).encode(), 0.25)
+    assert line.read(0.9) == b""
+    assert line.module.memory.attitude_threshold == 70
+    assert line.next_due(0.9) == pytest.approx(1.0, abs=0.001), "the module has something to send"
+    assert line.read(0.999) == b""
+    assert line.read(1.101) == 2 * ANSWER
+    line.faults = Faults()
+    line.read(1.15)
+    line.module.world.tilt_deg = 7.0
+    later = line.read(3.0)
+    assert later.startswith(bytes.fromhex("41 75 20 01 46 67"))
+    assert later[6:].startswith(9 * ANSWER), "what set out later does not overtake"
+    assert later.endswith(bytes.fromhex("41 75 32 07 0a 00 00 43"))

@@ -1,0 +1,342 @@
+"""The simulated module against the vendor's table: frames, power, triggers, records."""
+
+import pytest
+
+from app.simulator.memory import Memory, invent_records
+from app.simulator.module import SimulatedModule
+from app.simulator.physics import World
+from app.simulator.quirks import Dialect, EmptySlots
+from protocol.catalogue import BY_NAME, COMMANDS, HEARTBEAT, SERIAL_OUTPUT, STATUS, TRIGGER_RECORDS
+from protocol.frame import Direction, Frame
+from protocol.messages import Status, TriggerRecord, decode, decode_record
+from protocol.stream import StreamParser
+
+HEARTBEAT_REPLY = "41 75 01 a5 5a 00"
+
+
+def running(world: World | None = None, memory: Memory | None = None) -> SimulatedModule:
+    """A module that has booted a while ago, at time 0."""
+    module = SimulatedModule(world or World(), Dialect(empty_slots=EmptySlots.NONE), memory=memory)
+    module.power_on(-60.0)
+    module.tick(0.0)
+    return module
+
+
+def say(module: SimulatedModule, frame: str, now_s: float = 0.0) -> str:
+    return module.receive(bytes.fromhex(frame), now_s).hex(" ")
+
+
+def records(module: SimulatedModule, now_s: float) -> list[TriggerRecord]:
+    raw = module.receive(TRIGGER_RECORDS.query().encode(), now_s)
+    found = [decode_record(raw[at : at + 16]) for at in range(0, len(raw), 16)]
+    assert all(isinstance(one, TriggerRecord) for one in found)
+    return [one for one in found if isinstance(one, TriggerRecord)]
+
+
+@pytest.mark.parametrize(
+    ("asked", "answered"),
+    [
+        ("42 61 01 a5 5a 00", HEARTBEAT_REPLY),
+        ("42 61 10 02 01 13", "41 75 10 01 01 12"),
+        ("42 61 10 02 00 12", "41 75 10 01 00 11"),
+        ("42 61 11 02 00 13", "41 75 11 01 00 12"),
+        ("42 61 12 02 01 15", "41 75 12 01 01 14"),
+        ("42 61 13 02 01 16", "41 75 13 01 01 15"),
+        ("42 61 13 02 00 15", "41 75 13 01 00 14"),
+        ("42 61 14 01 01 16", "41 75 14 01 03 18"),
+        ("42 61 15 02 12 29", "41 75 15 01 12 28"),
+        ("42 61 15 01 00 16", "41 75 15 01 12 28"),
+        ("42 61 20 02 3c 5e", "41 75 20 01 3c 5d"),
+        ("42 61 20 01 00 21", "41 75 20 01 3c 5d"),
+        ("42 61 21 02 05 28", "41 75 21 01 05 27"),
+        ("42 61 21 01 00 22", "41 75 21 01 05 27"),
+        ("42 61 22 02 a0 c4", "41 75 22 01 a0 c3"),
+        ("42 61 22 01 00 23", "41 75 22 01 a0 c3"),
+        ("42 61 23 01 00 24", "41 75 23 01 01 25"),
+        ("42 61 24 02 06 2c", "41 75 24 01 06 2b"),
+        ("42 61 30 01 00 31", "41 75 30 01 00 31"),
+        ("42 61 31 01 00 32", "41 75 31 01 00 32"),
+        ("42 61 32 01 00 33", "41 75 32 00 0a 00 00 3c"),
+        ("42 61 33 01 00 34", "41 75 33 01 00 34"),
+        ("42 61 34 01 00 35", "41 75 35 01 be f4"),
+        ("42 61 35 01 00 36", ""),
+        ("42 61 16 02 01 19", "41 75 16 01 01 18"),
+        ("42 61 16 02 00 18", "41 75 16 01 00 17"),
+        ("42 61 17 02 01 1a", "41 75 16 01 01 18"),
+        ("42 61 17 02 00 19", "41 75 16 01 00 17"),
+        ("42 61 25 01 00 26", "41 75 25 01 01 27"),
+    ],
+)
+def test_each_row_of_the_table(asked: str, answered: str) -> None:
+    assert say(running(World(cell_v=3.8, drain_v_per_h=0.0)), asked) == answered
+
+
+def test_the_status_example_of_the_table() -> None:
+    module = running(World(tilt_deg=7))
+    say(module, "42 61 10 02 01 13")
+    assert say(module, "42 61 32 01 00 33") == "41 75 32 07 0a 00 01 44"
+
+
+def test_every_command_of_the_catalogue_is_answered() -> None:
+    for command in COMMANDS:
+        memory = Memory()
+        invent_records(memory, 1, seed=1, has_odd_voltage=False)
+        if command.query_data is not None:
+            assert running(memory=memory).receive(command.query().encode(), 0.0), command.name
+        if command.write is not None:
+            for value in command.write.allowed:
+                request = command.set(command.write.decode(value))
+                assert running(memory=memory).receive(request.encode(), 0.0), command.name
+
+
+def test_two_heartbeats_50_ms_apart_after_power_up_and_then_silence() -> None:
+    module = SimulatedModule(World())
+    module.power_on(10.0)
+    assert module.tick(10.0).hex(" ") == HEARTBEAT_REPLY
+    assert module.tick(10.049) == b""
+    assert module.next_due(10.049) == pytest.approx(10.05)
+    assert module.tick(10.06).hex(" ") == HEARTBEAT_REPLY
+    assert module.tick(3600.0) == b""
+    assert module.next_due(3600.0) is None
+
+
+def test_boot_count_wraps_to_0_after_255() -> None:
+    module = running(memory=Memory(boot_count=254))
+    assert module.memory.boot_count == 255
+    module.restart(1.0)
+    assert say(module, "42 61 23 01 00 24", 2.0).endswith("41 75 23 01 00 24")
+
+
+def test_settings_survive_a_restart_and_the_rest_does_not() -> None:
+    module = running()
+    for frame in ("42 61 20 02 46 68", "42 61 10 02 01 13", "42 61 13 02 01 16", "42 61 16 02 01 19"):
+        assert say(module, frame)
+    module.restart(1.0)
+    module.tick(2.0)
+    assert say(module, "42 61 20 01 00 21", 2.0) == "41 75 20 01 46 67"
+    assert say(module, "42 61 30 01 00 31", 2.0) == "41 75 30 01 00 31"
+    assert module.state.attitude_is_enabled
+    assert not module.is_streaming
+
+
+def test_it_boots_locked() -> None:
+    assert say(running(), "42 61 30 01 00 31") == "41 75 30 01 00 31"
+
+
+def test_after_shutdown_it_is_silent_until_its_switch_is_pressed() -> None:
+    module = running()
+    assert say(module, "42 61 12 02 01 15") == "41 75 12 01 01 14"
+    assert say(module, HEARTBEAT.query().encode().hex(), 1.0) == ""
+    module.press_switch(2.0)
+    assert module.tick(3.0).hex(" ") == f"{HEARTBEAT_REPLY} {HEARTBEAT_REPLY}"
+    module.press_switch(4.0)
+    assert module.memory.boot_count == 2, "pressing the switch of a running module is no restart"
+
+
+def test_external_power_wakes_it_after_shutdown() -> None:
+    module = running()
+    say(module, "42 61 12 02 01 15")
+    module.plug_charger(1.0)
+    assert module.is_on
+    assert say(module, "42 61 33 01 00 34", 2.0).endswith("41 75 33 01 01 35")
+
+
+def test_with_external_power_the_charging_voltage_is_read() -> None:
+    module = running(World(cell_v=3.8, drain_v_per_h=0.0))
+    module.plug_charger(0.0)
+    assert decode_voltage(module, 0.0) == pytest.approx(3.9)
+    module.unplug_charger(0.0)
+    assert decode_voltage(module, 0.0) == pytest.approx(3.8)
+
+
+def decode_voltage(module: SimulatedModule, now_s: float) -> float:
+    request = BY_NAME["cell_voltage"].query()
+    return float(module.receive(request.encode(), now_s)[4] / 50)
+
+
+def test_the_cell_drains_and_charges() -> None:
+    module = running(World(cell_v=3.8, drain_v_per_h=0.1))
+    module.tick(7200.0)
+    assert module.world.cell_v == pytest.approx(3.6, abs=0.01)
+    module.plug_charger(7200.0)
+    module.tick(3 * 7200.0)
+    assert module.world.cell_v == pytest.approx(4.2)
+
+
+def test_zeroing_takes_todays_mounting_as_level() -> None:
+    module = running(World(tilt_deg=-4))
+    assert say(module, "42 61 32 01 00 33")[9:11] == "04"
+    say(module, "42 61 25 01 00 26")
+    assert say(module, "42 61 32 01 00 33")[9:11] == "00"
+    module.restart(1.0)
+    assert module.tilt_deg(1.0) == 0
+
+
+def test_the_stream_keeps_its_rate_and_ends() -> None:
+    module = running()
+    module.rate_hz = 100
+    say(module, "42 61 13 02 01 16")
+    frames = StreamParser().feed(module.tick(2.0))
+    assert len(frames) == 200
+    assert {decode(frame.raw) for frame in frames if isinstance(frame, Frame)} == {Status(0, 1.0, False, False)}
+    assert say(module, "42 61 13 02 00 15", 2.0) == "41 75 13 01 00 14"
+    assert module.tick(10.0) == b""
+
+
+def test_a_line_that_is_full_leaves_frames_out_and_never_queues_them() -> None:
+    module = running(memory=Memory(baud_code=2))
+    module.rate_hz = 1440
+    say(module, "42 61 13 02 01 16")
+    sent = module.collect(2.0)
+    assert len(sent) == pytest.approx(2 * 9600 / 10 / 8, rel=0.05)
+    assert sent[-1].at_s < 2.01
+
+
+def test_at_1440_hz_the_default_line_carries_every_frame() -> None:
+    module = running()
+    module.rate_hz = 1440
+    say(module, "42 61 13 02 01 16")
+    assert len(StreamParser().feed(module.tick(1.0))) in (1439, 1440)
+
+
+def test_a_host_that_reads_seldom_gets_a_bounded_backlog() -> None:
+    module = running()
+    module.rate_hz = 10
+    say(module, "42 61 13 02 01 16")
+    assert len(module.tick(3600.0)) <= 51 * 8
+
+
+def test_tilting_an_active_module_fires_and_it_resets_ten_degrees_below() -> None:
+    module = running()
+    say(module, "42 61 10 02 01 13")
+    module.world.tilt_deg = 60
+    assert say(module, "42 61 32 01 00 33", 1.0) == "41 75 32 3c 0a 01 01 7a"
+    module.world.tilt_deg = 51
+    assert say(module, "42 61 31 01 00 32", 2.0) == "41 75 31 01 01 33"
+    module.world.tilt_deg = 50
+    assert say(module, "42 61 31 01 00 32", 3.0) == "41 75 31 01 00 32"
+    assert [one.sources for one in records(module, 4.0)] == [("attitude",)]
+
+
+def test_a_locked_module_does_not_fire() -> None:
+    module = running(World(tilt_deg=90))
+    module.world.drop(100, 0.0)
+    assert say(module, "42 61 11 02 01 14") == "41 75 11 01 00 12"
+    module.tick(10.0)
+    assert records(module, 10.0) == []
+    assert not module.is_triggered
+
+
+def test_a_drop_of_20_m_fires_by_free_fall_and_a_low_one_does_not() -> None:
+    module = running()
+    say(module, "42 61 10 02 01 13")
+    module.world.drop(10, 0.0)
+    module.tick(5.0)
+    assert not module.is_triggered
+    module.world.drop(20, 5.0)
+    module.tick(10.0)
+    assert [one.sources for one in records(module, 10.0)] == [("freefall",)]
+    assert module.is_triggered
+    assert say(module, "42 61 10 02 00 12", 10.0)
+    assert not module.is_triggered
+
+
+@pytest.mark.parametrize("frame", ["42 61 16 02 01 19", "42 61 11 02 00 13"])
+def test_a_disabled_or_forbidden_attitude_trigger_does_not_fire(frame: str) -> None:
+    module = running()
+    say(module, "42 61 10 02 01 13")
+    say(module, frame)
+    module.world.tilt_deg = 90
+    module.tick(1.0)
+    assert not module.is_triggered
+
+
+def test_deploy_over_serial_fires_an_active_module() -> None:
+    module = running()
+    say(module, "42 61 10 02 01 13")
+    assert say(module, "42 61 11 02 01 14", 48.0) == "41 75 11 01 01 13"
+    assert say(module, "42 61 31 01 00 32", 48.0) == "41 75 31 01 01 33"
+    assert module.world.bay_is_open
+    (record,) = records(module, 49.0)
+    assert record.sources == ("serial",)
+    assert record.serial_connected
+    assert (record.boot_count, record.uptime_s) == (1, 108)
+
+
+def test_a_record_holds_the_settings_and_readings_of_its_moment() -> None:
+    module = running(World(cell_v=4.0, drain_v_per_h=0.0))
+    for frame in ("42 61 20 02 46 68", "42 61 21 02 04 27", "42 61 22 02 64 88", "42 61 10 02 01 13"):
+        say(module, frame)
+    module.plug_charger(1.0)
+    module.world.tilt_deg = 75
+    module.tick(40.0)
+    module.world.tilt_deg = 0
+    say(module, "42 61 20 02 3c 5e", 50.0)
+    (record,) = records(module, 50.0)
+    assert record.attitude_threshold_deg == 70
+    assert record.freefall_acceleration_g == 0.4
+    assert record.freefall_time_s == 1.0
+    assert record.charging
+    assert record.light_v == 0.3, "the bay was still closed"
+    assert record.cell_voltage_v == pytest.approx(4.1)
+    assert record.serial_connected
+    module.tick(90.0)
+    module.world.tilt_deg = 75
+    module.tick(300.0)
+    assert not records(module, 300.0)[-1].serial_connected, "nobody had asked for more than 30 s"
+
+
+def test_triggers_at_the_same_moment_share_a_record() -> None:
+    module = running()
+    say(module, "42 61 10 02 01 13")
+    say(module, "42 61 22 02 00 24")
+    module.world.tilt_deg = 80
+    module.world.drop(20, 0.0)
+    module.tick(1.0)
+    assert [one.sources for one in records(module, 1.0)] == [("attitude", "freefall")]
+
+
+def test_the_last_nine_records_are_kept_oldest_first() -> None:
+    module = running()
+    say(module, "42 61 10 02 01 13")
+    for number in range(1, 12):
+        say(module, "42 61 11 02 01 14", number * 10.0)
+    found = records(module, 200.0)
+    assert [one.uptime_s for one in found] == [60 + 10 * number for number in range(3, 12)]
+    module.restart(300.0)
+    module.tick(301.0)
+    assert records(module, 301.0) == found
+
+
+def test_invented_records_are_varied_plausible_and_the_same_for_a_seed() -> None:
+    first, again = Memory(boot_count=37), Memory(boot_count=37)
+    invent_records(first, 9, seed=3, has_odd_voltage=False)
+    invent_records(again, 9, seed=3, has_odd_voltage=False)
+    assert first.records == again.records
+    found = records(running(memory=first), 0.0)
+    assert len(found) == 9
+    assert not any(one.implausible for one in found)
+    assert max(len(one.sources) for one in found) > 1
+    assert {source for one in found for source in one.sources} == {"serial", "attitude", "pwm", "freefall"}
+
+
+def test_what_is_no_valid_frame_is_not_answered_and_the_next_one_is() -> None:
+    module = running()
+    for wrong in ("42 61 31 01 00 33", "42 61 31 01 01 33", "42 61 99 01 00 9a", "42 61 24 02 09 2f", "42 42 61"):
+        assert say(module, wrong) == ""
+    assert say(module, "42 61 23 01 00 24") == "41 75 23 01 01 25"
+
+
+def test_half_a_frame_is_completed_soon_or_never() -> None:
+    module = running()
+    assert say(module, "42 61 23", 0.0) == ""
+    assert say(module, "01 00 24", 0.01) == "41 75 23 01 01 25"
+    assert say(module, "42 61 23", 1.0) == ""
+    assert say(module, "01 00 24", 2.0) == ""
+
+
+def test_requests_sent_together_are_answered_in_order() -> None:
+    replies = running().receive((STATUS.query().encode() + SERIAL_OUTPUT.set(False).encode()) * 2, 0.0)
+    frames = [piece for piece in StreamParser().feed(replies) if isinstance(piece, Frame)]
+    assert [frame.code for frame in frames] == [0x32, 0x13, 0x32, 0x13]
+    assert {frame.direction for frame in frames} == {Direction.MODULE_TO_HOST}

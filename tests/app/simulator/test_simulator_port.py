@@ -1,0 +1,191 @@
+"""sim:// through pyserial, in real time."""
+
+import threading
+import time
+from collections.abc import Iterator
+
+import pytest
+import serial
+
+from app.simulator import bench as benches
+from protocol.catalogue import BY_NAME, COMMANDS, SERIAL_OUTPUT, STATUS
+from protocol.frame import Frame
+from protocol.stream import StreamParser
+
+ASK = STATUS.query().encode()
+ANSWER = bytes.fromhex("41 75 32 00 0a 00 00 3c")
+URL = "sim://test"
+
+
+@pytest.fixture(autouse=True)
+def fresh() -> Iterator[None]:
+    if "app.port_urls" not in serial.protocol_handler_packages:
+        serial.protocol_handler_packages.append("app.port_urls")
+    benches.forget("test")
+    yield
+    benches.forget("test")
+
+
+def port(url: str = URL, *, timeout_s: float | None = 0.5, baud_rate: int = 115200) -> serial.Serial:
+    opened: serial.Serial = serial.serial_for_url(url, baudrate=baud_rate, timeout=timeout_s)
+    return opened
+
+
+def test_every_question_is_answered() -> None:
+    with port(URL + "?history=1") as opened:
+        for command in COMMANDS:
+            if command.can_be_asked:
+                opened.write(command.query().encode())
+                raw = opened.read(command.layout.value)
+                (frame,) = StreamParser(asked=command.query()).feed(raw)
+                assert isinstance(frame, Frame)
+                assert frame.code in command.reply_codes
+
+
+def test_a_read_waits_for_its_time_out_and_not_longer() -> None:
+    with port(timeout_s=0.05) as opened:
+        begin = time.monotonic()
+        assert opened.read(1) == b""
+        assert 0.045 <= time.monotonic() - begin < 0.5
+
+
+def test_what_waits_can_be_counted_read_in_part_and_thrown_away() -> None:
+    with port() as opened:
+        opened.write(ASK)
+        assert opened.read(3) == ANSWER[:3]
+        opened.write(ASK)
+        assert opened.read(5) == ANSWER[3:]
+        assert opened.read(1) == ANSWER[:1]
+        opened.reset_input_buffer()
+        opened.timeout = 0
+        opened.write(ASK)
+        assert opened.in_waiting <= 8
+
+
+def test_the_same_name_is_the_same_module() -> None:
+    with port() as opened:
+        opened.write(BY_NAME["attitude_threshold"].set(70).encode())
+        assert len(opened.read(6)) == 6
+    with port() as opened:
+        opened.write(BY_NAME["attitude_threshold"].query().encode())
+        assert opened.read(6)[4] == 70
+
+
+def test_opening_the_same_url_again_does_not_undo_what_was_changed_since() -> None:
+    port(URL + "?drop=0.5").close()
+    benches.module("test").change(drop=0.0)
+    port(URL + "?drop=0.5").close()
+    assert benches.module("test").state().values["drop"] == 0.0
+    port(URL + "?drop=0.25").close()
+    assert benches.module("test").state().values["drop"] == 0.25
+
+
+def test_one_user_at_a_time() -> None:
+    with port(), pytest.raises(serial.SerialException, match="busy"):
+        port()
+    port().close()
+
+
+def test_an_unknown_option_is_named() -> None:
+    with pytest.raises(serial.SerialException, match="speed"):
+        port(URL + "?speed=9")
+
+
+def test_the_wrong_rate_garbles() -> None:
+    with port(baud_rate=9600, timeout_s=0.05) as opened:
+        opened.write(ASK)
+        assert ANSWER not in opened.read(100)
+        opened.baudrate = 115200
+        opened.reset_input_buffer()
+        opened.write(ASK)
+        assert opened.read(8) == ANSWER
+
+
+def test_unplugged_it_fails_as_an_adapter_does_and_the_old_port_stays_dead() -> None:
+    opened = port()
+    bench = benches.module("test")
+    bench.unplug()
+    for act in (lambda: opened.read(1), lambda: opened.write(ASK), lambda: opened.in_waiting, port):
+        with pytest.raises(serial.SerialException):
+            act()
+    bench.plug()
+    with pytest.raises(serial.SerialException):
+        opened.read(1)
+    opened.close()
+    with port() as again:
+        again.write(ASK)
+        assert again.read(8) == ANSWER
+
+
+def test_it_comes_back_by_itself() -> None:
+    opened = port()
+    benches.module("test").unplug(for_s=0.02)
+    with pytest.raises(serial.SerialException):
+        opened.read(1)
+    opened.close()
+    deadline = time.monotonic() + 2
+    while not benches.module("test").is_plugged_in and time.monotonic() < deadline:
+        threading.Event().wait(0.005)
+    port().close()
+
+
+def _reading(opened: serial.Serial, size: int = 1) -> tuple[threading.Thread, list[object]]:
+    got: list[object] = []
+
+    def read() -> None:
+        try:
+            got.append(opened.read(size))
+        except serial.SerialException as error:
+            got.append(error)
+
+    thread = threading.Thread(target=read)
+    thread.start()
+    bench = benches.module("test")
+    deadline = time.monotonic() + 2
+    # Private, but the only way to know that the reader waits.
+    while not bench.changed._waiters and time.monotonic() < deadline:  # type: ignore[attr-defined]
+        threading.Event().wait(0.001)
+    return thread, got
+
+
+def test_a_waiting_read_wakes_at_once_for_bytes_cancel_close_and_unplug() -> None:
+    opened = port(timeout_s=None)
+    thread, got = _reading(opened, 8)
+    opened.write(ASK)
+    thread.join(2)
+    assert got == [ANSWER]
+    thread, got = _reading(opened)
+    opened.cancel_read()
+    thread.join(2)
+    assert got == [b""]
+    thread, got = _reading(opened)
+    benches.module("test").unplug()
+    thread.join(2)
+    assert isinstance(got[0], serial.SerialException)
+    opened.close()
+    benches.module("test").plug()
+    opened = port(timeout_s=None)
+    thread, got = _reading(opened)
+    opened.close()
+    thread.join(2)
+    assert got == [b""]
+    with pytest.raises(serial.SerialException):
+        opened.read(1)
+
+
+def test_it_streams_1440_frames_a_second_and_loses_none() -> None:
+    parser = StreamParser()
+    bench = benches.module("test", {"rate": 1440.0})
+    with port(timeout_s=0.01) as opened:
+        opened.write(SERIAL_OUTPUT.set(True).encode())
+        frames: list[object] = []
+        end = time.monotonic() + 0.5
+        while time.monotonic() < end:
+            frames += parser.feed(opened.read(512))
+        opened.write(SERIAL_OUTPUT.set(False).encode())
+        while data := opened.read(512):
+            frames += parser.feed(data)
+        status = [one for one in frames if isinstance(one, Frame) and one.code == STATUS.code]
+        assert len(status) == bench.module.stream_frames_sent
+        assert len(frames) == len(status) + 2, "and two acknowledgements"
+        assert len(status) > 650

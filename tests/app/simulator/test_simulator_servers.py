@@ -1,0 +1,264 @@
+"""The simulated module behind a pseudo-terminal and a TCP socket, and `dps-s simulate`."""
+
+import argparse
+import os
+import signal
+import subprocess
+import sys
+import threading
+import time
+import uuid
+from collections.abc import Callable, Iterator
+from contextlib import ExitStack, contextmanager
+from pathlib import Path
+from queue import Queue
+
+import pytest
+import serial
+
+from app.cli import simulate
+from app.simulator import bench as benches
+from app.simulator.bench import SimulatedBench
+from app.simulator.control_lines import obey
+from app.simulator.options import OPTIONS
+from app.simulator.servers.endpoint import Endpoint, Loop
+from app.simulator.servers.tcp_server import TcpEndpoint
+from protocol.catalogue import SERIAL_OUTPUT, STATUS
+
+ASK = STATUS.query().encode()
+ANSWER = bytes.fromhex("41 75 32 00 0a 00 00 3c")
+ROOT = Path(__file__).parents[3]
+posix_only = pytest.mark.skipif(sys.platform == "win32", reason="there are no pseudo-terminals on Windows")
+ENTRY = (
+    "import argparse, sys; from app.cli import simulate; p = argparse.ArgumentParser(); "
+    "simulate.add_parser(p.add_subparsers()); a = p.parse_args(); sys.exit(a.run(a))"
+)
+
+
+@contextmanager
+def serving(bench: SimulatedBench, endpoint: Endpoint) -> Iterator[tuple[Loop, "Queue[str]"]]:
+    """Runs a loop in a thread; the queue gets the addresses as they are announced."""
+    addresses: Queue[str] = Queue()
+    loop = Loop(bench, endpoint, announce=addresses.put)
+    thread = threading.Thread(target=loop.run)
+    thread.start()
+    try:
+        yield loop, addresses
+    finally:
+        loop.stop()
+        thread.join(5)
+        assert not thread.is_alive()
+
+
+def exchange(address: str) -> bytes:
+    with serial.serial_for_url(address, baudrate=115200, timeout=2) as port:
+        port.write(ASK)
+        return bytes(port.read(8))
+
+
+def until(condition: Callable[[], bool]) -> None:
+    deadline = time.monotonic() + 5
+    while not condition():
+        assert time.monotonic() < deadline
+        threading.Event().wait(0.002)
+
+
+def test_tcp_serves_one_client_after_the_other() -> None:
+    with serving(SimulatedBench(), TcpEndpoint("127.0.0.1", 0)) as (_, addresses):
+        address = addresses.get(timeout=5)
+        assert address.startswith("socket://127.0.0.1:")
+        assert [exchange(address) for _ in range(3)] == [ANSWER] * 3
+
+
+def test_tcp_streams() -> None:
+    bench = SimulatedBench()
+    bench.change(rate=1000)
+    with (
+        serving(bench, TcpEndpoint("127.0.0.1", 0)) as (_, addresses),
+        serial.serial_for_url(addresses.get(timeout=5), timeout=5) as port,
+    ):
+        port.write(SERIAL_OUTPUT.set(True).encode())
+        assert len(port.read(6 + 100 * 8)) == 806
+
+
+def test_tcp_unplugged_and_plugged_in_again() -> None:
+    bench = SimulatedBench()
+    with serving(bench, TcpEndpoint("127.0.0.1", 0)) as (loop, addresses):
+        address = addresses.get(timeout=5)
+        with serial.serial_for_url(address, timeout=2) as port:
+            port.write(ASK)
+            assert port.read(8) == ANSWER
+            bench.unplug()
+            loop.wake()
+            with pytest.raises(serial.SerialException):
+                port.read(1)
+        bench.plug()
+        loop.wake()
+        assert addresses.get(timeout=5) == address
+        assert exchange(address) == ANSWER
+
+
+def pty(link: Path | None = None, baud_rate: int = 115200) -> Endpoint:
+    from app.simulator.servers.pty_server import PtyEndpoint
+
+    return PtyEndpoint(link, baud_rate=baud_rate)
+
+
+@posix_only
+def test_a_plug_that_slips_out_and_in_before_anybody_looks_has_still_slipped() -> None:
+    bench = SimulatedBench()
+    with serving(bench, pty()) as (loop, addresses):
+        with serial.Serial(addresses.get(timeout=5), timeout=0) as port:
+            with bench.changed:
+                bench.unplug()
+                bench.plug()
+            loop.wake()
+            again = addresses.get(timeout=5)
+            with pytest.raises((serial.SerialException, OSError)):
+                port.write(ASK)
+        assert exchange(again) == ANSWER
+
+
+@posix_only
+def test_pty_serves_a_host_at_its_rate_only() -> None:
+    with serving(SimulatedBench(), pty()) as (_, addresses):
+        address = addresses.get(timeout=5)
+        assert exchange(address) == ANSWER
+        with serial.Serial(address, 9600, timeout=0.1) as port:
+            port.write(ASK)
+            assert port.read(8) != ANSWER
+        assert exchange(address) == ANSWER
+
+
+@posix_only
+def test_pty_link_follows_the_port_and_goes_with_it(tmp_path: Path) -> None:
+    link = tmp_path / "module"
+    link.symlink_to("/nowhere")
+    bench = SimulatedBench()
+    with serving(bench, pty(link)) as (loop, addresses):
+        address = addresses.get(timeout=5)
+        assert str(link.readlink()) == address
+        assert exchange(str(link)) == ANSWER
+        bench.unplug()
+        loop.wake()
+        until(lambda: not link.is_symlink())
+        obey(bench, "plug")
+        loop.wake()
+        addresses.get(timeout=5)
+        assert exchange(str(link)) == ANSWER
+    assert not link.is_symlink()
+
+
+@posix_only
+def test_pty_never_takes_the_place_of_a_file(tmp_path: Path) -> None:
+    taken = tmp_path / "precious"
+    taken.write_text("data")
+    endpoint = pty(taken)
+    with pytest.raises(OSError, match="precious"):
+        endpoint.plug()
+    endpoint.unplug()
+    assert taken.read_text() == "data"
+
+
+@posix_only
+def test_pty_is_unplugged_under_an_open_port() -> None:
+    bench = SimulatedBench()
+    with (
+        serving(bench, pty()) as (loop, addresses),
+        serial.Serial(addresses.get(timeout=5), 115200, timeout=2) as port,
+    ):
+        bench.unplug()
+        loop.wake()
+        with pytest.raises(serial.SerialException):
+            port.read(1)
+
+
+@pytest.mark.parametrize(("fault", "answers"), [({}, 2), ({"min_gap_ms": 50.0}, 1), ({"half_duplex": True}, 1)])
+@pytest.mark.parametrize("way", ["tcp", pytest.param("pty", marks=posix_only), "sim"])
+def test_each_way_to_the_module_has_the_gap_half_duplex_and_the_lag(
+    way: str, fault: dict[str, object], answers: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    name = f"line-{uuid.uuid4()}"
+    bench = benches.module(name)
+    bench.change(lag_ms=60.0, **fault)
+    with ExitStack() as stack:
+        if way == "sim":
+            monkeypatch.setattr(serial, "protocol_handler_packages", ["app.port_urls"])
+            address = f"sim://{name}"
+            stack.callback(benches.forget, name)
+        else:
+            endpoint = TcpEndpoint("127.0.0.1", 0) if way == "tcp" else pty()
+            _, addresses = stack.enter_context(serving(bench, endpoint))
+            address = addresses.get(timeout=5)
+        port = stack.enter_context(serial.serial_for_url(address, baudrate=115200, timeout=0.3))
+        began_s = time.monotonic()
+        port.write(2 * ASK)
+        assert port.read(1) == ANSWER[:1]
+        assert time.monotonic() - began_s >= 0.06
+        assert port.read(99) == (answers * ANSWER)[1:]
+
+
+def parse(*words: str) -> argparse.Namespace:
+    parser = argparse.ArgumentParser(exit_on_error=False)
+    simulate.add_parser(parser.add_subparsers())
+    return parser.parse_args(["simulate", *words])
+
+
+def test_every_option_is_on_the_command_line_and_in_its_help(capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(SystemExit):
+        parse("--help")
+    shown = capsys.readouterr().out
+    assert all(option.flag in shown for option in OPTIONS)
+    assert all(f"{name}:" in shown for name in ("E2", "E3", "E4", "E6", "E7", "E9", "E11", "E12", "E15"))
+
+
+def test_flags_stand_alone_or_take_yes_and_no() -> None:
+    args = parse("--active", "--keeps", "no", "--mute-codes", "14")
+    assert (args.active, args.keeps, args.mute_codes) == (True, False, {0x14})
+    assert not hasattr(args, "drop"), "what is not given is left to the defaults"
+
+
+@pytest.mark.parametrize("words", [("--drop", "2"), ("--tcp", "here"), ("--link", "a", "--tcp", "b:1"), ("--speed",)])
+def test_wrong_use_is_code_2(words: tuple[str, ...]) -> None:
+    with pytest.raises(SystemExit) as ended:
+        parse(*words)
+    assert ended.value.code == 2
+
+
+def test_no_port_to_be_had_is_code_3(capsys: pytest.CaptureFixture[str]) -> None:
+    endpoint = TcpEndpoint("127.0.0.1", 0)
+    try:
+        args = parse("--tcp", f"127.0.0.1:{endpoint.port}")
+        assert args.run(args) == 3
+    finally:
+        endpoint.unplug()
+    assert capsys.readouterr().err.count("\n") == 1
+
+
+@posix_only
+@pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGINT])
+def test_the_program_prints_the_port_obeys_lines_and_ends_cleanly(tmp_path: Path, number: signal.Signals) -> None:
+    link = tmp_path / "module"
+    with subprocess.Popen(
+        [sys.executable, "-c", ENTRY, "simulate", "--link", str(link), "--boots", "9"],
+        cwd=ROOT, stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
+        env=os.environ | {"PYTHONPATH": str(ROOT)},
+    ) as program:  # fmt: skip
+        try:
+            assert program.stdin is not None
+            assert program.stdout is not None
+            assert program.stderr is not None
+            assert Path(program.stdout.readline().strip()).exists()
+            assert program.stderr.readline()
+            program.stdin.write("tilt 7\n")
+            program.stdin.close()
+            assert "tilt 7" in program.stderr.readline()
+            with serial.Serial(str(link), 115200, timeout=2) as port:
+                port.write(ASK)
+                assert port.read(8).hex(" ") == "41 75 32 07 0a 00 00 43"
+            program.send_signal(number)
+            assert program.wait(5) == 0
+            assert program.stderr.read() == ""
+        finally:
+            program.kill()
+    assert not link.is_symlink()

@@ -1,0 +1,295 @@
+"""The store: what it keeps, and the files that it meets instead of its own."""
+
+import sqlite3
+import subprocess
+import sys
+from contextlib import closing
+from datetime import UTC, datetime
+from pathlib import Path
+
+import pytest
+
+from app.engine.snapshots import Snapshot
+from app.safety.acts import Act
+from app.safety.journal import JournalFailed, NoJournal, Outcome
+from app.store.database import FILE_NAME, StoreFault, StoreTrouble, open_database
+from app.store.schema import MIGRATIONS
+from app.store.store import Store, data_folder, open_store
+from app.store.store_journal import StoreJournal, journal_for
+
+LIMIT_S = 10.0
+ROOT = Path(__file__).parents[3]
+FRAME = bytes.fromhex("42 61 25 01 00 26")
+
+
+def noon() -> datetime:
+    return datetime(2026, 1, 2, 12, 0, tzinfo=UTC)
+
+
+@pytest.fixture
+def folder(tmp_path: Path) -> Path:
+    return tmp_path / "data"
+
+
+def test_an_intent_without_an_outcome_reads_as_unknown(folder: Path) -> None:
+    with closing(open_store(folder, clock=noon)) as store:
+        first = store.begin(Act.ZERO, FRAME, {"tilt_deg": 3}, port="sim://", origin="command line")
+        second = store.begin(Act.LOCK, FRAME, {}, port="sim://", origin="window")
+        store.settle(second, Outcome.CONFIRMED, {"active": False})
+    with closing(open_store(folder)) as store:
+        newest, oldest = store.audit()
+    assert (oldest.id, oldest.outcome, oldest.settled_at) == (first, Outcome.UNKNOWN, None)
+    assert (oldest.act, oldest.frame, oldest.detail) == (Act.ZERO, FRAME, {"tilt_deg": 3})
+    assert oldest.at == "2026-01-02T12:00:00.000+00:00"
+    assert (newest.outcome, newest.result, newest.origin) == (Outcome.CONFIRMED, {"active": False}, "window")
+
+
+def test_an_outcome_is_written_once(folder: Path) -> None:
+    with closing(open_store(folder)) as store:
+        entry = store.begin(Act.ZERO, FRAME, {}, port="p", origin="window")
+        store.settle(entry, Outcome.UNKNOWN, {})
+        store.settle(entry, Outcome.CONFIRMED, {})
+        assert store.audit()[0].outcome is Outcome.UNKNOWN
+
+
+def test_modules_and_snapshots(folder: Path) -> None:
+    with closing(open_store(folder)) as store:
+        module = store.meet_module("M-07", "usb 1")
+        assert store.meet_module("M-07", "usb 2").id == module.id
+        assert [(one.name, one.adapter) for one in store.modules()] == [("M-07", "usb 2")]
+        store.meet_module("M-07")  # who does not know the adapter takes away nothing
+        assert [(one.name, one.adapter) for one in store.modules()] == [("M-07", "usb 2")]
+        found = Snapshot(settings={"freefall_time_s": 1.6, "attitude_trigger": True}, boot_count=37)
+        store.keep_snapshot(found, port="sim://", module_id=module.id)
+        (kept,) = store.snapshots()
+        assert (kept.snapshot, kept.module_id) == (found, module.id)
+
+
+def test_a_snapshot_that_was_tampered_with_gives_only_what_fits(folder: Path) -> None:
+    with closing(open_store(folder)) as store:
+        strange = {"freefall_time_s": 99, "attitude_threshold_deg": "60", "light_threshold_v": 1.8, "other": 1}
+        store.keep_snapshot(Snapshot(settings=strange), port="p")  # type: ignore[arg-type]
+        store.database.write(
+            "INSERT INTO settings_snapshots (port, taken_at, reason, settings) VALUES ('p', 't', 'r', '[1')"
+        )
+        assert [one.snapshot.settings for one in store.snapshots()] == [{}, {"light_threshold_v": 1.8}]
+
+
+def test_a_change_of_rate_is_pending_until_it_is_settled(folder: Path) -> None:
+    with closing(open_store(folder)) as store:
+        entry = store.begin_baud(115200, 9600, port="sim://", adapter="usb 1")
+    with closing(open_store(folder)) as store:
+        (pending,) = store.pending_bauds()
+        assert (pending.id, pending.old_rate, pending.new_rate, pending.adapter) == (entry, 115200, 9600, "usb 1")
+        store.settle_baud(entry, "changed")
+        assert store.pending_bauds() == ()
+
+
+def test_the_commits_are_durable(folder: Path) -> None:
+    with closing(open_store(folder)) as store:
+        assert store.database.read("PRAGMA journal_mode") == [("wal",)]
+        assert store.database.read("PRAGMA synchronous") == [(2,)]  # FULL
+
+
+def test_the_usual_folder_is_the_platforms(user_files: Path) -> None:
+    assert data_folder().is_relative_to(user_files)
+
+
+# Other files
+
+
+@pytest.mark.parametrize("content", [b"not a database at all", b"SQLite format 3\x00" + b"\xff" * 5000, b"\x00" * 4096])
+def test_what_is_no_database_is_set_aside_whole(folder: Path, content: bytes) -> None:
+    folder.mkdir()
+    (folder / FILE_NAME).write_bytes(content)
+    (folder / f"{FILE_NAME}-wal").write_bytes(b"log")
+    with closing(open_store(folder, clock=noon)) as store:
+        store.begin(Act.ZERO, FRAME, {}, port="p", origin="window")
+        assert store.notice is not None
+    (aside,) = [path for path in folder.iterdir() if "20260102-120000" in path.name and path.suffix == ".sqlite"]
+    assert aside.read_bytes() == content
+    assert str(aside) in store.notice
+    if not content.startswith(b"SQLite"):  # else SQLite has thrown a log that does not belong to it away
+        assert (folder / f"{aside.name}-wal").read_bytes() == b"log"
+
+
+def test_damage_in_the_middle_is_found_at_the_opening(folder: Path) -> None:
+    with closing(open_store(folder)) as store:
+        for number in range(300):
+            store.begin(Act.LOCK, FRAME, {"n": number}, port="p" * 50, origin="window")
+    path = folder / FILE_NAME
+    data = bytearray(path.read_bytes())
+    data[4096 * 3 : 4096 * 6] = b"\xa5" * 4096 * 3
+    path.write_bytes(data)
+    with closing(open_store(folder)) as store:
+        assert store.notice is not None
+        assert store.audit() == ()
+    assert any("damaged" in one.name for one in folder.iterdir())
+
+
+def test_another_programs_database_is_set_aside(folder: Path) -> None:
+    folder.mkdir()
+    with closing(sqlite3.connect(folder / FILE_NAME)) as other:
+        other.execute("CREATE TABLE audit (id INTEGER)")
+        other.commit()
+    for _ in range(2):
+        with closing(open_store(folder, clock=noon)) as store:
+            assert store.audit() == ()
+    assert sum("foreign" in one.name for one in folder.iterdir()) == 1
+
+
+def test_a_newer_versions_file_is_left_alone(folder: Path) -> None:
+    with closing(open_store(folder)) as store:
+        store.begin(Act.LOCK, FRAME, {}, port="p", origin="window")
+        store.database.write("PRAGMA user_version = 99")
+    with pytest.raises(StoreTrouble) as trouble:
+        open_store(folder)
+    assert trouble.value.fault is StoreFault.NEWER
+    assert trouble.value.sentence.endswith("was written by a newer version of this program.")
+    with closing(sqlite3.connect(folder / FILE_NAME)) as file:
+        assert file.execute("SELECT count(*) FROM audit").fetchone() == (1,)
+
+
+NEXT = (*MIGRATIONS, ("CREATE TABLE later (id INTEGER PRIMARY KEY) STRICT", "INSERT INTO later VALUES (7)"))
+
+
+def test_a_migration_keeps_a_copy_of_the_file_before(folder: Path) -> None:
+    with closing(open_store(folder)) as store:
+        store.begin(Act.ZERO, FRAME, {}, port="p", origin="window")
+    opened = open_database(folder, migrations=NEXT)
+    with closing(opened.database) as database:
+        assert database.read("SELECT id FROM later") == [(7,)]
+        assert len(Store(database).audit()) == 1
+    before = len(MIGRATIONS)
+    with closing(sqlite3.connect(folder / f"dps-s.version-{before}.sqlite")) as copy:
+        assert copy.execute("SELECT act FROM audit").fetchall() == [("zero",)]
+        assert copy.execute("PRAGMA user_version").fetchone() == (before,)
+    assert not list(folder.glob("*.part"))
+
+
+def test_a_migration_that_fails_changes_nothing(folder: Path) -> None:
+    open_store(folder).close()
+    broken = (*MIGRATIONS, ("CREATE TABLE later (id INTEGER) STRICT", "INSERT INTO nowhere VALUES (1)"))
+    with pytest.raises(StoreTrouble):
+        open_database(folder, migrations=broken)
+    with closing(open_database(folder, migrations=NEXT).database) as database:
+        assert database.read("SELECT count(*) FROM later") == [(1,)]
+
+
+# No room, no permission
+
+
+def test_a_folder_that_cannot_be_made_is_said(tmp_path: Path) -> None:
+    (tmp_path / "file").write_text("in the way")
+    with pytest.raises(StoreTrouble) as trouble:
+        open_store(tmp_path / "file" / "data")
+    assert trouble.value.fault is StoreFault.READ_ONLY
+    journal = journal_for(trouble.value, port="p", origin="window")
+    assert isinstance(journal, NoJournal)
+    assert not journal.is_ready
+    with pytest.raises(JournalFailed, match="may not write"):
+        journal.begin(Act.ZERO, FRAME, {}).result(LIMIT_S)
+    with pytest.raises(JournalFailed):
+        journal.begin_baud(115200, 9600).result(LIMIT_S)
+
+
+@pytest.mark.parametrize(
+    ("pragma", "fault"), [("max_page_count = 1", StoreFault.FULL), ("query_only = ON", StoreFault.READ_ONLY)]
+)
+def test_a_store_that_takes_nothing_any_more_says_so(folder: Path, pragma: str, fault: StoreFault) -> None:
+    with closing(open_store(folder)) as store:
+        journal = StoreJournal(store, port="p", origin="window")
+        entry = journal.begin(Act.ZERO, FRAME, {})
+        rate = journal.begin_baud(115200, 9600)
+        rate.result(LIMIT_S)
+        with store.database.together():
+            store.database.read(f"PRAGMA {pragma}")
+        with pytest.raises(StoreTrouble) as trouble:
+            store.begin(Act.ZERO, FRAME, {"much": "x" * 100_000}, port="p", origin="window")
+        assert trouble.value.fault is fault
+        with pytest.raises(JournalFailed):
+            journal.begin(Act.ZERO, FRAME, {"much": "x" * 100_000}).result(LIMIT_S)
+        journal.settle(entry, Outcome.CONFIRMED, {"much": "x" * 100_000})
+        journal.settle_baud(rate, "x" * 100_000)
+        store.queue.submit(int).result(LIMIT_S)
+        assert store.audit()[0].outcome is Outcome.UNKNOWN
+
+
+def test_a_file_held_by_another_program_is_said_and_not_waited_for(
+    folder: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("app.store.database.BUSY_S", 0.05)
+    with closing(open_store(folder)) as store, closing(sqlite3.connect(folder / FILE_NAME)) as other:
+        other.execute("BEGIN EXCLUSIVE")
+        with pytest.raises(StoreTrouble) as trouble:
+            store.begin(Act.ZERO, FRAME, {}, port="p", origin="window")
+        assert trouble.value.fault is StoreFault.BUSY
+
+
+def test_what_is_written_together_is_there_whole_or_not_at_all(folder: Path) -> None:
+    with closing(open_store(folder)) as store, closing(sqlite3.connect(folder / FILE_NAME)) as other:
+
+        def names() -> list[str]:
+            return [name for (name,) in other.execute("SELECT name FROM modules ORDER BY name")]
+
+        with store.database.together():
+            store.meet_module("M-07")
+            with store.database.together():
+                store.meet_module("M-08")
+            assert names() == []
+        assert names() == ["M-07", "M-08"]
+
+        def break_off(statement: str) -> None:
+            with store.database.together():
+                store.meet_module("M-09")
+                store.database.write(statement, (1,))
+
+        with pytest.raises(StoreTrouble):
+            break_off("INSERT INTO nowhere VALUES (?)")
+        with pytest.raises(TypeError):
+            break_off(None)  # type: ignore[arg-type]
+        store.meet_module("M-10")
+        assert names() == ["M-07", "M-08", "M-10"]
+
+
+def test_a_closed_store_says_so_and_closing_twice_is_fine(folder: Path) -> None:
+    store = open_store(folder)
+    store.close()
+    store.close()
+    with pytest.raises(StoreTrouble):
+        store.audit()
+    with pytest.raises(StoreTrouble), store.database.together():
+        store.meet_module("M-07")
+
+
+# Killed
+
+
+_WRITER = """
+import sys
+from pathlib import Path
+from app.safety.acts import Act
+from app.store.store import open_store
+store = open_store(Path(sys.argv[1]))
+while True:
+    entry = store.begin(Act.DEPLOY, b"Ba", {}, port="p", origin="window")
+    print(entry, flush=True)
+"""
+
+
+def test_what_was_acknowledged_survives_kill_9(folder: Path) -> None:
+    acknowledged: list[int] = []
+    for run in range(3):
+        with subprocess.Popen(
+            [sys.executable, "-c", _WRITER, str(folder)], stdout=subprocess.PIPE, text=True, cwd=ROOT
+        ) as writer:
+            assert writer.stdout is not None
+            acknowledged += [int(writer.stdout.readline()) for _ in range(20 + 7 * run)]
+            writer.kill()
+            acknowledged += [int(line) for line in writer.stdout.read().split("\n")[:-1]]
+        with closing(open_store(folder)) as store:
+            kept = {entry.id for entry in store.audit(limit=100_000)}
+            assert store.notice is None
+            assert set(acknowledged) <= kept
+            assert all(entry.outcome is Outcome.UNKNOWN for entry in store.audit())
+    assert len(acknowledged) >= 20 + 27 + 34

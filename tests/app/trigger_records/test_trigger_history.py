@@ -1,0 +1,217 @@
+"""Every trigger is kept and told, whatever order, wrap or twin it comes with."""
+
+import csv
+import io
+import random
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from app.limits.expectations import Past
+from app.records.check_store import CheckStore
+from app.records.trigger_archive import HEAD, archive_csv, write_archive
+from app.store.database import Database, open_database
+from app.store.schema import MIGRATIONS
+from app.trigger_records.history import Judgement, duration, in_order, merge, record_of, sentence
+from protocol.frame import encode_long
+
+WORKED = bytes.fromhex("41 75 35 01 01 00 6C 02 3C 05 A0 00 01 0C EB 7E")
+
+
+def raw(boot: int, uptime: int, source: int = 2, *, charge: int = 1, serial: int = 0, cell: int = 0xC8) -> bytes:
+    data = bytes((1, boot % 256, uptime >> 8, uptime & 0xFF, source, 60, 5, 160, serial, charge, 3, cell))
+    return encode_long(0x35, data)
+
+
+@pytest.fixture
+def database(tmp_path: Path) -> Iterator[Database]:
+    opened = open_database(tmp_path).database
+    yield opened
+    opened.close()
+
+
+def module(database: Database, name: str = "M-07") -> int:
+    return database.write(
+        "INSERT INTO modules (name, adapter, first_seen_at, last_seen_at) VALUES (?, '', '', '')", (name,)
+    )
+
+
+# Sentences
+
+
+_TOLD = (
+    "tipped past 60° 1 min 48 s after power-on of boot 1, serial link connected, 4.70 V: implausible for one cell",
+    "fell (below 0.5 g for 1.60 s) 9 s after power-on of boot 7, serial link not connected, 4.00 V",
+    (
+        "fired over the serial line and fired by PWM 18 h 12 min 15 s or more after power-on of boot 200, "
+        "serial link connected, on external power, 4.00 V"
+    ),
+    (
+        "tipped past 60° and fired by a source that the vendor does not name (bit4) 1 h 0 min 0 s after power-on of "
+        "boot 0, serial link connected, 4.00 V"
+    ),
+    "fired without a stated cause 0 s after power-on of boot 1, serial link connected, 4.00 V",
+)
+_RECORDS = (WORKED, raw(7, 9, 8, serial=1), raw(200, 65535, 5, charge=0), raw(0, 3600, 0x12), raw(1, 0, 0))
+
+
+@pytest.mark.parametrize(("record", "told"), list(zip(_RECORDS, _TOLD, strict=True)))
+def test_each_is_told_in_one_sentence(record: bytes, told: str) -> None:
+    assert sentence(record_of(record)).in_words() == told
+
+
+def test_no_record_is_refused_and_durations_read_well() -> None:
+    for wrong in (b"", raw(0, 0)[:15], encode_long(0x35, b"\x01" + bytes(11))):
+        with pytest.raises(ValueError):
+            record_of(wrong)
+    assert duration(59).in_words() == "59 s"
+
+
+# Merging
+
+
+def _slots(life: list[bytes], order: str) -> list[bytes]:
+    kept = life[-9:]
+    if order == "newest first":
+        return kept[::-1]
+    if order == "ring" and len(life) > 9:
+        cut = len(life) % 9
+        return kept[-cut:] + kept[:-cut] if cut else kept
+    return kept
+
+
+@pytest.mark.parametrize("order", ["oldest first", "newest first", "ring"])
+@given(steps=st.lists(st.integers(0, 9), min_size=1, max_size=12), seed=st.integers(0, 999))
+def test_no_trigger_is_ever_lost_or_counted_twice(order: str, steps: list[int], seed: int) -> None:
+    """A module that fires 0 to 9 times between two visits; the boot count wraps on the way."""
+    source = random.Random(seed)
+    boot = source.randrange(256)
+    life: list[bytes] = []
+    last: list[bytes] = []
+    known: tuple[bytes, ...] = ()
+    for fired in steps:
+        for _ in range(fired):
+            boot += source.randrange(1, 12)
+            life.append(raw(boot, source.randrange(3000), source.choice((1, 2, 8))))
+        slots = _slots(life, order)
+        merged = merge(known, last, slots, boot_count=boot % 256)
+        assert merged.is_continuation
+        known, last = merged.all, slots
+    assert list(known) == life
+
+
+def test_twins_are_two() -> None:
+    one, two = raw(3, 10), raw(4, 20)
+    assert merge([one], [one], [one, one], boot_count=3).new == (one,)
+    assert merge([one, one], [one, one], [one, one, two], boot_count=4).new == (two,)
+    full = [one] * 9
+    assert merge(full, full, [*full[1:], two], boot_count=4).new == (two,)
+    assert merge(full, full, full, boot_count=4).new == ()
+
+
+def test_the_wrap_of_the_boot_count_keeps_the_order() -> None:
+    early, late = raw(250, 5), raw(2, 5)
+    assert in_order([late, early], 3) == (early, late)
+    assert in_order([late, early], 251) == (late, early)
+
+
+def test_another_module_is_noticed_and_a_lossy_reading_is_not_taken_for_one() -> None:
+    mine, others = [raw(boot, 5) for boot in range(3)], [raw(boot, 77) for boot in range(3)]
+    assert not merge(mine, mine, others, boot_count=9).is_continuation
+    assert not merge(mine, mine, mine[:2], boot_count=9).is_continuation
+    assert merge(mine, mine, mine[:2], boot_count=9, is_confirmed=False).is_continuation
+    nine = [raw(boot, 5) for boot in range(9)]
+    assert merge(nine, nine, [raw(boot, 5) for boot in range(20, 29)], boot_count=29).is_continuation
+
+
+# The store
+
+
+def test_the_tenth_trigger_pushes_nothing_out(database: Database) -> None:
+    store, number = CheckStore(database), module(database)
+    life = [raw(boot, 100 + boot) for boot in range(9)]
+    first = store.visit(number, life, port="p", boot_count=9, is_confirmed=True)
+    assert first.new is None
+    assert len(first.records) == 9
+    store.judge(first.records[0].id, Judgement.BENCH_TEST, "on the table\n\u202e=1+1")
+    life.append(raw(10, 3))
+    second = store.visit(number, life[-9:], port="p", boot_count=10, is_confirmed=True)
+    assert [one.raw for one in second.records] == life
+    assert second.new == {second.records[-1].id}
+    assert second.records[0].judgement is Judgement.BENCH_TEST
+    assert second.records[0].note == "on the table [U+202E]=1+1"
+    store.judge(second.records[0].id, None, "")
+    assert store.records(number)[0].judgement is None
+    third = store.visit(number, life[-9:], port="p", boot_count=10, is_confirmed=True)
+    assert third.new == frozenset()
+
+
+def test_a_visit_that_broke_off_is_not_counted_twice(database: Database) -> None:
+    store, number = CheckStore(database), module(database)
+    store.visit(number, [raw(1, 1)], port="p", boot_count=1, is_confirmed=True)
+    database.write(
+        "INSERT INTO trigger_records (module_id, place, raw, first_seen_at) VALUES (?, 1, ?, '')",
+        (number, raw(2, 2).hex()),
+    )
+    visit = store.visit(number, [raw(1, 1), raw(2, 2)], port="p", boot_count=2, is_confirmed=True)
+    assert [one.raw for one in visit.records] == [raw(1, 1), raw(2, 2)]
+    assert len(visit.new or ()) == 1
+
+
+def test_a_lossy_reading_forgets_nothing(database: Database) -> None:
+    store, number = CheckStore(database), module(database)
+    life = [raw(boot, 5) for boot in range(4)]
+    store.visit(number, life, port="p", boot_count=4, is_confirmed=True)
+    store.visit(number, [life[0], life[2]], port="p", boot_count=4, is_confirmed=False)
+    visit = store.visit(number, life, port="p", boot_count=4, is_confirmed=True)
+    assert [one.raw for one in visit.records] == life
+
+
+def test_a_file_from_before_gets_the_tables_and_loses_nothing(tmp_path: Path) -> None:
+    old = open_database(tmp_path, migrations=MIGRATIONS[:1]).database
+    number = module(old)
+    old.close()
+    new = open_database(tmp_path).database
+    CheckStore(new).visit(number, [raw(1, 1)], port="p", boot_count=1, is_confirmed=True)
+    assert [one.raw for one in CheckStore(new).records(number)] == [raw(1, 1)]
+    new.close()
+    assert (tmp_path / "dps-s.version-1.sqlite").exists()
+
+
+def test_modules_are_kept_apart_and_the_nameless_are_not_mixed(database: Database) -> None:
+    store, one, other = CheckStore(database), module(database), module(database, "M-08")
+    store.visit(one, [raw(1, 1)], port="p", boot_count=1, is_confirmed=True)
+    store.visit(other, [raw(2, 2)], port="p", boot_count=2, is_confirmed=True)
+    store.visit(None, [raw(3, 3)], port="p", boot_count=3, is_confirmed=True)
+    assert [record.raw for record in store.records(one)] == [raw(1, 1)]
+    assert [record.raw for record in store.records(other)] == [raw(2, 2)]
+    assert store.past(None, None) == Past()
+    past = store.past(one, "M-07", [raw(9, 9)])
+    assert past.boot_count == 1
+    assert not past.is_same_module
+
+
+# CSV
+
+
+def test_the_archive_calculates_nothing(database: Database, tmp_path: Path) -> None:
+    store, number = CheckStore(database), module(database)
+    visit = store.visit(number, [WORKED, raw(2, 2)], port="p", boot_count=2, is_confirmed=True)
+    for formula in ("=1+1", " =1+1", "＝1+1", "@SUM(A1)", "-2+3", "\t=1", "'=1", '=HYPERLINK("x";"y"),"', "\r\n=1"):
+        store.judge(visit.records[0].id, Judgement.REAL, formula)
+        data = archive_csv(formula, store.records(number), new=frozenset({visit.records[1].id}))
+        assert data.startswith(b"\xef\xbb\xbf")
+        head, first, second = csv.reader(io.StringIO(data.decode("utf-8-sig"), newline=""))
+        assert tuple(head) == HEAD
+        for value in (*first, *second):
+            assert not value.lstrip().startswith(("=", "+", "-", "@", "＝", "\t", "\r"))
+        cells = dict(zip(head, first, strict=True))
+        assert cells["cell_voltage_v"] == "4.7"
+        assert cells["judgement"] == "real"
+        assert cells["implausible"] == "cell_voltage_v"
+        assert dict(zip(head, second, strict=True))["new"] == "true"
+    write_archive(tmp_path / "all.csv", "M-07", store.records(number))
+    assert (tmp_path / "all.csv").read_bytes().count(b"\r\n") == 3

@@ -1,1 +1,0 @@
-"""Benchmarks: how quick, how light and how smooth the program is. See `python -m tests.bench --help`."""

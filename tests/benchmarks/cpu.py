@@ -1,0 +1,52 @@
+"""CPU time of the whole program, window and worker, while a module in another process streams to its Live page."""
+
+import statistics
+from typing import Any, Final
+
+from tests.benchmarks.figures import Figure
+from tests.benchmarks.runs import lively_module, measured
+
+LINE_HZ: Final = 1440
+AIM: Final = 0.15
+"""Of one core, at line rate."""
+_RUNS: Final = {50: 1, 200: 1, LINE_HZ: 3}
+
+
+def _run(rate_hz: int, seconds: float) -> dict[str, Any]:
+    """One window on one module; `lost` are the status frames that were sent and never came out of the worker."""
+    with lively_module(rate_hz) as module:
+        found = measured("tests.benchmarks.window.window", module.port, str(seconds))
+        sent = module.frames_sent + found["asked"]
+    if not (found["is_streaming"] and found["is_closed"]):
+        raise RuntimeError(f"the module did not stream, or the port did not close: {found}")
+    return {**found, "sent": sent, "lost": sent - found["statuses"], "not_kept": found["samples"] - found["kept"]}
+
+
+def figures(seconds: float = 6.0) -> list[Figure]:
+    """Two rows for each rate: CPU, and status frames from the port to the page's series."""
+    found = []
+    for rate_hz, count in _RUNS.items():
+        runs = [_run(rate_hz, seconds) for _ in range(count)]
+        shares = [run["cpu_share"] for run in runs]
+        share = statistics.median(shares)
+        has_aim = rate_hz == LINE_HZ
+        spread = f" ({min(shares):.1%} to {max(shares):.1%} in {count} runs)" if count > 1 else ""
+        found.append(
+            Figure(
+                f"CPU of window and worker at {rate_hz} Hz",
+                f"{share:.1%} of one core{spread}",
+                f"<= {AIM:.0%}" if has_aim else "",
+                share <= AIM if has_aim else None,
+            )
+        )
+        sent, lost, not_kept = (sum(run[key] for run in runs) for key in ("sent", "lost", "not_kept"))
+        rate = statistics.median(run["rate_hz"] for run in runs)
+        found.append(
+            Figure(
+                f"status frames at {rate_hz} Hz ({rate:.0f} measured)",
+                f"{sent} sent, {lost} lost, {not_kept} not in the plots",
+                "none lost",
+                lost == 0 and not_kept == 0,
+            )
+        )
+    return found

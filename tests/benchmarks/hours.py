@@ -1,0 +1,135 @@
+"""The window through hours of a stream at line rate, without waiting for them; prints its memory, as JSON.
+
+    python -m tests.benchmarks.hours HOURS FULL_S
+
+Of each simulated hour FULL_S seconds go the whole way: bytes, parser, link, device, batch, bridge, every page, a draw.
+The rest goes into the page's series, batch by batch, as 52 million frames would take most of an hour.
+"""
+
+import json
+import random
+import sys
+import tempfile
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any, Final
+
+import numpy as np
+from PySide6.QtWidgets import QApplication
+
+from app.engine.session import Session
+from app.engine.worker import Batch, Connection, PortState
+from tests.benchmarks.parser import stream
+from tests.benchmarks.window.window import LIMIT_S, assemble_apart, live_page, reserve, resident_mb, turn_until
+from ui.main import Assembly, WindowOptions, kept_tidy, start
+
+_LINE_HZ: Final = 1440
+_STEP_S: Final = 1 / 120
+_FRAME: Final = 8
+_BYTES_PER_STEP: Final = int(_LINE_HZ * _STEP_S) * _FRAME
+_STEPS_PER_BATCH: Final = 2
+_BATCHES_PER_DRAW: Final = 6
+_GARBAGE_EVERY: Final = 500
+"""Steps: a little noise on the line belongs to ten hours."""
+_CONNECTION: Final = Connection(PortState.OPEN, "/dev/ttyUSB0", 115200)
+
+
+class _CannedLine:
+    """A port on which a stream comes that never ends."""
+
+    baud_rate = 115200
+
+    def __init__(self) -> None:
+        self._data = stream(_LINE_HZ)
+        self._at = self._steps = 0
+        self._source = random.Random(3)
+
+    def read(self, longest_s: float, gather_s: float) -> bytes:
+        data = self._data[self._at : self._at + _BYTES_PER_STEP]
+        self._at = (self._at + _BYTES_PER_STEP) % len(self._data)
+        self._steps += 1
+        return data if self._steps % _GARBAGE_EVERY else data + self._source.randbytes(20)
+
+    def write(self, data: bytes) -> None: ...
+
+    def use_rate(self, baud_rate: int) -> None: ...
+
+    def close(self) -> None: ...
+
+
+class Hours:
+    """A window that is told what a worker would tell it, at a time that is not the clock's."""
+
+    def __init__(self, app: QApplication, assembly: Assembly) -> None:
+        self.now_s = 100_000.0
+        self.frames = 0
+        self._app, self._connector, self._page = app, assembly.connector, live_page(assembly)
+        self._connector.clock = lambda: self.now_s
+        self._deliver: Callable[[Batch], None] = assembly.connector._bridge.deliver
+        self._session = Session(_CannedLine(), lambda: self.now_s)
+        self._source = np.random.default_rng(1)
+        reserve(self._page)
+
+    def stream_whole(self, seconds: float) -> None:
+        """The whole way, from bytes to pixels."""
+        for step in range(round(seconds / _STEP_S)):
+            self.now_s += _STEP_S
+            self._session.step()
+            if step % _STEPS_PER_BATCH == 0:
+                self._hand_over()
+            if step % (_STEPS_PER_BATCH * _BATCHES_PER_DRAW) == 0:
+                self._app.processEvents()
+                self._page.refresh()
+                self._page.draw()
+        self._hand_over()
+        self._app.processEvents()
+        self._page.draw()
+
+    def _hand_over(self) -> None:
+        session = self._session
+        samples, events = tuple(session.device.take_samples()), tuple(session.take_events())
+        self.frames += len(samples)
+        view, link = session.device.view(self.now_s), session.link_view()
+        self._deliver(Batch(self.now_s, _CONNECTION, view, link, samples, events))
+
+    def stream_samples(self, seconds: float) -> None:
+        """Into the page's series only, half a minute at a time."""
+        data = self._page.data
+        while seconds > 0:
+            length_s = min(30.0, seconds)
+            count = round(length_s * _LINE_HZ)
+            times = self.now_s + np.arange(1, count + 1) / _LINE_HZ
+            data.tilt.append(times, self._source.integers(0, 90, count))
+            data.acceleration.append(times, self._source.integers(0, 30, count) / 10)
+            data._flags.append(times, np.zeros(count))
+            self.now_s = float(times[-1])
+            self.frames += count
+            seconds -= length_s
+
+
+def main(words: list[str]) -> int:
+    """Run from the command line."""
+    hours, full_s = int(words[0]), float(words[1])
+    app = QApplication(sys.argv[:1])
+    with tempfile.TemporaryDirectory() as folder:
+        options = WindowOptions(language="en", offscreen_seconds=1)
+        assembly = assemble_apart(app, options, Path(folder))
+        with kept_tidy(assembly):
+            start(assembly, options)
+            turn_until(lambda: live_page(assembly) is not None, LIMIT_S)
+            memory = [resident_mb()]
+            simulated = Hours(app, assembly)
+            for _ in range(hours):
+                simulated.stream_whole(full_s)
+                simulated.stream_samples(3600 - full_s)
+                memory.append(resident_mb())
+        found: dict[str, Any] = {"memory_mb": memory, "frames": simulated.frames}
+        assembly.window.close_now()
+        assembly.keeping.close()
+        app.processEvents()
+    print(json.dumps(found))
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))

@@ -1,0 +1,95 @@
+"""From the press of LOCK in the window to its frame at the module, a process of its own, while the module streams:
+with a store that takes everything at once, and with one that is blocked for 3 s, over and over.
+
+    python -m tests.benchmarks.lock PRESSES
+
+measures that many presses of each and prints one JSON object.
+"""
+
+import json
+import sys
+import tempfile
+import threading
+import time
+from contextlib import ExitStack
+from pathlib import Path
+from typing import Final
+
+from PySide6.QtCore import Qt
+from PySide6.QtTest import QTest
+from PySide6.QtWidgets import QApplication
+
+from app.store.store import Store
+from tests.benchmarks.figures import Figure, quantile
+from tests.benchmarks.module import streaming_module
+from tests.benchmarks.runs import measured
+from tests.benchmarks.window.window import LIMIT_S, WARM_UP_S, assemble_apart, turn_for, turn_until
+from ui.main import WindowOptions, kept_tidy, start
+
+AIM_S: Final = 0.050
+BLOCKED_S: Final = 3.0
+PRESSES: Final = 200
+BETWEEN_S: Final = 0.06
+
+
+def _block(store: Store, is_over: threading.Event) -> None:
+    """As a disk that takes 3 s for each commit: the connection that writes is held."""
+    while not is_over.is_set():
+        with store.database.together():
+            is_over.wait(BLOCKED_S)
+
+
+def measure(presses: int) -> dict[str, list[float]]:
+    """Seconds of each press, by whether the store was blocked."""
+    app = QApplication(sys.argv[:1])
+    found: dict[str, list[float]] = {"free": [], "blocked": []}
+    with tempfile.TemporaryDirectory() as folder, ExitStack() as stack:
+        module = stack.enter_context(streaming_module(Path(folder) / "module", "rate=100"))
+        options = WindowOptions(port=module.port, language="en")
+        assembly = assemble_apart(app, options, Path(folder))
+        stack.enter_context(kept_tidy(assembly))
+        start(assembly, options)
+        button = assembly.window.top_bar.lock
+        if not turn_until(lambda: button.isEnabled() and assembly.connector.is_open, LIMIT_S):
+            raise RuntimeError("the port did not open")
+        turn_for(WARM_UP_S)
+        store = assembly.keeping.store
+        if not isinstance(store, Store):
+            raise RuntimeError("there is no store")
+        for name, took_s in found.items():
+            is_over = threading.Event()
+            blocker = threading.Thread(target=_block, args=(store, is_over), daemon=True)
+            if name == "blocked":
+                blocker.start()
+            for _ in range(presses):
+                pressed_at = time.monotonic()
+                QTest.mouseClick(button, Qt.MouseButton.LeftButton)
+                turn_for(BETWEEN_S)
+                arrived_at = module.locked_at
+                took_s.append(arrived_at - pressed_at if arrived_at >= pressed_at else LIMIT_S)
+            is_over.set()
+        assembly.window.close_now()
+        assembly.connector.stop(2.0)
+    return found
+
+
+def figures(presses: int = PRESSES) -> list[Figure]:
+    """A press whose frame had not arrived after 60 ms counts as 15 s."""
+    found = measured("tests.benchmarks.lock", str(presses))
+    words = {"free": "the store free", "blocked": f"the store blocked for {BLOCKED_S:.0f} s, over and over"}
+    figures = []
+    for name, word in words.items():
+        median, p99, longest = (quantile(found[name], share) * 1000 for share in (0.5, 0.99, 1.0))
+        figures.append(
+            Figure(
+                f"press of LOCK to its frame at the module, {word} ({presses} presses)",
+                f"median {median:.1f} ms, 99 % {p99:.1f} ms, longest {longest:.1f} ms",
+                f"99 % <= {AIM_S * 1000:.0f} ms",
+                p99 <= AIM_S * 1000,
+            )
+        )
+    return figures
+
+
+if __name__ == "__main__":
+    print(json.dumps(measure(int(sys.argv[1]))))

@@ -1,0 +1,125 @@
+"""The simulated module in a process of its own that also tells how many status frames it streamed.
+
+    python -m tests.benchmarks.module PATH OPTION=VALUE …
+
+Prints its port, then obeys the control lines of `dps-s simulate` on standard input, one answer a line; "count" is
+answered by the number of streamed frames, "locked" by when LOCK last arrived (monotonic seconds). Ends with its input.
+"""
+
+import subprocess
+import sys
+import threading
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+from app.simulator.bench import SimulatedBench
+from app.simulator.control_lines import LineRefused, obey
+from app.simulator.options import parse_options, setup_from
+from app.simulator.servers.endpoint import Loop
+from app.simulator.servers.pty_server import PtyEndpoint
+from protocol.catalogue import ACTIVATION
+from tests.support.processes import ENVIRONMENT, ROOT
+
+COUNT = "count"
+LOCKED = "locked"
+_LOCK = ACTIVATION.set(False).encode()
+
+
+class StreamingModule:
+    """The host's side of such a process. `port` stays the same when it is unplugged and plugged in again."""
+
+    def __init__(self, process: "subprocess.Popen[str]") -> None:
+        self._process = process
+        self._answers = threading.Lock()
+        self.port = self._read()
+
+    def _read(self) -> str:
+        if self._process.stdout is None:
+            raise RuntimeError("no output to read")
+        line = self._process.stdout.readline().strip()
+        if not line:
+            raise RuntimeError("the simulated module ended")
+        return line
+
+    def tell(self, line: str) -> str:
+        """A control line, and what the module answered."""
+        if self._process.stdin is None:
+            raise RuntimeError("no input to write")
+        with self._answers:
+            self._process.stdin.write(line + "\n")
+            self._process.stdin.flush()
+            return self._read()
+
+    @property
+    def locked_at(self) -> float:
+        """When LOCK last arrived, in monotonic seconds, which on Linux all processes share."""
+        return float(self.tell(LOCKED))
+
+    @property
+    def frames_sent(self) -> int:
+        """Status frames that nobody asked for, since it was switched on."""
+        return int(self.tell(COUNT))
+
+
+@contextmanager
+def streaming_module(link: Path, *options: str) -> Iterator[StreamingModule]:
+    """A module reached through the symbolic link `link`, ended at the end. `options`: "rate=1440"."""
+    with subprocess.Popen(
+        [sys.executable, "-m", "tests.benchmarks.module", str(link), *options],
+        cwd=ROOT, env=ENVIRONMENT, text=True, stdin=subprocess.PIPE, stdout=subprocess.PIPE,
+    ) as process:  # fmt: skip
+        try:
+            yield StreamingModule(process)
+        finally:
+            process.communicate(timeout=10)
+
+
+class _LockTimes:
+    """Remembers when the bytes of LOCK arrived at the module."""
+
+    def __init__(self, bench: SimulatedBench) -> None:
+        self._write = bench.wire.write
+        self.last_at = 0.0
+        bench.wire.write = self.write  # type: ignore[method-assign]
+
+    def write(self, data: bytes, now_s: float) -> None:
+        if _LOCK in data:
+            self.last_at = time.monotonic()
+        self._write(data, now_s)
+
+
+def _answer(bench: SimulatedBench, locks: _LockTimes, line: str) -> str:
+    if line == LOCKED:
+        return f"{locks.last_at:.6f}"
+    if line == COUNT:
+        with bench.changed:
+            return str(bench.module.stream_frames_sent)
+    try:
+        return obey(bench, line).replace("\n", " ")
+    except LineRefused as error:
+        return f"refused: {error}"
+
+
+def main(words: list[str]) -> int:
+    """Serve until the input ends."""
+    link, *options = words
+    bench = SimulatedBench(setup_from(parse_options(text.split("=", 1) for text in options)))  # type: ignore[misc]
+    locks = _LockTimes(bench)
+    is_ready = threading.Event()
+    loop = Loop(bench, PtyEndpoint(Path(link), baud_rate=bench.module.baud_rate), announce=lambda _: is_ready.set())
+    server = threading.Thread(target=loop.run, name="simulated module")
+    server.start()
+    is_ready.wait(10)
+    print(link, flush=True)
+    for line in sys.stdin:
+        print(_answer(bench, locks, line.strip()) or "done", flush=True)
+        loop.wake()
+    loop.stop()
+    server.join(5)
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))

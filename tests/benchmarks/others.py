@@ -1,0 +1,142 @@
+"""What one would otherwise take: the byte loop written first, a parser on `construct`, pyqtgraph as in its tutorial."""
+
+import json
+import sys
+import time
+from typing import Final
+
+import construct
+
+HEADER: Final = b"Au\x32"
+_WIDTH, _HEIGHT = 800, 500
+
+
+def parse_naively(chunks: list[bytes]) -> int:
+    """A buffer of which one byte goes wherever no frame begins; the status frames found."""
+    buffer = bytearray()
+    frames: list[bytes] = []
+    rejected = bytearray()
+    for chunk in chunks:
+        for byte in chunk:
+            buffer.append(byte)
+            while len(buffer) >= 8:
+                if buffer[0] == 0x41 and buffer[1] == 0x75 and sum(buffer[2:7]) & 0xFF == buffer[7]:
+                    frames.append(bytes(buffer))
+                    buffer.clear()
+                else:
+                    rejected.append(buffer.pop(0))
+    return len(frames)
+
+
+def _status_struct() -> construct.Struct:
+    body = construct.RawCopy(
+        construct.Struct(
+            "code" / construct.Const(b"\x32"),
+            "tilt_deg" / construct.Byte,
+            "tenth_g" / construct.Byte,
+            "triggered" / construct.Flag,
+            "active" / construct.Flag,
+        )
+    )
+    checksum = construct.Checksum(construct.Byte, lambda data: sum(data) & 0xFF, construct.this.body.data)
+    return construct.Struct("header" / construct.Const(b"Au"), "body" / body, "checksum" / checksum)
+
+
+def parse_with_construct(chunks: list[bytes]) -> int:
+    """Declared with `construct`; what does not parse at a header is skipped by one byte. The status frames found."""
+    status = _status_struct()
+    buffer, frames = b"", 0
+    for chunk in chunks:
+        buffer += chunk
+        at = 0
+        while len(buffer) - at >= 8:
+            at = buffer.find(HEADER[:2], at)
+            if at < 0 or len(buffer) - at < 8:
+                break
+            try:
+                status.parse(buffer[at : at + 8])
+            except construct.ConstructError:
+                at += 1
+            else:
+                frames += 1
+                at += 8
+        buffer = buffer[at if at >= 0 else max(0, len(buffer) - 1) :]
+    return frames
+
+
+def draw_naively(length_s: float, rate_hz: int, draws: int) -> list[float]:
+    """Seconds of each draw of two curves over `length_s`: lists that grow, handed over whole each time."""
+    import pyqtgraph
+    from PySide6.QtWidgets import QApplication
+
+    app = QApplication.instance() or QApplication(sys.argv[:1])
+    window = pyqtgraph.GraphicsLayoutWidget()
+    window.resize(_WIDTH, _HEIGHT)
+    curves = [window.addPlot(row=row, col=0).plot() for row in range(2)]
+    times = [at / rate_hz for at in range(int(length_s * rate_hz))]
+    values = [40 + 30 * ((at * 7919) % 101) / 101 for at in range(len(times))]
+    window.show()
+    took = []
+    for _ in range(draws):
+        times.append(times[-1] + 1 / rate_hz)
+        values.append(values[-1])
+        began = time.perf_counter()
+        for curve in curves:
+            curve.setData(times, values)
+        app.processEvents()
+        window.grab()
+        took.append(time.perf_counter() - began)
+    window.close()
+    return took
+
+
+def draw_ours(length_s: float, rate_hz: int, draws: int) -> list[float]:
+    """The same with the program's own plots, at the same size."""
+    import numpy as np
+    from PySide6.QtWidgets import QApplication
+
+    from app.limits.out_of_limits import LimitsInUse
+    from ui.core.texts import Texts
+    from ui.pages.live.data import LiveData, lanes
+    from ui.plots.time_plot import TimePlot
+
+    app = QApplication.instance() or QApplication(sys.argv[:1])
+    data = LiveData()
+    times = np.arange(int(length_s * rate_hz)) / rate_hz
+    data.tilt.append(times, 40 + 30 * ((np.arange(len(times)) * 7919) % 101) / 101)
+    data.acceleration.append(times, np.ones(len(times)))
+    plot = TimePlot(lanes(data, LimitsInUse()), Texts(), wall_offset_s=0.0)
+    plot.resize(_WIDTH, _HEIGHT)
+    plot.choose_window(length_s)
+    plot.show()
+    took = []
+    now_s = float(times[-1])
+    for _ in range(draws):
+        now_s += 1 / rate_hz
+        data.tilt.append(np.array([now_s]), np.array([40.0]))
+        data.acceleration.append(np.array([now_s]), np.array([1.0]))
+        began = time.perf_counter()
+        plot.draw(now_s)
+        app.processEvents()
+        plot.grab()
+        took.append(time.perf_counter() - began)
+    plot.close()
+    return took
+
+
+def main(words: list[str]) -> int:
+    """Both ways by turns in one process, so that the machine's moods strike both; prints the medians as JSON."""
+    import statistics
+
+    length_s, draws = float(words[0]), int(words[1])
+    naive: list[float] = []
+    ours: list[float] = []
+    for _ in range(3):
+        naive += draw_naively(length_s, 1440, draws)[1:]
+        ours += draw_ours(length_s, 1440, draws)[1:]
+    print(json.dumps({"naive_s": statistics.median(naive), "ours_s": statistics.median(ours)}))
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))

@@ -1,0 +1,73 @@
+"""Reading everything through the worker, against the same questions asked with bare pyserial on the same port."""
+
+import statistics
+import tempfile
+import time
+from pathlib import Path
+from typing import Final
+
+import serial
+
+from app.engine.worker import Batch, Job, Worker
+from app.procedures.read import READABLE, read_everything
+from tests.benchmarks.figures import Figure
+from tests.benchmarks.module import streaming_module
+
+AIM: Final = 1.3
+BAUD_RATE: Final = 115200
+_LIMIT_S: Final = 5.0
+
+
+def _bare_s(port: str, rounds: int) -> list[float]:
+    """Seconds of the exchanges alone, all questions in turn."""
+    took = []
+    with serial.Serial(port, BAUD_RATE, timeout=1) as line:
+        for _ in range(rounds):
+            began = time.perf_counter()
+            for command in READABLE:
+                line.write(command.query().encode())
+                reply = line.read(command.layout.value)
+                if len(reply) != command.layout.value:
+                    raise RuntimeError(f"no answer to {command.name}")
+            took.append(time.perf_counter() - began)
+    return took
+
+
+def _worker_s(port: str, rounds: int) -> list[float]:
+    """Seconds from the order to the result in the caller's hands."""
+
+    def ignore(_: Batch) -> None: ...
+
+    took = []
+    worker = Worker(ignore)
+    worker.start()
+    try:
+        worker.open(port, BAUD_RATE)
+        for _ in range(rounds):
+            began = time.perf_counter()
+            job = worker.submit(Job(read_everything()))
+            if not job.wait(_LIMIT_S) or job.outcome().errors:
+                raise RuntimeError("not everything was answered")
+            took.append(time.perf_counter() - began)
+    finally:
+        worker.stop()
+    return took[1:]  # the first waited for the port to open
+
+
+def figures(rounds: int = 8, turns: int = 4) -> list[Figure]:
+    """The two ways take turns, so that the machine's moods strike both."""
+    bare: list[float] = []
+    ours: list[float] = []
+    with tempfile.TemporaryDirectory() as folder, streaming_module(Path(folder) / "module") as module:
+        for _ in range(turns):
+            bare += _bare_s(module.port, rounds)
+            ours += _worker_s(module.port, rounds + 1)
+    ratio = statistics.median(ours) / statistics.median(bare)
+    return [
+        Figure(
+            f"reading everything ({len(READABLE)} questions) against bare exchanges",
+            f"{ratio:.2f} x ({statistics.median(ours) * 1000:.1f} ms, bare {statistics.median(bare) * 1000:.1f} ms)",
+            f"<= {AIM} x",
+            ratio <= AIM,
+        )
+    ]

@@ -1,0 +1,50 @@
+"""Starts the measured processes: each on its own, so that nothing of one run weighs on the next."""
+
+import json
+import os
+import subprocess
+import sys
+import tempfile
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any, Final
+
+from tests.benchmarks.module import StreamingModule, streaming_module
+from tests.support.processes import ENVIRONMENT, ROOT
+
+_LIMIT_S: Final = 55.0
+_OFFSCREEN: Final = "propagateSizeHints"
+"""The offscreen platform has no window manager to tell, and says so each time."""
+_LIVELY: Final = ("lifelike=yes", "noise=1")
+
+
+def measured(program: str, *words: str) -> dict[str, Any]:
+    """What `python -m program words…` prints as JSON, offscreen. Raises RuntimeError where it fails."""
+    environment = {"QT_QPA_PLATFORM": "offscreen", **ENVIRONMENT}
+    done = subprocess.run(
+        [sys.executable, "-m", program, *words],
+        cwd=ROOT, env=environment, text=True, capture_output=True, timeout=_LIMIT_S, check=False,
+    )  # fmt: skip
+    if done.returncode or not done.stdout:
+        raise RuntimeError(f"{program} {' '.join(words)} failed:\n{done.stderr[-2000:]}")
+    found: dict[str, Any] = json.loads(done.stdout.splitlines()[-1])
+    for line in done.stderr.splitlines():
+        if _OFFSCREEN not in line:
+            print(line, file=sys.stderr)
+    return found
+
+
+@contextmanager
+def lively_module(rate_hz: int) -> Iterator[StreamingModule]:
+    """A simulated module in another process that moves and streams at this rate once it is asked to."""
+    with (
+        tempfile.TemporaryDirectory() as folder,
+        streaming_module(Path(folder) / "module", f"rate={rate_hz}", *_LIVELY) as module,
+    ):
+        yield module
+
+
+def cores() -> int:
+    """Processor cores that this process may use."""
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1

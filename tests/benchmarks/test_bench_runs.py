@@ -1,0 +1,89 @@
+"""The benchmarks and the soak run and say what they should; how quick anything is, is not asserted."""
+
+import datetime
+import sys
+from types import ModuleType
+
+import pytest
+
+from tests.benchmarks import __main__ as program
+from tests.benchmarks import link, others, parser, reading
+from tests.benchmarks.figures import Figure, quantile, table
+from tests.benchmarks.window import page
+from tests.soak.faults import Mistakes
+
+
+def test_the_parser_is_measured_clean_and_corrupted() -> None:
+    found = parser.figures(frames=400, rounds=1)
+    assert len(found) == 6
+    assert all("frames/s" in one.measured for one in found)
+    assert [one.is_met is not None for one in found] == [True, *[False] * 5]
+
+
+def test_what_others_write_finds_the_same_frames() -> None:
+    chunks = [parser.stream(50)[at : at + 7] for at in range(0, 400, 7)]
+    assert others.parse_naively(chunks) == others.parse_with_construct(chunks) == 50
+    assert 0 < others.parse_with_construct([parser.corrupted(b"".join(chunks), 0.05)]) < 50
+
+
+def test_the_link_is_measured() -> None:
+    (found,) = link.figures(exchanges=50, rounds=1)
+    assert "x line" in found.measured
+
+
+def test_the_page_has_every_figure_and_what_was_done() -> None:
+    found = {"parser": [Figure("speed", "9 x line", ">= 10", is_met=False)], "link": [Figure("exchange", "7 µs")]}
+    text = page.page(found, datetime.date(2026, 11, 20))
+    assert "on 2026-11-20" in text
+    assert "| speed | 9 x line | >= 10 | MISSED |" in text
+    assert "| exchange | 7 µs |  |  |" in text
+    assert all(" ".join((module.__doc__ or "").split()) in text for module in (parser, link))
+
+
+def test_the_page_that_is_kept_has_every_benchmark() -> None:
+    kept = page.PAGE.read_text(encoding="utf-8")
+    assert [line[3:] for line in kept.splitlines() if line.startswith("## ")] == list(program.NAMES)
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="there are no pseudo-terminals on Windows")
+def test_reading_everything_is_compared_with_bare_exchanges() -> None:
+    (found,) = reading.figures(rounds=1, turns=1)
+    assert "bare" in found.measured
+    assert found.verdict in {"met", "MISSED"}
+
+
+def test_the_table_says_what_was_missed() -> None:
+    lines = table([Figure("speed", "9", ">= 10", is_met=False), Figure("weight", "1 kg")]).splitlines()
+    assert lines[1].split() == ["speed", "9", ">=", "10", "MISSED"]
+    assert lines[2].split() == ["weight", "1", "kg"]
+
+
+def test_the_exit_code_tells_of_missed_aims_only_where_that_is_wanted(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    slow = ModuleType("slow")
+    slow.figures = lambda: [Figure("speed", "9", ">= 10", is_met=False)]  # type: ignore[attr-defined]
+    monkeypatch.setattr(program, "import_module", lambda _name: slow)
+    assert program.main(["parser"]) == 0
+    assert program.main(["parser", "--strict"]) == 1
+    assert "1 of 1 aims missed" in capsys.readouterr().out
+
+
+def test_a_benchmark_that_does_not_exist_is_refused(capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(SystemExit) as end:
+        program.main(["nonsense"])
+    assert end.value.code == 2
+    assert "nonsense" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(("share", "expected"), [(0.0, 1.0), (0.5, 3.0), (0.99, 5.0), (1.0, 5.0)])
+def test_a_quantile_is_one_of_the_values(share: float, expected: float) -> None:
+    assert quantile([5, 1, 4, 2, 3], share) == expected
+
+
+def test_the_soak_notices_exceptions_that_nobody_caught() -> None:
+    with Mistakes() as mistakes:
+        error = ValueError("unexpected")
+        sys.excepthook(ValueError, error, None)
+    assert len(mistakes.texts) == 1
+    assert "unexpected" in mistakes.texts[0]

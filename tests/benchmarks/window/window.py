@@ -1,0 +1,215 @@
+"""The program's own window in a process of its own, measured from inside; one JSON object on standard output.
+
+    python -m tests.benchmarks.window.window PORT SECONDS [--watch WINDOW_S]
+
+It connects to PORT as a person would, waits for the stream, measures for SECONDS, and disconnects.  With `--watch` it
+also times the draws and the event loop, on a time line of that length that is full of samples from the beginning.
+"""
+
+import argparse
+import json
+import os
+import sys
+import tempfile
+import time
+from contextlib import ExitStack
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any, Final
+
+import numpy as np
+from PySide6.QtCore import QEventLoop, QTimer
+from PySide6.QtGui import QPaintEvent
+from PySide6.QtWidgets import QApplication, QWidget
+
+from app.engine.worker import Batch, PortState
+from protocol.catalogue import STATUS
+from protocol.events import Event, Received, Sent
+from protocol.messages import Status
+from tests.benchmarks.figures import quantile
+from ui.core.preferences import Remembered
+from ui.main import Assembly, WindowOptions, assemble, kept_tidy, start
+from ui.services.storage import Keeping
+
+BEAT_MS: Final = 5
+"""Period of the timer that watches the event loop."""
+WARM_UP_S: Final = 1.5
+SETTLE_S: Final = 0.3
+"""The page takes in what it was given at its next draw."""
+LIMIT_S: Final = 15.0
+LINE_HZ: Final = 1440
+
+
+@dataclass
+class Traffic:
+    """Counts what comes out of the worker, batch by batch."""
+
+    statuses: int = 0
+    samples: int = 0
+    asked: int = 0
+    """Questions for the status: the module answers each with one more frame."""
+
+    def take(self, batch: Batch) -> None:
+        self.samples += len(batch.samples)
+        for event in batch.events:
+            self._count(event)
+
+    def _count(self, event: Event) -> None:
+        if isinstance(event, Received):
+            self.statuses += isinstance(event.message, Status)
+        elif isinstance(event, Sent) and event.request == STATUS.query():
+            self.asked += 1
+
+
+@dataclass
+class LoopWatch:
+    """Measures in seconds how late the event loop serves a timer, and how long each draw of the plots takes."""
+
+    late_s: list[float] = field(default_factory=list)
+    draws_s: list[float] = field(default_factory=list)
+    is_measuring: bool = False
+    _beat_at: float = 0.0
+    _drawn_s: float = 0.0
+
+    def beat(self) -> None:
+        now = time.perf_counter()
+        if self.is_measuring and self._beat_at:
+            self.late_s.append(max(0.0, now - self._beat_at - BEAT_MS / 1000))
+        self._beat_at = now
+
+    def follow(self, page: Any) -> None:
+        """Time what `page` does to bring its plots up to date, and the painting that follows it, as one draw."""
+        draw, paint = page.plot.draw, page.plot._canvas.paintEvent
+
+        def timed_draw(now_s: float) -> None:
+            began = time.perf_counter()
+            draw(now_s)
+            self._drawn_s += time.perf_counter() - began
+
+        def timed_paint(event: QPaintEvent) -> None:
+            began = time.perf_counter()
+            paint(event)
+            if self.is_measuring and self._drawn_s:
+                self.draws_s.append(self._drawn_s + time.perf_counter() - began)
+            self._drawn_s = 0.0
+
+        page.plot.draw = timed_draw
+        page.plot._canvas.paintEvent = timed_paint
+
+
+def turn_until(is_done: Any, limit_s: float) -> bool:
+    """Run the event loop until `is_done()`, looked at every 20 ms; whether it came to that within `limit_s`."""
+    loop = QEventLoop()
+    deadline = time.monotonic() + limit_s
+    timer = QTimer()
+    timer.setInterval(20)
+    timer.timeout.connect(lambda: loop.quit() if is_done() or time.monotonic() > deadline else None)
+    timer.start()
+    loop.exec()
+    return bool(is_done())
+
+
+def turn_for(seconds: float) -> None:
+    """Run the event loop undisturbed."""
+    loop = QEventLoop()
+    QTimer.singleShot(round(seconds * 1000), loop.quit)
+    loop.exec()
+
+
+def assemble_apart(app: QApplication, options: WindowOptions, folder: Path) -> Assembly:
+    """The window with a memory and a store of its own in `folder`: nobody's records and choices are touched."""
+    return assemble(app, options, remembered=Remembered(folder / "window.ini"), keeping=Keeping(folder / "store"))
+
+
+def live_page(assembly: Assembly) -> Any:
+    """The Live page, once it is made."""
+    return assembly.window.findChild(QWidget, "live_page")
+
+
+def reserve(page: Any) -> None:
+    """Take the memory that the page's series fill little by little in ten hours now, so that growth is a leak."""
+    for series in (page.data.tilt, page.data.acceleration, page.data._flags):
+        for column in (*series._exact._columns, *series._summary._columns):
+            column.fill(0)
+
+
+def resident_mb() -> float:
+    """Memory of this process that is in RAM; Linux."""
+    pages = int(Path("/proc/self/statm").read_text(encoding="ascii").split()[1])
+    return pages * os.sysconf("SC_PAGE_SIZE") / 1e6
+
+
+def fill(page: Any, length_s: float) -> None:
+    """As if it had been streamed to at line rate for `length_s`, up to now, with a parachute's own noise."""
+    source = np.random.default_rng(1)
+    count = int(length_s * LINE_HZ)
+    now_s = time.monotonic()
+    times = np.linspace(now_s - length_s, now_s - 0.1, count)
+    page.data.tilt.append(times, np.round(40 + 30 * np.sin(times / 3) + source.normal(0, 2, count)))
+    page.data.acceleration.append(times, np.round(1 + source.normal(0, 0.1, count), 1))
+    page.data._flags.append(times, np.zeros(count))
+
+
+def measure(port: str, seconds: float, watched_s: float | None) -> dict[str, object]:
+    """Everything that was found out, by name; times in seconds."""
+    app = QApplication(sys.argv[:1])
+    traffic, watch = Traffic(), LoopWatch()
+    with tempfile.TemporaryDirectory() as folder, ExitStack() as stack:
+        options = WindowOptions(port=port, language="en", offscreen_seconds=seconds)
+        assembly = assemble_apart(app, options, Path(folder))
+        connector = assembly.connector
+        connector.batch.connect(traffic.take)
+        stack.enter_context(kept_tidy(assembly))
+        start(assembly, options)
+        beats = QTimer()
+        if watched_s is not None:
+            turn_until(lambda: live_page(assembly) is not None, LIMIT_S)
+            fill(live_page(assembly), watched_s)
+            live_page(assembly).plot.choose_window(watched_s)
+            watch.follow(live_page(assembly))
+            beats.setTimerType(beats.timerType().PreciseTimer)
+            beats.setInterval(BEAT_MS)
+            beats.timeout.connect(watch.beat)
+            beats.start()
+        is_streaming = turn_until(lambda: connector.device.is_streaming, LIMIT_S)
+        turn_for(WARM_UP_S)
+        before, began, cpu = traffic.samples, time.perf_counter(), time.process_time()
+        watch.is_measuring = True
+        turn_for(seconds)
+        watch.is_measuring = False
+        cpu_s, wall_s = time.process_time() - cpu, time.perf_counter() - began
+        measured = traffic.samples - before
+        connector.disconnect_port()
+        is_closed = turn_until(lambda: connector.connection.state is PortState.CLOSED, LIMIT_S)
+        turn_for(SETTLE_S)
+        kept = len(live_page(assembly).data.tilt) if watched_s is None else None
+        assembly.window.close_now()
+        assembly.keeping.close()
+        app.processEvents()
+    found: dict[str, object] = {
+        "is_streaming": is_streaming, "is_closed": is_closed, "cpu_share": cpu_s / wall_s,
+        "rate_hz": measured / wall_s, "statuses": traffic.statuses, "asked": traffic.asked,
+        "samples": traffic.samples, "kept": kept,
+    }  # fmt: skip
+    if watch.draws_s:
+        found |= {
+            "draws": len(watch.draws_s), "draw_median_s": quantile(watch.draws_s, 0.5),
+            "draw_p99_s": quantile(watch.draws_s, 0.99), "draw_longest_s": max(watch.draws_s),
+            "beat_p99_s": quantile(watch.late_s, 0.99), "stall_s": max(watch.late_s),
+        }  # fmt: skip
+    return found
+
+
+def main() -> int:
+    """Run from the command line."""
+    parser = argparse.ArgumentParser(description="Measure the window from inside.")
+    parser.add_argument("port")
+    parser.add_argument("seconds", type=float)
+    parser.add_argument("--watch", type=float, metavar="WINDOW_S")
+    args = parser.parse_args()
+    print(json.dumps(measure(args.port, args.seconds, args.watch)))
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,152 @@
+"""The Chinese keeps to the glossary, and is written as Chinese is written."""
+
+import re
+from pathlib import Path
+from typing import Final, NamedTuple
+
+import pytest
+
+from app.text.i18n import CHINESE, read_translations
+
+ROOT: Final = Path(__file__).parents[2]
+TS: Final = ROOT / "app" / "locale" / f"{CHINESE}.ts"
+HAN: Final = "\u3400-\u9fff"
+OTHER_SENSE: Final = {
+    "active: tilt 70 on standard input makes it fire",  # "tilt" is typed as it stands
+}
+"""Texts in which a word of the glossary is no term."""
+UNITS: Final = ("V", "g", "ms", "km/h", "MB", "kB")
+_FIELD: Final = re.compile(r"\{[^{}]*\}")
+
+
+class Term(NamedTuple):
+    """One row: the English, every Chinese word that may stand for it, and the vendor's."""
+
+    english: str
+    chinese: tuple[str, ...]
+    vendor: str
+
+
+def terms() -> list[Term]:
+    found = []
+    for line in (ROOT / "docs" / "glossary.md").read_text(encoding="utf-8").splitlines():
+        cells = [cell.strip() for cell in line.strip("|").split("|")]
+        if line.startswith("|") and len(cells) == 4 and cells[0] != "English" and not cells[0].startswith("-"):
+            found.append(Term(cells[0], tuple(word.strip() for word in cells[1].split("/")), cells[2]))
+    return found
+
+
+def pairs() -> dict[str, str]:
+    return read_translations(TS)
+
+
+def without_fields(text: str) -> str:
+    """Placeholders are filled in with something else; what stands in them is no word."""
+    return _FIELD.sub(" ", text)
+
+
+def test_the_glossary_is_read() -> None:
+    assert len(terms()) > 50
+    assert Term("tilt", ("倾角", "倾斜"), "姿态倾角, 32") in terms()
+
+
+@pytest.mark.parametrize("term", terms(), ids=lambda term: term.english)
+def test_a_term_is_always_translated_the_same(term: Term) -> None:
+    word = re.compile(rf"(?<![A-Za-z-]){re.escape(term.english)}(?:s|es)?(?![A-Za-z-])", re.IGNORECASE)
+    used = 0
+    wrong = []
+    for english, chinese in pairs().items():
+        if english in OTHER_SENSE or not _speaks_of(word, without_fields(english)):
+            continue
+        used += 1
+        if not any(one in chinese for one in term.chinese):
+            wrong.append(f"{english!r}: {chinese!r}")
+    assert used, f"nothing speaks of {term.english}: take it out of the glossary"
+    assert not wrong, "\n".join(wrong)
+
+
+def _speaks_of(word: re.Pattern[str], english: str) -> bool:
+    """Not where it is code: --host, HOST:PORT, the “module on” of “switches the module on” is fine."""
+    return any(not re.match(r":[A-Za-z]", english[found.end() :]) for found in word.finditer(english))
+
+
+def test_words_that_the_glossary_gives_up_are_gone() -> None:
+    given_up = ("转接器", "航空器", "厂商", "外接电源", "重新启动", "合上", "未经验证", "停用")
+    found = [f"{word}: {chinese!r}" for chinese in pairs().values() for word in given_up if word in chinese]
+    assert not found, "\n".join(found)
+
+
+def test_armed_and_disarmed_are_not_confused() -> None:
+    """解除 is what disarms: where the English does not, it would say the opposite of what is so."""
+    for english, chinese in pairs().items():
+        if "解除" in chinese:
+            assert re.search(r"disarm|no longer|nothing is armed|end all", english, re.IGNORECASE), (english, chinese)
+
+
+def faults_of_style(english: str, chinese: str) -> list[str]:
+    """What a Chinese compositor would mark."""
+    found = []
+    spoken = _FIELD.sub("#", chinese).replace("//主机:端口", "//host:port")
+    if re.search(rf"[{HAN}][,;:?!]", spoken):
+        found.append("half-width punctuation after a Chinese character")
+    if re.search(rf"[{HAN}]\s*\((?![&*][^)]*\))|\([^)&*]*[{HAN}]", chinese):
+        found.append("half-width brackets")
+    if "……" in chinese or "..." in chinese:
+        found.append("an ellipsis is one character")
+    if re.search(r"\s…$", chinese) and english.endswith("…"):
+        found.append("a blank before the ellipsis")
+    if re.search(rf"[{HAN}][^\S\n]+[{HAN}]", spoken) and "  " not in english:
+        found.append("a blank between Chinese characters")
+    for unit in UNITS:
+        number = rf"(?:\d|\}}) {re.escape(unit)}(?![A-Za-z])"
+        if len(re.findall(number, english)) != len(re.findall(number, chinese)):
+            found.append(f"the unit {unit} is not the same")
+    if english.count("°") != chinese.count("°"):
+        found.append("degrees are not the same")
+    if english.endswith(".") and len(english) > 12 and chinese[-1] not in "。.）！”":
+        found.append("a sentence without its full stop")
+    if re.search(r"[A-Za-z.]$", english) is not None and chinese.endswith("。") and not english.endswith("."):
+        found.append("a full stop that the English has not")
+    if chinese == english and "(*" not in english and re.search(r"[a-z]{4,}", spoken):
+        found.append("left English")
+    return found
+
+
+def test_the_chinese_is_written_as_chinese_is() -> None:
+    found = [
+        f"{english!r}: {chinese!r}: {'; '.join(faults)}"
+        for english, chinese in pairs().items()
+        if (faults := faults_of_style(english, chinese))
+    ]
+    assert not found, "\n".join(found)
+
+
+@pytest.mark.parametrize(
+    ("english", "chinese", "fault"),
+    [
+        ("Read all (F5)", "全部读取 (F5)", "brackets"),
+        ("{volts} V, charging", "{volts} V,充电", ""),
+        ("no, yes", "否,是", "punctuation"),
+        ("Reading …", "正在读取 …", "blank before"),
+        ("Reading …", "正在读取……", "ellipsis"),
+        ("{value:.2f} V", "{value:.2f} 伏", "unit V"),
+        ("60° fires", "60 度开伞", "degrees"),
+        ("The module is locked.", "模块已锁定", "full stop"),
+        ("the module", "模 块", "blank between"),
+        ("lost answers", "lost answers", "English"),
+    ],
+)
+def test_faults_of_style_are_found(english: str, chinese: str, fault: str) -> None:
+    found = faults_of_style(english, chinese)
+    assert any(fault in one for one in found) if fault else found == []
+
+
+def test_the_vendors_words_are_the_catalogues() -> None:
+    """What stands in the third column with a code is what the program shows beside the setting."""
+    from protocol.catalogue import COMMANDS
+
+    words = {f"{command.code:02X}": command.vendor_term for command in COMMANDS}
+    for term in terms():
+        vendor, _, code = term.vendor.partition(", ")
+        if code in ("14", "15", "20", "21", "22", "23", "24", "25", "34", "35"):
+            assert vendor in words[code] or words[code] in vendor, term

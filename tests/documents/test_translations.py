@@ -1,0 +1,137 @@
+"""The Chinese is complete, and the tool that says so is shown to find what it looks for."""
+
+import json
+import sys
+from pathlib import Path
+from types import ModuleType
+
+import pytest
+
+from app.text.i18n import read_translations
+
+PACKAGING = Path(__file__).parents[2] / "packaging"
+
+
+@pytest.fixture(scope="module")
+def translations() -> ModuleType:
+    """packaging/ is no package: the tool is loaded from its file."""
+    from importlib.util import module_from_spec, spec_from_file_location
+
+    spec = spec_from_file_location("dps_s_translations", PACKAGING / "translations.py")
+    assert spec is not None
+    assert spec.loader is not None
+    module = module_from_spec(spec)
+    sys.modules[spec.name] = module  # dataclasses look their module up
+    spec.loader.exec_module(module)
+    return module
+
+
+def extracted(translations: ModuleType, source: str) -> tuple[list[str], list[str]]:
+    found = translations.Extract()
+    translations.extract(source, "x.py", found)
+    return sorted(found.texts), found.faults
+
+
+def test_every_text_is_in_chinese(translations: ModuleType) -> None:
+    found = translations.extract_all()
+    assert found.texts
+    problems = list(translations.problems(found, translations.read_ts()))
+    assert not problems, "\n".join(problems)
+
+
+def test_what_is_checked_is_what_the_program_reads(translations: ModuleType) -> None:
+    finished = {english: one.chinese for english, one in translations.read_ts().items() if one.is_finished}
+    assert read_translations(translations.TS) == finished
+
+
+@pytest.mark.parametrize(
+    ("source", "texts"),
+    [
+        ("tr('Tilt')", ["Tilt"]),
+        ("i18n.tr('Tilt')", ["Tilt"]),
+        ("NAME = marked('Ti' 'lt')", ["Tilt"]),
+        ("self.texts.bind(label.setText, 'Tilt')", ["Tilt"]),
+        ("tr('A' if x else 'B')", ["A", "B"]),
+        ("tr('{n} frames', n=1)", ["{n} frames"]),
+        ("tr('{n} frames', **values)", ["{n} frames"]),
+        ("marked('{n} frames')", ["{n} frames"]),
+        ("tr(NAME), tr(self.name, n=1), tr(NAMES[key])", []),
+        ("socket.bind(address)", []),
+        ("print('Tilt')", []),
+    ],
+)
+def test_texts_are_found(translations: ModuleType, source: str, texts: list[str]) -> None:
+    assert extracted(translations, source) == (texts, [])
+
+
+@pytest.mark.parametrize(
+    ("source", "part"),
+    [
+        ("tr(f'{n} frames')", "f-string"),
+        ("marked(f'{n} frames')", "f-string"),
+        ("texts.bind(label.setText, f'{n}')", "f-string"),
+        ("tr('a' + name)", "wants a literal"),
+        ("tr(name())", "wants a literal"),
+        ("tr('{n} frames'.format(n=1))", "wants a literal"),
+        ("marked(NAME)", "wants a literal"),
+        ("tr('{n} frames')", "placeholders n, values none"),
+        ("tr('{n} frames', count=1)", "placeholders n, values count"),
+        ("tr('frames', n=1)", "placeholders none, values n"),
+        ("texts.bind(label.setText, '{n} frames')", "placeholders n, values none"),
+    ],
+)
+def test_wrong_calls_are_found(translations: ModuleType, source: str, part: str) -> None:
+    _, faults = extracted(translations, source)
+    assert len(faults) == 1
+    assert part in faults[0]
+
+
+def test_problems_are_found(translations: ModuleType) -> None:
+    found = translations.Extract(texts=dict.fromkeys(("missing", "unfinished", "{n} ms", "good {n}"), "x.py:1"))
+    messages = {
+        "unfinished": translations.Translation("未", is_finished=False),
+        "{n} ms": translations.Translation("{m} 毫秒", is_finished=True),
+        "good {n}": translations.Translation("好 {n}", is_finished=True),
+        "gone": translations.Translation("去", is_finished=True),
+    }
+    listed = list(translations.problems(found, messages))
+    assert len(listed) == 4
+    for line, part in zip(listed, ("missing", "unfinished", "placeholders", "gone"), strict=False):
+        assert part in line or any(part in other for other in listed)
+
+
+def test_update_keeps_adds_and_removes(translations: ModuleType, tmp_path: Path) -> None:
+    old = {"kept <&>": translations.Translation("留 <&>", is_finished=True), "gone": ("去", True)}
+    new = translations.updated({"kept <&>": "x", "added\nline": "x"}, old)
+    path = tmp_path / "zh_CN.ts"
+    translations.write_ts(new, path)
+    first = path.read_bytes()
+    assert translations.read_ts(path) == new
+    assert read_translations(path) == {"kept <&>": "留 <&>"}
+    translations.write_ts(dict(reversed(translations.read_ts(path).items())), path)
+    assert path.read_bytes() == first
+
+
+def test_merge_fills_in_only_what_fits(translations: ModuleType, tmp_path: Path) -> None:
+    first = {"Tilt": "倾角", "Gone": "去", "{n} ms": "{m} 毫秒", "Done": "别", "Nothing": ""}
+    (tmp_path / "a.json").write_text(json.dumps(first), encoding="utf-8")
+    (tmp_path / "b.json").write_text(json.dumps({"Tilt": "倾斜"}), encoding="utf-8")
+    messages = translations.updated(dict.fromkeys(("Tilt", "{n} ms", "Done", "Nothing"), "x"), {})
+    messages["Done"] = translations.Translation("完成", is_finished=True)
+    refused = list(translations.merge(tmp_path, messages))
+    assert messages["Tilt"] == ("倾角", True)
+    assert messages["Done"] == ("完成", True)
+    assert not messages["{n} ms"].is_finished
+    assert not messages["Nothing"].is_finished
+    assert len(refused) == 5
+    assert "a.json" in refused[-1]
+    assert "倾斜" in refused[-1]
+
+
+def test_corrections_replace_what_is_finished(translations: ModuleType, tmp_path: Path) -> None:
+    (tmp_path / "a-corrections.json").write_text(json.dumps({"Tilt": "倾角", "Gone": "去"}), encoding="utf-8")
+    (tmp_path / "b.json").write_text(json.dumps({"Tilt": "倾斜"}), encoding="utf-8")
+    messages = {"Tilt": translations.Translation("斜", is_finished=True)}
+    refused = list(translations.merge(tmp_path, messages, over="a-corrections.json"))
+    assert messages["Tilt"] == ("倾角", True)
+    assert len(refused) == 2  # b's, because there was one; and what is gone from the source

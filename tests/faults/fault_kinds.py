@@ -1,0 +1,262 @@
+"""What goes wrong on lines: each fault of docs/faults.md, as something done to a `FakePort`."""
+
+import errno
+import itertools
+import sys
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from types import MappingProxyType
+from typing import TYPE_CHECKING
+
+import serial
+
+from protocol.catalogue import BAUD, BY_NAME, STATUS
+from protocol.frame import encode_reply
+from protocol.messages import Status
+from tests.faults.faulty_port import Arrival, FakePort, every_other, one_shot, spread
+
+if sys.platform != "win32":
+    import termios
+
+if TYPE_CHECKING:
+    from tests.faults.fault_table import Cell
+
+LOGIN = b"\r\nDebian GNU/Linux 12 raspberrypi ttyS0\r\n\r\nraspberrypi login: "
+PROBER = b"AT\r" * 3 + b"ATE0\r" + b"\x7e\x00\x78\xf0\x7e"
+HALF_A_FRAME = Status(65, 11.7, triggered=True, active=True).encode()[:5]
+LINE_BYTES_PER_S = 11520
+STREAM_HZ = 400.0
+"""A full line (1,440) takes the same way and four times as long; tests/app/engine/test_worker.py has one."""
+GARBAGE_EVERY_S = 0.01
+CHARGING = BY_NAME["charging"]
+
+
+class End:
+    """Who ends the session, besides the procedure itself."""
+
+    PROCEDURE = "procedure"
+    CLOSED = "closed"
+    CANCELLED = "cancelled"
+
+
+@dataclass(frozen=True, slots=True)
+class FaultKind:
+    """`name` is its row in docs/faults.md; `begin` makes it happen."""
+
+    name: str
+    behaviour: str
+    """What the program does about it."""
+    begin: Callable[["Cell", FakePort], None]
+    is_of_port: bool = False
+    """The port is gone or unusable from then on: the session ends with a `PortError`."""
+    hides: frozenset[str] = frozenset()
+    """What it changes in the module without a sign of it before the next heartbeat."""
+
+
+def _all_fail(make: Callable[[], Exception]) -> Callable[["Cell", FakePort], None]:
+    def begin(_cell: "Cell", port: FakePort) -> None:
+        port.read_fails = port.waiting_fails = port.write_fails = port.reset_fails = make
+
+    return begin
+
+
+def _waiting_fails(make: Callable[[], Exception]) -> Callable[["Cell", FakePort], None]:
+    """The read of one byte still works; asking how many more there are does not."""
+
+    def begin(_cell: "Cell", port: FakePort) -> None:
+        port.waiting_fails = port.reset_fails = make
+        port.write_fails = make
+
+    return begin
+
+
+def _driver_error() -> Exception:
+    return OSError(errno.EIO, "Input/output error")
+
+
+def _terminal_error() -> Exception:
+    return termios.error(errno.EIO, "Input/output error") if sys.platform != "win32" else _driver_error()
+
+
+def _serial_error() -> Exception:
+    return serial.SerialException("device reports readiness to read but returned no data (multiple access on port?)")
+
+
+def _type_error() -> Exception:
+    return TypeError("'NoneType' object cannot be interpreted as an integer")
+
+
+def _blocks(_cell: "Cell", port: FakePort) -> None:
+    port.write_takes_s = 0.3
+    port.write_fails = lambda: serial.SerialTimeoutException("Write timeout")
+    port.drop_pending()
+    port.shape = lambda _data, _now_s: []
+
+
+def _close(cell: "Cell", _port: FakePort) -> None:
+    cell.wanted_end = End.CLOSED
+
+
+def _cancel(cell: "Cell", _port: FakePort) -> None:
+    cell.wanted_end = End.CANCELLED
+
+
+def _change(**values: object) -> Callable[["Cell", FakePort], None]:
+    def begin(_cell: "Cell", port: FakePort) -> None:
+        port.bench.change(**values)
+
+    return begin
+
+
+def _mute(_cell: "Cell", port: FakePort) -> None:
+    port.drop_pending()
+    port.bench.change(mute=True)
+
+
+def _lose_reply(_cell: "Cell", port: FakePort) -> None:
+    one_shot(port, lambda _data: b"")
+
+
+def _lose_request(_cell: "Cell", port: FakePort) -> None:
+    port.loses_requests = 1
+
+
+def _corrupt(_cell: "Cell", port: FakePort) -> None:
+    one_shot(port, lambda data: data[:-1] + bytes((data[-1] ^ 0x10,)))
+
+
+def _cut(_cell: "Cell", port: FakePort) -> None:
+    one_shot(port, lambda data: data[: len(data) // 2])
+
+
+def _pieces(_cell: "Cell", port: FakePort) -> None:
+    port.shape = lambda data, now_s: spread(data, now_s, 0.02)
+
+
+def _bursts(_cell: "Cell", port: FakePort) -> None:
+    """Bytes are handed over five times a second, all at once."""
+    port.shape = lambda data, now_s: [Arrival((int(now_s / 0.2) + 1) * 0.2, data)]
+
+
+def _delay(seconds: float) -> Callable[["Cell", FakePort], None]:
+    def begin(_cell: "Cell", port: FakePort) -> None:
+        port.shape = lambda data, now_s: [Arrival(now_s + seconds, data)]
+
+    return begin
+
+
+def _late_adapter(_cell: "Cell", port: FakePort) -> None:
+    port.shape = lambda data, now_s: [Arrival((int(now_s / 0.016) + 1) * 0.016, data)]
+
+
+def _double(_cell: "Cell", port: FakePort) -> None:
+    port.shape = lambda data, now_s: [Arrival(now_s, data), Arrival(now_s, data)]
+
+
+def _wrong_rate(_cell: "Cell", port: FakePort) -> None:
+    module = port.bench.module
+    module.memory.baud_code = BAUD.encode(19200)
+    module.baud_rate = 19200
+
+
+def _inject(data: bytes, times: int = 1) -> Callable[["Cell", FakePort], None]:
+    def begin(_cell: "Cell", port: FakePort) -> None:
+        for number in range(times):
+            port.inject(data, after_s=0.4 * number)
+
+    return begin
+
+
+def _restart(_cell: "Cell", port: FakePort) -> None:
+    port.drop_pending()
+    port.bench.restart()
+
+
+def _off(_cell: "Cell", port: FakePort) -> None:
+    port.bench.power_off()
+
+
+def _endless_stream(_cell: "Cell", port: FakePort) -> None:
+    bench = port.bench
+    bench.change(rate=STREAM_HZ)
+    bench.module.state.serial_output_is_on = True
+    bench.module.start_stream(bench.clock())
+
+
+def _endless_garbage(_cell: "Cell", port: FakePort) -> None:
+    """The line is full of it, from now on; what the module says comes in between."""
+    began_s = port.clock.now_s
+    state = {"until_s": began_s}
+
+    pump = port._pump
+
+    def fill() -> None:
+        now_s = port.clock.now_s
+        if now_s - state["until_s"] >= GARBAGE_EVERY_S:
+            count = min(4096, int((now_s - state["until_s"]) * LINE_BYTES_PER_S))
+            state["until_s"] = now_s
+            port._arrivals.append(Arrival(now_s, bytes(port.random.choices(range(0x20, 0x41), k=count))))
+        pump()
+
+    port._pump = fill  # type: ignore[method-assign]
+
+
+def _leap(_cell: "Cell", port: FakePort) -> None:
+    port.clock.now_s += 3600
+
+
+def _second_reader(_cell: "Cell", port: FakePort) -> None:
+    counter = itertools.count()
+    port.shape = lambda data, now_s: [Arrival(now_s, every_other(data, counter))]
+
+
+def _second_writer(_cell: "Cell", port: FakePort) -> None:
+    """Another program asks too, and its answers come here."""
+    for command in (STATUS, BY_NAME["cell_voltage"], BY_NAME["attitude_threshold"]):
+        port.bench.wire.write(command.query().encode(), port.clock.now_s)
+
+
+def _foreign_frames(_cell: "Cell", port: FakePort) -> None:
+    """Valid, and no answer to what is being asked: where they are one, nobody could tell."""
+    for number in range(3):
+        port.inject(encode_reply(CHARGING.code, 0x01), after_s=0.4 * number)
+
+
+FAULTS: tuple[FaultKind, ...] = (
+    FaultKind("unplugged", "ends with the port's error", _all_fail(_serial_error), is_of_port=True),
+    FaultKind("driver error (OSError)", "ends with the port's error", _waiting_fails(_driver_error), is_of_port=True),
+    FaultKind(
+        "driver error (termios.error)", "ends with the port's error", _waiting_fails(_terminal_error), is_of_port=True
+    ),
+    FaultKind("driver error (TypeError)", "ends with the port's error", _all_fail(_type_error), is_of_port=True),
+    FaultKind("a write that blocks", "ends with the port's error (stuck)", _blocks, is_of_port=True),
+    FaultKind("window closed", "closes in good order", _close),
+    FaultKind("cancelled", "puts right what it changed, then ends", _cancel),
+    FaultKind("module silent", "asks questions three times; a set is never repeated", _mute),
+    FaultKind("reply lost", "asks again; a set is never repeated", _lose_reply),
+    FaultKind("request lost", "asks again; a set is never repeated", _lose_request),
+    FaultKind("reply corrupted", "rejects it; asks again", _corrupt),
+    FaultKind("reply cut off", "rejects it; asks again", _cut),
+    FaultKind("replies in pieces", "puts them together", _pieces),
+    FaultKind("replies in bursts", "waits for them", _bursts),
+    FaultKind("adapter holds bytes for 16 ms", "waits for them", _late_adapter),
+    FaultKind("replies 700 ms late", "waits, as the vendor says, a second", _delay(0.7)),
+    FaultKind("replies 1.4 s late", "too late to be an answer", _delay(1.4)),
+    FaultKind("replies doubled", "takes the first", _double),
+    FaultKind("echo of our own bytes", "tells them from answers", _change(echo=True)),
+    FaultKind("wrong rate", "rejects all of it", _wrong_rate, hides=frozenset({"baud_rate"})),
+    FaultKind("login prompt", "rejects it", _inject(LOGIN, 3)),
+    FaultKind("modem prober", "rejects it", _inject(PROBER, 3)),
+    FaultKind("half a frame", "rejects it", _inject(HALF_A_FRAME)),
+    FaultKind("module restarts", "marks all as stale", _restart),
+    FaultKind("module switched off", "goes offline", _off),
+    FaultKind("a stream that does not stop", "goes on beside it", _endless_stream),
+    FaultKind("garbage that does not stop", "rejects it, answers in between count", _endless_garbage),
+    FaultKind("clock leaps an hour", "asks again or gives up, nothing more", _leap),
+    FaultKind("a second program reads", "rejects the halves of frames", _second_reader),
+    FaultKind("a second program asks", "other answers are no answers", _second_writer),
+    FaultKind("frames of another conversation", "not asked for then, not believed", _foreign_frames),
+    FaultKind("5 % of all bytes lost", "asks again", _change(lose=0.05)),
+    FaultKind("2 % of all bytes corrupted", "asks again", _change(corrupt=0.02)),
+)
+BY_NAME_OF_FAULT: Mapping[str, FaultKind] = MappingProxyType({fault.name: fault for fault in FAULTS})

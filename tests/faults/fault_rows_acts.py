@@ -1,0 +1,181 @@
+"""Rows for the procedures that change the module or wait for a person."""
+
+from collections.abc import Callable
+from types import MappingProxyType
+from typing import Any
+
+from app.engine.procedure import Ask, Look, Procedure, Sight
+from app.procedures.act import Performed, perform
+from app.procedures.baud import BaudChanged, BaudEnd, change_baud, look_for
+from app.procedures.light_calibration import Band, measure_light
+from app.procedures.power_cycle import Ending, Fate, Survival, survives_power_cycle
+from app.procedures.write import restarted_since
+from app.procedures.write_all import Change, Leave, WriteReport, write_all
+from app.safety.acts import REQUESTS, Act
+from app.safety.journal import Outcome
+from app.safety.permit import Origin, Permit
+from protocol.catalogue import BAUD_RATE, BY_NAME, STATUS
+from tests.faults.fault_table import Cell, Row, truth
+from tests.support.journals import FakeJournal
+from tests.support.line.sim_line import INSTANT_S, FakeClock
+
+WANTED_RATE = 57600
+BOOTS = 37
+"""Boot count of the simulated module that was not restarted."""
+ACTIVE = MappingProxyType({"active": "yes"})
+
+
+def _permit(act: Act) -> Permit:
+    """Granted when the cell's clock begins."""
+    return Permit(act, Origin.RITUAL if act is Act.DEPLOY else Origin.COMMAND_LINE, FakeClock().now_s + INSTANT_S)
+
+
+def _says_performed(done: Performed) -> str:
+    return done.outcome.value
+
+
+def _holds(act: Act, cell: Cell) -> bool:
+    """Whether the module is as the act wanted it."""
+    module = cell.bench.module
+    match act:
+        case Act.LOCK:
+            return not module.state.is_active
+        case Act.ACTIVATE:
+            return module.state.is_active
+        case Act.SHUTDOWN:
+            return not module.is_on
+        case Act.DEPLOY:
+            return len(module.memory.records) > 2  # two from earlier days
+        case Act.FORBID_DEPLOY:
+            return module.state.is_forbidden
+        case _:
+            return module.memory.zero_tilt_deg != 0.0
+
+
+def _no_performed_lie(done: Performed, cell: Cell) -> list[str]:
+    holds = _holds(done.act, cell)
+    # Nothing reports these two: "confirmed" says that it acknowledged, and a restart may come right behind it.
+    is_acknowledgement = done.act in (Act.FORBID_DEPLOY, Act.ZERO)
+    has_restarted = cell.bench.module.memory.boot_count != BOOTS
+    was_sent = REQUESTS[done.act] in cell.port.requests
+    if done.outcome is Outcome.CONFIRMED and not holds and not (is_acknowledgement and has_restarted):
+        return ["confirmed, and the module says otherwise"]
+    if done.outcome is Outcome.REFUSED and holds:
+        return ["refused, and the module did it"]
+    if done.outcome is Outcome.NOT_SENT and was_sent:
+        return ["not sent, and it was"]
+    return []
+
+
+def _act(act: Act, **options: str) -> Row:
+    return Row(
+        "act.perform",
+        lambda: perform(act, FakeJournal(), permit=_permit(act)),
+        _says_performed,
+        _no_performed_lie,
+        options=MappingProxyType(options),
+        variant=act.value,
+    )
+
+
+def _no_baud_lie(changed: BaudChanged, cell: Cell) -> list[str]:
+    was_sent = BAUD_RATE.set(WANTED_RATE) in cell.port.requests
+    if changed.end is BaudEnd.NOT_SENT:
+        return ["not sent, and it was"] if was_sent else []
+    return _no_found_lie(changed.found_rate, cell)
+
+
+def _no_found_lie(found_rate: int | None, cell: Cell) -> list[str]:
+    holds = cell.bench.module.baud_rate
+    has_lied = found_rate not in (None, holds) and "baud_rate" not in cell.hidden
+    return [f"found at {found_rate}, the module is at {holds}"] if has_lied else []
+
+
+def _says_report(report: WriteReport) -> str:
+    fine = sum(written.is_fine for written in report.results)
+    return "all verified" if fine == len(report.results) else f"{fine} of {len(report.results)} verified"
+
+
+def _no_report_lie(report: WriteReport, cell: Cell) -> list[str]:
+    holds = truth(cell.bench, cell.clock.now_s)
+    faults = []
+    for written in report.results:
+        key = written.command.key
+        if written.verified and holds[key] != written.wanted:
+            faults.append(f"{key} verified, and the module holds {holds[key]}")
+        if written.stands is not None and holds[key] != written.stands:
+            faults.append(f"{key} stands {written.stands}, and the module holds {holds[key]}")
+    return faults
+
+
+def _changes() -> list[Change]:
+    wanted = {"attitude_threshold": 75, "freefall_time": 1.2, "light_threshold": 2.0}
+    return [Change(BY_NAME[name], value) for name, value in wanted.items()]
+
+
+def _no_survival_lie(survival: Survival, cell: Cell) -> list[str]:
+    booted = cell.bench.module.memory.boot_count != BOOTS
+    if survival.ending in (Ending.RESTARTED, Ending.SEVERAL) and not booted:
+        return ["a restart, and there was none"]
+    holds = truth(cell.bench, cell.clock.now_s)
+    kept = [key for key, stamp in survival.stamps.items() if stamp.fate is Fate.KEPT]
+    return [f"{key} kept, and it is not" for key in kept if holds[key] != survival.stamps[key].wanted]
+
+
+def _no_band_lie(band: Band, _cell: Cell) -> list[str]:
+    return [f"read {raw}, the module holds 3" for raw in band.raws if raw != 3]
+
+
+def _restarted() -> Procedure[bool]:
+    before: Sight = yield Look()
+    yield Ask(STATUS.query())
+    return (yield from restarted_since(before))
+
+
+def _no_restart_lie(has_restarted: bool, cell: Cell) -> list[str]:
+    return ["a restart, and there was none"] if has_restarted and cell.bench.module.memory.boot_count == BOOTS else []
+
+
+def _yes_or_no(yes: str, no: str) -> Callable[[Any], str]:
+    return lambda result: yes if result else no
+
+
+ACT_ROWS: tuple[Row, ...] = (
+    _act(Act.ACTIVATE),
+    _act(Act.DEPLOY, active="yes"),
+    _act(Act.FORBID_DEPLOY, active="yes"),
+    _act(Act.SHUTDOWN),
+    _act(Act.ZERO, tilt="4"),
+    Row(
+        "baud.change_baud",
+        lambda: change_baud(WANTED_RATE, FakeJournal(), permit=_permit(Act.CHANGE_BAUD)),
+        lambda changed: changed.end.value,
+        _no_baud_lie,
+    ),
+    Row(
+        "baud.look_for",
+        lambda: look_for(WANTED_RATE, 115200),
+        lambda rate: "not found" if rate is None else f"{rate}",
+        _no_found_lie,
+        strikes_at=3,  # the first three heartbeats go out at a rate at which there is no module
+    ),
+    Row(
+        "write_all.write_all",
+        lambda: write_all(_changes(), Leave(journal=FakeJournal())),
+        _says_report,
+        _no_report_lie,
+    ),
+    Row(
+        "survive.survives_power_cycle",
+        lambda: survives_power_cycle({"attitude_threshold_deg": 60}, longest_wait_s=3.0),
+        lambda survival: survival.ending.value,
+        _no_survival_lie,
+    ),
+    Row(
+        "light_calibration.measure_light",
+        lambda: measure_light(samples=12),
+        lambda band: "enough" if band.is_enough else "too few",
+        _no_band_lie,
+    ),
+    Row("write.restarted_since", _restarted, _yes_or_no("restarted", "not restarted"), _no_restart_lie),
+)

@@ -1,0 +1,262 @@
+"""Fault × procedure × phase: runs one cell, and says what came of it and whether the promises held."""
+
+import importlib
+import inspect
+import pkgutil
+import threading
+from collections import Counter
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+import app.procedures
+from app.engine.procedure import Cancelled, PortLost, Procedure
+from app.engine.session import Run, Session
+from app.engine.transport import PortError, SerialLine
+from app.engine.worker import CLOSING_LIMIT_S
+from app.simulator.bench import SimulatedBench
+from app.simulator.memory import record_frame
+from app.simulator.options import parse_options, setup_from
+from protocol.catalogue import CELL_VOLT, CENTISECOND, DEGREE, TENTH_G, TENTH_VOLT, Request
+from protocol.fields import Value
+from tests.faults.fault_kinds import End, FaultKind
+from tests.faults.faulty_port import FakePort, Phase
+from tests.support.line.sim_line import INSTANT_S, FakeClock
+
+LONGEST_S = 90.0
+MOST_STEPS = 60_000
+AFTER_S = 0.4
+"""How long the session goes on after the procedure, to see what comes late."""
+
+TYPED = (PortError, PortLost, Cancelled)
+
+
+@dataclass(frozen=True, slots=True)
+class Row:
+    """One procedure of `app.procedures` and how to judge it."""
+
+    name: str
+    make: Callable[[], Procedure[Any]]
+    says: Callable[[Any], str]
+    """One or two words about a result."""
+    lies: Callable[[Any, "Cell"], list[str]]
+    """What a result claims that the module does not hold."""
+    may_repeat: frozenset[Request] = frozenset()
+    """Acts that are sent again on purpose, because twice is as good as once and leaves the module as it was found."""
+    options: Mapping[str, str] = field(default_factory=dict)
+    """Of the simulated module."""
+    strikes_at: int | None = None
+    """Number of the request that is struck; by default the first act, else the second question."""
+    runs_for_s: float | None = None
+    """Cancelled after that time, where it has no end of its own."""
+    variant: str = ""
+    """Tells the rows of one procedure apart."""
+    says_cancelled: Callable[["Cell"], str] = lambda _cell: "cancelled"
+
+    @property
+    def title(self) -> str:
+        return f"{self.name}: {self.variant}" if self.variant else self.name
+
+
+@dataclass(frozen=True, slots=True)
+class Result:
+    """`says` goes into docs/faults.md; `faults` must be empty."""
+
+    says: str
+    faults: tuple[str, ...]
+    took_s: float
+    has_struck: bool
+
+
+def procedures() -> Iterator[tuple[str, Callable[..., Any]]]:
+    """Every public function of `app.procedures` that makes a procedure, with its dotted name."""
+    for info in pkgutil.iter_modules(app.procedures.__path__):
+        module = importlib.import_module(f"app.procedures.{info.name}")
+        for name, one in inspect.getmembers(module, inspect.isfunction):
+            returns = str(one.__annotations__.get("return", ""))
+            is_procedure = "Procedure[" in returns or "Generator[" in returns
+            if one.__module__ == module.__name__ and not name.startswith("_") and is_procedure:
+                yield f"{info.name}.{name}", one
+
+
+class Cell:
+    """One run. `wanted_end` is set by faults that end it from outside."""
+
+    def __init__(self, row: Row) -> None:
+        self.row = row
+        self.wanted_end = End.PROCEDURE
+        self.clock = FakeClock()
+        options = {"history": "2", "drain": "0", **row.options}
+        self.bench = SimulatedBench(setup_from(parse_options(options)), clock=self.clock)
+        self.port = FakePort(self.bench, self.clock)
+        self.line = SerialLine("/dev/ttyUSB0", self.port)  # type: ignore[arg-type]
+        self.line.wake()  # never lingers: the clock is a fake one
+        self.session = Session(self.line, self.clock)
+        self.clock.now_s += INSTANT_S
+        self.run: Run[Any] = Run(row.make())
+        self.hidden: frozenset[str] = frozenset()
+        """What the fault changes in the module behind everybody's back."""
+        self.was_over = False
+        """The procedure had ended when the fault struck: its result speaks of a time before."""
+
+    def go(self) -> None:
+        """Until the procedure has ended, and a moment longer."""
+        self.port.strike_if_idle()
+        started_s = self.clock.now_s
+        self.session.run(self.run)
+        steps = 0
+        while not self.run.is_done:
+            self._intervene(started_s)
+            if self.wanted_end == End.CLOSED:
+                self._leave()
+                return
+            self.session.step()
+            steps += 1
+            if steps > MOST_STEPS:
+                raise AssertionError("it does not end")
+        end_s = self.clock.now_s + AFTER_S
+        while self.clock.now_s < end_s:
+            self.port.strike_if_idle()
+            self.session.step()
+
+    def _leave(self) -> None:
+        """As the worker does it: a moment to put right what was changed."""
+        self.run.cancel()
+        end_s = self.clock.now_s + CLOSING_LIMIT_S
+        while not self.run.is_done and self.clock.now_s < end_s:
+            self.session.step()
+
+    def _intervene(self, started_s: float) -> None:
+        self.port.strike_if_idle()
+        lasts_s = self.row.runs_for_s
+        if lasts_s is not None and self.clock.now_s - started_s > lasts_s:
+            self.run.cancel()
+        if self.wanted_end == End.CANCELLED:
+            self.run.cancel()
+
+
+def target_index(row: Row) -> int:
+    """The request to strike: the first act, else the second question, else the first."""
+    if row.strikes_at is not None:
+        return row.strikes_at
+    requests = clean_requests(row)
+    for index, request in enumerate(requests):
+        if not request.is_repeatable:
+            return index
+    return min(1, len(requests) - 1)
+
+
+def clean_requests(row: Row) -> list[Request]:
+    """What the procedure sends when nothing goes wrong."""
+    cell = Cell(row)
+    cell.go()
+    assert cell.run.error is None or row.runs_for_s is not None, cell.run.error
+    cell.session.close()
+    return cell.port.requests
+
+
+def run_cell(row: Row, fault: FaultKind, phase: Phase, index: int) -> Result:
+    threads = set(threading.enumerate())
+    cell = Cell(row)
+    port = cell.port
+    port.phase, port.index = phase, index
+    cell.hidden = fault.hides
+
+    def strike() -> None:
+        cell.was_over = cell.run.is_done
+        fault.begin(cell, port)
+
+    port.strike = strike
+    began_s = cell.clock.now_s
+    error: PortError | None = None
+    faults: list[str] = []
+    try:
+        cell.go()
+    except PortError as lost:
+        error = lost
+    except Exception as bug:  # noqa: BLE001  any other exception is what the table is there to find
+        faults.append(f"raised {type(bug).__name__}: {bug}")
+    took_s = cell.clock.now_s - began_s - (3600 if fault.name.startswith("clock leaps") and port.has_struck else 0)
+    if error is None:
+        faults += device_lies(cell, fault.hides)
+    was_raised = port.has_raised
+    cell.session.close(why=error)
+    faults += _judged(cell, took_s)
+    faults += [f"thread left: {one.name}" for one in set(threading.enumerate()) - threads]
+    ended_by = cell.run.error
+    if was_raised and error is None:
+        faults.append("the port's error was not seen")
+    if not cell.run.is_done:
+        faults.append("the procedure is still running")
+    says = _says(row, cell, ended_by)
+    return Result(says, tuple(faults), took_s, port.has_struck)
+
+
+def _judged(cell: Cell, took_s: float) -> list[str]:
+    faults: list[str] = []
+    if took_s > LONGEST_S:
+        faults.append(f"took {took_s:.0f} s")
+    if not cell.port.is_closed:
+        faults.append("the port is still open")
+    error = cell.run.error
+    if error is not None and not isinstance(error, TYPED):
+        faults.append(f"ended with {type(error).__name__}: {error}")
+    if cell.run.is_done and error is None and not cell.was_over:
+        faults += cell.row.lies(cell.run.result, cell)
+    sent = Counter(request for request in cell.port.requests if not request.is_repeatable)
+    for request, count in sent.items():
+        if count > 1 and request not in cell.row.may_repeat:
+            faults.append(f"{request.encode().hex(' ')} was sent {count} times")
+    if any(not known.is_stale for known in cell.session.device.view(cell.clock.now_s).values.values()):
+        faults.append("the port is closed, and something is still shown as certain")
+    return faults
+
+
+def _says(row: Row, cell: Cell, error: BaseException | None) -> str:
+    if error is None:
+        return row.says(cell.run.result) if cell.run.is_done else "…"
+    if isinstance(error, Cancelled):
+        return row.says_cancelled(cell)
+    return "port error"
+
+
+def truth(bench: SimulatedBench, now_s: float) -> dict[str, Value]:
+    """What the module holds, by the device's keys."""
+    module, memory, state = bench.module, bench.module.memory, bench.module.state
+    return {
+        "attitude_threshold_deg": DEGREE.decode(memory.attitude_threshold),
+        "freefall_acceleration_g": TENTH_G.decode(memory.freefall_acceleration),
+        "freefall_time_s": CENTISECOND.decode(memory.freefall_time),
+        "light_threshold_v": TENTH_VOLT.decode(memory.light_threshold),
+        "attitude_trigger": state.attitude_is_enabled,
+        "freefall_trigger": state.freefall_is_enabled,
+        "serial_output": state.serial_output_is_on,
+        "baud_rate": module.baud_rate,
+        "boot_count": memory.boot_count,
+        "active": state.is_active,
+        "triggered": module.is_triggered,
+        "tilt_deg": round(module.tilt_deg(now_s)),
+        "acceleration_g": 1.0,
+        "charging": module.world.has_external_power,
+        "cell_voltage_v": CELL_VOLT.decode(module.voltage(now_s)),
+        "light_v": TENTH_VOLT.decode(module.light(now_s)),
+    }
+
+
+def device_lies(cell: Cell, hidden: frozenset[str]) -> list[str]:
+    """Values shown as certain that the module does not hold."""
+    now_s = cell.clock.now_s
+    holds = truth(cell.bench, now_s)
+    view = cell.session.device.view(now_s)
+    return [
+        f"{key} is shown as {known.value}, the module holds {holds[key]}"
+        for key in view.values
+        if key not in hidden
+        and (known := view.known(key, now_s)) is not None
+        and not known.is_stale
+        and holds[key] != known.value
+    ]
+
+
+def records_held(bench: SimulatedBench) -> list[bytes]:
+    return [record_frame(data) for data in bench.module.memory.records]

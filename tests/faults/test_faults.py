@@ -1,0 +1,156 @@
+"""Fault × procedure × phase: every cell ends in time, typed, without a lie, and leaves nothing behind.
+
+docs/faults.md is the table of what came of it, written by docs/generate/faults_page.py.
+"""
+
+import sys
+from collections.abc import Iterator
+from importlib.util import module_from_spec, spec_from_file_location
+from pathlib import Path
+from types import ModuleType
+
+import pytest
+
+from app.engine.procedure import Look, Pause, Procedure
+from app.engine.transport import PortTrouble
+from protocol.catalogue import BY_NAME, HEARTBEAT
+from tests.faults.fault_kinds import BY_NAME_OF_FAULT, FAULTS
+from tests.faults.fault_rows import ROW_BY_TITLE, ROWS
+from tests.faults.fault_table import Cell, Result, Row, procedures, run_cell, target_index
+from tests.faults.faulty_port import Phase
+
+ROOT = Path(__file__).parents[2]
+WRITTEN = (ROOT / "docs" / "faults.md").read_text(encoding="utf-8")
+FEWEST_FAULTS = 20
+
+
+@pytest.fixture(scope="module")
+def faults_page() -> Iterator[ModuleType]:
+    """packaging/ is no package: the tool is loaded from its file."""
+    spec = spec_from_file_location("dps_s_faults_page", ROOT / "docs" / "generate" / "faults_page.py")
+    assert spec is not None
+    assert spec.loader is not None
+    module = module_from_spec(spec)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(sys, "path", [*sys.path])
+        patch.setitem(sys.modules, spec.name, module)
+        spec.loader.exec_module(module)
+        yield module
+
+
+def test_every_procedure_has_a_row_and_every_row_a_procedure() -> None:
+    found = {name for name, _ in procedures()}
+    assert found == {row.name for row in ROWS}, "add the procedure to tests/faults/fault_rows.py"
+    assert len(ROW_BY_TITLE) == len(ROWS)
+
+
+def test_there_are_enough_faults_and_each_has_its_own_name() -> None:
+    assert len(FAULTS) >= FEWEST_FAULTS
+    assert len(BY_NAME_OF_FAULT) == len(FAULTS)
+
+
+@pytest.mark.parametrize("row", ROWS, ids=[row.title for row in ROWS])
+def test_all_faults_in_all_phases(row: Row, faults_page: ModuleType) -> None:
+    cells = faults_page.run_row(row)
+    broken = {key: cell.faults for key, cell in cells.items() if cell.faults}
+    assert broken == {}
+    missed = [key for key, cell in cells.items() if not cell.has_struck]
+    assert missed == [], "the fault never happened"
+    assert faults_page.section(row, cells) in WRITTEN, "run python docs/generate/faults_page.py"
+
+
+def test_the_page_has_these_rows_and_no_others(faults_page: ModuleType) -> None:
+    before, *sections = WRITTEN.split("### ")
+    assert before == faults_page.introduction(), "run python docs/generate/faults_page.py"
+    assert [section.partition("\n")[0] for section in sections] == [f"`{row.title}`" for row in ROWS]
+
+
+def test_a_page_that_is_out_of_date_is_noticed(
+    faults_page: ModuleType, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    stale = tmp_path / "docs" / "faults.md"
+    monkeypatch.setattr(faults_page, "PAGE", stale)
+    monkeypatch.setattr(faults_page, "ROWS", ROWS[:1])
+    monkeypatch.setattr(faults_page, "FAULTS", FAULTS[:2])
+    assert faults_page.main(["--check"]) == 1
+    assert faults_page.main([]) == 0
+    assert faults_page.main(["--check"]) == 0
+    stale.write_text("", encoding="utf-8")
+    assert faults_page.main(["--check"]) == 1
+    assert "out of date" in capsys.readouterr().err
+
+
+# The table is shown to notice what it looks for
+
+
+def _row(make: Procedure[object]) -> Row:
+    return Row("test", lambda: make, str, lambda _result, _cell: [])
+
+
+def _result(row: Row, fault: str = "half a frame") -> Result:
+    return run_cell(row, BY_NAME_OF_FAULT[fault], Phase.BEFORE, 0)
+
+
+def test_a_procedure_that_breaks_is_noticed() -> None:
+    def broken() -> Procedure[object]:
+        yield Look()
+        raise KeyError("bug")
+
+    assert any("KeyError" in fault for fault in _result(_row(broken())).faults)
+
+
+def test_a_procedure_that_takes_too_long_is_noticed() -> None:
+    def slow() -> Procedure[object]:
+        yield Pause(200)
+        return None
+
+    assert any("took" in fault for fault in _result(_row(slow())).faults)
+
+
+def test_a_repeated_set_is_noticed() -> None:
+    from app.engine.procedure import Ask
+
+    def twice() -> Procedure[object]:
+        for _ in range(2):
+            yield Ask(BY_NAME["attitude_threshold"].set(70))
+        return None
+
+    assert any("sent 2 times" in fault for fault in _result(_row(twice())).faults)
+
+
+def test_a_value_that_the_module_does_not_hold_is_noticed() -> None:
+    from app.engine.procedure import Ask
+
+    def read() -> Procedure[object]:
+        yield Ask(BY_NAME["attitude_threshold"].query())
+        cell.bench.module.memory.attitude_threshold = 11
+        return None
+
+    from tests.faults.fault_table import device_lies
+
+    cell = Cell(_row(read()))
+    cell.go()
+    assert device_lies(cell, frozenset()) == ["attitude_threshold_deg is shown as 60, the module holds 11"]
+
+
+def test_a_port_that_is_lost_says_how() -> None:
+    from app.engine.procedure import Ask
+    from app.engine.transport import PortError
+
+    def ask() -> Procedure[object]:
+        yield Ask(HEARTBEAT.query())
+        return None
+
+    for name, trouble in (("unplugged", PortTrouble.LOST), ("a write that blocks", PortTrouble.STUCK)):
+        cell = Cell(_row(ask()))
+        cell.port.index, cell.port.phase = 0, Phase.BEFORE
+        fault = BY_NAME_OF_FAULT[name]
+        cell.port.strike = lambda fault=fault, cell=cell: fault.begin(cell, cell.port)  # type: ignore[misc]
+        with pytest.raises(PortError) as lost:
+            cell.go()
+        assert lost.value.trouble is trouble
+
+
+def test_the_struck_request_is_the_act_where_there_is_one() -> None:
+    assert target_index(ROW_BY_TITLE["lock.lock"]) == 0
+    assert target_index(ROW_BY_TITLE["greet.greet"]) == 0

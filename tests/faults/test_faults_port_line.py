@@ -1,0 +1,125 @@
+"""What the system and pyserial raise of a port, each with our own name; and the list of ports, given up in time."""
+
+import errno
+import os
+import subprocess
+import sys
+import termios
+import threading
+from pathlib import Path
+
+import pytest
+import serial
+
+from app.engine import ports
+from app.engine.ports import PortInfo, PortsUnknown, list_ports
+from app.engine.transport import PortError, PortTrouble, open_line
+from protocol.catalogue import STATUS
+from tests.support.processes import ENVIRONMENT, ROOT
+from tests.support.terminals import STATUS_FRAME, Terminal, in_time
+
+pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="pseudo-terminals are POSIX")
+pytest_plugins = ["tests.support.port_fixtures"]
+
+NOBODY = 65534
+"""A user that every system has and that may do nothing."""
+
+
+@pytest.mark.parametrize(
+    ("number", "trouble"),
+    [
+        (errno.EACCES, PortTrouble.NOT_ALLOWED),
+        (errno.EPERM, PortTrouble.NOT_ALLOWED),
+        (errno.EBUSY, PortTrouble.BUSY),
+        (errno.ENOENT, PortTrouble.MISSING),
+        (errno.ENXIO, PortTrouble.MISSING),
+        (errno.EINVAL, PortTrouble.UNUSABLE),
+        (errno.ENOTTY, PortTrouble.UNUSABLE),
+    ],
+)
+def test_what_the_system_refuses_has_a_name(
+    number: int, trouble: PortTrouble, terminal: Terminal, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def refuse(_serial: serial.Serial) -> None:
+        raise serial.SerialException(number, f"could not open port: {os.strerror(number)}")
+
+    monkeypatch.setattr(serial.Serial, "open", refuse)
+    with pytest.raises(PortError) as refused:
+        open_line(terminal.name, 115200)
+    assert refused.value.trouble is trouble
+
+
+def test_a_port_without_permission(terminal: Terminal) -> None:
+    """To the administrator nothing is forbidden, so then the child becomes somebody else first."""
+    Path(terminal.name).chmod(0)
+    code = (
+        "import os, sys\nfrom app.engine.transport import PortError, open_line\n"
+        "nobody = int(sys.argv[2])\n"
+        "if os.geteuid() == 0:\n    os.setgroups([])\n    os.setgid(nobody)\n    os.setuid(nobody)\n"
+        "try:\n    open_line(sys.argv[1], 115200)\nexcept PortError as error:\n    print(error.trouble.value)"
+    )
+    ran = subprocess.run(
+        [sys.executable, "-B", "-c", code, terminal.name, str(NOBODY)],
+        cwd=ROOT, env=ENVIRONMENT, capture_output=True, text=True, timeout=30, check=False,
+    )  # fmt: skip
+    assert ran.stdout.strip() == "not allowed", ran.stderr
+
+
+@pytest.mark.parametrize(
+    "error",
+    [
+        serial.SerialException("device reports readiness to read but returned no data"),
+        OSError(errno.EIO, "Input/output error"),
+        termios.error(errno.EIO, "Input/output error"),
+        TypeError("'NoneType' object cannot be interpreted as an integer"),
+        ValueError("file descriptor cannot be a negative integer (-1)"),
+    ],
+    ids=["SerialException", "OSError", "termios.error", "TypeError", "ValueError"],
+)
+@pytest.mark.parametrize("where", ["read", "in_waiting", "write", "reset_input_buffer", "close"])
+def test_whatever_pyserial_raises_is_a_lost_port(
+    where: str, error: Exception, terminal: Terminal, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    line = open_line(terminal.name, 115200)
+
+    def fail(*_: object) -> object:
+        raise error
+
+    is_property = where == "in_waiting"
+    with monkeypatch.context() as patch:
+        patch.setattr(serial.Serial, where, property(fail) if is_property else fail)
+        terminal.send(STATUS_FRAME)
+        match where:
+            case "close":
+                line.close()  # never raises
+            case "write":
+                with pytest.raises(PortError):
+                    line.write(STATUS.query().encode())
+            case "reset_input_buffer":
+                with pytest.raises(PortError):
+                    line.use_rate(9600)
+            case _:
+                with pytest.raises(PortError) as lost:
+                    line.read(0.01, 0.0)
+                assert lost.value.trouble is PortTrouble.LOST
+    line.close()
+    line.close()
+
+
+def test_a_list_that_takes_ten_seconds_is_given_up_in_time(monkeypatch: pytest.MonkeyPatch) -> None:
+    is_over = threading.Event()
+
+    def scan() -> list[PortInfo]:
+        is_over.wait(10)
+        return []
+
+    monkeypatch.setattr(ports, "scan", scan)
+    try:
+        with in_time(0.3), pytest.raises(PortsUnknown):
+            ports._scan_in_thread(0.3)
+    finally:
+        is_over.set()
+
+
+def test_the_list_works_as_it_is() -> None:
+    assert isinstance(list_ports(5.0), list)

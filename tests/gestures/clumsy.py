@@ -1,0 +1,276 @@
+"""A clumsy person at the real window: pointer and keys at random, on a simulated module that counts what it is told.
+
+Beside it stands a second account of what the hands did (`tests.support.clumsy_observer`): a dangerous frame without a
+whole gesture of its own is a fault.
+
+python -m tests.gestures.clumsy --sequences 20000 --seed 1
+"""
+
+import argparse
+import os
+import random
+import sys
+import tempfile
+import time
+from collections import Counter
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Final
+
+from PySide6.QtCore import QEvent, QPoint, QPointF, Qt
+from PySide6.QtGui import QWheelEvent
+from PySide6.QtWidgets import QApplication, QWidget
+
+from protocol.catalogue import Hazard, Request
+from protocol.link_states import Presence
+from tests.gestures.gesture_bench import GestureBench, gesture_bench
+from tests.support.clumsy_observer import HOLD, WATCHED, Observer
+
+SIZES: Final = ((900, 520), (1024, 600), (1180, 720), (1366, 768))
+LANGUAGES: Final = ("en", "zh_CN")
+KEYS: Final = (Qt.Key.Key_Space, Qt.Key.Key_Return, Qt.Key.Key_Tab, Qt.Key.Key_Backtab, Qt.Key.Key_Escape)
+WINDOW_LASTS: Final = 400
+"""Sequences; then another window begins, in another language and size."""
+
+
+@dataclass
+class Report:
+    sequences: int = 0
+    events: int = 0
+    frames: Counter[str] = field(default_factory=Counter)
+    faults: list[str] = field(default_factory=list)
+
+
+class Clumsy:
+    """Hands in one window."""
+
+    def __init__(self, bench: GestureBench, dice: random.Random, report: Report) -> None:
+        self.bench, self.dice, self.report = bench, dice, report
+        self.observer = Observer(bench)
+        self.trail: list[str] = []
+        self._is_down = False
+        self._key: Qt.Key | None = None
+        bench.on_leaving = self._judge
+
+    def sequence(self) -> None:
+        """Some careless actions, and what must hold after each."""
+        self.trail = []
+        for _ in range(self.dice.randint(3, 9)):
+            self._act()
+        if self._is_down:
+            self._up()
+        self._key_up()
+        self._wait(0.3)
+        self.report.sequences += 1
+
+    def _act(self) -> None:
+        actions = (
+            (self._go_somewhere, 6), (self._click, 7), (self._double_click, 3), (self._down, 2), (self._up, 2),
+            (self._pause, 6), (self._press_key, 4), (self._key_up, 3), (self._repeat_key, 2), (self._scroll, 1),
+            (self._resize, 1), (self._turn_page, 1), (self._edit, 1), (self._change_module, 1),
+            (self._whole_gesture, 1),
+        )  # fmt: skip
+        action = self.dice.choices([one for one, _ in actions], [weight for _, weight in actions])[0]
+        self.trail.append(action.__name__)
+        action()
+        self._settle()
+
+    def _settle(self) -> None:
+        self.report.events += 1
+        self.bench.turn()
+        self.observer.look()
+
+    def _go_somewhere(self) -> None:
+        window = self.bench.window
+        buttons = self.bench.buttons()
+        if buttons and self.dice.random() < 0.85:
+            one = self.dice.choice(buttons)
+            offset = QPoint(self.dice.randrange(one.width()), self.dice.randrange(one.height()))
+            self._move(one.mapTo(window, offset))
+        elif self.dice.random() < 0.5:
+            step = QPoint(self.dice.randint(-3, 3), self.dice.randint(-3, 3))
+            self._move(self.bench.pointer + step)
+        else:
+            self._move(QPoint(self.dice.randrange(window.width()), self.dice.randrange(window.height())))
+
+    def _move(self, to: QPoint) -> None:
+        window = self.bench.window
+        to = QPoint(min(max(to.x(), 1), window.width() - 2), min(max(to.y(), 60), window.height() - 2))
+        old = self.bench.pointer
+        self.bench.move(to)
+        self.observer.moved(old)
+
+    def _is_safe_place(self) -> bool:
+        """Menus would take the mouse away, and the bar above ends the connection: not what this is about."""
+        under: QWidget | None = self.bench.window.childAt(self.bench.pointer)
+        while under is not None:
+            if under.objectName() in ("top_bar", "navigation", "status_line") or under.metaObject().className() in (
+                "QComboBox", "QMenuBar", "QToolButton"):  # fmt: skip
+                return False
+            under = under.parentWidget()
+        return True
+
+    def _down(self, *, is_double: bool = False) -> None:
+        if self._is_down or not self._is_safe_place():
+            return
+        self._is_down = True
+        self.observer.mouse_down(is_double=is_double)
+        (self.bench.double_press if is_double else self.bench.press)()
+
+    def _up(self) -> None:
+        if self._is_down:
+            self._is_down = False
+            self.observer.mouse_up()
+            self.bench.release()
+
+    def _click(self) -> None:
+        self._down()
+        self._settle()
+        self._up()
+
+    def _double_click(self) -> None:
+        self._click()
+        self._settle()
+        self.bench.hand_s += self.dice.choice((0.0, 0.06, 0.2, 0.35))
+        self._down(is_double=True)
+        self._settle()
+        self._up()
+
+    def _pause(self) -> None:
+        self._wait(self.dice.choice((0.0, 0.05, 0.2, 0.4, 0.5, 0.6, 0.6, 0.9, 2.3)))
+
+    def _wait(self, seconds: float) -> None:
+        end_s = self.bench.hand_s + seconds
+        while self.bench.hand_s < end_s - 1e-9:
+            self.bench.wait(min(0.1, end_s - self.bench.hand_s))
+            self.observer.passed()
+            self.observer.look()
+        self.bench.refresh()
+
+    def _press_key(self) -> None:
+        if self._key is None:
+            self._key = self.dice.choice(KEYS)
+            self.observer.key_down(self._key)
+            self.bench.key(self._key, is_press=True)
+
+    def _repeat_key(self) -> None:
+        if self._key is None:
+            self._press_key()
+        for _ in range(self.dice.randint(1, 20)):
+            if self._key is not None:
+                self.bench.key(self._key, is_press=False, is_repeat=True)
+                self.bench.key(self._key, is_press=True, is_repeat=True)
+
+    def _key_up(self) -> None:
+        if self._key is not None:
+            key, self._key = self._key, None
+            self.observer.key_up(key)
+            self.bench.key(key, is_press=False)
+
+    def _scroll(self) -> None:
+        place = QPointF(self.bench.pointer)
+        event = QWheelEvent(
+            place, self.bench.window.mapToGlobal(place), QPoint(), QPoint(0, self.dice.choice((-360, -120, 120, 360))),
+            Qt.MouseButton.NoButton, Qt.KeyboardModifier.NoModifier, Qt.ScrollPhase.NoScrollPhase, False,
+        )  # fmt: skip
+        assert event.type() == QEvent.Type.Wheel
+        QApplication.sendEvent(self.bench.handle, event)
+
+    def _resize(self) -> None:
+        self.bench.window.resize(*self.dice.choice(SIZES))
+
+    def _turn_page(self) -> None:
+        self.bench.window.go_to(self.dice.choice(("commands", "commands", "settings")))
+
+    def _edit(self) -> None:
+        settings = self.bench.settings
+        form = settings.work.form
+        value = self.dice.choice(("30", "58", "62"))
+        settings.work.edit(lambda: form.type_text("attitude_threshold_deg", value))
+        box = settings.baud.editor.box
+        box.setCurrentIndex(self.dice.randrange(box.count()))
+
+    def _change_module(self) -> None:
+        self.bench.bench.module.activate(is_active=self.dice.random() < 0.6)
+
+    def _whole_gesture(self) -> None:
+        """Now and then somebody does it right: what leaves then shows that the rest is about something."""
+        buttons = [one for one in self.bench.buttons() if one.isEnabled() and one.objectName() in WATCHED]
+        if not buttons or self._is_down or self._key is not None:
+            return
+        one = self.dice.choice(buttons)
+        self._move(QPoint(1, 60))
+        self._settle()
+        self._wait(0.6)
+        if not one.isVisible():
+            return
+        self._move(self.bench.at(one))
+        self._settle()
+        self._down()
+        if one.objectName() == HOLD:
+            self._wait(2.4)
+        self._settle()
+        self._up()
+
+    def _judge(self, request: Request) -> None:
+        """As it leaves: what the module was told is compared with what the hands did before."""
+        if request.hazard is Hazard.NONE:
+            self.observer.asked(request)
+            return
+        kind, is_meant = self.observer.take(request)
+        if kind:
+            self.report.frames[kind] += 1
+        if not is_meant:
+            self.report.faults.append(f"{request.encode().hex(' ')} after {', '.join(self.trail)}")
+
+    def recover(self) -> bool:
+        """The module as it was, where that is possible without another window."""
+        device = self.bench.device
+        is_there = device.presence is Presence.ONLINE and self.bench.bench.module.is_on
+        if is_there and self.bench.bench.module.is_triggered:
+            return False
+        return is_there and self.bench.assembly.connector.is_open
+
+
+def run(application: QApplication, sequences: int, seed: int, *, is_told: bool = False) -> Report:
+    """So many sequences, in one window after the other."""
+    report, number = Report(), 0
+    while report.sequences < sequences:
+        dice = random.Random(f"{seed} {number}")
+        language, size = LANGUAGES[number % len(LANGUAGES)], SIZES[number // 2 % len(SIZES)]
+        number += 1
+        with (
+            tempfile.TemporaryDirectory() as folder,
+            gesture_bench(application, Path(folder), language=language, size=size) as bench,
+        ):
+            hands = Clumsy(bench, dice, report)
+            hands.observer.look()
+            for _ in range(min(WINDOW_LASTS, sequences - report.sequences)):
+                hands.sequence()
+                if not hands.recover():
+                    break
+        if is_told:
+            frames = ", ".join(f"{count} x {kind}" for kind, count in sorted(report.frames.items()))
+            print(f"{report.sequences:,} sequences, {report.events:,} events; left: {frames}", flush=True)
+    return report
+
+
+def main() -> int:
+    """Run from the command line."""
+    parser = argparse.ArgumentParser(prog="python -m tests.gestures.clumsy")
+    parser.add_argument("--sequences", type=int, default=1000)
+    parser.add_argument("--seed", type=int, default=1)
+    args = parser.parse_args()
+    if not os.environ.keys() & {"DISPLAY", "WAYLAND_DISPLAY"}:
+        os.environ.setdefault("QT_QPA_PLATFORM", "offscreen")
+    application = QApplication.instance() or QApplication(sys.argv[:1])
+    assert isinstance(application, QApplication)
+    began = time.monotonic()
+    report = run(application, args.sequences, args.seed, is_told=True)
+    print("\n".join(report.faults[:10]))
+    print(f"{len(report.faults)} without a whole gesture ({time.monotonic() - began:.0f} s)")
+    return 1 if report.faults else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

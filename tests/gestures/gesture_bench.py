@@ -1,0 +1,331 @@
+"""The real window on a simulated module, in one thread, on clocks that only the test moves; the pointer is real.
+
+Events go to the window's `QWindow`, as a platform sends them: Qt finds the widget under the pointer itself.
+"""
+
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from functools import partial
+from pathlib import Path
+from queue import Empty
+from unittest.mock import patch
+
+from PySide6.QtCore import QCoreApplication, QEvent, QPoint, QPointF, Qt
+from PySide6.QtGui import QKeyEvent, QMouseEvent, QWindow
+from PySide6.QtWidgets import QApplication, QPushButton, QWidget
+
+from app.engine.device import DeviceView
+from app.engine.procedure import PortLost
+from app.engine.transport import PortError
+from app.engine.worker import Job, Worker, _Start
+from app.simulator.bench import SimulatedBench
+from protocol.catalogue import Hazard, Request
+from protocol.frame import decode_request
+from protocol.link_states import Presence
+from tests.support.journals import FakeJournal
+from tests.support.line.sim_line import FakeClock, SimulatedLine
+from tests.support.window.fakes_ui import Ports
+from tests.support.window.settings_bench import ENTRIES
+from ui.core.connector import Connector, Target
+from ui.core.port_watcher import PortWatch
+from ui.core.preferences import Remembered
+from ui.main import Assembly, WindowOptions, assemble
+from ui.pages.commands.page import CommandsPage
+from ui.pages.settings.page import SettingsPage
+from ui.services.storage import Keeping
+from ui.widgets.gestures import gestures
+
+LEFT, NO_BUTTON = Qt.MouseButton.LeftButton, Qt.MouseButton.NoButton
+TICK_S = 0.1
+READS_FOR_S = 0.04
+"""Fewer turns of the session, for thousands of sequences: what comes is read at once anyway."""
+
+
+class InlineLine(SimulatedLine):
+    """Forgets what it need not keep: thousands of sequences run on it."""
+
+    def read(self, longest_s: float, gather_s: float) -> bytes:
+        return self._read(max(longest_s, READS_FOR_S))
+
+    def interrupt(self) -> None: ...
+
+    def abort(self) -> None: ...
+
+
+class InlineWorker(Worker):
+    """Works when it is told to, in the window's thread."""
+
+    def __init__(self, callback: object, clock: FakeClock) -> None:
+        super().__init__(callback, clock=clock, with_sleep=None)  # type: ignore[arg-type]
+        self.submitted = 0
+
+    def start(self) -> None: ...
+
+    def stop(self, deadline_s: float = 2.0) -> bool:
+        self._leave()
+        return True
+
+    def submit(self, job: Job, *, is_urgent: bool = False) -> Job:  # type: ignore[type-arg]
+        self.submitted += 1
+        return super().submit(job, is_urgent=is_urgent)
+
+    def refuse_orders(self) -> None:
+        """What was submitted ends before it has begun."""
+        while not self._orders.empty():
+            order = self._orders.get_nowait()
+            assert isinstance(order, _Start)
+            order.job.run.throw(PortLost(), self._clock())
+            self._pending.finished.append(order.job)
+        self.work(0.0)
+
+    def work(self, seconds: float) -> None:
+        """So much of the fake clock's time."""
+        clock = self._clock
+        assert isinstance(clock, FakeClock)
+        end_s = clock.now_s + seconds
+        while True:
+            try:
+                while True:
+                    self._obey(self._orders.get_nowait())
+            except Empty:
+                pass
+            if self._session is None or clock.now_s >= end_s:
+                break
+            try:
+                self._session.step()
+                self._gather(self._session)
+                self._collect_finished()
+            except PortError as error:
+                self._lose_port(error)
+        clock.now_s = max(clock.now_s, end_s)
+        self._published_at = 0.0
+        self._publish()
+
+
+class GestureBench:
+    """The window, its hands, and what left for the module."""
+
+    def __init__(self, assembly: Assembly, worker: InlineWorker, clock: FakeClock, line: InlineLine) -> None:
+        self.assembly, self.worker, self.clock, self.line = assembly, worker, clock, line
+        self.window = assembly.window
+        self.sent: list[Request] = []
+        """Whatever was no question, apart from the stream."""
+        self.on_leaving: Callable[[Request], None] = lambda _request: None
+        """Told of every frame, also of questions, as it leaves."""
+        self.hand_s = 5000.0
+        """The clock of the hands."""
+        self.pointer = QPoint(1, 1)
+        self._is_down = False
+
+    @property
+    def bench(self) -> SimulatedBench:
+        return self.line.bench
+
+    @property
+    def device(self) -> DeviceView:
+        return self.assembly.connector.device
+
+    @property
+    def handle(self) -> QWindow:
+        handle = self.window.windowHandle()
+        assert handle is not None
+        return handle
+
+    @property
+    def commands(self) -> CommandsPage:
+        found = self.window.findChild(CommandsPage)
+        assert isinstance(found, CommandsPage)
+        return found
+
+    @property
+    def settings(self) -> SettingsPage:
+        found = self.window.findChild(SettingsPage)
+        assert isinstance(found, SettingsPage)
+        return found
+
+    def heard(self, data: bytes) -> None:
+        for at in range(0, len(data), 6):
+            request = decode_request(data[at : at + 6])
+            if request.command.name != "serial_output":
+                self.on_leaving(request)
+            if request.hazard is not Hazard.NONE and request.command.name != "serial_output":
+                self.sent.append(request)
+
+    def buttons(self) -> list[QPushButton]:
+        """Of everything that changes the module."""
+        page, settings = self.commands, self.settings
+        confirms = [*(row.confirm for row in page.acts.values()), settings.baud.confirm]
+        asked = [one for confirm in confirms for one in (confirm.ask, confirm.go, confirm.cancel)]
+        ritual = [page.ritual.choose, page.ritual.rehearse, page.ritual.arm, page.ritual.hold, page.ritual.cancel]
+        found = [*asked, *ritual, settings.write, *settings.strip.findChildren(QPushButton)]
+        return [one for one in found if one.isVisible()]
+
+    # Time
+
+    def turn(self) -> None:
+        """The window's event loop, once around."""
+        QCoreApplication.sendPostedEvents()
+        QApplication.processEvents()
+
+    def wait(self, seconds: float) -> None:
+        """Both clocks; the line works and the window looks at what it has to."""
+        left_s = seconds
+        while left_s > 1e-9:
+            step_s = min(TICK_S, left_s)
+            left_s -= step_s
+            self.hand_s += step_s
+            self.worker.work(step_s)
+            self.turn()
+            self.look()
+
+    def look(self) -> None:
+        """What timers of the window do, which go by the real time."""
+        page = self.commands
+        for confirm in (*(row.confirm for row in page.acts.values()), self.settings.baud.confirm):
+            confirm.check()
+        if page.ritual.is_under_way:
+            page.ritual._tick()
+
+    def refresh(self) -> None:
+        (self.commands if self.commands.isVisible() else self.settings).refresh()
+        self.turn()
+
+    # Hands
+
+    def at(self, widget: QWidget, offset: QPoint | None = None) -> QPoint:
+        return widget.mapTo(self.window, widget.rect().center() if offset is None else offset)
+
+    def move(self, to: QPoint) -> None:
+        self.pointer = to
+        self._mouse(QEvent.Type.MouseMove, NO_BUTTON)
+
+    def press(self) -> None:
+        self._is_down = True
+        self._mouse(QEvent.Type.MouseButtonPress, LEFT)
+
+    def double_press(self) -> None:
+        self._is_down = True
+        self._mouse(QEvent.Type.MouseButtonDblClick, LEFT)
+
+    def release(self) -> None:
+        self._is_down = False
+        self._mouse(QEvent.Type.MouseButtonRelease, LEFT)
+
+    def click(self) -> None:
+        self.press()
+        self.release()
+        self.turn()
+
+    def go_and_click(self, widget: QWidget) -> None:
+        """As a careful person does it."""
+        self.move(QPoint(1, 1))
+        self.turn()
+        self.hand_s += 1.0
+        self.move(self.at(widget))
+        self.click()
+
+    def key(self, key: Qt.Key, *, is_press: bool, is_repeat: bool = False) -> None:
+        kind = QEvent.Type.KeyPress if is_press else QEvent.Type.KeyRelease
+        text = " " if key == Qt.Key.Key_Space else ""
+        event = QKeyEvent(kind, key, Qt.KeyboardModifier.NoModifier, text, is_repeat)
+        QApplication.sendEvent(self.handle, event)
+
+    def _mouse(self, kind: QEvent.Type, button: Qt.MouseButton) -> None:
+        place = QPointF(self.pointer)
+        down = LEFT if self._is_down else NO_BUTTON
+        event = QMouseEvent(
+            kind, place, place, self.window.mapToGlobal(place), button, down, Qt.KeyboardModifier.NoModifier
+        )
+        QApplication.sendEvent(self.handle, event)
+
+    # States to begin from
+
+    def until(self, is_so: object, limit_s: float = 30.0) -> None:
+        end_s = self.clock.now_s + limit_s
+        while not is_so():  # type: ignore[operator]
+            assert self.clock.now_s < end_s, "it does not come to be"
+            self.wait(TICK_S)
+            self.refresh()
+
+    def settle_module(self, *, is_active: bool) -> None:
+        self.bench.module.activate(is_active=is_active)
+        self.until(lambda: self.device.fresh("active", self.clock()) is is_active)
+
+    def begin_anew(self) -> None:
+        """Nothing chosen, nothing asked, no hand on anything."""
+        if self._is_down:
+            self.release()
+        page = self.commands
+        for confirm in (*(row.confirm for row in page.acts.values()), self.settings.baud.confirm):
+            confirm.withdraw()
+        if page.ritual.is_under_way:
+            page.ritual.cancel.click()
+        self.settings.work.dismiss()
+        self.move(QPoint(1, 1))
+        self.turn()
+        self.hand_s += 1.0
+        self.sent.clear()
+        self.worker.submitted = 0
+
+
+@contextmanager
+def gesture_bench(
+    qapp: QApplication, folder: Path, *, language: str = "en", size: tuple[int, int] = (1024, 600)
+) -> Iterator[GestureBench]:
+    """Connected, and everything read."""
+    clock = FakeClock()
+    line = InlineLine(clock, {"uptime": 60, "noise": 0})
+    workers: list[InlineWorker] = []
+
+    def make(callback: object) -> InlineWorker:
+        workers.append(InlineWorker(callback, clock))
+        return workers[-1]
+
+    keeping, journal = Keeping(folder / "store"), FakeJournal()
+    write = line.write
+    with (
+        patch("ui.main.Connector", partial(Connector, clock=clock)),
+        patch("app.engine.worker.open_line", lambda _port, _rate: line),
+        patch.object(keeping.sessions, "tapped", lambda: make),
+        patch.object(keeping, "journal", lambda _target: journal),
+    ):
+        options = WindowOptions(language=language)
+        remembered = Remembered(folder / "window.ini")
+        assembly = assemble(
+            qapp, options, remembered=remembered, ports=PortWatch(Ports().look), keeping=keeping, entries=ENTRIES
+        )
+        made = GestureBench(assembly, workers[0], clock, line)
+
+        def watched(data: bytes) -> None:
+            made.heard(data)
+            write(data)
+
+        line.write = watched  # type: ignore[method-assign]
+        gestures().clock = lambda: made.hand_s
+        window = assembly.window
+        try:
+            window.make_pages()
+            window.resize(*size)
+            window.show()
+            while window.findChild(CommandsPage) is None or window.findChild(SettingsPage) is None:
+                made.turn()
+            # A dialog of the platform's would wait for a person.
+            made.settings.files.ask_open = lambda _parent, _folder: None
+            made.settings.files.ask_save = lambda _parent, _title, _suggested, _filter: None
+            assembly.connector.connect_to(Target("sim://gestures", 115200))
+            window.activateWindow()
+            made.wait(0.5)
+            made.until(lambda: made.device.presence is Presence.ONLINE)
+            made.until(lambda: made.device.known("freefall_time_s", clock()) is not None)
+            window.go_to("commands")
+            made.wait(3.0)
+            yield made
+        finally:
+            window.close_now()
+            assembly.connector.stop(2.0)
+            assembly.ports.stop(2.0)
+            keeping.close()
+            assembly.speech.use("en")
+            window.deleteLater()
+            QApplication.processEvents()
+            gestures().reset()

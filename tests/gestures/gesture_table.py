@@ -1,0 +1,318 @@
+"""The table of careless gestures: every point of every first button of every act, and what is pressed there how fast.
+
+Whatever is done at one unmoved point must never complete an act: nothing may leave, and nothing may be begun.
+
+python -m tests.gestures.gesture_table                the whole table, every size, language and scale
+python -m tests.gestures.gesture_table --every 50     each fiftieth try
+"""
+
+import argparse
+import json
+import os
+import subprocess
+import sys
+import tempfile
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import asdict, dataclass, field
+from itertools import product
+from pathlib import Path
+from typing import Final
+
+from PySide6.QtCore import QPoint, QRect
+from PySide6.QtWidgets import QApplication, QWidget
+
+from app.safety.acts import Act
+from app.text.i18n import CHINESE, ENGLISH, PSEUDO
+from tests.gestures.gesture_bench import GestureBench, gesture_bench
+from ui.widgets.notice_bar import NoticeBar
+from ui.widgets.step_button import bring_into_sight
+
+SIZES: Final = ((1024, 600), (1366, 768))
+LANGUAGES: Final = (ENGLISH, CHINESE, PSEUDO)
+SCALES: Final = (1, 2)
+GRID_PX: Final = 4
+GAPS_S: Final = (0.0, 0.06, 0.15, 0.25, 0.35, 0.45, 0.499, 0.55, 0.6)
+HOLD_S: Final = 2.6
+
+
+@dataclass(frozen=True)
+class DangerousAct:
+    """`first` is the button at which everything is tried; `prepare` leads up to it; `last` completes the act."""
+
+    name: str
+    page: str
+    first: Callable[[GestureBench], QWidget]
+    last: Callable[[GestureBench], QWidget]
+    is_active: bool = False
+    prepare: Callable[[GestureBench], None] = lambda _bench: None
+    is_held: bool = False
+    """The last step is to hold `last`."""
+
+
+def _row(act: Act) -> DangerousAct:
+    return DangerousAct(
+        act.value,
+        "commands",
+        lambda bench: bench.commands.acts[act].confirm.ask,
+        lambda bench: bench.commands.acts[act].confirm.go,
+    )
+
+
+def _choice(bench: GestureBench, key: str) -> QWidget:
+    bar: NoticeBar = bench.settings.strip
+    button = bar.button(key)
+    assert button is not None, key
+    return button
+
+
+def _edit(bench: GestureBench) -> None:
+    """A threshold below the vendor's advice: it is warned of."""
+    form = bench.settings.work.form
+    bench.settings.work.edit(lambda: form.type_text("attitude_threshold_deg", "30"))
+    bench.refresh()
+
+
+def _ask_to_write(bench: GestureBench) -> None:
+    _edit(bench)
+    bench.go_and_click(bench.settings.write)
+    bench.turn()
+
+
+def _choose_rate(bench: GestureBench) -> None:
+    box = bench.settings.baud.editor.box
+    box.setCurrentIndex(box.findData(57600))
+    bench.refresh()
+
+
+def _choose(bench: GestureBench) -> None:
+    bench.go_and_click(bench.commands.ritual.choose)
+    bench.hand_s += 1.0
+
+
+def _arm(bench: GestureBench) -> None:
+    _choose(bench)
+    bench.go_and_click(bench.commands.ritual.arm)
+
+
+ACTS: Final = (
+    *(_row(act) for act in (Act.ACTIVATE, Act.ZERO, Act.SHUTDOWN, Act.FORBID_DEPLOY)),
+    DangerousAct(
+        "change_baud",
+        "settings",
+        lambda bench: bench.settings.baud.confirm.ask,
+        lambda bench: bench.settings.baud.confirm.go,
+        prepare=_choose_rate,
+    ),
+    DangerousAct(
+        "write against advice",
+        "settings",
+        lambda bench: bench.settings.write,
+        lambda bench: _choice(bench, "write_anyway"),
+        prepare=_edit,
+    ),
+    DangerousAct(
+        "write to an active module",
+        "settings",
+        lambda bench: _choice(bench, "write_anyway"),
+        lambda bench: _choice(bench, "unlock_once"),
+        is_active=True,
+        prepare=_ask_to_write,
+    ),
+    DangerousAct(
+        "deploy, from choosing",
+        "commands",
+        lambda bench: bench.commands.ritual.choose,
+        lambda bench: bench.commands.ritual.arm,
+        is_active=True,
+    ),
+    DangerousAct(
+        "deploy, from arming",
+        "commands",
+        lambda bench: bench.commands.ritual.arm,
+        lambda bench: bench.commands.ritual.hold,
+        is_active=True,
+        prepare=_choose,
+        is_held=True,
+    ),
+)
+GESTURES: Final = ("click", "double click", "click, click", "click, click, hold")
+
+
+@dataclass
+class Tally:
+    """What came of the tries at one act, in one window."""
+
+    act: str
+    size: str
+    language: str
+    scale: int
+    tries: dict[str, int] = field(default_factory=dict)
+    left: list[str] = field(default_factory=list)
+    """Tries after which something left or was begun: none."""
+
+
+def points(widget: QWidget) -> Iterator[QPoint]:
+    """Of a grid over the button, in the window; only where a press would reach it."""
+    window = widget.window()
+    place = QRect(widget.mapTo(window, QPoint(0, 0)), widget.size())
+    for x, y in product(
+        range(place.left(), place.right() + 1, GRID_PX), range(place.top(), place.bottom() + 1, GRID_PX)
+    ):
+        if window.childAt(QPoint(x, y)) is widget:
+            yield QPoint(x, y)
+
+
+def go_to(bench: GestureBench, act: DangerousAct) -> None:
+    bench.window.go_to(act.page)
+    bench.settle_module(is_active=act.is_active)
+    bench.refresh()
+
+
+def first_button(bench: GestureBench, act: DangerousAct) -> QWidget:
+    """Everything as it is before the first press."""
+    bench.begin_anew()
+    act.prepare(bench)
+    bring_into_sight(act.first(bench).parentWidget() or act.first(bench))
+    bench.turn()
+    bench.hand_s += 1.0
+    first = act.first(bench)
+    assert first.isVisible(), first.objectName()
+    assert first.isEnabled(), first.objectName()
+    bench.sent.clear()
+    bench.worker.submitted = 0
+    return first
+
+
+def attempt(bench: GestureBench, act: DangerousAct, point: QPoint, gesture: str, gap_s: float) -> bool:
+    """Whether nothing came of it."""
+    bench.move(QPoint(1, 1))
+    bench.move(point)
+    bench.click()
+    if gesture != "click":
+        bench.hand_s += gap_s
+        if gesture == "double click":
+            bench.double_press()
+        else:
+            bench.press()
+        bench.release()
+        bench.turn()
+    if gesture.endswith("hold"):
+        bench.hand_s += gap_s
+        bench.press()
+        if bench.commands.ritual.ritual.is_armed:
+            bench.wait(HOLD_S)
+        bench.release()
+        bench.turn()
+    is_armed = bench.commands.ritual.ritual.is_armed and not act.is_held
+    return not bench.sent and not bench.worker.submitted and not is_armed
+
+
+def try_act(bench: GestureBench, act: DangerousAct, tally: Tally, *, every: int = 1, first_try: int = 0) -> None:
+    """Each `every`-th try at this act, from the `first_try`-th on."""
+    go_to(bench, act)
+    grid = list(points(first_button(bench, act)))
+    tries = [(point, "click", 0.0) for point in grid]
+    tries += [(point, gesture, gap) for point in grid for gesture in GESTURES[1:] for gap in GAPS_S]
+    for number, (point, gesture, gap_s) in enumerate(tries[first_try::every]):
+        if number % 100 == 99:
+            bench.wait(0.3)  # what the module reports stays fresh
+        first_button(bench, act)
+        tally.tries[gesture] = tally.tries.get(gesture, 0) + 1
+        if not attempt(bench, act, point, gesture, gap_s):
+            tally.left.append(f"{act.name}: {gesture} at {point.x()}, {point.y()} after {gap_s} s")
+            bench.worker.refuse_orders()
+            bench.wait(1.0)
+            go_to(bench, act)
+    bench.begin_anew()
+
+
+def is_possible(bench: GestureBench, act: DangerousAct) -> bool:
+    """The whole gesture, by the same hands, does get there: else the table would prove nothing."""
+    go_to(bench, act)
+    bench.go_and_click(first_button(bench, act))
+    bench.hand_s += 1.0
+    bench.turn()
+    last = act.last(bench)
+    bench.move(QPoint(1, 1))
+    bench.move(bench.at(last))
+    if act.is_held:
+        bench.press()
+        bench.wait(HOLD_S)
+        bench.release()
+        return bool(bench.worker.submitted)
+    bench.click()
+    is_done = bool(bench.worker.submitted) or bench.commands.ritual.ritual.is_armed
+    bench.worker.refuse_orders()
+    bench.turn()
+    return is_done
+
+
+def run_window(
+    application: QApplication,
+    size: tuple[int, int],
+    language: str,
+    scale: int,
+    *,
+    every: int,
+    first_try: int = 0,
+    acts: Sequence[DangerousAct] = ACTS,
+) -> list[Tally]:
+    """These acts in one window."""
+    tallies = []
+    with (
+        tempfile.TemporaryDirectory() as folder,
+        gesture_bench(application, Path(folder), language=language, size=size) as bench,
+    ):
+        for act in acts:
+            tally = Tally(act.name, f"{size[0]}×{size[1]}", language, scale)
+            try_act(bench, act, tally, every=every, first_try=first_try)
+            tallies.append(tally)
+    return tallies
+
+
+def run_scale(scale: int, every: int, first_try: int) -> list[Tally]:
+    """All windows at one scale, in a process of its own: Qt reads the scale once."""
+    command = [sys.executable, "-m", "tests.gestures.gesture_table", "--scale", str(scale)]
+    command += ["--every", str(every), "--first", str(first_try)]
+    environment = {**os.environ, "QT_SCALE_FACTOR": str(scale)}
+    environment.setdefault("QT_QPA_PLATFORM", "offscreen")
+    done = subprocess.run(command, env=environment, capture_output=True, text=True, check=False)
+    if done.returncode:
+        raise RuntimeError(done.stderr)
+    return [Tally(**one) for one in json.loads(done.stdout.splitlines()[-1])]
+
+
+def run_table(every: int = 1, first_try: int = 0) -> list[Tally]:
+    return [tally for scale in SCALES for tally in run_scale(scale, every, first_try)]
+
+
+def main() -> int:
+    """Run from the command line."""
+    parser = argparse.ArgumentParser(prog="python -m tests.gestures.gesture_table")
+    parser.add_argument("--every", type=int, default=1)
+    parser.add_argument("--first", type=int, default=0)
+    parser.add_argument("--scale", type=int, help="this scale only, as QT_SCALE_FACTOR has set it; prints JSON")
+    args = parser.parse_args()
+    if args.scale is None:
+        tallies = run_table(args.every, args.first)
+        for tally in tallies:
+            print(
+                f"{tally.act:<28}{tally.size:<10}{tally.language:<8}{tally.scale} {sum(tally.tries.values()):>7,} tries"
+            )
+            print("\n".join(tally.left[:3]), end="\n" if tally.left else "")
+        left = sum(len(tally.left) for tally in tallies)
+        print(f"{sum(sum(tally.tries.values()) for tally in tallies):,} tries, {left} completed an act")
+        return 1 if left else 0
+    application = QApplication.instance() or QApplication(sys.argv[:1])
+    assert isinstance(application, QApplication)
+    tallies = [
+        tally
+        for size, language in product(SIZES, LANGUAGES)
+        for tally in run_window(application, size, language, args.scale, every=args.every, first_try=args.first)
+    ]
+    print(json.dumps([asdict(tally) for tally in tallies]))
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

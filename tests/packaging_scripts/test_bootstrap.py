@@ -1,0 +1,198 @@
+"""The entry, its commands, and the lock that they install."""
+
+import ast
+import sys
+import tomllib
+from pathlib import Path
+from typing import Any
+
+import pytest
+from packaging.requirements import Requirement
+from packaging.utils import canonicalize_name
+
+from tests.support.setup_files import PACKAGING, ROOT, SetupFiles
+
+
+def test_old_pythons_can_read_the_entry_and_are_refused(setup: SetupFiles) -> None:
+    source = (PACKAGING / "bootstrap.py").read_bytes()
+    assert source.isascii()
+    tree = ast.parse(source, feature_version=(3, 4))
+    too_new = (ast.JoinedStr, ast.AnnAssign, ast.NamedExpr, ast.Match, ast.AsyncFunctionDef, ast.Nonlocal)
+    assert not [node for node in ast.walk(tree) if isinstance(node, too_new)]
+    for node in ast.walk(tree):
+        if isinstance(node, ast.FunctionDef):
+            assert node.returns is None
+            assert not node.args.kwonlyargs
+            assert not any(argument.annotation for argument in node.args.args)
+    refusal = setup.bootstrap.refusal
+    for version in ((2, 7), (3, 6, 15), (3, 10, 99)):
+        assert refusal(version).startswith(
+            f"DPS-S Configurator needs Python 3.11 or later, and this is Python {version[0]}.{version[1]}."
+        )
+    for version in ((3, 11), (3, 12, 1), (4, 0)):
+        assert refusal(version) is None
+
+
+def test_all_after_the_check_waits_for_it() -> None:
+    """The entry imports nothing of ours before it has looked at the version."""
+    tree = ast.parse((PACKAGING / "bootstrap.py").read_text(encoding="utf-8"))
+    at_top = [alias.name for node in tree.body if isinstance(node, ast.Import) for alias in node.names]
+    assert at_top == ["subprocess", "sys"]
+    assert not [node for node in tree.body if isinstance(node, ast.ImportFrom)]
+
+
+@pytest.mark.parametrize("name", ["bootstrap", "commands", "environment", "system_libraries"])
+def test_the_standard_library_is_enough(name: str) -> None:
+    from tests.test_layers import imports
+
+    source = (PACKAGING / f"{name}.py").read_text(encoding="utf-8")
+    foreign = {one.module for one in imports(source)} - sys.stdlib_module_names - set(SetupFiles._fields)
+    assert not foreign
+
+
+@pytest.fixture
+def ready(setup: SetupFiles, monkeypatch: pytest.MonkeyPatch) -> list[tuple[list[str], dict[str, str]]]:
+    """Everything is installed, and programs are recorded."""
+    calls: list[tuple[list[str], dict[str, str]]] = []
+
+    def call(program: list[Any], **variables: str) -> int:
+        calls.append(([str(word) for word in program], variables))
+        return 7
+
+    monkeypatch.setattr(setup.environment, "make_ready", lambda: None)
+    monkeypatch.setattr(setup.system_libraries, "make_ready", lambda *_, **__: None)
+    monkeypatch.setattr(setup.commands, "call", call)
+    return calls
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (["test", "-k", "foo", "--help"], ["-m", "pytest", "-n", "4", "--dist", "worksteal", "-k", "foo", "--help"]),
+        (["bench", "--quick"], ["-m", "tests.benchmarks", "--quick"]),
+        (["soak"], ["-m", "tests.soak"]),
+        (["run", "read", "--port", "sim://"], ["read", "--port", "sim://"]),
+        (["translations", "check"], ["packaging/translations.py", "check"]),
+    ],
+)
+def test_arguments_are_passed_on(
+    setup: SetupFiles, ready: list[Any], arguments: list[str], words: list[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(setup.commands.os, "cpu_count", lambda: 2)
+    assert setup.commands.main(arguments) == 7
+    assert [program[1:] for program, _ in ready] == [words]
+
+
+def test_tests_need_no_screen(setup: SetupFiles, ready: list[Any]) -> None:
+    setup.commands.main(["test"])
+    assert ready[0][1] == {"QT_QPA_PLATFORM": "offscreen"}
+
+
+def test_check_runs_all_even_after_a_failure(setup: SetupFiles, ready: list[Any]) -> None:
+    assert setup.commands.main(["check"]) == 7
+    assert [program[2] for program, _ in ready] == ["ruff", "ruff", "mypy"]
+
+
+def test_demo_opens_the_window(setup: SetupFiles, ready: list[Any], monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(setup.system_libraries, "why_no_screen", lambda python: None)
+    assert setup.commands.main(["demo", "--lang", "zh_CN"]) == 7
+    assert ready[0][0][1:] == ["gui", "--demo", "--lang", "zh_CN"]
+
+
+def test_demo_without_a_screen_says_so_and_where_the_evidence_is(
+    setup: SetupFiles, monkeypatch: pytest.MonkeyPatch, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    evidence = tmp_path / "demo"
+    calls: list[list[str]] = []
+
+    def call(program: list[Any], **variables: str) -> int:
+        calls.append([str(word) for word in program[1:]])
+        evidence.mkdir()
+        (evidence / "values.json").touch()
+        return 0
+
+    monkeypatch.setattr(setup.environment, "make_ready", lambda: None)
+    monkeypatch.setattr(setup.system_libraries, "make_ready", lambda *_, **__: None)
+    monkeypatch.setattr(setup.system_libraries, "why_no_screen", lambda python: "No screen.")
+    monkeypatch.setattr(setup.commands, "call", call)
+    monkeypatch.setattr(setup.commands, "EVIDENCE", evidence)
+    assert setup.commands.main(["demo"]) == 0
+    assert calls == [["gui", "--demo", "--offscreen-seconds", "10", "--evidence", str(evidence)]]
+    printed = capsys.readouterr().out
+    assert printed.startswith("No screen.")
+    assert str(evidence / "values.json") in printed
+
+
+def test_a_lacking_machine_is_one_sentence_and_code_3(
+    setup: SetupFiles, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    def refuse() -> None:
+        raise setup.environment.SetupError("Type: sudo apt-get install libegl1")
+
+    monkeypatch.setattr(setup.environment, "make_ready", refuse)
+    assert setup.commands.main(["test"]) == 3
+    assert capsys.readouterr().err == "Type: sudo apt-get install libegl1\n"
+
+
+@pytest.mark.parametrize("arguments", [[], ["dance"]])
+def test_an_unknown_command_is_code_2(setup: SetupFiles, arguments: list[str]) -> None:
+    with pytest.raises(SystemExit) as caught:
+        setup.commands.main(arguments)
+    assert caught.value.code == 2
+
+
+def test_programs_end_with_their_own_code(setup: SetupFiles, capfd: pytest.CaptureFixture[str]) -> None:
+    call = setup.commands.call
+    assert call([sys.executable, "-c", "raise SystemExit(5)"]) == 5
+    script = "import os; print(os.environ['DPS_S_A'], os.environ['DPS_S_B'])"
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv("DPS_S_A", "the user's")
+        assert call([sys.executable, "-c", script], DPS_S_A="ours", DPS_S_B="ours") == 0
+    assert capfd.readouterr().out.strip() == "the user's ours"
+
+
+def test_clean_leaves_the_venv(setup: SetupFiles, monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    for folder in ("build/demo", "app/__pycache__", ".mypy_cache", "x.egg-info", ".venv/bin", "app/locale"):
+        (tmp_path / folder).mkdir(parents=True)
+    monkeypatch.setattr(setup.commands, "ROOT", tmp_path)
+    assert setup.commands.main(["clean"]) == 0
+    assert sorted(path.relative_to(tmp_path).as_posix() for path in tmp_path.rglob("*")) == [
+        ".venv",
+        ".venv/bin",
+        "app",
+        "app/locale",
+    ]
+
+
+def test_the_lock_is_exact_and_fits_the_project() -> None:
+    lines = (PACKAGING / "lock.txt").read_text(encoding="utf-8").splitlines()
+    locked = [Requirement(line) for line in lines if line and not line.startswith("#")]
+    assert all(requirement.url is None and "--" not in str(requirement) for requirement in locked)
+    assert all([one.operator for one in requirement.specifier] == ["=="] for requirement in locked)
+    versions = {canonicalize_name(one.name): next(iter(one.specifier)).version for one in locked}
+    assert len(versions) == len(locked)
+
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
+    wanted = [*project["project"]["dependencies"], *project["project"]["optional-dependencies"]["dev"]]
+    wanted += project["project"]["optional-dependencies"]["package"]
+    wanted += project["build-system"]["requires"]
+    for requirement in map(Requirement, wanted):
+        assert requirement.specifier.contains(versions[canonicalize_name(requirement.name)]), requirement
+
+
+def test_the_version_is_the_projects() -> None:
+    import app
+
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+    assert app.version() == project["version"]
+
+
+def test_makefile_and_ci_use_commands_that_there_are(setup: SetupFiles) -> None:
+    known = {*setup.commands.COMMANDS, "clean"}
+    rule = next(
+        line for line in (ROOT / "Makefile").read_text(encoding="utf-8").splitlines() if line.startswith("demo")
+    )
+    assert set(rule.rstrip(":").split()) <= known
+    script = (ROOT / ".ci" / "run").read_text(encoding="utf-8")
+    used = {line.split("bootstrap.py ")[1].split()[0] for line in script.splitlines() if "bootstrap.py " in line}
+    assert {"test", "check", "demo"} <= used <= known

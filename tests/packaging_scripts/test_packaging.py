@@ -1,0 +1,323 @@
+"""How packages are made, as far as that can be told without making them (tests/packages makes sure of the rest)."""
+
+import configparser
+import json
+import re
+import struct
+from collections.abc import Iterator
+from importlib import import_module
+from pathlib import Path
+from types import ModuleType
+from typing import Any
+from xml.etree import ElementTree
+
+import pytest
+
+from tests.support.setup_files import PACKAGING, ROOT
+
+MODULES = (
+    "bundle",
+    "bundle_contents",
+    "debian",
+    "elf",
+    "entry",
+    "icon_files",
+    "inventory",
+    "man_page",
+    "package",
+    "release",
+    "sbom",
+    "tools",
+    "windows",
+)
+
+
+@pytest.fixture(scope="module")
+def made() -> Iterator[dict[str, ModuleType]]:
+    """The modules that make packages, by name."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.syspath_prepend(str(PACKAGING))
+        yield {name: import_module(name) for name in MODULES}
+
+
+@pytest.fixture
+def release(made: dict[str, ModuleType]) -> Any:
+    return made["release"].Release("1.2.3", 1_700_000_000)
+
+
+def test_the_time_of_a_release_is_given_or_the_commits(
+    made: dict[str, ModuleType], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("SOURCE_DATE_EPOCH", "1700000000")
+    found = made["release"].read_release()
+    assert found.epoch == 1_700_000_000
+    assert f"{found.time:%Y-%m-%d}" == "2023-11-14"
+    monkeypatch.delenv("SOURCE_DATE_EPOCH")
+    assert made["release"].read_release().epoch > 1_700_000_000
+
+
+# What goes into the bundle.
+
+
+@pytest.mark.parametrize(
+    ("place", "is_wanted"),
+    [
+        ("PySide6/Qt/plugins/platforms/libqxcb.so", True),
+        ("PySide6/plugins/platforms/qwindows.dll", True),
+        ("PySide6/Qt/plugins/platforms/libqcocoa.dylib", True),
+        ("PySide6/Qt/plugins/wayland-shell-integration/libxdg-shell.so", True),
+        ("PySide6/Qt/plugins/imageformats/libqpdf.so", False),
+        ("PySide6/Qt/plugins/sqldrivers/libqsqlite.so", False),
+        ("PySide6/Qt/translations/qtbase_zh_CN.qm", True),
+        ("PySide6/Qt/translations/qtbase_de.qm", False),
+        ("PySide6/Qt/lib/libQt6Widgets.so.6", True),
+        ("PySide6/Qt/lib/libQt6Quick.so.6", False),
+        ("PySide6/Qt6QmlModels.dll", False),
+        ("PySide6/opengl32sw.dll", False),
+        ("PySide6\\plugins\\tls\\qopensslbackend.dll", False),
+        ("numpy-2.4.6.dist-info/METADATA", True),
+        ("numpy-2.4.6.dist-info/RECORD", False),
+        ("dps_s_configurator.egg-info/PKG-INFO", False),
+        ("app/locale/zh_CN.ts", True),
+        ("ui/style/arrows/dark-up.svg", True),
+    ],
+)
+def test_what_is_wanted(made: dict[str, ModuleType], place: str, is_wanted: bool) -> None:
+    assert made["bundle_contents"].is_wanted(place) is is_wanted
+
+
+def test_the_desktops_libraries_stay_the_systems(made: dict[str, ModuleType]) -> None:
+    contents = made["bundle_contents"]
+    qt = contents.Entry("PySide6/Qt/lib/libQt6Core.so.6", "/venv/PySide6/Qt/lib/libQt6Core.so.6", "BINARY")
+    link = contents.Entry("libQt6Core.so.6", "PySide6/Qt/lib/libQt6Core.so.6", "SYMLINK")
+    xcb = contents.Entry("libxcb-cursor.so.0", "/usr/lib/x86_64-linux-gnu/libxcb-cursor.so.0", "BINARY")
+    dangling = contents.Entry("libxcb-cursor.so", "libxcb-cursor.so.0", "SYMLINK")
+    ssl = contents.Entry("libssl.so.3", "/lib/x86_64-linux-gnu/libssl.so.3", "BINARY")
+    assert contents.sifted([xcb, ssl, dangling, link, qt], is_linux=True) == [qt, link, ssl]
+    assert contents.sifted([xcb, ssl], is_linux=False) == [ssl, xcb]
+
+
+def test_all_modules_and_files_of_the_program_are_named(made: dict[str, ModuleType]) -> None:
+    names = made["bundle_contents"].module_names(ROOT)
+    assert {"app", "app.__main__", "app.cli.preflight", "ui.pages.live.page", "protocol.frame"} <= set(names)
+    files = {(Path(path).name, folder) for path, folder in made["bundle_contents"].data_files(ROOT)}
+    assert {("zh_CN.ts", "app/locale"), ("dark-up.svg", "ui/style/arrows")} <= files
+    assert not {name for name, _ in files if name.endswith((".py", ".pyc"))}
+
+
+# Where the program of a bundle begins.
+
+
+@pytest.mark.parametrize(
+    ("words", "sentence"),
+    [
+        (["read", "--port", "x"], None),
+        (["--version"], None),
+        (["gui", "--help"], None),
+        ([], "There is no screen here"),
+        (["--port", "x"], "There is no screen here"),
+        (["gui", "--demo"], "There is no screen here"),
+    ],
+)
+def test_a_window_without_a_screen_is_one_sentence(
+    made: dict[str, ModuleType], monkeypatch: pytest.MonkeyPatch, words: list[str], sentence: str | None
+) -> None:
+    monkeypatch.setattr("sys.platform", "linux")
+    for name in ("DISPLAY", "WAYLAND_DISPLAY", "QT_QPA_PLATFORM"):
+        monkeypatch.delenv(name, raising=False)
+    said = made["entry"].what_qt_lacks(words)
+    assert said is None if sentence is None else (said or "").startswith(sentence)
+
+
+def test_missing_libraries_are_named_with_what_to_type(
+    made: dict[str, ModuleType], monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    libraries = import_module("system_libraries")
+    (tmp_path / "system-libraries.txt").write_text("libxcb-cursor.so.0\nlibc.so.6\n")
+    monkeypatch.setattr("sys.platform", "linux")
+    monkeypatch.setattr("sys._MEIPASS", str(tmp_path), raising=False)
+    monkeypatch.setenv("DISPLAY", ":0")
+    monkeypatch.setenv("QT_QPA_PLATFORM", "xcb")
+    monkeypatch.setattr(libraries, "package_manager", lambda: "apt")
+    monkeypatch.setattr(libraries, "_loads", lambda soname: False)
+    said = made["entry"].what_qt_lacks(["gui"])
+    assert said == "Qt needs system libraries that are not here. Type: sudo apt-get install libxcb-cursor0"
+    monkeypatch.setattr(libraries, "_loads", lambda soname: soname == "libxcb-cursor.so.0")
+    assert made["entry"].what_qt_lacks(["gui"]) is None
+
+
+@pytest.mark.parametrize("original", [None, "/opt/lib"])
+def test_other_programs_get_their_own_libraries(
+    made: dict[str, ModuleType], monkeypatch: pytest.MonkeyPatch, original: str | None
+) -> None:
+    monkeypatch.setenv("LD_LIBRARY_PATH", "/bundle/_internal")
+    monkeypatch.delenv("LD_LIBRARY_PATH_ORIG", raising=False)
+    if original is not None:
+        monkeypatch.setenv("LD_LIBRARY_PATH_ORIG", original)
+    made["entry"].give_back_library_path()
+    import os
+
+    assert os.environ.get("LD_LIBRARY_PATH") == original
+
+
+# Pictures.
+
+
+def test_the_committed_icon_is_the_programs(made: dict[str, ModuleType]) -> None:
+    from ui.style.icons import app_icon_svg
+
+    assert made["icon_files"].SVG.read_bytes() == app_icon_svg()
+
+
+def test_icons_of_windows_and_macos_hold_every_size(made: dict[str, ModuleType]) -> None:
+    content = made["icon_files"].ico()
+    reserved, kind, count = struct.unpack_from("<HHH", content)
+    assert (reserved, kind, count) == (0, 1, 9)
+    for number in range(count):
+        side, _, _, _, _, depth, length, offset = struct.unpack_from("<BBBBHHII", content, 6 + 16 * number)
+        picture = content[offset : offset + length]
+        assert picture.startswith(b"\x89PNG")
+        assert struct.unpack_from(">II", picture, 16) == (side or 256, side or 256)
+        assert depth == 32
+    apple = made["icon_files"].icns()
+    assert apple[:4] == b"icns"
+    assert struct.unpack_from(">I", apple, 4)[0] == len(apple)
+
+
+# What a bundle is made of.
+
+
+def _part(made: dict[str, ModuleType], name: str, licence: str | None) -> Any:
+    return made["inventory"].Part(name=name, version="1", purl=f"pkg:pypi/{name}@1", licence=licence, texts=())
+
+
+def test_the_bill_of_materials_has_the_shape_of_cyclonedx(made: dict[str, ModuleType], release: Any) -> None:
+    found = [_part(made, "one", "MIT"), _part(made, "two", "MIT AND Zlib"), _part(made, "three", None)]
+    bill = made["sbom"].bill_of_materials(release, found)
+    assert (bill["bomFormat"], bill["specVersion"], bill["version"]) == ("CycloneDX", "1.6", 1)
+    assert re.fullmatch(r"urn:uuid:[0-9a-f]{8}(-[0-9a-f]{4}){3}-[0-9a-f]{12}", bill["serialNumber"])
+    assert bill["metadata"]["timestamp"] == "2023-11-14T22:13:20Z"
+    own = bill["metadata"]["component"]["bom-ref"]
+    references = [component["bom-ref"] for component in bill["components"]]
+    assert len({own, *references}) == 4
+    assert {one["ref"] for one in bill["dependencies"]} == {own, *references}
+    assert set(bill["dependencies"][0]["dependsOn"]) == set(references)
+    licences = [component.get("licenses") for component in bill["components"]]
+    assert licences == [[{"license": {"id": "MIT"}}], [{"expression": "MIT AND Zlib"}], None]
+    assert made["sbom"].bill_of_materials(release, found) == bill
+    json.dumps(bill)
+
+
+def test_a_part_without_a_licence_stops_the_build(
+    made: dict[str, ModuleType], monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    inventory = made["inventory"]
+    monkeypatch.setattr(inventory, "_python", lambda: _part(made, "nameless", "MIT"))
+    with pytest.raises(import_module("environment").SetupError, match="The licence text of nameless"):
+        inventory.parts([], tmp_path)
+
+
+def test_texts_that_the_inventory_names_are_there(made: dict[str, ModuleType]) -> None:
+    inventory = made["inventory"]
+    for names in inventory._TEXTS.values():
+        for name in names:
+            assert (inventory.LICENCE_FOLDER / name).stat().st_size > 500
+
+
+# Windows, macOS and the forge, which are never run here.
+
+
+@pytest.mark.parametrize(
+    "path", ["packaging/windows.iss", "packaging/windows.py", "packaging/macos.py", ".github/workflows/packages.yml"]
+)
+def test_what_was_never_run_says_so_first(path: str) -> None:
+    first = (ROOT / path).read_text(encoding="utf-8").splitlines()[0]
+    assert "Not run here: written for" in first
+    assert "never executed by us" in first
+
+
+def test_the_installer_names_only_what_is_built(made: dict[str, ModuleType]) -> None:
+    text = (PACKAGING / "windows.iss").read_text(encoding="utf-8")
+    sections = configparser.ConfigParser(
+        allow_no_value=True, strict=False, interpolation=None, comment_prefixes=(";", "#"), delimiters=("=",)
+    )
+    sections.read_string(text)
+    assert set(sections) - {"DEFAULT"} == {
+        "Setup",
+        "Languages",
+        "Tasks",
+        "InstallDelete",
+        "Files",
+        "Icons",
+        "Registry",
+        "Run",
+    }
+    setup = sections["Setup"]
+    assert setup["AppVersion"] == "{#AppVersion}"
+    assert re.fullmatch(r"\{\{[0-9A-F]{8}(-[0-9A-F]{4}){3}-[0-9A-F]{12}\}", setup["AppId"])
+    spec = (PACKAGING / "dps-s.spec").read_text(encoding="utf-8")
+    for program in re.findall(r"\{app\}\\([\w-]+)\.exe", text):
+        assert f'program("{program}"' in spec
+    given = set(re.findall(r"/D(\w+)=", (PACKAGING / "windows.py").read_text(encoding="utf-8")))
+    assert set(re.findall(r"\{#(\w+)\}", text)) - {"AppName"} <= given
+    assert not re.search(r"\d+\.\d+\.\d+", setup["AppVersion"] + setup["AppVerName"])
+
+
+def test_the_forge_calls_what_ci_calls() -> None:
+    text = (ROOT / ".github/workflows/packages.yml").read_text(encoding="utf-8")
+    assert "\t" not in text
+    assert "run: python packaging/bootstrap.py package\n" in text
+    assert {"ubuntu", "windows", "macos"} == set(re.findall(r"- system: ([a-z]+)-", text))
+    used = re.findall(r"uses: (\S+)", text)
+    assert used
+    assert all(re.fullmatch(r"actions/[a-z-]+@v\d+", one) for one in used)
+    for line in text.splitlines():
+        indent = len(line) - len(line.lstrip())
+        assert indent % 2 == 0, line
+
+
+# Linux.
+
+
+def test_the_metadata_names_what_is_installed(made: dict[str, ModuleType]) -> None:
+    debian = made["debian"]
+    root = ElementTree.parse(debian.LINUX / debian.METAINFO).getroot()
+    assert f"{root.findtext('id')}.metainfo.xml" == debian.METAINFO
+    assert root.findtext("launchable") == "dps-s-configurator.desktop"
+    assert (debian.LINUX / "dps-s-configurator.desktop").exists()
+    entry = configparser.ConfigParser(interpolation=None)
+    entry.read(debian.LINUX / "dps-s-configurator.desktop", encoding="utf-8")
+    assert entry["Desktop Entry"]["Exec"] == "dps-s"
+    assert entry["Desktop Entry"]["Icon"] == "dps-s-configurator"
+    from ui.main import run
+
+    assert 'setDesktopFileName("dps-s-configurator")' in Path(run.__code__.co_filename).read_text(encoding="utf-8")
+
+
+def test_a_run_path_of_the_machine_becomes_the_librarys_folder(made: dict[str, ModuleType], tmp_path: Path) -> None:
+    library = tmp_path / "one.so"
+    before = b"\x7fELF..\0/opt/python/lib\0libc.so.6\0"
+    library.write_bytes(before)
+    made["elf"].make_run_path_relative(library, "/opt/python/lib")
+    assert library.read_bytes() == b"\x7fELF..\0$ORIGIN\0\0\0\0\0\0\0\0\0libc.so.6\0"
+    with pytest.raises(ValueError, match="no room"):
+        made["elf"].make_run_path_relative(library, "/x")
+
+
+def test_the_manual_keeps_what_troff_would_take_for_orders(made: dict[str, ModuleType]) -> None:
+    assert made["man_page"]._as_it_stands("a-b\n.x\n'y\n\\n") == [".nf", "a\\-b", "\\&.x", "\\&'y", "\\en", ".fi"]
+
+
+@pytest.mark.parametrize(("manager", "is_root"), [("dnf", False), ("pacman", True)])
+def test_missing_tools_are_named_with_what_to_type(
+    made: dict[str, ModuleType], monkeypatch: pytest.MonkeyPatch, manager: str, is_root: bool
+) -> None:
+    tools = made["tools"]
+    monkeypatch.setattr(tools.sys, "platform", "linux")
+    monkeypatch.setattr(tools.shutil, "which", lambda program: None if program == "objdump" else "/bin/x")
+    monkeypatch.setattr(tools, "package_manager", lambda: manager)
+    monkeypatch.setattr(tools.os, "geteuid", lambda: 0 if is_root else 1000)
+    with pytest.raises(import_module("environment").SetupError) as raised:
+        tools.need_tools()
+    command = {"dnf": "sudo dnf install binutils", "pacman": "pacman -S binutils"}[manager]
+    assert str(raised.value) == f"Programs that build packages are not here. Type: {command}"

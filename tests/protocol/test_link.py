@@ -1,0 +1,266 @@
+"""The link on a fake clock: what is sent, what is believed, and when it gives up."""
+
+import pytest
+
+from protocol.catalogue import HEARTBEAT, TRIGGER_RECORDS, Hazard, Request
+from protocol.events import (
+    Answered,
+    OutcomeUnknown,
+    Role,
+    Sent,
+    Unanswered,
+    WentOffline,
+    WentOnline,
+)
+from protocol.frame import encode_reply
+from protocol.link import LinkMisused
+from protocol.link_states import EXCHANGE, Exchange, Presence, Step
+from protocol.messages import Acknowledgement, Heartbeat, Reading, TriggerRecord
+from tests.support.line.link_bench import PULSE, RECORD, STREAMED, TRAP, Bench, named
+from tests.support.line.vectors import BY_ID
+
+
+@pytest.fixture
+def bench() -> Bench:
+    return Bench()
+
+
+def test_a_question_is_answered_once_with_its_round_trip(bench: Bench) -> None:
+    assert bench.ask(named("attitude_threshold").query()) == bytes.fromhex("42 61 20 01 00 21")
+    bench.hear(encode_reply(0x20, 60), after_s=0.004)
+    (answered,) = bench.taken(Answered)
+    assert isinstance(answered, Answered)
+    assert answered.messages == (Reading(named("attitude_threshold"), 60),)
+    assert answered.round_trip_s == pytest.approx(0.004)
+    assert bench.link.is_idle
+    assert bench.link.presence is Presence.ONLINE
+    assert len(bench.taken(WentOnline)) == 1
+
+
+def test_the_first_question_waits_the_vendors_second_three_times(bench: Bench) -> None:
+    first = bench.ask(named("boot_count").query())
+    assert bench.wait(0.999) == b""
+    assert bench.wait(0.04) == first
+    bench.wait(2.1)
+    (given_up,) = bench.taken(Unanswered)
+    assert isinstance(given_up, Unanswered)
+    assert (given_up.attempts, given_up.waited_s) == (3, 1.0)
+    assert bench.link.counters.time_outs == 3
+    assert bench.link.counters.retries == 2
+
+
+def test_measured_round_trips_shorten_all_waits_but_the_last(bench: Bench) -> None:
+    bench.warm_up()
+    bench.ask(named("boot_count").query())
+    started = bench.now
+    bench.wait(3)
+    (given_up,) = bench.taken(Unanswered)
+    assert isinstance(given_up, Unanswered)
+    assert given_up.waited_s == 1.0
+    assert given_up.at - started == pytest.approx(0.15 + 0.03 + 0.3 + 0.03 + 1.0, abs=0.01)
+
+
+def test_an_answer_to_a_repeated_question_is_no_round_trip(bench: Bench) -> None:
+    bench.ask(named("boot_count").query())
+    bench.wait(1.05)
+    bench.hear(encode_reply(0x23, 37))
+    (answered,) = bench.taken(Answered)
+    assert isinstance(answered, Answered)
+    assert (answered.attempts, answered.round_trip_s) == (2, None)
+    bench.hear(encode_reply(0x23, 37), after_s=0.5)
+    assert bench.roles() == [Role.ANSWER, Role.LATE]
+
+
+@pytest.mark.parametrize(
+    "request_",
+    [named("freefall_time").set(1.6), named("serial_output").set(True), named("activation").set(False)],
+)
+def test_a_set_goes_out_once_and_unanswered_its_outcome_is_unknown(bench: Bench, request_: Request) -> None:
+    bench.ask(request_)
+    assert request_.encode() not in bench.wait(30)
+    assert [type(event) for event in bench.taken(OutcomeUnknown)] == [OutcomeUnknown]
+    assert sum(event.request == request_ for event in bench.events if isinstance(event, Sent)) == 1
+
+
+def test_a_dangerous_request_needs_an_explicit_act_and_goes_out_once(bench: Bench) -> None:
+    deploy = named("deploy").set(True)
+    assert deploy.hazard is Hazard.DANGEROUS
+    with pytest.raises(LinkMisused):
+        bench.ask(deploy)
+    assert bench.link.take_outgoing() == b""
+    assert bench.ask(deploy, is_deliberate=True, waits_s=(0.1, 0.1, 0.1)) == bytes.fromhex("42 61 11 02 01 14")
+    assert deploy.encode() not in bench.wait(60)
+    assert len(bench.taken(OutcomeUnknown)) == 1
+
+
+def test_a_second_request_in_flight_is_a_bug(bench: Bench) -> None:
+    bench.ask(named("light").query())
+    with pytest.raises(LinkMisused):
+        bench.ask(named("light").query())
+
+
+def test_e02_a_set_is_acknowledged_by_echo_or_by_one(bench: Bench) -> None:
+    for reply in (160, 1):
+        bench.ask(named("freefall_time").set(1.6))
+        bench.hear(encode_reply(0x22, reply))
+        bench.hear(PULSE)  # whatever fence the next set needs
+        bench.wait(0.2)
+    acknowledgements = [event.messages[0] for event in bench.events if isinstance(event, Answered)]
+    assert all(isinstance(message, Acknowledgement) and message.is_accepted for message in acknowledgements)
+
+
+def test_e02_one_is_no_acknowledgement_where_the_table_says_echo(bench: Bench) -> None:
+    bench.ask(named("attitude_threshold").set(60))
+    bench.hear(encode_reply(0x20, 1))
+    (answered,) = bench.taken(Answered)
+    assert isinstance(answered, Answered)
+    (message,) = answered.messages
+    assert isinstance(message, Acknowledgement)
+    assert not message.is_accepted
+
+
+@pytest.mark.parametrize("code", [0x34, 0x35])
+def test_e03_a_cell_voltage_is_answered_by_34_or_a_six_byte_35(bench: Bench, code: int) -> None:
+    bench.ask(named("cell_voltage").query())
+    bench.hear(encode_reply(code, 0xBE))
+    (answered,) = bench.taken(Answered)
+    assert isinstance(answered, Answered)
+    (message,) = answered.messages
+    assert isinstance(message, Reading)
+    assert (message.command.name, message.value) == ("cell_voltage", 3.8)
+
+
+@pytest.mark.parametrize("cut", range(1, 16))
+def test_e03_a_record_that_begins_like_a_voltage_stays_a_record(bench: Bench, cut: int) -> None:
+    bench.ask(TRIGGER_RECORDS.query())
+    bench.hear(TRAP[:cut], after_s=0.003)
+    bench.hear(TRAP[cut:], after_s=0.1)
+    bench.wait(1)
+    (answered,) = bench.taken(Answered)
+    assert isinstance(answered, Answered)
+    assert [type(message) for message in answered.messages] == [TriggerRecord]
+
+
+@pytest.mark.parametrize("code", [0x16, 0x17])
+def test_e04_17_is_acknowledged_by_17_or_16(bench: Bench, code: int) -> None:
+    bench.ask(named("freefall_trigger").set(True))
+    bench.hear(encode_reply(code, 0))
+    (answered,) = bench.taken(Answered)
+    assert isinstance(answered, Answered)
+    assert answered.request.command.name == "freefall_trigger"
+
+
+def test_e06_all_records_until_the_line_is_quiet_in_order(bench: Bench) -> None:
+    bench.ask(TRIGGER_RECORDS.query())
+    records = [bytes.fromhex("41 75 35 01") + bytes((number,)) + RECORD[5:15] for number in range(1, 10)]
+    for raw in records:
+        total = sum(raw[2:]) & 0xFF
+        bench.hear(raw + bytes((total,)), after_s=0.3)
+    bench.hear(STREAMED, after_s=0.1)
+    bench.wait(0.5)
+    (answered,) = bench.taken(Answered)
+    assert isinstance(answered, Answered)
+    counts = [message.boot_count for message in answered.messages if isinstance(message, TriggerRecord)]
+    assert counts == list(range(1, 10))
+
+
+def test_e06_no_record_at_all_is_unanswered_and_asked_only_once(bench: Bench) -> None:
+    bench.ask(TRIGGER_RECORDS.query())
+    assert TRIGGER_RECORDS.query().encode() not in bench.wait(5)
+    (given_up,) = bench.taken(Unanswered)
+    assert isinstance(given_up, Unanswered)
+    assert given_up.attempts == 1
+
+
+def test_locking_waits_behind_no_fence(bench: Bench) -> None:
+    lock = named("activation").set(False)
+    bench.ask(lock)
+    bench.wait(1.01)
+    assert bench.ask(lock) == lock.encode()
+
+
+def test_a_heartbeat_goes_out_only_when_nothing_else_proves_the_link(bench: Bench) -> None:
+    bench.warm_up()
+    for _ in range(30):
+        bench.hear(STREAMED, after_s=1)
+    assert bench.taken(Sent) == []
+    assert bench.wait(10.01) == HEARTBEAT.query().encode()
+
+
+def test_an_unanswered_heartbeat_is_offline_and_any_frame_is_online_again(bench: Bench) -> None:
+    bench.warm_up()
+    bench.wait(11.01)
+    assert bench.link.presence is Presence.OFFLINE
+    assert len(bench.taken(WentOffline)) == 1
+    assert bench.wait(2.01) == HEARTBEAT.query().encode()
+    bench.hear(PULSE)
+    assert bench.link.presence is Presence.ONLINE
+
+
+def test_a_lost_heartbeat_is_not_offline_while_other_frames_come(bench: Bench) -> None:
+    bench.warm_up()
+    bench.ask(HEARTBEAT.query(), waits_s=(1.0,))
+    bench.hear(STREAMED, after_s=0.5)
+    bench.wait(0.6)
+    assert bench.taken(WentOffline) == []
+    assert bench.link.presence is Presence.ONLINE
+
+
+def test_a_single_attempt_is_short_and_not_repeated(bench: Bench) -> None:
+    bench.warm_up()
+    light = named("light").query()
+    bench.ask(light, attempts=1)
+    start = bench.now
+    assert light.encode() not in bench.wait(0.2)
+    (given_up,) = bench.taken(Unanswered)
+    assert isinstance(given_up, Unanswered)
+    assert given_up.at - start == pytest.approx(0.15)
+
+
+def test_an_unanswered_question_makes_the_link_look_soon(bench: Bench) -> None:
+    bench.warm_up()
+    bench.ask(named("light").query(), waits_s=(0.2,))
+    assert bench.wait(0.35) == HEARTBEAT.query().encode()
+
+
+def test_our_own_bytes_are_an_echo_and_prove_nothing(bench: Bench) -> None:
+    sent = bench.ask(HEARTBEAT.query(), waits_s=(1.0,))
+    bench.hear(sent)
+    bench.wait(1.1)
+    assert bench.roles() == [Role.ECHO]
+    assert bench.link.presence is Presence.OFFLINE
+
+
+def test_a_status_is_an_answer_when_asked_and_streamed_when_not(bench: Bench) -> None:
+    bench.ask(named("status").query())
+    bench.hear(STREAMED)
+    bench.hear(STREAMED, after_s=0.1)
+    assert bench.roles() == [Role.ANSWER, Role.STREAMED]
+
+
+def test_rejected_bytes_are_counted_by_reason(bench: Bench) -> None:
+    bench.hear(BY_ID["attitude-threshold-reply-misprint"].raw, b"\xff\xfe")
+    bench.wait(0.3)
+    counted = {reason.value: count for reason, count in bench.link.counters.rejected_bytes.items()}
+    assert counted == {"checksum": 6, "no_header": 2}
+
+
+def test_a_heartbeat_that_answers_is_a_heartbeat(bench: Bench) -> None:
+    bench.ask(HEARTBEAT.query())
+    bench.hear(PULSE)
+    (answered,) = bench.taken(Answered)
+    assert isinstance(answered, Answered)
+    assert answered.messages == (Heartbeat(),)
+
+
+def test_every_state_can_be_left_for_idle() -> None:
+    for state in Exchange:
+        assert EXCHANGE[state, Step.ABANDON] is Exchange.IDLE
+        reachable, frontier = {state}, [state]
+        while frontier:
+            here = frontier.pop()
+            for (source, _), target in EXCHANGE.items():
+                if source is here and target not in reachable:
+                    reachable.add(target)
+                    frontier.append(target)
+        assert Exchange.IDLE in reachable

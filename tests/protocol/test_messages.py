@@ -1,0 +1,196 @@
+"""What module frames mean, with and without what was asked."""
+
+from itertools import pairwise
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from protocol.catalogue import (
+    BY_NAME,
+    CELL_VOLT,
+    CENTISECOND,
+    COMMANDS,
+    DEGREE,
+    INVERTED,
+    RECORD_CODE,
+    TENTH_G,
+    TENTH_VOLT,
+    Request,
+)
+from protocol.fields import ValueRefused
+from protocol.frame import encode_long, encode_reply
+from protocol.messages import (
+    RECORD_PARTS,
+    STATUS_PARTS,
+    Acknowledgement,
+    EmptySlot,
+    Heartbeat,
+    Part,
+    Reading,
+    Source,
+    Status,
+    TriggerRecord,
+    answers,
+    decode,
+    decode_record,
+)
+from tests.support.line.vectors import BY_ID, FROM_MODULE, Vector
+
+EXAMPLE = BY_ID["trigger-record-example"].raw
+VOLTAGE_AS_35 = BY_ID["cell-voltage-reply-35-3.8V"].raw
+
+
+def record(data: bytes) -> TriggerRecord:
+    decoded = decode_record(encode_long(RECORD_CODE, b"\1" + data))
+    assert isinstance(decoded, TriggerRecord)
+    return decoded
+
+
+@given(st.integers(0, 255), st.integers(0, 255), st.booleans(), st.booleans())
+def test_a_status_survives_the_way_there_and_back(tilt: int, tenths: int, triggered: bool, active: bool) -> None:
+    status = Status(tilt, tenths / 10, triggered, active)
+    assert decode(status.encode()) == status
+
+
+def test_the_status_of_the_table_both_ways() -> None:
+    status = Status(7, 1.0, triggered=False, active=True)
+    assert status.encode() == BY_ID["status-example"].raw
+    assert decode(BY_ID["status-example"].raw) == status
+
+
+@pytest.mark.parametrize("status", [Status(256, 1.0, False, False), Status(7, 1.05, False, False)])
+def test_a_status_that_no_frame_can_carry_is_refused(status: Status) -> None:
+    with pytest.raises(ValueRefused):
+        status.encode()
+
+
+def test_the_record_of_the_table() -> None:
+    assert decode(EXAMPLE) == TriggerRecord(
+        boot_count=1,
+        uptime_s=108,
+        sources=("attitude",),
+        attitude_threshold_deg=60,
+        freefall_acceleration_g=0.5,
+        freefall_time_s=1.6,
+        serial_connected=True,
+        charging=False,
+        light_v=1.2,
+        cell_voltage_v=4.7,
+        raw=EXAMPLE,
+    )
+
+
+@given(
+    st.binary(min_size=7, max_size=7),
+    st.sampled_from([0, 1]),
+    st.sampled_from([0, 1]),
+    st.binary(min_size=2, max_size=2),
+)
+def test_every_value_of_a_record_is_the_byte_it_came_from(head: bytes, link: int, charge: int, tail: bytes) -> None:
+    data = head + bytes((link, charge)) + tail
+    if data == bytes(11):
+        return
+    one = record(data)
+    again = bytes(
+        (
+            one.boot_count,
+            *one.uptime_s.to_bytes(2),
+            sum(Source[name.upper()].value for name in one.sources),
+            DEGREE.encode(one.attitude_threshold_deg),
+            TENTH_G.encode(one.freefall_acceleration_g),
+            CENTISECOND.encode(one.freefall_time_s),
+            INVERTED.encode(one.serial_connected),
+            INVERTED.encode(one.charging),
+            TENTH_VOLT.encode(one.light_v),
+            CELL_VOLT.encode(one.cell_voltage_v),
+        )
+    )
+    assert again == data
+
+
+@pytest.mark.parametrize(
+    ("byte", "sources"),
+    [
+        (0x00, ()),
+        (0x01, ("serial",)),
+        (0x02, ("attitude",)),
+        (0x04, ("pwm",)),
+        (0x08, ("freefall",)),
+        (0x0A, ("attitude", "freefall")),
+        (0x90, ("bit4", "bit7")),
+        (0xFF, ("serial", "attitude", "pwm", "freefall", "bit4", "bit5", "bit6", "bit7")),
+    ],
+)
+def test_sources_lowest_bit_first_unknown_bits_by_number(byte: int, sources: tuple[str, ...]) -> None:
+    assert record(bytes((1, 0, 1, byte, 60, 5, 160, 0, 1, 12, 200))).sources == sources
+
+
+@pytest.mark.parametrize("vector", FROM_MODULE, ids=lambda vector: vector.id)
+def test_a_reply_answers_its_own_request_and_no_other(vector: Vector) -> None:
+    assert vector.means is not None
+    means = vector.means["command"]
+    for command in COMMANDS:
+        requests = [] if command.query_data is None else [command.query()]
+        if command.write is not None:
+            requests += [Request(command, 0x02, raw) for raw in sorted(command.write.allowed)[:2]]
+        for asked in requests:
+            is_shared = vector.raw[2] == 0x16 and command.name in ("attitude_trigger", "freefall_trigger")
+            assert answers(vector.raw, asked) is (command.name == means or is_shared)
+
+
+def test_a_message_that_answers_nothing_asked_is_named_by_its_code() -> None:
+    status_asked = BY_NAME["status"].query()
+    assert decode(encode_reply(0x23, 5), status_asked) == Reading(BY_NAME["boot_count"], 5)
+    assert decode(encode_reply(0x16, 1), status_asked) == Reading(BY_NAME["attitude_trigger"], 1)
+
+
+def test_six_bytes_of_code_35_are_a_voltage_even_while_records_are_asked() -> None:
+    message = decode(VOLTAGE_AS_35, BY_NAME["trigger_records"].query())
+    assert message == Reading(BY_NAME["cell_voltage"], 0xBE)
+    assert message.value == 3.8
+
+
+def test_a_reply_without_a_value_has_none() -> None:
+    with pytest.raises(LookupError, match="status"):
+        _ = Reading(BY_NAME["status"], 0).value
+
+
+def test_heartbeat() -> None:
+    assert decode(BY_ID["heartbeat-reply"].raw) == Heartbeat()
+
+
+@pytest.mark.parametrize(
+    ("asked", "raw", "is_echo", "is_accepted"),
+    [
+        (BY_NAME["freefall_time"].set(1.6), 0xA0, True, True),
+        (BY_NAME["freefall_time"].set(1.6), 0x01, False, True),
+        (BY_NAME["freefall_time"].set(1.6), 0x9F, False, False),
+        (BY_NAME["attitude_threshold"].set(60), 0x3C, True, True),
+        (BY_NAME["attitude_threshold"].set(60), 0x01, False, False),
+        (BY_NAME["activation"].set(True), 0x00, False, False),
+        (BY_NAME["activation"].set(False), 0x01, False, False),
+        (BY_NAME["zero_sensor"].query(), 0x01, False, True),
+        (BY_NAME["shutdown"].set(True), 0x01, True, True),
+    ],
+)
+def test_acknowledgements(asked: Request, raw: int, is_echo: bool, is_accepted: bool) -> None:
+    message = decode(encode_reply(asked.command.code, raw), asked)
+    assert isinstance(message, Acknowledgement)
+    assert (message.request, message.is_echo, message.is_accepted) == (asked, is_echo, is_accepted)
+
+
+@pytest.mark.parametrize("parts", [STATUS_PARTS, RECORD_PARTS], ids=["status", "record"])
+def test_the_parts_cover_the_frame_without_a_gap(parts: tuple[Part, ...]) -> None:
+    assert all(one.first + one.length == other.first for one, other in pairwise(parts))
+    assert parts[-1].first + parts[-1].length == (7 if parts is STATUS_PARTS else 15)
+
+
+def test_the_parts_bear_the_names_of_the_values() -> None:
+    assert {part.name for part in STATUS_PARTS} == set(Status.__dataclass_fields__)
+    assert {part.name for part in RECORD_PARTS} == set(TriggerRecord.__dataclass_fields__) - {"raw"}
+
+
+def test_an_empty_slot_is_no_record() -> None:
+    raw = encode_long(RECORD_CODE, b"\1" + bytes(11))
+    assert decode(raw) == EmptySlot(raw)

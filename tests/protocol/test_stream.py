@@ -1,0 +1,297 @@
+"""The stream parser: frames and rejected bytes out of anything, in any cuts."""
+
+import random
+from collections import Counter
+from itertools import chain, combinations, pairwise
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from protocol.catalogue import BY_NAME, COMMANDS, Request
+from protocol.frame import Direction, Frame, Noise, Reason, encode_reply
+from protocol.messages import Status
+from protocol.stream import Piece, StreamParser
+from tests.scenarios.fuzz import MOST_PENDING, fuzz, nasty_bytes, summed
+from tests.support.line import reference_decoder
+from tests.support.line.vectors import BY_ID, VALID, VECTORS, Vector
+
+VOLTAGE = BY_NAME["cell_voltage"].query()
+RECORDS = BY_NAME["trigger_records"].query()
+STATUS = BY_NAME["status"].query()
+LIKE_A_VOLTAGE = BY_ID["trigger-record-that-begins-like-a-voltage"].raw
+VOLTAGE_AS_35 = BY_ID["cell-voltage-reply-35-3.8V"].raw
+STREAMED = Status(7, 1.0, triggered=False, active=True).encode()
+
+asked_requests = st.sampled_from([None, VOLTAGE, RECORDS, STATUS])
+nasty_streams = st.integers(0, 2**64).map(lambda seed: nasty_bytes(random.Random(seed)))
+
+
+def asked_for(vector: Vector) -> Request | None:
+    command = BY_NAME[vector.while_asked] if vector.while_asked else None
+    return command.query() if command is not None and command.can_be_asked else None
+
+
+def parse(*chunks: bytes, asked: Request | None = None, follows_host: bool = False) -> list[Piece]:
+    """All pieces of a stream that is fed in these chunks and then falls quiet."""
+    parser = StreamParser(asked=asked, follows_host=follows_host)
+    pieces = [piece for chunk in chunks for piece in parser.feed(chunk)]
+    return pieces + parser.flush()
+
+
+def frames(pieces: list[Piece]) -> list[bytes]:
+    return [piece.raw for piece in pieces if isinstance(piece, Frame)]
+
+
+def rejected(pieces: list[Piece]) -> Counter[Reason]:
+    """Rejected bytes by reason, as the link counts them."""
+    counted: Counter[Reason] = Counter()
+    for piece in pieces:
+        if isinstance(piece, Noise):
+            counted[piece.reason] += len(piece.raw)
+    return counted
+
+
+def cut(data: bytes, places: list[int]) -> list[bytes]:
+    edges = [0, *sorted(place % (len(data) + 1) for place in places), len(data)]
+    return [data[start:end] for start, end in pairwise(edges)]
+
+
+@pytest.mark.parametrize("vector", VALID, ids=lambda vector: vector.id)
+def test_a_frame_of_the_table_is_one_piece(vector: Vector) -> None:
+    direction = Direction.HOST_TO_MODULE if vector.is_from_host else Direction.MODULE_TO_HOST
+    asked = asked_for(vector)
+    assert parse(vector.raw, asked=asked) == [Frame(direction, vector.raw, 0)]
+    assert parse(*(bytes((byte,)) for byte in vector.raw), asked=asked) == [Frame(direction, vector.raw, 0)]
+
+
+@pytest.mark.parametrize("vector", [one for one in VECTORS if one.means is None], ids=lambda vector: vector.id)
+def test_a_misprinted_frame_is_rejected_with_its_reason(vector: Vector) -> None:
+    (noise,) = parse(vector.raw)
+    assert isinstance(noise, Noise)
+    assert (noise.raw, noise.reason, noise.detail) == (vector.raw, Reason.CHECKSUM, "checksum 50, the sum is 5D")
+
+
+@given(nasty_streams, st.lists(st.integers(0, 200), max_size=20), asked_requests, st.booleans())
+def test_cuts_change_neither_frames_nor_rejected_bytes(
+    data: bytes, places: list[int], asked: Request | None, follows_host: bool
+) -> None:
+    whole = parse(data, asked=asked, follows_host=follows_host)
+    pieces = parse(*cut(data, places), asked=asked, follows_host=follows_host)
+    assert [one for one in pieces if isinstance(one, Frame)] == [one for one in whole if isinstance(one, Frame)]
+    assert rejected(pieces) == rejected(whole)
+
+
+@given(nasty_streams | st.binary(max_size=200), st.lists(st.integers(0, 200), max_size=5), asked_requests)
+def test_every_byte_is_in_exactly_one_piece_in_order(data: bytes, places: list[int], asked: Request | None) -> None:
+    pieces = parse(*cut(data, places), asked=asked)
+    assert b"".join(piece.raw for piece in pieces) == data
+    assert all(piece.raw and piece.raw == data[piece.offset :][: len(piece.raw)] for piece in pieces)
+
+
+@given(st.lists(st.sampled_from(VALID), max_size=30), st.data())
+def test_a_clean_exchange_is_all_frames(vectors: list[Vector], data: st.DataObject) -> None:
+    """Each reply behind the question that decides its meaning, as in a capture of both directions."""
+    sent = []
+    for vector in vectors:
+        asked = asked_for(vector)
+        sent += [vector.raw] if asked is None else [asked.encode(), vector.raw]
+        if asked is None and not vector.is_from_host:
+            sent.insert(-1, STATUS.encode())
+    stream = b"".join(sent)
+    places = data.draw(st.lists(st.integers(0, len(stream)), max_size=10))
+    pieces = parse(*cut(stream, places), follows_host=True)
+    assert frames(pieces) == sent
+    assert not rejected(pieces)
+
+
+def test_status_frames_back_to_back_up_to_a_bad_one_are_taken() -> None:
+    bad = bytes((*STREAMED[:-1], STREAMED[-1] ^ 1))
+    pieces = parse(STREAMED * 600 + bad + STREAMED * 3)
+    assert frames(pieces) == [STREAMED] * 603
+    assert [piece.offset for piece in pieces] == list(range(0, 604 * 8, 8))
+    assert [piece.raw for piece in pieces if isinstance(piece, Noise)] == [bad]
+
+
+@pytest.mark.parametrize("flag", [5, 6])
+def test_a_status_flag_that_is_neither_00_nor_01_is_rejected(flag: int) -> None:
+    changed = bytearray(STREAMED[:-1])
+    changed[flag] = 2
+    (noise,) = parse(STREAMED + summed(bytes(changed)))[1:]
+    assert isinstance(noise, Noise)
+    assert noise.reason is Reason.VALUE
+
+
+@pytest.mark.parametrize(
+    ("hex_text", "reason", "detail"),
+    [
+        ("00 FF 13", Reason.NO_HEADER, "no frame header"),
+        ("41", Reason.NO_HEADER, "no frame header"),
+        ("41 75", Reason.INCOMPLETE, "the frame broke off"),
+        ("41 75 32 07 0A 00 01", Reason.INCOMPLETE, "the frame broke off"),
+        ("42 61 32 01", Reason.INCOMPLETE, "the frame broke off"),
+        ("41 75 99 01 00 9A", Reason.UNKNOWN_CODE, "unknown command code 99"),
+        ("42 61 99 01 00 9A", Reason.UNKNOWN_CODE, "unknown command code 99"),
+        ("41 75 20 02 3C 5E", Reason.CONTROL, "control byte 02, expected 01"),
+        ("42 61 14 02 01 17", Reason.CONTROL, "control byte 02 does not go with command 14"),
+        ("41 75 35 02 01 00", Reason.CONTROL, "control byte 02, expected 01"),
+        ("41 75 24 01 07 2C", Reason.VALUE, "value 07 is not one that the table allows for 24"),
+        ("42 61 11 02 02 15", Reason.VALUE, "value 02 is not one that the table allows for 11"),
+        ("41 75 01 A5 5B 01", Reason.VALUE, "heartbeat carries A5 5B, expected A5 5A"),
+        ("41 75 32 07 0A 00 01 45", Reason.CHECKSUM, "checksum 45, the sum is 44"),
+        ("41 75 35 01 BE F5", Reason.CHECKSUM, "checksum F5, the sum is F4"),
+        ("41 75 35 01 01 00 6C 02 3C 05", Reason.INCOMPLETE, "the frame broke off"),
+        (summed(LIKE_A_VOLTAGE[:11] + b"\2" + LIKE_A_VOLTAGE[12:15]).hex(), Reason.VALUE,
+         "serial link flag 02, expected 00 or 01"),
+    ],
+)  # fmt: skip
+def test_rejected_bytes_carry_their_reason(hex_text: str, reason: Reason, detail: str) -> None:
+    raw = bytes.fromhex(hex_text)
+    (noise,) = parse(raw)
+    assert isinstance(noise, Noise)
+    assert (noise.raw, noise.reason, noise.detail, noise.offset) == (raw, reason, detail, 0)
+
+
+def test_what_comes_after_a_pause_is_not_blamed_on_the_frame_before_it() -> None:
+    parser = StreamParser()
+    assert parser.feed(LIKE_A_VOLTAGE[:8]) == []
+    (broken_off,) = parser.flush()
+    assert isinstance(broken_off, Noise)
+    assert broken_off.reason is Reason.INCOMPLETE
+    (noise,) = parser.feed(b"\0\0")
+    assert isinstance(noise, Noise)
+    assert (noise.raw, noise.reason, noise.offset) == (b"\0\0", Reason.NO_HEADER, 8)
+
+
+def test_a_header_within_rejected_bytes_begins_a_frame() -> None:
+    pieces = parse(b"Au\x20\x01" + STREAMED)
+    assert frames(pieces) == [STREAMED]
+    assert rejected(pieces) == {Reason.CHECKSUM: 4}
+
+
+def test_header_bytes_as_data_are_data() -> None:
+    tilted = Status(0x41, 11.7, triggered=False, active=True).encode()
+    assert frames(parse(tilted * 3)) == [tilted] * 3
+
+
+def test_a_pause_within_a_frame_is_no_matter_as_long_as_nobody_flushes() -> None:
+    parser = StreamParser()
+    assert [parser.feed(bytes((byte,))) for byte in STREAMED[:-1]] == [[]] * 7
+    assert frames(parser.feed(STREAMED[-1:])) == [STREAMED]
+
+
+@pytest.mark.parametrize("asked", [None, RECORDS, STATUS])
+@pytest.mark.parametrize("following", [b"", STREAMED * 2], ids=["alone", "followed"])
+def test_e03_a_record_that_begins_like_a_voltage_is_a_record_in_every_chunking(
+    asked: Request | None, following: bytes
+) -> None:
+    inner = range(1, len(LIKE_A_VOLTAGE))
+    for places in chain.from_iterable(combinations(inner, count) for count in range(len(inner) + 1)):
+        chunks = cut(LIKE_A_VOLTAGE, list(places))
+        parser = StreamParser(asked=asked)
+        pieces = [piece for chunk in (*chunks, following) for piece in parser.feed(chunk)]
+        assert frames(pieces) == [LIKE_A_VOLTAGE] + [STREAMED] * (len(following) // 8)
+        assert parser.pending == 0
+
+
+def test_e03_what_was_asked_decides_what_a_code_35_frame_is() -> None:
+    as_voltage = parse(LIKE_A_VOLTAGE, asked=VOLTAGE)
+    assert frames(as_voltage) == [LIKE_A_VOLTAGE[:6]]
+    assert frames(parse(LIKE_A_VOLTAGE, asked=RECORDS)) == [LIKE_A_VOLTAGE]
+    other_record = BY_ID["trigger-record-example"].raw
+    assert frames(parse(other_record, asked=VOLTAGE)) == [other_record]
+
+
+def test_e03_a_voltage_is_a_frame_at_once_while_it_is_asked() -> None:
+    parser = StreamParser(asked=VOLTAGE)
+    assert parser.feed(VOLTAGE_AS_35[:-1]) == []
+    assert frames(parser.feed(VOLTAGE_AS_35[-1:])) == [VOLTAGE_AS_35]
+
+
+@pytest.mark.parametrize("asked", [None, VOLTAGE, STATUS])
+@pytest.mark.parametrize("step", range(1, 16))
+def test_e03_a_voltage_before_streamed_frames_is_six_bytes(asked: Request | None, step: int) -> None:
+    for tilt in range(256):  # for one of them the sixteen bytes have the checksum of a record
+        streamed = Status(tilt, 1.0, triggered=False, active=True).encode()
+        data = VOLTAGE_AS_35 + streamed * 2
+        chunks = [data[at : at + step] for at in range(0, len(data), step)]
+        assert frames(parse(*chunks, asked=asked)) == [VOLTAGE_AS_35, streamed, streamed]
+
+
+@pytest.mark.parametrize("asked", [None, RECORDS, STATUS])
+def test_e03_a_record_that_is_damaged_behind_its_sixth_byte_is_no_voltage(asked: Request | None) -> None:
+    for position in range(6, 16):
+        for bit in range(8):
+            damaged = bytearray(LIKE_A_VOLTAGE)
+            damaged[position] ^= 1 << bit
+            assert frames(parse(bytes(damaged) + STREAMED, asked=asked)) == [STREAMED]
+    for length in range(7, 16):
+        assert frames(parse(LIKE_A_VOLTAGE[:length], asked=asked)) == []
+
+
+def test_e03_while_records_are_asked_six_bytes_are_never_enough() -> None:
+    assert frames(parse(LIKE_A_VOLTAGE[:6], asked=RECORDS)) == []
+    assert frames(parse(LIKE_A_VOLTAGE[:6] + LIKE_A_VOLTAGE, asked=RECORDS)) == [LIKE_A_VOLTAGE]
+
+
+def test_follows_host_takes_what_was_asked_from_the_capture() -> None:
+    capture = VOLTAGE.encode() + LIKE_A_VOLTAGE[:6] + RECORDS.encode() + LIKE_A_VOLTAGE + VOLTAGE_AS_35
+    expected = [VOLTAGE.encode(), LIKE_A_VOLTAGE[:6], RECORDS.encode(), LIKE_A_VOLTAGE]
+    assert frames(parse(capture, follows_host=True)) == expected
+
+
+def test_the_wait_is_bounded_whatever_comes() -> None:
+    source = random.Random(35)
+    parser = StreamParser()
+    for _ in range(300):
+        parser.feed(source.randbytes(1000) + nasty_bytes(source))
+        assert parser.pending <= MOST_PENDING
+    for byte in b"AuBaAu5\x01Au5\x01AuAuBaA" * 200:
+        parser.feed(bytes((byte,)))
+        assert parser.pending <= MOST_PENDING
+
+
+@given(st.binary(max_size=60) | nasty_streams, st.sampled_from(VALID), st.lists(st.integers(0, 80), max_size=6))
+def test_after_any_garbage_the_next_whole_frame_is_found(garbage: bytes, vector: Vector, places: list[int]) -> None:
+    """Unless bytes before it begin a frame that is valid to its last byte and reaches into it.
+
+    What begins within the garbage is asked of the reference decoder, so this is no tautology.
+    """
+    asked = asked_for(vector)
+    data = garbage + vector.raw
+    code = None if asked is None else asked.command.code
+    reaching_in = [
+        start
+        for start in range(max(0, len(garbage) - MOST_PENDING), len(garbage))
+        if start + reference_decoder.frame_length(data, start, code) > len(garbage)
+    ]
+    if not reaching_in:
+        assert vector.raw in frames(parse(*cut(data, places), asked=asked))
+
+
+@given(st.binary(max_size=60), st.sampled_from(VALID))
+def test_fifteen_bytes_without_a_header_make_the_next_frame_certain(garbage: bytes, vector: Vector) -> None:
+    quiet = bytes(MOST_PENDING)
+    pieces = parse(garbage + quiet + vector.raw, asked=asked_for(vector))
+    assert pieces[-1].raw == vector.raw
+    assert isinstance(pieces[-1], Frame)
+
+
+def test_both_decoders_agree_on_nasty_streams() -> None:
+    figures = fuzz(10_000, seed=20190430)
+    assert figures.disagreements == 0
+    assert figures.inputs == 10_000
+    assert figures.frames > 5_000
+
+
+def test_the_comparison_notices_a_decoder_that_errs(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(reference_decoder, "is_status", lambda raw: False)
+    assert fuzz(200, seed=1).disagreements > 0
+
+
+def test_every_reply_of_the_catalogue_is_found_by_its_code() -> None:
+    for command in COMMANDS:
+        if command.reply is not None:
+            for raw in command.reply.allowed:
+                reply = encode_reply(command.code, raw)
+                assert frames(parse(reply)) == [reply]

@@ -1,0 +1,1 @@
+"""Whole conversations: stateful, random, hostile."""

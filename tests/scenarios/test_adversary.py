@@ -1,0 +1,209 @@
+"""The campaign: a part of it, and its judge, who finds out a program that lies."""
+
+import itertools
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from app.engine.procedure import Ask, Look, Pause, Procedure
+from app.preflight.verdict import Assessment, Verdict
+from protocol.catalogue import BY_NAME
+from protocol.messages import TriggerRecord
+from tests.adversary.__main__ import breaches_of, main, table_of
+from tests.adversary.campaign import Plan, plan_of, plans, run_all, run_one
+from tests.adversary.commands import COMMANDS
+from tests.adversary.faults import DIALECTS, TROUBLES
+from tests.adversary.gestures import WINDOW
+from tests.adversary.judge import Breach
+
+RUNS = 60
+
+pytestmark = pytest.mark.usefixtures("qapp")
+
+
+def found(home: Path, trouble: str, command: str, dialect: str = "as printed") -> set[Breach]:
+    return {finding.breach for finding in run_one(Plan(dialect, trouble, command, 1), home).findings}
+
+
+def test_the_whole_campaign_meets_everything() -> None:
+    planned = list(plans(5600, 1))
+    assert len(set(planned)) == 5600
+    assert len(TROUBLES) >= 60
+    commands = [*(command.name for command in COMMANDS), *WINDOW]
+    pairs = {(plan.trouble, plan.command) for plan in planned}
+    assert pairs == set(itertools.product(TROUBLES, commands))
+    assert {(plan.dialect, plan.trouble) for plan in planned} == set(itertools.product(DIALECTS, TROUBLES))
+    assert {(plan.dialect, plan.command) for plan in planned} == set(itertools.product(DIALECTS, commands))
+
+
+@pytest.mark.parametrize("command", [*(command.name for command in COMMANDS), *WINDOW])
+def test_an_honest_module_on_a_perfect_line_is_served(command: str, tmp_path: Path) -> None:
+    result = run_one(Plan("as printed", "nothing", command, 1), tmp_path / "home")
+    assert not result.findings
+    has_no_verdict = command in ("preflight", "preflight active")  # nobody knows how its triggers stand
+    assert result.ran.code == (1 if has_no_verdict else 0), result.ran.err
+
+
+def test_a_part_of_the_campaign_finds_no_breach(tmp_path: Path) -> None:
+    campaign = run_all(plans(RUNS, 1), tmp_path / "home")
+    assert campaign.breaches == [], "\n".join(breaches_of(campaign))
+    assert campaign.said['"verified": true'] > 2, "a program that says nothing breaks no promise"
+
+
+def test_a_run_is_the_same_when_it_is_repeated(tmp_path: Path) -> None:
+    plan = Plan("records in pieces", "corrupt both ways", "history nine", 3)
+    first, second = (run_one(plan, tmp_path / "home") for _ in range(2))
+    assert (first.ran.out, first.ran.took_s) == (second.ran.out, second.ran.took_s)
+    assert plan_of(str(plan)) == plan
+
+
+# Broken programs
+
+
+def no_last_reading(patch: pytest.MonkeyPatch) -> None:
+    def skipped(course: Any, before: Any) -> Procedure[Any]:
+        from app.procedures.write_all import WriteReport
+
+        yield Look()
+        return WriteReport(results=tuple(course.results))
+
+    patch.setattr("app.procedures.write_all._last_reading", skipped)
+
+
+def no_reading_back(patch: pytest.MonkeyPatch) -> None:
+    from app.procedures.write import ReadBack
+
+    def believed(command: Any) -> Procedure[ReadBack]:
+        yield Look()
+        return ReadBack(70)
+
+    patch.setattr("app.procedures.write.read_back", believed)
+    no_last_reading(patch)
+
+
+def defaults_for_flags(patch: pytest.MonkeyPatch) -> None:
+    from app.terminal import read_report as findings
+
+    honest = findings.json_of
+
+    def assumed(found_: Any) -> dict[str, object]:
+        answer: dict[str, Any] = honest(found_)
+        answer["settings"]["attitude_trigger"] = True
+        return answer
+
+    patch.setattr(findings, "json_of", assumed)
+
+
+def always_ready(patch: pytest.MonkeyPatch) -> None:
+    patch.setattr(Assessment, "verdict", property(lambda _assessment: Verdict.READY))
+
+
+def nothing_ends_it(patch: pytest.MonkeyPatch) -> None:
+    patch.setattr("ui.pages.preflight.controller.void_reason", lambda *_args, **_more: None)
+    patch.setattr("ui.pages.preflight.controller.changes_between", lambda *_args: ())
+
+
+def one_pass(patch: pytest.MonkeyPatch) -> None:
+    from app.procedures.history import History
+    from protocol.events import Answered
+
+    def once() -> Procedure[History]:
+        outcome = yield Ask(BY_NAME["trigger_records"].query())
+        messages = outcome.messages if isinstance(outcome, Answered) else ()
+        records = tuple(one for one in messages if isinstance(one, TriggerRecord))
+        return History(records, is_confirmed=True, is_answered=True)
+
+    patch.setattr("app.procedures.history.read_history", once)
+
+
+def zero_first(patch: pytest.MonkeyPatch) -> None:
+    from app.procedures import read
+
+    honest = read.read_everything
+
+    def zeroing() -> Procedure[Any]:
+        yield Ask(BY_NAME["zero_sensor"].query(), is_deliberate=True)
+        return (yield from honest())
+
+    patch.setattr(read, "read_everything", zeroing)
+
+
+def never_ends(patch: pytest.MonkeyPatch) -> None:
+    def waiting() -> Procedure[Any]:
+        while True:
+            yield Pause(1.0)
+
+    patch.setattr("app.procedures.history.read_history", waiting)
+
+
+def breaks(patch: pytest.MonkeyPatch) -> None:
+    def broken() -> Procedure[Any]:
+        yield Look()
+        raise KeyError("a bug")
+
+    patch.setattr("app.procedures.history.read_history", broken)
+
+
+def all_is_well(patch: pytest.MonkeyPatch) -> None:
+    patch.setattr("app.cli.set.SAID_NO", 0)
+
+
+def acknowledged_is_done(patch: pytest.MonkeyPatch) -> None:
+    from app.safety.journal import Outcome
+
+    patch.setattr("app.procedures.act._outcome", lambda _act, _after: Outcome.CONFIRMED)
+
+
+def lock_is_believed(patch: pytest.MonkeyPatch) -> None:
+    from app.safety.journal import Outcome
+
+    patch.setattr("app.procedures.lock._Proof.outcome", property(lambda _proof: Outcome.CONFIRMED))
+
+
+@pytest.mark.parametrize(
+    ("break_it", "trouble", "command", "breach"),
+    [
+        (no_last_reading, "reverts after 300 ms", "set attitude_threshold_deg", Breach.FALSE_VERIFIED),
+        (nothing_ends_it, "memory changes while it stands", "window: preflight", Breach.FALSE_VERDICT),
+        (no_last_reading, "time writes threshold", "set freefall_time_s", Breach.FALSE_VERIFIED),
+        (no_reading_back, "keeps nothing", "set attitude_threshold_deg", Breach.FALSE_VERIFIED),
+        (defaults_for_flags, "nothing", "read", Breach.WRONG_VALUE),
+        (always_ready, "memory changes", "preflight triggers", Breach.FALSE_VERDICT),
+        (always_ready, "somebody activates", "preflight triggers", Breach.FALSE_VERDICT),
+        (one_pass, "record lost in pass 1", "history", Breach.LOST_RECORD),
+        (zero_first, "nothing", "read", Breach.DANGEROUS_FRAME),
+        (never_ends, "nothing", "history", Breach.HANG),
+        (breaks, "nothing", "history", Breach.MISHAP),
+        (all_is_well, "refuses", "set attitude_threshold_deg", Breach.EXIT_CODE),
+        (lock_is_believed, "locks without effect", "lock", Breach.FALSE_OUTCOME),
+        (acknowledged_is_done, "activates without effect", "activate", Breach.FALSE_OUTCOME),
+        (acknowledged_is_done, "shuts down without effect", "shutdown", Breach.FALSE_OUTCOME),
+    ],
+)
+def test_a_broken_program_is_found_out(
+    break_it: Callable[[pytest.MonkeyPatch], None],
+    trouble: str,
+    command: str,
+    breach: Breach,
+    monkeypatch: pytest.MonkeyPatch,
+    tmp_path: Path,
+) -> None:
+    break_it(monkeypatch)
+    assert breach in found(tmp_path / "home", trouble, command)
+
+
+def test_a_breach_is_told_with_the_line_that_repeats_it(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    no_last_reading(monkeypatch)
+    plan = Plan("ack one", "reverts after 300 ms", "set freefall_time_s", 4)
+    campaign = run_all(iter([plan]), tmp_path / "home")
+    told = "\n".join([*table_of(campaign), *breaches_of(campaign)])
+    assert "false verified" in told
+    assert f'--only "{plan}"' in told
+    assert main(["--only", str(plan)]) == 1
+    assert "false verified" in capsys.readouterr().out
+    monkeypatch.undo()
+    assert main(["--only", str(plan)]) == 0

@@ -1,0 +1,322 @@
+"""Addresses, names and files made to do harm: refused or shown as they are, in bounded time, never obeyed."""
+
+import argparse
+import json
+import os
+import subprocess
+import sys
+import time
+from collections.abc import Sequence
+from datetime import UTC, datetime
+from pathlib import Path
+from types import SimpleNamespace
+
+import pytest
+
+from app import __main__ as program
+from app.engine import ports as port_list
+from app.engine.transport import PortError, PortTrouble, holder_of, open_line
+from app.settings.profile_file import ProfileRefused, parse_profile, read_profile, save_profile
+from app.settings.profiles import Profile
+from app.system.files import write_whole
+from app.terminal import console
+from app.text.visible_text import visible, visible_json
+from protocol.frame import Noise
+from protocol.stream import StreamParser
+from ui.files.file_dialogs import default_name
+
+ESCAPE = "\x1b]0;owned\x07\x9b31m\u202e\u2066"
+HUGE = {"decimal": "1" + "0" * 4000, "negative": "-1" + "0" * 4000, "hexadecimal": "0x" + "F" * 6000}
+
+
+# Addresses
+
+
+@pytest.mark.parametrize(
+    "address",
+    [
+        "spy:///dev/null?file={file}",
+        "SPY:///dev/null?file={file}",
+        "alt:///dev/null?class=PosixPollSerial",
+        "hwgrep://.",
+        "cp2110://0001:004a:00",
+        "nothing://x",
+        "://",
+        "CAPTURE://{file}",
+        " capture://{file}",
+        "socket://localhost:1?logging=debug",
+        "loop://?logging=debug",
+        "loop://?%6cogging=debug",
+        "rfc2217://localhost:1?timeout=1&logging=debug",
+    ],
+)
+def test_an_address_that_writes_files_or_loads_code_is_refused(
+    address: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    file = tmp_path / "written"
+    address = address.format(file=file)
+    with pytest.raises(PortError) as refused:
+        open_line(address, 115200)
+    assert refused.value.trouble is PortTrouble.UNSUPPORTED
+    assert program.main(["read", "--port", address]) == console.NO_LINK
+    said = capsys.readouterr().err
+    assert said.count("\n") == 1
+    assert "is no address that this program opens" in said
+    assert not file.exists()
+
+
+def test_addresses_that_lead_to_a_module_are_opened() -> None:
+    for address in ("loop://", "sim://demo?lifelike"):
+        open_line(address, 115200).close()
+    with pytest.raises(PortError) as missing:
+        open_line("rfc2217://127.0.0.1:1?timeout=0.2&ign_set_control", 115200)
+    assert missing.value.trouble is PortTrouble.MISSING
+
+
+# The list of ports
+
+
+@pytest.mark.parametrize(
+    "failing",
+    ["raise OSError('boom')", "raise SystemError('boom')", "return [object()]", "import time; time.sleep(10)"],
+    ids=["error", "system error", "nonsense", "hangs"],
+)
+def test_a_list_of_ports_that_fails_is_one_sentence(failing: str, tmp_path: Path) -> None:
+    (tmp_path / "sitecustomize.py").write_text(
+        f"import serial.tools.list_ports as one\ndef comports(*_a, **_k):\n    {failing}\none.comports = comports\n"
+    )
+    environment = {**os.environ, "PYTHONPATH": str(tmp_path), "LANGUAGE": "en", "LC_ALL": "C.UTF-8"}
+    for words in ["ports"], ["ports", "--json", "--list-here"]:
+        if "sleep" in failing and "--list-here" in words:
+            continue  # its caller sets the limit
+        ended = subprocess.run(
+            [sys.executable, "-m", "app", *words],
+            env=environment,
+            capture_output=True,
+            text=True,
+            timeout=9,
+            check=False,
+        )
+        assert ended.returncode == console.NO_LINK, ended
+        assert ended.stdout == ""
+        assert ended.stderr.strip() == port_list.NOT_LISTED
+
+
+def test_a_missing_library_of_the_system_costs_the_list_alone(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(sys.modules, "serial.tools", None)
+    monkeypatch.delitem(sys.modules, "serial.tools.list_ports", raising=False)
+    with pytest.raises(port_list.PortsUnknown):
+        port_list.list_ports()
+
+
+# Who has the port
+
+
+@pytest.fixture
+def device(tmp_path: Path) -> Path:
+    (tmp_path / "port").touch()
+    return tmp_path / "port"
+
+
+def process(proc: Path, pid: int, opened: Path, name: str = "other") -> Path:
+    folder = proc / str(pid)
+    (folder / "fd").mkdir(parents=True)
+    (folder / "fd" / "3").symlink_to(opened)
+    (folder / "comm").write_text(f"{name}\n")
+    (folder / "stat").write_text(f"{pid} (a b) c) " + " ".join(["0"] * 40))
+    return folder
+
+
+@pytest.mark.skipif(not sys.platform.startswith("linux"), reason="only Linux tells")
+def test_the_holder_is_named_only_where_it_is_certain(device: Path, tmp_path: Path) -> None:
+    proc = tmp_path / "proc"
+    proc.mkdir()
+    assert holder_of(str(device), proc) is None
+    process(proc, os.getpid(), device)
+    assert holder_of(str(device), proc) is None, "this program itself"
+    namesake = tmp_path / "elsewhere" / "port"
+    namesake.parent.mkdir()
+    namesake.touch()
+    process(proc, 41, namesake)
+    assert holder_of(str(device), proc) is None, "the same name in another namespace is another device"
+    process(proc, 42, device)
+    found = holder_of(str(device), proc)
+    assert found is not None
+    assert (found.name, found.pid) == ("other", 42)
+    process(proc, 43, device)
+    assert holder_of(str(device), proc) is None, "two have it open: either may hold it"
+    file = device.stat()
+    name = f"{os.major(file.st_dev):02x}:{os.minor(file.st_dev):02x}:{file.st_ino}"
+    (proc / "locks").write_text(
+        f"1: POSIX  ADVISORY  WRITE 43 {name} 0 EOF\n2: FLOCK  ADVISORY  WRITE 42 {name} 0 EOF\n"
+    )
+    holder = holder_of(str(device), proc)
+    assert holder is not None
+    assert holder.pid == 42
+
+
+@pytest.mark.skipif(not sys.platform.startswith("linux"), reason="only Linux tells")
+def test_a_process_number_that_was_given_to_another_names_nobody(
+    device: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    process(tmp_path / "proc", 42, device)
+    starts = iter(("100", "200"))
+    monkeypatch.setattr("app.engine.transport._started", lambda _process: next(starts))
+    assert holder_of(str(device), tmp_path / "proc") is None
+
+
+# What is printed
+
+
+def test_what_steers_a_terminal_is_shown_and_not_obeyed() -> None:
+    shown = visible(f"a{ESCAPE}\ud800\r\tb\n", keep="\n")
+    assert shown == ("a[U+001B]]0;owned[U+0007][U+009B]31m[U+202E][U+2066][U+D800]  b\n")
+    assert visible("M-07 伞仓 3.8 V …") == "M-07 伞仓 3.8 V …"
+    text = visible_json(json.dumps({ESCAPE: ESCAPE}, ensure_ascii=False))
+    assert text.isprintable()
+    assert json.loads(text) == {ESCAPE: ESCAPE}
+
+
+@pytest.mark.parametrize(
+    "words",
+    [
+        ["decode", ESCAPE],
+        ["decode", "--asked", ESCAPE],
+        ["read", "--port", f"/dev/{ESCAPE}"],
+        ["read", "--port", f"spy://{ESCAPE}"],
+        ["read", "--port", "loop://", "--baud", ESCAPE],
+        ["read", "--port", "loop://", ESCAPE],
+        ["set", f"{ESCAPE}=1", "--port", "loop://"],
+        ["set", f"freefall_time_s={ESCAPE}", "--port", "loop://"],
+        ["preflight", "--port", "loop://", "--profile", f"/{ESCAPE}.toml"],
+        ["preflight", "--port", "loop://", "--report", f"{ESCAPE}.pdf"],
+        ["verify", f"/{ESCAPE}"],
+        ["simulate", f"--{ESCAPE}"],
+        ["recordings", "export", ESCAPE, f"/nowhere/{ESCAPE}.csv"],
+        [ESCAPE],
+    ],
+    ids=lambda words: words[0] if words[0].isprintable() else "no command",
+)
+def test_no_command_prints_what_was_typed_as_it_is(words: list[str], capsys: pytest.CaptureFixture[str]) -> None:
+    assert program.main(words) in (console.USED_WRONGLY, console.NO_LINK)
+    printed = capsys.readouterr()
+    both = (printed.out + printed.err).replace("\n", "")
+    assert both
+    assert both.isprintable(), both
+
+
+def test_an_adapter_cannot_steer_the_terminal_by_its_name(
+    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    one = SimpleNamespace(device="/dev/ttyUSB0", product=ESCAPE, description=None, manufacturer=ESCAPE,
+                          serial_number=ESCAPE, vid=1, pid=2, location="1-2")  # fmt: skip
+    monkeypatch.setattr("serial.tools.list_ports.comports", lambda: [one])
+    for words in ["ports"], ["ports", "--json"]:
+        assert program.main(words) == 0
+        assert capsys.readouterr().out.replace("\n", "").isprintable()
+
+
+def test_every_message_of_argparse_goes_through_the_same(capsys: pytest.CaptureFixture[str]) -> None:
+    parser: argparse.ArgumentParser = console.Parser(prog=f"dps-s{ESCAPE}")
+    with pytest.raises(SystemExit):
+        parser.parse_args([ESCAPE])
+    assert capsys.readouterr().err.replace("\n", "").isprintable()
+
+
+# Files
+
+
+def test_a_link_stays_and_what_it_leads_to_is_replaced(tmp_path: Path) -> None:
+    """As QSaveFile and git do."""
+    target, link = tmp_path / "real.toml", tmp_path / "link.toml"
+    target.write_text("old")
+    link.symlink_to(target)
+    save_profile(link, Profile(name="H6"))
+    assert link.is_symlink()
+    assert read_profile(target).name == "H6"
+
+
+def test_a_link_in_a_circle_and_one_of_a_stranger_in_a_shared_folder_are_refused(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    circle = tmp_path / "circle"
+    circle.symlink_to(circle)
+    with pytest.raises(OSError, match="symbolic"):
+        write_whole(circle, b"new")
+    assert circle.is_symlink()
+    shared = tmp_path / "shared"
+    shared.mkdir()
+    shared.chmod(0o1777)
+    victim, link = tmp_path / "victim", shared / "link"
+    victim.write_text("mine")
+    link.symlink_to(victim)
+    write_whole(link, b"mine, too")
+    stranger = link.lstat().st_uid + 1
+    lstat = Path.lstat
+    monkeypatch.setattr(Path, "lstat", lambda path: os.stat_result((*lstat(path)[:4], stranger, *lstat(path)[5:])))
+    with pytest.raises(PermissionError):
+        write_whole(link, b"theirs")
+    assert victim.read_text() == "mine, too"
+
+
+def test_a_name_of_82_chinese_characters_fits(tmp_path: Path) -> None:
+    path = tmp_path / f"{'伞' * 82}.csv"
+    write_whole(path, b"whole")
+    assert path.read_bytes() == b"whole"
+    assert [one.name for one in tmp_path.iterdir()] == [path.name]
+    suggested = default_name("𠀀" * 300, ".dpscap", datetime(2026, 1, 2, tzinfo=UTC))
+    write_whole(tmp_path / suggested, b"whole")
+
+
+@pytest.mark.parametrize("number", HUGE.values(), ids=HUGE)
+@pytest.mark.parametrize(
+    "line",
+    [
+        "[limits]\ntilt_max_deg = {}",
+        "[settings]\nattitude_threshold_deg = {}",
+        "[settings]\nbaud_rate = {}",
+        "[settings]\nattitude_trigger = {}",
+        "format = {}",
+        "[[manual]]\ntext = {}",
+        "name = {}",
+    ],
+)
+def test_a_number_of_thousands_of_digits_is_refused_in_a_short_sentence(line: str, number: str) -> None:
+    with pytest.raises(ProfileRefused) as refused:
+        parse_profile(line.format(number).encode())
+    assert all(len(sentence) < 200 for sentence in refused.value.sentences)
+
+
+@pytest.mark.parametrize(
+    "text",
+    ["[" + " " * 120_000, "a" + " " * 120_000, '"' * 120_000, "[[" * 60_000, "a=" + "[" * 120_000, "=\n" * 60_000],
+    ids=["table", "key", "quotes", "heads", "nesting", "errors"],
+)
+def test_a_profile_is_judged_in_bounded_time(text: str) -> None:
+    began = time.process_time()
+    with pytest.raises(ProfileRefused):
+        parse_profile(text.encode())
+    assert time.process_time() - began < 3
+
+
+@pytest.mark.parametrize("header", [b"Au", b"Ba"])
+def test_headers_one_behind_the_other_are_one_run_however_many(header: bytes) -> None:
+    """Six megabytes of them took a minute, a line for each."""
+    data = header * 100_000
+    whole, cut = StreamParser(), StreamParser()
+    pieces = [*whole.feed(data), *whole.flush()]
+    assert len(pieces) < 10
+    again = [piece for first in range(0, len(data), 4097) for piece in cut.feed(data[first : first + 4097])]
+    again += cut.flush()
+    for found in pieces, again:
+        assert b"".join(piece.raw for piece in found) == data
+        assert all(isinstance(piece, Noise) for piece in found)
+    assert reasons(pieces) == reasons(again)
+
+
+def reasons(pieces: Sequence[object]) -> list[tuple[object, int]]:
+    count: dict[object, int] = {}
+    for piece in pieces:
+        assert isinstance(piece, Noise)
+        count[piece.detail] = count.get(piece.detail, 0) + len(piece.raw)
+    return sorted(count.items(), key=str)

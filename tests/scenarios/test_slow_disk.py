@@ -1,0 +1,170 @@
+"""A store that is held by another program, or whose commits take seconds: LOCK and the line go on, acts wait."""
+
+import sqlite3
+import threading
+from collections.abc import Iterator
+from concurrent.futures import Future
+from contextlib import closing, contextmanager
+from pathlib import Path
+
+import pytest
+
+from app.engine.run import Run
+from app.procedures.act import perform
+from app.procedures.lock import Locked, lock
+from app.safety.acts import Act
+from app.safety.interlocks import Condition
+from app.safety.journal import JournalFailed, Outcome
+from app.safety.permit import Origin, Permit
+from app.store.database import FILE_NAME
+from app.store.store import Store, open_store
+from app.store.store_journal import StoreJournal
+from app.store.write_queue import WriteQueue
+from protocol.catalogue import Hazard
+from tests.support.line.sim_line import Rig, settled_rig
+
+LIMIT_S = 10.0
+
+
+@pytest.fixture
+def store(tmp_path: Path) -> Iterator[Store]:
+    with closing(open_store(tmp_path)) as opened:
+        yield opened
+
+
+@contextmanager
+def held(store: Store) -> Iterator[threading.Event]:
+    """The thread that writes does not come further than this until the event is set."""
+    release = threading.Event()
+    store.queue.submit(lambda: release.wait(LIMIT_S))
+    try:
+        yield release
+    finally:
+        release.set()
+
+
+def locked_by(rig: Rig, journal: StoreJournal) -> Locked:
+    run: Run[Locked] = Run(lock(journal))
+    rig.session.run(run, is_urgent=True)
+    rig.step_until(lambda: run.is_done)
+    assert run.result is not None
+    return run.result
+
+
+def test_lock_is_sent_reported_and_done_before_anything_is_written(store: Store) -> None:
+    rig, journal = settled_rig(active=True), StoreJournal(store, port="p", origin="window")
+    with held(store):
+        locked = locked_by(rig, journal)
+        assert locked.is_locked
+        assert not rig.bench.state().is_active
+        assert store.audit() == ()
+    store.queue.submit(int).result(LIMIT_S)
+    (entry,) = store.audit()
+    assert (entry.act, entry.outcome) == (Act.LOCK, Outcome.CONFIRMED)
+
+
+def test_lock_overtakes_an_act_that_waits_for_the_disk_which_is_not_sent_then(store: Store) -> None:
+    rig, journal = settled_rig(), StoreJournal(store, port="p", origin="window")
+    acting = Run(perform(Act.ACTIVATE, journal, permit=Permit(Act.ACTIVATE, Origin.CONFIRMATION, rig.clock())))
+    with held(store):
+        rig.session.run(acting)
+        rig.step_for(1.0)
+        assert not acting.is_done
+        assert locked_by(rig, journal).is_locked
+        assert not acting.is_done
+    store.queue.submit(int).result(LIMIT_S)
+    rig.step_until(lambda: acting.is_done)
+    assert acting.result is not None
+    assert [one.condition for one in acting.result.refusals] == [Condition.CONFIRMED]
+    assert not [request for request in rig.line.requests if request.hazard is Hazard.DANGEROUS]
+    store.queue.submit(int).result(LIMIT_S)
+    newest, oldest = store.audit()
+    assert (oldest.act, oldest.outcome) == (Act.ACTIVATE, Outcome.NOT_SENT)
+    assert (newest.act, newest.outcome) == (Act.LOCK, Outcome.CONFIRMED)
+
+
+def test_a_store_that_another_program_holds_refuses_acts_and_not_lock(store: Store, tmp_path: Path) -> None:
+    store.database._connection.execute("PRAGMA busy_timeout = 50")
+    rig, journal = settled_rig(active=True), StoreJournal(store, port="p", origin="window")
+    with closing(sqlite3.connect(tmp_path / FILE_NAME)) as other:
+        other.execute("BEGIN EXCLUSIVE")
+        assert locked_by(rig, journal).is_locked
+        acting = Run(perform(Act.ACTIVATE, journal, permit=Permit(Act.ACTIVATE, Origin.CONFIRMATION, rig.clock())))
+        rig.session.run(acting)
+        for _ in range(100):  # two clocks: the disk's and the line's
+            store.queue.submit(int).result(LIMIT_S)
+            rig.step_for(0.02)
+        assert acting.result is not None
+        assert [one.condition for one in acting.result.refusals] == [Condition.INTENT_DURABLE]
+        assert store.audit() == ()  # reading waits for nobody
+        other.execute("ROLLBACK")
+    journal.begin(Act.ZERO, b"", {}).result(LIMIT_S)
+
+
+def test_reading_does_not_wait_for_a_commit(store: Store) -> None:
+    store.meet_module("M-07")
+    inside, release = threading.Event(), threading.Event()
+
+    def write_slowly() -> None:
+        with store.database.together():
+            store.meet_module("M-08")
+            inside.set()
+            release.wait(LIMIT_S)
+
+    writing = store.queue.submit(write_slowly)
+    assert inside.wait(LIMIT_S)
+    assert [one.name for one in store.modules()] == ["M-07"]
+    assert not writing.done()
+    release.set()
+    writing.result(LIMIT_S)
+    assert {one.name for one in store.modules()} == {"M-07", "M-08"}
+
+
+def test_what_is_handed_over_first_is_written_first(store: Store) -> None:
+    journal = StoreJournal(store, port="p", origin="window")
+    with held(store):
+        entries = [journal.begin(Act.ZERO, b"", {"n": number}) for number in range(20)]
+        for entry in entries:
+            journal.settle(entry, Outcome.CONFIRMED, {})
+        assert not any(entry.done() for entry in entries)
+    assert [entry.result(LIMIT_S) for entry in entries] == sorted(entry.result() for entry in entries)
+    store.queue.submit(int).result(LIMIT_S)
+    assert {one.outcome for one in store.audit()} == {Outcome.CONFIRMED}
+
+
+def test_closing_writes_what_is_queued(tmp_path: Path) -> None:
+    store = open_store(tmp_path)
+    journal = StoreJournal(store, port="p", origin="window")
+    with held(store) as release:
+        journal.settle(journal.begin(Act.ZERO, b"", {}), Outcome.CONFIRMED, {})
+        release.set()
+        assert store.close(LIMIT_S) == 0
+    with closing(open_store(tmp_path)) as again:
+        assert [one.outcome for one in again.audit()] == [Outcome.CONFIRMED]
+
+
+def test_closing_has_a_limit_and_says_how_much_was_not_written(
+    tmp_path: Path, caplog: pytest.LogCaptureFixture
+) -> None:
+    store = open_store(tmp_path)
+    journal = StoreJournal(store, port="p", origin="window")
+    with held(store):
+        journal.settle(journal.begin(Act.ZERO, b"", {}), Outcome.CONFIRMED, {})
+        assert store.close(0.01) == 3
+        assert "Not written when the store was closed: 3" in caplog.text
+        late = journal.begin(Act.ZERO, b"", {})
+        assert late.cancelled()
+    assert store.close(LIMIT_S) == 0  # what was left behind was written after all
+
+
+def test_work_that_fails_ends_neither_the_thread_nor_what_follows() -> None:
+    queue = WriteQueue()
+
+    def fail() -> None:
+        raise JournalFailed("no")
+
+    failing: Future[None] = queue.submit(fail)
+    assert queue.submit(lambda: 5).result(LIMIT_S) == 5
+    with pytest.raises(JournalFailed):
+        failing.result(LIMIT_S)
+    assert queue.close(LIMIT_S) == 0

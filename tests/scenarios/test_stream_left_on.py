@@ -1,0 +1,170 @@
+"""A stream that this program left on, because it was killed, is switched off by the next session."""
+
+import json
+import os
+import subprocess
+import sys
+import time
+from collections.abc import Iterator
+from concurrent.futures import Future
+from contextlib import closing
+from pathlib import Path
+
+import pytest
+
+from app.procedures.stream import LISTEN_FIRST_S, StreamSwitch, watch
+from app.store.store import Store, open_store
+from app.store.stream_memory import StoredStreamMemory, StreamMemory
+from protocol.catalogue import SERIAL_OUTPUT, Request
+from tests.support.line.sim_line import Rig, end_watch, settled_rig
+from tests.support.processes import ENVIRONMENT, PROGRAM, ROOT, run_module
+
+ON, OFF = SERIAL_OUTPUT.set(True), SERIAL_OUTPUT.set(False)
+ADAPTER = "10c4:ea60:0001"
+
+
+@pytest.fixture
+def store(tmp_path: Path) -> Iterator[Store]:
+    with closing(open_store(tmp_path / "data")) as made:
+        yield made
+
+
+def watched(rig: Rig, memory: StreamMemory, *, is_wanted: bool = True) -> None:
+    rig.session.run_in_background(watch(StreamSwitch(is_wanted=is_wanted), memory=memory))
+
+
+def changes(rig: Rig) -> list[Request]:
+    return [request for request in rig.line.requests if not request.is_repeatable]
+
+
+def wait_kept(store: Store, is_on: bool) -> None:
+    deadline = time.monotonic() + 10
+    while store.is_stream_left_on(ADAPTER) is not is_on:
+        assert time.monotonic() < deadline
+        time.sleep(0.005)
+
+
+class Slow(StreamMemory):
+    """The disk takes its time."""
+
+    def __init__(self) -> None:
+        self.done: Future[None] = Future()
+
+    def note_on(self, boot_count: int | None) -> Future[None]:
+        return self.done
+
+
+def test_the_intent_is_on_the_disk_before_the_module_is_told() -> None:
+    rig, memory = settled_rig(), Slow()
+    watched(rig, memory)
+    rig.step_for(LISTEN_FIRST_S + 5)
+    assert changes(rig) == []
+    memory.done.set_result(None)
+    rig.step_for(1)
+    assert changes(rig) == [ON]
+
+
+def test_it_is_remembered_until_the_module_has_confirmed_off(store: Store) -> None:
+    rig = settled_rig()
+    watched(rig, StoredStreamMemory(store, ADAPTER))
+    deadline = time.monotonic() + 10
+    while changes(rig) != [ON]:
+        assert time.monotonic() < deadline
+        rig.session.step()
+    assert store.is_stream_left_on(ADAPTER)
+    assert store.stream_left_on_at(ADAPTER) == 37
+    assert not store.is_stream_left_on("another adapter")
+    end_watch(rig)
+    assert changes(rig) == [ON, OFF]
+    wait_kept(store, is_on=False)
+
+
+@pytest.mark.parametrize("is_wanted", [True, False])
+def test_what_was_left_on_is_switched_off_and_not_called_as_found(store: Store, is_wanted: bool) -> None:
+    store.note_stream_on(ADAPTER, 37)
+    rig, memory = settled_rig(), StoredStreamMemory(store, ADAPTER)
+    rig.bench.module.state.serial_output_is_on = True
+    rig.bench.module.start_stream(rig.clock.now_s)
+    watched(rig, memory, is_wanted=is_wanted)
+    rig.step_for(LISTEN_FIRST_S + 3)
+    assert memory.is_taken_over
+    assert changes(rig) == ([] if is_wanted else [OFF])
+    end_watch(rig)
+    assert changes(rig) == [OFF]
+    assert not rig.bench.module.state.serial_output_is_on
+    wait_kept(store, is_on=False)
+
+
+@pytest.mark.parametrize("boots", [36, 38])
+def test_another_module_on_the_same_adapter_is_left_as_it_was_found(store: Store, boots: int) -> None:
+    store.note_stream_on(ADAPTER, 37)
+    rig, memory = settled_rig(boots=boots), StoredStreamMemory(store, ADAPTER)
+    rig.bench.module.state.serial_output_is_on = True
+    rig.bench.module.start_stream(rig.clock.now_s)
+    watched(rig, memory, is_wanted=False)
+    rig.step_for(LISTEN_FIRST_S + 30)
+    end_watch(rig)
+    assert not memory.is_taken_over
+    assert changes(rig) == []
+    assert rig.bench.module.state.serial_output_is_on
+    wait_kept(store, is_on=False)
+
+
+def test_where_no_boot_count_was_known_the_adapter_tells(store: Store) -> None:
+    store.note_stream_on(ADAPTER, None)
+    rig, memory = settled_rig(), StoredStreamMemory(store, ADAPTER)
+    rig.bench.module.state.serial_output_is_on = True
+    rig.bench.module.start_stream(rig.clock.now_s)
+    watched(rig, memory, is_wanted=False)
+    rig.step_for(LISTEN_FIRST_S + 3)
+    assert memory.is_taken_over
+    assert changes(rig) == [OFF]
+
+
+def test_a_module_that_streams_of_itself_is_left_as_it_was_found(store: Store) -> None:
+    rig = settled_rig()
+    rig.bench.module.state.serial_output_is_on = True
+    rig.bench.module.start_stream(rig.clock.now_s)
+    watched(rig, StoredStreamMemory(store, ADAPTER))
+    rig.step_for(LISTEN_FIRST_S + 3)
+    end_watch(rig)
+    assert changes(rig) == []
+
+
+def test_what_no_longer_streams_is_forgotten(store: Store) -> None:
+    store.note_stream_on(ADAPTER, 37)
+    rig, memory = settled_rig(), StoredStreamMemory(store, ADAPTER)
+    watched(rig, memory, is_wanted=False)
+    rig.step_for(LISTEN_FIRST_S + 1)
+    assert not memory.is_taken_over
+    wait_kept(store, is_on=False)
+    assert changes(rig) == []
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="pseudo-terminals and SIGKILL are POSIX")
+def test_killed_while_it_streams_and_switched_off_by_the_next(user_files: Path) -> None:
+    with run_module("--uptime", "60") as module:
+        words = [*PROGRAM, "monitor", "--port", module.port, "--json"]
+        here = {**ENVIRONMENT, **os.environ}
+        with subprocess.Popen(words, cwd=ROOT, env=here, stdout=subprocess.PIPE, text=True) as first:
+            assert first.stdout is not None
+            deadline = time.monotonic() + 30
+            with closing(open_store()) as store:
+                while not store.is_stream_left_on(module.port):
+                    assert time.monotonic() < deadline
+                    time.sleep(0.05)
+            while json.loads(first.stdout.readline())["t_s"] < LISTEN_FIRST_S + 1.5:
+                pass  # what came before the module was told is read, too
+            first.kill()
+        again = subprocess.run(
+            [*words, "--seconds", "4"],
+            cwd=ROOT,
+            env=here,
+            capture_output=True,
+            text=True,
+            timeout=60,
+            check=True,
+        )
+        assert "had left the serial output on" in again.stderr
+        with closing(open_store()) as store:
+            assert not store.is_stream_left_on(module.port)

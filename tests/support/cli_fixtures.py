@@ -1,0 +1,46 @@
+"""Fixtures for the tests of the command line; a test file asks for them by `pytest_plugins`."""
+
+from functools import partial
+from itertools import count
+
+import pytest
+
+import app.__main__ as program
+from app.engine import transport
+from protocol.round_trips import Timing
+
+_numbers = count(1)
+
+
+@pytest.fixture
+def speaks_english(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("LC_ALL", "C.UTF-8")
+    monkeypatch.delenv(program.DEBUG, raising=False)
+
+
+@pytest.fixture
+def wire(monkeypatch: pytest.MonkeyPatch) -> list[bytes]:
+    """Every host frame that is written, in order."""
+    frames: list[bytes] = []
+    write = transport.SerialLine.write
+
+    def recorded(line: transport.SerialLine, data: bytes) -> None:
+        frames.extend(data[start : start + 6] for start in range(0, len(data), 6))
+        write(line, data)
+
+    monkeypatch.setattr(transport.SerialLine, "write", recorded)
+    return frames
+
+
+@pytest.fixture
+def port() -> str:
+    """A simulated module of its own."""
+    return f"sim://cli{next(_numbers)}"
+
+
+@pytest.fixture
+def hasty(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Waits shorter than the vendor's, where only what comes after them is looked at."""
+    monkeypatch.setattr("protocol.link.Timing", partial(Timing, answer_s=0.3, records_quiet_s=0.1))
+    monkeypatch.setattr("app.procedures.greet.GREETING_WAITS_S", (0.2, 0.2))
+    monkeypatch.setattr("app.procedures.stream.LISTEN_FIRST_S", 0.3)

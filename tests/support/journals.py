@@ -1,0 +1,65 @@
+"""A journal in memory that remembers in which order things happened."""
+
+from collections.abc import Mapping
+
+from app.safety.acts import Act
+from app.safety.journal import Entry, JournalFailed, Outcome
+
+
+class FakeJournal:
+    """`on_begin` runs while the intent is being written; `is_broken`: writing fails; `is_held`: it takes until
+    `flush`."""
+
+    def __init__(self) -> None:
+        self.intents: list[tuple[Act, bytes, Mapping[str, object]]] = []
+        self.outcomes: dict[int, Outcome] = {}
+        self.rates: list[tuple[int, int]] = []
+        self.settled_rates: dict[int, str] = {}
+        self.is_ready = True
+        self.is_broken = False
+        self.is_held = False
+        self._numbers: dict[Entry, int] = {}
+        self.sent_before: list[int] = []
+        self.line_length = lambda: 0
+        self.on_begin = lambda: None
+
+    def begin(self, act: Act, frame: bytes, detail: Mapping[str, object], /) -> Entry:
+        if self.is_broken:
+            return _failed()
+        self.intents.append((act, frame, detail))
+        self.sent_before.append(self.line_length())
+        self.on_begin()
+        return self._entry(len(self.intents) - 1)
+
+    def settle(self, entry: Entry, outcome: Outcome, result: Mapping[str, object], /) -> None:
+        if entry in self._numbers:
+            self.outcomes[self._numbers[entry]] = outcome
+
+    def begin_baud(self, old_rate: int, new_rate: int, /) -> Entry:
+        if self.is_broken:
+            return _failed()
+        self.rates.append((old_rate, new_rate))
+        return self._entry(len(self.rates) - 1)
+
+    def settle_baud(self, entry: Entry, outcome: str, /) -> None:
+        if entry in self._numbers:
+            self.settled_rates[self._numbers[entry]] = outcome
+
+    def flush(self) -> None:
+        """What was held is on disk now."""
+        for entry, number in self._numbers.items():
+            if not entry.done():
+                entry.set_result(number)
+
+    def _entry(self, number: int) -> Entry:
+        entry = Entry()
+        self._numbers[entry] = number
+        if not self.is_held:
+            entry.set_result(number)
+        return entry
+
+
+def _failed() -> Entry:
+    entry = Entry()
+    entry.set_exception(JournalFailed("The disk is full."))
+    return entry

@@ -1,0 +1,1 @@
+"""Lines, links and reference decoders for tests."""

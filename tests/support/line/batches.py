@@ -1,0 +1,51 @@
+"""What a worker said, kept for a test that waits for it: woken by the worker and not by the clock."""
+
+import threading
+import time
+from collections.abc import Callable
+
+from app.engine.worker import Batch
+
+
+class Batches:
+    """A worker's callback. `mark` begins a new chapter: `until` looks at what came since."""
+
+    def __init__(self) -> None:
+        self.all: list[Batch] = []
+        self._first = 0
+        self._came = threading.Condition()
+
+    def __call__(self, batch: Batch) -> None:
+        with self._came:
+            self.all.append(batch)
+            self._came.notify_all()
+
+    @property
+    def last(self) -> Batch | None:
+        return self.all[-1] if self.all else None
+
+    def mark(self) -> None:
+        with self._came:
+            self._first = len(self.all)
+
+    def until(
+        self,
+        is_enough: Callable[[Batch], bool],
+        *,
+        limit_s: float = 5.0,
+        meanwhile: Callable[[Batch], None] = lambda _batch: None,
+    ) -> Batch:
+        """The first batch since `mark` that is enough; `meanwhile` is called with the latest, 20 times a second."""
+        end_s = time.monotonic() + limit_s
+        seen = self._first
+        while time.monotonic() < end_s:
+            with self._came:
+                if len(self.all) == seen:
+                    self._came.wait(0.05)
+                news, seen = self.all[seen:], len(self.all)
+            for batch in news:
+                if is_enough(batch):
+                    return batch
+            if self.last is not None:
+                meanwhile(self.last)
+        raise AssertionError("it did not happen in time")

@@ -1,0 +1,158 @@
+"""A session on the simulated module with a clock that only reading moves: hours pass in milliseconds."""
+
+from collections.abc import Mapping
+from typing import Any, TypeVar
+
+from app.engine.identity import Expected
+from app.engine.procedure import Procedure
+from app.engine.session import Run, Session
+from app.engine.transport import PortError, PortTrouble
+from app.procedures.stream import StreamSwitch, watch
+from app.simulator.bench import SimulatedBench
+from app.simulator.options import Setup, as_text, parse_options, setup_from
+from protocol.catalogue import Request
+from protocol.frame import decode_request
+
+Result = TypeVar("Result")
+FINEST_S = 1e-4
+
+
+class FakeClock:
+    """Monotonic seconds."""
+
+    def __init__(self) -> None:
+        self.now_s = 1000.0
+
+    def __call__(self) -> float:
+        return self.now_s
+
+
+def _setup(options: Mapping[str, Any]) -> Setup:
+    return setup_from(parse_options({name: as_text(value) for name, value in options.items()}))
+
+
+class SimulatedLine:
+    """A `Line` on a simulated module; `sent` holds all that the host wrote, `arrived` all that it read."""
+
+    def __init__(
+        self,
+        clock: FakeClock,
+        options: Mapping[str, Any] | None = None,
+        *,
+        baud_rate: int = 115200,
+        bench: SimulatedBench | None = None,
+    ) -> None:
+        """`bench`: one that lives longer than this line."""
+        self.clock = clock
+        self.bench = bench or SimulatedBench(_setup(options or {}), clock=clock)
+        self.sent = bytearray()
+        self.arrived = bytearray()
+        self.is_closed = False
+        self._rate = baud_rate
+        self.bench.wire.host_baud = baud_rate
+
+    @property
+    def baud_rate(self) -> int:
+        return self._rate
+
+    @property
+    def requests(self) -> list[Request]:
+        """What the host sent, frame by frame."""
+        return [decode_request(bytes(self.sent[at : at + 6])) for at in range(0, len(self.sent), 6)]
+
+    def read(self, longest_s: float, gather_s: float) -> bytes:
+        data = self._read(longest_s)
+        self.arrived += data
+        return data
+
+    def _read(self, longest_s: float) -> bytes:
+        self._check()
+        end_s = self.clock.now_s + longest_s
+        while True:
+            data = self.bench.wire.read(self.clock.now_s)
+            if data:
+                return data
+            due_s = self.bench.wire.next_due(self.clock.now_s)
+            if due_s is None or due_s > end_s:
+                self.clock.now_s = max(self.clock.now_s, end_s)
+                return self.bench.wire.read(self.clock.now_s)
+            self.clock.now_s = max(due_s, self.clock.now_s + FINEST_S)
+            self._check()
+
+    def write(self, data: bytes) -> None:
+        self._check()
+        self.sent += data
+        self.bench.wire.write(data, self.clock.now_s)
+
+    def use_rate(self, baud_rate: int) -> None:
+        self._check()
+        self._rate = self.bench.wire.host_baud = baud_rate
+        self.bench.wire.read(self.clock.now_s)
+
+    def close(self) -> None:
+        self.is_closed = True
+
+    def _check(self) -> None:
+        if not self.bench.is_plugged_in:
+            raise PortError(PortTrouble.LOST, "sim", "unplugged")
+
+
+INSTANT_S = 1e-6
+"""Nobody confirms anything at the very moment at which the port is opened."""
+
+
+class Rig:
+    """Session, line and clock together."""
+
+    def __init__(
+        self, options: Mapping[str, Any] | None = None, *, baud_rate: int = 115200, expected: Expected | None = None
+    ) -> None:
+        self.clock = FakeClock()
+        self.line = SimulatedLine(self.clock, options, baud_rate=baud_rate)
+        self.session = Session(self.line, self.clock, expected=expected)
+        self.clock.now_s += INSTANT_S
+
+    @property
+    def bench(self) -> SimulatedBench:
+        return self.line.bench
+
+    def run(self, procedure: Procedure[Result], *, limit_s: float = 120.0) -> Result:
+        """Drive `procedure` to its end; raises what it raised, and fails after `limit_s` of the fake clock."""
+        run = Run(procedure)
+        self.session.run(run)
+        self.step_until(lambda: run.is_done, limit_s=limit_s)
+        if run.error is not None:
+            raise run.error
+        assert run.is_done
+        return run.result  # type: ignore[return-value]
+
+    def step_until(self, is_enough: Any, *, limit_s: float = 120.0) -> None:
+        end_s = self.clock.now_s + limit_s
+        while not is_enough():
+            assert self.clock.now_s < end_s, "it takes too long"
+            self.session.step()
+
+    def step_for(self, seconds: float) -> None:
+        end_s = self.clock.now_s + seconds
+        while self.clock.now_s < end_s:
+            self.session.step()
+
+
+def settled_rig(**options: object) -> Rig:
+    """On a module that has been running for a minute and lies still."""
+    return Rig({"uptime": 60, "noise": 0} | options)
+
+
+def watched(rig: Rig, switch: StreamSwitch | None = None) -> StreamSwitch:
+    """Let `watch` run in the background."""
+    switch = switch or StreamSwitch()
+    rig.session.run_in_background(watch(switch))
+    return switch
+
+
+def end_watch(rig: Rig) -> None:
+    """Cancel what `watched` began, and wait for its end."""
+    background = rig.session.background
+    assert background is not None
+    background.cancel()
+    rig.step_until(lambda: rig.session.background is None, limit_s=5)

@@ -1,0 +1,104 @@
+"""Writing to modules that lie, in every dialect, compared with what the module holds a while afterwards."""
+
+from dataclasses import dataclass
+from itertools import product
+from typing import Any
+
+from app.procedures.write_all import Change, Leave, WriteReport, write_all
+from protocol.catalogue import BY_NAME
+from protocol.fields import Value
+from tests.faults.fault_table import truth
+from tests.support.journals import FakeJournal
+from tests.support.line.sim_line import Rig
+
+SETTLED_S = 1.0
+"""After the report: whatever these modules change late has been changed by then."""
+DIALECTS: tuple[dict[str, Any], ...] = tuple(
+    {"ack": ack, "voltage_code": voltage, "freefall_ack": freefall, "remembers": remembers, "stream_at_boot": streams}
+    for ack, voltage, freefall, remembers, streams in product(
+        ("echo", "one"), ("34", "35"), ("16", "17"), ("no", "yes"), ("no", "yes")
+    )
+)
+WRITE_LIES: tuple[dict[str, Any], ...] = (
+    {},
+    {"cross_talk": "22:21"},
+    {"cross_talk": "22:20"},
+    {"cross_talk": "20:15=01"},
+    {"cross_talk": "15:22=05@300"},
+    {"cross_talk": "21:20=C8@500"},
+    {"cross_talk": "16:20=C8"},
+    {"revert_ms": "20"},
+    {"revert_ms": "300"},
+    {"revert_ms": "500"},
+    {"clamp_ms": "30"},
+    {"clamp_ms": "500"},
+    {"silent_restart_ms": "30"},
+    {"silent_restart_ms": "30", "forgets": "yes"},
+    {"silent_restart_ms": "400", "forgets": "yes"},
+    {"read_changes": "20:20=C8/3"},
+    {"read_changes": "22:21=14/2@100"},
+    {"keeps": "no"},
+    {"clamps": "yes"},
+    {"refuses": "yes"},
+    {"mute_codes": "22"},
+    {"mute_codes": "20/3"},
+    {"double_codes": "20,21,22"},
+    {"double_codes": "20,21,22,23", "double_ms": "25"},
+    {"foreign_replies": "20:22"},
+    {"foreign_replies": "21:20=05@10"},
+    {"drop": "0.1"},
+    {"corrupt": "0.004"},
+    {"lag_ms": "300"},
+    {"lag_ms": "700"},
+    {"restart_at_s": "61"},
+)
+WANTED: tuple[dict[str, Value], ...] = (
+    {"freefall_time": 1.2},
+    {"attitude_threshold": 130},
+    {"freefall_acceleration": 0.9, "light_threshold": 2.1},
+    {"attitude_trigger": False, "freefall_time": 0.2, "attitude_threshold": 75},
+)
+
+
+@dataclass(frozen=True, slots=True)
+class Write:
+    """One run. `before` and `holds`: what the module held before it and a while after it, by key."""
+
+    report: WriteReport
+    before: dict[str, Any]
+    holds: dict[str, Any]
+    has_restarted: bool
+
+    @property
+    def faults(self) -> list[str]:
+        report, found = self.report, []
+        for written in report.results:
+            key = written.command.key
+            if written.verified and self.holds[key] != written.wanted:
+                found.append(f"{key} verified as {written.wanted}, and it holds {self.holds[key]}")
+            if written.verified and self.has_restarted:
+                found.append(f"{key} verified over a restart")
+        written_keys = {written.command.key for written in report.results}
+        named = {one.command.key for one in report.changed} | {command.key for command in report.unread}
+        if report.is_fine:
+            found += [
+                f"{key} moved from {self.before[key]} to {self.holds[key]} without a word"
+                for key in self.before
+                if key not in written_keys | named and self.before[key] != self.holds[key]
+            ]
+        return found
+
+
+KEYS = ("attitude_threshold_deg", "freefall_acceleration_g", "freefall_time_s", "light_threshold_v")
+
+
+def write_to(options: dict[str, Any], wanted: dict[str, Value]) -> Write:
+    rig = Rig({"uptime": 60, "noise": 0} | options)
+    boots = rig.bench.module.memory.boot_count
+    before = truth(rig.bench, rig.clock.now_s)
+    changes = [Change(BY_NAME[name], value) for name, value in wanted.items()]
+    report = rig.run(write_all(changes, Leave(journal=FakeJournal())), limit_s=300.0)
+    has_restarted = rig.bench.module.memory.boot_count != boots
+    rig.step_for(SETTLED_S)
+    holds = truth(rig.bench, rig.clock.now_s)
+    return Write(report, {key: before[key] for key in KEYS}, holds, has_restarted)

@@ -1,0 +1,36 @@
+"""Fixtures for the tests of what a port does; a test file asks for them by `pytest_plugins`."""
+
+from collections.abc import Iterator
+
+import pytest
+
+from app.engine.worker import Worker
+from tests.support.line.batches import Batches
+from tests.support.processes import RunningModule, run_module
+from tests.support.terminals import Terminal
+
+
+@pytest.fixture
+def terminal() -> Iterator[Terminal]:
+    made = Terminal()
+    yield made
+    made.hang_up()
+
+
+@pytest.fixture
+def batches() -> Batches:
+    return Batches()
+
+
+@pytest.fixture
+def worker(batches: Batches) -> Iterator[Worker]:
+    made = Worker(batches)
+    made.start()
+    yield made
+    assert made.stop(2.0)
+
+
+@pytest.fixture
+def module() -> Iterator[RunningModule]:
+    with run_module("--uptime", "60", "--rate", "100") as running:
+        yield running

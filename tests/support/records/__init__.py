@@ -1,0 +1,1 @@
+"""Records, recordings and captures made for tests."""

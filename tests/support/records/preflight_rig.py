@@ -1,0 +1,182 @@
+"""A pre-flight check on the simulated module, on the fake clock, and the table of single faults."""
+
+from collections import Counter
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+from app.limits.expectations import Expectations, ManualItem, Past, settings_code
+from app.preflight.evidence import Evidence, FrameLog
+from app.preflight.findings import Case
+from app.preflight.run import run_preflight
+from app.preflight.verdict import Assessment, assess
+from protocol.catalogue import HEARTBEAT_CODE, STATUS_CODE, Hazard
+from tests.support.line.sim_line import Rig
+
+APPROVED = settings_code(
+    {"attitude_threshold_deg": 60, "freefall_acceleration_g": 0.5, "freefall_time_s": 1.6, "light_threshold_v": 1.8}
+)
+FORBIDDEN = {0x10, 0x11, 0x12, 0x13, 0x24, 0x25}
+Arrange = Callable[[Rig], None]
+
+
+@dataclass(frozen=True, slots=True)
+class Checked:
+    rig: Rig
+    assessment: Assessment
+    log: FrameLog
+
+    @property
+    def against(self) -> set[str]:
+        return set(self.assessment.against) | {"manual" for item in self.assessment.manual if item.is_done is False}
+
+
+@dataclass(frozen=True, slots=True)
+class Fault:
+    """`named`: checks that must stand against GO because of it."""
+
+    named: frozenset[str]
+    options: Mapping[str, str] = field(default_factory=dict)
+    arrange: Arrange | None = None
+    expectations: Mapping[str, Any] = field(default_factory=dict)
+    past: Mapping[str, Any] = field(default_factory=dict)
+    is_enabling: bool = True
+
+
+def check(*faults: Fault, options: Mapping[str, str] | None = None, is_enabling: bool = True) -> Checked:
+    """A check of a module with these faults."""
+    merged: dict[str, str] = dict(options or {})
+    for fault in faults:
+        for name, value in fault.options.items():
+            merged[name] = f"{merged[name]},{value}" if name == "mute_codes" and name in merged else value
+    rig = Rig(merged)
+    for fault in faults:
+        if fault.arrange is not None:
+            fault.arrange(rig)
+    expectations: dict[str, Any] = {"approved_fingerprint": APPROVED, "settings": {"light_threshold_v": 1.8}}
+    past: dict[str, Any] = {"module": "M-07", "boot_count": 36, "has_check": True}
+    for fault in faults:
+        expectations |= fault.expectations
+        past |= fault.past
+    evidence, log = Evidence(port="sim"), FrameLog()
+    rig.run(run_preflight(evidence, is_enabling=is_enabling and all(fault.is_enabling for fault in faults)))
+    log.take(rig.session.take_events())
+    case = Case(
+        evidence=evidence, expectations=Expectations(**expectations), past=Past(**past), fingerprint=settings_code
+    )
+    return Checked(rig, assess(case), log)
+
+
+def assert_only_questions(checked: Checked, *, is_enabling: bool = True) -> None:
+    """Every byte that the host wrote: questions, and each of the two flags at most once, to enabled."""
+    sets = Counter(request for request in checked.rig.line.requests if request.hazard is not Hazard.NONE)
+    for request, count in sets.items():
+        assert is_enabling
+        assert request.command.code in (0x16, 0x17)
+        assert request.data == 0x00
+        assert count == 1
+    assert not FORBIDDEN & {request.command.code for request in checked.rig.line.requests}
+
+
+def on_request(code: int, number: int, act: Callable[[Rig], None], *, is_lost: bool = False) -> Arrange:
+    """Do something with the `number`-th frame of this code, which is lost on request."""
+
+    def arrange(rig: Rig) -> None:
+        wire, count = rig.bench.wire, 0
+        write = wire.write
+
+        def counted(data: bytes, now_s: float) -> None:
+            nonlocal count
+            if data[2] == code:
+                count += 1
+                if count == number:
+                    act(rig)
+                    if is_lost:
+                        return
+            write(data, now_s)
+
+        wire.write = counted  # type: ignore[method-assign]
+
+    return arrange
+
+
+def _memory(**values: int) -> Arrange:
+    def arrange(rig: Rig) -> None:
+        for name, value in values.items():
+            setattr(rig.bench.module.memory, name, value)
+
+    return arrange
+
+
+def _fire(rig: Rig) -> None:
+    assert rig.bench.pulse_pwm()
+
+
+def _wobble(rig: Rig) -> None:
+    """4° to and fro, from one status to the next."""
+    wire, way = rig.bench.wire, 4.0
+    write = wire.write
+
+    def wobbling(data: bytes, now_s: float) -> None:
+        nonlocal way
+        if data[2] == STATUS_CODE:
+            rig.bench.world.tilt_deg += way
+            way = -way
+        write(data, now_s)
+
+    wire.write = wobbling  # type: ignore[method-assign]
+
+
+def _switch_activation(rig: Rig) -> None:
+    rig.bench.module.activate(is_active=not rig.bench.state().is_active)
+
+
+def _names(*names: str) -> frozenset[str]:
+    return frozenset(names)
+
+
+_STATUS = _names("status", "triggered", "activation", "tilt", "tilt_spread", "acceleration", "acceleration_spread")
+_FLAGS = _names("attitude_trigger", "freefall_trigger")
+
+FAULTS: Mapping[str, Fault] = {
+    "a heartbeat lost": Fault(
+        _names("link_loss"), arrange=on_request(HEARTBEAT_CODE, 7, lambda rig: None, is_lost=True)
+    ),
+    "damaged bytes": Fault(_names("link_loss"), {"corrupt": "0.02"}),
+    "slow": Fault(_names("round_trip"), {"delay_ms": "120"}),
+    "no status": Fault(_STATUS, {"mute_codes": "32"}),
+    "fired": Fault(_names("triggered") | _FLAGS, {"active": "yes"}, _fire),
+    "active, triggers not known": Fault(_FLAGS, {"active": "yes"}),
+    "activation switched": Fault(_names("activation"), arrange=on_request(STATUS_CODE, 6, _switch_activation)),
+    "tilted": Fault(_names("tilt"), {"tilt": "20"}),
+    "wobbling": Fault(_names("tilt_spread"), arrange=_wobble),
+    "falling": Fault(_names("acceleration"), arrange=on_request(STATUS_CODE, 3, lambda rig: rig.bench.drop(500.0))),
+    "noisy": Fault(_names("tilt_spread", "acceleration_spread"), {"noise": "12"}),
+    "cell low": Fault(_names("cell_voltage"), {"cell": "3.5"}),
+    "cell impossible": Fault(_names("cell_voltage"), {"cell": "4.7"}),
+    "charging": Fault(_names("charging", "cell_voltage"), {"charger": "yes"}),
+    "bay open": Fault(_names("light"), {"bay_open": "yes"}),
+    "attitude threshold": Fault(_names("attitude_threshold", "fingerprint"), arrange=_memory(attitude_threshold=40)),
+    "attitude above all": Fault(_names("attitude_threshold"), arrange=_memory(attitude_threshold=200)),
+    "free-fall acceleration": Fault(_names("freefall_acceleration"), arrange=_memory(freefall_acceleration=7)),
+    "free-fall time": Fault(_names("freefall_time"), arrange=_memory(freefall_time=20)),
+    "light threshold": Fault(_names("light_threshold"), arrange=_memory(light_threshold=12)),
+    "not as in the profile": Fault(
+        _names("attitude_threshold"),
+        expectations={"settings": {"attitude_threshold_deg": 65, "light_threshold_v": 1.8}},
+    ),
+    "triggers not set": Fault(_FLAGS, is_enabling=False),
+    "attitude trigger mute": Fault(_names("attitude_trigger"), {"mute_codes": "16"}),
+    "free-fall trigger mute": Fault(_names("freefall_trigger"), {"mute_codes": "17"}),
+    "new records": Fault(_names("trigger_records"), {"history": "3"}),
+    "another module": Fault(_names("boot_count"), past={"boot_count": 100}),
+    "other records": Fault(_names("boot_count"), past={"is_same_module": False}),
+    "not approved": Fault(_names("fingerprint"), expectations={"approved_fingerprint": "AAAA-AAAA"}),
+    "canopy torn": Fault(_names("manual"), expectations={"manual": (ManualItem("Canopy", is_done=False),)}),
+    "no light": Fault(_names("light"), {"mute_codes": "14"}),
+    "no charge state": Fault(_names("charging", "cell_voltage"), {"mute_codes": "33"}),
+    "no voltage": Fault(_names("cell_voltage"), {"mute_codes": "34"}),
+    "no boot count": Fault(_names("boot_count"), {"mute_codes": "23"}),
+    "no settings": Fault(_names("attitude_threshold", "freefall_time", "fingerprint"), {"mute_codes": "20,22"}),
+    "restarted": Fault(_names("undisturbed"), arrange=on_request(STATUS_CODE, 6, lambda rig: rig.bench.restart())),
+}

@@ -1,0 +1,133 @@
+"""The page of recordings and the Live page for tests: a list with a recording in it, and hands to work them."""
+
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from shutil import copytree
+from typing import Any
+
+from PySide6.QtCore import Qt
+from PySide6.QtWidgets import QApplication, QHBoxLayout, QWidget
+from pytestqt.qtbot import QtBot
+
+from app.recordings.library import Shelf
+from tests.support.records.recordings_made import HEADING, batch, device, recorder_in, report
+from tests.support.window.fakes_ui import WAIT_MS
+from tests.support.window.live_bench import SilentWorker
+from tests.support.window.steps import settle
+from ui.core.connector import Connector
+from ui.core.port_watcher import PortWatch
+from ui.core.texts import Texts
+from ui.pages.live.page import LivePage
+from ui.pages.recordings.model import Column
+from ui.pages.recordings.page import RecordingsPage
+from ui.services.context import Services
+from ui.services.lock import LockControl
+from ui.services.storage import Keeping
+from ui.style.theme import Appearance, Choice
+
+SECONDS = 120
+
+
+def record(
+    folder: Path,
+    *,
+    module: str = "Left wing",
+    tilt_deg: int = 10,
+    seconds: int = SECONDS,
+    cell_voltage_v: float = 3.9,
+    light_v: float = 0.4,
+) -> Path:
+    """A session of ten reports a second that tips over for a second in its middle, while it is active; its folder."""
+    with recorder_in(folder) as bench:
+        bench.recorder.begin(HEADING)
+        bench.recorder.name_module(module)
+        for second in range(seconds):
+            start_s = 1000.0 + second
+            is_tipped = second == seconds // 2
+            samples = [
+                report(start_s + n / 10, 75 if is_tipped else tilt_deg, triggered=is_tipped, active=second >= 30)
+                for n in range(10)
+            ]
+            values = {"cell_voltage_v": cell_voltage_v, "light_v": light_v}
+            view = device(start_s, **values, attitude_threshold_deg=60, light_threshold_v=1.8)
+            bench.recorder.take(batch(start_s + 0.95, *samples, view=view))
+        bench.settle()  # it looks at the clock, which is moved at once
+        bench.clock.now_s += seconds
+        bench.recorder.end()
+        bench.settle()
+        return bench.folder
+
+
+@dataclass
+class Desk:
+    """The page of recordings, the Live page, or both."""
+
+    qtbot: QtBot
+    keeping: Keeping
+    texts_of_window: Texts
+    page: RecordingsPage
+    live: LivePage
+
+    @property
+    def shelf(self) -> Shelf:
+        return self.keeping.sessions.shelf
+
+    def list_again(self, count: int) -> None:
+        """Until so many are in the table."""
+        self.page.work.refresh()
+        self.wait(lambda: self.page.filter.rowCount() == count)
+
+    def click(self, button: QWidget | None) -> None:
+        assert button is not None
+        assert button.isEnabled(), button.objectName()
+        settle(button)
+        self.qtbot.mouseClick(button, Qt.MouseButton.LeftButton)
+
+    def answer(self, key: str) -> None:
+        self.click(self.page.strip.button(key))
+
+    def open(self, row: int = 0) -> None:
+        self.page.table.selectRow(row)
+        self.click(self.page.buttons.open)
+        self.wait(lambda: self.live.recording is not None)
+
+    def said(self) -> str:
+        notice = self.page.strip.notice
+        return "" if notice is None else notice.text
+
+    def texts(self, column: Column) -> list[str]:
+        return [str(self.page.filter.index(row, column).data()) for row in range(self.page.filter.rowCount())]
+
+    def wait(self, is_so: Callable[[], bool]) -> None:
+        self.qtbot.waitUntil(is_so, timeout=WAIT_MS)
+
+
+@contextmanager
+def made(qtbot: QtBot, qapp: QApplication, folder: Path, template: Path, *kinds: type[QWidget]) -> Iterator[Desk]:
+    """Pages of these kinds, beside each other, without a window or a port."""
+    ports = PortWatch(lambda _deadline_s: [])
+    make: Any = SilentWorker
+    connector = Connector(ports, make_worker=make)
+    texts, keeping = Texts(), Keeping(folder)
+    services = Services(
+        connector, texts, Appearance(qapp, Choice.LIGHT), LockControl(connector, keeping.journal), keeping
+    )
+    copytree(template, keeping.sessions.shelf.folder / template.name)
+    shown = QWidget()
+    row = QHBoxLayout(shown)
+    pages: dict[type[QWidget], Any] = {kind: kind(services) for kind in kinds}  # type: ignore[arg-type]
+    for page in pages.values():
+        row.addWidget(page)
+    qtbot.addWidget(shown)
+    shown.resize(876 * len(kinds), 500)
+    shown.show()
+    desk = Desk(qtbot, keeping, texts, pages.get(RecordingsPage), pages.get(LivePage))  # type: ignore[arg-type]
+    if RecordingsPage in pages:
+        desk.list_again(1)
+    yield desk
+    keeping.close()
+    shown.hide()
+    connector.stop(1.0)
+    ports.stop(1.0)

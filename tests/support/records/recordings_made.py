@@ -1,0 +1,195 @@
+"""Recordings for tests and benchmarks: recorded from made-up batches, or written at once by numpy."""
+
+import zlib
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass, replace
+from datetime import UTC, datetime
+from pathlib import Path
+from types import MappingProxyType
+from typing import NamedTuple
+
+import numpy as np
+
+from app.captures.reader import Way
+from app.engine.device import DeviceView, How, Known, Sample
+from app.engine.worker import Batch, Connection, PortState
+from app.recordings.commits import Extents, encoded_commit
+from app.recordings.file_layout import ACTIVE, COLUMNS, COMMITS, DATA_FILES, SESSION, TRIGGERED, Opening
+from app.recordings.library import Shelf
+from app.recordings.recorder import Heading, Recorder
+from app.recordings.recording import open_recording
+from protocol.catalogue import STATUS
+from protocol.events import Event, Received, Role, Sent
+from protocol.fields import Value
+from protocol.frame import Direction, Frame
+from protocol.link_states import Presence
+from protocol.messages import Status
+
+NOON = datetime(2026, 11, 21, 12, 0, 0, tzinfo=UTC)
+PORT = "/dev/ttyUSB0"
+OPEN = Connection(PortState.OPEN, PORT, 115200)
+CLOSED = replace(OPEN, state=PortState.CLOSED)
+LINE_HZ = 1440
+WAIT_S = 20.0
+HEADING = Heading(PORT, 115200, "Bench 7", "DPS-S Configurator 0.1.0")
+TENTHS = 26
+"""Values of acceleration that occur: 0.0 … 2.5 g."""
+
+
+class Clock:
+    """Monotonic seconds and the calendar's, both moved by hand."""
+
+    def __init__(self, now_s: float = 1000.0) -> None:
+        self.now_s = now_s
+        self.wall_offset_s = NOON.timestamp() - now_s
+
+    def __call__(self) -> float:
+        return self.now_s
+
+    def wall(self) -> float:
+        return self.now_s + self.wall_offset_s
+
+
+def report(at: float, number: int = 0, *, triggered: bool = False, active: bool = False) -> Sample:
+    """One of many that differ."""
+    return Sample(at, number % 181, number % TENTHS / 10, triggered, active)
+
+
+def received(sample: Sample) -> Received:
+    """The frame that said so."""
+    status = Status(sample.tilt_deg, sample.acceleration_g, sample.triggered, sample.active)
+    frame = Frame(Direction.MODULE_TO_HOST, status.encode())
+    return Received(frame, status, Role.STREAMED, sample.at)
+
+
+def asked(at: float) -> Sent:
+    request = STATUS.query()
+    return Sent(request.encode(), request, 1, at)
+
+
+def device(at: float, **values: Value) -> DeviceView:
+    known = {key: Known(value, How.READ, at) for key, value in values.items()}
+    return DeviceView(MappingProxyType(known), Presence.ONLINE, at)
+
+
+def batch(
+    at: float,
+    *samples: Sample,
+    view: DeviceView | None = None,
+    connection: Connection = OPEN,
+    events: tuple[Event, ...] | None = None,
+) -> Batch:
+    """`events`: by default the frames of the samples."""
+    frames = tuple(map(received, samples)) if events is None else events
+    return Batch(at, connection, view or device(at), None, samples, frames)
+
+
+def stream(start_s: float, seconds: float, *, rate_hz: int = LINE_HZ) -> Iterator[Batch]:
+    """Batches of a sixtieth of a second from a module that streams, with cell voltage and light once a second."""
+    count = round(seconds * rate_hz)
+    times = start_s + np.arange(count) / rate_hz
+    for numbers in np.array_split(np.arange(count), min(count, round(seconds * 60))):
+        samples = tuple(report(float(times[n]), int(n)) for n in numbers)
+        at = samples[-1].at
+        polled_s = float(np.floor(at))
+        volts, light = 3.0 + int(polled_s) % 100 / 100, int(polled_s) % 33 / 10
+        view = device(polled_s, cell_voltage_v=volts, light_v=light, attitude_threshold_deg=60)
+        yield batch(at, *samples, view=view)
+
+
+@dataclass
+class Bench:
+    """A recorder on a clock that the test moves."""
+
+    recorder: Recorder
+    clock: Clock
+    shelf: Shelf
+
+    def feed(self, *batches: Batch) -> None:
+        """Take these, at the time of the last one, and wait until they are on disk."""
+        for one in batches:
+            self.recorder.take(one)
+            self.clock.now_s = max(self.clock.now_s, one.at)
+        self.settle()
+
+    def settle(self) -> None:
+        assert self.recorder.settle(WAIT_S)
+
+    @property
+    def folder(self) -> Path:
+        """Of the newest recording."""
+        return self.shelf.entries()[0].folder
+
+
+@contextmanager
+def recorder_in(folder: Path, *, free_bytes: int = 1 << 40, **options: int) -> Iterator[Bench]:
+    clock = Clock()
+    shelf = Shelf(folder)
+    recorder = Recorder(
+        shelf, clock=clock, wall_clock=clock.wall, find_free_bytes=lambda _folder: free_bytes, **options
+    )
+    try:
+        yield Bench(recorder, clock, shelf)
+    finally:
+        assert recorder.stop(WAIT_S)
+
+
+def recorded(folder: Path, seconds: float = 2.0, *, rate_hz: int = LINE_HZ) -> Path:
+    """A session that was closed in an orderly way; its folder."""
+    with recorder_in(folder) as bench:
+        bench.recorder.begin(HEADING)
+        bench.recorder.take(batch(1000.0, events=(asked(1000.0),)))
+        bench.feed(*stream(1000.0, seconds, rate_hz=rate_hz))
+        bench.recorder.end()
+        bench.settle()
+        return bench.folder
+
+
+def written_at_once(shelf: Path, rows: int, *, rate_hz: float = LINE_HZ, start_s: float = 1000.0) -> Path:
+    """A recording of so many status reports, within seconds; what it measured is a sine and noise. Its folder."""
+    folder = shelf / f"{NOON:%Y%m%dT%H%M%SZ}-{rows:06x}"
+    folder.mkdir(parents=True)
+    for name in DATA_FILES:
+        (folder / name).touch()
+    crc = 0
+    times, tilt, acceleration, flags = ((folder / name).open("ab") for name in COLUMNS["status"])
+    with times, tilt, acceleration, flags:
+        random = np.random.default_rng(7)
+        for first in range(0, rows, 1 << 20):
+            number = np.arange(first, min(rows, first + (1 << 20)))
+            at = start_s + number / rate_hz
+            times.write(at.astype("<f8").tobytes())
+            angle = np.rint(45 + 40 * np.sin(at / 300) + random.normal(0, 2, len(number))).clip(0, 180)
+            tilt.write(angle.astype("<f4").tobytes())
+            tenths = np.rint(10 + random.normal(0, 1, len(number))).clip(0, 255)
+            acceleration.write((tenths / 10).astype("<f4").tobytes())
+            flags.write((((number >> 16) & 1) * TRIGGERED + ((number >> 18) & 1) * ACTIVE).astype("u1").tobytes())
+    for name in DATA_FILES:
+        crc = zlib.crc32((folder / name).read_bytes(), crc)
+    end_s = start_s + rows / rate_hz
+    (folder / COMMITS).write_bytes(encoded_commit(Extents(end_s, rows, 0, 0, 0, 0, is_last=True), crc))
+    opening = Opening(started_at=NOON, start_s=start_s, port=PORT, baud_rate=115200, module="Bench 7")
+    (folder / SESSION).write_bytes(opening.encoded())
+    return folder
+
+
+def directions(raw: list[tuple[Way, bytes]]) -> dict[Way, bytes]:
+    """All bytes of each direction, one behind the other."""
+    return {way: b"".join(data for one, data in raw if one is way) for way in Way}
+
+
+class Whole(NamedTuple):
+    """What was recorded, for comparison."""
+
+    folder: Path
+    times: list[float]
+    tilts: list[float]
+    raw: bytes
+
+
+def whole_of(folder: Path) -> Whole:
+    with open_recording(folder) as recording:
+        window = recording.tilt.window(0.0, 1e9)
+        raw = directions([(one.way, one.raw) for one in recording.traffic()])[Way.IN]
+        return Whole(folder, window.time_s.tolist(), window.value.tolist(), raw)

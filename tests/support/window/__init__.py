@@ -1,0 +1,1 @@
+"""The window as the tests work it."""

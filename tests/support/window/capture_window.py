@@ -1,0 +1,61 @@
+"""A capture file, opened in a window and played: what the tests of both share."""
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+from PySide6.QtWidgets import QApplication, QPushButton
+from pytestqt.qtbot import QtBot
+
+from app.captures.reader import Entry, Way
+from protocol.catalogue import BY_NAME
+from protocol.link_states import Presence
+from protocol.messages import Status
+from tests.support.window.fakes_ui import WAIT_MS
+from tests.ui.pages.diagnosis.test_diagnosis_page import click, diagnosis
+from ui.main import Assembly
+from ui.pages.diagnosis.capture_files import SUFFIX, Kept, capture_parts
+from ui.pages.diagnosis.page import DiagnosisPage
+
+ACTIVE = Status(7, 1.0, triggered=False, active=True).encode()
+
+
+def write_capture(path: Path, *, seconds: float = 30.0) -> Path:
+    """A module that streams, ACTIVE, and answers what the window asks at first."""
+    entries = []
+    for number, name in enumerate(("heartbeat", "status", "active", "triggered", "cell_voltage", "boot_count")):
+        request = BY_NAME[name].query()
+        entries.append(Entry(0.01 * number, Way.OUT, request.encode()))
+    answers = {"heartbeat": "4175 01 A5 5A 00", "active": "4175 33 01 01 35", "cell_voltage": "4175 34 01 BE F3"}
+    ordered = []
+    for entry, name in zip(entries, ("heartbeat", "status", "active", "triggered", "cell_voltage", "x"), strict=True):
+        ordered.append(entry)
+        if name in answers:
+            ordered.append(Entry(entry.at_s + 0.002, Way.IN, bytes.fromhex(answers[name])))
+    ordered += [Entry(0.2 + 0.05 * n, Way.IN, ACTIVE) for n in range(round(seconds * 20))]
+    ordered.append(Entry(ordered[-1].at_s + 0.01, Way.IN, b"\x00\xff"))
+    path.write_bytes(b"".join(capture_parts(tuple(ordered), Kept().header("/dev/ttyUSB0", 115200))))
+    return path
+
+
+@contextmanager
+def opened(qtbot: QtBot, qapp: QApplication, folder: Path) -> Iterator[tuple[Assembly, DiagnosisPage, Path]]:
+    path = write_capture(folder / f"flight{SUFFIX}")
+    with diagnosis(qtbot, qapp, folder) as (assembly, page):
+        page.files.ask_open = lambda _parent, _folder: path
+        click(qtbot, page.files.open)
+        qtbot.waitUntil(lambda: page.opened is not None, timeout=WAIT_MS)
+        yield assembly, page, path
+
+
+def strip_button(page: DiagnosisPage, key: str) -> QPushButton:
+    button = page.strip.button(key)
+    assert button is not None
+    return button
+
+
+def play(qtbot: QtBot, assembly: Assembly, page: DiagnosisPage) -> None:
+    click(qtbot, strip_button(page, "capture_play"))
+    qtbot.waitUntil(lambda: assembly.connector.device.presence is Presence.ONLINE, timeout=WAIT_MS)
+    device = assembly.connector
+    qtbot.waitUntil(lambda: device.device.known("active", device.clock()) is not None, timeout=WAIT_MS)

@@ -1,0 +1,171 @@
+"""The window with the Triggers and Pre-flight pages on a simulated module, and what every test of them does."""
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import TypeVar
+
+import pytest
+from PySide6.QtCore import QMimeData, QPointF, Qt, QUrl
+from PySide6.QtGui import QDragEnterEvent, QDropEvent
+from PySide6.QtWidgets import QApplication, QLineEdit, QWidget
+from pytestqt.qtbot import QtBot
+
+from app.diagnosis.link_state import Phase
+from app.engine.worker import Batch
+from app.preflight import judging_line, run
+from app.records.check_store import CheckStore
+from app.records.verification import FindStation
+from app.simulator.bench import SimulatedBench
+from app.stations.known import Stations
+from app.store.store import Store
+from protocol.catalogue import SERIAL_OUTPUT, Hazard, Request
+from protocol.events import Sent
+from tests.support.window.fakes_ui import WAIT_MS, simulated, wait_online, window
+from tests.support.window.steps import settle
+from ui.core.connector import Target
+from ui.main import PAGES, Assembly
+from ui.pages.preflight.controller import Standing
+from ui.pages.preflight.page import PreflightPage
+from ui.pages.triggers.page import TriggersPage
+
+ENTRIES = tuple(entry for entry in PAGES if entry.key in ("triggers", "preflight"))
+CHECK_MS = 20_000
+VERDICTS = (Standing.GO, Standing.READY, Standing.NO_GO, Standing.VOID)
+Found = TypeVar("Found", bound=QWidget)
+
+
+def hurry(patch: pytest.MonkeyPatch) -> None:
+    """Watch tilt and acceleration for a tenth of the time: what is tested is the window."""
+    patch.setattr(run, "STILL_S", 0.2)
+    patch.setattr(judging_line, "STILL_S", 0.1)
+    patch.setattr(judging_line, "TRIALS_NEEDED", 2)
+
+
+@dataclass(slots=True)
+class OnBench:
+    """A window, what is plugged into it, and every request that the window sent."""
+
+    qtbot: QtBot
+    assembly: Assembly
+    bench: SimulatedBench
+    name: str
+    sent: list[Request] = field(default_factory=list)
+
+    @property
+    def preflight(self) -> PreflightPage:
+        return self.page("preflight", PreflightPage)
+
+    @property
+    def triggers(self) -> TriggersPage:
+        return self.page("triggers", TriggersPage)
+
+    @property
+    def acts(self) -> list[Request]:
+        """What was sent and is no question; the stream that a recorded session needs aside."""
+        acts = [request for request in self.sent if request.hazard is not Hazard.NONE]
+        return [request for request in acts if request.command is not SERIAL_OUTPUT]
+
+    def page(self, key: str, kind: type[Found]) -> Found:
+        self.assembly.window.go_to(key)
+        found = self.assembly.window.findChild(kind)
+        assert found is not None
+        return found
+
+    def connect(self) -> None:
+        self.assembly.connector.connect_to(Target(f"sim://{self.name}", 115200))
+        wait_online(self.qtbot, self.assembly)
+        self.assembly.window.panel.hide()
+        self.qtbot.waitUntil(lambda: self.assembly.connector.state.phase is Phase.ONLINE, timeout=WAIT_MS)
+
+    def click(self, widget: QWidget) -> None:
+        assert widget.isEnabled(), widget.objectName()
+        self.qtbot.waitUntil(widget.isVisible, timeout=WAIT_MS)
+        settle(widget)
+        self.qtbot.mouseClick(widget, Qt.MouseButton.LeftButton)
+
+    def find(self, kind: type[Found], name: str) -> Found:
+        found = self.assembly.window.findChild(kind, name)
+        assert found is not None, name
+        return found
+
+    def check(self, *, is_enabling: bool = True) -> Standing:
+        """By a click; how it stands when it has ended."""
+        page = self.preflight
+        self.click(page.buttons.enable if is_enabling else page.buttons.run)
+        assert page.work.standing is Standing.CHECKING
+        self.wait_standing(*VERDICTS)
+        return page.work.standing
+
+    def wait_standing(self, *wanted: Standing) -> None:
+        page = self.preflight
+        self.qtbot.waitUntil(lambda: page.banner.announcement.standing in wanted, timeout=CHECK_MS)
+
+    def restart(self) -> None:
+        """Until the window has heard the whole of it: both heartbeats, and answers again."""
+        connector = self.assembly.connector
+        before = connector.device.restarts
+        self.bench.restart()
+        self.qtbot.waitUntil(lambda: connector.device.restarts > before, timeout=WAIT_MS)
+        self.qtbot.waitUntil(lambda: connector.state.phase is Phase.ONLINE, timeout=WAIT_MS)
+
+    def read_triggers(self) -> None:
+        page = self.triggers
+        self.click(page.read)
+        self.qtbot.waitUntil(lambda: not page.work.is_busy, timeout=CHECK_MS)
+
+    def drop(self, path: Path) -> None:
+        data = QMimeData()
+        data.setUrls([QUrl.fromLocalFile(str(path))])
+        window, place = self.assembly.window, self.assembly.window.rect().center()
+        actions, button, no_key = Qt.DropAction.CopyAction, Qt.MouseButton.LeftButton, Qt.KeyboardModifier.NoModifier
+        enter = QDragEnterEvent(place, actions, data, button, no_key)
+        enter.ignore()
+        QApplication.sendEvent(window, enter)
+        assert enter.isAccepted()
+        QApplication.sendEvent(window, QDropEvent(QPointF(place), actions, data, button, no_key))
+
+
+@contextmanager
+def on_bench(qtbot: QtBot, qapp: QApplication, folder: Path, name: str, *, is_connected: bool = True,
+             **options: object) -> Iterator[OnBench]:  # fmt: skip
+    with simulated(name, **options) as bench, window(qapp, folder, entries=ENTRIES) as assembly:
+        assembly.window.resize(1024, 600)
+        qtbot.waitUntil(lambda: assembly.window.findChild(TriggersPage) is not None, timeout=WAIT_MS)
+        qtbot.waitUntil(lambda: assembly.window.findChild(PreflightPage) is not None, timeout=WAIT_MS)
+        one = OnBench(qtbot, assembly, bench, name)
+
+        def note(batch: Batch) -> None:
+            one.sent += [event.request for event in batch.events if isinstance(event, Sent)]
+
+        assembly.connector.batch.connect(note)
+        if is_connected:
+            one.connect()
+        yield one
+        assembly.keeping.close()
+
+
+def kept(bench: OnBench, module: str = "") -> list[str]:
+    store = bench.assembly.keeping.store
+    assert isinstance(store, Store)
+    module_id = next((one.id for one in store.modules() if one.name == module), None)
+    return [one.verdict for one in CheckStore(store.database).checks(module_id)]
+
+
+def said(bench: OnBench) -> str:
+    notice = bench.preflight.strip.notice
+    return "" if notice is None else notice.text
+
+
+def name_module(bench: OnBench, name: str) -> None:
+    edit = bench.find(QLineEdit, "preflight_module_edit")
+    edit.setFocus()
+    edit.clear()
+    bench.qtbot.keyClicks(edit, name)
+    bench.qtbot.keyClick(edit, Qt.Key.Key_Return)
+
+
+def find_in(bench: OnBench) -> FindStation:
+    """The stations that this window knows."""
+    return Stations(bench.assembly.keeping.folder).find

@@ -1,0 +1,174 @@
+"""A window with the pages that change the module, on a simulated one whose line counts every frame."""
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any, TypeVar
+
+from PySide6.QtCore import Qt
+from PySide6.QtWidgets import QApplication, QLineEdit, QPushButton, QWidget
+from pytestqt.qtbot import QtBot
+
+from app.settings.form import RowState
+from app.simulator.bench import SimulatedBench
+from protocol.catalogue import BY_NAME, Hazard, Request
+from protocol.fields import Value
+from protocol.frame import decode_request
+from tests.support.window.fakes_ui import WAIT_MS, simulated, wait_online, window
+from tests.support.window.steps import let_lay_out, settle
+from ui.core.connector import Target
+from ui.main import PAGES, Assembly
+from ui.pages.commands.page import CommandsPage
+from ui.pages.settings.page import SettingsPage
+from ui.widgets.notice_bar import NoticeBar
+
+ENTRIES = tuple(entry for entry in PAGES if entry.key in ("settings", "commands"))
+Widget = TypeVar("Widget", bound=QWidget)
+
+
+@dataclass
+class Desk:
+    """What a test has before it: the window, the module, and every frame that reached the module."""
+
+    qtbot: QtBot
+    assembly: Assembly
+    bench: SimulatedBench
+    url: str
+    requests: list[Request] = field(default_factory=list)
+
+    @property
+    def settings(self) -> SettingsPage:
+        return self.page(SettingsPage)
+
+    @property
+    def commands(self) -> CommandsPage:
+        return self.page(CommandsPage)
+
+    def page(self, kind: type[Widget]) -> Widget:
+        found = self.assembly.window.findChild(kind)
+        assert found is not None
+        return found
+
+    def find(self, kind: type[Widget], name: str) -> Widget:
+        found = self.assembly.window.findChild(kind, name)
+        assert found is not None, name
+        return found
+
+    def click(self, widget: QWidget | str) -> None:
+        button = self.find(QPushButton, widget) if isinstance(widget, str) else widget
+        assert button.isVisible(), button.objectName()
+        assert button.isEnabled(), button.objectName()
+        settle(button)
+        self.qtbot.mouseClick(button, Qt.MouseButton.LeftButton)
+
+    def until(self, is_so: Any, timeout_ms: int = WAIT_MS) -> None:
+        self.qtbot.waitUntil(is_so, timeout=timeout_ms)
+
+    def changes(self, *names: str) -> list[bytes]:
+        """Frames that were no questions; of these commands only, where some are named. Streaming is not counted."""
+        return [
+            one.encode()
+            for one in self.requests
+            if one.hazard is not Hazard.NONE
+            and (one.command.name in names if names else one.command.name != "serial_output")
+        ]
+
+    def held(self, name: str) -> Value:
+        """What the module holds, in the field's unit."""
+        command = BY_NAME[name]
+        assert command.write is not None
+        match name:
+            case "attitude_trigger":
+                return self.bench.module.state.attitude_is_enabled
+            case "freefall_trigger":
+                return self.bench.module.state.freefall_is_enabled
+            case _:
+                return command.write.decode(getattr(self.bench.module.memory, name))
+
+    def go_to(self, key: str) -> None:
+        self.assembly.window.go_to(key)
+        kind: type[QWidget] = SettingsPage if key == "settings" else CommandsPage
+        self.until(lambda: self.page(kind).isVisible())
+
+    def connect(self) -> None:
+        self.assembly.connector.connect_to(Target(self.url, 115200))
+        wait_online(self.qtbot, self.assembly)
+        connector = self.assembly.connector
+        self.until(lambda: connector.device.known("freefall_time_s", connector.clock()) is not None)
+        self.until(lambda: connector.device.known("boot_count", connector.clock()) is not None)
+
+
+@contextmanager
+def desk(
+    qtbot: QtBot, qapp: QApplication, folder: Path, *, page: str = "settings", query: str = "", **options: object
+) -> Iterator[Desk]:
+    """Connected, with `page` in sight and the keyboard in the window."""
+    name = f"desk{folder.name}"
+    with simulated(name, **options) as bench, window(qapp, folder, entries=ENTRIES) as assembly:
+        made = Desk(qtbot, assembly, bench, f"sim://{name}{query}")
+        write = bench.wire.write
+
+        def watched(data: bytes, now_s: float) -> None:
+            made.requests.extend(decode_request(data[at : at + 6]) for at in range(0, len(data), 6))
+            write(data, now_s)
+
+        bench.wire.write = watched  # type: ignore[method-assign]
+        qtbot.waitUntil(lambda: assembly.window.findChild(CommandsPage) is not None, timeout=WAIT_MS)
+        assembly.window.activateWindow()
+        qtbot.waitUntil(assembly.window.isActiveWindow, timeout=WAIT_MS)
+        made.connect()
+        made.go_to(page)
+        try:
+            yield made
+        finally:
+            assembly.connector.disconnect_port()
+
+
+# What a person does and sees on the Settings page
+
+
+def type_into(one: Desk, name: str, text: str) -> None:
+    box = one.find(QLineEdit, f"{name}_wanted")
+    box.setFocus()
+    box.selectAll()
+    one.qtbot.keyClicks(box, text)
+
+
+def state(one: Desk, key: str) -> RowState:
+    one.settings.refresh()
+    row = one.settings.rows[key].row
+    assert row is not None
+    return row.state
+
+
+def reason(one: Desk, key: str) -> str:
+    return one.settings.rows[key].reason.text()
+
+
+def write(one: Desk) -> None:
+    """Once what was begun before has ended: a write ends with all settings read again."""
+    one.until(lambda: not one.settings.work.is_busy, 30_000)
+    one.settings.refresh()
+    one.click("settings_write")
+
+
+def choose(one: Desk, key: str, bar: NoticeBar | None = None) -> None:
+    """Click the button of a notice; Qt shows a new one with its next event."""
+    bar = bar or one.settings.strip
+
+    def shown() -> QPushButton | None:
+        button = bar.button(key)
+        return button if button is not None and button.isVisible() else None
+
+    one.until(lambda: shown() is not None)
+    let_lay_out()
+    button = shown()
+    assert button is not None
+    one.click(button)
+
+
+def notice(one: Desk) -> str:
+    one.settings.refresh()
+    said = one.settings.strip.notice
+    return "" if said is None else said.text

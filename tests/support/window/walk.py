@@ -1,0 +1,251 @@
+"""A walk through the whole window, for tests that look at everything a person can see.
+
+Each stop is a state of the real window on a simulated module, brought about by what the pages themselves offer. The
+walk goes through all pages of `ui.main.PAGES`; one that is new there is visited without a word here.
+"""
+
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+from typing import TypeVar
+
+import pytest
+from PySide6.QtCore import QEvent, QSize
+from PySide6.QtWidgets import QApplication, QMessageBox, QPushButton, QToolButton, QWidget
+from pytestqt.qtbot import QtBot
+
+from app.simulator.bench import SimulatedBench
+from tests.support.window.fakes_ui import ADAPTER, SECOND_ADAPTER, WAIT_MS, Ports, simulated, wait_online, window
+from tests.support.window.preflight_window import hurry
+from tests.support.window.steps import settle
+from ui.core.connector import Target
+from ui.main import PAGES, Assembly, WindowOptions
+from ui.pages.commands.page import CommandsPage
+from ui.pages.live.page import LivePage
+from ui.pages.preflight.controller import Standing
+from ui.pages.preflight.page import PreflightPage
+from ui.pages.settings.page import SettingsPage
+from ui.pages.triggers.page import TriggersPage
+from ui.style.theme import Choice
+
+SMALL_SCREEN = QSize(1024, 600)
+CHECK_MS = 20_000
+PROFILE = """
+format = 1
+name = "Survey hexacopter"
+airframe = "H6"
+notes = "Bay sensor measured in spring."
+
+[settings]
+attitude_threshold_deg = 65
+freefall_time_s = 1.6
+attitude_trigger = true
+"""
+Found = TypeVar("Found", bound=QWidget)
+
+
+@dataclass(frozen=True, slots=True)
+class Stop:
+    """Where the walk stands: a name for messages and what is in sight."""
+
+    name: str
+    root: QWidget
+
+
+class Walk:
+    """The stops, in order. `look` is called at each one with everything laid out and painted."""
+
+    def __init__(self, qtbot: QtBot, assembly: Assembly, bench: SimulatedBench, folder: Path, name: str) -> None:
+        self.qtbot, self.assembly, self.bench, self.folder = qtbot, assembly, bench, folder
+        self.window = assembly.window
+        self._url = f"sim://{name}"
+
+    def stops(self) -> Iterator[Stop]:
+        """Everything, from the first sight of the window to the question at its end."""
+        yield from self.before_connecting()
+        self.connect()
+        for entry in PAGES:
+            self.window.go_to(entry.key)
+            yield self._stop(entry.key)
+            more: Callable[[], Iterator[Stop]] | None = getattr(self, f"_on_{entry.key}", None)
+            if more is not None:
+                yield from more()
+        yield from self._around()
+
+    def before_connecting(self) -> Iterator[Stop]:
+        """What stands on the pages while nothing is known."""
+        self.qtbot.waitUntil(self.window.panel.isVisible, timeout=WAIT_MS)
+        self.qtbot.waitUntil(lambda: self.assembly.ports.has_looked, timeout=WAIT_MS)
+        yield self._stop("connect panel")
+        self.window.panel.hide()
+        for entry in PAGES:
+            self.window.go_to(entry.key)
+            yield self._stop(f"{entry.key}, not connected")
+
+    def connect(self) -> None:
+        """The module answers, and what can be read of it has been read."""
+        connector = self.assembly.connector
+        connector.connect_to(Target(self._url, 115200))
+        wait_online(self.qtbot, self.assembly)
+        for key in ("freefall_time_s", "boot_count"):
+            self.qtbot.waitUntil(partial(self._knows, key), timeout=WAIT_MS)
+        self.window.go_to("live")
+        live = self.find(LivePage)
+        self.qtbot.waitUntil(lambda: live.data.has_samples, timeout=WAIT_MS)
+        live.refresh()
+
+    def _knows(self, key: str) -> bool:
+        connector = self.assembly.connector
+        return connector.device.known(key, connector.clock()) is not None
+
+    def find(self, kind: type[Found], name: str = "") -> Found:
+        found = self.window.findChild(kind, name) if name else self.window.findChild(kind)
+        assert found is not None, name or kind
+        return found
+
+    def press(self, name: str) -> None:
+        """A button by its name, as the keyboard would."""
+        button = self.find(QWidget, name)
+        assert isinstance(button, QPushButton | QToolButton), name
+        assert button.isEnabled(), name
+        settle(button)
+        button.click()
+
+    # The pages
+
+    def _on_settings(self) -> Iterator[Stop]:
+        page = self.find(SettingsPage)
+        self.qtbot.waitUntil(page.work.can_edit.__bool__, timeout=WAIT_MS)
+        page.refresh()
+        page.work.edit(lambda: page.work.form.type_text("attitude_threshold_deg", "30"))
+        page.work.edit(lambda: page.work.form.type_text("freefall_time_s", "x"))
+        page.refresh()
+        yield self._stop("settings, edited")
+        page.scroll_area.verticalScrollBar().setValue(page.scroll_area.verticalScrollBar().maximum())
+        yield self._stop("settings, end")
+        page.work.edit(page.work.form.revert)
+        profile = self.folder / "H6.toml"
+        profile.write_text(PROFILE, encoding="utf-8")
+        page.open_file(profile)
+        yield self._stop("settings, profile")
+        profile.write_text("format = 1\nname = 3\n[settings]\nx = 1\n", encoding="utf-8")
+        page.open_file(profile)
+        yield self._stop("settings, no profile")
+        page.show_form()
+        self.find(QPushButton, "light_threshold_measure").click()
+        yield self._stop("settings, measuring")
+        page.show_form()
+
+    def _on_triggers(self) -> Iterator[Stop]:
+        page = self.find(TriggersPage)
+        page.read.click()
+        self.qtbot.waitUntil(lambda: not page.work.is_busy, timeout=CHECK_MS)
+        page.table.selectRow(0)
+        yield self._stop("triggers, chosen")
+
+    def _on_preflight(self) -> Iterator[Stop]:
+        page = self.find(PreflightPage)
+        page.buttons.run.click()
+        ended = (Standing.GO, Standing.READY, Standing.NO_GO, Standing.VOID)
+        self.qtbot.waitUntil(lambda: page.banner.announcement.standing in ended, timeout=CHECK_MS)
+        yield self._stop("preflight, verdict")
+        bar = page.list.verticalScrollBar()
+        bar.setValue(bar.maximum())
+        yield self._stop("preflight, end")
+        page.show_history()
+        yield self._stop("preflight, past checks")
+        page.show_check()
+
+    def _on_commands(self) -> Iterator[Stop]:
+        confirms = [row.confirm for row in self.find(CommandsPage).acts.values()]
+        self.qtbot.waitUntil(lambda: any(one.ask.isEnabled() for one in confirms), timeout=WAIT_MS)
+        confirm = next(one for one in confirms if one.ask.isEnabled())
+        settle(confirm.ask)
+        confirm.ask.click()
+        yield self._stop("commands, asked")
+        confirm.cancel.click()
+        self.press("ritual_rehearse")
+        yield self._stop("commands, ritual chosen")
+        self.press("ritual_arm")
+        yield self._stop("commands, ritual armed")
+        self.press("ritual_cancel")
+        yield self._stop("commands, ritual ended")
+
+    def _on_diagnosis(self) -> Iterator[Stop]:
+        for key in ("traffic", "figures", "bundle", "why"):
+            self.press(f"diagnosis_{key}")
+            yield self._stop(f"diagnosis, {key}")
+
+    def _around(self) -> Iterator[Stop]:
+        """What is around the pages: the panel of the simulated module, notices, the box that says what this is."""
+        self.window.go_to("live")
+        self.window.menus.simulator.setChecked(True)
+        yield self._stop("simulator panel")
+        self.window.menus.simulator.setChecked(False)
+        self.window.toggle_panel()
+        yield self._stop("connect panel, connected")
+        self.window.toggle_panel()
+        self.window.menus.about.trigger()
+        box = self.find(QMessageBox, "about_box")
+        yield self._stop("about", box)
+        box.close()
+        self.bench.module.activate(is_active=True)
+        connector = self.assembly.connector
+        self.qtbot.waitUntil(lambda: connector.is_active, timeout=WAIT_MS)
+        self.window.disconnect_port()
+        yield self._stop("question at leaving")
+        self.window.attention.stay()
+        self.bench.unplug()
+        self.qtbot.waitUntil(lambda: self.window.notice_bar.notice is not None, timeout=WAIT_MS)
+        for entry in PAGES:
+            self.window.go_to(entry.key)
+            yield self._stop(f"{entry.key}, unplugged")
+
+    def _stop(self, name: str, root: QWidget | None = None) -> Stop:
+        self.settle()
+        return Stop(name, self.window if root is None else root)
+
+    def settle(self) -> None:
+        """Lay out and paint now what would be laid out in the next turns of the event loop."""
+        self.window.refresh()
+        live = self.find(LivePage)
+        live.refresh()
+        live.draw()
+        QApplication.processEvents()
+        # The last turn may have written something, which is not laid out yet; from child to parent.
+        for _ in range(4):
+            QApplication.sendPostedEvents(None, QEvent.Type.LayoutRequest.value)
+
+
+@contextmanager
+def walking(
+    qtbot: QtBot,
+    qapp: QApplication,
+    folder: Path,
+    *,
+    language: str = "en",
+    theme: Choice = Choice.LIGHT,
+    size: QSize = SMALL_SCREEN,
+) -> Iterator[Walk]:
+    """The whole window, shown in this size, with two adapters listed and a simulated module to connect to."""
+    name = f"walk{folder.name}"
+    options = WindowOptions(language=language)
+    with (
+        pytest.MonkeyPatch.context() as patch,
+        simulated(name, history=3) as bench,
+        window(qapp, folder, ports=Ports(ADAPTER, SECOND_ADAPTER), options=options, entries=PAGES) as assembly,
+    ):
+        hurry(patch)
+        assembly.appearance.choose(theme)
+        with qtbot.waitSignal(assembly.window.pages_made, timeout=WAIT_MS):
+            assembly.window.resize(size)
+        qtbot.waitUntil(lambda: not assembly.help.is_explaining, timeout=WAIT_MS)
+        walk = Walk(qtbot, assembly, bench, folder, name)
+        walk.settle()
+        try:
+            yield walk
+        finally:
+            assembly.appearance.choose(Choice.LIGHT)
+            assembly.keeping.close()

@@ -1,0 +1,326 @@
+"""Choosing a port, connecting, what is said when that fails, and coming back after a loss."""
+
+import os
+import sys
+import threading
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+from PySide6.QtCore import Qt
+from PySide6.QtWidgets import QApplication
+from pytestqt.qtbot import QtBot
+
+from app.diagnosis.link_state import Phase, Step, duration, link_state, words
+from app.engine.device import DeviceView, How, Known
+from app.engine.identity import Identity, Trust
+from app.engine.transport import PortError, PortTrouble
+from app.engine.worker import Batch, Connection, PortState
+from app.procedures.greet import Greeting, Silence
+from protocol.link_states import Presence
+from tests.support.window.fakes_ui import ADAPTER, SECOND_ADAPTER, WAIT_MS, Ports, simulated, wait_online, window
+from tests.support.window.steps import settle
+from ui.connect.connect_panel import FIND_RATE, SIMULATED_PORT
+from ui.core.bridge import Bridge, joined
+from ui.core.connector import Target
+from ui.core.preferences import LastPort, Remembered
+from ui.main import Assembly, WindowOptions
+
+OPEN = Connection(PortState.OPEN, "/dev/ttyUSB0", 115200)
+
+
+def rows(assembly: Assembly) -> dict[str, str]:
+    """The rows of the port list: device -> badge."""
+    ports = assembly.window.panel.list
+    return {choice.device: choice.badge for choice in map(ports.choice_at, range(ports.count()))}
+
+
+def phase(assembly: Assembly) -> Phase:
+    return assembly.connector.state.phase
+
+
+# What is said
+
+
+def test_each_trouble_is_a_sentence_with_a_next_step() -> None:
+    for trouble in PortTrouble:
+        error = PortError(trouble, "/dev/ttyUSB0", "driver's words")
+        closed = Connection(PortState.CLOSED, "/dev/ttyUSB0", 115200, error)
+        state = link_state(closed, DeviceView(), None, is_finding=False)
+        said = words(state, 0.0)
+        assert state.phase is Phase.FAILED
+        assert said.what
+        assert said.next_step
+        assert said.step is Step.CONNECT_AGAIN
+        assert "driver's words" not in said.what
+
+
+def test_each_silence_has_its_own_words() -> None:
+    said = set()
+    for silence in Silence:
+        state = link_state(OPEN, DeviceView(), Greeting(silence), is_finding=False)
+        assert state.phase is Phase.SILENT
+        said.add(words(state, 0.0).what)
+    assert len(said) == len(Silence)
+
+
+def test_garbage_offers_to_find_the_rate() -> None:
+    state = link_state(OPEN, DeviceView(), Greeting(Silence.GARBAGE), is_finding=False)
+    assert words(state, 0.0).step is Step.FIND_RATE
+
+
+def test_offline_says_since_when() -> None:
+    device = DeviceView({"active": Known(value=True, how=How.READ, at=1.0)}, Presence.OFFLINE, 10.0)
+    state = link_state(OPEN, device, None, is_finding=False)
+    assert state.phase is Phase.OFFLINE
+    assert "12 s" in words(state, 22.0).word
+
+
+def test_a_module_that_answers_late_is_not_called_connected() -> None:
+    device = DeviceView({"active": Known(value=True, how=How.STREAMED, at=21.99)}, Presence.ONLINE, 10.0, lag_s=1.62)
+    state = link_state(OPEN, device, None, is_finding=False)
+    assert state.phase is Phase.LATE
+    assert not state.is_fine
+    assert "1.5 s" in words(state, 22.0).word
+    assert device.fresh("active", 22.0) is None
+    quick = replace(device, lag_s=0.9)
+    assert link_state(OPEN, quick, None, is_finding=False).phase is Phase.ONLINE
+
+
+@pytest.mark.parametrize(("seconds", "text"), [(0.42, "0.4 s"), (9.0, "9 s"), (150, "2 min"), (10800, "3 h")])
+def test_durations_are_as_exact_as_wanted(seconds: float, text: str) -> None:
+    assert duration(seconds) == text
+
+
+# The panel
+
+
+def test_ports_are_listed_with_maker_and_serial_number(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
+    with window(qapp, tmp_path, ports=Ports(ADAPTER)) as assembly:
+        ports = assembly.window.panel.list
+        qtbot.waitUntil(lambda: ports.count() == 2, timeout=WAIT_MS)
+        spoken = ports.item(0).data(Qt.ItemDataRole.AccessibleTextRole)
+        assert all(part in spoken for part in ("ttyUSB0", "CP2102", "Silicon Labs", "0001"))
+        assert ports.choice_at(1).device == SIMULATED_PORT
+
+
+def test_a_port_plugged_in_meanwhile_is_marked_new(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
+    ports = Ports(ADAPTER)
+    with window(qapp, tmp_path, ports=ports) as assembly:
+        qtbot.waitUntil(lambda: ADAPTER.device in rows(assembly), timeout=WAIT_MS)
+        assert rows(assembly)[ADAPTER.device] == ""
+        ports.now.append(SECOND_ADAPTER)
+        qtbot.waitUntil(lambda: rows(assembly).get(SECOND_ADAPTER.device) == "new", timeout=WAIT_MS)
+        assembly.window.toggle_panel()
+        assembly.window.toggle_panel()
+        assert rows(assembly)[SECOND_ADAPTER.device] == ""  # it was seen
+    with window(qapp, tmp_path, ports=ports) as assembly:
+        qtbot.waitUntil(lambda: SECOND_ADAPTER.device in rows(assembly), timeout=WAIT_MS)
+        assert rows(assembly)[SECOND_ADAPTER.device] == ""
+
+
+def test_without_any_port_it_says_what_to_do(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
+    with window(qapp, tmp_path) as assembly:
+        panel = assembly.window.panel
+        qtbot.waitUntil(lambda: "Plug the adapter in" in panel.empty.text(), timeout=WAIT_MS)
+        assert panel.empty.isVisible()
+        assert not panel.connect_button.isEnabled()
+
+
+def test_a_click_connects_to_the_simulated_module(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
+    with simulated("demo"), window(qapp, tmp_path) as assembly:
+        panel = assembly.window.panel
+        qtbot.waitUntil(lambda: panel.list.count() == 1, timeout=WAIT_MS)
+        where = panel.list.visualItemRect(panel.list.item(0)).center()
+        qtbot.mouseClick(panel.list.viewport(), Qt.MouseButton.LeftButton, pos=where)
+        qtbot.mouseClick(panel.connect_button, Qt.MouseButton.LeftButton)
+        wait_online(qtbot, assembly)
+        qtbot.waitUntil(panel.isHidden, timeout=WAIT_MS)
+        assert assembly.window.top_bar.port.title == "Simulated module"
+
+
+def test_by_keyboard_alone(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
+    with simulated("typed"), window(qapp, tmp_path) as assembly:
+        panel = assembly.window.panel
+        qtbot.waitUntil(panel.isVisible, timeout=WAIT_MS)
+        qtbot.keyClick(panel.list, Qt.Key.Key_Escape)
+        assert panel.isHidden()
+        qtbot.keyClick(assembly.window, Qt.Key.Key_K, Qt.KeyboardModifier.ControlModifier)
+        assert panel.isVisible()
+        qtbot.keyClicks(panel.other, "sim://typed")
+        qtbot.keyClick(panel.other, Qt.Key.Key_Return)
+        wait_online(qtbot, assembly)
+        qtbot.keyClick(assembly.window, Qt.Key.Key_D, Qt.KeyboardModifier.ControlModifier)
+        qtbot.waitUntil(lambda: phase(assembly) is Phase.CLOSED, timeout=WAIT_MS)
+
+
+def test_the_last_adapter_is_chosen_whatever_its_name_is_now(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
+    remembered = Remembered(tmp_path / "window.ini")
+    remembered.last_port = LastPort("/dev/ttyUSB7", SECOND_ADAPTER.identity, 57600)
+    remembered.save()
+    with window(qapp, tmp_path, ports=Ports(ADAPTER, SECOND_ADAPTER)) as assembly:
+        panel = assembly.window.panel
+        qtbot.waitUntil(lambda: panel.list.count() == 3, timeout=WAIT_MS)
+        assert panel.chosen_target() == Target(
+            SECOND_ADAPTER.device, 57600, SECOND_ADAPTER.identity, "ttyACM0", finds_rate=False
+        )
+        assert rows(assembly)[SECOND_ADAPTER.device] == "used last"
+
+
+# Failures
+
+
+def test_a_port_that_is_not_there_is_a_sentence_in_place(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
+    missing = str(tmp_path / "ttyNONE")
+    with window(qapp, tmp_path) as assembly:
+        assembly.connector.connect_to(Target(missing, 115200))
+        assert phase(assembly) is Phase.OPENING  # at once
+        qtbot.waitUntil(lambda: phase(assembly) is Phase.FAILED, timeout=WAIT_MS)
+        qtbot.waitUntil(lambda: assembly.window.notice_bar.notice is not None, timeout=WAIT_MS)
+        notice = assembly.window.notice_bar.notice
+        assert notice is not None
+        assert missing in notice.text
+        assert "Traceback" not in notice.text
+        assert assembly.window.notice_bar.button("connect_again") is not None
+        assert missing in assembly.window.panel.said.text() or assembly.window.panel.isHidden()
+
+
+def test_a_port_in_use_says_so_and_opens_once_it_is_free(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
+    somebody = object()
+    with simulated("busy") as bench, window(qapp, tmp_path) as assembly:
+        assert bench.hold(somebody)
+        assembly.connector.connect_to(Target("sim://busy", 115200))
+        qtbot.waitUntil(lambda: assembly.window.notice_bar.button("connect_again") is not None, timeout=WAIT_MS)
+        notice = assembly.window.notice_bar.notice
+        assert notice is not None
+        assert "in use" in notice.text
+        bench.release(somebody)
+        button = assembly.window.notice_bar.button("connect_again")
+        assert button is not None
+        settle(button)
+        qtbot.mouseClick(button, Qt.MouseButton.LeftButton)
+        wait_online(qtbot, assembly)
+
+
+def test_a_silent_port_says_so_and_offers_to_find_the_rate(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
+    with simulated("mute"), window(qapp, tmp_path) as assembly:
+        assembly.connector.connect_to(Target("sim://mute?mute", 115200))
+        qtbot.waitUntil(lambda: phase(assembly) is Phase.SILENT, timeout=WAIT_MS)
+        qtbot.waitUntil(lambda: assembly.window.notice_bar.button("find_rate") is not None, timeout=WAIT_MS)
+
+
+def test_the_wrong_rate_is_found_with_one_click(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
+    with simulated("rate", baud=57600), window(qapp, tmp_path) as assembly:
+        assembly.connector.connect_to(Target("sim://rate", 115200))
+        qtbot.waitUntil(lambda: assembly.window.notice_bar.button("find_rate") is not None, timeout=WAIT_MS)
+        button = assembly.window.notice_bar.button("find_rate")
+        assert button is not None
+        settle(button)
+        qtbot.mouseClick(button, Qt.MouseButton.LeftButton)
+        assert phase(assembly) is Phase.FINDING
+        wait_online(qtbot, assembly)
+        assert assembly.connector.connection.baud_rate == 57600
+
+
+def test_find_the_rate_from_the_list_of_rates(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
+    with simulated("auto", baud=9600), window(qapp, tmp_path) as assembly:
+        panel = assembly.window.panel
+        qtbot.waitUntil(panel.isVisible, timeout=WAIT_MS)
+        qtbot.keyClicks(panel.other, "sim://auto")
+        panel.rate.setCurrentIndex(panel.rate.findData(FIND_RATE))
+        qtbot.keyClick(panel.other, Qt.Key.Key_Return)
+        wait_online(qtbot, assembly)
+        assert assembly.connector.connection.baud_rate == 9600
+
+
+# Loss and return
+
+
+def test_it_reconnects_by_itself_when_the_module_is_plugged_in_again(
+    qtbot: QtBot, qapp: QApplication, tmp_path: Path
+) -> None:
+    with simulated("back") as bench, window(qapp, tmp_path) as assembly:
+        assembly.connector.connect_to(Target("sim://back", 115200))
+        wait_online(qtbot, assembly)
+        bench.unplug()
+        qtbot.waitUntil(lambda: phase(assembly) is Phase.LOST, timeout=WAIT_MS)
+        assert assembly.connector.device.fresh("active", assembly.connector.clock()) is None
+        bench.plug()
+        qtbot.waitUntil(lambda: phase(assembly) is Phase.ONLINE, timeout=WAIT_MS)
+        qtbot.waitUntil(
+            lambda: assembly.connector.device.fresh("active", assembly.connector.clock()) is False, timeout=WAIT_MS
+        )
+
+
+def test_it_never_reconnects_to_another_adapter(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
+    ports = Ports(ADAPTER)
+    with simulated("mine") as bench, simulated("other"), window(qapp, tmp_path, ports=ports) as assembly:
+        assembly.connector.connect_to(Target("sim://mine", 115200, ADAPTER.identity))
+        wait_online(qtbot, assembly)
+        bench.unplug()
+        qtbot.waitUntil(lambda: phase(assembly) is Phase.LOST, timeout=WAIT_MS)
+        stranger = replace(SECOND_ADAPTER, device="sim://other")
+        ports.now = [stranger]
+        looks = ports.looks
+        qtbot.waitUntil(lambda: ports.looks >= looks + 2, timeout=WAIT_MS)
+        assert phase(assembly) is Phase.LOST
+        bench.plug()
+        ports.now = [stranger, replace(ADAPTER, device="sim://mine")]
+        qtbot.waitUntil(lambda: phase(assembly) is Phase.ONLINE, timeout=WAIT_MS)
+        assert assembly.connector.connection.port == "sim://mine"
+
+
+def test_after_disconnect_it_stays_disconnected(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
+    with simulated("gone") as bench, window(qapp, tmp_path) as assembly:
+        assembly.connector.connect_to(Target("sim://gone", 115200))
+        wait_online(qtbot, assembly)
+        bench.unplug()
+        qtbot.waitUntil(lambda: phase(assembly) is Phase.LOST, timeout=WAIT_MS)
+        assembly.window.disconnect_port()
+        bench.plug()
+        qtbot.waitUntil(lambda: phase(assembly) is Phase.CLOSED, timeout=WAIT_MS)
+        assert not assembly.connector.is_wanted
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="pseudo-terminals are POSIX")
+def test_a_real_pseudo_terminal_that_hangs_up(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
+    master, slave = os.openpty()
+    name = os.ttyname(slave)
+    with window(qapp, tmp_path, options=WindowOptions(language="en", port=name)) as assembly:
+        qtbot.waitUntil(lambda: phase(assembly) in (Phase.ASKING, Phase.SILENT), timeout=WAIT_MS)
+        os.close(slave)
+        os.close(master)
+        qtbot.waitUntil(lambda: phase(assembly) in (Phase.LOST, Phase.FAILED), timeout=WAIT_MS)
+
+
+# The bridge
+
+
+def test_no_batch_is_lost_while_the_window_stalls(qtbot: QtBot, qapp: QApplication) -> None:
+    bridge = Bridge()
+    taken: list[Batch] = []
+    bridge.batch.connect(taken.append)
+    count = 5000
+
+    def deliver() -> None:
+        for number in range(count):
+            bridge.deliver(Batch(float(number), Connection(), DeviceView(), None, events=(number,)))  # type: ignore[arg-type]
+
+    thread = threading.Thread(target=deliver)
+    thread.start()
+    thread.join()  # the window's thread stands still all the while
+    assert taken == []
+    qtbot.waitUntil(lambda: bool(taken) and taken[-1].at == count - 1, timeout=WAIT_MS)
+    assert [event for batch in taken for event in batch.events] == list(range(count))
+    assert len(taken) == 1
+    bridge.close()
+    bridge.deliver(taken[0])
+    QApplication.processEvents()
+    assert len(taken) == 1
+
+
+def test_joined_batches_end_with_the_latest_state() -> None:
+    first = Batch(1.0, OPEN, DeviceView(restarts=1), None)
+    last = Batch(2.0, Connection(), DeviceView(restarts=2), None, identity=Identity(Trust.ANOTHER))
+    assert joined([first, last]) == last
+    assert joined([last, first]) == first

@@ -1,0 +1,144 @@
+"""Garbage is freed in the window's thread, and nothing that is in sight is garbage."""
+
+import gc
+import threading
+import weakref
+from collections.abc import Iterator
+
+import pytest
+from PySide6.QtWidgets import QVBoxLayout, QWidget
+from pytestqt.qtbot import QtBot
+
+from tests.support.garbage import living_garbage
+from tests.support.window.controls import tab_chain
+from ui.core.garbage_collector import Collector, garbage_freed_here
+
+
+class Ring:
+    """Refers to itself, so that only the collector can free it."""
+
+    def __init__(self) -> None:
+        self.itself = self
+
+
+@pytest.fixture
+def enabled() -> Iterator[None]:
+    """Python collects by itself, as it does outside of tests."""
+    gc.collect()
+    gc.enable()
+    yield
+    gc.disable()
+
+
+def made_by_a_worker() -> list[list[int]]:
+    """So many objects that Python would begin to collect, several times."""
+    made: list[list[int]] = []
+    worker = threading.Thread(target=lambda: made.extend([number] for number in range(20 * gc.get_threshold()[0])))
+    worker.start()
+    worker.join()
+    return made
+
+
+def freed_in() -> list[int]:
+    """A ring that is garbage at once; the thread that freed it comes into the list."""
+    threads: list[int] = []
+    weakref.finalize(Ring(), lambda: threads.append(threading.get_ident())).atexit = False
+    return threads
+
+
+def test_a_worker_frees_nothing(qtbot: QtBot, enabled: None) -> None:
+    with garbage_freed_here():
+        threads = freed_in()
+        made = made_by_a_worker()
+        assert not threads
+        qtbot.waitUntil(lambda: bool(threads))
+    assert threads == [threading.get_ident()]
+    assert made
+
+
+def test_without_it_a_worker_does(enabled: None) -> None:
+    threads = freed_in()
+    made_by_a_worker()
+    assert threads
+    assert threads != [threading.get_ident()]
+
+
+def test_afterwards_all_is_as_it_was(qtbot: QtBot, enabled: None) -> None:
+    with garbage_freed_here():
+        assert not gc.isenabled()
+    assert gc.isenabled()
+    gc.disable()
+    with garbage_freed_here():
+        pass
+    assert not gc.isenabled()
+
+
+@pytest.mark.parametrize(
+    ("counts", "collected"),
+    [((1, 0, 0), []), ((701, 0, 0), [0]), ((701, 11, 0), [1]), ((5, 11, 0), [1]), ((701, 11, 11), [2])],
+)
+def test_the_oldest_that_is_due(
+    qtbot: QtBot, monkeypatch: pytest.MonkeyPatch, counts: tuple[int, int, int], collected: list[int]
+) -> None:
+    done: list[int] = []
+    monkeypatch.setattr(gc, "get_count", lambda: counts)
+    monkeypatch.setattr(gc, "get_threshold", lambda: (700, 10, 10))
+    monkeypatch.setattr(gc, "collect", done.append)
+    Collector().collect()
+    monkeypatch.undo()
+    assert done == collected
+
+
+def test_a_generation_that_is_switched_off_is_never_due(qtbot: QtBot, monkeypatch: pytest.MonkeyPatch) -> None:
+    done: list[int] = []
+    monkeypatch.setattr(gc, "get_count", lambda: (9000, 9000, 9000))
+    monkeypatch.setattr(gc, "get_threshold", lambda: (700, 10, 0))
+    monkeypatch.setattr(gc, "collect", done.append)
+    Collector().collect()
+    monkeypatch.undo()
+    assert done == [1]
+
+
+def test_only_in_the_main_thread() -> None:
+    refused: list[RuntimeError] = []
+
+    def attempt() -> None:
+        try:
+            with garbage_freed_here():
+                pass
+        except RuntimeError as error:
+            refused.append(error)
+
+    worker = threading.Thread(target=attempt)
+    worker.start()
+    worker.join()
+    assert len(refused) == 1
+
+
+def rows_in(window: QWidget) -> None:
+    rows = QVBoxLayout(window)
+    for name in ("one", "two", "three"):
+        row = QWidget()
+        rows.addWidget(row)
+        row.setObjectName(name)
+
+
+def test_what_the_collector_would_take_out_of_a_window_is_found(qtbot: QtBot) -> None:
+    window = QWidget()
+    qtbot.addWidget(window)
+    rows_in(window)
+    assert not living_garbage(window)
+    one, two, _three = window.findChildren(QWidget)
+    one.nextInFocusChain()
+    two.previousInFocusChain()  # each is the other's parent
+    del one, two, _three
+    assert living_garbage(window) == ["QWidget one", "QWidget two"]
+
+
+def test_looking_at_the_order_of_tab_leaves_the_parents_alone(qtbot: QtBot) -> None:
+    window = QWidget()
+    qtbot.addWidget(window)
+    rows_in(window)
+    tab_chain(window)
+    assert not living_garbage(window)
+    assert len(window.findChildren(QWidget)) == 3

@@ -1,0 +1,22 @@
+"""The box that says what the program is: each part that it is made with, with its licence."""
+
+import re
+
+from PySide6.QtWidgets import QWidget
+from pytestqt.qtbot import QtBot
+
+from ui.help.about import show_about
+
+
+def test_every_part_is_named_with_its_version_and_its_licence(qtbot: QtBot) -> None:
+    window = QWidget()
+    qtbot.addWidget(window)
+    box = show_about(window)
+    lines = box.informativeText().splitlines()
+    parts = lines[lines.index(next(one for one in lines if one.startswith("Python"))) :]
+    assert {"numpy", "pyqtgraph", "mcap"} <= {one.split()[0] for one in parts}
+    for one in parts:
+        assert re.fullmatch(r"\S+ [\d.]+\S* \(.+\)", one), one
+    assert "mcap" in parts[-1]
+    assert parts[-1].endswith("(MIT)")
+    box.close()

@@ -1,0 +1,101 @@
+"""Somebody who has never seen the program, without a manual: from the first start to GO, by clicks and keys alone."""
+
+from pathlib import Path
+
+import pytest
+from PySide6.QtCore import Qt
+from PySide6.QtWidgets import QApplication, QPushButton, QWidget
+from pytestqt.qtbot import QtBot
+
+from app.diagnosis.link_state import Phase
+from app.simulator import bench as benches
+from tests.support.window.fakes_ui import WAIT_MS, Ports, wait_online, window
+from tests.support.window.preflight_window import CHECK_MS, VERDICTS, hurry
+from tests.support.window.steps import settle
+from ui.main import PAGES, Assembly
+from ui.pages.preflight.controller import Standing
+from ui.pages.preflight.page import PreflightPage
+
+MOST_CHECKS = 6
+"""A busy machine answers late, which is a fault that the check rightly finds."""
+
+
+def click(qtbot: QtBot, assembly: Assembly, name: str) -> None:
+    widget = assembly.window.findChild(QWidget, name)
+    assert widget is not None, name
+    assert widget.isVisible(), name
+    assert widget.isEnabled(), name
+    settle(widget)
+    qtbot.mouseClick(widget, Qt.MouseButton.LeftButton)
+
+
+def test_from_the_icon_to_go(qtbot: QtBot, qapp: QApplication, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    hurry(monkeypatch)
+    benches.forget("demo")
+    with window(qapp, tmp_path, ports=Ports(), entries=PAGES) as assembly:
+        main, connector = assembly.window, assembly.connector
+        with qtbot.waitSignal(main.pages_made, timeout=CHECK_MS):
+            main.resize(1024, 600)
+        main.activateWindow()
+        qtbot.waitUntil(main.isActiveWindow, timeout=WAIT_MS)
+        qtbot.waitUntil(main.panel.isVisible, timeout=WAIT_MS)
+        assert not main.panel.connect_button.isEnabled()
+        assert "Choose a port" in main.panel.said.text()  # why it is not, and what to do
+        ports = main.panel.list
+        row = ports.model().index(ports.model().rowCount() - 1, 0)
+        qtbot.mouseClick(ports.viewport(), Qt.MouseButton.LeftButton, pos=ports.visualRect(row).center())
+        assert ports.chosen is not None
+        click(qtbot, assembly, "connect_button")
+        wait_online(qtbot, assembly)
+        qtbot.waitUntil(lambda: connector.state.phase is Phase.ONLINE, timeout=WAIT_MS)
+        qtbot.waitUntil(main.panel.isHidden, timeout=WAIT_MS)
+        assert "Pre-flight" in main.status_line.passing.text()  # what comes next
+        benches.module("demo").set_tilt(20)  # as if it were not set down
+        qtbot.keyClick(main, Qt.Key.Key_4, Qt.KeyboardModifier.ControlModifier)
+        page = main.findChild(PreflightPage)
+        assert page is not None
+        qtbot.waitUntil(page.isVisible, timeout=WAIT_MS)
+        page.tick()
+        assert "Enable triggers and check" in page.banner.announcement.head
+        click(qtbot, assembly, "preflight_enable")
+        wait_verdict(qtbot, page)
+        assert page.work.standing is Standing.NO_GO
+        for _ in range(MOST_CHECKS):
+            if page.work.standing is Standing.READY:
+                break
+            set_down = page.strip.button("set_down")
+            button = set_down if set_down is not None and set_down.isVisible() else page.buttons.run
+            settle(button)
+            qtbot.mouseClick(button, Qt.MouseButton.LeftButton)
+            wait_verdict(qtbot, page)
+        assert page.banner.announcement.word == "READY"
+        assert benches.module("demo").state().tilt_deg == 0  # by the button that said so
+        connector.disconnect_port()
+        qtbot.waitUntil(lambda: not connector.is_open, timeout=WAIT_MS)
+    benches.forget("demo")
+
+
+def wait_verdict(qtbot: QtBot, page: PreflightPage) -> None:
+    qtbot.waitUntil(lambda: page.work.standing is not Standing.CHECKING, timeout=CHECK_MS)
+    assert page.work.standing in VERDICTS
+
+
+def test_what_stands_at_first_says_what_to_do(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
+    """Every page, with nothing connected: one sentence on it, and a button in sight that leads on."""
+    with window(qapp, tmp_path, ports=Ports(), entries=PAGES) as assembly:
+        main = assembly.window
+        with qtbot.waitSignal(main.pages_made, timeout=CHECK_MS):
+            main.resize(1024, 600)
+        qtbot.waitUntil(main.panel.isVisible, timeout=WAIT_MS)
+        for entry in PAGES[1:]:
+            main.go_to(entry.key)
+            assert main.panel.isHidden(), entry.key  # it would lie over the page
+            main.refresh()
+            button = main.notice_bar.button("choose_port")
+            assert button is not None, entry.key
+            assert button.isVisible(), entry.key
+        settle(button)
+        qtbot.mouseClick(button, Qt.MouseButton.LeftButton)
+        assert main.panel.isVisible()
+        decline = main.findChild(QPushButton, "live_tour_decline")
+        assert decline is not None

@@ -1,0 +1,178 @@
+"""The user guide can not go stale: its words are those on the screen, its pictures are there, its languages agree."""
+
+import re
+from itertools import pairwise
+from pathlib import Path
+
+import pytest
+from PySide6.QtCore import QUrl
+from PySide6.QtGui import QImage, QTextDocument
+from PySide6.QtWidgets import QApplication, QWidget
+from pytestqt.qtbot import QtBot
+
+from app.diagnosis.adapter_facts import RULE_NAME
+from app.text import i18n
+from app.text.i18n import CHINESE, ENGLISH, LANGUAGES, read_translations
+from ui.core.texts import Texts
+from ui.help.guide_viewer import GUIDE, GuideViewer, anchor_of
+
+ROOT = Path(__file__).resolve().parents[3]
+TS = ROOT / "app" / "locale" / "zh_CN.ts"
+README_IMAGES = ROOT / "docs" / "images"
+MOST_BYTES, MOST_BYTES_IN_ALL = 120_000, 3_000_000
+BOTH = pytest.mark.parametrize("language", LANGUAGES)
+
+
+def text_of(language: str) -> str:
+    return (GUIDE / f"{language}.md").read_text(encoding="utf-8")
+
+
+def chapters(language: str) -> list[str]:
+    """Each with its heading; what stands before the first one comes first."""
+    return re.split(r"^(?=## )", text_of(language), flags=re.MULTILINE)
+
+
+def pictures(text: str) -> list[str]:
+    return re.findall(r"!\[[^\]]+\]\(([^)]+)\)", text)
+
+
+def bold(text: str) -> set[str]:
+    return set(re.findall(r"\*\*(.+?)\*\*", text.replace("\n", " ")))
+
+
+def rendered(language: str) -> str:
+    """What a reader sees of it."""
+    document = QTextDocument()
+    document.setMarkdown(text_of(language))
+    return document.toPlainText()
+
+
+def screen_words() -> dict[str, str]:
+    """English to Chinese of what is on the screen, without the marks for a menu's key."""
+
+    def plain(text: str) -> str:
+        return re.sub(r"\(&\w\)", "", text).replace("&", "")
+
+    return {plain(english): plain(chinese) for english, chinese in read_translations(TS).items()}
+
+
+def test_each_language_has_a_guide() -> None:
+    assert {one.stem for one in GUIDE.glob("*.md")} == set(LANGUAGES)
+
+
+def test_what_is_bold_stands_on_the_screen() -> None:
+    words = screen_words()
+    assert len(bold(text_of(ENGLISH))) > 50
+    assert sorted(bold(text_of(ENGLISH)) - words.keys()) == []
+
+
+def test_each_chapter_names_the_same_buttons_in_both_languages() -> None:
+    words = screen_words()
+    english, chinese = chapters(ENGLISH), chapters(CHINESE)
+    assert len(english) == len(chinese)
+    for one, other in zip(english, chinese, strict=True):
+        assert bold(other) == {words[word] for word in bold(one) if word in words}, one.partition("\n")[0]
+
+
+def test_chapters_have_the_same_form_in_both_languages() -> None:
+    """As many steps, rows and points, and the same pictures in the same places."""
+
+    def form(text: str) -> list[str]:
+        marks = re.findall(r"^(#+ |!\[|\d+\. |\| |- )", text, flags=re.MULTILINE)
+        return [mark.strip() for mark in marks]
+
+    for english, chinese in zip(chapters(ENGLISH), chapters(CHINESE), strict=True):
+        assert form(english) == form(chinese), english.partition("\n")[0]
+        assert [name.replace(ENGLISH, CHINESE) for name in pictures(english)] == pictures(chinese)
+
+
+@BOTH
+def test_the_contents_lead_to_every_chapter(language: str, qtbot: QtBot, qapp: QApplication) -> None:
+    headings = re.findall(r"^## (.+)$", text_of(language), flags=re.MULTILINE)
+    links = re.findall(r"(?<!!)\[([^\]]+)\]\(#([^)]+)\)", text_of(language))
+    assert links == [(heading, anchor_of(heading)) for heading in headings]
+    around = QWidget()
+    qtbot.addWidget(around)
+    i18n.set_language(language)
+    viewer = GuideViewer(Texts(), around)
+    viewer.resize(viewer.sizeHint())
+    viewer.show()
+    bar = viewer.text.verticalScrollBar()
+    places = []
+    for _, anchor in links:
+        viewer.text.anchorClicked.emit(QUrl(f"#{anchor}"))
+        places.append(bar.value())
+    assert places[0] > 0
+    assert places == sorted(places)
+    assert len(set(places)) >= len(places) - 2  # the last ones may fit into the last screenful
+
+
+@BOTH
+def test_no_mark_is_left_over(language: str, qapp: QApplication) -> None:
+    """Two stars beside a full-width sign are no mark for bold."""
+    assert "*" not in rendered(language)
+    assert "](" not in rendered(language)
+
+
+def test_a_chinese_paragraph_is_one_line() -> None:
+    """A line's end would show as a space between two characters."""
+    lines = text_of(CHINESE).split("\n")
+    for line, following in pairwise(lines):
+        assert not line or not following or re.match(r"\||- |\d+\. ", following), following
+
+
+def test_every_picture_is_there_and_used() -> None:
+    used = {GUIDE / name for language in LANGUAGES for name in pictures(text_of(language))}
+    pages = [ROOT / "README.md", *(ROOT / "docs").glob("*.md")]
+    used |= {
+        (page.parent / name).resolve()
+        for page in pages
+        for name in pictures(page.read_text(encoding="utf-8"))
+        if "://" not in name
+    }
+    there = {*(GUIDE / "images").glob("*"), *README_IMAGES.glob("*")}
+    assert used == there
+
+
+def test_pictures_are_small_and_can_be_shown(qapp: QApplication) -> None:
+    files = [*(GUIDE / "images").glob("*.png"), *README_IMAGES.glob("*.png")]
+    for file in files:
+        assert not QImage(str(file)).isNull(), file.name
+        assert file.stat().st_size <= MOST_BYTES, file.name
+    assert sum(file.stat().st_size for file in files) <= MOST_BYTES_IN_ALL
+
+
+@BOTH
+def test_the_viewer_shows_it(language: str, qtbot: QtBot, qapp: QApplication) -> None:
+    """With its pictures, not wider than the text."""
+    around = QWidget()
+    qtbot.addWidget(around)
+    i18n.set_language(language)
+    viewer = GuideViewer(Texts(), around)
+    document = viewer.text.document()
+    assert document.toPlainText() == rendered(language)
+    for name in pictures(text_of(language)):
+        image = document.resource(QTextDocument.ResourceType.ImageResource.value, document.baseUrl().resolved(name))
+        assert isinstance(image, QImage), name
+        assert 0 < image.width() / image.devicePixelRatio() <= viewer.sizeHint().width(), name
+
+
+def test_pictures_are_made_for_every_language_by_one_script() -> None:
+    """`docs/generate/picture_scenes.py` names what it takes."""
+    scenes = (ROOT / "docs" / "generate" / "picture_scenes.py").read_text(encoding="utf-8")
+    taken = set(re.findall(r'\.take\("([\w-]+)"', scenes))
+    shown = {Path(name).stem.removesuffix(f"-{ENGLISH}") for name in pictures(text_of(ENGLISH))}
+    assert taken == shown
+
+
+def test_the_page_on_adapters_names_what_the_udev_rule_knows() -> None:
+    """And nothing about a group or a file that the program itself would name otherwise."""
+    rule = (ROOT / "packaging" / RULE_NAME).read_text(encoding="utf-8")
+    about = (ROOT / "docs" / "adapters.md").read_text(encoding="utf-8")
+    vendors = re.findall(r'ATTRS\{idVendor\}=="(\w+)", ATTRS\{idProduct\}', rule)
+    assert len(vendors) == 4
+    for vendor in vendors:
+        assert f"| {vendor}:" in about
+    for command in re.findall(r"sudo udevadm .+", rule.partition("\n\n")[0]):
+        assert command in about
+    assert f"packaging/{RULE_NAME}" in about

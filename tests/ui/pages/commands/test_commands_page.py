@@ -1,0 +1,413 @@
+"""The Commands page through real clicks and keys. The frames at the module are counted: never one too many."""
+
+import time
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+from PySide6.QtCore import QEvent, QPoint, QPointF, Qt, QTimer
+from PySide6.QtGui import QKeyEvent, QMouseEvent
+from PySide6.QtWidgets import QApplication, QWidget
+from pytestqt.qtbot import QtBot
+
+from app.safety.acts import REQUESTS, Act
+from app.safety.journal import Outcome
+from app.safety.ritual import Stage
+from app.store.database import StoreFault, StoreTrouble
+from app.store.store import Store
+from tests.support.window.settings_bench import Desk, desk
+from tests.support.window.steps import settle
+from ui.acts.ritual_widget import RitualWidget
+from ui.services.storage import Keeping
+
+DEPLOY = REQUESTS[Act.DEPLOY].encode()
+HELD_MS = 2000
+DISARMS_WITHIN_MS = 100
+
+
+@pytest.fixture(autouse=True)
+def patient_hold(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A busy machine delays the ticks for longer than a hold may go without; test_ritual shows that one breaks then."""
+    monkeypatch.setattr("app.safety.ritual.LONGEST_GAP_S", 5.0)
+
+
+def said(one: Desk, act: Act) -> str:
+    notice = one.commands.acts[act].said.notice
+    return "" if notice is None else notice.text
+
+
+def outcome(one: Desk) -> str:
+    notice = one.commands.ritual.said.notice
+    return "" if notice is None else notice.text
+
+
+def audit(one: Desk) -> list[tuple[Act, Outcome]]:
+    store = one.assembly.keeping.store
+    assert isinstance(store, Store)
+    store.queue.submit(int).result(10)  # behind what is still to be written
+    return [(entry.act, entry.outcome) for entry in store.audit()]
+
+
+def arm(one: Desk, *, is_rehearsal: bool = False) -> RitualWidget:
+    """Choose and arm by mouse."""
+    ritual = one.commands.ritual
+    first = ritual.rehearse if is_rehearsal else ritual.choose
+    one.until(first.isEnabled)
+    one.click(first)
+    one.until(ritual.arm.isEnabled)
+    one.click(ritual.arm)
+    assert ritual.ritual.stage is Stage.ARMED
+    assert ritual.cancel.hasFocus()
+    settle(ritual.hold)
+    return ritual
+
+
+def press(one: Desk) -> None:
+    one.qtbot.mousePress(one.commands.ritual.hold, Qt.MouseButton.LeftButton)
+
+
+def release(one: Desk) -> None:
+    one.qtbot.mouseRelease(one.commands.ritual.hold, Qt.MouseButton.LeftButton)
+
+
+def double_click(one: Desk, widget: QWidget) -> None:
+    """Press, release, the second press as Qt tells it, release; where it has gone by then, the second is nobody's."""
+    one.qtbot.mouseClick(widget, Qt.MouseButton.LeftButton)
+    if widget.isVisible():
+        one.qtbot.mouseDClick(widget, Qt.MouseButton.LeftButton)
+        one.qtbot.mouseRelease(widget, Qt.MouseButton.LeftButton)
+
+
+def stays_quiet(one: Desk, ms: int = HELD_MS + 700) -> None:
+    """Time enough for a whole hold; nothing leaves, and the module has not fired."""
+    one.qtbot.wait(ms)
+    assert one.changes() == []
+    assert not one.bench.module.is_triggered
+
+
+@pytest.mark.parametrize("way", ["mouse", "space", "enter"])
+def test_the_whole_ritual_sends_one_frame(qtbot: QtBot, qapp: QApplication, tmp_path: Path, way: str) -> None:
+    with desk(qtbot, qapp, tmp_path, page="commands", active=True) as one:
+        ritual = arm(one)
+        if way == "mouse":
+            press(one)
+        else:
+            ritual.hold.setFocus()
+            qtbot.keyPress(ritual.hold, Qt.Key.Key_Space if way == "space" else Qt.Key.Key_Return)
+        assert ritual.ritual.stage is Stage.HOLDING
+        one.until(lambda: one.bench.module.is_triggered)
+        one.until(lambda: outcome(one) == "The module reports that it has fired.")
+        qtbot.wait(HELD_MS)  # still held: one gesture is one frame
+        assert one.changes() == [DEPLOY]
+        assert audit(one) == [(Act.DEPLOY, Outcome.CONFIRMED)]
+        assert one.commands._services.armed.act is None
+
+
+def test_the_whole_ritual_by_keyboard_alone(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
+    def focused() -> QWidget:
+        widget = QApplication.focusWidget()
+        assert widget is not None
+        return widget
+
+    with desk(qtbot, qapp, tmp_path, page="commands", active=True) as one:
+        ritual = one.commands.ritual
+        one.until(ritual.choose.isEnabled)
+        settle(ritual.choose)
+        ritual.choose.setFocus()
+        qtbot.keyClick(focused(), Qt.Key.Key_Space)
+        assert focused() is ritual.cancel
+        one.until(ritual.arm.isEnabled)
+        qtbot.keyClick(focused(), Qt.Key.Key_Tab)
+        assert focused() is ritual.arm
+        settle(ritual.arm)
+        qtbot.keyClick(focused(), Qt.Key.Key_Space)
+        assert (focused(), ritual.ritual.stage) == (ritual.cancel, Stage.ARMED)
+        qtbot.keyClick(focused(), Qt.Key.Key_Tab)
+        assert focused() is ritual.hold
+        settle(ritual.hold)
+        qtbot.keyPress(focused(), Qt.Key.Key_Space)
+        one.until(lambda: one.bench.module.is_triggered)
+        one.until(lambda: "has fired" in outcome(one))
+        assert one.changes() == [DEPLOY]
+
+
+def test_a_deploy_that_nobody_confirms_is_to_be_treated_as_fired(
+    qtbot: QtBot, qapp: QApplication, tmp_path: Path
+) -> None:
+    with desk(qtbot, qapp, tmp_path, page="commands", active=True) as one:
+        arm(one)
+        press(one)
+        one.bench.change(mute_codes=frozenset((0x11,)))
+        one.until(lambda: outcome(one) == "Sent, not confirmed: treat it as fired.")
+        assert one.changes() == [DEPLOY]
+        assert audit(one) == [(Act.DEPLOY, Outcome.UNKNOWN)]
+
+
+def test_a_rehearsal_goes_all_the_way_and_sends_nothing(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
+    with desk(qtbot, qapp, tmp_path, page="commands", active=True) as one:
+        arm(one, is_rehearsal=True)
+        press(one)
+        one.until(lambda: "42 61 11 02 01 14 would have been sent" in outcome(one))
+        release(one)
+        assert one.changes() == []
+        assert audit(one) == []
+
+
+def test_a_rehearsal_needs_no_module_that_is_ready(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
+    with desk(qtbot, qapp, tmp_path, page="commands") as one:
+        ritual = one.commands.ritual
+        assert "LOCKED" in ritual.conditions.text()
+        assert not ritual.choose.isEnabled()  # in earnest it would be refused
+        arm(one, is_rehearsal=True)
+        press(one)
+        one.until(lambda: "would have been sent" in outcome(one))
+        assert one.changes() == []
+
+
+@pytest.mark.parametrize("is_slip", [False, True])
+def test_letting_go_ends_the_ritual(qtbot: QtBot, qapp: QApplication, tmp_path: Path, is_slip: bool) -> None:
+    """As the guide says; slipping off the button is letting go, too."""
+    with desk(qtbot, qapp, tmp_path, page="commands", active=True) as one:
+        ritual = arm(one)
+        press(one)
+        qtbot.wait(1500)
+        if is_slip:
+            qtbot.mouseMove(ritual.hold, QPoint(-40, -40))
+        else:
+            release(one)
+        assert ritual.ritual.stage is Stage.IDLE
+        assert outcome(one) == "Let go before two seconds were over. Nothing was sent."
+        assert not ritual.hold.isVisible()
+        stays_quiet(one, 1000)
+
+
+def test_keys_that_repeat_and_double_clicks_never_count(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
+    with desk(qtbot, qapp, tmp_path, page="commands", active=True) as one:
+        ritual = arm(one)
+        ritual.hold.setFocus()
+        for _ in range(40):
+            for kind in (QEvent.Type.KeyPress, QEvent.Type.KeyRelease):
+                qapp.sendEvent(
+                    ritual.hold, QKeyEvent(kind, Qt.Key.Key_Space, Qt.KeyboardModifier.NoModifier, " ", True)
+                )
+        assert ritual.ritual.stage is Stage.ARMED
+        event = QMouseEvent(
+            QEvent.Type.MouseButtonDblClick, QPointF(20, 20), ritual.hold.mapToGlobal(QPointF(20, 20)),
+            Qt.MouseButton.LeftButton, Qt.MouseButton.LeftButton, Qt.KeyboardModifier.NoModifier,
+        )  # fmt: skip
+        qapp.sendEvent(ritual.hold, event)
+        assert ritual.ritual.stage is Stage.ARMED
+        double_click(one, ritual.hold)
+        assert ritual.ritual.stage is Stage.IDLE  # let go after the first
+        stays_quiet(one)
+
+
+def test_a_double_click_at_each_step_arms_nothing_twice(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
+    with desk(qtbot, qapp, tmp_path, page="commands", active=True) as one:
+        ritual = one.commands.ritual
+        centre = ritual.choose.mapTo(one.assembly.window, ritual.choose.rect().center())
+        one.click(ritual.choose)
+        qapp.processEvents()
+        under = one.assembly.window.childAt(centre)
+        assert under is not ritual.arm
+        assert under is not ritual.hold
+        assert ritual.ritual.stage is Stage.CHOSEN
+
+
+def test_the_ten_seconds_run_out(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
+    with desk(qtbot, qapp, tmp_path, page="commands", active=True) as one:
+        ritual = arm(one)
+        assert ritual.countdown.isVisible()
+        one.until(lambda: ritual.ritual.stage is Stage.IDLE, 11_000)
+        assert outcome(one) == "The ten seconds are over. Nothing was sent."
+        assert not ritual.hold.isVisible()
+        stays_quiet(one, 200)
+
+
+def _lose_focus(one: Desk) -> None:
+    one.assembly.window.navigation.setFocus()
+
+
+def _leave_page(one: Desk) -> None:
+    one.assembly.window.go_to("settings")
+
+
+def _leave_window(one: Desk) -> None:
+    one.assembly.window.hide()
+
+
+def _escape(one: Desk) -> None:
+    one.qtbot.keyClick(one.commands.ritual.hold, Qt.Key.Key_Escape)
+
+
+def _cancel(one: Desk) -> None:
+    one.click(one.commands.ritual.cancel)
+
+
+def _restart(one: Desk) -> None:
+    one.bench.restart()
+
+
+def _unplug(one: Desk) -> None:
+    one.bench.unplug()
+
+
+def _lock(one: Desk) -> None:
+    one.bench.module.activate(is_active=False)
+
+
+REASONS: dict[str, tuple[Callable[[Desk], None], str]] = {
+    "focus": (_lose_focus, "the keyboard went elsewhere"),
+    "page": (_leave_page, "Disarmed"),
+    "window": (_leave_window, "the window was left"),
+    "escape": (_escape, "Cancelled"),
+    "cancel": (_cancel, "Cancelled"),
+    "restart": (_restart, "Disarmed"),
+    "unplugged": (_unplug, "Disarmed"),
+    "locked meanwhile": (_lock, "a condition is no longer fulfilled"),
+}
+
+
+@pytest.mark.parametrize("is_held", [False, True])
+@pytest.mark.parametrize("why", REASONS)
+def test_everything_disarms(qtbot: QtBot, qapp: QApplication, tmp_path: Path, why: str, is_held: bool) -> None:
+    with desk(qtbot, qapp, tmp_path, page="commands", active=True) as one:
+        ritual = arm(one)
+        if is_held:
+            press(one)
+            qtbot.wait(300)
+        act, text = REASONS[why]
+        act(one)
+        # What comes over the line takes its way first: a restart is two heartbeats, 50 ms apart.
+        is_ours = why in ("focus", "page", "window", "escape", "cancel")
+        one.until(lambda: ritual.ritual.stage is Stage.IDLE, DISARMS_WITHIN_MS if is_ours else 1500)
+        assert one.commands._services.armed.act is None
+        assert text in outcome(one)
+        stays_quiet(one, 300)
+
+
+def test_a_sleep_of_the_computer_disarms_before_a_hold_is_complete(
+    qtbot: QtBot, qapp: QApplication, tmp_path: Path
+) -> None:
+    """Its clock stood still meanwhile: to the ritual the hold has gone on without a gap."""
+    with desk(qtbot, qapp, tmp_path, page="commands", active=True) as one:
+        leap = {"s": 0.0}
+        one.commands.ritual.clock_with_sleep = lambda: time.monotonic() + leap["s"]
+        ritual = arm(one)
+        press(one)
+        qtbot.wait(300)
+        leap["s"] = 60.0
+        one.until(lambda: ritual.ritual.stage is Stage.IDLE, DISARMS_WITHIN_MS)
+        assert one.commands._services.armed.act is None
+        assert "the computer slept" in outcome(one)
+        stays_quiet(one, HELD_MS)
+
+
+def test_an_error_anywhere_in_the_window_disarms(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
+    with desk(qtbot, qapp, tmp_path, page="commands", active=True) as one:
+
+        def fail() -> None:
+            raise RuntimeError("a fault of ours")
+
+        with qtbot.capture_exceptions() as faults:
+            ritual = arm(one)
+            press(one)
+            QTimer.singleShot(0, fail)
+            one.until(lambda: ritual.ritual.stage is Stage.IDLE, DISARMS_WITHIN_MS)
+        assert [str(one_fault[1]) for one_fault in faults] == ["a fault of ours"]
+        assert "the program met an error" in outcome(one)
+        stays_quiet(one, 300)
+
+
+@pytest.mark.parametrize("act", [Act.ACTIVATE, Act.ZERO, Act.SHUTDOWN, Act.FORBID_DEPLOY])
+def test_an_act_takes_two_clicks_and_is_sent_once(qtbot: QtBot, qapp: QApplication, tmp_path: Path, act: Act) -> None:
+    with desk(qtbot, qapp, tmp_path, page="commands") as one:
+        row = one.commands.acts[act]
+        one.until(row.confirm.ask.isEnabled)
+        one.click(row.confirm.ask)
+        assert row.confirm.cancel.hasFocus()
+        qtbot.keyClick(row.confirm.cancel, Qt.Key.Key_Escape)
+        assert not row.confirm.is_asking
+        assert one.changes() == []
+        one.click(row.confirm.ask)
+        one.until(row.confirm.go.isVisible)
+        settle(row.confirm.go)
+        double_click(one, row.confirm.go)
+        one.until(lambda: bool(said(one, act)) and "…" not in said(one, act))
+        assert one.changes() == [REQUESTS[act].encode()]
+        assert audit(one) == [(act, Outcome.CONFIRMED)]
+
+
+def test_a_double_click_on_the_first_button_is_no_confirmation(
+    qtbot: QtBot, qapp: QApplication, tmp_path: Path
+) -> None:
+    with desk(qtbot, qapp, tmp_path, page="commands") as one:
+        confirm = one.commands.acts[Act.ACTIVATE].confirm
+        window = one.assembly.window
+        one.until(confirm.ask.isEnabled)
+        corner = confirm.ask.mapTo(window, confirm.ask.rect().center())
+        one.click(confirm.ask)
+        qapp.processEvents()
+        assert window.childAt(corner) is not confirm.go
+        qtbot.keyClick(confirm.cancel, Qt.Key.Key_Return)
+        qtbot.wait(100)
+        assert one.changes() == []
+
+
+def test_an_act_that_is_refused_names_the_open_condition(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
+    with desk(qtbot, qapp, tmp_path, page="commands", tilt=70) as one:
+        row = one.commands.acts[Act.ACTIVATE]
+        one.until(lambda: "fires at 60°" in row.conditions.text())
+        assert not row.confirm.ask.isEnabled()
+        one.bench.set_tilt(0)
+        one.until(row.confirm.ask.isEnabled)
+        one.click(row.confirm.ask)
+        one.bench.set_tilt(70)
+        one.until(lambda: not row.confirm.is_asking)  # the question is withdrawn
+        assert one.changes() == []
+
+
+def test_an_unanswered_activation_is_to_be_treated_as_active(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
+    with desk(qtbot, qapp, tmp_path, page="commands") as one:
+        row = one.commands.acts[Act.ACTIVATE]
+        one.until(row.confirm.ask.isEnabled)
+        one.click(row.confirm.ask)
+        one.bench.change(mute_codes=frozenset((0x10,)))
+        one.click(row.confirm.go)
+        one.until(lambda: said(one, Act.ACTIVATE).startswith("Sent, not confirmed"))
+        assert len(one.changes()) == 1
+
+
+def test_lock_is_one_click(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
+    with desk(qtbot, qapp, tmp_path, page="commands", active=True) as one:
+        one.click(one.commands.lock)
+        one.until(lambda: not one.bench.module.state.is_active)
+        one.until(lambda: one.commands.said.notice is not None)
+        one.until(lambda: audit(one) == [(Act.LOCK, Outcome.CONFIRMED)])
+
+
+def test_without_a_log_nothing_dangerous_is_sent_and_locking_is(
+    qtbot: QtBot, qapp: QApplication, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def fail(_folder: Path | None) -> Store:
+        raise StoreTrouble(StoreFault.READ_ONLY, tmp_path)
+
+    monkeypatch.setattr("ui.services.storage.open_store", fail)
+    with desk(qtbot, qapp, tmp_path, page="commands", active=True) as one:
+        said_above = one.assembly.window.notice_bar.notice
+        assert said_above is not None
+        assert said_above.text == f"The program may not write into {tmp_path}."
+        one.commands.refresh()
+        assert "The audit log cannot be written" in one.commands.ritual.conditions.text()
+        one.click(one.commands.lock)
+        one.until(lambda: not one.bench.module.state.is_active)
+        assert one.changes() == [REQUESTS[Act.LOCK].encode()]
+
+
+def test_a_store_that_cannot_be_had_is_said(qtbot: QtBot, tmp_path: Path) -> None:
+    blocked = tmp_path / "a file, not a folder"
+    blocked.write_text("")
+    keeping = Keeping(blocked)
+    assert not keeping.has_store
+    assert str(blocked) in (keeping.notice or "")
+    assert not keeping.journal(None).is_ready

@@ -1,0 +1,49 @@
+"""What the Commands page says: nothing of a module that is not there, or that is another by now."""
+
+from pathlib import Path
+
+from PySide6.QtWidgets import QApplication
+from pytestqt.qtbot import QtBot
+
+from app.safety.acts import Act
+from tests.support.window.fakes_ui import WAIT_MS, simulated, window
+from tests.support.window.settings_bench import ENTRIES, desk
+from ui.core.connector import Target
+from ui.pages.commands.page import CommandsPage
+
+
+def test_without_a_port_nothing_is_said_of_the_log(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
+    with window(qapp, tmp_path, entries=ENTRIES) as assembly:
+        qtbot.waitUntil(lambda: assembly.window.findChild(CommandsPage) is not None, timeout=WAIT_MS)
+        page = assembly.window.findChild(CommandsPage)
+        assert page is not None
+        page.refresh()
+        for row in page.acts.values():
+            assert "does not answer" in row.conditions.text()
+            assert "log" not in row.conditions.text()
+            assert not row.confirm.ask.isEnabled()
+
+
+def test_what_was_said_goes_when_the_module_says_otherwise(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
+    with desk(qtbot, qapp, tmp_path, page="commands", active=True) as one:
+        one.click(one.commands.lock)
+        one.until(lambda: one.commands.said.notice is not None)
+        notice = one.commands.said.notice
+        assert notice is not None
+        assert "LOCKED" in notice.text
+        one.bench.module.activate(is_active=True)
+        one.until(lambda: one.commands.said.notice is None)
+
+
+def test_what_was_said_of_one_module_is_not_said_of_the_next(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
+    with desk(qtbot, qapp, tmp_path, page="commands") as one, simulated("next"):
+        row = one.commands.acts[Act.ZERO]
+        one.until(row.confirm.ask.isEnabled)
+        one.click(row.confirm.ask)
+        one.click(row.confirm.go)
+        one.until(lambda: (notice := row.said.notice) is not None and "acknowledged" in notice.text)
+        one.click(one.commands.lock)
+        one.until(lambda: one.commands.said.notice is not None)
+        one.assembly.connector.connect_to(Target("sim://next", 115200))
+        one.until(lambda: one.commands.said.notice is None)
+        assert row.said.notice is None

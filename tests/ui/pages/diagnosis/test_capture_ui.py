@@ -1,0 +1,290 @@
+"""Captures in the window: search and marks, save and open, decoded without a module, and played as a recording."""
+
+import threading
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+from PySide6.QtCore import QMimeData, QPoint, QPointF, Qt, QUrl
+from PySide6.QtGui import QDragEnterEvent, QDropEvent
+from PySide6.QtWidgets import QApplication, QWidget
+from pytestqt.qtbot import QtBot
+
+from app.captures.explained import explained
+from app.captures.reader import read_capture
+from app.recordings.file_export import Cancelled
+from tests.support.window.capture_window import opened, strip_button, write_capture
+from tests.support.window.fakes_ui import WAIT_MS, simulated, wait_online
+from tests.ui.pages.diagnosis.test_diagnosis_page import click, diagnosis
+from tests.ui.pages.diagnosis.test_traffic import cell, sent, streamed
+from ui.core.connector import Target
+from ui.pages.diagnosis.capture_files import SUFFIX, Kept, Loading, Opened
+from ui.pages.diagnosis.traffic import MOST_COPIED
+from ui.pages.diagnosis.traffic_model import KEPT_MARKS, KEPT_ROWS, Column, Filter, TrafficModel
+from ui.pages.diagnosis.traffic_search import hex_part, matches
+
+# Search and marks
+
+
+def test_bytes_and_words_are_found() -> None:
+    assert hex_part("41 75 3") == ""
+    assert hex_part("41 75 3A") == "41753a"
+    assert hex_part("tilt") == ""
+    status = streamed(1)[0]
+    assert matches(status, "41 75", "4175")
+    assert matches(status, "tilt 7", "")
+    assert matches(status, "stream", "")
+    assert not matches(status, "boot count", "")
+
+
+def test_search_goes_on_and_round_and_says_when_there_is_nothing(
+    qtbot: QtBot, qapp: QApplication, tmp_path: Path
+) -> None:
+    with diagnosis(qtbot, qapp, tmp_path) as (assembly, page):
+        traffic = page.traffic
+        click(qtbot, page.segments["traffic"])
+        traffic.model.keep([*streamed(3000), sent("light"), *streamed(2000), sent("boot_count")])
+        traffic.draw()
+        qtbot.keyClick(assembly.window, Qt.Key.Key_F, Qt.KeyboardModifier.ControlModifier)
+        assert traffic.search.field.hasFocus()
+        qtbot.keyClicks(traffic.search.field, "query")
+
+        def found() -> list[int]:
+            return [index.row() for index in traffic.table.selectionModel().selectedRows()]
+
+        qtbot.waitUntil(lambda: found() in ([3000], [5001]), timeout=WAIT_MS)
+        first = found()
+        qtbot.keyClick(traffic.search.field, Qt.Key.Key_Return)
+        qtbot.waitUntil(lambda: found() not in (first, []), timeout=WAIT_MS)
+        qtbot.keyClick(traffic.search.field, Qt.Key.Key_Return)
+        qtbot.waitUntil(lambda: found() == first, timeout=WAIT_MS)
+        click(qtbot, traffic.search.before)
+        qtbot.waitUntil(lambda: found() not in (first, []), timeout=WAIT_MS)
+        traffic.search.field.clear()
+        qtbot.keyClicks(traffic.search.field, "FF FF FF")
+        qtbot.waitUntil(lambda: traffic._count.text() == "Not found", timeout=WAIT_MS)
+
+
+def test_marks_are_seen_filtered_and_outlive_the_list(qapp: QApplication) -> None:
+    model = TrafficModel()
+    model.keep([sent("light"), *streamed(5)])
+    model.show_new()
+    model.mark([0, 2])
+    assert model.is_marked(0)
+    spoken = model.index(0, Column.TIME.value).data(Qt.ItemDataRole.AccessibleTextRole)
+    assert "marked" in spoken
+    assert not model.index(0, Column.TIME.value).data(Qt.ItemDataRole.DecorationRole).isNull()
+    assert model.index(1, Column.TIME.value).data(Qt.ItemDataRole.DecorationRole) is None
+    model.mark([2])
+    assert not model.is_marked(2)
+    model.keep(streamed(KEPT_ROWS))
+    model.show_new()
+    model.use_filter(Filter.MARKED)
+    assert model.rowCount() == 1
+    assert "light" in cell(model, 0, Column.MEANING)
+    model.mark([0])
+    assert model.rowCount() == 0
+
+
+def test_mark_by_key(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
+    with diagnosis(qtbot, qapp, tmp_path) as (_assembly, page):
+        click(qtbot, page.segments["traffic"])
+        page.traffic.model.keep([sent("light"), sent("boot_count")])
+        page.traffic.draw()
+        page.traffic.table.selectRow(1)
+        qtbot.keyClick(page.traffic.table, Qt.Key.Key_M, Qt.KeyboardModifier.ControlModifier)
+        assert page.traffic.model.is_marked(1)
+        click(qtbot, page.traffic.mark)
+        assert not page.traffic.model.is_marked(1)
+
+
+# Files
+
+
+def test_what_is_saved_can_be_read_again(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
+    path = tmp_path / f"saved{SUFFIX}"
+    with simulated("saved", stream_at_boot=True), diagnosis(qtbot, qapp, tmp_path) as (assembly, page):
+        assembly.connector.connect_to(Target("sim://saved", 115200))
+        wait_online(qtbot, assembly)
+        page.files.ask_save = lambda _parent, _title, _suggested, _filter: path
+        qtbot.waitUntil(page.files.save.isEnabled, timeout=WAIT_MS)
+        kept = page.kept.entries()
+        click(qtbot, page.files.save)
+        qtbot.waitUntil(lambda: "Saved" in page.strip.accessibleName(), timeout=WAIT_MS)
+        capture = read_capture(path)
+        assert capture.header.port == "sim://saved"
+        assert capture.header.baud_rate == 115200
+        assert not capture.faults
+        assert [entry.raw for entry in capture.entries[: len(kept)]] == [entry.raw for entry in kept]
+        assert capture.entries[0].at_s == 0.0
+
+
+def test_a_capture_that_cannot_be_saved_is_said(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
+    with diagnosis(qtbot, qapp, tmp_path) as (_assembly, page):
+        page.kept.take([sent("light")])
+        page.files.refresh()
+        page.files.ask_save = lambda _parent, _title, _suggested, _filter: tmp_path / "none" / "x.dpscap"
+        click(qtbot, page.files.save)
+        qtbot.waitUntil(lambda: "Choose another folder" in page.strip.accessibleName(), timeout=WAIT_MS)
+
+
+def test_what_is_kept_is_bounded() -> None:
+    kept = Kept()
+    for first in range(0, 61_000, 1000):
+        kept.take([*streamed(1000, first=first)])
+    assert len(kept) == 60_000
+    assert kept.has_dropped
+    assert kept.entries(10)[0].at_s == 0.0
+    assert len(kept.entries(10)) == 10
+
+
+def test_a_capture_is_decoded_without_a_module(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
+    with opened(qtbot, qapp, tmp_path) as (_assembly, page, path):
+        model = page.traffic.model
+        rows = list(explained(read_capture(path).entries))
+        assert model.rowCount() == len(rows)
+        assert page.traffic.isVisible()
+        assert cell(model, 0, Column.TIME) == "0.000 s"
+        assert cell(model, 0, Column.MEANING) == "heartbeat"
+        assert cell(model, model.rowCount() - 1, Column.KIND) == "rejected"
+        assert "active" in cell(model, 20, Column.MEANING)
+        page.traffic.model.keep(streamed(5))  # what goes over the line meanwhile is kept, out of sight
+        page.traffic.draw()
+        assert model.rowCount() == len(rows)
+        click(qtbot, strip_button(page, "capture_leave"))
+        page.traffic.model.rebuild()
+        assert model.rowCount() == 5
+        assert not model.is_recorded
+
+
+@pytest.mark.parametrize(
+    ("content", "said"),
+    [
+        (b"", "no bytes"),
+        (b"# DPS-S capture 9\n", "later version"),
+        (b"hello\nworld\n", "no bytes"),
+    ],
+)
+def test_a_file_that_is_no_capture_is_refused_with_the_reason(
+    qtbot: QtBot, qapp: QApplication, tmp_path: Path, content: bytes, said: str
+) -> None:
+    path = tmp_path / f"other{SUFFIX}"
+    path.write_bytes(content)
+    with diagnosis(qtbot, qapp, tmp_path) as (_assembly, page):
+        page.open_file(path)
+        qtbot.waitUntil(lambda: said in page.strip.accessibleName(), timeout=WAIT_MS)
+        page.open_file(tmp_path / "missing.dpscap")
+        qtbot.waitUntil(lambda: "missing.dpscap was not opened" in page.strip.accessibleName(), timeout=WAIT_MS)
+        assert page.opened is None
+
+
+def test_hex_text_is_opened_and_its_faults_are_said(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
+    path = tmp_path / "pasted.hex"
+    path.write_text("42 61 32 01 00 33\n41 75 32 07 0A 00 01 44\nzz\n", encoding="utf-8")
+    with diagnosis(qtbot, qapp, tmp_path) as (_assembly, page):
+        page.open_file(path)
+        qtbot.waitUntil(lambda: page.opened is not None, timeout=WAIT_MS)
+        assert "It has no times" in page.strip.accessibleName()
+        assert "line 3" in page.strip.accessibleName()
+        assert page.traffic.model.rowCount() == 2
+
+
+def test_all_rows_of_a_long_capture_are_shown_and_a_few_of_them_copied(
+    qtbot: QtBot, qapp: QApplication, tmp_path: Path
+) -> None:
+    path = write_capture(tmp_path / f"long{SUFFIX}", seconds=600)
+    with diagnosis(qtbot, qapp, tmp_path) as (_assembly, page):
+        page.open_file(path)
+        qtbot.waitUntil(lambda: page.opened is not None, timeout=WAIT_MS)
+        traffic = page.traffic
+        assert traffic.model.rowCount() > MOST_COPIED + 1000
+        traffic.table.selectAll()
+        assert traffic.detail.text() == f"{traffic.model.rowCount():,} rows are selected."
+        qtbot.keyClick(traffic.table, Qt.Key.Key_C, Qt.KeyboardModifier.ControlModifier)
+        assert len(QApplication.clipboard().text().split("\n")) == MOST_COPIED
+        assert traffic.detail.text() == f"The first {MOST_COPIED:,} of {traffic.model.rowCount():,} rows were copied."
+        traffic.mark_rows()
+        traffic.filter.setCurrentIndex(traffic.filter.findData(Filter.MARKED))
+        assert traffic.model.rowCount() == KEPT_MARKS
+
+
+def test_marks_of_a_capture_stay_with_their_rows(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
+    with opened(qtbot, qapp, tmp_path) as (_assembly, page, _path):
+        model = page.traffic.model
+        last = model.rowCount() - 1
+        model.mark([0, last])
+        assert model.is_marked(last)
+        assert not model.is_marked(1)
+        model.use_filter(Filter.REJECTED)
+        assert model.rowCount() == 1
+        assert model.is_marked(0)
+        assert cell(model, 0, Column.KIND) == "rejected"
+        model.mark([0])
+        model.use_filter(Filter.MARKED)
+        assert [cell(model, row, Column.MEANING) for row in range(model.rowCount())] == ["heartbeat"]
+        model.use_filter(Filter.ALL)
+        assert not model.is_marked(last)
+        assert model.is_marked(0)
+
+
+def test_opening_can_be_cancelled_and_says_how_far_it_is(
+    qtbot: QtBot, qapp: QApplication, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    seen, may_go_on = threading.Event(), threading.Event()
+    run = Loading.run
+
+    def held(loading: Loading, is_wanted: Callable[[], bool]) -> Opened:
+        loading.share = 0.43
+        seen.set()
+        may_go_on.wait(WAIT_MS / 1000)
+        return run(loading, is_wanted)
+
+    monkeypatch.setattr(Loading, "run", held)
+    path = write_capture(tmp_path / f"cancelled{SUFFIX}", seconds=100)
+    with diagnosis(qtbot, qapp, tmp_path) as (_assembly, page):
+        page.open_file(path)
+        qtbot.waitUntil(lambda: "43 %" in page.strip.accessibleName(), timeout=WAIT_MS)
+        click(qtbot, strip_button(page, "capture_cancel"))
+        assert page.strip.isHidden()
+        assert not page.files.is_busy
+        may_go_on.set()
+        qtbot.waitUntil(lambda: not page.files._timer.isActive(), timeout=WAIT_MS)
+        assert page.opened is None
+
+
+def test_opening_ends_with_the_window(
+    qtbot: QtBot, qapp: QApplication, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    begun, may_go_on, still_wanted = threading.Event(), threading.Event(), list[bool]()
+
+    def held(_loading: Loading, is_wanted: Callable[[], bool]) -> Opened:
+        begun.set()
+        may_go_on.wait(WAIT_MS / 1000)
+        still_wanted.append(is_wanted())
+        raise Cancelled
+
+    monkeypatch.setattr(Loading, "run", held)
+    with diagnosis(qtbot, qapp, tmp_path) as (assembly, page):
+        page.open_file(tmp_path / f"any{SUFFIX}")
+        assert begun.wait(WAIT_MS / 1000)
+        assembly.window.close_now()
+        may_go_on.set()
+        qtbot.waitUntil(lambda: bool(still_wanted), timeout=WAIT_MS)
+    assert still_wanted == [False]
+
+
+def drop(window_: QWidget, path: Path) -> None:
+    data = QMimeData()
+    data.setUrls([QUrl.fromLocalFile(str(path))])
+    buttons, keys = Qt.MouseButton.LeftButton, Qt.KeyboardModifier.NoModifier
+    enter = QDragEnterEvent(QPoint(50, 50), Qt.DropAction.CopyAction, data, buttons, keys)
+    QApplication.sendEvent(window_, enter)
+    assert enter.isAccepted()
+    QApplication.sendEvent(window_, QDropEvent(QPointF(50, 50), Qt.DropAction.CopyAction, data, buttons, keys))
+
+
+def test_a_capture_dropped_on_the_window_is_opened(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
+    path = write_capture(tmp_path / f"dropped{SUFFIX}", seconds=1)
+    with diagnosis(qtbot, qapp, tmp_path) as (assembly, page):
+        drop(assembly.window, path)
+        qtbot.waitUntil(lambda: page.opened is not None, timeout=WAIT_MS)

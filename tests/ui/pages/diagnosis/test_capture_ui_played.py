@@ -1,0 +1,139 @@
+"""Captures played through the window: labelled everywhere, and nothing but questions goes out."""
+
+from pathlib import Path
+
+from PySide6.QtWidgets import QApplication
+from pytestqt.qtbot import QtBot
+
+from app.diagnosis.link_state import Phase
+from app.engine.playback import OnlyPlayedBack
+from app.engine.worker import Job
+from app.procedures.act import Performed, perform
+from app.procedures.lock import Locked, lock
+from app.safety.acts import Act
+from app.simulator import bench
+from app.store.database import StoreTrouble
+from app.store.store import Store
+from protocol.catalogue import ACTIVATION
+from tests.support.window.capture_window import opened, play, strip_button, write_capture
+from tests.support.window.fakes_ui import WAIT_MS, simulated, wait_online, window
+from tests.ui.pages.diagnosis.test_diagnosis_page import click, diagnosis
+from tests.ui.pages.diagnosis.test_traffic import cell
+from ui.core.connector import Target
+from ui.main import PAGES
+from ui.pages.diagnosis.capture_files import SUFFIX
+from ui.pages.diagnosis.page import DiagnosisPage
+from ui.pages.diagnosis.traffic_model import Column
+from ui.pages.preflight.page import PreflightPage
+from ui.widgets.recording_bar import SPEEDS, recording_target
+
+# Played
+
+
+def test_a_recording_is_labelled_everywhere_and_sends_nothing(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
+    with opened(qtbot, qapp, tmp_path) as (assembly, page, path):
+        shell = assembly.window
+        play(qtbot, assembly, page)
+        shell.refresh()
+        assert shell.top_bar.port.title == f"RECORDING: {path.name}"
+        assert shell.windowTitle().startswith("RECORDING")
+        assert shell.recording_bar.isVisible()
+        assert "RECORDING" in shell.recording_bar.accessibleName()
+        assert not shell.top_bar.lock.isEnabled()
+        assert not shell.menus.lock.isEnabled()
+        assert not shell.menus.find_rate.isEnabled()
+        page.go_to("why")
+        assert "recording" in page.why.what.text()
+        assert not assembly.connector.is_active  # there is no module that could fire …
+        known = assembly.connector.device.known("active", assembly.connector.clock())
+        assert known is not None
+        assert known.value is True  # … whatever was recorded
+        assert shell.attention.is_risky_to_leave is False
+
+
+def test_acts_end_unsent_while_a_recording_is_played(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
+    with opened(qtbot, qapp, tmp_path) as (assembly, page, _path):
+        play(qtbot, assembly, page)
+        ended: list[Job[Locked]] = []
+        performed: list[Job[Performed]] = []
+        assembly.connector.run(lock(), ended.append, is_urgent=True)
+        journal = assembly.keeping.journal(assembly.connector.target)
+        assembly.connector.run(perform(Act.ZERO, journal), performed.append)
+        qtbot.waitUntil(lambda: bool(ended and performed), timeout=WAIT_MS)
+        assert isinstance(ended[0].run.error, OnlyPlayedBack)
+        assert isinstance(performed[0].run.error, OnlyPlayedBack)
+        raws = {entry.raw for entry in page.kept.entries()}
+        assert ACTIVATION.set(False).encode() not in raws
+        rows = page.traffic.model
+        rows.rebuild()
+        assert not any("lock" in cell(rows, row, Column.MEANING) for row in range(rows.rowCount()))
+
+
+def test_nothing_of_a_recording_is_remembered_or_kept_as_the_modules(
+    qtbot: QtBot, qapp: QApplication, tmp_path: Path
+) -> None:
+    with opened(qtbot, qapp, tmp_path) as (assembly, page, _path):
+        play(qtbot, assembly, page)
+        assert assembly.window._remembered.last_port is None
+        assert len(page.kept) == 0
+        assert page.live_figures.totals.sent == 0
+        assert not assembly.keeping.journal(assembly.connector.target).is_ready
+        assert isinstance(assembly.keeping.store, StoreTrouble)
+        assert not assembly.keeping.has_store
+        click(qtbot, assembly.window.recording_bar.stop)
+        assert isinstance(assembly.keeping.store, Store)
+
+
+def test_another_speed_begins_anew_and_it_can_be_stopped(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
+    with opened(qtbot, qapp, tmp_path) as (assembly, page, path):
+        play(qtbot, assembly, page)
+        bar = assembly.window.recording_bar
+        bar.speed.setCurrentIndex(SPEEDS.index(20.0))
+        assert assembly.connector.target == recording_target(path, 20.0)
+        qtbot.waitUntil(lambda: "ended" in bar.accessibleName(), timeout=WAIT_MS)
+        assert assembly.window.top_bar.port.word == "The recording has ended"
+        assert assembly.window.notice_bar.notice is None  # nobody is sent to check a cable
+        click(qtbot, bar.again)
+        qtbot.waitUntil(lambda: "ended" not in bar.accessibleName(), timeout=WAIT_MS)
+        click(qtbot, bar.stop)
+        qtbot.waitUntil(lambda: assembly.connector.state.phase is Phase.CLOSED, timeout=WAIT_MS)
+        assembly.window.refresh()
+        assert bar.isHidden()
+        assert assembly.window.windowTitle() == "DPS-S Configurator"
+
+
+def test_it_is_played_through_every_page(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
+    path = write_capture(tmp_path / f"whole{SUFFIX}")
+    with window(qapp, tmp_path, entries=PAGES) as assembly:
+        shell = assembly.window
+        qtbot.waitUntil(lambda: shell.findChild(DiagnosisPage) is not None, timeout=WAIT_MS)
+        shell.connect_to(recording_target(path, 5.0))
+        wait_online(qtbot, assembly)
+        for key in (entry.key for entry in PAGES):
+            shell.go_to(key)
+            QApplication.processEvents()
+            assert shell.recording_bar.isVisible() or not shell.isVisible()
+        preflight = shell.findChild(PreflightPage)
+        assert isinstance(preflight, PreflightPage)
+        assert not preflight.work.can_check  # there is no module that could be found fit to fly
+        tilt = assembly.connector.device.known("tilt_deg", assembly.connector.clock())
+        assert tilt is not None
+        assert tilt.value == 7
+
+
+def test_an_active_module_is_not_left_for_a_recording_unasked(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
+    path = write_capture(tmp_path / f"other{SUFFIX}", seconds=1)
+    with simulated("armed", active=True), diagnosis(qtbot, qapp, tmp_path) as (assembly, page):
+        assembly.connector.connect_to(Target("sim://armed", 115200))
+        wait_online(qtbot, assembly)
+        qtbot.waitUntil(lambda: assembly.connector.is_active, timeout=WAIT_MS)
+        page.open_file(path)
+        qtbot.waitUntil(lambda: page.opened is not None, timeout=WAIT_MS)
+        click(qtbot, strip_button(page, "capture_play"))
+        bar = assembly.window.notice_bar
+        assert not assembly.connector.is_recording
+        leave = bar.button("leave_active")
+        assert leave is not None
+        click(qtbot, leave)
+        qtbot.waitUntil(lambda: assembly.connector.is_recording, timeout=WAIT_MS)
+        assert bench.module("armed").state().is_active

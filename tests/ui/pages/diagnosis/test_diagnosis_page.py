@@ -1,0 +1,386 @@
+"""The Diagnosis page: one cause and one next step for each fault of the line, figures, the bundle, our own errors."""
+
+import logging
+import sys
+import threading
+import time
+import zipfile
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import replace
+from pathlib import Path
+from urllib.parse import parse_qsl
+
+import pytest
+from PySide6.QtCore import Qt
+from PySide6.QtWidgets import QApplication, QPushButton, QWidget
+from pytestqt.qtbot import QtBot
+
+from app.diagnosis.adapter_facts import Access, AdapterFacts
+from app.diagnosis.causes import Cause, diagnose
+from app.diagnosis.evidence import Witness
+from app.diagnosis.link_state import Phase
+from app.engine.device import DeviceView
+from app.engine.ports import PortInfo
+from app.engine.procedure import LinkView
+from app.engine.transport import PortError, PortTrouble
+from app.engine.worker import Batch, Connection, PortState
+from app.procedures.act import Armed
+from app.safety.acts import Act
+from app.safety.ritual import Stage
+from app.simulator.options import parse_options
+from app.system.logs import Log, start_log
+from protocol.catalogue import HEARTBEAT
+from protocol.events import Answered, Counters, Received, Role, Sent
+from protocol.frame import Direction, Frame, Reason
+from protocol.link_states import Presence
+from protocol.messages import Heartbeat, Status, decode
+from tests.support.window.fakes_ui import ADAPTER, WAIT_MS, Ports, simulated, wait_online, window
+from tests.support.window.settings_bench import desk
+from tests.support.window.steps import settle
+from tests.ui.pages.commands.test_commands_page import DISARMS_WITHIN_MS, arm
+from ui.core.connector import Target
+from ui.main import Assembly, _faults_said
+from ui.pages.diagnosis.page import DiagnosisPage
+from ui.pages.diagnosis.why_panel import REMEDIES, Remedy
+from ui.services.context import PageEntry
+from ui.style.icons import Icon
+
+ALONE = (PageEntry("diagnosis", "Diagnosis", Icon.DIAGNOSIS, DiagnosisPage),)
+STATUS = Status(7, 1.0, triggered=False, active=False).encode()
+
+
+@contextmanager
+def diagnosis(
+    qtbot: QtBot, qapp: QApplication, folder: Path, **more: object
+) -> Iterator[tuple[Assembly, DiagnosisPage]]:
+    with window(qapp, folder, entries=ALONE, **more) as assembly:  # type: ignore[arg-type]
+        shell = assembly.window
+        qtbot.waitUntil(lambda: shell.findChild(DiagnosisPage) is not None, timeout=WAIT_MS)
+        shell.go_to("diagnosis")
+        page = shell.findChild(DiagnosisPage)
+        assert isinstance(page, DiagnosisPage)
+        qtbot.waitUntil(page.isVisible, timeout=WAIT_MS)
+        yield assembly, page
+
+
+def click(qtbot: QtBot, widget: QWidget) -> None:
+    settle(widget)
+    qtbot.mouseClick(widget, Qt.MouseButton.LeftButton)
+
+
+def cause_of(page: DiagnosisPage) -> Cause | None:
+    page.why.refresh()
+    return None if page.why.diagnosis is None else page.why.diagnosis.cause
+
+
+# Why does it not connect?
+
+
+@pytest.mark.parametrize(
+    ("name", "query", "cause", "button"),
+    [
+        ("why-mute", "mute", Cause.NOTHING, "Connect again"),
+        ("why-echo", "mute&echo", Cause.ECHO, "Connect again"),
+        ("why-rate", "baud=9600&stream_at_boot&rate=50", Cause.WRONG_RATE, "Find the rate"),
+        ("why-bad", "corrupt=0.09&stream_at_boot&rate=200", Cause.BAD_LINE, "Connect again"),
+    ],
+)
+def test_a_fault_of_the_line_has_one_cause_and_one_button(
+    qtbot: QtBot, qapp: QApplication, tmp_path: Path, name: str, query: str, cause: Cause, button: str
+) -> None:
+    options = parse_options(parse_qsl(query, keep_blank_values=True))
+    with simulated(name, **options), diagnosis(qtbot, qapp, tmp_path) as (assembly, page):
+        assembly.connector.connect_to(Target(f"sim://{name}", 115200))
+        qtbot.waitUntil(lambda: cause_of(page) is cause, timeout=WAIT_MS)
+        assert page.why.act.isVisible()
+        assert page.why.act.text() == button
+        assert page.why.next_step.isVisible()
+        assert page.why.what.text()
+
+
+def test_the_button_finds_the_rate(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
+    options = {"baud": 57600, "stream_at_boot": True, "rate": 50}
+    with simulated("why-find", **options), diagnosis(qtbot, qapp, tmp_path) as (assembly, page):
+        assembly.connector.connect_to(Target("sim://why-find", 115200))
+        qtbot.waitUntil(lambda: cause_of(page) is Cause.WRONG_RATE, timeout=WAIT_MS)
+        qtbot.waitUntil(lambda: page.why.act.isEnabled() and page.why.act.isVisible(), timeout=WAIT_MS)
+        click(qtbot, page.why.act)
+        wait_online(qtbot, assembly)
+        qtbot.waitUntil(lambda: "works" in page.why.what.text(), timeout=WAIT_MS)
+        assert page.why.diagnosis is None
+        assert not page.why.act.isVisible()
+
+
+def test_a_port_that_is_not_there(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
+    with diagnosis(qtbot, qapp, tmp_path) as (assembly, page):
+        assembly.connector.connect_to(Target(str(tmp_path / "none"), 115200))
+        qtbot.waitUntil(lambda: cause_of(page) is Cause.MISSING, timeout=WAIT_MS)
+        panel = assembly.window.panel
+        panel.hide()
+        click(qtbot, page.why.act)
+        assert panel.isVisible()
+        page.why.choose_wanted.emit()
+        assert panel.isVisible()  # it is shown, never toggled away
+
+
+def test_nothing_connected_asks_for_a_port(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
+    with diagnosis(qtbot, qapp, tmp_path) as (_assembly, page):
+        page.why.refresh()
+        assert page.why.diagnosis is None
+        assert page.why.act.text() == "Choose a port"
+
+
+def test_a_command_is_shown_and_copied(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
+    facts = AdapterFacts(access=Access(group="dialout"))
+    with diagnosis(qtbot, qapp, tmp_path) as (assembly, page):
+        page.why._find_facts = lambda _port: facts
+        target = Target(str(tmp_path / "tty"), 115200)
+        assembly.connector.connect_to(target)
+        qtbot.waitUntil(lambda: cause_of(page) is Cause.MISSING, timeout=WAIT_MS)
+        refused = Connection(
+            PortState.CLOSED, target.device, 115200, PortError(PortTrouble.NOT_ALLOWED, target.device, "denied")
+        )
+        assembly.connector._take(Batch(time.monotonic(), refused, DeviceView(), None))
+        qtbot.waitUntil(lambda: cause_of(page) is Cause.NO_PERMISSION, timeout=WAIT_MS)
+        if sys.platform.startswith("linux"):
+            assert page.why.command.text() == "sudo usermod -aG dialout $USER"
+            assert page.why.act.text() == "Copy the command"
+            click(qtbot, page.why.act)
+            assert QApplication.clipboard().text() == "sudo usermod -aG dialout $USER"
+
+
+def test_an_adapter_that_comes_and_goes(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
+    ports = Ports()
+    with diagnosis(qtbot, qapp, tmp_path, ports=ports) as (assembly, page):
+        qtbot.waitUntil(lambda: assembly.ports.has_looked, timeout=WAIT_MS)
+        for present in ([ADAPTER], [], [ADAPTER], []):
+            ports.now = list(present)
+
+            def is_listed(wanted: tuple[PortInfo, ...] = tuple(present)) -> bool:
+                assembly.ports.refresh()
+                return assembly.ports.ports == wanted
+
+            qtbot.waitUntil(is_listed, timeout=WAIT_MS)
+        assembly.connector.connect_to(Target(ADAPTER.device, 115200, ADAPTER.identity))
+        qtbot.waitUntil(lambda: assembly.connector.state.phase is Phase.FAILED, timeout=WAIT_MS)
+        qtbot.waitUntil(lambda: cause_of(page) is Cause.FLAPPING, timeout=WAIT_MS)
+        assert "2" in page.why.what.text()
+
+
+def test_every_cause_has_a_remedy() -> None:
+    assert set(REMEDIES) == set(Cause)
+    assert {Remedy.FIND_RATE} == {REMEDIES[Cause.WRONG_RATE]}
+
+
+def test_what_came_at_another_rate_does_not_count() -> None:
+    """Else a module whose rate was found would be blamed for the garbage before."""
+    witness = Witness()
+    witness.begin("sim://x")
+    garbage = Counters(sent=3, time_outs=3)
+    garbage.rejected_bytes[Reason.CHECKSUM] = 2000
+    opened = Connection(PortState.OPEN, "sim://x", 115200)
+    witness.take(Batch(1.0, Connection(PortState.OPENING, "sim://x", 115200), DeviceView(), None))
+    witness.take(Batch(2.0, opened, DeviceView(), link(Counters())))
+    witness.take(Batch(3.0, opened, DeviceView(), replace(link(garbage), bytes_received=2000)))
+    found = Connection(PortState.OPEN, "sim://x", 57600)
+    witness.take(Batch(4.0, found, DeviceView(), replace(link(garbage), bytes_received=2000)))
+    answered = Counters(sent=4, time_outs=3, frames=1, rejected_bytes=garbage.rejected_bytes.copy())
+    answered.by_role[Role.ANSWER] = 1
+    online = DeviceView(presence=Presence.ONLINE)
+    witness.take(Batch(5.0, found, online, replace(link(answered), bytes_received=2006)))
+    evidence = witness.evidence()
+    assert evidence.is_answering
+    assert (evidence.bytes_received, evidence.counters.rejected) == (6, 0)
+    assert diagnose(evidence) is None
+
+
+# Figures
+
+
+def link(counters: Counters) -> LinkView:
+    return LinkView(counters, 0.002, 0.003, 1000)
+
+
+def exchanges(at: float, trips_s: list[float]) -> tuple[Answered, ...]:
+    return tuple(Answered(HEARTBEAT.query(), (Heartbeat(),), 1, trip_s, at) for trip_s in trips_s)
+
+
+def test_figures_show_loss_reasons_and_round_trips(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
+    with diagnosis(qtbot, qapp, tmp_path) as (assembly, page):
+        now = assembly.connector.clock()
+        opened = Connection(PortState.OPEN, "sim://x", 115200)
+        page.take(Batch(now - 2, opened, DeviceView(), link(Counters()), events=()))
+        counters = Counters(sent=10, frames=8, time_outs=2, restarts=1)
+        counters.rejected_bytes[Reason.CHECKSUM] = 12
+        page.take(Batch(now - 1, opened, DeviceView(), link(counters), events=exchanges(now, [0.003] * 3 + [0.05])))
+        lost = PortError(PortTrouble.LOST, "sim://x", "gone")
+        page.take(Batch(now, Connection(PortState.CLOSED, "sim://x", 115200, lost), DeviceView(), None))
+        click(qtbot, page.segments["figures"])
+        shown = {key: total.number.text() for key, total in page.figures.totals.items()}
+        assert shown["sent"] == "10"
+        assert shown["lost"] == "2 (20 %)"
+        assert shown["trip"] == "3.0 ms"
+        assert shown["rejected"] == "12"
+        assert shown["restarts"] == "1"
+        assert shown["losses"] == "1"
+        assert "up to 3 ms: 3" in page.figures.trips.accessibleName()
+        assert "wrong checksum: 12" in page.figures.reasons.accessibleName()
+        assert "port lost: 1" in page.figures.over_time.accessibleName()
+        click(qtbot, page.figures.coarse)
+        assert "port lost: 1" in page.figures.over_time.accessibleName()
+        page.grab()  # paints all of it, with marks
+
+
+def test_a_hidden_page_costs_little_at_line_rate(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
+    frame = Frame(Direction.MODULE_TO_HOST, STATUS)
+    message = decode(STATUS)
+    with diagnosis(qtbot, qapp, tmp_path) as (_assembly, page):
+        page.hide()
+        opened = Connection(PortState.OPEN, "sim://x", 115200)
+        batches = []
+        for part in range(60):
+            counters = Counters(sent=part, frames=24 * part)
+            events = tuple(Received(frame, message, Role.STREAMED, part / 60 + n / 1440) for n in range(24))
+            batches.append(Batch(part / 60, opened, DeviceView(), link(counters), events=events))
+        began = time.process_time()
+        for one in batches:
+            page.take(one)
+        assert time.process_time() - began < 0.15  # of a second
+        assert len(page.kept) == 1440
+
+
+# The support bundle
+
+
+@pytest.fixture
+def log(tmp_path: Path) -> Iterator[Log]:
+    one = start_log(tmp_path / "logs")
+    try:
+        yield one
+    finally:
+        one.stop()
+
+
+def test_what_the_preview_shows_is_what_is_saved(qtbot: QtBot, qapp: QApplication, tmp_path: Path, log: Log) -> None:
+    logging.getLogger("test").warning("the cable is loose, says /home/somebody/notes")
+    with simulated("bundle"), diagnosis(qtbot, qapp, tmp_path) as (assembly, page):
+        page.bundle._log = log
+        assembly.connector.connect_to(Target("sim://bundle", 115200))
+        wait_online(qtbot, assembly)
+        click(qtbot, page.segments["bundle"])
+        qtbot.waitUntil(lambda: page.bundle.bundle is not None, timeout=WAIT_MS)
+        qtbot.waitUntil(page.bundle.save.isEnabled, timeout=WAIT_MS)
+        bundle = page.bundle.bundle
+        assert bundle is not None
+        names = [part.name for part in bundle.preview()]
+        assert {"about.json", "link.json", "module.json", "log.txt", "capture.txt"} <= set(names)
+        page.bundle.parts.setCurrentRow(names.index("log.txt"))
+        model = page.bundle.text.model()
+        lines = [str(model.index(row, 0).data()) for row in range(model.rowCount())]
+        assert any("the cable is loose" in line and "/home/<user>/notes" in line for line in lines)
+        path = tmp_path / "support.zip"
+        page.bundle.ask_path = lambda _parent, _title, _suggested, _filter: path
+        click(qtbot, page.bundle.save)
+        qtbot.waitUntil(path.exists, timeout=WAIT_MS)
+        qtbot.waitUntil(lambda: "Saved as" in page.strip.accessibleName(), timeout=WAIT_MS)
+        with zipfile.ZipFile(path) as archive:
+            assert {name: archive.read(name).decode() for name in archive.namelist()} == {
+                part.name: part.text for part in bundle.preview()
+            }
+
+
+def test_a_bundle_that_cannot_be_saved_is_said(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
+    with diagnosis(qtbot, qapp, tmp_path) as (_assembly, page):
+        click(qtbot, page.segments["bundle"])
+        qtbot.waitUntil(page.bundle.save.isEnabled, timeout=WAIT_MS)
+        qtbot.waitUntil(lambda: page.bundle.bundle is not None, timeout=WAIT_MS)
+        page.bundle.ask_path = lambda _parent, _title, _suggested, _filter: tmp_path / "gone" / "support.zip"
+        click(qtbot, page.bundle.save)
+        qtbot.waitUntil(lambda: "Choose another folder" in page.strip.accessibleName(), timeout=WAIT_MS)
+
+
+# Errors of our own
+
+
+def raise_uncaught(error: Exception) -> None:
+    try:
+        raise error
+    except Exception as raised:  # noqa: BLE001
+        sys.excepthook(type(raised), raised, raised.__traceback__)
+
+
+def test_an_error_disarms_is_logged_and_said_with_its_details(
+    qtbot: QtBot, qapp: QApplication, tmp_path: Path, log: Log
+) -> None:
+    with diagnosis(qtbot, qapp, tmp_path) as (assembly, page):
+        bar = assembly.window.notice_bar
+        armed = Armed(Act.DEPLOY)
+        with _faults_said(assembly.window, armed):
+            raise_uncaught(LookupError("a bug"))
+            assert armed.act is None
+            qtbot.waitUntil(lambda: bar.notice is not None and "a bug" in bar.notice.text, timeout=WAIT_MS)
+            button = bar.button("copy_details")
+            assert button is not None
+            click(qtbot, button)
+            assert "raise_uncaught" in QApplication.clipboard().text()
+            assert "Traceback" not in bar.notice.text  # type: ignore[union-attr]
+            assert "a bug" in log.recent.text()
+            dismiss = bar.findChild(QWidget, "notice_dismiss")
+            assert isinstance(dismiss, QWidget)
+            click(qtbot, dismiss)
+            qtbot.waitUntil(lambda: bar.notice is None or "a bug" not in bar.notice.text, timeout=WAIT_MS)
+            assert page.isVisible()
+
+
+def test_an_error_in_another_thread_is_said_too(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
+    with diagnosis(qtbot, qapp, tmp_path) as (assembly, _page):
+        bar = assembly.window.notice_bar
+        armed = Armed(Act.ACTIVATE)
+        with _faults_said(assembly.window, armed):
+            for _ in range(3):
+                thread = threading.Thread(target=int, args=("no number",))
+                thread.start()
+                thread.join()
+            assert armed.act is None
+            qtbot.waitUntil(lambda: bar.notice is not None and "3 times" in bar.notice.text, timeout=WAIT_MS)
+
+
+def test_every_control_has_a_name_and_says_what_it_is_for(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
+    with diagnosis(qtbot, qapp, tmp_path) as (_assembly, page):
+        for key in ("why", "traffic", "figures", "bundle"):
+            page.go_to(key)
+            for button in page.findChildren(QPushButton):
+                if button.isVisible():
+                    assert button.objectName(), button.text()
+                    assert button.accessibleName(), button.objectName()
+                    assert button.toolTip(), button.objectName()
+
+
+def test_the_views_are_reached_by_key(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
+    with diagnosis(qtbot, qapp, tmp_path) as (assembly, page):
+        for number, view in enumerate((page.why, page.traffic, page.figures, page.bundle), start=1):
+            qtbot.keyClick(assembly.window, getattr(Qt.Key, f"Key_{number}"), Qt.KeyboardModifier.AltModifier)
+            assert view.isVisible()
+
+
+def test_what_goes_out_is_kept_for_a_capture(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
+    request = HEARTBEAT.query()
+    with diagnosis(qtbot, qapp, tmp_path) as (_assembly, page):
+        assert not page.files.save.isEnabled()
+        opened = Connection(PortState.OPEN, "sim://x", 115200)
+        page.take(Batch(1.0, opened, DeviceView(), None, events=(Sent(request.encode(), request, 1, 1.0),)))
+        assert page.files.save.isEnabled()
+        assert [entry.raw for entry in page.kept.entries()] == [request.encode()]
+
+
+def test_an_error_in_another_thread_ends_the_deploy_ritual(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
+    with desk(qtbot, qapp, tmp_path, page="commands", active=True) as one:
+        with _faults_said(one.assembly.window, one.assembly.armed):
+            ritual = arm(one)
+            assert one.assembly.armed.act is Act.DEPLOY
+            thread = threading.Thread(target=int, args=("no number",))
+            thread.start()
+            thread.join()
+            one.until(lambda: ritual.ritual.stage is Stage.IDLE, DISARMS_WITHIN_MS)
+        assert one.changes() == []

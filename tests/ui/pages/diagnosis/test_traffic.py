@@ -1,0 +1,271 @@
+"""The list of frames: what is in a row, filters, pause, following the end, copying, and what it costs."""
+
+import time
+from pathlib import Path
+
+import pytest
+from PySide6.QtCore import Qt
+from PySide6.QtWidgets import QApplication
+from pytestqt.qtbot import QtBot
+
+from app.engine.device import DeviceView
+from app.engine.worker import Batch, Connection
+from protocol.catalogue import BY_NAME, HEARTBEAT
+from protocol.events import Event, OutcomeUnknown, Received, Rejected, Restarted, Role, Sent, Unanswered
+from protocol.frame import Direction, Frame
+from protocol.messages import Status, decode
+from protocol.stream import StreamParser
+from tests.support.window.fakes_ui import WAIT_MS, simulated, wait_online, window
+from ui.core.connector import Target
+from ui.main import Assembly
+from ui.pages.diagnosis.traffic import TrafficPage
+from ui.pages.diagnosis.traffic_model import KEPT_ROWS, LONGEST_ROW_BYTES, Column, Filter, TrafficModel
+from ui.pages.diagnosis.traffic_texts import at_of
+
+LINE_RATE = 1440
+STREAMED = Status(7, 1.0, triggered=False, active=False).encode()
+
+
+def streamed(count: int, first: int = 0) -> list[Event]:
+    frame = Frame(Direction.MODULE_TO_HOST, STREAMED)
+    return [Received(frame, decode(STREAMED), Role.STREAMED, float(first + number)) for number in range(count)]
+
+
+def rejected(raw: bytes) -> list[Event]:
+    parser = StreamParser()
+    return [Rejected(piece, 1.0) for piece in (*parser.feed(raw), *parser.flush()) if not isinstance(piece, Frame)]
+
+
+def sent(name: str = "cell_voltage", attempt: int = 1) -> Sent:
+    request = BY_NAME[name].query()
+    return Sent(request.encode(), request, attempt, 1.0)
+
+
+def batch(events: list[Event]) -> Batch:
+    return Batch(1.0, Connection(), DeviceView(), None, events=tuple(events))
+
+
+def cell(model: TrafficModel, row: int, column: Column) -> str:
+    return str(model.index(row, column.value).data())
+
+
+def page(qtbot: QtBot, assembly: Assembly) -> TrafficPage:
+    shell = assembly.window
+    qtbot.waitUntil(lambda: shell.findChild(TrafficPage) is not None, timeout=WAIT_MS)
+    shell.go_to("traffic")
+    found = shell.findChild(TrafficPage)
+    assert isinstance(found, TrafficPage)
+    qtbot.waitUntil(found.isVisible, timeout=WAIT_MS)
+    return found
+
+
+def test_a_row_says_what_went_over_the_line(qapp: QApplication) -> None:
+    model = TrafficModel()
+    voltage = bytes.fromhex("4175 34 01 BE F3")
+    frame = Frame(Direction.MODULE_TO_HOST, voltage)
+    model.keep([sent(), Received(frame, decode(voltage, BY_NAME["cell_voltage"].query()), Role.ANSWER, 1.01)])
+    model.show_new()
+    assert cell(model, 0, Column.KIND) == "sent"
+    assert cell(model, 0, Column.BYTES) == "42 61 34 01 00 35"
+    assert cell(model, 1, Column.KIND) == "answer"
+    assert cell(model, 1, Column.MEANING) == "reply: cell voltage 3.80 V"
+
+
+def test_rejected_bytes_have_icon_word_colour_and_reason(qapp: QApplication) -> None:
+    model = TrafficModel()
+    bad = bytes(STREAMED[:-1] + bytes((STREAMED[-1] ^ 1,)))
+    model.keep(rejected(bad))
+    model.show_new()
+    index = model.index(0, Column.KIND.value)
+    assert index.data() == "rejected"
+    assert not index.data(Qt.ItemDataRole.DecorationRole).isNull()
+    assert index.data(Qt.ItemDataRole.ForegroundRole) is not None
+    assert "checksum" in cell(model, 0, Column.MEANING)
+
+
+@pytest.mark.parametrize(
+    ("event", "word"),
+    [
+        (Unanswered(HEARTBEAT.query(), 3, 1.0, 1.0), "no answer"),
+        (Unanswered(HEARTBEAT.query(), 0, 1.0, 1.0), "not sent"),
+        (OutcomeUnknown(BY_NAME["activation"].set(False), 1.0, 1.0), "not confirmed"),
+        (Restarted(True, 1.0), "restarted"),
+    ],
+)
+def test_what_the_link_noticed_is_a_row_too(qapp: QApplication, event: Event, word: str) -> None:
+    model = TrafficModel()
+    model.keep([event])
+    model.show_new()
+    assert word in cell(model, 0, Column.MEANING)
+
+
+def test_filters(qapp: QApplication) -> None:
+    model = TrafficModel()
+    model.keep([sent(), *streamed(10), *rejected(b"\x00\x01")])
+    model.show_new()
+    assert model.rowCount() == 12
+    model.use_filter(Filter.WITHOUT_STREAM)
+    assert model.rowCount() == 2
+    model.use_filter(Filter.REJECTED)
+    assert [cell(model, row, Column.KIND) for row in range(model.rowCount())] == ["rejected"]
+    model.keep([*streamed(5), *rejected(b"\x02")])
+    model.show_new()
+    assert model.rowCount() == 2
+    model.use_filter(Filter.ALL)
+    assert model.rowCount() == 18
+
+
+def test_the_oldest_rows_go_and_memory_is_bounded(qapp: QApplication) -> None:
+    model = TrafficModel()
+    model.keep(streamed(KEPT_ROWS - 1))
+    model.show_new()
+    model.keep(streamed(11, first=KEPT_ROWS))
+    assert model.show_new() == 10
+    assert model.rowCount() == KEPT_ROWS
+    assert at_of(model.event_at(0)) == 10.0
+    assert at_of(model.event_at(KEPT_ROWS - 1)) == KEPT_ROWS + 10
+
+
+def test_a_long_run_of_garbage_takes_several_rows_and_loses_nothing(qapp: QApplication) -> None:
+    model = TrafficModel()
+    garbage = bytes(range(48)) * 100
+    events = rejected(garbage)
+    model.keep(events)
+    model.show_new()
+    assert model.rowCount() > 1
+    raws = [event.noise.raw for row in range(model.rowCount()) if isinstance(event := model.event_at(row), Rejected)]
+    assert b"".join(raws) == garbage
+    assert max(map(len, raws)) <= LONGEST_ROW_BYTES
+
+
+def test_frames_of_a_real_exchange_appear(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
+    with simulated("frames"), window(qapp, tmp_path) as assembly:
+        traffic = page(qtbot, assembly)
+        assembly.connector.connect_to(Target("sim://frames", 115200))
+        wait_online(qtbot, assembly)
+        qtbot.waitUntil(lambda: traffic.model.rowCount() > 4, timeout=WAIT_MS)
+        assert cell(traffic.model, 0, Column.MEANING) == "heartbeat"
+        kinds = {cell(traffic.model, row, Column.KIND) for row in range(traffic.model.rowCount())}
+        assert {"sent", "answer"} <= kinds
+
+
+def test_pause_holds_still_and_loses_nothing(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
+    with window(qapp, tmp_path) as assembly:
+        traffic = page(qtbot, assembly)
+        traffic.take(batch(streamed(5)))
+        qtbot.waitUntil(lambda: traffic.model.rowCount() == 5, timeout=WAIT_MS)
+        qtbot.keyClick(traffic.table, Qt.Key.Key_P, Qt.KeyboardModifier.ControlModifier)
+        assert traffic.pause.isChecked()
+        traffic.take(batch(streamed(7)))
+        traffic.draw()
+        assert traffic.model.rowCount() == 5
+        qtbot.mouseClick(traffic.pause, Qt.MouseButton.LeftButton)
+        qtbot.waitUntil(lambda: traffic.model.rowCount() == 12, timeout=WAIT_MS)
+
+
+def test_it_follows_the_end_only_from_the_end(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
+    with window(qapp, tmp_path) as assembly:
+        traffic = page(qtbot, assembly)
+        bar = traffic.table.verticalScrollBar()
+        traffic.take(batch(streamed(200)))
+        traffic.draw()
+        qtbot.waitUntil(lambda: bar.maximum() > 0 and bar.value() == bar.maximum(), timeout=WAIT_MS)
+        traffic.take(batch(streamed(50)))
+        traffic.draw()
+        qtbot.waitUntil(lambda: bar.value() == bar.maximum(), timeout=WAIT_MS)
+        bar.setValue(100)
+        traffic.take(batch(streamed(50)))
+        traffic.draw()
+        QApplication.processEvents()
+        assert bar.value() == 100
+
+
+def test_what_one_reads_stays_in_place_when_old_rows_go(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
+    with window(qapp, tmp_path) as assembly:
+        traffic = page(qtbot, assembly)
+        traffic.take(batch(streamed(KEPT_ROWS)))
+        traffic.draw()
+        bar = traffic.table.verticalScrollBar()
+        qtbot.waitUntil(lambda: bar.maximum() > 0 and bar.value() == bar.maximum(), timeout=WAIT_MS)
+        bar.setValue(bar.maximum() // 2)
+        top = traffic.model.event_at(traffic.table.rowAt(0))
+        traffic.take(batch(streamed(100, first=KEPT_ROWS)))
+        traffic.draw()
+        QApplication.processEvents()
+        assert traffic.model.event_at(traffic.table.rowAt(0)) is top
+
+
+def test_it_stays_at_the_end_when_the_table_shrinks(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
+    with window(qapp, tmp_path) as assembly:
+        traffic = page(qtbot, assembly)
+        traffic.take(batch(streamed(200)))
+        traffic.draw()
+        bar = traffic.table.verticalScrollBar()
+        qtbot.waitUntil(lambda: bar.maximum() > 0 and bar.value() == bar.maximum(), timeout=WAIT_MS)
+        before = bar.maximum()
+        assembly.window.resize(900, 520)
+        qtbot.waitUntil(lambda: bar.maximum() > before, timeout=WAIT_MS)
+        assert bar.value() == bar.maximum()
+
+
+def test_copy_and_clear(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
+    with window(qapp, tmp_path) as assembly:
+        traffic = page(qtbot, assembly)
+        traffic.take(batch([sent(), sent("boot_count"), sent("light")]))
+        traffic.draw()
+        traffic.table.selectRow(1)
+        assert "42 61 23 01 00 24" in traffic.detail.text()
+        qtbot.keyClick(traffic.table, Qt.Key.Key_C, Qt.KeyboardModifier.ControlModifier)
+        lines = QApplication.clipboard().text().split("\n")
+        assert len(lines) == 1
+        assert lines[0].split("\t")[1:] == ["sent", "42 61 23 01 00 24", "query: boot count"]
+        traffic.table.clearSelection()
+        qtbot.mouseClick(traffic.copy, Qt.MouseButton.LeftButton)
+        assert len(QApplication.clipboard().text().split("\n")) == 3
+        qtbot.mouseClick(traffic.clear, Qt.MouseButton.LeftButton)
+        assert traffic.model.rowCount() == 0
+
+
+def test_filter_by_keyboard(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
+    with window(qapp, tmp_path) as assembly:
+        traffic = page(qtbot, assembly)
+        traffic.take(batch([sent(), *streamed(3)]))
+        traffic.draw()
+        qtbot.keyClick(traffic.filter, Qt.Key.Key_Down)
+        assert traffic.model.rowCount() == 1
+
+
+def test_a_second_of_the_fastest_stream_costs_little(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
+    """Out of sight it is next to nothing; in sight the drawing has a pace of its own."""
+    with window(qapp, tmp_path) as assembly:
+        traffic = page(qtbot, assembly)
+        traffic.take(batch(streamed(KEPT_ROWS)))
+        traffic.draw()
+        began = time.process_time()
+        for part in range(60):
+            traffic.take(batch(streamed(LINE_RATE // 60, first=part)))
+        keeping_s = time.process_time() - began
+        assert keeping_s < 0.05
+        assert traffic.model.unseen >= 0
+
+
+def test_the_row_in_full_goes_with_its_selection(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
+    with window(qapp, tmp_path) as assembly:
+        traffic = page(qtbot, assembly)
+        traffic.take(batch([sent(), *streamed(3)]))
+        traffic.draw()
+        traffic.table.selectRow(0)
+        assert "42 61 34 01 00 35" in traffic.detail.text()
+        traffic.filter.setCurrentIndex(traffic.filter.findData(Filter.REJECTED))
+        assert "42 61 34 01 00 35" not in traffic.detail.text()
+
+
+def test_what_came_while_the_list_was_held_still_is_counted(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
+    with window(qapp, tmp_path) as assembly:
+        traffic = page(qtbot, assembly)
+        traffic.take(batch(streamed(5)))
+        traffic.draw()
+        traffic.pause.click()
+        traffic.take(batch(streamed(1234)))
+        traffic.draw()
+        assert traffic._count.text() == "1,234 more came"

@@ -1,0 +1,138 @@
+"""A long capture in the traffic list: no turn of the event loop works longer for it than for a short one."""
+
+import time
+from collections.abc import Iterator, Sequence
+from itertools import count
+from pathlib import Path
+
+import pytest
+from PySide6.QtCore import QModelIndex, QPersistentModelIndex, Qt
+from PySide6.QtWidgets import QApplication
+from pytestqt.qtbot import QtBot
+
+from app.captures.explained import Explained, explained
+from app.captures.reader import Entry, Way
+from app.captures.rows import CaptureRows
+from protocol.catalogue import BY_NAME
+from protocol.messages import Status
+from tests.support.window.fakes_ui import WAIT_MS, window
+from ui.pages.diagnosis import traffic_search
+from ui.pages.diagnosis.traffic import TrafficPage
+from ui.pages.diagnosis.traffic_model import Filter, TrafficModel
+
+ROWS = 5000
+TILTS = 20
+
+
+def capture(rows: int = ROWS) -> CaptureRows:
+    """A stream in which a few things are said over and over, a question in its middle."""
+    raws = [Status(tilt, 1.0, triggered=False, active=True).encode() for tilt in range(TILTS)]
+    entries = [Entry(number / 100, Way.IN, raws[number % TILTS]) for number in range(rows)]
+    entries[rows // 2] = Entry(rows / 200, Way.OUT, BY_NAME["light"].query().encode())
+    return CaptureRows(explained(entries))
+
+
+@pytest.fixture
+def page(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> Iterator[TrafficPage]:
+    with window(qapp, tmp_path) as assembly:
+        qtbot.waitUntil(lambda: assembly.window.findChild(TrafficPage) is not None, timeout=WAIT_MS)
+        found = assembly.window.findChild(TrafficPage)
+        assert isinstance(found, TrafficPage)
+        qtbot.waitUntil(found.isVisible, timeout=WAIT_MS)
+        found.show_recorded(capture())
+        yield found
+
+
+def test_a_turn_of_the_search_ends_when_its_time_is_over(page: TrafficPage, monkeypatch: pytest.MonkeyPatch) -> None:
+    looked_at: list[int] = []
+    monkeypatch.setattr(page.model, "said_at", looked_at.append)  # None: the row itself is looked at
+    clock = count(0.0, traffic_search._LOOKS_FOR_S / 2)
+    monkeypatch.setattr(time, "perf_counter", lambda: next(clock))
+    page.search.field.setText("nowhere")
+    page.search.find_next()
+    page.search._timer.stop()
+    page.search._look()
+    assert len(looked_at) == traffic_search._ROWS_AT_ONCE
+    assert page.search.share == pytest.approx(traffic_search._ROWS_AT_ONCE / ROWS)
+
+
+def test_what_is_said_often_is_put_into_words_once(
+    qtbot: QtBot, page: TrafficPage, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A search through a million rows takes seconds, not a minute."""
+    looked_at: list[object] = []
+    matches = traffic_search.matches
+
+    def counted(row: Explained, wanted: str, wanted_hex: str) -> bool:
+        looked_at.append(row)
+        return matches(row, wanted, wanted_hex)
+
+    monkeypatch.setattr(traffic_search, "matches", counted)
+    page.search.field.setText("nowhere")
+    page.search.find_next()
+    qtbot.waitUntil(lambda: not page.search.is_searching, timeout=WAIT_MS)
+    assert page._count.text() == "Not found"
+    assert len(looked_at) == TILTS + 1
+    page.search.field.setText("query")
+    page.search.find_next()
+    qtbot.waitUntil(lambda: not page.search.is_searching, timeout=WAIT_MS)
+    assert [index.row() for index in page.table.selectionModel().selectedRows()] == [ROWS // 2]
+
+
+def test_few_things_are_remembered_at_once(qtbot: QtBot, page: TrafficPage, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(traffic_search, "_KNOWN_AT_MOST", 3)
+    page.search.field.setText("query")
+    page.search.find_next()
+    while page.search.is_searching:
+        assert len(page.search._known) <= 3
+        QApplication.processEvents()
+    assert page.search._place == ROWS // 2
+
+
+def test_selecting_all_asks_for_no_more_than_is_in_sight(
+    qtbot: QtBot, qapp: QApplication, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A table's header asks every row whether it is selected: ten seconds for a million of them."""
+    asked: list[int] = []
+
+    def flags(model: TrafficModel, index: QModelIndex | QPersistentModelIndex) -> Qt.ItemFlag:
+        asked.append(index.row())
+        return super(TrafficModel, model).flags(index)
+
+    monkeypatch.setattr(TrafficModel, "flags", flags, raising=False)
+    with window(qapp, tmp_path) as assembly:
+        qtbot.waitUntil(lambda: assembly.window.findChild(TrafficPage) is not None, timeout=WAIT_MS)
+        page = assembly.window.findChild(TrafficPage)
+        assert isinstance(page, TrafficPage)
+        qtbot.waitUntil(page.isVisible, timeout=WAIT_MS)
+        page.show_recorded(capture())
+        asked.clear()
+        page.table.selectAll()
+        page.table.grab()
+        QApplication.processEvents()
+        assert len(asked) < ROWS / 2
+        assert page.detail.text() == f"{ROWS:,} rows are selected."
+
+
+@pytest.mark.parametrize("wanted", [Filter.ALL, Filter.WITHOUT_STREAM])
+def test_rows_are_copied_as_they_are_shown(qapp: QApplication, wanted: Filter) -> None:
+    model = TrafficModel()
+    rows = capture(50)
+    model.show_recorded(rows)
+    model.use_filter(wanted)
+
+    def line(number: int) -> str:
+        cells = (model.index(number, column).data() for column in range(4))
+        return "\t".join(cells)
+
+    numbers: Sequence[int] = range(model.rowCount())
+    assert model.as_text(numbers).split("\n") == [line(number) for number in numbers]
+    assert len(numbers) == (50 if wanted is Filter.ALL else 1)
+
+
+def test_rows_that_say_the_same_are_known_by_it() -> None:
+    rows = capture(100)
+    for one in range(100):
+        for other in range(100):
+            is_same = (rows[one].way, rows[one].piece.raw) == (rows[other].way, rows[other].piece.raw)
+            assert (rows.said(one) == rows.said(other)) is is_same

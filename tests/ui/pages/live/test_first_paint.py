@@ -1,0 +1,99 @@
+"""The window is painted before it is filled: what takes long to load comes after the first paint."""
+
+from functools import partial
+from pathlib import Path
+
+import pytest
+from PySide6.QtGui import QPaintEvent
+from PySide6.QtWidgets import QApplication, QWidget
+from pytestqt.qtbot import QtBot
+
+from app.engine.worker import Batch
+from tests.support.window.fakes_ui import WAIT_MS, window
+from ui.services.context import PageEntry, Services
+from ui.shell.main_window import MainWindow
+from ui.shell.page_maker import PageMaker
+from ui.style.icons import Icon
+
+
+def test_pages_are_made_after_the_first_paint(
+    qapp: QApplication, qtbot: QtBot, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    order: list[str] = []
+    make = MainWindow.make_pages
+
+    def painted(self: QWidget, _event: QPaintEvent) -> None:
+        order.append("painted")
+
+    def made(self: MainWindow) -> None:
+        order.append("made")
+        make(self)
+
+    monkeypatch.setattr(MainWindow, "paintEvent", painted, raising=False)
+    monkeypatch.setattr(MainWindow, "make_pages", made)
+    with window(qapp, tmp_path):
+        qtbot.waitUntil(lambda: "made" in order, timeout=WAIT_MS)
+    assert order[0] == "painted"
+    assert order.count("made") == 1
+
+
+def test_a_window_that_is_never_painted_is_filled_all_the_same(
+    qapp: QApplication, qtbot: QtBot, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(MainWindow, "show", lambda self: None)
+    with window(qapp, tmp_path) as assembly:
+        qtbot.waitUntil(lambda: assembly.window.findChild(QWidget, "traffic_page") is not None, timeout=WAIT_MS)
+
+
+class Leaf(QWidget):
+    """A page with nothing in it."""
+
+    def __init__(self, _services: Services) -> None:
+        super().__init__()
+
+    def take(self, batch: Batch) -> None:
+        """Nothing of it is shown."""
+
+
+def leaves(made: list[str], keys: str = "abcd") -> tuple[PageEntry, ...]:
+    """An entry a letter; `made` gets the letters in the order in which their pages are made."""
+
+    def make(key: str, services: Services) -> QWidget:
+        made.append(key)
+        return Leaf(services)
+
+    return tuple(PageEntry(key, key, Icon.LIVE, partial(make, key)) for key in keys)
+
+
+def test_a_turn_makes_or_places_one_page(
+    qapp: QApplication, qtbot: QtBot, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    made: list[str] = []
+    done: list[int] = []
+    placed: list[str] = []
+    turn, place = PageMaker._take_turn, MainWindow._place
+
+    def counted(maker: PageMaker) -> None:
+        before = len(made) + len(placed)
+        turn(maker)
+        done.append(len(made) + len(placed) - before)
+
+    def noted(main: MainWindow, key: str, page: QWidget) -> None:
+        placed.append(key)
+        place(main, key, page)
+
+    monkeypatch.setattr(PageMaker, "_take_turn", counted)
+    monkeypatch.setattr(MainWindow, "_place", noted)
+    with window(qapp, tmp_path, entries=leaves(made)) as assembly:
+        qtbot.waitSignal(assembly.window.pages_made, timeout=WAIT_MS).wait()
+        assert made == placed == list("abcd")
+        assert done == [1] * 8 + [0]
+
+
+def test_a_page_that_is_chosen_before_it_is_made_comes_next(qapp: QApplication, qtbot: QtBot, tmp_path: Path) -> None:
+    made: list[str] = []
+    with window(qapp, tmp_path, entries=leaves(made)) as assembly:
+        assembly.window.go_to("c")
+        qtbot.waitSignal(assembly.window.pages_made, timeout=WAIT_MS).wait()
+        assert made == list("cabd")
+        assert assembly.window.stack.currentWidget() is assembly.window._pages["c"]

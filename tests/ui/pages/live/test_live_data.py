@@ -1,0 +1,372 @@
+"""The Live page's memory and its files, without a window: series, limits, marks, CSV, writing."""
+
+import csv
+import io
+from collections.abc import Iterator
+from dataclasses import replace
+from datetime import datetime
+from pathlib import Path
+from types import MappingProxyType
+
+import numpy as np
+import pytest
+
+from app.engine.device import DeviceView, Doubt, How, Known, Sample
+from app.engine.transport import PortError, PortTrouble
+from app.engine.worker import Batch, Connection, PortState
+from app.limits.out_of_limits import LimitsInUse
+from app.recordings.file_export import Cancelled, Saving
+from app.recordings.markers import Happening, Kind
+from app.recordings.table import HEAD, Stamp, csv_parts, part_count
+from protocol.events import Restarted
+from protocol.fields import Value
+from protocol.link_states import Presence
+from ui.pages.live.data import LiveData, lanes
+from ui.plots.view import Mark
+
+OPEN = Connection(PortState.OPEN, "/dev/ttyUSB0", 115200)
+LOST = replace(OPEN, state=PortState.CLOSED, trouble=PortError(PortTrouble.LOST, "/dev/ttyUSB0", ""))
+NOON = datetime(2026, 3, 1, 12, 0, 0).astimezone().timestamp()
+WAIT_S = 10.0
+
+
+def device(at: float = 0.0, *, presence: Presence = Presence.ONLINE, restarts: int = 0, **values: Value) -> DeviceView:
+    known = {key: Known(value, How.READ, at) for key, value in values.items()}
+    return DeviceView(MappingProxyType(known), presence, at, restarts=restarts)
+
+
+def doubted(view: DeviceView) -> DeviceView:
+    return replace(
+        view, values=MappingProxyType({key: replace(one, doubt=Doubt.LINK_LOST) for key, one in view.values.items()})
+    )
+
+
+def report(at: float, *, tilt: int = 3, triggered: bool = False, active: bool = False) -> Sample:
+    return Sample(at, tilt, 1.0, triggered, active)
+
+
+def batch(
+    at: float,
+    *samples: Sample,
+    view: DeviceView | None = None,
+    connection: Connection = OPEN,
+    restarted_at: float | None = None,
+) -> Batch:
+    events = () if restarted_at is None else (Restarted(is_certain=True, at=restarted_at),)
+    return Batch(at, connection, view or device(), None, samples, events)
+
+
+def take(data: LiveData, *batches: Batch) -> list[tuple[float, str]]:
+    """When and what all these batches mark."""
+    marks: list[Mark] = [mark for one in batches for mark in data.take(one)]
+    return [(mark.time_s, mark.word) for mark in marks]
+
+
+# Samples
+
+
+def test_every_sample_is_kept_with_its_flags() -> None:
+    data = LiveData()
+    samples = tuple(report(n / 1440, tilt=n % 90, active=n >= 700, triggered=n % 7 == 0) for n in range(1440))
+    for first in range(0, 1440, 24):
+        data.take(batch(1.0, *samples[first : first + 24]))
+    recording = data.excerpt(0.0, 1.0)
+    assert recording.time_s.tolist() == [one.at for one in samples]
+    assert recording.tilt_deg.tolist() == [one.tilt_deg for one in samples]
+    assert recording.is_active.tolist() == [one.active for one in samples]
+    assert recording.is_triggered.tolist() == [one.triggered for one in samples]
+    assert recording.is_whole
+
+
+def test_a_recording_does_not_change_with_what_comes_later() -> None:
+    data = LiveData()
+    take(data, batch(1.0, report(1.0)))
+    recording = data.excerpt(0.0, 9.0)
+    take(data, batch(2.0, report(2.0, tilt=50)))
+    assert recording.tilt_deg.tolist() == [3.0]
+
+
+def test_voltage_and_light_are_kept_once_for_each_reading() -> None:
+    data = LiveData()
+    one, other = device(1.0, cell_voltage_v=3.9, light_v=0.3), device(2.0, cell_voltage_v=3.92, light_v=0.3)
+    take(data, batch(1.0, view=one), batch(1.02, view=one), batch(2.0, view=other), batch(3.0, view=doubted(other)))
+    assert [round(sample.value, 2) for sample in data.cell.rows(0, 9)] == [3.9, 3.92]
+    assert len(data.light) == 2
+
+
+def test_the_rate_counts_reports_streamed_or_polled() -> None:
+    data = LiveData()
+    take(data, batch(2.0, *(report(n / 10) for n in range(21))))
+    assert data.reports_per_s(2.0) == pytest.approx(10, abs=0.6)
+    assert data.reports_per_s(9.0) == 0
+
+
+def test_another_module_begins_anew() -> None:
+    data = LiveData()
+    take(data, batch(1.0, report(1.0, active=True), view=device(1.0, attitude_threshold_deg=60, cell_voltage_v=3.9)))
+    data.begin_anew()
+    assert not data.has_samples
+    assert (len(data.tilt), len(data.cell), list(data.happenings)) == (0, 0, [])
+    assert data.fires.between(0.0, 9.0) == []
+    # What was of the old one is no change of the new one, nor is its time a bound.
+    assert take(data, batch(0.5, report(0.5, active=False))) == []
+    assert data.excerpt(0.0, 9.0).time_s.tolist() == [0.5]
+
+
+# Limits
+
+
+def test_a_limit_is_never_a_default() -> None:
+    data = LiveData()
+    take(data, batch(1.0, report(1.0)))
+    assert (data.fires.value, data.rearms.value, data.falls.value) == (None, None, None)
+
+
+def test_limits_follow_the_settings_and_end_with_a_doubt() -> None:
+    data = LiveData()
+    sixty = device(attitude_threshold_deg=60, freefall_acceleration_g=0.5)
+    take(data, batch(1.0, view=sixty), batch(2.0, view=device(attitude_threshold_deg=70)), batch(3.0, view=sixty))
+    assert [change.value for change in data.fires.between(0, 9)] == [60, 70, 60]
+    assert [change.value for change in data.rearms.between(0, 9)] == [50, 60, 50]
+    assert [change.value for change in data.falls.between(0, 9)] == [0.5, None, 0.5]
+    take(data, batch(4.0, view=doubted(sixty)))
+    assert (data.fires.value, data.falls.value) == (None, None)
+
+
+def test_a_trigger_that_is_switched_off_has_no_limit() -> None:
+    data = LiveData()
+    off = device(attitude_threshold_deg=60, attitude_trigger=False, freefall_acceleration_g=0.5, freefall_trigger=True)
+    take(data, batch(1.0, view=off))
+    assert (data.fires.value, data.falls.value) == (None, 0.5)
+
+
+def test_the_lanes_show_these_series() -> None:
+    data = LiveData()
+    assert [lane.series for lane in lanes(data, LimitsInUse())] == [data.tilt, data.acceleration, data.cell]
+    assert [limit.steps for limit in lanes(data, LimitsInUse())[0].limits] == [data.fires, data.rearms]
+
+
+# Marks
+
+
+def test_the_first_known_state_makes_no_mark() -> None:
+    assert take(LiveData(), batch(1.0, report(1.0, active=True, triggered=True))) == []
+
+
+def test_each_change_is_marked_where_it_was_seen() -> None:
+    data = LiveData()
+    marks = take(
+        data,
+        batch(1.0, report(0.9)),
+        batch(2.0, report(1.9), report(2.0, active=True)),
+        batch(3.0, report(2.5, active=True, triggered=True), report(3.0, active=True)),
+        batch(4.0, report(4.0)),
+    )
+    assert marks == [(2.0, "activated"), (2.5, "triggered"), (3.0, "trigger ended"), (4.0, "locked")]
+
+
+def test_a_restart_is_marked_once_with_its_time() -> None:
+    data = LiveData()
+    again = device(restarts=1)
+    assert take(data, batch(1.0), batch(2.0, view=again, restarted_at=1.97), batch(3.0, view=again)) == [
+        (1.97, "restarted")
+    ]
+
+
+def test_a_restart_found_by_the_boot_count_is_marked_too() -> None:
+    assert take(LiveData(), batch(1.0), batch(2.0, view=device(restarts=1))) == [(2.0, "restarted")]
+
+
+def test_a_lost_port_and_its_return_are_marked() -> None:
+    data = LiveData()
+    marks = take(
+        data,
+        batch(1.0, report(1.0, active=True)),
+        batch(2.0, connection=LOST, view=doubted(device())),
+        batch(3.0, connection=replace(OPEN, state=PortState.OPENING), view=doubted(device())),
+        batch(4.0, view=device(presence=Presence.UNKNOWN)),
+        batch(5.0, report(5.0), view=device(4.9)),
+    )
+    # It comes back locked: that is news, for it is the same port.
+    assert marks == [(2.0, "port lost"), (5.0, "locked"), (4.9, "reconnected")]
+
+
+def test_an_adapter_that_returns_by_another_name_is_the_same_module() -> None:
+    data, renamed = LiveData(), replace(OPEN, port="/dev/ttyUSB1")
+    marks = take(
+        data,
+        batch(1.0, report(1.0, active=True)),
+        batch(2.0, connection=LOST, view=doubted(device())),
+        batch(4.0, view=device(presence=Presence.UNKNOWN), connection=renamed),
+        batch(5.0, report(5.0), view=device(4.9), connection=renamed),
+    )
+    assert marks == [(2.0, "port lost"), (5.0, "locked"), (4.9, "reconnected")]
+
+
+def test_offline_and_back_is_marked() -> None:
+    data = LiveData()
+    away, back = device(7.0, presence=Presence.OFFLINE), device(9.0)
+    assert take(data, batch(1.0), batch(8.0, view=away), batch(9.1, view=back)) == [
+        (7.0, "offline"),
+        (9.0, "reconnected"),
+    ]
+
+
+def test_another_port_is_another_module() -> None:
+    data = LiveData()
+    other = replace(OPEN, port="/dev/ttyUSB1")
+    closed = replace(OPEN, state=PortState.CLOSED)
+    marks = take(
+        data,
+        batch(1.0, report(1.0, active=True)),
+        batch(2.0, connection=closed),
+        batch(3.0, report(3.0), connection=other),
+    )
+    assert marks == [(3.0, "connected")]
+    assert [(one.kind, one.port) for one in data.happenings] == [
+        (Kind.CONNECTED, "/dev/ttyUSB0"),
+        (Kind.CONNECTED, "/dev/ttyUSB1"),
+    ]
+
+
+def test_a_port_that_does_not_open_is_not_called_lost() -> None:
+    opening = replace(OPEN, state=PortState.OPENING)
+    assert take(LiveData(), batch(1.0, connection=opening), batch(2.0, connection=LOST)) == []
+
+
+def test_the_charger_is_marked_when_it_comes_and_goes() -> None:
+    data = LiveData()
+    views = [device(1.0, charging=False), device(2.0, charging=True), device(3.0, charging=False)]
+    assert take(data, *(batch(one.presence_since or 0.0, view=one) for one in views)) == [
+        (2.0, "charger connected"),
+        (3.0, "charger removed"),
+    ]
+
+
+# CSV
+
+
+def rows_of(raw: bytes) -> list[dict[str, str]]:
+    assert raw.startswith(b"\xef\xbb\xbf" + HEAD.encode())
+    return list(csv.DictReader(io.StringIO(raw.decode("utf-8-sig"), newline="")))
+
+
+def filled() -> LiveData:
+    data = LiveData()
+    take(
+        data,
+        batch(0.5),
+        batch(1.0, report(1.0), view=device(1.1, cell_voltage_v=3.94, light_v=0.3)),
+        batch(2.0, report(1.5, tilt=61, active=True), report(2.0, tilt=62, triggered=True, active=True)),
+    )
+    return data
+
+
+def test_csv_holds_exactly_what_is_in_the_span() -> None:
+    recording = filled().excerpt(1.0, 1.9)
+    rows = rows_of(b"".join(csv_parts(recording, wall_offset_s=NOON)))
+    zone = datetime.fromtimestamp(NOON).astimezone().isoformat()[19:]
+    assert [tuple(row.values()) for row in rows] == [
+        (f"2026-03-01T12:00:01.000{zone}", "0.000", "3", "1.0", "0", "0", "", "", ""),
+        (f"2026-03-01T12:00:01.100{zone}", "0.100", "", "", "", "", "", "0.3", ""),
+        (f"2026-03-01T12:00:01.100{zone}", "0.100", "", "", "", "", "3.94", "", ""),
+        (f"2026-03-01T12:00:01.500{zone}", "0.500", "61", "1.0", "0", "1", "", "", ""),
+        (f"2026-03-01T12:00:01.500{zone}", "0.500", "", "", "", "", "", "", "activated"),
+    ]
+    assert datetime.fromisoformat(rows[0]["time"]).timestamp() == pytest.approx(NOON + 1)
+
+
+def test_csv_names_the_port_and_quotes_what_needs_it() -> None:
+    data = filled()
+    data.happenings.append(Happening(1.2, Kind.RECONNECTED, 'socket://a,"b"'))
+    rows = rows_of(b"".join(csv_parts(data.excerpt(0.0, 9.0), wall_offset_s=NOON)))
+    assert [row["event"] for row in rows if row["event"]] == [
+        "connected: /dev/ttyUSB0",
+        'reconnected: socket://a,"b"',
+        "activated",
+        "triggered",
+    ]
+    assert len(rows) == data.excerpt(0.0, 9.0).row_count
+
+
+def test_csv_of_many_rows_comes_in_as_many_parts_as_foretold() -> None:
+    data = LiveData()
+    data.take(batch(20.0, *(report(n / 1000) for n in range(12_000))))
+    recording = data.excerpt(0.0, 20.0)
+    parts = list(csv_parts(recording, wall_offset_s=NOON))
+    assert len(parts) == part_count(recording)
+    rows = rows_of(b"".join(parts))
+    assert len(rows) == 12_000 + 1  # the connection is a row
+    assert rows[-1]["elapsed_s"] == "20.000"
+
+
+def test_csv_counts_from_its_first_row() -> None:
+    rows = rows_of(b"".join(csv_parts(filled().excerpt(-60.0, 9.0), wall_offset_s=NOON)))
+    assert [row["elapsed_s"] for row in rows][:2] == ["0.000", "0.500"]
+
+
+def test_a_stamp_carries_over_to_the_next_second() -> None:
+    assert Stamp(NOON).at(0.9996)[:23] == "2026-03-01T12:00:01.000"
+
+
+def test_a_span_that_is_no_longer_kept_whole_says_so() -> None:
+    data = LiveData()
+    data.take(batch(0.0, report(0.0)))
+    times = np.arange(1, 12 * 60 * 1440 + 10_000) / 1440
+    for series in (data.tilt, data.acceleration, data._flags):  # as many reports one by one would take seconds
+        series.append(times, np.zeros(len(times)))
+    assert not data.excerpt(0.0, 800.0).is_whole
+    assert data.excerpt(700.0, 800.0).is_whole
+
+
+# Writing
+
+
+def test_a_file_is_replaced_only_by_a_whole_one(tmp_path: Path) -> None:
+    path = tmp_path / "values.csv"
+    path.write_bytes(b"before")
+
+    def broken() -> Iterator[bytes]:
+        yield b"half"
+        assert path.read_bytes() == b"before"
+        raise OSError("the disk is full")
+
+    failed = Saving(path, broken, 2)
+    assert failed.wait(WAIT_S)
+    assert isinstance(failed.error, OSError)
+    assert (path.read_bytes(), names_in(tmp_path)) == (b"before", ["values.csv"])
+    whole = Saving(path, lambda: [b"whole ", b"file"])
+    assert whole.wait(WAIT_S)
+    assert whole.error is None
+    assert (path.read_bytes(), names_in(tmp_path)) == (b"whole file", ["values.csv"])
+
+
+def test_saving_reports_what_went_wrong(tmp_path: Path) -> None:
+    saving = Saving(tmp_path / "missing" / "values.csv", lambda: [b"x"])
+    assert saving.wait(WAIT_S)
+    assert isinstance(saving.error, FileNotFoundError)
+
+
+def test_saving_can_be_cancelled(tmp_path: Path) -> None:
+    def endless() -> "Parts":
+        return Parts()
+
+    saving = Saving(tmp_path / "values.csv", endless, 1_000_000)
+    saving.cancel()
+    assert saving.wait(WAIT_S)
+    assert isinstance(saving.error, Cancelled)
+    assert names_in(tmp_path) == []
+
+
+def names_in(folder: Path) -> list[str]:
+    return [one.name for one in folder.iterdir()]
+
+
+class Parts:
+    """As many as anybody takes."""
+
+    def __iter__(self) -> "Parts":
+        return self
+
+    def __next__(self) -> bytes:
+        return b"x"

@@ -1,0 +1,333 @@
+"""The Live page: what is fresh, stale and unknown, the time line, and what it does out of sight."""
+
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+from PySide6.QtCore import QPoint, QPointF, Qt
+from PySide6.QtGui import QWheelEvent
+from PySide6.QtWidgets import QApplication, QPushButton, QToolButton, QWidget
+from pytestqt.qtbot import QtBot
+
+from app.engine.device import Sample
+from tests.support.window.fakes_ui import WAIT_MS, simulated, wait_online, window
+from tests.support.window.live_bench import Bench, live_bench
+from ui.core.connector import Target
+from ui.core.language_switch import Speech
+from ui.main import PAGES, Assembly
+from ui.pages.live.page import LivePage
+from ui.style.painted_widget import Freshness, Painted
+from ui.style.theme import DARK, Choice
+from ui.widgets.readout import Readout
+
+
+@pytest.fixture
+def live(qtbot: QtBot, qapp: QApplication) -> Iterator[Bench]:
+    with live_bench(qtbot, qapp) as bench:
+        yield bench
+
+
+# Before there is a module
+
+
+def test_without_a_module_it_says_what_to_do(live: Bench) -> None:
+    assert live.page.is_empty
+    assert live.page.empty.isVisible()
+    assert "Choose the port" in live.page.empty.text.text()
+    assert not live.page.plot.isVisible()
+    live.qtbot.keyClick(live.page, Qt.Key.Key_S, Qt.KeyboardModifier.ControlModifier)  # nothing to save, no dialog
+    live.say()
+    assert not live.page.is_empty
+    assert live.page.plot.isVisible()
+
+
+def test_the_way_out_of_the_empty_page(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
+    with window(qapp, tmp_path, entries=PAGES) as assembly:
+        panel = assembly.window.panel
+        page = live_page(qtbot, assembly)
+        qtbot.waitUntil(panel.isVisible)
+        qtbot.waitUntil(lambda: not page.empty.choose.isVisible())  # the ports are at hand already
+        panel.hide()
+        qtbot.waitUntil(page.empty.choose.isVisible)
+        qtbot.mouseClick(page.empty.choose, Qt.MouseButton.LeftButton)
+        assert panel.isVisible()
+        panel.hide()
+        qtbot.waitUntil(page.empty.simulate.isVisible)
+        qtbot.mouseClick(page.empty.simulate, Qt.MouseButton.LeftButton)
+        qtbot.waitUntil(lambda: not page.is_empty, timeout=WAIT_MS)
+
+
+# Numbers
+
+
+def test_fresh_then_stale_with_its_age(live: Bench) -> None:
+    live.say()
+    panel = live.page.panel
+    assert panel.tilt.accessibleName() == "Tilt: 12°"
+    assert panel.acceleration.accessibleName() == "Acceleration: 1.0 g"
+    assert panel.light.accessibleName() == "Light: 0.3 V, limit 1.8 V"
+    assert panel.cell.accessibleName() == "Cell voltage: 3.94 V"
+    assert panel.stream.accessibleName() == "Reports: 50 /s, streamed"
+    live.pass_time(3.0)
+    assert panel.tilt.accessibleName() == "Tilt: 12°, 3 s ago"
+    assert panel.gauge.freshness is Freshness.STALE
+    assert panel.cell.freshness is Freshness.FRESH  # polled once a second
+    live.pass_time(5.0)
+    assert panel.cell.accessibleName() == "Cell voltage: 3.94 V, 8 s ago"
+    assert panel.boot_count.freshness is Freshness.FRESH  # changes only by a restart
+
+
+@pytest.mark.parametrize(
+    ("key", "name", "words"),
+    [
+        ("cell_voltage_v", "live_cell", "Cell voltage: unknown"),
+        ("charging", "live_charge", "Charger: unknown"),
+        ("light_v", "live_light", "Light: unknown, limit 1.8 V"),
+        ("boot_count", "live_boot_count", "Boot count: unknown"),
+    ],
+)
+def test_what_was_never_said_is_unknown(live: Bench, key: str, name: str, words: str) -> None:
+    live.say(leave_out=key)
+    readout = live.find(Readout, name)
+    assert (readout.accessibleName().rstrip(), readout.freshness) == (words, Freshness.UNKNOWN)
+
+
+def test_external_power_is_called_charging_voltage(live: Bench) -> None:
+    live.say(charging=True, cell_voltage_v=4.1)
+    panel = live.page.panel
+    assert panel.cell.accessibleName() == "Charging voltage: 4.10 V"
+    assert panel.charge.accessibleName().rstrip() == "Charger: charging"
+    live.say()
+    assert panel.cell.accessibleName() == "Cell voltage: 3.94 V"
+
+
+def test_a_threshold_that_is_not_known_is_not_drawn(live: Bench) -> None:
+    live.say(leave_out="attitude_threshold_deg", tilt_deg=80)
+    panel = live.page.panel
+    assert "fires" not in panel.gauge.accessibleName()
+    assert panel.tilt.accessibleName() == "Tilt: 80°"  # 60° is only the vendor's default
+    live.say(attitude_threshold_deg=75, tilt_deg=80)
+    assert "75° fires" in panel.gauge.accessibleName()
+    assert panel.tilt.accessibleName() == "Tilt: 80°, over 75°"
+
+
+def test_free_fall_is_said(live: Bench) -> None:
+    live.say(acceleration_g=0.1)
+    assert live.page.panel.acceleration.accessibleName() == "Acceleration: 0.1 g, free fall"
+
+
+def test_polled_and_silent_are_told_apart(live: Bench) -> None:
+    times = [live.now_s - 2 + n / 10 for n in range(1, 21)]
+    live.say(*(Sample(at, 3, 1.0, False, False) for at in times), is_streaming=False)
+    assert live.page.panel.stream.accessibleName() == "Reports: 10 /s, polled"
+    live.pass_time(5.0)
+    assert live.page.panel.stream.accessibleName() == "Reports: 0 /s, no stream"
+
+
+# The time line
+
+
+def test_pause_holds_the_picture_and_nothing_is_lost(live: Bench) -> None:
+    live.say()
+    live.click("time-plot-pause")
+    held = live.page.plot.span
+    live.now_s += 5
+    live.say(tilt_deg=44)
+    assert live.page.plot.span == held
+    assert live.page.data.tilt.last is not None
+    assert live.page.data.tilt.last.value == 44
+    live.qtbot.keyClick(live.page, Qt.Key.Key_P, Qt.KeyboardModifier.ControlModifier)
+    assert live.page.plot.is_live
+    assert live.page.plot.span.end_s == live.now_s
+
+
+def test_the_length_of_the_window_is_chosen_by_a_click(live: Bench) -> None:
+    live.say()
+    live.click("time-plot-window-10", QToolButton)
+    assert live.page.plot.span.length_s == 10
+    live.click("time-plot-window-600", QToolButton)
+    assert live.page.plot.span.length_s == 600
+
+
+def test_the_wheel_zooms_only_with_the_focus(live: Bench) -> None:
+    live.say()
+    canvas = live.find(QWidget, "time-plot-canvas")
+    live.page.panel.setFocus()
+
+    def turn() -> None:
+        middle = QPointF(canvas.rect().center())
+        event = QWheelEvent(
+            middle,
+            QPointF(canvas.mapToGlobal(middle.toPoint())),
+            QPoint(),
+            QPoint(0, 120),
+            Qt.MouseButton.NoButton,
+            Qt.KeyboardModifier.NoModifier,
+            Qt.ScrollPhase.NoScrollPhase,
+            False,
+        )
+        QApplication.sendEvent(canvas.viewport(), event)
+
+    turn()
+    assert live.page.plot.span.length_s == 60
+    live.page.activateWindow()
+    canvas.setFocus()
+    live.qtbot.waitUntil(canvas.hasFocus)
+    turn()
+    assert live.page.plot.span.length_s < 60
+
+
+def test_what_happens_is_marked_on_the_line(live: Bench) -> None:
+    live.say()
+    live.now_s += 1
+    live.say(active=True)
+    live.find(QWidget, "time-plot-canvas").set_cursor(1.0)
+    assert "· activated" in live.page.plot.reading
+    assert "Tilt 12°" in live.page.plot.reading
+
+
+# Looks
+
+
+def test_nothing_moves_when_values_change(live: Bench) -> None:
+    live.say()
+    widgets = [one for one in live.page.findChildren(Painted) if one.isVisible() and one is not live.page.save.note]
+    before = {one.objectName(): one.geometry() for one in widgets}
+    live.say(tilt_deg=180, acceleration_g=16.0, cell_voltage_v=4.2, charging=True, boot_count=255, active=True)
+    QApplication.processEvents()
+    moved = [one.objectName() for one in widgets if one.geometry() != before[one.objectName()]]
+    assert moved == []
+
+
+@pytest.mark.parametrize("language", ["en", "zh_CN", "long"])
+def test_at_the_smallest_size_everything_is_in_sight(
+    live: Bench, qapp: QApplication, tmp_path: Path, language: str
+) -> None:
+    speech = Speech(qapp, live.texts)
+    speech.use(str(longer(tmp_path)) if language == "long" else language)
+    try:
+        live.say(charging=True)
+        QApplication.processEvents()
+        page, panel = live.page, live.page.panel
+        plots = live.find(QWidget, "live_plots")
+        assert panel.geometry().right() < plots.geometry().left()
+        assert page.rect().contains(page.save.png.mapTo(page, page.save.png.rect().bottomRight()))
+        for readout in panel.findChildren(Readout):
+            assert panel.rect().contains(readout.mapTo(panel, readout.rect().topRight()))
+            assert panel.rect().contains(readout.mapTo(panel, readout.rect().bottomLeft()))
+        assert plots.width() > 380
+    finally:
+        speech.use("en")
+
+
+def longer(folder: Path) -> Path:
+    """A language in which the captions are two fifths longer."""
+    words = ("Acceleration", "Cell voltage", "Charging voltage", "Boot count", "Light", "Charger", "Save values …")
+    messages = "".join(
+        f"<message><source>{word}</source><translation>{word}{'x' * round(len(word) * 0.4)}</translation></message>"
+        for word in words
+    )
+    path = folder / "long.ts"
+    path.write_text(f'<TS version="2.1"><context><name>dps-s</name>{messages}</context></TS>', encoding="utf-8")
+    return path
+
+
+def test_the_language_changes_while_it_is_open(live: Bench, qapp: QApplication, tmp_path: Path) -> None:
+    live.say()
+    speech = Speech(qapp, live.texts)
+    speech.use(str(longer(tmp_path)))
+    try:
+        assert live.page.panel.cell.accessibleName().startswith("Cell voltagexxxxx: 3.94")
+        assert live.page.save.csv.text().endswith("xxxxx")
+    finally:
+        speech.use("en")
+    assert live.page.panel.cell.accessibleName() == "Cell voltage: 3.94 V"
+
+
+def test_the_theme_changes_while_it_is_open(live: Bench) -> None:
+    live.say()
+    live.appearance.choose(Choice.DARK)
+    QApplication.processEvents()
+    picture = live.find(QWidget, "live_plots").grab().toImage()
+    assert picture.pixelColor(100, 4).name().upper() == DARK.surface.upper()
+    canvas = live.find(QWidget, "time-plot-canvas").grab().toImage()
+    assert canvas.pixelColor(2, 2).name().upper() == DARK.surface.upper()
+
+
+def test_every_control_has_a_name_and_says_what_it_is(live: Bench) -> None:
+    live.say()
+    controls: list[QWidget] = [*live.page.findChildren(QPushButton), *live.page.findChildren(QToolButton)]
+    controls += [one for one in live.page.findChildren(Painted) if one is not live.page.save.note]
+    assert len(controls) > 15
+    for control in controls:
+        assert control.objectName()
+        assert control.accessibleName(), control.objectName()
+        assert control.toolTip(), control.objectName()
+
+
+# In the window
+
+
+def live_page(qtbot: QtBot, assembly: Assembly) -> LivePage:
+    found: list[LivePage] = []
+
+    def is_made() -> bool:
+        found.extend(assembly.window.findChildren(LivePage))
+        return bool(found)
+
+    qtbot.waitUntil(is_made, timeout=WAIT_MS)
+    return found[0]
+
+
+def test_out_of_sight_it_remembers_and_draws_nothing(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
+    with simulated("live") as bench, window(qapp, tmp_path, entries=PAGES) as assembly:
+        page = live_page(qtbot, assembly)
+        assembly.connector.connect_to(Target("sim://live", 115200))
+        wait_online(qtbot, assembly)
+        qtbot.waitUntil(lambda: not page.is_empty, timeout=WAIT_MS)
+        qtbot.waitUntil(lambda: "60° fires" in page.panel.gauge.accessibleName(), timeout=WAIT_MS)
+        qtbot.waitUntil(lambda: bench.state().is_streaming, timeout=WAIT_MS)
+        assembly.window.go_to("diagnosis")
+        span, count = page.plot.span, len(page.data.tilt)
+        asked: list[Path] = []
+        page.save.ask_path = lambda _parent, _title, path, _filter: asked.append(path)
+        qtbot.keyClick(assembly.window, Qt.Key.Key_S, Qt.KeyboardModifier.ControlModifier)
+        assert asked == []  # the key belongs to the page in sight
+        qtbot.waitUntil(lambda: len(page.data.tilt) > count + 5, timeout=WAIT_MS)
+        assert page.plot.span == span
+        assembly.window.go_to("live")
+        qtbot.waitUntil(lambda: page.plot.span.end_s > span.end_s, timeout=WAIT_MS)
+
+
+def test_beside_the_simulated_module_the_head_of_the_plots_takes_two_rows_at_most(
+    qtbot: QtBot, qapp: QApplication, tmp_path: Path
+) -> None:
+    with simulated("beside"), window(qapp, tmp_path, entries=PAGES) as assembly:
+        page = live_page(qtbot, assembly)
+        assembly.window.resize(1024, 600)
+        assembly.connector.connect_to(Target("sim://beside", 115200))
+        wait_online(qtbot, assembly)
+        qtbot.waitUntil(lambda: not page.is_empty, timeout=WAIT_MS)
+        assembly.window.menus.simulator.setChecked(True)
+        head, pause = (page.plot.findChild(QWidget, f"time-plot-{name}") for name in ("header", "pause"))
+        assert head is not None
+        assert pause is not None
+        qtbot.waitUntil(lambda: head.height() > pause.height(), timeout=WAIT_MS)  # it has been laid out anew
+        assert head.height() < 3 * pause.height()
+
+
+def test_a_trigger_of_the_module_is_marked(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
+    with simulated("fires") as bench, window(qapp, tmp_path, entries=PAGES) as assembly:
+        page = live_page(qtbot, assembly)
+        assembly.connector.connect_to(Target("sim://fires", 115200))
+        wait_online(qtbot, assembly)
+        qtbot.waitUntil(lambda: not page.is_empty, timeout=WAIT_MS)
+        bench.module.activate(is_active=True)
+        qtbot.waitUntil(lambda: happened(page) == ["connected", "activated"], timeout=WAIT_MS)
+        bench.set_tilt(80)
+        qtbot.waitUntil(lambda: happened(page)[2:] == ["triggered"], timeout=WAIT_MS)
+        qtbot.waitUntil(lambda: page.panel.tilt.accessibleName().endswith("over 60°"), timeout=WAIT_MS)
+
+
+def happened(page: LivePage) -> list[str]:
+    return [one.kind.value for one in page.data.happenings]

@@ -1,0 +1,298 @@
+"""Every session is recorded by itself: where it begins and ends, what is in it, and what is said about it."""
+
+from collections.abc import Callable, Iterator
+from dataclasses import replace
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import pytest
+from PySide6.QtCore import QObject, Signal
+from PySide6.QtWidgets import QApplication
+from pytestqt.qtbot import QtBot
+
+from app.engine.device import Sample
+from app.engine.transport import PortError, PortTrouble
+from app.engine.worker import Batch, Connection, PortState
+from app.procedures.stream import StreamSwitch
+from app.recordings.recording import open_recording
+from tests.support.records.recordings_made import CLOSED, OPEN, WAIT_S, batch, report
+from tests.support.window.fakes_ui import WAIT_MS, simulated, wait_online, window
+from ui.core.bridge import Bridge
+from ui.core.connector import Target
+from ui.main import PAGES
+from ui.pages.live.page import LivePage
+from ui.services.session_recording import SessionRecording, Sitting
+from ui.shell.recording_sign import SessionSign
+
+LOST = replace(CLOSED, trouble=PortError(PortTrouble.LOST, "/dev/ttyUSB0", ""))
+OTHER = replace(OPEN, port="/dev/ttyACM0")
+ADAPTER = Target("/dev/ttyUSB0", 115200, identity="usb-1")
+SAME_ELSEWHERE = replace(ADAPTER, device="/dev/ttyUSB1")
+
+
+# Where a session begins and ends
+
+
+@pytest.mark.parametrize(
+    ("then", "begins"),
+    [
+        ([(OPEN, ADAPTER)], [False]),
+        ([(CLOSED, ADAPTER), (OPEN, ADAPTER)], [False, True]),  # closed by hand
+        ([(LOST, ADAPTER), (OPEN, ADAPTER)], [False, False]),  # lost, and back
+        ([(LOST, ADAPTER), (replace(OPEN, port="/dev/ttyUSB1"), SAME_ELSEWHERE)], [False, False]),
+        ([(LOST, ADAPTER), (replace(LOST, trouble=None), ADAPTER), (OPEN, ADAPTER)], [False, False, True]),
+        ([(OTHER, Target("/dev/ttyACM0", 115200))], [True]),
+        ([(replace(OPEN, baud_rate=9600), ADAPTER)], [False]),
+    ],
+)
+def test_a_session_is_what_a_person_opened(then: list[tuple[Connection, Target]], begins: list[bool]) -> None:
+    sitting = Sitting()
+    assert sitting.begins(OPEN, ADAPTER)
+    assert [sitting.begins(connection, target) for connection, target in then] == begins
+
+
+def test_a_lost_port_is_waited_for_until_nobody_wants_it() -> None:
+    sitting = Sitting()
+    sitting.begins(OPEN, ADAPTER)
+    sitting.begins(LOST, ADAPTER)
+    assert not sitting.is_over
+    sitting.end()
+    assert sitting.is_over
+    assert sitting.begins(OPEN, ADAPTER)
+
+
+# From the worker to the disk, without a window
+
+
+class Naming(QObject):
+    changed = Signal()
+    name = "Left wing"
+
+
+class Link(QObject):
+    """What the recording asks of the connector."""
+
+    changed = Signal()
+    target: Target | None = ADAPTER
+    stream = StreamSwitch(is_wanted=False)
+    is_wanted = True
+    is_open = True
+
+
+class Bench:
+    """A session recording whose worker is the test."""
+
+    def __init__(self, folder: Path) -> None:
+        self.handed_on: list[Batch] = []
+        self.sessions = SessionRecording(folder)
+        self.link, self.naming = Link(), Naming()
+        self.sessions.follow(self.link, self.naming)  # type: ignore[arg-type]
+        made: list[Callable[[Batch], None]] = []
+        make: Any = made.append
+        self.sessions.tapped(make)(self.handed_on.append)
+        self.say = made[0]
+
+    def listed(self) -> list[tuple[str, str, int]]:
+        """Port, module and number of reports of all recordings, oldest first."""
+        assert self.sessions.settle(WAIT_S)
+        return [(one.port, one.module, one.sample_count) for one in reversed(self.sessions.shelf.entries())]
+
+
+@pytest.fixture
+def bench(tmp_path: Path) -> Iterator[Bench]:
+    one = Bench(tmp_path / "recordings")
+    yield one
+    assert one.sessions.stop(WAIT_S)
+
+
+def some(first_s: float, *, connection: Connection = OPEN) -> Batch:
+    """Three reports."""
+    return batch(first_s + 0.3, *(report(first_s + n / 10, n) for n in range(3)), connection=connection)
+
+
+def test_everything_is_handed_on_and_recorded(bench: Bench) -> None:
+    batches = [some(1.0), some(2.0), some(3.0, connection=CLOSED)]
+    for one in batches:
+        bench.say(one)
+    assert bench.handed_on == batches
+    assert bench.listed() == [("/dev/ttyUSB0", "Left wing", 9)]
+    assert not bench.sessions.shelf.entries()[0].is_running
+
+
+def test_a_loss_does_not_end_it_and_another_adapter_begins_another(bench: Bench) -> None:
+    for one in (some(1.0), some(2.0, connection=LOST), some(3.0), some(4.0, connection=CLOSED)):
+        bench.say(one)
+    bench.link.target = Target("/dev/ttyACM0", 115200)
+    bench.say(some(5.0, connection=OTHER))
+    assert [count for _, _, count in bench.listed()] == [12, 3]
+
+
+def test_a_lost_port_that_is_given_up_ends_it(bench: Bench) -> None:
+    bench.say(some(1.0))
+    bench.say(some(2.0, connection=LOST))
+    bench.listed()
+    assert bench.sessions.sign.since is not None
+    bench.link.is_wanted = bench.link.is_open = False
+    bench.link.changed.emit()
+    bench.listed()
+    assert bench.sessions.sign.since is None
+
+
+def test_what_is_played_is_not_recorded_again(bench: Bench) -> None:
+    bench.say(some(1.0, connection=replace(OPEN, port="capture:///tmp/flight.dpscap")))
+    assert bench.listed() == []
+
+
+def test_a_new_name_is_written_down_with_the_session_it_belongs_to(bench: Bench) -> None:
+    bench.say(some(1.0))
+    bench.naming.name = "Right wing"
+    bench.naming.changed.emit()
+    bench.link.target = Target("/dev/ttyACM0", 115200)  # chosen, while the first still closes
+    bench.naming.name = "Tail"
+    bench.naming.changed.emit()
+    bench.say(some(2.0, connection=CLOSED))
+    bench.say(some(3.0, connection=OTHER))
+    assert [module for _, module, _ in bench.listed()] == ["Right wing", "Tail"]
+
+
+def test_a_recorder_in_trouble_costs_the_link_nothing(bench: Bench, tmp_path: Path, qtbot: QtBot) -> None:
+    (tmp_path / "recordings").write_text("a file stands where the folder should be")
+    sign = SessionSign(lambda: bench.sessions.sign)
+    qtbot.addWidget(sign)
+    told: list[str] = []
+    sign.troubled.connect(told.append)
+    bench.say(some(1.0))
+    bench.sessions.settle(WAIT_S)
+    bench.say(some(2.0))
+    sign.refresh()
+    sign.refresh()
+    assert len(bench.handed_on) == 2
+    assert len(told) == 1
+    assert "no longer recorded" in told[0]
+    assert sign.label.text() == "Not recorded"
+
+
+def test_an_error_of_ours_in_the_recorder_does_not_reach_the_worker(
+    bench: Bench, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+) -> None:
+    def fail(_batch: Batch) -> None:
+        raise RuntimeError("a bug")
+
+    monkeypatch.setattr(bench.sessions, "_take", fail)
+    bench.say(some(1.0))
+    assert len(bench.handed_on) == 1
+    assert "could not be recorded" in caplog.text
+
+
+def test_the_sign_says_since_when(bench: Bench, qtbot: QtBot) -> None:
+    sign = SessionSign(lambda: bench.sessions.sign)
+    qtbot.addWidget(sign)
+    assert sign.isHidden()
+    bench.say(some(1.0))
+    bench.listed()
+    sign.refresh()
+    since = bench.sessions.sign.since
+    assert since is not None
+    assert sign.label.text() == f"Recorded since {since.astimezone():%H:%M}"
+    assert not sign.isHidden()
+
+
+# In the window
+
+
+def test_samples_of_a_port_that_was_left_are_not_those_of_the_next(qtbot: QtBot, qapp: QApplication) -> None:
+    bridge = Bridge()
+    taken: list[Batch] = []
+    bridge.batch.connect(taken.append)
+    for one in (some(1.0), some(2.0), some(3.0, connection=CLOSED), some(4.0, connection=OTHER)):
+        bridge.deliver(one)
+    qtbot.waitUntil(lambda: len(taken) == 3)
+    assert [(one.connection, len(one.samples)) for one in taken] == [(OPEN, 6), (CLOSED, 3), (OTHER, 3)]
+    bridge.close()
+
+
+def test_a_session_in_the_window_is_on_disk_sample_by_sample(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
+    with simulated("kept"), window(qapp, tmp_path, entries=PAGES[:1]) as assembly:
+        sessions, sign = assembly.keeping.sessions, assembly.window.session_sign
+        taken: list[Sample] = []
+        assembly.connector.batch.connect(lambda batch: taken.extend(batch.samples))
+        assembly.connector.connect_to(Target("sim://kept", 115200))
+        wait_online(qtbot, assembly)
+        qtbot.waitUntil(lambda: sign.label.text().startswith("Recorded since"), timeout=WAIT_MS)
+        qtbot.waitUntil(lambda: len(taken) > 20, timeout=WAIT_MS)
+        assembly.window.disconnect_port()
+        qtbot.waitUntil(lambda: sessions.sign.since is None, timeout=WAIT_MS)
+        qtbot.waitUntil(lambda: assembly.connector.connection.state is PortState.CLOSED, timeout=WAIT_MS)
+        (entry,) = sessions.shelf.entries()
+        assert (entry.port, entry.is_running, entry.was_cut_off) == ("sim://kept", False, False)
+        with open_recording(entry.folder) as recording:
+            found = recording.excerpt(recording.start_s, recording.end_s)
+            assert found.time_s.tolist() == [one.at for one in taken]
+            assert found.tilt_deg.tolist() == [one.tilt_deg for one in taken]
+            assert {b"\x42\x61", b"\x41\x75"} <= {one.raw[:2] for one in recording.traffic()}
+
+
+def test_what_is_recorded_is_streamed_whatever_page_is_in_sight(
+    qtbot: QtBot, qapp: QApplication, tmp_path: Path
+) -> None:
+    entries = tuple(one for one in PAGES if one.key in ("live", "triggers"))
+    with simulated("paged?uptime=60"), window(qapp, tmp_path, entries=entries) as assembly:
+        assembly.window.go_to("triggers")
+        assembly.connector.connect_to(Target("sim://paged?uptime=60", 115200))
+        wait_online(qtbot, assembly)
+        qtbot.waitUntil(lambda: assembly.connector.device.is_streaming, timeout=WAIT_MS)
+        assert not assembly.connector.stream.is_wanted
+        assert assembly.connector.stream.is_recorded
+        taken: list[Sample] = []
+        assembly.connector.batch.connect(lambda batch: taken.extend(batch.samples))
+        qtbot.waitUntil(lambda: len(taken) > 100, timeout=WAIT_MS)
+        assert taken[-1].at - taken[-101].at < 10.0  # polled it would be 50 s
+        assembly.window.disconnect_port()
+        qtbot.waitUntil(lambda: not assembly.connector.stream.is_recorded, timeout=WAIT_MS)
+
+
+def test_closing_the_window_closes_the_recording(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
+    with simulated("closed"), window(qapp, tmp_path, entries=PAGES[:1]) as assembly:
+        shelf = assembly.keeping.sessions.shelf
+        assembly.connector.connect_to(Target("sim://closed", 115200))
+        wait_online(qtbot, assembly)
+        qtbot.waitUntil(lambda: assembly.keeping.sessions.sign.since is not None, timeout=WAIT_MS)
+        assembly.window.close_now()
+        qtbot.waitUntil(lambda: not any(one.is_running for one in shelf.entries()), timeout=WAIT_MS)
+        assert [one.was_cut_off for one in shelf.entries()] == [False]
+
+
+def test_a_disk_that_takes_nothing_is_said_and_the_link_goes_on(
+    qtbot: QtBot, qapp: QApplication, tmp_path: Path
+) -> None:
+    with simulated("unkept"), window(qapp, tmp_path, entries=PAGES[:1]) as assembly:
+        folder = assembly.keeping.sessions.shelf.folder
+        folder.parent.mkdir(parents=True, exist_ok=True)
+        folder.write_text("a file stands where the folder should be")
+        assembly.connector.connect_to(Target("sim://unkept", 115200))
+        wait_online(qtbot, assembly)
+        bar, sign = assembly.window.notice_bar, assembly.window.session_sign
+        qtbot.waitUntil(lambda: bar.notice is not None and "no longer recorded" in bar.notice.text, timeout=WAIT_MS)
+        assert bar.button("recordings") is not None
+        assert sign.label.text() == "Not recorded"
+        assert assembly.connector.is_open
+
+
+def test_another_module_begins_another_time_line(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
+    modules = simulated("first", tilt=20), simulated("second", tilt=4)
+    with modules[0], modules[1], window(qapp, tmp_path, entries=PAGES[:1]) as assembly:
+        qtbot.waitUntil(lambda: assembly.window.findChild(LivePage) is not None, timeout=WAIT_MS)
+        page = assembly.window.findChild(LivePage)
+        assert isinstance(page, LivePage)
+        for port, tilt_deg in (("sim://first", 20), ("sim://second", 4)):
+            assembly.connector.connect_to(Target(port, 115200))
+            qtbot.waitUntil(partial(_shows, page, tilt_deg), timeout=WAIT_MS)
+        values = page.data.excerpt(0.0, assembly.connector.clock()).tilt_deg
+        assert set(values.tolist()) == {4.0}
+        assert page.data.happenings[0].port == "sim://second"
+
+
+def _shows(page: LivePage, tilt_deg: int) -> bool:
+    last = page.data.tilt.last
+    return not page.is_empty and last is not None and last.value == tilt_deg

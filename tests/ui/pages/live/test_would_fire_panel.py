@@ -1,0 +1,386 @@
+"""The panel "Would it have fired?" on Live, through real clicks and keys: live, recorded, and with Settings."""
+
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+from PySide6.QtCore import QPoint, QPointF, Qt
+from PySide6.QtGui import QWheelEvent
+from PySide6.QtWidgets import (
+    QApplication,
+    QCheckBox,
+    QLabel,
+    QLineEdit,
+    QListWidget,
+    QPushButton,
+    QScrollArea,
+    QToolButton,
+)
+from pytestqt.qtbot import QtBot
+
+from app.engine.device import Sample
+from app.firing.would_fire import FIRINGS_KEPT
+from app.recordings.recording import open_recording
+from app.settings.form import RowState
+from app.text.i18n import CHINESE, ENGLISH, set_language
+from protocol.catalogue import Hazard
+from protocol.frame import decode_request
+from tests.support.records.recordings_made import HEADING, batch, device, recorder_in, written_at_once
+from tests.support.window.fakes_ui import WAIT_MS, simulated, wait_online, window
+from tests.support.window.live_bench import Bench, live_bench
+from ui.core.connector import Target
+from ui.main import PAGES, Assembly
+from ui.pages.live.page import LivePage
+from ui.pages.live.what_if_on_live import BESIDE_PX
+from ui.pages.settings.page import SettingsPage
+
+FREEFALL_TIME = "fired_freefall_time_wanted"
+ATTITUDE = "fired_attitude_threshold_wanted"
+
+
+@pytest.fixture
+def live(qtbot: QtBot, qapp: QApplication) -> Iterator[Bench]:
+    with live_bench(qtbot, qapp) as bench:
+        yield bench
+
+
+def tell(bench: Bench, *tilts: int, weights: tuple[float, ...] = (), active: bool = True) -> None:
+    """Reports of the last seconds, 50 a second."""
+    weights = weights or (1.0,) * len(tilts)
+    rows = zip(tilts, weights, strict=True)
+    start_s = bench.now_s - len(tilts) / 50
+    samples = [Sample(start_s + n / 50, tilt, weight, False, active) for n, (tilt, weight) in enumerate(rows)]
+    bench.say(*samples, active=active, freefall_time_s=1.6)
+
+
+def toggle(bench: Bench) -> None:
+    bench.click("live_would_fire", QToolButton)
+
+
+def retype(bench: Bench, name: str, text: str) -> None:
+    box = bench.find(QLineEdit, name)
+    box.setFocus()
+    box.selectAll()
+    bench.qtbot.keyClicks(box, text)
+    bench.page.refresh()
+
+
+def head(bench: Bench) -> str:
+    return str(bench.find(QLabel, "fired_head").text())
+
+
+def details(bench: Bench) -> str:
+    return str(bench.find(QLabel, "fired_details").text())
+
+
+def rows(bench: Bench) -> list[str]:
+    listed = bench.find(QListWidget, "fired_list")
+    return [listed.item(n).text()[11:] for n in range(listed.count())]  # without the time of the day
+
+
+# What it says
+
+
+def test_what_the_module_has_is_tried_first(live: Bench) -> None:
+    tell(live, 0, 20, 57, 20, 0)
+    assert not live.page.fired.panel.isVisible()
+    toggle(live)
+    assert live.page.fired.panel.isVisible()
+    assert head(live) == "Would not have fired in the 0.1 s that were judged."
+    assert "nearest without firing 57°" in details(live)
+    assert "3° below the threshold" in details(live)
+    assert "Free fall: none; lowest 1.0 g" in details(live)
+    assert rows(live) == ["near miss: 57°, 3° below"]
+    assert live.find(QLineEdit, ATTITUDE).placeholderText() == "60"
+
+
+def test_another_threshold_is_judged_as_it_is_typed(live: Bench) -> None:
+    tell(live, 0, 20, 57, 20, 0)
+    toggle(live)
+    retype(live, ATTITUDE, "55")
+    assert head(live) == "Would have fired once."
+    assert rows(live) == ["would fire: attitude, 57°"]
+    live.click("fired_as_module")
+    live.page.refresh()
+    assert head(live).startswith("Would not have fired")
+    assert not live.find(QPushButton, "fired_as_module").isEnabled()
+
+
+def test_it_goes_on_with_what_comes(live: Bench) -> None:
+    tell(live, 0, 0, 0)
+    toggle(live)
+    live.pass_time(0.1)
+    tell(live, 0, 70, 70)
+    assert head(live) == "Would have fired once."
+    live.pass_time(0.1)
+    tell(live, 0, 70, 0)
+    assert head(live) == "Would have fired 2 times."
+
+
+def test_a_fall_that_was_too_short(live: Bench) -> None:
+    tell(live, *[0] * 70, weights=(*[1.0] * 5, *[0.1] * 51, *[1.0] * 14))
+    toggle(live)
+    retype(live, FREEFALL_TIME, "1.20")
+    assert rows(live) == ["near miss: fell 1.00 s, 0.20 s short"]
+    retype(live, FREEFALL_TIME, "1.02")
+    assert rows(live) == ["too close to tell: fell 1.00 s, 0.02 s short"]
+    assert head(live).startswith("Too close to tell")
+    retype(live, FREEFALL_TIME, "1.00")
+    assert rows(live) == ["would fire: free fall, 0.1 g"]
+
+
+def test_what_is_not_known_is_not_judged(live: Bench) -> None:
+    live.say(Sample(live.now_s, 80, 1.0, False, True), leave_out="attitude_threshold_deg")
+    live.say(Sample(live.now_s + 0.1, 80, 1.0, False, True), leave_out="attitude_threshold_deg")
+    toggle(live)
+    assert head(live) == "Not judged: name the thresholds."
+    assert "Attitude threshold: not known, type one." in details(live)
+    assert "Attitude: not judged." in details(live)
+    retype(live, ATTITUDE, "60")
+    assert head(live) == "Would have fired once."
+    assert "Attitude trigger: not known, judged as enabled." in details(live)
+    retype(live, ATTITUDE, "6x")
+    assert "Attitude threshold: what was typed is no value." in details(live)
+
+
+def test_a_trigger_that_is_switched_off(live: Bench) -> None:
+    tell(live, 0, 70, 0)
+    toggle(live)
+    live.click("fired_attitude_trigger_off", QToolButton)
+    live.page.refresh()
+    assert head(live).startswith("Would not have fired")
+    assert "Attitude: disabled." in details(live)
+    live.click("fired_freefall_trigger_off", QToolButton)
+    live.page.refresh()
+    assert head(live) == "Nothing to judge: both triggers are disabled."
+    live.click("fired_attitude_trigger_off", QToolButton)  # pressed again it is wanted no more
+    live.page.refresh()
+    assert head(live) == "Would have fired once."
+
+
+def test_while_it_was_locked(live: Bench) -> None:
+    tell(live, 0, 0, 70, 0, 0, 0, active=False)
+    toggle(live)
+    assert head(live) == "Would have fired once."
+    assert "judged as if it had been active" in details(live)
+    box = live.find(QCheckBox, "fired_locked")
+    live.qtbot.mouseClick(box, Qt.MouseButton.LeftButton, pos=QPoint(8, box.height() // 2))
+    live.page.refresh()
+    assert not box.isChecked()
+    assert head(live) == "There is nothing to judge yet."
+    assert "Not judged: 0.1 s in which it was locked." in details(live)
+
+
+def test_of_very_many_the_first_ones_are_listed(live: Bench) -> None:
+    tell(live, *[0, 70] * (FIRINGS_KEPT + 1))
+    toggle(live)
+    assert head(live) == f"Would have fired {FIRINGS_KEPT + 1} times."
+    assert f"Only the first {FIRINGS_KEPT} are listed." in details(live)
+    assert len(rows(live)) == FIRINGS_KEPT
+
+
+def test_pauses_are_named(live: Bench) -> None:
+    tell(live, *[0] * 10)
+    live.pass_time(8.0)
+    tell(live, *[0] * 10)
+    toggle(live)
+    assert "Not judged: a pause of 8 s without reports at " in details(live)
+    live.pass_time(4.0)
+    tell(live, *[0] * 10)
+    assert "Not judged: 2 pauses without reports, 12 s in all, the longest 8 s at " in details(live)
+
+
+# The plots
+
+
+def test_a_click_on_a_row_shows_it_in_the_plots(live: Bench) -> None:
+    tell(live, 0, 0, 70, 0)
+    at_s = live.now_s - 2 / 50
+    live.pass_time(30.0)
+    tell(live, 0, 0, 0, 0)
+    toggle(live)
+    listed = live.find(QListWidget, "fired_list")
+    live.find(QScrollArea, "fired_scroll").ensureWidgetVisible(listed)
+    place = listed.visualItemRect(listed.item(0)).center()
+    live.qtbot.mouseClick(listed.viewport(), Qt.MouseButton.LeftButton, pos=place)
+    plot = live.page.plot
+    assert not plot.is_live
+    assert plot.cursor_s == pytest.approx(at_s, abs=0.02)
+
+
+def test_the_draft_is_a_line_beside_the_modules_own(live: Bench) -> None:
+    tell(live, 0, 0, 0)
+    toggle(live)
+    lines = live.page.fired.panel.lines
+    assert lines.attitude.drafted is None
+    retype(live, ATTITUDE, "75")
+    assert lines.attitude.drafted == 75
+    (change,) = lines.attitude.between(10.0, 20.0)
+    assert (change.time_s, change.value) == (10.0, 75)
+    retype(live, ATTITUDE, "60")  # what the module has
+    assert lines.attitude.drafted is None
+    retype(live, ATTITUDE, "75")
+    live.qtbot.keyClick(live.find(QLineEdit, ATTITUDE), Qt.Key.Key_Escape)
+    assert not live.page.fired.panel.isVisible()
+    assert lines.attitude.drafted is None
+
+
+# The place on the page
+
+
+def test_it_takes_the_place_of_the_numbers_where_both_do_not_fit(live: Bench) -> None:
+    tell(live, 0, 0, 0)
+    toggle(live)
+    assert not live.page.panel.isVisible()
+    live.page.resize(BESIDE_PX, 600)
+    live.page.refresh()
+    assert live.page.panel.isVisible()
+    live.page.resize(876, 500)
+    toggle(live)
+    assert live.page.panel.isVisible()
+    assert not live.page.fired.panel.isVisible()
+
+
+def test_by_keyboard(live: Bench) -> None:
+    live.page.window().activateWindow()
+    tell(live, 0, 57, 0)
+    live.qtbot.keyClick(live.page, Qt.Key.Key_T, Qt.KeyboardModifier.ControlModifier)
+    live.qtbot.waitUntil(live.page.fired.panel.isVisible)
+    box = live.find(QLineEdit, ATTITUDE)
+    live.qtbot.waitUntil(box.hasFocus)
+    for _ in range(5):
+        live.qtbot.keyClick(box, Qt.Key.Key_Down)
+    live.page.refresh()
+    assert box.text() == "55"
+    assert head(live) == "Would have fired once."
+    listed = live.find(QListWidget, "fired_list")
+    listed.setFocus()
+    live.qtbot.keyClick(listed, Qt.Key.Key_Home)
+    live.qtbot.keyClick(listed, Qt.Key.Key_Return)
+    assert not live.page.plot.is_live
+
+
+def test_the_wheel_changes_nothing_without_the_focus(live: Bench) -> None:
+    tell(live, 0, 0, 0)
+    toggle(live)
+    live.find(QListWidget, "fired_list").setFocus()
+    live.find(QCheckBox, "fired_locked").setFocus()
+    box = live.find(QLineEdit, ATTITUDE)
+    middle = QPointF(box.rect().center())
+    turn = QWheelEvent(
+        middle, box.mapToGlobal(middle), QPoint(), QPoint(0, 120), Qt.MouseButton.NoButton,
+        Qt.KeyboardModifier.NoModifier, Qt.ScrollPhase.NoScrollPhase, False,
+    )  # fmt: skip
+    QApplication.sendEvent(box, turn)
+    assert box.text() == ""
+
+
+def test_how_it_is_judged_is_said_in_the_language_in_use(live: Bench) -> None:
+    tell(live, 0, 0, 0)
+    toggle(live)
+    rules = live.find(QLabel, "fired_rules")
+    assert not rules.isVisible()
+    live.page.fired.panel.about.click()
+    assert rules.isVisibleTo(live.page)
+    english = rules.text()
+    assert "activated while it is tilted fires at once" in english
+    set_language(CHINESE)
+    live.texts.retranslate()
+    assert rules.text() != english
+    set_language(ENGLISH)
+    live.texts.retranslate()
+    assert rules.text() == english
+
+
+# A recording
+
+
+def test_a_recording_is_judged_with_what_the_module_had_then(live: Bench, tmp_path: Path) -> None:
+    with recorder_in(tmp_path) as bench:
+        bench.recorder.begin(HEADING)
+        had = device(1000.0, attitude_threshold_deg=50, freefall_acceleration_g=0.4)
+        tilts = [0] * 50 + [55] * 10 + [0] * 50
+        samples = [Sample(1000.0 + n / 50, tilt, 1.0, False, True) for n, tilt in enumerate(tilts)]
+        bench.feed(batch(samples[-1].at, *samples, view=had))
+        bench.recorder.end()
+        bench.settle()
+        folder = bench.folder
+    tell(live, 0, 0, 0)
+    toggle(live)
+    live.page.show_recording(open_recording(folder))
+    panel = live.page.fired.panel
+
+    def is_judged() -> bool:
+        live.page.refresh()
+        return "Free-fall time: not known, type one." in details(live) and panel.judgement.finding is not None
+
+    live.qtbot.waitUntil(is_judged, timeout=WAIT_MS)
+    assert head(live) == "Would have fired once."
+    assert rows(live) == ["would fire: attitude, 55°"]
+    assert live.find(QLineEdit, ATTITUDE).placeholderText() == "50"
+    live.page.back_to_live()
+    assert head(live).startswith("Would not have fired")
+    assert live.find(QLineEdit, ATTITUDE).placeholderText() == "60"
+
+
+def test_it_lets_go_of_a_recording_before_that_is_closed(live: Bench, tmp_path: Path) -> None:
+    folder = written_at_once(tmp_path, 1_000_000)
+    tell(live, 0, 0, 0)
+    toggle(live)
+    retype(live, FREEFALL_TIME, "0.50")
+    for _ in range(3):
+        live.page.show_recording(open_recording(folder))
+        live.page.refresh()
+    live.page.back_to_live()  # a closed file that was still read would end the process
+    assert head(live).startswith("Would not have fired")
+
+
+# With Settings
+
+
+def page_of(assembly: Assembly, kind: type[LivePage] | type[SettingsPage]) -> LivePage | SettingsPage:
+    page = assembly.window.findChild(kind)
+    assert page is not None
+    return page
+
+
+def test_there_and_back_and_nothing_is_sent(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
+    name = f"fired{tmp_path.name}"
+    with simulated(name) as bench, window(qapp, tmp_path, entries=PAGES) as assembly:
+        changes: list[bytes] = []
+        write = bench.wire.write
+
+        def watched(data: bytes, now_s: float) -> None:
+            frames = (data[at : at + 6] for at in range(0, len(data), 6))
+            changes.extend(one for one in frames if decode_request(one).hazard is not Hazard.NONE and one[2] != 0x13)
+            write(data, now_s)
+
+        bench.wire.write = watched  # type: ignore[method-assign]
+        window_ = assembly.window
+        with qtbot.waitSignal(window_.pages_made, timeout=WAIT_MS):
+            pass
+        assembly.connector.connect_to(Target(f"sim://{name}", 115200))
+        wait_online(qtbot, assembly)
+        connector = assembly.connector
+        qtbot.waitUntil(
+            lambda: connector.device.known("freefall_time_s", connector.clock()) is not None, timeout=WAIT_MS
+        )
+        live, settings = page_of(assembly, LivePage), page_of(assembly, SettingsPage)
+        assert isinstance(live, LivePage)
+        assert isinstance(settings, SettingsPage)
+        window_.go_to("settings")
+        settings.work.edit(lambda: settings.work.form.type_text("attitude_threshold_deg", "70"))
+        qtbot.mouseClick(settings.try_out, Qt.MouseButton.LeftButton)
+        qtbot.waitUntil(live.fired.panel.isVisible, timeout=WAIT_MS)
+        box = live.findChild(QLineEdit, ATTITUDE)
+        assert box is not None
+        assert box.text() == "70"
+        qtbot.keyClick(box, Qt.Key.Key_Up)
+        live.fired.panel.use.click()
+        qtbot.waitUntil(settings.isVisible, timeout=WAIT_MS)
+        states = {row.command.key: row for row in settings.work.form.rows(connector.device, connector.clock())}
+        row = states["attitude_threshold_deg"]
+        assert (row.state, row.wanted) == (RowState.EDITED, 71)
+        assert not changes
+        settings.work.discard()
+        connector.disconnect_port()

@@ -1,0 +1,158 @@
+"""From READY to GO and back on the Pre-flight page, and what ends either while it stands."""
+
+import re
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+from PySide6.QtWidgets import QApplication, QLabel
+from pytestqt.qtbot import QtBot
+
+from app.records.verification import State, verify
+from tests.support.window.preflight_window import OnBench, find_in, hurry, kept, name_module, on_bench
+from tests.support.window.steps import settle
+from ui.pages.preflight.controller import Standing
+
+
+@pytest.fixture
+def quick(monkeypatch: pytest.MonkeyPatch) -> None:
+    hurry(monkeypatch)
+
+
+def activate(bench: OnBench) -> None:
+    """By the page's own row: ask, then confirm."""
+    row = bench.preflight.activation
+    bench.qtbot.waitUntil(row.confirm.ask.isEnabled, timeout=8000)
+    for _ in range(10):  # a step that has just come to lie elsewhere does not count a press
+        settle(row.confirm.ask)
+        bench.click(row.confirm.ask)
+        bench.qtbot.wait(100)
+        if row.confirm.is_asking:
+            break
+    settle(row.confirm.go)
+    bench.click(row.confirm.go)
+
+
+def test_ready_leads_to_the_activation_and_becomes_go(
+    qtbot: QtBot, qapp: QApplication, tmp_path: Path, quick: None
+) -> None:
+    with on_bench(qtbot, qapp, tmp_path, "ready") as bench:
+        page = bench.preflight
+        name_module(bench, "M-07")
+        assert not page.activation.isVisible()
+        assert bench.check() is Standing.READY
+        assert page.activation.isVisible()
+        ready = page.work.record
+        activate(bench)
+        bench.wait_standing(Standing.GO)
+        assert bench.bench.state().is_active
+        assert [one.command.name for one in bench.acts[2:]] == ["activation"]
+        assert not page.activation.isVisible()
+        shown = page.banner.announcement
+        assert (shown.word, shown.head) == ("GO", "Fit to fly")
+        record = page.work.record
+        assert record is not None
+        assert ready is not None
+        assert (record["verdict"], record["previous"]) == ("GO", ready["hash"])
+        assert record["read"]["status"]["active"] is True  # type: ignore[index]
+        assert kept(bench, "M-07") == ["GO", "READY"]
+        assert verify(record, find_station=find_in(bench)).state is State.INTACT
+        # Nothing on the page says of an active module that it is locked or does not fire.
+        texts = [label.text() for label in page.findChildren(QLabel) if label.isVisible()]
+        texts += [page.banner.accessibleName(), *(row.toolTip() for row in page.list.rows.values())]
+        assert not [text for text in texts if re.search(r"does not fire|is locked|LOCKED", text)]
+        bench.assembly.lock.press()
+        bench.wait_standing(Standing.READY)
+        assert page.work.record == ready
+        assert page.activation.isVisible()
+        activate(bench)
+        bench.wait_standing(Standing.GO)
+        assert page.work.record == record
+
+
+def test_an_acknowledgement_alone_is_no_go(qtbot: QtBot, qapp: QApplication, tmp_path: Path, quick: None) -> None:
+    with on_bench(qtbot, qapp, tmp_path, "deaf") as bench:
+        page = bench.preflight
+        assert bench.check() is Standing.READY
+        bench.bench.change(cross_talk="10:10=00")
+        activate(bench)
+        qtbot.wait(1500)
+        assert page.work.standing is not Standing.GO
+
+
+def test_where_the_aircraft_activates_ready_is_the_end(
+    qtbot: QtBot, qapp: QApplication, tmp_path: Path, quick: None
+) -> None:
+    profile = tmp_path / "h6.toml"
+    profile.write_text('[expectations]\nactivated_by = "aircraft"\n', encoding="utf-8")
+    with on_bench(qtbot, qapp, tmp_path, "aircraft") as bench:
+        page = bench.preflight
+        page.form.ask_open = lambda *_: profile
+        page.form.choose_file()
+        assert bench.check() is Standing.READY
+        assert page.banner.announcement.head == "The aircraft activates it"
+        assert not page.activation.isVisible()
+        bench.bench.module.activate(is_active=True)  # by the aircraft
+        bench.wait_standing(Standing.GO)
+
+
+def test_on_an_active_module_nothing_is_written(qtbot: QtBot, qapp: QApplication, tmp_path: Path, quick: None) -> None:
+    with on_bench(qtbot, qapp, tmp_path, "active", active=True) as bench:
+        page = bench.preflight
+        page.tick()
+        assert not page.buttons.enable.isEnabled()
+        assert "nothing is written" in page.banner.accessibleName()
+        assert bench.check(is_enabling=False) is Standing.NO_GO
+        assert bench.acts == []
+        assert "Lock the module" in page.list.rows["attitude_trigger"].reason.text()
+
+
+# What ends it while it stands
+
+
+def _set(name: str, raw: int) -> Callable[[OnBench], None]:
+    return lambda bench: setattr(bench.bench.module.memory, name, raw)
+
+
+@pytest.mark.parametrize(("change", "what", "is_active"), [
+    (_set("attitude_threshold", 200), "Attitude threshold: 60°, then 200°", True),
+    (_set("freefall_time", 10), "Free-fall time", False),
+])  # fmt: skip
+def test_other_settings_end_a_verdict_that_stands(
+    qtbot: QtBot, qapp: QApplication, tmp_path: Path, quick: None, monkeypatch: pytest.MonkeyPatch,
+    is_active: bool, change: Callable[[OnBench], None], what: str,
+) -> None:  # fmt: skip
+    monkeypatch.setattr("ui.pages.preflight.controller.REREAD_EVERY_S", 0.5)
+    with on_bench(qtbot, qapp, tmp_path, "moved") as bench:
+        page = bench.preflight
+        assert bench.check() is Standing.READY
+        if is_active:
+            activate(bench)
+            bench.wait_standing(Standing.GO)
+        change(bench)
+        bench.wait_standing(Standing.VOID)
+        assert what.split(":")[0] in page.banner.announcement.head
+
+
+def test_it_stands_while_nothing_changes(
+    qtbot: QtBot, qapp: QApplication, tmp_path: Path, quick: None, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("ui.pages.preflight.controller.REREAD_EVERY_S", 0.2)
+    with on_bench(qtbot, qapp, tmp_path, "stands") as bench:
+        assert bench.check() is Standing.READY
+        before = len(bench.sent)
+        qtbot.wait(1500)
+        codes = [one.command.name for one in bench.sent[before:]]
+        assert codes.count("attitude_threshold") >= 6
+        assert bench.preflight.work.standing is Standing.READY
+
+
+def test_what_cannot_be_read_again_ends_it(
+    qtbot: QtBot, qapp: QApplication, tmp_path: Path, quick: None, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("ui.pages.preflight.controller.REREAD_EVERY_S", 0.5)
+    with on_bench(qtbot, qapp, tmp_path, "unread") as bench:
+        assert bench.check() is Standing.READY
+        bench.bench.change(mute_codes=frozenset((0x20,)))
+        bench.wait_standing(Standing.VOID)
+        assert "could not be read again" in bench.preflight.banner.announcement.head

@@ -1,0 +1,44 @@
+"""A check is filed by the store's own thread: the window goes on while the disk takes its time."""
+
+import threading
+import time
+from pathlib import Path
+
+import pytest
+from PySide6.QtWidgets import QApplication
+from pytestqt.qtbot import QtBot
+
+from app.store.store import Store
+from tests.support.window.preflight_window import hurry, kept, name_module, on_bench
+from ui.pages.preflight.controller import Standing
+
+LIMIT_S = 60.0
+
+
+def test_the_window_does_not_wait_while_a_check_is_filed(
+    qtbot: QtBot, qapp: QApplication, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    hurry(monkeypatch)
+    release = threading.Event()
+    with on_bench(qtbot, qapp, tmp_path, "filing") as bench:
+        page, store = bench.preflight, bench.assembly.keeping.store
+        assert isinstance(store, Store)
+        name_module(bench, "M-07")
+        try:
+            bench.click(page.buttons.run)
+            qtbot.waitUntil(lambda: page.work._job is not None, timeout=8000)
+            store.queue.submit(lambda: release.wait(LIMIT_S))
+            qtbot.waitUntil(lambda: bool(page.work._filing), timeout=30000)
+            assert page.work.standing is Standing.CHECKING
+            began = time.monotonic()
+            for _ in range(20):
+                QApplication.processEvents()
+                assert page.work.standing is Standing.CHECKING  # nothing is said before the record is kept
+            assert time.monotonic() - began < LIMIT_S / 2
+            assert kept(bench, "M-07") == []
+            assert not page.work.can_check
+        finally:
+            release.set()
+        qtbot.waitUntil(lambda: page.work.standing is not Standing.CHECKING, timeout=8000)
+        assert page.work.trouble is None
+        assert len(kept(bench, "M-07")) == 1

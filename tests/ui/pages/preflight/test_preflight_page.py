@@ -1,0 +1,222 @@
+"""The Pre-flight page by real clicks on the simulated module: run, fail, repair, run again, print; what voids it."""
+
+import json
+import time
+from pathlib import Path
+
+import pytest
+from PySide6.QtCore import Qt
+from PySide6.QtWidgets import QApplication, QLineEdit, QWidget
+from pytestqt.qtbot import QtBot
+
+from app.preflight.findings import Result
+from app.records.verification import State, verify_file
+from protocol.catalogue import BY_NAME
+from tests.support.window.fakes_ui import WAIT_MS
+from tests.support.window.preflight_window import VERDICTS, find_in, hurry, kept, name_module, on_bench, said
+from ui.pages.preflight.controller import Standing
+from ui.style.theme import Meaning
+
+PROFILE = """
+format = 1
+name = "Survey hexacopter"
+[[manual]]
+text = "Bridle free"
+required = true
+[[manual]]
+text = "<b>Pack date</b>"
+"""
+
+
+@pytest.fixture
+def quick(monkeypatch: pytest.MonkeyPatch) -> None:
+    hurry(monkeypatch)
+
+
+def test_run_fail_repair_run_again_print(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
+    with on_bench(qtbot, qapp, tmp_path, "repair", cell=3.6) as bench:
+        page = bench.preflight
+        assert page.banner.announcement.standing is Standing.NOT_CHECKED
+        assert not page.buttons.print.isEnabled()
+        name_module(bench, "M-07")
+        assert bench.check(is_enabling=False) is Standing.NO_GO
+        assert bench.acts == []  # questions only
+        shown = page.banner.announcement
+        assert (shown.word, shown.head) == ("NO-GO", "Do not fly")
+        assert shown.lines[0].startswith("Not met: Cell voltage")  # a check is named by what has to be so
+        assert not any("holds for" in line for line in shown.lines)  # nobody has to wait for a NO-GO to end
+        row = page.list.rows["cell_voltage"]
+        assert (row.chip.word, row.measured.text(), row.limit.text()) == ("FAIL", "3.60 V", "at least 3.80 V")
+        assert "Charge the module" in row.reason.text()
+        assert row.chip.meaning is Meaning.DANGER
+        assert page.list.rows["attitude_trigger"].chip.word == "UNKNOWN"
+        assert all(name in page.banner.accessibleName() for name in ("Cell voltage", "Attitude trigger enabled"))
+        bench.bench.set_cell(4.0)
+        enable = page.list.rows["attitude_trigger"].act
+        page.list.ensureWidgetVisible(enable)
+        bench.click(enable)
+        bench.wait_standing(Standing.READY, Standing.NO_GO)
+        assert page.work.standing is Standing.READY, page.banner.accessibleName()
+        assert [request.command for request in bench.acts] == [
+            BY_NAME["attitude_trigger"], BY_NAME["freefall_trigger"],
+        ]  # fmt: skip
+        shown = page.banner.announcement
+        assert (shown.word, shown.head) == ("READY", "Activate before the flight")
+        assert any("holds for" in line for line in shown.lines)
+        assert kept(bench, "M-07") == ["READY", "NO-GO"]
+        target = tmp_path / "report.pdf"
+        page.files.ask_path = lambda *_: target
+        bench.click(page.buttons.print)
+        assert "report.pdf" in said(bench)
+        for suffix in (".pdf", ".html", ".json"):
+            assert verify_file(target.with_suffix(suffix), find_station=find_in(bench)).state is State.INTACT
+        record = json.loads(target.with_suffix(".json").read_text(encoding="utf-8"))
+        assert (record["verdict"], record["module"], record["number"]) == ("READY", "M-07", 2)
+        assert len(record["frames"]) > 60
+        assert record["frames"][0][0] >= 0
+
+
+# What a person says
+
+
+def test_manual_items_are_ticked_by_a_person(qtbot: QtBot, qapp: QApplication, tmp_path: Path, quick: None) -> None:
+    profile = tmp_path / "hexa.toml"
+    profile.write_text(PROFILE, encoding="utf-8")
+    with on_bench(qtbot, qapp, tmp_path, "manual") as bench:
+        page = bench.preflight
+        page.form.ask_open = lambda *_: profile
+        page.form.choose_file()
+        needed, other = page.list.manual
+        assert bench.check() is Standing.NO_GO
+        assert "Bridle free" in page.banner.accessibleName()
+        bench.click(needed.done)
+        assert page.banner.announcement.standing is Standing.VOID  # the record no longer says what is ticked
+        assert bench.check() is Standing.READY
+        assert page.work.record is not None
+        assert page.work.record["manual"] == [
+            {"text": "Bridle free", "is_done": True, "is_required": True},
+            {"text": "<b>Pack date</b>", "is_done": None, "is_required": False},
+        ]
+        bench.click(other.bad)
+        assert bench.check() is Standing.NO_GO
+        assert other.chip.word == "NOT IN ORDER"
+        bench.assembly.connector.clock = lambda: time.monotonic() + 1000.0
+        page.tick()  # a quarter of an hour later the ticks are of another flight
+        assert [row.chip.word for row in page.list.manual] == ["skipped", "skipped"]
+
+
+def test_another_name_in_the_middle_voids_the_check(
+    qtbot: QtBot, qapp: QApplication, tmp_path: Path, quick: None
+) -> None:
+    with on_bench(qtbot, qapp, tmp_path, "renamed") as bench:
+        page = bench.preflight
+        bench.click(page.buttons.enable)
+        bench.triggers.module.setFocus()
+        qtbot.keyClicks(bench.find(QLineEdit, "triggers_module_edit"), "M-09")
+        qtbot.keyClick(bench.find(QLineEdit, "triggers_module_edit"), Qt.Key.Key_Return)
+        bench.wait_standing(*VERDICTS)
+        assert page.work.standing is Standing.VOID
+        assert kept(bench, "M-09") == kept(bench) == []
+
+
+def test_ticks_stay_when_a_module_gets_its_name_and_go_with_another(
+    qtbot: QtBot, qapp: QApplication, tmp_path: Path
+) -> None:
+    profile = tmp_path / "hexa.toml"
+    profile.write_text(PROFILE, encoding="utf-8")
+    with on_bench(qtbot, qapp, tmp_path, "ticks", is_connected=False) as bench:
+        page = bench.preflight
+        page.form.ask_open = lambda *_: profile
+        page.form.choose_file()
+        bench.click(page.list.manual[0].done)
+        name_module(bench, "M-07")
+        assert page.list.manual[0].state is True
+        name_module(bench, "M-08")
+        assert page.list.manual[0].state is None
+
+
+def test_a_file_that_is_no_profile_is_refused_with_its_reason(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
+    bad = tmp_path / "bad.toml"
+    bad.write_text("format = 1\nattitude_threshold_deg = 'x'\nsurprise = 1\n", encoding="utf-8")
+    with on_bench(qtbot, qapp, tmp_path, "refused", is_connected=False) as bench:
+        bench.preflight.form.ask_open = lambda *_: bad
+        bench.preflight.form.choose_file()
+        assert said(bench).startswith("bad.toml is no profile: Line")
+        assert bench.preflight.form.profile is None
+
+
+def test_records_and_boot_count_need_a_word_of_a_person(
+    qtbot: QtBot, qapp: QApplication, tmp_path: Path, quick: None
+) -> None:
+    with on_bench(qtbot, qapp, tmp_path, "words", history=2, boots=37) as bench:
+        page = bench.preflight
+        name_module(bench, "M-07")
+        assert bench.check() is Standing.NO_GO
+        row = page.list.rows["trigger_records"]
+        page.list.ensureWidgetVisible(row.act)
+        bench.click(row.act)
+        bench.wait_standing(Standing.READY, Standing.NO_GO)
+        assert page.work.result("trigger_records") is Result.PASS
+        bench.bench.module.memory.boot_count = 11
+        bench.restart()
+        bench.wait_standing(Standing.VOID)
+        naming = bench.assembly.window._services.naming
+        qtbot.waitUntil(lambda: bench.assembly.connector.identity.is_for_a_person, timeout=WAIT_MS)
+        assert naming.name == ""
+
+        def is_vouched() -> bool:
+            """A word that was given while more was read of the module does not count: a person gives it again."""
+            if bench.assembly.connector.identity.is_for_a_person:
+                naming.vouch()
+            return naming.name == "M-07"
+
+        qtbot.waitUntil(is_vouched, timeout=WAIT_MS)
+        assert bench.check() is Standing.NO_GO
+        row = page.list.rows["boot_count"]
+        assert row.measured.text() == "12: is it the same module?"
+        assert "37" in row.limit.text()
+        page.list.ensureWidgetVisible(row.act)
+        bench.click(row.act)
+        bench.wait_standing(Standing.READY, Standing.NO_GO)
+        assert page.work.result("boot_count") is Result.PASS
+
+
+def test_a_module_is_named_once(qtbot: QtBot, qapp: QApplication, tmp_path: Path, quick: None) -> None:
+    with on_bench(qtbot, qapp, tmp_path, "once") as bench:
+        name_module(bench, "M-07")
+        bench.check()
+    with on_bench(qtbot, qapp, tmp_path, "once") as bench:
+        edit = bench.find(QLineEdit, "preflight_module_edit")
+        qtbot.waitUntil(lambda: edit.text() == "M-07", timeout=8000)  # once it is proven to be the same module
+        assert bench.triggers.module.currentText() == "M-07"
+
+
+def test_hostile_names_do_no_harm(qtbot: QtBot, qapp: QApplication, tmp_path: Path, quick: None) -> None:
+    name = "<b>x</b>=1+../\u202e☠"
+    with on_bench(qtbot, qapp, tmp_path, "hostile") as bench:
+        page = bench.preflight
+        bench.assembly.window._services.naming.choose(name)
+        bench.find(QLineEdit, "preflight_who").setText("=cmd|'/c calc'!A1")
+        assert bench.check() is Standing.READY
+        suggested: list[Path] = []
+
+        def ask(_parent: QWidget, _title: str, path: Path, _filter: str) -> Path:
+            suggested.append(path)
+            return tmp_path / "r.pdf"
+
+        page.files.ask_path = ask
+        bench.click(page.buttons.print)
+        assert suggested[0].parent == Path.home()
+        assert "<b>x" not in (tmp_path / "r.html").read_text(encoding="utf-8").partition("<script")[0]
+        bench.click(page.buttons.history)
+        assert page.history.isVisible()
+
+
+def test_without_a_store_the_verdict_stands_and_says_that_it_was_not_kept(
+    qtbot: QtBot, qapp: QApplication, tmp_path: Path, quick: None, user_files: Path
+) -> None:
+    (user_files / "data").parent.mkdir(parents=True, exist_ok=True)
+    (user_files / "data").write_text("a file where the folder should be")
+    with on_bench(qtbot, qapp, tmp_path, "homeless") as bench:
+        assert bench.check() is Standing.READY
+        assert "The check was not kept." in said(bench)

@@ -1,0 +1,373 @@
+"""The page of recordings, and a recording looked at on the Live page: through clicks and keys."""
+
+import threading
+from collections.abc import Callable, Iterator
+from functools import partial
+from pathlib import Path
+from shutil import copytree
+from typing import Any
+
+import pytest
+from PySide6.QtCore import Qt
+from PySide6.QtWidgets import QApplication, QPushButton, QToolButton, QWidget
+from pytestqt.qtbot import QtBot
+
+from app.recordings.entry_texts import size_text
+from app.recordings.export import Cancelled
+from tests.support.records.recordings_desk import SECONDS, Desk, made, record
+from tests.support.records.recordings_made import NOON
+from tests.support.window.fakes_ui import WAIT_MS, simulated, wait_online, window
+from ui.core.connector import Target
+from ui.core.language_switch import Speech
+from ui.core.texts import Texts
+from ui.main import PAGES
+from ui.pages.live.page import LivePage
+from ui.pages.recordings.model import Column
+from ui.pages.recordings.page import RecordingsPage
+from ui.plots.view import Span
+from ui.style.painted_widget import Freshness
+
+ENTRIES = tuple(entry for entry in PAGES if entry.key in ("live", "recordings"))
+
+
+@pytest.fixture(scope="module")
+def template(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Recorded once."""
+    return record(tmp_path_factory.mktemp("template"))
+
+
+@pytest.fixture
+def one(qtbot: QtBot, qapp: QApplication, tmp_path: Path, template: Path) -> Iterator[Desk]:
+    """The list, with a single recording in it."""
+    with made(qtbot, qapp, tmp_path, template, RecordingsPage) as desk:
+        yield desk
+
+
+@pytest.fixture
+def opened(qtbot: QtBot, qapp: QApplication, tmp_path: Path, template: Path) -> Iterator[Desk]:
+    """The Live page, with a recording on it."""
+    with made(qtbot, qapp, tmp_path, template, LivePage) as desk:
+        desk.keeping.recordings.open(desk.shelf.entries()[0])
+        desk.wait(lambda: desk.live.recording is not None)
+        yield desk
+
+
+# The list
+
+
+def test_the_list_is_searched_and_sorted(one: Desk) -> None:
+    record(one.shelf.folder, module="Tail", seconds=20)
+    one.list_again(2)
+    assert one.texts(Column.DURATION) in (["0:20", "2:00"], ["2:00", "0:20"])  # both began in the same moment
+    one.page.table.sortByColumn(Column.SAMPLES, Qt.SortOrder.AscendingOrder)
+    assert one.texts(Column.MODULE) == ["Tail", "Left wing"]
+    assert one.texts(Column.SAMPLES) == ["200", "1,200"]
+    assert one.texts(Column.WHEN) == [f"{NOON.astimezone():%Y-%m-%d %H:%M}"] * 2
+    one.page.search.setText("left WING")
+    assert one.texts(Column.MODULE) == ["Left wing"]
+
+
+@pytest.mark.parametrize(
+    ("size", "text"), [(0, "0 kB"), (90_000, "88 kB"), (5 << 20, "5.0 MB"), (300 << 20, "300 MB"), (3 << 30, "3.0 GB")]
+)
+def test_a_size_is_as_exact_as_wanted(size: int, text: str) -> None:
+    assert size_text(size) == text
+
+
+def test_a_damaged_one_is_listed_and_says_why(one: Desk) -> None:
+    broken = record(one.shelf.folder, seconds=2)
+    (broken / "session.json").write_text("{")
+    one.list_again(2)
+    one.wait(lambda: "cannot be read" in one.texts(Column.REMARKS))
+    one.page.table.selectRow(one.texts(Column.REMARKS).index("cannot be read"))
+    assert not one.page.buttons.open.isEnabled()
+    assert one.page.buttons.delete.isEnabled()
+
+
+def test_one_that_vanished_meanwhile_is_said(one: Desk) -> None:
+    folder = one.shelf.entries()[0].folder
+    folder.rename(folder.with_name("elsewhere"))
+    one.page.table.selectRow(0)
+    one.click(one.page.buttons.open)
+    one.wait(lambda: "cannot be read" in one.said())
+
+
+# On the Live page
+
+
+def test_a_recording_is_shown_whole_and_never_as_live(opened: Desk) -> None:
+    live, recording = opened.live, opened.live.recording
+    assert recording is not None
+    assert live.plot.span == Span(recording.start_s, recording.end_s)
+    assert not live.plot.is_live
+    assert live.plot.is_recorded
+    assert live.banner.isVisible()
+    assert live.banner.text.startswith(f"Recording of {NOON.astimezone():%Y-%m-%d %H:%M}, ")
+    assert live.banner.text.endswith("not live")
+    assert "Left wing" in live.banner.text
+    words = [one.word for one in live.plot._marks]
+    assert words[0] == "connected"
+    assert words[1:] == ["activated", "triggered", "trigger ended"]
+
+
+def test_the_numbers_are_those_under_the_cursor(opened: Desk) -> None:
+    live = opened.live
+    live.refresh()
+    panel = live.panel
+    assert panel.tilt.accessibleName() == "Tilt: 10°"  # of the last report
+    assert panel.activation.accessibleName() == "Activation: ACTIVE"
+    live.plot.look_at(1000.0 + SECONDS / 2 + 0.5)
+    live.refresh()
+    assert panel.tilt.accessibleName() == "Tilt: 75°, over 60°"
+    assert panel.trigger.accessibleName() == "Trigger: TRIGGERED"
+    assert panel.light.accessibleName() == "Light: 0.4 V, limit 1.8 V"
+    assert panel.cell.accessibleName() == "Cell voltage: 3.90 V"
+    at = f"{NOON.astimezone():%H:%M}"[:2]
+    assert panel.moment.accessibleName().startswith(f"Time under the cursor: {at}:01:00.5")
+    assert not panel.stream.isVisible()
+    live.plot.look_at(1010.0)
+    live.refresh()
+    assert panel.activation.accessibleName() == "Activation: LOCKED"
+
+
+def test_it_is_zoomed_and_panned_within_its_bounds(opened: Desk) -> None:
+    plot = opened.live.plot
+    canvas = plot.findChild(QWidget, "time-plot-canvas")
+    assert canvas is not None
+    whole = plot.span
+    canvas.setFocus()
+    for _ in range(8):
+        opened.qtbot.keyClick(canvas, Qt.Key.Key_Plus)
+    zoomed = plot.span
+    assert zoomed.length_s < whole.length_s / 4
+    for _ in range(80):
+        opened.qtbot.keyClick(canvas, Qt.Key.Key_Left)
+    assert plot.span.start_s == whole.start_s
+    assert plot.span.length_s == pytest.approx(zoomed.length_s)
+    for _ in range(40):
+        opened.qtbot.keyClick(canvas, Qt.Key.Key_Minus)
+    assert plot.span.length_s == pytest.approx(whole.length_s)
+    opened.click(_tool(plot, "time-plot-window-10"))
+    assert plot.span.length_s == pytest.approx(10)
+    opened.qtbot.keyClick(canvas, Qt.Key.Key_Space)  # there is nothing to pause
+    opened.click(_tool(plot, "time-plot-whole"))
+    assert plot.span == whole
+
+
+def test_what_is_seen_of_it_is_saved(opened: Desk, tmp_path: Path) -> None:
+    opened.live.plot.choose_window(10.0)
+    saving, path = opened.live.save, tmp_path / "seen.csv"
+    suggested: list[Path] = []
+
+    def choose(_parent: QWidget, _title: str, wanted: Path, _filter: str) -> Path:
+        suggested.append(wanted)
+        return path
+
+    saving.ask_path = choose
+    opened.click(saving.csv)
+    assert saving.finish(5.0)
+    lines = path.read_text("utf-8-sig").splitlines()[1:]
+    assert 100 <= len([line for line in lines if line.split(",")[2]]) <= 101
+    assert lines[0].startswith(f"{NOON.astimezone():%Y-%m-%dT%H:}")
+    assert suggested[0].name == f"dps-s ttyUSB0 {NOON.astimezone():%Y-%m-%d %H-%M-%S}.csv"
+
+
+@pytest.mark.parametrize("way", ["button", "esc"])
+def test_back_to_live_without_a_module_is_the_empty_page(opened: Desk, way: str) -> None:
+    if way == "button":
+        opened.click(opened.live.banner.back)
+    else:
+        opened.qtbot.keyClick(opened.live, Qt.Key.Key_Escape)
+    assert opened.live.recording is None
+    assert opened.live.is_empty
+    assert not opened.live.banner.isVisible()
+
+
+# What is done with them
+
+
+def test_it_is_exported_as_csv_and_mcap(one: Desk, tmp_path: Path) -> None:
+    one.page.table.selectRow(0)
+    buttons = one.page.buttons
+    for button, path in ((buttons.csv, tmp_path / "all.csv"), (buttons.mcap, tmp_path / "all.mcap")):
+        one.page.ask_path = partial(_choose, path)
+        one.click(button)
+        one.wait(partial(_is_saved, one, path))
+    rows = (tmp_path / "all.csv").read_text("utf-8-sig").splitlines()
+    assert len([row for row in rows[1:] if row.split(",")[2]]) == 10 * SECONDS
+    assert (tmp_path / "all.mcap").read_bytes().startswith(b"\x89MCAP0\r\n")
+
+
+def test_an_export_that_cannot_be_written_is_said(one: Desk, tmp_path: Path) -> None:
+    one.page.table.selectRow(0)
+    one.page.ask_path = lambda *_: tmp_path / "missing" / "all.csv"
+    one.click(one.page.buttons.csv)
+    one.wait(lambda: "Choose another folder" in one.said())
+    assert one.page.buttons.csv.isEnabled()
+
+
+def test_a_long_export_shows_how_far_it_is_and_can_be_cancelled(
+    one: Desk, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    ended = threading.Event()
+    never = threading.Event()
+
+    def endless(_recording: object, _path: Path, *, on_progress: Any, is_cancelled: Callable[[], bool]) -> int:
+        on_progress(0.4)
+        try:
+            while not is_cancelled():
+                never.wait(0.01)
+        finally:
+            ended.set()
+        raise Cancelled
+
+    monkeypatch.setattr("app.recordings.export.export_csv", endless)
+    one.page.table.selectRow(0)
+    one.page.ask_path = lambda *_: tmp_path / "all.csv"
+    one.click(one.page.buttons.csv)
+    one.wait(lambda: one.said() == "Exporting all.csv: 40 %")
+    assert not one.page.buttons.delete.isEnabled()
+    one.answer("cancel_recordings")
+    assert one.said() == "Cancelled."
+    assert ended.wait(WAIT_MS / 1000)
+    assert list(tmp_path.glob("*.csv")) == []
+
+
+def test_what_is_kept_says_so_and_can_be_let_go(one: Desk) -> None:
+    one.page.table.selectRow(0)
+    assert one.page.buttons.keep.text() == "Keep"
+    one.click(one.page.buttons.keep)
+    one.wait(lambda: one.texts(Column.KEPT) == ["kept"])
+    assert one.page.buttons.keep.text() == "Keep no longer"  # what was chosen still is
+    one.click(one.page.buttons.keep)
+    one.wait(lambda: one.texts(Column.KEPT) == [""])
+
+
+def test_deleting_asks_and_says_what_is_lost(one: Desk) -> None:
+    one.page.table.selectRow(0)
+    one.qtbot.keyClick(one.page.table, Qt.Key.Key_Delete)
+    assert one.said().startswith("Delete this recording for good?")
+    assert "1,200 status reports" in one.said()
+    spare = one.page.strip.button("keep_recordings")
+    assert spare is not None
+    assert spare.hasFocus()
+    one.qtbot.keyClick(one.page, Qt.Key.Key_Escape)
+    assert one.said() == ""
+    assert len(one.shelf.entries()) == 1
+    one.click(one.page.buttons.delete)
+    one.answer("delete_recordings")
+    one.wait(lambda: one.said() == "1 recording was deleted.")
+    one.wait(one.page.empty.isVisible)
+    assert one.shelf.entries() == ()
+
+
+def test_deleting_what_is_looked_at_goes_back_to_live_first(
+    qtbot: QtBot, qapp: QApplication, tmp_path: Path, template: Path
+) -> None:
+    with made(qtbot, qapp, tmp_path, template, RecordingsPage, LivePage) as both:
+        both.open()
+        both.page.table.selectRow(0)
+        both.click(both.page.buttons.delete)
+        both.answer("delete_recordings")
+        both.wait(lambda: both.shelf.entries() == ())
+        assert both.live.recording is None
+        assert both.live.is_empty
+
+
+# In the window
+
+
+def test_from_the_empty_page_to_a_recording_and_back_while_a_module_goes_on(
+    qtbot: QtBot, qapp: QApplication, tmp_path: Path, template: Path
+) -> None:
+    with simulated("beside", tilt=33), window(qapp, tmp_path, entries=ENTRIES) as assembly:
+        main, connector = assembly.window, assembly.connector
+        pages = (RecordingsPage, LivePage)
+        qtbot.waitUntil(lambda: all(main.findChild(kind) for kind in pages), timeout=WAIT_MS)
+        page, live = (main.findChild(kind) for kind in pages)
+        assert isinstance(page, RecordingsPage)
+        assert isinstance(live, LivePage)
+        desk = Desk(qtbot, assembly.keeping, Texts(), page, live)
+        main.panel.hide()
+        desk.wait(live.empty.recordings.isVisible)
+        desk.click(live.empty.recordings)
+        desk.wait(lambda: page.isVisible() and page.work.is_known)
+        assert page.empty.isVisible()
+        assert page.count.text() == "0 recordings"
+        assert "Up to 2.0 GB or 90 days" in page.bounds.text()
+        assert not page.buttons.open.isEnabled()
+        copytree(template, desk.shelf.folder / template.name)
+
+        connector.connect_to(Target("sim://beside", 115200))
+        wait_online(qtbot, assembly)
+        desk.list_again(2)
+        desk.wait(lambda: any("being recorded" in text for text in desk.texts(Column.REMARKS)))
+        page.table.selectAll()
+        assert not page.buttons.delete.isEnabled()  # one of them is being written
+
+        desk.open(desk.texts(Column.MODULE).index("Left wing"))
+        desk.wait(live.isVisible)
+        live.refresh()
+        count = len(live.data.tilt)
+        desk.wait(lambda: len(live.data.tilt) > count + 3)
+        assert live.panel.tilt.accessibleName() == "Tilt: 10°"
+        assert main.top_bar.lock.isEnabled()
+        assert main.top_bar.activation.word == "LOCKED"
+
+        desk.click(live.banner.back)
+        desk.wait(lambda: live.panel.tilt.accessibleName() == "Tilt: 33°")
+        assert live.panel.tilt.freshness is Freshness.FRESH
+        assert live.plot.is_live
+        assert not live.panel.moment.isVisible()
+        connector.disconnect_port()
+        desk.wait(lambda: assembly.keeping.sessions.sign.since is None)
+
+
+# Looks
+
+
+def test_every_control_has_a_name_and_says_what_it_is(
+    qtbot: QtBot, qapp: QApplication, tmp_path: Path, template: Path
+) -> None:
+    with made(qtbot, qapp, tmp_path, template, RecordingsPage, LivePage) as both:
+        both.open()
+        for page in (both.page, both.live):
+            for control in page.findChildren(QPushButton):
+                assert control.objectName()
+                assert control.accessibleName(), control.objectName()
+                assert control.toolTip(), control.objectName()
+
+
+def test_the_language_changes_while_it_is_open(
+    qtbot: QtBot, qapp: QApplication, tmp_path: Path, template: Path
+) -> None:
+    words = {"not live": "nicht jetzt", "Module": "Modul", "1 recording": "1 Stück"}
+    messages = "".join(
+        f"<message><source>{word}</source><translation>{other}</translation></message>" for word, other in words.items()
+    )
+    path = tmp_path / "other.ts"
+    path.write_text(f'<TS version="2.1"><context><name>dps-s</name>{messages}</context></TS>', encoding="utf-8")
+    with made(qtbot, qapp, tmp_path, template, RecordingsPage, LivePage) as both:
+        both.open()
+        speech = Speech(qapp, both.texts_of_window)
+        speech.use(str(path))
+        try:
+            both.wait(lambda: both.live.banner.text.endswith("nicht jetzt"))
+            assert both.page.count.text() == "1 Stück"
+            assert both.page.model.headerData(Column.MODULE, Qt.Orientation.Horizontal) == "Modul"
+        finally:
+            speech.use("en")
+
+
+def _tool(parent: QWidget, name: str) -> QToolButton:
+    found = parent.findChild(QToolButton, name)
+    assert found is not None, name
+    return found
+
+
+def _choose(path: Path, *_: object) -> Path:
+    return path
+
+
+def _is_saved(desk: Desk, path: Path) -> bool:
+    return desk.said().startswith("Saved") and str(path) in desk.said()

@@ -1,0 +1,214 @@
+"""Profiles in the window: opened, dropped, compared row by row, applied and proven; saved; and a broken-off baud."""
+
+import tomllib
+from pathlib import Path
+
+import pytest
+from PySide6.QtCore import QMimeData, QPoint, QPointF, Qt, QUrl
+from PySide6.QtGui import QDragEnterEvent, QDropEvent
+from PySide6.QtWidgets import QApplication, QCheckBox, QLabel, QPushButton
+from pytestqt.qtbot import QtBot
+
+from app.settings.form import RowState
+from app.simulator import bench as benches
+from tests.support.window import walk
+from tests.support.window.fakes_ui import WAIT_MS, simulated, wait_online, window
+from tests.support.window.settings_bench import ENTRIES, Desk, desk
+from tests.support.window.steps import settle
+from ui.core.connector import Target
+from ui.services.storage import Keeping
+from ui.widgets.notice_bar import NoticeBar
+
+PROFILE = f"{walk.PROFILE}baud_rate = 9600\n"
+
+
+def profile_file(folder: Path, text: str = PROFILE, name: str = "H6.toml") -> Path:
+    path = folder / name
+    path.write_text(text, encoding="utf-8")
+    return path
+
+
+def open_by_dialog(one: Desk, path: Path) -> None:
+    one.settings.files.ask_open = lambda _parent, _folder: path
+    one.click("profile_open")
+
+
+def tick(one: Desk, name: str) -> QCheckBox:
+    return one.find(QCheckBox, f"profile_tick_{name}")
+
+
+def match(one: Desk, name: str) -> str:
+    return one.settings.compare._rows[name].chip.word
+
+
+def drop(one: Desk, path: Path) -> bool:
+    """As the window system would tell it; whether it was taken."""
+    data = QMimeData()
+    data.setUrls([QUrl.fromLocalFile(str(path))])
+    place = QPoint(400, 300)
+    actions, button, no_key = Qt.DropAction.CopyAction, Qt.MouseButton.LeftButton, Qt.KeyboardModifier.NoModifier
+    enter = QDragEnterEvent(place, actions, data, button, no_key)
+    enter.ignore()
+    QApplication.sendEvent(one.assembly.window, enter)
+    if not enter.isAccepted():
+        return False
+    QApplication.sendEvent(one.assembly.window, QDropEvent(QPointF(place), actions, data, button, no_key))
+    return True
+
+
+def test_compare_tick_apply_verify(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
+    with desk(qtbot, qapp, tmp_path) as one:
+        open_by_dialog(one, profile_file(tmp_path))
+        assert one.find(QLabel, "profile_title").text() == "Survey hexacopter"
+        assert match(one, "attitude_threshold_deg") == "different"
+        assert match(one, "freefall_time_s") == "same"
+        assert match(one, "attitude_trigger") == "unknown"
+        assert match(one, "light_threshold_v") == "not in the profile"
+        ticked = {name for name in ("attitude_threshold", "freefall_time", "attitude_trigger", "baud_rate")
+                  if tick(one, name).isChecked()}  # fmt: skip
+        assert ticked == {"attitude_threshold", "attitude_trigger"}
+        assert not tick(one, "baud_rate").isEnabled()  # it has its own place
+        one.click("profile_apply")
+        one.until(lambda: not one.settings.work.is_busy)
+        one.settings.refresh()
+        rows = one.settings.rows
+        assert rows["attitude_threshold_deg"].row is not None
+        assert rows["attitude_threshold_deg"].row.state is RowState.VERIFIED
+        assert one.held("attitude_threshold") == 65
+        assert len(one.changes()) == 2
+        assert one.changes("baud_rate", "freefall_time") == []
+
+
+def test_only_what_is_ticked_is_applied(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
+    with desk(qtbot, qapp, tmp_path) as one:
+        open_by_dialog(one, profile_file(tmp_path))
+        tick(one, "attitude_threshold").click()
+        one.settings.refresh()
+        assert one.settings.compare.apply.text() == "Apply 1 ticked"
+        assert not tick(one, "attitude_threshold").isChecked()  # it stays as the person left it
+        one.click("profile_apply")
+        one.until(lambda: not one.settings.work.is_busy)
+        assert one.held("attitude_threshold") == 60
+        assert len(one.changes("attitude_trigger")) == 1
+
+
+def test_a_profile_against_the_advice_is_warned_about(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
+    with desk(qtbot, qapp, tmp_path) as one:
+        open_by_dialog(one, profile_file(tmp_path, PROFILE.replace("= 65", "= 40")))
+        one.click("profile_apply")
+        assert one.settings.strip.notice is not None
+        assert "55° or more" in one.settings.strip.notice.text
+        assert one.changes() == []
+
+
+def test_all_errors_of_a_file_are_told_at_once(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
+    bad = 'name = "x"\nwhat = 1\n[settings]\nattitude_threshold_deg = 300\nfreefall_acceleration_g = 0.55\n'
+    with desk(qtbot, qapp, tmp_path) as one:
+        open_by_dialog(one, profile_file(tmp_path, bad))
+        told = one.find(QLabel, "profile_faults").text().splitlines()
+        assert [line.split(":")[0] for line in told] == ["Line 2", "Line 4", "Line 5"]
+        assert not one.find(QPushButton, "profile_apply").isVisible()
+        qtbot.keyClick(one.settings, Qt.Key.Key_Escape)
+        assert one.settings.write.isVisible()
+        assert one.changes() == []
+
+
+def test_a_file_that_is_dropped_on_any_page_is_compared(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
+    with desk(qtbot, qapp, tmp_path, page="commands") as one:
+        assert not drop(one, profile_file(tmp_path, name="notes.txt"))
+        assert drop(one, profile_file(tmp_path))
+        one.until(one.settings.compare.isVisible)
+        assert one.find(QLabel, "profile_title").text() == "Survey hexacopter"
+        assert one.changes() == []
+
+
+def test_recent_files_are_at_hand_and_forgotten_when_they_are_gone(
+    qtbot: QtBot, qapp: QApplication, tmp_path: Path
+) -> None:
+    with desk(qtbot, qapp, tmp_path) as one:
+        files = one.settings.files
+        assert not files.recent.isEnabled()
+        path = profile_file(tmp_path)
+        open_by_dialog(one, path)
+        one.click("profile_close")
+        files.menu.aboutToShow.emit()
+        (action,) = files.menu.actions()
+        assert action.text() == "H6.toml"
+        action.trigger()
+        assert one.settings.compare.isVisible()
+        path.unlink()
+        action.trigger()
+        assert "cannot be read" in one.find(QLabel, "profile_faults").text()
+        assert not files.recent.isEnabled()
+
+
+def test_the_present_settings_are_saved_and_what_is_unknown_is_named(
+    qtbot: QtBot, qapp: QApplication, tmp_path: Path
+) -> None:
+    with desk(qtbot, qapp, tmp_path) as one:
+        path = tmp_path / "as it is.toml"
+        one.settings.files.ask_save = lambda *_: path
+        one.click("profile_save")
+        saved = tomllib.loads(path.read_text(encoding="utf-8"))
+        assert saved["name"] == "as it is"
+        assert saved["settings"] == {
+            "light_threshold_v": 1.8,
+            "attitude_threshold_deg": 60,
+            "freefall_acceleration_g": 0.5,
+            "freefall_time_s": 1.6,
+            "baud_rate": 115200,
+        }
+        said = one.settings.strip.notice
+        assert said is not None
+        assert "Attitude trigger, Free-fall trigger" in said.text
+        one.settings.files.ask_save = lambda *_: tmp_path / "no such folder" / "x.toml"
+        one.click("profile_save")
+        said = one.settings.strip.notice
+        assert said is not None
+        assert "was not saved" in said.text
+
+
+@pytest.mark.parametrize("module_rate", [9600, 115200])
+def test_a_baud_change_that_was_broken_off_is_picked_up_at_the_next_start(
+    qtbot: QtBot, qapp: QApplication, tmp_path: Path, module_rate: int
+) -> None:
+    keeping = Keeping()
+    keeping.store.begin_baud(115200, 9600, port="sim://crashed", adapter="")  # type: ignore[union-attr]
+    keeping.close()
+    with simulated("crashed", baud=module_rate), window(qapp, tmp_path, entries=ENTRIES) as assembly:
+        bar = assembly.window.findChild(NoticeBar, "notice_bar")
+        assert bar is not None
+
+        def shown() -> QPushButton | None:
+            button = bar.button("look_for_baud")
+            return button if button is not None and button.isVisible() else None
+
+        qtbot.waitUntil(lambda: shown() is not None, timeout=WAIT_MS)
+        button = shown()
+        assert button is not None
+        settle(button)
+        qtbot.mouseClick(button, Qt.MouseButton.LeftButton)
+        wait_online(qtbot, assembly)
+        qtbot.waitUntil(lambda: not assembly.keeping.store.pending_bauds(), timeout=WAIT_MS)  # type: ignore[union-attr]
+        assert assembly.connector.connection.baud_rate == benches.module("crashed").module.baud_rate == module_rate
+
+
+def test_an_active_module_is_not_left_for_it_without_a_question(
+    qtbot: QtBot, qapp: QApplication, tmp_path: Path
+) -> None:
+    keeping = Keeping()
+    keeping.store.begin_baud(115200, 9600, port="sim://crashed", adapter="")  # type: ignore[union-attr]
+    keeping.close()
+    with simulated("flying", active=True), window(qapp, tmp_path, entries=ENTRIES) as assembly:
+        connector = assembly.connector
+        bar = assembly.window.findChild(NoticeBar, "notice_bar")
+        assert bar is not None
+        qtbot.waitUntil(lambda: bar.button("look_for_baud") is not None, timeout=WAIT_MS)
+        connector.connect_to(Target("sim://flying", 115200))
+        qtbot.waitUntil(lambda: connector.is_active, timeout=WAIT_MS)
+        button = bar.button("look_for_baud")
+        assert button is not None
+        button.click()
+        qtbot.waitUntil(lambda: bar.button("leave_active") is not None, timeout=WAIT_MS)
+        assert (connector.target, connector.is_open) == (Target("sim://flying", 115200), True)
+        assembly.window.attention.stay()

@@ -1,0 +1,336 @@
+"""The Settings page through real clicks and keys, against modules of every dialect: the frames are counted, and what
+is called verified is what the module holds."""
+
+import os
+from pathlib import Path
+from typing import Any
+
+import pytest
+from PySide6.QtCore import QPoint, QPointF, Qt
+from PySide6.QtGui import QWheelEvent
+from PySide6.QtWidgets import QApplication, QLineEdit, QPushButton, QToolButton
+from pytestqt.qtbot import QtBot
+
+from app.settings.form import RowState
+from app.simulator.options import parse_options
+from app.text.i18n import CHINESE
+from protocol.link_states import Presence
+from tests.support.window.settings_bench import choose, desk, notice, reason, state, type_into, write
+from ui.style.theme import Meaning
+
+TILT, TIME, LIGHT, FLAG = "attitude_threshold_deg", "freefall_time_s", "light_threshold_v", "attitude_trigger"
+
+
+@pytest.mark.parametrize("options", [{}, {"ack": "one"}, {"freefall_ack": "17"}], ids=str)
+def test_edit_write_and_verify(qtbot: QtBot, qapp: QApplication, tmp_path: Path, options: dict[str, Any]) -> None:
+    query = "?" + "&".join(f"{key}={value}" for key, value in options.items())
+    with desk(qtbot, qapp, tmp_path, query=query) as one:
+        code = one.settings.fingerprint.code.text()
+        type_into(one, "freefall_time", "1.2")
+        type_into(one, "freefall_acceleration", "0.4")
+        one.click(one.find(QToolButton, "freefall_trigger_on"))
+        one.settings.refresh()
+        assert one.settings.write.text() == "Write 3 changes"
+        assert not one.changes()
+        write(one)
+        one.until(lambda: state(one, TIME) is RowState.VERIFIED)
+        assert state(one, "freefall_acceleration_g") is RowState.VERIFIED
+        assert state(one, "freefall_trigger") is RowState.ACKNOWLEDGED  # it cannot be read back: never "verified"
+        assert (one.held("freefall_time"), one.held("freefall_acceleration")) == (1.2, 0.4)
+        assert len(one.changes()) == 3
+        assert notice(one) == "2 written and read back equal: verified. 1 acknowledged; cannot be read back."
+        assert one.settings.fingerprint.code.text() != code
+        assert not one.settings.write.isEnabled()
+
+
+@pytest.mark.parametrize(
+    ("ways", "name", "key", "text", "stands", "why"),
+    [
+        ({"clamps": True}, "freefall_time", TIME, "0.3", 0.5, "keeps another value"),
+        ({"keeps": False}, "freefall_time", TIME, "1.2", 1.6, "did not keep it"),
+        ({"refuses": True}, "attitude_threshold", TILT, "70", 60, "refused it"),
+    ],
+)
+def test_a_row_stays_red_with_the_reason_until_it_stands(
+    qtbot: QtBot, qapp: QApplication, tmp_path: Path, ways: Any, name: str, key: str, text: str, stands: Any, why: str
+) -> None:
+    with desk(qtbot, qapp, tmp_path) as one:
+        one.bench.change(**ways)
+        type_into(one, name, text)
+        write(one)
+        one.until(lambda: state(one, key) is RowState.FAILED)
+        assert why in reason(one, key)
+        assert one.held(name) == stands
+        assert one.settings.rows[key].state.meaning is Meaning.DANGER
+        assert "NOT as wanted" in notice(one)
+        one.click("settings_read")
+        one.until(lambda: not one.settings.work.is_busy)
+        assert state(one, key) is RowState.FAILED
+        one.bench.change(clamps=False, keeps=True, refuses=False)
+        write(one)
+        one.until(lambda: state(one, key) is RowState.VERIFIED)
+        assert one.held(name) == float(text)
+
+
+BAD_LINES: tuple[dict[str, Any], ...] = (
+    {"drop": 0.3, "direction": "both"},
+    {"corrupt": 0.04, "direction": "both"},
+    {"double": 0.5},
+    {"delay_ms": 60, "jitter_ms": 120},
+)
+"""In real time; the writes themselves go through many more, with many seeds, on a fake clock in test_write.py."""
+IS_THOROUGH = os.environ.get("HYPOTHESIS_PROFILE") == "thorough"
+ON_BAD_LINES = [
+    (faults, ack)
+    for number, faults in enumerate(BAD_LINES)
+    for ack in (("echo", "one") if IS_THOROUGH else (("echo", "one")[number % 2],))
+]
+
+
+@pytest.mark.parametrize(("faults", "ack"), ON_BAD_LINES, ids=str)
+def test_on_a_bad_line_verified_is_what_the_module_holds(
+    qtbot: QtBot, qapp: QApplication, tmp_path: Path, faults: dict[str, Any], ack: str
+) -> None:
+    with desk(qtbot, qapp, tmp_path, query=f"?ack={ack}") as one:
+        for number, text in enumerate(("1.2", "1.3", "1.4") if IS_THOROUGH else ("1.2", "1.3")):
+            type_into(one, "freefall_time", text)
+            one.bench.change(**parse_options({name: str(value) for name, value in faults.items()}))
+            write(one)
+            one.until(lambda: not one.settings.work.form.is_writing, 30_000)
+            said = state(one, TIME)
+            one.bench.heal()
+            one.until(lambda: one.assembly.connector.device.presence is Presence.ONLINE)
+            assert said in (RowState.VERIFIED, RowState.READ, RowState.FAILED, RowState.EDITED)
+            if said in (RowState.VERIFIED, RowState.READ):
+                assert one.held("freefall_time") == float(text)
+                assert "red rows" not in notice(one)
+            assert len(one.changes("freefall_time")) <= number + 1
+
+
+def test_a_restart_in_the_middle_claims_nothing(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
+    with desk(qtbot, qapp, tmp_path) as one:
+        type_into(one, "freefall_time", "1.2")
+        one.bench.change(delay_ms=200.0)
+        write(one)
+        one.until(lambda: len(one.changes("freefall_time")) == 1)
+        one.bench.restart()
+        one.bench.heal()
+        one.until(lambda: not one.settings.work.form.is_writing, 30_000)
+        assert state(one, TIME) is not RowState.VERIFIED
+        assert len(one.changes("freefall_time")) == 1
+
+
+def test_what_no_byte_carries_cannot_be_written(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
+    with desk(qtbot, qapp, tmp_path) as one:
+        type_into(one, "freefall_acceleration", "0.55")
+        one.settings.refresh()
+        assert "0.5 g and 0.6 g" in reason(one, "freefall_acceleration_g")
+        assert not one.settings.write.isEnabled()
+        type_into(one, "freefall_acceleration", "26")
+        one.settings.refresh()
+        assert "0.0 g to 25.5 g" in reason(one, "freefall_acceleration_g")
+        one.qtbot.keyClick(one.settings, Qt.Key.Key_Return, Qt.KeyboardModifier.ControlModifier)
+        assert not one.settings.work.is_busy
+
+
+def test_the_line_beside_a_field_begins_with_a_capital_whichever_part_is_first(
+    qtbot: QtBot, qapp: QApplication, tmp_path: Path
+) -> None:
+    with desk(qtbot, qapp, tmp_path) as one:
+        said = {key: row.advice.text() for key, row in one.settings.rows.items()}
+    assert said[LIGHT].startswith("Advised: ")
+    assert said[TILT].startswith("Default 60° · advised: ")
+
+
+def test_against_the_advice_needs_a_second_click(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
+    with desk(qtbot, qapp, tmp_path) as one:
+        type_into(one, "attitude_threshold", "40")
+        write(one)
+        assert "55° or more" in notice(one)
+        write(one)  # the same button again is no second click
+        one.qtbot.mouseDClick(one.settings.write, Qt.MouseButton.LeftButton)
+        assert not one.settings.work.is_busy
+        qtbot.keyClick(one.settings, Qt.Key.Key_Escape)
+        assert notice(one) == ""
+        write(one)
+        choose(one, "write_anyway")
+        one.until(lambda: state(one, TILT) is RowState.VERIFIED)
+        assert len(one.changes()) == 1
+
+
+def test_an_active_module_is_written_only_when_unlocked_for_this_once(
+    qtbot: QtBot, qapp: QApplication, tmp_path: Path
+) -> None:
+    with desk(qtbot, qapp, tmp_path, active=True) as one:
+        type_into(one, "freefall_time", "1.2")
+        write(one)
+        one.until(lambda: notice(one).startswith("Nothing was written. The module is ACTIVE"))
+        assert not one.changes()
+        choose(one, "unlock_once")
+        one.until(lambda: state(one, TIME) is RowState.VERIFIED)
+        type_into(one, "freefall_time", "1.3")
+        write(one)  # once is not for ever
+        one.until(lambda: notice(one).startswith("Nothing was written. The module is ACTIVE"))
+        assert len(one.changes()) == 1
+
+
+def test_undo_redo_revert_and_defaults(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
+    with desk(qtbot, qapp, tmp_path) as one:
+        box = one.find(QLineEdit, "attitude_threshold_wanted")
+        type_into(one, "attitude_threshold", "75")
+        type_into(one, "freefall_time", "1.1")
+        control, shift = Qt.KeyboardModifier.ControlModifier, Qt.KeyboardModifier.ShiftModifier
+        focus = one.find(QLineEdit, "freefall_time_wanted")
+        qtbot.keyClick(focus, Qt.Key.Key_Z, control)
+        assert (box.text(), focus.text()) == ("75", "")
+        qtbot.keyClick(focus, Qt.Key.Key_Z, control)
+        assert box.text() == ""
+        qtbot.keyClick(focus, Qt.Key.Key_Z, control | shift)
+        assert box.text() == "75"
+        one.click("settings_revert")
+        assert (box.text(), box.placeholderText()) == ("", "60")
+        one.click("settings_defaults")
+        assert (box.text(), focus.text()) == ("60", "1.60")
+        one.settings.refresh()
+        assert one.settings.write.text() == "Write 2 changes"  # the two flags: nobody knows how they stand
+        assert not one.changes()
+
+
+def test_as_it_was_found_is_one_click_away(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
+    with desk(qtbot, qapp, tmp_path) as one:
+        assert not one.settings.as_found.isEnabled()
+        for text in ("1.2", "1.3"):
+            type_into(one, "freefall_time", text)
+            write(one)
+            one.until(lambda: state(one, TIME) is RowState.VERIFIED)
+        one.click("settings_as_found")
+        write(one)
+        one.until(lambda: one.held("freefall_time") == 1.6 and state(one, TIME) is RowState.VERIFIED)
+        kept = one.assembly.keeping.store.snapshots()  # type: ignore[union-attr]
+        assert [snapshot.snapshot.settings[TIME] for snapshot in kept] == [1.6]
+
+
+@pytest.mark.parametrize("remembers", [True, False])
+def test_survives_a_power_cycle(qtbot: QtBot, qapp: QApplication, tmp_path: Path, remembers: bool) -> None:
+    with desk(qtbot, qapp, tmp_path) as one:
+        type_into(one, "freefall_time", "1.2")
+        write(one)
+        one.until(lambda: state(one, TIME) is RowState.VERIFIED)
+        choose(one, "survives")
+        one.until(lambda: "Switch the module off and on" in notice(one))
+        if not remembers:
+            one.bench.module.memory.freefall_time = 160  # a module that forgets
+        one.bench.restart()
+        one.until(lambda: not one.settings.work.is_busy)
+        stamped = reason(one, TIME)
+        assert stamped == ("Kept over the power cycle." if remembers else "LOST at the power cycle: it holds 1.60 s.")
+        assert ("37 → 38" in notice(one)) is True
+
+
+def test_the_wheel_edits_only_where_the_keyboard_is(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
+    def wheel(box: QLineEdit) -> None:
+        here = QPointF(box.rect().center())
+        qapp.sendEvent(
+            box,
+            QWheelEvent(here, QPointF(box.mapToGlobal(here)), QPoint(), QPoint(0, 120), Qt.MouseButton.NoButton,
+                        Qt.KeyboardModifier.NoModifier, Qt.ScrollPhase.NoScrollPhase, False),
+        )  # fmt: skip
+
+    with desk(qtbot, qapp, tmp_path) as one:
+        box = one.find(QLineEdit, "attitude_threshold_wanted")
+        one.settings.read.setFocus()
+        wheel(box)
+        assert box.text() == ""
+        box.setFocus()
+        wheel(box)
+        assert box.text() == "61"
+        qtbot.keyClick(box, Qt.Key.Key_Down)
+        qtbot.keyClick(box, Qt.Key.Key_PageDown)
+        assert box.text() == "50"
+        one.click(one.find(QToolButton, "attitude_threshold_more"))
+        assert box.text() == "51"
+
+
+@pytest.mark.parametrize(("behaviour", "says"), [("old", "answers at 9600 baud"), ("restart", "Switch it off and on")])
+def test_the_baud_rate_needs_two_clicks_and_the_port_follows(
+    qtbot: QtBot, qapp: QApplication, tmp_path: Path, behaviour: str, says: str
+) -> None:
+    with desk(qtbot, qapp, tmp_path, query=f"?baud_ack={behaviour}") as one:
+        panel = one.settings.baud
+        one.settings.scroll_area.ensureWidgetVisible(panel)
+        assert not panel.confirm.ask.isEnabled()
+        panel.editor.box.setCurrentIndex(panel.editor.box.findData(9600))
+        panel.refresh()
+        one.click(panel.confirm.ask)
+        assert panel.confirm.cancel.hasFocus()
+        qtbot.keyClick(panel.confirm.cancel, Qt.Key.Key_Escape)
+        assert not panel.confirm.is_asking
+        one.click(panel.confirm.ask)
+        one.click(panel.confirm.go)
+        one.until(lambda: panel.said.notice is not None and says in panel.said.notice.text, 20_000)
+        assert len(one.changes("baud_rate")) == 1
+        assert one.assembly.connector.connection.baud_rate == one.bench.module.baud_rate
+        assert not one.assembly.keeping.store.pending_bauds()  # type: ignore[union-attr]
+
+
+@pytest.mark.parametrize("is_inverted", [False, True])
+def test_the_light_threshold_by_measurement(
+    qtbot: QtBot, qapp: QApplication, tmp_path: Path, is_inverted: bool
+) -> None:
+    with desk(qtbot, qapp, tmp_path) as one:
+        one.bench.change(light_inverted=is_inverted)
+        one.click("light_threshold_measure")
+        panel = one.settings.calibration
+        one.click("calibration_closed_measure")
+        one.until(panel.sides["open"].button.isEnabled, 20_000)
+        one.bench.set_bay(is_open=True)
+        one.click("calibration_open_measure")
+        one.until(panel.take.isEnabled, 20_000)
+        assert ("reads lower" in panel.detail.text()) is is_inverted
+        one.click("calibration_take")
+        row = one.settings.rows[LIGHT].row
+        assert row is not None
+        assert row.wanted is not None
+        write(one)
+        one.until(lambda: state(one, LIGHT) in (RowState.VERIFIED, RowState.READ))
+        assert one.held("light_threshold") == row.wanted
+
+
+def test_everything_has_a_name_and_follows_the_language(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
+    with desk(qtbot, qapp, tmp_path) as one:
+        for page in (one.settings, one.commands):
+            for button in [*page.findChildren(QPushButton), *page.findChildren(QToolButton)]:
+                if button.objectName().startswith("qt_"):
+                    continue
+                assert button.objectName()
+                assert button.accessibleName(), button.objectName()
+                assert button.toolTip(), button.objectName()
+        one.assembly.speech.use(CHINESE)
+        assert one.settings.rows[TILT].command.vendor_term in one.settings.rows[TILT].whatsThis()
+
+
+def test_at_the_smallest_size_the_rows_scroll_and_the_buttons_stay(
+    qtbot: QtBot, qapp: QApplication, tmp_path: Path
+) -> None:
+    with desk(qtbot, qapp, tmp_path) as one:
+        one.assembly.window.resize(1024, 600)
+        qapp.processEvents()
+        page = one.settings
+        for button in (page.write, page.read, page.as_found, page.files.save):
+            corner = button.mapTo(page, button.rect().bottomRight())
+            assert page.rect().contains(corner), button.objectName()
+        assert page.scroll_area.horizontalScrollBar().maximum() == 0
+        assert page.scroll_area.verticalScrollBar().maximum() > 0
+
+
+def test_what_the_module_does_by_itself_is_said_on_every_page(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
+    with desk(qtbot, qapp, tmp_path) as one:
+        one.go_to("commands")
+        bar = one.assembly.window.notice_bar
+        one.bench.restart()
+        one.until(lambda: bar.notice is not None and "The module restarted" in bar.notice.text)
+        notice_ = bar.notice
+        assert notice_ is not None
+        assert notice_.dismiss is not None
+        notice_.dismiss()
+        one.until(lambda: bar.notice is None)

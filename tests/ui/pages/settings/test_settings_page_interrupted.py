@@ -1,0 +1,99 @@
+"""The Settings page when somebody leaves in the middle, or the line does: edits are asked about, nothing is claimed."""
+
+from pathlib import Path
+
+from PySide6.QtWidgets import QApplication, QLineEdit
+from pytestqt.qtbot import QtBot
+
+from app.settings.form import RowState
+from tests.support.window.settings_bench import choose, desk, reason, state, type_into, write
+from ui.style.painted_widget import Freshness
+
+TILT, TIME = "attitude_threshold_deg", "freefall_time_s"
+
+
+def test_unsent_edits_are_asked_about_before_they_are_lost(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
+    with desk(qtbot, qapp, tmp_path) as one:
+        window, bar = one.assembly.window, one.assembly.window.notice_bar
+        type_into(one, "freefall_time", "1.2")
+        window.disconnect_port()
+        assert bar.notice is not None
+        assert "1 change of a setting" in bar.notice.text
+        choose(one, "stay", bar)
+        assert one.assembly.connector.is_open
+        assert one.find(QLineEdit, "freefall_time_wanted").text() == "1.2"
+        window.close()
+        assert window.isVisible()
+        window.disconnect_port()
+        choose(one, "drop_edits", bar)
+        one.until(lambda: not one.assembly.connector.is_open)
+        one.settings.refresh()
+        assert one.find(QLineEdit, "freefall_time_wanted").text() == ""
+        assert not one.changes()
+
+
+def test_edits_and_an_active_module_are_two_questions(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
+    with desk(qtbot, qapp, tmp_path, active=True) as one:
+        window, bar = one.assembly.window, one.assembly.window.notice_bar
+        type_into(one, "freefall_time", "1.2")
+        window.close()
+        assert bar.button("drop_edits") is not None
+        window.close()  # a second attempt is an answer to the first question, not to the next
+        assert window.isVisible()
+        assert bar.button("lock_and_leave") is not None
+        choose(one, "stay", bar)
+        window.close()
+        choose(one, "drop_edits", bar)
+        assert window.isVisible()
+        choose(one, "leave_active", bar)
+        one.until(lambda: not window.isVisible())
+        assert one.changes() == []
+
+
+def test_a_line_that_is_lost_keeps_the_edits_and_makes_everything_stale(
+    qtbot: QtBot, qapp: QApplication, tmp_path: Path
+) -> None:
+    with desk(qtbot, qapp, tmp_path) as one:
+        type_into(one, "freefall_time", "1.2")
+        one.bench.unplug()
+        shown = one.settings.rows[TILT].stands
+        one.until(lambda: shown.freshness is Freshness.STALE)
+        assert "before the link was lost" in shown.note
+        one.settings.refresh()
+        assert reason(one, TILT) == "The link was lost since."
+        assert one.find(QLineEdit, "freefall_time_wanted").text() == "1.2"
+        assert not one.settings.write.isEnabled()
+        one.bench.plug()
+        one.until(lambda: shown.freshness is Freshness.FRESH)
+        write(one)
+        one.until(lambda: state(one, TIME) is RowState.VERIFIED)
+        assert len(one.changes()) == 1
+
+
+def test_a_module_that_falls_silent_while_it_is_written(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
+    with desk(qtbot, qapp, tmp_path) as one:
+        type_into(one, "freefall_time", "1.2")
+        one.bench.change(mute_codes=frozenset((0x22,)))
+        write(one)
+        one.until(lambda: state(one, TIME) is RowState.FAILED)
+        assert "could not be read back" in reason(one, TIME)
+        assert one.settings.rows[TIME].stands.freshness is Freshness.STALE
+
+
+def test_writing_can_be_cancelled_at_once(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
+    with desk(qtbot, qapp, tmp_path) as one:
+        one.bench.change(delay_ms=300.0)
+        type_into(one, "freefall_time", "1.2")
+        type_into(one, "attitude_threshold", "70")
+        write(one)
+        choose(one, "cancel")
+        one.until(lambda: not one.settings.work.form.is_writing, 1000)
+        one.bench.heal()
+        one.until(lambda: not one.settings.work.is_busy)
+        assert state(one, TILT) is not RowState.VERIFIED
+        for name, key in (("freefall_time", TIME), ("attitude_threshold", TILT)):
+            row = one.settings.rows[key].row
+            assert row is not None
+            assert row.stands is not None
+            assert row.stands.value == one.held(name)
+        assert len(one.changes()) <= 1

@@ -1,0 +1,259 @@
+"""The Triggers page by real clicks: none, one and nine records and the tenth; names, judgements, search, CSV."""
+
+import csv
+import io
+from pathlib import Path
+
+import pytest
+from PySide6.QtCore import Qt
+from PySide6.QtWidgets import QApplication, QComboBox, QLabel, QLineEdit, QPushButton
+from pytestqt.qtbot import QtBot
+
+from app.simulator.quirks import Delivery
+from app.text.i18n import tr
+from app.trigger_records.history import Judgement
+from tests.support.window.fakes_ui import WAIT_MS
+from tests.support.window.preflight_window import OnBench, on_bench
+from ui.pages.triggers.model import SENTENCE_ROLE, Column
+from ui.style.theme import Meaning
+
+EXAMPLE = bytes.fromhex("01 00 6C 02 3C 05 A0 00 01 03 EB".replace(" ", ""))
+"""D4 to D14 of the vendor's worked example."""
+
+
+def name_module(bench: OnBench, name: str) -> None:
+    edit = bench.find(QLineEdit, "triggers_module_edit")
+    edit.setFocus()
+    edit.clear()
+    bench.qtbot.keyClicks(edit, name)
+    bench.qtbot.keyClick(edit, Qt.Key.Key_Return)
+    wait_kept(bench)
+
+
+def wait_kept(bench: OnBench) -> None:
+    bench.qtbot.waitUntil(lambda: not bench.triggers.work.is_busy, timeout=WAIT_MS)
+
+
+def texts(bench: OnBench, row: int) -> list[str]:
+    return [str(bench.triggers.filter.index(row, column).data()) for column in Column]
+
+
+def told(bench: OnBench, row: int) -> str:
+    return str(bench.triggers.filter.index(row, 0).data(SENTENCE_ROLE))
+
+
+def said(bench: OnBench) -> str:
+    notice = bench.triggers.strip.notice
+    return "" if notice is None else notice.text
+
+
+def fire(bench: OnBench, number: int = 1) -> None:
+    """Trigger records of the worked example, as if it had fired."""
+    for _ in range(number):
+        bench.bench.module.memory.records.append(EXAMPLE)
+
+
+def test_without_a_module_it_says_what_to_do(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
+    with on_bench(qtbot, qapp, tmp_path, "none", is_connected=False) as bench:
+        page = bench.triggers
+        assert "Connect a module" in page.empty_text.text()
+        assert not page.read.isEnabled()
+        assert not page.save_page.isEnabled()
+        assert (page.count.text(), page.empty.title.text()) == ("Trigger records", "Not read yet")  # no number yet
+
+
+def test_a_module_that_never_fired(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
+    with on_bench(qtbot, qapp, tmp_path, "never") as bench:
+        page = bench.triggers
+        assert "Read the records" in page.empty_text.text()
+        bench.read_triggers()
+        assert "has never fired" in page.empty_text.text()
+        assert page.empty.title.text() == "No trigger records"
+        assert page.count.text() == "0 trigger records"
+        assert bench.acts == []
+
+
+def test_the_worked_example_as_a_row_and_a_sentence(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
+    with on_bench(qtbot, qapp, tmp_path, "example") as bench:
+        fire(bench)
+        bench.read_triggers()
+        page = bench.triggers
+        assert page.count.text() == "1 trigger record"
+        assert texts(bench, 0) == [
+            "boot 1 · 1:48", "attitude", "60° 0.5 g 1.60 s", "connected", "no", "0.3 V", "4.70 V implausible", "—",
+        ]  # fmt: skip
+        assert told(bench, 0) == (
+            "tipped past 60° 1 min 48 s after power-on of boot 1, serial link connected, "
+            "4.70 V: implausible for one cell"
+        )
+        page.table.selectRow(0)
+        assert page.detail.told.text() == told(bench, 0)
+        assert not page.detail.bytes.isVisible()
+        bench.click(page.detail.raw)
+        assert EXAMPLE.hex(" ").upper() in page.detail.bytes.text()
+        assert "not kept" in said(bench)  # it has no name yet
+        assert not page.detail.note.isEnabled()
+
+
+@pytest.mark.parametrize("delivery", list(Delivery))
+def test_nine_records_however_they_come(qtbot: QtBot, qapp: QApplication, tmp_path: Path, delivery: Delivery) -> None:
+    with on_bench(qtbot, qapp, tmp_path, "nine", history=9, records=delivery) as bench:
+        bench.read_triggers()
+        assert bench.triggers.filter.rowCount() == 9
+        assert all(told(bench, row) for row in range(9))
+        boots = [bench.triggers.filter.shown()[row].record.boot_count for row in range(9)]
+        assert boots == sorted(boots, reverse=True)  # newest first
+
+
+def test_the_tenth_pushes_nothing_out_of_knowledge(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
+    with on_bench(qtbot, qapp, tmp_path, "tenth", history=9) as bench:
+        page = bench.triggers
+        name_module(bench, "M-07")
+        bench.read_triggers()
+        assert page.news.text() == "M-07 · first visit"
+        bench.bench.module.activate(is_active=True)
+        bench.bench.set_tilt(80)
+        qtbot.waitUntil(lambda: bench.bench.state().is_triggered, timeout=8000)
+        bench.read_triggers()
+        assert page.count.text() == "10 trigger records"
+        assert page.news.text() == "M-07 · 1 new since the last visit"
+        assert told(bench, 0).startswith("NEW: tipped past")
+        show = bench.find(QComboBox, "triggers_show")
+        show.setCurrentIndex(show.findText("New since the last visit"))
+        assert page.filter.rowCount() == 1
+        show.setCurrentIndex(show.findText("On the module now"))
+        assert page.filter.rowCount() == 9
+        bench.read_triggers()
+        assert page.news.text() == "M-07 · 0 new since the last visit"
+
+
+def test_a_judgement_and_a_note_are_kept(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
+    with on_bench(qtbot, qapp, tmp_path, "judge") as bench:
+        fire(bench)
+        name_module(bench, "M-07")
+        bench.read_triggers()
+        page = bench.triggers
+        page.table.selectRow(0)
+        bench.click(page.detail.buttons[Judgement.BENCH_TEST])
+        assert texts(bench, 0)[Column.JUDGED] == "bench test"
+        page.detail.note.setFocus()
+        qtbot.keyClicks(page.detail.note, "tipped on the table")
+        qtbot.keyClick(page.detail.note, Qt.Key.Key_Return)
+        assert "tipped on the table" in told(bench, 0)
+    with on_bench(qtbot, qapp, tmp_path, "judge", is_connected=False) as bench:
+        page = bench.triggers
+        name_module(bench, "M-07")  # known without the module
+        assert texts(bench, 0)[Column.JUDGED] == "bench test"
+        page.table.selectRow(0)
+        assert page.detail.note.text() == "tipped on the table"
+        assert "earlier visit" in page.detail.seen.text()
+        bench.click(page.detail.buttons[None])
+        assert texts(bench, 0)[Column.JUDGED] == "—"
+
+
+def test_another_module_under_the_same_name_is_not_mixed_in(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
+    with on_bench(qtbot, qapp, tmp_path, "first", history=3, boots=37) as bench:
+        name_module(bench, "M-07")
+        bench.read_triggers()
+        assert bench.triggers.count.text() == "3 trigger records"
+    with on_bench(qtbot, qapp, tmp_path, "second", history=2, boots=12, seed=9) as bench:
+        page = bench.triggers
+        name_module(bench, "M-07")
+        bench.read_triggers()
+        assert said(bench).startswith("This says boot 12, M-07 was at 37: is it the same module?")
+        assert page.count.text() == "2 trigger records"  # what was read, not what M-07 had
+        bench.click(bench.find(QPushButton, "notice_another_module"))
+        assert page.module.currentText() == ""
+        name_module(bench, "M-07")
+        assert "is it the same module?" in said(bench)
+        button = page.strip.button("same_module")
+        assert button is not None
+        bench.click(button)
+        wait_kept(bench)
+        assert page.count.text() == "5 trigger records"
+
+
+def test_a_reading_that_nothing_confirms_says_so(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
+    with on_bench(qtbot, qapp, tmp_path, "noisy", history=4) as bench:
+        bench.bench.change(garbage=1.0)
+        bench.read_triggers()
+        notice = bench.triggers.strip.notice
+        assert notice is not None
+        assert "The readings did not agree" in notice.text
+        assert notice.meaning is Meaning.ATTENTION
+
+
+def test_reading_can_be_cancelled(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
+    with on_bench(qtbot, qapp, tmp_path, "cancel", history=4) as bench:
+        page = bench.triggers
+        bench.bench.change(delay_ms=300.0)
+        bench.click(page.read)
+        assert page.strip.notice is not None
+        button = page.strip.button("cancel")
+        assert button is not None
+        bench.click(button)
+        qtbot.waitUntil(lambda: not page.work.is_busy, timeout=8000)
+        assert said(bench).startswith("Cancelled")
+        assert page.work.reading is None
+
+
+def test_search_sort_and_copy(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
+    with on_bench(qtbot, qapp, tmp_path, "search", history=9) as bench:
+        fire(bench)
+        bench.read_triggers()
+        page = bench.triggers
+        search = bench.find(QLineEdit, "triggers_search")
+        search.setFocus()
+        qtbot.keyClicks(search, "implausible 4.70")
+        assert page.filter.rowCount() == 1
+        bench.click(page.copy)
+        lines = QApplication.clipboard().text().splitlines()
+        assert len(lines) == 2
+        assert lines[0].startswith("When\tWhy\t")
+        assert "implausible for one cell" in lines[1]
+        search.clear()
+        page.table.sortByColumn(Column.CELL, Qt.SortOrder.AscendingOrder)
+        volts = [row.record.cell_voltage_v for row in page.filter.shown()]
+        assert volts == sorted(volts)
+
+
+def test_csv_of_the_page_and_of_the_archive(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
+    with on_bench(qtbot, qapp, tmp_path, "csv", history=5) as bench:
+        fire(bench)
+        page = bench.triggers
+        name_module(bench, "=M-07")
+        bench.read_triggers()
+        page.table.selectRow(5)
+        page.detail.note.setText("=1+1")
+        page.detail.note.editingFinished.emit()
+        search = bench.find(QLineEdit, "triggers_search")
+        search.setText("4.70")
+        for button, name, count in ((page.save_page, "page.csv", 1), (page.save_archive, "all.csv", 6)):
+            target = tmp_path / name
+            page.ask_path = lambda *_, path=target: path
+            bench.click(button)
+            data = target.read_bytes()
+            assert data.startswith(b"\xef\xbb\xbf")
+            rows = list(csv.DictReader(io.StringIO(data.decode("utf-8-sig"))))
+            assert len(rows) == count
+            assert {row["module"] for row in rows} == {"'=M-07"}
+            assert all(not row["note"].startswith("=") for row in rows)
+            assert "Saved" in said(bench)
+        page.ask_path = lambda *_: tmp_path / "no folder" / "x.csv"
+        bench.click(page.save_page)
+        assert "Not saved" in said(bench)
+
+
+def test_the_language_changes_while_it_is_open(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
+    with on_bench(qtbot, qapp, tmp_path, "language") as bench:
+        fire(bench)
+        bench.read_triggers()
+        words = tmp_path / "long.ts"
+        words.write_text(
+            '<TS version="2.1"><context><name>dps-s</name><message><source>{voltage} implausible</source>'
+            "<translation>{voltage} xx</translation></message></context></TS>",
+            encoding="utf-8",
+        )
+        bench.assembly.speech.use(str(words))
+        assert texts(bench, 0)[Column.CELL] == tr("{voltage} implausible", voltage="4.70 V") == "4.70 V xx"
+        assert bench.find(QLabel, "triggers_count").text()

@@ -1,0 +1,24 @@
+"""The charts of the link: what is written in them lies on nothing else."""
+
+import pytest
+from PySide6.QtCore import QSize
+from pytestqt.qtbot import QtBot
+
+from app.diagnosis.link_statistics import TripClass
+from tests.support.window.painted_text import watching
+from ui.plots.link_charts import Histogram, percent_text
+
+CLASSES = tuple(TripClass(bound, count) for bound, count in ((1, 0), (2, 90), (4, 10), (8, 0), (16, 0), (None, 0)))
+
+
+@pytest.mark.parametrize(("width_px", "is_said"), [(150, False), (600, True)])
+def test_a_share_is_not_written_across_the_higher_bar_beside_it(qtbot: QtBot, width_px: int, is_said: bool) -> None:
+    chart = Histogram()
+    qtbot.addWidget(chart)
+    chart.show_classes(CLASSES)
+    chart.resize(QSize(width_px, 130))
+    with watching() as drawn:
+        chart.grab()
+    shares = [one.text for one in drawn if "%" in one.text]
+    assert shares[0] == percent_text(0.9)
+    assert (percent_text(0.1) in shares) == is_said

@@ -1,0 +1,171 @@
+"""Everything that can be worked has a name and says what it does; what is painted says what it shows."""
+
+from collections import Counter
+from itertools import pairwise
+from pathlib import Path
+
+import pytest
+from PySide6.QtGui import QAccessible, QAction
+from PySide6.QtWidgets import QAbstractButton, QApplication, QLabel, QScrollArea, QWidget
+from pytestqt.qtbot import QtBot
+
+from app.diagnosis.link_state import Phase
+from app.settings.form import RowState
+from app.text.i18n import set_language
+from tests.support.garbage import living_garbage
+from tests.support.window.controls import controls_in, goes_back, tab_chain, takes_tab
+from tests.support.window.walk import Walk, walking
+from ui.pages.settings import profile_compare
+from ui.pages.settings import row as settings_row
+from ui.plots.gauge import TiltGauge
+from ui.shell import top_bar
+from ui.style import icons
+from ui.style.icons import MEANING_ICONS, Icon
+from ui.style.painted_widget import Painted
+from ui.style.theme import Meaning
+from ui.widgets.readout import Readout, StateChip
+
+BY_OTHER_KEYS = ("_less", "_more")
+"""Beside a number field, whose arrow keys do the same: a stop of Tab would only be in the way."""
+FROM_CANCEL_ON = ("ritual_", "_cancel", "_go", "_ask")
+"""Cancel has the focus at every step, and one Tab leads to what comes next, wherever the two stand."""
+
+
+def test_the_walk(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
+    """One walk for all that is asked of controls, because the walk is what takes time."""
+    faults: dict[str, str] = {}
+    with walking(qtbot, qapp, tmp_path) as walk:
+        seen = 0
+        for stop in walk.stops():
+            found = [*unnamed(stop.root), *mute(stop.root), *out_of_order(stop.root), *silent_paint(stop.root)]
+            seen += len(controls_in(stop.root))
+            for fault in found:
+                faults.setdefault(fault, stop.name)
+        for fault in secret_keys(walk):
+            faults.setdefault(fault, "keys")
+        for name in living_garbage(walk.window):
+            faults.setdefault(f"the collector would free {name}", "the end")
+        own = [one for one in walk.window.findChildren(QAbstractButton) if type(one).__module__.startswith("ui.")]
+    assert {type(one).__name__ for one in own} >= {"PortButton", "HoldButton"}  # they paint themselves
+    assert seen > 500
+    assert not faults, "\n".join(f"{name}: {fault}" for fault, name in faults.items())
+
+
+def unnamed(root: QWidget) -> list[str]:
+    """A name of its own for whoever automates the window, and one for whoever does not see it."""
+    controls = controls_in(root)
+    found = [f"{type(one).__name__} {_spoken_name(one)!r} has no name" for one in controls if not one.objectName()]
+    found += [f"{one.objectName()} has no accessible name" for one in controls if not _spoken_name(one)]
+    found += [f"{one.objectName()} has no accessible name" for one in root.findChildren(QScrollArea)
+              if one.isVisible() and takes_tab(one) and not one.accessibleName()]  # fmt: skip
+    found += [f"the name of {one.objectName()} hides its text" for one in root.findChildren(QLabel)
+              if one.isVisible() and one.text() and one.accessibleName() and one.text() not in one.accessibleName()
+              and not one.text().startswith("<")]  # fmt: skip
+    names = Counter(one.objectName() for one in controls)
+    return found + [f"{count} controls are called {name}" for name, count in names.items() if count > 1]
+
+
+def _spoken_name(widget: QWidget) -> str:
+    reader = QAccessible.queryAccessibleInterface(widget)
+    return widget.accessibleName() or reader.text(QAccessible.Text.Name)
+
+
+def mute(root: QWidget) -> list[str]:
+    return [
+        f"{one.objectName()} does not say what it does"
+        for one in controls_in(root)
+        if not (one.toolTip() or one.accessibleDescription() or one.whatsThis()) and not isinstance(one, QLabel)
+    ]
+
+
+def out_of_order(root: QWidget) -> list[str]:
+    """Everything is reached by Tab, in the order in which one reads."""
+    chain = tab_chain(root)
+    found = [
+        f"Tab goes from {one.objectName()} back to {other.objectName()}"
+        for one, other in pairwise(chain)
+        if goes_back(one, other, root) and not _is_from_cancel(one, other)
+    ]
+    return found + [
+        f"{one.objectName()} is not reached by Tab"
+        for one in controls_in(root)
+        if one.isEnabled() and not takes_tab(one) and not one.objectName().endswith(BY_OTHER_KEYS)
+        and not isinstance(one, QLabel)
+    ]  # fmt: skip
+
+
+def _is_from_cancel(one: QWidget, other: QWidget) -> bool:
+    return all(any(part in widget.objectName() for part in FROM_CANCEL_ON) for widget in (one, other))
+
+
+def silent_paint(root: QWidget) -> list[str]:
+    return [
+        f"{one.objectName() or type(one).__name__} is painted and says nothing"
+        for one in root.findChildren(Painted)
+        if one.isVisible() and not one.accessibleName() and getattr(one, "text", None) != ""
+    ]
+
+
+def secret_keys(walk: Walk) -> list[str]:
+    """A key that no menu and no tooltip tells of is as good as none."""
+    told = " ".join(one.toolTip() for one in walk.window.findChildren(QWidget))
+    return [
+        f"nothing tells of {action.shortcut().toString()} ({action.objectName()})"
+        for action in walk.window.findChildren(QAction)
+        if not action.shortcut().isEmpty() and not action.text()
+        and not any(key.toString() in told for key in action.shortcuts())
+    ]  # fmt: skip
+
+
+def test_a_painted_value_is_told_anew_when_it_changes(qtbot: QtBot) -> None:
+    gauge, readout, chip = TiltGauge(), Readout("Tilt", unit="°"), StateChip("Lock")
+    for widget in (gauge, readout, chip):
+        qtbot.addWidget(widget)
+    said = {name: {widget.accessibleName()} for name, widget in (("g", gauge), ("r", readout), ("c", chip))}
+    for value in (12, 45):
+        gauge.show_tilt(value)
+        readout.show_value(f"{value}")
+        chip.show_state(f"state {value}", Icon.LOCK)
+        said["g"].add(gauge.accessibleName())
+        said["r"].add(readout.accessibleName())
+        said["c"].add(chip.accessibleName())
+    gauge.show_stale(45, "12 s ago")
+    readout.show_stale("45", "12 s ago")
+    chip.show_state("state 45", Icon.LOCK, stale_age="12 s ago")
+    for widget in (gauge, readout, chip):
+        assert "12 s ago" in widget.accessibleName()
+    assert [len(names) for names in said.values()] == [3, 3, 3]
+
+
+# State, never by colour alone: each has a word, and an icon that no other state of its kind has.
+
+
+@pytest.mark.parametrize(
+    ("states", "looks"),
+    [
+        pytest.param(tuple(RowState), settings_row.LOOKS, id="settings"),
+        pytest.param(tuple(profile_compare._CHIPS), profile_compare._CHIPS, id="profile"),
+        pytest.param(tuple(Phase), top_bar._PHASE_ICONS, id="link"),
+        pytest.param(tuple(Meaning), MEANING_ICONS, id="meanings"),
+    ],
+)
+def test_each_state_has_an_icon(states: tuple[object, ...], looks: dict[object, object]) -> None:
+    assert set(states) == set(looks)
+
+
+def test_each_meaning_has_an_icon_of_its_own() -> None:
+    assert len(set(MEANING_ICONS.values())) == len(Meaning)
+    assert len({icons.battery(level) for level in (None, 0, 0.25, 0.5, 0.75, 1)}) == 6
+
+
+@pytest.mark.parametrize("language", ["en", "zh_CN"])
+def test_states_that_differ_in_colour_differ_in_words(language: str) -> None:
+    from app.text.i18n import tr
+
+    set_language(language)
+    for pair in (
+        ("ACTIVE", "LOCKED"), ("TRIGGERED", "NOT TRIGGERED"), ("verified", "edited"), ("failed", "verified"),
+        ("unknown", "stale"), ("online", "offline"), ("charging", "not charging"), ("GO", "NO-GO"),
+    ):  # fmt: skip
+        assert tr(pair[0]) != tr(pair[1])
+    assert len({tr(state.value) for state in RowState}) == len(RowState)

@@ -1,0 +1,228 @@
+"""Closing takes half a second at most, whatever the driver, the module, the disk and the program are doing."""
+
+import json
+import subprocess
+import sys
+import threading
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+import pytest
+import serial
+from PySide6.QtWidgets import QApplication
+from pytestqt.qtbot import QtBot
+
+from app.engine import transport
+from app.engine.procedure import Procedure
+from app.engine.worker import PortState, Worker
+from app.procedures.find import find_rate
+from app.procedures.history import read_history
+from app.procedures.read import read_everything
+from tests.support.line.batches import Batches
+from tests.support.line.stubborn_port import StubbornPort
+from tests.support.processes import ENVIRONMENT, ROOT
+from tests.support.terminals import CLOSING_S, Terminal, in_time
+from tests.support.window.fakes_ui import WAIT_MS, Ports, simulated, wait_online, window
+from ui.core.connector import Target
+from ui.core.preferences import Remembered
+from ui.main import Assembly
+from ui.services.storage import Keeping
+from ui.shell.shutdown import CLOSE_LIMIT_S, Chore, Countdown
+
+CALLS = ("open", "reset_input_buffer", "read", "write", "close")
+PROCESS_LIMIT_S = 30.0
+POSIX_ONLY = pytest.mark.skipif(sys.platform == "win32", reason="pseudo-terminals are POSIX")
+
+
+@contextmanager
+def stubborn(monkeypatch: pytest.MonkeyPatch, sticks_in: str) -> Iterator[StubbornPort]:
+    port = StubbornPort(sticks_in)
+    with monkeypatch.context() as patch:
+        patch.setattr(serial, "serial_for_url", port)
+        try:
+            yield port
+        finally:
+            port.let_go()
+
+
+@contextmanager
+def held(monkeypatch: pytest.MonkeyPatch, owner: type, name: str) -> Iterator[threading.Event]:
+    """A method that does not return before the end; the event is set once it was called."""
+    is_over, was_called = threading.Event(), threading.Event()
+    before = getattr(owner, name)
+
+    def wait(*words: Any) -> Any:
+        was_called.set()
+        is_over.wait()
+        return before(*words)
+
+    with monkeypatch.context() as patch:
+        patch.setattr(owner, name, wait)
+        try:
+            yield was_called
+        finally:
+            is_over.set()
+
+
+def close_in_time(assembly: Assembly) -> None:
+    with in_time():
+        assembly.window.close_now()
+    assert not assembly.window.isVisible()
+
+
+@pytest.mark.parametrize("sticks_in", CALLS)
+def test_a_driver_that_never_returns(
+    qtbot: QtBot, qapp: QApplication, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, sticks_in: str
+) -> None:
+    with window(qapp, tmp_path) as assembly, stubborn(monkeypatch, sticks_in) as port:
+        assembly.connector.connect_to(Target("/dev/stubborn", 115200))
+        if sticks_in == "close":
+            qtbot.waitUntil(lambda: assembly.connector.is_open, timeout=WAIT_MS)
+        else:
+            qtbot.waitUntil(port.is_stuck.is_set, timeout=WAIT_MS)
+        close_in_time(assembly)
+        assert port.is_stuck.is_set()
+
+
+@POSIX_ONLY
+def test_a_full_buffer_that_nobody_reads(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
+    terminal = Terminal()
+    try:
+        with window(qapp, tmp_path) as assembly:
+            assembly.connector.connect_to(Target(terminal.name, 115200))
+            qtbot.waitUntil(lambda: assembly.connector.is_open, timeout=WAIT_MS)
+            terminal.choke()
+            assembly.connector.run(read_everything(), lambda _job: None)
+            close_in_time(assembly)
+            assert assembly.connector.stop(2.0)
+    finally:
+        terminal.hang_up()
+
+
+@POSIX_ONLY
+def test_a_blocked_write_is_broken_off(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Also where the driver would hold it for far longer than a write may usually take."""
+    monkeypatch.setattr(transport, "WRITE_LIMIT_S", 60.0)
+    terminal, batches = Terminal(), Batches()
+    worker = Worker(batches)
+    worker.start()
+    try:
+        worker.open(terminal.name, 115200, read_for_ever)
+        batches.until(lambda batch: batch.link is not None and batch.link.counters.sent > 0)
+        terminal.choke()
+        batches.mark()
+        batches.until(lambda batch: batch.connection.state is PortState.OPEN)
+        with in_time():
+            assert worker.stop(CLOSING_S)
+    finally:
+        terminal.hang_up()
+        assert worker.stop(2.0)
+
+
+def read_for_ever() -> Procedure[None]:
+    while True:
+        yield from read_everything()
+
+
+@pytest.mark.parametrize(
+    ("options", "procedure"),
+    [
+        ({"stream_at_boot": True, "rate": 1440}, read_everything),
+        ({"delay_ms": 900}, read_everything),
+        ({"mute": True}, find_rate),
+        ({"history": 9, "records": "spaced"}, read_history),
+        ({"garbage": 0.5, "rate": 200, "stream_at_boot": True}, find_rate),
+    ],
+    ids=["a stream at line rate", "a slow module", "finding the rate", "reading the records", "garbage"],
+)
+def test_everything_that_may_be_under_way(
+    qtbot: QtBot, qapp: QApplication, tmp_path: Path, options: dict[str, object],
+    procedure: Callable[[], Procedure[object]],
+) -> None:  # fmt: skip
+    ports = Ports()
+    with simulated("busy-closing", **options), window(qapp, tmp_path, ports=ports) as assembly:
+        assembly.connector.connect_to(Target("sim://busy-closing", 115200))
+        qtbot.waitUntil(lambda: assembly.connector.is_open, timeout=WAIT_MS)
+        ports.hold()
+        assembly.ports.refresh()
+        assembly.connector.stream.is_wanted = True
+        job = assembly.connector.run(procedure(), lambda _job: None)
+        qtbot.waitUntil(lambda: job.run.is_started, timeout=WAIT_MS)
+        close_in_time(assembly)
+        assert job.is_done
+        assert assembly.connector.stop(2.0)
+
+
+@pytest.mark.parametrize(
+    ("owner", "name"), [(Keeping, "close"), (Remembered, "save")], ids=["the store", "what is remembered"]
+)
+def test_a_disk_that_never_returns(
+    qtbot: QtBot, qapp: QApplication, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, owner: type, name: str
+) -> None:
+    with simulated("slow-disk"), window(qapp, tmp_path) as assembly, held(monkeypatch, owner, name) as was_called:
+        assembly.connector.connect_to(Target("sim://slow-disk", 115200))
+        wait_online(qtbot, assembly)
+        close_in_time(assembly)
+        assert was_called.is_set()
+
+
+def test_closing_twice_ends_once(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
+    with simulated("ended"), window(qapp, tmp_path) as assembly:
+        assembly.connector.connect_to(Target("sim://ended", 115200))
+        wait_online(qtbot, assembly)
+        close_in_time(assembly)
+        with in_time(0.0):
+            assembly.window.close_now()
+
+
+@pytest.mark.parametrize("sticks_in", ["write", "close"])
+def test_no_process_stays_behind(tmp_path: Path, sticks_in: str) -> None:
+    """The thread that the driver holds does not keep the program alive, and nothing is printed about it."""
+    code = """if True:
+        import json, sys, time
+        from PySide6.QtCore import QTimer
+        import serial
+        from tests.support.line.stubborn_port import StubbornPort
+        from ui import main as application
+        from ui.shell.main_window import MainWindow
+        serial.serial_for_url = StubbornPort(sys.argv[1])
+        end = MainWindow._end
+        def timed(window):
+            began = time.monotonic()
+            end(window)
+            print(json.dumps({"took_s": time.monotonic() - began}), flush=True)
+        MainWindow._end = timed
+        raise SystemExit(application.run(application.WindowOptions(port="/dev/stubborn", offscreen_seconds=2.5)))
+    """
+    environment = {**ENVIRONMENT, "QT_QPA_PLATFORM": "offscreen", "HOME": str(tmp_path)}
+    ended = subprocess.run(
+        [sys.executable, "-B", "-c", code, sticks_in],
+        cwd=ROOT, env=environment, capture_output=True, text=True, timeout=PROCESS_LIMIT_S, check=False,
+    )  # fmt: skip
+    said = [line for line in ended.stderr.splitlines() if "propagateSizeHints" not in line]
+    assert (ended.returncode, said) == (1, [])  # it was not seen that a module answers
+    assert json.loads(ended.stdout.splitlines()[0])["took_s"] < CLOSING_S + 0.25
+
+
+# The parts
+
+
+def test_a_countdown_ends_at_nothing() -> None:
+    clock = iter([10.0, 10.1, 11.0])
+    countdown = Countdown(0.4, lambda: next(clock))
+    assert countdown.left_s == pytest.approx(0.3)
+    assert countdown.left_s == 0
+
+
+def test_a_chore_that_fails_is_logged_and_over(caplog: pytest.LogCaptureFixture) -> None:
+    def fail() -> None:
+        raise OSError("the disk is gone")
+
+    assert Chore("store", fail).wait(5.0)
+    assert "the disk is gone" in caplog.text
+
+
+def test_the_limit_leaves_room_within_half_a_second() -> None:
+    assert CLOSE_LIMIT_S <= CLOSING_S - 0.1

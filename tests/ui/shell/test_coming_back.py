@@ -1,0 +1,347 @@
+"""The window after its port went away, on real pseudo-terminals: the same adapter only, whatever its name is now."""
+
+import os
+import sys
+import threading
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import pytest
+from PySide6.QtCore import Qt
+from PySide6.QtWidgets import QApplication, QWidget
+from pytestqt.qtbot import QtBot
+
+from app.diagnosis.link_state import Phase
+from app.engine.ports import PortInfo, PortsUnknown
+from app.engine.reconnect import RETURN_LIMIT_S, Absence
+from app.engine.worker import Batch, PortState, Worker
+from app.procedures.read import READABLE
+from app.safety.acts import Act
+from protocol.catalogue import SERIAL_OUTPUT, Request
+from protocol.events import Sent
+from tests.support.processes import RunningModule, run_module
+from tests.support.terminals import taken
+from tests.support.window.fakes_ui import (
+    ADAPTER,
+    SECOND_ADAPTER,
+    TRAFFIC_ALONE,
+    WAIT_MS,
+    Ports,
+    simulated,
+    wait_online,
+    window,
+)
+from tests.support.window.steps import settle
+from ui.acts.confirm import Confirm
+from ui.core.connector import Target
+from ui.main import PAGES, Assembly
+
+pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="pseudo-terminals are POSIX")
+
+MACHINE_S = 1.0
+"""What a busy machine adds."""
+KEYS = {command.key for command in READABLE[1:]}
+DIAGNOSIS = tuple(entry for entry in PAGES if entry.key == "diagnosis")
+
+
+class Desk:
+    """A module on a pseudo-terminal that is listed as an adapter, wherever it is plugged in; and what was sent."""
+
+    def __init__(self, link: Path, module: RunningModule) -> None:
+        self.link, self.module = link, module
+        self.adapter = ADAPTER
+        self.others: list[PortInfo] = []
+        self.is_listable = True
+        self.looks = 0
+        self.sent: list[Request] = []
+
+    @property
+    def name(self) -> str:
+        return os.path.realpath(self.link)
+
+    def look(self, _deadline_s: float) -> list[PortInfo]:
+        self.looks += 1
+        if not self.is_listable:
+            raise PortsUnknown
+        mine = [replace(self.adapter, device=self.name)] if self.link.exists() else []
+        return [*mine, *self.others]
+
+    def take(self, batch: Batch) -> None:
+        self.sent += [event.request for event in batch.events if isinstance(event, Sent)]
+
+
+class DeskPorts(Ports):
+    """What the fixture of the window wants."""
+
+    def __init__(self, desk: Desk) -> None:
+        super().__init__()
+        self._desk = desk
+
+    def look(self, deadline_s: float) -> list[PortInfo]:
+        return self._desk.look(deadline_s)
+
+
+@pytest.fixture
+def desk(tmp_path: Path) -> Iterator[Desk]:
+    link = tmp_path / "adapter"
+    with run_module("--link", str(link), "--uptime", "60") as module:
+        yield Desk(link, module)
+
+
+@contextmanager
+def connected(qtbot: QtBot, qapp: QApplication, folder: Path, desk: Desk, identity: str) -> Iterator[Assembly]:
+    """The window, online at the desk's module."""
+    with window(qapp, folder, ports=DeskPorts(desk)) as assembly:
+        assembly.connector.batch.connect(desk.take)
+        assembly.connector.connect_to(Target(desk.name, 115200, identity))
+        wait_online(qtbot, assembly)
+        qtbot.waitUntil(lambda: fresh(assembly) == KEYS, timeout=WAIT_MS)
+        qtbot.waitUntil(lambda: not assembly.connector._return.is_due(0.0), timeout=WAIT_MS)
+        yield assembly
+
+
+def fresh(assembly: Assembly) -> set[str]:
+    connector = assembly.connector
+    return {key for key in KEYS if connector.device.fresh(key, connector.clock()) is not None}
+
+
+def phase(assembly: Assembly) -> Phase:
+    return assembly.connector.state.phase
+
+
+def wait_back(qtbot: QtBot, assembly: Assembly) -> None:
+    qtbot.waitUntil(lambda: phase(assembly) is Phase.ONLINE, timeout=WAIT_MS)
+
+
+def wait_said(qtbot: QtBot, assembly: Assembly, text: str) -> None:
+    def is_said() -> bool:
+        notice = assembly.window.notice_bar.notice
+        return notice is not None and text in notice.text
+
+    qtbot.waitUntil(is_said, timeout=WAIT_MS)
+
+
+@pytest.mark.parametrize("identity", [ADAPTER.identity, ""], ids=["chosen from the list", "typed"])
+def test_it_comes_back_under_another_name(
+    qtbot: QtBot, qapp: QApplication, tmp_path: Path, desk: Desk, identity: str
+) -> None:
+    first_name = desk.name
+    with connected(qtbot, qapp, tmp_path, desk, identity) as assembly:
+        connector, whose = assembly.connector, assembly.connector.whose
+        desk.module.tell("unplug")
+        qtbot.waitUntil(lambda: phase(assembly) is Phase.LOST, timeout=WAIT_MS)
+        assert all(known.is_stale for known in connector.device.values.values())
+        wait_said(qtbot, assembly, Absence.AWAY.value)
+        desk.sent.clear()
+        with taken(first_name):
+            desk.module.tell("plug")
+            back_s = time.monotonic()
+            qtbot.waitUntil(lambda: connector.is_open, timeout=WAIT_MS)
+            assert time.monotonic() - back_s < RETURN_LIMIT_S + MACHINE_S
+        assert connector.connection.port not in (first_name, str(desk.link))
+        assert connector.whose == whose
+        qtbot.waitUntil(lambda: fresh(assembly) == KEYS, timeout=WAIT_MS)
+        assert {request for request in desk.sent if not request.is_repeatable} <= {SERIAL_OUTPUT.set(True)}
+        assert {command.query() for command in READABLE} <= set(desk.sent)
+
+
+def test_another_adapter_in_its_place_is_left_alone_and_said(
+    qtbot: QtBot, qapp: QApplication, tmp_path: Path, desk: Desk
+) -> None:
+    first_name = desk.name
+    with connected(qtbot, qapp, tmp_path, desk, ADAPTER.identity) as assembly:
+        desk.module.tell("unplug")
+        desk.others = [replace(SECOND_ADAPTER, device=first_name)]
+        wait_said(qtbot, assembly, Absence.ANOTHER.value)
+        looks = desk.looks
+        qtbot.waitUntil(lambda: desk.looks >= looks + 3, timeout=WAIT_MS)
+        assert phase(assembly) is Phase.LOST
+        desk.others = []
+        desk.module.tell("plug")
+        wait_back(qtbot, assembly)
+
+
+def test_another_adapter_that_takes_the_name_after_the_list_is_closed_again_and_shown_as_nothing(
+    qtbot: QtBot, qapp: QApplication, tmp_path: Path, desk: Desk
+) -> None:
+    with connected(qtbot, qapp, tmp_path, desk, ADAPTER.identity) as assembly:
+        connector = assembly.connector
+        desk.module.tell("unplug")
+        qtbot.waitUntil(lambda: phase(assembly) is Phase.LOST, timeout=WAIT_MS)
+        mine, others = desk.adapter, [SECOND_ADAPTER]
+
+        def swap(_batch: Batch) -> None:
+            if connector.is_open and others:
+                desk.adapter = others.pop()
+
+        connector.batch.connect(swap)
+        desk.module.tell("plug")
+        wait_said(qtbot, assembly, Absence.ANOTHER.value)
+        qtbot.waitUntil(lambda: not connector.is_open, timeout=WAIT_MS)
+        assert not connector.device.values
+        assert (phase(assembly), connector.returns) == (Phase.LOST, 0)
+        desk.adapter = mine
+        wait_back(qtbot, assembly)
+        qtbot.waitUntil(lambda: fresh(assembly) == KEYS, timeout=WAIT_MS)
+        qtbot.waitUntil(lambda: connector.returns == 1, timeout=WAIT_MS)
+
+
+def test_of_two_alike_the_socket_decides_or_nothing_is_opened(
+    qtbot: QtBot, qapp: QApplication, tmp_path: Path, desk: Desk
+) -> None:
+    desk.others = [replace(ADAPTER, device="/dev/ttyUSB8", location="1-7")]
+    with connected(qtbot, qapp, tmp_path, desk, ADAPTER.identity) as assembly:
+        desk.module.tell("unplug")
+        desk.adapter = replace(ADAPTER, location="1-8")
+        wait_said(qtbot, assembly, Absence.SEVERAL.value)
+        desk.module.tell("plug")
+        looks = desk.looks
+        qtbot.waitUntil(lambda: desk.looks >= looks + 2, timeout=WAIT_MS)
+        wait_said(qtbot, assembly, Absence.SEVERAL.value)
+        desk.adapter = ADAPTER
+        wait_back(qtbot, assembly)
+        assert assembly.connector.connection.port == desk.name
+
+
+def test_what_has_only_a_name_is_not_opened_again(qtbot: QtBot, qapp: QApplication, tmp_path: Path, desk: Desk) -> None:
+    desk.adapter = PortInfo("")
+    with connected(qtbot, qapp, tmp_path, desk, "") as assembly:
+        desk.module.tell("unplug")
+        wait_said(qtbot, assembly, Absence.NAME_ONLY.value)
+        assert phase(assembly) is Phase.FAILED
+        assert assembly.window.notice_bar.button("connect_again") is not None
+        desk.module.tell("plug")
+        desk.looks = 0
+        assembly.ports.refresh()
+        qtbot.waitUntil(lambda: desk.looks > 0 and assembly.ports.is_current, timeout=WAIT_MS)
+        assert not assembly.connector.is_open
+
+
+def test_a_list_that_fails_opens_nothing(qtbot: QtBot, qapp: QApplication, tmp_path: Path, desk: Desk) -> None:
+    with connected(qtbot, qapp, tmp_path, desk, ADAPTER.identity) as assembly:
+        desk.is_listable = False
+        desk.module.tell("unplug")
+        qtbot.waitUntil(lambda: phase(assembly) is Phase.LOST, timeout=WAIT_MS)
+        desk.module.tell("plug")
+        looks = desk.looks
+        qtbot.waitUntil(lambda: desk.looks >= looks + 3, timeout=WAIT_MS)
+        assert phase(assembly) is Phase.LOST
+        desk.is_listable = True
+        wait_back(qtbot, assembly)
+
+
+def test_a_list_from_before_the_loss_opens_nothing(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
+    """It names a port that may be another adapter's by the time that the list arrives."""
+    is_over, looks = threading.Event(), [0]
+
+    class SlowPorts(Ports):
+        def look(self, deadline_s: float) -> list[PortInfo]:
+            looks[0] += 1
+            seen = list(self.now)
+            if looks[0] == 2:
+                is_over.wait(deadline_s)
+            return seen
+
+    ports = SlowPorts(replace(ADAPTER, device="sim://old"))
+    with simulated("old") as bench, window(qapp, tmp_path, ports=ports) as assembly:
+        qtbot.waitUntil(lambda: assembly.ports.has_looked, timeout=WAIT_MS)
+        assembly.connector.connect_to(Target("sim://old", 115200, ADAPTER.identity))
+        wait_online(qtbot, assembly)
+        assembly.window.panel.hide()
+        assembly.ports.refresh()
+        ports.now = []
+        bench.unplug()
+        qtbot.waitUntil(lambda: phase(assembly) is Phase.LOST, timeout=WAIT_MS)
+        opened: list[PortState] = []
+        assembly.connector.batch.connect(lambda batch: opened.append(batch.connection.state))
+        is_over.set()
+        qtbot.waitUntil(lambda: looks[0] >= 4, timeout=WAIT_MS)
+        assert PortState.OPENING not in opened
+
+
+def test_it_comes_back_at_the_rate_at_which_it_answered(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
+    with simulated("slow", baud=57600) as bench, window(qapp, tmp_path) as assembly:
+        assembly.connector.connect_to(Target("sim://slow", 115200))
+        qtbot.waitUntil(lambda: assembly.connector.is_open, timeout=WAIT_MS)
+        assembly.connector.find_rate()
+        wait_online(qtbot, assembly)
+        bench.unplug()
+        qtbot.waitUntil(lambda: phase(assembly) is Phase.LOST, timeout=WAIT_MS)
+        bench.plug()
+        wait_back(qtbot, assembly)
+        assert assembly.connector.connection.baud_rate == 57600
+
+
+def test_the_notice_leads_to_why(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
+    with window(qapp, tmp_path, entries=(*TRAFFIC_ALONE, *DIAGNOSIS)) as assembly:
+        with qtbot.waitSignal(assembly.window.pages_made, timeout=WAIT_MS):
+            pass
+        page: Any = assembly.window.findChild(QWidget, "diagnosis_page")
+        page.go_to("traffic")
+        assembly.connector.connect_to(Target(str(tmp_path / "ttyNONE"), 115200))
+        qtbot.waitUntil(lambda: assembly.window.notice_bar.button("why") is not None, timeout=WAIT_MS)
+        button = assembly.window.notice_bar.button("why")
+        assert button is not None
+        settle(button)
+        qtbot.mouseClick(button, Qt.MouseButton.LeftButton)
+        assert assembly.window.stack.currentWidget() is page
+        why: Any = assembly.window.findChild(QWidget, "why_panel")
+        qtbot.waitUntil(why.isVisible, timeout=WAIT_MS)
+        assert str(tmp_path / "ttyNONE") in why.what.text()
+
+
+def test_without_that_page_there_is_no_such_button(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
+    with window(qapp, tmp_path) as assembly:
+        assembly.connector.connect_to(Target(str(tmp_path / "ttyNONE"), 115200))
+        qtbot.waitUntil(lambda: assembly.window.notice_bar.button("connect_again") is not None, timeout=WAIT_MS)
+        assert assembly.window.notice_bar.button("why") is None
+
+
+def test_a_port_that_is_wanted_early_is_opened_once_the_pages_are_there(
+    qtbot: QtBot, qapp: QApplication, tmp_path: Path
+) -> None:
+    with simulated("early"), window(qapp, tmp_path) as assembly:
+        assembly.window.connect_to(Target("sim://early", 115200))
+        assert not assembly.connector.is_wanted
+        wait_online(qtbot, assembly)
+
+
+def test_nothing_of_the_module_before_is_shown_for_another_port(
+    qtbot: QtBot, qapp: QApplication, tmp_path: Path
+) -> None:
+    with simulated("before"), window(qapp, tmp_path) as assembly:
+        connector = assembly.connector
+        connector.connect_to(Target("sim://before?active=yes", 115200))
+        qtbot.waitUntil(lambda: fresh(assembly) == KEYS, timeout=WAIT_MS)
+        connector.connect_to(Target("sim://before?active=yes", 115200))
+        qtbot.waitUntil(lambda: fresh(assembly) == KEYS, timeout=WAIT_MS)
+        connector.connect_to(Target(str(tmp_path / "ttyNONE"), 115200))
+        qtbot.waitUntil(lambda: connector.state.trouble is not None, timeout=WAIT_MS)
+        assert not connector.device.values
+        assert not connector.is_active
+
+
+def test_after_a_sleep_it_is_said_and_nothing_goes_on(
+    qtbot: QtBot, qapp: QApplication, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    leap = {"s": 0.0}
+    defaults = Worker.__init__.__kwdefaults__
+    assert defaults is not None
+    monkeypatch.setitem(defaults, "with_sleep", lambda: time.monotonic() + leap["s"])
+    with simulated("night"), window(qapp, tmp_path) as assembly:
+        assembly.connector.connect_to(Target("sim://night", 115200))
+        wait_online(qtbot, assembly)
+        question = Confirm("night", assembly.window._services.texts, ask="Zero", go="Zero now")
+        question.setParent(assembly.window)
+        question.ask.click()
+        assembly.window._services.armed.act = Act.DEPLOY
+        leap["s"] = 12 * 60.0
+        qtbot.waitUntil(lambda: "12 min" in assembly.window.status_line.passing.text(), timeout=WAIT_MS)
+        assert not question.is_asking
+        assert assembly.window._services.armed.act is None
+        qtbot.waitUntil(lambda: fresh(assembly) == KEYS, timeout=WAIT_MS)
+        assert phase(assembly) is Phase.ONLINE

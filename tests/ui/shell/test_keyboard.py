@@ -1,0 +1,98 @@
+"""Everything by keyboard: Tab gets everywhere and out again, and each page's acts have their keys."""
+
+from pathlib import Path
+
+import pytest
+from PySide6.QtCore import Qt
+from PySide6.QtGui import QKeySequence
+from PySide6.QtWidgets import QApplication, QWidget
+from pytestqt.qtbot import QtBot
+
+from tests.support.window.controls import goes_back, tab_chain
+from tests.support.window.walk import walking
+from ui.main import PAGES
+
+MOST_STOPS = 200
+
+
+def test_tab_goes_everywhere_and_is_caught_nowhere(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
+    with walking(qtbot, qapp, tmp_path) as walk:
+        window = walk.window
+        window.panel.hide()
+        walk.connect()
+        window.activateWindow()
+        qtbot.waitUntil(window.isActiveWindow)
+        for entry in PAGES:
+            window.go_to(entry.key)
+            walk.settle()
+            window.navigation.setFocus()
+            for key in (Qt.Key.Key_Tab, Qt.Key.Key_Backtab):
+                reached = pressed_through(qtbot, window, key)
+                missed = {one.objectName() for one in tab_chain(window)} - reached
+                assert not missed, f"{entry.key}: {key.name} does not reach {sorted(missed)}"
+
+
+def pressed_through(qtbot: QtBot, window: QWidget, key: Qt.Key) -> set[str]:
+    """What has the focus as the key is pressed, until it comes round to where it began."""
+    first = QApplication.focusWidget()
+    reached: set[str] = set()
+    for _ in range(MOST_STOPS):
+        now = QApplication.focusWidget()
+        assert now is not None
+        reached.add(now.objectName())
+        qtbot.keyClick(now, key)
+        following = QApplication.focusWidget()
+        assert following is not now, f"{now.objectName()} keeps {key.name}"
+        if following is first:
+            return reached
+    pytest.fail(f"{key.name} does not come round")
+
+
+def test_keys(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
+    """Pages by their number, menus by their letter; and no key means two things on one page."""
+    with walking(qtbot, qapp, tmp_path) as walk:
+        window = walk.window
+        window.activateWindow()
+        qtbot.waitUntil(window.isActiveWindow)
+        everywhere = keys_of(window)
+        assert len(everywhere) > 8
+        for number, entry in enumerate(PAGES, start=1):
+            qtbot.keyClick(window, getattr(Qt.Key, f"Key_{number}"), Qt.KeyboardModifier.ControlModifier)
+            assert window.navigation.chosen == entry.key
+            page = window.stack.currentWidget()
+            assert page is not None
+            assert not everywhere.keys() & keys_of(page).keys(), entry.key
+        for language in ("en", "zh_CN"):
+            walk.assembly.speech.use(language)
+            letters = [QKeySequence.mnemonic(one.text()).toString() for one in window.menuBar().actions()]
+            assert all(letters)
+            assert len(set(letters)) == len(letters) >= 4
+
+
+def keys_of(widget: QWidget) -> dict[str, str]:
+    """The shortcuts of what belongs to this widget itself, each once."""
+    keys: dict[str, str] = {}
+    for action in widget.actions():
+        for key in action.shortcuts():
+            told = _told(key)
+            assert told not in keys, f"{told} is {keys.get(told)} and {action.objectName()}"
+            keys[told] = action.objectName()
+    return keys
+
+
+def _told(key: QKeySequence | QKeySequence.StandardKey) -> str:
+    return QKeySequence(key).toString()
+
+
+def test_what_goes_back_is_found(qtbot: QtBot) -> None:
+    window = QWidget()
+    qtbot.addWidget(window)
+    one, below, right = (QWidget(window) for _ in range(3))
+    one.setGeometry(0, 0, 50, 20)
+    right.setGeometry(60, 0, 50, 20)
+    below.setGeometry(0, 30, 50, 20)
+    window.show()
+    assert not goes_back(one, right, window)
+    assert not goes_back(right, below, window)
+    assert goes_back(below, one, window)
+    assert goes_back(right, one, window)

@@ -1,0 +1,357 @@
+"""The window: top bar, LOCK, leaving an ACTIVE module, languages, themes, what it remembers, how it closes."""
+
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+from PySide6.QtCore import QPoint, QPointF, QSize, Qt
+from PySide6.QtGui import QWheelEvent
+from PySide6.QtWidgets import QApplication, QComboBox, QPushButton, QToolButton, QWidget
+from pytestqt.qtbot import QtBot
+
+from app.diagnosis.link_state import Phase
+from app.engine.device import DeviceView, Doubt, How, Known
+from app.engine.worker import Batch
+from app.text.i18n import language
+from tests.support.window.fakes_ui import WAIT_MS, Ports, simulated, wait_online, window
+from tests.support.window.steps import settle
+from ui.core.connector import Target
+from ui.core.preferences import LastPort, Remembered
+from ui.main import Assembly, WindowOptions
+from ui.services.context import PageEntry, Services
+from ui.style.icons import Icon
+from ui.style.theme import Choice, Meaning
+
+CLOSES_WITHIN_S = 0.6
+
+
+def click(qtbot: QtBot, widget: QWidget) -> None:
+    settle(widget)
+    qtbot.mouseClick(widget, Qt.MouseButton.LeftButton)
+
+
+def choose(assembly: Assembly, key: str) -> QPushButton:
+    """The notice's button of this key."""
+    button = assembly.window.notice_bar.button(key)
+    assert button is not None, assembly.window.notice_bar.notice
+    return button
+
+
+def test_without_a_port_everything_is_unknown_and_says_so(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
+    with window(qapp, tmp_path) as assembly:
+        top = assembly.window.top_bar
+        assert (top.activation.word, top.activation.meaning) == ("unknown", Meaning.UNKNOWN)
+        assert (top.trigger.word, top.cell.word) == ("unknown", "unknown")
+        assert top.port.word == "Not connected"
+        assert not top.lock.isEnabled()
+        qtbot.waitUntil(assembly.window.panel.isVisible)  # the ports are at hand
+
+
+def test_a_module_shows_its_state(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
+    with simulated("state") as bench, window(qapp, tmp_path) as assembly:
+        top = assembly.window.top_bar
+        assembly.connector.connect_to(Target("sim://state", 115200))
+        wait_online(qtbot, assembly)
+        qtbot.waitUntil(lambda: top.activation.word == "LOCKED", timeout=WAIT_MS)
+        assert (top.port.word, top.trigger.word) == ("Connected", "NOT TRIGGERED")
+        qtbot.waitUntil(lambda: top.cell.word.endswith(" V"), timeout=WAIT_MS)
+        bench.module.activate(is_active=True)
+        qtbot.waitUntil(lambda: top.activation.word == "ACTIVE", timeout=WAIT_MS)
+        assert top.activation.meaning is Meaning.ATTENTION
+        bench.pulse_pwm()
+        qtbot.waitUntil(lambda: top.trigger.word == "TRIGGERED", timeout=WAIT_MS)
+        assert top.trigger.meaning is Meaning.DANGER
+        bench.set_charger(is_plugged_in=True)
+        qtbot.waitUntil(lambda: "charging" in top.cell.word, timeout=WAIT_MS)
+
+
+def test_closing_an_active_module_asks_and_locks(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
+    with simulated("leave") as bench, window(qapp, tmp_path) as assembly:
+        bench.module.activate(is_active=True)
+        assembly.connector.connect_to(Target("sim://leave", 115200))
+        wait_online(qtbot, assembly)
+        assert not assembly.window.close()
+        assert assembly.window.isVisible()
+        click(qtbot, choose(assembly, "stay"))
+        assert assembly.window.notice_bar.notice is None
+        assert not assembly.window.close()
+        click(qtbot, choose(assembly, "lock_and_leave"))
+        qtbot.waitUntil(lambda: not assembly.window.isVisible(), timeout=WAIT_MS)
+        assert not bench.state().is_active
+
+
+def test_escape_answers_the_question_with_stay_and_sends_nothing(
+    qtbot: QtBot, qapp: QApplication, tmp_path: Path
+) -> None:
+    with simulated("escape") as bench, window(qapp, tmp_path) as assembly:
+        bench.module.activate(is_active=True)
+        assembly.connector.connect_to(Target("sim://escape", 115200))
+        wait_online(qtbot, assembly)
+        qtbot.waitUntil(assembly.window.panel.isHidden, timeout=WAIT_MS)
+        assert not assembly.window.close()
+        qtbot.keyClick(choose(assembly, "lock_and_leave"), Qt.Key.Key_Escape)
+        assert assembly.window.notice_bar.notice is None
+        assert bench.state().is_active
+        assert assembly.connector.is_open
+
+
+def test_closing_twice_leaves_the_module_as_it_is(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
+    with simulated("twice") as bench, window(qapp, tmp_path) as assembly:
+        bench.module.activate(is_active=True)
+        assembly.connector.connect_to(Target("sim://twice", 115200))
+        wait_online(qtbot, assembly)
+        assert not assembly.window.close()
+        assert assembly.window.close()
+        assert bench.state().is_active
+
+
+def test_disconnecting_an_active_module_asks(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
+    with simulated("part") as bench, window(qapp, tmp_path) as assembly:
+        bench.module.activate(is_active=True)
+        assembly.connector.connect_to(Target("sim://part", 115200))
+        wait_online(qtbot, assembly)
+        qtbot.keyClick(assembly.window, Qt.Key.Key_D, Qt.KeyboardModifier.ControlModifier)
+        assert assembly.connector.is_open
+        click(qtbot, choose(assembly, "leave_active"))
+        qtbot.waitUntil(lambda: assembly.connector.state.phase is Phase.CLOSED, timeout=WAIT_MS)
+        assert bench.state().is_active
+
+
+def test_closing_is_quick_whatever_the_module_does(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
+    with simulated("slow") as bench, window(qapp, tmp_path) as assembly:
+        assembly.connector.connect_to(Target("sim://slow", 115200))
+        wait_online(qtbot, assembly)
+        bench.change(mute=True)
+        began = time.monotonic()
+        assembly.window.close_now()
+        assert time.monotonic() - began < CLOSES_WITHIN_S
+        assert not assembly.window.isVisible()
+
+
+def test_a_lost_active_is_said_with_its_age(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
+    with simulated("stale") as bench, window(qapp, tmp_path) as assembly:
+        bench.module.activate(is_active=True)
+        assembly.connector.connect_to(Target("sim://stale", 115200))
+        wait_online(qtbot, assembly)
+        bench.unplug()
+        activation = assembly.window.top_bar.activation
+        qtbot.waitUntil(lambda: "ago" in activation.accessibleName(), timeout=WAIT_MS)
+        assert (activation.word, activation.meaning) == ("was ACTIVE", Meaning.ATTENTION)
+        qtbot.waitUntil(lambda: assembly.window.notice_bar.notice is not None, timeout=WAIT_MS)
+        notice = assembly.window.notice_bar.notice
+        assert notice is not None
+        assert "ACTIVE when it was last heard" in notice.text
+        assert not assembly.window.top_bar.lock.isEnabled()
+
+
+def test_every_doubt_is_shown_as_stale() -> None:
+    for doubt in Doubt:
+        known = Known(value=True, how=How.READ, at=10.0, doubt=doubt)
+        view = DeviceView({"active": known})
+        assert view.fresh("active", 10.1) is None
+
+
+def test_chinese_while_running(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
+    translation = tmp_path / "test.ts"
+    pairs = {"LOCK": "锁定", "Not connected": "未连接", "Traffic": "通信", "Time": "时间", "unknown": "未知"}
+    messages = "".join(
+        f"<message><source>{one}</source><translation>{two}</translation></message>" for one, two in pairs.items()
+    )
+    translation.write_text(f"<TS><context><name>dps-s</name>{messages}</context></TS>", encoding="utf-8")
+    with window(qapp, tmp_path) as assembly:
+        shell = assembly.window
+        qtbot.waitUntil(lambda: shell.stack.count() > 0, timeout=WAIT_MS)
+        shell._use_language(str(translation))
+        assert shell.top_bar.lock.text() == "锁定"
+        assert shell.top_bar.port.word == "未连接"
+        assert shell.top_bar.activation.word == "未知"
+        assert shell.navigation.item(shell.navigation.count() - 1).text() == "通信"
+        shell.menus.languages["en"].trigger()
+        assert language() == "en"
+        assert shell.top_bar.lock.text() == "LOCK"
+        assert shell.navigation.item(shell.navigation.count() - 1).text() == "Traffic"
+
+
+def test_qt_speaks_chinese_too(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
+    with window(qapp, tmp_path) as assembly:
+        assembly.window.menus.languages["zh_CN"].trigger()
+        assert qapp.translate("QPlatformTheme", "Cancel") == "取消"
+        assembly.window.menus.languages["en"].trigger()
+        assert qapp.translate("QPlatformTheme", "Cancel") == "Cancel"
+
+
+def test_what_is_chosen_is_remembered(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
+    with simulated("kept"), window(qapp, tmp_path) as assembly:
+        assembly.window.menus.themes["dark"].trigger()
+        assembly.window.menus.languages["zh_CN"].trigger()
+        assembly.window.resize(900, 610)
+        assembly.connector.connect_to(Target("sim://kept", 57600 * 2, title="kept"))
+        wait_online(qtbot, assembly)
+    after = Remembered(tmp_path / "window.ini")
+    assert (after.theme, after.language) == ("dark", "zh_CN")
+    assert after.last_port == LastPort("sim://kept", "", 115200)
+    options = WindowOptions()
+    with window(qapp, tmp_path, options=options) as assembly:
+        assert assembly.appearance.choice is Choice.DARK
+        assert language() == "zh_CN"
+        assert assembly.window.size() == QSize(900, 610)
+        assembly.appearance.choose(Choice.LIGHT)
+
+
+def test_a_spoilt_settings_file_is_no_reason_to_stop(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
+    (tmp_path / "window.ini").write_bytes(b"[port]\nbaud_rate=many\ndevice=@Point(1 2)\n[window]\n=\x00\xff")
+    with window(qapp, tmp_path) as assembly:
+        qtbot.waitUntil(assembly.window.isVisible)
+    assert Remembered(tmp_path / "window.ini").theme is None
+
+
+@pytest.mark.parametrize("name", ["en", "zh_CN"])
+def test_nothing_is_cut_off_in_a_small_window(qtbot: QtBot, qapp: QApplication, tmp_path: Path, name: str) -> None:
+    with simulated("small"), window(qapp, tmp_path, options=WindowOptions(language=name)) as assembly:
+        shell = assembly.window
+        assembly.connector.connect_to(Target("sim://small", 115200))
+        wait_online(qtbot, assembly)
+        shell.resize(1024, 600)
+        qtbot.waitUntil(lambda: shell.size() == QSize(1024, 600))
+        shell.refresh()
+        for widget in shell.top_bar.findChildren(QWidget):
+            if widget.isVisible():
+                assert shell.top_bar.rect().contains(widget.geometry()), widget.objectName()
+                assert widget.width() >= widget.minimumSizeHint().width(), widget.objectName()
+        shell.panel.show()
+        shell.refresh()
+        assert shell.panel.geometry().bottom() <= shell.height()
+        assert shell.panel.height() >= shell.panel.minimumSizeHint().height()
+
+
+def test_every_control_has_a_name_and_a_tooltip(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
+    with window(qapp, tmp_path) as assembly:
+        with qtbot.waitSignal(assembly.window.pages_made, timeout=WAIT_MS):
+            pass
+        assembly.window.toggle_panel()
+        controls = [
+            one
+            for kind in (QPushButton, QToolButton)
+            for one in assembly.window.findChildren(kind)
+            if not one.objectName().startswith("qt_")
+        ]
+        assert len(controls) > 5
+        for control in controls:
+            assert control.objectName(), control
+            assert control.accessibleName(), control.objectName()
+            assert control.toolTip(), control.objectName()
+
+
+def test_the_wheel_changes_nothing_that_has_not_the_focus(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
+    with window(qapp, tmp_path) as assembly:
+        panel = assembly.window.panel
+        qtbot.waitUntil(panel.isVisible, timeout=WAIT_MS)
+        panel.list.setFocus()
+        for box in assembly.window.findChildren(QComboBox):
+            before, centre = box.currentIndex(), QPointF(box.rect().center())
+            turn = QWheelEvent(
+                centre, QPointF(box.mapToGlobal(centre.toPoint())), QPoint(0, -120), QPoint(0, -120),
+                Qt.MouseButton.NoButton, Qt.KeyboardModifier.NoModifier, Qt.ScrollPhase.NoScrollPhase, False,
+            )  # fmt: skip
+            QApplication.sendEvent(box, turn)
+            assert box.currentIndex() == before, box.objectName()
+
+
+def test_a_fault_in_a_slot_is_a_calm_line(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
+    from ui.main import _faults_said
+
+    with window(qapp, tmp_path) as assembly, _faults_said(assembly.window):
+        try:
+            raise LookupError("a bug")
+        except LookupError as error:
+            sys.excepthook(type(error), error, error.__traceback__)
+        passing = assembly.window.status_line.passing
+        qtbot.waitUntil(lambda: "LookupError" in passing.text(), timeout=WAIT_MS)
+        assert assembly.window.isVisible()
+
+
+def test_listing_ports_never_stops_the_window(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
+    ports = Ports()
+    ports.hold()
+    with window(qapp, tmp_path, ports=ports) as assembly:
+        qtbot.waitUntil(lambda: ports.looks == 1, timeout=WAIT_MS)
+        assembly.window.go_to("traffic")
+        assert not assembly.ports.has_looked
+        ports.let_go()
+        qtbot.waitUntil(lambda: assembly.ports.has_looked, timeout=WAIT_MS)
+
+
+class Recorder(QWidget):
+    """A page that keeps what it is given."""
+
+    def __init__(self, _services: Services) -> None:
+        super().__init__()
+        self.batches: list[Batch] = []
+
+    def take(self, batch: Batch) -> None:
+        self.batches.append(batch)
+
+
+def test_the_module_streams_only_for_a_page_that_wants_it(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
+    """Where the session is not recorded; what is recorded is always streamed."""
+    made: list[Recorder] = []
+
+    def make(services: Services) -> QWidget:
+        made.append(Recorder(services))
+        return made[-1]
+
+    streamed = PageEntry("one", "Live", Icon.LIVE, make, wants_stream=True)
+    entries = (streamed, PageEntry("two", "Traffic", Icon.DIAGNOSIS, make))
+    with simulated("stream") as bench, window(qapp, tmp_path, entries=entries) as assembly:
+        assert made == []  # not before the first paint
+        with qtbot.waitSignal(assembly.window.pages_made, timeout=WAIT_MS):
+            pass
+        folder = assembly.keeping.sessions.shelf.folder
+        folder.parent.mkdir(parents=True, exist_ok=True)
+        folder.write_text("a file stands where the recordings should be")
+        assembly.connector.connect_to(Target("sim://stream", 115200))
+        qtbot.waitUntil(lambda: bench.state().is_streaming, timeout=WAIT_MS)
+        qtbot.keyClick(assembly.window, Qt.Key.Key_2, Qt.KeyboardModifier.ControlModifier)
+        qtbot.waitUntil(lambda: not bench.state().is_streaming, timeout=WAIT_MS)
+        qtbot.keyClick(assembly.window, Qt.Key.Key_1, Qt.KeyboardModifier.ControlModifier)
+        qtbot.waitUntil(lambda: bench.state().is_streaming, timeout=WAIT_MS)
+        shown, hidden = made
+        assert [batch.at for batch in shown.batches] == [batch.at for batch in hidden.batches]
+    assert not bench.state().is_streaming  # left as it was found
+
+
+def test_the_window_is_there_before_plots_are_loaded() -> None:
+    code = "import sys, ui.main; sys.exit(any(name in sys.modules for name in ('numpy', 'pyqtgraph')))"
+    ended = subprocess.run([sys.executable, "-c", code], timeout=60, check=False)
+    assert ended.returncode == 0
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="no SIGTERM that a program could answer")
+def test_sigterm_closes_in_good_order(tmp_path: Path) -> None:
+    code = (
+        "from ui.main import WindowOptions, run; from PySide6.QtCore import QTimer;"
+        "import os, signal; from PySide6.QtWidgets import QApplication; app = QApplication([]);"
+        "QTimer.singleShot(300, lambda: os.kill(os.getpid(), signal.SIGTERM));"
+        "raise SystemExit(run(WindowOptions(demo=True)))"
+    )
+    ended = subprocess.run([sys.executable, "-c", code], timeout=60, check=False, capture_output=True)
+    # The offscreen platform has no window manager to tell of sizes, and says so.
+    said = [line for line in ended.stderr.splitlines() if b"propagateSizeHints" not in line]
+    assert (ended.returncode, said) == (0, [])
+
+
+def test_an_unattended_run_leaves_a_picture_and_values(tmp_path: Path) -> None:
+    import json
+
+    code = (
+        "import sys; from pathlib import Path; from ui.main import WindowOptions, run;"
+        "raise SystemExit(run(WindowOptions(demo=True, offscreen_seconds=5.0, evidence=Path(sys.argv[1]))))"
+    )
+    ended = subprocess.run([sys.executable, "-c", code, str(tmp_path / "e")], timeout=60, check=False)
+    assert ended.returncode == 0
+    seen = json.loads((tmp_path / "e" / "values.json").read_text(encoding="utf-8"))
+    assert seen["presence"] == "online"
+    assert {"tilt_deg", "acceleration_g", "triggered", "active"} <= set(seen["values"])
+    assert (tmp_path / "e" / "live.png").read_bytes().startswith(b"\x89PNG")

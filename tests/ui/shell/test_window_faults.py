@@ -1,0 +1,196 @@
+"""What goes wrong around the window: it stays alive, says it in a sentence, and goes on."""
+
+import errno
+import itertools
+import os
+import signal
+import subprocess
+import sys
+import time
+from contextlib import suppress
+from pathlib import Path
+
+import pytest
+import serial
+from PySide6.QtCore import QTimer
+from PySide6.QtWidgets import QApplication
+from pytestqt.qtbot import QtBot
+
+from app.diagnosis.link_state import Phase
+from app.engine.session import Session
+from app.engine.worker import Job
+from app.procedures.act import Performed, perform
+from app.safety.acts import REQUESTS, Act
+from app.safety.interlocks import Condition
+from app.safety.journal import Outcome
+from app.safety.permit import Origin, Permit
+from app.store.database import StoreTrouble
+from app.store.store import Store
+from app.system.logs import start_log
+from tests.support.processes import ENVIRONMENT, PROGRAM, ROOT, run_module
+from tests.support.window.fakes_ui import ADAPTER, WAIT_MS, Ports, simulated, wait_online, window
+from ui.core.connector import Target
+from ui.main import Assembly, _faults_said
+
+BEAT_MS = 10
+LONGEST_STALL_S = 1.0
+"""A list of ten seconds would show, a busy machine does not."""
+PROCESS_LIMIT_S = 30.0
+POSIX_ONLY = pytest.mark.skipif(sys.platform == "win32", reason="pseudo-terminals are POSIX")
+
+
+def notice_of(assembly: Assembly) -> str:
+    notice = assembly.window.notice_bar.notice
+    return "" if notice is None else notice.text
+
+
+def test_a_list_of_ports_that_does_not_end_stops_nothing(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
+    ports, beats = Ports(ADAPTER), list[float]()
+    ports.hold()
+    timer = QTimer()
+    timer.setInterval(BEAT_MS)
+    timer.timeout.connect(lambda: beats.append(time.monotonic()))
+    with simulated("patient"), window(qapp, tmp_path, ports=ports) as assembly:
+        qtbot.waitUntil(lambda: ports.looks == 1, timeout=WAIT_MS)
+        timer.start()
+        assembly.window.go_to("traffic")
+        assembly.connector.connect_to(Target("sim://patient", 115200))
+        wait_online(qtbot, assembly)
+        qtbot.waitUntil(lambda: len(beats) > 50, timeout=WAIT_MS)
+        timer.stop()
+        assert not assembly.ports.has_looked
+        assert ports.looks == 1
+        ports.let_go()
+        qtbot.waitUntil(lambda: assembly.ports.has_looked, timeout=WAIT_MS)
+    assert max(after - before for before, after in itertools.pairwise(beats)) < LONGEST_STALL_S
+
+
+@POSIX_ONLY
+def test_the_second_copy_says_who_has_the_port(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
+    with run_module("--uptime", "60") as module:
+        command = [*PROGRAM, "monitor", "--port", module.port, "--seconds", "60", "--json"]
+        with subprocess.Popen(command, cwd=ROOT, env=ENVIRONMENT, text=True, stdout=subprocess.PIPE) as first:
+            try:
+                assert first.stdout is not None
+                assert first.stdout.readline()  # it works
+                with window(qapp, tmp_path) as assembly:
+                    assembly.connector.connect_to(Target(module.port, 115200))
+                    qtbot.waitUntil(lambda: assembly.connector.state.phase is Phase.FAILED, timeout=WAIT_MS)
+                    qtbot.waitUntil(lambda: "in use by" in notice_of(assembly), timeout=WAIT_MS)
+                    if sys.platform.startswith("linux"):
+                        holders = (first.pid, module.process.pid)  # the simulated module has it open too
+                        assert any(f"(process {pid})" in notice_of(assembly) for pid in holders)
+                    first.terminate()
+                    first.communicate(timeout=10)
+                    assembly.window._connect_again()
+                    wait_online(qtbot, assembly)
+            finally:
+                with suppress(ProcessLookupError):
+                    first.kill()
+
+
+@POSIX_ONLY
+def test_a_port_that_may_not_be_opened(
+    qtbot: QtBot, qapp: QApplication, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def refuse(_serial: serial.Serial) -> None:
+        raise serial.SerialException(errno.EACCES, f"could not open port: {os.strerror(errno.EACCES)}")
+
+    monkeypatch.setattr(serial.Serial, "open", refuse)
+    with window(qapp, tmp_path) as assembly:
+        assembly.connector.connect_to(Target("/dev/ttyS0", 115200))
+        qtbot.waitUntil(lambda: "You may not open /dev/ttyS0" in notice_of(assembly), timeout=WAIT_MS)
+        assert assembly.connector.state.phase is Phase.FAILED
+
+
+def fill(store: Store) -> None:
+    """As on a full disk: not one page more."""
+    with store.database.together():  # of the connection that writes
+        store.database.read("PRAGMA max_page_count = 1")
+    for size in (4000, 400, 40, 0):
+        with suppress(StoreTrouble):
+            while True:
+                store.begin(Act.ZERO, REQUESTS[Act.ZERO].encode(), {"much": "x" * size}, port="p", origin="window")
+
+
+@pytest.mark.skipif(not Path("/dev/full").exists(), reason="needs a device that is always full")
+def test_on_a_full_disk_it_goes_on_and_sends_nothing_dangerous(
+    qtbot: QtBot, qapp: QApplication, tmp_path: Path
+) -> None:
+    (tmp_path / "log").mkdir()
+    (tmp_path / "log" / "dps-s.log").symlink_to("/dev/full")
+    log = start_log(tmp_path / "log")
+    try:
+        with simulated("full", active=True) as bench, window(qapp, tmp_path) as assembly:
+            store = assembly.keeping.store
+            assert isinstance(store, Store)
+            fill(store)
+            target = Target("sim://full", 115200)
+            assembly.connector.connect_to(target)
+            wait_online(qtbot, assembly)
+            assert log.trouble is not None
+            assembly.window.top_bar.lock.click()  # always safe, so never refused
+            qtbot.waitUntil(lambda: not bench.state().is_active, timeout=WAIT_MS)
+            wait_online(qtbot, assembly)
+            ended: list[Job[Performed]] = []
+            permit = Permit(Act.ZERO, Origin.CONFIRMATION, assembly.connector.clock())
+            assembly.connector.run(perform(Act.ZERO, assembly.keeping.journal(target), permit=permit), ended.append)
+            qtbot.waitUntil(lambda: bool(ended), timeout=WAIT_MS)
+            performed = ended[0].outcome()
+            assert performed.outcome is Outcome.NOT_SENT
+            assert Condition.INTENT_DURABLE in {refusal.condition for refusal in performed.refusals}
+            assert "disk is full" in performed.sentence
+            assert assembly.connector.state.phase is Phase.ONLINE
+    finally:
+        log.stop()
+
+
+@POSIX_ONLY
+def test_an_error_of_ours_beside_the_window_closes_the_port_and_is_said(
+    qtbot: QtBot, qapp: QApplication, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def fail(_session: Session) -> None:
+        monkeypatch.undo()
+        raise KeyError("bug")
+
+    with simulated("struck"), window(qapp, tmp_path) as assembly, _faults_said(assembly.window, assembly.armed):
+        assembly.connector.connect_to(Target("sim://struck", 115200))
+        wait_online(qtbot, assembly)
+        assembly.armed.act = Act.ZERO
+        monkeypatch.setattr(Session, "step", fail)
+        qtbot.waitUntil(lambda: "KeyError: 'bug'" in notice_of(assembly), timeout=WAIT_MS)
+        assert assembly.window.notice_bar.button("copy_details") is not None
+        assert not assembly.connector.is_open
+        assert assembly.armed.act is None
+        assembly.connector.connect_to(Target("sim://struck", 115200))
+        wait_online(qtbot, assembly)
+
+
+def test_killed_and_started_again(tmp_path: Path) -> None:
+    """kill -9 leaves a port that can be opened, a store that can be read, and no word of it to the next one."""
+    code = """if True:
+        import sys
+        from ui import main as application
+        def told(assembly, options, start=application.start):
+            assembly.connector.came_online.connect(lambda _target: print("online", flush=True))
+            start(assembly, options)
+        application.start = told
+        raise SystemExit(application.run(application.WindowOptions(port=sys.argv[1])))
+    """
+    environment = {**ENVIRONMENT, "QT_QPA_PLATFORM": "offscreen", "HOME": str(tmp_path)}
+    with run_module("--uptime", "60", "--rate", "200") as module:
+        for end, code_expected in ((signal.SIGKILL, -signal.SIGKILL), (signal.SIGTERM, 0)):
+            with subprocess.Popen(
+                [sys.executable, "-B", "-c", code, module.port],
+                cwd=ROOT, env=environment, text=True, stdout=subprocess.PIPE, stderr=subprocess.PIPE,
+            ) as program:  # fmt: skip
+                try:
+                    assert program.stdout is not None
+                    assert program.stdout.readline() == "online\n"
+                    program.send_signal(end)
+                    _, said = program.communicate(timeout=PROCESS_LIMIT_S)
+                finally:
+                    with suppress(ProcessLookupError):
+                        program.kill()
+            assert program.returncode == code_expected
+            assert [line for line in said.splitlines() if "propagateSizeHints" not in line] == []

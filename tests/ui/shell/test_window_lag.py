@@ -1,0 +1,27 @@
+"""A line that delays everything: the window says so, and does not call it connected."""
+
+from pathlib import Path
+
+from PySide6.QtWidgets import QApplication
+from pytestqt.qtbot import QtBot
+
+from app.diagnosis.link_state import Phase
+from tests.support.window.fakes_ui import WAIT_MS, simulated, wait_online, window
+from ui.core.connector import Target
+
+
+def test_beyond_a_second_of_lag_nothing_is_shown_as_current(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
+    with simulated("bridge") as bench, window(qapp, tmp_path) as assembly:
+        connector, main = assembly.connector, assembly.window
+        connector.connect_to(Target("sim://bridge", 115200))
+        wait_online(qtbot, assembly)
+        qtbot.waitUntil(lambda: connector.state.phase is Phase.ONLINE, timeout=WAIT_MS)
+        qtbot.waitUntil(lambda: "lag 0.0" in main.status_line.figures.text(), timeout=WAIT_MS)
+        bench.change(stream_at_boot=True, lag_ms=1600.0)
+        bench.module.start_stream(bench.clock())
+        qtbot.waitUntil(lambda: connector.state.phase is Phase.LATE, timeout=WAIT_MS)
+        qtbot.waitUntil(lambda: "late" in main.status_line.age.text(), timeout=WAIT_MS)
+        qtbot.waitUntil(lambda: "late" in main.top_bar.port.word, timeout=WAIT_MS)
+        assert connector.device.fresh("active", connector.clock()) is None
+        bench.change(lag_ms=0.0)
+        qtbot.waitUntil(lambda: connector.state.phase is Phase.ONLINE, timeout=WAIT_MS)

@@ -1,0 +1,188 @@
+"""LOCK from the window: one gesture, as often as it is pressed, and never called done before the module says so."""
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+import pytest
+from PySide6.QtCore import Qt
+from PySide6.QtWidgets import QApplication, QWidget
+from pytestqt.qtbot import QtBot
+
+from app.simulator.bench import SimulatedBench
+from protocol.catalogue import ACTIVATION
+from tests.support.window.fakes_ui import WAIT_MS, simulated, wait_online, window
+from tests.support.window.steps import settle
+from ui.core.connector import Target
+from ui.main import Assembly
+from ui.style.theme import Meaning
+from ui.widgets.notice_bar import Notice
+
+
+def click(qtbot: QtBot, widget: QWidget) -> None:
+    settle(widget)
+    qtbot.mouseClick(widget, Qt.MouseButton.LeftButton)
+
+
+@pytest.mark.parametrize("way", ["click", "key"])
+def test_lock_is_one_gesture(qtbot: QtBot, qapp: QApplication, tmp_path: Path, way: str) -> None:
+    with simulated("lock") as bench, window(qapp, tmp_path) as assembly:
+        bench.module.activate(is_active=True)
+        assembly.connector.connect_to(Target("sim://lock", 115200))
+        wait_online(qtbot, assembly)
+        qtbot.waitUntil(assembly.window.top_bar.lock.isEnabled, timeout=WAIT_MS)
+        if way == "click":
+            click(qtbot, assembly.window.top_bar.lock)
+        else:
+            qtbot.keyClick(assembly.window, Qt.Key.Key_L, Qt.KeyboardModifier.ControlModifier)
+        qtbot.waitUntil(lambda: not bench.state().is_active, timeout=WAIT_MS)
+        qtbot.waitUntil(lambda: assembly.window.top_bar.activation.word == "LOCKED", timeout=WAIT_MS)
+        qtbot.waitUntil(lambda: "LOCKED" in assembly.window.status_line.passing.text(), timeout=WAIT_MS)
+
+
+def lossy(bench: SimulatedBench, lost: int) -> list[float]:
+    """The first `lost` LOCKs do not arrive; when each of them left."""
+    write, times = bench.wire.write, list[float]()
+
+    def lose(data: bytes, now_s: float) -> None:
+        if data[2] == ACTIVATION.code:
+            times.append(now_s)
+        if data[2] != ACTIVATION.code or len(times) > lost:
+            write(data, now_s)
+
+    bench.wire.write = lose  # type: ignore[method-assign]
+    return times
+
+
+@contextmanager
+def active_module(
+    qtbot: QtBot, qapp: QApplication, folder: Path, name: str
+) -> Iterator[tuple[Assembly, SimulatedBench]]:
+    with simulated(name) as bench, window(qapp, folder) as assembly:
+        bench.module.activate(is_active=True)
+        assembly.connector.connect_to(Target(f"sim://{name}", 115200))
+        wait_online(qtbot, assembly)
+        qtbot.waitUntil(assembly.window.top_bar.lock.isEnabled, timeout=WAIT_MS)
+        yield assembly, bench
+
+
+def test_it_is_repeated_and_shown_until_the_module_reports_it(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
+    with active_module(qtbot, qapp, tmp_path, "repeated") as (assembly, bench):
+        times = lossy(bench, 5)
+        bar = assembly.window.notice_bar
+        click(qtbot, assembly.window.top_bar.lock)
+        qtbot.waitUntil(
+            lambda: bar.notice is not None and "LOCK sent 3 times, not yet" in bar.notice.text, timeout=WAIT_MS
+        )
+        assert bar.notice is not None
+        assert bar.notice.meaning is Meaning.ATTENTION
+        qtbot.waitUntil(lambda: not bench.state().is_active, timeout=WAIT_MS)
+        qtbot.waitUntil(lambda: bar.notice is None, timeout=WAIT_MS)
+        assert len(times) == 6
+        confirmed = assembly.lock.confirmed
+        assert confirmed is not None
+        assert confirmed.sent == 6
+
+
+def test_lock_pressed_again_leaves_at_once_again(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
+    with active_module(qtbot, qapp, tmp_path, "twice") as (assembly, bench):
+        times = lossy(bench, 1)
+        lock = assembly.window.top_bar.lock
+        click(qtbot, lock)
+        qtbot.waitUntil(lambda: len(times) == 1, timeout=WAIT_MS)
+        click(qtbot, lock)
+        qtbot.waitUntil(lambda: "LOCKED" in assembly.window.status_line.passing.text(), timeout=WAIT_MS)
+        assert not bench.state().is_active
+        assert len(times) >= 2
+
+
+def test_escape_does_not_end_it(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
+    with active_module(qtbot, qapp, tmp_path, "escape") as (assembly, bench):
+        times = lossy(bench, 4)
+        click(qtbot, assembly.window.top_bar.lock)
+        qtbot.waitUntil(lambda: len(times) == 2, timeout=WAIT_MS)
+        qtbot.keyClick(assembly.window, Qt.Key.Key_Escape)
+        qtbot.waitUntil(lambda: not bench.state().is_active, timeout=WAIT_MS)
+
+
+def fail(qtbot: QtBot, assembly: Assembly, bench: SimulatedBench, monkeypatch: pytest.MonkeyPatch) -> Notice:
+    monkeypatch.setattr("app.engine.procedure.LOCKS_FOR_S", 0.5)
+    bench.change(mute=True)
+    click(qtbot, assembly.window.top_bar.lock)
+    bar = assembly.window.notice_bar
+    qtbot.waitUntil(lambda: bar.button("lock_again") is not None, timeout=WAIT_MS)
+    assert bar.notice is not None
+    return bar.notice
+
+
+def test_a_lock_that_fails_is_said_on_every_page_until_the_module_reports_that_it_is_locked(
+    qtbot: QtBot, qapp: QApplication, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    with active_module(qtbot, qapp, tmp_path, "deaf") as (assembly, bench):
+        notice = fail(qtbot, assembly, bench, monkeypatch)
+        assert notice.meaning is Meaning.DANGER
+        assert "treat the module as ACTIVE" in notice.text
+        assert notice.dismiss is None
+        bar = assembly.window.notice_bar
+        assembly.window.attention.stay()
+        qtbot.keyClick(assembly.window, Qt.Key.Key_Escape)
+        assert bar.notice is not None
+        assert "treat the module as ACTIVE" in bar.notice.text
+        bench.heal()
+        bench.change(mute=False)
+        bench.module.activate(is_active=False)  # somebody locks it in another way
+        qtbot.waitUntil(lambda: bar.notice is None, timeout=WAIT_MS)
+        assert assembly.lock.failed is None
+
+
+def test_a_lock_that_fails_is_forgotten_with_its_module(
+    qtbot: QtBot, qapp: QApplication, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    with active_module(qtbot, qapp, tmp_path, "deaf") as (assembly, bench), simulated("other"):
+        fail(qtbot, assembly, bench, monkeypatch)
+        assembly.connector.connect_to(Target("sim://other", 115200))
+        wait_online(qtbot, assembly)
+        qtbot.waitUntil(lambda: assembly.window.notice_bar.notice is None, timeout=WAIT_MS)
+
+
+def test_whoever_closes_while_it_is_not_reported_is_asked(
+    qtbot: QtBot, qapp: QApplication, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    with active_module(qtbot, qapp, tmp_path, "closing") as (assembly, bench):
+        fail(qtbot, assembly, bench, monkeypatch)
+        assembly.window.close()
+        assert assembly.window.isVisible()
+        notice = assembly.window.notice_bar.notice
+        assert notice is not None
+        assert [choice.key for choice in notice.choices] == ["lock_and_leave", "leave_active", "stay"]
+
+
+def test_it_is_sent_again_when_the_port_comes_back_in_time(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
+    with active_module(qtbot, qapp, tmp_path, "returns") as (assembly, bench):
+        bench.change(mute=True)
+        click(qtbot, assembly.window.top_bar.lock)
+        qtbot.waitUntil(lambda: assembly.lock.is_going_on, timeout=WAIT_MS)
+        bench.unplug()
+        qtbot.waitUntil(lambda: not assembly.connector.is_open, timeout=WAIT_MS)
+        assert assembly.lock.is_going_on
+        notice = assembly.window.notice_bar.notice
+        assert notice is not None
+        assert "when the port comes back" in notice.text
+        bench.heal()
+        bench.change(mute=False)
+        bench.plug()
+        qtbot.waitUntil(lambda: not bench.state().is_active, timeout=WAIT_MS)
+        qtbot.waitUntil(lambda: assembly.lock.confirmed is not None, timeout=WAIT_MS)
+
+
+def test_what_is_activated_on_purpose_is_not_locked_again(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
+    with active_module(qtbot, qapp, tmp_path, "purpose") as (assembly, bench):
+        times = lossy(bench, 100)
+        click(qtbot, assembly.window.top_bar.lock)
+        qtbot.waitUntil(lambda: len(times) >= 2, timeout=WAIT_MS)
+        assembly.lock.end()
+        qtbot.waitUntil(lambda: not assembly.lock.is_going_on, timeout=WAIT_MS)
+        assert not assembly.lock.is_unproven
+        count = len(times)
+        qtbot.wait(400)
+        assert len(times) == count

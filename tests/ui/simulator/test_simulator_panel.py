@@ -1,0 +1,303 @@
+"""The panel "Simulated module": every control does to the bench what it says, and follows what happens there."""
+
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+from PySide6.QtCore import QEvent, QPoint, QPointF, Qt
+from PySide6.QtGui import QWheelEvent
+from PySide6.QtWidgets import (
+    QAbstractButton,
+    QAbstractSpinBox,
+    QApplication,
+    QComboBox,
+    QDoubleSpinBox,
+    QLabel,
+    QLineEdit,
+    QScrollArea,
+    QSlider,
+    QWidget,
+)
+from pytestqt.qtbot import QtBot
+
+from app.simulator.bench import SimulatedBench
+from app.simulator.quirks import Acknowledge, Dialect, Rule
+from app.simulator.wire import Faults
+from app.text import i18n
+from ui.core.texts import Texts
+from ui.simulator.panel import SimulatorPanel
+
+
+class Clock:
+    def __init__(self) -> None:
+        self.now_s = 1000.0
+
+    def __call__(self) -> float:
+        return self.now_s
+
+
+@pytest.fixture
+def clock() -> Clock:
+    return Clock()
+
+
+@pytest.fixture
+def bench(clock: Clock) -> SimulatedBench:
+    return SimulatedBench(clock=clock)
+
+
+@pytest.fixture
+def texts() -> Texts:
+    return Texts()
+
+
+@pytest.fixture
+def panel(qtbot: QtBot, texts: Texts, bench: SimulatedBench) -> Iterator[SimulatorPanel]:
+    # Inside a window, as in its dock: offscreen, Qt warns of windows that have a smallest size of their own.
+    window = QWidget()
+    qtbot.addWidget(window)
+    panel = SimulatorPanel(texts, bench, window)
+    window.resize(320, 520)
+    panel.resize(320, 520)
+    window.show()
+    window.activateWindow()
+    qtbot.waitUntil(window.isActiveWindow)
+    yield panel
+    window.close()
+
+
+def click(qtbot: QtBot, button: QWidget) -> None:
+    """With the mouse, at the left, where the box of a check box is."""
+    qtbot.mouseClick(button, Qt.MouseButton.LeftButton, pos=QPoint(10, button.height() // 2))
+
+
+def child(panel: SimulatorPanel, kind: type[QWidget], name: str) -> QWidget:
+    found = panel.findChild(kind, name)
+    assert isinstance(found, QWidget), name
+    return found
+
+
+def type_into(qtbot: QtBot, box: QAbstractSpinBox, text: str) -> None:
+    box.setFocus()
+    box.selectAll()
+    qtbot.keyClicks(box, text)
+    qtbot.keyClick(box, Qt.Key.Key_Return)
+
+
+def type_line(qtbot: QtBot, box: QLineEdit, text: str) -> None:
+    box.setFocus()
+    box.selectAll()
+    qtbot.keyClicks(box, text)
+    qtbot.keyClick(box, Qt.Key.Key_Return)
+
+
+def open_all(panel: SimulatorPanel) -> None:
+    for fold in panel.options.folds.values():
+        fold.click()
+
+
+def test_tilt_by_slider_and_by_number(qtbot: QtBot, panel: SimulatorPanel, bench: SimulatedBench) -> None:
+    panel.tilt.slider.setFocus()
+    qtbot.keyClick(panel.tilt.slider, Qt.Key.Key_Right)
+    assert bench.state().tilt_deg == 1
+    type_into(qtbot, panel.tilt.box, "70")
+    assert bench.state().tilt_deg == 70
+    assert panel.tilt.slider.value() == 70
+
+
+def test_cell_voltage(qtbot: QtBot, panel: SimulatorPanel, bench: SimulatedBench) -> None:
+    type_into(qtbot, panel.cell.box, "3.60")
+    assert bench.state().cell_v == pytest.approx(3.6)
+
+
+def test_drop(qtbot: QtBot, panel: SimulatorPanel, bench: SimulatedBench, clock: Clock) -> None:
+    type_into(qtbot, panel.fall_height, "30")
+    assert "30" in panel.drop.text()
+    click(qtbot, panel.drop)
+    assert bench.state().is_falling
+    assert not panel.drop.isEnabled()
+    clock.now_s += 10
+    panel.refresh()
+    assert panel.drop.isEnabled()
+
+
+def test_bay_charger_and_wobble(qtbot: QtBot, panel: SimulatorPanel, bench: SimulatedBench) -> None:
+    for box in (panel.bay, panel.charger, panel.lifelike):
+        click(qtbot, box)
+    state = bench.state()
+    assert (state.bay_is_open, state.has_external_power, state.is_lifelike) == (True, True, True)
+
+
+def test_restart_unplug_and_switch(qtbot: QtBot, panel: SimulatorPanel, bench: SimulatedBench) -> None:
+    click(qtbot, panel.restart)
+    assert bench.state().boot_count == 38
+    click(qtbot, panel.plug)
+    assert not bench.state().is_plugged_in
+    assert panel.plug.text() == "Plug in"
+    click(qtbot, panel.plug)
+    assert bench.state().is_plugged_in
+    assert panel.plug.text() == "Unplug"
+    assert not panel.press.isEnabled()
+    bench.power_off()
+    panel.refresh()
+    click(qtbot, panel.press)
+    assert bench.state().is_on
+
+
+def test_it_follows_what_happens_to_the_module(qtbot: QtBot, panel: SimulatorPanel, bench: SimulatedBench) -> None:
+    bench.set_tilt(33)
+    bench.set_bay(is_open=True)
+    qtbot.waitUntil(lambda: panel.tilt.value == 33 and panel.bay.isChecked())
+    assert bench.state().tilt_deg == 33
+
+
+def test_it_does_not_change_a_number_under_the_fingers(panel: SimulatorPanel, bench: SimulatedBench) -> None:
+    panel.cell.box.setFocus()
+    before = panel.cell.value
+    bench.set_cell(3.2)
+    panel.refresh()
+    assert panel.cell.value == before
+    panel.drop.setFocus()
+    panel.refresh()
+    assert panel.cell.value == pytest.approx(3.2)
+
+
+def test_line_and_protocol(qtbot: QtBot, panel: SimulatorPanel, bench: SimulatedBench) -> None:
+    click(qtbot, panel.options.folds["line"])
+    drop = child(panel, QDoubleSpinBox, "simulator_drop")
+    assert isinstance(drop, QDoubleSpinBox)
+    type_into(qtbot, drop, "20")
+    assert bench.state().values["drop"] == pytest.approx(0.2)
+    click(qtbot, panel.options.folds["dialect"])
+    ack = child(panel, QComboBox, "simulator_ack")
+    ack.setFocus()
+    qtbot.keyClick(ack, Qt.Key.Key_Down)
+    assert bench.state().values["ack"] is Acknowledge.ONE
+    keeps = child(panel, QAbstractButton, "simulator_keeps")
+    click(qtbot, keeps)
+    assert bench.state().values["keeps"] is False
+    panel.options.heal.click()
+    panel.options.heal.setFocus()
+    panel.refresh()
+    assert bench.state().values["drop"] == 0
+    assert drop.value() == 0
+    assert bench.state().values["ack"] is Acknowledge.ONE
+
+
+def test_every_fault_and_dialect_has_a_row_but_the_technical_ones(panel: SimulatorPanel) -> None:
+    shown = {widget.objectName().removeprefix("simulator_") for widget in panel.options.findChildren(QWidget)}
+    missing = (set(Dialect.__slots__) | set(Faults.__slots__)) - shown
+    assert missing == {"record_gap_ms", "stream_at_boot", "paced"}
+
+
+def test_lies_and_defects(qtbot: QtBot, panel: SimulatorPanel, bench: SimulatedBench) -> None:
+    assert not child(panel, QLineEdit, "simulator_cross_talk").isVisible()
+    click(qtbot, panel.options.folds["lies"])
+    talk = child(panel, QLineEdit, "simulator_cross_talk")
+    assert isinstance(talk, QLineEdit)
+    type_line(qtbot, talk, "21:20=14@500")
+    assert bench.state().values["cross_talk"] == (Rule(0x21, 0x20, 0x14, 0, 500.0),)
+    revert = child(panel, QDoubleSpinBox, "simulator_revert_ms")
+    assert isinstance(revert, QDoubleSpinBox)
+    type_into(qtbot, revert, "20")
+    assert bench.state().values["revert_ms"] == 20
+    click(qtbot, child(panel, QAbstractButton, "simulator_locks"))
+    assert bench.state().values["locks"] is False
+    bench.change(cross_talk=())
+    revert.setFocus()
+    panel.refresh()
+    assert talk.text() == ""
+
+
+def test_a_rule_that_means_nothing_is_refused_beside_it(
+    qtbot: QtBot, panel: SimulatorPanel, bench: SimulatedBench
+) -> None:
+    click(qtbot, panel.options.folds["lies"])
+    talk = child(panel, QLineEdit, "simulator_cross_talk")
+    assert isinstance(talk, QLineEdit)
+    type_line(qtbot, talk, "21>20")
+    refusal = child(panel, QLabel, "simulator_cross_talk_refusal")
+    assert isinstance(refusal, QLabel)
+    assert "21:20=14/2@500" in refusal.text()
+    assert bench.state().values["cross_talk"] == ()
+    panel.refresh()
+    assert talk.text() == "21>20", "what was typed stays, to be put right"
+    type_line(qtbot, talk, "21:20")
+    assert not refusal.isVisible()
+    assert bench.state().values["cross_talk"] == (Rule(0x21, 0x20),)
+
+
+def test_opening_the_folds_changes_nothing(qtbot: QtBot, panel: SimulatorPanel, bench: SimulatedBench) -> None:
+    before = bench.state()
+    open_all(panel)
+    panel.refresh()
+    assert bench.state() == before
+
+
+def test_the_wheel_turns_only_what_has_the_focus(qtbot: QtBot, panel: SimulatorPanel, bench: SimulatedBench) -> None:
+    def turn(widget: QWidget) -> None:
+        centre = QPointF(widget.rect().center())
+        event = QWheelEvent(
+            centre, QPointF(widget.mapToGlobal(centre.toPoint())), QPoint(0, 0), QPoint(0, 120),
+            Qt.MouseButton.NoButton, Qt.KeyboardModifier.NoModifier, Qt.ScrollPhase.NoScrollPhase, False,
+        )  # fmt: skip
+        QApplication.sendEvent(widget, event)
+
+    panel.drop.setFocus()
+    for widget in (panel.tilt.slider, panel.tilt.box, panel.cell.slider, panel.cell.box, panel.fall_height):
+        turn(widget)
+    assert bench.state().tilt_deg == 0
+    assert panel.fall_height.value() == 20
+    panel.tilt.slider.setFocus()
+    turn(panel.tilt.slider)
+    assert bench.state().tilt_deg > 0
+
+
+def test_every_control_has_a_name_an_accessible_name_and_a_tooltip(panel: SimulatorPanel) -> None:
+    open_all(panel)
+    kinds = (QAbstractButton, QAbstractSpinBox, QComboBox, QLineEdit, QSlider)
+    found = [one for kind in kinds for one in panel.findChildren(kind)]
+    controls = [one for one in found if one.objectName() != "qt_spinbox_lineedit"]
+    assert len(controls) > 30
+    for control in controls:
+        assert control.objectName()
+        assert control.accessibleName(), control.objectName()
+        assert control.toolTip(), control.objectName()
+
+
+def test_without_a_module_it_says_so_and_is_off(qtbot: QtBot, texts: Texts) -> None:
+    panel = SimulatorPanel(texts)
+    qtbot.addWidget(panel)
+    assert not panel.tilt.isEnabled()
+    assert panel.summary.text() == "No simulated module is connected."
+
+
+def test_it_fits_a_narrow_dock_and_scrolls(panel: SimulatorPanel) -> None:
+    open_all(panel)
+    panel.resize(panel.minimumSizeHint().width(), 400)
+    QApplication.processEvents()
+    area = panel.findChild(QScrollArea, "simulator_scroll")
+    assert area is not None
+    assert panel.width() <= 360
+    body = area.widget()
+    assert body is not None
+    assert body.width() <= area.viewport().width()
+    assert area.verticalScrollBar().maximum() > 0
+    for label in panel.findChildren(QLabel):
+        assert label.wordWrap() or label.width() >= label.sizeHint().width(), label.objectName()
+
+
+def test_it_follows_the_language(tmp_path: Path, panel: SimulatorPanel, texts: Texts) -> None:
+    pairs = {"Drop {height} m": "{height} m down", "locked": "LOCKED", "Tilt": "Slant"}
+    messages = "".join(
+        f"<message><source>{english}</source><translation>{other}</translation></message>"
+        for english, other in pairs.items()
+    )
+    language = tmp_path / "other.ts"
+    language.write_text(f"<TS><context><name>dps-s</name>{messages}</context></TS>", encoding="utf-8")
+    i18n.set_language(str(language))
+    texts.retranslate()
+    QApplication.sendEvent(panel, QEvent(QEvent.Type.LanguageChange))
+    assert panel.drop.text() == "20 m down"
+    assert panel.summary.text().startswith("LOCKED")
+    assert panel.tilt.box.accessibleName() == "Slant"

@@ -1,0 +1,234 @@
+"""Contrast of every theme, the style sheet, and the choice that follows the system."""
+
+import re
+
+import pytest
+import shiboken6
+from PySide6.QtCore import QSize, Qt
+from PySide6.QtGui import QColor, QFont, QFontMetricsF, QPalette
+from PySide6.QtWidgets import (
+    QApplication,
+    QComboBox,
+    QHBoxLayout,
+    QLineEdit,
+    QListWidget,
+    QPushButton,
+    QToolButton,
+    QWidget,
+)
+from pytestqt.qtbot import QtBot
+
+from ui.style import theme
+from ui.style.icons import MEANING_ICONS, Icon, app_icon, battery, icon, pixmap
+from ui.style.style_sheet import style_sheet
+from ui.style.theme import DARK, LIGHT, SUNLIGHT, THEMES, Appearance, Choice, Meaning, Size, Theme, contrast
+
+# Qt's offscreen platform says so at every window with a least size.
+each_theme = pytest.mark.parametrize("one", THEMES, ids=lambda one: one.name)
+
+
+@pytest.fixture(autouse=True)
+def in_light(qapp: QApplication) -> None:
+    theme.apply(qapp, LIGHT)
+
+
+def text_contrast(one: Theme) -> float:
+    return 7.0 if one is SUNLIGHT else 4.5
+
+
+def test_contrast_is_that_of_wcag() -> None:
+    assert contrast("#000000", "#FFFFFF") == pytest.approx(21)
+    assert contrast("#777777", "#FFFFFF") == pytest.approx(4.48, abs=0.01)
+    assert contrast("#FFFFFF", "#777777") == contrast("#777777", "#FFFFFF")
+
+
+@each_theme
+def test_every_text_is_readable_on_every_surface(one: Theme) -> None:
+    texts = [one.text, one.muted, *(tint.ink for tint in one.meanings.values())]
+    for text in texts:
+        for surface in one.surfaces:
+            assert contrast(text, surface) >= text_contrast(one), (text, surface)
+    pairs = [(one.text, one.selection), (one.on_primary, one.primary), (one.window, one.text)]
+    for tint in one.meanings.values():
+        pairs += [(tint.on_fill, tint.fill), (tint.ink, tint.wash)]
+    pairs += [(one.curves[lane], one.surface) for lane in range(3)]  # the lanes' titles
+    for text, ground in pairs:
+        assert contrast(text, ground) >= text_contrast(one), (text, ground)
+
+
+@each_theme
+def test_lines_and_icons_stand_out(one: Theme) -> None:
+    lines = [one.border, *one.curves, *(tint.ink for tint in one.meanings.values())]
+    for line in lines:
+        for surface in one.surfaces:
+            assert contrast(line, surface) >= 3, (line, surface)
+
+
+@each_theme
+def test_each_meaning_has_colours_and_an_icon_of_its_own(one: Theme) -> None:
+    assert set(one.meanings) == set(Meaning) == set(MEANING_ICONS)
+    if one is not SUNLIGHT:
+        assert len({tint.ink for tint in one.meanings.values()}) == len(Meaning)
+    assert len(set(one.curves)) == len(one.curves)
+
+
+def test_sunlight_is_black_on_white_with_thick_lines() -> None:
+    assert (SUNLIGHT.text, SUNLIGHT.surface) == ("#000000", "#FFFFFF")
+    assert SUNLIGHT.line_px > LIGHT.line_px
+    assert SUNLIGHT.border_px > LIGHT.border_px
+
+
+@each_theme
+def test_the_style_sheet_uses_only_colours_of_the_theme(one: Theme) -> None:
+    known = {one.text, one.muted, one.border, one.divider, one.selection, one.primary, one.on_primary}
+    known |= set(one.surfaces) | {one.danger.ink, one.danger.fill, one.danger.on_fill, one.danger.wash}
+    known |= {one.information.ink, one.attention.ink}
+    used = set(re.findall(r"#[0-9A-Fa-f]{6}\b", style_sheet(one)))
+    assert used <= known
+    assert "$" not in style_sheet(one)
+
+
+@each_theme
+def test_applying_a_theme_dresses_the_application(one: Theme, qapp: QApplication, qtbot: QtBot) -> None:
+    theme.apply(qapp, one)
+    assert theme.current() is one
+    button = QPushButton("x")
+    qtbot.addWidget(button)
+    button.show()
+    assert button.palette().color(QPalette.ColorRole.ButtonText) == QColor(one.text)
+    assert qapp.palette().color(QPalette.ColorRole.Window) == QColor(one.window)
+
+
+def test_figures_are_of_one_width(qapp: QApplication) -> None:
+    for size in Size:
+        metrics = QFontMetricsF(theme.font(size, is_bold=True))
+        assert len({metrics.horizontalAdvance(digit * 4) for digit in "0123456789"}) == 1
+    assert theme.font().featureValue(QFont.Tag("tnum")) == 1
+
+
+def test_the_focus_moves_nothing(qapp: QApplication, qtbot: QtBot) -> None:
+    for one in THEMES:
+        theme.apply(qapp, one)
+        window = QWidget()
+        qtbot.addWidget(window)
+        button = QPushButton("Write", window)
+        window.show()
+        before = button.sizeHint()
+        with qtbot.waitExposed(window):
+            window.activateWindow()
+        button.setFocus()
+        assert button.sizeHint() == before
+
+
+def test_what_stands_in_one_row_is_of_one_height(qapp: QApplication, qtbot: QtBot) -> None:
+    for one in THEMES:
+        theme.apply(qapp, one)
+        window = QWidget()
+        qtbot.addWidget(window)
+        row = QHBoxLayout(window)
+        segment, framed = QToolButton(), QToolButton()
+        segment.setText("60 s")
+        segment.setProperty("role", "segment")
+        framed.setText("Raw bytes")
+        controls = [
+            QPushButton("Save"),
+            QPushButton(icon(Icon.SAVE), "Save"),
+            segment,
+            framed,
+            QComboBox(),
+            QLineEdit(),
+        ]
+        for control in controls:
+            row.addWidget(control)
+        window.show()
+        heights = {control.sizeHint().height() for control in controls}
+        assert len(heights) == 1, (one.name, heights)
+
+
+def test_bold_is_bold_enough_for_a_chinese_font_without_a_bold_cut() -> None:
+    weights = {int(weight) for weight in re.findall(r"font-weight: (\d+)", style_sheet(LIGHT))}
+    assert weights == {QFont.Weight.Bold.value}
+
+
+@each_theme
+def test_the_page_in_sight_is_marked_so_that_it_is_seen(one: Theme, qapp: QApplication, qtbot: QtBot) -> None:
+    theme.apply(qapp, one)
+    pages = QListWidget()
+    pages.setProperty("role", "navigation")
+    qtbot.addWidget(pages)
+    pages.addItems(["Live", "Settings"])
+    pages.setCurrentRow(1)
+    pages.show()
+    chosen = pages.visualItemRect(pages.item(1))
+    ground = QColor(pages.grab().toImage().pixelColor(chosen.right() - 8, chosen.center().y())).name().upper()
+    assert ground == (one.selection if one is SUNLIGHT else one.sunken)
+
+
+def test_rows_of_the_navigation_are_high_enough_for_gloves(qtbot: QtBot) -> None:
+    pages = QListWidget()
+    pages.setProperty("role", "navigation")
+    qtbot.addWidget(pages)
+    pages.addItems(["Live", "Settings"])
+    pages.show()
+    assert pages.visualItemRect(pages.item(1)).height() >= 32
+
+
+def test_auto_follows_the_system_and_a_choice_does_not(
+    qapp: QApplication, qtbot: QtBot, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    system = {"is_dark": False}
+    monkeypatch.setattr(theme, "is_system_dark", lambda _app: system["is_dark"])
+
+    def turn(*, is_dark: bool) -> None:
+        system["is_dark"] = is_dark
+        qapp.styleHints().colorSchemeChanged.emit(Qt.ColorScheme.Dark if is_dark else Qt.ColorScheme.Light)
+
+    for other in qapp.findChildren(Appearance):  # of a window of another test; a program has one
+        shiboken6.delete(other)
+    appearance = Appearance(qapp)
+    try:
+        assert theme.current() is LIGHT
+        with qtbot.waitSignal(appearance.changed):
+            turn(is_dark=True)
+        assert theme.current() is DARK
+        with qtbot.assertNotEmitted(appearance.changed):
+            turn(is_dark=True)
+        with qtbot.waitSignal(appearance.changed):
+            appearance.choose(Choice.SUNLIGHT)
+        turn(is_dark=False)
+        assert theme.current() is SUNLIGHT
+        appearance.choose(Choice.AUTO)
+        assert theme.current() is LIGHT
+        assert appearance.choice is Choice.AUTO
+    finally:
+        shiboken6.delete(appearance)
+
+
+@pytest.mark.parametrize("one", Icon, ids=lambda one: one.name)
+def test_every_icon_draws_something_inside_its_square(one: Icon, qapp: QApplication) -> None:
+    image = pixmap(one, 32, "#ff0000").toImage()
+    painted = [(x, y) for x in range(32) for y in range(32) if image.pixelColor(x, y).alpha() > 128]
+    assert len(painted) > 20
+    for x, y in painted:
+        assert image.pixelColor(x, y).green() == 0
+
+
+def test_icons_are_sharp_and_follow_the_theme(qapp: QApplication) -> None:
+    one = icon(Icon.PAUSE)
+    for chosen, colour in ((LIGHT, LIGHT.text), (DARK, DARK.text)):
+        theme.apply(qapp, chosen)
+        picture = one.pixmap(QSize(24, 24), 2.0)
+        assert (picture.width(), picture.devicePixelRatio()) == (48, 2)
+        assert picture.toImage().pixelColor(16, 24) == QColor(colour)
+    danger = icon(Icon.PAUSE, Meaning.DANGER).pixmap(24, 24).toImage()
+    assert danger.pixelColor(8, 12) == QColor(DARK.danger.ink)
+
+
+def test_the_battery_has_as_many_bars_as_it_is_full() -> None:
+    assert [battery(level).count('y="9"') for level in (0, 0.25, 0.5, 0.75, 1, 1.4, -1)] == [0, 1, 2, 3, 4, 4, 0]
+    assert "dasharray" in battery(None)
+
+
+def test_the_program_has_an_icon_in_every_size(qapp: QApplication) -> None:
+    for side in (16, 32, 256):
+        assert app_icon().actualSize(QSize(side, side)) == QSize(side, side)

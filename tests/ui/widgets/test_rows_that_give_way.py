@@ -1,0 +1,86 @@
+"""Rows of buttons and lines of text in less room than they would like."""
+
+from PySide6.QtWidgets import QVBoxLayout, QWidget
+from pytestqt.qtbot import QtBot
+
+from ui.style.theme import Space
+from ui.widgets.elided_label import ElidedLabel
+from ui.widgets.flow_row import FlowRow
+
+WIDTH, HEIGHT = 100, 30
+
+
+class Foot(QWidget):
+    """Three boxes at the left and one at the right; boxes, because a style sheet of another test dresses buttons."""
+
+    def __init__(self, qtbot: QtBot) -> None:
+        super().__init__()
+        qtbot.addWidget(self)
+        self.boxes = [QWidget() for _ in range(4)]
+        for box in self.boxes:
+            box.setFixedSize(WIDTH, HEIGHT)
+        row = FlowRow()
+        row.add(*self.boxes[:3])
+        row.add_right(self.boxes[3])
+        self.column = column = QVBoxLayout(self)
+        column.setContentsMargins(0, 0, 0, 0)
+        column.addLayout(row)
+        column.addStretch(1)
+        self.show()
+
+    def places(self, width: int) -> list[tuple[int, int]]:
+        self.resize(width, 300)
+        self.column.activate()
+        return [(one.x(), one.y()) for one in self.boxes]
+
+
+def test_with_room_it_is_one_line(qtbot: QtBot) -> None:
+    step = WIDTH + Space.S
+    assert Foot(qtbot).places(600) == [(0, 0), (step, 0), (2 * step, 0), (500, 0)]
+
+
+def test_without_it_goes_on_below_and_the_main_button_stays_last_at_the_right(qtbot: QtBot) -> None:
+    step, below = WIDTH + Space.S, HEIGHT + Space.S
+    foot = Foot(qtbot)
+    assert foot.places(350) == [(0, 0), (step, 0), (2 * step, 0), (250, below)]
+    assert foot.places(240) == [(0, 0), (step, 0), (0, below), (140, below)]
+    assert foot.places(110) == [(0, 0), (0, below), (0, 2 * below), (10, 3 * below)]
+
+
+def test_what_is_hidden_takes_no_room(qtbot: QtBot) -> None:
+    foot = Foot(qtbot)
+    foot.boxes[1].hide()
+    assert foot.places(350)[3] == (250, 0)
+
+
+def test_it_asks_for_the_height_that_it_takes(qtbot: QtBot) -> None:
+    holder = QWidget()
+    qtbot.addWidget(holder)
+    row = FlowRow(holder)
+    for _ in range(3):
+        box = QWidget()
+        box.setFixedSize(WIDTH, HEIGHT)
+        row.add(box)
+    row.setContentsMargins(5, 5, 5, 5)
+    assert row.heightForWidth(400) == HEIGHT + 10
+    assert row.heightForWidth(120) == 3 * HEIGHT + 2 * Space.S + 10
+    assert row.minimumSize().width() == WIDTH + 10
+    assert row.itemAt(3) is None
+    assert row.takeAt(2) is not None
+    assert (row.count(), row.takeAt(7)) == (2, None)
+
+
+def test_a_line_that_is_shortened_is_whole_in_its_tooltip(qtbot: QtBot) -> None:
+    label = ElidedLabel()
+    qtbot.addWidget(label)
+    label.setText("The module answers. Next: Settings, then Pre-flight.")
+    label.resize(800, 20)
+    label.show()
+    assert label.toolTip() == ""
+    label.resize(90, 20)
+    assert label.toolTip() == label.text() == "The module answers. Next: Settings, then Pre-flight."
+    assert label.minimumSizeHint().width() == 0
+    wide = label.grab().toImage()
+    label.setText("The module")
+    assert label.toolTip() == ""
+    assert label.grab().toImage() != wide

@@ -1,0 +1,30 @@
+"""How sentences and lists are put together in either language."""
+
+from collections.abc import Iterator
+
+import pytest
+
+from app.text.i18n import CHINESE, ENGLISH, set_language
+from app.text.sentences import begun, listed, together
+
+
+@pytest.fixture(autouse=True)
+def in_english_again() -> Iterator[None]:
+    yield
+    set_language(ENGLISH)
+
+
+def test_sentences_are_parted_as_their_language_does() -> None:
+    assert together(["Fires at 20°.", "", "Rearms at 10°."]) == "Fires at 20°. Rearms at 10°."
+    assert together(["在 20° 开伞。", "在 10° 复位。"]) == "在 20° 开伞。在 10° 复位。"
+
+
+def test_names_are_listed_as_the_language_in_use_does() -> None:
+    assert listed(["Tilt", "Light"]) == "Tilt, Light"
+    set_language(CHINESE)
+    assert listed(["倾角", "光线"]) == "倾角、光线"
+
+
+def test_a_part_of_a_sentence_begins_one() -> None:
+    assert begun("advised: 55° or more.") == "Advised: 55° or more."
+    assert begun("") == ""

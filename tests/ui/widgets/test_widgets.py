@@ -1,0 +1,251 @@
+"""Readout, state chip and gauge: what they say, what they show, and that nothing jumps."""
+
+import subprocess
+import sys
+from collections.abc import Callable
+
+import pytest
+from PySide6.QtGui import QColor, QImage
+from PySide6.QtWidgets import QApplication, QWidget
+from pytestqt.qtbot import QtBot
+
+from app.text import i18n
+from tests.support.window.painted_text import watching
+from ui.plots.gauge import TiltGauge
+from ui.style import theme
+from ui.style.icons import Icon, battery
+from ui.style.painted_widget import Freshness
+from ui.style.theme import DARK, LIGHT, SUNLIGHT, THEMES, Meaning, Size
+from ui.widgets.readout import Readout, StateChip
+
+
+@pytest.fixture(autouse=True)
+def in_light(qapp: QApplication) -> None:
+    theme.apply(qapp, LIGHT)
+
+
+def picture(widget: QWidget) -> QImage:
+    widget.resize(widget.sizeHint())
+    return widget.grab().toImage()
+
+
+def colours(image: QImage) -> dict[str, int]:
+    """How many pixels have each colour."""
+    found: dict[str, int] = {}
+    for x in range(image.width()):
+        for y in range(image.height()):
+            name = image.pixelColor(x, y).name().upper()
+            found[name] = found.get(name, 0) + 1
+    return found
+
+
+def test_a_readout_starts_as_unknown_and_says_so(qtbot: QtBot) -> None:
+    one = Readout("Tilt", unit="°")
+    qtbot.addWidget(one)
+    assert one.freshness is Freshness.UNKNOWN
+    assert one.accessibleName() == "Tilt: unknown"
+
+
+def test_a_readout_names_caption_value_unit_limit_and_note(qtbot: QtBot) -> None:
+    one = Readout("Light", unit="V", template="00.0")
+    qtbot.addWidget(one)
+    one.show_value("0.3")
+    assert one.accessibleName() == "Light: 0.3 V"
+    one.set_limit("1.8 V")
+    one.show_value("0.3", meaning=Meaning.ATTENTION, note="below the threshold")
+    assert one.accessibleName() == "Light: 0.3 V, limit 1.8 V, below the threshold"
+    one.show_stale("0.3", "12 s ago")
+    assert one.accessibleName() == "Light: 0.3 V, limit 1.8 V, 12 s ago"
+    one.set_caption("光线")
+    assert one.accessibleName().startswith("光线: 0.3 V")
+
+
+def test_nothing_jumps_when_a_digit_is_added(qtbot: QtBot) -> None:
+    """The unit's pixels stay where they are, and so does the size."""
+    one = Readout("Tilt", unit="V", template="000", size=Size.HERO)
+    qtbot.addWidget(one)
+    one.show_value("7")
+    before, hint = picture(one), one.sizeHint()
+    one.show_value("107")
+    after = picture(one)
+    assert one.sizeHint() == hint
+    right = before.width() - 1
+    while all(before.pixel(right, y) == before.pixel(0, 0) for y in range(before.height())):
+        right -= 1
+    assert all(
+        before.pixel(x, y) == after.pixel(x, y)
+        for x in range(right - 8, before.width())
+        for y in range(before.height())
+    )
+    assert before != after
+    one.show_stale("7", "12 s ago")
+    assert one.sizeHint() == hint
+    one.show_unknown("no answer")
+    assert one.sizeHint() == hint
+
+
+@pytest.mark.parametrize("one_theme", THEMES, ids=lambda one: one.name)
+def test_fresh_stale_and_unknown_differ_in_shape(one_theme: theme.Theme, qapp: QApplication, qtbot: QtBot) -> None:
+    """Compared as black and white, so that the difference is not one of colour."""
+    theme.apply(qapp, one_theme)
+    one = Readout("Tilt", unit="°")
+    gauge = TiltGauge()
+    shapes: dict[str, list[QImage]] = {"readout": [], "gauge": []}
+    for name, widget in (("readout", one), ("gauge", gauge)):
+        qtbot.addWidget(widget)
+        show_value: Callable[[], None] = (
+            (lambda: one.show_value("12")) if name == "readout" else (lambda: gauge.show_tilt(12))
+        )
+        show_stale: Callable[[], None] = (
+            (lambda: one.show_stale("12", "")) if name == "readout" else (lambda: gauge.show_stale(12, ""))
+        )
+        for show in (show_value, show_stale, one.show_unknown if name == "readout" else gauge.show_unknown):
+            show()
+            ground = QColor(one_theme.window).lightness()
+            image = picture(widget).convertToFormat(QImage.Format.Format_Grayscale8)
+            flat = image.copy()
+            for x in range(image.width()):
+                for y in range(image.height()):
+                    is_drawn = abs(QColor(image.pixel(x, y)).lightness() - ground) > 25
+                    flat.setPixelColor(x, y, QColor("black" if is_drawn else "white"))
+            shapes[name].append(flat)
+    for fresh, stale, unknown in shapes.values():
+        assert fresh != stale
+        assert stale != unknown
+        assert fresh != unknown
+
+
+def test_a_meaning_colours_the_number(qtbot: QtBot) -> None:
+    one = Readout("Tilt", unit="°", size=Size.HERO)
+    qtbot.addWidget(one)
+    one.show_value("88")
+    assert LIGHT.danger.ink not in colours(picture(one))
+    one.show_value("88", meaning=Meaning.DANGER)
+    assert colours(picture(one))[LIGHT.danger.ink] > 20
+
+
+def test_a_chip_starts_as_unknown(qtbot: QtBot) -> None:
+    chip = StateChip("Lock")
+    qtbot.addWidget(chip)
+    assert (chip.word, chip.meaning) == ("unknown", Meaning.UNKNOWN)
+    assert chip.accessibleName() == chip.toolTip() == "Lock: unknown"
+
+
+@pytest.mark.parametrize("one_theme", THEMES, ids=lambda one: one.name)
+def test_only_what_needs_a_person_is_filled(one_theme: theme.Theme, qapp: QApplication, qtbot: QtBot) -> None:
+    theme.apply(qapp, one_theme)
+    chip = StateChip("Lock")
+    qtbot.addWidget(chip)
+    for meaning in (Meaning.ATTENTION, Meaning.DANGER):
+        chip.show_state("ACTIVE", Icon.ACTIVE, meaning)
+        assert colours(picture(chip))[one_theme.tint(meaning).fill] > 800
+    for quiet in (None, Meaning.GOOD, Meaning.INFORMATION, Meaning.UNKNOWN):
+        chip.show_state("LOCKED", Icon.LOCK, quiet)
+        assert colours(picture(chip))[one_theme.surface] > 800
+    chip.show_state("ACTIVE", Icon.ACTIVE, Meaning.ATTENTION, stale_age="12 s ago")
+    assert colours(picture(chip)).get(one_theme.tint(Meaning.ATTENTION).fill, 0) == 0
+    assert chip.accessibleName() == "Lock: ACTIVE, 12 s ago"
+
+
+def test_room_is_kept_for_the_widest_word(qtbot: QtBot) -> None:
+    chip = StateChip("Trigger")
+    qtbot.addWidget(chip)
+    chip.reserve(["NOT TRIGGERED", "TRIGGERED", "unknown"])
+    widths = set()
+    for word in ("TRIGGERED", "NOT TRIGGERED", "unknown"):
+        chip.show_state(word, Icon.PARACHUTE)
+        widths.add(chip.sizeHint().width())
+    assert len(widths) == 1
+
+
+def test_a_chip_without_a_caption_beside_it_says_what_is_unknown(qtbot: QtBot) -> None:
+    chip = StateChip("Trigger")
+    qtbot.addWidget(chip)
+    alone = chip.sizeHint().width()
+    chip.name_unknown("Trigger unknown")
+    assert chip.sizeHint().width() > alone
+    assert (chip.word, chip.accessibleName()) == ("unknown", "Trigger: unknown")
+    with watching() as drawn:
+        chip.resize(chip.sizeHint())
+        chip.grab()
+    assert [one.text for one in drawn] == ["Trigger unknown"]
+    chip.show_state("TRIGGERED", Icon.PARACHUTE, Meaning.DANGER)
+    with watching() as drawn:
+        chip.grab()
+    assert [one.text for one in drawn] == ["TRIGGERED"]
+
+
+def test_a_chip_takes_a_battery(qtbot: QtBot) -> None:
+    chip = StateChip("Cell voltage")
+    qtbot.addWidget(chip)
+    chip.show_state("4.00 V", battery(0.75))
+    full = picture(chip)
+    chip.show_state("4.00 V", battery(0.25))
+    assert picture(chip) != full
+
+
+def test_the_gauge_says_tilt_age_and_threshold(qtbot: QtBot) -> None:
+    gauge = TiltGauge()
+    qtbot.addWidget(gauge)
+    assert gauge.accessibleName() == "Tilt: unknown"
+    gauge.show_tilt(12)
+    gauge.set_threshold(60, reset_deg=50)
+    assert gauge.accessibleName() == "Tilt: 12°, 60° fires"
+    gauge.show_stale(12, "12 s ago")
+    assert gauge.accessibleName() == "Tilt: 12°, 12 s ago, 60° fires"
+    gauge.show_unknown()
+    assert gauge.freshness is Freshness.UNKNOWN
+    assert gauge.accessibleName() == "Tilt: unknown, 60° fires"
+
+
+def test_the_gauge_draws_no_threshold_that_nobody_knows(qtbot: QtBot) -> None:
+    gauge = TiltGauge()
+    qtbot.addWidget(gauge)
+    gauge.show_tilt(12)
+    assert LIGHT.danger.ink not in colours(picture(gauge))
+    gauge.set_threshold(60)
+    assert colours(picture(gauge))[LIGHT.danger.ink] > 100
+
+
+def test_the_aircraft_turns_red_beyond_the_threshold(qtbot: QtBot) -> None:
+    gauge = TiltGauge()
+    qtbot.addWidget(gauge)
+    gauge.set_threshold(60)
+    gauge.show_tilt(59)
+    before = colours(picture(gauge))
+    gauge.show_tilt(60)
+    after = colours(picture(gauge))
+    assert after[LIGHT.danger.ink] > before[LIGHT.danger.ink] + 100
+
+
+@pytest.mark.parametrize("tilt_deg", [-20, 0, 90, 180, 255])
+def test_any_tilt_a_byte_can_hold_is_drawn(tilt_deg: float, qtbot: QtBot) -> None:
+    gauge = TiltGauge()
+    qtbot.addWidget(gauge)
+    gauge.show_tilt(tilt_deg)
+    assert colours(picture(gauge))[LIGHT.text] > 50
+
+
+def test_all_follow_theme_and_language(qapp: QApplication, qtbot: QtBot, monkeypatch: pytest.MonkeyPatch) -> None:
+    chip = StateChip("Lock")
+    qtbot.addWidget(chip)
+    light = picture(chip)
+    theme.apply(qapp, DARK)
+    assert picture(chip) != light
+    theme.apply(qapp, SUNLIGHT)
+    gauge = TiltGauge()
+    qtbot.addWidget(gauge)
+    english = picture(gauge)
+    chinese = i18n._Language("zh_CN", {"unknown": "未知"})
+    monkeypatch.setattr(i18n, "_current", chinese)
+    assert picture(gauge) != english
+
+
+def test_the_first_paint_does_not_wait_for_numpy_and_pyqtgraph() -> None:
+    program = (
+        "import sys, ui.style.theme, ui.style.icons, ui.widgets.readout, ui.plots.gauge\n"
+        "late = {'numpy', 'pyqtgraph'} & set(sys.modules)\n"
+        "sys.exit(', '.join(late) or 0)"
+    )
+    done = subprocess.run([sys.executable, "-c", program], check=False, capture_output=True, text=True)
+    assert (done.returncode, done.stderr) == (0, "")

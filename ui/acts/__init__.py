@@ -1,0 +1,1 @@
+"""The controls of dangerous acts: steps, confirmation, hold, ritual, outcome."""

@@ -1,0 +1,121 @@
+"""One dangerous act in its own row: what it does, what still stands against it, a second click, and what came of it."""
+
+from collections.abc import Callable, Mapping
+from functools import partial
+from typing import Final
+
+from PySide6.QtCore import Qt
+from PySide6.QtWidgets import QFrame, QGridLayout, QVBoxLayout
+
+from app.engine.worker import Job
+from app.procedures.act import Performed, perform
+from app.safety.acts import EFFECTS, TITLES, Act
+from app.safety.interlocks import Condition
+from app.safety.journal import Outcome
+from app.safety.permit import Origin, Permit
+from protocol.translatable import marked
+from ui.acts.confirm import Confirm
+from ui.acts.outcomes import SameModule, asking, motion_text, not_begun, open_conditions, outcome_notice
+from ui.services.context import Services
+from ui.style.theme import Space
+from ui.widgets.notice_bar import Notice, NoticeBar
+from ui.widgets.text_labels import text_label
+
+ASK_WORDS: Final[Mapping[Act, str]] = {
+    Act.ACTIVATE: marked("Activate …"),
+    Act.ZERO: marked("Zero the sensor …"),
+    Act.SHUTDOWN: marked("Shut down …"),
+    Act.FORBID_DEPLOY: marked("Forbid deploying …"),
+}
+GO_WORDS: Final[Mapping[Act, str]] = {
+    Act.ACTIVATE: marked("Activate now"),
+    Act.ZERO: marked("Zero now"),
+    Act.SHUTDOWN: marked("Shut down now"),
+    Act.FORBID_DEPLOY: marked("Forbid now"),
+}
+
+
+class ActRow(QFrame):
+    """`refresh` brings the open conditions up to date. `place` tells the rows of one act on several pages apart."""
+
+    def __init__(self, services: Services, act: Act, *, place: str = "act") -> None:
+        super().__init__()
+        name = f"{place}_{act.value}"
+        self.setObjectName(name)
+        self.setProperty("role", "row")
+        self.act = act
+        self._services, self._connector = services, services.connector
+        self._done: Callable[[], Notice] | None = None
+        self._performed: Performed | None = None
+        self._is_busy = False
+        self._module = SameModule(services.connector)
+        texts = services.texts
+        self._title = text_label(f"{name}_title", "strong")
+        self._effect = text_label(f"{name}_effect", "small")
+        self.live = text_label(f"{name}_live", "small")
+        self.live.setVisible(act is Act.ZERO)
+        self.conditions = text_label(f"{name}_conditions", "attention")
+        self.confirm = Confirm(name, texts, ask=ASK_WORDS[act], go=GO_WORDS[act])
+        self.said = NoticeBar(texts)
+        self.said.setObjectName(f"{name}_said")
+        texts.bind(self._title.setText, TITLES[act])
+        texts.bind(self._effect.setText, EFFECTS[act])
+        texts.bind(self.setWhatsThis, EFFECTS[act])
+        self.confirm.confirmed.connect(self._perform)
+        self.confirm.asked.connect(self._forget)
+        services.appearance.changed.connect(self.said.follow_theme)
+        self._lay_out()
+
+    def refresh(self) -> None:
+        if self._module.is_another() or self._module.has_turned(self._performed):
+            self._done = self._performed = None
+        found = open_conditions(self._services, self.act)
+        # What is armed is in sight on this page; a line more in each row would move the button under the hand.
+        told = [one for one in found if one.condition is not Condition.NOTHING_ELSE_ARMED]
+        self.conditions.setText(" ".join(one.sentence for one in told))
+        self.conditions.setVisible(bool(told))
+        # An old status alone does not hinder: the engine asks for a new one before it decides.
+        in_the_way = [one for one in found if one.condition is not Condition.FRESH_STATUS]
+        if self.act is Act.ZERO:
+            self.live.setText(motion_text(self._connector))
+        self.confirm.set_possible(not in_the_way and not self._is_busy)
+        self.said.show_notice(None if self._done is None else self._done())
+
+    def _perform(self) -> None:
+        connector, act = self._connector, self.act
+        permit = Permit(act, Origin.CONFIRMATION, connector.clock())
+        journal = self._services.keeping.journal(connector.target)
+        self._is_busy = True
+        self._done, self._performed = asking, None
+        if act is Act.ACTIVATE:
+            self._services.lock.end()
+        connector.run(perform(act, journal, permit=permit, armed=self._services.armed), self._end)
+        self.refresh()
+
+    def _end(self, job: Job[Performed]) -> None:
+        self._is_busy, connector = False, self._connector
+        if job.run.error is not None:
+            self._done = not_begun
+        else:
+            self._performed = done = job.outcome()
+            if done.act is Act.SHUTDOWN and done.outcome is Outcome.CONFIRMED and not done.is_rehearsal:
+                connector.note_shutdown()
+            self._done = partial(outcome_notice, self._performed, self._forget)
+        self.refresh()
+
+    def _forget(self) -> None:
+        self._done = self._performed = None
+        self.refresh()
+
+    def _lay_out(self) -> None:
+        words = QVBoxLayout()
+        words.setSpacing(2)
+        for label in (self._title, self._effect, self.live, self.conditions):
+            words.addWidget(label)
+        grid = QGridLayout(self)
+        grid.setContentsMargins(Space.M, Space.S, Space.M, Space.S)
+        grid.setHorizontalSpacing(Space.L)
+        grid.addLayout(words, 0, 0)
+        grid.addWidget(self.confirm, 0, 1, alignment=Qt.AlignmentFlag.AlignVCenter)
+        grid.addWidget(self.said, 1, 0, 1, 2)
+        grid.setColumnStretch(0, 1)

@@ -1,0 +1,108 @@
+"""A second click for what changes the module: ask, then do it or cancel, each button in a place of its own."""
+
+from typing import Final
+
+from PySide6.QtCore import Qt, QTimer, Signal
+from PySide6.QtGui import QHideEvent, QKeyEvent
+from PySide6.QtWidgets import QWidget
+
+from ui.core.texts import Texts
+from ui.widgets.flow_row import FlowRow
+from ui.widgets.gestures import gestures
+from ui.widgets.naming import named
+from ui.widgets.step_button import StepButton, bring_into_sight, is_in_sight, leave_focus
+
+ASKS_FOR_S: Final = 10.0
+"""A question that nobody answers is withdrawn."""
+CHECK_EVERY_MS: Final = 100
+
+
+class Confirm(QWidget):
+    """`confirmed` comes once for one question."""
+
+    asked = Signal()
+    confirmed = Signal()
+    withdrawn = Signal()
+
+    def __init__(self, name: str, texts: Texts, *, ask: str, go: str) -> None:
+        super().__init__()
+        self.setObjectName(f"{name}_confirm")
+        self.is_asking = False
+        self.ask = named(StepButton(), f"{name}_ask")
+        self.go = named(StepButton(), f"{name}_go")
+        self.cancel = named(StepButton(is_safe=True), f"{name}_cancel")
+        for button, english in ((self.ask, ask), (self.go, go)):
+            button.setProperty("role", "danger")
+            texts.bind(button.setText, english)
+            texts.bind(button.setAccessibleName, english)
+            texts.bind(button.setToolTip, english)
+        texts.bind(self.cancel.setText, "Cancel")
+        texts.bind(self.cancel.setAccessibleName, "Cancel")
+        texts.bind(self.cancel.setToolTip, "Send nothing (Esc)")
+        self.ask.chosen.connect(self._ask)
+        self.go.chosen.connect(self._go)
+        self.cancel.chosen.connect(self.withdraw)
+        row = FlowRow(self)
+        row.add_right(self.go, self.cancel, self.ask)
+        self.setTabOrder(self.ask, self.cancel)
+        self.setTabOrder(self.cancel, self.go)
+        self._asked_at = 0.0
+        self._timer = QTimer(self)
+        self._timer.setInterval(CHECK_EVERY_MS)
+        self._timer.timeout.connect(self.check)
+        self._show()
+
+    def set_possible(self, is_possible: bool) -> None:
+        """Whether there is any point in asking. A question that stands is withdrawn when there no longer is."""
+        self.ask.setEnabled(is_possible)
+        if not is_possible:
+            self.withdraw()
+
+    def withdraw(self) -> None:
+        """Nothing is sent."""
+        if self.is_asking:
+            self._end()
+            self.withdrawn.emit()
+
+    def check(self) -> None:
+        """Withdraw a question that was not answered in time, or that is no longer wholly in sight."""
+        if self.is_asking and (gestures().clock() - self._asked_at >= ASKS_FOR_S or not is_in_sight(self)):
+            self.withdraw()
+
+    def _ask(self) -> None:
+        if not is_in_sight(self):
+            bring_into_sight(self)
+            return
+        self.is_asking, self._asked_at = True, gestures().clock()
+        self._timer.start()
+        self._show()
+        self.cancel.setFocus()
+        self.asked.emit()
+
+    def _go(self) -> None:
+        self.check()
+        if self.is_asking:
+            self._end()
+            self.confirmed.emit()
+
+    def _end(self) -> None:
+        self.is_asking = False
+        self._timer.stop()
+        leave_focus(self)
+        self._show()
+
+    def _show(self) -> None:
+        self.go.setVisible(self.is_asking)
+        self.cancel.setVisible(self.is_asking)
+        self.ask.setVisible(not self.is_asking)
+
+    def keyPressEvent(self, event: QKeyEvent) -> None:
+        if event.key() == Qt.Key.Key_Escape and self.is_asking:
+            self.withdraw()
+        else:
+            super().keyPressEvent(event)
+
+    def hideEvent(self, event: QHideEvent) -> None:
+        super().hideEvent(event)
+        if not self.isVisible():
+            self.withdraw()

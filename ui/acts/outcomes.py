@@ -1,0 +1,93 @@
+"""What stands against an act, and what is said of its outcome: the same for a row, the ritual and the baud rate."""
+
+from collections.abc import Callable
+from typing import Final
+
+from app.procedures.act import Performed
+from app.safety.acts import Act
+from app.safety.interlocks import Condition, Refusal, refusals, situation
+from app.safety.journal import Outcome
+from app.text.i18n import tr
+from ui.core.connector import Connector
+from ui.services.context import Services
+from ui.style.theme import Meaning
+from ui.widgets.notice_bar import Notice
+
+_ASKED_ANYWAY: Final = (Condition.CONFIRMED, Condition.RITUAL_DONE)
+"""What the person is about to do; not shown as standing against it."""
+
+
+def open_conditions(services: Services, act: Act) -> tuple[Refusal, ...]:
+    """What stands against `act` now, apart from the person's own word."""
+    connector = services.connector
+    now_is = situation(
+        connector.device,
+        connector.clock(),
+        must_be_proven=False,
+        is_the_one_meant=connector.identity.is_proven,
+        armed=services.armed.act,
+        # Without a port there is no log to speak of; that no module answers stands in the way already.
+        is_audit_ready=connector.target is None or services.keeping.journal(connector.target).is_ready,
+    )
+    return tuple(one for one in refusals(act, now_is) if one.condition not in _ASKED_ANYWAY)
+
+
+class SameModule:
+    """Whether what was said of a module is still about the one that is connected, and still so."""
+
+    def __init__(self, connector: Connector) -> None:
+        self._connector = connector
+        self._whose = connector.whose
+
+    def is_another(self) -> bool:
+        """Somebody connected to another one since this was asked last."""
+        before, self._whose = self._whose, self._connector.whose
+        return before != self._whose
+
+    def has_turned(self, done: Performed | None) -> bool:
+        """It reported to be locked, or active, and now reports the opposite."""
+        says = {Act.ACTIVATE: True}.get(done.act) if done is not None else None
+        if done is None or says is None or done.outcome is not Outcome.CONFIRMED:
+            return False
+        now_is = self._connector.device.fresh("active", self._connector.clock())
+        return now_is is not None and now_is is not says
+
+
+def outcome_meaning(done: Performed) -> Meaning:
+    """How loud the outcome of an act is said."""
+    if done.is_rehearsal:
+        return Meaning.INFORMATION
+    match done.outcome:
+        case Outcome.UNKNOWN:
+            return Meaning.DANGER
+        case Outcome.CONFIRMED:
+            is_hot = done.act in (Act.ACTIVATE, Act.DEPLOY) or (done.act is Act.ZERO and not done.is_level)
+            return Meaning.DANGER if done.act is Act.DEPLOY else Meaning.ATTENTION if is_hot else Meaning.GOOD
+        case _:
+            return Meaning.ATTENTION
+
+
+def motion_text(connector: Connector) -> str:
+    """What zeroing looks at, as it is now; empty while it is not known."""
+    motion, tilt = connector.device.motion, connector.device.fresh("tilt_deg", connector.clock())
+    if motion is None or tilt is None:
+        return ""
+    return tr(
+        "Now: {tilt:.0f}°, {low:.1f} g to {high:.1f} g, moved by {change:.0f}° in 2 s.",
+        tilt=tilt,
+        low=motion.acceleration_low_g,
+        high=motion.acceleration_high_g,
+        change=motion.tilt_change_deg,
+    )
+
+
+def asking() -> Notice:
+    return Notice(Meaning.INFORMATION, tr("Asking the module …"))
+
+
+def not_begun() -> Notice:
+    return Notice(Meaning.ATTENTION, tr("Nothing was sent: the connection was lost before."))
+
+
+def outcome_notice(done: Performed, dismiss: Callable[[], None]) -> Notice:
+    return Notice(outcome_meaning(done), done.sentence, dismiss=dismiss)

@@ -1,0 +1,66 @@
+"""What the window itself does that disarms: the focus goes elsewhere, the window is left, an error anywhere in it."""
+
+import sys
+from collections.abc import Callable
+from types import TracebackType
+
+from PySide6.QtCore import QEvent, QObject, Signal
+from PySide6.QtWidgets import QApplication, QWidget
+
+from app.safety.ritual import Input
+
+_Hook = Callable[[type[BaseException], BaseException, TracebackType | None], object]
+
+
+class RitualGuard(QObject):
+    """Watches from `begin` to `end`. `broken` gives the reason; whoever hears it disarms at once."""
+
+    broken = Signal(object)
+
+    def __init__(self, widget: QWidget) -> None:
+        super().__init__(widget)
+        self._widget = widget
+        self._window: QWidget | None = None
+        self._hook_before: _Hook | None = None
+        app = QApplication.instance()
+        if isinstance(app, QApplication):
+            app.focusChanged.connect(self._follow_focus)
+
+    @property
+    def is_watching(self) -> bool:
+        return self._window is not None
+
+    def begin(self) -> None:
+        if not self.is_watching:
+            self._hook_before = sys.excepthook
+            sys.excepthook = self._take_fault
+            self._window = self._widget.window()
+            self._window.installEventFilter(self)
+
+    def end(self) -> None:
+        if self._window is not None:
+            self._window.removeEventFilter(self)
+            self._window = None
+            # Whoever put another hook over this one keeps it; this one then only hands on.
+            if self._hook_before is not None and sys.excepthook == self._take_fault:
+                sys.excepthook = self._hook_before
+
+    def _take_fault(self, kind: type[BaseException], error: BaseException, trace: TracebackType | None) -> None:
+        self._break(Input.FAILED)
+        if self._hook_before is not None:
+            self._hook_before(kind, error, trace)
+
+    def _follow_focus(self, _old: QWidget | None, now: QWidget | None) -> None:
+        if now is None:
+            self._break(Input.WINDOW_LEFT)
+        elif now is not self._widget and not self._widget.isAncestorOf(now):
+            self._break(Input.FOCUS_LOST)
+
+    def _break(self, why: Input) -> None:
+        if self.is_watching:
+            self.broken.emit(why)
+
+    def eventFilter(self, _watched: QObject, event: QEvent) -> bool:
+        if event.type() in (QEvent.Type.WindowDeactivate, QEvent.Type.Hide, QEvent.Type.Close):
+            self._break(Input.WINDOW_LEFT)
+        return False

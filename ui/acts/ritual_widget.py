@@ -1,0 +1,349 @@
+"""The deploy panel: choose, arm, hold. `app.safety.ritual` decides; here are the controls and the timer.
+
+Fifty times a second it checks whether anything disarms: an open condition, the link, a restart, a sleep of the
+computer, another window, another field, an error anywhere in the window, an armed control out of sight. Cancel has the
+focus at every step, and each control has a place of its own at the bottom of the page.
+"""
+
+from collections.abc import Callable
+from functools import partial
+from itertools import pairwise
+from typing import Final
+
+from PySide6.QtCore import Qt, QTimer
+from PySide6.QtGui import QHideEvent, QKeyEvent
+from PySide6.QtWidgets import QFrame, QHBoxLayout, QProgressBar, QVBoxLayout, QWidget
+
+from app.engine.worker import Job
+from app.procedures.act import Performed, perform, rehearse
+from app.safety.acts import EFFECTS, REQUESTS, TITLES, Act
+from app.safety.interlocks import Condition
+from app.safety.permit import Permit
+from app.safety.ritual import ARMED_FOR_S, HOLD_S, Input, Ritual, Stage
+from app.system.sleep_detector import SleepWatch, sleepless_clock
+from app.text.i18n import tr
+from protocol.link_states import Presence
+from protocol.translatable import marked
+from ui.acts.hold_button import HoldButton
+from ui.acts.outcomes import SameModule, asking, not_begun, open_conditions, outcome_notice
+from ui.acts.ritual_guard import RitualGuard
+from ui.services.context import Services
+from ui.style.theme import Meaning, Space
+from ui.widgets.flow_row import FlowRow
+from ui.widgets.gestures import gestures
+from ui.widgets.naming import named
+from ui.widgets.notice_bar import Notice, NoticeBar
+from ui.widgets.step_button import StepButton, is_in_sight, leave_focus
+from ui.widgets.text_labels import text_label
+
+TICK_MS: Final = 20
+_BAR_PX: Final = 8
+_LINES: Final = 2
+_ENDED: Final = {
+    Input.CANCEL: marked("Cancelled. Nothing was sent."),
+    Input.RAN_OUT: marked("The ten seconds are over. Nothing was sent."),
+    Input.RELEASE: marked("Let go before two seconds were over. Nothing was sent."),
+    Input.PRESS: marked("Disarmed: something else was pressed during the hold. Nothing was sent."),
+    Input.HOLD_BROKEN: marked("Disarmed: the window was busy, the hold is not certain. Nothing was sent."),
+    Input.OUT_OF_SIGHT: marked("Disarmed: the buttons were not in sight. Nothing was sent."),
+    Input.FOCUS_LOST: marked("Disarmed: the keyboard went elsewhere. Nothing was sent."),
+    Input.WINDOW_LEFT: marked("Disarmed: the window was left. Nothing was sent."),
+    Input.LINK_LOST: marked("Disarmed: the link was lost. Nothing was sent."),
+    Input.MODULE_RESTARTED: marked("Disarmed: the module restarted. Nothing was sent."),
+    Input.CONDITION_OPENED: marked("Disarmed: a condition is no longer fulfilled. Nothing was sent."),
+    Input.SLEPT: marked("Disarmed: the computer slept. Nothing was sent."),
+    Input.FAILED: marked("Disarmed: the program met an error. Nothing was sent."),
+}
+
+
+class RitualWidget(QFrame):
+    """`refresh` brings the open conditions up to date."""
+
+    def __init__(self, services: Services) -> None:
+        super().__init__()
+        self.setObjectName("ritual")
+        self.setProperty("role", "danger-corner")
+        self.ritual = Ritual(Act.DEPLOY)
+        self._services, self._connector = services, services.connector
+        self._restarts = 0
+        self._was_online = False
+        self._is_busy = False
+        self._module = SameModule(services.connector)
+        self.clock_with_sleep = sleepless_clock()
+        """The clock that the ritual runs on may stand still while the computer sleeps: this one goes on."""
+        self._sleeps = SleepWatch()
+        self._done: Callable[[], Notice] | None = None
+        texts = services.texts
+        self._title = text_label("ritual_title", "strong")
+        self._effect = text_label("ritual_effect", "small")
+        self.conditions = text_label("ritual_conditions", "attention")
+        self.step = text_label("ritual_step", "strong")
+        self.countdown = named(QProgressBar(), "ritual_countdown")
+        self.countdown.setTextVisible(False)
+        self.countdown.setFixedHeight(_BAR_PX)
+        self.countdown.setRange(0, round(ARMED_FOR_S * 1000))
+        policy = self.countdown.sizePolicy()
+        policy.setRetainSizeWhenHidden(True)
+        self.countdown.setSizePolicy(policy)
+        self.choose = self._button("ritual_choose", "danger")
+        self.rehearse = self._button("ritual_rehearse", "")
+        self.arm = self._button("ritual_arm", "danger")
+        self.hold = named(HoldButton(), "ritual_hold")
+        self.cancel = self._button("ritual_cancel", "", is_safe=True)
+        self.said = NoticeBar(texts)
+        self.said.setObjectName("ritual_said")
+        texts.bind(self._title.setText, TITLES[Act.DEPLOY])
+        texts.bind(self._effect.setText, EFFECTS[Act.DEPLOY])
+        texts.bind(self.countdown.setAccessibleName, "Time until it is disarmed")
+        for button, english, tip in (
+            (self.choose, marked("Deploy …"), marked("Begin: choose, arm, then hold for two seconds")),
+            (self.rehearse, marked("Rehearse …"), marked("The whole ritual; nothing is sent at its end")),
+            (self.arm, marked("Arm for 10 s"), marked("Arm: the next ten seconds it can be held")),
+            (self.cancel, marked("Cancel"), marked("Disarm; nothing is sent (Esc)")),
+        ):
+            texts.bind(button.setText, english)
+            texts.bind(button.setAccessibleName, english)
+            texts.bind(button.setToolTip, tip)
+        texts.bind(self.hold.setAccessibleName, "Hold for two seconds")
+        texts.bind(self.hold.setToolTip, "Hold for two seconds, by mouse or by the space bar; letting go cancels")
+        self.choose.chosen.connect(partial(self._choose, is_rehearsal=False))
+        self.rehearse.chosen.connect(partial(self._choose, is_rehearsal=True))
+        self.arm.chosen.connect(self._arm)
+        self.cancel.chosen.connect(partial(self.disarm, Input.CANCEL))
+        self.hold.hold_started.connect(self._press)
+        self.hold.hold_ended.connect(self._release)
+        self._connector.changed.connect(self._watch)
+        self._connector.batch.connect(lambda _batch: self._watch())
+        services.appearance.changed.connect(self.said.follow_theme)
+        self._guard = RitualGuard(self)
+        self._guard.broken.connect(self.disarm)
+        self._timer = QTimer(self)
+        self._timer.setInterval(TICK_MS)
+        self._timer.setTimerType(Qt.TimerType.PreciseTimer)
+        self._timer.timeout.connect(self._tick)
+        self._lay_out()
+        self._show()
+
+    @property
+    def is_under_way(self) -> bool:
+        return self.ritual.stage in (Stage.CHOSEN, Stage.ARMED, Stage.HOLDING)
+
+    def refresh(self) -> None:
+        if self._module.is_another() and not self.is_under_way:
+            self._done = None
+        found = open_conditions(self._services, Act.DEPLOY)
+        self.conditions.setText(" ".join(one.sentence for one in found))
+        self.conditions.setVisible(bool(found))
+        is_free = not self.is_under_way and not self._is_busy
+        # An old status alone does not hinder: the engine asks for a new one before it decides.
+        in_the_way = [one for one in found if one.condition is not Condition.FRESH_STATUS]
+        self.choose.setEnabled(is_free and not in_the_way)
+        self.rehearse.setEnabled(is_free)
+        self.arm.setEnabled(self.ritual.stage is Stage.CHOSEN and (self.ritual.is_rehearsal or not found))
+        self.said.show_notice(None if self._done is None else self._done())
+
+    def disarm(self, why: Input) -> None:
+        """Back to the beginning; nothing is sent."""
+        if self.is_under_way:
+            self.ritual.disarm(why)
+            self._follow()
+
+    # The gestures
+
+    def _choose(self, *, is_rehearsal: bool) -> None:
+        self.ritual.choose(is_rehearsal=is_rehearsal)
+        self._done = None
+        self._take_focus()
+        self._show()
+        self._begin_watching()
+
+    def _arm(self) -> None:
+        self.ritual.arm(self._connector.clock())
+        self._services.armed.act = Act.DEPLOY
+        self._take_focus()
+        self._show()
+
+    def _take_focus(self) -> None:
+        """Before the button that has it is hidden: else the focus would go elsewhere and disarm."""
+        self.cancel.show()
+        self.cancel.setFocus()
+
+    def _press(self) -> None:
+        self.ritual.press(self._connector.clock())
+        self._follow()
+
+    def _release(self) -> None:
+        if not self.isVisible():
+            self.disarm(Input.WINDOW_LEFT)
+        elif self.ritual.stage is Stage.HOLDING:
+            self.ritual.release()
+            self._follow()
+
+    # The watch
+
+    def _begin_watching(self) -> None:
+        device = self._connector.device
+        self._restarts, self._was_online = device.restarts, device.presence is Presence.ONLINE
+        self._sleeps = SleepWatch(with_sleep=self.clock_with_sleep)
+        self._timer.start()
+        self._guard.begin()
+
+    def _watch(self) -> None:
+        """What the link and the clocks say. Whatever disarms is found here or by the next tick."""
+        if not self.is_under_way:
+            return
+        if self._sleeps.look():
+            self.disarm(Input.SLEPT)
+            return
+        device = self._connector.device
+        is_online = self._connector.is_open and device.presence is Presence.ONLINE
+        if device.restarts != self._restarts:
+            self.disarm(Input.MODULE_RESTARTED)
+        elif self._was_online and not is_online:
+            self.disarm(Input.LINK_LOST)
+        elif self.ritual.stage is Stage.HOLDING and not self.hold.hasFocus():
+            self.disarm(Input.FOCUS_LOST)
+        elif not self._is_in_sight():
+            self.disarm(Input.OUT_OF_SIGHT)
+        elif self.ritual.is_armed and self._services.armed.act is None:
+            self.disarm(Input.FAILED)  # an error in another thread took it away
+        elif self.ritual.is_armed and not self.ritual.is_rehearsal and open_conditions(self._services, Act.DEPLOY):
+            self.disarm(Input.CONDITION_OPENED)
+
+    def _is_in_sight(self) -> bool:
+        """Whether the controls of this step can be seen as a whole."""
+        return all(is_in_sight(one) for one in (self.cancel, self.arm, self.hold) if not one.isHidden())
+
+    def _tick(self) -> None:
+        try:
+            self._watch()
+            if gestures().is_release_uncertain:
+                return  # it is known within some 50 ms whether the key is still down
+            permit = self.ritual.tick(self._connector.clock())
+        except BaseException:
+            self.disarm(Input.FAILED)
+            raise
+        if permit is not None:
+            self._fire(permit)
+        self._follow()
+
+    def _follow(self) -> None:
+        """Show the stage; tidy up once it is back at the beginning."""
+        if not self.is_under_way and self._guard.is_watching:
+            self._timer.stop()
+            self._guard.end()
+            self._services.armed.act = None
+            gestures().ignore_keys_down()
+            leave_focus(self)
+            why = self.ritual.ended_by
+            if self.ritual.stage is Stage.IDLE and why is not None and why in _ENDED:
+                self._done = partial(_ended_notice, why, self._forget)
+        self._show()
+
+    # The end of it
+
+    def _fire(self, permit: Permit) -> None:
+        if permit.is_rehearsal:
+            self._done = partial(outcome_notice, rehearse(Act.DEPLOY, permit), self._forget)
+            self.ritual.disarm(Input.FINISHED)
+            return
+        connector = self._connector
+        self._is_busy = True
+        self._done = asking
+        journal = self._services.keeping.journal(connector.target)
+        connector.run(perform(Act.DEPLOY, journal, permit=permit, armed=self._services.armed), self._end)
+
+    def _end(self, job: Job[Performed]) -> None:
+        self._is_busy = False
+        if job.run.error is not None:
+            self._done = not_begun
+        else:
+            self._done = partial(outcome_notice, job.outcome(), self._forget)
+        self.ritual.disarm(Input.FINISHED)
+        self._show()
+
+    def _forget(self) -> None:
+        self._done = None
+        self._show()
+
+    def _show(self) -> None:
+        ritual, now = self.ritual, self._connector.clock()
+        stage = ritual.stage
+        for widget, is_shown in (
+            (self.cancel, self.is_under_way),
+            (self.hold, ritual.is_armed),
+            (self.arm, stage is Stage.CHOSEN),
+            (self.choose, not self.is_under_way),
+            (self.rehearse, not self.is_under_way),
+            (self.countdown, ritual.is_armed),
+            (self.step, self.is_under_way),
+        ):
+            if widget.isHidden() is is_shown:
+                widget.setVisible(is_shown)
+        self.countdown.setValue(round(ritual.armed_left_s(now) * 1000))
+        self.hold.show_share(ritual.held_s(now) / HOLD_S)
+        rehearsal = tr("Rehearsal, nothing is sent.") if ritual.is_rehearsal else ""
+        frame = REQUESTS[Act.DEPLOY].encode().hex(" ").upper()
+        match stage:
+            case Stage.CHOSEN:
+                said = tr("Chosen. Next: arm it. {frame} is what would leave.", frame=frame)
+            case Stage.ARMED | Stage.HOLDING:
+                said = tr("ARMED for {seconds:.0f} s more. Hold the button for 2 s.", seconds=ritual.armed_left_s(now))
+            case _:
+                said = ""
+        self.step.setText(f"{rehearsal} {said}".strip())
+        in_earnest, as_rehearsal = tr("Hold to DEPLOY"), tr("Hold to rehearse")
+        self.hold.reserve(in_earnest, as_rehearsal)
+        self.hold.setText(as_rehearsal if ritual.is_rehearsal else in_earnest)
+        self.refresh()
+
+    # Qt
+
+    def keyPressEvent(self, event: QKeyEvent) -> None:
+        if event.key() == Qt.Key.Key_Escape and self.is_under_way:
+            self.disarm(Input.CANCEL)
+        else:
+            super().keyPressEvent(event)
+
+    def hideEvent(self, event: QHideEvent) -> None:
+        super().hideEvent(event)
+        self.disarm(Input.WINDOW_LEFT)
+
+    @staticmethod
+    def _button(name: str, role: str, *, is_safe: bool = False) -> StepButton:
+        button = named(StepButton(is_safe=is_safe), name)
+        button.setProperty("role", role)
+        return button
+
+    def _lay_out(self) -> None:
+        column = QVBoxLayout(self)
+        column.setContentsMargins(Space.M, Space.S, Space.M, Space.S)
+        column.setSpacing(Space.XS)
+        head = QHBoxLayout()
+        head.setSpacing(Space.M)
+        self._title.setWordWrap(False)
+        head.addWidget(self._title)
+        head.addWidget(self._effect, 1)
+        text = QWidget()
+        words = QVBoxLayout(text)
+        words.setContentsMargins(0, 0, 0, 0)
+        words.setSpacing(Space.XS)
+        for label in (self.said, self.conditions, self.step):
+            words.addWidget(label)
+        words.addStretch(1)
+        # A step more or less does not change the height of the panel.
+        text.setMinimumHeight(self.fontMetrics().lineSpacing() * _LINES + Space.XS)
+        column.addLayout(head)
+        column.addWidget(text)
+        column.addWidget(self.countdown)
+        row = FlowRow()
+        row.add(self.choose, self.rehearse)
+        row.add_right(self.cancel, self.arm, self.hold)
+        column.addLayout(row)
+        # From Cancel, which has the focus at every step, one Tab leads to what comes next.
+        for first, second in pairwise((self.rehearse, self.choose, self.cancel, self.arm, self.hold)):
+            self.setTabOrder(first, second)
+
+
+def _ended_notice(why: Input, dismiss: Callable[[], None]) -> Notice:
+    return Notice(Meaning.INFORMATION, tr(_ENDED[why]), dismiss=dismiss)

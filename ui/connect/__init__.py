@@ -1,0 +1,1 @@
+"""Choosing a port and naming a module."""

@@ -1,0 +1,86 @@
+"""A change of baud rate whose end nobody saw: said at the next start, with a way to look for the module."""
+
+from collections.abc import Callable
+from concurrent.futures import Future
+from functools import partial
+
+from app.engine.worker import Job
+from app.procedures.baud import BaudEnd, look_for
+from app.store.database import StoreTrouble
+from app.store.store import PendingBaud, Store
+from app.text.i18n import tr
+from ui.core.connector import Connector, Target
+from ui.core.port_watcher import PortWatch
+from ui.services.storage import Keeping
+from ui.services.store_work import StoreWork
+from ui.style.theme import Meaning
+from ui.widgets.notice_bar import Choice, Notice
+
+
+class BaudRecovery:
+    """`close` takes the question away again, `leave` asks before what is connected is left, `say` is for what came of
+    it."""
+
+    def __init__(
+        self,
+        connector: Connector,
+        ports: PortWatch,
+        keeping: Keeping,
+        *,
+        close: Callable[[], None],
+        leave: Callable[[Callable[[], object]], None],
+        say: Callable[[str], None],
+    ) -> None:
+        self._connector, self._ports, self._keeping = connector, ports, keeping
+        self._close, self._leave, self._say = close, leave, say
+        self._store_work = StoreWork()
+
+    def pending(self) -> tuple[PendingBaud, ...]:
+        store = self._keeping.store
+        try:
+            return store.pending_bauds() if isinstance(store, Store) else ()
+        except StoreTrouble:
+            return ()
+
+    def notice(self, pending: PendingBaud) -> Notice:
+        """In the language in use."""
+        text = tr(
+            "A change from {old} to {new} baud at {port} was broken off. The module may be at either rate.",
+            old=pending.old_rate, new=pending.new_rate, port=pending.port,
+        )  # fmt: skip
+        begin = partial(self._leave, partial(self._look, pending))
+        look = Choice("look_for_baud", tr("Look for the module"), begin, is_main=True)
+        forget = Choice("forget_baud", tr("Forget it"), lambda: self._forget(pending), is_step=True)
+        return Notice(Meaning.ATTENTION, text, (look, forget))
+
+    def _look(self, pending: PendingBaud) -> None:
+        same = [port.device for port in self._ports.ports if pending.adapter and port.identity == pending.adapter]
+        device = same[0] if len(same) == 1 else pending.port
+        self._close()
+        self._connector.connect_to(Target(device, pending.new_rate, pending.adapter))
+
+        def end(job: Job[int | None]) -> None:
+            found = None if job.run.error is not None else job.outcome()
+            if found is None:
+                self._say(tr("The module was not found. Switch it off and on, then use “Find my module”."))
+                return
+            changed = BaudEnd.CHANGED if found == pending.new_rate else BaudEnd.UNCHANGED
+            self._settle(pending, changed.value if found in (pending.new_rate, pending.old_rate) else "elsewhere")
+            self._say(tr("The module answers at {rate} baud.", rate=found))
+
+        self._connector.run(look_for(pending.new_rate, pending.old_rate), end)
+
+    def _forget(self, pending: PendingBaud) -> None:
+        self._settle(pending, "forgotten")
+        self._close()
+
+    def _settle(self, pending: PendingBaud, end: str) -> None:
+        store = self._keeping.store
+        if isinstance(store, Store):
+            self._store_work.run(store, partial(store.settle_baud, pending.id, end), self._end_settling)
+
+    def _end_settling(self, future: "Future[None]") -> None:
+        try:
+            future.result()
+        except StoreTrouble as trouble:
+            self._say(trouble.sentence)

@@ -1,0 +1,285 @@
+"""Choose a port and connect. A sheet over the page, never a dialog: the module's state stays in sight."""
+
+from functools import partial
+
+from PySide6.QtCore import QEvent, Qt, Signal
+from PySide6.QtGui import QHideEvent, QKeyEvent, QShowEvent
+from PySide6.QtWidgets import (
+    QComboBox,
+    QFrame,
+    QGridLayout,
+    QHBoxLayout,
+    QLabel,
+    QLineEdit,
+    QPushButton,
+    QSizePolicy,
+    QToolButton,
+    QVBoxLayout,
+    QWidget,
+)
+
+from app.diagnosis.link_state import Phase, words
+from app.engine.ports import NOT_LISTED
+from app.text.i18n import tr
+from protocol.catalogue import BAUD_RATES, DEFAULT_BAUD_RATE
+from protocol.translatable import marked
+from ui.connect.port_list import PortChoice, PortList, choice_of
+from ui.core.connector import Connector, Target
+from ui.core.port_watcher import PortWatch, key_of
+from ui.core.preferences import LastPort
+from ui.core.texts import Texts
+from ui.style.icons import Icon, icon
+from ui.style.theme import Space
+from ui.widgets.naming import named
+from ui.widgets.sliders import WheelGuard
+
+SIMULATED_PORT = "sim://demo?lifelike&noise=1"
+FIND_RATE = 0
+"""The entry of the rate box that stands for "find it"."""
+
+
+class ConnectPanel(QFrame):
+    """Refreshes itself while it is open; nothing in it waits for a port."""
+
+    connect_wanted = Signal(object)
+    """A `Target`."""
+    disconnect_wanted = Signal()
+
+    def __init__(self, connector: Connector, ports: PortWatch, texts: Texts, parent: QWidget | None = None) -> None:
+        super().__init__(parent)
+        self.setObjectName("connect_panel")
+        self.setProperty("role", "card")
+        self.setAutoFillBackground(True)
+        self._connector = connector
+        self._ports = ports
+        self._texts = texts
+        self._last: LastPort | None = None
+        self.list = PortList()
+        self.other = named(QLineEdit(), "port_address")
+        self.rate = named(QComboBox(), "rate_box")
+        self.connect_button = named(QPushButton(), "connect_button")
+        self.disconnect_button = named(QPushButton(), "disconnect_button")
+        self.empty = named(QLabel(), "no_ports_hint")
+        self.said = named(QLabel(), "connect_state")
+        self._close = named(QToolButton(), "connect_close")
+        WheelGuard(self).guard(self.rate)
+        self._build()
+        self._name()
+        self.list.chosen_changed.connect(self._choose)
+        self.list.activated_choice.connect(self._connect_choice)
+        self.other.textEdited.connect(self._type)
+        self.other.returnPressed.connect(self.connect_chosen)
+        self.connect_button.clicked.connect(self.connect_chosen)
+        self.disconnect_button.clicked.connect(self.disconnect_wanted)
+        self._close.clicked.connect(self.hide)
+        ports.listed.connect(self.refresh)
+        connector.changed.connect(self.refresh)
+        self.hide()
+
+    def prefer(self, last: LastPort | None) -> None:
+        """Choose this port beforehand, as soon as it is listed."""
+        self._last = last
+        if last is not None:
+            self.rate.setCurrentIndex(max(0, self.rate.findData(last.baud_rate)))
+            if not last.identity and not last.device.startswith("sim:"):
+                self.other.setText(last.device)
+        self.refresh()
+
+    def refresh(self) -> None:
+        """Show what is known now."""
+        if self.isHidden():
+            return
+        target = self._connector.target if self._connector.is_wanted else None
+        choices = [
+            choice_of(
+                port,
+                is_new=self._ports.is_new(port),
+                is_connected=target is not None and self._connector.is_open and target.device == port.device,
+                is_last=self._last is not None and bool(port.identity) and port.identity == self._last.identity,
+            )
+            for port in self._ports.ports
+        ]
+        is_simulating = target is not None and target.is_simulated and self._connector.is_open
+        choices.append(
+            PortChoice(
+                SIMULATED_PORT,
+                "",
+                tr("Simulated module"),
+                "",
+                tr("Nothing to plug in; behaves as the vendor's table says"),
+                Icon.SIMULATOR,
+                tr("connected") if is_simulating else "",
+            )
+        )
+        self.list.show_choices(choices)
+        if self.list.chosen is None and not self.other.text():
+            self._choose_beforehand()
+        self.empty.setVisible(not self._ports.ports)
+        if self._ports.has_looked and not self._ports.is_current:
+            self.empty.setText(tr(NOT_LISTED))
+        elif self._ports.has_looked:
+            nothing = tr("No serial port found. Plug the adapter in: it appears here by itself.")
+            self.empty.setText(f"{nothing} {tr('If it does not, try another cable.')}")
+        else:
+            self.empty.setText(tr("Looking for ports …"))
+        self._show_state()
+
+    def chosen_target(self) -> Target | None:
+        """What Connect would open, None while nothing is chosen."""
+        rate = int(self.rate.currentData())
+        begins_at, finds = (rate or DEFAULT_BAUD_RATE), rate == FIND_RATE
+        typed = self.other.text().strip()
+        if typed:
+            return Target(typed, begins_at, finds_rate=finds)
+        choice = self.list.chosen
+        if choice is None:
+            return None
+        return Target(choice.device, begins_at, choice.identity, choice.title, finds)
+
+    def connect_chosen(self) -> None:
+        target = self.chosen_target()
+        if target is not None:
+            self.connect_wanted.emit(target)
+
+    def height_for(self, width: int) -> int:
+        """The height at which nothing is cut off."""
+        layout = self._layout
+        return layout.totalHeightForWidth(width) if layout.hasHeightForWidth() else layout.totalSizeHint().height()
+
+    # Making
+
+    def _build(self) -> None:
+        layout = self._layout = QVBoxLayout(self)
+        layout.setContentsMargins(Space.L, Space.M, Space.L, Space.L)
+        layout.setSpacing(Space.S)
+        head = QHBoxLayout()
+        title = named(QLabel(), "connect_title")
+        title.setProperty("role", "title")
+        self._texts.bind(title.setText, "Connect")
+        self._close.setIcon(icon(Icon.CROSS))
+        self._close.setProperty("role", "quiet")
+        head.addWidget(title, 1)
+        head.addWidget(self._close)
+        layout.addLayout(head)
+        layout.addWidget(self.list, 1)
+        layout.addWidget(self.empty)
+        layout.addLayout(self._build_form())
+        layout.addWidget(self.said)
+        buttons = QHBoxLayout()
+        buttons.setSpacing(Space.S)
+        buttons.addStretch(1)
+        buttons.addWidget(self.disconnect_button)
+        buttons.addWidget(self.connect_button)
+        layout.addLayout(buttons)
+        for label in (self.empty, self.said):
+            label.setWordWrap(True)
+            label.setTextFormat(Qt.TextFormat.PlainText)
+            label.setSizePolicy(QSizePolicy.Policy.Preferred, QSizePolicy.Policy.Minimum)
+        self.empty.setProperty("role", "muted")
+        self.connect_button.setProperty("role", "primary")
+        self.connect_button.setMinimumWidth(120)
+
+    def _build_form(self) -> QGridLayout:
+        form = QGridLayout()
+        form.setHorizontalSpacing(Space.M)
+        form.setVerticalSpacing(Space.S)
+        for row, (field, english) in enumerate(((self.other, marked("Other port")), (self.rate, marked("Baud rate")))):
+            label = QLabel()
+            label.setBuddy(field)
+            label.setProperty("role", "muted")
+            self._texts.bind(label.setText, english)
+            form.addWidget(label, row, 0)
+            form.addWidget(field, row, 1)
+        form.setColumnStretch(1, 1)
+        for number, rate in enumerate((DEFAULT_BAUD_RATE, *(one for one in BAUD_RATES if one != DEFAULT_BAUD_RATE))):
+            self.rate.addItem(str(rate), rate)
+            if rate == DEFAULT_BAUD_RATE:
+                self._texts.bind(partial(self.rate.setItemText, number), "115200 (usual)")
+        self.rate.addItem("", FIND_RATE)
+        self._texts.bind(partial(self.rate.setItemText, self.rate.count() - 1), "Find the rate")
+        return form
+
+    def _name(self) -> None:
+        bind = self._texts.bind
+        bind(self.setAccessibleName, "Connect")
+        bind(self.list.setAccessibleName, "Ports")
+        bind(self.other.setAccessibleName, "Other port")
+        bind(self.other.setPlaceholderText, "device or socket://host:port")
+        bind(self.other.setToolTip, "A port that is not in the list: a device, a pseudo-terminal or socket://host:port")
+        bind(self.rate.setAccessibleName, "Baud rate")
+        bind(self.rate.setToolTip, "The module's baud rate; 115200 unless somebody changed it")
+        bind(self.connect_button.setText, "Connect")
+        bind(self.connect_button.setAccessibleName, "Connect")
+        bind(self.connect_button.setToolTip, "Open the chosen port (Enter)")
+        bind(self.disconnect_button.setText, "Disconnect")
+        bind(self.disconnect_button.setAccessibleName, "Disconnect")
+        bind(self.disconnect_button.setToolTip, "Close the port (Ctrl+D)")
+        bind(self._close.setAccessibleName, "Close")
+        bind(self._close.setToolTip, "Close this sheet (Esc)")
+
+    # Doing
+
+    def _choose_beforehand(self) -> None:
+        last = self._last
+        if last is not None and self.list.choose(last.identity or last.device):
+            return
+        ports = self._ports.ports
+        likely = [port for port in ports if self._ports.is_new(port)] or [port for port in ports if port.identity]
+        if len(likely) == 1:
+            self.list.choose(key_of(likely[0]))
+
+    def _choose(self) -> None:
+        if self.list.chosen is not None:
+            self.other.clear()
+        self._show_state()
+
+    def _type(self) -> None:
+        if self.other.text():
+            self.list.clearSelection()
+        self._show_state()
+
+    def _connect_choice(self, _choice: PortChoice) -> None:
+        self.connect_chosen()
+
+    def _show_state(self) -> None:
+        state = self._connector.state
+        said = words(state, self._connector.clock())
+        is_closed = state.phase is Phase.CLOSED
+        self.said.setText(self._what_next() if is_closed else f"{said.what} {said.next_step}".strip())
+        self._show_buttons()
+
+    def _what_next(self) -> str:
+        """As long as nothing is connected."""
+        target = self.chosen_target()
+        if target is None:
+            return tr("Choose a port in the list, or the simulated module; then Connect.")
+        return tr("Connect opens the port and reads the module; that activates nothing.")
+
+    def _show_buttons(self) -> None:
+        self.disconnect_button.setEnabled(self._connector.is_wanted)
+        self.connect_button.setEnabled(self.chosen_target() is not None)
+
+    # Qt
+
+    def keyPressEvent(self, event: QKeyEvent) -> None:
+        if event.key() == Qt.Key.Key_Escape:
+            self.hide()
+        else:
+            super().keyPressEvent(event)
+
+    def showEvent(self, event: QShowEvent) -> None:
+        super().showEvent(event)
+        self._ports.watch(True)
+        self.refresh()
+        self.list.setFocus()
+
+    def hideEvent(self, event: QHideEvent) -> None:
+        super().hideEvent(event)
+        self._ports.watch(False)
+        if not event.spontaneous():
+            self._ports.settle()
+
+    def changeEvent(self, event: QEvent) -> None:
+        super().changeEvent(event)
+        if event.type() == QEvent.Type.LanguageChange:
+            self.refresh()

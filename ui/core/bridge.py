@@ -1,0 +1,64 @@
+"""The only place where the worker's thread meets Qt."""
+
+from dataclasses import replace
+from itertools import groupby
+from threading import Lock
+
+from PySide6.QtCore import QObject, Qt, Signal
+
+from app.engine.worker import Batch
+
+
+class Bridge(QObject):
+    """Hands the worker's batches to the window's thread, as one batch for each turn of its event loop and connection.
+
+    A window that stalls finds a single batch afterwards, with every sample and event of the meantime: what waits is
+    joined, never dropped, and the event queue never fills up.
+    """
+
+    batch = Signal(object)
+    """A `Batch`, in the window's thread."""
+    _has_come = Signal()
+
+    def __init__(self, parent: QObject | None = None) -> None:
+        super().__init__(parent)
+        self._lock = Lock()
+        self._waiting: list[Batch] = []
+        self._is_closed = False
+        self._has_come.connect(self._hand_on, Qt.ConnectionType.QueuedConnection)
+
+    def deliver(self, batch: Batch) -> None:
+        """The worker's callback; called from its thread."""
+        with self._lock:
+            if self._is_closed:
+                return
+            self._waiting.append(batch)
+            if len(self._waiting) == 1:
+                # Under the lock, so that `close` cannot return while the signal is on its way out.
+                self._has_come.emit()
+
+    def close(self) -> None:
+        """Hand nothing on from now. What waits is dropped: the window is going."""
+        with self._lock:
+            self._is_closed = True
+            self._waiting.clear()
+
+    def _hand_on(self) -> None:
+        with self._lock:
+            waiting, self._waiting = self._waiting, []
+        # Samples of a port that was just left are not those of the next one.
+        for _connection, batches in groupby(waiting, key=lambda batch: batch.connection):
+            self.batch.emit(joined(list(batches)))
+
+
+def joined(batches: list[Batch]) -> Batch:
+    """One batch with everything that happened in `batches`, oldest first, and the latest state."""
+    last = batches[-1]
+    if len(batches) == 1:
+        return last
+    return replace(
+        last,
+        samples=tuple(sample for batch in batches for sample in batch.samples),
+        events=tuple(event for batch in batches for event in batch.events),
+        finished=tuple(job for batch in batches for job in batch.finished),
+    )

@@ -1,0 +1,47 @@
+"""The language of the window and of Qt's own texts in it, changed while it is open."""
+
+import logging
+
+from PySide6.QtCore import QEvent, QLibraryInfo, QLocale, QTranslator
+from PySide6.QtWidgets import QApplication
+
+from app.text.i18n import CHINESE, language, set_language
+from ui.core.texts import Texts
+
+_log = logging.getLogger(__name__)
+
+
+class Speech:
+    """Bound texts are applied anew; what a widget words itself, it words anew at `QEvent.LanguageChange`."""
+
+    def __init__(self, app: QApplication, texts: Texts) -> None:
+        self._app = app
+        self._texts = texts
+        self._translator: QTranslator | None = None
+
+    @property
+    def language(self) -> str:
+        return language()
+
+    def use(self, name: str) -> None:
+        """Speak this language from now on; see `app.text.i18n.set_language` for the names."""
+        set_language(name)
+        if self._translator is not None:
+            self._app.removeTranslator(self._translator)
+            self._translator = None
+        if name == CHINESE:
+            self._translator = self._load(name)
+        QLocale.setDefault(QLocale(name if name == CHINESE else "en"))
+        self._texts.retranslate()
+        for window in self._app.topLevelWidgets():
+            self._app.sendEvent(window, QEvent(QEvent.Type.LanguageChange))
+
+    def _load(self, name: str) -> QTranslator | None:
+        """Qt's own texts (OK, Cancel, the menus of text fields); they come with its wheel."""
+        translator = QTranslator(self._app)
+        folder = QLibraryInfo.path(QLibraryInfo.LibraryPath.TranslationsPath)
+        if not translator.load(f"qtbase_{name}", folder):
+            _log.warning("Qt's own texts for %s are not in %s", name, folder)
+            return None
+        self._app.installTranslator(translator)
+        return translator

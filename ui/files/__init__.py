@@ -1,0 +1,1 @@
+"""Choosing, dropping and saving files."""

@@ -1,0 +1,48 @@
+"""Dialogs that ask for a file, and the name that is suggested."""
+
+from collections.abc import Callable
+from datetime import datetime
+from pathlib import Path
+from typing import Final
+
+from PySide6.QtWidgets import QFileDialog, QWidget
+
+from app.text.i18n import tr
+
+LONGEST_PORT: Final = 40
+"""Characters of a port in a file name: at four bytes each they fit into the 255 of a name."""
+AskPath = Callable[[QWidget, str, Path, str], Path | None]
+"""Parent, title, suggested path, filter; None where nobody wants it after all."""
+AskOpen = Callable[[QWidget, Path], Path | None]
+"""Parent and folder; None where nobody chose."""
+
+
+def ask_open(parent: QWidget, folder: Path, title: str, name_filter: str) -> Path | None:
+    """Let a person choose an existing file; None where nobody chose."""
+    name, _filter = QFileDialog.getOpenFileName(parent, title, str(folder), name_filter)
+    return Path(name) if name else None
+
+
+def ask_profile(parent: QWidget, folder: Path) -> Path | None:
+    return ask_open(parent, folder, tr("Open a profile"), tr("Profile (*.toml)"))
+
+
+def ask_path(parent: QWidget, title: str, suggested: Path, name_filter: str) -> Path | None:
+    """Let a person choose where to save; asks before it replaces a file."""
+    dialog = QFileDialog(parent, title, str(suggested.parent), name_filter)
+    dialog.setObjectName("save_dialog")
+    dialog.setAcceptMode(QFileDialog.AcceptMode.AcceptSave)
+    dialog.setDefaultSuffix(suggested.suffix.lstrip("."))
+    dialog.selectFile(suggested.name)
+    try:
+        chosen = dialog.selectedFiles() if dialog.exec() else []
+    finally:
+        dialog.deleteLater()
+    return Path(chosen[0]) if chosen else None
+
+
+def default_name(port: str, suffix: str, when: datetime) -> str:
+    """ "dps-s ttyUSB0 2026-11-21 09-30-05.csv": what it is of, and when, in letters that every system takes."""
+    short = port.removeprefix("/dev/").partition("?")[0].replace("://", "-")
+    safe = "".join(one if one.isalnum() or one in "-_." else "-" for one in short[:LONGEST_PORT])
+    return " ".join(part for part in ("dps-s", safe, f"{when:%Y-%m-%d %H-%M-%S}") if part) + suffix

@@ -1,0 +1,258 @@
+"""The foot of the Live page: save what is seen, and where it went or why not."""
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import Final
+
+from PySide6.QtCore import QBuffer, QByteArray, QIODevice, QRectF, QSize, QStandardPaths, Qt
+from PySide6.QtGui import QColor, QFontMetrics, QImage, QPainter, QPaintEvent, QPixmap
+from PySide6.QtWidgets import QHBoxLayout, QPushButton, QSizePolicy, QWidget
+
+from app import version
+from app.recordings.excerpt import Excerpt
+from app.recordings.file_export import Cancelled, Saving
+from app.recordings.table import csv_parts, part_count
+from app.text.i18n import tr
+from ui.core.texts import Texts
+from ui.files.file_dialogs import AskPath, ask_path, default_name
+from ui.style import icons
+from ui.style.icons import MEANING_ICONS, Icon, icon
+from ui.style.painted_widget import Painted
+from ui.style.theme import Meaning, Size, Space, current, font
+from ui.widgets.flow_row import FlowRow
+from ui.widgets.naming import named
+
+_ICON_PX: Final = 16
+_FOOT_PX: Final = 28
+
+
+def picture_with_foot(content: QWidget, foot: str) -> QImage:
+    """A widget as it looks, with a line below that tells what it is a picture of."""
+    pixmap = content.grab()
+    ratio = pixmap.devicePixelRatio()
+    width, height = pixmap.width() / ratio, pixmap.height() / ratio
+    whole = QPixmap(pixmap.width(), pixmap.height() + round(_FOOT_PX * ratio))
+    whole.setDevicePixelRatio(ratio)
+    whole.fill(QColor(current().window))
+    painter = QPainter(whole)
+    painter.drawPixmap(0, 0, pixmap)
+    painter.setFont(font(Size.SMALL))
+    painter.setPen(QColor(current().text))
+    room = QRectF(Space.M, height, width - 2 * Space.M, _FOOT_PX)
+    painter.drawText(room, Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter, foot)
+    painter.end()
+    return whole.toImage()
+
+
+@dataclass(frozen=True, slots=True)
+class Origin:
+    """Where what is seen comes from. ``wall_offset_s`` added to its times gives seconds since 1970; ``recorded_at``
+    is when a recording began, None for what is live; ``module`` is "" where nobody named it."""
+
+    port: str
+    baud_rate: int
+    wall_offset_s: float
+    recorded_at: datetime | None = None
+    module: str = ""
+
+
+def foot_text(origin: Origin, when: datetime) -> str:
+    """When, which module, which program; a recording says that it is one."""
+    port = f"{origin.port} · {origin.baud_rate} baud" if origin.port else tr("Not connected")
+    stamp = when.astimezone().isoformat(" ", "seconds")
+    if origin.recorded_at is not None:
+        stamp = tr("Recording of {time}", time=origin.recorded_at.astimezone().isoformat(" ", "seconds"))
+    parts = (stamp, origin.module, port, f"DPS-S Configurator {version()}")
+    return "  ·  ".join(part for part in parts if part)
+
+
+def png_parts(image: QImage) -> Iterator[bytes]:
+    """The picture as PNG, encoded when it is asked for; raises OSError where that fails."""
+    data = QByteArray()
+    buffer = QBuffer(data)
+    buffer.open(QIODevice.OpenModeFlag.WriteOnly)
+    if not image.save(buffer, "PNG"):  # type: ignore[call-overload]
+        raise OSError("no PNG could be made of it")
+    yield bytes(data.data())
+
+
+class Note(Painted):
+    """One line with an icon; what does not fit is cut in its middle and stands whole in the tooltip."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.setObjectName("live_note")
+        self._text = ""
+        self._meaning: Meaning | None = None
+        self.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Preferred)
+
+    @property
+    def text(self) -> str:
+        return self._text
+
+    @property
+    def meaning(self) -> Meaning | None:
+        return self._meaning
+
+    def say(self, text: str, meaning: Meaning | None = None) -> None:
+        if (text, meaning) != (self._text, self._meaning):
+            self._text, self._meaning = text, meaning
+            self.setToolTip(text)
+            self.announce(text)
+
+    def sizeHint(self) -> QSize:
+        return QSize(80, 24)
+
+    def paintEvent(self, _event: QPaintEvent) -> None:
+        if not self._text:
+            return
+        painter = QPainter(self)
+        left = 0
+        if self._meaning is not None:
+            square = QRectF(0, (self.height() - _ICON_PX) / 2, _ICON_PX, _ICON_PX)
+            icons.draw(painter, MEANING_ICONS[self._meaning], square, current().ink(self._meaning))
+            left = _ICON_PX + Space.XS
+        one = font(Size.SMALL)
+        text = QFontMetrics(one).elidedText(self._text, Qt.TextElideMode.ElideMiddle, self.width() - left)
+        painter.setFont(one)
+        painter.setPen(QColor(current().text))
+        room = QRectF(left, 0, self.width() - left, self.height())
+        painter.drawText(room, Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter, text)
+        painter.end()
+
+
+class SaveBar(QWidget):
+    """``take_excerpt`` and ``take_picture`` give what is seen at that moment, before anybody chooses a file."""
+
+    def __init__(
+        self,
+        texts: Texts,
+        *,
+        take_excerpt: Callable[[], Excerpt],
+        take_picture: Callable[[str], QImage],
+        find_origin: Callable[[], Origin],
+    ) -> None:
+        super().__init__()
+        self.setObjectName("live_save")
+        self.ask_path: AskPath = ask_path
+        self._take_excerpt, self._take_picture, self._find_origin = take_excerpt, take_picture, find_origin
+        self._folder: Path | None = None
+        self._saving: Saving | None = None
+        self._saved_text = ""
+        self.note = Note()
+        self.csv = self._button("live_save_csv", Icon.TABLE, self.save_csv)
+        self.png = self._button("live_save_png", Icon.CAMERA, self.save_png)
+        self.stop = self._button("live_save_cancel", Icon.CROSS, self._cancel)
+        self.stop.hide()
+        texts.bind(self.csv.setText, "Save values …")
+        texts.bind(self.csv.setAccessibleName, "Save the values in sight as CSV")
+        texts.bind(self.csv.setToolTip, "Save every sample in sight as a table, CSV (Ctrl+S)")
+        texts.bind(self.png.setText, "Save picture …")
+        texts.bind(self.png.setAccessibleName, "Save a picture as PNG")
+        texts.bind(self.png.setToolTip, "Save a picture of what is in sight, PNG (Ctrl+Shift+S)")
+        texts.bind(self.stop.setText, "Cancel")
+        texts.bind(self.stop.setAccessibleName, "Cancel saving")
+        texts.bind(self.stop.setToolTip, "Stop saving; no file is left")
+        buttons = FlowRow()
+        buttons.add_right(self.stop, self.csv, self.png)
+        row = QHBoxLayout(self)
+        row.setContentsMargins(0, 0, 0, 0)
+        row.setSpacing(Space.S)
+        row.addWidget(self.note, 1)
+        row.addLayout(buttons, 3)
+
+    @property
+    def is_saving(self) -> bool:
+        return self._saving is not None
+
+    def save_csv(self) -> None:
+        """Save the samples in sight, as they are at this moment."""
+        if self.is_saving:
+            return
+        excerpt, origin = self._take_excerpt(), self._find_origin()
+        path = self._choose(tr("Save values"), ".csv", tr("Table (*.csv)"))
+        if path is None:
+            return
+        rows = f"{excerpt.row_count:,}"
+        self._saved_text = (
+            tr("Saved {rows} rows to {path}", rows=rows, path=path)
+            if excerpt.is_whole
+            else tr("Saved {rows} rows to {path}. What is older is no longer kept.", rows=rows, path=path)
+        )
+        offset_s = origin.wall_offset_s
+        self._begin(Saving(path, lambda: csv_parts(excerpt, wall_offset_s=offset_s), part_count(excerpt)))
+
+    def save_png(self) -> None:
+        """Save a picture of what is in sight."""
+        if self.is_saving:
+            return
+        image = self._take_picture(foot_text(self._find_origin(), datetime.now().astimezone()))
+        path = self._choose(tr("Save picture"), ".png", tr("Picture (*.png)"))
+        if path is None:
+            return
+        self._saved_text = tr("Saved the picture to {path}", path=path)
+        self._begin(Saving(path, lambda: png_parts(image)))
+
+    def refresh(self) -> None:
+        """Say how the saving gets on; called by the page's timer."""
+        saving = self._saving
+        if saving is None:
+            return
+        if not saving.is_done:
+            self.note.say(tr("Saving … {percent} %", percent=f"{saving.progress * 100:.0f}"))
+            return
+        self._saving = None
+        self._set_busy(is_busy=False)
+        match saving.error:
+            case None:
+                self.note.say(self._saved_text, Meaning.GOOD)
+            case Cancelled():
+                self.note.say(tr("Cancelled, nothing was saved."))
+            case OSError() as error:
+                why = error.strerror or str(error)
+                text = tr("Not saved to {path}: {why}. Choose another folder.", path=saving.path, why=why)
+                self.note.say(text, Meaning.ATTENTION)
+            case error:
+                text = tr("Not saved to {path}: {why}. Choose another folder.", path=saving.path, why=error)
+                self.note.say(text, Meaning.ATTENTION)
+
+    def finish(self, timeout_s: float) -> bool:
+        """Wait for a saving under way; whether none is left."""
+        return self._saving is None or self._saving.wait(timeout_s)
+
+    def _begin(self, saving: Saving) -> None:
+        self._saving = saving
+        self._set_busy(is_busy=True)
+        self.refresh()
+
+    def _set_busy(self, *, is_busy: bool) -> None:
+        self.csv.setEnabled(not is_busy)
+        self.png.setEnabled(not is_busy)
+        self.stop.setVisible(is_busy)
+
+    def _cancel(self) -> None:
+        if self._saving is not None:
+            self._saving.cancel()
+
+    def _choose(self, title: str, suffix: str, name_filter: str) -> Path | None:
+        folder = self._folder or _documents()
+        origin = self._find_origin()
+        when = (origin.recorded_at or datetime.now(UTC)).astimezone()
+        name = default_name(origin.port, suffix, when)
+        path = self.ask_path(self, title, folder / name, name_filter)
+        if path is not None:
+            self._folder = path.parent
+        return path
+
+    def _button(self, name: str, picture: Icon, act: Callable[[], None]) -> QPushButton:
+        button = named(QPushButton(), name)
+        button.setIcon(icon(picture))
+        button.setIconSize(QSize(16, 16))
+        button.clicked.connect(act)
+        return button
+
+
+def _documents() -> Path:
+    return Path(QStandardPaths.writableLocation(QStandardPaths.StandardLocation.DocumentsLocation) or Path.home())

@@ -1,0 +1,234 @@
+"""The one place that chooses the editor for a field's kind: a number, yes or no, one of a few."""
+
+from functools import partial
+from typing import Final
+
+from PySide6.QtCore import QEvent, QSignalBlocker, QSize, Qt, Signal
+from PySide6.QtGui import QIcon, QKeyEvent, QWheelEvent
+from PySide6.QtWidgets import QComboBox, QHBoxLayout, QLabel, QLineEdit, QToolButton, QWidget
+
+from app.settings.drafts import Draft
+from app.settings.setting_texts import DEFAULTS, plain_text
+from app.text.i18n import tr
+from protocol.catalogue import Command
+from protocol.fields import Choice, Flag, Quantity, Value
+from protocol.translatable import marked
+from ui.core.texts import Texts
+from ui.style.icons import Icon, icon
+from ui.style.theme import Space
+from ui.widgets.naming import named
+from ui.widgets.sliders import WheelGuard, describe
+
+_NUMBER_PX: Final = 72
+_STEP_PX: Final = 28
+_FLAG_PX: Final = 96
+BIG_STEP: Final = 10
+"""Page up and down: so many steps."""
+
+
+class FieldEditor(QWidget):
+    """Shows what is wanted; where nothing is, it shows nothing of its own. Tells only of what a person did."""
+
+    typed = Signal(str)
+    """The text so far."""
+    chosen = Signal(object)
+    """A whole value."""
+    left = Signal()
+    """The person is done here: what comes next is another step."""
+
+    def show_draft(self, draft: Draft | None, stands: Value | None) -> None:
+        raise NotImplementedError
+
+
+class NumberEditor(FieldEditor):
+    """A number with its unit. Arrows, page keys, the two buttons and, with the focus, the wheel go by steps."""
+
+    def __init__(self, command: Command, field: Quantity, texts: Texts) -> None:
+        super().__init__()
+        self._command, self._field = command, field
+        self._draft: Draft | None = None
+        self._stands: Value | None = None
+        self.box = _Line(f"{command.name}_wanted", self)
+        self.less = self._stepper("less", "−", -1)
+        self.more = self._stepper("more", "+", 1)
+        texts.bind(partial(_name_after, self.less, command), "One step less")
+        texts.bind(partial(_name_after, self.more, command), "One step more")
+        texts.bind(self.less.setToolTip, "One step less (arrow down)")
+        texts.bind(self.more.setToolTip, "One step more (arrow up)")
+        describe(texts, self.box, command.title, command.explanation)
+        unit = named(QLabel(field.unit), f"{command.name}_unit")
+        unit.setProperty("role", "muted")
+        unit.setMinimumWidth(14)
+        row = QHBoxLayout(self)
+        row.setContentsMargins(0, 0, 0, 0)
+        row.setSpacing(Space.XS)
+        for widget in (self.less, self.box, self.more, unit):
+            row.addWidget(widget)
+        row.addStretch(1)
+        self.setFocusProxy(self.box)
+        self.box.textEdited.connect(self.typed)
+        self.box.editingFinished.connect(self.left)
+
+    def show_draft(self, draft: Draft | None, stands: Value | None) -> None:
+        self._draft, self._stands = draft, stands
+        self.box.setPlaceholderText("" if stands is None else plain_text(self._command, stands))
+        text = "" if draft is None else draft.text
+        if self.box.text() != text and not (self.box.hasFocus() and self.box.text().strip() == text):
+            with QSignalBlocker(self.box):
+                self.box.setText(text)
+
+    def step(self, steps: int) -> None:
+        """From what is wanted, else what stands, else the default; to the next step where it lies between two."""
+        start = self._stands if self._draft is None or self._draft.value is None else self._draft.value
+        if start is None:
+            start = DEFAULTS.get(self._command.key)
+        raw = 0 if start is None else self._field.encode(start)
+        if start is not None:
+            raw = min(255, max(0, raw + steps))
+        self.chosen.emit(self._field.decode(raw))
+
+    def _stepper(self, name: str, text: str, steps: int) -> QToolButton:
+        button = named(QToolButton(), f"{self._command.name}_{name}")
+        button.setText(text)
+        button.setFixedWidth(_STEP_PX)
+        button.setProperty("role", "segment")
+        button.setFocusPolicy(Qt.FocusPolicy.NoFocus)
+        button.setAutoRepeat(True)
+        button.clicked.connect(lambda: self.step(steps))
+        return button
+
+
+class _Line(QLineEdit):
+    """Takes the keys and the wheel that go by steps."""
+
+    def __init__(self, name: str, editor: NumberEditor) -> None:
+        super().__init__()
+        self.setObjectName(name)
+        self._editor = editor
+        self.setAlignment(Qt.AlignmentFlag.AlignRight)
+        self.setFixedWidth(_NUMBER_PX)
+        self.setMaxLength(32)
+        self.setAcceptDrops(False)
+        self.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
+
+    def keyPressEvent(self, event: QKeyEvent) -> None:
+        steps = {
+            Qt.Key.Key_Up: 1, Qt.Key.Key_Down: -1, Qt.Key.Key_PageUp: BIG_STEP, Qt.Key.Key_PageDown: -BIG_STEP,
+        }.get(Qt.Key(event.key()))  # fmt: skip
+        if steps is None:
+            super().keyPressEvent(event)
+        else:
+            self._editor.step(steps)
+
+    def wheelEvent(self, event: QWheelEvent) -> None:
+        if not self.hasFocus():
+            event.ignore()  # so that it scrolls the page
+            return
+        if event.angleDelta().y():
+            self._editor.step(1 if event.angleDelta().y() > 0 else -1)
+        event.accept()
+
+    def event(self, event: QEvent) -> bool:
+        # Undo and redo are the form's: a field of its own memory would fight with it.
+        if event.type() == QEvent.Type.ShortcutOverride and isinstance(event, QKeyEvent):
+            has_control = event.modifiers() & Qt.KeyboardModifier.ControlModifier
+            if has_control and event.key() in (Qt.Key.Key_Z, Qt.Key.Key_Y):
+                event.ignore()
+                return False
+        return super().event(event)
+
+
+class FlagEditor(FieldEditor):
+    """Enabled or disabled, side by side; the one that is wanted is pressed. Pressed again it is wanted no more."""
+
+    withdrawn = Signal()
+
+    def __init__(self, command: Command, texts: Texts) -> None:
+        super().__init__()
+        self.on = self._button(texts, command, "on", marked("Enabled"))
+        self.off = self._button(texts, command, "off", marked("Disabled"))
+        row = QHBoxLayout(self)
+        row.setContentsMargins(0, 0, 0, 0)
+        row.setSpacing(Space.XS)
+        row.addWidget(self.on)
+        row.addWidget(self.off)
+        row.addStretch(1)
+        self.setFocusProxy(self.on)
+        self.on.clicked.connect(lambda is_down: self._choose(True if is_down else None))
+        self.off.clicked.connect(lambda is_down: self._choose(False if is_down else None))
+
+    def show_draft(self, draft: Draft | None, _stands: Value | None) -> None:
+        wanted = None if draft is None else draft.value
+        for button, value in ((self.on, True), (self.off, False)):
+            with QSignalBlocker(button):
+                button.setChecked(wanted is value)
+            button.setIcon(icon(Icon.CHECK) if wanted is value else QIcon())
+
+    def _choose(self, value: bool | None) -> None:
+        if value is None:
+            self.withdrawn.emit()
+        else:
+            self.chosen.emit(value)
+
+    def _button(self, texts: Texts, command: Command, name: str, english: str) -> QToolButton:
+        button = named(QToolButton(), f"{command.name}_{name}")
+        button.setCheckable(True)
+        button.setMinimumWidth(_FLAG_PX)
+        button.setIconSize(QSize(14, 14))
+        button.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonTextBesideIcon)
+        button.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
+        texts.bind(button.setText, english)
+        describe(texts, button, english, command.explanation)
+        texts.bind(partial(_name_after, button, command), english)
+        return button
+
+
+class ChoiceEditor(FieldEditor):
+    """One of a few values; nothing is chosen at first."""
+
+    def __init__(self, command: Command, field: Choice, texts: Texts, guard: WheelGuard) -> None:
+        super().__init__()
+        self.box = named(QComboBox(), f"{command.name}_wanted")
+        for number, value in enumerate(sorted(field.values.values(), reverse=True)):
+            self.box.addItem("", value)
+            texts.bind(partial(self._name_item, number, value), field.unit)
+        self.box.setCurrentIndex(-1)
+        describe(texts, self.box, command.title, command.explanation)
+        texts.bind(self.box.setPlaceholderText, "choose")
+        guard.guard(self.box)
+        row = QHBoxLayout(self)
+        row.setContentsMargins(0, 0, 0, 0)
+        row.addWidget(self.box)
+        self.setFocusProxy(self.box)
+        self.box.activated.connect(lambda: self.chosen.emit(self.value))
+
+    def _name_item(self, number: int, value: int, unit: str) -> None:
+        self.box.setItemText(number, f"{value} {unit}")
+
+    @property
+    def value(self) -> int | None:
+        data = self.box.currentData()
+        return None if data is None else int(data)
+
+    def show_draft(self, draft: Draft | None, _stands: Value | None) -> None:
+        wanted = None if draft is None else draft.value
+        with QSignalBlocker(self.box):
+            self.box.setCurrentIndex(-1 if wanted is None else self.box.findData(wanted))
+
+
+def _name_after(button: QToolButton, command: Command, what: str) -> None:
+    """With the setting, because a screen reader does not see in which row the button stands."""
+    button.setAccessibleName(tr("{setting}: {what}", setting=tr(command.title), what=what))
+
+
+def make_editor(command: Command, texts: Texts, guard: WheelGuard) -> FieldEditor:
+    """Raises `LookupError` for a field that nobody can set."""
+    match command.write:
+        case Quantity() as field:
+            return NumberEditor(command, field, texts)
+        case Flag():
+            return FlagEditor(command, texts)
+        case Choice() as field:
+            return ChoiceEditor(command, field, texts, guard)
+        case _:
+            raise LookupError(f"there is no editor for {command.name}")

@@ -1,0 +1,110 @@
+"""What the module holds, with how and when that came to be known; unknown and stale have a shape of their own."""
+
+from collections.abc import Mapping
+from typing import Final
+
+from PySide6.QtCore import QPointF, QRectF, QSize, Qt
+from PySide6.QtGui import QColor, QFontMetricsF, QPainter, QPaintEvent
+from PySide6.QtWidgets import QSizePolicy
+
+from app.diagnosis.link_state import duration
+from app.engine.device import Doubt, How, Known
+from app.settings.setting_texts import value_text
+from app.text.i18n import tr
+from protocol.catalogue import Command
+from protocol.translatable import marked
+from ui.style.painted_widget import Freshness, Painted
+from ui.style.shapes import pen, unknown_box
+from ui.style.theme import Size, Space, current, font
+
+WIDTH_PX: Final = 148
+_LEFT: Final = Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter
+
+HOW_WORDS: Final[Mapping[How, str]] = {
+    How.READ: marked("read {time} ago"),
+    How.ACKNOWLEDGED: marked("acknowledged {time} ago"),
+    How.STREAMED: marked("seen {time} ago"),
+}
+DOUBT_WORDS: Final[Mapping[Doubt, str]] = {
+    Doubt.RESTARTED: marked("before the restart"),
+    Doubt.LINK_LOST: marked("before the link was lost"),
+    Doubt.WRITE_UNCONFIRMED: marked("before an unconfirmed write"),
+    Doubt.AGED: marked("too old"),
+    Doubt.LATE: marked("arrived late"),
+}
+
+
+def how_known(known: Known, now: float) -> str:
+    """In the language in use: "read 12 s ago"; with what casts doubt on it."""
+    said = tr(HOW_WORDS[known.how], time=duration(max(0.0, now - known.at)))
+    return said if known.doubt is None else f"{said}, {tr(DOUBT_WORDS[known.doubt])}"
+
+
+class KnownValue(Painted):
+    """The value of one setting on the module."""
+
+    def __init__(self, command: Command) -> None:
+        super().__init__()
+        self.setObjectName(f"{command.name}_stands")
+        self._command = command
+        self._text = ""
+        self._note = ""
+        self.freshness = Freshness.UNKNOWN
+        self.setSizePolicy(QSizePolicy.Policy.Fixed, QSizePolicy.Policy.Fixed)
+        self.show_known(None, 0.0)
+
+    @property
+    def text(self) -> str:
+        return self._text
+
+    @property
+    def note(self) -> str:
+        return self._note
+
+    def show_known(self, known: Known | None, now: float) -> None:
+        if known is None:
+            freshness, text = Freshness.UNKNOWN, tr("unknown")
+            note = tr("not read yet") if self._command.reads_back else tr("cannot be read")
+        else:
+            freshness = Freshness.STALE if known.is_stale else Freshness.FRESH
+            text, note = value_text(self._command, known.value), how_known(known, now)
+        name = tr("{setting} on the module: {value}", setting=tr(self._command.title), value=text)
+        if (freshness, text, note, name) == (self.freshness, self._text, self._note, self.accessibleName()):
+            return
+        self.freshness, self._text, self._note = freshness, text, note
+        self.setToolTip(note)
+        self.setAccessibleDescription(note)  # not in the name: an age would be read aloud every second
+        self.announce(name)
+
+    def sizeHint(self) -> QSize:
+        title, small = QFontMetricsF(font(Size.TITLE)), QFontMetricsF(font(Size.SMALL))
+        return QSize(WIDTH_PX, round(title.height() + small.height() + Space.XS / 2))
+
+    def minimumSizeHint(self) -> QSize:
+        return self.sizeHint()
+
+    def paintEvent(self, _event: QPaintEvent) -> None:
+        theme = current()
+        painter = QPainter(self)
+        painter.setRenderHint(QPainter.RenderHint.Antialiasing)
+        title, small = font(Size.TITLE, is_bold=True), font(Size.SMALL)
+        metrics, fine = QFontMetricsF(title), QFontMetricsF(small)
+        if self.freshness is Freshness.UNKNOWN:
+            word_font = font(Size.SMALL, is_bold=True)
+            width = max(88.0, QFontMetricsF(word_font).horizontalAdvance(self._text) + 28)
+            unknown_box(painter, theme, QRectF(0, 0, width, metrics.height()), self._text, word_font)
+        else:
+            is_stale = self.freshness is Freshness.STALE
+            painter.setFont(title)
+            painter.setPen(QColor(theme.muted if is_stale else theme.text))
+            painter.drawText(QPointF(0, metrics.ascent()), self._text)
+            if is_stale:
+                # Dimmed alone would be colour alone.
+                painter.setPen(pen(theme.muted, theme.border_px, is_dashed=True))
+                line = min(metrics.ascent() + 4, metrics.height())
+                painter.drawLine(QPointF(0, line), QPointF(metrics.horizontalAdvance(self._text), line))
+        room = QRectF(0, metrics.height() + Space.XS / 2, self.width(), fine.height())
+        painter.setFont(small)
+        painter.setPen(QColor(theme.muted))
+        painter.drawText(room, _LEFT, fine.elidedText(self._note, Qt.TextElideMode.ElideRight, room.width()))
+        painter.end()

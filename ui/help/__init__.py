@@ -1,0 +1,1 @@
+"""Guide, shortcuts, tour, What's This, about."""

@@ -1,0 +1,56 @@
+"""What this program is, its version, and what it is made with."""
+
+import platform
+from collections.abc import Iterator
+from importlib.metadata import PackageMetadata, PackageNotFoundError, metadata
+from typing import Final
+
+from PySide6.QtCore import QSize, Qt
+from PySide6.QtWidgets import QMessageBox, QWidget
+
+from app import version
+from app.text.i18n import tr
+from ui.style.icons import app_icon
+
+_PARTS: Final = ("PySide6-Essentials", "shiboken6", "numpy", "pyqtgraph", "pyserial", "platformdirs", "mcap")
+
+_CLASSIFIER: Final = "License :: "
+
+
+def show_about(window: QWidget) -> QMessageBox:
+    """A box that holds nothing up: the window stays in use beside it."""
+    box = QMessageBox(window)
+    box.setObjectName("about_box")
+    box.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
+    box.setWindowModality(Qt.WindowModality.NonModal)
+    box.setWindowTitle(tr("About"))
+    box.setIconPixmap(app_icon().pixmap(QSize(64, 64)))
+    box.setText(tr("DPS-S Configurator {version}", version=version()))
+    about = tr("Configures, tests and watches a DPS-S parachute module over its serial port.")
+    licence = tr("Free software under the MIT licence. It is made with:")
+    box.setInformativeText("\n".join((about, "", licence, *_made_with())))
+    box.show()
+    return box
+
+
+def _made_with() -> Iterator[str]:
+    """Name, version and licence of each part, as it says of itself."""
+    yield f"Python {platform.python_version()} (PSF-2.0)"
+    for name in _PARTS:
+        try:
+            told = metadata(name)
+        except PackageNotFoundError:  # a bundle may leave out what only installers need
+            continue
+        licence = _licence(told)
+        yield f"{told['Name']} {told['Version']}" + (f" ({licence})" if licence else "")
+
+
+def _licence(told: PackageMetadata) -> str:
+    """In the field that is for it, in the one that was before, or among the classifiers; empty where it says none."""
+    fields = told.json
+    written = str(fields.get("license_expression") or fields.get("license") or "").strip()
+    if written:
+        return written.splitlines()[0]
+    classifiers = fields.get("classifier") or ()
+    named = [one.rpartition(" :: ")[2] for one in classifiers if one.startswith(_CLASSIFIER)]
+    return named[0].removesuffix(" License") if named else ""

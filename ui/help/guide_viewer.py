@@ -1,0 +1,94 @@
+"""The user guide that comes with the program, read without a network: `ui/help/guide/<language>.md` with its
+pictures."""
+
+from pathlib import Path
+from typing import Final
+
+from PySide6.QtCore import QEvent, QSize, Qt, QUrl
+from PySide6.QtGui import QDesktopServices, QImage, QTextCursor, QTextDocument
+from PySide6.QtWidgets import QWidget
+
+from app.text.i18n import ENGLISH, language
+from protocol.translatable import marked
+from ui.core.texts import Texts
+from ui.widgets.document_window import ReadingWindow
+
+GUIDE: Final = Path(__file__).parent / "guide"
+_WIDEST_PX: Final = 660
+
+
+def guide_page(folder: Path = GUIDE) -> Path | None:
+    """The guide in the language in use, else in English; None where neither is there."""
+    pages = (folder / f"{language()}.md", folder / f"{ENGLISH}.md")
+    return next((page for page in pages if page.is_file()), None)
+
+
+class GuideViewer(ReadingWindow):
+    """Follows the language in use."""
+
+    def __init__(self, texts: Texts, parent: QWidget, folder: Path = GUIDE) -> None:
+        super().__init__("guide_viewer", marked("User guide"), texts, parent)
+        self._folder = folder
+        self._shown: Path | None = None
+        self.text.setOpenLinks(False)
+        self.text.anchorClicked.connect(self.follow)
+        self.refresh()
+
+    def refresh(self) -> None:
+        """The page of the language in use, from its beginning where it is another than before."""
+        page = guide_page(self._folder)
+        if page is None or page == self._shown:
+            return
+        self._shown = page
+        self.show_markdown(page.read_text(encoding="utf-8"), QUrl.fromLocalFile(f"{self._folder.as_posix()}/"))
+        self._fit_pictures()
+        self.text.moveCursor(QTextCursor.MoveOperation.Start)
+
+    def follow(self, link: QUrl) -> None:
+        """A place in the guide, or an address for the system's browser."""
+        if link.hasFragment() and not link.scheme().startswith("http"):
+            self._go_to_heading(link.fragment())
+        elif link.scheme() in ("http", "https"):
+            QDesktopServices.openUrl(link)
+
+    def _go_to_heading(self, fragment: str) -> None:
+        """Headings have no anchors in Qt's Markdown: the one whose words give this anchor is meant."""
+        block = self.text.document().begin()
+        while block.isValid():
+            if block.blockFormat().headingLevel() and anchor_of(block.text()) == fragment.lower():
+                cursor = self.text.textCursor()
+                cursor.setPosition(block.position())
+                self.text.setTextCursor(cursor)
+                self.text.verticalScrollBar().setValue(
+                    round(self.text.document().documentLayout().blockBoundingRect(block).top())
+                )
+                return
+            block = block.next()
+
+    def _fit_pictures(self) -> None:
+        """Pictures as wide as the text at most; they are of windows of up to twice that."""
+        document = self.text.document()
+        for picture in sorted(self._folder.glob("images/*.png")):
+            image = QImage(str(picture))
+            if image.width() > _WIDEST_PX:
+                image = image.scaledToWidth(
+                    round(_WIDEST_PX * self.devicePixelRatioF()), Qt.TransformationMode.SmoothTransformation
+                )
+                image.setDevicePixelRatio(self.devicePixelRatioF())
+            url = document.baseUrl().resolved(QUrl(f"images/{picture.name}"))
+            document.addResource(QTextDocument.ResourceType.ImageResource.value, url, image)
+        document.markContentsDirty(0, document.characterCount())
+
+    def sizeHint(self) -> QSize:
+        return QSize(_WIDEST_PX + 80, 560)
+
+    def changeEvent(self, event: QEvent) -> None:
+        super().changeEvent(event)
+        if event.type() == QEvent.Type.LanguageChange and hasattr(self, "_shown"):
+            self.refresh()
+
+
+def anchor_of(heading: str) -> str:
+    """As forges make them: small letters, hyphens for spaces, no punctuation."""
+    hyphened = heading.lower().replace(" ", "-")
+    return "".join(letter for letter in hyphened if letter.isalnum() or letter in "-_")

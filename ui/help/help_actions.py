@@ -1,0 +1,123 @@
+"""What the Help menu does. Nothing of it holds the window up: LOCK is in reach beside every one of its windows."""
+
+from typing import TYPE_CHECKING
+
+from PySide6.QtCore import QObject
+
+from app.text.i18n import tr
+from ui.services.context import PageEntry, Services
+from ui.shell.main_window import MainWindow
+
+if TYPE_CHECKING:
+    from ui.help.guide_viewer import GuideViewer
+    from ui.help.shortcuts import KeysView
+    from ui.help.tour import Tour
+    from ui.help.whats_this import Explaining
+
+
+class HelpActs(QObject):
+    """Loads each part when it is first wanted, long after the first paint."""
+
+    def __init__(self, window: MainWindow, services: Services, entries: tuple[PageEntry, ...]) -> None:
+        super().__init__(window)
+        self._window, self._services, self._entries = window, services, entries
+        self.tour: Tour | None = None
+        """The one that is running."""
+        self._explaining: Explaining | None = None
+        self._guide: GuideViewer | None = None
+        self._keys: KeysView | None = None
+        menus = window.menus
+        menus.tour.triggered.connect(self.begin_tour)
+        menus.what.triggered.connect(self.ask_what)
+        menus.what_focused.triggered.connect(self.say_what_has_focus)
+        menus.guide.triggered.connect(self.show_guide)
+        menus.keys.triggered.connect(self.show_keys)
+        menus.about.triggered.connect(self.show_about)
+        window.pages_made.connect(self.explain)
+        window.retranslated.connect(self.explain)
+        window.port_opened.connect(self.say_what_is_next)
+        window.closing.connect(self.end_tour)
+        window.on_escape = self._on_escape
+
+    # The tour
+
+    @property
+    def is_touring(self) -> bool:
+        return self.tour is not None
+
+    def begin_tour(self) -> None:
+        from ui.help.tour import Tour
+
+        if self.tour is None:
+            self._services.remembered.has_seen_tour = True
+            self.tour = Tour(self._window, self._services)
+            self.tour.ended.connect(self._forget_tour)
+        self.tour.begin()
+
+    def _on_escape(self) -> bool:
+        was_touring = self.is_touring
+        self.end_tour()
+        return was_touring
+
+    def end_tour(self) -> None:
+        if self.tour is not None:
+            self.tour.end()
+
+    def _forget_tour(self) -> None:
+        tour, self.tour = self.tour, None
+        if tour is not None:
+            tour.deleteLater()
+
+    def say_what_is_next(self, is_first: bool) -> None:
+        """Once, when a module answers for the first time."""
+        if is_first:
+            self._window.say(tr("The module answers. Next: Settings, then Pre-flight, at the left."))
+
+    # What's this
+
+    @property
+    def is_explaining(self) -> bool:
+        return self._explaining is not None and self._explaining.is_under_way
+
+    def explain(self) -> None:
+        """Give every control its text, in the language in use, within the next turns of the event loop."""
+        self._explainer().begin()
+
+    def ask_what(self) -> None:
+        """The next click says what a control is, in place of using it."""
+        self._explainer().ask()
+
+    def say_what_has_focus(self) -> None:
+        if not self._explainer().say_what_has_focus():
+            self._window.say(tr("Nothing here has the keyboard. Go to a control with Tab."))
+
+    def _explainer(self) -> "Explaining":
+        from ui.help.whats_this import Explaining
+
+        if self._explaining is None:
+            self._explaining = Explaining(self._window)
+        return self._explaining
+
+    # To read
+
+    def show_guide(self) -> None:
+        from ui.help.guide_viewer import GuideViewer, guide_page
+
+        if guide_page() is None:
+            self._window.say(tr("The user guide is missing from this installation."))
+            return
+        if self._guide is None:
+            self._guide = GuideViewer(self._services.texts, self._window)
+        self._guide.bring_up()
+
+    def show_keys(self) -> None:
+        from ui.help.shortcuts import KeysView
+
+        if self._keys is None:
+            self._keys = KeysView(self._window, self._services.texts, self._entries)
+        self._keys.bring_up()
+
+    def show_about(self) -> None:
+        from ui.help.about import show_about
+
+        show_about(self._window)

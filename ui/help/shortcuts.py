@@ -1,0 +1,114 @@
+"""Every key of the window, taken from its real actions, so that none is forgotten and none is made up."""
+
+import re
+from collections.abc import Iterator
+from typing import Final, NamedTuple, cast
+
+from PySide6.QtCore import QEvent, QObject
+from PySide6.QtGui import QAction, QKeySequence, QShowEvent
+from PySide6.QtWidgets import QMainWindow, QMenu, QStackedWidget, QWidget
+
+from app.text.i18n import tr
+from protocol.translatable import marked
+from ui.core.texts import Texts
+from ui.services.context import PageEntry
+from ui.widgets.document_window import ReadingWindow
+
+_NATIVE: Final = QKeySequence.SequenceFormat.NativeText
+_ALWAYS: Final = (
+    ("Esc", marked("Take back, close, or end what is begun; it never sends anything")),
+    ("Tab", marked("To the next control")),
+    ("Alt", marked("To the menus")),
+)
+
+
+class Key(NamedTuple):
+    """In the language in use. `page`: the key of the page that it works on, empty everywhere."""
+
+    page: str
+    keys: str
+    does: str
+
+
+def keys_of(window: QMainWindow) -> tuple[Key, ...]:
+    """All actions of a window that have a key, those that work everywhere first."""
+    found = [key for action in window.findChildren(QAction) if (key := _key_of(window, action)) is not None]
+    return tuple(dict.fromkeys(sorted(found, key=lambda one: one.page)))
+
+
+def _key_of(window: QMainWindow, action: QAction) -> Key | None:
+    keys = ", ".join(one.toString(_NATIVE) for one in action.shortcuts() if not one.isEmpty())
+    does = _words(action)
+    return Key(_page_of(window, action), keys, does) if keys and does else None
+
+
+def _words(action: QAction) -> str:
+    """Of a menu its entry; of a page's key the control that does the same."""
+    if action.text():
+        return action.text().replace("&&", "\0").replace("&", "").replace("\0", "&").rstrip(" …")
+    page = action.parent()
+    if not isinstance(page, QWidget):
+        return ""
+    twin = cast("QWidget | None", page.findChild(QWidget, action.objectName().removesuffix("_key")))
+    if twin is not None and twin.accessibleName():
+        return twin.accessibleName()
+    return next((one.accessibleName() for one in page.findChildren(QWidget) if _names_key(one, action)), "")
+
+
+def _names_key(widget: QWidget, action: QAction) -> bool:
+    """Whether a tooltip ends with this key in brackets, as those of all buttons with a key do."""
+    keys = {key.toString(form) for key in action.shortcuts() for form in QKeySequence.SequenceFormat}
+    return any(re.search(rf"[(（]{re.escape(key)}[)）]", widget.toolTip()) for key in keys if key)
+
+
+def _page_of(window: QMainWindow, action: QAction) -> str:
+    stack = cast("QStackedWidget | None", window.findChild(QStackedWidget, "pages"))
+    around: QObject | None = action.parent()
+    while around is not None and not isinstance(around, QMenu):
+        if isinstance(around, QWidget) and stack is not None and stack.indexOf(around) >= 0:
+            return around.objectName().removesuffix("_page")
+        around = around.parent()
+    return ""
+
+
+class KeysView(ReadingWindow):
+    """A table for everywhere, then one for each page."""
+
+    def __init__(self, window: QMainWindow, texts: Texts, entries: tuple[PageEntry, ...]) -> None:
+        super().__init__("keys_view", marked("Keyboard shortcuts"), texts, window)
+        self._window, self._entries = window, entries
+
+    def refresh(self) -> None:
+        self.show_markdown("\n".join(self._lines()))
+
+    def _lines(self) -> Iterator[str]:
+        found = keys_of(self._window)
+        yield from _table(tr("Everywhere"), [one for one in found if not one.page] + _always())
+        for entry in self._entries:
+            of_page = [one for one in found if one.page == entry.key]
+            if of_page:
+                yield from _table(tr(entry.title), of_page)
+
+    # Qt
+
+    def showEvent(self, event: QShowEvent) -> None:
+        super().showEvent(event)
+        self.refresh()
+
+    def changeEvent(self, event: QEvent) -> None:
+        super().changeEvent(event)
+        if event.type() == QEvent.Type.LanguageChange and hasattr(self, "_entries"):
+            self.refresh()
+
+
+def _always() -> list[Key]:
+    return [Key("", keys, tr(does)) for keys, does in _ALWAYS]
+
+
+def _table(title: str, keys: list[Key]) -> Iterator[str]:
+    yield f"## {title}\n"
+    yield f"| {tr('Key')} | {tr('What it does')} |"
+    yield "| --- | --- |"
+    for one in keys:
+        yield f"| **{one.keys}** | {one.does.replace('|', '/')} |"
+    yield ""

@@ -1,0 +1,122 @@
+""" "What's this?" for every control, in the language in use."""
+
+from collections.abc import Mapping
+from fnmatch import fnmatchcase
+from functools import cache
+from typing import Final, cast
+
+from PySide6.QtCore import QCoreApplication, QEvent, QObject, Qt, QTimer
+from PySide6.QtWidgets import QWhatsThis, QWidget
+from shiboken6 import isValid
+
+from app.settings.setting_texts import what_is
+from app.text.i18n import tr
+from protocol.catalogue import SETTINGS, Command
+from ui.help.whats_this_texts import ENTRIES
+
+WIDGETS_AT_ONCE: Final = 50
+"""Some 2 ms of work."""
+_BREATH_MS: Final = 1
+_QUESTIONS: Final = (QEvent.Type.QueryWhatsThis, QEvent.Type.WhatsThis)
+_SAYS_TOOLTIP: Final = "says_tooltip"
+_OF_A_SETTING: Final[Mapping[str, Command]] = {
+    pattern.format(command.name): command
+    for command in SETTINGS
+    for pattern in ("{}_wanted", "{}_stands", "{}_on", "{}_off", "profile_tick_{}", "profile_stands_{}")
+}
+
+
+class Explaining(QObject):
+    """Gives every widget in `root` its text: some in each turn of the event loop, and the one that is asked for at
+    once. What reads a window aloud looks for the texts too, so they do not wait until somebody asks."""
+
+    def __init__(self, root: QWidget) -> None:
+        super().__init__(root)
+        self._root = root
+        self._left: list[QWidget] = []
+        self._timer = QTimer(self)
+        self._timer.setInterval(_BREATH_MS)
+        self._timer.timeout.connect(self._go_on)
+
+    @property
+    def is_under_way(self) -> bool:
+        return self._timer.isActive()
+
+    def begin(self) -> None:
+        """From the start, in the language in use."""
+        self._left = [self._root]
+        self._timer.start()
+
+    def ask(self) -> None:
+        """The next click says what a control is, in place of using it."""
+        if not QWhatsThis.inWhatsThisMode():
+            _program().installEventFilter(self)
+            QWhatsThis.enterWhatsThisMode()
+
+    def say_what_has_focus(self) -> bool:
+        """Show the text of the control with the keyboard, or of the nearest thing around it; whether there is one."""
+        widget = cast("QWidget | None", self._root.focusWidget())
+        around = widget
+        while around is not None and widget is not None:
+            explain(around)
+            if around.whatsThis():
+                QWhatsThis.showText(widget.mapToGlobal(widget.rect().bottomLeft()), around.whatsThis(), widget)
+                return True
+            around = around.parentWidget()
+        return False
+
+    def _go_on(self) -> None:
+        for _ in range(min(WIDGETS_AT_ONCE, len(self._left))):
+            widget = self._left.pop()
+            if isValid(widget):  # it may be gone since the turn before
+                explain(widget)
+                self._left += widget.findChildren(QWidget, options=Qt.FindChildOption.FindDirectChildrenOnly)
+        if not self._left:
+            self._timer.stop()
+
+    # Qt
+
+    def eventFilter(self, watched: QObject, event: QEvent) -> bool:
+        """Of the whole program, from `ask` until the click."""
+        if event.type() == QEvent.Type.LeaveWhatsThisMode:
+            _program().removeEventFilter(self)
+        elif event.type() in _QUESTIONS and isinstance(watched, QWidget):
+            explain(watched)
+        return False
+
+
+def _program() -> QCoreApplication:
+    return cast("QCoreApplication", QCoreApplication.instance())  # a window is nowhere without it
+
+
+def explain(widget: QWidget) -> None:
+    """Give it the text that the table or the catalogue knows; where there is none at all, a control says what its
+    tooltip says."""
+    text = text_for(widget.objectName())
+    if text:
+        widget.setWhatsThis(text)
+    elif widget.focusPolicy() is not Qt.FocusPolicy.NoFocus and (
+        not widget.whatsThis() or widget.property(_SAYS_TOOLTIP)
+    ):
+        widget.setWhatsThis(widget.toolTip())
+        widget.setProperty(_SAYS_TOOLTIP, True)
+
+
+def text_for(name: str) -> str:
+    """Of a control by its object's name, in the language in use; empty where neither the table nor the catalogue
+    knows it."""
+    command = _OF_A_SETTING.get(name)
+    if command is not None:
+        return what_is(command)
+    english = _english(name)
+    return tr(english) if english else ""
+
+
+@cache
+def _english(name: str) -> str:
+    return next((entry.text for entry in ENTRIES if name and fits(entry.pattern, name)), "")
+
+
+def fits(pattern: str, name: str) -> bool:
+    """Whether one of the alternatives of a pattern stands for this name."""
+    return any(fnmatchcase(name, one) for one in pattern.split("|"))

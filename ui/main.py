@@ -1,0 +1,393 @@
+"""Puts the window together and runs it. Shown first, filled afterwards: pages and ports come after the first paint."""
+
+import gc
+import logging
+import platform
+import signal
+import sys
+import tempfile
+import threading
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+from functools import partial
+from pathlib import Path
+from types import FrameType
+
+from PySide6.QtCore import QEvent, QObject, QTimer
+from PySide6.QtWidgets import QApplication, QWidget
+
+from app import version
+from app.procedures.act import Armed
+from app.system.logs import Log, catch_mishaps, start_log
+from app.text.i18n import LANGUAGES, system_language, tr
+from protocol.translatable import marked
+from ui.connect.baud_recovery import BaudRecovery
+from ui.connect.connect_panel import SIMULATED_PORT
+from ui.core.background_task import Beside
+from ui.core.connector import Connector, Target
+from ui.core.garbage_collector import garbage_freed_here
+from ui.core.language_switch import Speech
+from ui.core.port_watcher import PortWatch
+from ui.core.preferences import Remembered
+from ui.core.texts import Texts
+from ui.help.help_actions import HelpActs
+from ui.services.context import PageEntry, Services
+from ui.services.lock import LockControl
+from ui.services.storage import Keeping
+from ui.services.tour_port import is_tour
+from ui.shell.main_window import MainWindow
+from ui.shell.shutdown import end_process
+from ui.shell.unattended_run import has_seen_status, leave_evidence
+from ui.shell.uncaught_errors import Mishaps
+from ui.style.icons import Icon, app_icon
+from ui.style.theme import Appearance, Choice, Meaning
+from ui.widgets.notice_bar import Notice
+
+_log = logging.getLogger(__name__)
+
+COPY_EVERY_MS = 10 * 60 * 1000
+"""How often it is asked whether a copy of the store is due."""
+PAINT_LIMIT_MS = 1000
+"""A window that was begun out of sight (minimised) is filled after this time."""
+
+
+@dataclass(frozen=True, slots=True)
+class WindowOptions:
+    """`offscreen_seconds`: run that long once the pages are made, leave `evidence`, end. Without `port` and `demo` a
+    person chooses."""
+
+    port: str | None = None
+    baud_rate: int = 115200
+    demo: bool = False
+    language: str | None = None
+    offscreen_seconds: float | None = None
+    evidence: Path | None = None
+
+
+def _live(services: Services) -> QWidget:
+    from ui.pages.live.page import LivePage
+
+    return LivePage(services)
+
+
+def _diagnosis(services: Services) -> QWidget:
+    from ui.pages.diagnosis.page import DiagnosisPage
+
+    return DiagnosisPage(services)
+
+
+def _settings(services: Services) -> QWidget:
+    from ui.pages.settings.page import SettingsPage
+
+    return SettingsPage(services)
+
+
+def _triggers(services: Services) -> QWidget:
+    from ui.pages.triggers.page import TriggersPage
+
+    return TriggersPage(services)
+
+
+def _preflight(services: Services) -> QWidget:
+    from ui.pages.preflight.page import PreflightPage
+
+    return PreflightPage(services)
+
+
+def _recordings(services: Services) -> QWidget:
+    from ui.pages.recordings.page import RecordingsPage
+
+    return RecordingsPage(services)
+
+
+def _commands(services: Services) -> QWidget:
+    from ui.pages.commands.page import CommandsPage
+
+    return CommandsPage(services)
+
+
+PAGES: tuple[PageEntry, ...] = (
+    PageEntry("live", marked("Live"), Icon.LIVE, _live, wants_stream=True),
+    PageEntry("settings", marked("Settings"), Icon.SETTINGS, _settings),
+    PageEntry("triggers", marked("Triggers"), Icon.HISTORY, _triggers),
+    PageEntry("preflight", marked("Pre-flight"), Icon.CHECKLIST, _preflight),
+    PageEntry("commands", marked("Commands"), Icon.ACTIVE, _commands, wants_stream=True),
+    PageEntry("recordings", marked("Recordings"), Icon.RECORDINGS, _recordings),
+    PageEntry("diagnosis", marked("Diagnosis"), Icon.DIAGNOSIS, _diagnosis),
+)
+
+
+def _load_pages() -> None:
+    """What the pages' modules load, so that making a page takes no longer than a turn of the event loop should."""
+    import ui.pages.commands.page
+    import ui.pages.diagnosis.page
+    import ui.pages.live.page
+    import ui.pages.preflight.page
+    import ui.pages.recordings.page
+    import ui.pages.settings.page
+    import ui.pages.triggers.page  # noqa: F401  they stay loaded
+
+
+@dataclass(slots=True)
+class Assembly:
+    """The window and what it works with; made by `assemble`, taken apart by closing the window."""
+
+    window: MainWindow
+    help: HelpActs
+    connector: Connector
+    ports: PortWatch
+    appearance: Appearance
+    speech: Speech
+    keeping: Keeping
+    lock: LockControl
+    armed: Armed = field(default_factory=Armed)
+    load: Callable[[], object] | None = None
+    """Loads what the pages need; takes long."""
+    exit_code: int = 0
+
+
+def assemble(
+    app: QApplication,
+    options: WindowOptions,
+    *,
+    remembered: Remembered | None = None,
+    ports: PortWatch | None = None,
+    keeping: Keeping | None = None,
+    log: Log | None = None,
+    entries: tuple[PageEntry, ...] = PAGES,
+) -> Assembly:
+    """The window, not yet shown, with nothing connected."""
+    remembered = remembered or Remembered()
+    texts = Texts()
+    speech = Speech(app, texts)
+    speech.use(_language(options, remembered))
+    appearance = Appearance(app, _theme(remembered))
+    ports = ports or PortWatch()
+    keeping = keeping or Keeping()
+    connector = Connector(ports, make_worker=keeping.sessions.tapped())
+    keeping.is_recording = lambda: connector.is_recording
+    keeping.is_touring = lambda: connector.is_wanted and is_tour(connector.target)
+    lock = LockControl(connector, keeping.journal, connector)
+    services = Services(connector, texts, appearance, lock, keeping, remembered, log=log)
+    connector.remember_stream(keeping.stream_memory)
+    services.naming.follow(connector, keeping)
+    keeping.sessions.follow(connector, services.naming)
+    window = MainWindow(services, ports, speech, remembered, entries=entries)
+    help_acts = HelpActs(window, services, entries)
+    load = _load_pages if entries is PAGES else None
+    return Assembly(window, help_acts, connector, ports, appearance, speech, keeping, lock, services.armed, load)
+
+
+def start(assembly: Assembly, options: WindowOptions) -> None:
+    """Show the window; once it is painted, make the pages, look for ports, and connect where that was asked for."""
+    window, load = assembly.window, assembly.load
+    copies = QTimer(window)
+    copies.setInterval(COPY_EVERY_MS)
+    copies.timeout.connect(assembly.keeping.copy_if_due)
+    copies.start()
+    target = _target(options)
+    loading: Beside[object] = Beside("dps-s pages", window)
+
+    def fill() -> None:
+        if load is None:
+            make_pages()
+        else:  # plots take half a second to load, the store what the disk takes: the window would stand still
+            loading.run(lambda _is_wanted: prepare(load), lambda _: make_pages(), lambda _error: make_pages())
+        assembly.ports.refresh()
+
+    def prepare(load: Callable[[], object]) -> None:
+        assembly.keeping.open_store()
+        load()
+
+    def make_pages() -> None:
+        _tell_of_store(assembly)
+        window.make_pages()
+        if target is not None:
+            window.connect_to(target)
+
+    if target is None:
+        QTimer.singleShot(0, window, window.toggle_panel)
+    _AfterPaint(window, fill)
+    window.show()
+
+
+def _tell_of_store(assembly: Assembly) -> None:
+    """Say what is the matter with the store, and what was broken off when the program last ended."""
+    attention, keeping = assembly.window.attention, assembly.keeping
+    left_on = partial(_left_on_notice, attention.forget_told)
+    assembly.connector.stream_left_on.connect(lambda: attention.tell(left_on))
+    if keeping.notice is not None:
+        attention.tell(lambda: Notice(Meaning.ATTENTION, keeping.notice or "", dismiss=attention.forget_told))
+    recovery = BaudRecovery(
+        assembly.connector,
+        assembly.ports,
+        keeping,
+        close=attention.forget_told,
+        leave=attention.leave,
+        say=assembly.window.say,
+    )
+    for pending in recovery.pending():
+        attention.tell(partial(recovery.notice, pending))
+
+
+def _left_on_notice(dismiss: Callable[[], None]) -> Notice:
+    text = tr("An earlier session had left the serial output on; it is switched off when it is no longer needed.")
+    return Notice(Meaning.INFORMATION, text, dismiss=dismiss)
+
+
+class _AfterPaint(QObject):
+    """Calls `act` when `window` has been painted for the first time. A timer alone would come before that paint."""
+
+    def __init__(self, window: QWidget, act: Callable[[], None]) -> None:
+        super().__init__(window)
+        self._window, self._act = window, act
+        self._limit = QTimer(self)
+        self._limit.setSingleShot(True)
+        self._limit.timeout.connect(self._go_on)
+        self._limit.start(PAINT_LIMIT_MS)
+        window.installEventFilter(self)
+
+    def eventFilter(self, _watched: QObject, event: QEvent) -> bool:
+        if event.type() == QEvent.Type.Paint:
+            self._window.removeEventFilter(self)
+            self._limit.start(0)  # the children are painted within this same event
+        return False
+
+    def _go_on(self) -> None:
+        self._window.removeEventFilter(self)
+        self._act()
+        self.deleteLater()
+
+
+def run(options: WindowOptions) -> int:
+    """Open the window and stay until it closes; the exit code."""
+    app = QApplication.instance() or QApplication(sys.argv[:1])
+    if not isinstance(app, QApplication):
+        raise TypeError("a program without a screen's application object cannot open a window")
+    app.setApplicationName("dps-s-configurator")
+    app.setApplicationDisplayName("DPS-S Configurator")
+    app.setDesktopFileName("dps-s-configurator")
+    app.setWindowIcon(app_icon())
+    with _memory(options) as folder, _logging(folder) as log:
+        remembered = Remembered() if folder is None else Remembered(folder / "window.ini")
+        assembly = assemble(app, options, remembered=remembered, keeping=Keeping(folder), log=log)
+        _stay(app, assembly, options)
+    end_process(assembly.exit_code)
+    return assembly.exit_code
+
+
+@contextmanager
+def _memory(options: WindowOptions) -> Iterator[Path | None]:
+    """Where things are kept, None for the usual places; an unattended run begins with nothing and changes nothing."""
+    if options.offscreen_seconds is None:
+        yield None
+        return
+    with tempfile.TemporaryDirectory() as folder:
+        yield Path(folder)
+
+
+def _stay(app: QApplication, assembly: Assembly, options: WindowOptions) -> None:
+    with _faults_said(assembly.window, assembly.armed), _signals_close(assembly.window), kept_tidy(assembly):
+        start(assembly, options)
+        if options.offscreen_seconds is not None:
+            _end_after(options.offscreen_seconds, assembly, options)
+        app.exec()
+
+
+@contextmanager
+def kept_tidy(assembly: Assembly) -> Iterator[None]:
+    """Garbage is freed in the window's own thread while this lasts; begin it before `start`."""
+    with garbage_freed_here():
+        # What is loaded, and what is there once the pages are made, stays: without it the collector's longest pause is
+        # twice as long, and one falls into the making of a page.
+        if assembly.load is not None:
+            assembly.load = partial(_load_for_good, assembly.load)
+        assembly.window.pages_made.connect(gc.freeze)
+        yield
+
+
+def _load_for_good(load: Callable[[], object]) -> None:
+    load()
+    gc.freeze()
+
+
+def _end_after(seconds: float, assembly: Assembly, options: WindowOptions) -> None:
+    """End an unattended run. The time begins with the pages: on a busy machine they may take longer than it lasts."""
+    end = QTimer(assembly.window)
+    end.setSingleShot(True)
+    end.setInterval(round(seconds * 1000))
+    end.timeout.connect(lambda: _end_unattended(assembly, options))
+    assembly.window.pages_made.connect(end.start)
+
+
+def _end_unattended(assembly: Assembly, options: WindowOptions) -> None:
+    assembly.exit_code = 0 if has_seen_status(assembly.connector) else 1
+    if options.evidence is not None:
+        try:
+            leave_evidence(options.evidence, assembly.window, assembly.connector)
+        except OSError as error:
+            _log.error("The evidence could not be written: %s", error)
+            assembly.exit_code = 1
+    assembly.window.close_now()
+
+
+def _target(options: WindowOptions) -> Target | None:
+    if options.port is not None:
+        return Target(options.port, options.baud_rate)
+    return Target(SIMULATED_PORT, options.baud_rate) if options.demo else None
+
+
+def _language(options: WindowOptions, remembered: Remembered) -> str:
+    """What was asked for now, else what was chosen before, else the computer's."""
+    if options.language is not None:
+        return options.language
+    return remembered.language if remembered.language in LANGUAGES else system_language()
+
+
+def _theme(remembered: Remembered) -> Choice:
+    try:
+        return Choice(remembered.theme or Choice.AUTO.value)
+    except ValueError:
+        return Choice.AUTO
+
+
+@contextmanager
+def _signals_close(window: MainWindow) -> Iterator[None]:
+    """Ctrl-C and SIGTERM close the window in good order. The window's own timer lets Python see them within 0.1 s."""
+    if threading.current_thread() is not threading.main_thread():
+        yield
+        return
+
+    def close(number: int, _frame: FrameType | None) -> None:
+        _log.info("Closing because of signal %s", number)
+        window.close_now()
+
+    before = {one: signal.signal(one, close) for one in (signal.SIGINT, signal.SIGTERM)}
+    try:
+        yield
+    finally:
+        for one, handler in before.items():
+            signal.signal(one, handler)
+
+
+@contextmanager
+def _faults_said(window: MainWindow, armed: Armed | None = None) -> Iterator[None]:
+    """An error of ours, in whatever thread, disarms, is logged and said; the window stays."""
+    mishaps = Mishaps(window.attention, armed or Armed(), say=window.say, parent=window)
+    undo = catch_mishaps(mishaps.tell)
+    try:
+        yield
+    finally:
+        undo()
+
+
+@contextmanager
+def _logging(folder: Path | None) -> Iterator[Log]:
+    """The rotating log, for as long as the window runs."""
+    log = start_log(folder)
+    _log.info("DPS-S Configurator %s on %s, Python %s", version(), platform.platform(), platform.python_version())
+    try:
+        yield log
+    finally:
+        log.stop()

@@ -1,0 +1,126 @@
+"""What acts on the module at once. LOCK, always safe, at the top; the dangerous rest framed and apart below."""
+
+from typing import Final
+
+from PySide6.QtCore import QSize
+from PySide6.QtWidgets import QFrame, QPushButton, QScrollArea, QVBoxLayout, QWidget
+
+from app.engine.worker import Batch
+from app.safety.acts import EFFECTS, Act
+from app.text.i18n import tr
+from ui.acts.act_row import ActRow
+from ui.acts.ritual_widget import RitualWidget
+from ui.services.context import Services
+from ui.style.icons import Icon, icon
+from ui.style.theme import Meaning, Size, Space
+from ui.widgets.flow_row import FlowRow
+from ui.widgets.naming import named
+from ui.widgets.notice_bar import Notice, NoticeBar
+from ui.widgets.readout import StateChip
+from ui.widgets.state_chips import show_activation, show_known_trigger
+from ui.widgets.text_labels import text_label
+from ui.widgets.visibility_timer import WhileSeen
+
+REFRESH_EVERY_MS: Final = 200
+DANGEROUS: Final = (Act.ACTIVATE, Act.ZERO, Act.SHUTDOWN, Act.FORBID_DEPLOY)
+
+
+class CommandsPage(QWidget):
+    """See the module's docstring."""
+
+    def __init__(self, services: Services, parent: QWidget | None = None) -> None:
+        super().__init__(parent)
+        self.setObjectName("commands_page")
+        self._services, self._connector = services, services.connector
+        texts = services.texts
+        self.activation = named(StateChip("", size=Size.TITLE), "commands_activation")
+        self.trigger = named(StateChip("", size=Size.TITLE), "commands_trigger")
+        texts.bind(self.activation.name_unknown, "Activation unknown")
+        texts.bind(self.trigger.name_unknown, "Trigger unknown")
+        self.lock = named(QPushButton(), "commands_lock")
+        self.lock.setProperty("role", "primary")
+        self.lock.setIcon(icon(Icon.LOCK, is_on_primary=True))
+        self.lock.setIconSize(QSize(20, 20))
+        services.lock.bind(self.lock)
+        texts.bind(self.lock.setText, "LOCK")
+        texts.bind(self.lock.setAccessibleName, "Lock the module")
+        texts.bind(self.lock.setToolTip, "Put the module into standby, at once (Ctrl+L)")
+        self.said = NoticeBar(texts)
+        self.said.setObjectName("commands_said")
+        self.acts = {act: ActRow(services, act) for act in DANGEROUS}
+        self.ritual = RitualWidget(services)
+        services.appearance.changed.connect(self.said.follow_theme)
+        self._lay_out()
+        WhileSeen(self, self.refresh, every_ms=REFRESH_EVERY_MS)
+        self._connector.changed.connect(self.refresh)
+        services.lock.changed.connect(self.refresh)
+        self.refresh()
+
+    def take(self, batch: Batch) -> None:
+        """Everything shown is looked up at the next refresh."""
+
+    def refresh(self) -> None:
+        self._show_state()
+        for row in self.acts.values():
+            row.refresh()
+        self.ritual.refresh()
+        self.said.show_notice(self._notice())
+
+    def _show_state(self) -> None:
+        device, now = self._connector.device, self._connector.clock()
+        self.activation.set_caption(tr("Activation"))
+        self.trigger.set_caption(tr("Trigger"))
+        show_activation(self.activation, self._connector.activation, now)
+        show_known_trigger(self.trigger, device.known("triggered", now), now)
+
+    def _notice(self) -> Notice | None:
+        lock = self._services.lock
+        if lock.confirmed is not None:
+            return Notice(Meaning.GOOD, lock.confirmed.sentence)
+        return lock.notice()
+
+    def _lay_out(self) -> None:
+        texts = self._services.texts
+        card = named(QFrame(), "commands_state")
+        card.setProperty("role", "card")
+        inner = QVBoxLayout(card)
+        inner.setContentsMargins(Space.M, Space.M, Space.M, Space.M)
+        inner.setSpacing(Space.XS)
+        row = FlowRow(spacing_px=Space.M)
+        row.add(self.activation, self.trigger)
+        row.add_right(self.lock)
+        inner.addLayout(row)
+        effect = text_label("commands_lock_effect", "small")
+        texts.bind(effect.setText, EFFECTS[Act.LOCK])
+        inner.addWidget(effect)
+        inner.addWidget(self.said)
+        heading = text_label("commands_danger_heading", "caption")
+        texts.bind(heading.setText, "Dangerous: each asks again, is written into the log first, and is sent once")
+        corner = named(QFrame(), "commands_danger")
+        corner.setProperty("role", "danger-corner")
+        rows = QVBoxLayout(corner)
+        rows.setContentsMargins(2, 2, 2, 2)
+        rows.setSpacing(0)
+        for act in self.acts.values():
+            rows.addWidget(act)
+        content = named(QWidget(), "commands_content")
+        column = QVBoxLayout(content)
+        column.setContentsMargins(Space.M, Space.S, Space.M, Space.S)
+        column.setSpacing(Space.S)
+        column.addWidget(card)
+        column.addSpacing(Space.M)
+        column.addWidget(heading)
+        column.addWidget(corner)
+        column.addStretch(1)
+        scroll = named(QScrollArea(), "commands_scroll")
+        scroll.setWidgetResizable(True)
+        scroll.setWidget(content)
+        texts.bind(scroll.setAccessibleName, "Commands")
+        docked = QVBoxLayout()
+        docked.setContentsMargins(Space.M, Space.XS, Space.M, Space.S)
+        docked.addWidget(self.ritual)
+        whole = QVBoxLayout(self)
+        whole.setContentsMargins(0, 0, 0, 0)
+        whole.setSpacing(0)
+        whole.addWidget(scroll, 1)
+        whole.addLayout(docked)

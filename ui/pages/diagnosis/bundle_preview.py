@@ -1,0 +1,276 @@
+"""The support bundle: everything that would go in, to be read before anything is written, and one button to save it."""
+
+import copy
+from collections.abc import Callable
+from datetime import datetime
+from pathlib import Path
+from typing import Any, Final
+
+from PySide6.QtCore import QAbstractListModel, QEvent, QModelIndex, QPersistentModelIndex, QSize, Qt, Signal
+from PySide6.QtGui import QFont, QFontDatabase, QFontMetrics, QShowEvent
+from PySide6.QtWidgets import (
+    QHBoxLayout,
+    QLabel,
+    QListView,
+    QListWidget,
+    QListWidgetItem,
+    QPushButton,
+    QVBoxLayout,
+    QWidget,
+)
+
+from app import version
+from app.diagnosis.link_statistics import LinkFigures
+from app.diagnosis.support_bundle import Contents, Part, SupportBundle
+from app.system.logs import Log, text_of
+from app.text import i18n
+from app.text.i18n import tr
+from protocol.translatable import marked
+from ui.core.background_task import Beside
+from ui.files.file_dialogs import AskPath, ask_path, default_name
+from ui.pages.diagnosis.capture_files import Kept
+from ui.services.context import Services
+from ui.style.icons import Icon, icon
+from ui.style.theme import Meaning, Size, Space
+from ui.widgets.naming import named
+from ui.widgets.notice_bar import Notice
+
+CAPTURE_ENTRIES: Final = 20_000
+"""The last ones: what happened shortly before somebody asked for help."""
+_PART_WORDS: Final = {
+    "about.json": marked("Program and system"),
+    "link.json": marked("Port and figures of the link"),
+    "module.json": marked("What is known of the module"),
+    "preferences.json": marked("Preferences"),
+    "log.txt": marked("Log"),
+    "capture.txt": marked("What went over the line last"),
+}
+_ANY_INDEX = QModelIndex()
+
+
+class Lines(QAbstractListModel):
+    """A text line by line: a log of a megabyte is shown as quickly as a short one."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self._lines: list[str] = []
+        self._hint = QSize()
+
+    def show_text(self, text: str, font: QFont) -> None:
+        self.beginResetModel()
+        self._lines = text.splitlines()
+        metrics = QFontMetrics(font)
+        longest = max(map(len, self._lines), default=0)
+        self._hint = QSize(metrics.horizontalAdvance("0") * (longest + 2), metrics.lineSpacing() + 2)
+        self.endResetModel()
+
+    def rowCount(self, parent: QModelIndex | QPersistentModelIndex = _ANY_INDEX) -> int:
+        return 0 if parent.isValid() else len(self._lines)
+
+    def data(self, index: QModelIndex | QPersistentModelIndex, role: int = Qt.ItemDataRole.DisplayRole) -> Any:
+        if role == Qt.ItemDataRole.DisplayRole:
+            return self._lines[index.row()]
+        return self._hint if role == Qt.ItemDataRole.SizeHintRole else None
+
+
+class BundlePreview(QWidget):
+    """Made anew each time it comes into sight. `said` gives a `Notice`, None when there is nothing more to say."""
+
+    said = Signal(object)
+
+    def __init__(self, services: Services, figures: LinkFigures, kept: Kept, log: Log | None) -> None:
+        super().__init__()
+        self.setObjectName("bundle_preview")
+        self.ask_path: AskPath = ask_path
+        self._connector, self._remembered = services.connector, services.remembered
+        self._appearance = services.appearance
+        self._figures, self._kept, self._log = figures, kept, log
+        self.bundle: SupportBundle | None = None
+        self._making: Beside[SupportBundle] = Beside("dps-s support bundle", self)
+        self._saving: Beside[Path] = Beside("dps-s save bundle", self)
+        self._folder = Path.home()
+        texts = services.texts
+        self._promise = named(QLabel(), "bundle_promise")
+        self._promise.setWordWrap(True)
+        texts.bind(
+            self._promise.setText,
+            "This is all that goes in. Names of the user and the computer were replaced; nothing is sent anywhere.",
+        )
+        self.parts = named(QListWidget(), "bundle_parts")
+        self.parts.setFixedWidth(250)
+        self.parts.setWordWrap(True)
+        self.parts.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
+        self.parts.setStyleSheet("QListWidget::item { padding: 6px 8px; }")
+        self.parts.currentRowChanged.connect(self._show_part)
+        texts.bind(self.parts.setAccessibleName, "Files in the bundle")
+        self._lines = Lines()
+        self.text = named(QListView(), "bundle_text")
+        self.text.setModel(self._lines)
+        self.text.setUniformItemSizes(True)
+        self.text.setTextElideMode(Qt.TextElideMode.ElideNone)
+        self.text.setHorizontalScrollMode(QListView.ScrollMode.ScrollPerPixel)
+        self.text.setSelectionMode(QListView.SelectionMode.ExtendedSelection)
+        texts.bind(self.text.setAccessibleName, "Contents of the chosen file")
+        self.save = self._button("bundle_save", Icon.BUNDLE, self.choose_and_save, is_main=True)
+        texts.bind(self.save.setText, "Save support bundle …")
+        texts.bind(self.save.setAccessibleName, "Save the support bundle")
+        texts.bind(self.save.setToolTip, "Save exactly what is shown here as one zip file, to send it to whoever helps")
+        self.renew = self._button("bundle_renew", Icon.AGAIN, self.make, is_main=False)
+        texts.bind(self.renew.setText, "Renew")
+        texts.bind(self.renew.setAccessibleName, "Make the preview anew")
+        texts.bind(self.renew.setToolTip, "Make the preview anew, with what happened since")
+        self._where = named(QLabel(), "bundle_log_path")
+        self._where.setProperty("role", "small")
+        self._where.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
+        self._lay_out()
+        services.appearance.changed.connect(self._follow_theme)
+        self._follow_theme()
+
+    def make(self) -> None:
+        """Put the bundle together, beside the window's thread, from what is known now."""
+        contents = self._contents()
+        log = self._log
+        self.save.setEnabled(False)
+
+        def pack(_is_wanted: Callable[[], bool]) -> SupportBundle:
+            text = "" if log is None else text_of(log)
+            return SupportBundle(contents(text))
+
+        self._making.run(pack, self._show, self._tell_failure)
+
+    def _contents(self) -> Callable[[str], Contents]:
+        """Everything that belongs to the window's thread is copied now."""
+        connector = self._connector
+        figures = copy.copy(self._figures)
+        figures.totals = figures.totals.copy()
+        connection, device, now = connector.connection, connector.device, connector.clock()
+        preferences = {"language": i18n.language(), "theme": self._appearance.choice.value}
+        entries = self._kept.entries(CAPTURE_ENTRIES)
+        header = self._kept.header(connection.port, connection.baud_rate, CAPTURE_ENTRIES)
+
+        def contents(log: str) -> Contents:
+            return Contents(
+                version=version(),
+                log=log,
+                connection=connection,
+                device=device,
+                now=now,
+                figures=figures,
+                preferences=preferences,
+                capture=entries,
+                capture_header=header,
+            )
+
+        return contents
+
+    def choose_and_save(self) -> None:
+        """What is shown is what is written."""
+        bundle = self.bundle
+        if bundle is None or self._saving.is_running:
+            return
+        name = default_name("support", ".zip", datetime.now().astimezone())
+        path = self.ask_path(self, tr("Save the support bundle"), self._folder / name, tr("Zip file (*.zip)"))
+        if path is None:
+            return
+        self._folder = path.parent
+
+        def write(_is_wanted: Callable[[], bool]) -> Path:
+            bundle.write(path)
+            return path
+
+        self.said.emit(Notice(Meaning.INFORMATION, tr("Saving {name} …", name=path.name)))
+        self._saving.run(write, self._tell_saved, lambda error: self._tell_not_saved(path, error))
+
+    def _show(self, bundle: SupportBundle) -> None:
+        self.bundle = bundle
+        self.save.setEnabled(True)
+        row = max(0, self.parts.currentRow())
+        self.parts.blockSignals(True)
+        self.parts.clear()
+        for part in bundle.preview():
+            item = QListWidgetItem(_title(part))
+            item.setData(Qt.ItemDataRole.AccessibleTextRole, _title(part))
+            item.setToolTip(part.name)
+            self.parts.addItem(item)
+        self.parts.blockSignals(False)
+        self.parts.setCurrentRow(min(row, self.parts.count() - 1))
+        self._show_part(self.parts.currentRow())
+        self._show_where()
+
+    def _show_part(self, row: int) -> None:
+        parts = self.bundle.preview() if self.bundle is not None else ()
+        text = parts[row].text if 0 <= row < len(parts) else ""
+        self._lines.show_text(text, self.text.font())
+
+    def _show_where(self) -> None:
+        log = self._log
+        if log is None or log.path is None or log.trouble is not None:
+            trouble = None if log is None else log.trouble
+            self._where.setText(tr("There is no log file: {why}", why=trouble) if trouble is not None else "")
+        else:
+            self._where.setText(tr("Log file: {path}", path=log.path))
+
+    def _tell_saved(self, path: Path) -> None:
+        self._say(Meaning.GOOD, tr("Saved as {path}.", path=path))
+
+    def _tell_not_saved(self, path: Path, error: Exception) -> None:
+        why = getattr(error, "strerror", None) or error
+        self._say(Meaning.ATTENTION, tr("Not saved to {path}: {why}. Choose another folder.", path=path, why=why))
+
+    def _tell_failure(self, error: Exception) -> None:
+        self._say(Meaning.ATTENTION, tr("The bundle could not be put together: {why}.", why=error))
+
+    def _say(self, meaning: Meaning, text: str) -> None:
+        self.said.emit(Notice(meaning, text, dismiss=lambda: self.said.emit(None)))
+
+    # Making
+
+    @staticmethod
+    def _button(name: str, picture: Icon, act: Callable[[], None], *, is_main: bool) -> QPushButton:
+        button = named(QPushButton(), name)
+        button.setIcon(icon(picture, is_on_primary=is_main))
+        button.setIconSize(QSize(16, 16))
+        if is_main:
+            button.setProperty("role", "primary")
+        button.clicked.connect(act)
+        return button
+
+    def _lay_out(self) -> None:
+        body = QHBoxLayout()
+        body.setSpacing(Space.S)
+        body.addWidget(self.parts)
+        body.addWidget(self.text, 1)
+        foot = QHBoxLayout()
+        foot.setSpacing(Space.S)
+        foot.addWidget(self._where, 1)
+        foot.addWidget(self.renew)
+        foot.addWidget(self.save)
+        column = QVBoxLayout(self)
+        column.setContentsMargins(Space.M, Space.S, Space.M, Space.S)
+        column.setSpacing(Space.S)
+        column.addWidget(self._promise)
+        column.addLayout(body, 1)
+        column.addLayout(foot)
+
+    def _follow_theme(self) -> None:
+        fixed = QFontDatabase.systemFont(QFontDatabase.SystemFont.FixedFont)
+        fixed.setPixelSize(Size.SMALL)
+        self.text.setFont(fixed)
+        self._show_part(self.parts.currentRow())
+
+    # Qt
+
+    def showEvent(self, event: QShowEvent) -> None:
+        super().showEvent(event)
+        self.make()
+
+    def changeEvent(self, event: QEvent) -> None:
+        super().changeEvent(event)
+        if event.type() == QEvent.Type.LanguageChange and hasattr(self, "bundle") and self.bundle is not None:
+            self._show(self.bundle)
+
+
+def _title(part: Part) -> str:
+    words = tr(_PART_WORDS[part.name]) if part.name in _PART_WORDS else part.name
+    kilobytes = max(0.1, part.size_bytes / 1000)
+    return tr("{what}\n{name}, {size} kB", what=words, name=part.name, size=f"{kilobytes:,.1f}")

@@ -1,0 +1,189 @@
+"""How the link does: totals, how long answers take, what was rejected and why, and all of it over time."""
+
+from typing import Final
+
+from PySide6.QtCore import QSize, Qt
+from PySide6.QtWidgets import QFrame, QHBoxLayout, QLabel, QScrollArea, QToolButton, QVBoxLayout, QWidget
+
+from app.diagnosis.link_statistics import COARSE_KEPT, COARSE_S, FINE_KEPT, FINE_S, LinkFigures
+from app.text.i18n import tr
+from protocol.translatable import marked
+from ui.plots.link_charts import Histogram, OverTime, ReasonBars, Stretch, percent_text
+from ui.services.context import Services
+from ui.style.icons import Icon, pixmap
+from ui.style.theme import Meaning, Space, current
+from ui.widgets.naming import named
+from ui.widgets.visibility_timer import WhileSeen
+
+REFRESH_EVERY_MS: Final = 500
+LOSS_ATTENTION: Final = 0.01
+"""More than one question in a hundred without an answer is worth a look."""
+_NUMBERS: Final = (
+    ("sent", marked("Sent")),
+    ("lost", marked("Without an answer")),
+    ("trip", marked("Usual round trip")),
+    ("late", marked("95 of 100 within")),
+    ("rejected", marked("Rejected bytes")),
+    ("restarts", marked("Restarts")),
+    ("losses", marked("Port lost")),
+)
+_ICON_PX: Final = 16
+
+
+class Total(QWidget):
+    """A caption above a number; a warning sign beside it where it is worth a look."""
+
+    def __init__(self, name: str) -> None:
+        super().__init__()
+        self.setObjectName(name)
+        self.caption = named(QLabel(), f"{name}_caption")
+        self.caption.setProperty("role", "small")
+        self.caption.setWordWrap(True)
+        self.caption.setAlignment(Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignBottom)
+        self.number = named(QLabel(), f"{name}_number")
+        self.number.setProperty("role", "title")
+        self._sign = named(QLabel(), f"{name}_sign")
+        self._sign.setFixedSize(QSize(_ICON_PX, _ICON_PX))
+        policy = self._sign.sizePolicy()
+        policy.setRetainSizeWhenHidden(True)
+        self._sign.setSizePolicy(policy)
+        self._sign.hide()
+        row = QHBoxLayout()
+        row.setSpacing(Space.XS)
+        row.addWidget(self.number)
+        row.addWidget(self._sign)
+        row.addStretch(1)
+        column = QVBoxLayout(self)
+        column.setContentsMargins(0, 0, 0, 0)
+        column.setSpacing(0)
+        column.addWidget(self.caption)
+        column.addLayout(row)
+
+    def show_total(self, text: str, *, needs_look: bool = False) -> None:
+        if needs_look:
+            ratio = self.devicePixelRatioF()
+            self._sign.setPixmap(pixmap(Icon.WARNING, _ICON_PX, current().ink(Meaning.ATTENTION), ratio=ratio))
+        self._sign.setVisible(needs_look)
+        if text != self.number.text():
+            self.number.setText(text)
+            self.setAccessibleName(f"{self.caption.text()}: {text}")
+
+
+class LinkFiguresView(QScrollArea):
+    """Draws while it is in sight; `figures` are fed by the page."""
+
+    def __init__(self, services: Services, figures: LinkFigures) -> None:
+        super().__init__()
+        self.setObjectName("link_figures_view")
+        self.setWidgetResizable(True)
+        self.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
+        self._connector = services.connector
+        self.shown = figures
+        """Whose figures are shown: of the module, or of the recording that is played."""
+        texts = services.texts
+        texts.bind(self.setAccessibleName, "Figures of the link")
+        self.totals = {key: Total(f"figures_{key}") for key, _ in _NUMBERS}
+        for key, title in _NUMBERS:
+            texts.bind(self.totals[key].caption.setText, title)
+        self.trips, self.reasons, self.over_time = Histogram(), ReasonBars(), OverTime()
+        self.fine = self._segment("figures_minutes")
+        self.coarse = self._segment("figures_hours")
+        texts.bind(self.fine.setText, "10 min")
+        texts.bind(self.fine.setAccessibleName, "The last ten minutes")
+        texts.bind(self.fine.setToolTip, "The last ten minutes, second by second")
+        texts.bind(self.coarse.setText, "12 h")
+        texts.bind(self.coarse.setAccessibleName, "The last twelve hours")
+        texts.bind(self.coarse.setToolTip, "The last twelve hours, minute by minute")
+        self.fine.setChecked(True)
+        self._legend = self._caption(services, "figures_legend", marked("▼ module restarted   ■ port lost"))
+        self._lay_out(services)
+        for segment in (self.fine, self.coarse):
+            segment.toggled.connect(self.refresh)
+        WhileSeen(self, self.refresh, every_ms=REFRESH_EVERY_MS)
+
+    def refresh(self) -> None:
+        """Everything as it is now."""
+        figures = self.shown
+        totals = figures.totals
+        shown = self.totals
+        shown["sent"].show_total(f"{totals.sent:,}")
+        share = min(1.0, totals.time_outs / totals.sent) if totals.sent else 0.0
+        lost = tr("{n} ({percent})", n=f"{totals.time_outs:,}", percent=percent_text(share)) if totals.sent else "–"
+        shown["lost"].show_total(lost, needs_look=share > LOSS_ATTENTION)
+        for key, quantile in (("trip", 0.5), ("late", 0.95)):
+            trip_s = figures.quantile_s(quantile)
+            shown[key].show_total("–" if trip_s is None else f"{trip_s * 1000:.1f} ms")
+        shown["rejected"].show_total(f"{totals.rejected:,}", needs_look=totals.rejected > 0)
+        shown["restarts"].show_total(f"{totals.restarts:,}")
+        shown["losses"].show_total(f"{figures.losses:,}", needs_look=figures.losses > 0)
+        self.trips.show_classes(figures.round_trips())
+        self.reasons.show_counts(totals.rejected_bytes.most_common())
+        now = self._connector.clock()
+        if self.fine.isChecked():
+            slices, shortest_s, longest_s = figures.seconds, 60.0, FINE_S * FINE_KEPT
+        else:
+            slices, shortest_s, longest_s = figures.minutes, 3600.0, COARSE_S * COARSE_KEPT
+        # No longer than there is something to show.
+        past_s = now - slices[0].begins_s if slices else 0.0
+        self.over_time.show_stretch(Stretch(now, min(longest_s, max(shortest_s, past_s)), slices))
+
+    # Making
+
+    def _segment(self, name: str) -> QToolButton:
+        button = named(QToolButton(), name)
+        button.setCheckable(True)
+        button.setAutoExclusive(True)
+        button.setProperty("role", "segment")
+        return button
+
+    @staticmethod
+    def _caption(services: Services, name: str, english: str) -> QLabel:
+        label = named(QLabel(), name)
+        label.setProperty("role", "caption")
+        services.texts.bind(label.setText, english)
+        return label
+
+    @staticmethod
+    def _card(name: str, *parts: QWidget) -> QFrame:
+        card = named(QFrame(), name)
+        card.setProperty("role", "card")
+        column = QVBoxLayout(card)
+        column.setContentsMargins(Space.M, Space.S, Space.M, Space.S)
+        column.setSpacing(Space.XS)
+        for part in parts:
+            column.addWidget(part)
+        column.setStretch(len(parts) - 1, 1)
+        return card
+
+    def _lay_out(self, services: Services) -> None:
+        numbers = QHBoxLayout()
+        numbers.setSpacing(Space.L)
+        for one in self.totals.values():
+            numbers.addWidget(one, 1)
+        title = marked("Round trips, by how many milliseconds they took")
+        trips = self._caption(services, "figures_trips_title", title)
+        reasons = self._caption(services, "figures_reasons_title", marked("Rejected bytes, by reason"))
+        pair = QHBoxLayout()
+        pair.setSpacing(Space.S)
+        pair.addWidget(self._card("figures_trips_card", trips, self.trips), 3)
+        pair.addWidget(self._card("figures_reasons_card", reasons, self.reasons), 2)
+        head = QWidget()
+        head.setObjectName("figures_time_head")
+        row = QHBoxLayout(head)
+        row.setContentsMargins(0, 0, 0, 0)
+        row.setSpacing(Space.XS)
+        row.addWidget(self._caption(services, "figures_time_title", marked("Over time")))
+        row.addStretch(1)
+        row.addWidget(self._legend)
+        row.addSpacing(Space.M)
+        row.addWidget(self.fine)
+        row.addWidget(self.coarse)
+        content = QWidget()
+        content.setObjectName("figures_content")
+        column = QVBoxLayout(content)
+        column.setContentsMargins(Space.M, Space.S, Space.M, Space.S)
+        column.setSpacing(Space.S)
+        column.addLayout(numbers)
+        column.addLayout(pair, 1)
+        column.addWidget(self._card("figures_time_card", head, self.over_time), 1)
+        self.setWidget(content)

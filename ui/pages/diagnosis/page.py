@@ -1,0 +1,209 @@
+"""What goes on at the line, and why it does not connect: four views behind one row of segments.
+
+Out of sight it only remembers: the frames, the figures and what is seen of the port.
+"""
+
+from pathlib import Path
+from typing import Final
+
+from PySide6.QtCore import Signal
+from PySide6.QtGui import QAction, QKeySequence
+from PySide6.QtWidgets import QButtonGroup, QStackedWidget, QToolButton, QVBoxLayout, QWidget
+
+from app.captures.reader import FAULTS_KEPT
+from app.diagnosis.link_statistics import LinkFigures
+from app.engine.worker import Batch
+from app.text.i18n import tr
+from app.text.sentences import together
+from protocol.translatable import marked
+from ui.pages.diagnosis.bundle_preview import BundlePreview
+from ui.pages.diagnosis.capture_files import OPENED_SUFFIXES, CaptureFiles, Kept, Opened
+from ui.pages.diagnosis.link_statistics import LinkFiguresView
+from ui.pages.diagnosis.traffic import TrafficPage
+from ui.pages.diagnosis.why_panel import WhyPanel
+from ui.services.context import Services
+from ui.style.theme import Meaning, Space
+from ui.widgets.flow_row import FlowRow
+from ui.widgets.naming import named
+from ui.widgets.notice_bar import Choice, Notice, NoticeBar
+from ui.widgets.recording_bar import recording_target
+
+_VIEWS: Final = (
+    ("why", marked("Connection"), marked("Why does it not connect? (Alt+1)")),
+    ("traffic", marked("Traffic"), marked("Every frame sent and received (Alt+2)")),
+    ("figures", marked("Figures"), marked("How the link does, in figures and over time (Alt+3)")),
+    ("bundle", marked("Support"), marked("What to send to whoever helps (Alt+4)")),
+)
+
+
+class DiagnosisPage(QWidget):
+    """See the module's docstring. `connect_wanted` gives a `Target`; the window asks first where that is risky."""
+
+    suffixes = OPENED_SUFFIXES
+    """Of the files that may be dropped on the window for this page."""
+    connect_wanted = Signal(object)
+
+    def __init__(self, services: Services, parent: QWidget | None = None) -> None:
+        super().__init__(parent)
+        self.setObjectName("diagnosis_page")
+        self._texts, self._connector = services.texts, services.connector
+        self.kept = Kept()
+        self.live_figures = LinkFigures()
+        self._is_played = False
+        self.opened: Opened | None = None
+        self.traffic = TrafficPage(services)
+        self.why = WhyPanel(services)
+        self.figures = LinkFiguresView(services, self.live_figures)
+        self.bundle = BundlePreview(services, self.live_figures, self.kept, services.log)
+        self.files = CaptureFiles(services, self.kept)
+        self.strip = NoticeBar(services.texts)
+        self.strip.setObjectName("diagnosis_notice")
+        self._said: Notice | None = None
+        self.stack = QStackedWidget()
+        self.stack.setObjectName("diagnosis_views")
+        for view in (self.why, self.traffic, self.figures, self.bundle):
+            self.stack.addWidget(view)
+        self.segments = self._make_segments()
+        self._lay_out()
+        self.files.opened.connect(self._show_capture)
+        self.files.said.connect(self._say)
+        self.bundle.said.connect(self._say)
+        self.why.connect_wanted.connect(self.connect_wanted)
+        self.why.choose_wanted.connect(self._choose_port)
+        self._connector.changed.connect(self._refresh_strip)
+        services.appearance.changed.connect(self.strip.follow_theme)
+        for name, key, act in (
+            ("capture_open_key", "Ctrl+O", self.files.choose),
+            ("capture_save_key", "Ctrl+S", self.files.choose_and_save),
+        ):
+            self._add_action(name, key, act)
+        self.files.refresh()
+        self.go_to("why")
+
+    def take(self, batch: Batch) -> None:
+        """Remember a batch. What a recording plays is kept apart from what a module said."""
+        is_played = self._connector.is_recording
+        if is_played != self._is_played:
+            self._change_over(is_played=is_played)
+        if batch.events and not is_played:
+            self.kept.take(batch.events)
+        self.figures.shown.take(batch)
+        self.traffic.take(batch)
+        self.why.take(batch)
+        if not self.files.save.isEnabled():
+            self.files.refresh()
+
+    def go_to(self, key: str) -> None:
+        """Bring a view into sight: "why", "traffic", "figures" or "bundle"."""
+        keys = [one[0] for one in _VIEWS]
+        self.segments[key].setChecked(True)
+        self.stack.setCurrentIndex(keys.index(key))
+
+    def open_file(self, path: Path) -> None:
+        """A capture, dropped on the window or chosen elsewhere."""
+        self.go_to("traffic")
+        self.files.open_file(path)
+
+    # Captures
+
+    def _change_over(self, *, is_played: bool) -> None:
+        self._is_played = is_played
+        self.traffic.clear_rows()
+        self.figures.shown = LinkFigures() if is_played else self.live_figures
+
+    def _show_capture(self, opened: Opened) -> None:
+        self.opened = opened
+        self.traffic.show_recorded(opened.rows)
+        self.go_to("traffic")
+        self._refresh_strip()
+
+    def _play(self) -> None:
+        if self.opened is not None:
+            path = self.opened.path
+            self._leave_capture()
+            self.connect_wanted.emit(recording_target(path))
+
+    def _leave_capture(self) -> None:
+        self.opened = None
+        self.traffic.show_recorded(None)
+        self._refresh_strip()
+
+    def _capture_notice(self, opened: Opened) -> Notice:
+        parts = [
+            tr("Capture {name}: {rows} rows.", name=opened.path.name, rows=f"{len(opened.rows):,}"),
+            *(self._faults_said(opened)),
+        ]
+        choices = (
+            Choice("capture_play", tr("Play it through the window"), self._play, is_main=True),
+            Choice("capture_leave", tr("Back to the line"), self._leave_capture),
+        )
+        return Notice(Meaning.INFORMATION, together(parts), choices)
+
+    @staticmethod
+    def _faults_said(opened: Opened) -> list[str]:
+        said = []
+        if not opened.is_timed:
+            said.append(tr("It has no times: those shown are of bytes back to back."))
+        faults = opened.faults
+        if faults:
+            first = tr("line {line}: {why}", line=faults[0].line, why=tr(faults[0].text))
+            many = f"{len(faults)}+" if len(faults) == FAULTS_KEPT else str(len(faults))
+            said.append(tr("{n} lines could not be read; {first}.", n=many, first=first))
+        return said
+
+    # What is said
+
+    def _say(self, notice: Notice | None) -> None:
+        self._said = notice
+        self._refresh_strip()
+
+    def _refresh_strip(self) -> None:
+        if self._said is not None:
+            self.strip.show_notice(self._said)
+        elif self.opened is not None:
+            self.strip.show_notice(self._capture_notice(self.opened))
+        else:
+            self.strip.show_notice(None)
+
+    def _choose_port(self) -> None:
+        panel = self.window().findChild(QWidget, "connect_panel")
+        act = self.window().findChild(QAction, "act_connect")
+        if act is not None and (panel is None or not panel.isVisible()):
+            act.trigger()
+
+    # Making
+
+    def _make_segments(self) -> dict[str, QToolButton]:
+        group = QButtonGroup(self)
+        segments = {}
+        for number, (key, title, explanation) in enumerate(_VIEWS):
+            button = named(QToolButton(), f"diagnosis_{key}")
+            button.setCheckable(True)
+            button.setStyleSheet("QToolButton { padding-left: 12px; padding-right: 12px; }")
+            button.setProperty("role", "segment")
+            self._texts.bind(button.setText, title)
+            self._texts.bind(button.setAccessibleName, title)
+            self._texts.bind(button.setToolTip, explanation)
+            group.addButton(button, number)
+            segments[key] = button
+            self._add_action(f"diagnosis_{key}_key", f"Alt+{number + 1}", button.click)
+        group.idClicked.connect(lambda number: self.go_to(_VIEWS[number][0]))
+        return segments
+
+    def _add_action(self, name: str, key: str, act: object) -> None:
+        action = named(QAction(self), name)
+        action.setShortcut(QKeySequence(key))
+        action.triggered.connect(act)
+        self.addAction(action)
+
+    def _lay_out(self) -> None:
+        bar = FlowRow(spacing_px=Space.XS)
+        bar.setContentsMargins(Space.M, Space.S, Space.M, 0)
+        bar.add(*self.segments.values())
+        bar.add_right(self.files)
+        column = QVBoxLayout(self)
+        column.setContentsMargins(0, 0, 0, 0)
+        column.setSpacing(Space.XS)
+        column.addLayout(bar)
+        column.addWidget(self.strip)
+        column.addWidget(self.stack, 1)

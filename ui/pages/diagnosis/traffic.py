@@ -1,0 +1,342 @@
+"""Every frame sent and received, rejected bytes and why: a plain list that follows the end while one is there."""
+
+from functools import partial
+from itertools import chain, islice
+
+from PySide6.QtCore import QEvent, QItemSelectionModel, QSize, Qt, QTimer
+from PySide6.QtGui import QAction, QFontDatabase, QFontMetrics, QGuiApplication, QHideEvent, QKeySequence, QShowEvent
+from PySide6.QtWidgets import (
+    QAbstractItemView,
+    QComboBox,
+    QHBoxLayout,
+    QLabel,
+    QSizePolicy,
+    QTableView,
+    QToolButton,
+    QVBoxLayout,
+    QWidget,
+)
+
+from app.captures.rows import CaptureRows
+from app.engine.worker import Batch
+from app.text.i18n import tr
+from protocol.translatable import marked
+from ui.core.texts import Texts
+from ui.forms.tables import list_rows
+from ui.pages.diagnosis.traffic_model import KEPT_MARKS, Column, Filter, TrafficModel
+from ui.pages.diagnosis.traffic_search import TrafficSearch
+from ui.pages.diagnosis.traffic_texts import hex_of, kind_of, meaning_of, raw_of
+from ui.services.context import Services
+from ui.style.icons import Icon, icon
+from ui.style.theme import Size, Space, font
+from ui.widgets.naming import named
+from ui.widgets.sliders import WheelGuard
+
+DRAW_EVERY_MS = 160
+"""Rows are added six times a second: more cannot be read, and each repaint costs."""
+MOST_COPIED = 10_000
+"""Rows at once: a capture may have more than a clipboard and whoever reads it can take."""
+_ROW_PX = 24
+_FILTERS = (
+    (Filter.ALL, marked("All frames")),
+    (Filter.WITHOUT_STREAM, marked("Without the stream")),
+    (Filter.REJECTED, marked("Only rejected bytes")),
+    (Filter.MARKED, marked("Only marked rows")),
+)
+
+
+class TrafficPage(QWidget):
+    """Out of sight it only remembers; in sight it draws at its own pace, however fast frames come."""
+
+    def __init__(self, services: Services, parent: QWidget | None = None) -> None:
+        super().__init__(parent)
+        self.setObjectName("traffic_page")
+        self._texts: Texts = services.texts
+        self._is_paused = False
+        self._follows = True
+        self._is_lost = False
+        self.model = TrafficModel(self)
+        self.table = self._make_table()
+        self.detail = self._make_detail()
+        self._count = named(QLabel(), "traffic_count")
+        self._count.setProperty("role", "muted")
+        self._count.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Preferred)  # before the filter's words
+        self.filter = self._make_filter()
+        self.search = TrafficSearch(
+            self.model, services.texts, find_start=self._search_start, show_row=self._show_found, say=self._tell_found
+        )
+        self.pause = self._make_button("traffic_pause", Icon.PAUSE, is_checkable=True)
+        self.mark = self._make_button("traffic_mark", Icon.BOOKMARK)
+        self.copy = self._make_button("traffic_copy", Icon.COPY)
+        self.clear = self._make_button("traffic_clear", Icon.ERASE)
+        for button in (self.mark, self.copy, self.clear):
+            button.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonIconOnly)
+        self._name_buttons()
+        layout = QVBoxLayout(self)
+        layout.setContentsMargins(Space.M, Space.S, Space.M, Space.S)
+        layout.setSpacing(Space.S)
+        layout.addLayout(self._make_bar())
+        layout.addWidget(self.table, 1)
+        layout.addWidget(self.detail)
+        self._timer = QTimer(self)
+        self._timer.setInterval(DRAW_EVERY_MS)
+        self._timer.timeout.connect(self.draw)
+        services.appearance.changed.connect(self._follow_theme)
+        self._follow_theme()
+        self._show_detail()
+
+    def take(self, batch: Batch) -> None:
+        if batch.events:
+            self.model.keep(batch.events)
+
+    def draw(self) -> None:
+        """Show what came since the last time, unless paused."""
+        if self._is_paused:
+            self._show_count()
+            return
+        follows = self._follows
+        bar = self.table.verticalScrollBar()
+        position = bar.value()
+        dropped = self.model.show_new()
+        if dropped and not follows:
+            bar.setValue(position - dropped * self.table.verticalHeader().defaultSectionSize())
+        self._show_count()
+
+    def _notice_scrolling(self, position: int) -> None:
+        self._follows = position >= self.table.verticalScrollBar().maximum()
+
+    def _keep_following(self, _lowest: int, highest: int) -> None:
+        """Rows came or the table shrank: who was at the end stays there."""
+        if self._follows:
+            self.table.verticalScrollBar().setValue(highest)
+
+    # Making
+
+    def _make_table(self) -> QTableView:
+        table = named(QTableView(), "traffic_table")
+        table.setModel(self.model)
+        list_rows(table, row_px=_ROW_PX)
+        table.setIconSize(QSize(14, 14))
+        columns = table.horizontalHeader()
+        # A header asks, row for row, whether all of them are selected; of a capture's million that takes ten seconds.
+        columns.setSelectionModel(QItemSelectionModel(self.model, columns))
+        columns.setStyleSheet("QHeaderView::section { padding-left: 4px; }")  # above the text of the rows
+        columns.setDefaultAlignment(Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter)
+        columns.setStretchLastSection(True)
+        bar = table.verticalScrollBar()
+        bar.valueChanged.connect(self._notice_scrolling)
+        bar.rangeChanged.connect(self._keep_following)
+        table.selectionModel().selectionChanged.connect(self._show_detail)
+        self.model.modelReset.connect(self._show_detail)  # which takes the selection away, unsaid
+        self._texts.bind(table.setAccessibleName, "Frames sent and received")
+        return table
+
+    def _make_detail(self) -> QLabel:
+        label = named(QLabel(), "traffic_detail")
+        label.setWordWrap(True)
+        label.setTextInteractionFlags(
+            Qt.TextInteractionFlag.TextSelectableByMouse | Qt.TextInteractionFlag.TextSelectableByKeyboard
+        )
+        label.setProperty("role", "muted")
+        label.setTextFormat(Qt.TextFormat.PlainText)
+        label.setMinimumHeight(2 * label.fontMetrics().lineSpacing() + Space.XS)
+        label.setAlignment(Qt.AlignmentFlag.AlignTop | Qt.AlignmentFlag.AlignLeft)
+        self._texts.bind(label.setAccessibleDescription, "The selected row in full")
+        return label
+
+    def _make_filter(self) -> QComboBox:
+        box = named(QComboBox(), "traffic_filter")
+        for number, (wanted, title) in enumerate(_FILTERS):
+            box.addItem("", wanted)
+            self._texts.bind(partial(box.setItemText, number), title)
+        self._texts.bind(box.setAccessibleName, "Which rows to show")
+        self._texts.bind(box.setToolTip, "Which rows to show")
+        WheelGuard(self).guard(box)
+        box.setSizeAdjustPolicy(QComboBox.SizeAdjustPolicy.AdjustToContents)
+        box.currentIndexChanged.connect(self._use_filter)
+        return box
+
+    def _make_button(self, name: str, picture: Icon, *, is_checkable: bool = False) -> QToolButton:
+        button = named(QToolButton(), name)
+        button.setIcon(icon(picture))
+        button.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonTextBesideIcon)
+        button.setCheckable(is_checkable)
+        return button
+
+    def _name_buttons(self) -> None:
+        bind = self._texts.bind
+        self._texts.bind(self.pause.setText, "Pause")
+        bind(self.pause.setAccessibleName, "Pause the list")
+        bind(self.pause.setToolTip, "Hold the list still; frames go on being recorded (Ctrl+P)")
+        self.pause.toggled.connect(self._pause)
+        bind(self.mark.setText, "Mark")
+        bind(self.mark.setAccessibleName, "Mark the selected rows")
+        bind(self.mark.setToolTip, "Mark the selected rows, or take their marks off (Ctrl+M)")
+        self.mark.clicked.connect(self.mark_rows)
+        bind(self.copy.setText, "Copy")
+        bind(self.copy.setAccessibleName, "Copy the selected rows")
+        bind(self.copy.setToolTip, "Copy the selected rows, or all of them when none is selected (Ctrl+C)")
+        self.copy.clicked.connect(self.copy_rows)
+        bind(self.clear.setText, "Clear")
+        bind(self.clear.setAccessibleName, "Clear the list")
+        bind(self.clear.setToolTip, "Forget all rows (Ctrl+Shift+X)")
+        self.clear.clicked.connect(self.clear_rows)
+        self._add_shortcut("traffic_pause_key", "Ctrl+P", self.pause.toggle)
+        self._add_shortcut("traffic_mark_key", "Ctrl+M", self.mark_rows)
+        self._add_shortcut("traffic_search_key", QKeySequence.StandardKey.Find, self._go_to_search)
+        self._add_shortcut("traffic_copy_key", QKeySequence.StandardKey.Copy, self.copy_rows)
+        self._add_shortcut("traffic_clear_key", "Ctrl+Shift+X", self.clear_rows)
+
+    def _add_shortcut(self, name: str, key: str | QKeySequence.StandardKey, act: object) -> None:
+        action = named(QAction(self), name)
+        action.setShortcut(QKeySequence(key))
+        action.setShortcutContext(Qt.ShortcutContext.WindowShortcut)  # Qt leaves out those of pages out of sight
+        action.triggered.connect(act)
+        self.addAction(action)
+
+    def _make_bar(self) -> QHBoxLayout:
+        bar = QHBoxLayout()
+        bar.setSpacing(Space.S)
+        bar.addWidget(self.filter)
+        bar.addWidget(self.search)
+        bar.addWidget(self._count, 1)
+        for button in (self.pause, self.mark, self.copy, self.clear):
+            bar.addWidget(button)
+        return bar
+
+    # Doing
+
+    def copy_rows(self) -> None:
+        """The selected rows, or all of them, as tab-separated text to the clipboard; no more than `MOST_COPIED`."""
+        wanted = self._selected() or [range(self.model.rowCount())]
+        rows = list(islice(chain.from_iterable(wanted), MOST_COPIED))
+        QGuiApplication.clipboard().setText(self.model.as_text(rows))
+        count = sum(map(len, wanted))
+        if count > len(rows):
+            said = tr("The first {n} of {all} rows were copied.", n=f"{len(rows):,}", all=f"{count:,}")
+            self.detail.setText(said)
+
+    def mark_rows(self) -> None:
+        """Mark the selected rows, or take their marks off; no more than there may be marks."""
+        rows = list(islice(chain.from_iterable(self._selected()), KEPT_MARKS))
+        if rows:
+            self.model.mark(rows)
+        self._show_count()
+
+    def _selected(self) -> list[range]:
+        """Which rows are selected: as ranges, since all may be a million."""
+        ranges = [range(one.top(), one.bottom() + 1) for one in self.table.selectionModel().selection().toList()]
+        return sorted(ranges, key=lambda one: one.start)
+
+    def show_recorded(self, rows: CaptureRows | None) -> None:
+        """The rows of a capture in place of those of now; None goes back."""
+        self.model.show_recorded(rows)
+        self.clear.setEnabled(rows is None)
+        self.pause.setEnabled(rows is None)
+        if rows is None:
+            self.table.scrollToBottom()
+        else:
+            self.table.scrollToTop()
+        self._show_detail()
+        self._show_count()
+
+    def _search_start(self) -> int:
+        """The selected row, else the first in sight."""
+        selected = self._selected()
+        return selected[-1][-1] if selected else self.table.rowAt(0) - 1
+
+    def _show_found(self, row: int) -> None:
+        self._follows = False
+        self.table.selectRow(row)
+        self.table.scrollTo(self.model.index(row, 0), QAbstractItemView.ScrollHint.EnsureVisible)
+
+    def _tell_found(self, is_found: bool) -> None:
+        self._is_lost = not is_found
+        self._show_count()
+
+    def _go_to_search(self) -> None:
+        self.search.field.setFocus()
+        self.search.field.selectAll()
+
+    def _use_filter(self, number: int) -> None:
+        self._is_lost = False
+        self.model.use_filter(_FILTERS[number][0])
+        if self.model.is_recorded:
+            self.table.scrollToTop()
+        else:
+            self.table.scrollToBottom()
+        self._show_count()
+
+    def _pause(self, is_paused: bool) -> None:
+        self._is_paused = is_paused
+        self.pause.setIcon(icon(Icon.PLAY if is_paused else Icon.PAUSE))
+        self._texts.bind(self.pause.setText, "Go on" if is_paused else "Pause")
+        self.draw()
+
+    def clear_rows(self) -> None:
+        """Forget all rows."""
+        self.model.clear()
+        self._show_detail()
+        self._show_count()
+
+    def _show_count(self) -> None:
+        rows = self.model.rowCount()
+        if self.search.is_searching:
+            text = tr("Searching … {percent} %", percent=round(self.search.share * 100))
+        elif self._is_lost:
+            text = tr("Not found")
+        elif self._is_paused and not self.model.is_recorded:
+            text = tr("{more} more came", more=f"{self.model.unseen:,}")
+        elif rows:
+            text = tr("{rows} rows", rows=f"{rows:,}")
+        else:
+            text = tr("No rows yet")
+        if text != self._count.text():
+            self._count.setText(text)
+            self._count.setToolTip(text)
+
+    def _show_detail(self) -> None:
+        selected = self._selected()
+        count = sum(map(len, selected))
+        if count != 1:
+            several = tr("{n} rows are selected.", n=f"{count:,}")
+            self.detail.setText(several if count else tr("Choose a row to see all of its bytes."))
+            return
+        event = self.model.event_at(selected[0][0])
+        self.detail.setText(f"{kind_of(event)}  {hex_of(raw_of(event), 96)}\n{meaning_of(event)}")
+
+    def _follow_theme(self) -> None:
+        fixed = QFontDatabase.systemFont(QFontDatabase.SystemFont.FixedFont)
+        fixed.setPixelSize(Size.SMALL)
+        small = font(Size.SMALL)
+        self.table.setFont(small)
+        self.model.bytes_font = fixed
+        metrics = self.table.fontMetrics()
+        width = metrics.horizontalAdvance
+        mark_px = self.table.iconSize().width() + Space.S
+        self.table.setColumnWidth(Column.TIME.value, width("00:00:00.000") + mark_px + Space.L)
+        self.table.setColumnWidth(Column.KIND.value, 14 + width("rejected, again") + Space.XL)
+        eight_bytes = QFontMetrics(fixed).horizontalAdvance("00 " * 8)
+        self.table.setColumnWidth(Column.BYTES.value, eight_bytes + Space.XL + Space.L)
+        self.table.viewport().update()
+
+    # Qt
+
+    def showEvent(self, event: QShowEvent) -> None:
+        super().showEvent(event)
+        if not self._is_paused and not self.model.is_recorded:
+            self.model.rebuild()
+            self.table.scrollToBottom()
+        self._show_count()
+        self._timer.start()
+
+    def hideEvent(self, event: QHideEvent) -> None:
+        super().hideEvent(event)
+        self._timer.stop()
+
+    def changeEvent(self, event: QEvent) -> None:
+        super().changeEvent(event)
+        if event.type() == QEvent.Type.LanguageChange:
+            self.model.retranslate()
+            self._show_count()
+            self._show_detail()

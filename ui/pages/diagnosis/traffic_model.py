@@ -1,0 +1,308 @@
+"""The frames that went over the line, as rows of a table: kept as they came, put into words only where seen."""
+
+from collections import deque
+from collections.abc import Hashable, Iterable, Iterator, Sequence
+from enum import Enum
+from itertools import islice
+from typing import Any
+
+from PySide6.QtCore import QAbstractTableModel, QModelIndex, QObject, QPersistentModelIndex, Qt
+from PySide6.QtGui import QFont
+
+from app.captures.rows import CaptureRows, ChosenRows, Rows
+from app.system.wall_clock import WallClock
+from app.text.i18n import tr
+from protocol.events import Event, Rejected
+from protocol.frame import Noise
+from protocol.translatable import marked
+from ui.pages.diagnosis.traffic_texts import (
+    Row,
+    at_of,
+    colour_of,
+    hex_of,
+    icon_of,
+    is_rejected,
+    is_streamed,
+    kind_of,
+    meaning_of,
+    needs_no_row,
+    raw_of,
+    since_start,
+    time_of_day,
+    words_of,
+)
+from ui.style.icons import Icon, icon
+from ui.style.theme import Meaning
+
+KEPT_ROWS = 10_000
+KEPT_MARKS = 1000
+LONGEST_ROW_BYTES = 1024
+"""So that a line full of garbage cannot fill the memory: a longer run of rejected bytes takes several rows."""
+SHOWN_BYTES = 32
+_ANY_INDEX = QModelIndex()
+_Index = QModelIndex | QPersistentModelIndex
+
+
+class Column(Enum):
+    TIME = 0
+    KIND = 1
+    BYTES = 2
+    MEANING = 3
+
+
+class Filter(Enum):
+    ALL = "all"
+    WITHOUT_STREAM = "without_stream"
+    REJECTED = "rejected"
+    MARKED = "marked"
+
+
+_COLUMNS = tuple(Column)
+_DECORATION, _FONT, _FOREGROUND = (
+    int(role) for role in (Qt.ItemDataRole.DecorationRole, Qt.ItemDataRole.FontRole, Qt.ItemDataRole.ForegroundRole)
+)
+_SPOKEN = int(Qt.ItemDataRole.AccessibleTextRole)
+_TOLD = int(Qt.ItemDataRole.ToolTipRole)
+_ANSWERED_ROLES = frozenset((_DECORATION, _FONT, _FOREGROUND, int(Qt.ItemDataRole.DisplayRole), _SPOKEN, _TOLD))
+_HEADERS = {
+    Column.TIME: marked("Time"),
+    Column.KIND: marked("Kind"),
+    Column.BYTES: marked("Bytes"),
+    Column.MEANING: marked("Meaning"),
+}
+
+
+def is_shown(row: Row, wanted: Filter) -> bool:
+    """Whether the row passes the filter; marks are not looked at."""
+    if wanted is Filter.REJECTED:
+        return is_rejected(row)
+    return wanted is not Filter.WITHOUT_STREAM or not is_streamed(row)
+
+
+class TrafficModel(QAbstractTableModel):
+    """The last `KEPT_ROWS` events; of them the ones that pass the filter are rows.
+
+    `keep` only remembers. `show_new` turns what came since into rows: the owner calls it as often as it wants to draw.
+    With `show_recorded` the rows of a capture stand in their place, while events go on being kept.
+    """
+
+    def __init__(self, parent: QObject | None = None) -> None:
+        super().__init__(parent)
+        self.bytes_font: QFont | None = None
+        self._kept: deque[Event] = deque(maxlen=KEPT_ROWS)
+        self._recorded: CaptureRows | None = None
+        self._live: deque[Row] = deque(maxlen=KEPT_ROWS)
+        """The rows, as long as they are those of now."""
+        self._rows: Sequence[Row] = self._live
+        self._keys: Sequence[int] | None = None
+        """By which marked rows are known; None: their identity."""
+        self._marks: dict[int, Row] = {}
+        self._unseen = 0
+        self._filter = Filter.ALL
+        self.wall = WallClock()
+
+    @property
+    def unseen(self) -> int:
+        """Events that `keep` took and `show_new` has not shown yet; at most `KEPT_ROWS`."""
+        return min(self._unseen, len(self._kept))
+
+    @property
+    def is_recorded(self) -> bool:
+        """The rows are those of a capture."""
+        return self._recorded is not None
+
+    def keep(self, events: Iterable[Event]) -> None:
+        """Cheap; may be called while nobody looks."""
+        self.wall.look()
+        new = list(_rows_of(events))
+        self._kept.extend(new)
+        self._unseen += len(new)
+
+    def show_new(self) -> int:
+        """Add rows for what came since the last call; how many rows were dropped at the top to make room."""
+        if self._recorded is not None or self._filter is Filter.MARKED:
+            return 0
+        unseen = self.unseen
+        self._unseen = 0
+        if not unseen:
+            return 0
+        # From the end: the head of a full deque is far from what is new.
+        newest = reversed(list(islice(reversed(self._kept), unseen)))
+        fresh = [event for event in newest if is_shown(event, self._filter)]
+        if not fresh:
+            return 0
+        surplus = max(0, len(self._live) + len(fresh) - KEPT_ROWS)
+        dropped = min(surplus, len(self._live))
+        if dropped:
+            self.beginRemoveRows(_ANY_INDEX, 0, dropped - 1)
+            for _ in range(dropped):
+                self._live.popleft()
+            self.endRemoveRows()
+        first = len(self._live)
+        self.beginInsertRows(_ANY_INDEX, first, first + len(fresh) - 1)
+        self._live.extend(fresh)
+        self.endInsertRows()
+        return dropped
+
+    def use_filter(self, wanted: Filter) -> None:
+        self._filter = wanted
+        self.rebuild()
+
+    def rebuild(self) -> None:
+        """Make all rows anew from what is kept."""
+        self.beginResetModel()
+        self._live.clear()
+        if self._filter is Filter.MARKED:
+            marked_ones = sorted(self._marks.items(), key=lambda one: at_of(one[1]))
+            self._keys, self._rows = [key for key, _ in marked_ones], [row for _, row in marked_ones]
+        elif self._recorded is not None:
+            self._keys, self._rows = self._passing(self._recorded)
+        else:
+            self._unseen = 0
+            self._live.extend(event for event in self._kept if is_shown(event, self._filter))
+            self._keys, self._rows = None, self._live
+        self.endResetModel()
+
+    def _passing(self, recorded: CaptureRows) -> tuple[Sequence[int], Sequence[Row]]:
+        """The rows of a capture that pass the filter, by their places in it."""
+        if self._filter is Filter.ALL:
+            return range(len(recorded)), recorded
+        is_rejected_only = self._filter is Filter.REJECTED
+        chosen = ChosenRows(recorded, recorded.rejected() if is_rejected_only else recorded.without_status())
+        return chosen.places, chosen
+
+    def clear(self) -> None:
+        """Forget everything, marks too."""
+        self._kept.clear()
+        self._marks.clear()
+        self.rebuild()
+
+    def show_recorded(self, rows: CaptureRows | None) -> None:
+        """The rows of a capture; None goes back to what goes over the line now. Marks are forgotten."""
+        self._recorded = rows
+        self._marks.clear()
+        self.rebuild()
+
+    def event_at(self, row: int) -> Row:
+        return self._rows[row]
+
+    # Marks
+
+    def is_marked(self, row: int) -> bool:
+        return self._key(row) in self._marks
+
+    def _key(self, row: int) -> int:
+        return id(self._rows[row]) if self._keys is None else self._keys[row]
+
+    def mark(self, rows: Sequence[int]) -> None:
+        """Mark these rows, or take the marks off where all of them have one. A marked row stays under "marked" also
+        when it is so old that the list has dropped it."""
+        keys = [self._key(row) for row in rows]
+        if all(key in self._marks for key in keys):
+            for key in keys:
+                del self._marks[key]
+        else:
+            new = [(key, row) for key, row in zip(keys, rows, strict=True) if key not in self._marks]
+            for key, row in new[: KEPT_MARKS - len(self._marks)]:
+                self._marks[key] = self._rows[row]
+        if self._filter is Filter.MARKED:
+            self.rebuild()
+        elif rows:
+            last = len(Column) - 1
+            self.dataChanged.emit(self.index(min(rows), 0), self.index(max(rows), last))
+
+    # Words
+
+    def said_at(self, row: int) -> Hashable | None:
+        """Equal for two rows that say the same, at whatever time; None where only the rows themselves tell."""
+        return self._rows.said(row) if isinstance(self._rows, Rows) else None
+
+    def time_of(self, row: Row) -> str:
+        """Time of day to the millisecond; in a capture, seconds since it began."""
+        if self._recorded is not None:
+            return since_start(at_of(row))
+        seconds, milliseconds = divmod(int(self.wall.at(at_of(row)) * 1000), 1000)
+        return f"{time_of_day(seconds)}.{milliseconds:03d}"
+
+    def as_text(self, rows: Sequence[int]) -> str:
+        """Rows as lines of tab-separated text, with all their bytes."""
+        recorded = self._rows
+        if not isinstance(recorded, Rows):
+            chosen = (self._rows[number] for number in rows)
+            return "\n".join(f"{self.time_of(row)}\t{words_of(row)}" for row in chosen)
+        told: dict[Hashable, str] = {}
+        lines = []
+        for number in rows:
+            said = recorded.said(number)
+            words = told.get(said)
+            if words is None:
+                words = told[said] = words_of(recorded[number])
+            lines.append(f"{since_start(recorded.at_s(number))}\t{words}")
+        return "\n".join(lines)
+
+    def retranslate(self) -> None:
+        self.headerDataChanged.emit(Qt.Orientation.Horizontal, 0, len(Column) - 1)
+        if self._rows:
+            self.dataChanged.emit(self.index(0, 0), self.index(len(self._rows) - 1, len(Column) - 1))
+
+    # QAbstractTableModel
+
+    def rowCount(self, parent: _Index = _ANY_INDEX) -> int:
+        return 0 if parent.isValid() else len(self._rows)
+
+    def columnCount(self, parent: _Index = _ANY_INDEX) -> int:
+        return 0 if parent.isValid() else len(Column)
+
+    def headerData(self, section: int, orientation: Qt.Orientation, role: int = Qt.ItemDataRole.DisplayRole) -> Any:
+        if orientation is Qt.Orientation.Horizontal and role == Qt.ItemDataRole.DisplayRole:
+            return tr(_HEADERS[Column(section)])
+        return None
+
+    def data(self, index: _Index, role: int = Qt.ItemDataRole.DisplayRole) -> Any:
+        if role not in _ANSWERED_ROLES:  # most calls: a view asks for seven roles of each cell
+            return None
+        row = self._rows[index.row()]
+        column = _COLUMNS[index.column()]
+        if role == _DECORATION:
+            return self._picture(row, column, is_marked=self._key(index.row()) in self._marks)
+        if role == _FONT:
+            return self.bytes_font if column is Column.BYTES else None
+        if role == _FOREGROUND:
+            return colour_of(row, is_time=column is Column.TIME)
+        text = self._text(row, column)
+        if role == _TOLD and column is Column.BYTES:
+            return hex_of(raw_of(row))
+        if role == _SPOKEN and column is Column.TIME and self.is_marked(index.row()):
+            return tr("{time}, marked", time=text)
+        return text
+
+    def _picture(self, row: Row, column: Column, *, is_marked: bool) -> Any:
+        if column is Column.KIND:
+            return icon_of(row)
+        return _MARK if column is Column.TIME and is_marked else None
+
+    def _text(self, row: Row, column: Column) -> str:
+        match column:
+            case Column.TIME:
+                return self.time_of(row)
+            case Column.KIND:
+                return kind_of(row)
+            case Column.BYTES:
+                return hex_of(raw_of(row), SHOWN_BYTES)
+            case Column.MEANING:
+                return meaning_of(row)
+
+
+_MARK = icon(Icon.BOOKMARK, Meaning.INFORMATION)
+
+
+def _rows_of(events: Iterable[Event]) -> Iterator[Event]:
+    """An event a row; long rejected runs take several."""
+    for event in events:
+        if isinstance(event, Rejected) and len(event.noise.raw) > LONGEST_ROW_BYTES:
+            noise = event.noise
+            for first in range(0, len(noise.raw), LONGEST_ROW_BYTES):
+                raw = noise.raw[first : first + LONGEST_ROW_BYTES]
+                yield Rejected(Noise(raw, noise.fault, noise.offset + first), event.at)
+        elif not needs_no_row(event):
+            yield event

@@ -1,0 +1,161 @@
+"""Search in the traffic list: bytes ("41 75", with or without spaces) or words of what a row says."""
+
+import time
+from collections.abc import Callable, Hashable
+
+from PySide6.QtCore import QSize, Qt, QTimer
+from PySide6.QtGui import QKeyEvent
+from PySide6.QtWidgets import QHBoxLayout, QLineEdit, QToolButton, QWidget
+
+from ui.core.texts import Texts
+from ui.pages.diagnosis.traffic_model import TrafficModel
+from ui.pages.diagnosis.traffic_texts import Row, kind_of, meaning_of, raw_of
+from ui.style.icons import Icon, icon
+from ui.style.theme import Space
+from ui.widgets.naming import named
+
+_LOOKS_FOR_S = 0.01
+"""Before the window gets its turn again."""
+_ROWS_AT_ONCE = 100
+_KNOWN_AT_MOST = 50_000
+
+
+def matches(row: Row, wanted: str, wanted_hex: str) -> bool:
+    """`wanted` in lower case, `wanted_hex` the same without spaces, "" where it is no hex."""
+    if wanted_hex and wanted_hex in raw_of(row).hex():
+        return True
+    return wanted in meaning_of(row).lower() or wanted in kind_of(row).lower()
+
+
+def hex_part(text: str) -> str:
+    """The digits of a text that consists of pairs of hex digits, else ""."""
+    digits = "".join(text.lower().split())
+    is_hex = len(digits) % 2 == 0 and all(one in "0123456789abcdef" for one in digits)
+    return digits if is_hex else ""
+
+
+class TrafficSearch(QWidget):
+    """A field with two arrows. `show_row` is given the row that was found, `say` what became of the search."""
+
+    def __init__(
+        self,
+        model: TrafficModel,
+        texts: Texts,
+        *,
+        find_start: Callable[[], int],
+        show_row: Callable[[int], None],
+        say: Callable[[bool], None],
+    ) -> None:
+        super().__init__()
+        self.setObjectName("traffic_search")
+        self._model, self._find_start, self._show_row, self._say = model, find_start, show_row, say
+        self.field = named(QLineEdit(), "traffic_search_text")
+        self.field.setClearButtonEnabled(True)
+        self.clear = self.field.findChild(QToolButton)
+        self.field.setMinimumWidth(120)
+        self.field.setMaximumWidth(200)
+        self.next = self._button("traffic_search_next", Icon.CHEVRON_DOWN)
+        self.before = self._button("traffic_search_before", Icon.CHEVRON_UP)
+        texts.bind(self.field.setPlaceholderText, "Search")
+        texts.bind(self.field.setAccessibleName, "Search in the rows")
+        texts.bind(self.field.setToolTip, "Bytes such as 41 75, or words; Enter goes to the next row (Ctrl+F)")
+        texts.bind(self.next.setAccessibleName, "Next row found")
+        texts.bind(self.next.setToolTip, "Next row found (Enter)")
+        texts.bind(self.before.setAccessibleName, "Row found before")
+        texts.bind(self.before.setToolTip, "Row found before (Shift+Enter)")
+        if isinstance(self.clear, QToolButton):  # made by Qt
+            named(self.clear, "traffic_search_clear")
+            self.clear.setStyleSheet("QToolButton { border: none; background: transparent; padding: 0; margin: 0; }")
+            texts.bind(self.clear.setAccessibleName, "Clear the search")
+            texts.bind(self.clear.setToolTip, "Clear the search")
+        self.next.clicked.connect(self.find_next)
+        self.before.clicked.connect(self.find_before)
+        self.field.textEdited.connect(self._begin_anew)
+        row = QHBoxLayout(self)
+        row.setContentsMargins(0, 0, 0, 0)
+        row.setSpacing(Space.XS)
+        row.addWidget(self.field, 1)
+        row.addWidget(self.next)
+        row.addWidget(self.before)
+        self._left = 0
+        self._place = 0
+        self._step = 1
+        self._known: dict[Hashable, bool] = {}
+        """Whether what a row says is what is looked for: a million rows of a capture say some thousand things."""
+        self._timer = QTimer(self)
+        self._timer.setInterval(0)
+        self._timer.timeout.connect(self._look)
+
+    @property
+    def is_searching(self) -> bool:
+        return self._timer.isActive()
+
+    @property
+    def share(self) -> float:
+        """How many of the rows have been looked at, 0 … 1."""
+        rows = self._model.rowCount()
+        return 1.0 - self._left / rows if rows else 1.0
+
+    def find_next(self) -> None:
+        self._begin(1, self._find_start())
+
+    def find_before(self) -> None:
+        self._begin(-1, self._find_start())
+
+    def _begin_anew(self) -> None:
+        """What is being typed is looked for from the row in sight, that one included."""
+        self._begin(1, self._find_start() - 1)
+
+    def _begin(self, step: int, start: int) -> None:
+        self._timer.stop()
+        if not self.field.text().strip():
+            self._say(True)
+            return
+        self._known.clear()
+        self._step, self._place, self._left = step, start, self._model.rowCount()
+        self._timer.start()
+
+    def _look(self) -> None:
+        """Some rows; round the end to where it began."""
+        wanted = self.field.text().strip().lower()
+        wanted_hex = hex_part(wanted)
+        count = self._model.rowCount()
+        ends_s = time.perf_counter() + _LOOKS_FOR_S
+        while count and self._left > 0 and time.perf_counter() < ends_s:
+            for _ in range(min(_ROWS_AT_ONCE, self._left)):
+                self._left -= 1
+                self._place = (self._place + self._step) % count
+                if self._fits(self._place, wanted, wanted_hex):
+                    self._timer.stop()
+                    self._say(True)
+                    self._show_row(self._place)
+                    return
+        if self._left <= 0 or not count:
+            self._timer.stop()
+            self._say(False)
+
+    def _fits(self, place: int, wanted: str, wanted_hex: str) -> bool:
+        said = self._model.said_at(place)
+        if said is None:
+            return matches(self._model.event_at(place), wanted, wanted_hex)
+        fits = self._known.get(said)
+        if fits is None:
+            if len(self._known) >= _KNOWN_AT_MOST:
+                self._known.clear()
+            fits = self._known[said] = matches(self._model.event_at(place), wanted, wanted_hex)
+        return fits
+
+    def keyPressEvent(self, event: QKeyEvent) -> None:
+        if event.key() in (Qt.Key.Key_Return, Qt.Key.Key_Enter):
+            is_back = bool(event.modifiers() & Qt.KeyboardModifier.ShiftModifier)
+            (self.find_before if is_back else self.find_next)()
+            return
+        super().keyPressEvent(event)
+
+    @staticmethod
+    def _button(name: str, picture: Icon) -> QToolButton:
+        button = named(QToolButton(), name)
+        button.setIcon(icon(picture))
+        button.setIconSize(QSize(14, 14))
+        button.setStyleSheet("QToolButton { padding: 4px; }")
+        return button

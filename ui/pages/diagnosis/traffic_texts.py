@@ -1,0 +1,215 @@
+"""A row of the traffic list in words, with its icon and colour. Rows are events of the link or lines of a capture."""
+
+import time
+from functools import cache, lru_cache
+
+from PySide6.QtGui import QColor, QIcon
+
+from app.captures.entries import Way
+from app.captures.explain import Asked, sentence
+from app.captures.explained import Explained
+from app.text import i18n
+from app.text.i18n import tr
+from protocol.events import (
+    Answered,
+    Event,
+    OutcomeUnknown,
+    Received,
+    Rejected,
+    Restarted,
+    Role,
+    Sent,
+    Unanswered,
+    WentOffline,
+    WentOnline,
+)
+from protocol.frame import Direction, Frame, Noise
+from protocol.messages import Acknowledgement, Reading
+from protocol.translatable import marked
+from ui.style.icons import Icon, icon
+from ui.style.theme import Meaning, current
+
+Row = Event | Explained
+"""What went over the line now, or a line of a capture file."""
+_ROLES = {
+    Role.ANSWER: marked("answer"),
+    Role.STREAMED: marked("stream"),
+    Role.LATE: marked("late"),
+    Role.DOUBLED: marked("doubled"),
+    Role.UNASKED: marked("unasked"),
+    Role.ECHO: marked("echo"),
+}
+
+
+def kind_of(row: Row) -> str:
+    """One word for what it is, in the language in use."""
+    match row:
+        case Explained(piece=Noise()):
+            return tr("rejected")
+        case Explained(way=way, piece=Frame(direction=direction)):
+            if way is Way.OUT:
+                return tr("sent")
+            return tr("echo") if direction is Direction.HOST_TO_MODULE else tr("received")
+        case Sent():
+            return tr("sent") if row.attempt == 1 else tr("sent, {n}.", n=row.attempt)
+        case Received():
+            return tr(_ROLES[row.role])
+        case Rejected():
+            return tr("rejected")
+        case _:
+            return tr("link")
+
+
+def raw_of(row: Row) -> bytes:
+    """The bytes, where there are any."""
+    match row:
+        case Explained():
+            return row.piece.raw
+        case Sent():
+            return row.raw
+        case Received():
+            return row.frame.raw
+        case Rejected():
+            return row.noise.raw
+        case _:
+            return b""
+
+
+def at_of(row: Row) -> float:
+    """Monotonic seconds, or seconds since the capture began."""
+    return row.at_s if isinstance(row, Explained) else row.at
+
+
+def meaning_of(row: Row) -> str:
+    """One sentence, in the language in use."""
+    match row:
+        case Explained(piece=Frame() as frame):
+            return _sentence(frame.direction, frame.raw, row.asked, i18n.language())
+        case Explained(piece=noise):
+            return sentence(noise)
+        case Sent():
+            return _sentence(Direction.HOST_TO_MODULE, row.raw, None, i18n.language())
+        case Received():
+            return _sentence(row.frame.direction, row.frame.raw, _asked(row), i18n.language())
+        case Rejected():
+            return sentence(row.noise)
+        case _:
+            return _link_sentence(row)
+
+
+def _link_sentence(event: Event) -> str:
+    match event:
+        case Unanswered() if event.attempts == 0:
+            return tr("not sent: the module did not answer the heartbeat before it")
+        case Unanswered():
+            return tr("no answer within {seconds:.2f} s, asked {n} times", seconds=event.waited_s, n=event.attempts)
+        case OutcomeUnknown():
+            wait_s = event.waited_s
+            return tr("sent, not confirmed within {seconds:.2f} s: it may have been carried out", seconds=wait_s)
+        case Restarted():
+            return tr("the module restarted") if event.is_certain else tr("the module probably restarted")
+        case WentOnline():
+            return tr("the module answers: online")
+        case WentOffline():
+            return tr("a heartbeat was not answered: offline")
+        case _:
+            return ""
+
+
+@lru_cache(maxsize=4096)
+def _sentence(direction: Direction, raw: bytes, asked: Asked, _language: str) -> str:
+    """Few frames are different from each other, so that a search through all rows is quick."""
+    return sentence(Frame(direction, raw), asked)
+
+
+def _asked(received: Received) -> Asked:
+    """What the frame was taken to answer."""
+    match received.message:
+        case Acknowledgement(request=request):
+            return request
+        case Reading(command=command) if received.role is not Role.UNASKED and command.can_be_asked:
+            return command.query()
+        case _:
+            return None
+
+
+def hex_of(raw: bytes, longest: int | None = None) -> str:
+    """ "41 75 32", cut after `longest` bytes with the number of those left out."""
+    if longest is None or len(raw) <= longest:
+        return raw.hex(" ").upper()
+    return f"{raw[:longest].hex(' ').upper()} … +{len(raw) - longest}"
+
+
+def words_of(row: Row) -> str:
+    """What it is, all its bytes and its meaning, with tabs between."""
+    return "\t".join((kind_of(row), hex_of(raw_of(row)), meaning_of(row)))
+
+
+def since_start(at_s: float) -> str:
+    """Seconds since a capture began, to the millisecond."""
+    return f"{at_s:.3f} s"
+
+
+@lru_cache(maxsize=1024)
+def time_of_day(wall_s: int) -> str:
+    """To the second, here; a row of a full line has it in common with a thousand others."""
+    return time.strftime("%H:%M:%S", time.localtime(wall_s))
+
+
+def is_rejected(row: Row) -> bool:
+    return isinstance(row, Rejected) or (isinstance(row, Explained) and isinstance(row.piece, Noise))
+
+
+def is_streamed(row: Row) -> bool:
+    """A status that nobody asked for; in a capture, any status."""
+    if isinstance(row, Explained):
+        return isinstance(row.piece, Frame) and len(row.piece.raw) == _STATUS_BYTES
+    return isinstance(row, Received) and row.role is Role.STREAMED
+
+
+_STATUS_BYTES = 8
+
+
+def emphasis_of(row: Row) -> Meaning | None:
+    """What needs a second look."""
+    match row:
+        case Explained():
+            return Meaning.ATTENTION if isinstance(row.piece, Noise) else None
+        case Rejected() | OutcomeUnknown() | Unanswered() | WentOffline():
+            return Meaning.ATTENTION
+        case Received(role=Role.LATE | Role.DOUBLED | Role.ECHO) | Restarted():
+            return Meaning.INFORMATION
+        case _:
+            return None
+
+
+_picture = cache(icon)
+
+
+def icon_of(row: Row) -> QIcon:
+    """Its direction, or what is the matter with it."""
+    emphasis = emphasis_of(row)
+    match row:
+        case Explained(piece=Frame()):
+            return _picture(Icon.CHEVRON_RIGHT if row.way is Way.OUT else Icon.CHEVRON_LEFT, None)
+        case Explained() | Rejected() | OutcomeUnknown() | Unanswered():
+            return _picture(Icon.WARNING, emphasis)
+        case Sent():
+            return _picture(Icon.CHEVRON_RIGHT, None)
+        case Received():
+            return _picture(Icon.CHEVRON_LEFT, emphasis)
+        case _:
+            return _picture(Icon.INFORMATION, emphasis)
+
+
+def colour_of(row: Row, *, is_time: bool) -> QColor | None:
+    """Of the text; None is plain."""
+    emphasis = emphasis_of(row)
+    if emphasis is not None:
+        return current().ink(emphasis)
+    return current().ink(Meaning.UNKNOWN) if is_time or is_streamed(row) else None
+
+
+def needs_no_row(event: Event) -> bool:
+    """An answer was a row already when its frame came."""
+    return isinstance(event, Answered)

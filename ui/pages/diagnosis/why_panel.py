@@ -1,0 +1,321 @@
+"""Why does it not connect?  One cause, one next action, and a button that does it where the program can."""
+
+import time
+from collections.abc import Callable
+from dataclasses import replace
+from enum import Enum
+from functools import partial
+from typing import Final
+
+from PySide6.QtCore import QSize, Qt, Signal
+from PySide6.QtGui import QFontDatabase, QGuiApplication
+from PySide6.QtWidgets import QFrame, QGridLayout, QHBoxLayout, QLabel, QPushButton, QScrollArea, QVBoxLayout, QWidget
+
+from app.diagnosis.adapter_facts import AdapterFacts, PortHistory, facts_about
+from app.diagnosis.causes import Cause, Diagnosis, diagnose
+from app.diagnosis.evidence import Witness
+from app.diagnosis.link_state import Phase, words
+from app.diagnosis.symptoms import Evidence
+from app.engine.worker import Batch
+from app.text.i18n import tr
+from protocol.events import Role
+from protocol.translatable import marked
+from ui.core.background_task import Beside
+from ui.core.connector import Target
+from ui.services.context import Services
+from ui.style.icons import MEANING_ICONS, Icon, icon, pixmap
+from ui.style.theme import Meaning, Size, Space, current
+from ui.widgets.naming import named
+from ui.widgets.visibility_timer import WhileSeen
+
+REFRESH_EVERY_MS: Final = 500
+FACTS_EVERY_S: Final = 5.0
+
+
+class Remedy(Enum):
+    """What a button can do about a cause."""
+
+    COPY_COMMAND = "copy_command"
+    CONNECT_AGAIN = "connect_again"
+    CHOOSE_PORT = "choose_port"
+    FIND_RATE = "find_rate"
+
+
+_REMEDY_WORDS = {
+    Remedy.COPY_COMMAND: marked("Copy the command"),
+    Remedy.CONNECT_AGAIN: marked("Connect again"),
+    Remedy.CHOOSE_PORT: marked("Choose a port"),
+    Remedy.FIND_RATE: marked("Find the rate"),
+}
+REMEDIES: Final = {
+    Cause.BRAILLE: Remedy.COPY_COMMAND,
+    Cause.MODEM_PROBER: Remedy.COPY_COMMAND,
+    Cause.FLAPPING: Remedy.CONNECT_AGAIN,
+    Cause.HELD: Remedy.CONNECT_AGAIN,
+    Cause.LOG_IN_AGAIN: Remedy.CONNECT_AGAIN,
+    Cause.NO_PERMISSION: Remedy.COPY_COMMAND,
+    Cause.MISSING: Remedy.CHOOSE_PORT,
+    Cause.UNPLUGGED: Remedy.CONNECT_AGAIN,
+    Cause.STUCK: Remedy.CONNECT_AGAIN,
+    Cause.UNUSABLE: Remedy.CHOOSE_PORT,
+    Cause.LOGIN: Remedy.CHOOSE_PORT,
+    Cause.SHUT_DOWN: Remedy.CONNECT_AGAIN,
+    Cause.ECHO: Remedy.CONNECT_AGAIN,
+    Cause.WRONG_RATE: Remedy.FIND_RATE,
+    Cause.BAD_LINE: Remedy.CONNECT_AGAIN,
+    Cause.DEAF: Remedy.CONNECT_AGAIN,
+    Cause.FELL_SILENT: Remedy.CONNECT_AGAIN,
+    Cause.NOTHING: Remedy.CONNECT_AGAIN,
+    Cause.SLOW_ADAPTER: Remedy.COPY_COMMAND,
+}
+_SEEN: Final = (
+    ("port", marked("Port")),
+    ("received", marked("Bytes received")),
+    ("frames", marked("Frames of the module")),
+    ("rejected", marked("Bytes that are no frame")),
+    ("echo", marked("Frames of our own that came back")),
+    ("unanswered", marked("Questions without an answer")),
+    ("trip", marked("Usual round trip")),
+    ("noise", marked("The last rejected bytes")),
+)
+_NOISE_SHOWN: Final = 16
+
+
+class WhyPanel(QScrollArea):
+    """Gathers what is seen all the time, judges it while in sight. `choose_wanted`: the person wants the ports."""
+
+    choose_wanted = Signal()
+    connect_wanted = Signal(object)
+
+    def __init__(self, services: Services, *, find_facts: Callable[[str], AdapterFacts] = facts_about) -> None:
+        super().__init__()
+        self.setObjectName("why_panel")
+        self.setWidgetResizable(True)
+        self._texts, self._connector, self._find_facts = services.texts, services.connector, find_facts
+        self._witness, self._history = Witness(), PortHistory()
+        self._target: Target | None = None
+        self._facts, self._facts_port, self._facts_at = AdapterFacts(), "", float("-inf")
+        self._asking: Beside[AdapterFacts] = Beside("dps-s adapter facts", self)
+        self.diagnosis: Diagnosis | None = None
+        self._picture = named(QLabel(), "why_icon")
+        self.what = self._label("why_what", "title")
+        self.next_step = self._label("why_next_step", "")
+        self.command = self._label("why_command", "")
+        self.act = named(QPushButton(), "why_act")
+        self.act.setProperty("role", "primary")
+        self.act.clicked.connect(self._do)
+        self._remedy: Remedy | None = None
+        self._meaning = Meaning.UNKNOWN
+        self._texts.bind(self.setAccessibleName, "Why does it not connect?")
+        self.seen = {key: self._label(f"why_seen_{key}", "") for key, _ in _SEEN}
+        self._lay_out()
+        self._connector.changed.connect(self._notice_target)
+        self._connector.ports.listed.connect(self._notice_ports)
+        services.appearance.changed.connect(self._dress)
+        WhileSeen(self, self.refresh, every_ms=REFRESH_EVERY_MS)
+        self._dress()
+        self._notice_target()
+        self._notice_ports()
+
+    def take(self, batch: Batch) -> None:
+        self._witness.take(batch)
+
+    def evidence(self) -> Evidence:
+        """What is known of the port that is wanted."""
+        connector = self._connector
+        port = connector.target.device if connector.target is not None else ""
+        facts = self._facts if self._facts_port == port else AdapterFacts()
+        visits = self._history.short_visits(port, connector.clock())
+        seen = self._witness.evidence(facts=facts, short_visits=visits)
+        # Between two attempts to reconnect no batch names the trouble; the connector keeps it.
+        return seen if seen.is_open else replace(seen, trouble=connector.state.trouble)
+
+    def refresh(self) -> None:
+        """Judge and show."""
+        self._ask_system()
+        evidence = self.evidence()
+        state = self._connector.state
+        is_asked = state.phase not in (Phase.CLOSED, Phase.OPENING, Phase.FINDING)
+        self.diagnosis = diagnose(evidence) if is_asked and not self._connector.is_recording else None
+        if self.diagnosis is not None:
+            meaning = Meaning.INFORMATION if self.diagnosis.cause is Cause.SLOW_ADAPTER else Meaning.ATTENTION
+            self._show(meaning, self.diagnosis.what, self.diagnosis.next_step, self.diagnosis.command)
+            self._offer(REMEDIES[self.diagnosis.cause])
+        else:
+            self._show_without_cause(state.phase)
+        self._show_seen(evidence)
+
+    def _show_without_cause(self, phase: Phase) -> None:
+        if self._connector.is_recording:
+            self._show(Meaning.INFORMATION, tr("A recording is played."), tr("Nothing is sent to any module."), None)
+            self._offer(None)
+            return
+        said = words(self._connector.state, self._connector.clock())
+        match phase:
+            case Phase.ONLINE:
+                self._show(Meaning.GOOD, tr("The link works: the module answers."), "", None)
+                self._offer(None)
+            case Phase.CLOSED:
+                self._show(Meaning.INFORMATION, said.what, said.next_step, None)
+                self._offer(Remedy.CHOOSE_PORT)
+            case Phase.OPENING | Phase.FINDING | Phase.ASKING:
+                self._show(Meaning.INFORMATION, said.what, said.next_step, None)
+                self._offer(None)
+            case _:
+                self._show(Meaning.ATTENTION, said.what, said.next_step, None)
+                self._offer(Remedy.CONNECT_AGAIN)
+
+    # What is seen
+
+    def _notice_target(self) -> None:
+        """Somebody connects to something else: nothing that was seen before counts."""
+        target = self._connector.target
+        if target is not None and target is not self._target:
+            before, self._target = self._target, target
+            is_same = before is not None and before.key == target.key
+            if not is_same:
+                self._witness.begin(target.device)
+
+    def _notice_ports(self) -> None:
+        ports = self._connector.ports
+        if ports.is_current:  # an older list tells of no adapter that came or went
+            self._history.look(ports.ports, self._connector.clock())
+
+    def _ask_system(self) -> None:
+        """Beside the window's thread: it looks at every program that runs."""
+        target, now = self._connector.target, time.monotonic()
+        if target is None or self._asking.is_running:
+            return
+        if target.device == self._facts_port and now - self._facts_at < FACTS_EVERY_S:
+            return
+        port = target.device
+        self._facts_at = now
+        find = self._find_facts
+        self._asking.run(lambda _is_wanted: find(port), partial(self._take_facts, port), lambda _error: None)
+
+    def _take_facts(self, port: str, facts: AdapterFacts) -> None:
+        self._facts, self._facts_port = facts, port
+        self.refresh()
+
+    # What is shown
+
+    def _show(self, meaning: Meaning, what: str, next_step: str, command: str | None) -> None:
+        _write(self.what, what)
+        _write(self.next_step, next_step)
+        _write(self.command, command or "")
+        self.next_step.setVisible(bool(next_step))
+        self.command.setVisible(command is not None)
+        if meaning is not self._meaning:
+            self._meaning = meaning
+            self._dress()
+
+    def _offer(self, remedy: Remedy | None) -> None:
+        if remedy is Remedy.COPY_COMMAND and (self.diagnosis is None or self.diagnosis.command is None):
+            remedy = Remedy.CONNECT_AGAIN if self._meaning is Meaning.ATTENTION else None
+        self.act.setVisible(remedy is not None)
+        if remedy is not None and remedy is not self._remedy:
+            for setter in (self.act.setText, self.act.setAccessibleName, self.act.setToolTip):
+                self._texts.bind(setter, _REMEDY_WORDS[remedy])
+        self._remedy = remedy
+        self.act.setEnabled(remedy is not Remedy.FIND_RATE or self._connector.is_open)
+
+    def _show_seen(self, evidence: Evidence) -> None:
+        counters = evidence.counters
+        port = evidence.port or "–"
+        trip_s = evidence.round_trip_median_s
+        noise = evidence.noise[-_NOISE_SHOWN:]
+        shown = {
+            "port": tr("{port} at {rate} baud", port=port, rate=evidence.baud_rate) if evidence.port else port,
+            "received": f"{evidence.bytes_received:,}",
+            "frames": f"{counters.frames - counters.by_role[Role.ECHO]:,}",
+            "rejected": f"{counters.rejected:,}",
+            "echo": f"{counters.by_role[Role.ECHO]:,}",
+            "unanswered": tr("{lost} of {sent}", lost=f"{counters.time_outs:,}", sent=f"{counters.sent:,}"),
+            "trip": "–" if trip_s is None else f"{trip_s * 1000:.1f} ms",
+            "noise": noise.hex(" ").upper() or "–",
+        }
+        for key, text in shown.items():
+            _write(self.seen[key], text)
+
+    def _dress(self) -> None:
+        ratio = self.devicePixelRatioF()
+        ink = current().ink(self._meaning)
+        self._picture.setPixmap(pixmap(MEANING_ICONS[self._meaning], 28, ink, ratio=ratio))
+        fixed = QFontDatabase.systemFont(QFontDatabase.SystemFont.FixedFont)
+        fixed.setPixelSize(Size.BODY)
+        self.command.setFont(fixed)
+        self.seen["noise"].setFont(fixed)
+
+    # What a person does
+
+    def _do(self) -> None:
+        match self._remedy:
+            case Remedy.COPY_COMMAND if self.diagnosis is not None:
+                QGuiApplication.clipboard().setText(self.diagnosis.command or "")
+            case Remedy.CONNECT_AGAIN if self._connector.target is not None:
+                self.connect_wanted.emit(self._connector.target)
+            case Remedy.FIND_RATE:
+                self._connector.find_rate()
+            case _:
+                self.choose_wanted.emit()
+
+    # Making
+
+    def _label(self, name: str, role: str) -> QLabel:
+        label = named(QLabel(), name)
+        label.setWordWrap(True)
+        label.setTextFormat(Qt.TextFormat.PlainText)
+        label.setTextInteractionFlags(
+            Qt.TextInteractionFlag.TextSelectableByMouse | Qt.TextInteractionFlag.TextSelectableByKeyboard
+        )
+        if role:
+            label.setProperty("role", role)
+        return label
+
+    def _lay_out(self) -> None:
+        card = named(QFrame(), "why_card")
+        card.setProperty("role", "card")
+        said = QVBoxLayout()
+        said.setSpacing(Space.S)
+        for label in (self.what, self.next_step, self.command):
+            said.addWidget(label)
+        self.act.setIcon(icon(Icon.CHEVRON_RIGHT, is_on_primary=True))
+        self.act.setIconSize(QSize(16, 16))
+        button = QHBoxLayout()
+        button.addWidget(self.act)
+        button.addStretch(1)
+        said.addLayout(button)
+        row = QHBoxLayout(card)
+        row.setContentsMargins(Space.L, Space.L, Space.L, Space.L)
+        row.setSpacing(Space.L)
+        row.addWidget(self._picture, 0, Qt.AlignmentFlag.AlignTop)
+        row.addLayout(said, 1)
+        title = named(QLabel(), "why_seen_title")
+        title.setProperty("role", "caption")
+        self._texts.bind(title.setText, "What was seen")
+        grid = QGridLayout()
+        grid.setHorizontalSpacing(Space.XL)
+        grid.setVerticalSpacing(Space.XS)
+        grid.setColumnStretch(1, 1)
+        for number, (key, english) in enumerate(_SEEN):
+            name = named(QLabel(), f"why_seen_{key}_name")
+            name.setProperty("role", "muted")
+            self._texts.bind(name.setText, english)
+            self._texts.bind(self.seen[key].setAccessibleDescription, english)  # a name would hide the value
+            grid.addWidget(name, number, 0, Qt.AlignmentFlag.AlignTop)
+            grid.addWidget(self.seen[key], number, 1)
+        content = QWidget()
+        content.setObjectName("why_content")
+        column = QVBoxLayout(content)
+        column.setContentsMargins(Space.M, Space.S, Space.M, Space.S)
+        column.setSpacing(Space.M)
+        column.addWidget(card)
+        column.addWidget(title)
+        column.addLayout(grid)
+        column.addStretch(1)
+        self.setWidget(content)
+
+
+def _write(label: QLabel, text: str) -> None:
+    if label.text() != text:
+        label.setText(text)

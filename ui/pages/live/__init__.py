@@ -1,0 +1,1 @@
+"""Tilt, acceleration, light and cell as they come."""

@@ -1,0 +1,216 @@
+"""What the Live page remembers: series of what was measured, limits over time, and what happened when.
+
+``take`` costs the same for one sample as for a hundred: numbers go into the series as arrays, and only changes
+are looked at one by one.  Times are monotonic seconds.
+"""
+
+from collections import deque
+from collections.abc import Collection
+from typing import Final, Protocol
+
+import numpy as np
+
+from app.engine.device import DeviceView
+from app.engine.device import Sample as Status
+from app.engine.worker import Batch
+from app.limits.out_of_limits import LimitsInUse, Outside, outside_of
+from app.recordings.excerpt import Excerpt
+from app.recordings.markers import Follower, Happening, Kind, Limits, charging_at
+from app.samples.ring_buffers import Readable, Series
+from app.samples.step_function import Steps
+from protocol.fields import Value
+from protocol.translatable import marked
+from ui.plots.view import Lane, Limit, Mark, Scale
+from ui.style.icons import Icon
+from ui.style.theme import Meaning
+
+# Polled once a second: ten hours.
+_SLOW_SAMPLES: Final = 36_000
+_HAPPENINGS_KEPT: Final = 1000
+_RATE_OVER_S: Final = 2.0
+# Voltage and light count as fresh for 5 s, so their lines go on for as long.
+SLOW_GAP_S: Final = 5.0
+_TRIGGERED: Final = 2
+_ACTIVE: Final = 1
+
+
+_MARKS: Final[dict[Kind, tuple[str, Icon, Meaning | None]]] = {
+    Kind.CONNECTED: (marked("connected"), Icon.LINK, Meaning.INFORMATION),
+    Kind.RECORDING: (marked("recording"), Icon.PLAY, Meaning.INFORMATION),
+    Kind.RECONNECTED: (marked("reconnected"), Icon.LINK, Meaning.INFORMATION),
+    Kind.PORT_LOST: (marked("port lost"), Icon.UNPLUGGED, Meaning.ATTENTION),
+    Kind.OFFLINE: (marked("offline"), Icon.LINK_LOST, Meaning.ATTENTION),
+    Kind.RESTARTED: (marked("restarted"), Icon.RESTART, Meaning.ATTENTION),
+    Kind.ACTIVATED: (marked("activated"), Icon.ACTIVE, Meaning.ATTENTION),
+    Kind.LOCKED: (marked("locked"), Icon.LOCK, None),
+    Kind.TRIGGERED: (marked("triggered"), Icon.PARACHUTE, Meaning.DANGER),
+    Kind.TRIGGER_ENDED: (marked("trigger ended"), Icon.NOT_TRIGGERED, None),
+    Kind.CHARGER_CONNECTED: (marked("charger connected"), Icon.BOLT, None),
+    Kind.DAMAGED: (marked("damaged data left out"), Icon.WARNING, Meaning.DANGER),
+    Kind.CHARGER_REMOVED: (marked("charger removed"), Icon.PLUG, None),
+}
+
+
+def mark_of(happening: Happening) -> Mark:
+    """How the plots show it."""
+    word, icon, meaning = _MARKS[happening.kind]
+    return Mark(happening.time_s, word, icon, meaning)
+
+
+class Measured(Protocol):
+    """What the plots are drawn from: a session under way, or one that was recorded."""
+
+    @property
+    def tilt(self) -> Readable: ...
+    @property
+    def acceleration(self) -> Readable: ...
+    @property
+    def cell(self) -> Readable: ...
+    @property
+    def fires(self) -> Steps: ...
+    @property
+    def rearms(self) -> Steps: ...
+    @property
+    def falls(self) -> Steps: ...
+    @property
+    def happenings(self) -> Collection[Happening]: ...
+
+
+class LiveData:
+    """Takes batches in the window's thread."""
+
+    def __init__(self) -> None:
+        self.tilt = Series()
+        self.acceleration = Series()
+        self.cell = Series(_SLOW_SAMPLES, summary_buckets=_SLOW_SAMPLES)
+        self.light = Series(_SLOW_SAMPLES, summary_buckets=_SLOW_SAMPLES)
+        self.fires = Steps()
+        self.rearms = Steps()
+        self.falls = Steps()
+        self.lights = Steps()
+        self.happenings: deque[Happening] = deque(maxlen=_HAPPENINGS_KEPT)
+        # In step with tilt and acceleration, sample by sample; its summary is not used.
+        self._flags = Series(summary_buckets=2)
+        self._first_s: float | None = None
+        self._follower = Follower()
+
+    @property
+    def has_samples(self) -> bool:
+        """A module said at least once how it is."""
+        return self._first_s is not None
+
+    def begin_anew(self) -> None:
+        """What comes from now on is another module's, or may be: it has nothing to do with what came before."""
+        for series in (self.tilt, self.acceleration, self.cell, self.light, self._flags):
+            series.clear()
+        for steps in (self.fires, self.rearms, self.falls, self.lights):
+            steps.clear()
+        self.happenings.clear()
+        self._first_s = None
+        self._follower = Follower()
+
+    def reports_per_s(self, now_s: float) -> float:
+        """Status reports a second, streamed or polled, over the last two seconds."""
+        return len(self.tilt.window(now_s - _RATE_OVER_S, now_s).time_s) / _RATE_OVER_S
+
+    def take(self, batch: Batch) -> list[Mark]:
+        """Add a batch; what happened in it, as marks for the plots."""
+        count = len(self.happenings)
+        new = self._follower.take(batch)
+        if batch.samples:
+            self._add_samples(batch.samples)
+        self._add_slow(batch.device)
+        self._put_limits(self._follower.limits, batch.at)
+        self.happenings.extend(new)
+        # The very first connection is the beginning of the time line, and no news on it.
+        shown = new[1:] if not count and new and new[0].kind is Kind.CONNECTED else new
+        return [mark_of(one) for one in shown]
+
+    def excerpt(self, start_s: float, end_s: float) -> Excerpt:
+        """A copy of everything in a span, both ends included."""
+        time_s, tilt_deg = self.tilt.window(start_s, end_s)
+        flags = self._flags.window(start_s, end_s).value.astype(np.int8)
+        cell, light = self.cell.window(start_s, end_s), self.light.window(start_s, end_s)
+        oldest_s = self.tilt.exact_since_s
+        is_whole = self._first_s is None or start_s >= oldest_s or self._first_s >= oldest_s
+        return Excerpt(
+            start_s=start_s,
+            end_s=end_s,
+            time_s=time_s.copy(),
+            tilt_deg=tilt_deg.copy(),
+            acceleration_g=self.acceleration.window(start_s, end_s).value.copy(),
+            is_triggered=(flags & _TRIGGERED) != 0,
+            is_active=(flags & _ACTIVE) != 0,
+            cell_time_s=cell.time_s.copy(),
+            cell_voltage_v=cell.value.copy(),
+            light_time_s=light.time_s.copy(),
+            light_v=light.value.copy(),
+            happenings=tuple(one for one in self.happenings if start_s <= one.time_s <= end_s),
+            is_whole=is_whole,
+        )
+
+    def _add_samples(self, samples: tuple[Status, ...]) -> None:
+        columns = np.array(samples, np.float64).T
+        times = columns[0]
+        self.tilt.append(times, columns[1])
+        self.acceleration.append(times, columns[2])
+        self._flags.append(times, columns[3] * _TRIGGERED + columns[4] * _ACTIVE)
+        if self._first_s is None:
+            self._first_s = float(times[0])
+
+    def _add_slow(self, device: DeviceView) -> None:
+        for series, key in ((self.cell, "cell_voltage_v"), (self.light, "light_v")):
+            known = device.values.get(key)
+            if known is None or known.is_stale:
+                continue
+            last = series.last
+            if last is None or known.at > last.time_s:
+                series.append(known.at, float(known.value))
+
+    def _put_limits(self, limits: Limits, at: float) -> None:
+        self.fires.put(at, limits.fires_deg)
+        self.rearms.put(at, limits.rearms_deg)
+        self.falls.put(at, limits.free_fall_g)
+        self.lights.put(at, limits.light_v)
+
+
+def lanes(data: Measured, in_use: LimitsInUse) -> tuple[Lane, ...]:
+    """The plots of the page, from the top down."""
+
+    def cell_outside(volts: float, time_s: float) -> Outside | None:
+        charging = charging_at(data.happenings, time_s)
+        known: dict[str, Value] = {} if charging is None else {"charging": charging}
+        return outside_of("cell_voltage_v", {"cell_voltage_v": volts, **known}, in_use)
+
+    return (
+        Lane(
+            marked("Tilt"),
+            "°",
+            data.tilt,
+            (Scale(0, 90, 30), Scale(0, 180, 45)),
+            (
+                Limit(data.fires, marked("{value}° fires"), Meaning.DANGER),
+                Limit(data.rearms, marked("{value}° rearms"), Meaning.INFORMATION),
+            ),
+            weight=3,
+        ),
+        Lane(
+            marked("Acceleration"),
+            "g",
+            data.acceleration,
+            (Scale(0, 2, 1), Scale(0, 4, 2), Scale(0, 8, 4), Scale(0, 16, 8), Scale(0, 26, 13)),
+            (Limit(data.falls, marked("{value} g free fall"), Meaning.DANGER, 1),),
+            decimals=1,
+            weight=2,
+        ),
+        Lane(
+            marked("Cell voltage"),
+            "V",
+            data.cell,
+            (Scale(3, 4.5, 0.5), Scale(0, 6, 2)),
+            decimals=2,
+            weight=1.2,
+            gap_s=SLOW_GAP_S,
+            outside=cell_outside,
+        ),
+    )

@@ -1,0 +1,149 @@
+"""What stands in place of the Live page's plots before any module has answered."""
+
+from typing import Final
+
+from PySide6.QtCore import QPoint, QSize, Qt
+from PySide6.QtGui import QAction
+from PySide6.QtWidgets import QHBoxLayout, QLabel, QPushButton, QVBoxLayout, QWidget
+
+from app.diagnosis.link_state import Phase, words
+from app.text.i18n import tr
+from protocol.catalogue import DEFAULT_BAUD_RATE
+from ui.connect.connect_panel import SIMULATED_PORT
+from ui.core.connector import Target
+from ui.pages.live.tour_offer import TourOffer
+from ui.services.context import Services
+from ui.style.icons import Icon, icon, pixmap
+from ui.style.theme import Space, current
+from ui.widgets.naming import named
+
+_TEXT_PX: Final = 500
+_LEAST_TEXT_PX: Final = 240
+_BUSY: Final = (Phase.OPENING, Phase.FINDING, Phase.ASKING, Phase.ONLINE, Phase.LATE)
+
+
+class EmptyPage(QWidget):
+    """Before there is anything to show: how the link stands, and the next thing to do."""
+
+    def __init__(self, services: Services) -> None:
+        super().__init__()
+        self.setObjectName("live_empty")
+        self._connector = services.connector
+        self._picture = named(QLabel(), "live_empty_icon")
+        self._title = named(QLabel(), "live_empty_title")
+        self._title.setProperty("role", "title")
+        self.text = named(QLabel(), "live_empty_text")
+        self._way = named(QLabel(), "live_empty_way")
+        self._way.setProperty("role", "muted")
+        self._remembered = services.remembered
+        self.offer = TourOffer(services, self._begin_tour)
+        self.choose = named(QPushButton(), "live_choose_port")
+        self.choose.setProperty("role", "primary")
+        self.choose.setIcon(icon(Icon.PLUG, is_on_primary=True))
+        self.choose.clicked.connect(self._choose_port)
+        self.simulate = named(QPushButton(), "live_simulate")
+        self.simulate.setIcon(icon(Icon.SIMULATOR))
+        self.simulate.clicked.connect(self._simulate)
+        self.recordings = named(QPushButton(), "live_recordings")
+        self.recordings.setIcon(icon(Icon.RECORDINGS))
+        texts = services.texts
+        texts.bind(self.choose.setText, "Choose a port …")
+        texts.bind(self.choose.setAccessibleName, "Choose a port")
+        texts.bind(self.choose.setToolTip, "Choose the port that the module is plugged into (Ctrl+K)")
+        texts.bind(self.simulate.setText, "Simulated module")
+        texts.bind(self.simulate.setAccessibleName, "Connect to the simulated module")
+        texts.bind(self.simulate.setToolTip, "Try everything without a module")
+        texts.bind(self.recordings.setText, "Recordings")
+        texts.bind(self.recordings.setAccessibleName, "Recordings")
+        texts.bind(self.recordings.setToolTip, "Look at what was recorded before; that needs no module")
+        texts.bind(
+            self._way.setText,
+            "1. Connect: plug the adapter in and choose its port.\n"
+            "2. Settings: compare each value with the vendor's advice beside it.\n"
+            "3. Pre-flight: run the check before each flight; activate; it must say GO.",
+        )
+        for label in (self._picture, self._title, self.text):
+            label.setAlignment(Qt.AlignmentFlag.AlignHCenter)
+        for label in (self._title, self.text, self._way):
+            label.setWordWrap(True)
+            label.setFixedWidth(_TEXT_PX)
+        for button in (self.choose, self.simulate, self.recordings):
+            button.setIconSize(QSize(16, 16))
+            policy = button.sizePolicy()
+            policy.setRetainSizeWhenHidden(True)
+            button.setSizePolicy(policy)
+        services.appearance.changed.connect(self._dress)
+        self._lay_out()
+        self._dress()
+
+    def refresh(self) -> None:
+        """How the link stands now."""
+        state = self._connector.state
+        said = words(state, self._connector.clock())
+        is_idle = state.phase is Phase.CLOSED
+        self._title.setText(tr("No module connected") if is_idle else said.word)
+        self.text.setText(said.next_step if is_idle else f"{said.what}\n{said.next_step}".strip())
+        panel_px = self._covered_px()
+        margins = self._column.contentsMargins()
+        if margins.left() != panel_px:
+            self._column.setContentsMargins(panel_px, 0, 0, 0)
+        width_px = max(_LEAST_TEXT_PX, min(_TEXT_PX, self.width() - panel_px - 2 * Space.S))
+        for label in (self._title, self.text, self._way):
+            label.setFixedWidth(width_px)
+        for button in (self.choose, self.simulate, self.recordings):
+            button.setVisible(state.phase not in _BUSY and not panel_px)
+        self._way.setVisible(is_idle)
+        is_first_run = self._remembered.last_port is None and not self._remembered.has_seen_tour
+        self.offer.setVisible(is_idle and is_first_run)
+
+    def _covered_px(self) -> int:
+        """How much of the left is under the sheet with the ports."""
+        panel = self.window().findChild(QWidget, "connect_panel")
+        if panel is None or not panel.isVisible():
+            return 0
+        return max(0, panel.mapTo(self.window(), panel.rect().topRight()).x() - self.mapTo(self.window(), QPoint()).x())
+
+    def _choose_port(self) -> None:
+        panel = self.window().findChild(QWidget, "connect_panel")
+        act = self.window().findChild(QAction, "act_connect")
+        if act is not None and (panel is None or not panel.isVisible()):
+            act.trigger()
+
+    def _begin_tour(self) -> None:
+        act = self.window().findChild(QAction, "act_tour")
+        if act is not None:
+            act.trigger()
+        self.refresh()
+
+    def _simulate(self) -> None:
+        self._connector.connect_to(Target(SIMULATED_PORT, DEFAULT_BAUD_RATE))
+
+    def _dress(self) -> None:
+        ratio = self.devicePixelRatio()
+        self._picture.setPixmap(pixmap(Icon.LIVE, 48, current().muted, ratio=ratio))
+
+    def _lay_out(self) -> None:
+        buttons = QHBoxLayout()
+        buttons.setSpacing(Space.S)
+        buttons.addStretch(1)
+        buttons.addWidget(self.choose)
+        buttons.addWidget(self.simulate)
+        buttons.addWidget(self.recordings)
+        buttons.addStretch(1)
+        column = QVBoxLayout()
+        column.setSpacing(Space.S)
+        column.addStretch(2)
+        for label in (self._picture, self._title, self.text):
+            column.addWidget(label)
+        column.addSpacing(Space.S)
+        column.addWidget(self._way)
+        column.addSpacing(Space.S)
+        column.addLayout(buttons)
+        column.addSpacing(Space.M)
+        column.addWidget(self.offer)
+        column.addStretch(3)
+        self._column = QHBoxLayout(self)
+        self._column.setContentsMargins(0, 0, 0, 0)
+        self._column.addStretch(1)
+        self._column.addLayout(column)
+        self._column.addStretch(1)

@@ -1,0 +1,319 @@
+"""What the module measures, now and over time: numbers at the left, plots at the right.
+
+One timer draws while the page is in sight.  Batches are taken all the time: acquisition never depends on what is
+looked at.  A recording is looked at here too: its plots lie over those of the module, which go on below.
+"""
+
+from typing import Final, cast
+
+from PySide6.QtCore import QEvent, QSize, Qt, QTimer, Signal
+from PySide6.QtGui import QAction, QHideEvent, QImage, QKeyEvent, QKeySequence, QShowEvent, QWindow
+from PySide6.QtWidgets import QFrame, QHBoxLayout, QStackedLayout, QStackedWidget, QVBoxLayout, QWidget
+
+from app.engine.worker import Batch
+from app.recordings.excerpt import Excerpt
+from app.recordings.recording import Recording
+from app.system.wall_clock import WallClock
+from ui.core.bridge import joined
+from ui.files.save_bar import Origin, SaveBar, picture_with_foot
+from ui.pages.live.data import LiveData, lanes
+from ui.pages.live.empty import EmptyPage
+from ui.pages.live.panel import Limits, LivePanel
+from ui.pages.live.recorded_view import RecordedView, origin_of
+from ui.pages.live.what_if_on_live import FiredOnLive
+from ui.plots.time_plot import TimePlot
+from ui.services.context import Services
+from ui.services.session_recording import Sitting
+from ui.style.theme import Space
+from ui.widgets.naming import named
+
+DRAW_EVERY_MS: Final = 33
+_DRAWS_PER_REFRESH: Final = 3
+"""Numbers change ten times a second at most: faster cannot be read."""
+_WAITING_MOST: Final = 15
+"""Batches, a quarter of a second: out of sight that is often enough."""
+
+
+class LivePage(QWidget):
+    """See the module's docstring."""
+
+    page_wanted = Signal(str)
+    """The key of a page."""
+    source_changed = Signal()
+    """Another recording is looked at, or none, or the module's data begin anew: `recording` and `data` tell."""
+
+    def __init__(self, services: Services, parent: QWidget | None = None) -> None:
+        super().__init__(parent)
+        self.setObjectName("live_page")
+        self._connector = services.connector
+        self._in_use = services.in_use
+        texts = services.texts
+        self._recordings = services.keeping.recordings
+        self.wall = WallClock()
+        self.data = LiveData()
+        self._sitting = Sitting()
+        self.panel = LivePanel(texts)
+        self.fired = FiredOnLive(services, self)
+        drawn = self.fired.panel.lines.added_to(lanes(self.data, self._in_use))
+        self._live_plot = TimePlot(drawn, texts, wall_offset_s=self.wall.offset_s)
+        self._plots = named(QStackedWidget(), "live_plot_stack")
+        self._recorded = RecordedView(texts, self._plots, self.panel, self._in_use)
+        self.banner = self._recorded.banner
+        self.save = SaveBar(texts, take_excerpt=self._excerpt, take_picture=self._picture, find_origin=self._origin)
+        self.empty = EmptyPage(services)
+        self.empty.recordings.clicked.connect(lambda: self.page_wanted.emit("recordings"))
+        self._content = self._lay_out()
+        self._stack = QStackedLayout(self)
+        self._stack.addWidget(self.empty)
+        self._stack.addWidget(self._content)
+        self._add_action("live_save_csv_key", "Ctrl+S", self._save_csv)
+        self._add_action("live_save_png_key", "Ctrl+Shift+S", self._save_png)
+        self._add_action("live_pause_key", "Ctrl+P", self._pause)
+        self._add_action("live_would_fire_key", "Ctrl+T", self._try_thresholds)
+        self._draws = 0
+        self._drawn_s, self._drawn_size = 0.0, QSize()
+        self._waiting: list[Batch] = []
+        self._timer = QTimer(self)
+        self._timer.setInterval(DRAW_EVERY_MS)
+        self._timer.setTimerType(Qt.TimerType.PreciseTimer)
+        self._timer.timeout.connect(self._tick)
+        self._connector.changed.connect(self._follow_link)
+        self._connector.forgotten.connect(self._begin_anew)
+        self.banner.left.connect(self.back_to_live)
+        self._recordings.opened.connect(self.show_recording)
+        self._recordings.closing.connect(self._leave_folders)
+        self.fired.begin()
+        self.refresh()
+
+    @property
+    def recording(self) -> Recording | None:
+        """What is looked at in place of the module."""
+        return self._recorded.recording
+
+    @property
+    def plot(self) -> TimePlot:
+        """The plots in sight: the recording's, or the module's."""
+        return self._live_plot if self._recorded.plot is None else self._recorded.plot
+
+    @property
+    def is_empty(self) -> bool:
+        """No module has said anything yet, so there is nothing to plot."""
+        return self._stack.currentWidget() is self.empty
+
+    def take(self, batch: Batch) -> None:
+        """Remember a batch; nothing is drawn here, and what is alike is worked through together."""
+        has_jumped = self.wall.look()
+        if has_jumped:  # the computer slept, or its clock was set: one time line cannot show both sides of it
+            self._live_plot.be_at(self.wall.offset_s)
+        if self._sitting.begins(batch.connection, self._connector.target) or has_jumped:
+            self._begin_anew()
+        if self._waiting and not _is_alike(self._waiting[-1], batch):
+            self._digest()
+        self._waiting.append(batch)
+        if len(self._waiting) >= _WAITING_MOST:
+            self._digest()
+
+    def draw(self) -> None:
+        """The plots as they are now."""
+        self._digest()
+        if not self.is_empty:
+            self._drawn_s, self._drawn_size = self._connector.clock(), self.plot.size()
+            self.plot.draw(self._drawn_s)
+
+    def show_recording(self, recording: Recording) -> None:
+        """Look at this one in place of the module; whatever is connected goes on."""
+        self.fired.panel.let_go()
+        self._recorded.show(recording, self.fired.panel.lines.added_to(lanes(recording, self._in_use)))
+        self._recordings.is_shown = True
+        self._stack.setCurrentWidget(self._content)
+        self.source_changed.emit()
+        self.refresh()
+        self.draw()
+
+    def back_to_live(self) -> None:
+        """Close the recording and show the module as it is."""
+        if self.recording is None:
+            return
+        self.fired.panel.let_go()  # first what reads from it
+        self._recorded.put_away()
+        self._recordings.is_shown = False
+        if not self.data.has_samples:
+            self._stack.setCurrentWidget(self.empty)
+        self.source_changed.emit()
+        self.refresh()
+        self.draw()
+
+    def refresh(self) -> None:
+        """Numbers, ages and words as they are now."""
+        self._digest()
+        now_s, device, data = self._connector.clock(), self._connector.device, self.data
+        self.save.refresh()
+        self.fired.refresh()
+        if self.recording is not None:
+            self._recorded.refresh()
+            return
+        if data.has_samples and self.is_empty:
+            self._stack.setCurrentWidget(self._content)
+        if self.is_empty:
+            self._refresh_empty()
+            return
+        light = device.fresh("light_threshold_v", now_s)
+        limits = Limits(data.fires.value, data.falls.value, None if light is None else float(light))
+        rate = data.reports_per_s(now_s)
+        self.panel.show_device(device, now_s, limits=limits, in_use=self._in_use, reports_per_s=rate)
+
+    def _tick(self) -> None:
+        window = cast("QWindow | None", self.window().windowHandle())
+        if window is not None and not window.isExposed():
+            return
+        self._draws += 1
+        is_turn = self._draws % _DRAWS_PER_REFRESH == 0
+        if is_turn:
+            self.refresh()
+        if self.recording is not None:
+            if self.plot.size() != self._drawn_size:
+                self.draw()
+            return  # else it is drawn whenever somebody moves in it
+        if is_turn or (self.plot.is_live and self._connector.clock() - self._drawn_s >= self._pixel_s):
+            self.draw()
+
+    @property
+    def _pixel_s(self) -> float:
+        """How much time a pixel shows: the picture moves by no less."""
+        return self.plot.span.length_s / max(1.0, self.plot.width() * self.devicePixelRatio())
+
+    def _digest(self) -> None:
+        """Work through what waits."""
+        if self._waiting:
+            batch = joined(self._waiting)
+            self._waiting.clear()
+            for mark in self.data.take(batch):
+                self._live_plot.add_mark(mark)
+
+    def _begin_anew(self) -> None:
+        """Another module, or the same after it was put away: nothing of what was belongs to what comes."""
+        self._digest()
+        self.data.begin_anew()
+        self._live_plot.begin_anew()
+        if self.recording is None:
+            self._stack.setCurrentWidget(self.empty)
+            self._refresh_empty()
+        self.source_changed.emit()
+
+    def _leave_folders(self, folders: object) -> None:
+        if self.recording is not None and isinstance(folders, frozenset) and self.recording.entry.folder in folders:
+            self.back_to_live()
+
+    def _follow_link(self) -> None:
+        if not self._connector.is_wanted and not self._connector.is_open:
+            self._sitting.end()
+        self._refresh_empty()
+
+    def _refresh_empty(self) -> None:
+        if self.is_empty:
+            self.empty.refresh()
+
+    def _excerpt(self) -> Excerpt:
+        self._digest()
+        source = self.data if self.recording is None else self.recording
+        return source.excerpt(*self.plot.span)
+
+    def _origin(self) -> Origin:
+        if self.recording is not None:
+            return origin_of(self.recording)
+        connection = self._connector.connection
+        return Origin(connection.port, connection.baud_rate, self.wall.offset_s)
+
+    def _picture(self, foot: str) -> QImage:
+        return picture_with_foot(self._seen, foot)
+
+    # What a person does by key
+
+    def _save_csv(self) -> None:
+        if not self.is_empty:
+            self.save.save_csv()
+
+    def _save_png(self) -> None:
+        if not self.is_empty:
+            self.save.save_png()
+
+    def _pause(self) -> None:
+        if not self.is_empty:
+            self.plot.toggle_pause()
+
+    def _try_thresholds(self) -> None:
+        if not self.is_empty:
+            self.fired.button.click()
+
+    # Making
+
+    def _lay_out(self) -> QWidget:
+        card = QFrame()
+        card.setObjectName("live_plots")
+        card.setProperty("role", "card")
+        right = QVBoxLayout(card)
+        right.setContentsMargins(Space.S, Space.S, Space.S, Space.S)
+        self._plots.addWidget(self._live_plot)
+        right.addWidget(self._plots, 1)
+        self._seen = QWidget()
+        self._seen.setObjectName("live_seen")
+        row = QHBoxLayout(self._seen)
+        row.setContentsMargins(Space.M, Space.S, Space.S, Space.XS)
+        row.setSpacing(Space.S)
+        row.addWidget(self.panel)
+        row.addWidget(self.fired.panel)
+        row.addWidget(card, 1)
+        content = QWidget()
+        content.setObjectName("live_content")
+        column = QVBoxLayout(content)
+        column.setContentsMargins(0, 0, 0, 0)
+        column.setSpacing(0)
+        column.addWidget(self.banner)
+        column.addWidget(self._seen, 1)
+        foot = QHBoxLayout()
+        foot.setContentsMargins(Space.M, 0, Space.S, Space.S)
+        foot.setSpacing(Space.M)
+        foot.addWidget(self.fired.button)
+        foot.addWidget(self.save, 1)
+        column.addLayout(foot)
+        return content
+
+    def _add_action(self, name: str, key: str, act: object) -> None:
+        action = named(QAction(self), name)
+        action.setShortcut(QKeySequence(key))
+        action.triggered.connect(act)
+        self.addAction(action)
+
+    # Qt
+
+    def keyPressEvent(self, event: QKeyEvent) -> None:
+        """Esc goes back to live."""
+        if event.key() == Qt.Key.Key_Escape and self.recording is not None:
+            self.back_to_live()
+        else:
+            super().keyPressEvent(event)
+
+    def showEvent(self, event: QShowEvent) -> None:
+        super().showEvent(event)
+        self._timer.start()
+        self.refresh()
+        self.draw()
+
+    def hideEvent(self, event: QHideEvent) -> None:
+        super().hideEvent(event)
+        self._timer.stop()
+
+    def changeEvent(self, event: QEvent) -> None:
+        super().changeEvent(event)
+        if event.type() == QEvent.Type.LanguageChange and hasattr(self, "_timer"):
+            self._recorded.retranslate()
+            self.refresh()
+
+
+def _is_alike(one: Batch, other: Batch) -> bool:
+    """Nothing happened to the link in between."""
+    return (
+        one.connection == other.connection
+        and one.device.presence is other.device.presence
+        and one.device.restarts == other.device.restarts
+    )

@@ -1,0 +1,50 @@
+"""The thresholds that are tried, as lines in the plots beside the module's own."""
+
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import Final
+
+from app.samples.step_function import Change, Steps
+from protocol.translatable import marked
+from ui.plots.view import Lane, Limit
+from ui.style.theme import Meaning
+
+
+class DraftLine(Steps):
+    """One value over all of the time; none while it is the module's own, or nobody tries anything."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.drafted: float | None = None
+
+    @property
+    def value(self) -> float | None:
+        return self.drafted
+
+    def between(self, start_s: float, end_s: float) -> list[Change]:  # noqa: ARG002  as of `Steps`
+        return [] if self.drafted is None else [Change(start_s, self.drafted)]
+
+
+class DraftLines:
+    """Shared by all plots; draw them again after a change."""
+
+    def __init__(self) -> None:
+        self.attitude: Final = DraftLine()
+        self.freefall: Final = DraftLine()
+
+    def show(self, attitude_deg: float | None, freefall_g: float | None) -> bool:
+        """Whether that is another picture."""
+        is_other = (attitude_deg, freefall_g) != (self.attitude.drafted, self.freefall.drafted)
+        self.attitude.drafted, self.freefall.drafted = attitude_deg, freefall_g
+        return is_other
+
+    def added_to(self, lanes: Sequence[Lane]) -> tuple[Lane, ...]:
+        """The lanes of the Live page, tilt and acceleration first, with these lines in them."""
+        tilt, acceleration, *others = lanes
+        fires = Limit(self.attitude, marked("{value}° draft"), Meaning.ATTENTION, is_draft=True)
+        falls = Limit(self.freefall, marked("{value} g draft"), Meaning.ATTENTION, 1, is_draft=True)
+        return (
+            replace(tilt, limits=(*tilt.limits, fires)),
+            replace(acceleration, limits=(*acceleration.limits, falls)),
+            *others,
+        )

@@ -1,0 +1,120 @@
+"""Where "Would it have fired?" stands on Live: a button below the plots, and a panel in the place of the numbers."""
+
+from collections.abc import Mapping
+from math import inf
+from typing import TYPE_CHECKING, Final
+
+from PySide6.QtCore import QObject, QSize, Qt
+from PySide6.QtWidgets import QToolButton
+
+from app.firing.what_if_drafts import ATTITUDE_THRESHOLD, FREEFALL_ACCELERATION, TRIED, Standing
+from app.recordings.recording import Recording
+from app.samples.step_function import Steps
+from ui.pages.live.what_if_panel import WIDTH_PX, FiredPanel
+from ui.services.context import Services
+from ui.style.icons import Icon, icon
+from ui.widgets.naming import named
+
+if TYPE_CHECKING:
+    from ui.pages.live.page import LivePage
+
+BESIDE_PX: Final = 1240
+"""From this width on there is room for the numbers too."""
+_CLOSE_UP_S: Final = 60.0
+"""Length of the time line to look at one event, where it is longer."""
+
+
+class FiredOnLive(QObject):
+    """Belongs to the page; `panel` and `button` are put into its layout."""
+
+    def __init__(self, services: Services, page: "LivePage") -> None:
+        super().__init__(page)
+        self._page, self._connector = page, services.connector
+        self.panel = FiredPanel(services)
+        self.panel.hide()
+        self.button = named(QToolButton(), "live_would_fire")
+        self.button.setCheckable(True)
+        self.button.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonTextBesideIcon)
+        self.button.setIcon(icon(Icon.PARACHUTE))
+        self.button.setIconSize(QSize(16, 16))
+        texts = services.texts
+        texts.bind(self.button.setText, "Would it have fired?")
+        texts.bind(self.button.setAccessibleName, "Would it have fired?")
+        texts.bind(self.button.setToolTip, "Try thresholds on what was measured; nothing is sent (Ctrl+T)")
+        self.button.toggled.connect(self._show)
+        self.panel.closed.connect(lambda: self.button.setChecked(False))
+        self.panel.look_wanted.connect(self._look)
+        self.panel.lines_changed.connect(page.draw)
+        self.panel.settings_wanted.connect(lambda: page.page_wanted.emit("settings"))
+        services.exchange.tried.connect(self._try)
+        page.source_changed.connect(self._follow)
+
+    def begin(self) -> None:
+        """The page is complete."""
+        self._follow()
+
+    def refresh(self) -> None:
+        """A few times a second while the page is in sight."""
+        self._share_room()
+        if self.button.isChecked():
+            self.panel.refresh(self._standing())
+
+    def _show(self, is_open: bool) -> None:
+        self.panel.setVisible(is_open)
+        self.refresh()
+        if is_open:
+            self.panel.fields.editors[ATTITUDE_THRESHOLD.key].setFocus()
+        else:
+            self.button.setFocus()
+            if self.panel.lines.show(None, None):
+                self._page.draw()
+
+    def _share_room(self) -> None:
+        """The panel takes the place of the numbers, so that the plots keep theirs; the numbers stay where both fit."""
+        numbers = self._page.panel
+        is_open = self.button.isChecked()
+        has_room = self._page.width() >= BESIDE_PX
+        numbers.setVisible(not is_open or has_room)
+        if is_open:
+            self.panel.setFixedWidth(WIDTH_PX if has_room else max(WIDTH_PX, numbers.sizeHint().width()))
+
+    def _follow(self) -> None:
+        page, recording = self._page, self._page.recording
+        if recording is None:
+            self.panel.follow(page.data, wall_offset_s=page.wall.offset_s, is_recorded=False)
+        else:
+            self.panel.follow(recording, wall_offset_s=recording.wall_offset_s, is_recorded=True)
+
+    def _look(self, at_s: float) -> None:
+        plot = self._page.plot
+        if plot.span.length_s > _CLOSE_UP_S:
+            plot.choose_window(_CLOSE_UP_S)
+        plot.look_at(at_s)
+
+    def _try(self, values: object) -> None:
+        """Drafts from Settings."""
+        if isinstance(values, Mapping):
+            self.panel.open_with(values)
+            self.button.setChecked(True)
+
+    def _standing(self) -> Mapping[str, Standing]:
+        recording = self._page.recording
+        if recording is not None:
+            return _recorded(recording)
+        device, now_s = self._connector.device, self._connector.clock()
+        known = {command.key: device.known(command.key, now_s) for command in TRIED}
+        return {key: Standing(one.value, one.is_stale) for key, one in known.items() if one is not None}
+
+
+def _recorded(recording: Recording) -> Mapping[str, Standing]:
+    """What the module had last in a recording; what is not in it is not known."""
+    last = {
+        ATTITUDE_THRESHOLD.key: _last_value(recording.fires),
+        FREEFALL_ACCELERATION.key: _last_value(recording.falls),
+    }
+    return {key: Standing(value) for key, value in last.items() if value is not None}
+
+
+def _last_value(steps: Steps) -> float | None:
+    values = [change.value for change in steps.between(-inf, inf) if change.value is not None]
+    return values[-1] if values else None

@@ -1,0 +1,321 @@
+"""Would it have fired?  Thresholds are tried on what was measured; it is a calculation, and nothing is sent."""
+
+from collections.abc import Mapping
+from functools import partial
+from typing import Final
+
+from PySide6.QtCore import QEvent, QSignalBlocker, QSize, Qt, Signal
+from PySide6.QtGui import QIcon, QKeyEvent
+from PySide6.QtWidgets import (
+    QCheckBox,
+    QFrame,
+    QHBoxLayout,
+    QLabel,
+    QListWidget,
+    QListWidgetItem,
+    QPushButton,
+    QScrollArea,
+    QToolButton,
+    QVBoxLayout,
+    QWidget,
+)
+
+from app.firing.what_if_drafts import ATTITUDE_THRESHOLD, FREEFALL_ACCELERATION, Standing, Wanted
+from app.firing.what_if_series import Judgement, Measured
+from app.text.i18n import tr
+from protocol.catalogue import Command
+from protocol.fields import Value
+from protocol.translatable import marked
+from ui.pages.live import what_if_words as fired_words
+from ui.pages.live.what_if_fields import FiredFields
+from ui.pages.live.what_if_lines import DraftLines
+from ui.pages.live.what_if_words import Row, Verdict
+from ui.plots.axis import clock_text
+from ui.services.context import Services
+from ui.style.icons import Icon, icon, pixmap
+from ui.style.theme import Space, current
+from ui.widgets.flow_row import FlowRow
+from ui.widgets.naming import named
+from ui.widgets.sliders import WheelGuard
+from ui.widgets.text_labels import text_label
+
+WIDTH_PX: Final = 352
+_LIST_PX: Final = 116
+_ROW_ROLE: Final = Qt.ItemDataRole.UserRole
+
+
+class FiredPanel(QFrame):
+    """See the module's docstring. `refresh` a few times a second while it is in sight."""
+
+    look_wanted = Signal(float)
+    """Show this monotonic time in the plots."""
+    lines_changed = Signal()
+    """`lines` are others: draw the plots."""
+    closed = Signal()
+    settings_wanted = Signal()
+
+    def __init__(self, services: Services) -> None:
+        super().__init__()
+        self.setObjectName("fired_panel")
+        self.setProperty("role", "card")
+        self._exchange = services.exchange
+        self.wanted = Wanted()
+        self.lines = DraftLines()
+        self.judgement = Judgement()
+        self._wall_offset_s = 0.0
+        self._rows: tuple[Row, ...] = ()
+        self._said: Verdict | None = None
+        self._make(services)
+        self._wire(services)
+
+    # What it is about
+
+    def follow(self, measured: Measured, *, wall_offset_s: float, is_recorded: bool) -> None:
+        """Judge this from now on."""
+        self.judgement.follow(measured, is_recorded=is_recorded)
+        self._wall_offset_s = wall_offset_s
+
+    def let_go(self) -> None:
+        """Nothing reads a recording any more."""
+        self.judgement.let_go()
+
+    def refresh(self, standing: Mapping[str, Standing]) -> None:
+        """`standing`: what the module has, or had when it was recorded, by the setting's key."""
+        if self.isHidden():
+            return
+        self.wanted.standing = standing
+        self.fields.show_wanted()
+        self._show_lines()
+        question = self.wanted.question()
+        self.judgement.ask(question.limits, counts_locked=self.locked.isChecked())
+        self.judgement.step()
+        finding, clock = self.judgement.finding, self._clock
+        if self.judgement.error is not None:
+            said = Verdict(Icon.WARNING, None, tr("The recording cannot be read any more."))
+        else:
+            said = fired_words.verdict(finding, question, clock=clock, progress=self.judgement.progress)
+        self._say(said)
+        self._list(fired_words.rows(finding, clock=clock))
+        self.as_module.setEnabled(self.wanted.has_drafts)
+        self.from_settings.setEnabled(bool(self._exchange.find_drafts()))
+        self.use.setEnabled(bool(self.wanted.values) and self._exchange.can_use())
+
+    def open_with(self, values: Mapping[str, Value]) -> None:
+        """Try these."""
+        self.wanted.fill(values)
+        self.fields.show_wanted()
+
+    # What a person does
+
+    def _use(self) -> None:
+        self._exchange.used.emit(self.wanted.values)
+        self.settings_wanted.emit()
+
+    def _take_from_settings(self) -> None:
+        self.open_with(self._exchange.find_drafts())
+
+    def _look(self, item: QListWidgetItem) -> None:
+        row = item.data(_ROW_ROLE)
+        if isinstance(row, float):
+            self.look_wanted.emit(row)
+
+    def _close(self) -> None:
+        if self.lines.show(None, None):
+            self.lines_changed.emit()
+        self.closed.emit()
+
+    # Showing
+
+    def _clock(self, at_s: float) -> str:
+        return clock_text(at_s + self._wall_offset_s, 1)
+
+    def _show_lines(self) -> None:
+        if self.lines.show(*(self._drafted(one) for one in (ATTITUDE_THRESHOLD, FREEFALL_ACCELERATION))):
+            self.lines_changed.emit()
+
+    def _drafted(self, command: Command) -> float | None:
+        """What is tried, where that is not what the module has."""
+        standing, value = self.wanted.standing.get(command.key), self.wanted.values.get(command.key)
+        return None if value is None or (standing is not None and standing.value == value) else float(value)
+
+    def _say(self, said: Verdict) -> None:
+        if said == self._said:
+            return
+        self._said = said
+        self.head.setText(said.head)
+        self.details.setText("\n".join(said.lines))
+        self.details.setVisible(bool(said.lines))
+        self.head.setAccessibleName(said.head)
+        self.details.setAccessibleName("\n".join(said.lines))
+        self._paint_icon()
+
+    def _paint_icon(self) -> None:
+        if self._said is not None:
+            picture = pixmap(self._said.icon, 20, current().ink(self._said.meaning), ratio=self.devicePixelRatioF())
+            self._icon.setPixmap(picture)
+
+    def _list(self, rows: tuple[Row, ...]) -> None:
+        """Only what is new is added, so that a chosen row stays chosen while it goes on."""
+        if rows == self._rows:
+            return
+        common = 0
+        while common < min(len(rows), len(self._rows)) and rows[common] == self._rows[common]:
+            common += 1
+        self._rows = rows
+        with QSignalBlocker(self.list):
+            while self.list.count() > common:
+                self.list.takeItem(common)
+            for row in rows[common:]:
+                item = QListWidgetItem(self._row_icon(row), row.text)
+                item.setData(_ROW_ROLE, row.at_s)
+                item.setToolTip(row.text)
+                self.list.addItem(item)
+        self.list.setVisible(bool(rows))
+
+    def _row_icon(self, row: Row) -> QIcon:
+        return QIcon(pixmap(row.icon, 16, current().ink(row.meaning), ratio=self.devicePixelRatioF()))
+
+    # Making
+
+    def _make(self, services: Services) -> None:
+        texts = services.texts
+        self._icon = named(QLabel(), "fired_icon")
+        self._icon.setFixedSize(QSize(20, 20))
+        self.head = text_label("fired_head", "strong")
+        self.details = text_label("fired_details", "small")
+        self.list = named(QListWidget(), "fired_list")
+        self.list.setWordWrap(True)
+        self.list.setFixedHeight(_LIST_PX)
+        self.list.setIconSize(QSize(16, 16))
+        self.list.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
+        self.list.hide()
+        texts.bind(self.list.setAccessibleName, "When it would have fired, and near misses")
+        texts.bind(self.list.setToolTip, "Click, or press Return, to see it in the plots")
+        self.fields = FiredFields(self.wanted, texts, WheelGuard(self))
+        self.locked = named(QCheckBox(), "fired_locked")
+        self.locked.setChecked(True)
+        texts.bind(self.locked.setText, "Also while it was locked")
+        texts.bind(self.locked.setAccessibleName, "Also while it was locked")
+        texts.bind(self.locked.setToolTip, "Judge what a locked module measured as if it had been active")
+        self.as_module = _button(
+            services,
+            "fired_as_module",
+            marked("As the module has it"),
+            marked("Try what the module has: drop what was typed here"),
+        )
+        self.from_settings = _button(
+            services,
+            "fired_from_settings",
+            marked("From Settings"),
+            marked("Try what is wanted on the Settings page and not sent yet"),
+        )
+        self.use = _button(
+            services,
+            "fired_use",
+            marked("Use in Settings"),
+            marked("Want these values on the Settings page; nothing is sent until they are written there"),
+        )
+        self.about = named(QToolButton(), "fired_about")
+        self.about.setCheckable(True)
+        self.about.setProperty("role", "quiet")
+        self.about.setIcon(icon(Icon.INFORMATION))
+        self.about.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonTextBesideIcon)
+        for set_text in (self.about.setText, self.about.setAccessibleName):
+            texts.bind(set_text, "How this is judged")
+        texts.bind(self.about.setToolTip, "What the vendor says of the triggers, and what is assumed")
+        self.rules = text_label("fired_rules", "small")
+        self.rules.hide()
+        self._lay_out(services)
+
+    def _wire(self, services: Services) -> None:
+        self.list.itemClicked.connect(self._look)
+        self.list.itemActivated.connect(self._look)
+        self.as_module.clicked.connect(partial(self.open_with, {}))
+        self.from_settings.clicked.connect(self._take_from_settings)
+        self.use.clicked.connect(self._use)
+        self.about.toggled.connect(self.rules.setVisible)
+        services.texts.bind(self._retell, "How this is judged")
+        services.appearance.changed.connect(self._follow_theme)
+
+    def _lay_out(self, services: Services) -> None:
+        texts = services.texts
+        title = text_label("fired_title", "strong")
+        texts.bind(title.setText, "Would it have fired?")
+        close = named(QToolButton(), "fired_close")
+        close.setProperty("role", "quiet")
+        close.setIcon(icon(Icon.CROSS))
+        texts.bind(close.setAccessibleName, "Close this panel")
+        texts.bind(close.setToolTip, "Close this panel (Esc)")
+        close.clicked.connect(self._close)
+        note = text_label("fired_note", "small")
+        texts.bind(note.setText, "A calculation. Nothing is sent to the module.")
+        head = QHBoxLayout()
+        head.addWidget(title, 1)
+        head.addWidget(close)
+        said = QHBoxLayout()
+        said.setSpacing(Space.S)
+        said.addWidget(self._icon, 0, Qt.AlignmentFlag.AlignTop)
+        said.addWidget(self.head, 1)
+        starts = FlowRow()
+        starts.add(self.as_module, self.from_settings, self.use)
+        content = named(QWidget(), "fired_content")
+        column = QVBoxLayout(content)
+        column.setContentsMargins(0, Space.XS, 2, 0)
+        column.setSpacing(Space.S)
+        column.addWidget(self.fields)
+        column.addWidget(self.details)
+        column.addWidget(self.list)
+        column.addWidget(self.locked)
+        column.addLayout(starts)
+        column.addWidget(self.about, 0, Qt.AlignmentFlag.AlignLeft)
+        column.addWidget(self.rules)
+        column.addStretch(1)
+        scroll = named(QScrollArea(), "fired_scroll")
+        scroll.setWidgetResizable(True)
+        scroll.setWidget(content)
+        for ground in (scroll.viewport(), content):
+            ground.setAutoFillBackground(False)  # the card's shows
+        scroll.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
+        texts.bind(scroll.setAccessibleName, "Would it have fired?")
+        whole = QVBoxLayout(self)
+        whole.setContentsMargins(Space.M, Space.S, Space.XS, Space.S)
+        whole.setSpacing(Space.XS)
+        whole.addLayout(head)
+        whole.addWidget(note)
+        whole.addLayout(said)
+        whole.addWidget(scroll, 1)
+
+    # What changes while it runs
+
+    def _retell(self, _text: str) -> None:
+        """In the language in use."""
+        self.rules.setText("\n".join(f"• {tr(one)}" for one in fired_words.ABOUT))
+        self._said = None
+
+    def _follow_theme(self) -> None:
+        self._paint_icon()
+        for number, row in enumerate(self._rows):
+            self.list.item(number).setIcon(self._row_icon(row))
+
+    # Qt
+
+    def keyPressEvent(self, event: QKeyEvent) -> None:
+        if event.key() == Qt.Key.Key_Escape:
+            self._close()
+        else:
+            super().keyPressEvent(event)
+
+    def changeEvent(self, event: QEvent) -> None:
+        super().changeEvent(event)
+        if event.type() == QEvent.Type.DevicePixelRatioChange and hasattr(self, "_said"):
+            self._follow_theme()
+
+
+def _button(services: Services, name: str, english: str, tip: str) -> QPushButton:
+    button = named(QPushButton(), name)
+    button.setAutoDefault(False)
+    texts = services.texts
+    texts.bind(button.setText, english)
+    texts.bind(button.setAccessibleName, english)
+    texts.bind(button.setToolTip, tip)
+    return button

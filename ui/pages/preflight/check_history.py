@@ -1,0 +1,250 @@
+"""All checks of a module or an aircraft that this computer keeps, and what they measured, over time."""
+
+from enum import IntEnum
+from typing import Final, NamedTuple
+
+from PySide6.QtCore import QItemSelectionModel, Qt, Signal
+from PySide6.QtWidgets import (
+    QAbstractItemView,
+    QComboBox,
+    QGridLayout,
+    QHBoxLayout,
+    QLabel,
+    QPushButton,
+    QTableWidget,
+    QTableWidgetItem,
+    QVBoxLayout,
+    QWidget,
+)
+
+from app.preflight.verdict import VERDICT_WORDS, Verdict, verdict_named
+from app.records.check_store import CheckStore, KeptCheck, Point
+from app.store.database import StoreTrouble
+from app.store.store import Store
+from app.system.wall_clock import local_time
+from app.text.i18n import tr
+from protocol.translatable import marked
+from ui.forms.tables import list_rows
+from ui.pages.preflight.form import known_aircraft
+from ui.pages.preflight.stations_row import StationsRow
+from ui.plots.trend import Trend
+from ui.services.context import Services
+from ui.style.icons import Icon, icon
+from ui.style.theme import Meaning, Size, Space, font
+from ui.widgets.naming import named
+from ui.widgets.sliders import WheelGuard
+
+_ROW_PX: Final = 26
+
+
+class _Followed(NamedTuple):
+    name: str
+    title: str
+    unit: str
+    decimals: int
+
+
+FOLLOWED: Final = (
+    _Followed("cell_voltage_v", marked("Cell voltage"), "V", 2),
+    _Followed("light_v", marked("Light, bay closed"), "V", 1),
+    _Followed("tilt_deg", marked("Tilt at rest"), "°", 0),
+    _Followed("acceleration_spread_g", marked("Noise of the acceleration"), "g", 1),
+    _Followed("round_trip_ms", marked("Slowest answer"), "ms", 1),
+    _Followed("heartbeats_lost", marked("Heartbeats lost"), "", 0),
+)
+
+
+class Column(IntEnum):
+    TIME = 0
+    VERDICT = 1
+    MODULE = 2
+    AIRCRAFT = 3
+    WHO = 4
+    CODE = 5
+
+
+_HEADS: Final = (
+    marked("When"),
+    marked("Verdict"),
+    marked("Module"),
+    marked("Aircraft"),
+    marked("Checked by"),
+    marked("Settings code"),
+)
+
+
+_LOOKS: Final = {
+    Verdict.GO: (Icon.CHECK, Meaning.GOOD),
+    Verdict.READY: (Icon.LOCK, Meaning.INFORMATION),
+    Verdict.NO_GO: (Icon.CROSS, Meaning.DANGER),
+}
+_VOID_LOOK: Final = (Icon.CROSS, Meaning.UNKNOWN)
+
+
+class CheckHistory(QWidget):
+    """`closed`: back to the check. `print_wanted`: the hash of a kept record."""
+
+    closed = Signal()
+    print_wanted = Signal(str)
+
+    def __init__(self, services: Services, guard: WheelGuard) -> None:
+        super().__init__()
+        self.setObjectName("check_history")
+        self._services = services
+        self.checks: tuple[KeptCheck, ...] = ()
+        texts = services.texts
+        self.filter = named(QComboBox(), "check_history_filter")
+        self.filter.setSizeAdjustPolicy(QComboBox.SizeAdjustPolicy.AdjustToContents)
+        guard.guard(self.filter)
+        texts.bind(self.filter.setAccessibleName, "Whose checks")
+        texts.bind(self.filter.setToolTip, "The checks of one module, or of one aircraft")
+        self.count = named(QLabel(), "check_history_count")
+        self.count.setProperty("role", "muted")
+        self.table = self._make_table()
+        self.trends = {one.name: Trend(f"trend_{one.name}") for one in FOLLOWED}
+        self.back = self._button("check_history_back", Icon.CHEVRON_LEFT)
+        texts.bind(self.back.setText, "Back to the check")
+        texts.bind(self.back.setAccessibleName, "Back to the check")
+        texts.bind(self.back.setToolTip, "Back to the check (Esc)")
+        self.print = self._button("check_history_print", Icon.SAVE)
+        texts.bind(self.print.setText, "Print this record …")
+        texts.bind(self.print.setAccessibleName, "Print the chosen record")
+        texts.bind(self.print.setToolTip, "Print the chosen record as it was kept, with its time")
+        self.back.clicked.connect(self.closed)
+        self.print.clicked.connect(self._print)
+        self.filter.activated.connect(self.refresh_rows)
+        self.table.itemSelectionChanged.connect(self._enable)
+        self.stations = StationsRow(lambda: services.keeping.folder, texts, guard)
+        self._lay_out()
+
+    def open(self) -> None:
+        """Everything anew, beginning with the module that is named now."""
+        self.stations.refresh()
+        module_id = self._services.naming.module_id
+        self.filter.clear()
+        for one in self._services.naming.known:
+            self.filter.addItem(tr("Module {name}", name=one.name), ("module", one.id))
+        store = self._services.keeping.store
+        if isinstance(store, Store):
+            try:
+                for name in known_aircraft(store):
+                    self.filter.addItem(tr("Aircraft {name}", name=name), ("aircraft", name))
+            except StoreTrouble as trouble:
+                self.count.setText(trouble.sentence)
+        self.filter.addItem(tr("Modules without a name"), ("module", None))
+        place = next((n for n in range(self.filter.count()) if self.filter.itemData(n) == ("module", module_id)), 0)
+        self.filter.setCurrentIndex(place)
+        self.refresh_rows()
+
+    def refresh_rows(self) -> None:
+        kind, which = self.filter.currentData() or ("module", None)
+        store = self._services.keeping.store
+        self.checks = ()
+        points: dict[str, tuple[Point, ...]] = {}
+        said = ""
+        if isinstance(store, Store):
+            try:
+                kept = CheckStore(store.database)
+                if kind == "aircraft":
+                    self.checks = kept.checks(aircraft=which)
+                else:
+                    self.checks = kept.checks(which)
+                    points = {one.name: kept.measured(which, one.name) for one in FOLLOWED}
+            except StoreTrouble as trouble:
+                said = trouble.sentence
+        else:
+            said = store.sentence
+        self.count.setText(said or self._count_text())
+        self._fill()
+        for one in FOLLOWED:
+            self.trends[one.name].show_points(tr(one.title), one.unit, points.get(one.name, ()), decimals=one.decimals)
+            self.trends[one.name].setVisible(kind == "module")
+
+    def _count_text(self) -> str:
+        if not self.checks:
+            return tr("No check is kept yet. A check is kept as soon as it has been run to its end.")
+        return tr("{count} checks", count=len(self.checks)) if len(self.checks) != 1 else tr("1 check")
+
+    def _fill(self) -> None:
+        heads = [tr(text) for text in _HEADS]
+        self.table.setHorizontalHeaderLabels(heads)
+        columns = self.table.horizontalHeader()
+        columns.ensurePolished()
+        columns.setMinimumSectionSize(max(map(columns.fontMetrics().horizontalAdvance, heads)) + Space.L)
+        self.table.setRowCount(len(self.checks))
+        for row, check in enumerate(self.checks):
+            for column, text in enumerate(_cells(check)):
+                item = QTableWidgetItem(text)
+                item.setToolTip(text)
+                if column == Column.VERDICT:
+                    item.setIcon(icon(*_VOID_LOOK if check.is_void else _LOOKS[verdict_named(check.verdict)]))
+                self.table.setItem(row, column, item)
+        if self.checks:
+            flags = QItemSelectionModel.SelectionFlag.ClearAndSelect | QItemSelectionModel.SelectionFlag.Rows
+            self.table.selectionModel().select(self.table.model().index(0, 0), flags)
+        self._enable()
+
+    def _enable(self) -> None:
+        chosen = self._chosen()
+        self.print.setEnabled(chosen is not None and not chosen.is_void)
+
+    def _chosen(self) -> KeptCheck | None:
+        rows = [index.row() for index in self.table.selectionModel().selectedRows()]
+        return self.checks[rows[0]] if len(rows) == 1 and rows[0] < len(self.checks) else None
+
+    def _print(self) -> None:
+        chosen = self._chosen()
+        if chosen is not None and not chosen.is_void:
+            self.print_wanted.emit(chosen.hash)
+
+    # Making
+
+    def _make_table(self) -> QTableWidget:
+        table = named(QTableWidget(0, len(Column)), "check_history_table")
+        list_rows(table, row_px=_ROW_PX)
+        table.setSelectionMode(QAbstractItemView.SelectionMode.SingleSelection)
+        table.setFont(font(Size.SMALL))
+        columns = table.horizontalHeader()
+        columns.setStyleSheet("QHeaderView::section { padding-left: 4px; }")  # above the text of the rows
+        columns.setDefaultAlignment(Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter)
+        columns.setStretchLastSection(True)
+        for column, width in ((0, 200), (1, 110), (2, 130), (3, 130), (4, 130)):
+            table.setColumnWidth(column, width)
+        self._services.texts.bind(table.setAccessibleName, "Checks that are kept")
+        return table
+
+    def _button(self, name: str, picture: Icon) -> QPushButton:
+        button = named(QPushButton(), name)
+        button.setIcon(icon(picture))
+        return button
+
+    def _lay_out(self) -> None:
+        head = QHBoxLayout()
+        head.setSpacing(Space.M)
+        head.addWidget(self.filter)
+        head.addWidget(self.count, 1)
+        trends = QGridLayout()
+        trends.setSpacing(Space.M)
+        for number, one in enumerate(FOLLOWED):
+            trends.addWidget(self.trends[one.name], number // 3, number % 3)
+        foot = QHBoxLayout()
+        foot.setSpacing(Space.S)
+        foot.addWidget(self.back)
+        foot.addStretch(1)
+        foot.addWidget(self.print)
+        whole = QVBoxLayout(self)
+        whole.setContentsMargins(Space.M, Space.S, Space.M, Space.S)
+        whole.setSpacing(Space.S)
+        whole.addLayout(head)
+        whole.addWidget(self.table, 1)
+        whole.addLayout(trends)
+        whole.addWidget(self.stations)
+        whole.addLayout(foot)
+
+
+def _cells(check: KeptCheck) -> tuple[str, ...]:
+    verdict = tr("void") if check.is_void else tr(VERDICT_WORDS[verdict_named(check.verdict)])
+    return (
+        local_time(check.at), verdict, check.module or "—", check.aircraft or "—", check.who or "—",
+        check.fingerprint or "—",
+    )  # fmt: skip

@@ -1,0 +1,182 @@
+"""Who checks which module in which aircraft, and by which profile: what the record says besides what was measured."""
+
+from collections.abc import Callable
+from functools import partial
+from pathlib import Path
+from typing import Final
+
+from PySide6.QtCore import Signal
+from PySide6.QtWidgets import QComboBox, QGridLayout, QLabel, QLineEdit, QMenu, QSizePolicy, QToolButton, QWidget
+
+from app.records.check_store import CheckStore
+from app.settings.profile_file import ProfileRefused, read_profile
+from app.settings.profiles import Profile
+from app.store.database import StoreTrouble
+from app.store.store import Store
+from app.text.i18n import tr
+from app.text.messages import clean
+from protocol.translatable import marked
+from ui.connect.module_field import ModuleField
+from ui.files.file_dialogs import AskOpen, ask_profile
+from ui.services.context import Services
+from ui.style.theme import Space
+from ui.widgets.naming import named
+from ui.widgets.sliders import WheelGuard
+
+LONGEST_NAME: Final = 80
+_MOST_AIRCRAFT: Final = 30
+
+
+class PreflightForm(QWidget):
+    """`changed`: something was entered otherwise. `refused`: path and sentences, of a file that is no profile."""
+
+    changed = Signal()
+    refused = Signal(object, object)
+
+    def __init__(self, services: Services, guard: WheelGuard) -> None:
+        super().__init__()
+        self.setObjectName("preflight_form")
+        self._services = services
+        self.ask_open: AskOpen = ask_profile
+        self.profile: Profile | None = None
+        texts, remembered = services.texts, services.remembered
+        self.who = named(QLineEdit(remembered.who), "preflight_who")
+        self.who.setMaxLength(LONGEST_NAME)
+        self.module = ModuleField("preflight_module", services.naming, texts, guard)
+        self.aircraft = named(QComboBox(), "preflight_aircraft")
+        self.aircraft.setEditable(True)
+        self.aircraft.setInsertPolicy(QComboBox.InsertPolicy.NoInsert)
+        self.aircraft.setMinimumContentsLength(8)
+        self.aircraft.setSizeAdjustPolicy(QComboBox.SizeAdjustPolicy.AdjustToMinimumContentsLengthWithIcon)
+        self.aircraft.addItems(self._known_aircraft())
+        guard.guard(self.aircraft)
+        edit = named(QLineEdit(), "preflight_aircraft_edit")
+        self.aircraft.setLineEdit(edit)
+        self.aircraft.setEditText(remembered.aircraft)
+        edit.setMaxLength(LONGEST_NAME)
+        self.choose = named(QToolButton(), "preflight_profile")
+        self.choose.setPopupMode(QToolButton.ToolButtonPopupMode.InstantPopup)
+        self.choose.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Fixed)
+        self.menu = named(QMenu(self.choose), "preflight_profile_menu")
+        self.menu.aboutToShow.connect(self._fill_menu)
+        self.choose.setMenu(self.menu)
+        texts.bind(self.who.setAccessibleName, "Checked by")
+        texts.bind(self.who.setToolTip, "Your name, as it will stand in the record")
+        texts.bind(self.who.setPlaceholderText, "your name")
+        texts.bind(self.aircraft.setAccessibleName, "Aircraft")
+        texts.bind(edit.setAccessibleName, "Aircraft")
+        texts.bind(self.aircraft.setToolTip, "The aircraft that the module sits in")
+        texts.bind(edit.setPlaceholderText, "not stated")
+        texts.bind(self.choose.setToolTip, "It says what the module should be like, and what a person looks at")
+        self._saved = self._entered()
+        self.who.editingFinished.connect(self._take)
+        edit.editingFinished.connect(self._take)
+        self.aircraft.activated.connect(self._take)
+        self._lay_out()
+        self.show_profile()
+
+    @property
+    def who_checks(self) -> str:
+        return clean(self.who.text().strip())
+
+    @property
+    def aircraft_name(self) -> str:
+        return clean(self.aircraft.currentText().strip())
+
+    def take_open_edits(self) -> None:
+        """What is typed counts, also where the field still has the focus (a key began the check)."""
+        self._services.naming.choose(self.module.currentText())
+        self._take()
+
+    def use_profile(self, path: Path) -> None:
+        try:
+            self.profile = read_profile(path)
+        except ProfileRefused as refusal:
+            self.refused.emit(path, refusal.sentences)
+            return
+        self._services.remembered.add_profile(path)
+        self.show_profile()
+        self.changed.emit()
+
+    def use_none(self) -> None:
+        self.profile = None
+        self.show_profile()
+        self.changed.emit()
+
+    def show_profile(self) -> None:
+        """In the language in use."""
+        self._services.in_use.use(self.profile)
+        name = tr("Vendor's advice") if self.profile is None else clean(self.profile.name, longest=40)
+        self.choose.setText(name.replace("&", "&&"))
+        self.choose.setAccessibleName(tr("Profile: {name}", name=name))
+
+    def choose_file(self) -> None:
+        recent = self._services.remembered.recent_profiles
+        path = self.ask_open(self, Path(recent[0]).parent if recent else Path.home())
+        if path is not None:
+            self.use_profile(path)
+
+    def _take(self) -> None:
+        entered = self._entered()
+        if entered != self._saved:
+            self._saved = entered
+            remembered = self._services.remembered
+            remembered.who, remembered.aircraft = entered
+            self.changed.emit()
+
+    def _entered(self) -> tuple[str, str]:
+        return self.who_checks, self.aircraft_name
+
+    def _known_aircraft(self) -> list[str]:
+        store = self._services.keeping.store
+        if not isinstance(store, Store):
+            return []
+        try:
+            return known_aircraft(store)[:_MOST_AIRCRAFT]
+        except StoreTrouble:
+            return []
+
+    def _fill_menu(self) -> None:
+        self.menu.clear()
+        self._add("preflight_profile_none", tr("None: the vendor's advice"), self.use_none)
+        for number, name in enumerate(self._services.remembered.recent_profiles):
+            action = partial(self.use_profile, Path(name))
+            self._add(f"preflight_profile_{number}", Path(name).name.replace("&", "&&"), action, tip=name)
+        self.menu.addSeparator()
+        self._add("preflight_profile_open", tr("Open a profile …"), self.choose_file)
+
+    def _add(self, name: str, text: str, act: Callable[[], None], *, tip: str = "") -> None:
+        action = named(self.menu.addAction(text), name)
+        action.setToolTip(tip or text)
+        action.triggered.connect(lambda _is_checked=False: act())
+
+    def _lay_out(self) -> None:
+        grid = QGridLayout(self)
+        grid.setContentsMargins(0, 0, 0, 0)
+        grid.setHorizontalSpacing(Space.S)
+        grid.setVerticalSpacing(2)
+        fields: tuple[tuple[str, QWidget], ...] = (
+            (marked("Checked by"), self.who),
+            (marked("Module"), self.module),
+            (marked("Aircraft"), self.aircraft),
+            (marked("Profile"), self.choose),
+        )
+        for column, (caption, field) in enumerate(fields):
+            label = named(QLabel(), f"{field.objectName()}_caption")
+            label.setProperty("role", "small")
+            label.setBuddy(field)
+            self._services.texts.bind(label.setText, caption)
+            grid.addWidget(label, 0, column)
+            grid.addWidget(field, 1, column)
+            grid.setColumnStretch(column, 1)
+
+
+def known_aircraft(store: Store) -> list[str]:
+    """Of the checks of all modules, the last first. Raises `StoreTrouble`."""
+    checks = CheckStore(store.database)
+    found: dict[str, str] = {}
+    for module_id in (*(one.id for one in store.modules()), None):
+        for check in checks.checks(module_id, limit=100):
+            if check.aircraft:
+                found[check.aircraft] = max(found.get(check.aircraft, ""), check.at)
+    return sorted(found, key=lambda name: found[name], reverse=True)

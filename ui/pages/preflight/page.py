@@ -1,0 +1,279 @@
+"""Is the module fit to fly? The verdict above, who and what below it, every check as a row, one main button.
+
+The verdict is watched as long as the program runs: what voids it is said the moment it happens.
+"""
+
+from pathlib import Path
+from typing import Final
+
+from PySide6.QtCore import Qt, QTimer
+from PySide6.QtGui import QAction, QKeyEvent, QKeySequence
+from PySide6.QtWidgets import QStackedLayout, QVBoxLayout, QWidget
+
+from app.engine.worker import Batch
+from app.records.check_store import CheckStore
+from app.safety.acts import Act
+from app.store.database import StoreTrouble
+from app.store.store import Store
+from app.text.i18n import tr
+from app.text.sentences import together
+from ui.acts.act_row import ActRow
+from ui.pages.preflight.buttons import PreflightButtons
+from ui.pages.preflight.check_history import CheckHistory
+from ui.pages.preflight.check_list import CheckList
+from ui.pages.preflight.controller import PreflightWork, Standing, Statement
+from ui.pages.preflight.form import PreflightForm
+from ui.pages.preflight.record_files import SUFFIXES, RecordFiles
+from ui.pages.preflight.texts import announcement
+from ui.pages.preflight.verdict import VerdictBanner
+from ui.services.context import Services
+from ui.simulator.level_offer import rest_notice
+from ui.style.theme import Meaning, Space
+from ui.widgets.naming import named
+from ui.widgets.notice_bar import Notice, NoticeBar
+from ui.widgets.sliders import WheelGuard
+from ui.widgets.visibility_timer import WhileSeen
+
+REFRESH_EVERY_MS: Final = 250
+
+
+class PreflightPage(QWidget):
+    """See the module's docstring."""
+
+    suffixes = SUFFIXES
+    """Of the files that may be dropped on the window for this page."""
+
+    def __init__(self, services: Services, parent: QWidget | None = None) -> None:
+        super().__init__(parent)
+        self.setObjectName("preflight_page")
+        self._services, self._connector = services, services.connector
+        services.naming.follow(services.connector, services.keeping)
+        guard = WheelGuard(self)
+        self.work = PreflightWork(services, self)
+        self.files = RecordFiles(services.keeping, self)
+        self.banner = VerdictBanner(announcement(self.work, is_connected=False))
+        self.form = PreflightForm(services, guard)
+        self.activation = ActRow(services, Act.ACTIVATE, place="preflight")
+        self.activation.hide()
+        self.list = CheckList(services.texts)
+        self.history = CheckHistory(services, guard)
+        self.strip = NoticeBar(services.texts)
+        self.strip.setObjectName("preflight_notice")
+        self.buttons = PreflightButtons(services.texts)
+        self._notice: Notice | None = None
+        self._named = services.naming.name
+        self._stack = QStackedLayout(self)
+        self._check = self._lay_out()
+        for view in (self._check, self.history):
+            self._stack.addWidget(view)
+        self._wire()
+        WhileSeen(self, self.refresh, every_ms=REFRESH_EVERY_MS, tick=self.tick, retranslate=self._retranslate)
+        self._take_entered()
+        self.refresh()
+
+    def take(self, batch: Batch) -> None:
+        """The work watches for itself."""
+
+    def open_file(self, path: Path) -> None:
+        """A record or a report that was dropped on the window."""
+        self.show_check()
+        self.files.verify(path)
+
+    def tick(self) -> None:
+        """What changes by itself: ages, progress, and whether the verdict still holds."""
+        self.list.now = self._connector.clock()
+        self.work.look()
+        if self.work.standing in (Standing.NOT_CHECKED, Standing.VOID) and self.list.forget_old_ticks():
+            self._take_entered()
+            self._show_rows()
+        self.banner.show_announcement(announcement(self.work, is_connected=self.work.can_check))
+        self.buttons.show_work(self.work)
+        self.activation.setVisible(self.work.leads_to_activation)
+        if self.work.leads_to_activation:
+            self.activation.refresh()
+        self.list.allow_acts(self.work.can_check)
+        self.form.setEnabled(self.work.standing is not Standing.CHECKING)
+
+    def refresh(self) -> None:
+        """Everything as it is now."""
+        self._show_rows()
+        self.tick()
+
+    def _retranslate(self) -> None:
+        self.form.show_profile()
+        self.history.refresh_rows()
+        self.refresh()
+
+    def _show_rows(self) -> None:
+        self.list.show_work(self.work)
+
+    # What a person does
+
+    def check(self, statement: Statement | None = None) -> None:
+        self.form.take_open_edits()
+        self.list.now = self._connector.clock()
+        self.list.forget_old_ticks()
+        self._take_entered()
+        if self.work.can_check:
+            self.dismiss()
+            self.work.check(statement)
+
+    def print(self) -> None:
+        """The check that is shown, while it holds."""
+        self.form.take_open_edits()
+        self.work.look()
+        record = self.work.record
+        if record is not None:
+            self.files.print_record(record)
+
+    def show_check(self) -> None:
+        self._stack.setCurrentWidget(self._check)
+        self.refresh()
+
+    def show_history(self) -> None:
+        self.history.open()
+        self._stack.setCurrentWidget(self.history)
+
+    def say(self, notice: Notice) -> None:
+        self._notice = Notice(notice.meaning, notice.text, notice.choices, self.dismiss)
+        self.strip.show_notice(self._notice)
+
+    def dismiss(self) -> None:
+        self._notice = None
+        self.strip.show_notice(None)
+
+    def _print_kept(self, hash_: str) -> None:
+        """A record of the store, as it was kept."""
+        store = self._services.keeping.store
+        try:
+            record = CheckStore(store.database).record(hash_) if isinstance(store, Store) else None
+        except StoreTrouble as trouble:
+            self.say(Notice(Meaning.DANGER, trouble.sentence))
+            return
+        if record is not None and record.get("void") is None:
+            self.show_check()
+            self.files.print_record(record)
+
+    # What happens
+
+    def _take_form(self) -> None:
+        profile = self.form.profile
+        if profile is not self.work.entered.profile:
+            self.list.use_manual(() if profile is None else profile.manual)
+        self._enter()
+
+    def _enter(self) -> None:
+        """Something was filled in or ticked otherwise."""
+        self._take_entered()
+        self.work.enter()
+
+    def _forget_module(self) -> None:
+        """What was looked at was looked at on another module, unless this one only got its name."""
+        if self._named:
+            self.list.forget_ticks()
+        self._named = self._services.naming.name
+        self._take_entered()
+        self.refresh()
+
+    def _forget_check(self) -> None:
+        self.dismiss()
+        self.work.forget()
+
+    def _take_entered(self) -> None:
+        entered, form = self.work.entered, self.form
+        entered.who, entered.aircraft, entered.profile = form.who_checks, form.aircraft_name, form.profile
+        entered.ticked = dict(self.list.ticks)
+
+    def _take_work(self) -> None:
+        self.refresh()
+        standing, trouble = self.work.standing, self.work.trouble
+        if trouble is not None and standing in (Standing.GO, Standing.READY, Standing.NO_GO):
+            self.say(Notice(Meaning.ATTENTION, f"{trouble.sentence} {tr('The check was not kept.')}"))
+        if standing in (Standing.CHECKING, Standing.GO, Standing.READY):
+            self.list.verticalScrollBar().setValue(0)
+        if standing is Standing.NO_GO:
+            QTimer.singleShot(0, self, self._show_first_fault)
+            self._say_of_rest()
+
+    def _say_of_rest(self) -> None:
+        assessment = self.work.assessment
+        against = () if assessment is None else assessment.against
+        notice = rest_notice(self._connector.target, against, self.check)
+        if notice is not None and self._notice is None:
+            self.say(notice)
+
+    def _show_first_fault(self) -> None:
+        assessment = self.work.assessment
+        if assessment is not None and assessment.against:
+            self.list.show_row(assessment.against[0])
+
+    def _show_faults(self, path: Path, sentences: tuple[str, ...]) -> None:
+        text = tr("{file} is no profile: {why}", file=path.name, why=together(sentences[:3]))
+        self.say(Notice(Meaning.ATTENTION, text))
+
+    # Making
+
+    def _wire(self) -> None:
+        work, buttons = self.work, self.buttons
+        buttons.run.clicked.connect(lambda _is_checked: self.check())
+        buttons.enable.chosen.connect(lambda: self.check(Statement(is_enabling=True)))
+        buttons.cancel.clicked.connect(work.cancel)
+        buttons.print.clicked.connect(self.print)
+        buttons.history.clicked.connect(self.show_history)
+        buttons.verify.clicked.connect(self.files.choose_and_verify)
+        self.list.explain.toggled.connect(self._show_rows)
+        self.list.check_wanted.connect(self.check)
+        self.list.ticked.connect(self._enter)
+        self.form.changed.connect(self._take_form)
+        self.form.refused.connect(self._show_faults)
+        self.files.said.connect(self.say)
+        self.files.stations_changed.connect(self.history.stations.refresh)
+        self.history.closed.connect(self.show_check)
+        self.history.print_wanted.connect(self._print_kept)
+        work.changed.connect(self._take_work)
+        self._services.naming.changed.connect(self._forget_module)
+        self._connector.changed.connect(self.tick)
+        self._connector.forgotten.connect(self._forget_check)
+        self._services.appearance.changed.connect(self.strip.follow_theme)
+        for name, key, act in (
+            ("preflight_run_key", "Ctrl+Return", buttons.run.click),
+            ("preflight_print_key", "Ctrl+P", buttons.print.click),
+            ("preflight_history_key", "Ctrl+H", self.show_history),
+        ):
+            action = named(QAction(self), name)
+            action.setShortcut(QKeySequence(key))
+            action.triggered.connect(act)
+            self.addAction(action)
+
+    def _lay_out(self) -> QWidget:
+        head = QVBoxLayout()
+        head.setContentsMargins(Space.M, Space.S, Space.M, Space.S)
+        head.setSpacing(Space.S)
+        head.addWidget(self.banner)
+        head.addWidget(self.form)
+        view = QWidget()
+        view.setObjectName("preflight_check")
+        whole = QVBoxLayout(view)
+        whole.setContentsMargins(0, 0, 0, 0)
+        whole.setSpacing(0)
+        whole.addLayout(head)
+        whole.addWidget(self.activation)
+        whole.addWidget(self.list, 1)
+        whole.addWidget(self.strip)
+        whole.addWidget(self.buttons)
+        return view
+
+    # Qt
+
+    def keyPressEvent(self, event: QKeyEvent) -> None:
+        """Esc breaks the check off, closes the past checks, or closes a message; it never sends anything."""
+        if event.key() != Qt.Key.Key_Escape:
+            super().keyPressEvent(event)
+        elif self._stack.currentWidget() is self.history:
+            self.show_check()
+        elif self.work.standing is Standing.CHECKING:
+            self.work.cancel()
+        elif self._notice is not None:
+            self.dismiss()
+        else:
+            event.ignore()

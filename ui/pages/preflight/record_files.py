@@ -1,0 +1,163 @@
+"""Reports and records as files: print what was checked; tell of a file that was dropped whether it was altered."""
+
+import logging
+import threading
+from collections.abc import Callable
+from contextlib import suppress
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+from typing import Final
+
+from PySide6.QtCore import QObject, Signal
+from PySide6.QtWidgets import QFileDialog, QWidget
+
+from app.preflight.verdict import Verdict
+from app.records.check_store import CheckStore
+from app.records.record import Record, recorded_verdict
+from app.records.report_files import Printer, ReportRefused, check_target, suggested_name, write_report
+from app.records.verification import State, Verification, verify_file
+from app.stations.known import Stations
+from app.stations.station import fingerprint_of, station_to_sign
+from app.store.store import Store
+from app.text.i18n import tr
+from app.text.messages import clean
+from ui.files.file_dialogs import AskPath, ask_path
+from ui.pages.preflight.report_printer import print_report
+from ui.pages.preflight.stations_row import AskName, ask_name
+from ui.services.storage import Keeping
+from ui.style.theme import Meaning
+from ui.widgets.notice_bar import Choice, Notice
+
+_log = logging.getLogger(__name__)
+SUFFIXES: Final = (".json", ".html", ".htm", ".pdf")
+AskRecord = Callable[[QWidget], Path | None]
+
+
+def ask_record(parent: QWidget) -> Path | None:
+    """A dialog; None where nobody chose."""
+    name, _filter = QFileDialog.getOpenFileName(
+        parent, tr("Verify a record"), str(Path.home()), tr("Record or report (*.json *.html *.htm *.pdf)")
+    )
+    return Path(name) if name else None
+
+
+class RecordFiles(QObject):
+    """`said`: a `Notice` about the last thing that was done. `stations_changed`: one more is known."""
+
+    said = Signal(object)
+    stations_changed = Signal()
+    _verified = Signal(object)
+
+    def __init__(self, keeping: Keeping, parent: QWidget) -> None:
+        super().__init__(parent)
+        self.ask_path: AskPath = ask_path
+        self.ask_record: AskRecord = ask_record
+        self.ask_name: AskName = ask_name
+        self.printer: Printer = print_report
+        self._keeping, self._window = keeping, parent
+        self._folder = Path.home()
+        self._thread: threading.Thread | None = None
+        self._verified.connect(self._say_verified)
+
+    # Printing
+
+    def print_record(self, record: Record) -> None:
+        """Ask where to, then write the report as PDF, HTML and JSON."""
+        suggested = self._folder / f"{suggested_name(record)}.pdf"
+        path = self.ask_path(self._window, tr("Print the report"), suggested, tr("Report (*.pdf)"))
+        if path is None:
+            return
+        try:
+            check_target(path)
+            written = write_report(path, record, self.printer, station_to_sign(self._keeping.folder))
+        except ReportRefused as refused:
+            self._say(Meaning.ATTENTION, str(refused))
+        except (OSError, RuntimeError) as error:
+            why = getattr(error, "strerror", None) or str(error)
+            self._say(Meaning.DANGER, tr("The report cannot be written: {why}.", why=why))
+        else:
+            self._folder = path.parent
+            names = ", ".join(one.name for one in reversed(written))
+            self._say(Meaning.GOOD, tr("Written to {folder}: {names}.", folder=path.parent, names=names))
+
+    # Verifying
+
+    def choose_and_verify(self) -> None:
+        path = self.ask_record(self._window)
+        if path is not None:
+            self.verify(path)
+
+    def verify(self, path: Path) -> None:
+        """In a thread of its own: the file may be large, and on a slow disk."""
+        if self._thread is not None:
+            return
+        self._say(Meaning.INFORMATION, tr("Reading {file} …", file=path.name))
+        store = self._keeping.store
+        kept = CheckStore(store.database) if isinstance(store, Store) else None
+        stations = Stations(self._keeping.folder)
+
+        def work() -> None:
+            try:
+                outcome: Verification | str = verify_file(path, kept, stations.find)
+            except (OSError, ValueError) as error:  # ValueError: a NUL in the name
+                outcome = getattr(error, "strerror", None) or str(error)
+            except Exception as error:  # noqa: BLE001  the page must be told whatever happens in this thread
+                _log.exception("%s could not be verified", path)
+                outcome = type(error).__name__
+            with suppress(RuntimeError):  # the window was closed meanwhile
+                self._verified.emit(_Verified(path, outcome))
+
+        self._thread = threading.Thread(target=work, name="dps-s verify", daemon=True)
+        self._thread.start()
+
+    def _say_verified(self, done: "_Verified") -> None:
+        self._thread = None
+        file = clean(done.path.name, longest=60)
+        if isinstance(done.outcome, str):
+            self._say(Meaning.ATTENTION, tr("{file} cannot be read: {why}.", file=file, why=done.outcome))
+            return
+        told = " ".join(one.in_words() for one in done.outcome.sentences())
+        meaning = _MEANINGS[done.outcome.state]
+        if meaning is Meaning.GOOD and recorded_verdict(done.outcome.record or {}) is not Verdict.GO:
+            meaning = Meaning.INFORMATION  # an intact NO-GO is not good news
+        choices: tuple[Choice, ...] = ()
+        if done.outcome.state is State.UNKNOWN_STATION:
+            choices = (Choice("trust_station", tr("Trust this station…"), partial(self._ask_to_trust, done)),)
+        self.said.emit(Notice(meaning, f"{file} — {told}", choices))
+
+    def _ask_to_trust(self, done: "_Verified") -> None:
+        public = done.outcome.signer if isinstance(done.outcome, Verification) else None
+        name = None if public is None else self.ask_name(self._window, fingerprint_of(public))
+        if public is None or name is None:
+            return
+        try:
+            Stations(self._keeping.folder).trust(public, name)
+        except OSError as error:
+            self._say(Meaning.DANGER, tr("The list of known stations cannot be written: {why}.", why=error.strerror))
+            return
+        self.stations_changed.emit()
+        self.verify(done.path)
+
+    def _say(self, meaning: Meaning, text: str) -> None:
+        self.said.emit(Notice(meaning, text))
+
+
+@dataclass(frozen=True, slots=True)
+class _Verified:
+    """`outcome`: a text where the file could not be read."""
+
+    path: Path
+    outcome: Verification | str
+
+
+_MEANINGS: Final = {
+    State.INTACT: Meaning.GOOD,
+    State.NOT_SIGNED: Meaning.ATTENTION,
+    State.UNKNOWN_STATION: Meaning.ATTENTION,
+    State.PAGE_NOT_SIGNED: Meaning.ATTENTION,
+    State.ALTERED: Meaning.DANGER,
+    State.CONTRADICTORY: Meaning.DANGER,
+    State.CHAIN_BROKEN: Meaning.DANGER,
+    State.UNREADABLE: Meaning.ATTENTION,
+}

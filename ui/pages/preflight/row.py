@@ -1,0 +1,229 @@
+"""One check as a row: how it came out, what was measured, its limit, why it matters and what to do; and what a person
+looked at."""
+
+from typing import Final, NamedTuple
+
+from PySide6.QtCore import Qt, Signal
+from PySide6.QtWidgets import QButtonGroup, QFrame, QGridLayout, QLabel, QPushButton, QSizePolicy, QToolButton, QWidget
+
+from app.preflight.checks import Check
+from app.preflight.findings import RESULT_WORDS, Result
+from app.preflight.verdict import MANUAL_WORDS, Judged
+from app.settings.profiles import ManualLine
+from app.text.i18n import tr
+from app.text.messages import clean
+from protocol.translatable import marked
+from ui.core.texts import Texts
+from ui.style.icons import Icon
+from ui.style.theme import Meaning, Size, Space
+from ui.widgets.naming import named
+from ui.widgets.readout import StateChip
+
+CHIP_PX: Final = 112
+TITLE_PX: Final = 180
+MEASURED_PX: Final = 170
+
+
+class _Look(NamedTuple):
+    icon: Icon
+    meaning: Meaning | None
+
+
+LOOKS: Final = {
+    Result.PASS: _Look(Icon.CHECK, Meaning.GOOD),
+    Result.FAIL: _Look(Icon.CROSS, Meaning.DANGER),
+    Result.WARN: _Look(Icon.INFORMATION, Meaning.INFORMATION),
+    Result.UNKNOWN: _Look(Icon.UNKNOWN, Meaning.UNKNOWN),
+}
+ACTS: Final = {
+    "attitude_trigger": marked("Enable now"),
+    "freefall_trigger": marked("Enable now"),
+    "trigger_records": marked("I looked at them"),
+    "boot_count": marked("It is this module"),
+}
+"""What a person can do about a check, here and with one click."""
+ACT_TIPS: Final = {
+    "attitude_trigger": marked("Enable both automatic triggers on the module, and check again"),
+    "freefall_trigger": marked("Enable both automatic triggers on the module, and check again"),
+    "trigger_records": marked("Say that you looked at the trigger records, and check again"),
+    "boot_count": marked("Say that it is the named module, and check again"),
+}
+
+
+class CheckRow(QFrame):
+    """Before a check it says what is looked at and why. `act_wanted`: the id of the check."""
+
+    act_wanted = Signal(str)
+
+    def __init__(self, check: Check, texts: Texts) -> None:
+        super().__init__()
+        self.setObjectName(f"check_{check.id}")
+        self.setProperty("role", "row")
+        self.check = check
+        self.chip = _chip(f"check_{check.id}_result")
+        self._title = _label(f"check_{check.id}_title", "strong")
+        self.measured = _label(f"check_{check.id}_measured", "")
+        self.limit = _label(f"check_{check.id}_limit", "muted")
+        self.reason = _label(f"check_{check.id}_why", "small")
+        self.act = named(QPushButton(), f"check_{check.id}_act")
+        if check.id in ACTS:
+            texts.bind(self.act.setText, ACTS[check.id])
+            texts.bind(self.act.setToolTip, ACT_TIPS[check.id])
+            texts.bind(self.act.setAccessibleName, ACT_TIPS[check.id])
+        self.act.clicked.connect(lambda: self.act_wanted.emit(check.id))
+        self.act.hide()
+        grid = _grid(self)
+        grid.addWidget(self.chip, 0, 0, Qt.AlignmentFlag.AlignTop)
+        grid.addWidget(self._title, 0, 1)
+        grid.addWidget(self.measured, 0, 2)
+        grid.addWidget(self.limit, 0, 3)
+        grid.addWidget(self.reason, 1, 1, 1, 2)
+        grid.addWidget(self.act, 1, 3, Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignTop)
+        self._grid = grid
+        self._is_wide = False
+
+    def show_waiting(self, *, is_checking: bool, is_explained: bool) -> None:
+        """Nothing is known."""
+        word = tr("checking …") if is_checking else tr("not checked")
+        self.chip.show_state(word, Icon.CONNECTING if is_checking else Icon.UNKNOWN, None)
+        self.measured.setText("")
+        self.limit.setText("")
+        self._show_act(is_shown=False)
+        self._show_texts(tr(self.check.why), is_explained=is_explained)
+        _give_role(self, "row")
+
+    def show_judged(self, judged: Judged, *, is_void: bool, is_explained: bool, can_act: bool) -> None:
+        finding = judged.finding
+        look = LOOKS[finding.result]
+        word = tr(RESULT_WORDS[finding.result])
+        # Void: what was found is still there to read, but dimmed, and it says of itself that it is past.
+        self.chip.show_state(word, look.icon, look.meaning, stale_age=tr("void") if is_void else "")
+        self.measured.setText(finding.shown.in_words())
+        self.limit.setText(finding.limit.in_words())
+        is_fine = finding.result is Result.PASS
+        do = "" if is_fine else f" → {judged.do.in_words()}"
+        self._show_texts(f"{tr(self.check.why)}{do}", is_explained=is_explained or not is_fine)
+        self._show_act(is_shown=self.check.id in ACTS and judged.stands_against)
+        self.act.setEnabled(can_act)
+        _give_role(self, "row-failed" if judged.stands_against and not is_void else "row")
+        _give_role(self.measured, "muted" if is_void else ("strong" if not is_fine else ""))
+
+    def _show_act(self, *, is_shown: bool) -> None:
+        """Where there is nothing to click the reason takes the room."""
+        self.act.setVisible(is_shown)
+        if self._is_wide is is_shown:
+            self._is_wide = not is_shown
+            self._grid.addWidget(self.reason, 1, 1, 1, 2 if is_shown else 3)
+
+    def _show_texts(self, reason: str, *, is_explained: bool) -> None:
+        title = tr(self.check.title)
+        self._title.setText(title)
+        self.chip.set_caption(title)
+        self.reason.setText(reason)
+        self.reason.setVisible(is_explained)
+        self.setToolTip(reason)
+        self.setWhatsThis(reason)
+        parts = (title, self.chip.word, self.measured.text(), self.limit.text())
+        self.setAccessibleName(", ".join(part for part in parts if part))
+        self.setAccessibleDescription(reason)
+
+
+class ManualRow(QFrame):
+    """Done, not in order, or, without a tick, skipped. `ticked`: the number and True, False or None."""
+
+    ticked = Signal(int, object)
+
+    def __init__(self, number: int, line: ManualLine, texts: Texts) -> None:
+        super().__init__()
+        name = f"manual_{number}"
+        self.setObjectName(name)
+        self.setProperty("role", "row")
+        self.number, self.line = number, line
+        self.state: bool | None = None
+        self.chip = _chip(f"{name}_state")
+        self._text = _label(f"{name}_text", "strong")
+        self._text.setText(clean(line.text))
+        self._need = _label(f"{name}_need", "muted")
+        self.done = self._button(
+            f"{name}_done", marked("In order"), marked("You looked at it and it is in order"), texts
+        )
+        self.bad = self._button(
+            f"{name}_bad", marked("Not in order"), marked("You looked at it and it is not in order"), texts
+        )
+        grid = _grid(self)
+        grid.setColumnMinimumWidth(2, 0)
+        for column, stretch in ((1, 5), (2, 4), (3, 0)):
+            grid.setColumnStretch(column, stretch)
+        grid.addWidget(self.chip, 0, 0)
+        grid.addWidget(self._text, 0, 1)
+        grid.addWidget(self._need, 0, 2)
+        buttons = QButtonGroup(self)
+        buttons.setExclusive(False)
+        for place, button in enumerate((self.done, self.bad)):
+            buttons.addButton(button)
+            grid.addWidget(button, 0, 3 + place)
+        self.done.clicked.connect(lambda is_on: self._tick(True if is_on else None))
+        self.bad.clicked.connect(lambda is_on: self._tick(False if is_on else None))
+        self.show_state(None)
+
+    def show_state(self, state: bool | None, *, can_tick: bool = True) -> None:
+        self.state = state
+        icon, meaning = {
+            True: (Icon.CHECK, Meaning.GOOD),
+            False: (Icon.CROSS, Meaning.DANGER),
+            None: (Icon.UNKNOWN, Meaning.UNKNOWN if self.line.is_required else None),
+        }[state]
+        self.chip.set_caption(clean(self.line.text))
+        self.chip.show_state(tr(MANUAL_WORDS[state]), icon, meaning)
+        self._need.setText(tr("required") if self.line.is_required else tr("may be skipped, and is printed so"))
+        for button, is_on in ((self.done, state is True), (self.bad, state is False)):
+            button.setChecked(is_on)
+            button.setEnabled(can_tick)
+        _give_role(self, "row-failed" if state is False else "row")
+        self.setAccessibleName(f"{clean(self.line.text)}, {self.chip.word}")
+
+    def _tick(self, state: bool | None) -> None:
+        self.show_state(state)
+        self.ticked.emit(self.number, state)
+
+    @staticmethod
+    def _button(name: str, english: str, tip: str, texts: Texts) -> QToolButton:
+        button = named(QToolButton(), name)
+        button.setCheckable(True)
+        texts.bind(button.setText, english)
+        texts.bind(button.setAccessibleName, english)
+        texts.bind(button.setToolTip, tip)
+        return button
+
+
+def _grid(row: QFrame) -> QGridLayout:
+    grid = QGridLayout(row)
+    grid.setContentsMargins(Space.M, 5, Space.M, 5)
+    grid.setHorizontalSpacing(Space.M)
+    grid.setVerticalSpacing(2)
+    for column, (width, stretch) in enumerate(((CHIP_PX, 0), (TITLE_PX, 3), (MEASURED_PX, 3), (0, 3))):
+        grid.setColumnMinimumWidth(column, width)
+        grid.setColumnStretch(column, stretch)
+    return grid
+
+
+def _chip(name: str) -> StateChip:
+    chip = named(StateChip("", size=Size.SMALL), name)
+    chip.setMinimumWidth(CHIP_PX)
+    return chip
+
+
+def _label(name: str, role: str) -> QLabel:
+    label = named(QLabel(), name)
+    label.setTextFormat(Qt.TextFormat.PlainText)
+    label.setWordWrap(True)
+    label.setSizePolicy(QSizePolicy.Policy.Preferred, QSizePolicy.Policy.Preferred)
+    label.setProperty("role", role)
+    return label
+
+
+def _give_role(widget: QWidget, role: str) -> None:
+    if widget.property("role") != role:
+        widget.setProperty("role", role)
+        widget.style().unpolish(widget)
+        widget.style().polish(widget)

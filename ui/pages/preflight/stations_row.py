@@ -1,0 +1,83 @@
+"""Below the past checks: this station's fingerprint, and the stations whose signatures are believed here."""
+
+from collections.abc import Callable
+from pathlib import Path
+
+from PySide6.QtCore import Qt
+from PySide6.QtWidgets import QComboBox, QHBoxLayout, QInputDialog, QLabel, QPushButton, QWidget
+
+from app.stations.known import KnownStation, Stations
+from app.stations.station import StationTrouble
+from app.text.i18n import tr
+from ui.core.texts import Texts
+from ui.style.theme import Space
+from ui.widgets.naming import named
+from ui.widgets.sliders import WheelGuard
+
+AskName = Callable[[QWidget, str], str | None]
+
+
+def ask_name(parent: QWidget, fingerprint: str) -> str | None:
+    """A dialog; None where the station is not to be trusted."""
+    text = tr(
+        "Signed by {fingerprint}. Trust it only if that computer shows the same fingerprint. What to call it:",
+        fingerprint=fingerprint,
+    )
+    name, is_trusted = QInputDialog.getText(parent, tr("Trust a station"), text)
+    return name if is_trusted else None
+
+
+class StationsRow(QWidget):
+    """`refresh` reads the key and the list."""
+
+    def __init__(self, folder: Callable[[], Path], texts: Texts, guard: WheelGuard) -> None:
+        super().__init__()
+        self.setObjectName("stations_row")
+        self._folder = folder
+        self.own = named(QLabel(), "station_own")
+        self.own.setProperty("role", "muted")
+        self.own.setTextFormat(Qt.TextFormat.PlainText)
+        self.own.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
+        self.known = named(QComboBox(), "stations_known")
+        self.known.setSizeAdjustPolicy(QComboBox.SizeAdjustPolicy.AdjustToContents)
+        guard.guard(self.known)
+        texts.bind(self.known.setAccessibleName, "Known stations")
+        texts.bind(self.known.setToolTip, "Stations whose signatures count as known on this computer")
+        self.forget = named(QPushButton(), "stations_forget")
+        texts.bind(self.forget.setText, "Forget")
+        texts.bind(self.forget.setAccessibleName, "Forget the chosen station")
+        texts.bind(self.forget.setToolTip, "Records that the chosen station signed no longer count as known")
+        self.forget.clicked.connect(self._forget)
+        row = QHBoxLayout(self)
+        row.setContentsMargins(0, 0, 0, 0)
+        row.setSpacing(Space.S)
+        row.addWidget(self.own, 1)
+        row.addWidget(self.known)
+        row.addWidget(self.forget)
+
+    def refresh(self) -> None:
+        stations = Stations(self._folder())
+        try:
+            stations.make_own()
+        except StationTrouble as trouble:
+            self.own.setText(trouble.sentence)
+        self.known.clear()
+        for one in stations.known():
+            if one.is_own:
+                self.own.setText(tr("This station: {fingerprint}", fingerprint=one.fingerprint))
+            else:
+                self.known.addItem(f"{one.name} · {one.fingerprint}", one)
+        self.forget.setEnabled(self.known.count() > 0)
+        if not self.known.count():
+            self.known.addItem(tr("No other station is known"), None)
+        self.known.setEnabled(self.forget.isEnabled())
+
+    def _forget(self) -> None:
+        chosen = self.known.currentData()
+        if isinstance(chosen, KnownStation):
+            try:
+                Stations(self._folder()).forget(chosen.fingerprint)
+            except OSError as error:
+                self.own.setText(error.strerror or str(error))
+                return
+            self.refresh()

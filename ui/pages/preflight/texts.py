@@ -1,0 +1,113 @@
+"""What the banner of the Pre-flight page says, in the language in use."""
+
+from typing import NamedTuple
+
+from app.preflight.checks import CHECKS
+from app.preflight.findings import Result
+from app.preflight.verdict import VERDICT_WORDS, Assessment, Verdict, meaning_of, stands_against
+from app.records.record import caveats
+from app.text.i18n import tr
+from app.text.messages import clean
+from app.text.sentences import begun, listed, together
+from ui.pages.preflight.controller import PreflightWork, Standing
+from ui.pages.preflight.verdict import Announcement
+
+MOST_NAMED = 5
+"""Checks that are named in the banner; the rows name all."""
+
+
+def announcement(work: PreflightWork, *, is_connected: bool) -> Announcement:
+    standing = work.standing
+    match standing:
+        case Standing.NOT_CHECKED:
+            return Announcement(standing, tr("NOT CHECKED"), *_before(work, is_connected=is_connected))
+        case Standing.CHECKING:
+            return _checking(work)
+        case Standing.VOID:
+            why = begun(work.void.said.in_words()) if work.void is not None else ""
+            lines = (tr("What was found below no longer says anything about the module. Check again."),)
+            return Announcement(standing, tr("VOID"), why, lines)
+        case Standing.GO | Standing.READY | Standing.NO_GO:
+            return _judged(work, standing)
+
+
+class _Before(NamedTuple):
+    head: str
+    lines: tuple[str, ...]
+
+
+def _before(work: PreflightWork, *, is_connected: bool) -> _Before:
+    """What to do first. A module that has just been started always needs its triggers enabled."""
+    if is_connected and work.reported_active:
+        what = tr("The module is ACTIVE: nothing is written. To enable the triggers, lock it first.")
+        return _Before(tr("Run the check."), (what, tr("Do not touch the aircraft.")))
+    if is_connected and work.may_fire:
+        what = tr("The module was ACTIVE when it was last heard: treat it as ready to fire.")
+        return _Before(tr("Run the check."), (what,))
+    if is_connected and not work.are_triggers_known:
+        why = tr("After each start nobody knows how the module’s two triggers stand; only enabling them settles it.")
+        return _Before(tr("Enable triggers and check."), (why, tr("Set the aircraft level and do not touch it.")))
+    todo = tr("Run the check.") if is_connected else tr("Connect a module, then run the check.")
+    what = tr("It asks questions only and takes about six seconds. Set the aircraft level and do not touch it.")
+    return _Before(todo, (what,))
+
+
+def _checking(work: PreflightWork) -> Announcement:
+    report = work.progress
+    doing = tr("Proving the link") if report is None else tr(report.doing)
+    share = 0.0 if report is None or not report.total else report.done / report.total
+    lines = (tr("Do not touch the aircraft."),)
+    return Announcement(Standing.CHECKING, tr("CHECKING"), doing, lines, progress=share)
+
+
+def _judged(work: PreflightWork, standing: Standing) -> Announcement:
+    assessment = work.assessment
+    if assessment is None:
+        return Announcement(standing, "")
+    verdict = assessment.verdict
+    word = tr(VERDICT_WORDS[verdict])
+    head = begun(meaning_of(verdict, assessment.case.expectations.activated_by).in_words())
+    if verdict is Verdict.READY and work.reported_active is not False:
+        head = tr("Reading the module again …")  # it may be active by now
+    if verdict is not Verdict.NO_GO:
+        looks = sum(one.finding.result is Result.WARN for one in assessment.checks)
+        what = tr("All {count} checks hold; worth a look: {looks}.", count=len(CHECKS), looks=looks)
+        skipped = sum(item.is_done is None for item in assessment.manual)
+        if skipped:
+            what = together((what, tr("Skipped by a person: {count}.", count=skipped)))
+        beside, *foot = _foot(work)
+        return Announcement(standing, word, head, (*filter(None, (beside,)), what, *foot))
+    names = names_against(assessment)
+    named = listed(names[:MOST_NAMED])
+    if len(names) > MOST_NAMED:
+        named = tr("{names} and {count} more", names=named, count=len(names) - MOST_NAMED)
+    # Checks are named by what has to be so: "Parachute bay closed" alone would be read as the opposite of the fault.
+    lines = (tr("Not met: {names}", names=named), *filter(None, _foot(work)))
+    return Announcement(standing, word, head, lines)
+
+
+def names_against(assessment: Assessment) -> list[str]:
+    """What stands against GO and READY: checks by title, manual items by their text."""
+    checks = [tr(one.check.title) for one in assessment.checks if one.stands_against]
+    return checks + [clean(item.text, longest=40) for item in assessment.manual if stands_against(item)]
+
+
+def _foot(work: PreflightWork) -> tuple[str, ...]:
+    """What stands beside the verdict, "" for nothing; then whose record it is, and how long a GO or READY holds."""
+    filed = work.filed
+    if filed is None:
+        return ("",)
+    record = filed.record
+    beside = together([one.in_words() for one in caveats(record)])
+    parts = [str(record[key]) for key in ("module", "aircraft", "who") if record.get(key)]
+    at = str(record.get("at", ""))[11:19]
+    parts.append(at)
+    left_s = work.expires_in_s
+    if left_s is not None and work.standing is not Standing.NO_GO:
+        minutes = int(left_s) // 60
+        parts.append(
+            tr("holds for {minutes} min", minutes=minutes)
+            if minutes
+            else tr("holds for {seconds} s", seconds=int(left_s))
+        )
+    return (beside, " · ".join(parts))

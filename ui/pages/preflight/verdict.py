@@ -1,0 +1,239 @@
+"""The verdict, to be read at three metres in the sun: by its word, its shape and its colour, any one of them enough.
+
+Letters 15 mm high are read at three metres without effort; that is 96 px on a usual laptop. The shapes: GO is a filled
+disc with a tick, READY a filled square with a padlock, NO-GO a filled octagon with a cross, void a broken ring,
+everything else an outline.
+"""
+
+from dataclasses import dataclass
+from math import cos, pi, sin
+from typing import Final
+
+from PySide6.QtCore import QPointF, QRectF, QSize, Qt
+from PySide6.QtGui import QColor, QFont, QFontMetricsF, QPainter, QPainterPath, QPaintEvent, QPen, QPolygonF
+from PySide6.QtWidgets import QSizePolicy
+
+from ui.pages.preflight.controller import Standing
+from ui.style.painted_widget import Painted
+from ui.style.shapes import hatch, pen
+from ui.style.theme import Meaning, Size, Space, Theme, current, font
+
+HEIGHT_PX: Final = 128
+WORD_PX: Final = 96
+QUIET_PX: Final = 44
+"""Of a word that is no verdict."""
+_LEAST_TEXT_PX: Final = 300
+_LOUD: Final = {
+    Standing.GO: Meaning.GOOD,
+    Standing.READY: Meaning.INFORMATION,
+    Standing.NO_GO: Meaning.DANGER,
+}
+
+
+@dataclass(frozen=True, slots=True)
+class Announcement:
+    """In the language in use. `word` is the big one, `head` one line beside it, `lines` the rest."""
+
+    standing: Standing
+    word: str
+    head: str = ""
+    lines: tuple[str, ...] = ()
+    progress: float | None = None
+    """0 to 1, while it is being checked."""
+
+
+class VerdictBanner(Painted):
+    """Shows one announcement; nothing around it moves when that changes."""
+
+    def __init__(self, announcement: Announcement) -> None:
+        super().__init__()
+        self.setObjectName("verdict")
+        self.announcement = announcement
+        self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Fixed)
+
+    def show_announcement(self, announcement: Announcement) -> None:
+        if announcement != self.announcement or not self.accessibleName():
+            self.announcement = announcement
+            parts = (announcement.word, announcement.head, *announcement.lines)
+            text = ". ".join(part.rstrip(".。") for part in parts if part)
+            self.setToolTip(text)
+            self.announce(text)
+
+    def sizeHint(self) -> QSize:
+        return QSize(640, HEIGHT_PX)
+
+    def minimumSizeHint(self) -> QSize:
+        return QSize(320, HEIGHT_PX)
+
+    def paintEvent(self, _event: QPaintEvent) -> None:
+        theme, one = current(), self.announcement
+        painter = QPainter(self)
+        painter.setRenderHint(QPainter.RenderHint.Antialiasing)
+        edge = float(theme.border_px)
+        outline = QPainterPath()
+        outline.addRoundedRect(QRectF(self.rect()).adjusted(edge / 2, edge / 2, -edge / 2, -edge / 2), 8, 8)
+        ink = self._paint_ground(painter, theme, outline)
+        side = self.height() - 2.0 * Space.M - 4
+        shape = QRectF(Space.L, (self.height() - side) / 2, side, side)
+        _paint_shape(painter, one.standing, shape, ink, QColor(self._ground(theme)))
+        left = shape.right() + Space.L
+        word_font = self._word_font(self.width() - left - _LEAST_TEXT_PX)
+        metrics = QFontMetricsF(word_font)
+        width = metrics.horizontalAdvance(one.word)
+        room = QRectF(left, 0, width + 2, self.height())
+        if one.standing is Standing.VOID:
+            _clear(painter, QColor(theme.surface), room, metrics.height())
+        painter.setFont(word_font)
+        painter.setPen(ink)
+        painter.drawText(room, Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter, one.word)
+        self._paint_text(painter, room.right() + Space.XL, ink)
+        painter.end()
+
+    def _ground(self, theme: Theme) -> str:
+        loud = _LOUD.get(self.announcement.standing)
+        return theme.surface if loud is None else theme.tint(loud).fill
+
+    def _paint_ground(self, painter: QPainter, theme: Theme, outline: QPainterPath) -> QColor:
+        """The colour of what is written upon it."""
+        standing = self.announcement.standing
+        loud = _LOUD.get(standing)
+        painter.fillPath(outline, QColor(self._ground(theme)))
+        if loud is not None:
+            return QColor(theme.tint(loud).on_fill)
+        if standing is Standing.VOID:
+            hatch(painter, outline, theme.muted if theme.line_px > 1 else theme.border)
+            painter.setPen(pen(theme.text, 3.0, is_dashed=True))
+        elif standing is Standing.CHECKING:
+            painter.setPen(pen(theme.information.ink, 2.0))
+        else:
+            painter.setPen(pen(theme.border, theme.border_px, is_dashed=True))
+        painter.drawPath(outline)
+        return QColor(theme.information.ink if standing is Standing.CHECKING else theme.text)
+
+    def _word_font(self, room_px: float) -> QFont:
+        is_big = self.announcement.standing in (*_LOUD, Standing.VOID)
+        one = font(Size.HERO)
+        one.setWeight(QFont.Weight.Bold)
+        size = WORD_PX if is_big else QUIET_PX
+        one.setPixelSize(size)
+        while size > Size.NUMBER and QFontMetricsF(one).horizontalAdvance(self.announcement.word) > room_px:
+            size -= 4
+            one.setPixelSize(size)
+        return one
+
+    def _paint_text(self, painter: QPainter, left: float, ink: QColor) -> None:
+        theme, one = current(), self.announcement
+        width = self.width() - left - Space.L
+        if width < 60:
+            return
+        head_font, body_font = font(Size.TITLE, is_bold=True), font(Size.BODY)
+        head_font.setWeight(QFont.Weight.DemiBold)
+        flags = int(Qt.AlignmentFlag.AlignLeft) | int(Qt.TextFlag.TextWordWrap)
+        head_metrics, body_metrics = QFontMetricsF(head_font), QFontMetricsF(body_font)
+        unlimited = QRectF(0, 0, width, 1000)
+        body = "\n".join(one.lines)
+        head_px = head_metrics.boundingRect(unlimited, flags, one.head).height() if one.head else 0.0
+        body_px = body_metrics.boundingRect(unlimited, flags, body).height() if body else 0.0
+        bar_px = 14.0 if one.progress is not None else 0.0
+        if head_px + body_px + bar_px > self.height() - 2 * Space.S:
+            body_font = font(Size.SMALL)
+            body_px = QFontMetricsF(body_font).boundingRect(unlimited, flags, body).height()
+        top = max(float(Space.S), (self.height() - head_px - body_px - bar_px) / 2)
+        if one.standing is Standing.VOID:
+            _clear(painter, QColor(theme.surface), QRectF(left, 0, width, self.height()), head_px + body_px)
+        painter.setPen(ink)
+        painter.setFont(head_font)
+        painter.drawText(QRectF(left, top, width, head_px), flags, one.head)
+        painter.setFont(body_font)
+        room = max(0.0, self.height() - Space.S - top - head_px)
+        painter.drawText(QRectF(left, top + head_px, width, min(body_px, room)), flags, body)
+        if one.progress is not None:
+            bar = QRectF(left, top + head_px + body_px + 8, width, 6)
+            painter.setPen(Qt.PenStyle.NoPen)
+            painter.setBrush(QColor(theme.sunken if theme.border_px == 1 else theme.selection))
+            painter.drawRoundedRect(bar, 3, 3)
+            painter.setBrush(ink)
+            painter.drawRoundedRect(QRectF(bar.left(), bar.top(), bar.width() * one.progress, bar.height()), 3, 3)
+
+
+def _clear(painter: QPainter, colour: QColor, room: QRectF, height_px: float) -> None:
+    """Calm ground under words on hatching."""
+    ground = QRectF(0, 0, room.width() + 2 * Space.S, min(height_px, room.height() - 8) + 4)
+    ground.moveCenter(room.center())
+    painter.setPen(Qt.PenStyle.NoPen)
+    painter.setBrush(colour)
+    painter.drawRoundedRect(ground, 6, 6)
+
+
+def _paint_shape(painter: QPainter, standing: Standing, square: QRectF, ink: QColor, ground: QColor) -> None:
+    """The sign of a standing; what is cut out of a filled one has the colour of the ground."""
+    width = square.width() / 9
+    painter.setPen(Qt.PenStyle.NoPen)
+    painter.setBrush(ink)
+    match standing:
+        case Standing.GO:
+            painter.drawEllipse(square)
+            painter.setPen(_round_pen(ground, width * 1.25))
+            painter.drawPolyline(_points(square, ((0.25, 0.53), (0.43, 0.71), (0.76, 0.32))))
+        case Standing.READY:
+            painter.drawRoundedRect(square, width, width)
+            _paint_padlock(painter, square, ground)
+        case Standing.NO_GO:
+            painter.drawPolygon(_octagon(square))
+            painter.setPen(_round_pen(ground, width * 1.25))
+            painter.drawPolyline(_points(square, ((0.3, 0.3), (0.7, 0.7))))
+            painter.drawPolyline(_points(square, ((0.7, 0.3), (0.3, 0.7))))
+        case Standing.VOID:
+            painter.setBrush(ground)
+            painter.drawEllipse(square)
+            painter.setBrush(Qt.BrushStyle.NoBrush)
+            ring = _round_pen(ink, width)
+            ring.setCapStyle(Qt.PenCapStyle.FlatCap)
+            ring.setDashPattern([2.0, 1.2])
+            painter.setPen(ring)
+            painter.drawEllipse(square.adjusted(width, width, -width, -width))
+            painter.setPen(_round_pen(ink, width))
+            painter.drawPolyline(_points(square, ((0.3, 0.7), (0.7, 0.3))))
+        case _:
+            painter.setBrush(Qt.BrushStyle.NoBrush)
+            painter.setPen(_round_pen(ink, width / 2))
+            painter.drawEllipse(square.adjusted(width, width, -width, -width))
+            hands, dash = ((0.5, 0.3), (0.5, 0.5), (0.66, 0.6)), ((0.35, 0.5), (0.65, 0.5))
+            painter.drawPolyline(_points(square, hands if standing is Standing.CHECKING else dash))
+
+
+def _paint_padlock(painter: QPainter, square: QRectF, ground: QColor) -> None:
+    side = square.width()
+    painter.setBrush(ground)
+    painter.drawRoundedRect(_part(square, 0.24, 0.47, 0.52, 0.35), side / 20, side / 20)
+    painter.setBrush(Qt.BrushStyle.NoBrush)
+    painter.setPen(_round_pen(ground, side / 11))
+    shackle = QPainterPath(_part(square, 0.34, 0.47, 0, 0).topLeft())
+    shackle.arcTo(_part(square, 0.34, 0.18, 0.32, 0.36), 180, -180)
+    shackle.lineTo(_part(square, 0.66, 0.47, 0, 0).topLeft())
+    painter.drawPath(shackle)
+
+
+def _part(square: QRectF, x: float, y: float, width: float, height: float) -> QRectF:
+    """A rectangle in the square, in parts of its side."""
+    side = square.width()
+    return QRectF(square.left() + x * side, square.top() + y * side, width * side, height * side)
+
+
+def _round_pen(colour: QColor, width: float) -> QPen:
+    one = QPen(colour, width)
+    one.setCapStyle(Qt.PenCapStyle.RoundCap)
+    one.setJoinStyle(Qt.PenJoinStyle.RoundJoin)
+    return one
+
+
+def _points(square: QRectF, places: tuple[tuple[float, float], ...]) -> QPolygonF:
+    """Places from 0 to 1 in the square."""
+    side = square.width()
+    return QPolygonF([QPointF(square.left() + x * side, square.top() + y * side) for x, y in places])
+
+
+def _octagon(square: QRectF) -> QPolygonF:
+    centre, radius = square.center(), square.width() / 2 / cos(pi / 8)
+    angles = (pi / 8 + turn * pi / 4 for turn in range(8))
+    return QPolygonF([QPointF(centre.x() + radius * cos(one), centre.y() + radius * sin(one)) for one in angles])

@@ -1,0 +1,274 @@
+"""Every session that was recorded, newest first: look at one again, export it, keep it for good, delete it."""
+
+from functools import partial
+from pathlib import Path
+from typing import Final
+
+from PySide6.QtCore import QEvent, Qt, QTimer, Signal
+from PySide6.QtGui import QAction, QHideEvent, QKeyEvent, QKeySequence, QShowEvent
+from PySide6.QtWidgets import QHBoxLayout, QLabel, QLineEdit, QStackedWidget, QVBoxLayout, QWidget
+
+from app.engine.worker import Batch
+from app.recordings.entry_texts import size_text, told, when_text
+from app.recordings.library import Entry
+from app.text.i18n import tr
+from ui.files.file_dialogs import AskPath, ask_path, default_name
+from ui.pages.recordings.controls import NoRecordings, RecordingsButtons
+from ui.pages.recordings.model import RecordingsFilter, RecordingsModel
+from ui.pages.recordings.table import RecordingsTable
+from ui.services.context import Services
+from ui.services.recording_jobs import Kind
+from ui.style.theme import Meaning, Space
+from ui.widgets.naming import named
+from ui.widgets.notice_bar import Choice, Notice, NoticeBar
+
+_SEARCH_PX: Final = 200
+_LIST_EVERY_MS: Final = 2000
+"""While the page is in sight: what is recorded now grows."""
+_DRAW_EVERY_MS: Final = 100
+"""While something takes long."""
+
+
+class RecordingsPage(QWidget):
+    """See the module's docstring."""
+
+    page_wanted = Signal(str)
+    """The key of a page."""
+
+    def __init__(self, services: Services, parent: QWidget | None = None) -> None:
+        super().__init__(parent)
+        self.setObjectName("recordings_page")
+        self._services = services
+        self.work = services.keeping.recordings
+        self.ask_path: AskPath = ask_path
+        self._folder = Path.home()
+        self._doomed: tuple[Entry, ...] = ()
+        """It is being asked whether these may be deleted."""
+        self.model = RecordingsModel(self)
+        self.filter = RecordingsFilter(self)
+        self.filter.setSourceModel(self.model)
+        self.table = RecordingsTable(self.filter)
+        self.strip = NoticeBar(services.texts)
+        self.strip.setObjectName("recordings_notice")
+        self.count, self.bounds = named(QLabel(), "recordings_count"), named(QLabel(), "recordings_bounds")
+        self.count.setProperty("role", "title")
+        self.bounds.setProperty("role", "small")
+        self.search = named(QLineEdit(), "recordings_search")
+        self.search.setFixedWidth(_SEARCH_PX)
+        self.search.setClearButtonEnabled(True)
+        bind = services.texts.bind
+        bind(self.search.setPlaceholderText, "Search")
+        bind(self.search.setAccessibleName, "Search the recordings")
+        bind(self.search.setToolTip, "Only recordings in which all these words stand (Ctrl+F)")
+        bind(self.table.setAccessibleName, "Recordings")
+        self.buttons = RecordingsButtons(services.texts)
+        self.empty = NoRecordings(services.texts)
+        self._stack = QStackedWidget()
+        self._stack.addWidget(self.empty)
+        self._stack.addWidget(self.table)
+        self._lay_out()
+        self._listing, self._drawing = QTimer(self), QTimer(self)
+        self._listing.setInterval(_LIST_EVERY_MS)
+        self._drawing.setInterval(_DRAW_EVERY_MS)
+        self._wire()
+        self.refresh()
+
+    def take(self, batch: Batch) -> None:
+        """Batches are recorded elsewhere, also before this page is made."""
+
+    def refresh(self) -> None:
+        """Everything as it is now."""
+        work, chosen = self.work, self.table.chosen()
+        self.model.show_rows(work.entries)
+        if {one.folder for one in self.table.chosen()} != {one.folder for one in chosen}:
+            self.table.choose(chosen)
+        has_entries = bool(work.entries)
+        self._stack.setCurrentWidget(self.table if has_entries else self.empty)
+        count = len(work.entries)
+        self.count.setText(tr("1 recording") if count == 1 else tr("{count} recordings", count=f"{count:,}"))
+        self.bounds.setText(self._bounds_text())
+        self.search.setEnabled(has_entries)
+        if work.doing is not None and not self._drawing.isActive():
+            self._drawing.start()
+        self._refresh_notice()
+        self._refresh_buttons()
+
+    def _refresh_notice(self) -> None:
+        if self.work.doing is None:
+            self._drawing.stop()
+        self.strip.show_notice(self._notice())
+
+    def _refresh_buttons(self) -> None:
+        self.buttons.show_chosen(self.table.chosen(), is_idle=self.work.doing is None)
+
+    # What is said
+
+    def _bounds_text(self) -> str:
+        shelf = self.work.shelf
+        used = size_text(sum(one.size_bytes for one in self.work.entries))
+        return tr(
+            "{used} used. Up to {size} or {days} days; then the oldest go to the trash.",
+            used=used,
+            size=size_text(shelf.most_bytes),
+            days=shelf.most_days,
+        )
+
+    def _notice(self) -> Notice | None:
+        doing, said = self.work.doing, self.work.said
+        if doing is not None:
+            text = doing.text
+            if doing.share is not None:
+                text = tr("{what}: {percent} %", what=doing.text, percent=f"{doing.share * 100:.0f}")
+            return Notice(Meaning.INFORMATION, text, (Choice("cancel_recordings", tr("Cancel"), self.work.cancel),))
+        if self._doomed:
+            return self._question()
+        if said is not None:
+            return Notice(said.meaning, said.text, dismiss=self.work.dismiss)
+        return None
+
+    def _question(self) -> Notice:
+        doomed = self._doomed
+        size = size_text(sum(one.size_bytes for one in doomed))
+        if len(doomed) == 1:
+            text = tr("Delete this recording for good? {what}", what=told(doomed[0]))
+        else:
+            text = tr("Delete {count} recordings, {size}, for good?", count=len(doomed), size=size)
+            kept = sum(one.is_kept for one in doomed)
+            if kept:
+                text += " " + tr("{count} of them are kept.", count=kept)
+        choices = (
+            Choice("delete_recordings", tr("Delete for good"), self._delete, is_step=True),
+            Choice("keep_recordings", tr("Do not delete"), self._spare, is_main=True),
+        )
+        return Notice(Meaning.ATTENTION, text, choices)
+
+    # What a person does
+
+    def _open_chosen(self) -> None:
+        if self.buttons.open.isEnabled():
+            self.work.open(self.table.chosen()[0])
+
+    def _export(self, kind: Kind) -> None:
+        chosen = self.table.chosen()
+        if len(chosen) != 1 or not self.buttons.csv.isEnabled():
+            return
+        entry = chosen[0]
+        name = default_name(entry.module or entry.port, kind.value, entry.started_at.astimezone())
+        kinds = tr("Table (*.csv)") if kind is Kind.CSV else tr("MCAP (*.mcap)")
+        title = tr("Export the recording of {when}", when=when_text(entry))
+        path = self.ask_path(self, title, self._folder / name, kinds)
+        if path is not None:
+            self._folder = path.parent
+            self.work.export(entry, path, kind)
+
+    def _keep(self) -> None:
+        chosen = self.table.chosen()
+        self.work.keep(chosen, is_kept=not all(one.is_kept for one in chosen))
+
+    def _ask_to_delete(self) -> None:
+        if self.buttons.delete.isEnabled():
+            self._doomed = self.table.chosen()
+            self._refresh_notice()
+            button = self.strip.button("keep_recordings")
+            if button is not None:
+                button.setFocus()
+
+    def _delete(self) -> None:
+        doomed, self._doomed = self._doomed, ()
+        self.work.delete(doomed)
+        self.table.setFocus()
+
+    def _spare(self) -> None:
+        self._doomed = ()
+        self._refresh_notice()
+        self.table.setFocus()
+
+    def _choose_other(self) -> None:
+        """A question is about what was chosen when it was asked."""
+        if self._doomed and self.table.chosen() and self.table.chosen() != self._doomed:
+            self._doomed = ()
+        self._refresh_notice()
+        self._refresh_buttons()
+
+    def _go_to_live(self, _recording: object) -> None:
+        self.page_wanted.emit("live")
+
+    # Making
+
+    def _wire(self) -> None:
+        self._listing.timeout.connect(self.work.refresh)
+        self._drawing.timeout.connect(self._refresh_notice)
+        self.work.changed.connect(self.refresh)
+        self.work.opened.connect(self._go_to_live)
+        self.buttons.open.clicked.connect(self._open_chosen)
+        self.buttons.csv.clicked.connect(partial(self._export, Kind.CSV))
+        self.buttons.mcap.clicked.connect(partial(self._export, Kind.MCAP))
+        self.buttons.keep.clicked.connect(self._keep)
+        self.buttons.delete.clicked.connect(self._ask_to_delete)
+        self.table.opened.connect(self._open_chosen)
+        self.table.delete_wanted.connect(self._ask_to_delete)
+        self.search.textChanged.connect(self.filter.search)
+        self.table.selectionModel().selectionChanged.connect(self._choose_other)
+        self._services.appearance.changed.connect(self._dress)
+        for name, key, act in (
+            ("recordings_csv_key", "Ctrl+S", self.buttons.csv.click),
+            ("recordings_mcap_key", "Ctrl+Shift+S", self.buttons.mcap.click),
+            ("recordings_search_key", "Ctrl+F", self.search.setFocus),
+        ):
+            action = named(QAction(self), name)
+            action.setShortcut(QKeySequence(key))
+            action.triggered.connect(act)
+            self.addAction(action)
+        self._dress()
+
+    def _lay_out(self) -> None:
+        head, titles = QHBoxLayout(), QVBoxLayout()
+        head.setSpacing(Space.S)
+        titles.setSpacing(0)
+        titles.addWidget(self.count)
+        titles.addWidget(self.bounds)
+        head.addLayout(titles, 1)
+        head.addWidget(self.search)
+        whole = QVBoxLayout(self)
+        whole.setContentsMargins(Space.M, Space.S, Space.M, Space.S)
+        whole.setSpacing(Space.S)
+        whole.addLayout(head)
+        whole.addWidget(self._stack, 1)
+        whole.addWidget(self.strip)
+        whole.addWidget(self.buttons)
+
+    def _dress(self) -> None:
+        self.empty.dress()
+        self.strip.follow_theme()
+        self.table.measure()
+
+    # Qt
+
+    def keyPressEvent(self, event: QKeyEvent) -> None:
+        """Esc ends what takes long, takes a question back, or closes a message."""
+        if event.key() != Qt.Key.Key_Escape:
+            super().keyPressEvent(event)
+        elif self.work.doing is not None:
+            self.work.cancel()
+        elif self._doomed:
+            self._spare()
+        elif self.work.said is not None:
+            self.work.dismiss()
+        else:
+            event.ignore()
+
+    def showEvent(self, event: QShowEvent) -> None:
+        super().showEvent(event)
+        self.work.refresh()
+        self._listing.start()
+
+    def hideEvent(self, event: QHideEvent) -> None:
+        super().hideEvent(event)
+        self._listing.stop()
+
+    def changeEvent(self, event: QEvent) -> None:
+        super().changeEvent(event)
+        if event.type() == QEvent.Type.LanguageChange and hasattr(self, "_listing"):
+            self.model.retranslate()
+            self.table.measure()
+            self.refresh()

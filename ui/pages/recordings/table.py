@@ -1,0 +1,91 @@
+"""The table of recordings: newest first, sorted by a click on a head, opened by Enter or a double click."""
+
+from typing import Final
+
+from PySide6.QtCore import QModelIndex, Qt, Signal
+from PySide6.QtGui import QFontMetrics, QKeyEvent
+from PySide6.QtWidgets import QHeaderView, QTableView, QWidget
+
+from app.recordings.library import Entry
+from app.text.i18n import tr
+from ui.forms.tables import list_rows
+from ui.pages.recordings.model import HEADS, Column, RecordingsFilter
+from ui.style.theme import Size, Space, font
+from ui.widgets.naming import named
+
+ROW_PX: Final = 32
+_PAD_PX: Final = 5
+_FRAME_PX: Final = 8
+"""What the style takes at both sides of a cell."""
+_ICON_PX: Final = 24
+
+
+class RecordingsTable(QTableView):
+    opened = Signal()
+    """A person wants to look at what is chosen."""
+    delete_wanted = Signal()
+
+    def __init__(self, model: RecordingsFilter, parent: QWidget | None = None) -> None:
+        super().__init__(parent)
+        named(self, "recordings_table")
+        self._filter = model
+        self.setModel(model)
+        self.setSortingEnabled(True)
+        self.sortByColumn(Column.WHEN, Qt.SortOrder.DescendingOrder)
+        self.setAlternatingRowColors(True)
+        list_rows(self, row_px=ROW_PX)
+        columns = self.horizontalHeader()
+        columns.setSectionResizeMode(Column.MODULE, QHeaderView.ResizeMode.Stretch)
+        columns.setMinimumSectionSize(56)
+        # Level with the heads, which the window's style sheet sets in by as much.
+        self.setStyleSheet(f"QTableView::item {{ padding: 0 {_PAD_PX}px; border: none; }}")
+        self.doubleClicked.connect(self._open)
+        self.measure()
+
+    def measure(self) -> None:
+        """Columns as wide as their widest usual text, after a change of language, font or theme."""
+        body, strong = QFontMetrics(font(Size.BODY)), QFontMetrics(font(Size.SMALL, is_bold=True))
+        texts = {
+            Column.WHEN: "0000-00-00 00:00",
+            Column.PORT: "sim://demo0",
+            Column.DURATION: "00:00:00",
+            Column.SAMPLES: "00,000,000",
+            Column.SIZE: tr("{value:.1f} MB", value=88.8),
+            Column.KEPT: tr("kept"),
+            Column.REMARKS: tr("being recorded"),
+        }
+        self.horizontalHeader().setMinimumSectionSize(
+            max(56, strong.horizontalAdvance(tr(HEADS[Column.MODULE])) + Space.XL)
+        )
+        for column, text in texts.items():
+            # The sorted one has an arrow beside its head.
+            head = strong.horizontalAdvance(tr(HEADS[column])) + Space.XL + 2
+            extra = _ICON_PX if column in (Column.KEPT, Column.REMARKS) else 0
+            self.setColumnWidth(column, max(body.horizontalAdvance(text) + extra + 2 * _PAD_PX + _FRAME_PX, head))
+
+    def chosen(self) -> tuple[Entry, ...]:
+        """In the order in which they stand."""
+        rows = sorted(index.row() for index in self.selectionModel().selectedRows())
+        return tuple(self._filter.entry_at(row) for row in rows)
+
+    def choose(self, entries: tuple[Entry, ...]) -> None:
+        """Select these again where they are still there; the table was filled anew."""
+        wanted = {one.folder for one in entries}
+        self.clearSelection()
+        for row in range(self._filter.rowCount()):
+            if self._filter.entry_at(row).folder in wanted:
+                self.selectionModel().select(
+                    self._filter.index(row, 0),
+                    self.selectionModel().SelectionFlag.Select | self.selectionModel().SelectionFlag.Rows,
+                )
+
+    def _open(self, _index: QModelIndex) -> None:
+        self.opened.emit()
+
+    def keyPressEvent(self, event: QKeyEvent) -> None:
+        if event.key() in (Qt.Key.Key_Return, Qt.Key.Key_Enter):
+            self.opened.emit()
+        elif event.key() == Qt.Key.Key_Delete:
+            self.delete_wanted.emit()
+        else:
+            super().keyPressEvent(event)

@@ -1,0 +1,1 @@
+"""Every threshold and flag: read, edit, write, verify."""

@@ -1,0 +1,157 @@
+"""The baud rate, framed and apart: it can cut the very line that it is sent over."""
+
+from collections.abc import Callable
+from functools import partial
+
+from PySide6.QtWidgets import QFrame, QHBoxLayout, QPushButton, QVBoxLayout
+
+from app.engine.procedure import Report
+from app.engine.worker import Job
+from app.procedures.baud import BaudChanged, BaudEnd, change_baud
+from app.safety.acts import Act
+from app.safety.interlocks import Condition
+from app.safety.permit import Origin, Permit
+from app.text.i18n import tr
+from protocol.catalogue import BAUD_RATE
+from protocol.translatable import marked
+from ui.acts.confirm import Confirm
+from ui.acts.outcomes import SameModule, open_conditions
+from ui.forms.field_editors import ChoiceEditor, make_editor
+from ui.forms.value_label import KnownValue
+from ui.services.context import Services
+from ui.style.theme import Meaning, Space
+from ui.widgets.naming import named
+from ui.widgets.notice_bar import Choice, Notice, NoticeBar
+from ui.widgets.sliders import WheelGuard
+from ui.widgets.text_labels import text_label
+
+
+class BaudPanel(QFrame):
+    """`refresh` brings everything up to date."""
+
+    def __init__(self, services: Services, guard: WheelGuard) -> None:
+        super().__init__()
+        self.setObjectName("baud_panel")
+        self.setProperty("role", "danger-corner")
+        self._services, self._connector = services, services.connector
+        self._job: Job[BaudChanged] | None = None
+        self._progress: Report | None = None
+        self._done: Callable[[], Notice] | None = None
+        self._module = SameModule(services.connector)
+        texts = services.texts
+        self._title = text_label("baud_title", "strong")
+        self._warning = text_label("baud_warning", "small")
+        self.conditions = text_label("baud_conditions", "attention")
+        self.stands = KnownValue(BAUD_RATE)
+        editor = make_editor(BAUD_RATE, texts, guard)
+        if not isinstance(editor, ChoiceEditor):
+            raise TypeError("the baud rate is one of a few")
+        self.editor = editor
+        self.confirm = Confirm("baud", texts, ask=marked("Change the baud rate …"), go=marked("Change it now"))
+        self.find_button = named(QPushButton(), "baud_find")
+        self.said = NoticeBar(texts)
+        self.said.setObjectName("baud_said")
+        texts.bind(self._title.setText, BAUD_RATE.title)
+        texts.bind(
+            self._warning.setText,
+            "The vendor advises not to change it. The program looks for the module at the new rate, the old one, then "
+            "all; should it be lost, switch it off and on and use “Find my module”.",
+        )
+        texts.bind(self.find_button.setText, "Find my module")
+        texts.bind(self.find_button.setAccessibleName, "Find my module")
+        texts.bind(self.find_button.setToolTip, "Go through all baud rates until the module answers")
+        self.find_button.clicked.connect(self._connector.find_rate)
+        self.editor.chosen.connect(lambda _value: self.confirm.withdraw())
+        self.confirm.asked.connect(self._forget)
+        self.confirm.confirmed.connect(self._change)
+        services.appearance.changed.connect(self.said.follow_theme)
+        self._lay_out()
+
+    def refresh(self) -> None:
+        if self._module.is_another():
+            self._done = None
+        connector = self._connector
+        now = connector.clock()
+        self.stands.show_known(connector.device.known("baud_rate", now), now)
+        found = open_conditions(self._services, Act.CHANGE_BAUD)
+        self.conditions.setText(" ".join(one.sentence for one in found))
+        self.conditions.setVisible(bool(found))
+        in_the_way = [one for one in found if one.condition is not Condition.FRESH_STATUS]
+        is_another = self.editor.value is not None and self.editor.value != connector.connection.baud_rate
+        is_free = connector.is_open and self._job is None
+        self.editor.setEnabled(is_free)
+        self.find_button.setEnabled(is_free)
+        self.confirm.set_possible(is_free and is_another and not in_the_way)
+        self.said.show_notice(self._notice())
+
+    def _notice(self) -> Notice | None:
+        if self._job is None:
+            return None if self._done is None else self._done()
+        report, said = self._progress, tr("Changing the baud rate …")
+        if report is not None:
+            said = tr(report.doing, **dict(report.values))
+        return Notice(Meaning.INFORMATION, said)
+
+    def _change(self) -> None:
+        rate = self.editor.value
+        if rate is None:
+            return
+        connector = self._connector
+        permit = Permit(Act.CHANGE_BAUD, Origin.CONFIRMATION, connector.clock())
+        journal = self._services.keeping.journal(connector.target)
+        self._progress = None
+        self._job = connector.run(
+            change_baud(rate, journal, permit=permit, armed=self._services.armed),
+            partial(self._end, rate),
+            on_progress=self._remember_progress,
+        )
+        self.refresh()
+
+    def _remember_progress(self, report: Report) -> None:
+        self._progress = report
+
+    def _end(self, rate: int, job: Job[BaudChanged]) -> None:
+        self._job = None
+        if job.run.error is not None:
+            self._done = partial(_broken_off, rate, self._forget)
+        else:
+            self._done = partial(self._ended, job.outcome())
+        self.editor.show_draft(None, None)
+        self.refresh()
+
+    def _ended(self, changed: BaudChanged) -> Notice:
+        meaning = {
+            BaudEnd.CHANGED: Meaning.GOOD,
+            BaudEnd.LOST: Meaning.DANGER,
+            BaudEnd.ELSEWHERE: Meaning.DANGER,
+        }.get(changed.end, Meaning.ATTENTION)
+        find: tuple[Choice, ...] = ()
+        if changed.end is BaudEnd.LOST:
+            find = (Choice("find_lost", tr("Find my module"), self._connector.find_rate, is_main=True),)
+        return Notice(meaning, changed.sentence, find, self._forget)
+
+    def _forget(self) -> None:
+        self._done = None
+        self.refresh()
+
+    def _lay_out(self) -> None:
+        column = QVBoxLayout(self)
+        column.setContentsMargins(Space.M, Space.M, Space.M, Space.M)
+        column.setSpacing(Space.XS)
+        for label in (self._title, self._warning):
+            column.addWidget(label)
+        row = QHBoxLayout()
+        row.setSpacing(Space.M)
+        row.addWidget(self.stands)
+        row.addWidget(self.editor)
+        row.addStretch(1)
+        row.addWidget(self.find_button)
+        row.addWidget(self.confirm)
+        column.addLayout(row)
+        column.addWidget(self.conditions)
+        column.addWidget(self.said)
+
+
+def _broken_off(rate: int, dismiss: Callable[[], None]) -> Notice:
+    text = tr("Broken off: it is not known whether the module is at {rate} baud now. Use “Find my module”.", rate=rate)
+    return Notice(Meaning.DANGER, text, dismiss=dismiss)

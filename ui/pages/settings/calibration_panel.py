@@ -1,0 +1,203 @@
+"""The light threshold by measurement: bay closed, bay open, and a threshold between with its margin to both sides."""
+
+from functools import partial
+
+from PySide6.QtCore import QSize, Qt, Signal
+from PySide6.QtWidgets import QFrame, QHBoxLayout, QLabel, QPushButton, QVBoxLayout, QWidget
+
+from app.engine.procedure import Report
+from app.engine.worker import Job
+from app.procedures.light_calibration import Band, Obstacle, Proposal, measure_light, propose
+from app.text.i18n import tr
+from protocol.translatable import marked
+from ui.acts.outcomes import SameModule
+from ui.services.context import Services
+from ui.style.icons import Icon, icon
+from ui.style.theme import Space
+from ui.widgets.naming import named
+from ui.widgets.text_labels import text_label
+
+CLOSED, OPEN = "closed", "open"
+
+
+class CalibrationPanel(QWidget):
+    """`proposed` gives the threshold in volts that a person took; it is written like any other value."""
+
+    proposed = Signal(float)
+    closed = Signal()
+
+    def __init__(self, services: Services) -> None:
+        super().__init__()
+        self.setObjectName("calibration_panel")
+        self._services, self._connector = services, services.connector
+        self._bands: dict[str, Band] = {}
+        self._job: Job[Band] | None = None
+        self._measuring = ""
+        self._progress: Report | None = None
+        self._trouble = False
+        self._module = SameModule(services.connector)
+        texts = services.texts
+        self._title = text_label("calibration_title", "title")
+        self._intro = text_label("calibration_intro", "muted")
+        self.sides = {CLOSED: _Side(CLOSED, Icon.BAY_CLOSED), OPEN: _Side(OPEN, Icon.BAY_OPEN)}
+        for name, side in self.sides.items():
+            side.button.clicked.connect(partial(self._measure, name))
+            texts.bind(side.button.setToolTip, "Twenty readings, about two seconds")
+        texts.bind(self._title.setText, "Light threshold by measurement")
+        texts.bind(
+            self._intro.setText,
+            "The module counts the parachute as gone by the light in its bay. Measure in the light of the day on which "
+            "it flies, with nobody's hand before the sensor.",
+        )
+        self._bind_side(CLOSED, marked("1. Bay closed"), marked("Measure, closed"))
+        self._bind_side(OPEN, marked("2. Bay open"), marked("Measure, open"))
+        self.result = text_label("calibration_result", "strong")
+        self.detail = text_label("calibration_detail", "small")
+        self.take = named(QPushButton(), "calibration_take")
+        self.take.setProperty("role", "primary")
+        self.take.clicked.connect(self._take)
+        self.back = named(QPushButton(), "calibration_back")
+        texts.bind(self.back.setText, "Back to the settings")
+        texts.bind(self.back.setAccessibleName, "Back to the settings; nothing is changed")
+        texts.bind(self.back.setToolTip, "Nothing is changed (Esc)")
+        texts.bind(self.take.setText, "Use this threshold")
+        texts.bind(self.take.setAccessibleName, "Use this threshold")
+        texts.bind(self.take.setToolTip, "Puts it into the form; it is written with the other changes")
+        self.back.clicked.connect(self._leave)
+        self._lay_out()
+
+    @property
+    def proposal(self) -> Proposal | Obstacle | None:
+        if len(self._bands) < len(self.sides):
+            return None
+        return propose(self._bands[CLOSED], self._bands[OPEN])
+
+    def begin(self) -> None:
+        self._bands.clear()
+        self._trouble = False
+        self.sides[CLOSED].button.setFocus()
+
+    def refresh(self) -> None:
+        if self._module.is_another():
+            self._bands.clear()  # one side of one module says nothing about the other side of another
+        can = self._connector.is_open and self._job is None
+        for name, side in self.sides.items():
+            side.button.setEnabled(can)
+            side.text.setText(self._side_text(name))
+        found = self.proposal
+        self.take.setEnabled(isinstance(found, Proposal))
+        match found:
+            case Proposal():
+                self.result.setText(found.sentence)
+                parts = [tr(found.direction.value)]
+                vendors = tr("The vendor's advice, the reading with the bay fully open, would be {volts:.1f} V.",
+                             volts=found.vendors_v)  # fmt: skip
+                parts.append(vendors)
+                if not found.is_steady:
+                    parts.append(tr("The readings are spread wide: measure again in steady light."))
+                self.detail.setText(" ".join(parts))
+            case Obstacle():
+                self.result.setText(tr(found.value))
+                self.detail.setText(tr("No threshold is proposed."))
+            case _:
+                self.result.setText(tr("Measure both to get a threshold."))
+                lost = tr("Broken off: the connection was lost.") if self._trouble else ""
+                self.detail.setText(lost)
+
+    def _side_text(self, name: str) -> str:
+        if self._job is not None and self._measuring == name:
+            done = 0 if self._progress is None else self._progress.done
+            return tr("measuring … {done} readings", done=done)
+        band = self._bands.get(name)
+        if band is None:
+            return tr("not measured yet")
+        if not band.raws:
+            return tr("no readings")
+        return tr(
+            "{median:.1f} V ({count} readings, {low:.1f} to {high:.1f} V)",
+            median=band.median_v, count=len(band.raws), low=band.low_v, high=band.high_v,
+        )  # fmt: skip
+
+    def _measure(self, name: str, _is_checked: bool = False) -> None:
+        if self._job is None:
+            self._measuring, self._progress, self._trouble = name, None, False
+            self._bands.pop(name, None)
+            self._job = self._connector.run(
+                measure_light(), partial(self._end, name), on_progress=self._remember_progress
+            )
+            self.refresh()
+
+    def _remember_progress(self, report: Report) -> None:
+        self._progress = report
+
+    def _end(self, name: str, job: Job[Band]) -> None:
+        if job is not self._job:
+            return
+        self._job = None
+        if job.run.error is None:
+            self._bands[name] = job.outcome()
+            if name == CLOSED:
+                self.sides[OPEN].button.setFocus()
+        else:
+            self._trouble = True
+        self.refresh()
+
+    def _take(self) -> None:
+        found = self.proposal
+        if isinstance(found, Proposal):
+            self.proposed.emit(found.threshold_v)
+
+    def _leave(self) -> None:
+        if self._job is not None:
+            self._job.cancel()
+        self.closed.emit()
+
+    def _bind_side(self, name: str, title: str, button: str) -> None:
+        side, texts = self.sides[name], self._services.texts
+        texts.bind(side.title.setText, title)
+        texts.bind(side.button.setText, button)
+        texts.bind(side.button.setAccessibleName, button)
+
+    def _lay_out(self) -> None:
+        column = QVBoxLayout(self)
+        column.setContentsMargins(Space.M, Space.M, Space.M, Space.S)
+        column.setSpacing(Space.S)
+        column.addWidget(self._title)
+        column.addWidget(self._intro)
+        sides = QHBoxLayout()
+        sides.setSpacing(Space.M)
+        for side in self.sides.values():
+            sides.addWidget(side, 1)
+        column.addLayout(sides)
+        column.addSpacing(Space.S)
+        column.addWidget(self.result)
+        column.addWidget(self.detail)
+        column.addStretch(1)
+        foot = QHBoxLayout()
+        foot.setSpacing(Space.S)
+        foot.addStretch(1)
+        foot.addWidget(self.back)
+        foot.addWidget(self.take)
+        column.addLayout(foot)
+
+
+class _Side(QFrame):
+    """One position of the bay."""
+
+    def __init__(self, name: str, picture: Icon) -> None:
+        super().__init__()
+        self.setObjectName(f"calibration_{name}")
+        self.setProperty("role", "card")
+        self.title = named(QLabel(), f"calibration_{name}_title")
+        self.title.setProperty("role", "strong")
+        self.text = named(QLabel(), f"calibration_{name}_text")
+        self.text.setWordWrap(True)
+        self.button = named(QPushButton(), f"calibration_{name}_measure")
+        self.button.setIcon(icon(picture))
+        self.button.setIconSize(QSize(20, 20))
+        column = QVBoxLayout(self)
+        column.setContentsMargins(Space.M, Space.M, Space.M, Space.M)
+        column.setSpacing(Space.S)
+        for widget in (self.title, self.text):
+            column.addWidget(widget)
+        column.addWidget(self.button, alignment=Qt.AlignmentFlag.AlignLeft)

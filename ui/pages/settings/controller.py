@@ -1,0 +1,313 @@
+"""What the Settings page does with the module: read, write and prove, look after a power cycle; one thing at a time."""
+
+from collections.abc import Callable
+from concurrent.futures import Future
+from functools import partial
+from typing import Any
+
+from PySide6.QtCore import QObject, Signal
+
+from app.engine.procedure import Cancelled, Procedure, Report
+from app.engine.setting_changes import ChangedSetting
+from app.engine.snapshots import Snapshot
+from app.engine.worker import Job
+from app.procedures.power_cycle import Ending, Survival, survives_power_cycle
+from app.procedures.read import Everything, read_everything
+from app.procedures.write_all import Leave, WriteReport, write_all
+from app.safety.acts import Act
+from app.safety.interlocks import Condition, Refusal, refusals, situation
+from app.settings.form import RowState, SettingsForm
+from app.text.i18n import tr
+from app.text.sentences import together
+from protocol.link_states import Presence
+from ui.services.context import Services
+from ui.style.theme import Meaning
+from ui.widgets.notice_bar import Choice, Notice
+
+
+class SettingsWork(QObject):
+    """Owns the form. `changed`: something about it or about the work is different."""
+
+    changed = Signal()
+
+    def __init__(self, services: Services, parent: QObject | None = None) -> None:
+        super().__init__(parent)
+        self.form = SettingsForm()
+        self.found: Snapshot | None = None
+        """The settings as they were before the first write to this module."""
+        self._services = services
+        self._connector = services.connector
+        services.unsent.changed = self._changed_settings
+        self._job: Job[Any] | None = None
+        self._progress: Report | None = None
+        self._notice: Callable[[], Notice | None] | None = None
+        self._whose: str | None = None
+        self._connector.changed.connect(self._watch_module)
+        services.unsent.count = self.count_unsent
+        services.unsent.discard = self.discard
+
+    @property
+    def is_busy(self) -> bool:
+        return self._job is not None
+
+    @property
+    def can_edit(self) -> bool:
+        """There is, or was and is expected back, a module to write to."""
+        return self._connector.is_wanted and not self.form.is_writing
+
+    @property
+    def can_send(self) -> bool:
+        return self._connector.is_open and not self.is_busy
+
+    @property
+    def can_write(self) -> bool:
+        """Else the engine would refuse it."""
+        return self.can_send and self._connector.device.presence is Presence.ONLINE
+
+    def count_unsent(self) -> int:
+        return self.form.count_unsent(self._connector.device, self._connector.clock()) if self._whose else 0
+
+    def _changed_settings(self) -> tuple[ChangedSetting, ...]:
+        """What reads differently than before and was not written here."""
+        if self._whose:
+            self.form.rows(self._connector.device, self._connector.clock())
+        return tuple(self.form.watch.changed.values())
+
+    def discard(self) -> None:
+        self.form.revert()
+        self.changed.emit()
+
+    def notice(self) -> Notice | None:
+        """What is being done, or was said last, in the language in use."""
+        if self._job is not None:
+            report = self._progress
+            said = tr("Asking the module …")
+            if report is not None:
+                said = tr(report.doing, **{name: _spoken(value) for name, value in report.values})
+                said = tr("{what} ({done} of {total})", what=said, done=report.done + 1, total=report.total)
+            return Notice(Meaning.INFORMATION, said, (Choice("cancel", tr("Cancel"), self.cancel),))
+        return None if self._notice is None else self._notice()
+
+    # What a person does
+
+    def read_all(self) -> None:
+        if self.can_send:
+            self._notice = None
+            self._run(read_everything(), self._end_reading)
+
+    def write(self, *, is_warned: bool = False, is_unlocked: bool = False) -> None:
+        """Write what is wanted and prove it. Warns first where that is needed, and says why where it is refused."""
+        connector = self._connector
+        changes = self.form.changes(connector.device, connector.clock())
+        if not changes or not self.can_write:
+            return
+        if not is_warned and self._warnings():
+            self._notice = self._warning_notice
+        elif open_conditions := self._refusals(is_unlocked=is_unlocked):
+            self._notice = partial(self._refused_notice, open_conditions)
+        else:
+            self._notice = None
+            leave = Leave(
+                journal=self._services.keeping.journal(connector.target),
+                armed=self._services.armed,
+                is_unlocked=is_unlocked,
+                keep_snapshot=self._keep_snapshot if self.found is None else None,
+            )
+            self.form.begin_write(changes)
+            self._run(write_all(changes, leave), self._end_writing)
+        self.changed.emit()
+
+    def want_as_found(self) -> None:
+        if self.found is not None:
+            self.edit(partial(self.form.fill, self.found.settings))
+
+    def edit(self, act: Callable[[], object]) -> None:
+        """Do one thing to the form; what was said about its state before no longer holds."""
+        if self.can_edit:
+            act()
+            if self._job is None:
+                self._notice = None
+            self.changed.emit()
+
+    def check_survival(self) -> None:
+        if self.can_send and self.form.written:
+            self._notice = None
+            self._run(survives_power_cycle(dict(self.form.written)), self._end_survival)
+
+    def cancel(self) -> None:
+        if self._job is not None:
+            self._job.cancel()
+
+    def say(self, make: Callable[[], Notice | None] | None) -> None:
+        self._notice = make
+        self.changed.emit()
+
+    def dismiss(self) -> None:
+        """Esc: take back a question; nothing is sent."""
+        self.say(None)
+
+    # How it ends
+
+    def _run(self, procedure: Procedure[Any], then: Callable[[Job[Any]], None]) -> None:
+        self._progress = None
+
+        def end(job: Job[Any]) -> None:
+            if job is self._job:
+                self._job = None
+            then(job)
+            self.changed.emit()
+
+        self._job = self._connector.run(procedure, end, on_progress=self._remember_progress)
+        self.changed.emit()
+
+    def _remember_progress(self, report: Report) -> None:
+        self._progress = report
+
+    def _end_reading(self, job: Job[Everything]) -> None:
+        if job.run.error is not None:
+            self._notice = partial(_broken_off_notice, job.run.error)
+            return
+        self.form.watch.accept()  # a person asked for what stands now
+        missing = len(job.outcome().errors)
+        self._notice = None if not missing else partial(self._unread_notice, missing)
+
+    def _end_writing(self, job: Job[WriteReport]) -> None:
+        if job.run.error is not None:
+            self.form.lose_write()
+            self._notice = partial(_broken_off_notice, job.run.error)
+            if isinstance(job.run.error, Cancelled) and self.can_send:
+                self._run(read_everything(), lambda _job: None)  # what stands now is soon known
+            return
+        report = job.outcome()
+        self.form.take_results(report.results)
+        if report.refusals:
+            self._notice = partial(self._refused_notice, report.refusals)
+        else:
+            self._notice = partial(self._written_notice, report)
+
+    def _end_survival(self, job: Job[Survival]) -> None:
+        if job.run.error is not None:
+            self._notice = partial(_broken_off_notice, job.run.error)
+            return
+        survival = job.outcome()
+        self.form.stamp(survival.stamps)
+        self._notice = partial(_survival_notice, survival)
+
+    def _keep_snapshot(self, snapshot: Snapshot) -> Future[int] | None:
+        """In the worker's thread."""
+        self.found = snapshot
+        return self._services.keeping.keep_snapshot(snapshot, self._connector.connection.port)
+
+    def _watch_module(self) -> None:
+        whose = self._connector.whose if self._connector.is_wanted else None
+        if whose != self._whose:
+            self._whose, self.found, self._notice = whose, None, None
+            self.form.forget()
+        self.changed.emit()
+
+    # What is said
+
+    def _warnings(self) -> list[tuple[str, str]]:
+        connector = self._connector
+        rows = self.form.rows(connector.device, connector.clock())
+        return [(tr(row.command.title), together(one.sentence for one in row.warnings)) for row in rows if row.warnings]
+
+    def _warning_notice(self) -> Notice | None:
+        warnings = self._warnings()
+        if not warnings:
+            return None
+        text = together(tr("{setting}: {why}", setting=setting, why=why) for setting, why in warnings)
+        return Notice(Meaning.ATTENTION, text, self._choices(is_locked=True))
+
+    def _choices(self, *, is_locked: bool) -> tuple[Choice, ...]:
+        """Both steps of a write that is asked about have places of their own, whichever is shown."""
+        anyway, unlocked = partial(self.write, is_warned=True), partial(self.write, is_warned=True, is_unlocked=True)
+        once = tr("Unlock this one write")
+        return (
+            Choice("not_now", tr("Do not write"), self.dismiss),
+            Choice("write_anyway", tr("Write anyway"), anyway, is_step=True, is_shown=is_locked),
+            Choice("unlock_once", once, unlocked, is_step=True, is_shown=not is_locked),
+        )
+
+    def _refusals(self, *, is_unlocked: bool) -> tuple[Refusal, ...]:
+        connector = self._connector
+        armed = self._services.armed.act
+        now_is = situation(
+            connector.device,
+            connector.clock(),
+            must_be_proven=False,
+            is_the_one_meant=connector.identity.is_proven,
+            armed=armed,
+            is_unlocked=is_unlocked,
+        )
+        found = refusals(Act.WRITE, now_is)
+        # Where it is merely not known whether the module is locked, the engine asks it: here only "ACTIVE" refuses.
+        return tuple(one for one in found if one.condition is not Condition.MAY_WRITE or now_is.active)
+
+    def _refused_notice(self, open_conditions: tuple[Refusal, ...]) -> Notice:
+        text = together([tr("Nothing was written."), *(one.sentence for one in open_conditions)])
+        can_unlock = all(one.condition is Condition.MAY_WRITE for one in open_conditions)
+        choices = self._choices(is_locked=False) if can_unlock else ()
+        return Notice(Meaning.ATTENTION, text, choices, None if can_unlock else self.dismiss)
+
+    def _written_notice(self, report: WriteReport) -> Notice:
+        """What stands of it now: what was verified and changed since is no longer said to be verified."""
+        rows = {row.command: row for row in self.form.rows(self._connector.device, self._connector.clock())}
+        states = [rows[one.command].state for one in report.results if one.command in rows]
+        verified = states.count(RowState.VERIFIED)
+        received = sum(one.is_fine and one.verified is None for one in report.results)
+        bad = sum(row.state is RowState.FAILED for row in rows.values())
+        moved = sum(row.state is RowState.CHANGED for row in rows.values())
+        since = len(report.results) - verified - received - bad - states.count(RowState.CHANGED)
+        parts = []
+        if verified:
+            parts.append(tr("{count} written and read back equal: verified.", count=verified))
+        if received:
+            parts.append(tr("{count} acknowledged; cannot be read back.", count=received))
+        if bad:
+            parts.append(tr("{count} NOT as wanted: see the red rows.", count=bad))
+        if moved:
+            parts.append(tr("{count} changed without being written: see the red rows.", count=moved))
+        if report.unread:
+            titles = ", ".join(tr(command.title) for command in report.unread)
+            parts.append(tr("Could not be read again: {names}.", names=titles))
+        if since > 0:
+            parts.append(tr("{count} not verified, but read as wanted since.", count=since))
+        survive: tuple[Choice, ...] = ()
+        if verified:
+            survive = (Choice("survives", tr("Survives a power cycle?"), self.check_survival),)
+        is_bad = bad or moved or report.unread
+        meaning = Meaning.DANGER if is_bad else (Meaning.GOOD if verified else Meaning.INFORMATION)
+        return Notice(meaning, together(parts), survive, self.dismiss)
+
+    def _unread_notice(self, missing: int) -> Notice:
+        text = tr("{count} could not be read; the rows say what is not known.", count=missing)
+        again = Choice("read_again", tr("Read again"), self.read_all)
+        return Notice(Meaning.ATTENTION, text, (again,), self.dismiss)
+
+
+def _spoken(value: object) -> object:
+    return tr(value) if isinstance(value, str) else value
+
+
+def _broken_off_notice(error: BaseException) -> Notice:
+    if isinstance(error, Cancelled):
+        return Notice(Meaning.INFORMATION, tr("Cancelled. What was not read back is not known."))
+    return Notice(Meaning.DANGER, tr("Broken off: the connection was lost. What was not read back is not known."))
+
+
+def _survival_notice(survival: Survival) -> Notice:
+    kept = sum(stamp.fate.name == "KEPT" for stamp in survival.stamps.values())
+    match survival.ending:
+        case Ending.NOT_SEEN:
+            return Notice(Meaning.ATTENTION, tr("No restart was seen: nothing is known about a power cycle."))
+        case Ending.UNPROVEN:
+            text = tr("The module restarted, but the boot count does not prove that its power was off.")
+            return Notice(Meaning.ATTENTION, text)
+        case _:
+            pass
+    boots = tr("Boot count {before} → {after}.", before=survival.boots_before, after=survival.boots_after)
+    if survival.is_fine:
+        return Notice(Meaning.GOOD, tr("{count} kept over the power cycle. {boots}", count=kept, boots=boots))
+    text = tr("Not everything was kept over the power cycle: see the rows. {boots}", boots=boots)
+    return Notice(Meaning.DANGER, text)

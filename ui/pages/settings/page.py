@@ -1,0 +1,300 @@
+"""Every setting of the module: what stands, what is wanted; written, and proven by reading back.
+
+The rows scroll; what is said and the buttons below stay in sight.
+"""
+
+from collections.abc import Mapping
+from functools import partial
+from pathlib import Path
+from typing import Final
+
+from PySide6.QtCore import QSize, Qt, Signal
+from PySide6.QtGui import QAction, QKeyEvent, QKeySequence
+from PySide6.QtWidgets import (
+    QFrame,
+    QHBoxLayout,
+    QPushButton,
+    QScrollArea,
+    QStackedLayout,
+    QVBoxLayout,
+    QWidget,
+)
+
+from app.engine.worker import Batch
+from app.settings.form import FORM_COMMANDS, RowState
+from app.settings.profiles import Profile
+from app.text.i18n import tr
+from app.text.sentences import together
+from protocol.fields import Value
+from protocol.translatable import marked
+from ui.pages.settings.baud_panel import BaudPanel
+from ui.pages.settings.calibration_panel import CalibrationPanel
+from ui.pages.settings.controller import SettingsWork
+from ui.pages.settings.fingerprint_view import FingerprintView
+from ui.pages.settings.profile_compare import ProfileCompare
+from ui.pages.settings.profile_files import SUFFIX, ProfileFiles
+from ui.pages.settings.row import SettingsRow
+from ui.services.context import Services
+from ui.style.icons import Icon, icon
+from ui.style.theme import Meaning, Space
+from ui.widgets.flow_row import FlowRow
+from ui.widgets.naming import named
+from ui.widgets.notice_bar import Notice, NoticeBar
+from ui.widgets.sliders import WheelGuard
+from ui.widgets.visibility_timer import WhileSeen
+
+REFRESH_EVERY_MS: Final = 250
+
+
+class SettingsPage(QWidget):
+    """See the module's docstring."""
+
+    suffixes = (SUFFIX,)
+    """Of the files that may be dropped on the window for this page."""
+    page_wanted = Signal(str)
+    """The key of a page."""
+
+    def __init__(self, services: Services, parent: QWidget | None = None) -> None:
+        super().__init__(parent)
+        self.setObjectName("settings_page")
+        self._services, self._connector = services, services.connector
+        texts = services.texts
+        self._guard = WheelGuard(self)
+        self.work = SettingsWork(services, self)
+        self.rows = {command.key: SettingsRow(command, texts, self._guard) for command in FORM_COMMANDS}
+        self.baud = BaudPanel(services, self._guard)
+        self.files = ProfileFiles(services)
+        self.compare = ProfileCompare(texts)
+        self.calibration = CalibrationPanel(services)
+        self.strip = NoticeBar(texts)
+        self.strip.setObjectName("settings_notice")
+        policy = self.strip.sizePolicy()
+        policy.setRetainSizeWhenHidden(True)
+        self.strip.setSizePolicy(policy)
+        self.strip.setMinimumHeight(44)
+        self.fingerprint = FingerprintView()
+        self._make_buttons()
+        self._stack = QStackedLayout(self)
+        self._form = self._lay_out()
+        for view in (self._form, self.compare, self.calibration):
+            self._stack.addWidget(view)
+        self._wire()
+        WhileSeen(self, self.refresh, every_ms=REFRESH_EVERY_MS)
+        self.refresh()
+
+    def take(self, batch: Batch) -> None:
+        """Everything shown is looked up at the next refresh."""
+
+    def open_file(self, path: Path) -> None:
+        """A profile, dropped on the window or chosen elsewhere."""
+        self.files.open_file(path)
+
+    def refresh(self) -> None:
+        """Everything as it is now."""
+        work, device, now = self.work, self._connector.device, self._connector.clock()
+        form = work.form
+        for row in form.rows(device, now):
+            self.rows[row.command.key].show_row(row, now, is_editable=work.can_edit)
+        count = len(form.changes(device, now))
+        self.write.setText(tr("Write {count} changes", count=count) if count != 1 else tr("Write 1 change"))
+        has_unfit = form.count_unsent(device, now) > count
+        self.write.setEnabled(work.can_write and count > 0 and not has_unfit)
+        self.read.setEnabled(work.can_send)
+        self.revert.setEnabled(work.can_edit and form.has_drafts)
+        self.defaults.setEnabled(work.can_edit)
+        self.as_found.setEnabled(work.can_edit and work.found is not None)
+        self.undo.setEnabled(work.can_edit and form.can_undo)
+        self.redo.setEnabled(work.can_edit and form.can_redo)
+        self.strip.show_notice(work.notice() or self._idle_notice())
+        self.fingerprint.show_device(device, now)
+        self.files.refresh()
+        self.compare.refresh(device, now, can_apply=work.can_write and work.can_edit)
+        self.baud.refresh()
+        self.calibration.refresh()
+
+    def _idle_notice(self) -> Notice | None:
+        if self._connector.is_wanted:
+            now = self._connector.clock()
+            unfit = [row for row in self.work.form.rows(self._connector.device, now) if row.state is RowState.UNFIT]
+            said = [tr("{setting}: {why}.", setting=tr(row.command.title), why=row.reason) for row in unfit]
+            if self._connector.is_open and not self.work.is_busy and not self.work.can_write:
+                said.append(tr("The module does not answer."))
+            return Notice(Meaning.ATTENTION, together(said)) if said else None
+        return Notice(Meaning.INFORMATION, tr("Connect a module to see and change its settings."))
+
+    # What a person does
+
+    def _write(self) -> None:
+        self.work.write()
+
+    def show_form(self) -> None:
+        self._stack.setCurrentWidget(self._form)
+        self.refresh()
+
+    def _show_profile(self, profile: Profile, path: Path) -> None:
+        self.compare.show_profile(profile, path)
+        self._stack.setCurrentWidget(self.compare)
+        self.refresh()
+
+    def _show_faults(self, path: Path, sentences: tuple[str, ...]) -> None:
+        self.compare.show_faults(path, sentences)
+        self._stack.setCurrentWidget(self.compare)
+        self.refresh()
+
+    def _apply_profile(self, values: dict[str, Value]) -> None:
+        self.show_form()
+        self.work.edit(partial(self.work.form.fill, values))
+        self.work.write()
+
+    def _measure(self) -> None:
+        self.calibration.begin()
+        self._stack.setCurrentWidget(self.calibration)
+        self.refresh()
+
+    def _take_threshold(self, threshold_v: float) -> None:
+        self.work.edit(partial(self.work.form.choose, "light_threshold_v", threshold_v))
+        self.show_form()
+
+    def _try_out(self) -> None:
+        self._services.exchange.tried.emit(self.work.form.wanted)
+        self.page_wanted.emit("live")
+
+    def _take_drafts(self, values: Mapping[str, Value]) -> None:
+        """What was tried on recorded data."""
+        self.show_form()
+        self.work.edit(partial(self.work.form.fill, values))
+
+    # Making
+
+    def _make_buttons(self) -> None:
+        self.write = self._button("settings_write", Icon.DROP, marked("Write the changes"),
+                                  marked("Write what is wanted to the module and prove it (Ctrl+Return)"))  # fmt: skip
+        self.write.setProperty("role", "primary")
+        self.write.setIcon(icon(Icon.DROP, is_on_primary=True))
+        self.read = self._button("settings_read", Icon.AGAIN, marked("Read all"),
+                                 marked("Ask the module for everything (F5)"))  # fmt: skip
+        self.undo = self._button("settings_undo", Icon.UNDO, marked("Undo"), marked("Take the last edit back (Ctrl+Z)"))
+        self.redo = self._button("settings_redo", Icon.REDO, marked("Redo"), marked("Do it again (Ctrl+Shift+Z)"))
+        self.revert = self._button("settings_revert", None, marked("Revert"),
+                                   marked("Want what the module holds: drop all edits"))  # fmt: skip
+        self.defaults = self._button("settings_defaults", None, marked("Defaults"),
+                                     marked("Want the vendor's defaults; nothing is written yet"))  # fmt: skip
+        tip = marked("Would these values have fired on what was measured? Nothing is sent")
+        self.try_out = self._button("settings_try", None, marked("Try it out"), tip)
+        self.as_found = self._button(
+            "settings_as_found",
+            None,
+            marked("As it was found"),
+            marked("Want the settings from before the first change of this session"),
+        )
+
+    def _button(self, name: str, picture: Icon | None, english: str, tip: str) -> QPushButton:
+        button = named(QPushButton(), name)
+        if picture is not None:
+            button.setIcon(icon(picture))
+            button.setIconSize(QSize(16, 16))
+        texts = self._services.texts
+        if name not in ("settings_write", "settings_undo", "settings_redo"):
+            texts.bind(button.setText, english)
+        texts.bind(button.setAccessibleName, english)
+        texts.bind(button.setToolTip, tip)
+        return button
+
+    def _wire(self) -> None:
+        work, form = self.work, self.work.form
+        for row in self.rows.values():
+            row.typed.connect(lambda key, text: work.edit(partial(form.type_text, key, text)))
+            row.chosen.connect(lambda key, value: work.edit(partial(form.choose, key, value)))
+            row.withdrawn.connect(lambda key: work.edit(partial(form.revert, key)))
+            row.left.connect(form.end_typing)
+            row.measure_wanted.connect(self._measure)
+        self.write.clicked.connect(self._write)
+        self.read.clicked.connect(work.read_all)
+        self.undo.clicked.connect(lambda: work.edit(form.undo))
+        self.redo.clicked.connect(lambda: work.edit(form.redo))
+        self.revert.clicked.connect(lambda: work.edit(form.revert))
+        self.defaults.clicked.connect(lambda: work.edit(form.want_defaults))
+        self.as_found.clicked.connect(work.want_as_found)
+        self.try_out.clicked.connect(self._try_out)
+        for name, keys, button in (
+            ("settings_undo_key", ("Ctrl+Z",), self.undo),
+            ("settings_redo_key", ("Ctrl+Shift+Z", "Ctrl+Y"), self.redo),
+            ("settings_write_key", ("Ctrl+Return", "Ctrl+Enter"), self.write),
+            ("settings_read_key", ("F5",), self.read),
+            ("settings_open_key", ("Ctrl+O",), self.files.open),
+        ):
+            action = named(QAction(self), name)
+            action.setShortcuts([QKeySequence(key) for key in keys])
+            action.triggered.connect(button.click)
+            self.addAction(action)
+        self.files.opened.connect(self._show_profile)
+        self.files.refused.connect(self._show_faults)
+        self.files.said.connect(self._say)
+        self.compare.applied.connect(self._apply_profile)
+        self.compare.closed.connect(self.show_form)
+        self.calibration.closed.connect(self.show_form)
+        self.calibration.proposed.connect(self._take_threshold)
+        work.changed.connect(self.refresh)
+        exchange = self._services.exchange
+        exchange.find_drafts = lambda: form.wanted
+        exchange.can_use = lambda: work.can_edit
+        exchange.used.connect(self._take_drafts)
+        self._services.appearance.changed.connect(self.strip.follow_theme)
+
+    def _say(self, notice: Notice) -> None:
+        self.work.say(lambda: Notice(notice.meaning, notice.text, notice.choices, self.work.dismiss))
+
+    def _lay_out(self) -> QWidget:
+        texts = self._services.texts
+        head = QHBoxLayout()
+        head.setContentsMargins(Space.M, Space.S, Space.M, Space.XS)
+        head.setSpacing(Space.M)
+        head.addWidget(self.fingerprint, 1)
+        head.addWidget(self.files)
+        card = QFrame()
+        card.setObjectName("settings_card")
+        card.setProperty("role", "card")
+        rows = QVBoxLayout(card)
+        rows.setContentsMargins(1, 1, 1, 1)
+        rows.setSpacing(0)
+        for row in self.rows.values():
+            rows.addWidget(row)
+        content = QWidget()
+        content.setObjectName("settings_content")
+        column = QVBoxLayout(content)
+        column.setContentsMargins(Space.M, 0, Space.M, Space.S)
+        column.setSpacing(Space.XL)
+        column.addWidget(card)
+        column.addWidget(self.baud)
+        column.addStretch(1)
+        self.scroll_area = named(QScrollArea(), "settings_scroll")
+        self.scroll_area.setWidgetResizable(True)
+        self.scroll_area.setWidget(content)
+        texts.bind(self.scroll_area.setAccessibleName, "Settings")
+        foot = FlowRow()
+        foot.setContentsMargins(Space.M, Space.XS, Space.M, Space.S)
+        foot.add(self.read, self.undo, self.redo, self.revert, self.defaults, self.as_found, self.try_out)
+        foot.add_right(self.write)
+        form = QWidget()
+        form.setObjectName("settings_form")
+        whole = QVBoxLayout(form)
+        whole.setContentsMargins(0, 0, 0, 0)
+        whole.setSpacing(0)
+        whole.addLayout(head)
+        whole.addWidget(self.scroll_area, 1)
+        whole.addWidget(self.strip)
+        whole.addLayout(foot)
+        return form
+
+    # Qt
+
+    def keyPressEvent(self, event: QKeyEvent) -> None:
+        """Esc takes a question back, or leaves a profile; it never sends anything."""
+        if event.key() != Qt.Key.Key_Escape:
+            super().keyPressEvent(event)
+        elif self._stack.currentWidget() is not self._form:
+            self.show_form()
+        elif not self.work.is_busy and self.work.notice() is not None:
+            self.work.dismiss()
+        else:
+            event.ignore()

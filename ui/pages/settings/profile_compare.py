@@ -1,0 +1,188 @@
+"""A profile beside the module, row by row: tick what shall be applied. Or, for a file that is none, all its errors."""
+
+from collections.abc import Mapping, Sequence
+from functools import partial
+from pathlib import Path
+from typing import Final
+
+from PySide6.QtCore import QSize, Qt, Signal
+from PySide6.QtWidgets import (
+    QCheckBox,
+    QFrame,
+    QGridLayout,
+    QHBoxLayout,
+    QLabel,
+    QPushButton,
+    QScrollArea,
+    QVBoxLayout,
+    QWidget,
+)
+
+from app.engine.device import DeviceView
+from app.settings.profiles import Match, Profile, Row, compare
+from app.settings.setting_texts import value_text
+from app.text.i18n import tr
+from protocol.catalogue import BAUD_RATE, SETTINGS, Command
+from protocol.fields import Value
+from protocol.translatable import marked
+from ui.core.texts import Texts
+from ui.forms.value_label import KnownValue
+from ui.style.icons import Icon, icon
+from ui.style.theme import Meaning, Size, Space
+from ui.widgets.naming import named
+from ui.widgets.readout import StateChip
+from ui.widgets.text_labels import text_label
+
+_CHIPS: Final[Mapping[Match, tuple[Icon, Meaning | None]]] = {
+    Match.SAME: (Icon.CHECK, None),
+    Match.DIFFERENT: (Icon.SETTINGS, Meaning.INFORMATION),
+    Match.UNKNOWN: (Icon.UNKNOWN, Meaning.UNKNOWN),
+    Match.NOT_IN_PROFILE: (Icon.INFORMATION, None),
+}
+
+
+class ProfileCompare(QWidget):
+    """`applied` gives the ticked values by key; `closed` when a person is done with the profile."""
+
+    applied = Signal(object)
+    closed = Signal()
+
+    def __init__(self, texts: Texts) -> None:
+        super().__init__()
+        self.setObjectName("profile_compare")
+        self.profile: Profile | None = None
+        self._path = Path()
+        self._faults: tuple[str, ...] = ()
+        self._is_touched: set[str] = set()
+        self.title = text_label("profile_title", "title")
+        self.about = text_label("profile_about", "small")
+        self.faults = text_label("profile_faults", "attention")
+        self.faults.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
+        self.note = text_label("profile_note", "small")
+        self._rows = {command.key: _CompareRow(command, texts) for command in SETTINGS}
+        for key, row in self._rows.items():
+            row.tick.clicked.connect(partial(self._touch, key))
+        self.apply = named(QPushButton(), "profile_apply")
+        self.apply.setProperty("role", "primary")
+        self.apply.setIcon(icon(Icon.CHECK, is_on_primary=True))
+        self.apply.setIconSize(QSize(16, 16))
+        self.apply.clicked.connect(self._apply)
+        self.close_button = named(QPushButton(), "profile_close")
+        self.close_button.clicked.connect(self.closed)
+        texts.bind(self.close_button.setText, "Close profile")
+        texts.bind(self.close_button.setAccessibleName, "Close the profile and apply nothing")
+        texts.bind(self.close_button.setToolTip, "Back to the settings; nothing is applied (Esc)")
+        texts.bind(self.apply.setAccessibleName, "Apply what is ticked")
+        texts.bind(self.apply.setToolTip, "Write what is ticked to the module and read it back")
+        self._lay_out(texts)
+
+    def show_profile(self, profile: Profile, path: Path) -> None:
+        self.profile, self._path, self._faults = profile, path, ()
+        self._is_touched.clear()
+
+    def show_faults(self, path: Path, sentences: Sequence[str]) -> None:
+        """Why the file is no profile: everything at once."""
+        self.profile, self._path, self._faults = None, path, tuple(sentences)
+
+    def refresh(self, device: DeviceView, now: float, *, can_apply: bool) -> None:
+        profile = self.profile
+        self.faults.setVisible(profile is None)
+        self._table.setVisible(profile is not None)
+        self.apply.setVisible(profile is not None)
+        self.note.setVisible(profile is not None)
+        if profile is None:
+            self.title.setText(tr("{file} is not a profile", file=self._path.name))
+            self.about.setText(tr("Nothing was taken from it. Put these right and open it again:"))
+            self.faults.setText("\n".join(self._faults))
+            return
+        self.title.setText(profile.name)
+        self.about.setText(" · ".join(part for part in (profile.airframe, profile.notes, str(self._path)) if part))
+        for row in compare(profile, device, now):
+            self._rows[row.command.key].show_row(row, now, is_touched=row.command.key in self._is_touched)
+        count = len(self.ticked)
+        self.apply.setText(tr("Apply {count} ticked", count=count))
+        self.apply.setEnabled(can_apply and count > 0)
+
+    @property
+    def ticked(self) -> dict[str, Value]:
+        """Values of the profile by key."""
+        wanted = {} if self.profile is None else self.profile.settings
+        return {key: wanted[key] for key, row in self._rows.items() if key in wanted and row.tick.isChecked()}
+
+    def _touch(self, key: str) -> None:
+        self._is_touched.add(key)
+
+    def _apply(self) -> None:
+        self.applied.emit(self.ticked)
+
+    def _lay_out(self, texts: Texts) -> None:
+        texts.bind(self.note.setText, "The baud rate is not applied with a profile: change it in its own place.")
+        self._table = QFrame()
+        self._table.setObjectName("profile_table")
+        self._table.setProperty("role", "card")
+        grid = QGridLayout(self._table)
+        grid.setContentsMargins(Space.M, Space.S, Space.M, Space.S)
+        grid.setHorizontalSpacing(Space.M)
+        grid.setVerticalSpacing(Space.S)
+        heads = (marked("Setting"), marked("In the profile"), marked("On the module"), marked("Comparison"))
+        for column, english in enumerate(heads):
+            head = text_label(f"profile_head_{column}", "caption")
+            texts.bind(head.setText, english)
+            grid.addWidget(head, 0, column)
+        for number, row in enumerate(self._rows.values(), start=1):
+            for column, widget in enumerate((row.tick, row.wanted, row.stands, row.chip)):
+                grid.addWidget(widget, number, column, alignment=Qt.AlignmentFlag.AlignVCenter)
+        grid.setColumnStretch(0, 1)
+        content = QWidget()
+        content.setObjectName("profile_content")
+        body = QVBoxLayout(content)
+        body.setContentsMargins(Space.M, Space.S, Space.S, Space.S)
+        body.setSpacing(Space.S)
+        for widget in (self.title, self.about, self.faults, self._table, self.note):
+            body.addWidget(widget)
+        body.addStretch(1)
+        scroll = named(QScrollArea(), "profile_scroll")
+        scroll.setWidgetResizable(True)
+        texts.bind(scroll.setAccessibleName, "Profile")
+        scroll.setWidget(content)
+        foot = QHBoxLayout()
+        foot.setContentsMargins(Space.M, Space.S, Space.M, Space.S)
+        foot.setSpacing(Space.S)
+        foot.addStretch(1)
+        foot.addWidget(self.close_button)
+        foot.addWidget(self.apply)
+        whole = QVBoxLayout(self)
+        whole.setContentsMargins(0, 0, 0, 0)
+        whole.setSpacing(0)
+        whole.addWidget(scroll, 1)
+        whole.addLayout(foot)
+
+
+class _CompareRow:
+    """The widgets of one row, in a grid that is the table's."""
+
+    def __init__(self, command: Command, texts: Texts) -> None:
+        self.command = command
+        self.tick = named(QCheckBox(), f"profile_tick_{command.name}")
+        self.wanted = named(QLabel(), f"profile_wanted_{command.name}")
+        self.wanted.setProperty("role", "strong")
+        self.stands = KnownValue(command)
+        self.stands.setObjectName(f"profile_stands_{command.name}")
+        self.chip = named(StateChip("", size=Size.SMALL), f"profile_match_{command.name}")
+        texts.bind(self.tick.setText, command.title)
+        texts.bind(self.tick.setAccessibleName, command.title)
+        texts.bind(self.tick.setToolTip, "Ticked settings are written to the module")
+
+    def show_row(self, row: Row, now: float, *, is_touched: bool) -> None:
+        is_baud = row.command is BAUD_RATE
+        can = row.wanted is not None and not is_baud
+        self.tick.setEnabled(can)
+        if not can:
+            self.tick.setChecked(False)
+        elif not is_touched:
+            self.tick.setChecked(row.is_worth_applying)
+        self.wanted.setText("—" if row.wanted is None else value_text(row.command, row.wanted))
+        self.stands.show_known(row.stands, now)
+        picture, meaning = _CHIPS[row.match]
+        self.chip.set_caption(tr(row.command.title))
+        self.chip.show_state(tr(row.match.value), picture, meaning)

@@ -1,0 +1,142 @@
+"""Profiles as files: open by dialog, from the recent ones or dropped on the window; save what the module holds now."""
+
+from collections.abc import Sequence
+from functools import partial
+from pathlib import Path
+
+from PySide6.QtCore import QSize, Signal
+from PySide6.QtWidgets import QHBoxLayout, QMenu, QPushButton, QToolButton, QWidget
+
+from app.settings.profile_file import ProfileRefused, read_profile, save_profile
+from app.settings.profiles import Profile, profile_of
+from app.text.i18n import tr
+from protocol.catalogue import SERIAL_OUTPUT, SETTINGS
+from ui.files.file_dialogs import AskOpen, AskPath, ask_path, ask_profile
+from ui.services.context import Services
+from ui.style.icons import Icon, icon
+from ui.style.theme import Meaning, Space
+from ui.widgets.naming import named
+from ui.widgets.notice_bar import Notice
+
+SUFFIX = ".toml"
+
+
+class ProfileFiles(QWidget):
+    """Three buttons. `opened` gives a `Profile`, `refused` the sentences, one for each error, `said` a `Notice`."""
+
+    opened = Signal(object, object)
+    """Profile and path."""
+    refused = Signal(object, object)
+    """Path and sentences."""
+    said = Signal(object)
+
+    def __init__(self, services: Services) -> None:
+        super().__init__()
+        self.setObjectName("profile_files")
+        self.ask_open: AskOpen = ask_profile
+        self.ask_save: AskPath = ask_path
+        self._connector, self._remembered = services.connector, services.remembered
+        texts = services.texts
+        self.open = self._button("profile_open", Icon.CHECKLIST)
+        self.save = self._button("profile_save", Icon.SAVE)
+        self.recent = named(QToolButton(), "profile_recent")
+        self.recent.setPopupMode(QToolButton.ToolButtonPopupMode.InstantPopup)
+        self.menu = named(QMenu(self.recent), "profile_recent_menu")
+        self.recent.setMenu(self.menu)
+        self.menu.aboutToShow.connect(self._fill_menu)
+        texts.bind(self.open.setText, "Open profile …")
+        texts.bind(self.open.setAccessibleName, "Open a profile")
+        texts.bind(self.open.setToolTip, "Open a profile and compare it with the module (Ctrl+O); or drop it here")
+        texts.bind(self.recent.setText, "Recent")
+        texts.bind(self.recent.setAccessibleName, "Recent profiles")
+        texts.bind(self.recent.setToolTip, "Profiles that were opened or saved before")
+        texts.bind(self.save.setText, "Save as profile …")
+        texts.bind(self.save.setAccessibleName, "Save the module's settings as a profile")
+        texts.bind(self.save.setToolTip, "Save what the module holds now as a profile; what is not known is left out")
+        self.open.clicked.connect(self.choose)
+        self.save.clicked.connect(self.choose_and_save)
+        row = QHBoxLayout(self)
+        row.setContentsMargins(0, 0, 0, 0)
+        row.setSpacing(Space.S)
+        for button in (self.open, self.recent, self.save):
+            row.addWidget(button)
+
+    def refresh(self) -> None:
+        self.recent.setEnabled(bool(self._remembered.recent_profiles))
+
+    def choose(self) -> None:
+        path = self.ask_open(self, self._folder())
+        if path is not None:
+            self.open_file(path)
+
+    def open_file(self, path: Path) -> None:
+        """Whatever comes of it is told by a signal."""
+        try:
+            profile = read_profile(path)
+        except ProfileRefused as refusal:
+            if not path.exists():
+                self._forget(path)
+            self.refused.emit(path, refusal.sentences)
+            return
+        self._remember(path)
+        self.opened.emit(profile, path)
+
+    def choose_and_save(self) -> None:
+        """The present settings; nothing is written where nothing is known."""
+        now = self._connector.clock()
+        profile = profile_of(self._connector.device, now, name=tr("Profile"))
+        if not profile.settings:
+            self._say(Meaning.ATTENTION, tr("Nothing is known of the module's settings: read them first."))
+            return
+        suggested = self._folder() / f"profile{SUFFIX}"
+        path = self.ask_save(self, tr("Save as a profile"), suggested, tr("Profile (*.toml)"))
+        if path is None:
+            return
+        try:
+            save_profile(path, Profile(name=path.stem or tr("Profile"), settings=profile.settings))
+        except (OSError, ProfileRefused) as error:
+            self._say(Meaning.DANGER, tr("{path} was not saved: {why}.", path=path, why=error))
+            return
+        self._remember(path)
+        missing = [tr(one.title) for one in SETTINGS if one.key not in profile.settings and one is not SERIAL_OUTPUT]
+        self._say(Meaning.GOOD, _saved_text(path, missing))
+
+    def _say(self, meaning: Meaning, text: str) -> None:
+        self.said.emit(Notice(meaning, text))
+
+    def _folder(self) -> Path:
+        recent = self._remembered.recent_profiles
+        return Path(recent[0]).parent if recent else Path.home()
+
+    def _remember(self, path: Path) -> None:
+        self._remembered.add_profile(path)
+        self.refresh()
+
+    def _forget(self, path: Path) -> None:
+        name = str(path.absolute())
+        self._remembered.recent_profiles = tuple(one for one in self._remembered.recent_profiles if one != name)
+        self.refresh()
+
+    def _fill_menu(self) -> None:
+        self.menu.clear()
+        for number, name in enumerate(self._remembered.recent_profiles):
+            action = self.menu.addAction(Path(name).name.replace("&", "&&"))
+            action.setObjectName(f"profile_recent_{number}")
+            action.setToolTip(name)
+            action.triggered.connect(partial(self._open_recent, name))
+
+    def _open_recent(self, name: str, _is_checked: bool = False) -> None:
+        self.open_file(Path(name))
+
+    @staticmethod
+    def _button(name: str, picture: Icon) -> QPushButton:
+        button = named(QPushButton(), name)
+        button.setIcon(icon(picture))
+        button.setIconSize(QSize(16, 16))
+        return button
+
+
+def _saved_text(path: Path, missing: Sequence[str]) -> str:
+    if not missing:
+        return tr("Saved as {path}.", path=path)
+    return tr("Saved as {path}. Not known, so not in it: {names}.", path=path, names=", ".join(missing))

@@ -1,0 +1,200 @@
+"""One setting as a row: name, what stands, what is wanted, what it means, and its state."""
+
+from collections.abc import Mapping
+from typing import Final, NamedTuple
+
+from PySide6.QtCore import QSize, Qt, Signal
+from PySide6.QtWidgets import QFrame, QGridLayout, QHBoxLayout, QLabel, QPushButton, QSizePolicy, QVBoxLayout
+
+from app.diagnosis.link_state import duration
+from app.engine.device import Doubt, How
+from app.procedures.power_cycle import Fate
+from app.settings.consequences import Weight
+from app.settings.form import FormRow, RowState
+from app.settings.setting_texts import advice_text, value_text, what_is
+from app.text.i18n import tr
+from app.text.sentences import begun, together
+from protocol.catalogue import Command
+from protocol.translatable import marked
+from ui.core.texts import Texts
+from ui.forms.field_editors import FieldEditor, FlagEditor, make_editor
+from ui.forms.value_label import KnownValue
+from ui.style.icons import Icon, icon
+from ui.style.theme import Meaning, Size, Space
+from ui.widgets.naming import named
+from ui.widgets.readout import StateChip
+from ui.widgets.sliders import WheelGuard
+from ui.widgets.text_labels import text_label
+
+NAME_PX: Final = 148
+EDITOR_PX: Final = 200
+STATE_PX: Final = 144
+
+
+class _Look(NamedTuple):
+    icon: Icon
+    meaning: Meaning | None
+
+
+LOOKS: Final = {
+    RowState.UNKNOWN: _Look(Icon.UNKNOWN, Meaning.UNKNOWN),
+    RowState.READ: _Look(Icon.INFORMATION, None),
+    RowState.ACKNOWLEDGED: _Look(Icon.INFORMATION, None),
+    RowState.STALE: _Look(Icon.CLOCK, Meaning.UNKNOWN),
+    RowState.EDITED: _Look(Icon.SETTINGS, Meaning.INFORMATION),
+    RowState.UNFIT: _Look(Icon.WARNING, Meaning.ATTENTION),
+    RowState.WRITING: _Look(Icon.CONNECTING, Meaning.INFORMATION),
+    RowState.VERIFIED: _Look(Icon.CHECK, Meaning.GOOD),
+    RowState.CHANGED: _Look(Icon.WARNING, Meaning.DANGER),
+    RowState.FAILED: _Look(Icon.CROSS, Meaning.DANGER),
+}
+
+
+DOUBTS: Final[Mapping[Doubt, str]] = {
+    Doubt.RESTARTED: marked("The module restarted since."),
+    Doubt.LINK_LOST: marked("The link was lost since."),
+    Doubt.WRITE_UNCONFIRMED: marked("A write since was not confirmed."),
+    Doubt.AGED: marked("Nothing was heard of it for long."),
+    Doubt.LATE: marked("What the module says arrives late."),
+}
+
+
+def _verified_age(row: FormRow, now: float) -> str:
+    """ "verified" is as old as the reading that last confirmed it."""
+    if row.state is not RowState.VERIFIED or row.stands is None:
+        return ""
+    return tr("{time} ago", time=duration(max(0.0, now - row.stands.at)))
+
+
+class SettingsRow(QFrame):
+    """`show_row` shows; the signals tell what a person did."""
+
+    typed = Signal(str, str)
+    """Key and the text so far."""
+    chosen = Signal(str, object)
+    """Key and value."""
+    withdrawn = Signal(str)
+    left = Signal()
+    measure_wanted = Signal()
+    """The light threshold by measurement."""
+
+    def __init__(self, command: Command, texts: Texts, guard: WheelGuard) -> None:
+        super().__init__()
+        self.setObjectName(f"row_{command.name}")
+        self.command = command
+        self.row: FormRow | None = None
+        self._name = named(QLabel(), f"{command.name}_name")
+        self._name.setProperty("role", "strong")
+        self._name.setWordWrap(True)
+        self._vendor = named(QLabel(command.vendor_term), f"{command.name}_vendor")
+        self._vendor.setProperty("role", "small")
+        self.stands = KnownValue(command)
+        self.editor: FieldEditor = make_editor(command, texts, guard)
+        self.advice = text_label(f"{command.name}_advice", "small")
+        self.state = named(StateChip("", size=Size.SMALL), f"{command.name}_state")
+        self.reason = text_label(f"{command.name}_reason", "small")
+        self.meaning = text_label(f"{command.name}_consequence", "small")
+        self.measure = named(QPushButton(), f"{command.name}_measure")
+        self.measure.setVisible(command.name == "light_threshold")
+        self.measure.setIcon(icon(Icon.LIGHT))
+        self.measure.setIconSize(QSize(16, 16))
+        self.measure.setSizePolicy(QSizePolicy.Policy.Fixed, QSizePolicy.Policy.Fixed)
+        self.measure.clicked.connect(self.measure_wanted)
+        self._name.setBuddy(self.editor)
+        texts.bind(self._name.setText, command.title)
+        texts.bind(self.measure.setText, "Measure …")
+        texts.bind(self.measure.setAccessibleName, "Find the light threshold by measuring")
+        texts.bind(self.measure.setToolTip, "Measure with the bay closed, then open, and take a threshold between")
+        texts.bind(self._say_what, command.explanation)
+        key = command.key
+        self.editor.typed.connect(lambda text: self.typed.emit(key, text))
+        self.editor.chosen.connect(lambda value: self.chosen.emit(key, value))
+        self.editor.left.connect(self.left)
+        if isinstance(self.editor, FlagEditor):
+            self.editor.withdrawn.connect(lambda: self.withdrawn.emit(key))
+        self._lay_out()
+
+    def show_row(self, row: FormRow, now: float, *, is_editable: bool) -> None:
+        self.row = row
+        self.stands.show_known(row.stands, now)
+        self._vendor.setVisible(self._name.text() != self.command.vendor_term)  # in Chinese it is the title
+        self.editor.show_draft(row.draft, None if row.stands is None else row.stands.value)
+        self.editor.setEnabled(is_editable)
+        self.advice.setText(begun(advice_text(self.command)))
+        look = LOOKS[row.state]
+        self.state.set_caption(tr("State of {setting}", setting=tr(self.command.title)))
+        self.state.show_state(tr(row.state.value), look.icon, look.meaning)
+        self.state.set_age(_verified_age(row, now))
+        self.reason.setText(self._reason_text(row))
+        is_wrong = row.state in (RowState.FAILED, RowState.CHANGED)
+        self._set_role(self.reason, "danger" if is_wrong else "small")
+        said = row.consequences
+        is_loud = any(one.weight is not Weight.PLAIN for one in said)
+        self.meaning.setText(together(one.sentence for one in said))
+        self.meaning.setVisible(bool(said))
+        self._set_role(self.meaning, "attention" if is_loud else "small")
+        self._set_role(self, "row-failed" if is_wrong else "row")
+
+    def _say_what(self, _explanation: str) -> None:
+        self.setWhatsThis(what_is(self.command))
+
+    def _reason_text(self, row: FormRow) -> str:
+        if row.reason:
+            return row.reason
+        if row.state is RowState.STALE and row.stands is not None and row.stands.doubt is not None:
+            return tr(DOUBTS[row.stands.doubt])
+        if row.stamp is not None and not row.is_pending:
+            if row.stamp.fate is Fate.KEPT:
+                return tr("Kept over the power cycle.")
+            if row.stamp.fate is Fate.LOST and row.stamp.stands is not None:
+                stands = value_text(self.command, row.stamp.stands)
+                return tr("LOST at the power cycle: it holds {stands}.", stands=stands)
+            return tr("Power cycle: {fate}.", fate=tr(row.stamp.fate.value))
+        if row.is_pending and row.stands is None and not row.command.reads_back:
+            return tr("It can be set and acknowledged, not read back.")
+        if row.state is RowState.VERIFIED:
+            return tr("Written and read back equal.")
+        if row.state is RowState.ACKNOWLEDGED and row.stands is not None and row.stands.how is How.ACKNOWLEDGED:
+            return tr("Received; it cannot be read back.")
+        return ""
+
+    @staticmethod
+    def _set_role(widget: QFrame | QLabel, role: str) -> None:
+        if widget.property("role") != role:
+            widget.setProperty("role", role)
+            widget.style().unpolish(widget)
+            widget.style().polish(widget)
+
+    def _lay_out(self) -> None:
+        grid = QGridLayout(self)
+        grid.setContentsMargins(Space.M, Space.S, Space.M, Space.S)
+        grid.setHorizontalSpacing(Space.M)
+        grid.setVerticalSpacing(Space.XS)
+        names = QVBoxLayout()
+        names.setSpacing(0)
+        names.addWidget(self._name)
+        names.addWidget(self._vendor)
+        names.addStretch(1)
+        wanted = QVBoxLayout()
+        wanted.setSpacing(2)
+        wanted.addWidget(self.editor)
+        wanted.addWidget(self.advice)
+        wanted.addStretch(1)
+        state = QVBoxLayout()
+        state.setSpacing(2)
+        state.addWidget(self.state)
+        state.addWidget(self.reason)
+        state.addStretch(1)
+        top = Qt.AlignmentFlag.AlignTop
+        grid.addLayout(names, 0, 0)
+        grid.addWidget(self.stands, 0, 1, alignment=top)
+        grid.addLayout(wanted, 0, 2)
+        grid.addLayout(state, 0, 3)
+        below = QHBoxLayout()
+        below.setSpacing(Space.M)
+        below.addWidget(self.meaning, 1)
+        below.addWidget(self.measure, alignment=Qt.AlignmentFlag.AlignTop | Qt.AlignmentFlag.AlignRight)
+        grid.addLayout(below, 1, 0, 1, 4)
+        for column, (width, stretch) in enumerate(((NAME_PX, 2), (0, 0), (EDITOR_PX, 1), (STATE_PX, 4))):
+            grid.setColumnMinimumWidth(column, width)
+            grid.setColumnStretch(column, stretch)

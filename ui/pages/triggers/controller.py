@@ -1,0 +1,317 @@
+"""What the Triggers page does with the module and the store: read the records, line them up with all ever seen, keep
+what a person says of them."""
+
+from collections import Counter
+from collections.abc import Callable
+from concurrent.futures import Future
+from dataclasses import dataclass, replace
+from functools import partial
+
+from PySide6.QtCore import QObject, Signal
+
+from app.engine.procedure import Cancelled, Procedure, Report
+from app.engine.worker import Job
+from app.procedures.history import read_history
+from app.procedures.write import read_back
+from app.records.check_store import CheckStore, SeenRecord, Visit
+from app.records.trigger_filing import Doubtful, Filing, TriggersReading
+from app.store.database import StoreTrouble, utc_now
+from app.store.store import Store
+from app.text.i18n import tr
+from app.trigger_records.history import Judgement, in_order, record_of
+from protocol.catalogue import BY_NAME
+from protocol.messages import TriggerRecord
+from ui.services.context import Services
+from ui.services.store_work import StoreWork
+from ui.style.theme import Meaning
+from ui.widgets.notice_bar import Choice, Notice
+
+BOOT_COUNT = BY_NAME["boot_count"]
+
+
+@dataclass(frozen=True, slots=True)
+class TriggerRow:
+    """One trigger. `is_kept`: it is in the store, so that it can be judged. `is_seen_once`: it came in one reading
+    only, so it may have been lost in the others, or never have been there.
+    `is_being_kept`: it is on its way into the store."""
+
+    seen: SeenRecord
+    record: TriggerRecord
+    is_new: bool
+    is_on_module: bool
+    is_kept: bool
+    is_seen_once: bool = False
+    is_being_kept: bool = False
+
+
+def read_triggers() -> Procedure[TriggersReading]:
+    """Questions only."""
+    history = yield from read_history()
+    back = yield from read_back(BOOT_COUNT)
+    boots = None
+    if back.raw is not None and BOOT_COUNT.reply is not None:
+        boots = int(BOOT_COUNT.reply.decode(back.raw))
+    return TriggersReading(history, boots)
+
+
+class TriggersWork(QObject):
+    """`changed`: rows, progress or what is to be said is different."""
+
+    changed = Signal()
+
+    def __init__(self, services: Services, parent: QObject | None = None) -> None:
+        super().__init__(parent)
+        self._services, self._connector, self._naming = services, services.connector, services.naming
+        self.rows: tuple[TriggerRow, ...] = ()
+        """The oldest first."""
+        self.reading: TriggersReading | None = None
+        """Of the module that is connected; None before it was read."""
+        self.is_first_visit = True
+        self._new: frozenset[int] = frozenset()
+        self._is_kept = False
+        self._progress: Report | None = None
+        self._job: Job[TriggersReading] | None = None
+        self._notice: Callable[[], Notice | None] | None = None
+        self._whose: str | None = None
+        self._store_work = StoreWork(self)
+        self._filing: Filing | None = None
+        self._judging: dict[int, tuple[Judgement | None, str]] = {}
+        """What a person has said and is not in the store yet, by record."""
+        self._connector.changed.connect(self._watch_port)
+        self._naming.changed.connect(self._take_name)
+        self._show_archive()
+
+    @property
+    def is_busy(self) -> bool:
+        """Until what was read is kept, or cannot be."""
+        return self._job is not None or self._filing is not None
+
+    @property
+    def can_read(self) -> bool:
+        return self._connector.is_open and not self.is_busy
+
+    @property
+    def new_count(self) -> int:
+        return sum(row.is_new for row in self.rows)
+
+    def notice(self) -> Notice | None:
+        """Progress, or what was said last, in the language in use."""
+        if self._job is not None:
+            said = tr("Reading the trigger records") if self._progress is None else tr(self._progress.doing)
+            if self._progress is not None:
+                done, total = self._progress.done + 1, self._progress.total
+                said = tr("{what} ({done} of {total})", what=said, done=done, total=total)
+            return Notice(Meaning.INFORMATION, said, (Choice("cancel", tr("Cancel"), self.cancel),))
+        return None if self._notice is None else self._notice()
+
+    # What a person does
+
+    def read(self) -> None:
+        if self.can_read:
+            self._notice = self._progress = None
+            self._job = self._connector.run(read_triggers(), self._end, on_progress=self._remember_progress)
+            self.changed.emit()
+
+    def cancel(self) -> None:
+        if self._job is not None:
+            self._job.cancel()
+
+    def say(self, make: Callable[[], Notice | None] | None) -> None:
+        self._notice = make
+        self.changed.emit()
+
+    def dismiss(self) -> None:
+        self.say(None)
+
+    def judge(self, record_id: int, judgement: Judgement | None, note: str) -> None:
+        """Kept at once; where that fails it can be tried again."""
+        store = self._store
+        if store is None:
+            return
+        judged = self._judging[record_id] = judgement, note
+        work = partial(CheckStore(store.database).judge, record_id, judgement, note)
+        self._store_work.run(store, work, partial(self._end_judging, record_id, judged))
+        self._show_archive()
+        self.changed.emit()
+
+    # What happens
+
+    @property
+    def _store(self) -> Store | None:
+        store = self._services.keeping.store
+        return store if isinstance(store, Store) else None
+
+    def _remember_progress(self, report: Report) -> None:
+        """In the worker's thread."""
+        self._progress = report
+
+    def _end(self, job: Job[TriggersReading]) -> None:
+        if job is not self._job:
+            return
+        self._job = None
+        if job.run.error is not None:
+            is_cancelled = isinstance(job.run.error, Cancelled)
+            self._say(Meaning.INFORMATION if is_cancelled else Meaning.DANGER, partial(_broken_off, job.run.error))
+        elif job.outcome().history.is_line_dead:
+            self._forget_visit()
+            self.reading = job.outcome()
+            self._show_archive()
+            self._say(Meaning.DANGER, lambda: tr(
+                "The module stopped answering. What came is shown and nothing was kept; read again."
+            ))  # fmt: skip
+        else:
+            self.reading = job.outcome()
+            self._keep()
+        self.changed.emit()
+
+    def _keep(self, *, is_same_module: bool = False) -> None:
+        """Put the reading into the store, where there is one and the module has a name."""
+        reading, store, name = self.reading, self._store, self._naming.name
+        self._forget_visit()
+        if reading is not None and reading.history.is_answered and store is not None and name:
+            self._notice = None
+            port = self._connector.connection.port
+            self._filing = Filing(store, reading, name, self._naming.adapter, port, is_same_module)
+            self._store_work.run(store, self._filing.run, partial(self._end_filing, self._filing))
+        if reading is not None and not reading.history.is_confirmed:
+            self._say(Meaning.ATTENTION, lambda: tr(
+                "The readings did not agree: records may be missing, or be doubtful. Read again, or check the line."
+            ))  # fmt: skip
+        if reading is not None and not reading.history.is_answered:
+            self._say(Meaning.ATTENTION, lambda: tr(
+                "The module did not answer the query for trigger records: whether it keeps any is not known."
+            ))  # fmt: skip
+        self._show_archive()
+
+    def _forget_visit(self) -> None:
+        self._filing, self._is_kept, self._new = None, False, frozenset()
+
+    def _end_filing(self, filing: Filing, future: "Future[Visit | Doubtful]") -> None:
+        if filing is not self._filing:
+            return  # of a reading, or a name, that is shown no longer
+        self._filing = None
+        try:
+            filed = future.result()
+        except StoreTrouble as trouble:
+            self._say(Meaning.DANGER, partial(_not_kept, trouble))
+        else:
+            if isinstance(filed, Doubtful):
+                self._notice = partial(self._ask_whose, filing.reading.boot_count, filed.boot_count)
+            else:
+                self._is_kept, self.is_first_visit, self._new = True, filed.new is None, filed.new or frozenset()
+                self._naming.keep_evidence()
+        self._show_archive()
+        self.changed.emit()
+
+    def _end_judging(
+        self, record_id: int, judged: tuple[Judgement | None, str], future: "Future[None]"
+    ) -> None:  # fmt: skip
+        if self._judging.get(record_id) is not judged:
+            return  # something else was said of it since
+        del self._judging[record_id]
+        try:
+            future.result()
+        except StoreTrouble as trouble:
+            self._notice = partial(self._offer_to_judge_again, trouble, partial(self.judge, record_id, *judged))
+        self._show_archive()
+        self.changed.emit()
+
+    def _ask_whose(self, boots: int | None, before: int | None) -> Notice:
+        name = self._naming.name
+        if before is not None:
+            text = tr("This says boot {now}, {module} was at {before}: is it the same module?", now=boots,
+                      module=name, before=before)  # fmt: skip
+        else:
+            text = tr("The records do not follow those that {module} had: is it the same module?", module=name)
+        choices = (
+            Choice("another_module", tr("It is another one"), lambda: self._naming.choose(""), is_step=True),
+            Choice("same_module", tr("It is {module}: keep them", module=name), self._keep_anyway, is_step=True),
+        )
+        return Notice(Meaning.ATTENTION, f"{text} {tr('Nothing was kept yet.')}", choices)
+
+    def _keep_anyway(self) -> None:
+        self._notice = None
+        self._keep(is_same_module=True)
+        self.changed.emit()
+
+    def _offer_to_judge_again(self, trouble: StoreTrouble, judge: Callable[[], None]) -> Notice:
+        def again() -> None:
+            self._notice = None
+            judge()
+
+        choices = (Choice("judge_again", tr("Try again"), again),)
+        return Notice(Meaning.DANGER, _not_kept(trouble), choices, dismiss=self.dismiss)
+
+    def _take_name(self) -> None:
+        """The module has another name: what was read belongs to that one."""
+        self._notice = None
+        self._keep()
+        self.changed.emit()
+
+    def _watch_port(self) -> None:
+        whose = self._connector.whose if self._connector.is_wanted else None
+        if whose != self._whose:
+            self._forget_visit()
+            self._whose, self.reading = whose, None
+            self._show_archive()
+        self.changed.emit()
+
+    def _show_archive(self) -> None:
+        """Rows of all that is known: what is kept under the name, else what was just read."""
+        slots = Counter(one.raw for one in self.reading.history.all) if self.reading is not None else Counter()
+        kept: tuple[SeenRecord, ...] = ()
+        store, module_id = self._store, self._naming.module_id
+        is_of_this_name = self._is_kept or self.reading is None
+        if store is not None and module_id is not None and is_of_this_name:
+            try:
+                kept = CheckStore(store.database).records(module_id)
+            except StoreTrouble as trouble:
+                self._say(Meaning.DANGER, partial(_not_kept, trouble))
+        if not kept and self.reading is not None:
+            is_filing, unkept = self._filing is not None, self._unkept_rows(self.reading)
+            self.rows = tuple(replace(row, is_being_kept=is_filing) for row in unkept)
+            return
+        rows = []
+        for seen in reversed(self._as_judged(kept)):  # of two equal records the later one is still there
+            is_on_module = slots[seen.raw] > 0
+            slots[seen.raw] -= is_on_module
+            rows.append(TriggerRow(seen, record_of(seen.raw), seen.id in self._new, is_on_module, is_kept=True))
+        seen_once = () if self.reading is None else self.reading.history.seen_once
+        unknown = [one for one in seen_once if slots[one.raw] > 0]  # those that an earlier visit knows are certain
+        self.rows = (*reversed(rows), *(_unkept_row(-1 - place, one.raw, is_seen_once=True)
+                                        for place, one in enumerate(unknown)))  # fmt: skip
+
+    def _as_judged(self, kept: tuple[SeenRecord, ...]) -> list[SeenRecord]:
+        """With what is on its way into the store."""
+        judged = {one.id: self._judging.get(one.id, (one.judgement, one.note)) for one in kept}
+        return [replace(one, judgement=judged[one.id][0], note=judged[one.id][1]) for one in kept]
+
+    @staticmethod
+    def _unkept_rows(reading: TriggersReading) -> tuple[TriggerRow, ...]:
+        history = reading.history
+        ordered = [
+            (raw, is_seen_once)
+            for records, is_seen_once in ((history.records, False), (history.seen_once, True))
+            for raw in in_order([one.raw for one in records], reading.boot_count)
+        ]
+        return tuple(
+            _unkept_row(-1 - place, raw, is_seen_once=is_seen_once) for place, (raw, is_seen_once) in enumerate(ordered)
+        )
+
+    def _say(self, meaning: Meaning, make: Callable[[], str]) -> None:
+        self._notice = lambda: Notice(meaning, make(), dismiss=self.dismiss)
+
+
+def _unkept_row(number: int, raw: bytes, *, is_seen_once: bool) -> TriggerRow:
+    seen = SeenRecord(number, -1 - number, raw, utc_now().isoformat(timespec="seconds"), None, "")
+    return TriggerRow(seen, record_of(raw), is_new=False, is_on_module=True, is_kept=False, is_seen_once=is_seen_once)
+
+
+def _broken_off(error: BaseException) -> str:
+    if isinstance(error, Cancelled):
+        return tr("Cancelled. Nothing was kept of this reading.")
+    return tr("Broken off: the connection was lost. Nothing was kept of this reading.")
+
+
+def _not_kept(trouble: StoreTrouble) -> str:
+    return f"{trouble.sentence} {tr('It was not kept.')}"

@@ -1,0 +1,140 @@
+"""The chosen trigger: its sentence in full, its bytes on demand, and what a person says of it."""
+
+from functools import partial
+from typing import Final
+
+from PySide6.QtCore import Qt, Signal
+from PySide6.QtGui import QFontDatabase
+from PySide6.QtWidgets import QFrame, QHBoxLayout, QLabel, QLineEdit, QSizePolicy, QToolButton, QVBoxLayout
+
+from app.records.check_store import LONGEST_NOTE
+from app.system.wall_clock import local_time
+from app.text.i18n import tr
+from app.trigger_records.history import JUDGEMENT_WORDS, Judgement, sentence
+from protocol.translatable import marked
+from ui.core.texts import Texts
+from ui.pages.triggers.controller import TriggerRow
+from ui.style.theme import Size, Space
+from ui.widgets.naming import named
+
+JUDGEMENTS: Final = (None, *Judgement)
+
+
+class TriggersDetail(QFrame):
+    """`judged`: the record's id, the judgement (None takes it back) and the note."""
+
+    judged = Signal(int, object, str)
+
+    def __init__(self, texts: Texts) -> None:
+        super().__init__()
+        named(self, "triggers_detail")
+        self.setProperty("role", "card")
+        self.row: TriggerRow | None = None
+        self._note_of: int | None = None
+        self.told = self._label("triggers_told", "strong")
+        self.seen = self._label("triggers_seen", "small")
+        self.bytes = self._label("triggers_bytes", "muted")
+        self.bytes.hide()
+        self.raw = named(QToolButton(), "triggers_raw")
+        self.raw.setCheckable(True)
+        texts.bind(self.raw.setText, "Raw bytes")
+        texts.bind(self.raw.setAccessibleName, "Show the raw bytes")
+        texts.bind(self.raw.setToolTip, "Show the sixteen bytes as the module sent them")
+        self.raw.toggled.connect(self.bytes.setVisible)
+        self.buttons: dict[Judgement | None, QToolButton] = {}
+        for judgement in JUDGEMENTS:
+            name = "none" if judgement is None else judgement.name.lower()
+            button = named(QToolButton(), f"triggers_judge_{name}")
+            button.setProperty("role", "segment")
+            button.setCheckable(True)
+            button.clicked.connect(partial(self._judge, judgement))
+            text = marked("not judged") if judgement is None else JUDGEMENT_WORDS[judgement]
+            texts.bind(button.setText, text)
+            texts.bind(button.setAccessibleName, text)
+            texts.bind(button.setToolTip, "What it was, as far as a person knows; kept with the record")
+            self.buttons[judgement] = button
+        self.note = named(QLineEdit(), "triggers_note")
+        self.note.setMaxLength(LONGEST_NOTE)
+        texts.bind(self.note.setPlaceholderText, "Note")
+        texts.bind(self.note.setAccessibleName, "Note on this trigger")
+        texts.bind(
+            self.note.setToolTip, "What happened, and who found out; kept with the record when the field is left"
+        )
+        self.note.editingFinished.connect(self._take_note)
+        self._lay_out()
+        self.show_row(None, "")
+
+    def show_row(self, row: TriggerRow | None, otherwise: str) -> None:
+        """`otherwise`: what to say where there is no single row."""
+        self.row = row
+        has_row = row is not None
+        for widget in (self.raw, self.note, *self.buttons.values()):
+            widget.setVisible(has_row)
+        self.seen.setVisible(has_row)
+        self.bytes.setVisible(has_row and self.raw.isChecked())
+        if row is None:
+            self.told.setText(otherwise)
+            self._note_of = None
+            return
+        self.told.setText(sentence(row.record).in_words())
+        self.bytes.setText(row.record.raw.hex(" ").upper())
+        fixed = QFontDatabase.systemFont(QFontDatabase.SystemFont.FixedFont)
+        fixed.setPixelSize(Size.SMALL)
+        self.bytes.setFont(fixed)
+        self.seen.setText(self._seen_text(row))
+        for judgement, button in self.buttons.items():
+            button.setChecked(row.is_kept and row.seen.judgement is judgement)
+            button.setEnabled(row.is_kept)
+        self.note.setEnabled(row.is_kept)
+        if self._note_of != row.seen.id or not self.note.hasFocus():
+            self.note.setText(row.seen.note)
+        self._note_of = row.seen.id
+
+    @staticmethod
+    def _seen_text(row: TriggerRow) -> str:
+        if row.is_seen_once:
+            return tr("Seen once, not confirmed: it came in one reading only. Read again; it is not kept.")
+        if row.is_being_kept:
+            return tr("It is being kept …")
+        if not row.is_kept:
+            return tr("Not kept: name the module to keep its records, to judge them, and to add a note.")
+        seen = tr("First seen {time}.", time=local_time(row.seen.first_seen_at))
+        where = tr("The module still keeps it.") if row.is_on_module else tr("Known from an earlier visit.")
+        return f"{seen} {where}"
+
+    def _judge(self, judgement: Judgement | None, _is_checked: bool = False) -> None:
+        row = self.row
+        if row is not None and row.is_kept:
+            self.judged.emit(row.seen.id, judgement, self.note.text())
+            for one, button in self.buttons.items():
+                button.setChecked(one is judgement)
+
+    def _take_note(self) -> None:
+        row = self.row
+        if row is not None and row.is_kept and self.note.text() != row.seen.note:
+            self.judged.emit(row.seen.id, row.seen.judgement, self.note.text())
+
+    @staticmethod
+    def _label(name: str, role: str) -> QLabel:
+        label = named(QLabel(), name)
+        label.setProperty("role", role)
+        label.setWordWrap(True)
+        label.setTextFormat(Qt.TextFormat.PlainText)
+        label.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
+        label.setSizePolicy(QSizePolicy.Policy.Preferred, QSizePolicy.Policy.Preferred)
+        return label
+
+    def _lay_out(self) -> None:
+        judging = QHBoxLayout()
+        judging.setSpacing(Space.XS)
+        for button in self.buttons.values():
+            judging.addWidget(button)
+        judging.addWidget(self.note, 1)
+        judging.addWidget(self.raw)
+        column = QVBoxLayout(self)
+        column.setContentsMargins(Space.M, Space.S, Space.M, Space.S)
+        column.setSpacing(Space.XS)
+        column.addWidget(self.told)
+        column.addWidget(self.bytes)
+        column.addWidget(self.seen)
+        column.addLayout(judging)

@@ -1,0 +1,274 @@
+"""Why did it fire: every trigger record that was ever seen of a module, each as one sentence, newest first."""
+
+from functools import partial
+from pathlib import Path
+from typing import Final
+
+from PySide6.QtCore import QEvent, QSize, Qt
+from PySide6.QtGui import QAction, QGuiApplication, QKeyEvent, QKeySequence, QShowEvent
+from PySide6.QtWidgets import (
+    QComboBox,
+    QHBoxLayout,
+    QLabel,
+    QLineEdit,
+    QPushButton,
+    QStackedWidget,
+    QVBoxLayout,
+    QWidget,
+)
+
+from app.engine.worker import Batch
+from app.records.trigger_archive import write_archive
+from app.store.database import StoreTrouble
+from app.text.i18n import tr
+from ui.connect.module_field import ModuleField
+from ui.files.file_dialogs import AskPath, ask_path
+from ui.pages.triggers.controller import TriggerRow, TriggersWork
+from ui.pages.triggers.detail import TriggersDetail
+from ui.pages.triggers.model import Show, TriggersFilter, TriggersModel, as_text, csv_name
+from ui.pages.triggers.table import TriggersTable
+from ui.pages.triggers.texts import count_text, empty_text, empty_title, news_text
+from ui.services.context import Services
+from ui.style.icons import Icon, icon
+from ui.style.theme import Meaning, Space
+from ui.widgets.empty_state import EmptyState
+from ui.widgets.flow_row import FlowRow
+from ui.widgets.naming import named
+from ui.widgets.notice_bar import Choice, Notice, NoticeBar
+from ui.widgets.sliders import WheelGuard
+
+_FIELD_PX: Final = 180
+
+
+class TriggersPage(QWidget):
+    """See the module's docstring."""
+
+    def __init__(self, services: Services, parent: QWidget | None = None) -> None:
+        super().__init__(parent)
+        self.setObjectName("triggers_page")
+        self._services, self._connector, self._naming = services, services.connector, services.naming
+        services.naming.follow(services.connector, services.keeping)
+        self.ask_path: AskPath = ask_path
+        self._folder = Path.home()
+        self.work = TriggersWork(services, self)
+        self.model = TriggersModel(self)
+        self.filter = TriggersFilter(self)
+        self.filter.setSourceModel(self.model)
+        self.table = TriggersTable(self.filter)
+        self.detail = TriggersDetail(services.texts)
+        self.strip = NoticeBar(services.texts)
+        self.strip.setObjectName("triggers_notice")
+        guard = WheelGuard(self)
+        self.module = ModuleField("triggers_module", services.naming, services.texts, guard)
+        self.module.setFixedWidth(_FIELD_PX)
+        self.count, self.news = named(QLabel(), "triggers_count"), named(QLabel(), "triggers_news")
+        self.count.setProperty("role", "title")
+        self.news.setProperty("role", "small")
+        for label in (self.count, self.news):
+            label.setWordWrap(True)
+        self.show_box = self._make_show(guard)
+        self.search = named(QLineEdit(), "triggers_search")
+        self.search.setFixedWidth(_FIELD_PX)
+        self.search.setClearButtonEnabled(True)
+        self._make_buttons()
+        self.empty = EmptyState("triggers_empty", Icon.HISTORY)
+        self.empty_text = self.empty.text
+        self._stack = QStackedWidget()
+        self._stack.addWidget(self.empty)
+        self._stack.addWidget(self.table)
+        self._lay_out()
+        self._wire()
+        self.refresh()
+
+    def take(self, batch: Batch) -> None:
+        """Records are read on demand, not as they come by."""
+
+    def refresh(self) -> None:
+        """Everything as it is now."""
+        work = self.work
+        self.model.show_rows(work.rows)
+        has_rows = bool(work.rows)
+        self._stack.setCurrentWidget(self.table if has_rows else self.empty)
+        self.detail.setVisible(has_rows)
+        self.empty.title.setText(empty_title(work))
+        self.empty_text.setText(empty_text(work, is_open=self._connector.is_open))
+        self.count.setText(count_text(work))
+        self.news.setText(news_text(work, self._naming.name))
+        self.read.setEnabled(work.can_read)
+        for widget in (self.copy, self.save_page, self.save_archive, self.show_box, self.search):
+            widget.setEnabled(has_rows)
+        self.strip.show_notice(work.notice() or self._idle_notice())
+        self._show_detail()
+
+    # What is said
+
+    def _idle_notice(self) -> Notice | None:
+        """What stands in the way of keeping what is seen."""
+        if not self.work.rows or self.work.rows[0].is_kept:
+            return None
+        if not self._naming.name:
+            text = tr("The module has no name, so these records are not kept. Name it once, at the top.")
+            return Notice(Meaning.INFORMATION, text, (Choice("name_it", tr("Name it"), self.module.setFocus),))
+        store = self._services.keeping.store
+        if isinstance(store, StoreTrouble):
+            return Notice(Meaning.ATTENTION, f"{store.sentence} {tr('It was not kept.')}")
+        return None
+
+    def _show_detail(self) -> None:
+        rows = self._chosen()
+        if len(rows) == 1:
+            self.detail.show_row(rows[0], "")
+        else:
+            several = tr("{count} records are chosen.", count=len(rows))
+            self.detail.show_row(None, several if rows else tr("Choose a record to judge it or to see its bytes."))
+
+    # What a person does
+
+    def copy_rows(self) -> None:
+        """The chosen rows, or all that are shown."""
+        QGuiApplication.clipboard().setText(as_text(self._chosen() or self.filter.shown()))
+
+    def _save(self, *, is_archive: bool) -> None:
+        rows = self.work.rows if is_archive else self.filter.shown()
+        name = self._naming.name
+        path = self.ask_path(self, tr("Save the trigger records"), self._folder / csv_name(name), tr("Table (*.csv)"))
+        if path is None:
+            return
+        new = frozenset(row.seen.id for row in rows if row.is_new)
+        has_past = self.work.reading is not None and not self.work.is_first_visit
+        try:
+            once = frozenset(row.seen.id for row in rows if row.is_seen_once)
+            write_archive(path, name, [row.seen for row in rows], new=new if has_past else None, seen_once=once)
+        except OSError as error:
+            why = error.strerror or str(error)
+            text = tr("Not saved to {path}: {why}. Choose another folder.", path=path, why=why)
+            self.work.say(lambda: Notice(Meaning.DANGER, text, dismiss=self.work.dismiss))
+            return
+        self._folder = path.parent
+        text = tr("Saved {rows} rows to {path}", rows=len(rows), path=path)
+        self.work.say(lambda: Notice(Meaning.GOOD, text, dismiss=self.work.dismiss))
+
+    def _use_filter(self) -> None:
+        self.filter.use(self.show_box.currentData(), self.search.text())
+        self._show_detail()
+
+    def _chosen(self) -> list[TriggerRow]:
+        rows = sorted(index.row() for index in self.table.selectionModel().selectedRows())
+        shown = self.filter.shown()
+        return [shown[row] for row in rows if row < len(shown)]
+
+    # Making
+
+    def _make_show(self, guard: WheelGuard) -> QComboBox:
+        box = named(QComboBox(), "triggers_show")
+        for number, show in enumerate(Show):
+            box.addItem("", show)
+            self._services.texts.bind(partial(box.setItemText, number), show.value)
+        box.setSizeAdjustPolicy(QComboBox.SizeAdjustPolicy.AdjustToContents)
+        guard.guard(box)
+        return box
+
+    def _make_buttons(self) -> None:
+        bind = self._services.texts.bind
+        self.read = self._button("triggers_read", Icon.HISTORY)
+        self.read.setProperty("role", "primary")
+        self.read.setIcon(icon(Icon.HISTORY, is_on_primary=True))
+        self.copy = self._button("triggers_copy", Icon.TABLE)
+        self.save_page = self._button("triggers_save_page", Icon.SAVE)
+        self.save_archive = self._button("triggers_save_archive", Icon.SAVE)
+        bind(self.read.setText, "Read the records")
+        bind(self.read.setAccessibleName, "Read the trigger records")
+        bind(self.read.setToolTip, "Ask the module for its trigger records (F5)")
+        bind(self.copy.setText, "Copy")
+        bind(self.copy.setAccessibleName, "Copy the chosen records")
+        bind(self.copy.setToolTip, "Copy the chosen records, or all that are shown (Ctrl+C)")
+        bind(self.save_page.setText, "Save the page …")
+        bind(self.save_page.setAccessibleName, "Save the records that are shown as CSV")
+        bind(self.save_page.setToolTip, "Save the records that are shown, in their order, as CSV (Ctrl+S)")
+        bind(self.save_archive.setText, "Save the archive …")
+        bind(self.save_archive.setAccessibleName, "Save every record of this module as CSV")
+        bind(self.save_archive.setToolTip, "Save every record ever seen of this module as CSV (Ctrl+Shift+S)")
+        bind(self.show_box.setAccessibleName, "Which records to show")
+        bind(self.show_box.setToolTip, "Which records to show")
+        bind(self.search.setPlaceholderText, "Search")
+        bind(self.search.setAccessibleName, "Search the records")
+        bind(self.search.setToolTip, "Only records in which all these words stand (Ctrl+F)")
+        bind(self.table.setAccessibleName, "Trigger records")
+
+    def _button(self, name: str, picture: Icon) -> QPushButton:
+        button = named(QPushButton(), name)
+        button.setIcon(icon(picture))
+        button.setIconSize(QSize(16, 16))
+        return button
+
+    def _wire(self) -> None:
+        self.read.clicked.connect(self.work.read)
+        self.copy.clicked.connect(self.copy_rows)
+        self.save_page.clicked.connect(lambda: self._save(is_archive=False))
+        self.save_archive.clicked.connect(lambda: self._save(is_archive=True))
+        self.show_box.currentIndexChanged.connect(self._use_filter)
+        self.search.textChanged.connect(self._use_filter)
+        self.table.selectionModel().selectionChanged.connect(self._show_detail)
+        self.detail.judged.connect(self.work.judge)
+        self.work.changed.connect(self.refresh)
+        self._services.appearance.changed.connect(self._follow_theme)
+        for name, key, act in (
+            ("triggers_read_key", "F5", self.read.click),
+            ("triggers_copy_key", "Ctrl+C", self.copy.click),
+            ("triggers_save_key", "Ctrl+S", self.save_page.click),
+            ("triggers_archive_key", "Ctrl+Shift+S", self.save_archive.click),
+            ("triggers_search_key", "Ctrl+F", self.search.setFocus),
+        ):
+            action = named(QAction(self), name)
+            action.setShortcut(QKeySequence(key))
+            action.triggered.connect(act)
+            self.addAction(action)
+
+    def _lay_out(self) -> None:
+        head, titles, foot = QHBoxLayout(), QVBoxLayout(), FlowRow()
+        head.setSpacing(Space.S)
+        titles.setSpacing(0)
+        titles.addWidget(self.count)
+        titles.addWidget(self.news)
+        head.addLayout(titles, 1)
+        for widget in (self.search, self.show_box, self.module):
+            head.addWidget(widget)
+        foot.add(self.copy, self.save_page, self.save_archive)
+        foot.add_right(self.read)
+        whole = QVBoxLayout(self)
+        whole.setContentsMargins(Space.M, Space.S, Space.M, Space.S)
+        whole.setSpacing(Space.S)
+        whole.addLayout(head)
+        whole.addWidget(self._stack, 1)
+        whole.addWidget(self.detail)
+        whole.addWidget(self.strip)
+        whole.addLayout(foot)
+
+    def _follow_theme(self) -> None:
+        self.empty.dress()
+        self.strip.follow_theme()
+        self.table.measure()
+
+    # Qt
+
+    def keyPressEvent(self, event: QKeyEvent) -> None:
+        """Esc breaks the reading off, or closes a message."""
+        if event.key() != Qt.Key.Key_Escape:
+            super().keyPressEvent(event)
+        elif self.work.is_busy:
+            self.work.cancel()
+        elif self.work.notice() is not None:
+            self.work.dismiss()
+        else:
+            event.ignore()
+
+    def showEvent(self, event: QShowEvent) -> None:
+        super().showEvent(event)
+        self.refresh()
+
+    def changeEvent(self, event: QEvent) -> None:
+        super().changeEvent(event)
+        if event.type() == QEvent.Type.LanguageChange and hasattr(self, "empty"):
+            self.model.retranslate()
+            self.table.measure()
+            self.refresh()

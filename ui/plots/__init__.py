@@ -1,0 +1,1 @@
+"""Plots over time, gauge and small charts."""

@@ -1,0 +1,54 @@
+"""The ground of the plots as a picture: grid, scales and labels are painted anew only when they are others.
+
+While the plots follow the newest samples, nothing of it moves from draw to draw, and painting it by hand each time
+would cost as much as the curves.
+"""
+
+from collections.abc import Hashable
+
+from PySide6.QtCore import QPointF, QRectF
+from PySide6.QtGui import QPainter, QPixmap
+
+from app.text.i18n import tr
+from ui.plots.paint import Picture, paint_back
+
+
+def _looks_of(picture: Picture, ratio: float) -> Hashable:
+    """All that the ground depends on."""
+    boxes = tuple((box.x(), box.y(), box.width(), box.height()) for box in (lane.box for lane in picture.lanes))
+    lanes = tuple((lane.scale, tr(lane.lane.title)) for lane in picture.lanes)
+    ticks = tuple((round(picture.x(tick.time_s), 1), tick.label) for tick in picture.ticks)
+    return picture.theme.name, ratio, boxes, lanes, ticks
+
+
+class Ground:
+    """Paints the ground of a scene. `forget` what it knows when fonts or sizes have changed."""
+
+    def __init__(self) -> None:
+        self._looks: Hashable = None
+        self._pixmap: QPixmap | None = None
+
+    def forget(self) -> None:
+        self._looks = self._pixmap = None
+
+    def paint(self, painter: QPainter, picture: Picture, whole: QRectF) -> None:
+        """By hand at the first time, from then on as a picture until something is different."""
+        ratio = painter.device().devicePixelRatioF()
+        looks = _looks_of(picture, ratio)
+        if looks != self._looks:
+            self._looks, self._pixmap = looks, None
+            paint_back(painter, picture)
+            return
+        if self._pixmap is None:
+            self._pixmap = _painted(picture, whole, ratio)
+        painter.drawPixmap(QPointF(0, 0), self._pixmap)
+
+
+def _painted(picture: Picture, whole: QRectF, ratio: float) -> QPixmap:
+    pixmap = QPixmap((whole.size() * ratio).toSize())
+    pixmap.setDevicePixelRatio(ratio)
+    pixmap.fill(picture.theme.surface)  # opaque: a plain copy is what the screen takes quickest
+    painter = QPainter(pixmap)
+    paint_back(painter, picture)
+    painter.end()
+    return pixmap

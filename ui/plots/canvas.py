@@ -1,0 +1,222 @@
+"""The surface of the plots: lanes below each other, reached by mouse and keyboard.
+
+The wheel zooms only when the plots have the focus or Ctrl is held; else it scrolls the page.
+"""
+
+from collections.abc import Callable, Sequence
+from typing import Any
+
+import pyqtgraph as pg
+from PySide6.QtCore import QEvent, QPointF, QRectF, Qt, Signal
+from PySide6.QtGui import QFocusEvent, QFontMetricsF, QKeyEvent, QMouseEvent, QPainter, QResizeEvent, QWheelEvent
+from PySide6.QtWidgets import QGraphicsItem, QStyleOptionGraphicsItem, QWidget
+
+from ui.plots.background import Ground
+from ui.plots.curve import LaneCurve
+from ui.plots.paint import Picture, gutter_px, paint_front
+from ui.plots.view import Lane, Span
+from ui.style.theme import Size, Theme, font
+
+_STRIP_PX = 22.0
+
+
+class _Layer(QGraphicsItem):
+    """One painter behind or before the curves, over the whole scene."""
+
+    def __init__(self, paint: Callable[[QPainter], None], *, depth: float) -> None:
+        super().__init__()
+        self._paint = paint
+        self._box = QRectF(0, 0, 1, 1)
+        self.setZValue(depth)
+
+    def cover(self, box: QRectF) -> None:
+        self.prepareGeometryChange()
+        self._box = box
+
+    def boundingRect(self) -> QRectF:
+        return self._box
+
+    def paint(self, painter: QPainter, _option: QStyleOptionGraphicsItem, _widget: QWidget | None = None) -> None:
+        # Straight lines lie on pixels; smoothing dashes costs more than the curves do.
+        painter.setRenderHint(QPainter.RenderHint.Antialiasing, False)
+        painter.setRenderHint(QPainter.RenderHint.SmoothPixmapTransform)
+        self._paint(painter)
+
+
+class Canvas(pg.GraphicsView):  # type: ignore[misc]  # pyqtgraph has no types
+    """Draws what it is given and says what a person wants; it decides nothing."""
+
+    panned = Signal(float)
+    """Moved by this part of the view, negative to the past."""
+    zoomed = Signal(float, float)
+    """Show so many times as much, around this part of the view (0 left, 1 right)."""
+    pause_wanted = Signal()
+    live_wanted = Signal()
+    cursor_moved = Signal()
+    """The cursor is elsewhere or gone; ``cursor`` says where."""
+
+    def __init__(self, lanes: Sequence[Lane]) -> None:
+        super().__init__()
+        self.setObjectName("time-plot-canvas")
+        self.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
+        self.setMouseTracking(True)
+        self.setFrameShape(pg.QtWidgets.QFrame.Shape.NoFrame)
+        self.cursor_part: float | None = None
+        self.keeps_cursor = False
+        """The read-off cursor stays where the pointer left it."""
+        self._dragged_from: float | None = None
+        self._picture: Picture | None = None
+        self._ground = Ground()
+        self._left = self._right = 0.0
+        scene: Any = self.scene()
+        self.lanes = [LaneCurve(lane, number, scene) for number, lane in enumerate(lanes)]
+        self._back = _Layer(self._paint_back, depth=-200)  # a view box is at -100
+        self._front = _Layer(self._paint_front, depth=100)
+        scene.addItem(self._back)
+        scene.addItem(self._front)
+        self.strip = QRectF()
+
+    def dress(self, theme: Theme) -> None:
+        """Take the colours of a theme."""
+        self.setBackground(theme.surface)
+        for lane in self.lanes:
+            lane.dress(theme)
+
+    def arrange(self) -> None:
+        """Give each lane its place; after a change of size, language or font."""
+        self._ground.forget()
+        size = self.viewport().size()
+        whole = QRectF(0, 0, size.width(), size.height())
+        line = QFontMetricsF(font(Size.SMALL)).height()
+        left = QFontMetricsF(font(Size.SMALL)).horizontalAdvance("−180") + 8
+        right = max(left + 50, whole.right() - gutter_px(self.lanes))
+        title = line + 8
+        room = max(60.0, whole.height() - line - 8 - _STRIP_PX - len(self.lanes) * title)
+        weights = sum(lane.lane.weight for lane in self.lanes)
+        top = 0.0
+        for lane in self.lanes:
+            height = round(room * lane.lane.weight / weights)
+            lane.place(QRectF(left, top + title, right - left, height))
+            top += title + height
+        self.strip = QRectF(left, top, right - left, _STRIP_PX)
+        for layer in (self._back, self._front):
+            layer.cover(whole)
+
+    def show_picture(self, picture: Picture) -> None:
+        """Draw; the curves have been given their points before."""
+        self._picture = picture
+        self._back.update()
+        self._front.update()
+
+    @property
+    def shown(self) -> Span | None:
+        """The span of the last draw, None before the first."""
+        return None if self._picture is None else self._picture.span
+
+    def draw_curves(self, span: Span) -> None:
+        """Give every curve the points of a span."""
+        for lane in self.lanes:
+            lane.draw(span, ratio=self.devicePixelRatio())
+
+    def _paint_back(self, painter: QPainter) -> None:
+        if self._picture is not None:
+            self._ground.paint(painter, self._picture, self._back.boundingRect())
+
+    def _paint_front(self, painter: QPainter) -> None:
+        if self._picture is not None:
+            paint_front(painter, self._picture)
+
+    def _part(self, position: QPointF) -> float | None:
+        """Where in the view's width a point is, None outside of the lanes."""
+        box = self.lanes[0].box
+        if not box.left() <= position.x() <= box.right():
+            return None
+        return float((position.x() - box.left()) / max(1.0, box.width()))
+
+    def set_cursor(self, part: float | None) -> None:
+        """Put the read-off cursor at a part of the view's width; None takes it away."""
+        if part != self.cursor_part:
+            self.cursor_part = None if part is None else min(1.0, max(0.0, part))
+            self.cursor_moved.emit()
+
+    def resizeEvent(self, event: QResizeEvent) -> None:
+        super().resizeEvent(event)
+        if hasattr(self, "strip"):  # pyqtgraph resizes while it is being made
+            self.arrange()
+            self.cursor_moved.emit()
+
+    def mousePressEvent(self, event: QMouseEvent) -> None:
+        if event.button() == Qt.MouseButton.LeftButton and self._part(event.position()) is not None:
+            self._dragged_from = event.position().x()
+        event.accept()
+
+    def mouseMoveEvent(self, event: QMouseEvent) -> None:
+        if self._dragged_from is not None and event.buttons() & Qt.MouseButton.LeftButton:
+            by = event.position().x() - self._dragged_from
+            if abs(by) >= 3:
+                self.setCursor(Qt.CursorShape.ClosedHandCursor)
+                self._dragged_from = event.position().x()
+                # The cursor goes along first: one draw for both.
+                self.cursor_part = self._part(event.position())
+                self.panned.emit(-by / max(1.0, self.lanes[0].box.width()))
+        part = self._part(event.position())
+        if part is not None or not self.keeps_cursor:
+            self.set_cursor(part)
+        event.accept()
+
+    def mouseReleaseEvent(self, event: QMouseEvent) -> None:
+        self._dragged_from = None
+        self.unsetCursor()
+        event.accept()
+
+    def mouseDoubleClickEvent(self, event: QMouseEvent) -> None:
+        self.live_wanted.emit()
+        event.accept()
+
+    def leaveEvent(self, event: QEvent) -> None:
+        super().leaveEvent(event)
+        if not self.keeps_cursor:
+            self.set_cursor(None)
+
+    def wheelEvent(self, event: QWheelEvent) -> None:
+        is_meant = self.hasFocus() or event.modifiers() & Qt.KeyboardModifier.ControlModifier
+        part = self._part(event.position())
+        if not is_meant or part is None:
+            event.ignore()
+            return
+        if event.angleDelta().x():
+            self.panned.emit(-event.angleDelta().x() / 1200)
+        else:
+            self.zoomed.emit(0.8 ** (event.angleDelta().y() / 120), part)
+        event.accept()
+
+    def keyPressEvent(self, event: QKeyEvent) -> None:
+        is_shifted = bool(event.modifiers() & Qt.KeyboardModifier.ShiftModifier)
+        key = event.key()
+        if key in (Qt.Key.Key_Left, Qt.Key.Key_Right):
+            sign = -1 if key == Qt.Key.Key_Left else 1
+            if is_shifted:
+                part = 1.0 if self.cursor_part is None else self.cursor_part
+                self.set_cursor(min(1.0, max(0.0, part + sign / max(50.0, self.lanes[0].box.width() / 4))))
+            else:
+                self.panned.emit(sign * 0.1)
+        elif key in (Qt.Key.Key_Plus, Qt.Key.Key_Equal, Qt.Key.Key_Minus):
+            factor = 1.25 if key == Qt.Key.Key_Minus else 0.8
+            self.zoomed.emit(factor, 1.0 if self.cursor_part is None else self.cursor_part)
+        elif key == Qt.Key.Key_Space:
+            self.pause_wanted.emit()
+        elif key == Qt.Key.Key_End:
+            self.live_wanted.emit()
+        else:
+            event.ignore()
+
+    def keyReleaseEvent(self, event: QKeyEvent) -> None:
+        event.ignore()
+
+    def focusInEvent(self, event: QFocusEvent) -> None:
+        super().focusInEvent(event)
+        self.cursor_moved.emit()
+
+    def focusOutEvent(self, event: QFocusEvent) -> None:
+        super().focusOutEvent(event)
+        self.cursor_moved.emit()

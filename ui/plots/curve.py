@@ -1,0 +1,128 @@
+"""One curve in its lane, on pyqtgraph.
+
+Curves are made once and given new points at every draw.  The points are those of an envelope of at most a
+thousand buckets, counted from the left end of the view, so that pyqtgraph's range never moves.  Pens are
+cosmetic and one pixel wide, without antialiasing: anything else costs several times as much.
+"""
+
+from typing import Any, Final, NamedTuple
+
+import numpy as np
+import pyqtgraph as pg
+from numpy.typing import NDArray
+from PySide6.QtCore import QRectF, Qt
+from PySide6.QtWidgets import QGraphicsScene
+
+from app.samples.ring_buffers import Envelope
+from ui.plots.view import Lane, Scale, Span, fitting_scale
+from ui.style.theme import Theme
+
+MOST_BUCKETS: Final = 1000
+# One and a half logical pixels at 200 %; a fourth would make the draw longer than 10 ms.
+_MOST_COPIES: Final = 3
+
+
+class Points(NamedTuple):
+    """What is drawn: times and values with NaN where the line is broken, and the gaps there."""
+
+    x: NDArray[np.float64]
+    y: NDArray[np.float64]
+    gaps: list[Span]
+
+
+def points(envelope: Envelope, *, origin_s: float, gap_s: float) -> Points:
+    """From the lowest to the highest of each bucket and on to the next, broken where samples are missing."""
+    count = len(envelope.low)
+    x = np.empty((count, 2))
+    y = np.empty((count, 2))
+    x[:, 0], x[:, 1] = envelope.start_s, envelope.end_s
+    y[:, 0], y[:, 1] = envelope.low, envelope.high
+    x -= origin_s
+    breaks = np.flatnonzero(envelope.start_s[1:] - envelope.end_s[:-1] > gap_s)
+    gaps = [Span(float(envelope.end_s[n]), float(envelope.start_s[n + 1])) for n in breaks]
+    places = (breaks + 1) * 2
+    flat_x, flat_y = x.ravel(), y.ravel()
+    if len(places):
+        flat_x = np.insert(flat_x, places, np.nan)
+        flat_y = np.insert(flat_y, places, np.nan)
+    return Points(flat_x, flat_y, gaps)
+
+
+class LaneCurve:
+    """The view box and the curve of a lane, inside a scene."""
+
+    def __init__(self, lane: Lane, number: int, scene: QGraphicsScene) -> None:
+        self.lane = lane
+        self.number = number
+        self.box = QRectF()
+        self.scale: Scale = lane.scales[0]
+        self.gaps: list[Span] = []
+        self._length_s = 0.0
+        self._line_px = 1
+        self._view: Any = pg.ViewBox(enableMouse=False, enableMenu=False)
+        self._view.disableAutoRange()
+        self._curves: list[Any] = [pg.PlotCurveItem(antialias=False) for _ in range(_MOST_COPIES)]
+        for curve in self._curves:
+            self._view.addItem(curve, ignoreBounds=True)
+        scene.addItem(self._view)
+
+    def dress(self, theme: Theme) -> None:
+        """Take the colours of a theme."""
+        one = pg.mkPen(theme.curves[self.number % len(theme.curves)], width=1)
+        one.setCosmetic(True)
+        one.setCapStyle(Qt.PenCapStyle.SquareCap)
+        for curve in self._curves:
+            curve.setPen(one)
+        self._line_px = theme.line_px
+
+    def place(self, box: QRectF) -> None:
+        """Put the lane where it belongs, in scene coordinates."""
+        if box != self.box:
+            self.box = box
+            self._view.setGeometry(box)
+
+    def draw(self, span: Span, *, ratio: float) -> None:
+        """Show a span of time on a screen of ``ratio`` device pixels for each logical one."""
+        lane = self.lane
+        buckets = min(MOST_BUCKETS, max(50, int(self.box.width())))
+        envelope = lane.series.decimated(span.start_s, span.end_s, buckets)
+        what = points(envelope, origin_s=span.start_s, gap_s=lane.gap_s)
+        newest = lane.series.last
+        if newest is not None and newest.time_s < span.end_s - lane.gap_s:
+            what.gaps.append(Span(newest.time_s, span.end_s))
+        self.gaps = what.gaps
+        scale = fitting_scale(lane.scales, *self._extremes(envelope, span))
+        if (scale, span.length_s) != (self.scale, self._length_s):
+            self.scale, self._length_s = scale, span.length_s
+            self._view.setRange(xRange=(0.0, span.length_s), yRange=(scale.low, scale.high), padding=0)
+        connect = "finite" if what.gaps else "all"
+        # A wider line is the same again, moved by one pixel of the screen each: a wider pen costs far more.
+        copies = min(_MOST_COPIES, max(1, round(self._line_px * ratio)))
+        right = span.length_s / max(1.0, self.box.width() * ratio)
+        down = (scale.high - scale.low) / max(1.0, self.box.height() * ratio)
+        for number, curve in enumerate(self._curves):
+            curve.setVisible(number < copies)
+            if number < copies:
+                curve.setData(what.x + number * right, what.y - number * down, connect=connect, skipFiniteCheck=True)
+
+    def _extremes(self, envelope: Envelope, span: Span) -> tuple[float, float]:
+        """Of the samples and the limits in sight."""
+        seen = [
+            change.value
+            for limit in self.lane.limits
+            for change in limit.steps.between(span.start_s, span.end_s)
+            if change.value is not None
+        ]
+        if len(envelope.low):
+            seen += [float(envelope.low.min()), float(envelope.high.max())]
+        lowest, highest = self.lane.scales[0].low, self.lane.scales[0].high
+        return (min(seen, default=lowest), max(seen, default=highest))
+
+    def x(self, time_s: float, span: Span) -> float:
+        """The place of a time in the scene."""
+        return self.box.left() + (time_s - span.start_s) / span.length_s * self.box.width()
+
+    def y(self, value: float) -> float:
+        """The place of a value in the scene; beyond the scale it is the edge."""
+        part = (value - self.scale.low) / (self.scale.high - self.scale.low)
+        return self.box.bottom() - min(1.0, max(0.0, part)) * self.box.height()

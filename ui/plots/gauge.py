@@ -1,0 +1,229 @@
+"""The tilt of the aircraft, 0 to 180°, as an aircraft that tilts.
+
+Its right arm is the needle: it points to 0° at the right, 90° at the top, 180° at the left.  The arc beyond the
+attitude threshold is where the module fires, a mark before it where the trigger is ready again.
+"""
+
+import math
+from typing import Final
+
+from PySide6.QtCore import QPointF, QRectF, QSize, Qt
+from PySide6.QtGui import QColor, QFontMetricsF, QPainter, QPainterPath, QPaintEvent
+from PySide6.QtWidgets import QSizePolicy
+
+from app.text.i18n import tr
+from ui.style.painted_widget import Freshness, Painted
+from ui.style.shapes import cleared_word, hatch, pen
+from ui.style.theme import Meaning, Size, Theme, current, font
+
+_LARGEST_DEG: Final = 180.0
+# Radii as parts of the arc's.
+_DISC: Final = 0.74
+_ARM: Final = 0.6
+
+
+class TiltGauge(Painted):
+    """The gauge; it starts as unknown and without a threshold.  Degrees outside 0 to 180 are drawn at the end."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self._tilt_deg: float | None = None
+        self._fire_deg: float | None = None
+        self._reset_deg: float | None = None
+        self._freshness = Freshness.UNKNOWN
+        self._age = ""
+        policy = QSizePolicy(QSizePolicy.Policy.Preferred, QSizePolicy.Policy.Preferred)
+        policy.setHeightForWidth(True)
+        self.setSizePolicy(policy)
+        self._changed()
+
+    @property
+    def freshness(self) -> Freshness:
+        """How the tilt shown is known."""
+        return self._freshness
+
+    def set_threshold(self, fire_deg: float | None, *, reset_deg: float | None = None) -> None:
+        """From which tilt the module fires, and below which it is ready again; None: not known, nothing is drawn."""
+        if (fire_deg, reset_deg) != (self._fire_deg, self._reset_deg):
+            self._fire_deg, self._reset_deg = fire_deg, reset_deg
+            self._changed()
+
+    def show_tilt(self, tilt_deg: float) -> None:
+        """A fresh tilt."""
+        self._show(Freshness.FRESH, tilt_deg, "")
+
+    def show_stale(self, tilt_deg: float, age: str) -> None:
+        """The last tilt and how old it is, in words."""
+        self._show(Freshness.STALE, tilt_deg, age)
+
+    def show_unknown(self) -> None:
+        """No tilt."""
+        self._show(Freshness.UNKNOWN, None, "")
+
+    def _show(self, freshness: Freshness, tilt_deg: float | None, age: str) -> None:
+        if (freshness, tilt_deg, age) != (self._freshness, self._tilt_deg, self._age):
+            self._freshness, self._tilt_deg, self._age = freshness, tilt_deg, age
+            self._changed()
+
+    def _changed(self) -> None:
+        name = f"{tr('Tilt')}: "
+        name += tr("unknown") if self._tilt_deg is None else f"{self._tilt_deg:g}°"
+        if self._age:
+            name += f", {self._age}"
+        if self._fire_deg is not None:
+            name += f", {tr('{value}° fires', value=f'{self._fire_deg:g}')}"
+        self.announce(name)
+        self.setToolTip(name)
+
+    def sizeHint(self) -> QSize:
+        return QSize(232, self.heightForWidth(232))
+
+    def minimumSizeHint(self) -> QSize:
+        return QSize(160, self.heightForWidth(160))
+
+    def heightForWidth(self, width: int) -> int:
+        radius = (width - 2 * _side()) / 2
+        return round(radius * (1 + _DISC) + _margin() + 6)
+
+    def _radius(self) -> float:
+        by_width = (self.width() - 2 * _side()) / 2
+        by_height = (self.height() - _margin() - 6) / (1 + _DISC)
+        return max(20.0, min(by_width, by_height))
+
+    def paintEvent(self, _event: QPaintEvent) -> None:
+        theme = current()
+        painter = QPainter(self)
+        painter.setRenderHint(QPainter.RenderHint.Antialiasing)
+        radius = self._radius()
+        painter.translate(self.width() / 2, _margin() + radius)
+        self._paint_ground(painter, theme, radius)
+        self._paint_scale(painter, theme, radius)
+        if self._tilt_deg is None:
+            disc = QRectF(-radius * _DISC, -radius * _DISC, 2 * radius * _DISC, 2 * radius * _DISC)
+            cleared_word(painter, theme, disc, tr("unknown"), font(Size.BODY, is_bold=True))
+        else:
+            self._paint_aircraft(painter, theme, radius, self._tilt_deg)
+        if self._age:
+            below = QRectF(-radius, radius * 0.36, 2 * radius, 24)
+            cleared_word(painter, theme, below, self._age, font(Size.SMALL, is_bold=True))
+        painter.end()
+
+    def _paint_ground(self, painter: QPainter, theme: Theme, radius: float) -> None:
+        """The disc: sky above the horizon, ground below, both quiet."""
+        inner = radius * _DISC
+        disc = QPainterPath()
+        disc.addEllipse(QPointF(0, 0), inner, inner)
+        painter.fillPath(disc, QColor(theme.surface))
+        if self._freshness is Freshness.UNKNOWN:
+            hatch(painter, disc, theme.divider if theme.line_px == 1 else theme.muted)
+            painter.setPen(pen(theme.border, theme.border_px, is_dashed=True))
+            painter.drawPath(disc)
+            return
+        ground = QPainterPath()
+        ground.moveTo(inner, 0)
+        ground.arcTo(QRectF(-inner, -inner, 2 * inner, 2 * inner), 0, -180)
+        ground.closeSubpath()
+        painter.fillPath(ground, QColor(theme.sunken))
+        painter.setPen(pen(theme.border, theme.border_px))
+        painter.drawLine(QPointF(-inner, 0), QPointF(inner, 0))
+        painter.setPen(pen(theme.divider, theme.border_px, is_dashed=self._freshness is Freshness.STALE))
+        painter.drawPath(disc)
+
+    def _paint_scale(self, painter: QPainter, theme: Theme, radius: float) -> None:
+        thick = 3.0 + theme.line_px
+        box = QRectF(-radius, -radius, 2 * radius, 2 * radius)
+        painter.setBrush(Qt.BrushStyle.NoBrush)
+        painter.setPen(pen(theme.border, theme.border_px))
+        painter.drawArc(box, 0, 180 * 16)
+        painter.setFont(font(Size.SMALL))
+        for degrees in range(0, 181, 15):
+            is_labelled = degrees % 45 == 0
+            painter.setPen(pen(theme.border, theme.border_px))
+            painter.drawLine(_at(degrees, radius), _at(degrees, radius - (8 if is_labelled else 4)))
+            if is_labelled and not self._is_near_mark(degrees):
+                painter.setPen(QColor(theme.muted))
+                _label(painter, degrees, radius, f"{degrees}")
+        if self._fire_deg is not None:
+            fire = _clamped(self._fire_deg)
+            colour = theme.tint(Meaning.DANGER).ink
+            painter.setPen(pen(colour, thick))
+            painter.drawArc(box, round(fire * 16), round((_LARGEST_DEG - fire) * 16))
+            painter.setPen(pen(colour, 1.0 + theme.line_px))
+            painter.drawLine(_at(fire, radius + 4), _at(fire, radius * _DISC + 3))
+            painter.setFont(font(Size.SMALL, is_bold=True))
+            _label(painter, fire + self._apart_deg(), radius, f"{self._fire_deg:g}°")
+        if self._reset_deg is not None:
+            reset = _clamped(self._reset_deg)
+            painter.setPen(pen(theme.tint(Meaning.INFORMATION).ink, 1.0 + theme.line_px))
+            painter.drawLine(_at(reset, radius + 2), _at(reset, radius - 8))
+            painter.setFont(font(Size.SMALL))
+            _label(painter, reset - self._apart_deg(), radius, f"{self._reset_deg:g}°")
+
+    def _apart_deg(self) -> float:
+        """How far the labels of the two marks step aside, so that they do not touch."""
+        if self._fire_deg is None or self._reset_deg is None:
+            return 0.0
+        return max(0.0, (18 - (self._fire_deg - self._reset_deg)) / 2)
+
+    def _is_near_mark(self, degrees: float) -> bool:
+        marks = (mark for mark in (self._fire_deg, self._reset_deg) if mark is not None)
+        return any(abs(mark - degrees) < 12 for mark in marks)
+
+    def _paint_aircraft(self, painter: QPainter, theme: Theme, radius: float, tilt_deg: float) -> None:
+        """A multicopter from behind, turned by the tilt, with a needle from its right arm to the scale."""
+        is_stale = self._freshness is Freshness.STALE
+        fires = self._fire_deg is not None and tilt_deg >= self._fire_deg
+        ink = QColor(theme.muted) if is_stale else theme.ink(Meaning.DANGER if fires else None)
+        arm = radius * _ARM
+        width = max(2.0, radius / 26) * (1.0 if theme.line_px == 1 else 1.3)
+        painter.save()
+        painter.rotate(-_clamped(tilt_deg))
+        painter.setPen(pen(ink, width * 0.7, is_dashed=True))
+        painter.drawLine(QPointF(arm + 3, 0), QPointF(radius - 10, 0))
+        needle = QPainterPath(QPointF(radius - 2, 0))
+        needle.lineTo(radius - 12, -5)
+        needle.lineTo(radius - 12, 5)
+        needle.closeSubpath()
+        painter.fillPath(needle, ink)
+        stroke = pen(ink, width)
+        stroke.setCapStyle(Qt.PenCapStyle.RoundCap)
+        painter.setPen(stroke)
+        painter.drawLine(QPointF(-arm, 0), QPointF(arm, 0))
+        for side in (-1, 1):
+            hub = side * arm * 0.86
+            painter.drawLine(QPointF(hub, 0), QPointF(hub, -radius * 0.1))
+            painter.drawLine(QPointF(hub - radius * 0.17, -radius * 0.1), QPointF(hub + radius * 0.17, -radius * 0.1))
+            painter.drawLine(QPointF(side * radius * 0.1, radius * 0.07), QPointF(side * radius * 0.17, radius * 0.2))
+        painter.setBrush(QColor(theme.surface))
+        painter.drawRoundedRect(QRectF(-radius * 0.17, -radius * 0.1, radius * 0.34, radius * 0.18), 5, 5)
+        painter.restore()
+
+
+def _margin() -> float:
+    """Room for the labels above the arc."""
+    return QFontMetricsF(font(Size.SMALL)).height() + 8
+
+
+def _side() -> float:
+    """Room for the label beside each end of the arc."""
+    return QFontMetricsF(font(Size.SMALL)).horizontalAdvance("180") + 10
+
+
+def _clamped(degrees: float) -> float:
+    return min(_LARGEST_DEG, max(0.0, degrees))
+
+
+def _at(degrees: float, radius: float) -> QPointF:
+    angle = math.radians(degrees)
+    return QPointF(radius * math.cos(angle), -radius * math.sin(angle))
+
+
+def _label(painter: QPainter, degrees: float, radius: float, text: str) -> None:
+    """A text outside the arc; its near edge stays off it at every angle."""
+    metrics = QFontMetricsF(painter.font())
+    width, height = metrics.horizontalAdvance(text) + 2, metrics.height()
+    angle = math.radians(degrees)
+    reach = radius + 6 + abs(math.cos(angle)) * width / 2 + abs(math.sin(angle)) * height / 2
+    middle = _at(degrees, reach)
+    box = QRectF(middle.x() - width / 2, middle.y() - height / 2, width, height)
+    painter.drawText(box, Qt.AlignmentFlag.AlignCenter, text)

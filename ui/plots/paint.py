@@ -1,0 +1,325 @@
+"""Everything of the plots but the curves: grid and scales behind them, limits, marks and the cursor before.
+
+Painted by hand because it is little, has to be readable over anything, and costs a tenth of what general axes
+cost when they scroll.
+"""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import Final
+
+from PySide6.QtCore import QPointF, QRectF, Qt
+from PySide6.QtGui import QColor, QFontMetricsF, QPainter, QPen
+
+from app.samples.step_function import Change
+from app.text.i18n import tr
+from ui.plots.axis import Tick, ago_text, clock_text
+from ui.plots.curve import LaneCurve
+from ui.plots.view import Limit, Mark, Span
+from ui.style import icons
+from ui.style.shapes import cleared_word, pen
+from ui.style.theme import Size, Theme, font
+
+_LEFT: Final = Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter
+_RIGHT: Final = Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter
+_CENTRE: Final = Qt.AlignmentFlag.AlignCenter
+_MARK_PX: Final = 14
+
+
+@dataclass(frozen=True, slots=True)
+class Picture:
+    """What one draw shows."""
+
+    theme: Theme
+    lanes: Sequence[LaneCurve]
+    span: Span
+    now_s: float
+    ticks: Sequence[Tick]
+    marks: Sequence[Mark]
+    cursor_s: float | None
+    is_live: bool
+    wall_offset_s: float
+    strip: QRectF
+    has_focus: bool
+
+    def x(self, time_s: float) -> float:
+        """The place of a time in the scene."""
+        return self.lanes[0].x(time_s, self.span)
+
+
+def number(value: float, decimals: int) -> str:
+    """A value with its sign in the typographer's minus."""
+    return f"{value:.{decimals}f}".replace("-", "−")
+
+
+def gutter_px(lanes: Sequence[LaneCurve]) -> float:
+    """Room at the right for the widest label of a limit."""
+    metrics = QFontMetricsF(font(Size.SMALL, is_bold=True))
+    labels = [tr(limit.label, value="000") for lane in lanes for limit in lane.lane.limits]
+    return max((metrics.horizontalAdvance(label) for label in labels), default=0.0) + 12
+
+
+def paint_back(painter: QPainter, picture: Picture) -> None:
+    """Titles, grid, scales and the time line."""
+    theme = picture.theme
+    small = font(Size.SMALL)
+    metrics = QFontMetricsF(small)
+    grid = QColor(theme.divider)
+    if theme.line_px > 1:
+        grid = QColor("#9A9A9A")  # black hairlines would hide the curve
+    for lane in picture.lanes:
+        box, scale = lane.box, lane.scale
+        painter.setPen(pen(grid, 1))
+        for tick in picture.ticks:
+            x = round(picture.x(tick.time_s)) + 0.5
+            if box.left() <= x <= box.right() + 1:
+                painter.drawLine(QPointF(x, box.top()), QPointF(x, box.bottom()))
+        painter.setFont(small)
+        steps = round((scale.high - scale.low) / scale.step)
+        for step in range(steps + 1):
+            value = scale.low + step * scale.step
+            y = round(lane.y(value)) + 0.5
+            painter.setPen(pen(theme.border if step == 0 else grid, 1))
+            painter.drawLine(QPointF(box.left(), y), QPointF(box.right(), y))
+            painter.setPen(QColor(theme.muted))
+            room = QRectF(0, y - metrics.height() / 2, box.left() - 6, metrics.height())
+            painter.drawText(room, _RIGHT, number(value, 0 if float(scale.step).is_integer() else 1))
+        _title(painter, theme, lane)
+    painter.setFont(small)
+    painter.setPen(QColor(theme.muted))
+    for room, label in _tick_labels(picture, metrics):
+        painter.drawText(room, _CENTRE, label)
+
+
+def _tick_labels(picture: Picture, metrics: QFontMetricsF) -> Iterator[tuple[QRectF, str]]:
+    """The times below the plots, with the room of each."""
+    for tick in picture.ticks:
+        width = metrics.horizontalAdvance(tick.label) + 4
+        left = picture.x(tick.time_s) - width / 2
+        if left >= 0 and left + width <= picture.strip.right() + width:
+            yield QRectF(left, picture.strip.bottom() + 2, width, metrics.height()), tick.label
+
+
+def _title(painter: QPainter, theme: Theme, lane: LaneCurve) -> None:
+    bold = font(Size.SMALL, is_bold=True)
+    metrics = QFontMetricsF(bold)
+    top = lane.box.top() - metrics.height() - 4
+    title = tr(lane.lane.title)
+    painter.setFont(bold)
+    painter.setPen(QColor(theme.curves[lane.number % len(theme.curves)]))
+    painter.drawText(QPointF(lane.box.left(), top + metrics.ascent()), title)
+    painter.setFont(font(Size.SMALL))
+    painter.setPen(QColor(theme.muted))
+    unit = QPointF(lane.box.left() + metrics.horizontalAdvance(title) + 6, top + metrics.ascent())
+    painter.drawText(unit, lane.lane.unit)
+
+
+def paint_front(painter: QPainter, picture: Picture) -> None:
+    """Limits, gaps, marks and the cursor."""
+    for lane in picture.lanes:
+        _paint_gaps(painter, picture, lane)
+        _paint_limits(painter, picture, lane)
+    _paint_marks(painter, picture)
+    if picture.cursor_s is not None:
+        _paint_cursor(painter, picture, picture.cursor_s)
+    if picture.has_focus:
+        painter.setPen(pen(picture.theme.information.ink, 2))
+        painter.setBrush(Qt.BrushStyle.NoBrush)
+        whole = picture.lanes[0].box.united(picture.strip)
+        painter.drawRoundedRect(whole.adjusted(-2, -2, 2, 2), 3, 3)
+
+
+def _paint_gaps(painter: QPainter, picture: Picture, lane: LaneCurve) -> None:
+    """A word where samples are missing, if it has room."""
+    small = font(Size.SMALL)
+    word = tr("no data")
+    width = QFontMetricsF(small).horizontalAdvance(word) + 12
+    for gap in lane.gaps:
+        left = max(lane.box.left(), lane.x(gap.start_s, picture.span))
+        right = min(lane.box.right(), lane.x(gap.end_s, picture.span))
+        if right - left > width:
+            room = QRectF(left, lane.box.top(), right - left, lane.box.height())
+            cleared_word(painter, picture.theme, room, word, small)
+
+
+def _paint_limits(painter: QPainter, picture: Picture, lane: LaneCurve) -> None:
+    """Each limit as it was at each time, and what stands now named at the right, on the line."""
+    theme, span, box = picture.theme, picture.span, lane.box
+    labels: list[tuple[float, str, Limit]] = []
+    for limit in lane.lane.limits:
+        changes = limit.steps.between(span.start_s, span.end_s)
+        if len(changes) > 1 and changes[-1].value is None and lane.x(changes[-1].time_s, span) > box.right() - 1:
+            changes.pop()  # it ends with the picture, as in a recording: what stood until then is named all the same
+        ink = theme.tint(limit.meaning).ink
+        for n, change in enumerate(changes):
+            if change.value is None:
+                continue
+            is_last = n + 1 == len(changes)
+            left = max(box.left(), lane.x(change.time_s, span))
+            right = box.right() if is_last else lane.x(changes[n + 1].time_s, span)
+            y = round(lane.y(change.value)) + 0.5
+            painter.setPen(_limit_pen(limit, ink, theme))
+            painter.drawLine(QPointF(left, y), QPointF(right, y))
+            text = number(change.value, limit.decimals)
+            if is_last:
+                labels.append((y, tr(limit.label, value=text), limit))
+            elif change.value != _next_value(changes[n + 1 :]):  # the same again is named where it ends
+                _past_label(painter, QRectF(left, y - 18, right - left, 16), text, ink)
+    bold = font(Size.SMALL, is_bold=True)
+    height = QFontMetricsF(bold).height()
+    painter.setFont(bold)
+    for y, (_, text, limit) in zip(_apart([one[0] for one in labels], height), labels, strict=True):
+        painter.setPen(QColor(theme.tint(limit.meaning).ink))
+        room = QRectF(box.right() + 6, y - height / 2, 300, height)
+        painter.drawText(room, _LEFT | Qt.TextFlag.TextDontClip, text)  # Chinese beside figures is higher
+
+
+def _next_value(changes: Sequence[Change]) -> float | None:
+    """What the limit is next known to be."""
+    return next((one.value for one in changes if one.value is not None), None)
+
+
+def _limit_pen(limit: Limit, ink: str, theme: Theme) -> QPen:
+    one = pen(ink, theme.line_px, is_dashed=True)
+    if limit.is_draft:
+        one.setDashPattern([9, 3, 2, 3])  # told from the module's own also without colour
+    return one
+
+
+def _past_label(painter: QPainter, room: QRectF, text: str, ink: str) -> None:
+    bold = font(Size.SMALL, is_bold=True)
+    width = QFontMetricsF(bold).horizontalAdvance(text)
+    if room.width() > width + 8:
+        painter.setFont(bold)
+        painter.setPen(QColor(ink))
+        painter.drawText(room.adjusted(0, 0, -4, 0), _RIGHT, text)
+
+
+def _apart(places: list[float], distance: float) -> list[float]:
+    """The places, pushed apart around their middle until labels of that height do not touch."""
+    order = sorted(range(len(places)), key=lambda n: places[n])
+    moved = list(places)
+    for _ in range(4 * len(order)):  # pushing two apart may push one of them onto a third
+        for upper, lower in pairwise(order):
+            lacking = distance - (moved[lower] - moved[upper])
+            if lacking > 0:
+                moved[upper] -= lacking / 2
+                moved[lower] += lacking / 2
+    return moved
+
+
+def _paint_marks(painter: QPainter, picture: Picture) -> None:
+    """Newest first: a word only where it does not run into the next one."""
+    theme, strip = picture.theme, picture.strip
+    bold = font(Size.SMALL, is_bold=True)
+    metrics = QFontMetricsF(bold)
+    painter.setFont(bold)
+    free = strip.right() + 80
+    for mark in sorted(picture.marks, key=lambda one: one.time_s, reverse=True):
+        x = picture.x(mark.time_s)
+        if not strip.left() <= x <= strip.right():
+            continue
+        ink = theme.ink(mark.meaning)
+        painter.setPen(pen(_faint(ink, theme), 1))
+        for lane in picture.lanes:
+            painter.drawLine(QPointF(round(x) + 0.5, lane.box.top()), QPointF(round(x) + 0.5, lane.box.bottom()))
+        if x + _MARK_PX > free:
+            continue
+        top = strip.top() + (strip.height() - _MARK_PX) / 2
+        icons.draw(painter, mark.icon, QRectF(x - _MARK_PX / 2, top, _MARK_PX, _MARK_PX), ink)
+        word = tr(mark.word)
+        left = x + _MARK_PX / 2 + 3
+        if left + metrics.horizontalAdvance(word) < free:
+            painter.setPen(ink)
+            painter.drawText(QPointF(left, strip.center().y() + metrics.ascent() / 2 - 1), word)
+        free = x - _MARK_PX / 2 - 4
+
+
+def _faint(ink: QColor, theme: Theme) -> QColor:
+    """Fainter than the cursor and the curve that it crosses, mixed here because a transparent pen is slow."""
+    if theme.line_px > 1:
+        return ink
+    ground = QColor(theme.surface)
+    red, green, blue = (
+        round(0.6 * one + 0.4 * other)
+        for one, other in zip(ink.getRgb()[:3], ground.getRgb()[:3], strict=True)  # type: ignore[index]
+    )
+    return QColor(red, green, blue)
+
+
+def _paint_cursor(painter: QPainter, picture: Picture, cursor_s: float) -> None:
+    theme = picture.theme
+    x = round(picture.x(cursor_s)) + 0.5
+    painter.setPen(pen(theme.text, 1))
+    painter.drawLine(QPointF(x, picture.lanes[0].box.top()), QPointF(x, picture.strip.bottom() + 2))
+    for lane in picture.lanes:
+        text, y = reading(lane, cursor_s, picture.span), None
+        found = lane.lane.series.around(cursor_s, within_s=lane.lane.gap_s)
+        if found is not None:
+            y = lane.y(found.high)
+            painter.setPen(pen(theme.surface, 1.5))
+            painter.setBrush(QColor(theme.curves[lane.number % len(theme.curves)]))
+            painter.setRenderHint(QPainter.RenderHint.Antialiasing)
+            painter.drawEllipse(QPointF(x, y), 4, 4)
+            painter.setRenderHint(QPainter.RenderHint.Antialiasing, False)
+        place = lane.box.top() + 12 if y is None else y - 14
+        _pill(painter, theme, QPointF(x, place), text, lane.box)
+    metrics_px = QFontMetricsF(font(Size.SMALL, is_bold=True)).height()
+    below = QRectF(picture.strip.left(), picture.strip.bottom(), picture.strip.width(), metrics_px + 6)
+    text, middle = cursor_time(picture, cursor_s), QPointF(x, below.center().y())
+    box = _pill_box(middle, text, below)
+    for room, _ in _tick_labels(picture, QFontMetricsF(font(Size.SMALL))):
+        if room.intersects(box):  # a part of one that looks out would be read as another time
+            painter.fillRect(room, QColor(theme.surface))
+    _pill(painter, theme, middle, text, below)
+
+
+def reading(lane: LaneCurve, at_s: float, span: Span) -> str:
+    """The value at an instant with its unit, a range where only that was kept, or the word for none."""
+    found = lane.lane.series.around(at_s, within_s=min(lane.lane.gap_s, max(0.002, span.length_s / 50)))
+    if found is None:
+        return tr("no data")
+    low, high = number(found.low, lane.lane.decimals), number(found.high, lane.lane.decimals)
+    gap = "" if lane.lane.unit == "°" else " "
+    text = f"{low}{gap}{lane.lane.unit}" if low == high else f"{low} … {high}{gap}{lane.lane.unit}"
+    judge = lane.lane.outside
+    outside = None if judge is None else judge(found.low, at_s) or judge(found.high, at_s)
+    return text if outside is None else outside.beside(text)
+
+
+def cursor_time(picture: Picture, cursor_s: float) -> str:
+    """How long ago and what time of the day that was, and what happened there."""
+    decimals = 1 if picture.span.length_s > 3 else 3
+    text = clock_text(cursor_s + picture.wall_offset_s, decimals)
+    if picture.is_live:
+        text = f"{ago_text(max(0.0, picture.now_s - cursor_s), decimals)} · {text}"
+    for mark in picture.marks:
+        if abs(picture.x(mark.time_s) - picture.x(cursor_s)) < 6:
+            text += f" · {tr(mark.word)}"
+    return text
+
+
+def _pill(painter: QPainter, theme: Theme, middle: QPointF, text: str, within: QRectF) -> None:
+    """A text on the theme's text colour, kept inside the lane."""
+    bold = font(Size.SMALL, is_bold=True)
+    box = _pill_box(middle, text, within)
+    painter.setPen(Qt.PenStyle.NoPen)
+    painter.setBrush(QColor(theme.text))
+    painter.setRenderHint(QPainter.RenderHint.Antialiasing)
+    painter.drawRoundedRect(box, 4, 4)
+    painter.setRenderHint(QPainter.RenderHint.Antialiasing, False)
+    painter.setFont(bold)
+    painter.setPen(QColor(theme.window))
+    painter.drawText(box, _CENTRE, text)
+
+
+def _pill_box(middle: QPointF, text: str, within: QRectF) -> QRectF:
+    metrics = QFontMetricsF(font(Size.SMALL, is_bold=True))
+    box = QRectF(0, 0, metrics.horizontalAdvance(text) + 12, metrics.height() + 4)
+    left = middle.x() + 8
+    if left + box.width() > within.right():
+        left = max(0.0, middle.x() - 8 - box.width())
+    top = min(max(middle.y() - box.height() / 2, within.top()), max(within.top(), within.bottom() - box.height()))
+    box.moveTopLeft(QPointF(left, top))
+    return box

@@ -1,0 +1,108 @@
+"""One measured value over all checks of a module: points on a line, the range at its ends, nothing else."""
+
+from collections.abc import Sequence
+from typing import Final
+
+from PySide6.QtCore import QPointF, QRectF, QSize, Qt
+from PySide6.QtGui import QColor, QFontMetricsF, QPainter, QPaintEvent, QPolygonF
+from PySide6.QtWidgets import QSizePolicy
+
+from app.records.check_store import Point
+from app.text.i18n import tr
+from ui.style.painted_widget import Painted
+from ui.style.shapes import pen
+from ui.style.theme import Size, Space, current, font
+
+_DOT_PX: Final = 3.5
+_MOST_POINTS: Final = 200
+"""The last ones: more cannot be told apart."""
+
+
+class Trend(Painted):
+    """Checks are equally far apart: between two lie days, and then minutes."""
+
+    def __init__(self, name: str) -> None:
+        super().__init__()
+        self.setObjectName(name)
+        self._title, self._unit, self._decimals = "", "", 0
+        self.points: tuple[Point, ...] = ()
+        self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Fixed)
+
+    def show_points(self, title: str, unit: str, points: Sequence[Point], *, decimals: int) -> None:
+        """The oldest first."""
+        self._title, self._unit, self._decimals = title, unit, decimals
+        self.points = tuple(points[-_MOST_POINTS:])
+        if self.points:
+            values = [one.value for one in self.points]
+            text = tr(
+                "{title} over {count} checks: {low} to {high}, last {last}",
+                title=title,
+                count=len(values),
+                low=self._shown(min(values)),
+                high=self._shown(max(values)),
+                last=self._shown(values[-1]),
+            )
+        else:
+            text = tr("{title}: not measured yet", title=title)
+        self.setToolTip(text)
+        self.announce(text)
+
+    def sizeHint(self) -> QSize:
+        return QSize(240, 96)
+
+    def minimumSizeHint(self) -> QSize:
+        return QSize(160, 88)
+
+    def _shown(self, value: float) -> str:
+        gap = "" if self._unit in ("°", "") else " "
+        return f"{value:.{self._decimals}f}{gap}{self._unit}"
+
+    def paintEvent(self, _event: QPaintEvent) -> None:
+        theme = current()
+        painter = QPainter(self)
+        painter.setRenderHint(QPainter.RenderHint.Antialiasing)
+        small = font(Size.SMALL)
+        metrics = QFontMetricsF(small)
+        painter.setFont(small)
+        painter.setPen(QColor(theme.muted))
+        left = int(Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter)
+        right = int(Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter)
+        head = QRectF(0, 0, self.width(), metrics.height() + 2)
+        painter.drawText(head, left, self._title)
+        if not self.points:
+            painter.drawText(QRectF(self.rect()), int(Qt.AlignmentFlag.AlignCenter), tr("not measured yet"))
+            painter.end()
+            return
+        values = [one.value for one in self.points]
+        low, high = min(values), max(values)
+        painter.setPen(QColor(theme.text))
+        painter.setFont(font(Size.SMALL, is_bold=True))
+        painter.drawText(head, right, self._shown(values[-1]))
+        painter.setFont(small)
+        gutter = max(metrics.horizontalAdvance(self._shown(value)) for value in (low, high)) + Space.L
+        plot = QRectF(gutter, head.bottom() + 8, self.width() - gutter - 8, self.height() - head.bottom() - 18)
+        painter.setPen(QColor(theme.muted))
+        if high > low:
+            painter.drawText(QRectF(0, plot.top() - 8, gutter - Space.S - 2, 16), right, self._shown(high))
+            painter.drawText(QRectF(0, plot.bottom() - 8, gutter - Space.S - 2, 16), right, self._shown(low))
+        else:
+            painter.drawText(QRectF(0, plot.center().y() - 8, gutter - Space.S - 2, 16), right, self._shown(low))
+        painter.setPen(pen(theme.divider if theme.border_px == 1 else theme.muted, 1.0))
+        painter.drawLine(plot.bottomLeft(), plot.bottomRight())
+        step = plot.width() / max(1, len(values) - 1)
+        span = high - low
+        places = [
+            QPointF(
+                plot.right() if len(values) == 1 else plot.left() + step * number,
+                plot.center().y() if not span else plot.bottom() - (value - low) / span * plot.height(),
+            )
+            for number, value in enumerate(values)
+        ]
+        colour = QColor(theme.curves[0])
+        painter.setPen(pen(colour, theme.line_px + 0.5))
+        painter.drawPolyline(QPolygonF(places))
+        painter.setPen(Qt.PenStyle.NoPen)
+        painter.setBrush(colour)
+        for place in places:
+            painter.drawEllipse(place, _DOT_PX, _DOT_PX)
+        painter.end()

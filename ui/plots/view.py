@@ -1,0 +1,185 @@
+"""What the plots show: lanes, limits and marks, and which span of time is in sight.
+
+Plain data and arithmetic without a widget.  Times are monotonic seconds.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Final, NamedTuple
+
+from app.limits.out_of_limits import Outside
+from app.samples.ring_buffers import Readable
+from app.samples.step_function import Steps
+from ui.style.icons import Icon
+from ui.style.theme import Meaning
+
+# The windows to choose from, in seconds.
+WINDOWS_S: Final = (10.0, 60.0, 600.0)
+# How far one can zoom in: some forty status frames at line rate.
+SHORTEST_S: Final = 0.03
+# How far back one can look: what a series keeps.
+LONGEST_S: Final = 10 * 3600.0
+
+
+class Span(NamedTuple):
+    """A part of the time line."""
+
+    start_s: float
+    end_s: float
+
+    @property
+    def length_s(self) -> float:
+        return self.end_s - self.start_s
+
+
+class Scale(NamedTuple):
+    """A vertical scale with a line at every ``step``."""
+
+    low: float
+    high: float
+    step: float
+
+
+@dataclass(frozen=True, slots=True)
+class Limit:
+    """A limit over time; ``label`` is English with ``{value}`` in it, ``meaning`` that of what it causes.
+
+    A draft is no limit of the module's: somebody tries it on what was measured."""
+
+    steps: Steps
+    label: str
+    meaning: Meaning
+    decimals: int = 0
+    is_draft: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class Lane:
+    """One plot of the stack.
+
+    Of ``scales`` the first is taken that holds all that is in sight, else the last.  ``weight`` is the share of
+    the height.  Where no sample came for more than ``gap_s``, the line is broken.
+    """
+
+    title: str
+    unit: str
+    series: Readable
+    scales: tuple[Scale, ...]
+    limits: tuple[Limit, ...] = ()
+    decimals: int = 0
+    weight: float = 1.0
+    gap_s: float = 1.0
+    outside: Callable[[float, float], Outside | None] | None = None
+    """Of a value at a time: whether it is outside its limit."""
+
+
+@dataclass(frozen=True, slots=True)
+class Mark:
+    """Something that happened; ``word`` is English."""
+
+    time_s: float
+    word: str
+    icon: Icon
+    meaning: Meaning | None = None
+
+
+class TimeView:
+    """Which span is in sight: the last ``window_s`` while it follows, else what was held still.
+
+    Pausing, zooming and panning hold it; only ``follow`` lets it go on.  ``bounds`` are those of a recording: then
+    nothing is followed, all of it is in sight at first, and nothing beyond it can be.
+    """
+
+    def __init__(self, window_s: float = WINDOWS_S[1], *, bounds: Span | None = None) -> None:
+        self._window_s = window_s
+        self._bounds = None if bounds is None else _at_least(bounds, SHORTEST_S)
+        self._held: Span | None = None
+
+    @property
+    def window_s(self) -> float:
+        """The length that was chosen for following."""
+        return self._window_s
+
+    @property
+    def is_live(self) -> bool:
+        """It follows the newest samples."""
+        return self._held is None and self._bounds is None
+
+    @property
+    def is_recorded(self) -> bool:
+        """Nothing newer than what it has will ever come."""
+        return self._bounds is not None
+
+    @property
+    def is_whole(self) -> bool:
+        """All of a recording is in sight."""
+        if self._bounds is None or self._held is None:
+            return self._bounds is not None
+        return self._held.length_s >= self._bounds.length_s * (1 - 1e-9)
+
+    def span(self, now_s: float) -> Span:
+        """What is in sight."""
+        return self._held or self._bounds or Span(now_s - self._window_s, now_s)
+
+    def behind_s(self, now_s: float) -> float:
+        """How much newer the newest is than what is in sight, 0 while it follows."""
+        return 0.0 if self._held is None or self.is_recorded else max(0.0, now_s - self._held.end_s)
+
+    def choose(self, window_s: float, *, now_s: float) -> None:
+        """Choose the length; a view held still keeps its end, that of a recording its middle."""
+        self._window_s = window_s
+        if self.is_recorded:
+            start_s, end_s = self.span(now_s)
+            middle_s = (start_s + end_s) / 2
+            self._hold(Span(middle_s - window_s / 2, middle_s + window_s / 2), now_s)
+        elif self._held is not None:
+            self._hold(Span(self._held.end_s - window_s, self._held.end_s), now_s)
+
+    def hold(self, now_s: float) -> None:
+        """Keep what is in sight."""
+        if self._held is None:
+            self._held = self.span(now_s)
+
+    def follow(self) -> None:
+        """Back to live, in the length that was chosen; to all of a recording."""
+        self._held = None
+
+    def pan(self, by_s: float, *, now_s: float) -> None:
+        """Move by seconds, negative to the past, not beyond now."""
+        start_s, end_s = self.span(now_s)
+        self._hold(Span(start_s + by_s, end_s + by_s), now_s)
+
+    def zoom(self, factor: float, *, at_s: float, now_s: float) -> None:
+        """Show ``factor`` times as much time, around an instant that keeps its place."""
+        start_s, end_s = self.span(now_s)
+        length_s = min(self._longest_s, max(SHORTEST_S, (end_s - start_s) * factor))
+        part = (at_s - start_s) / (end_s - start_s)
+        self._hold(Span(at_s - part * length_s, at_s + (1 - part) * length_s), now_s)
+
+    def look_at(self, time_s: float, *, now_s: float) -> None:
+        """Hold an instant in the middle, as far as there is something on both sides; the length stays."""
+        length_s = self.span(now_s).length_s
+        if self.is_whole:
+            length_s = min(length_s, self._window_s)
+        self._hold(Span(time_s - length_s / 2, time_s + length_s / 2), now_s)
+
+    @property
+    def _longest_s(self) -> float:
+        return LONGEST_S if self._bounds is None else self._bounds.length_s
+
+    def _hold(self, wanted: Span, now_s: float) -> None:
+        length_s = min(wanted.length_s, self._longest_s)
+        first_s, last_s = self._bounds or (now_s - LONGEST_S, now_s)
+        end_s = max(min(wanted.end_s, last_s), first_s + length_s)
+        self._held = Span(end_s - length_s, end_s)
+
+
+def _at_least(span: Span, length_s: float) -> Span:
+    """The span, or a longer one around its middle."""
+    middle_s = (span.start_s + span.end_s) / 2
+    return span if span.length_s >= length_s else Span(middle_s - length_s / 2, middle_s + length_s / 2)
+
+
+def fitting_scale(scales: tuple[Scale, ...], low: float, high: float) -> Scale:
+    """The first scale that holds both values, else the last."""
+    return next((one for one in scales if one.low <= low and high <= one.high), scales[-1])

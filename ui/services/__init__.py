@@ -1,0 +1,1 @@
+"""What the pages are given: storage, recordings, the module's name."""

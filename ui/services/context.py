@@ -1,0 +1,62 @@
+"""What a page of the window is, and what it is given to work with."""
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import Protocol
+
+from PySide6.QtWidgets import QWidget
+
+from app.engine.worker import Batch
+from app.limits.out_of_limits import LimitsInUse
+from app.procedures.act import Armed
+from app.system.logs import Log
+from ui.core.connector import Connector
+from ui.core.preferences import Remembered
+from ui.core.texts import Texts
+from ui.services.draft_exchange import DraftExchange
+from ui.services.lock import LockControl
+from ui.services.module_name import ModuleName
+from ui.services.storage import Keeping, Unsent
+from ui.style.icons import Icon
+from ui.style.theme import Appearance
+
+
+class Page(Protocol):
+    """A widget that is shown every batch, whether it is in sight or not. It learns that from Qt's show and hide
+    events, a change of language from `changeEvent`, and a change of theme from `Services.appearance`."""
+
+    def take(self, batch: Batch) -> None: ...
+
+
+@dataclass(frozen=True, slots=True)
+class Services:
+    """What the pages share."""
+
+    connector: Connector
+    texts: Texts
+    appearance: Appearance
+    lock: LockControl
+    keeping: Keeping = field(default_factory=Keeping)
+    remembered: Remembered = field(default_factory=Remembered)
+    armed: Armed = field(default_factory=Armed)
+    """What is armed in this window; the procedures ask it too."""
+    unsent: Unsent = field(default_factory=Unsent)
+    log: Log | None = None
+    naming: ModuleName = field(default_factory=ModuleName)
+    in_use: LimitsInUse = field(default_factory=LimitsInUse)
+    """What measured values are compared with, wherever they are shown."""
+    exchange: DraftExchange = field(default_factory=DraftExchange)
+    """Drafts that are tried on what was measured."""
+
+
+@dataclass(frozen=True, slots=True)
+class PageEntry:
+    """One line of the navigation. `make` is called when the page is first wanted, or when the window is idle."""
+
+    key: str
+    title: str
+    """English, marked."""
+    icon: Icon
+    make: Callable[[Services], QWidget]
+    wants_stream: bool = False
+    """While it is in sight the module streams its status."""

@@ -1,0 +1,187 @@
+"""LOCK: one way from every button, key and menu entry, and one state that every place shows."""
+
+from collections.abc import Callable
+from functools import partial
+
+from PySide6.QtCore import QObject, Signal
+from PySide6.QtGui import QAction
+from PySide6.QtWidgets import QAbstractButton
+
+from app.engine.device import How
+from app.engine.procedure import LockRepeat
+from app.engine.worker import Batch, Job
+from app.procedures.lock import Locked, lock, waiting_sentence
+from app.safety.journal import Journal, Outcome
+from app.text.i18n import tr
+from ui.core.connector import Connector, Target
+from ui.style.theme import Meaning
+from ui.widgets.notice_bar import Choice, Notice
+
+_SHOWN_FROM = 2
+"""A LOCK that is reported after its first frame is not worth a notice."""
+
+
+class LockControl(QObject):
+    """`press` sends LOCK at once and goes on until the module reports that it is locked, or for ten seconds.
+
+    While the port is lost it waits for it, within that time. `failed` stays until a report says that the module is
+    locked, or another module is connected.
+    """
+
+    changed = Signal()
+    said = Signal(str)
+    """A line for the status bar."""
+
+    def __init__(
+        self, connector: Connector, journal_of: Callable[[Target | None], Journal], parent: QObject | None = None
+    ) -> None:
+        super().__init__(parent)
+        self._connector, self._journal_of = connector, journal_of
+        self._repeat: LockRepeat | None = None
+        """Of the one that goes on."""
+        self._job: Job[Locked] | None = None
+        self._then: list[Callable[[], object]] = []
+        self._whose = connector.whose
+        self._ended_at = 0.0
+        self._shown_count = 0
+        self.failed: Locked | None = None
+        self.confirmed: Locked | None = None
+        """The last; forgotten when the module reports otherwise."""
+        connector.changed.connect(self._watch)
+        connector.batch.connect(self._take)
+
+    @property
+    def is_possible(self) -> bool:
+        return self._connector.is_open and not self._connector.is_recording
+
+    @property
+    def is_going_on(self) -> bool:
+        return self._repeat is not None
+
+    @property
+    def is_unproven(self) -> bool:
+        """It was pressed, and the module has not reported that it is locked."""
+        return self.is_going_on or self.failed is not None
+
+    def bind(self, control: QAbstractButton | QAction) -> None:
+        """Let a button or a menu entry press it; it is enabled while LOCK is possible."""
+
+        def show() -> None:
+            control.setEnabled(self.is_possible)
+
+        if isinstance(control, QAction):
+            control.triggered.connect(self.press)
+        else:
+            control.clicked.connect(self.press)
+        self.changed.connect(show)
+        show()
+
+    def press(self, _is_checked: bool = False, *, then: Callable[[], object] | None = None) -> None:
+        """Pressed again while it goes on, it leaves at once again and the time begins again. `then` is called when the
+        module reports that it is locked."""
+        if not self.is_possible:
+            return
+        if then is not None:
+            self._then.append(then)
+        self.failed = self.confirmed = None
+        self._whose, self._shown_count = self._connector.whose, 0
+        self._send(LockRepeat())
+        self.said.emit(waiting_sentence(1))
+        self.changed.emit()
+
+    def end(self) -> None:
+        """Repeat it no more: somebody activates the module on purpose."""
+        self.failed = None
+        if self._job is not None:
+            self._job.cancel()
+        elif self._repeat is not None:
+            self._finish(Locked(outcome=Outcome.UNKNOWN, sent=self._repeat.sent, is_replaced=True))
+
+    def notice(self, more: tuple[Choice, ...] = ()) -> Notice | None:
+        """While the module does not report that it is locked; None where there is nothing to say."""
+        if self.is_going_on:
+            if self._shown_count < _SHOWN_FROM and self._job is not None:
+                return None
+            text = waiting_sentence(self._shown_count)
+            if self._job is None:
+                text = tr("LOCK is not reported yet. It is sent again when the port comes back.")
+            return Notice(Meaning.ATTENTION, text, more)
+        if self.failed is None:
+            return None
+        again = (Choice("lock_again", tr("LOCK again"), self.press, is_main=True),) if self.is_possible else ()
+        return Notice(Meaning.DANGER, self.failed.sentence, (*again, *more))
+
+    # What happens
+
+    def _send(self, repeat: LockRepeat) -> None:
+        self._repeat = repeat
+        procedure = lock(self._journal_of(self._connector.target), repeat)
+        self._job = self._connector.run(procedure, partial(self._end, repeat), is_urgent=True)
+
+    def _end(self, repeat: LockRepeat, job: Job[Locked]) -> None:
+        if repeat is not self._repeat or job is not self._job:
+            return  # it was pressed again meanwhile
+        self._job = None
+        if job.run.error is not None:
+            outcome = Outcome.UNKNOWN if repeat.sent else Outcome.NOT_SENT
+            locked = Locked(outcome=outcome, sent=repeat.sent, is_port_lost=True)
+        else:
+            locked = job.outcome()
+        if locked.is_port_lost and self._may_go_on():
+            self.changed.emit()
+            return
+        self._finish(locked)
+
+    def _finish(self, locked: Locked) -> None:
+        self._repeat = self._job = None
+        self._ended_at = self._connector.clock()
+        then, self._then = self._then, []
+        if locked.is_locked:
+            self.failed, self.confirmed = None, locked
+            self.said.emit(tr("LOCKED: the module says so."))
+        else:
+            self.failed = None if locked.is_replaced else locked
+            self.said.emit("")
+        self.changed.emit()
+        if locked.is_locked:
+            for act in then:
+                act()
+
+    def _may_go_on(self) -> bool:
+        """The port was lost; it may come back in time."""
+        repeat = self._repeat
+        return self._connector.is_wanted and repeat is not None and repeat.is_going_on(self._connector.clock())
+
+    def _take(self, batch: Batch) -> None:
+        repeat = self._repeat
+        if repeat is not None and repeat.sent != self._shown_count:
+            self._shown_count = repeat.sent
+            self.changed.emit()
+        if repeat is not None and self._job is None:
+            self._watch()
+        known = batch.device.known("active", batch.at)
+        if known is None or known.is_stale or known.how is How.ACKNOWLEDGED or known.at <= self._ended_at:
+            return
+        if self.failed is not None and known.value is False:
+            self._finish(Locked(outcome=Outcome.CONFIRMED, sent=self.failed.sent))
+        elif self.confirmed is not None and known.value is True:
+            self.confirmed = None
+            self.changed.emit()
+
+    def _watch(self) -> None:
+        """The port came back, was given up, or belongs to another module."""
+        if self._whose != self._connector.whose:
+            self._whose = self._connector.whose
+            self.failed = self.confirmed = None
+            if self._job is None:
+                self._repeat = None
+                self._then.clear()
+        repeat = self._repeat
+        if repeat is not None and self._job is None:
+            if self._connector.is_open and repeat.is_going_on(self._connector.clock()):
+                self._send(repeat)
+            elif not self._may_go_on():
+                outcome = Outcome.UNKNOWN if repeat.sent else Outcome.NOT_SENT
+                self._finish(Locked(outcome=outcome, sent=repeat.sent, is_port_lost=True))
+                return
+        self.changed.emit()

@@ -1,0 +1,193 @@
+"""Which module this is. It has no serial number: a technician names it once, and every page goes by that name."""
+
+import logging
+from concurrent.futures import Future
+from functools import partial
+
+from PySide6.QtCore import QObject, Signal
+
+from app.engine.identity import Evidence, Expected, evidence_of
+from app.engine.target import Target
+from app.engine.worker import Batch, PortState
+from app.store.database import StoreTrouble
+from app.store.store import Module, Store
+from app.text.i18n import tr
+from app.text.messages import clean
+from ui.core.connector import Connector
+from ui.services.storage import Keeping
+from ui.services.store_work import StoreWork
+
+_log = logging.getLogger(__name__)
+LONGEST_NAME = 60
+
+
+class ModuleName(QObject):
+    """`changed`: it is another name now, or none. At another adapter it is the module that was last seen there.
+
+    A module that may be another one than the one that is meant has no name until that is proven or a person decides.
+    """
+
+    changed = Signal()
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.name = ""
+        self.meant = ""
+        """The module that is meant, while it is not proven to be the one that answers."""
+        self._connector: Connector | None = None
+        self._keeping: Keeping | None = None
+        self._adapter = ""
+        self._read: dict[str, Evidence] = {}
+        """What was last read of the modules of this session, by name."""
+        self._store_work = StoreWork(self)
+        self._is_saving = False
+
+    def follow(self, connector: Connector, keeping: Keeping) -> None:
+        """Once for a window; a second time does nothing."""
+        if self._connector is None:
+            self._connector, self._keeping = connector, keeping
+            connector.expect(self._expected_at)
+            connector.changed.connect(self._watch_identity)
+            connector.batch.connect(self._on_batch)
+            self._watch_identity()
+
+    @property
+    def known(self) -> tuple[Module, ...]:
+        """All modules of the store, the last seen first; none where there is no store."""
+        store = self._store
+        if store is None:
+            return ()
+        try:
+            return store.modules()
+        except StoreTrouble as trouble:
+            _log.warning("The names of the modules cannot be read: %s", trouble)
+            return ()
+
+    @property
+    def module_id(self) -> int | None:
+        """In the store; None for a name that is not in it yet."""
+        return next((one.id for one in self.known if one.name == self.name), None)
+
+    def choose(self, name: str) -> None:
+        name = clean(name.strip(), longest=LONGEST_NAME)
+        connector = self._connector
+        if name and connector is not None and connector.is_open and not connector.identity.is_proven:
+            is_same, self.meant = name == self.meant, name  # it is the name as soon as the engine knows, too
+            if is_same:
+                connector.vouch()
+            else:
+                connector.take_as_new()
+        else:
+            self._use(name)
+
+    def vouch(self) -> None:
+        """It is the module that is meant."""
+        if self._connector is not None:
+            self._connector.vouch(self._connector.identity)
+
+    def take_as_new(self) -> None:
+        """It is a module without a name."""
+        if self._connector is not None:
+            self.meant = ""
+            self._connector.take_as_new(self._connector.identity)
+
+    @property
+    def adapter(self) -> str:
+        """At which the module is."""
+        return self._adapter
+
+    def remember_adapter(self) -> None:
+        """So that the module is known again where it is plugged in."""
+        store = self._store
+        if store is not None and self.name:
+            self._store_work.run(store, partial(store.meet_module, self.name, self._adapter), self._end_meeting)
+
+    def keep_evidence(self) -> None:
+        """What was last read of the module of this name, once it is in the store."""
+        store, module_id, evidence = self._store, self.module_id, self._read.get(self.name)
+        if store is not None and module_id is not None and evidence is not None and not self._is_saving:
+            self._is_saving = True
+            work = partial(store.keep_evidence, module_id, evidence)
+            self._store_work.run(store, work, partial(self._end_saving, evidence))
+
+    @property
+    def _store(self) -> Store | None:
+        store = self._keeping.store if self._keeping is not None else None
+        return store if isinstance(store, Store) else None
+
+    def _use(self, name: str) -> None:
+        if name != self.name:
+            self.name = name
+            self.changed.emit()
+
+    # Which module it is
+
+    def _expected_at(self, target: Target) -> Expected | None:
+        """What was last read of the module that is known at this port; None where none is."""
+        if target.key != self._adapter:
+            self._adapter = target.key
+            self.meant = next((one.name for one in self.known if one.adapter == self._adapter), "")
+        else:
+            self.meant = self.name or self.meant
+        self._use("")
+        return Expected(self._evidence_of(self.meant)) if self.meant else None
+
+    def _evidence_of(self, name: str) -> Evidence:
+        if name in self._read:
+            return self._read[name]
+        store, module = self._store, next((one for one in self.known if one.name == name), None)
+        try:
+            return Evidence() if store is None or module is None else store.evidence(module.id)
+        except StoreTrouble as trouble:
+            _log.warning("What was last read of a module cannot be read: %s", trouble)
+            return Evidence()
+
+    def _watch_identity(self) -> None:
+        connector = self._connector
+        if connector is None or connector.target is None:
+            return
+        if connector.target.key != self._adapter and connector.target.is_recording:
+            self._adapter, self.meant = connector.target.key, ""
+            self._use("")
+        if not connector.is_open:
+            return
+        if not connector.identity.is_proven:
+            self.meant = self.name or self.meant
+            self._use("")
+        elif self.meant:
+            meant, self.meant = self.meant, ""
+            self._use(meant)
+
+    # What was last read of it
+
+    def _on_batch(self, batch: Batch) -> None:
+        is_module = batch.connection.state is PortState.OPEN and batch.identity.is_proven and bool(self.name)
+        if not is_module or self._connector is None or self._connector.is_recording:
+            return
+        evidence = evidence_of(batch.device.values, is_fresh=True)
+        if evidence.is_complete and self._read.get(self.name) != evidence:
+            self._read[self.name] = evidence
+            self.keep_evidence()
+
+    def _end_meeting(self, future: "Future[Module]") -> None:
+        try:
+            future.result()
+        except StoreTrouble as trouble:
+            _log.warning("The adapter of a module cannot be kept: %s", trouble)
+        else:
+            self.keep_evidence()
+
+    def _end_saving(self, evidence: Evidence, future: "Future[None]") -> None:
+        self._is_saving = False
+        try:
+            future.result()
+        except StoreTrouble as trouble:
+            _log.warning("What was read of a module cannot be kept: %s", trouble)
+        else:
+            if self._read.get(self.name) != evidence:
+                self.keep_evidence()
+
+
+def whose(name: str) -> str:
+    """For sentences, in the language in use."""
+    return name or tr("a module without a name")

@@ -1,0 +1,221 @@
+"""What is done with recordings: list, open, export, keep, delete; beside the window's thread, one thing at a time."""
+
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
+from enum import Enum
+from pathlib import Path
+from typing import TYPE_CHECKING, NamedTuple
+
+from PySide6.QtCore import QObject, Signal
+
+from app.recordings.entry_texts import when_text
+from app.text.i18n import tr
+from ui.core.background_task import Beside
+from ui.services.session_recording import SessionRecording
+from ui.style.theme import Meaning
+
+if TYPE_CHECKING:  # they load numpy, which the window's first paint does not wait for
+    from app.recordings.library import Entry, Shelf
+
+
+class Kind(Enum):
+    """What a recording is exported as; the value is the suffix."""
+
+    CSV = ".csv"
+    MCAP = ".mcap"
+
+
+@dataclass(frozen=True, slots=True)
+class Said:
+    """What came of the last thing that was done."""
+
+    meaning: Meaning
+    text: str
+
+
+@dataclass(frozen=True, slots=True)
+class Doing:
+    """What is being done now; `share` (0 … 1) is None where nobody can tell."""
+
+    text: str
+    share: float | None = None
+
+
+class _Exported(NamedTuple):
+    """`damage`: what is missing in the file, because it was damaged in the recording."""
+
+    rows: int
+    damage: str | None
+
+
+class RecordingsWork(QObject):
+    """`changed`: the list, or what is said or done, is different. `opened` gives a `Recording` to look at."""
+
+    changed = Signal()
+    opened = Signal(object)
+    closing = Signal(object)
+    """These folders (`frozenset` of paths) are about to be deleted: let go of what is shown of them."""
+
+    def __init__(self, sessions: SessionRecording, parent: QObject | None = None) -> None:
+        super().__init__(parent)
+        self._sessions = sessions
+        self.entries: tuple[Entry, ...] = ()
+        self.is_known = False
+        """The list was read at least once."""
+        self.is_shown = False
+        """A recording is looked at on the Live page."""
+        self.said: Said | None = None
+        self._is_list_old = False
+        self._doing = ""
+        self._share: float | None = None
+        self._listing: Beside[tuple[Entry, ...]] = Beside("dps-s recordings", self)
+        self._job: Beside[object] = Beside("dps-s recording", self)
+
+    @property
+    def shelf(self) -> "Shelf":
+        return self._sessions.shelf
+
+    @property
+    def doing(self) -> Doing | None:
+        return Doing(self._doing, self._share) if self._doing else None
+
+    def refresh(self) -> None:
+        """Read the list anew."""
+        self._is_list_old = self._listing.is_running  # what it has not come to yet may be another by now
+        if not self._is_list_old:
+            self._listing.run(lambda _is_wanted: self._listed(), self._show_list, self._fail_list)
+
+    def _listed(self) -> "tuple[Entry, ...]":
+        return (*self.shelf.entries(), *self.shelf.trashed())
+
+    def open(self, entry: "Entry") -> None:
+        """`opened` gives it, else `said` tells why not."""
+
+        def work(_is_wanted: Callable[[], bool]) -> object:
+            from app.recordings.recording import open_recording
+
+            return open_recording(entry.folder)
+
+        def show(recording: object) -> None:
+            self._end(None)
+            self.opened.emit(recording)
+
+        self._begin(tr("Opening the recording of {when} …", when=when_text(entry)), work, show)
+
+    def export(self, entry: "Entry", path: Path, kind: Kind) -> None:
+        """Write all of it into one file, which is there whole or not at all."""
+
+        def work(is_wanted: Callable[[], bool]) -> _Exported:
+            def note(share: float) -> None:
+                self._share = share  # read by whoever draws it; a float is written in one step
+
+            from app.recordings.export import export_csv, export_mcap
+            from app.recordings.recording import open_recording
+
+            export = export_csv if kind is Kind.CSV else export_mcap
+            with open_recording(entry.folder) as recording:
+                count = export(recording, path, on_progress=note, is_cancelled=lambda: not is_wanted())
+                return _Exported(count, recording.damage)
+
+        def tell(done: object) -> None:
+            count, damage = done if isinstance(done, _Exported) else (0, None)
+            text = (
+                tr("Saved {rows} rows to {path}", rows=f"{count:,}", path=path)
+                if kind is Kind.CSV
+                else tr("Saved {count} messages to {path}", count=f"{count:,}", path=path)
+            )
+            self._end(Said(Meaning.GOOD, text) if damage is None else Said(Meaning.ATTENTION, f"{text}. {damage}"))
+
+        self._begin(tr("Exporting {name}", name=path.name), work, tell, path=path)
+
+    def keep(self, entries: Iterable["Entry"], *, is_kept: bool) -> None:
+        """Never let them go by themselves, or do."""
+        chosen = tuple(entries)
+
+        def work(_is_wanted: Callable[[], bool]) -> None:
+            for one in chosen:
+                self.shelf.keep(one, is_kept=is_kept)
+
+        self._begin(tr("Saving …"), work, lambda _nothing: self._end(None))
+
+    def delete(self, entries: Iterable["Entry"]) -> None:
+        """For good."""
+        chosen = tuple(entries)
+        self.closing.emit(frozenset(one.folder for one in chosen))
+
+        def work(is_wanted: Callable[[], bool]) -> int:
+            for count, one in enumerate(chosen):
+                if not is_wanted():
+                    return count
+                self.shelf.delete(one)
+                self._share = (count + 1) / len(chosen)
+            return len(chosen)
+
+        def tell(count: object) -> None:
+            text = tr("1 recording was deleted.") if count == 1 else tr("{count} recordings were deleted.", count=count)
+            self._end(Said(Meaning.INFORMATION, text))
+
+        self._begin(tr("Deleting …"), work, tell)
+
+    def cancel(self) -> None:
+        """Stop what is being done; no file is left of an export."""
+        if self._job.is_running:
+            self._job.cancel()
+            self._end(Said(Meaning.INFORMATION, tr("Cancelled.")))
+
+    def dismiss(self) -> None:
+        self.said = None
+        self.changed.emit()
+
+    def stop(self) -> None:
+        """Nobody wants anything any more."""
+        self._job.cancel()
+        self._listing.cancel()
+
+    def _begin(
+        self,
+        text: str,
+        work: Callable[[Callable[[], bool]], object],
+        then: Callable[[object], None],
+        *,
+        path: Path | None = None,
+    ) -> None:
+        if self._job.is_running:
+            return
+        self._doing, self._share, self.said = text, None, None
+        self._job.run(work, then, lambda error: self._end(Said(Meaning.ATTENTION, _why_not(error, path))))
+        self.changed.emit()
+
+    def _end(self, said: Said | None) -> None:
+        self._doing, self._share, self.said = "", None, said
+        self.changed.emit()
+        self.refresh()
+
+    def _show_list(self, entries: tuple["Entry", ...]) -> None:
+        if entries != self.entries or not self.is_known:
+            self.entries, self.is_known = entries, True
+            self.changed.emit()
+        if self._is_list_old:
+            self.refresh()
+
+    def _fail_list(self, error: Exception) -> None:
+        self.is_known = True
+        self.said = Said(Meaning.ATTENTION, _why_not(error, None))
+        self.changed.emit()
+
+
+def _why_not(error: Exception, path: Path | None) -> str:
+    from app.recordings.export import Cancelled
+    from app.recordings.library import RecordingInUse
+    from app.recordings.recording import RecordingUnreadable
+
+    if isinstance(error, RecordingUnreadable):
+        return error.sentence
+    if isinstance(error, RecordingInUse):
+        return tr("It is being written now and cannot be deleted.")
+    if isinstance(error, Cancelled):
+        return tr("Cancelled, nothing was saved.")
+    why = getattr(error, "strerror", None) or error
+    if path is not None:
+        return tr("Not saved to {path}: {why}. Choose another folder.", path=path, why=why)
+    return tr("That did not work: {why}.", why=why)

@@ -1,0 +1,194 @@
+"""Every session is recorded by itself: from a port that a person opened until it is closed, whatever happens between.
+
+The worker's batches go to the recorder from the worker's own thread, so that a window that stalls or closes costs the
+recording nothing.
+"""
+
+import logging
+import threading
+from collections.abc import Callable
+from dataclasses import dataclass
+from datetime import datetime
+from functools import cached_property
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from app import version
+from app.engine.playback import is_playback
+from app.engine.worker import Batch, Connection, PortState, Worker
+from ui.core.connector import Connector, Target
+from ui.services.tour_port import TOUR_PORT
+
+if TYPE_CHECKING:
+    # The first two load numpy, which the window's first paint does not wait for; the third needs this module.
+    from app.recordings.library import Shelf
+    from app.recordings.recorder import Recorder
+    from ui.services.module_name import ModuleName
+
+_log = logging.getLogger(__name__)
+MakeWorker = Callable[[Callable[[Batch], None]], Worker]
+
+
+class Sitting:
+    """Tells where one session ends and the next begins, from batch to batch.
+
+    A port that was lost and came back goes on with the same session, also under another name; a port that was closed
+    by hand, and any other adapter, does not.
+    """
+
+    def __init__(self) -> None:
+        self._key = ""
+        self._is_open = False
+        self._was_lost = False
+
+    @property
+    def is_over(self) -> bool:
+        """Nothing is open, and nothing is waited for."""
+        return not self._is_open and not self._was_lost
+
+    def begins(self, connection: Connection, target: Target | None) -> bool:
+        """Whether a session begins with a batch of this connection. `target` tells the adapter behind the port."""
+        if connection.state is PortState.CLOSED:
+            self._was_lost = connection.trouble is not None and (self._is_open or self._was_lost)
+            self._is_open = False
+        if connection.state is not PortState.OPEN:
+            return False
+        key = _key_of(connection.port, target)
+        goes_on = (self._is_open or self._was_lost) and key == self._key
+        self._key, self._is_open, self._was_lost = key, True, False
+        return not goes_on
+
+    def is_of(self, target: Target | None) -> bool:
+        """This target is the one of the session."""
+        return target is not None and self._key == target.key
+
+    def end(self) -> None:
+        """Nobody waits for the lost port any more."""
+        self._was_lost = False
+
+
+def _key_of(port: str, target: Target | None) -> str:
+    """That of the target, unless another one has been chosen meanwhile."""
+    return target.key if target is not None and target.device == port else port
+
+
+@dataclass(frozen=True, slots=True)
+class Sign:
+    """What the window says about the recording of this moment. `trouble` is a sentence."""
+
+    since: datetime | None = None
+    """Aware; None: nothing is being written."""
+    dropped: int = 0
+    trouble: str | None = None
+
+
+class SessionRecording:
+    """`tapped` puts it before the window's bridge; `follow` is called once the window's parts are there."""
+
+    def __init__(self, folder: Path | None = None) -> None:
+        self._folder = folder
+        self._recorder: Recorder | None = None
+        """From the first session on."""
+        self._sitting = Sitting()
+        self._lock = threading.Lock()
+        self._connector: Connector | None = None
+        self._naming: ModuleName | None = None
+
+    @cached_property
+    def shelf(self) -> "Shelf":
+        from app.recordings.library import Shelf
+
+        return Shelf(self._folder)
+
+    def tapped(self, make: MakeWorker = Worker) -> MakeWorker:
+        """Makes workers whose batches are recorded before they are handed on."""
+
+        def made(deliver: Callable[[Batch], None]) -> Worker:
+            def both(batch: Batch) -> None:
+                try:
+                    self._take(batch)
+                except Exception:  # noqa: BLE001  whatever it is, it must never end the link
+                    _log.exception("A batch could not be recorded")
+                deliver(batch)
+
+            return make(both)
+
+        return made
+
+    def follow(self, connector: Connector, naming: "ModuleName") -> None:
+        """Learn from these which adapter a port is, when a person gives a port up, and what the module is called."""
+        self._connector, self._naming = connector, naming
+        connector.changed.connect(self._watch_wish)
+        naming.changed.connect(self._rename)
+
+    @property
+    def sign(self) -> Sign:
+        """What there is to say now."""
+        recorder = self._recorder
+        if recorder is None:
+            return Sign()
+        entry = recorder.entry
+        since = None if entry is None else entry.started_at
+        return Sign(since, recorder.dropped, None if recorder.is_recording else recorder.trouble)
+
+    def settle(self, deadline_s: float) -> bool:
+        """Whether everything that was taken is on disk within the time."""
+        return self._recorder is None or self._recorder.settle(deadline_s)
+
+    def stop(self, deadline_s: float) -> bool:
+        """End the recording and its thread; whether that was done in time. What was handed to the system is safe
+        in any case."""
+        return self._recorder is None or self._recorder.stop(deadline_s)
+
+    def _take(self, batch: Batch) -> None:
+        """In the worker's thread."""
+        connector, connection = self._connector, batch.connection
+        with self._lock:
+            if is_playback(connection.port) or connection.port == TOUR_PORT:  # on disk already, or nobody's
+                self._sitting = Sitting()
+                self._end()
+                self._hold_stream(connector)
+                return
+            if self._sitting.begins(connection, None if connector is None else connector.target):
+                self._begin(connection)
+            if self._recorder is not None:
+                self._recorder.take(batch)
+            if self._sitting.is_over:
+                self._end()
+            self._hold_stream(connector)
+
+    def _hold_stream(self, connector: Connector | None) -> None:
+        """What is recorded needs every report, whatever page is in sight."""
+        if connector is not None:
+            connector.stream.is_recorded = self._recorder is not None and self._recorder.is_recording
+
+    def _begin(self, connection: Connection) -> None:
+        from app.recordings.recorder import Heading, Recorder
+
+        if self._recorder is None:
+            self._recorder = Recorder(self.shelf)
+        name = "" if self._naming is None else self._naming.name
+        self._recorder.begin(Heading(connection.port, connection.baud_rate, name, f"DPS-S Configurator {version()}"))
+
+    def _end(self) -> None:
+        if self._recorder is not None:
+            self._recorder.end()
+
+    def _watch_wish(self) -> None:
+        """A lost port that nobody wants back ends the session."""
+        connector = self._connector
+        if connector is None or connector.is_wanted or connector.is_open:
+            return
+        with self._lock:
+            self._sitting.end()
+            if self._sitting.is_over:
+                self._end()
+
+    def _rename(self) -> None:
+        """The name belongs to the adapter that is chosen now, which need not be the one still being closed."""
+        connector, naming = self._connector, self._naming
+        if connector is None or naming is None:
+            return
+        with self._lock:
+            if self._recorder is not None and self._sitting.is_of(connector.target):
+                self._recorder.name_module(naming.name)

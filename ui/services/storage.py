@@ -1,0 +1,144 @@
+"""What the pages share besides the link: the store with its journal, the recordings, and edits that were not sent."""
+
+import logging
+import threading
+from collections.abc import Callable
+from concurrent.futures import Future
+from dataclasses import dataclass
+from pathlib import Path
+
+from app.engine.playback import is_playback
+from app.engine.setting_changes import ChangedSetting
+from app.engine.snapshots import Snapshot
+from app.safety.journal import Journal, NoJournal
+from app.store.database import StoreFault, StoreTrouble
+from app.store.store import Store, data_folder, open_store
+from app.store.store_journal import journal_for
+from app.store.stream_memory import StoredStreamMemory, StreamMemory
+from app.text.i18n import tr
+from ui.core.connector import Target
+from ui.services.recording_jobs import RecordingsWork
+from ui.services.session_recording import SessionRecording
+from ui.services.tour_port import TOUR_PORT
+
+_log = logging.getLogger(__name__)
+ORIGIN = "window"
+RECORDINGS = "recordings"
+"""The folder beside the store."""
+RECORDER_LIMIT_S = 0.1
+"""For the last lines of a recording, when the window closes."""
+
+
+class RecordingPlayed(StoreTrouble):
+    """What a recording says is not to be mixed with what modules said."""
+
+    def __init__(self) -> None:
+        super().__init__(StoreFault.FAILED, Path())
+
+    @property
+    def sentence(self) -> str:
+        return tr("A recording is played: nothing of it is kept as a module’s.")
+
+
+class TourGoesOn(StoreTrouble):
+    """What the tour's own module says is nobody's."""
+
+    def __init__(self) -> None:
+        super().__init__(StoreFault.FAILED, Path())
+
+    @property
+    def sentence(self) -> str:
+        return tr("This is the tour: nothing of it is kept.")
+
+
+class Keeping:
+    """The store is opened by `open_store`, else when it is first asked for."""
+
+    def __init__(self, folder: Path | None = None) -> None:
+        self.is_recording: Callable[[], bool] = bool
+        """Whether a capture is played in place of a module."""
+        self.is_touring: Callable[[], bool] = bool
+        """Whether it is the tour's module that is connected."""
+        self._folder = folder
+        self.sessions = SessionRecording(None if folder is None else folder / RECORDINGS)
+        self.recordings = RecordingsWork(self.sessions)
+        self._store: Store | StoreTrouble | None = None
+        self._opening = threading.Lock()
+
+    @property
+    def folder(self) -> Path:
+        """Of the store and of what belongs to it."""
+        return self._folder or data_folder()
+
+    @property
+    def store(self) -> Store | StoreTrouble:
+        """The trouble where there is none: say it and go on without."""
+        if self.is_recording():
+            return RecordingPlayed()
+        if self.is_touring():
+            return TourGoesOn()
+        return self.open_store()
+
+    def open_store(self) -> Store | StoreTrouble:
+        """From any thread: it is checked and may be migrated, and another program may hold it meanwhile. Idempotent."""
+        with self._opening:
+            if self._store is None:
+                try:
+                    self._store = open_store(self._folder)
+                except StoreTrouble as trouble:
+                    _log.warning("There is no store: %s", trouble)
+                    self._store = trouble
+            return self._store
+
+    @property
+    def notice(self) -> str | None:
+        """What a person should know about the store, in the language in use."""
+        store = self.store
+        return store.notice if isinstance(store, Store) else store.sentence
+
+    @property
+    def has_store(self) -> bool:
+        return isinstance(self.store, Store)
+
+    def journal(self, target: Target | None, module: str = "") -> Journal:
+        """For one connection. `module`: its name, where it has one."""
+        if target is None or target.is_recording:
+            return NoJournal("")
+        return journal_for(self.store, port=target.device, origin=ORIGIN, adapter=target.identity, module=module)
+
+    def keep_snapshot(self, snapshot: Snapshot, port: str) -> Future[int] | None:
+        """From any thread; done when it is on disk. One that cannot be kept there is still in the window's memory."""
+        store = self._store
+        if not isinstance(store, Store) or is_playback(port) or port == TOUR_PORT:
+            return None
+        return store.queue.submit(lambda: store.keep_snapshot(snapshot, port=port))
+
+    def stream_memory(self, target: Target) -> StreamMemory:
+        """For one connection."""
+        if target.is_recording or target.is_simulated:
+            return StreamMemory()
+        store = self.store
+        return StoredStreamMemory(store, target.key) if isinstance(store, Store) else StreamMemory()
+
+    def copy_if_due(self) -> None:
+        """Where a store is open."""
+        if isinstance(self._store, Store):
+            self._store.database.copy_if_due()
+
+    def close(self) -> None:
+        self.recordings.stop()
+        if not self.sessions.stop(RECORDER_LIMIT_S):
+            _log.warning("The recording was not closed within %s s; what was written is there", RECORDER_LIMIT_S)
+        if isinstance(self._store, Store):
+            self._store.close()
+        self._store = None
+
+
+@dataclass(slots=True)
+class Unsent:
+    """Edits that leaving would lose, and what the module changed; the page that knows puts its answers here."""
+
+    count: Callable[[], int] = int
+    discard: Callable[[], object] = bool
+    changed: Callable[[], tuple[ChangedSetting, ...]] = tuple
+    """Settings of the module that read differently than before and were not written here."""

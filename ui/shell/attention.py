@@ -1,0 +1,199 @@
+"""What needs a person now: a question before an ACTIVE module is left, a lock that did not work, a link in trouble."""
+
+from collections.abc import Callable
+from dataclasses import replace
+
+from PySide6.QtCore import QObject
+
+from app.diagnosis.link_state import Phase, Step
+from app.text.i18n import tr
+from ui.core.connector import Connector
+from ui.services.lock import LockControl
+from ui.services.storage import Unsent
+from ui.shell.notices import leaving_notice, link_notice, unsent_notice
+from ui.style.theme import Meaning
+from ui.widgets.notice_bar import Notice, NoticeBar
+
+
+class Attention(QObject):
+    """Keeps the notice bar at what matters most: the question first, then LOCK, then the link.
+
+    `acts` is what the link's buttons do.
+    """
+
+    def __init__(
+        self,
+        connector: Connector,
+        bar: NoticeBar,
+        lock: LockControl,
+        *,
+        acts: dict[Step, Callable[[], None]],
+        unsent: Unsent | None = None,
+        parent: QObject | None = None,
+    ) -> None:
+        super().__init__(parent)
+        self.is_choosing = False
+        """The ports are in sight, so nobody needs to be sent there."""
+        self.find_identity: Callable[[], Notice | None] = lambda: None
+        """The question which module it is, where that has to be decided."""
+        self._connector, self._bar, self._lock, self._acts = connector, bar, lock, acts
+        self._unsent = unsent or Unsent()
+        self._question: Callable[[], Notice] | None = None
+        self._is_still_asked: Callable[[], bool] = bool
+        self._is_about_closing = False
+        self._restarts: int | None = None
+        """The device's count that has been seen by a person; None before anything was known."""
+        self._told: list[Callable[[], Notice]] = []
+
+    @property
+    def is_risky_to_leave(self) -> bool:
+        """The module is, or may be, ready to fire, and can still be told not to."""
+        return self._connector.is_open and (self._connector.is_active or self._lock.is_unproven)
+
+    @property
+    def has_unsent(self) -> bool:
+        """There are edits that leaving would lose."""
+        return self._unsent.count() > 0
+
+    def may_close(self, close: Callable[[], object]) -> bool:
+        """Whether nothing stands against closing now; else it is asked, and `close` called where that is the answer.
+
+        A second attempt while the question stands is an answer too.
+        """
+        is_asked = self._question is not None and self._is_about_closing
+        asks_of_edits = is_asked and self._is_still_asked == self._has_unsent_now
+        if is_asked and not (asks_of_edits and self.is_risky_to_leave):
+            return True
+        if asks_of_edits:
+            self._leave_active(close, is_closing=True)
+            return False
+        if not self.is_risky_to_leave and not self.has_unsent:
+            return True
+        self.leave(close, is_closing=True)
+        return False
+
+    def tell(self, make: Callable[[], Notice]) -> None:
+        """Say something that can wait until nothing more urgent is to be said, and stays until it is closed."""
+        self._told.append(make)
+        self.refresh()
+
+    def forget_told(self) -> None:
+        """The first thing that was told has been read."""
+        del self._told[:1]
+        self.refresh()
+
+    def leave(self, leave: Callable[[], object], *, is_closing: bool = False) -> None:
+        """Do it; but where edits would be lost or an ACTIVE module left, ask before."""
+        if not self.has_unsent:
+            self._leave_active(leave, is_closing=is_closing)
+            return
+
+        def go() -> None:
+            self._unsent.discard()
+            self._leave_active(leave, is_closing=is_closing)
+
+        self._ask(
+            lambda: unsent_notice(self._unsent.count(), go, self.stay, is_closing=is_closing),
+            self._has_unsent_now,
+            is_closing=is_closing,
+            main="stay",
+        )
+
+    def _leave_active(self, leave: Callable[[], object], *, is_closing: bool) -> None:
+        if not self.is_risky_to_leave:
+            self._question = None
+            leave()
+            return
+
+        def go() -> None:
+            self._question = None
+            leave()
+
+        self._ask(
+            lambda: self._leaving_notice(go, is_closing=is_closing),
+            self._is_risky_now,
+            is_closing=is_closing,
+            main="lock_and_leave",
+        )
+
+    def _ask(
+        self, question: Callable[[], Notice], is_still_asked: Callable[[], bool], *, is_closing: bool, main: str
+    ) -> None:
+        self._question, self._is_still_asked, self._is_about_closing = question, is_still_asked, is_closing
+        self.refresh()
+        button = self._bar.button(main)
+        if button is not None:
+            button.setFocus()
+
+    def _has_unsent_now(self) -> bool:
+        return self.has_unsent
+
+    def _is_risky_now(self) -> bool:
+        return self.is_risky_to_leave
+
+    def stay(self) -> None:
+        """Do not leave after all; nothing is sent."""
+        self._question = None
+        self.refresh()
+
+    def refresh(self) -> None:
+        if self._question is not None and not self._is_still_asked():
+            self._question = None
+        self._bar.show_notice(self._notice())
+
+    def _notice(self) -> Notice | None:
+        if self._question is not None:
+            return self._question()
+        asked, locking = self.find_identity(), self._lock.notice()
+        if asked is not None:
+            if locking is None:
+                return asked
+            return replace(asked, meaning=locking.meaning, text=f"{locking.text} {asked.text}")
+        connector = self._connector
+        state = connector.state
+        if state.phase is Phase.CLOSED and self.is_choosing and not self._told:
+            return None
+        said = link_notice(state, connector.clock(), self._acts, was_active=connector.is_active)
+        if connector.is_recording and state.trouble is None:
+            said = None  # a recording that falls silent needs nobody; its own bar says that it has ended
+        locking = self._lock.notice(said.choices if said is not None else ())
+        if locking is not None:
+            return locking if said is None else replace(locking, text=f"{locking.text} {said.text}")
+        if self._told and (said is None or state.phase is Phase.CLOSED):
+            return self._told[0]()
+        return said or self._module_notice()
+
+    def _module_notice(self) -> Notice | None:
+        """What the module did by itself: said on every page."""
+        connector = self._connector
+        device = connector.device
+        if not connector.is_open:
+            self._restarts = None
+            return None
+        if changed := self._unsent.changed():
+            names = ", ".join(tr(one.command.title) for one in changed)
+            return Notice(Meaning.DANGER, tr("Changed without being written: {names}. See Settings.", names=names))
+        if self._restarts is None or device.restarts < self._restarts:
+            # Before anything was known of the module a restart ends nothing.
+            is_known = device.fresh("boot_count", connector.clock()) is not None
+            self._restarts = device.restarts if is_known else None
+            return None
+        if device.restarts == self._restarts:
+            return None
+        text = tr("The module restarted: activation, triggers and serial output from before no longer count.")
+        return Notice(Meaning.ATTENTION, text, dismiss=self._forget_restart)
+
+    def _forget_restart(self) -> None:
+        self._restarts = self._connector.device.restarts
+        self.refresh()
+
+    def _leaving_notice(self, go: Callable[[], None], *, is_closing: bool) -> Notice:
+        notice = leaving_notice(
+            lambda: self._lock.press(then=go),
+            go,
+            self.stay,
+            is_closing=is_closing,
+            is_active=self._connector.is_active,
+        )
+        locking = self._lock.notice()
+        return notice if locking is None else replace(notice, text=f"{locking.text} {notice.text}")

@@ -1,0 +1,385 @@
+"""The window: top bar, notices, navigation with pages, status line. It wires; what is done is done elsewhere."""
+
+import logging
+from collections.abc import Callable
+from functools import partial
+from typing import cast
+
+from PySide6.QtCore import QEvent, QSize, Qt, QTimer, Signal
+from PySide6.QtGui import QCloseEvent, QKeyEvent, QResizeEvent
+from PySide6.QtWidgets import QHBoxLayout, QMainWindow, QStackedWidget, QToolBar, QVBoxLayout, QWidget
+
+from app.diagnosis.link_state import Step
+from app.engine.worker import Batch
+from ui.connect.connect_panel import ConnectPanel
+from ui.connect.identity_notice import identity_notice
+from ui.core.background_task import Beside
+from ui.core.connector import Connector, Target
+from ui.core.language_switch import Speech
+from ui.core.port_watcher import PortWatch
+from ui.core.preferences import LastPort, Remembered
+from ui.files.file_drops import FileDrops, FilePage
+from ui.services.context import Page, PageEntry, Services
+from ui.services.tour_port import is_tour
+from ui.shell.actions import Menus
+from ui.shell.attention import Attention
+from ui.shell.page_maker import PageMaker
+from ui.shell.recording_sign import SessionSign, trouble_notice
+from ui.shell.resume import Waking
+from ui.shell.shutdown import close_down
+from ui.shell.sidebar import Navigation
+from ui.shell.status_bar import StatusLine
+from ui.shell.top_bar import TopBar
+from ui.simulator.dock import SimulatorDock
+from ui.style.icons import app_icon
+from ui.style.theme import Choice, Space
+from ui.widgets.naming import named
+from ui.widgets.notice_bar import NoticeBar
+from ui.widgets.recording_bar import RecordingBar
+
+_log = logging.getLogger(__name__)
+
+SMALLEST = QSize(900, 520)
+FIRST_SIZE = QSize(1180, 720)
+WIDE_ENOUGH = 1280
+"""For the panel of the simulated module beside a page with the navigation in words."""
+REFRESH_EVERY_MS = 100
+PANEL_WIDTH = 440
+
+
+class MainWindow(QMainWindow):
+    """See the module's docstring. `pages` are made after the first paint."""
+
+    pages_made = Signal()
+    port_opened = Signal(bool)
+    """A module answered; True for the first time on this computer."""
+    retranslated = Signal()
+    closing = Signal()
+
+    def __init__(
+        self,
+        services: Services,
+        ports: PortWatch,
+        speech: Speech,
+        remembered: Remembered,
+        *,
+        entries: tuple[PageEntry, ...],
+    ) -> None:
+        super().__init__()
+        self.setObjectName("main_window")
+        self.setWindowIcon(app_icon())
+        self._services, self._ports, self._speech, self._remembered = services, ports, speech, remembered
+        self._connector: Connector = services.connector
+        self._entries = {entry.key: entry for entry in entries}
+        self._maker = PageMaker(services, entries, self._place, self)
+        self._maker.done.connect(self._end_making)
+        self._pages = self._maker.pages
+        self._waiting_target: Target | None = None
+        self._is_leaving = self._is_over = False
+        self.on_escape: Callable[[], bool] = lambda: False
+        """Asked before Escape answers a question; True where it was used."""
+        texts = services.texts
+        texts.bind(self.setWindowTitle, "DPS-S Configurator")
+        self.top_bar = TopBar(self._connector, texts, services.lock, naming=services.naming, in_use=services.in_use)
+        self.notice_bar = NoticeBar(texts)
+        self.recording_bar = RecordingBar(self._connector, texts)
+        self.navigation = Navigation(entries, texts)
+        self.stack = QStackedWidget()
+        self.stack.setObjectName("pages")
+        self.status_line = StatusLine(self._connector, texts, in_use=services.in_use)
+        sessions = services.keeping.sessions
+        self.session_sign = SessionSign(lambda: sessions.sign)
+        self.status_line.add(self.session_sign)
+        self._lay_out()
+        self.panel = ConnectPanel(self._connector, ports, texts, self.centre)
+        self.simulator = SimulatorDock(self._connector, texts, self)
+        self.addDockWidget(Qt.DockWidgetArea.RightDockWidgetArea, self.simulator)
+        self.simulator.hide()
+        self.menus = Menus(self, texts, entries)
+        acts = {
+            Step.CHOOSE_PORT: self.toggle_panel,
+            Step.FIND_RATE: self._connector.find_rate,
+            Step.CONNECT_AGAIN: self._connect_again,
+        }
+        if "diagnosis" in self._entries:
+            acts[Step.WHY] = self._show_why
+        self.attention = Attention(
+            self._connector, self.notice_bar, services.lock, acts=acts, unsent=services.unsent, parent=self
+        )
+        self.attention.find_identity = lambda: identity_notice(self._connector.identity, services.naming)
+        self._drops = FileDrops(self, self._page_for, self.go_to)
+        services.appearance.dress(self)
+        self._wire()
+        self._restore()
+        self._timer = QTimer(self)
+        self._timer.setInterval(REFRESH_EVERY_MS)
+        self._timer.timeout.connect(self.refresh)
+        self._timer.start()
+        self.refresh()
+
+    # Making
+
+    def _lay_out(self) -> None:
+        centre = self.centre = QWidget()
+        centre.setObjectName("centre")
+        layout = QVBoxLayout(centre)
+        layout.setContentsMargins(0, 0, 0, 0)
+        layout.setSpacing(0)
+        body = QHBoxLayout()
+        body.setSpacing(0)
+        body.addWidget(self.navigation)
+        body.addWidget(self.stack, 1)
+        layout.addWidget(self.recording_bar)
+        layout.addWidget(self.notice_bar)
+        layout.addLayout(body, 1)
+        self._add_bar("head", Qt.ToolBarArea.TopToolBarArea, self.top_bar)
+        self.setCentralWidget(centre)
+        self._add_bar("foot", Qt.ToolBarArea.BottomToolBarArea, self.status_line)
+        self.setMinimumSize(SMALLEST)
+
+    def _add_bar(self, name: str, area: Qt.ToolBarArea, content: QWidget) -> None:
+        """A tool bar goes past the panels at the sides: nothing of it has to be cut for them."""
+        bar = named(QToolBar(), name)
+        bar.setMovable(False)
+        bar.setContextMenuPolicy(Qt.ContextMenuPolicy.PreventContextMenu)
+        bar.toggleViewAction().setVisible(False)
+        bar.addWidget(content)
+        self.addToolBar(area, bar)
+
+    def _wire(self) -> None:
+        menus, connector = self.menus, self._connector
+        connector.batch.connect(self._take)
+        connector.changed.connect(self.refresh)
+        connector.came_online.connect(self._remember_port)
+        self.session_sign.troubled.connect(self._tell_of_recording)
+        self.top_bar.panel_wanted.connect(self.toggle_panel)
+        self.panel.connect_wanted.connect(self.connect_to)
+        self.panel.disconnect_wanted.connect(self.disconnect_port)
+        self.navigation.page_wanted.connect(self._show_page)
+        menus.connect.triggered.connect(self.toggle_panel)
+        menus.disconnect.triggered.connect(self.disconnect_port)
+        menus.quit.triggered.connect(self.close)
+        self._services.lock.bind(menus.lock)
+        self._services.lock.changed.connect(self._refresh_notice)
+        self._services.lock.said.connect(self.say)
+        menus.find_rate.triggered.connect(connector.find_rate)
+        menus.simulator.toggled.connect(self.simulator.setVisible)
+        self.simulator.topLevelChanged.connect(self._share_room)
+        self.simulator.visibilityChanged.connect(self._tick_simulator)
+        menus.full_screen.toggled.connect(self._show_full_screen)
+        menus.when_chosen(menus.pages, self.go_to)
+        menus.when_chosen(menus.themes, self._use_theme)
+        menus.when_chosen(menus.languages, self._use_language)
+        self._services.appearance.changed.connect(self._follow_theme)
+        Waking(connector, self, self._services.armed, self.status_line)
+
+    def _restore(self) -> None:
+        remembered = self._remembered
+        self.resize(FIRST_SIZE)
+        if remembered.geometry is not None:
+            self.restoreGeometry(remembered.geometry)
+        if remembered.layout is not None:
+            self.restoreState(remembered.layout)
+        self.menus.choose(self.menus.themes, self._services.appearance.choice.value)
+        self.menus.choose(self.menus.languages, self._speech.language)
+        self._ports.remember_seen(remembered.seen_ports)
+        self.panel.prefer(remembered.last_port)
+        self.navigation.setCurrentRow(0)
+        self.navigation.setFocus()
+
+    def make_pages(self) -> None:
+        """Make the pages, with turns of the event loop between, so that the window stays alive meanwhile."""
+        self._maker.begin()
+
+    def _end_making(self) -> None:
+        self.pages_made.emit()
+        target, self._waiting_target = self._waiting_target, None
+        if target is not None:
+            self.connect_to(target)
+
+    def _place(self, key: str, page: QWidget) -> None:
+        self.stack.addWidget(page)
+        for wanted in (page.connect_wanted,) if hasattr(page, "connect_wanted") else ():
+            wanted.connect(self.connect_to)
+        for wanted in (page.page_wanted,) if hasattr(page, "page_wanted") else ():
+            wanted.connect(self.go_to)
+        if key == self.navigation.chosen:
+            self.stack.setCurrentWidget(page)
+
+    def _page_for(self, suffix: str) -> FilePage | None:
+        for key in self._entries:
+            page = self._pages.get(key)
+            if page is not None and suffix in getattr(page, "suffixes", ()):
+                return FilePage(key, page.open_file)  # type: ignore[attr-defined]
+        return None
+
+    # What a person does
+
+    def toggle_panel(self) -> None:
+        """Open or close the sheet with the ports."""
+        if self.panel.isVisible():
+            self.panel.hide()
+        else:
+            self._place_panel()
+            self.panel.show()
+            self.panel.raise_()
+        self._refresh_notice()
+
+    def connect_to(self, target: Target) -> None:
+        if not self._maker.is_done:
+            self._waiting_target = target  # the pages hear of everything, from the first byte on
+            return
+        self.attention.leave(partial(self._connector.connect_to, target))
+
+    def disconnect_port(self) -> None:
+        self.attention.leave(self._connector.disconnect_port)
+
+    def go_to(self, key: str) -> None:
+        self.navigation.choose(key)
+
+    def say(self, text: str) -> None:
+        """A calm line for a while."""
+        self.status_line.say(text)
+
+    def close_now(self) -> None:
+        """Close in good order without asking: the system wants it, nobody may be there to answer."""
+        self._is_leaving = True
+        self.close()
+
+    # What happens
+
+    def _take(self, batch: Batch) -> None:
+        for page in self._pages.values():
+            cast("Page", page).take(batch)
+        self.status_line.take(batch)
+
+    def refresh(self) -> None:
+        """Bring everything that shows the link or an age up to date."""
+        self.top_bar.refresh()
+        self.recording_bar.refresh()
+        self.status_line.refresh()
+        self.session_sign.refresh()
+        connector = self._connector
+        self.menus.find_rate.setEnabled(connector.is_open and not connector.is_recording)
+        self.menus.disconnect.setEnabled(connector.is_wanted)
+        self._refresh_notice()
+
+    def _refresh_notice(self) -> None:
+        # Whoever looks at a recording needs no port either.
+        self.attention.is_choosing = self.panel.isVisible() or self._services.keeping.recordings.is_shown
+        self.attention.refresh()
+        if self.panel.isVisible():
+            self._place_panel()
+
+    def _tell_of_recording(self, sentence: str) -> None:
+        """Nothing is recorded any more; the link goes on."""
+        look, forget = partial(self.go_to, "recordings"), self.attention.forget_told
+        self.attention.tell(lambda: trouble_notice(self.session_sign.trouble or sentence, look, forget))
+
+    def _connect_again(self) -> None:
+        if self._connector.target is not None:
+            self._connector.connect_to(self._connector.target)
+
+    def _show_why(self) -> None:
+        self.go_to("diagnosis")
+        page = self._pages.get("diagnosis")
+        if page is not None:
+            page.go_to("why")  # type: ignore[attr-defined]
+
+    def _remember_port(self, target: Target) -> None:
+        if not target.is_recording and not is_tour(target):
+            self.port_opened.emit(self._remembered.last_port is None)
+            self._remembered.last_port = LastPort(target.device, target.identity, self._connector.connection.baud_rate)
+        self.panel.hide()
+
+    def _show_page(self, key: str) -> None:
+        self._connector.stream.is_wanted = self._entries[key].wants_stream
+        self.panel.hide()  # it would lie over the page that somebody just asked for
+        page = self._pages.get(key)
+        if page is not None and self.stack.indexOf(page) >= 0:
+            self.stack.setCurrentWidget(page)
+        else:
+            self._maker.want(key)
+
+    def _use_theme(self, key: str) -> None:
+        self._services.appearance.choose(Choice(key))
+        self._remembered.theme = key
+
+    def _use_language(self, name: str) -> None:
+        self._speech.use(name)
+        self._remembered.language = name
+
+    def _follow_theme(self) -> None:
+        self.notice_bar.follow_theme()
+        self.status_line.follow_theme()
+
+    def _show_full_screen(self, is_wanted: bool) -> None:
+        self.setWindowState(
+            self.windowState() | Qt.WindowState.WindowFullScreen
+            if is_wanted
+            else self.windowState() & ~Qt.WindowState.WindowFullScreen
+        )
+
+    def _tick_simulator(self) -> None:
+        self.menus.simulator.setChecked(not self.simulator.isHidden())
+        self._share_room()
+
+    def _share_room(self) -> None:
+        """The navigation gives its words up before a page has to be cut."""
+        has_room = self.width() >= WIDE_ENOUGH or self.simulator.isHidden() or self.simulator.isFloating()
+        self.navigation.be_narrow(not has_room)
+
+    def _place_panel(self) -> None:
+        centre = self.centre
+        top = 0
+        if self.notice_bar.isVisible():
+            top = self.notice_bar.geometry().bottom() + 1
+        room = centre.height() - top - Space.S
+        width = min(PANEL_WIDTH, centre.width() - 2 * Space.S)
+        self.panel.setGeometry(Space.S, top, width, min(room, self.panel.height_for(width)))
+
+    # Qt
+
+    def keyPressEvent(self, event: QKeyEvent) -> None:
+        """Esc that nobody else wanted: close the sheet, or stay where one is. It never sends anything."""
+        if event.key() != Qt.Key.Key_Escape:
+            super().keyPressEvent(event)
+        elif self.panel.isVisible():
+            self.toggle_panel()
+        elif not self.on_escape():
+            self.attention.stay()
+
+    def resizeEvent(self, event: QResizeEvent) -> None:
+        super().resizeEvent(event)
+        self._share_room()
+        if self.panel.isVisible():
+            self._place_panel()
+
+    def changeEvent(self, event: QEvent) -> None:
+        super().changeEvent(event)
+        if event.type() == QEvent.Type.LanguageChange:
+            self.refresh()
+            self.retranslated.emit()
+
+    def closeEvent(self, event: QCloseEvent) -> None:
+        if not self._is_leaving and not self.attention.may_close(self.close_now):
+            event.ignore()
+            return
+        self._end()
+        event.accept()
+
+    def _end(self) -> None:
+        if self._is_over:
+            return
+        self._is_over = True
+        self._timer.stop()
+        self._maker.end()
+        for work in self.findChildren(Beside):
+            work.cancel()  # else its thread would go on, and outlive the window
+        self.closing.emit()
+        self.panel.hide()
+        remembered = self._remembered
+        remembered.geometry = self.saveGeometry()
+        remembered.layout = self.saveState()
+        remembered.seen_ports = tuple(sorted(self._ports.seen))
+        close_down(self._connector, self._ports, self._services.keeping, remembered)

@@ -1,0 +1,79 @@
+"""What the notice bar says: about the link, and before an ACTIVE module is left."""
+
+from collections.abc import Callable
+
+from app.diagnosis.link_state import LinkState, Phase, Step, words
+from app.text.i18n import tr
+from ui.style.theme import Meaning
+from ui.widgets.notice_bar import Choice, Notice
+
+_ASKS_WHY = (Phase.SILENT, Phase.LATE, Phase.OFFLINE, Phase.LOST, Phase.FAILED)
+
+
+def link_notice(
+    state: LinkState, now: float, acts: dict[Step, Callable[[], None]], *, was_active: bool
+) -> Notice | None:
+    """What is the matter with the link, and the one thing to do about it; None while nothing is."""
+    if state.is_fine:
+        return None
+    said = words(state, now)
+    parts = [said.what, said.next_step]
+    if was_active and state.phase in (Phase.LATE, Phase.OFFLINE, Phase.LOST, Phase.FAILED):
+        parts.append(tr("The module was ACTIVE when it was last heard: treat it as ready to fire."))
+    steps: tuple[Step, ...] = () if said.step is None else (said.step,)
+    if said.step is Step.CONNECT_AGAIN:
+        steps = (Step.CONNECT_AGAIN, Step.CHOOSE_PORT)
+    if Step.WHY in acts and state.phase in _ASKS_WHY:
+        steps = (*steps, Step.WHY)
+    choices = tuple(Choice(step.value, _step_text(step), acts[step]) for step in steps)
+    is_calm = state.phase in (Phase.CLOSED, Phase.SWITCHED_OFF)
+    meaning = Meaning.INFORMATION if is_calm else Meaning.ATTENTION
+    return Notice(meaning, " ".join(part for part in parts if part), choices)
+
+
+def _step_text(step: Step) -> str:
+    match step:
+        case Step.CHOOSE_PORT:
+            return tr("Choose a port")
+        case Step.FIND_RATE:
+            return tr("Find the rate")
+        case Step.CONNECT_AGAIN:
+            return tr("Connect again")
+        case Step.WHY:
+            return tr("Why?")
+
+
+def leaving_notice(
+    lock: Callable[[], None],
+    leave: Callable[[], None],
+    stay: Callable[[], None],
+    *,
+    is_closing: bool,
+    is_active: bool,
+) -> Notice:
+    """Before the window closes, or the port does, while the module is ACTIVE, or LOCK is not reported."""
+    if is_closing:
+        locks, leaves = tr("LOCK and close"), tr("Close, leave it ACTIVE")
+    else:
+        locks, leaves = tr("LOCK and disconnect"), tr("Disconnect, leave it ACTIVE")
+    return Notice(
+        Meaning.ATTENTION,
+        tr("The module is ACTIVE: it fires by its thresholds, with or without this program.")
+        if is_active
+        else tr("Treat the module as ACTIVE: it does not report that it is locked."),
+        (
+            Choice("lock_and_leave", locks, lock, is_main=True),
+            Choice("leave_active", leaves, leave, is_step=True),
+            Choice("stay", tr("Stay"), stay),
+        ),
+    )
+
+
+def unsent_notice(count: int, leave: Callable[[], None], stay: Callable[[], None], *, is_closing: bool) -> Notice:
+    """Before edits of settings are lost."""
+    leaves = tr("Close, drop the edits") if is_closing else tr("Disconnect, drop the edits")
+    text = tr("{count} changes of settings have not been written to the module.", count=count)
+    if count == 1:
+        text = tr("1 change of a setting has not been written to the module.")
+    stays = Choice("stay", tr("Stay"), stay, is_main=True)
+    return Notice(Meaning.ATTENTION, text, (stays, Choice("drop_edits", leaves, leave, is_step=True)))

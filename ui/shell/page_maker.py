@@ -1,0 +1,67 @@
+"""The pages of the window, made one after the other while the window is alive."""
+
+from collections.abc import Callable, Iterable
+from typing import Final
+
+from PySide6.QtCore import QObject, QTimer, Signal
+from PySide6.QtWidgets import QWidget
+
+from ui.services.context import PageEntry, Services
+
+BREATH_MS: Final = 1
+"""Between two turns: with none, Qt would make all pages before it serves anything else."""
+
+
+class PageMaker(QObject):
+    """In each turn of the event loop it makes one page, or has one placed."""
+
+    done = Signal()
+    """All pages have been made and placed, but for those that failed."""
+
+    def __init__(
+        self,
+        services: Services,
+        entries: Iterable[PageEntry],
+        place: Callable[[str, QWidget], None],
+        parent: QObject | None = None,
+    ) -> None:
+        super().__init__(parent)
+        self.pages: dict[str, QWidget] = {}
+        """Those that were made, by key."""
+        self._entries = {entry.key: entry for entry in entries}
+        self._services, self._place = services, place
+        self._unmade, self._unplaced = list(self._entries), list[str]()
+        self._is_over = False
+
+    @property
+    def is_done(self) -> bool:
+        return not self._unmade and not self._unplaced
+
+    def begin(self) -> None:
+        """Make them, from the next turn of the event loop on."""
+        QTimer.singleShot(BREATH_MS, self, self._take_turn)
+
+    def want(self, key: str) -> None:
+        """Somebody waits for this page: it comes next."""
+        if key in self._unmade:
+            self._unmade.remove(key)
+            self._unmade.insert(0, key)
+
+    def end(self) -> None:
+        """Make no more."""
+        self._is_over = True
+
+    def _take_turn(self) -> None:
+        if self._is_over:
+            return
+        if self.is_done:
+            self.done.emit()
+            return
+        self.begin()  # also where one fails
+        if self._unplaced:
+            key = self._unplaced.pop()
+            self._place(key, self.pages[key])
+        else:
+            key = self._unmade.pop(0)
+            self.pages[key] = self._entries[key].make(self._services)
+            self._unplaced.append(key)

@@ -1,0 +1,94 @@
+"""The quiet sign in the status line: that the session is recorded, since when, or why not."""
+
+from collections.abc import Callable
+from typing import Final
+
+from PySide6.QtCore import QEvent, Qt, Signal
+from PySide6.QtWidgets import QHBoxLayout, QLabel, QWidget
+
+from app.text.i18n import tr
+from ui.services.session_recording import Sign
+from ui.style.icons import Icon, pixmap
+from ui.style.theme import Meaning, Space, current
+from ui.widgets.naming import named
+from ui.widgets.notice_bar import Choice, Notice
+
+_ICON_PX: Final = 12
+
+
+class SessionSign(QWidget):
+    """`find_sign` is asked at each `refresh`."""
+
+    troubled = Signal(str)
+    """Why nothing is recorded any more; said once."""
+
+    def __init__(self, find_sign: Callable[[], Sign], parent: QWidget | None = None) -> None:
+        super().__init__(parent)
+        self.setObjectName("session_sign")
+        self._find_sign = find_sign
+        self._picture = named(QLabel(), "session_sign_icon")
+        self.label = named(QLabel(), "session_sign_text")
+        self.label.setProperty("role", "small")
+        self.label.setTextFormat(Qt.TextFormat.PlainText)
+        row = QHBoxLayout(self)
+        row.setContentsMargins(0, 0, 0, 0)
+        row.setSpacing(Space.XS)
+        row.addWidget(self._picture)
+        row.addWidget(self.label)
+        self._shown: Sign | None = None
+        self._is_told = False
+        self.refresh()
+
+    @property
+    def trouble(self) -> str | None:
+        """Why nothing is recorded, in the language in use."""
+        return self._find_sign().trouble
+
+    def refresh(self) -> None:
+        sign = self._find_sign()
+        before, self._shown = self._shown, sign
+        if sign != before:
+            self._write(sign)
+        if sign.trouble is not None and not self._is_told:
+            self.troubled.emit(sign.trouble)
+        self._is_told = sign.trouble is not None
+
+    def _write(self, sign: Sign) -> None:
+        if sign.trouble is not None:
+            text, whole = tr("Not recorded"), sign.trouble
+        elif sign.since is None:
+            text = whole = ""
+        else:
+            text = tr("Recorded since {time}", time=f"{sign.since.astimezone():%H:%M}")
+            whole = tr("Everything that comes over the line is recorded by itself; see Recordings.")
+            if sign.dropped:
+                text = tr("Recorded since {time}, with gaps", time=f"{sign.since.astimezone():%H:%M}")
+                whole = tr("The disk was too slow: {count} reports are missing in the recording.", count=sign.dropped)
+        self.label.setText(text)
+        self.setToolTip(whole)
+        self.setAccessibleName(f"{text}. {whole}" if text else tr("Nothing is recorded"))
+        self.setVisible(bool(text))
+        self._dress()
+
+    def _dress(self) -> None:
+        sign = self._shown
+        if sign is None:
+            return
+        is_fine = sign.trouble is None and not sign.dropped
+        ink = current().muted if is_fine else current().ink(Meaning.ATTENTION)
+        self._picture.setPixmap(
+            pixmap(Icon.RECORD if is_fine else Icon.WARNING, _ICON_PX, ink, ratio=self.devicePixelRatioF())
+        )
+
+    def changeEvent(self, event: QEvent) -> None:
+        super().changeEvent(event)
+        if event.type() == QEvent.Type.LanguageChange and hasattr(self, "_shown"):
+            self._shown = None
+            self.refresh()
+        elif event.type() in (QEvent.Type.PaletteChange, QEvent.Type.StyleChange) and hasattr(self, "_shown"):
+            self._dress()
+
+
+def trouble_notice(sentence: str, look: Callable[[], None], dismiss: Callable[[], None]) -> Notice:
+    """Nothing is recorded any more; the link goes on. `look` leads to the recordings."""
+    return Notice(Meaning.ATTENTION, sentence, (Choice("recordings", tr("Recordings"), look),), dismiss)

@@ -1,0 +1,33 @@
+"""After the computer slept: whatever a person had begun before is not gone on with, and that is said."""
+
+from typing import Final
+
+from PySide6.QtCore import QObject
+from PySide6.QtWidgets import QWidget
+
+from app.diagnosis.link_state import duration
+from app.procedures.act import Armed
+from app.text.i18n import tr
+from ui.acts.confirm import Confirm
+from ui.core.connector import Connector
+from ui.shell.status_bar import StatusLine
+
+SAID_FOR_S: Final = 60.0
+"""Whoever opens the lid may look here later."""
+
+
+class Waking(QObject):
+    """Follows the connector. What is known is doubted and read again by the session itself (`app.engine.session`)."""
+
+    def __init__(self, connector: Connector, window: QWidget, armed: Armed, said: StatusLine) -> None:
+        super().__init__(window)
+        self._window, self._armed, self._said = window, armed, said
+        connector.slept.connect(self._wake)
+
+    def _wake(self, slept_s: float) -> None:
+        self._armed.act = None
+        for question in self._window.findChildren(Confirm):
+            question.withdraw()
+        self._said.say(
+            tr("The computer slept for {time}; everything is read again.", time=duration(slept_s)), SAID_FOR_S
+        )

@@ -1,0 +1,169 @@
+"""The line at the bottom: how the link does, in figures."""
+
+from PySide6.QtCore import QEvent, Qt
+from PySide6.QtWidgets import QFrame, QHBoxLayout, QLabel, QWidget
+
+from app.diagnosis.link_state import duration
+from app.engine.device import LONGEST_LAG_S
+from app.engine.worker import Batch
+from app.limits.out_of_limits import DAMAGED_SHOWN_S, LimitsInUse, Outside, line_outside
+from app.text.i18n import tr
+from ui.core.connector import Connector
+from ui.core.texts import Texts
+from ui.style.icons import Icon, pixmap
+from ui.style.theme import Meaning, Space, current
+from ui.widgets.elided_label import ElidedLabel
+from ui.widgets.naming import named
+
+RATE_OVER_S = 1.0
+WRITE_EVERY_S = 0.3
+"""Bytes that were no frame are marked for so long after the last of them."""
+_SIGN_PX = 14
+
+
+class StatusLine(QFrame):
+    """`take` remembers, `refresh` and `say` write."""
+
+    def __init__(
+        self, connector: Connector, texts: Texts, parent: QWidget | None = None, *, in_use: LimitsInUse | None = None
+    ) -> None:
+        super().__init__(parent)
+        self.setObjectName("status_line")
+        self.setProperty("role", "bar")
+        self._connector = connector
+        self._in_use = in_use or LimitsInUse()
+        self._rejected = 0
+        self._damaged_at: float | None = None
+        self._frames = 0
+        self._heard_at: float | None = None
+        self._counted_at: float | None = None
+        self._counted_frames = 0
+        self._frames_per_s: float | None = None
+        self._written_at = 0.0
+        self._passing = ""
+        self._passing_until = 0.0
+        self.figures = named(QLabel(), "link_figures")
+        self.sign = named(QLabel(), "line_fault_sign")
+        self.sign.setFixedSize(_SIGN_PX, _SIGN_PX)
+        self.fault = named(QLabel(), "line_fault")
+        self.fault.setProperty("role", "attention")
+        texts.bind(self.fault.setAccessibleDescription, "What is the matter with the line")
+        self.passing = named(ElidedLabel(), "passing_message")
+        self.age = named(QLabel(), "last_heard")
+        # Described, not named: a name would be read aloud in place of the text.
+        texts.bind(self.figures.setAccessibleDescription, "Figures of the link")
+        texts.bind(
+            self.figures.setToolTip,
+            "Frames a second, usual round trip, lag, bytes that were no frame",
+        )
+        texts.bind(self.passing.setAccessibleDescription, "Message")
+        texts.bind(self.age.setAccessibleDescription, "Time since the last frame")
+        texts.bind(self.age.setToolTip, "Time since the last frame")
+        row = QHBoxLayout(self)
+        row.setContentsMargins(Space.M, Space.XS, Space.M, Space.XS)
+        row.setSpacing(Space.L)
+        marked = QHBoxLayout()
+        marked.setSpacing(Space.XS)
+        for widget in (self.figures, self.sign, self.fault):
+            marked.addWidget(widget)
+        row.addLayout(marked)
+        self.passing.setAlignment(Qt.AlignmentFlag.AlignCenter)
+        row.addWidget(self.passing, 1)
+        row.addWidget(self.age)
+        self._row = row
+        for label in (self.figures, self.passing, self.age):
+            label.setProperty("role", "small")
+        self.follow_theme()
+
+    def follow_theme(self) -> None:
+        """The sign in the colours in use."""
+        ratio, ink = self.devicePixelRatioF(), current().ink(Meaning.ATTENTION)
+        self.sign.setPixmap(pixmap(Icon.WARNING, _SIGN_PX, ink, ratio=ratio))
+        self._show_fault(None)
+
+    def add(self, widget: QWidget) -> None:
+        """Something quiet at the right, before the age."""
+        self._row.insertWidget(self._row.indexOf(self.age), widget)
+
+    def say(self, text: str, seconds: float = 6.0) -> None:
+        """Show a calm word for a while: something was done, or a fault that needs nobody now."""
+        self._passing, self._passing_until = text, self._connector.clock() + seconds
+        self._write()
+
+    def take(self, batch: Batch) -> None:
+        rejected = 0 if batch.link is None else batch.link.counters.rejected
+        if rejected > self._rejected:
+            self._damaged_at = batch.at
+        elif batch.link is None:
+            self._damaged_at = None
+        self._rejected = rejected
+        if batch.link is None:
+            self._counted_at, self._frames_per_s, self._heard_at, self._frames = None, None, None, 0
+            return
+        frames = batch.link.counters.frames
+        if frames != self._frames:
+            self._frames = frames
+            if frames:
+                self._heard_at = batch.at
+        if self._counted_at is None:
+            self._counted_at, self._counted_frames = batch.at, frames
+        elif batch.at - self._counted_at >= RATE_OVER_S:
+            self._frames_per_s = (frames - self._counted_frames) / (batch.at - self._counted_at)
+            self._counted_at, self._counted_frames = batch.at, frames
+
+    def refresh(self) -> None:
+        """Write anew, if that is due: figures that change faster than this cannot be read."""
+        if self._connector.clock() - self._written_at >= WRITE_EVERY_S:
+            self._write()
+
+    def changeEvent(self, event: QEvent) -> None:
+        super().changeEvent(event)
+        if event.type() == QEvent.Type.LanguageChange:
+            self._write()
+
+    def _write(self) -> None:
+        last = self._connector.last
+        link = None if last is None else last.link
+        now = self._written_at = self._connector.clock()
+        if link is None:
+            figures = tr("Not connected")
+        else:
+            rate = "–" if self._frames_per_s is None else f"{self._frames_per_s:.0f}"
+            trip = link.round_trip_median_s
+            lag = "–" if link.lag_s is None else f"{link.lag_s:.2f}"
+            figures = " · ".join(
+                (
+                    tr("{rate} frames/s", rate=rate),
+                    tr("{ms} ms", ms="–" if trip is None else f"{trip * 1000:.1f}"),
+                    tr("lag {seconds} s", seconds=lag),
+                    tr("{n} bytes rejected", n=f"{link.counters.rejected:,}"),
+                )
+            )
+        _write(self.figures, figures)
+        damaged_at = self._damaged_at
+        self._show_fault(
+            None
+            if link is None
+            else line_outside(
+                lag_s=link.lag_s,
+                round_trip_s=link.round_trip_median_s,
+                has_damaged=damaged_at is not None and now - damaged_at < DAMAGED_SHOWN_S,
+                in_use=self._in_use,
+            )
+        )
+        heard = "" if self._heard_at is None else tr("{time} ago", time=duration(now - self._heard_at))
+        if link is not None and link.lag_s is not None and link.lag_s > LONGEST_LAG_S:
+            heard = tr("{time} late", time=duration(link.lag_s))
+        _write(self.age, heard)
+        _write(self.passing, self._passing if now < self._passing_until else "")
+
+    def _show_fault(self, outside: Outside | None) -> None:
+        _write(self.fault, "" if outside is None else tr(outside.fault.value))
+        self.fault.setToolTip("" if outside is None else tr("limit {value}", value=outside.limit))
+        for label in (self.sign, self.fault):
+            label.setVisible(outside is not None)
+
+
+def _write(label: QLabel, text: str) -> None:
+    if label.text() != text:
+        label.setText(text)

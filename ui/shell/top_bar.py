@@ -1,0 +1,281 @@
+"""What is in sight on every page: port and link, the state of the module, and LOCK."""
+
+from functools import partial
+
+from PySide6.QtCore import QEvent, QSize, Qt, Signal
+from PySide6.QtGui import QColor, QFontMetrics, QPainter, QPaintEvent
+from PySide6.QtWidgets import QFrame, QHBoxLayout, QPushButton, QSizePolicy, QWidget
+
+from app.diagnosis.link_state import LinkState, LinkWords, Phase, words
+from app.engine.device import DeviceView
+from app.limits.out_of_limits import LimitsInUse, value_outside
+from app.text.i18n import tr
+from protocol.catalogue import BY_NAME, Command
+from ui.core.connector import Connector, Target
+from ui.core.texts import Texts
+from ui.services.lock import LockControl
+from ui.services.module_name import ModuleName
+from ui.style.icons import Icon, battery, draw, icon
+from ui.style.theme import Meaning, Size, Space, current, font
+from ui.widgets.naming import named
+from ui.widgets.readout import StateChip
+from ui.widgets.recording_bar import recording_name, recording_word
+from ui.widgets.state_chips import age_of, show_activation, show_known_trigger
+
+EMPTY_CELL_V = 3.3
+FULL_CELL_V = 4.2
+"""A lithium cell's usual range, for the picture of the battery only."""
+_PHASE_ICONS = {
+    Phase.CLOSED: Icon.UNPLUGGED,
+    Phase.OPENING: Icon.CONNECTING,
+    Phase.FINDING: Icon.CONNECTING,
+    Phase.ASKING: Icon.CONNECTING,
+    Phase.SILENT: Icon.LINK_LOST,
+    Phase.ONLINE: Icon.LINK,
+    Phase.LATE: Icon.LINK_LOST,
+    Phase.OFFLINE: Icon.LINK_LOST,
+    Phase.LOST: Icon.UNPLUGGED,
+    Phase.SWITCHED_OFF: Icon.UNPLUGGED,
+    Phase.FAILED: Icon.LINK_LOST,
+}
+
+
+def phase_meaning(phase: Phase) -> Meaning | None:
+    """The colour of the link's icon."""
+    match phase:
+        case Phase.ONLINE:
+            return Meaning.GOOD
+        case Phase.CLOSED:
+            return Meaning.UNKNOWN
+        case Phase.OPENING | Phase.FINDING | Phase.ASKING | Phase.SWITCHED_OFF:
+            return Meaning.INFORMATION
+        case _:
+            return Meaning.ATTENTION
+
+
+def port_title(state: LinkState, target: Target | None) -> str:
+    """ "ttyUSB0 CP2102 · 115200", or what stands for it while no port is chosen."""
+    if state.phase is Phase.CLOSED or (not state.port and target is None):
+        return tr("Choose a port")
+    device = target.device if target is not None else state.port
+    if device.startswith("sim:"):
+        return tr("Simulated module")
+    if target is not None and target.is_recording:
+        return tr("RECORDING: {name}", name=recording_name(device))
+    name = device.removeprefix("/dev/")
+    return f"{name} · {state.baud_rate}" if state.baud_rate else name
+
+
+class PortButton(QPushButton):
+    """Port and link state on two lines; opens the connect panel."""
+
+    _ICON_PX = 20
+
+    def __init__(self, texts: Texts) -> None:
+        super().__init__()
+        self.setObjectName("port_button")
+        self._title = self._module = ""
+        self._words: LinkWords | None = None
+        self._phase = Phase.CLOSED
+        self.setProperty("role", "quiet")
+        self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Fixed)
+        self.setMaximumWidth(380)
+        # The application's style sheet sets the height of buttons, whatever the size hint says.
+        self.setStyleSheet("#port_button { min-height: 34px; }")
+        texts.bind(self.setToolTip, "Choose a port, connect or disconnect (Ctrl+K)")
+
+    @property
+    def word(self) -> str:
+        return "" if self._words is None else self._words.word
+
+    @property
+    def title(self) -> str:
+        return self._title
+
+    @property
+    def headline(self) -> str:
+        """The upper line: which module, where it has a name, and where it is plugged in."""
+        return f"{self._module} · {self._title}" if self._module else self._title
+
+    def show_link(self, title: str, phase: Phase, said: LinkWords, *, module: str = "") -> None:
+        """`module`: its name, empty where it has none."""
+        if (title, phase, said, module) == (self._title, self._phase, self._words, self._module):
+            return
+        self._title, self._phase, self._words, self._module = title, phase, said, module
+        name = tr("Port {port}: {state}", port=title, state=said.word)
+        self.setAccessibleName(f"{name}, {module}" if module else name)
+        self.setAccessibleDescription(f"{said.what} {said.next_step}".strip())
+        self.update()
+
+    def sizeHint(self) -> QSize:
+        return QSize(300, 44)
+
+    def minimumSizeHint(self) -> QSize:
+        return QSize(120, 44)
+
+    def paintEvent(self, event: QPaintEvent) -> None:
+        super().paintEvent(event)  # frame, hover and focus by the style; the text is empty
+        theme = current()
+        painter = QPainter(self)
+        square = self._ICON_PX
+        left, right = Space.S, self.width() - Space.S
+        ink = theme.ink(phase_meaning(self._phase))
+        icon_rect = self.rect().adjusted(left, 0, 0, 0)
+        icon_rect.setSize(QSize(square, square))
+        icon_rect.moveTop((self.height() - square) // 2)
+        draw(painter, _PHASE_ICONS[self._phase], icon_rect, ink)
+        chevron = self.rect()
+        chevron.setSize(QSize(12, 12))
+        chevron.moveTo(right - 12, (self.height() - 12) // 2)
+        draw(painter, Icon.CHEVRON_DOWN, chevron, QColor(theme.muted))
+        text_left = left + square + Space.S
+        room = right - 12 - Space.S - text_left
+        half = self.height() // 2
+        is_fine = self._phase is Phase.ONLINE
+        lines = (
+            (self.headline, Size.BODY, True, QColor(theme.text), 3, Qt.AlignmentFlag.AlignBottom),
+            (self.word, Size.SMALL, False, QColor(theme.muted) if is_fine else ink, half, Qt.AlignmentFlag.AlignTop),
+        )
+        for text, size, is_bold, colour, top, vertical in lines:
+            one = font(size, is_bold=is_bold)
+            painter.setFont(one)
+            painter.setPen(colour)
+            fitting = QFontMetrics(one).elidedText(text, Qt.TextElideMode.ElideRight, room)
+            painter.drawText(text_left, top, room, half - 3, Qt.AlignmentFlag.AlignLeft | vertical, fitting)
+        painter.end()
+
+
+class TopBar(QFrame):
+    """Shows; decides nothing. `refresh` brings everything up to date, ages included."""
+
+    panel_wanted = Signal()
+
+    def __init__(
+        self,
+        connector: Connector,
+        texts: Texts,
+        lock: LockControl,
+        parent: QWidget | None = None,
+        *,
+        naming: ModuleName | None = None,
+        in_use: LimitsInUse | None = None,
+    ) -> None:
+        super().__init__(parent)
+        self.setObjectName("top_bar")
+        self.setProperty("role", "bar")
+        self._connector, self._naming = connector, naming
+        self._in_use = in_use or LimitsInUse()
+        self.port = PortButton(texts)
+        self.port.clicked.connect(self.panel_wanted)
+        self.activation = StateChip("")
+        self.activation.setObjectName("activation_chip")
+        self.trigger = StateChip("")
+        self.trigger.setObjectName("trigger_chip")
+        self.cell = StateChip("")
+        self.cell.setObjectName("cell_chip")
+        texts.bind(self.activation.set_caption, "Activation")
+        texts.bind(self.trigger.set_caption, "Trigger")
+        texts.bind(self.cell.set_caption, "Cell voltage and charge")
+        explained = ((self.activation, "activation"), (self.trigger, "triggered"), (self.cell, "cell_voltage"))
+        for chip, name in explained:
+            _explain(texts, chip, BY_NAME[name])
+        self.lock = self._make_lock(texts, lock)
+        row = QHBoxLayout(self)
+        row.setContentsMargins(Space.S, Space.XS, Space.M, Space.XS)
+        row.setSpacing(Space.S)
+        row.addWidget(self.port, 1)
+        row.addStretch(0)
+        for widget in (self.activation, self.trigger, self.cell):
+            row.addWidget(widget)
+        row.addSpacing(Space.S)
+        row.addWidget(self.lock)
+        self._reserve()
+        self.refresh()
+
+    def _reserve(self) -> None:
+        """Room for the widest word, so that nothing jumps when a state changes."""
+        self.activation.reserve((tr("LOCKED"), tr("ACTIVE")))
+        self.trigger.reserve((tr("NOT TRIGGERED"), tr("TRIGGERED")))
+        self.cell.reserve((tr("{volts:.2f} V", volts=4.0),))
+        self.activation.name_unknown(tr("Activation unknown"))
+        self.trigger.name_unknown(tr("Trigger unknown"))
+        self.cell.name_unknown(tr("Cell unknown"))
+
+    def changeEvent(self, event: QEvent) -> None:
+        super().changeEvent(event)
+        if event.type() == QEvent.Type.LanguageChange:
+            self._reserve()
+            self.refresh()
+
+    def _make_lock(self, texts: Texts, lock: LockControl) -> QPushButton:
+        button = named(QPushButton(), "lock_button")
+        button.setIconSize(QSize(16, 16))
+        button.setStyleSheet("#lock_button { min-height: 28px; min-width: 72px; }")
+        lock.bind(button)
+        _explain(texts, button, BY_NAME["activation"])
+        texts.bind(button.setText, "LOCK")
+        texts.bind(button.setAccessibleName, "LOCK: put the module into standby")
+        texts.bind(button.setToolTip, "Put the module into standby, at once (Ctrl+L)")
+        self._dress_lock(button, is_main=False)
+        return button
+
+    def refresh(self) -> None:
+        connector, now = self._connector, self._connector.clock()
+        state, device = connector.state, connector.device
+        said = words(state, now)
+        recorded = recording_word(connector)
+        if recorded:
+            said = LinkWords(recorded, tr("A recording is played. Nothing is sent to any module."), "", None)
+        phase = Phase.ASKING if recorded else state.phase  # never the green of a module that answers
+        self.port.show_link(port_title(state, connector.target), phase, said, module=self._module)
+        show_activation(self.activation, connector.activation, now)
+        show_known_trigger(self.trigger, device.known("triggered", now), now)
+        self._show_cell(device, now)
+        is_main = connector.is_open and connector.is_active
+        if is_main != (self.lock.property("role") == "primary"):
+            self._dress_lock(self.lock, is_main=is_main)
+
+    @property
+    def _module(self) -> str:
+        """The name of the module that is connected, as a technician gave it."""
+        is_module = self._connector.is_wanted and not self._connector.is_recording
+        return self._naming.name if self._naming is not None and is_module else ""
+
+    def _dress_lock(self, button: QPushButton, *, is_main: bool) -> None:
+        """The module can fire: then this is the button to find."""
+        button.setProperty("role", "primary" if is_main else "")
+        button.setIcon(icon(Icon.LOCK, is_on_primary=is_main))
+        button.style().unpolish(button)
+        button.style().polish(button)
+
+    def _show_cell(self, device: DeviceView, now: float) -> None:
+        voltage, charging = device.known("cell_voltage_v", now), device.known("charging", now)
+        if voltage is None:
+            self.cell.show_unknown()
+            return
+        volts = float(voltage.value)
+        if charging is not None and charging.value is True:
+            # What is measured then is the charger, so a level would be a guess.
+            word, picture = tr("{volts:.2f} V, charging", volts=volts), Icon.BOLT.value
+        elif charging is None:
+            word, picture = tr("{volts:.2f} V, charge unknown", volts=volts), battery(None)
+        else:
+            level = (volts - EMPTY_CELL_V) / (FULL_CELL_V - EMPTY_CELL_V)
+            word, picture = tr("{volts:.2f} V", volts=volts), battery(level)
+        age, outside = age_of(voltage, now), value_outside("cell_voltage_v", device, now, self._in_use)
+        if outside is None:
+            self.cell.show_state(word, picture, stale_age=age)
+        else:
+            word = tr("{value}, {fault}", value=word, fault=tr(outside.fault.value))
+            limit = tr("limit {value}", value=outside.limit)
+            meaning = Meaning.ATTENTION
+            self.cell.show_state(word, Icon.WARNING, meaning, stale_age=age, keeps_colour=True, detail=limit)
+
+
+def _explain(texts: Texts, widget: QWidget, command: Command) -> None:
+    """What's This: the vendor's term, and what the catalogue says of the command."""
+    texts.bind(partial(_say_what, widget, command.vendor_term), command.explanation)
+
+
+def _say_what(widget: QWidget, term: str, explanation: str) -> None:
+    widget.setWhatsThis(f"{term}: {explanation}")

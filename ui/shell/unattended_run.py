@@ -1,0 +1,62 @@
+"""What an unattended run of the window leaves behind: a picture of it and the values that it held."""
+
+import json
+from pathlib import Path
+
+from PySide6.QtWidgets import QWidget
+
+from app.engine.device import STATUS_KEYS
+from ui.core.connector import Connector
+
+PICTURE = "live.png"
+VALUES = "values.json"
+
+
+def has_seen_status(connector: Connector) -> bool:
+    """A module's status is known and nothing casts doubt on it."""
+    device, now = connector.device, connector.clock()
+    return all(device.fresh(key, now) is not None for key in STATUS_KEYS)
+
+
+def values_seen(connector: Connector) -> dict[str, object]:
+    """Everything that the device and the link held, for `VALUES`; unknown is absent."""
+    device, now, last = connector.device, connector.clock(), connector.last
+    values = {
+        key: {
+            "value": known.value,
+            "how": known.how.value,
+            "age_s": round(now - known.at, 3),
+            "doubt": None if known.doubt is None else known.doubt.value,
+        }
+        for key in sorted(device.values)
+        if (known := device.known(key, now)) is not None
+    }
+    seen: dict[str, object] = {
+        "port": connector.connection.port,
+        "baud_rate": connector.connection.baud_rate,
+        "presence": device.presence.value,
+        "is_streaming": device.is_streaming,
+        "stream_hz": round(device.stream_hz, 1),
+        "values": values,
+    }
+    link = None if last is None else last.link
+    if link is not None:
+        median_s = link.round_trip_median_s
+        seen["link"] = {
+            "frames": link.counters.frames,
+            "sent": link.counters.sent,
+            "rejected_bytes": link.counters.rejected,
+            "time_outs": link.counters.time_outs,
+            "round_trip_median_ms": None if median_s is None else round(median_s * 1000, 2),
+        }
+    return seen
+
+
+def leave_evidence(folder: Path, window: QWidget, connector: Connector) -> None:
+    """Write both files into `folder`, made where needed; raises OSError where that cannot be done."""
+    folder.mkdir(parents=True, exist_ok=True)
+    text = json.dumps(values_seen(connector), indent=2, ensure_ascii=False)
+    (folder / VALUES).write_text(text + "\n", encoding="utf-8")
+    picture = folder / PICTURE
+    if not window.grab().save(str(picture)):
+        raise OSError(f"{picture} could not be written")

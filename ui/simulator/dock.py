@@ -1,0 +1,60 @@
+"""The panel of the simulated module beside the page; made when it is first wanted."""
+
+import logging
+from typing import TYPE_CHECKING
+
+from PySide6.QtCore import Qt
+from PySide6.QtGui import QShowEvent
+from PySide6.QtWidgets import QDockWidget, QWidget
+
+from ui.core.connector import Connector
+from ui.core.texts import Texts
+
+if TYPE_CHECKING:
+    from ui.simulator.panel import SimulatorPanel
+
+_log = logging.getLogger(__name__)
+
+
+class SimulatorDock(QDockWidget):
+    """Drives the simulated module that is connected, and none while a real one is."""
+
+    def __init__(self, connector: Connector, texts: Texts, parent: QWidget | None = None) -> None:
+        super().__init__(parent)
+        self.setObjectName("simulator_dock")
+        self.setAllowedAreas(Qt.DockWidgetArea.LeftDockWidgetArea | Qt.DockWidgetArea.RightDockWidgetArea)
+        self._connector = connector
+        self._texts = texts
+        self._device: str | None = None
+        self._panel: SimulatorPanel | None = None
+        texts.bind(self.setWindowTitle, "Simulated module")
+        texts.bind(self.setAccessibleName, "Simulated module")
+        connector.changed.connect(self._follow)
+
+    def showEvent(self, event: QShowEvent) -> None:
+        super().showEvent(event)
+        if self._panel is None:
+            from ui.simulator.panel import SimulatorPanel
+
+            self._panel = SimulatorPanel(self._texts)
+            self.setWidget(self._panel)
+        self._follow()
+
+    def _follow(self) -> None:
+        """Show the module behind the port that is wanted; one that was unplugged stays in sight, to plug it in."""
+        panel = self._panel
+        if panel is None:
+            return
+        from app.port_urls.protocol_sim import open_bench
+        from app.simulator.options import OptionRefused
+
+        target = self._connector.target if self._connector.is_wanted else None
+        device = target.device if target is not None and target.is_simulated else None
+        if device == self._device:
+            return
+        self._device = device
+        try:
+            panel.use_bench(None if device is None else open_bench(device))
+        except OptionRefused as error:  # the port is refused for the same reason, and says so
+            _log.info("No simulated module at %s: %s", device, error)
+            panel.use_bench(None)

@@ -1,0 +1,34 @@
+"""Why the simulated module fails a check of rest, and the one click that sets it down: nobody can hold it by hand."""
+
+from collections.abc import Callable, Sequence
+from typing import Final
+
+from app.port_urls.protocol_sim import open_bench
+from app.simulator.options import OptionRefused
+from app.text.i18n import tr
+from ui.core.connector import Target
+from ui.style.theme import Meaning
+from ui.widgets.notice_bar import Choice, Notice
+
+_OF_REST: Final = frozenset(("tilt", "tilt_spread", "acceleration", "acceleration_spread"))
+
+
+def rest_notice(target: Target | None, against: Sequence[str], check_again: Callable[[], object]) -> Notice | None:
+    """None where it is no simulated module, where it lies at rest, or where nothing of that stands against GO."""
+    if target is None or not target.is_simulated or not _OF_REST.intersection(against):
+        return None
+    try:
+        bench = open_bench(target.device)
+    except OptionRefused:
+        return None
+    state = bench.state()
+    if not state.is_lifelike and not state.tilt_deg:
+        return None
+
+    def set_down() -> None:
+        bench.set_lifelike(is_lifelike=False)
+        bench.set_tilt(0)
+        check_again()
+
+    text = tr("The simulated module is not at rest: it wobbles, or lies tipped, as its panel (F4) says.")
+    return Notice(Meaning.INFORMATION, text, (Choice("set_down", tr("Set it down and check again"), set_down),))

@@ -1,0 +1,266 @@
+"""The panel "Simulated module": what a person would do to a real one on the bench."""
+
+from collections.abc import Callable
+
+from PySide6.QtCore import QEvent, Qt, QTimer
+from PySide6.QtGui import QHideEvent, QShowEvent
+from PySide6.QtWidgets import (
+    QCheckBox,
+    QFormLayout,
+    QFrame,
+    QGridLayout,
+    QHBoxLayout,
+    QLabel,
+    QPushButton,
+    QScrollArea,
+    QSpinBox,
+    QVBoxLayout,
+    QWidget,
+)
+
+from app.simulator.bench import BenchState, SimulatedBench
+from app.text.i18n import tr
+from protocol.translatable import marked
+from ui.core.texts import Texts
+from ui.simulator.options import SimulatorOptions
+from ui.style.theme import Space
+from ui.widgets.naming import named
+from ui.widgets.sliders import NUMBER_PX, Dial, WheelGuard, describe, label_for
+
+REFRESH_MS = 200
+USUAL_HEIGHT_M = 20
+HIGHEST_M = 100
+
+
+class SimulatorPanel(QWidget):
+    """Contents of a dock. Drives the bench that `use_bench` names, and follows what happens to it by itself.
+
+    Activating is not here: that goes through the protocol, as with a real module.
+    """
+
+    def __init__(self, texts: Texts, bench: SimulatedBench | None = None, parent: QWidget | None = None) -> None:
+        super().__init__(parent)
+        self._is_made = False
+        self.setObjectName("simulator_panel")
+        self._texts = texts
+        self._guard = WheelGuard(self)
+        self._bench: SimulatedBench | None = None
+        self.summary = self._make_summary()
+        self.tilt = Dial("simulator_tilt", minimum=0, maximum=180, step=1, unit="°", guard=self._guard)
+        self.fall_height = named(QSpinBox(), "simulator_height")
+        self.drop = named(QPushButton(), "simulator_drop")
+        self.bay = named(QCheckBox(), "simulator_bay")
+        self.cell = Dial("simulator_cell", minimum=3.0, maximum=4.3, step=0.02, unit=" V", guard=self._guard)
+        self.charger = named(QCheckBox(), "simulator_charger")
+        self.lifelike = named(QCheckBox(), "simulator_lifelike")
+        self.restart = named(QPushButton(), "simulator_restart")
+        self.press = named(QPushButton(), "simulator_press")
+        self.plug = named(QPushButton(), "simulator_plug")
+        self.options = SimulatorOptions(texts, self._guard)
+        self._connect()
+        self._name()
+        self._lay_out()
+        self._timer = QTimer(self)
+        self._timer.setInterval(REFRESH_MS)
+        self._timer.timeout.connect(self.refresh)
+        self._is_made = True
+        self.use_bench(bench)
+
+    def use_bench(self, bench: SimulatedBench | None) -> None:
+        """The module to drive; None greys the panel."""
+        self._bench = bench
+        self.options.use_bench(bench)
+        self._body.setEnabled(bench is not None)
+        self.refresh()
+
+    def refresh(self) -> None:
+        """Show the bench as it is now."""
+        if self._bench is None:
+            self.summary.setText(tr("No simulated module is connected."))
+            return
+        state = self._bench.state()
+        self.summary.setText(_summary(state))
+        self.tilt.show_value(abs(state.tilt_deg))
+        self.cell.show_value(state.cell_v)
+        self.bay.setChecked(state.bay_is_open)
+        self.charger.setChecked(state.has_external_power)
+        self.lifelike.setChecked(state.is_lifelike)
+        self.drop.setEnabled(not state.is_falling)
+        self.press.setEnabled(not state.is_on)
+        self._name_plug(is_plugged_in=state.is_plugged_in)
+        self.options.show_values(state.values, rate_hz=state.rate_hz)
+
+    def showEvent(self, event: QShowEvent) -> None:
+        super().showEvent(event)
+        self._fit_width()
+        self.refresh()
+        self._timer.start()
+
+    def hideEvent(self, event: QHideEvent) -> None:
+        super().hideEvent(event)
+        self._timer.stop()
+
+    def changeEvent(self, event: QEvent) -> None:
+        super().changeEvent(event)
+        if self._is_made and event.type() in (
+            QEvent.Type.LanguageChange,
+            QEvent.Type.StyleChange,
+            QEvent.Type.FontChange,
+        ):
+            self._fit_width()
+            self.refresh()
+
+    # Making
+
+    def _make_summary(self) -> QLabel:
+        label = named(QLabel(), "simulator_summary")
+        label.setProperty("role", "muted")
+        label.setWordWrap(True)
+        self._texts.bind(label.setAccessibleDescription, "State of the simulated module")
+        return label
+
+    def _connect(self) -> None:
+        self.fall_height.setRange(1, HIGHEST_M)
+        self.fall_height.setValue(USUAL_HEIGHT_M)
+        self.fall_height.setSuffix(" m")
+        self.fall_height.setAlignment(Qt.AlignmentFlag.AlignRight)
+        self.fall_height.setFixedWidth(NUMBER_PX)
+        self._guard.guard(self.fall_height)
+        self.fall_height.valueChanged.connect(self._name_drop)
+        self.tilt.turned.connect(lambda tilt_deg: self._act(lambda bench: bench.set_tilt(tilt_deg)))
+        self.cell.turned.connect(lambda cell_v: self._act(lambda bench: bench.set_cell(cell_v)))
+        self.drop.clicked.connect(lambda: self._act(lambda bench: bench.drop(self.fall_height.value())))
+        self.bay.clicked.connect(lambda on: self._act(lambda bench: bench.set_bay(is_open=on)))
+        self.charger.clicked.connect(lambda on: self._act(lambda bench: bench.set_charger(is_plugged_in=on)))
+        self.lifelike.clicked.connect(lambda on: self._act(lambda bench: bench.set_lifelike(is_lifelike=on)))
+        self.restart.clicked.connect(lambda: self._act(SimulatedBench.restart))
+        self.press.clicked.connect(lambda: self._act(SimulatedBench.press_switch))
+        self.plug.clicked.connect(lambda: self._act(_toggle_plug))
+        self.options.unfolded.connect(self.refresh)
+
+    def _name(self) -> None:
+        texts = self._texts
+        self.tilt.describe(
+            texts, marked("Tilt"), marked("Angle of the aircraft against the horizontal plane. Active, it fires.")
+        )
+        self.cell.describe(
+            texts, marked("Cell voltage"), marked("Voltage of the module's cell. It drains slowly by itself.")
+        )
+        describe(
+            texts,
+            self.fall_height,
+            marked("Height of the fall"),
+            marked("From 13 m on a fall lasts longer than 1.60 s."),
+        )
+        for box, title, explanation in (
+            (
+                self.bay,
+                marked("Parachute bay open"),
+                marked("Open, the light sensor reads about 2.5 V; closed, about 0.3 V."),
+            ),
+            (
+                self.charger,
+                marked("External power"),
+                marked("Charges the cell, and wakes a module that was shut down."),
+            ),
+            (self.lifelike, marked("Wobbles a little"), marked("Moves by a few degrees, as in the wind.")),
+        ):
+            texts.bind(box.setText, title)
+            describe(texts, box, title, explanation)
+        for button, title, explanation in (
+            (self.restart, marked("Restart"), marked("Off and on again: one more boot, two heartbeats, locked.")),
+            (self.press, marked("Press its switch"), marked("Switches the module on after it was shut down.")),
+        ):
+            texts.bind(button.setText, title)
+            describe(texts, button, title, explanation)
+        self._name_drop(self.fall_height.value())
+        self._name_plug(is_plugged_in=True)
+
+    def _name_drop(self, height_m: int) -> None:
+        self._texts.bind(self.drop.setText, "Drop {height} m", height=height_m)
+        self._texts.bind(self.drop.setAccessibleName, "Drop {height} m", height=height_m)
+        self._texts.bind(self.drop.setToolTip, "Let it fall from this height. Active, it fires by free fall.")
+
+    def _name_plug(self, *, is_plugged_in: bool) -> None:
+        if self.plug.property("is_plugged_in") is is_plugged_in:
+            return
+        self.plug.setProperty("is_plugged_in", is_plugged_in)
+        if is_plugged_in:
+            self._texts.bind(self.plug.setText, "Unplug")
+            describe(self._texts, self.plug, marked("Unplug"), marked("Pull the serial adapter out."))
+        else:
+            self._texts.bind(self.plug.setText, "Plug in")
+            describe(self._texts, self.plug, marked("Plug in"), marked("Put the serial adapter back."))
+
+    def _lay_out(self) -> None:
+        form = QFormLayout()
+        form.setHorizontalSpacing(Space.M)
+        form.setVerticalSpacing(Space.S)
+        form.setFieldGrowthPolicy(QFormLayout.FieldGrowthPolicy.AllNonFixedFieldsGrow)
+        form.addRow(label_for(self._texts, self.tilt, marked("Tilt")), self.tilt)
+        form.addRow(label_for(self._texts, self.cell, marked("Cell")), self.cell)
+        fall = QHBoxLayout()
+        fall.setSpacing(Space.S)
+        fall.addWidget(self.drop, 1)
+        fall.addWidget(self.fall_height)
+        form.addRow(label_for(self._texts, self.fall_height, marked("Fall")), fall)
+        for box in (self.bay, self.charger, self.lifelike):
+            form.addRow(box)
+        buttons = QGridLayout()
+        buttons.setSpacing(Space.S)
+        buttons.addWidget(self.restart, 0, 0)
+        buttons.addWidget(self.plug, 0, 1)
+        buttons.addWidget(self.press, 1, 0, 1, 2)
+        self._body = named(QWidget(), "simulator_body")
+        body = QVBoxLayout(self._body)
+        body.setContentsMargins(Space.M, Space.M, Space.M, Space.M)
+        body.setSpacing(Space.M)
+        body.addWidget(self.summary)
+        body.addLayout(form)
+        body.addLayout(buttons)
+        body.addWidget(self.options)
+        body.addStretch(1)
+        self._area = named(QScrollArea(), "simulator_scroll")
+        self._texts.bind(self._area.setAccessibleName, "Simulated module")
+        self._area.setWidgetResizable(True)
+        self._area.setFrameShape(QFrame.Shape.NoFrame)
+        self._area.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
+        self._area.setWidget(self._body)
+        layout = QVBoxLayout(self)
+        layout.setContentsMargins(0, 0, 0, 0)
+        layout.addWidget(self._area)
+
+    def _fit_width(self) -> None:
+        """As wide as the widest row, also of the fold, so that opening it moves nothing and cuts nothing off."""
+        inner = max(self._body.minimumSizeHint().width(), self.options.widest_px + 2 * Space.M)
+        self._area.setMinimumWidth(inner + self._area.verticalScrollBar().sizeHint().width())
+
+    # Acting
+
+    def _act(self, act: Callable[[SimulatedBench], None]) -> None:
+        if self._bench is not None:
+            act(self._bench)
+            self.refresh()
+
+
+def _toggle_plug(bench: SimulatedBench) -> None:
+    if bench.is_plugged_in:
+        bench.unplug()
+    else:
+        bench.plug()
+
+
+def _summary(state: BenchState) -> str:
+    """One line about what cannot be seen from the controls."""
+    if not state.is_plugged_in:
+        return tr("Unplugged")
+    if not state.is_on:
+        return tr("Shut down. It comes back by its switch or by external power.")
+    parts = [
+        tr("active") if state.is_active else tr("locked"),
+        tr("triggered") if state.is_triggered else tr("not triggered"),
+        tr("boot {count}", count=state.boot_count),
+        tr("records: {count}", count=state.record_count),
+        tr("{rate} baud", rate=state.baud_rate),
+    ]
+    return " · ".join(parts)

@@ -1,0 +1,48 @@
+"""What the painted widgets have in common."""
+
+from enum import Enum
+
+from PySide6.QtCore import QEvent
+from PySide6.QtGui import QAccessible, QAccessibleEvent, QColor, QPainter
+from PySide6.QtWidgets import QWidget
+
+from ui.style.theme import Meaning, current
+
+_EDGE_PX = 4
+
+
+class Freshness(Enum):
+    """How a value is known."""
+
+    FRESH = "fresh"
+    STALE = "stale"
+    UNKNOWN = "unknown"
+
+
+class Painted(QWidget):
+    """A widget that paints itself: it measures and paints anew after a change of font, theme or language."""
+
+    def changeEvent(self, event: QEvent) -> None:
+        if event.type() in (QEvent.Type.FontChange, QEvent.Type.PaletteChange, QEvent.Type.LanguageChange):
+            self.updateGeometry()
+            self.update()
+        super().changeEvent(event)
+
+    def announce(self, name: str) -> None:
+        """Give the widget its name, tell screen readers if that is a new one, and paint again."""
+        if name != self.accessibleName():
+            self.setAccessibleName(name)
+            QAccessible.updateAccessibility(QAccessibleEvent(self, QAccessible.Event.NameChanged))
+        self.update()
+
+
+def paint_banner(widget: QWidget, meaning: Meaning) -> None:
+    """The ground of a bar that tells something, from its `paintEvent`: washed, with a strong edge at its left."""
+    theme = current()
+    tint = theme.tint(meaning)
+    painter = QPainter(widget)
+    painter.fillRect(widget.rect(), QColor(tint.wash))
+    painter.fillRect(0, 0, _EDGE_PX, widget.height(), QColor(tint.ink))
+    bottom = widget.height() - theme.border_px
+    painter.fillRect(0, bottom, widget.width(), theme.border_px, QColor(theme.divider))
+    painter.end()

@@ -1,0 +1,61 @@
+"""A plain window to read in, beside the program's: it holds nothing up, and Esc closes it."""
+
+from PySide6.QtCore import QSize, Qt, QUrl
+from PySide6.QtGui import QTextBlockFormat, QTextCursor
+from PySide6.QtWidgets import QDialog, QDialogButtonBox, QTextBrowser, QVBoxLayout, QWidget
+
+from ui.core.texts import Texts
+from ui.style.theme import Space
+from ui.widgets.naming import named
+
+_SIZE = QSize(760, 520)
+
+
+class ReadingWindow(QDialog):
+    """`title` is English, marked. Made once and shown again: it keeps its place in the text."""
+
+    def __init__(self, name: str, title: str, texts: Texts, parent: QWidget) -> None:
+        super().__init__(parent)
+        self.setObjectName(name)
+        self.setModal(False)
+        self.resize(_SIZE)
+        self.text = named(QTextBrowser(), f"{name}_text")
+        self.text.setOpenExternalLinks(False)
+        self.buttons = named(QDialogButtonBox(QDialogButtonBox.StandardButton.Close), f"{name}_buttons")
+        self.buttons.rejected.connect(self.reject)
+        texts.bind(self.setWindowTitle, title)
+        texts.bind(self.setAccessibleName, title)
+        texts.bind(self.text.setAccessibleName, title)
+        close = named(self.buttons.button(QDialogButtonBox.StandardButton.Close), f"{name}_close")
+        texts.bind(close.setText, "Close")
+        texts.bind(close.setAccessibleName, "Close")
+        texts.bind(close.setToolTip, "Close (Esc)")
+        column = QVBoxLayout(self)
+        column.setContentsMargins(Space.M, Space.M, Space.M, Space.M)
+        column.setSpacing(Space.S)
+        column.addWidget(self.text, 1)
+        column.addWidget(self.buttons)
+
+    def show_markdown(self, text: str, base: QUrl | None = None) -> None:
+        """`base`: the folder, with a slash at its end, in which pictures and other pages are found."""
+        document = self.text.document()
+        if base is not None:
+            document.setBaseUrl(base)
+        document.setMarkdown(text)
+        document.setDocumentMargin(Space.M)
+        cursor, block = QTextCursor(document), document.begin()
+        while block.isValid():
+            cursor.setPosition(block.position())
+            if cursor.currentTable() is None:
+                room = QTextBlockFormat()
+                room.setTopMargin(Space.L if block.blockFormat().headingLevel() > 1 else 0)
+                room.setBottomMargin(Space.XS if block.textList() is not None else Space.S)
+                cursor.mergeBlockFormat(room)
+            block = block.next()
+
+    def bring_up(self) -> None:
+        """Show it, in front."""
+        self.show()
+        self.setWindowState(self.windowState() & ~Qt.WindowState.WindowMinimized)
+        self.raise_()
+        self.activateWindow()

@@ -1,0 +1,335 @@
+"""One measured value as a big number, and one state as icon, word and colour.
+
+Both are painted, so that nothing moves when a digit is added, and both are plain data in: the page decides what
+is fresh, stale or unknown.
+"""
+
+from collections.abc import Iterable
+from typing import Final
+
+from PySide6.QtCore import QPointF, QRectF, QSize, Qt
+from PySide6.QtGui import QColor, QFontMetricsF, QPainter, QPainterPath, QPaintEvent
+from PySide6.QtWidgets import QSizePolicy
+
+from app.text.i18n import tr
+from ui.style import icons
+from ui.style.icons import Icon
+from ui.style.painted_widget import Freshness, Painted
+from ui.style.shapes import hatch, pen, unknown_box
+from ui.style.theme import Meaning, Size, Space, current, font
+
+_LEFT: Final = Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter
+_RIGHT: Final = Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter
+
+
+class Readout(Painted):
+    """Caption, number, smaller unit and, where there is one, the limit.
+
+    ``template`` is the widest number expected, such as "000.0"; its width stays reserved.  ``size`` is that of
+    the number.  It starts as unknown.
+    """
+
+    def __init__(
+        self, caption: str, *, unit: str = "", template: str = "000", size: Size = Size.NUMBER, limit: str = ""
+    ) -> None:
+        super().__init__()
+        self._caption, self._unit, self._template, self._size, self._limit = caption, unit, template, size, limit
+        self._text = ""
+        self._note = ""
+        self._meaning: Meaning | None = None
+        self._freshness = Freshness.UNKNOWN
+        self.setSizePolicy(QSizePolicy.Policy.Preferred, QSizePolicy.Policy.Fixed)
+        self._changed()
+
+    @property
+    def freshness(self) -> Freshness:
+        """How the value shown is known."""
+        return self._freshness
+
+    @property
+    def meaning(self) -> Meaning | None:
+        """What colours it, None for a plain value."""
+        return self._meaning
+
+    def set_caption(self, caption: str) -> None:
+        """Name the value, in the language in use."""
+        self._caption = caption
+        self.updateGeometry()
+        self._changed()
+
+    def set_limit(self, limit: str) -> None:
+        """The limit with its unit, such as "1.8 V", shown after a slash; empty for none."""
+        if limit != self._limit:
+            self._limit = limit
+            self.updateGeometry()
+            self._changed()
+
+    def show_value(self, text: str, *, meaning: Meaning | None = None, note: str = "") -> None:
+        """A fresh value; a meaning colours it and adds its icon, and the note says in words what is the matter."""
+        self._show(Freshness.FRESH, text, note, meaning)
+
+    def show_stale(self, text: str, age: str) -> None:
+        """The last value and how old it is, in words such as "12 s ago"."""
+        self._show(Freshness.STALE, text, age, None)
+
+    def show_unknown(self, reason: str = "") -> None:
+        """No value: hatched, with the word, and why in a word or two."""
+        self._show(Freshness.UNKNOWN, "", reason, None)
+
+    def _show(self, freshness: Freshness, text: str, note: str, meaning: Meaning | None) -> None:
+        if (freshness, text, note, meaning) != (self._freshness, self._text, self._note, self._meaning):
+            self._freshness, self._text, self._note, self._meaning = freshness, text, note, meaning
+            self._changed()
+
+    def _changed(self) -> None:
+        gap = "" if self._unit == "°" else " "
+        value = tr("unknown") if self._freshness is Freshness.UNKNOWN else f"{self._text}{gap}{self._unit}"
+        name = f"{self._caption}: {value}"
+        if self._limit:
+            name += f", {tr('limit {value}', value=self._limit)}"
+        self.announce(f"{name}, {self._note}" if self._note else name)
+
+    def _widths(self) -> tuple[float, float, float]:
+        """Of the number, the gap behind it and the unit."""
+        unit_size = Size.BODY if self._size < Size.HERO else Size.TITLE
+        number = QFontMetricsF(font(self._size, is_bold=True)).horizontalAdvance(self._template)
+        unit = QFontMetricsF(font(self._size if self._unit == "°" else unit_size)).horizontalAdvance(self._unit)
+        return (number, 0.0 if self._unit == "°" else float(Space.XS), unit)
+
+    def _unit_font_size(self) -> Size:
+        if self._unit == "°":
+            return self._size
+        return Size.BODY if self._size < Size.HERO else Size.TITLE
+
+    def sizeHint(self) -> QSize:
+        small, body = QFontMetricsF(font(Size.SMALL)), QFontMetricsF(font(Size.BODY))
+        width = sum(self._widths())
+        if self._limit:
+            width += Space.S + body.horizontalAdvance(f"/ {self._limit}")
+        # Room for an age beside the caption, so that none has to be cut when it appears.
+        width = max(width, small.horizontalAdvance(f"{self._caption}    000 min"))
+        number = QFontMetricsF(font(self._size, is_bold=True))
+        return QSize(round(width) + 2, round(small.height() + Space.XS / 2 + number.height()))
+
+    def minimumSizeHint(self) -> QSize:
+        return self.sizeHint()
+
+    def paintEvent(self, _event: QPaintEvent) -> None:
+        theme = current()
+        painter = QPainter(self)
+        painter.setRenderHint(QPainter.RenderHint.Antialiasing)
+        small = font(Size.SMALL)
+        metrics = QFontMetricsF(small)
+        head = QRectF(0, 0, self.width(), metrics.height())
+        painter.setFont(small)
+        painter.setPen(QColor(theme.muted))
+        painter.drawText(head, _LEFT, self._caption)
+        if self._note:
+            left = metrics.horizontalAdvance(self._caption) + Space.S
+            if self._meaning is not None:
+                side = Size.SMALL
+                square = QRectF(left, (head.height() - side) / 2, side, side)
+                icons.draw(painter, icons.MEANING_ICONS[self._meaning], square, theme.ink(self._meaning))
+                left += side + Space.XS
+            room = QRectF(left, 0, max(0.0, self.width() - left), head.height())
+            painter.setPen(theme.ink(self._meaning) if self._meaning else QColor(theme.muted))
+            painter.drawText(room, _LEFT, metrics.elidedText(self._note, Qt.TextElideMode.ElideRight, room.width()))
+        body = QRectF(0, head.bottom() + Space.XS / 2, self.width(), self.height() - head.bottom() - Space.XS / 2)
+        if self._freshness is Freshness.UNKNOWN:
+            number, gap, unit = self._widths()
+            unknown_font = font(Size.SMALL, is_bold=True)
+            least = QFontMetricsF(unknown_font).horizontalAdvance(tr("unknown")) + 32
+            box = QRectF(0, body.top() + 2, min(self.width(), max(number + gap + unit, least)), body.height() - 4)
+            unknown_box(painter, theme, box, tr("unknown"), unknown_font)
+        else:
+            self._paint_number(painter, body)
+        painter.end()
+
+    def _paint_number(self, painter: QPainter, body: QRectF) -> None:
+        theme = current()
+        number_font = font(self._size, is_bold=True)
+        metrics = QFontMetricsF(number_font)
+        number, gap, unit = self._widths()
+        number = max(number, metrics.horizontalAdvance(self._text))
+        base = body.top() + (body.height() - metrics.height()) / 2 + metrics.ascent()
+        is_stale = self._freshness is Freshness.STALE
+        colour = QColor(theme.muted) if is_stale else theme.ink(self._meaning)
+        painter.setFont(number_font)
+        painter.setPen(colour)
+        painter.drawText(QPointF(number - metrics.horizontalAdvance(self._text), base), self._text)
+        painter.setFont(font(self._unit_font_size()))
+        painter.setPen(QColor(theme.muted))
+        painter.drawText(QPointF(number + gap, base), self._unit)
+        right = number + gap + unit
+        if is_stale:
+            # Dimmed alone would be colour alone: a stale number is struck under with dashes too.
+            painter.setPen(pen(theme.muted, theme.border_px, is_dashed=True))
+            line = min(base + 4, self.height() - 1.0)
+            painter.drawLine(QPointF(number - metrics.horizontalAdvance(self._text), line), QPointF(right, line))
+        if self._limit:
+            painter.setFont(font(Size.BODY))
+            painter.setPen(QColor(theme.muted))
+            painter.drawText(QPointF(right + Space.S, base), f"/ {self._limit}")
+
+
+class StateChip(Painted):
+    """One state as icon, word and colour.
+
+    What is good or neutral stays quiet; attention and danger are filled; unknown is hatched and dashed; a stale
+    state is dashed and carries its age.  It starts as unknown.
+    """
+
+    def __init__(self, caption: str, *, size: Size = Size.BODY) -> None:
+        super().__init__()
+        self._caption, self._size = caption, size
+        self._icon: Icon | str = Icon.UNKNOWN
+        self._word = tr("unknown")
+        self._meaning: Meaning | None = Meaning.UNKNOWN
+        self._age = ""
+        self._keeps_colour = False
+        self._certain_age = ""
+        self._unknown = ""
+        self._detail = ""
+        self._reserved: tuple[str, ...] = ()
+        self.setSizePolicy(QSizePolicy.Policy.Fixed, QSizePolicy.Policy.Fixed)
+        self._changed()
+
+    @property
+    def word(self) -> str:
+        """The word shown."""
+        return self._word
+
+    @property
+    def meaning(self) -> Meaning | None:
+        """The meaning shown, None for a plain fact."""
+        return self._meaning
+
+    def set_caption(self, caption: str) -> None:
+        """What the state is of, for screen readers and the tooltip."""
+        self._caption = caption
+        self._changed()
+
+    def name_unknown(self, text: str) -> None:
+        """What to say in place of "unknown" where no caption stands beside the chip: "Trigger unknown"."""
+        self._unknown = text
+        self.updateGeometry()
+        self.update()
+
+    def reserve(self, words: Iterable[str]) -> None:
+        """Keep room for the widest of these words, so that nothing beside the chip moves."""
+        self._reserved = tuple(words)
+        self.updateGeometry()
+
+    def show_state(
+        self,
+        word: str,
+        icon: Icon | str,
+        meaning: Meaning | None = None,
+        *,
+        stale_age: str = "",
+        keeps_colour: bool = False,
+        detail: str = "",
+    ) -> None:
+        """Show a state; ``icon`` may be a fragment such as ``icons.battery`` makes.
+
+        ``stale_age`` marks what may no longer be so, and says how old it is; with ``keeps_colour`` it stays as loud as
+        its meaning, hatched.  ``detail`` is said by the tooltip and to screen readers only.
+        """
+        new = (word, icon, meaning, stale_age, keeps_colour and bool(stale_age), detail)
+        if new != (self._word, self._icon, self._meaning, self._age, self._keeps_colour, self._detail):
+            self._word, self._icon, self._meaning, self._age, self._keeps_colour, self._detail = new
+            self.updateGeometry()
+            self._changed()
+
+    def set_age(self, age: str) -> None:
+        """How old a state is that still holds, behind the word. Not in the accessible name: an age would be read aloud
+        every second."""
+        if age != self._certain_age:
+            self._certain_age = age
+            self.setAccessibleDescription(age)
+            self.updateGeometry()
+            self.update()
+
+    def show_unknown(self) -> None:
+        """Nobody knows."""
+        self.show_state(tr("unknown"), Icon.UNKNOWN, Meaning.UNKNOWN)
+
+    def _changed(self) -> None:
+        name = f"{self._caption}: {self._word}"
+        self.announce(", ".join(filter(None, (name, self._detail, self._age))))
+        self.setToolTip(self.accessibleName())
+
+    @property
+    def _is_filled(self) -> bool:
+        return self._meaning in (Meaning.ATTENTION, Meaning.DANGER) and not self._age
+
+    @property
+    def _text(self) -> str:
+        if self._meaning is Meaning.UNKNOWN and self._unknown:
+            return self._unknown
+        if self._certain_age and not self._age:
+            return f"{self._word} {self._certain_age}"
+        return f"{self._word} · {self._age}" if self._age else self._word
+
+    def _icon_px(self) -> int:
+        return self._size + 4
+
+    def sizeHint(self) -> QSize:
+        metrics = QFontMetricsF(font(self._size, is_bold=True))
+        word = max(metrics.horizontalAdvance(one) for one in (self._text, *self._reserved))
+        width = Space.S + self._icon_px() + Space.XS + 2 + word + Space.M
+        return QSize(round(width) + 1, max(30, round(metrics.height()) + Space.S))
+
+    def minimumSizeHint(self) -> QSize:
+        return self.sizeHint()
+
+    def paintEvent(self, _event: QPaintEvent) -> None:
+        theme = current()
+        painter = QPainter(self)
+        painter.setRenderHint(QPainter.RenderHint.Antialiasing)
+        edge = theme.border_px
+        outline = QPainterPath()
+        outline.addRoundedRect(QRectF(self.rect()).adjusted(edge / 2, edge / 2, -edge / 2, -edge / 2), 6, 6)
+        tint = theme.tint(self._meaning) if self._meaning else None
+        ink = theme.ink(self._meaning)
+        is_unknown = self._meaning is Meaning.UNKNOWN
+        if tint and self._is_filled:
+            painter.fillPath(outline, QColor(tint.fill))
+            painter.setPen(pen(tint.ink, edge))
+            ink = QColor(tint.on_fill)
+        else:
+            painter.fillPath(outline, QColor(theme.surface))
+            if is_unknown:
+                hatch(painter, outline, theme.divider if edge == 1 else theme.muted)
+            if tint and self._keeps_colour:
+                hatch(painter, outline, tint.ink)
+            is_dashed = is_unknown or bool(self._age)
+            line = theme.border if is_dashed else theme.divider
+            painter.setPen(pen(tint.ink if tint and self._keeps_colour else line, edge, is_dashed=is_dashed))
+        painter.drawPath(outline)
+        self._paint_word(painter, ink)
+        painter.end()
+
+    def _paint_word(self, painter: QPainter, ink: QColor) -> None:
+        theme = current()
+        side = self._icon_px()
+        square = QRectF(Space.S, (self.height() - side) / 2, side, side)
+        # The word of a quiet state is plain text: its icon alone carries the colour.
+        is_quiet = not self._is_filled and self._meaning is not Meaning.UNKNOWN
+        is_dim = bool(self._age) and not self._keeps_colour
+        text = QColor(theme.muted) if is_dim else (QColor(theme.text) if is_quiet else ink)
+        left = square.right() + Space.XS + 2
+        room = QRectF(left, 0, self.width() - left - Space.S, self.height())
+        one = font(self._size, is_bold=True)
+        if self._meaning is Meaning.UNKNOWN or self._keeps_colour:
+            # The hatching stops around the word.
+            word = QFontMetricsF(one).horizontalAdvance(self._text)
+            ground = QRectF(square.left() - 3, 4, square.width() + word + Space.XS + 10, self.height() - 8.0)
+            painter.setPen(Qt.PenStyle.NoPen)
+            painter.setBrush(QColor(theme.surface))
+            painter.drawRoundedRect(ground, 4, 4)
+            text = QColor(theme.text)
+        icons.draw(painter, self._icon, square, QColor(theme.muted) if is_dim else ink)
+        painter.setFont(one)
+        painter.setPen(text)
+        painter.drawText(room, _LEFT, self._text)

@@ -1,0 +1,170 @@
+"""The strip that stands across the window while a capture is played: that it is one, how far it is, and how to stop."""
+
+from pathlib import Path
+
+from PySide6.QtCore import QEvent, QSize, Qt
+from PySide6.QtGui import QPaintEvent
+from PySide6.QtWidgets import QComboBox, QHBoxLayout, QLabel, QProgressBar, QPushButton, QSizePolicy, QWidget
+
+from app.captures.player import UrlRefused, parse_url, playing, url_of
+from app.text.durations import stopwatch
+from app.text.i18n import tr
+from protocol.catalogue import DEFAULT_BAUD_RATE
+from protocol.translatable import marked
+from ui.core.connector import Connector, Target
+from ui.core.texts import Texts
+from ui.style.icons import Icon, icon, pixmap
+from ui.style.painted_widget import paint_banner
+from ui.style.theme import Meaning, Space, current
+from ui.widgets.naming import named
+from ui.widgets.sliders import WheelGuard
+
+_TITLE, _RECORDING_TITLE = marked("DPS-S Configurator"), marked("RECORDING – DPS-S Configurator")
+SPEEDS = (0.25, 1.0, 2.0, 5.0, 20.0)
+
+
+def recording_target(path: Path, speed: float = 1.0) -> Target:
+    """What to connect to, to play this file."""
+    return Target(url_of(path.absolute().as_posix(), speed=speed), DEFAULT_BAUD_RATE, title=path.name)
+
+
+def recording_name(device: str) -> str:
+    """The name of the file that a `capture://` port plays."""
+    try:
+        return Path(parse_url(device).path).name
+    except UrlRefused:
+        return device
+
+
+def recording_word(connector: Connector) -> str:
+    """How far the recording is, for the top bar; "" while none is played."""
+    player = playing(connector.target.device) if connector.is_recording and connector.target is not None else None
+    if player is None:
+        return ""
+    now = connector.clock()
+    if player.is_over(now):
+        return tr("The recording has ended")
+    position, length = stopwatch(player.position_s(now)), stopwatch(player.duration_s)
+    return tr("{position} of {length}", position=position, length=length)
+
+
+class RecordingBar(QWidget):
+    """Not there while a real or a simulated module is connected."""
+
+    def __init__(self, connector: Connector, texts: Texts, parent: QWidget | None = None) -> None:
+        super().__init__(parent)
+        self.setObjectName("recording_bar")
+        self._connector, self._texts = connector, texts
+        self._picture = named(QLabel(), "recording_icon")
+        self.label = named(QLabel(), "recording_label")
+        self.label.setTextFormat(Qt.TextFormat.PlainText)
+        self.label.setProperty("role", "strong")
+        self.label.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Preferred)
+        self._note = named(QLabel(), "recording_note")
+        self.place = named(QProgressBar(), "recording_place")
+        self.place.setTextVisible(False)
+        self.place.setFixedWidth(88)
+        self.place.setRange(0, 1000)
+        self.speed = self._make_speed()
+        self.again = self._button("recording_again", Icon.AGAIN)
+        self.stop = self._button("recording_stop", Icon.CROSS)
+        texts.bind(self._note.setText, "Nothing is sent to any module.")
+        texts.bind(self._note.setAccessibleName, "Nothing is sent to any module.")
+        texts.bind(self.place.setAccessibleName, "Place in the recording")
+        texts.bind(self.place.setToolTip, "Place in the recording")
+        texts.bind(self.again.setAccessibleName, "Play the recording from the start")
+        texts.bind(self.again.setToolTip, "Play the recording from the start")
+        texts.bind(self.stop.setText, "Stop playing")
+        texts.bind(self.stop.setAccessibleName, "Stop playing the recording")
+        texts.bind(self.stop.setToolTip, "Stop playing; a module can be connected then")
+        self.again.clicked.connect(self._play)
+        self.stop.clicked.connect(connector.disconnect_port)
+        row = QHBoxLayout(self)
+        row.setContentsMargins(Space.M, Space.XS, Space.M, Space.XS)
+        row.setSpacing(Space.S)
+        row.addWidget(self._picture)
+        row.addWidget(self.label, 1)
+        row.addWidget(self._note)
+        for widget in (self.place, self.speed, self.again, self.stop):
+            row.addWidget(widget)
+        self.hide()
+
+    def refresh(self) -> None:
+        """Whether a capture is played, and how far it is."""
+        connector, target = self._connector, self._connector.target
+        is_played = connector.is_recording
+        if is_played == self.isHidden():
+            self.setVisible(is_played)
+            self._dress()
+        if not is_played or target is None:
+            return
+        player, now = playing(target.device), connector.clock()
+        name = recording_name(target.device)
+        text = tr("RECORDING: {name}", name=name)
+        if player is not None:
+            self.place.setValue(round(1000 * player.position_s(now) / max(0.001, player.duration_s)))
+            if player.is_over(now):
+                text = tr("RECORDING: {name}, it has ended", name=name)
+        self.label.setText(self.label.fontMetrics().elidedText(text, Qt.TextElideMode.ElideMiddle, self.label.width()))
+        if text != self.accessibleName():
+            self.label.setToolTip(parse_url(target.device).path)
+            self.setAccessibleName(text)
+            self.label.setAccessibleName(text)
+
+    def choose_speed(self, target: Target) -> None:
+        """Show the speed at which `target` is played."""
+        wanted = parse_url(target.device).speed
+        number = SPEEDS.index(wanted) if wanted in SPEEDS else -1
+        if number != self.speed.currentIndex():
+            self.speed.blockSignals(True)
+            self.speed.setCurrentIndex(number)
+            self.speed.blockSignals(False)
+
+    def _make_speed(self) -> QComboBox:
+        box = named(QComboBox(), "recording_speed")
+        for speed in SPEEDS:
+            box.addItem(f"×{speed:g}", speed)
+        box.setCurrentIndex(SPEEDS.index(1.0))
+        self._texts.bind(box.setAccessibleName, "Speed of the recording")
+        self._texts.bind(box.setToolTip, "How quick it is played; another speed begins from the start")
+        WheelGuard(self).guard(box)
+        box.setSizeAdjustPolicy(QComboBox.SizeAdjustPolicy.AdjustToContents)
+        box.currentIndexChanged.connect(self._play)
+        return box
+
+    def _play(self) -> None:
+        """From the start, at the speed that is chosen."""
+        target = self._connector.target
+        if not self._connector.is_recording or target is None:
+            return
+        speed = self.speed.currentData()
+        order = parse_url(target.device)
+        self._connector.connect_to(recording_target(Path(order.path), order.speed if speed is None else speed))
+
+    def _dress(self) -> None:
+        self._texts.bind(self.window().setWindowTitle, _TITLE if self.isHidden() else _RECORDING_TITLE)
+        if self._connector.target is not None and self._connector.is_recording:
+            self.choose_speed(self._connector.target)
+        ratio = self.devicePixelRatioF()
+        self._picture.setPixmap(pixmap(Icon.PLAY, 16, current().ink(Meaning.INFORMATION), ratio=ratio))
+
+    @staticmethod
+    def _button(name: str, picture: Icon) -> QPushButton:
+        button = named(QPushButton(), name)
+        button.setIcon(icon(picture))
+        button.setIconSize(QSize(16, 16))
+        return button
+
+    # Qt
+
+    def changeEvent(self, event: QEvent) -> None:
+        super().changeEvent(event)
+        if event.type() in (QEvent.Type.PaletteChange, QEvent.Type.StyleChange) and hasattr(self, "_picture"):
+            self._picture.setPixmap(
+                pixmap(Icon.PLAY, 16, current().ink(Meaning.INFORMATION), ratio=self.devicePixelRatioF())
+            )
+        elif event.type() == QEvent.Type.LanguageChange:
+            self.refresh()
+
+    def paintEvent(self, _event: QPaintEvent) -> None:
+        paint_banner(self, Meaning.INFORMATION)

@@ -1,0 +1,102 @@
+"""Controls of the simulated module's panel: sliders with a number beside them, and the guard against the wheel."""
+
+from PySide6.QtCore import QEvent, QObject, QSignalBlocker, Qt, Signal
+from PySide6.QtWidgets import QDoubleSpinBox, QHBoxLayout, QLabel, QSlider, QWidget
+
+from ui.core.texts import Texts
+from ui.style.theme import Space
+from ui.widgets.naming import named
+
+NUMBER_PX = 104
+"""Width of a number box with its unit: less than Qt would take, because the panel stands beside a page."""
+
+
+class WheelGuard(QObject):
+    """The wheel scrolls the panel, and turns a value only where the keyboard is."""
+
+    def guard(self, widget: QWidget) -> None:
+        widget.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
+        widget.installEventFilter(self)
+
+    def eventFilter(self, watched: QObject, event: QEvent) -> bool:
+        if event.type() == QEvent.Type.Wheel and isinstance(watched, QWidget) and not watched.hasFocus():
+            event.ignore()  # so that it goes on to the scroll area
+            return True
+        return False
+
+
+def describe(texts: Texts, widget: QWidget, title: str, explanation: str) -> None:
+    """Accessible name, tooltip and What's This from two English texts."""
+    texts.bind(widget.setAccessibleName, title)
+    texts.bind(widget.setToolTip, explanation)
+    texts.bind(widget.setWhatsThis, explanation)
+
+
+def label_for(texts: Texts, widget: QWidget, title: str) -> QLabel:
+    """The label of a form's row."""
+    label = named(QLabel(), f"{widget.objectName()}_label")
+    label.setBuddy(widget)
+    label.setMinimumHeight(widget.sizeHint().height())  # level with the text of its field
+    texts.bind(label.setText, title)
+    return label
+
+
+class Dial(QWidget):
+    """A slider and a number box for one value; `turned` tells of what a person did, never of `show_value`."""
+
+    turned = Signal(float)
+
+    def __init__(self, name: str, *, minimum: float, maximum: float, step: float, unit: str, guard: WheelGuard) -> None:
+        super().__init__()
+        self.setObjectName(name)
+        self._step = step
+        decimals = 0 if step >= 1 else 2
+        self.slider = named(QSlider(Qt.Orientation.Horizontal), f"{name}_slider")
+        self.slider.setRange(round(minimum / step), round(maximum / step))
+        self.box = named(QDoubleSpinBox(), f"{name}_box")
+        self.box.setDecimals(decimals)
+        self.box.setRange(minimum, maximum)
+        self.box.setSingleStep(step)
+        self.box.setSuffix(unit)
+        self.box.setKeyboardTracking(False)
+        self.box.setAlignment(Qt.AlignmentFlag.AlignRight)
+        self.box.setFixedWidth(NUMBER_PX)
+        for widget in (self.slider, self.box):
+            guard.guard(widget)
+        row = QHBoxLayout(self)
+        row.setContentsMargins(0, 0, 0, 0)
+        row.setSpacing(Space.S)
+        row.addWidget(self.slider, 1)
+        row.addWidget(self.box)
+        self.setFocusProxy(self.slider)
+        self.slider.valueChanged.connect(self._slid)
+        self.box.valueChanged.connect(self._typed)
+
+    def describe(self, texts: Texts, title: str, explanation: str) -> None:
+        for widget in (self.slider, self.box):
+            describe(texts, widget, title, explanation)
+
+    @property
+    def value(self) -> float:
+        return self.box.value()
+
+    def show_value(self, value: float) -> None:
+        """Follow the module, unless a person is at it."""
+        if not (self.slider.isSliderDown() or self.box.hasFocus()):
+            self._show(value)
+
+    def _show(self, value: float) -> None:
+        with QSignalBlocker(self.slider), QSignalBlocker(self.box):
+            self.slider.setValue(round(value / self._step))
+            self.box.setValue(value)
+
+    def _slid(self, steps: int) -> None:
+        value = steps * self._step
+        with QSignalBlocker(self.box):
+            self.box.setValue(value)
+        self.turned.emit(value)
+
+    def _typed(self, value: float) -> None:
+        with QSignalBlocker(self.slider):
+            self.slider.setValue(round(value / self._step))
+        self.turned.emit(value)

@@ -1,0 +1,15 @@
+"""Labels for running text."""
+
+from PySide6.QtCore import Qt
+from PySide6.QtWidgets import QLabel
+
+from ui.widgets.naming import named
+
+
+def text_label(name: str, role: str) -> QLabel:
+    """Plain text that wraps; `role` is one of the style sheet's."""
+    label = named(QLabel(), name)
+    label.setProperty("role", role)
+    label.setWordWrap(True)
+    label.setTextFormat(Qt.TextFormat.PlainText)
+    return label
