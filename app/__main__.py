@@ -22,7 +22,7 @@ DEBUG = "DPS_S_DEBUG"
 """Environment variable: with 1 an error of our own shows its traceback, and the log goes to standard error."""
 
 
-class Entry(NamedTuple):
+class SubCommand(NamedTuple):
     """A sub-command: `add_parser` of `module` describes it."""
 
     name: str
@@ -32,22 +32,22 @@ class Entry(NamedTuple):
 
 WINDOW = "gui"
 ENTRIES = (
-    Entry(WINDOW, "app.cli.gui", marked("open the window")),
-    Entry("ports", "app.cli.ports", marked("list the serial ports")),
-    Entry("read", "app.cli.read", marked("read everything that can be read")),
-    Entry("monitor", "app.cli.monitor", marked("print the status as it comes")),
-    Entry("history", "app.cli.history", marked("read the trigger records")),
-    Entry("find", "app.cli.find", marked("find the baud rate at which a module answers")),
-    Entry("set", "app.cli.set", marked("change settings and prove that they stand")),
-    Entry("activate", "app.cli.act", marked("make the module ready to fire (asks for --yes)")),
-    Entry("lock", "app.cli.act", marked("put the module into standby (asks for --yes)")),
-    Entry("zero", "app.cli.act", marked("zero the sensor (asks for --yes)")),
-    Entry("shutdown", "app.cli.act", marked("switch the module off (asks for --yes)")),
-    Entry("preflight", "app.cli.preflight", marked("check whether the module is fit to fly")),
-    Entry("verify", "app.cli.verify", marked("tell whether a pre-flight record was altered")),
-    Entry("recordings", "app.cli.recordings", marked("list, export and delete recorded sessions")),
-    Entry("decode", "app.cli.decode", marked("explain captured bytes")),
-    Entry("simulate", "app.cli.simulate", marked("run a simulated module")),
+    SubCommand(WINDOW, "app.cli.gui", marked("open the window")),
+    SubCommand("ports", "app.cli.ports", marked("list the serial ports")),
+    SubCommand("read", "app.cli.read", marked("read everything that can be read")),
+    SubCommand("monitor", "app.cli.monitor", marked("print the status as it comes")),
+    SubCommand("history", "app.cli.history", marked("read the trigger records")),
+    SubCommand("find", "app.cli.find", marked("find the baud rate at which a module answers")),
+    SubCommand("set", "app.cli.set", marked("change settings and prove that they stand")),
+    SubCommand("activate", "app.cli.act", marked("make the module ready to fire (asks for --yes)")),
+    SubCommand("lock", "app.cli.act", marked("put the module into standby (asks for --yes)")),
+    SubCommand("zero", "app.cli.act", marked("zero the sensor (asks for --yes)")),
+    SubCommand("shutdown", "app.cli.act", marked("switch the module off (asks for --yes)")),
+    SubCommand("preflight", "app.cli.preflight", marked("check whether the module is fit to fly")),
+    SubCommand("verify", "app.cli.verify", marked("tell whether a pre-flight record was altered")),
+    SubCommand("recordings", "app.cli.recordings", marked("list, export and delete recorded sessions")),
+    SubCommand("decode", "app.cli.decode", marked("explain captured bytes")),
+    SubCommand("simulate", "app.cli.simulate", marked("run a simulated module")),
 )
 _BY_NAME = {entry.name: entry for entry in ENTRIES}
 

@@ -11,7 +11,7 @@ Rules that it lives by:
   that was asked later, nothing earlier can still come. Where an earlier reply could be mistaken for the present one
   (the acknowledgement of a set for its read-back, a trigger record for a cell voltage, 16 for 17), the link first
   sends a heartbeat, the *fence* (another harmless question where one may come unasked), and lets everything that comes
-  before its answer pass by as late. `Earlier` knows what may still come.
+  before its answer pass by as late. `StaleReplies` knows what may still come.
 - What began before a request went out is no answer to it.
 - Some modules need a pause before they listen again, so requests may be held back for a moment: see `gap`. LOCK is not.
 - A status says since when it can have been said, because a line may hold everything back: see `lag`.
@@ -47,7 +47,7 @@ from protocol.link_states import EXCHANGE, PRESENCE, Exchange, Presence, Sign, S
 from protocol.messages import Heartbeat, Message, Status, answers, decode
 from protocol.request_gap import LOCK, Gap
 from protocol.round_trips import RoundTrips, Timing
-from protocol.stale_replies import Earlier
+from protocol.stale_replies import StaleReplies
 from protocol.stream import Piece, StreamParser
 
 
@@ -74,7 +74,7 @@ class Link:
         self._outgoing = bytearray()
         self._flight: Flight | None = None
         self._behind_fence: Flight | None = None
-        self._earlier = Earlier(self.timing)
+        self._earlier = StaleReplies(self.timing)
         self._unasked_heartbeat_at: float | None = None
         self._last_byte_at = now
         self._heard_bytes = 0

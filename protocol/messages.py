@@ -200,7 +200,7 @@ def answers(raw: bytes, asked: Request) -> bool:
 
 
 @dataclass(frozen=True, slots=True)
-class Part:
+class FramePart:
     """One named value of a long frame: for documents and drawings of its bytes."""
 
     name: str
@@ -211,21 +211,21 @@ class Part:
     """English, translatable."""
 
 
-STATUS_PARTS: tuple[Part, ...] = (
-    Part("tilt_deg", 3, 1, marked("tilt, 1°")),
-    Part("acceleration_g", 4, 1, marked("acceleration, 0.1 g")),
-    Part("triggered", 5, 1, marked("01 triggered, 00 not")),
-    Part("active", 6, 1, marked("01 active, 00 not")),
+STATUS_PARTS: tuple[FramePart, ...] = (
+    FramePart("tilt_deg", 3, 1, marked("tilt, 1°")),
+    FramePart("acceleration_g", 4, 1, marked("acceleration, 0.1 g")),
+    FramePart("triggered", 5, 1, marked("01 triggered, 00 not")),
+    FramePart("active", 6, 1, marked("01 active, 00 not")),
 )
-RECORD_PARTS: tuple[Part, ...] = (
-    Part("boot_count", 4, 1, marked("boot count at the trigger")),
-    Part("uptime_s", 5, 2, marked("seconds since power-on, high byte first")),
-    Part("sources", 7, 1, marked("one bit each: 01 serial, 02 attitude, 04 PWM, 08 free fall")),
-    Part("attitude_threshold_deg", 8, 1, marked("attitude threshold then, 1°")),
-    Part("freefall_acceleration_g", 9, 1, marked("free-fall acceleration threshold then, 0.1 g")),
-    Part("freefall_time_s", 10, 1, marked("free-fall time then, 0.01 s")),
-    Part("serial_connected", 11, 1, marked("00 serial link connected, 01 not")),
-    Part("charging", 12, 1, marked("00 external power, charging; 01 not")),
-    Part("light_v", 13, 1, marked("light at the trigger, 0.1 V")),
-    Part("cell_voltage_v", 14, 1, marked("cell voltage, 0.02 V")),
+RECORD_PARTS: tuple[FramePart, ...] = (
+    FramePart("boot_count", 4, 1, marked("boot count at the trigger")),
+    FramePart("uptime_s", 5, 2, marked("seconds since power-on, high byte first")),
+    FramePart("sources", 7, 1, marked("one bit each: 01 serial, 02 attitude, 04 PWM, 08 free fall")),
+    FramePart("attitude_threshold_deg", 8, 1, marked("attitude threshold then, 1°")),
+    FramePart("freefall_acceleration_g", 9, 1, marked("free-fall acceleration threshold then, 0.1 g")),
+    FramePart("freefall_time_s", 10, 1, marked("free-fall time then, 0.01 s")),
+    FramePart("serial_connected", 11, 1, marked("00 serial link connected, 01 not")),
+    FramePart("charging", 12, 1, marked("00 external power, charging; 01 not")),
+    FramePart("light_v", 13, 1, marked("light at the trigger, 0.1 V")),
+    FramePart("cell_voltage_v", 14, 1, marked("cell voltage, 0.02 V")),
 )

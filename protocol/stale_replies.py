@@ -41,7 +41,7 @@ def _overlap(one: Request, other: Request) -> bool:
     return bool(one.command.reply_codes & other.command.reply_codes)
 
 
-class Earlier:
+class StaleReplies:
     """See the module's docstring. Times are the link's `now`."""
 
     def __init__(self, timing: Timing) -> None:

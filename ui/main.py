@@ -19,27 +19,27 @@ from PySide6.QtWidgets import QApplication, QWidget
 
 from app import version
 from app.procedures.act import Armed
-from app.system.logs import Log, catch_mishaps, start_log
+from app.system.logs import Log, catch_uncaught_errors, start_log
 from app.text.i18n import LANGUAGES, system_language, tr
 from protocol.translatable import marked
 from ui.connect.baud_recovery import BaudRecovery
 from ui.connect.connect_panel import SIMULATED_PORT
-from ui.core.background_task import Beside
+from ui.core.background_task import BackgroundTask
 from ui.core.connector import Connector, Target
 from ui.core.garbage_collector import garbage_freed_here
-from ui.core.language_switch import Speech
-from ui.core.port_watcher import PortWatch
-from ui.core.preferences import Remembered
+from ui.core.language_switch import LanguageSwitch
+from ui.core.port_watcher import PortWatcher
+from ui.core.preferences import Preferences
 from ui.core.texts import Texts
-from ui.help.help_actions import HelpActs
+from ui.help.help_actions import HelpActions
 from ui.services.context import PageEntry, Services
 from ui.services.lock import LockControl
-from ui.services.storage import Keeping
+from ui.services.storage import Storage
 from ui.services.tour_port import is_tour
 from ui.shell.main_window import MainWindow
 from ui.shell.shutdown import end_process
 from ui.shell.unattended_run import has_seen_status, leave_evidence
-from ui.shell.uncaught_errors import Mishaps
+from ui.shell.uncaught_errors import UncaughtErrors
 from ui.style.icons import Icon, app_icon
 from ui.style.theme import Appearance, Choice, Meaning
 from ui.widgets.notice_bar import Notice
@@ -134,12 +134,12 @@ class Assembly:
     """The window and what it works with; made by `assemble`, taken apart by closing the window."""
 
     window: MainWindow
-    help: HelpActs
+    help: HelpActions
     connector: Connector
-    ports: PortWatch
+    ports: PortWatcher
     appearance: Appearance
-    speech: Speech
-    keeping: Keeping
+    language_switch: LanguageSwitch
+    storage: Storage
     lock: LockControl
     armed: Armed = field(default_factory=Armed)
     load: Callable[[], object] | None = None
@@ -151,32 +151,34 @@ def assemble(
     app: QApplication,
     options: WindowOptions,
     *,
-    remembered: Remembered | None = None,
-    ports: PortWatch | None = None,
-    keeping: Keeping | None = None,
+    preferences: Preferences | None = None,
+    ports: PortWatcher | None = None,
+    storage: Storage | None = None,
     log: Log | None = None,
     entries: tuple[PageEntry, ...] = PAGES,
 ) -> Assembly:
     """The window, not yet shown, with nothing connected."""
-    remembered = remembered or Remembered()
+    preferences = preferences or Preferences()
     texts = Texts()
-    speech = Speech(app, texts)
-    speech.use(_language(options, remembered))
-    appearance = Appearance(app, _theme(remembered))
-    ports = ports or PortWatch()
-    keeping = keeping or Keeping()
-    connector = Connector(ports, make_worker=keeping.sessions.tapped())
-    keeping.is_recording = lambda: connector.is_recording
-    keeping.is_touring = lambda: connector.is_wanted and is_tour(connector.target)
-    lock = LockControl(connector, keeping.journal, connector)
-    services = Services(connector, texts, appearance, lock, keeping, remembered, log=log)
-    connector.remember_stream(keeping.stream_memory)
-    services.naming.follow(connector, keeping)
-    keeping.sessions.follow(connector, services.naming)
-    window = MainWindow(services, ports, speech, remembered, entries=entries)
-    help_acts = HelpActs(window, services, entries)
+    language_switch = LanguageSwitch(app, texts)
+    language_switch.use(_language(options, preferences))
+    appearance = Appearance(app, _theme(preferences))
+    ports = ports or PortWatcher()
+    storage = storage or Storage()
+    connector = Connector(ports, make_worker=storage.sessions.tapped())
+    storage.is_recording = lambda: connector.is_recording
+    storage.is_touring = lambda: connector.is_wanted and is_tour(connector.target)
+    lock = LockControl(connector, storage.journal, connector)
+    services = Services(connector, texts, appearance, lock, storage, preferences, log=log)
+    connector.remember_stream(storage.stream_memory)
+    services.naming.follow(connector, storage)
+    storage.sessions.follow(connector, services.naming)
+    window = MainWindow(services, ports, language_switch, preferences, entries=entries)
+    help_actions = HelpActions(window, services, entries)
     load = _load_pages if entries is PAGES else None
-    return Assembly(window, help_acts, connector, ports, appearance, speech, keeping, lock, services.armed, load)
+    return Assembly(
+        window, help_actions, connector, ports, appearance, language_switch, storage, lock, services.armed, load
+    )
 
 
 def start(assembly: Assembly, options: WindowOptions) -> None:
@@ -184,10 +186,10 @@ def start(assembly: Assembly, options: WindowOptions) -> None:
     window, load = assembly.window, assembly.load
     copies = QTimer(window)
     copies.setInterval(COPY_EVERY_MS)
-    copies.timeout.connect(assembly.keeping.copy_if_due)
+    copies.timeout.connect(assembly.storage.copy_if_due)
     copies.start()
     target = _target(options)
-    loading: Beside[object] = Beside("dps-s pages", window)
+    loading: BackgroundTask[object] = BackgroundTask("dps-s pages", window)
 
     def fill() -> None:
         if load is None:
@@ -197,7 +199,7 @@ def start(assembly: Assembly, options: WindowOptions) -> None:
         assembly.ports.refresh()
 
     def prepare(load: Callable[[], object]) -> None:
-        assembly.keeping.open_store()
+        assembly.storage.open_store()
         load()
 
     def make_pages() -> None:
@@ -214,15 +216,15 @@ def start(assembly: Assembly, options: WindowOptions) -> None:
 
 def _tell_of_store(assembly: Assembly) -> None:
     """Say what is the matter with the store, and what was broken off when the program last ended."""
-    attention, keeping = assembly.window.attention, assembly.keeping
+    attention, storage = assembly.window.attention, assembly.storage
     left_on = partial(_left_on_notice, attention.forget_told)
     assembly.connector.stream_left_on.connect(lambda: attention.tell(left_on))
-    if keeping.notice is not None:
-        attention.tell(lambda: Notice(Meaning.ATTENTION, keeping.notice or "", dismiss=attention.forget_told))
+    if storage.notice is not None:
+        attention.tell(lambda: Notice(Meaning.ATTENTION, storage.notice or "", dismiss=attention.forget_told))
     recovery = BaudRecovery(
         assembly.connector,
         assembly.ports,
-        keeping,
+        storage,
         close=attention.forget_told,
         leave=attention.leave,
         say=assembly.window.say,
@@ -270,8 +272,8 @@ def run(options: WindowOptions) -> int:
     app.setDesktopFileName("dps-s-configurator")
     app.setWindowIcon(app_icon())
     with _memory(options) as folder, _logging(folder) as log:
-        remembered = Remembered() if folder is None else Remembered(folder / "window.ini")
-        assembly = assemble(app, options, remembered=remembered, keeping=Keeping(folder), log=log)
+        preferences = Preferences() if folder is None else Preferences(folder / "window.ini")
+        assembly = assemble(app, options, preferences=preferences, storage=Storage(folder), log=log)
         _stay(app, assembly, options)
     end_process(assembly.exit_code)
     return assembly.exit_code
@@ -338,16 +340,16 @@ def _target(options: WindowOptions) -> Target | None:
     return Target(SIMULATED_PORT, options.baud_rate) if options.demo else None
 
 
-def _language(options: WindowOptions, remembered: Remembered) -> str:
+def _language(options: WindowOptions, preferences: Preferences) -> str:
     """What was asked for now, else what was chosen before, else the computer's."""
     if options.language is not None:
         return options.language
-    return remembered.language if remembered.language in LANGUAGES else system_language()
+    return preferences.language if preferences.language in LANGUAGES else system_language()
 
 
-def _theme(remembered: Remembered) -> Choice:
+def _theme(preferences: Preferences) -> Choice:
     try:
-        return Choice(remembered.theme or Choice.AUTO.value)
+        return Choice(preferences.theme or Choice.AUTO.value)
     except ValueError:
         return Choice.AUTO
 
@@ -374,8 +376,8 @@ def _signals_close(window: MainWindow) -> Iterator[None]:
 @contextmanager
 def _faults_said(window: MainWindow, armed: Armed | None = None) -> Iterator[None]:
     """An error of ours, in whatever thread, disarms, is logged and said; the window stays."""
-    mishaps = Mishaps(window.attention, armed or Armed(), say=window.say, parent=window)
-    undo = catch_mishaps(mishaps.tell)
+    mishaps = UncaughtErrors(window.attention, armed or Armed(), say=window.say, parent=window)
+    undo = catch_uncaught_errors(mishaps.tell)
     try:
         yield
     finally:

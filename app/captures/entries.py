@@ -13,7 +13,7 @@ class Way(Enum):
     IN = "<"
 
 
-class Entry(NamedTuple):
+class CaptureEntry(NamedTuple):
     """Bytes that went one way together. `at_s`: seconds since the capture began."""
 
     at_s: float
@@ -21,10 +21,10 @@ class Entry(NamedTuple):
     raw: bytes
 
 
-class Entries(Sequence[Entry]):
+class Entries(Sequence[CaptureEntry]):
     """As a tuple of entries, in some 17 bytes each and the bytes themselves, with nothing for the garbage collector."""
 
-    def __init__(self, entries: Iterable[Entry] = ()) -> None:
+    def __init__(self, entries: Iterable[CaptureEntry] = ()) -> None:
         self._at_s = array("d")
         self._is_out = bytearray()
         self._ends = array("Q")
@@ -32,7 +32,7 @@ class Entries(Sequence[Entry]):
         for entry in entries:
             self.append(entry)
 
-    def append(self, entry: Entry) -> None:
+    def append(self, entry: CaptureEntry) -> None:
         self._at_s.append(entry.at_s)
         self._is_out.append(entry.way is Way.OUT)
         self._raw += entry.raw
@@ -41,21 +41,21 @@ class Entries(Sequence[Entry]):
     def __len__(self) -> int:
         return len(self._at_s)
 
-    def __iter__(self) -> Iterator[Entry]:
+    def __iter__(self) -> Iterator[CaptureEntry]:
         return (self._at(place) for place in range(len(self)))
 
     @overload
-    def __getitem__(self, place: int) -> Entry: ...
+    def __getitem__(self, place: int) -> CaptureEntry: ...
     @overload
-    def __getitem__(self, place: slice) -> tuple[Entry, ...]: ...
-    def __getitem__(self, place: int | slice) -> Entry | tuple[Entry, ...]:
+    def __getitem__(self, place: slice) -> tuple[CaptureEntry, ...]: ...
+    def __getitem__(self, place: int | slice) -> CaptureEntry | tuple[CaptureEntry, ...]:
         places = range(len(self))[place]
         return self._at(places) if isinstance(places, int) else tuple(self._at(one) for one in places)
 
-    def _at(self, place: int) -> Entry:
+    def _at(self, place: int) -> CaptureEntry:
         begins = self._ends[place - 1] if place else 0
         way = Way.OUT if self._is_out[place] else Way.IN
-        return Entry(self._at_s[place], way, bytes(self._raw[begins : self._ends[place]]))
+        return CaptureEntry(self._at_s[place], way, bytes(self._raw[begins : self._ends[place]]))
 
     def __eq__(self, other: object) -> bool:
         if not isinstance(other, Sequence) or len(other) != len(self):

@@ -11,7 +11,7 @@ Where that leaves the meaning open, it says so: 01 from 21 or 22 is "received" o
 """
 
 from app.text.i18n import tr
-from app.trigger_records.fields import Plain, record_values, source_word
+from app.trigger_records.fields import JsonValue, record_values, source_word
 from protocol.catalogue import COMMANDS, SET, Command, Request
 from protocol.fields import Choice, Done, Flag, Quantity
 from protocol.frame import Direction, Frame, Noise, decode_request
@@ -72,7 +72,7 @@ _ANSWERS: dict[tuple[str, bool], str] = {
 """Replies of yes or no in words of their own."""
 
 
-def meaning(frame: Frame, asked: Asked = None) -> dict[str, Plain]:
+def meaning(frame: Frame, asked: Asked = None) -> dict[str, JsonValue]:
     """The command and the values that the frame carries, units in the names; in English, never translated."""
     if frame.direction is Direction.HOST_TO_MODULE:
         return _meaning_of_request(decode_request(frame.raw))
@@ -124,15 +124,15 @@ def _is_only_received(message: Acknowledgement, asked: Asked) -> bool:
     return isinstance(asked, Command) or not message.is_echo
 
 
-def _meaning_of_request(request: Request) -> dict[str, Plain]:
+def _meaning_of_request(request: Request) -> dict[str, JsonValue]:
     command = request.command
-    named: dict[str, Plain] = {"command": command.name}
+    named: dict[str, JsonValue] = {"command": command.name}
     if request.is_set and command.write is not None and command.write_key is not None:
         named[command.write_key] = command.write.decode(request.data)
     return named
 
 
-def _meaning_of_message(message: Message, asked: Asked) -> dict[str, Plain]:
+def _meaning_of_message(message: Message, asked: Asked) -> dict[str, JsonValue]:
     match message:
         case Heartbeat():
             return {"command": "heartbeat"}
@@ -154,9 +154,9 @@ def _meaning_of_message(message: Message, asked: Asked) -> dict[str, Plain]:
             return _meaning_of_acknowledgement(message, asked)
 
 
-def _meaning_of_reading(reading: Reading, asked: Asked) -> dict[str, Plain]:
+def _meaning_of_reading(reading: Reading, asked: Asked) -> dict[str, JsonValue]:
     command = reading.command
-    named: dict[str, Plain] = {"command": command.name}
+    named: dict[str, JsonValue] = {"command": command.name}
     if command.reply_key is None:
         return named
     if _is_value_open(reading, asked):
@@ -167,9 +167,9 @@ def _meaning_of_reading(reading: Reading, asked: Asked) -> dict[str, Plain]:
     return named | {"may_answer": [one.name for one in possible]} if possible else named
 
 
-def _meaning_of_acknowledgement(message: Acknowledgement, asked: Asked) -> dict[str, Plain]:
+def _meaning_of_acknowledgement(message: Acknowledgement, asked: Asked) -> dict[str, JsonValue]:
     command = message.request.command
-    named: dict[str, Plain] = {"command": command.name}
+    named: dict[str, JsonValue] = {"command": command.name}
     if _is_only_received(message, asked):
         return named | {"acknowledged": True}
     if not message.is_accepted:

@@ -3,7 +3,7 @@
 from collections.abc import Iterable, Iterator
 from typing import Final, NamedTuple
 
-from app.captures.entries import Entry, Way
+from app.captures.entries import CaptureEntry, Way
 from protocol.catalogue import Request
 from protocol.frame import Direction, Frame, Noise, decode_request
 from protocol.stream import Piece, StreamParser
@@ -41,7 +41,7 @@ class Explainer:
         self._out, self._in = _Side(Way.OUT), _Side(Way.IN)
         self._asked: Request | None = None
 
-    def take(self, entry: Entry) -> list[Explained]:
+    def feed(self, entry: CaptureEntry) -> list[Explained]:
         """What the entry completes, and what the silence before it ended."""
         at_s, way, raw = entry
         rows: list[Explained] = []
@@ -65,11 +65,11 @@ class Explainer:
         return [*self._out.flush(self._asked), *self._in.flush(self._asked)]
 
 
-def explained(entries: Iterable[Entry]) -> Iterator[Explained]:
+def explained(entries: Iterable[CaptureEntry]) -> Iterator[Explained]:
     """All of a capture; see `Explainer`."""
     explainer = Explainer()
     for entry in entries:
-        yield from explainer.take(entry)
+        yield from explainer.feed(entry)
     yield from explainer.end()
 
 

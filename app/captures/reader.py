@@ -20,10 +20,10 @@ from io import TextIOWrapper
 from pathlib import Path
 from typing import BinaryIO
 
-from app.captures.entries import Entries, Entry, Way
+from app.captures.entries import CaptureEntry, Entries, Way
 from app.captures.survey import BITS_PER_BYTE, ENTRY_LINE, LONGEST_LINE, MAGIC_LINE, Survey
 from app.captures.writer import BYTES_A_LINE, LONGEST_FILE_BYTES, CaptureWriter, Header, entries_of, lines_of
-from app.system.gil_yield import Pace
+from app.system.gil_yield import GilYield
 from app.text.hex_text import HexText, NotHex
 from protocol.catalogue import DEFAULT_BAUD_RATE
 from protocol.frame import Direction, Frame
@@ -33,11 +33,11 @@ from protocol.translatable import marked
 __all__ = [
     "BYTES_A_LINE",
     "Capture",
+    "CaptureEntry",
     "CaptureReader",
     "CaptureRefused",
     "CaptureWriter",
     "Entries",
-    "Entry",
     "Header",
     "LineFault",
     "OpenCapture",
@@ -70,7 +70,7 @@ class Capture:
     """A capture as read. In plain hex text the times are those of bytes back to back, and `is_timed` is False."""
 
     header: Header = field(default_factory=Header)
-    entries: Sequence[Entry] = ()
+    entries: Sequence[CaptureEntry] = ()
     faults: tuple[LineFault, ...] = ()
     is_timed: bool = True
 
@@ -96,7 +96,7 @@ class OpenCapture:
         self._lines: TextIOWrapper | None = None
         self.reader = CaptureReader()
 
-    def steps(self) -> Iterator[list[Entry]]:
+    def steps(self) -> Iterator[list[CaptureEntry]]:
         """All entries, once, as many as some milliseconds of work give; none while the file is looked over first.
 
         Raises OSError, or `CaptureRefused`.
@@ -110,12 +110,12 @@ class OpenCapture:
             yield some
         yield self.reader.end()
 
-    def _some(self, lines: TextIOWrapper) -> list[Entry] | None:
+    def _some(self, lines: TextIOWrapper) -> list[CaptureEntry] | None:
         """What stands in the next lines; None at the end of the file."""
-        characters, entries = 0, list[Entry]()
+        characters, entries = 0, list[CaptureEntry]()
         while characters < STEP_CHARACTERS and (line := lines.readline(LONGEST_LINE + 1)):
             characters += len(line)
-            entries += self.reader.take(line, goes_on=len(line) > LONGEST_LINE and not line.endswith("\n"))
+            entries += self.reader.feed(line, goes_on=len(line) > LONGEST_LINE and not line.endswith("\n"))
         return entries if characters else None
 
     @property
@@ -133,13 +133,13 @@ class OpenCapture:
 
 def read_capture(path: Path) -> Capture:
     """Raises OSError, or `CaptureRefused`."""
-    pace, entries = Pace(), Entries()
+    pace, entries = GilYield(), Entries()
     with path.open("rb") as file:
         opened = OpenCapture(file)
         for some in opened.steps():
             for entry in some:
                 entries.append(entry)
-            pace.keep()
+            pace.checkpoint()
         return opened.reader.capture(entries)
 
 
@@ -147,7 +147,7 @@ def parse_capture(text: str) -> Capture:
     """Reads a capture, or hex text where no line looks like one. Raises `CaptureRefused` for a later version."""
     lines = text.removeprefix("\ufeff").splitlines()
     reader = CaptureReader(is_plain=not any(map(_is_of_a_capture, lines)))
-    entries = Entries(entry for line in lines for entry in reader.take(line))
+    entries = Entries(entry for line in lines for entry in reader.feed(line))
     for entry in reader.end():
         entries.append(entry)
     return reader.capture(entries)
@@ -175,11 +175,11 @@ class CaptureReader:
         self._has_entries = False
         self._part_begins_s = 0.0
 
-    def capture(self, entries: Sequence[Entry]) -> Capture:
+    def capture(self, entries: Sequence[CaptureEntry]) -> Capture:
         """With the header and the faults."""
         return Capture(header=self.header, entries=entries, faults=tuple(self.faults), is_timed=not self.is_plain)
 
-    def take(self, line: str, *, goes_on: bool = False) -> Sequence[Entry]:
+    def feed(self, line: str, *, goes_on: bool = False) -> Sequence[CaptureEntry]:
         """What stands in the next line. With `goes_on` it is a long one, of which the next piece follows.
 
         Raises `CaptureRefused`.
@@ -201,11 +201,11 @@ class CaptureReader:
         self._last_s, self._has_entries = entry.at_s, True
         return (entry,)
 
-    def end(self) -> list[Entry]:
+    def end(self) -> list[CaptureEntry]:
         """What is left at the end."""
         return [_plain_entry(piece) for piece in self._parser.flush()] if self.is_plain else []
 
-    def _timed(self, line: str) -> Entry | None:
+    def _timed(self, line: str) -> CaptureEntry | None:
         if not line:
             return None
         if line.startswith("#"):
@@ -227,7 +227,7 @@ class CaptureReader:
         if self._has_entries and at_s < self._last_s:
             self._fault(marked("the time runs backwards; the line before counts"))
             at_s = self._last_s
-        return Entry(at_s, _WAYS[found[2]], raw) if raw else None
+        return CaptureEntry(at_s, _WAYS[found[2]], raw) if raw else None
 
     def _comment(self, line: str) -> None:
         magic = MAGIC_LINE.fullmatch(line)
@@ -247,7 +247,7 @@ class CaptureReader:
         elif name in ("program", "port", "started"):
             self.header = replace(self.header, **{name: value})  # type: ignore[arg-type]
 
-    def _plain(self, text: str, *, is_within: bool, goes_on: bool) -> list[Entry]:
+    def _plain(self, text: str, *, is_within: bool, goes_on: bool) -> list[CaptureEntry]:
         """Hex text: whose bytes they are is told by the frames' headers; noise is the module's."""
         try:
             if not is_within and not goes_on:
@@ -287,6 +287,6 @@ def _bytes_of(text: str) -> bytes:
         return raw
 
 
-def _plain_entry(piece: Piece) -> Entry:
+def _plain_entry(piece: Piece) -> CaptureEntry:
     is_ours = isinstance(piece, Frame) and piece.direction is Direction.HOST_TO_MODULE
-    return Entry(piece.offset * BITS_PER_BYTE / DEFAULT_BAUD_RATE, Way.OUT if is_ours else Way.IN, piece.raw)
+    return CaptureEntry(piece.offset * BITS_PER_BYTE / DEFAULT_BAUD_RATE, Way.OUT if is_ours else Way.IN, piece.raw)

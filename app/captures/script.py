@@ -7,7 +7,7 @@ from itertools import islice
 from typing import Final
 
 from app.captures.explained import Explained, Explainer
-from app.captures.reader import Capture, Entry, Way
+from app.captures.reader import Capture, CaptureEntry, Way
 from protocol.catalogue import Layout, Request
 from protocol.frame import Direction, Frame, decode_request
 from protocol.messages import answers
@@ -50,7 +50,7 @@ class Script:
     One thread reads; any may ask how long it lasts.
     """
 
-    def __init__(self, steps: Iterator[Sequence[Entry]], expected_s: Callable[[], float]) -> None:
+    def __init__(self, steps: Iterator[Sequence[CaptureEntry]], expected_s: Callable[[], float]) -> None:
         """`steps`: the capture's entries, as many as some milliseconds of work give. `expected_s`: how long it lasts,
         as far as is known before all of it has been read."""
         self.unasked: deque[tuple[float, bytes]] = deque()
@@ -83,7 +83,7 @@ class Script:
             self.is_read = True
             return
         for entry in entries:
-            self._sort(self._explainer.take(entry))
+            self._sort(self._explainer.feed(entry))
             self.read_s = entry.at_s
 
     def forget(self, position_s: float, alive_for_s: float) -> None:

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import IO
 
-from app.captures.entries import Entry, Way
+from app.captures.entries import CaptureEntry, Way
 from protocol.events import Event, Received, Rejected, Sent
 
 MAGIC = "# DPS-S capture 1"
@@ -39,25 +39,25 @@ def _one_line(text: str) -> str:
     return " ".join(text.split())
 
 
-def entries_of(events: Iterable[Event], started_at: float) -> Iterator[Entry]:
+def entries_of(events: Iterable[Event], started_at: float) -> Iterator[CaptureEntry]:
     """What went over the wire in these events; what was read together becomes one entry, in its order.
 
     `started_at`: monotonic seconds that become time 0; earlier events count as 0.
     """
-    last: Entry | None = None
+    last: CaptureEntry | None = None
     for event in events:
         match event:
             case Sent(raw=raw, at=at):
-                entry = Entry(max(0.0, at - started_at), Way.OUT, raw)
+                entry = CaptureEntry(max(0.0, at - started_at), Way.OUT, raw)
             case Received(frame=frame, at=at):
-                entry = Entry(max(0.0, at - started_at), Way.IN, frame.raw)
+                entry = CaptureEntry(max(0.0, at - started_at), Way.IN, frame.raw)
             case Rejected(noise=noise, at=at):
-                entry = Entry(max(0.0, at - started_at), Way.IN, noise.raw)
+                entry = CaptureEntry(max(0.0, at - started_at), Way.IN, noise.raw)
             case _:
                 continue
         is_more = last is not None and last.at_s == entry.at_s and last.way is entry.way is Way.IN
         if last is not None and is_more and len(last.raw) + len(entry.raw) <= BYTES_A_LINE:
-            last = Entry(last.at_s, last.way, last.raw + entry.raw)
+            last = CaptureEntry(last.at_s, last.way, last.raw + entry.raw)
             continue
         if last is not None:
             yield last
@@ -66,7 +66,7 @@ def entries_of(events: Iterable[Event], started_at: float) -> Iterator[Entry]:
         yield last
 
 
-def lines_of(entry: Entry) -> Iterator[str]:
+def lines_of(entry: CaptureEntry) -> Iterator[str]:
     """The line of an entry, or several where it is long."""
     for first in range(0, len(entry.raw), BYTES_A_LINE):
         raw = entry.raw[first : first + BYTES_A_LINE]
@@ -96,7 +96,7 @@ class CaptureWriter:
                 self._write(file, line)
             file.flush()
 
-    def write(self, entries: Iterable[Entry]) -> None:
+    def write(self, entries: Iterable[CaptureEntry]) -> None:
         """Append these entries and hand them to the system. After an error, and after `close`, it does nothing."""
         if self._file is None:
             return

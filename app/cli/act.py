@@ -71,7 +71,7 @@ def run(args: argparse.Namespace) -> int:
 def exit_code(done: "Performed | Locked") -> int:
     from app.procedures.lock import Locked
     from app.safety.acts import Act
-    from app.safety.interlocks import Condition
+    from app.safety.interlocks import Interlock
     from app.safety.journal import Outcome
 
     if isinstance(done, Locked):
@@ -80,5 +80,5 @@ def exit_code(done: "Performed | Locked") -> int:
         return SAID_NO if done.is_heard and not done.is_port_lost else NO_LINK
     if done.outcome is Outcome.CONFIRMED:
         return SAID_NO if done.act is Act.ZERO and not done.is_level else DONE
-    is_silent = any(refusal.condition is Condition.ONLINE for refusal in done.refusals)
+    is_silent = any(refusal.condition is Interlock.ONLINE for refusal in done.refusals)
     return NO_LINK if is_silent else SAID_NO

@@ -16,7 +16,7 @@ from app.captures.explain import Asked, meaning, sentence
 from app.terminal import console
 from app.text.hex_text import HexText, NotHex
 from app.text.i18n import tr
-from app.trigger_records.fields import Plain
+from app.trigger_records.fields import JsonValue
 from protocol.catalogue import BY_NAME, Command
 from protocol.frame import Direction, Frame, Noise, decode_request
 from protocol.stream import Piece, StreamParser
@@ -29,7 +29,7 @@ _READ_CHARACTERS = 65536
 
 
 @dataclass(frozen=True, slots=True)
-class Line:
+class DecodedLine:
     """One frame or one run of rejected bytes, and what was asked when it came."""
 
     piece: Piece
@@ -72,8 +72,8 @@ def run(args: argparse.Namespace) -> int:
         return _refuse(tr("Standard input is not text; decode reads bytes written in hex, such as 41 75 32."))
 
 
-def _print_all(data: Iterable[bytes], asked: Command | None, text_of: Callable[[Line], str]) -> int:
-    capture = Capture(asked)
+def _print_all(data: Iterable[bytes], asked: Command | None, text_of: Callable[[DecodedLine], str]) -> int:
+    capture = CaptureDecoder(asked)
     has_rejected = False
     for lines in chain(map(capture.feed, data), (capture.finish(),)):
         texts = []
@@ -84,7 +84,7 @@ def _print_all(data: Iterable[bytes], asked: Command | None, text_of: Callable[[
     return console.PARTLY if has_rejected else console.DONE
 
 
-class Capture:
+class CaptureDecoder:
     """Bytes of a capture in, lines out; how the bytes were cut into pieces does not show in the lines."""
 
     def __init__(self, asked: Command | None = None) -> None:
@@ -93,25 +93,25 @@ class Capture:
         self._asked: Asked = asked
         self._run: Noise | None = None
 
-    def feed(self, data: bytes) -> Iterator[Line]:
+    def feed(self, data: bytes) -> Iterator[DecodedLine]:
         return self._lines(self._parser.feed(data))
 
-    def finish(self) -> Iterator[Line]:
+    def finish(self) -> Iterator[DecodedLine]:
         """The lines of what still waited for more."""
         yield from self._lines(self._parser.flush())
         yield from self._end_of_run()
 
-    def _lines(self, pieces: list[Piece]) -> Iterator[Line]:
+    def _lines(self, pieces: list[Piece]) -> Iterator[DecodedLine]:
         for piece in pieces:
             if isinstance(piece, Noise):
                 yield from self._longer_run(piece)
                 continue
             yield from self._end_of_run()
-            yield Line(piece, self._asked)
+            yield DecodedLine(piece, self._asked)
             if piece.direction is Direction.HOST_TO_MODULE:
                 self._asked = decode_request(piece.raw)
 
-    def _longer_run(self, noise: Noise) -> Iterator[Line]:
+    def _longer_run(self, noise: Noise) -> Iterator[DecodedLine]:
         run = self._run
         if run is not None and run.fault is not noise.fault:
             yield from self._end_of_run()
@@ -120,30 +120,30 @@ class Capture:
             noise = Noise(run.raw + noise.raw, run.fault, run.offset)
         raw, offset = noise.raw, noise.offset
         while len(raw) > LONGEST_RUN:
-            yield Line(Noise(raw[:LONGEST_RUN], noise.fault, offset), self._asked)
+            yield DecodedLine(Noise(raw[:LONGEST_RUN], noise.fault, offset), self._asked)
             raw, offset = raw[LONGEST_RUN:], offset + LONGEST_RUN
         self._run = Noise(raw, noise.fault, offset)
 
-    def _end_of_run(self) -> Iterator[Line]:
+    def _end_of_run(self) -> Iterator[DecodedLine]:
         if self._run is not None:
-            yield Line(self._run, self._asked)
+            yield DecodedLine(self._run, self._asked)
             self._run = None
 
 
-def as_json(line: Line) -> dict[str, Plain]:
+def as_json(line: DecodedLine) -> dict[str, JsonValue]:
     """The object of one line of `decode --json`; always in English."""
     piece = line.piece
-    place: dict[str, Plain] = {"offset": piece.offset, "hex": _hex(piece.raw), "valid": isinstance(piece, Frame)}
+    place: dict[str, JsonValue] = {"offset": piece.offset, "hex": _hex(piece.raw), "valid": isinstance(piece, Frame)}
     if isinstance(piece, Noise):
         return place | {"reason": piece.detail}
     return place | {"direction": piece.direction.value} | meaning(piece, line.asked)
 
 
-def _json_text(line: Line) -> str:
+def _json_text(line: DecodedLine) -> str:
     return console.as_json(as_json(line))
 
 
-def _text_for_people(line: Line) -> str:
+def _text_for_people(line: DecodedLine) -> str:
     piece = line.piece
     if isinstance(piece, Noise):
         sender = "-"

@@ -46,15 +46,15 @@ def add_parser(subparsers: "argparse._SubParsersAction[argparse.ArgumentParser]"
 
 
 def run(args: argparse.Namespace) -> int:
-    from app.engine.identity import Evidence
+    from app.engine.identity import IdentityEvidence
     from app.procedures.history import History, read_history
     from app.terminal.connection import connected, link_trouble
     from app.terminal.stored_history import keep_visit, read_evidence
 
-    received = Received()
+    received = ReceivedRecords()
     trouble: str | None = None
-    found = Evidence()
-    with connected(args.port, args.baud, on_batch=received.take) as conversation:
+    found = IdentityEvidence()
+    with connected(args.port, args.baud, on_batch=received.on_batch) as conversation:
         try:
             history: History = conversation.run(read_history())
             if args.module is not None:
@@ -82,23 +82,22 @@ def run(args: argparse.Namespace) -> int:
     return DONE if is_written else PARTLY
 
 
-class Received:
+class ReceivedRecords:
     """The records as they came, by reading: what there is to tell when the port goes away in the middle."""
 
     def __init__(self) -> None:
         self._passes: list[list[TriggerRecord | EmptySlot]] = []
 
-    def take(self, batch: "Batch") -> None:
+    def on_batch(self, batch: "Batch") -> None:
         from protocol.catalogue import TRIGGER_RECORDS
-        from protocol.events import Received as FrameReceived
-        from protocol.events import Role, Sent
+        from protocol.events import Received, Role, Sent
         from protocol.messages import EmptySlot, TriggerRecord
 
         for event in batch.events:
             match event:
                 case Sent(request=request) if request.command is TRIGGER_RECORDS:
                     self._passes.append([])
-                case FrameReceived(message=TriggerRecord() | EmptySlot() as message, role=Role.ANSWER):
+                case Received(message=TriggerRecord() | EmptySlot() as message, role=Role.ANSWER):
                     self._passes[-1].append(message)
                 case _:
                     pass

@@ -30,7 +30,7 @@ from app.text.i18n import tr
 from protocol.translatable import marked
 
 if TYPE_CHECKING:
-    from app.engine.device import Sample
+    from app.engine.device import StatusSample
     from app.engine.procedure import LinkView
     from app.engine.worker import Batch
     from app.limits.out_of_limits import Outside
@@ -66,7 +66,7 @@ def run(args: argparse.Namespace) -> int:
     try:
         with (
             _stream_memory(args.port) as memory,
-            connected(args.port, args.baud, on_batch=printer.take) as conversation,
+            connected(args.port, args.baud, on_batch=printer.on_batch) as conversation,
         ):
             printer.begin()
             trouble = _watch(conversation, printer, args, memory)
@@ -149,7 +149,7 @@ class Printer(ABC):
 
     def __init__(self, seconds: float | None) -> None:
         self._seconds = seconds
-        self._news: list[Sample] = []
+        self._news: list[StatusSample] = []
         self._first_at: float | None = None
         self._is_begun = False
         self.count = 0
@@ -184,7 +184,7 @@ class Printer(ABC):
     def has_news(self) -> bool:
         return bool(self._news)
 
-    def take(self, batch: "Batch") -> None:
+    def on_batch(self, batch: "Batch") -> None:
         for sample in batch.samples if self._is_begun else ():
             if self._first_at is None:
                 self._first_at = sample.at
@@ -199,11 +199,11 @@ class Printer(ABC):
             self.count += len(news)
             self._print(news)
 
-    def _age_s(self, sample: "Sample") -> float:
+    def _age_s(self, sample: "StatusSample") -> float:
         return sample.at - (self._first_at or 0.0)
 
     @abstractmethod
-    def _print(self, samples: "list[Sample]") -> None:
+    def _print(self, samples: "list[StatusSample]") -> None:
         """These follow each other in time and are at least one."""
 
     @abstractmethod
@@ -214,10 +214,10 @@ class Printer(ABC):
 class JsonLines(Printer):
     """One object a line for every sample."""
 
-    def _print(self, samples: "list[Sample]") -> None:
+    def _print(self, samples: "list[StatusSample]") -> None:
         write("".join(as_json(self._object(sample)) + "\n" for sample in samples))
 
-    def _object(self, sample: "Sample") -> dict[str, object]:
+    def _object(self, sample: "StatusSample") -> dict[str, object]:
         return {
             "t_s": round(self._age_s(sample), 3),
             "tilt_deg": sample.tilt_deg,
@@ -239,11 +239,11 @@ class WordLines(Printer):
     def __init__(self, seconds: float | None) -> None:
         super().__init__(seconds)
         self._is_rewriting = sys.stdout.isatty()
-        self._before: Sample | None = None
+        self._before: StatusSample | None = None
         self._printed_at: float | None = None
         self._width = 0
 
-    def _print(self, samples: "list[Sample]") -> None:
+    def _print(self, samples: "list[StatusSample]") -> None:
         for sample in samples:
             before, self._before = self._before, sample
             is_change = before is not None and sample[3:] != before[3:]
@@ -256,7 +256,7 @@ class WordLines(Printer):
         if self._is_rewriting:
             self._write(samples[-1])
 
-    def _write(self, sample: "Sample") -> None:
+    def _write(self, sample: "StatusSample") -> None:
         self._printed_at = sample.at
         words = tr(
             "{seconds:8.1f} s   tilt {tilt:3}°   {acceleration:4.1f} g   {triggered}   {active}",

@@ -171,7 +171,7 @@ def _gather(
     if store is not None:
         name = clean((args.module or "").strip())
         journal = StoreJournal(store, port=args.port, origin="preflight", adapter=adapter, module=name)
-    with connected(args.port, args.baud, on_batch=lambda batch: log.take(batch.events)) as conversation:
+    with connected(args.port, args.baud, on_batch=lambda batch: log.feed(batch.events)) as conversation:
         try:
             is_enabling = args.enable_triggers and not (
                 args.module and not args.same_module and may_be_another(conversation, store, args.module)
@@ -214,10 +214,10 @@ class _Line(NamedTuple):
 def page_of(filed: "Filed") -> list[str]:
     """The verdict with what stands beside it, then every check; those that do not pass with why it matters and what to
     do."""
-    from app.preflight.findings import RESULT_WORDS, Result
+    from app.preflight.findings import RESULT_WORDS, CheckResult
     from app.preflight.verdict import MANUAL_WORDS, Verdict, verdict_sentence
     from app.records.record import caveats
-    from app.text.messages import Said, clean
+    from app.text.messages import UserMessage, clean
 
     assessment = filed.assessment
     lines = [verdict_sentence(assessment.verdict, assessment.case.expectations.activated_by).in_words()]
@@ -229,9 +229,9 @@ def page_of(filed: "Filed") -> list[str]:
     for one in assessment.checks:
         word = tr(RESULT_WORDS[one.finding.result])
         shown = f"{one.finding.shown.in_words()} ({one.finding.limit.in_words()})"
-        rows.append(_Line(word, Said(one.check.title).in_words(), shown))
-        if one.finding.result is not Result.PASS:
-            rows.append(_Line("", "", f"{Said(one.check.why).in_words()} → {one.do.in_words()}"))
+        rows.append(_Line(word, UserMessage(one.check.title).in_words(), shown))
+        if one.finding.result is not CheckResult.PASS:
+            rows.append(_Line("", "", f"{UserMessage(one.check.why).in_words()} → {one.do.in_words()}"))
     rows += [_Line(tr(MANUAL_WORDS[item.is_done]), clean(item.text), "") for item in assessment.manual]
     from app.terminal.console import display_width
 

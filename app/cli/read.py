@@ -28,7 +28,7 @@ PASSES = 3
 """How often it is read, where the module restarts meanwhile."""
 
 
-class Reading(NamedTuple):
+class ReadOutcome(NamedTuple):
     """`trouble`: why it ended early, in a sentence for people."""
 
     findings: "Findings"
@@ -64,7 +64,7 @@ def run(args: argparse.Namespace) -> int:
     return PARTLY if findings.errors else DONE
 
 
-def _read(conversation: "Conversation", port: str) -> Reading:
+def _read(conversation: "Conversation", port: str) -> ReadOutcome:
     from app.terminal.connection import link_trouble
     from app.terminal.read_report import FELL_SILENT, PORT_LOST, RESTARTED, why_unanswered
 
@@ -74,23 +74,23 @@ def _read(conversation: "Conversation", port: str) -> Reading:
         trouble = link_trouble(error)
         if trouble is None:
             raise
-        return Reading(_findings(conversation, port, {}, PORT_LOST), trouble)
+        return ReadOutcome(_findings(conversation, port, {}, PORT_LOST), trouble)
     errors = {key: why_unanswered(unanswered) for key, unanswered in everything.errors.items()}
     if not everything.is_line_dead:
-        return Reading(_findings(conversation, port, errors, RESTARTED), None)
+        return ReadOutcome(_findings(conversation, port, errors, RESTARTED), None)
     trouble = tr("The module on {port} stopped answering. Check its power and the wiring, and read again.", port=port)
-    return Reading(_findings(conversation, port, errors, FELL_SILENT), trouble)
+    return ReadOutcome(_findings(conversation, port, errors, FELL_SILENT), trouble)
 
 
 def _read_undisturbed() -> "Procedure[Everything]":
     """Read everything; anew where the module restarted in the middle, since what it said before may be gone."""
-    from app.engine.procedure import Look
+    from app.engine.procedure import Inspect
     from app.procedures.read import read_everything
 
     for _ in range(PASSES - 1):
-        before = (yield Look()).device.restarts
+        before = (yield Inspect()).device.restarts
         everything = yield from read_everything()
-        if everything.is_line_dead or (yield Look()).device.restarts == before:
+        if everything.is_line_dead or (yield Inspect()).device.restarts == before:
             return everything
     return (yield from read_everything())
 
@@ -100,11 +100,11 @@ def _findings(conversation: "Conversation", port: str, errors: "dict[str, Why]",
 
     `why_missing` goes for what is neither known nor in `errors`.
     """
-    from app.engine.device import STATUS_KEYS, Doubt
+    from app.engine.device import STATUS_KEYS, StaleReason
     from app.terminal.read_report import Findings, readable_keys
 
     known = conversation.device.values
-    values = {key: one.value for key, one in known.items() if one.doubt is not Doubt.RESTARTED}
+    values = {key: one.value for key, one in known.items() if one.stale_reason is not StaleReason.RESTARTED}
     missing = readable_keys() - set(values)
     blamed = {"status"} if missing & set(STATUS_KEYS) else set()
     blamed |= missing - set(STATUS_KEYS) - {"baud_rate"}

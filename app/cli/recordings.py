@@ -26,7 +26,7 @@ from app.text.durations import stopwatch
 from app.text.i18n import tr
 
 if TYPE_CHECKING:
-    from app.recordings.library import Entry, Shelf
+    from app.recordings.library import RecordingEntry, RecordingLibrary
 
 LATEST = "latest"
 _ENDINGS = (".csv", ".mcap")
@@ -69,12 +69,12 @@ def _file(text: str) -> Path:
 
 
 def run_list(args: argparse.Namespace) -> int:
-    from app.recordings.library import Shelf
+    from app.recordings.library import RecordingLibrary
 
-    shelf = Shelf()
-    entries = (*shelf.entries(), *shelf.trashed())
+    library = RecordingLibrary()
+    entries = (*library.entries(), *library.trashed())
     if args.json:
-        write_lines([as_json({"folder": str(shelf.folder), "recordings": [json_of(one) for one in entries]})])
+        write_lines([as_json({"folder": str(library.folder), "recordings": [json_of(one) for one in entries]})])
         return DONE
     if not entries:
         say(tr("Nothing was recorded yet. The window records every session by itself."))
@@ -84,7 +84,7 @@ def run_list(args: argparse.Namespace) -> int:
     return DONE
 
 
-def json_of(entry: "Entry") -> dict[str, object]:
+def json_of(entry: "RecordingEntry") -> dict[str, object]:
     return {
         "name": entry.folder.name,
         "started_at": entry.started_at.isoformat(),
@@ -104,7 +104,7 @@ def json_of(entry: "Entry") -> dict[str, object]:
     }
 
 
-def _row(entry: "Entry") -> tuple[str, ...]:
+def _row(entry: "RecordingEntry") -> tuple[str, ...]:
     return (
         entry.folder.name,
         f"{entry.started_at.astimezone():%Y-%m-%d %H:%M}",
@@ -117,7 +117,7 @@ def _row(entry: "Entry") -> tuple[str, ...]:
     )
 
 
-def _remarks(entry: "Entry") -> str:
+def _remarks(entry: "RecordingEntry") -> str:
     if entry.trouble is not None:
         return entry.trouble
     remarks = (
@@ -133,10 +133,10 @@ def _remarks(entry: "Entry") -> str:
 
 def run_export(args: argparse.Namespace) -> int:
     from app.recordings.export import export_csv, export_mcap
-    from app.recordings.library import Shelf
+    from app.recordings.library import RecordingLibrary
     from app.recordings.recording import RecordingUnreadable, open_recording
 
-    entry = _found(Shelf(), args.name)
+    entry = _found(RecordingLibrary(), args.name)
     if entry is None:
         return USED_WRONGLY
     path: Path = args.file
@@ -165,10 +165,10 @@ def _show(share: float) -> None:
 
 
 def run_restore(args: argparse.Namespace) -> int:
-    from app.recordings.library import Shelf
+    from app.recordings.library import RecordingLibrary
 
-    shelf = Shelf()
-    entry = _found(shelf, args.name)
+    library = RecordingLibrary()
+    entry = _found(library, args.name)
     if entry is None:
         return USED_WRONGLY
     name = entry.folder.name
@@ -176,7 +176,7 @@ def run_restore(args: argparse.Namespace) -> int:
         say(tr("{name} is not in the trash.", name=name))
         return SAID_NO
     try:
-        shelf.keep(entry, is_kept=True)
+        library.keep(entry, is_kept=True)
     except OSError as error:
         say(tr("{name} cannot be restored: {why}.", name=name, why=error.strerror or str(error)))
         return SAID_NO
@@ -185,10 +185,10 @@ def run_restore(args: argparse.Namespace) -> int:
 
 
 def run_delete(args: argparse.Namespace) -> int:
-    from app.recordings.library import RecordingInUse, Shelf
+    from app.recordings.library import RecordingInUse, RecordingLibrary
 
-    shelf = Shelf()
-    entry = _found(shelf, args.name)
+    library = RecordingLibrary()
+    entry = _found(library, args.name)
     if entry is None:
         return USED_WRONGLY
     name = entry.folder.name
@@ -196,7 +196,7 @@ def run_delete(args: argparse.Namespace) -> int:
         say(tr("Nothing was deleted. To do it, say dps-s recordings delete {name} --yes.", name=name))
         return USED_WRONGLY
     try:
-        shelf.delete(entry)
+        library.delete(entry)
     except RecordingInUse:
         say(tr("{name} is being recorded: close the port in the window first.", name=name))
         return SAID_NO
@@ -207,9 +207,9 @@ def run_delete(args: argparse.Namespace) -> int:
     return DONE
 
 
-def _found(shelf: "Shelf", name: str) -> "Entry | None":
+def _found(library: "RecordingLibrary", name: str) -> "RecordingEntry | None":
     """The one recording that is meant; says why where there is none."""
-    entries = (*shelf.entries(), *shelf.trashed())
+    entries = (*library.entries(), *library.trashed())
     if name == LATEST and entries:
         return entries[0]
     found = [one for one in entries if name and one.folder.name.startswith(name)]

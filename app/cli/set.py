@@ -17,7 +17,7 @@ from app.terminal.console import (
     NO_LINK,
     SAID_NO,
     USED_WRONGLY,
-    Row,
+    TableRow,
     add_json_argument,
     add_port_arguments,
     as_json,
@@ -35,7 +35,7 @@ if TYPE_CHECKING:
     from protocol.fields import Field, Value
 
 
-class Unfit(ValueError):
+class InvalidWord(ValueError):
     """A word of the command line that is no setting with a value for it; the text is a sentence for people."""
 
 
@@ -48,7 +48,7 @@ class Wish:
 
 
 @dataclass(frozen=True, slots=True)
-class Result:
+class SettingResult:
     """What became of one wish. `error`: English, for JSON; `words`: the same for people, in their language.
 
     `is_acknowledged` None: nothing had to be sent.
@@ -66,10 +66,10 @@ class Result:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Found:
+class SetOutcome:
     """What became of all wishes, by key, in their order. `trouble`: the sentence about a line that was lost."""
 
-    results: dict[str, Result]
+    results: dict[str, SettingResult]
     changed: "Sequence[ChangedSetting]" = ()
     """Settings that were not written."""
     unread: "Sequence[Command]" = ()
@@ -104,7 +104,7 @@ def add_parser(subparsers: "argparse._SubParsersAction[argparse.ArgumentParser]"
 def run(args: argparse.Namespace) -> int:
     try:
         wishes = _wishes(args.wishes, args.profile)
-    except Unfit as error:
+    except InvalidWord as error:
         say(str(error))
         return USED_WRONGLY
     _warn(wishes)
@@ -119,7 +119,7 @@ def run(args: argparse.Namespace) -> int:
 
 def _wishes(words: Sequence[str], profile: str | None) -> list[Wish]:
     if bool(words) == (profile is not None):
-        raise Unfit(tr("dps-s set needs NAME=VALUE … or --profile FILE, and not both."))
+        raise InvalidWord(tr("dps-s set needs NAME=VALUE … or --profile FILE, and not both."))
     if profile is None:
         return parse(words)
     from pathlib import Path
@@ -130,14 +130,14 @@ def _wishes(words: Sequence[str], profile: str | None) -> list[Wish]:
     try:
         settings = read_profile(Path(profile)).settings
     except ProfileRefused as error:
-        raise Unfit("\n".join(error.sentences)) from error
+        raise InvalidWord("\n".join(error.sentences)) from error
     if not settings:
-        raise Unfit(tr("{path} holds no settings.", path=profile))
+        raise InvalidWord(tr("{path} holds no settings.", path=profile))
     return [Wish(SETTINGS_BY_KEY[key], value) for key, value in settings.items()]
 
 
 def parse(words: Sequence[str]) -> list[Wish]:
-    """Every word checked; raises `Unfit` with all that is wrong."""
+    """Every word checked; raises `InvalidWord` with all that is wrong."""
     from protocol.catalogue import SETTINGS
 
     offered = {command.key: command for command in SETTINGS}
@@ -158,7 +158,7 @@ def parse(words: Sequence[str]) -> list[Wish]:
             except ValueError as error:
                 faults.append(tr("{name}: {why}.", name=name, why=error))
     if faults:
-        raise Unfit("\n".join(faults))
+        raise InvalidWord("\n".join(faults))
     return list(wishes.values())
 
 
@@ -182,8 +182,8 @@ def _warn(wishes: Sequence[Wish]) -> None:
                 say(tr("Warning: {name}: {what}", name=wish.command.key, what=consequence.sentence))
 
 
-def _write(wishes: Sequence[Wish], args: argparse.Namespace) -> Found:
-    from app.procedures.write_all import Change, Leave, WriteReport, unconfirmed, write_all
+def _write(wishes: Sequence[Wish], args: argparse.Namespace) -> SetOutcome:
+    from app.procedures.write_all import Leave, SettingChange, WriteReport, unconfirmed, write_all
     from app.safety.acts import Act
     from app.safety.permit import Origin, Permit
     from app.terminal.command_journal import adapter_of, records_of
@@ -192,7 +192,7 @@ def _write(wishes: Sequence[Wish], args: argparse.Namespace) -> Found:
     written: list[Written] = []
     report = WriteReport(results=())
     trouble: str | None = None
-    found: dict[str, Result] = {}
+    found: dict[str, SettingResult] = {}
     with (
         records_of(args.port, adapter_of(args.port)) as records,
         connected(args.port, args.baud) as conversation,
@@ -201,7 +201,7 @@ def _write(wishes: Sequence[Wish], args: argparse.Namespace) -> Found:
         for wish in wishes:
             if args.profile is not None and wish.command.key == "baud_rate" and wish.value == conversation.baud_rate:
                 # It has just answered at this rate; a dangerous frame that changes nothing is not sent.
-                found[wish.command.key] = Result(wish.value, None, read_back=wish.value, verified=True)
+                found[wish.command.key] = SettingResult(wish.value, None, read_back=wish.value, verified=True)
                 sent.remove(wish)
         leave = Leave(
             journal=records.journal,
@@ -211,7 +211,7 @@ def _write(wishes: Sequence[Wish], args: argparse.Namespace) -> Found:
             on_written=written.append,
         )
         try:
-            report = conversation.run(write_all([Change(wish.command, wish.value) for wish in sent], leave))
+            report = conversation.run(write_all([SettingChange(wish.command, wish.value) for wish in sent], leave))
             written = list(report.results)
         except Exception as error:
             trouble = link_trouble(error)
@@ -226,12 +226,12 @@ def _write(wishes: Sequence[Wish], args: argparse.Namespace) -> Found:
             found[wish.command.key] = _lost(wish, may_be_done=is_first_lost)
             is_first_lost = False
     results = {wish.command.key: found[wish.command.key] for wish in wishes}
-    return Found(results=results, changed=report.changed, unread=report.unread, trouble=trouble)
+    return SetOutcome(results=results, changed=report.changed, unread=report.unread, trouble=trouble)
 
 
-def result_of(written: "Written", refusals: "Sequence[Refusal]" = (), *, age_s: float | None = None) -> Result:
+def result_of(written: "Written", refusals: "Sequence[Refusal]" = (), *, age_s: float | None = None) -> SettingResult:
     from app.procedures.write import Heard, WriteFault
-    from app.safety.interlocks import Condition
+    from app.safety.interlocks import Interlock
 
     error = words = None
     fault = written.fault
@@ -243,8 +243,8 @@ def result_of(written: "Written", refusals: "Sequence[Refusal]" = (), *, age_s: 
         words = tr("not sent: {why}", why=" ".join(refusal.sentence for refusal in refusals))
     elif fault is not None:
         error, words = fault.value, tr(fault.value)
-    is_refused = fault is WriteFault.NOT_ALLOWED and all(one.condition is not Condition.ONLINE for one in refusals)
-    return Result(
+    is_refused = fault is WriteFault.NOT_ALLOWED and all(one.condition is not Interlock.ONLINE for one in refusals)
+    return SettingResult(
         written.wanted,
         written.is_acknowledged,
         read_back=written.stands,
@@ -256,17 +256,19 @@ def result_of(written: "Written", refusals: "Sequence[Refusal]" = (), *, age_s: 
     )
 
 
-def _lost(wish: Wish, *, may_be_done: bool) -> Result:
+def _lost(wish: Wish, *, may_be_done: bool) -> SettingResult:
     if may_be_done:
         error = "the port was lost; it may have been carried out"
         words = tr("the port was lost; it may have been carried out")
     else:
         error, words = "not sent: the port was lost", tr("not sent: the port was lost")
     verified = False if wish.command.reads_back or wish.command.key == "baud_rate" else None
-    return Result(wish.value, is_acknowledged=False, verified=verified, error=error, words=words, is_link_lost=True)
+    return SettingResult(
+        wish.value, is_acknowledged=False, verified=verified, error=error, words=words, is_link_lost=True
+    )
 
 
-def json_of(found: Found) -> dict[str, object]:
+def json_of(found: SetOutcome) -> dict[str, object]:
     """The object of `dps-s set --json`."""
     return {
         "results": {
@@ -285,7 +287,7 @@ def json_of(found: Found) -> dict[str, object]:
     }
 
 
-def _remarks(found: Found) -> list[str]:
+def _remarks(found: SetOutcome) -> list[str]:
     """What else there is to say: settings that nobody wrote, and a line that was lost."""
     remarks = [
         tr("{name} was not written and changed from {before} to {after}.", name=one.command.key,
@@ -296,11 +298,11 @@ def _remarks(found: Found) -> list[str]:
     return remarks if found.trouble is None else [*remarks, found.trouble]
 
 
-def page_of(results: dict[str, Result]) -> list[str]:
-    return two_columns([Row(name, _sentence(result)) for name, result in results.items()], indent=0)
+def page_of(results: dict[str, SettingResult]) -> list[str]:
+    return two_columns([TableRow(name, _sentence(result)) for name, result in results.items()], indent=0)
 
 
-def _sentence(result: Result) -> str:
+def _sentence(result: SettingResult) -> str:
     wanted = _typed(result.wanted)
     if result.error is not None:
         if result.read_back is not None:

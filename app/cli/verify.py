@@ -60,7 +60,7 @@ def run(args: argparse.Namespace) -> int:
 
 def _verify(args: argparse.Namespace, stations: "Stations", store: "Store | None") -> int:
     from app.records.check_store import CheckStore
-    from app.records.verification import State, verify_file
+    from app.records.verification import RecordState, verify_file
 
     kept = CheckStore(store.database) if store is not None else None
     try:
@@ -74,9 +74,9 @@ def _verify(args: argparse.Namespace, stations: "Stations", store: "Store | None
         say(tr("{file} cannot be read: {why}.", file=args.file, why=why))
         return USED_WRONGLY
     write_lines([one.in_words() for one in verification.sentences()])
-    if verification.state is State.UNREADABLE:
+    if verification.state is RecordState.UNREADABLE:
         return USED_WRONGLY
-    return DONE if verification.state is State.INTACT else SAID_NO
+    return DONE if verification.state is RecordState.INTACT else SAID_NO
 
 
 def _trust(stations: "Stations", verification: "Verification", fingerprint: str, name: str) -> bool:

@@ -131,7 +131,7 @@ class PortHistory:
         self._names: dict[str, str] = {}
         self._is_first = True
 
-    def look(self, ports: Iterable[PortInfo], now: float) -> None:
+    def poll(self, ports: Iterable[PortInfo], now: float) -> None:
         """Take in a list of ports."""
         present = {port.identity or port.device: port.device for port in ports}
         for key, visits in self._visits.items():

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from enum import Enum
 
 from app.diagnosis.symptoms import (
-    Evidence,
+    PortEvidence,
     frames_of_module,
     has_login,
     holder_name,
@@ -65,17 +65,17 @@ class Diagnosis:
 
 
 @dataclass(frozen=True, slots=True)
-class Row:
+class CauseRow:
     """One row of the table. `what` and `next_step` are English with the placeholders of `_values`, marked."""
 
     cause: Cause
-    fits: Callable[[Evidence], bool]
+    fits: Callable[[PortEvidence], bool]
     what: str
     next_step: str
-    command: Callable[[Evidence], str | None] = lambda _evidence: None
+    command: Callable[[PortEvidence], str | None] = lambda _evidence: None
 
 
-def diagnose(evidence: Evidence) -> Diagnosis | None:
+def diagnose(evidence: PortEvidence) -> Diagnosis | None:
     """The cause and what to do; None where nothing is wrong, or nothing has been asked yet."""
     for row in CAUSES:
         if row.fits(evidence):
@@ -97,7 +97,7 @@ _JOIN_GROUP = "sudo usermod -aG dialout $USER"
 """The group of serial ports on Debian and Ubuntu."""
 
 
-def _permission_command(evidence: Evidence) -> str | None:
+def _permission_command(evidence: PortEvidence) -> str | None:
     if not evidence.platform.startswith("linux"):
         return None
     access = evidence.facts.access
@@ -106,24 +106,24 @@ def _permission_command(evidence: Evidence) -> str | None:
     return _install_rule(evidence) if access is not None and evidence.facts.rule_source else _JOIN_GROUP
 
 
-def _install_rule(evidence: Evidence) -> str:
+def _install_rule(evidence: PortEvidence) -> str:
     source = shlex.quote(evidence.facts.rule_source)
     return f"sudo cp {source} /etc/udev/rules.d/ && sudo udevadm control --reload && sudo udevadm trigger"
 
 
-def _rule_command(evidence: Evidence) -> str | None:
+def _rule_command(evidence: PortEvidence) -> str | None:
     """With our rule in place the modem program only has to be started anew to heed it; without one it has to end."""
     if evidence.facts.has_rule:
         return "sudo systemctl restart ModemManager"
     return _install_rule(evidence) if evidence.facts.rule_source else "sudo systemctl stop ModemManager"
 
 
-def _latency_command(evidence: Evidence) -> str | None:
+def _latency_command(evidence: PortEvidence) -> str | None:
     path = evidence.facts.latency_path
     return None if path is None else f"echo 1 | sudo tee {path}"
 
 
-def _values(evidence: Evidence) -> Mapping[str, object]:
+def _values(evidence: PortEvidence) -> Mapping[str, object]:
     holder = evidence.trouble.holder if evidence.trouble is not None else None
     trip_s = evidence.round_trip_median_s
     counters = evidence.counters
@@ -144,140 +144,140 @@ _IN_USE = marked("{port} is in use by {program} (process {pid}).")
 _IN_USE_BY_SOMEBODY = marked("{port} is in use by another program, and the system does not tell which.")
 _TYPE = marked("Type: {command}")
 
-CAUSES: tuple[Row, ...] = (
+CAUSES: tuple[CauseRow, ...] = (
     # The port cannot be had
-    Row(
+    CauseRow(
         Cause.BRAILLE,
         is_taken_for_braille,
         marked("{port} vanishes again: the driver for Braille displays (brltty) takes this adapter for one."),
         marked("If nobody here uses a Braille display, type: {command} — then plug the adapter in again."),
         lambda _seen: "sudo apt remove brltty",
     ),
-    Row(
+    CauseRow(
         Cause.MODEM_PROBER,
         is_prober,
         marked("A modem program (ModemManager) tries out {port}: it sends AT commands to the module."),
         marked("Type: {command} — then plug the adapter in again."),
         _rule_command,
     ),
-    Row(
+    CauseRow(
         Cause.FLAPPING,
         lambda seen: is_gone(seen) and seen.short_visits >= 2,
         marked("The adapter at {port} has come and gone {visits} times: it loses its power or its contact."),
         marked("Use another USB cable and another socket, without a hub."),
     ),
-    Row(
+    CauseRow(
         Cause.HELD,
         lambda seen: trouble_of(seen) is PortTrouble.BUSY and bool(holder_name(seen)),
         _IN_USE,
         marked("Close {program} and connect again."),
     ),
-    Row(
+    CauseRow(
         Cause.HELD,
         lambda seen: trouble_of(seen) is PortTrouble.BUSY,
         _IN_USE_BY_SOMEBODY,
         marked("Close every program that uses serial ports, a second window of this one too, and connect again."),
     ),
-    Row(
+    CauseRow(
         Cause.LOG_IN_AGAIN,
         lambda seen: trouble_of(seen) is PortTrouble.NOT_ALLOWED and may_soon(seen),
         marked("You may open {port}, but this session does not know it yet."),
         marked("Log out and in again; on some systems only a restart helps."),
     ),
-    Row(
+    CauseRow(
         Cause.NO_PERMISSION,
         lambda seen: trouble_of(seen) is PortTrouble.NOT_ALLOWED and _permission_command(seen) is not None,
         marked("You may not open {port}."),
         marked("Type: {command} — then log out and in again."),
         _permission_command,
     ),
-    Row(
+    CauseRow(
         Cause.NO_PERMISSION,
         lambda seen: trouble_of(seen) is PortTrouble.NOT_ALLOWED,
         marked("You may not open {port}."),
         marked("Ask the administrator of this computer for access to serial ports."),
     ),
-    Row(
+    CauseRow(
         Cause.MISSING,
         lambda seen: trouble_of(seen) is PortTrouble.MISSING,
         marked("There is no port {port}."),
         marked("Plug the adapter in. If it is plugged in and no new port appears, its driver is missing."),
     ),
-    Row(
+    CauseRow(
         Cause.UNPLUGGED,
         lambda seen: trouble_of(seen) is PortTrouble.LOST,
         marked("{port} was unplugged, or its driver failed."),
         marked("Plug the adapter in again: the program connects by itself, to this adapter only."),
     ),
-    Row(
+    CauseRow(
         Cause.STUCK,
         lambda seen: trouble_of(seen) is PortTrouble.STUCK,
         marked("{port} takes no bytes: the adapter or its driver hangs."),
         marked("Unplug the adapter, wait two seconds, and plug it in again."),
     ),
-    Row(
+    CauseRow(
         Cause.UNUSABLE,
         lambda seen: trouble_of(seen) in (PortTrouble.UNUSABLE, PortTrouble.UNSUPPORTED),
         marked("{port} cannot be used as a serial port."),
         marked("Choose another port."),
     ),
     # The port is open
-    Row(
+    CauseRow(
         Cause.LOGIN,
         has_login,
         marked("At {port} there is a computer that wants somebody to log in, not a module."),
         marked("Choose the adapter that the module is connected to."),
     ),
-    Row(
+    CauseRow(
         Cause.SHUT_DOWN,
         lambda seen: seen.is_open and seen.was_shut_down and not seen.is_answering,
         marked("The module was shut down by this program."),
         marked("Hold its switch for two seconds, or connect external power."),
     ),
-    Row(
+    CauseRow(
         Cause.ECHO,
         is_echo,
         marked("Only our own bytes come back on {port}."),
         marked("Check the wiring: TX and RX touch each other, or the module is not connected."),
     ),
-    Row(
+    CauseRow(
         Cause.BAD_LINE,
         is_bad_line,
         marked("Frames arrive damaged: {rejected} of {bytes} bytes were rejected."),
         marked("Use a shorter cable, connect ground, and keep it away from motors and antennas."),
     ),
-    Row(
+    CauseRow(
         Cause.WRONG_RATE,
         lambda seen: is_silent(seen) and seen.counters.rejected > 0 and not frames_of_module(seen),
         marked("{bytes} bytes came on {port} at {rate} baud, and no frame is among them."),
         marked("The module has another baud rate: find the rate."),
     ),
-    Row(
+    CauseRow(
         Cause.DEAF,
         lambda seen: is_silent(seen) and not seen.was_online and frames_of_module(seen) > 0,
         marked("The module on {port} sends, but does not answer."),
         marked("Check the wire from the adapter's TX to the module's RX."),
     ),
-    Row(
+    CauseRow(
         Cause.FELL_SILENT,
         lambda seen: is_silent(seen) and seen.was_online,
         marked("The module answered before and has fallen silent; the port is fine."),
         marked("Check its plug and its cell; hold its switch for two seconds to switch it on."),
     ),
-    Row(
+    CauseRow(
         Cause.NOTHING,
         lambda seen: is_silent(seen) and not seen.bytes_received,
         marked("Not a single byte has come on {port}, and it was asked {asked} times."),
         marked("Switch the module on, connect ground, and cross the wires: TX to RX and RX to TX."),
     ),
-    Row(
+    CauseRow(
         Cause.SLOW_ADAPTER,
         lambda seen: is_slow(seen) and _latency_command(seen) is not None,
         marked("It works, but the adapter holds every answer back ({ms} ms): its latency timer is long."),
         _TYPE,
         _latency_command,
     ),
-    Row(
+    CauseRow(
         Cause.SLOW_ADAPTER,
         is_slow,
         marked("It works, but the adapter holds every answer back ({ms} ms): its latency timer is long."),

@@ -4,7 +4,7 @@ import sys
 from dataclasses import dataclass, replace
 
 from app.diagnosis.adapter_facts import AdapterFacts
-from app.diagnosis.symptoms import NOISE_KEPT_BYTES, Evidence
+from app.diagnosis.symptoms import NOISE_KEPT_BYTES, PortEvidence
 from app.engine.procedure import LinkView
 from app.engine.worker import Batch, PortState
 from protocol.catalogue import BY_NAME
@@ -24,11 +24,11 @@ class _Mark:
     bytes_received: int
 
 
-class Witness:
+class EvidenceCollector:
     """Sees every batch of one connection. One thread. `begin` when somebody connects."""
 
     def __init__(self) -> None:
-        self._seen = Evidence(platform=sys.platform)
+        self._seen = PortEvidence(platform=sys.platform)
         self._mark = _Mark(Counters(), 0)
         self._base = self._mark
         """The totals when the port was opened or got its rate: what came at another rate says nothing of this one."""
@@ -36,11 +36,11 @@ class Witness:
 
     def begin(self, port: str) -> None:
         """Somebody connects to `port`: nothing that was seen before counts."""
-        self._seen = Evidence(port=port, platform=sys.platform)
+        self._seen = PortEvidence(port=port, platform=sys.platform)
         self._mark = self._base = _Mark(Counters(), 0)
         self._noise.clear()
 
-    def take(self, batch: Batch) -> None:
+    def on_batch(self, batch: Batch) -> None:
         """Take in one batch; every batch, in order."""
         connection = batch.connection
         if connection.state is PortState.OPENING:
@@ -74,7 +74,7 @@ class Witness:
         if batch.link is not None:
             self._take_link(batch.link, is_online=batch.device.presence is Presence.ONLINE)
 
-    def evidence(self, *, facts: AdapterFacts | None = None, short_visits: int = 0) -> Evidence:
+    def evidence(self, *, facts: AdapterFacts | None = None, short_visits: int = 0) -> PortEvidence:
         """What was seen up to now, with what the system tells (`facts_about`, `PortHistory.short_visits`)."""
         return replace(self._seen, noise=bytes(self._noise), facts=facts or AdapterFacts(), short_visits=short_visits)
 

@@ -137,7 +137,7 @@ class _Series:
         return (*self._done, *last)
 
 
-class LinkFigures:
+class LinkStatistics:
     """See the module's docstring. One thread. Counts on over every reconnection."""
 
     def __init__(self) -> None:
@@ -152,7 +152,7 @@ class LinkFigures:
         self.bytes_received = 0
         self.losses = 0
 
-    def take(self, batch: Batch) -> None:
+    def on_batch(self, batch: Batch) -> None:
         """Take in one batch; every batch, in order."""
         if batch.connection.state is not PortState.OPEN:
             lost = int(self._was_open and batch.connection.trouble is not None)

@@ -15,8 +15,8 @@ from contextlib import suppress
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from app.captures.reader import Entry, Header, lines_of
-from app.diagnosis.link_statistics import LinkFigures
+from app.captures.reader import CaptureEntry, Header, lines_of
+from app.diagnosis.link_statistics import LinkStatistics
 from app.diagnosis.troubles import explain
 from app.engine.device import DeviceView
 from app.engine.worker import Connection
@@ -38,7 +38,7 @@ _ZIP_TIME = (1980, 1, 1, 0, 0, 0)
 
 
 @dataclass(frozen=True, slots=True)
-class Part:
+class BundleFile:
     """One file of the bundle, as it is written."""
 
     name: str
@@ -86,10 +86,10 @@ class Contents:
     device: DeviceView = field(default_factory=DeviceView)
     now: float = 0.0
     """Monotonic seconds, of `device`."""
-    figures: LinkFigures | None = None
+    figures: LinkStatistics | None = None
     preferences: Mapping[str, object] = field(default_factory=dict)
     """The program's own settings: language, theme …"""
-    capture: Iterable[Entry] = ()
+    capture: Iterable[CaptureEntry] = ()
     capture_header: Header = field(default_factory=Header)
 
 
@@ -106,9 +106,9 @@ class SupportBundle:
             "log.txt": contents.log,
             "capture.txt": "".join(f"{line}\n" for line in _capture_lines(contents)),
         }
-        self._parts = tuple(Part(name, _end_of(scrub(text, names))) for name, text in texts.items() if text)
+        self._parts = tuple(BundleFile(name, _end_of(scrub(text, names))) for name, text in texts.items() if text)
 
-    def preview(self) -> tuple[Part, ...]:
+    def preview(self) -> tuple[BundleFile, ...]:
         """Exactly what `write` writes."""
         return self._parts
 
@@ -187,7 +187,7 @@ def _module(contents: Contents) -> dict[str, object]:
                 "value": one.value,
                 "how": one.how.value,
                 "age_s": round(contents.now - one.at, 1),
-                "doubt": None if one.doubt is None else one.doubt.value,
+                "doubt": None if one.stale_reason is None else one.stale_reason.value,
             }
             for key, one in known.items()
             if one is not None

@@ -24,7 +24,7 @@ _BRAILLE = {"brltty"}
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Evidence:
+class PortEvidence:
     """What was seen of one port since it was opened, or why it was not. Times in seconds."""
 
     port: str = ""
@@ -50,21 +50,21 @@ class Evidence:
     """As `sys.platform`."""
 
 
-def trouble_of(evidence: Evidence) -> PortTrouble | None:
+def trouble_of(evidence: PortEvidence) -> PortTrouble | None:
     return None if evidence.trouble is None else evidence.trouble.trouble
 
 
-def is_gone(evidence: Evidence) -> bool:
+def is_gone(evidence: PortEvidence) -> bool:
     return trouble_of(evidence) in (PortTrouble.MISSING, PortTrouble.LOST)
 
 
-def holder_name(evidence: Evidence) -> str:
+def holder_name(evidence: PortEvidence) -> str:
     """The program that has the port; empty where it is not known."""
     holder = evidence.trouble.holder if evidence.trouble is not None else None
     return "" if holder is None else holder.name
 
 
-def is_prober(evidence: Evidence) -> bool:
+def is_prober(evidence: PortEvidence) -> bool:
     """A program that looks for modems has the port, or has written to it."""
     if trouble_of(evidence) is PortTrouble.BUSY:
         name = holder_name(evidence).lower()
@@ -72,27 +72,27 @@ def is_prober(evidence: Evidence) -> bool:
     return not evidence.is_answering and _AT.search(evidence.noise) is not None
 
 
-def is_taken_for_braille(evidence: Evidence) -> bool:
+def is_taken_for_braille(evidence: PortEvidence) -> bool:
     """The driver for Braille displays takes the adapter."""
     is_snatched = is_gone(evidence) and evidence.short_visits >= 1 and "brltty" in evidence.facts.grabbers
     return is_snatched or holder_name(evidence).lower() in _BRAILLE
 
 
-def is_silent(evidence: Evidence) -> bool:
+def is_silent(evidence: PortEvidence) -> bool:
     """The port is fine, we have asked, and no module answers."""
     return evidence.is_open and not evidence.is_answering and evidence.counters.time_outs > 0
 
 
-def frames_of_module(evidence: Evidence) -> int:
+def frames_of_module(evidence: PortEvidence) -> int:
     return evidence.counters.frames - evidence.counters.by_role[Role.ECHO]
 
 
-def is_echo(evidence: Evidence) -> bool:
+def is_echo(evidence: PortEvidence) -> bool:
     only_echo = evidence.counters.by_role[Role.ECHO] > 0 or HOST_HEADER in evidence.noise
     return is_silent(evidence) and only_echo and not frames_of_module(evidence)
 
 
-def is_bad_line(evidence: Evidence) -> bool:
+def is_bad_line(evidence: PortEvidence) -> bool:
     """Frames that are damaged, rather than bytes of another rate."""
     rejected = evidence.counters.rejected
     if not evidence.is_open or not rejected:
@@ -105,7 +105,7 @@ def is_bad_line(evidence: Evidence) -> bool:
     return is_silent(evidence) and begun >= CHECKSUM_SHARE * rejected
 
 
-def is_slow(evidence: Evidence) -> bool:
+def is_slow(evidence: PortEvidence) -> bool:
     """Every answer takes the adapter's full waiting time: even the quickest one, and the usual one is a step of it."""
     if not evidence.is_answering:
         return False
@@ -116,11 +116,11 @@ def is_slow(evidence: Evidence) -> bool:
     return quickest is not None and usual is not None and quickest >= SLOW_MINIMUM_S and usual <= 2.5 * LATENCY_STEP_S
 
 
-def may_soon(evidence: Evidence) -> bool:
+def may_soon(evidence: PortEvidence) -> bool:
     access = evidence.facts.access
     return access is not None and access.is_member and not access.is_effective
 
 
-def has_login(evidence: Evidence) -> bool:
+def has_login(evidence: PortEvidence) -> bool:
     """A computer's console: it wants somebody to log in, or boots."""
     return is_silent(evidence) and _LOGIN.search(evidence.noise) is not None

@@ -19,7 +19,7 @@ from types import MappingProxyType
 from typing import NamedTuple
 
 from app.engine.changed_values import ACKNOWLEDGED_KEYS, key_changed_by
-from app.engine.motion import Motion, MotionWatch
+from app.engine.motion import MotionExtremes, MotionWatch
 from protocol.catalogue import RECORDS_KEPT, SERIAL_OUTPUT, SETTINGS, Request
 from protocol.events import (
     Answered,
@@ -43,7 +43,7 @@ class How(Enum):
     STREAMED = "streamed"
 
 
-class Doubt(Enum):
+class StaleReason(Enum):
     """Why a value that was known may no longer be true."""
 
     RESTARTED = "restarted"
@@ -83,16 +83,16 @@ class Known:
     value: Value
     how: How
     at: float
-    doubt: Doubt | None = None
+    stale_reason: StaleReason | None = None
     said_after: float = -inf
     """The module said it after this moment, as far as that is proven."""
 
     @property
     def is_stale(self) -> bool:
-        return self.doubt is not None
+        return self.stale_reason is not None
 
 
-class Sample(NamedTuple):
+class StatusSample(NamedTuple):
     """One status report. `at`: monotonic seconds at which its bytes were read from the port."""
 
     at: float
@@ -124,7 +124,7 @@ class DeviceView:
     """A heartbeat came that may be a restart's; the next boot count tells."""
     undecided: frozenset[str] = frozenset()
     """What was known until a heartbeat came that may be a restart's, and counts as unknown until that is decided."""
-    motion: Motion | None = None
+    motion: MotionExtremes | None = None
     """Of the last two seconds."""
     stray_records: tuple[TriggerRecord, ...] = ()
     """Came outside an answer, mostly after their query had been given up; oldest first."""
@@ -140,13 +140,13 @@ class DeviceView:
     def known(self, key: str, now: float) -> Known | None:
         """The value with the doubt that its age casts on it at `now`; None while unknown."""
         known = self.values.get(key)
-        if known is None or known.doubt is not None:
+        if known is None or known.stale_reason is not None:
             return known
         if self.is_late and key in STATUS_KEYS:
-            return replace(known, doubt=Doubt.LATE)
+            return replace(known, stale_reason=StaleReason.LATE)
         limit_s = self.fresh_for_s(key, known.how)
         if limit_s is not None and now - known.at > limit_s:
-            return replace(known, doubt=Doubt.AGED)
+            return replace(known, stale_reason=StaleReason.AGED)
         return known
 
     def fresh_for_s(self, key: str, how: How) -> float | None:
@@ -192,7 +192,7 @@ class Device:
         self._suspected: dict[str, Known] = {}
         """What counts as unknown until that is decided."""
         self._unconfirmed: set[str] = set()
-        self._samples: list[Sample] = []
+        self._samples: list[StatusSample] = []
         self._stray_records: deque[TriggerRecord] = deque(maxlen=KEPT_STRAY_RECORDS)
         self._motion = MotionWatch()
 
@@ -219,15 +219,16 @@ class Device:
                     self._values["baud_rate"] = Known(self._baud_rate, How.READ, event.at)
             case WentOffline():
                 self._set_presence(Presence.OFFLINE, event.at)
-                self.doubt_everything(Doubt.LINK_LOST)
+                self.mark_all_stale(StaleReason.LINK_LOST)
             case _:
                 pass
 
-    def doubt_everything(self, doubt: Doubt) -> None:
+    def mark_all_stale(self, stale_reason: StaleReason) -> None:
         """Nothing that was known is certain any more (port lost, module offline)."""
         self._settle()
         self._values = {
-            key: known if known.is_stale else replace(known, doubt=doubt) for key, known in self._values.items()
+            key: known if known.is_stale else replace(known, stale_reason=stale_reason)
+            for key, known in self._values.items()
         }
         self._streamed_at.clear()
         self._motion.clear()
@@ -237,7 +238,7 @@ class Device:
         """Remember it for the view; `apply` takes what follows from it."""
         self._last_sleep = Sleep(at, slept_s)
 
-    def take_samples(self) -> list[Sample]:
+    def take_samples(self) -> list[StatusSample]:
         """The status reports since the last call, oldest first; none is ever left out."""
         samples, self._samples = self._samples, []
         return samples
@@ -291,9 +292,9 @@ class Device:
         if event.role is Role.STREAMED:
             self._streamed_at.append(event.at)
         self._samples.append(
-            Sample(event.at, message.tilt_deg, message.acceleration_g, message.triggered, message.active)
+            StatusSample(event.at, message.tilt_deg, message.acceleration_g, message.triggered, message.active)
         )
-        self._motion.take(message, event.at)
+        self._motion.feed(message, event.at)
         self._latest = event
 
     def _settle(self) -> None:
@@ -357,7 +358,7 @@ class Device:
             self._suspected.pop(key, None)
             self._unconfirmed.add(key)
         elif known is not None:
-            self._values[key] = replace(known, doubt=Doubt.WRITE_UNCONFIRMED)
+            self._values[key] = replace(known, stale_reason=StaleReason.WRITE_UNCONFIRMED)
 
     def _suspect_restart(self) -> None:
         """A heartbeat that was not waited for may be one of a restart's two; where the link cannot tell it from a late
@@ -379,7 +380,7 @@ class Device:
     def _take_restart(self) -> None:
         self._restarts += 1
         self._restarts_not_read += 1
-        self.doubt_everything(Doubt.RESTARTED)
+        self.mark_all_stale(StaleReason.RESTARTED)
         for key in UNREADABLE:
             self._values.pop(key, None)
 

@@ -14,7 +14,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from enum import Enum
 
-from app.engine.device import BOOTS, Device, Doubt, Known
+from app.engine.device import BOOTS, Device, Known, StaleReason
 from app.engine.setting_changes import BOOT_COUNT, READABLE_SETTINGS, ChangedSetting, changed_settings
 from protocol.events import Event, Received, Role
 from protocol.fields import Value
@@ -35,7 +35,7 @@ class Trust(Enum):
 
 
 @dataclass(frozen=True, slots=True)
-class Evidence:
+class IdentityEvidence:
     """What was read of a module. `settings`: by key, in the field's unit; what was not read is absent."""
 
     boot_count: int | None = None
@@ -50,7 +50,7 @@ class Evidence:
 class Expected:
     """What is known of the module that is meant before its port is opened."""
 
-    evidence: Evidence
+    evidence: IdentityEvidence
     is_adapter_same: bool = True
 
 
@@ -59,8 +59,8 @@ class Identity:
     """`before`: what was last read of the module that is meant, None where none is; `now`: of the one that answers."""
 
     trust: Trust = Trust.PROVEN
-    before: Evidence | None = None
-    now: Evidence = field(default_factory=Evidence)
+    before: IdentityEvidence | None = None
+    now: IdentityEvidence = field(default_factory=IdentityEvidence)
     is_adapter_same: bool = True
 
     @property
@@ -95,32 +95,32 @@ def went_back(before: int | None, now: int | None) -> bool:
     return before is not None and now is not None and (now - before) % BOOTS >= WENT_BACK
 
 
-def evidence_of(values: Mapping[str, Known], *, is_fresh: bool) -> Evidence:
+def evidence_of(values: Mapping[str, Known], *, is_fresh: bool) -> IdentityEvidence:
     """Of what a device knows. `is_fresh`: only what is in no doubt; else also what was read before a loss."""
 
     def value_of(key: str) -> Value | None:
         known = values.get(key)
-        if known is None or known.doubt is Doubt.WRITE_UNCONFIRMED or (is_fresh and known.is_stale):
+        if known is None or known.stale_reason is StaleReason.WRITE_UNCONFIRMED or (is_fresh and known.is_stale):
             return None
         return known.value
 
     boots = value_of(BOOT_COUNT.key)
     settings = {command.key: value_of(command.key) for command in READABLE_SETTINGS}
-    return Evidence(
+    return IdentityEvidence(
         None if boots is None else int(boots), {key: value for key, value in settings.items() if value is not None}
     )
 
 
-def as_logged(seen: Evidence) -> dict[str, object]:
+def as_logged(seen: IdentityEvidence) -> dict[str, object]:
     """For the audit log, beside what was done: on which start of the module, and with which settings."""
     return {"boot_count": seen.boot_count, "settings": dict(seen.settings)}
 
 
-def is_another(before: Evidence, now: Evidence) -> bool:
+def is_another(before: IdentityEvidence, now: IdentityEvidence) -> bool:
     return went_back(before.boot_count, now.boot_count) or bool(changed_settings(before.settings, now.settings))
 
 
-def is_same(before: Evidence, now: Evidence) -> bool:
+def is_same(before: IdentityEvidence, now: IdentityEvidence) -> bool:
     """Boot count and all settings that were read before are read again, and none speaks against it."""
     has_count = now.boot_count is not None and before.boot_count is not None
     has_settings = bool(before.settings) and before.settings.keys() <= now.settings.keys()

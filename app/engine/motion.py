@@ -10,7 +10,7 @@ _SLOT_S: Final = 0.1
 """Reports may come 1,440 times a second: the lowest and highest of each slot are kept."""
 
 
-class Motion(NamedTuple):
+class MotionExtremes(NamedTuple):
     """The extremes of the reports from `since` to `until` (monotonic seconds)."""
 
     since: float
@@ -24,9 +24,9 @@ class Motion(NamedTuple):
     def tilt_change_deg(self) -> float:
         return self.tilt_high_deg - self.tilt_low_deg
 
-    def joined(self, other: "Motion") -> "Motion":
+    def joined(self, other: "MotionExtremes") -> "MotionExtremes":
         """Both as one."""
-        return Motion(
+        return MotionExtremes(
             min(self.since, other.since),
             max(self.until, other.until),
             min(self.tilt_low_deg, other.tilt_low_deg),
@@ -40,27 +40,27 @@ class MotionWatch:
     """Fed with every status report."""
 
     def __init__(self) -> None:
-        self._slots: deque[Motion] = deque()
+        self._slots: deque[MotionExtremes] = deque()
 
     def clear(self) -> None:
         self._slots.clear()
 
-    def take(self, status: Status, at: float) -> None:
+    def feed(self, status: Status, at: float) -> None:
         tilt, acceleration = status.tilt_deg, status.acceleration_g
-        report = Motion(at, at, tilt, tilt, acceleration, acceleration)
+        report = MotionExtremes(at, at, tilt, tilt, acceleration, acceleration)
         if self._slots and at - self._slots[-1].since < _SLOT_S:
             self._slots[-1] = self._slots[-1].joined(report)
         else:
             self._slots.append(report)
 
-    def view(self, now: float) -> Motion | None:
+    def view(self, now: float) -> MotionExtremes | None:
         """Over the last `WATCHED_FOR_S`, and the slot in which they began; None without a report in them."""
         slots = self._slots
         while slots and now - slots[0].until > WATCHED_FOR_S:
             slots.popleft()
         if not slots:
             return None
-        return Motion(
+        return MotionExtremes(
             slots[0].since,
             slots[-1].until,
             min(slot.tilt_low_deg for slot in slots),

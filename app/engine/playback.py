@@ -6,7 +6,7 @@ The session refuses every request that is no question. Procedures that change a 
 
 from typing import Protocol
 
-from app.engine.procedure import Look, Procedure, Sight
+from app.engine.procedure import EngineView, Inspect, Procedure
 from app.text.i18n import tr
 from protocol.catalogue import SERIAL_OUTPUT, Request
 from protocol.events import Unanswered
@@ -48,6 +48,6 @@ def refuse_change(run: _Run, request: Request, now: float, *, is_playback: bool 
 
 def require_module() -> Procedure[None]:
     """Raises `OnlyPlayedBack` where a capture is played."""
-    sight: Sight = yield Look()
+    sight: EngineView = yield Inspect()
     if sight.is_playback:
         raise OnlyPlayedBack

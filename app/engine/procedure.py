@@ -95,7 +95,7 @@ class UseRate:
 
 
 @dataclass(frozen=True, slots=True)
-class Look:
+class Inspect:
     pass
 
 
@@ -112,8 +112,8 @@ class LinkView:
 
 
 @dataclass(frozen=True, slots=True)
-class Sight:
-    """What `Look` shows. `baud_rate` is the port's."""
+class EngineView:
+    """What `Inspect` shows. `baud_rate` is the port's."""
 
     now: float
     opened_at: float
@@ -142,9 +142,9 @@ class Report:
     values: tuple[tuple[str, object], ...] = ()
 
 
-Want = Ask | Pause | Await | Listen | UseRate | Look | Report
+Effect = Ask | Pause | Await | Listen | UseRate | Inspect | Report
 Result = TypeVar("Result")
-Procedure = Generator[Want, Any, Result]
+Procedure = Generator[Effect, Any, Result]
 
 
 class Cancelled(Exception):

@@ -170,7 +170,7 @@ class Reconnection:
         self._lost_at = None
         self._is_open = self.is_mistaken = False
 
-    def take(self, connection: Connection, now: float) -> None:
+    def feed(self, connection: Connection, now: float) -> None:
         """What became of the port. The same again changes nothing."""
         if self._address is None or connection == self._taken:
             return
@@ -194,7 +194,7 @@ class Reconnection:
             return not self._is_recognised
         return self.is_waiting and self._absence.is_waiting and now >= self._next_at
 
-    def look(self, ports: Iterable[PortInfo], now: float) -> Address | None:
+    def poll(self, ports: Iterable[PortInfo], now: float) -> Address | None:
         """What to open now, None for nothing. `absence` says why not."""
         address, lost_at = self._address, self._lost_at
         if self._is_open and address is not None:

@@ -7,15 +7,15 @@ from app.engine.procedure import (
     Ask,
     Await,
     Cancelled,
+    Effect,
+    Inspect,
     Listen,
-    Look,
     Pause,
     PortLost,
     Procedure,
     Report,
     Result,
     UseRate,
-    Want,
 )
 from protocol.events import Received
 
@@ -34,7 +34,7 @@ class Run(Generic[Result]):
         self._is_told = False
         self._procedure = procedure
         self._on_progress = on_progress
-        self._want: Want | None = None
+        self._want: Effect | None = None
         self._resume_at = self._awaits_since = 0.0
         self._heard: list[Received] = []
         self.is_started = False
@@ -59,8 +59,8 @@ class Run(Generic[Result]):
         return self._want if isinstance(self._want, Ask) else None
 
     @property
-    def wants_to_look(self) -> bool:
-        return isinstance(self._want, Look)
+    def wants_to_inspect(self) -> bool:
+        return isinstance(self._want, Inspect)
 
     @property
     def wanted_rate(self) -> UseRate | None:
@@ -107,7 +107,7 @@ class Run(Generic[Result]):
     def _advance(self, value: object, now: float) -> None:
         self._drive(lambda: self._procedure.send(value), now)
 
-    def _drive(self, move: Callable[[], Want], now: float) -> None:
+    def _drive(self, move: Callable[[], Effect], now: float) -> None:
         try:
             want = move()
             while isinstance(want, Report) or (isinstance(want, Await) and want.future.done()):

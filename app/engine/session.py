@@ -10,10 +10,10 @@ fresh), which gets the line only while the foreground does not want it.
 from collections.abc import Callable
 from typing import Any
 
-from app.engine.device import Device, Doubt
+from app.engine.device import Device, StaleReason
 from app.engine.identity import Expected, IdentityCheck
 from app.engine.playback import refuse_change
-from app.engine.procedure import Ask, Cancelled, LinkView, PortLost, Procedure, Sight, Slept
+from app.engine.procedure import Ask, Cancelled, EngineView, LinkView, PortLost, Procedure, Slept
 from app.engine.run import Run
 from app.engine.transport import Line
 from protocol.catalogue import ACTIVATION, Hazard
@@ -169,7 +169,7 @@ class Session:
                 run.throw(PortLost(), now)
         self._foreground.clear()
         self._background = None
-        self.device.doubt_everything(Doubt.LINK_LOST)
+        self.device.mark_all_stale(StaleReason.LINK_LOST)
         self.line.close()
 
     def _runs(self) -> list[Run[Any]]:
@@ -193,7 +193,7 @@ class Session:
                     self._digest(self._link.abandon(now), now)
                 run.throw(Cancelled(), now)
             run.tick(now)
-            while run.wants_to_look:
+            while run.wants_to_inspect:
                 run.resume(self._sight(now), now)
         self._drop_finished(now)
         self._repeat_lock(now)
@@ -279,9 +279,9 @@ class Session:
         if outgoing:
             self.line.write(outgoing)
 
-    def _sight(self, now: float) -> Sight:
+    def _sight(self, now: float) -> EngineView:
         view = self.device.view(now)
-        return Sight(
+        return EngineView(
             now,
             self.opened_at,
             self.line.baud_rate,

@@ -13,14 +13,14 @@ from dataclasses import dataclass, field
 from enum import Enum
 from typing import Any, Generic
 
-from app.engine.device import Device, DeviceView, Sample
+from app.engine.device import Device, DeviceView, StatusSample
 from app.engine.identity import NOBODY_MEANT, Expected, Identity
 from app.engine.playback import is_playback
 from app.engine.procedure import LinkView, PortLost, Procedure, Report, Result
 from app.engine.session import Run, Session
 from app.engine.transport import PortError, SerialLine, open_line
-from app.system.logs import tell_mishap
-from app.system.sleep_detector import Clock, SleepWatch, sleepless_clock
+from app.system.logs import report_uncaught_error
+from app.system.sleep_detector import Clock, SleepDetector, sleepless_clock
 from protocol.events import Event
 
 PUBLISH_EVERY_S = 1 / 60
@@ -55,7 +55,7 @@ class Batch:
     connection: Connection
     device: DeviceView
     link: LinkView | None
-    samples: tuple[Sample, ...] = ()
+    samples: tuple[StatusSample, ...] = ()
     events: tuple[Event, ...] = ()
     finished: tuple["Job[Any]", ...] = ()
     identity: Identity = NOBODY_MEANT
@@ -126,7 +126,7 @@ _Order = _Open | _Close | _Vouch | _Start | _Stop
 class _Pending:
     """What the next batch will hold."""
 
-    samples: list[Sample] = field(default_factory=list)
+    samples: list[StatusSample] = field(default_factory=list)
     events: list[Event] = field(default_factory=list)
     finished: list[Job[Any]] = field(default_factory=list)
     is_urgent: bool = False
@@ -221,7 +221,7 @@ class Worker:
                 self._lose_port(error)
             except Exception as error:  # noqa: BLE001  the one place: a bug closes the port instead of ending the thread
                 self._lose_port(error)
-                tell_mishap(error)
+                report_uncaught_error(error)
             self._publish()
         self._end_session(PortLost())
         self._pending.is_urgent = True
@@ -273,7 +273,7 @@ class Worker:
             self._device = Device()
         self._set_connection(Connection(PortState.OPENING, order.port, order.baud_rate))
         line = self._line = open_line(order.port, order.baud_rate)
-        asleep_s = SleepWatch(self._clock, self._with_sleep).look
+        asleep_s = SleepDetector(self._clock, self._with_sleep).poll
         self._session = Session(
             line,
             self._clock,

@@ -36,7 +36,7 @@ ASSUMPTIONS = (
 """Where the vendor's table is silent."""
 
 
-class Sample(NamedTuple):
+class SensorSample(NamedTuple):
     """One reading of the sensor. A named tuple: there are 200 a second."""
 
     at_s: float
@@ -45,7 +45,7 @@ class Sample(NamedTuple):
 
 
 @dataclass(frozen=True, slots=True)
-class Limits:
+class TriggerLimits:
     """The settings that decide, in the units that a person reads."""
 
     attitude_threshold_deg: float = 60
@@ -59,7 +59,7 @@ class Limits:
         return self.attitude_threshold_deg - RESET_BELOW_THRESHOLD_DEG
 
 
-class Verdict(NamedTuple):
+class SampleVerdict(NamedTuple):
     """What one sample did."""
 
     fired: Source
@@ -104,25 +104,25 @@ class Judge:
         self._falls_since_s = None
         self._last_s = None
 
-    def judge(self, sample: Sample, limits: Limits, *, is_active: bool = True) -> Verdict:
+    def judge(self, sample: SensorSample, limits: TriggerLimits, *, is_active: bool = True) -> SampleVerdict:
         """Times must not go back. While not active nothing fires and nothing is remembered."""
         if not is_active:
             self.stand_by()
-            return Verdict(NOTHING, NOTHING)
+            return SampleVerdict(NOTHING, NOTHING)
         before = self._standing
         self._judge_attitude(sample, limits)
         self._judge_fall(sample, limits)
         self._last_s = sample.at_s
-        return Verdict(self._standing & ~before, self._standing)
+        return SampleVerdict(self._standing & ~before, self._standing)
 
-    def _judge_attitude(self, sample: Sample, limits: Limits) -> None:
+    def _judge_attitude(self, sample: SensorSample, limits: TriggerLimits) -> None:
         if Source.ATTITUDE in self._standing:
             if sample.tilt_deg <= limits.reset_angle_deg or not limits.attitude_is_enabled:
                 self._standing &= ~Source.ATTITUDE
         elif limits.attitude_is_enabled and sample.tilt_deg >= limits.attitude_threshold_deg:
             self._standing |= Source.ATTITUDE
 
-    def _judge_fall(self, sample: Sample, limits: Limits) -> None:
+    def _judge_fall(self, sample: SensorSample, limits: TriggerLimits) -> None:
         if not limits.freefall_is_enabled or sample.acceleration_g >= limits.freefall_acceleration_g:
             self._falls_since_s = None
             self._standing &= ~Source.FREEFALL
@@ -137,11 +137,11 @@ class Judge:
 class Firing(NamedTuple):
     """A sample at which the module would have fired, and why."""
 
-    sample: Sample
+    sample: SensorSample
     sources: Source
 
 
-def firings(samples: Iterable[Sample], limits: Limits) -> Iterator[Firing]:
+def firings(samples: Iterable[SensorSample], limits: TriggerLimits) -> Iterator[Firing]:
     """Where an active module with these limits would have fired in a recording."""
     judge = Judge()
     for sample in samples:

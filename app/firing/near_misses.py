@@ -8,7 +8,7 @@ from typing import Final, NamedTuple
 
 import numpy as np
 
-from app.firing.judge import ROUNDING_S, Limits
+from app.firing.judge import ROUNDING_S, TriggerLimits
 from app.firing.points import Falls, Floats, Places, Stretch
 
 KEPT: Final = 50
@@ -59,7 +59,7 @@ class Lowest(NamedTuple):
 class NearTilts:
     """Takes stretch after stretch."""
 
-    def __init__(self, limits: Limits) -> None:
+    def __init__(self, limits: TriggerLimits) -> None:
         self._threshold_deg = limits.attitude_threshold_deg
         self._reset_deg = limits.reset_angle_deg
         self._kept: list[NearTilt] = []
@@ -134,7 +134,7 @@ class NearTilts:
 class NearFalls:
     """Takes stretch after stretch, each with its falls."""
 
-    def __init__(self, limits: Limits) -> None:
+    def __init__(self, limits: TriggerLimits) -> None:
         self._after_s = limits.freefall_time_s
         self._kept: list[NearFall] = []
         self._open: NearFall | None = None

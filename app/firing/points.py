@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from app.firing.judge import LONGEST_GAP_S, ROUNDING_S, Judge, Limits
+from app.firing.judge import LONGEST_GAP_S, ROUNDING_S, Judge, TriggerLimits
 
 Floats = NDArray[np.float64]
 Places = NDArray[np.intp]
@@ -42,7 +42,7 @@ class Falls(NamedTuple):
     """The first place after each block; the length of the stretch where the last one goes on."""
 
 
-def falls_of(stretch: Stretch, limits: Limits, judge: Judge) -> Falls:
+def falls_of(stretch: Stretch, limits: TriggerLimits, judge: Judge) -> Falls:
     """`judge` as it is before the first sample: a fall that it sees may go on here."""
     times = stretch.time_s
     is_below = stretch.acceleration_g < limits.freefall_acceleration_g
@@ -60,7 +60,7 @@ def falls_of(stretch: Stretch, limits: Limits, judge: Judge) -> Falls:
     return Falls(firsts, lasts, since_s, np.searchsorted(starts, firsts, "right") - 1, starts, edges[1::2])
 
 
-def turning_points(stretch: Stretch, limits: Limits, falls: Falls | None) -> Places:
+def turning_points(stretch: Stretch, limits: TriggerLimits, falls: Falls | None) -> Places:
     """Places in order, the first one included; `falls` is None where that trigger is off."""
     turns = _attitude_turns(stretch.tilt_deg, limits) if limits.attitude_is_enabled else np.empty(0, np.intp)
     found = [np.zeros(1, np.intp), turns]
@@ -69,7 +69,7 @@ def turning_points(stretch: Stretch, limits: Limits, falls: Falls | None) -> Pla
     return np.unique(np.concatenate(found))
 
 
-def _attitude_turns(tilts: Floats, limits: Limits) -> Places:
+def _attitude_turns(tilts: Floats, limits: TriggerLimits) -> Places:
     """Where it is at the threshold after it was at the reset angle, and the other way round."""
     side = (tilts >= limits.attitude_threshold_deg).astype(np.int8) - (tilts <= limits.reset_angle_deg)
     decided = np.flatnonzero(side)
@@ -77,7 +77,7 @@ def _attitude_turns(tilts: Floats, limits: Limits) -> Places:
     return turns
 
 
-def _fall_turns(times: Floats, limits: Limits, falls: Falls, turns: Places) -> list[Places]:
+def _fall_turns(times: Floats, limits: TriggerLimits, falls: Falls, turns: Places) -> list[Places]:
     """Beginning and end of the falls that matter, and where they fire. Most are too short for anything."""
     is_long = times[falls.lasts] - falls.since_s >= limits.freefall_time_s - ROUNDING_S
     matters = np.zeros(len(falls.block_starts), np.bool_)

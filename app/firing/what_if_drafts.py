@@ -3,7 +3,7 @@
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 
-from app.firing.judge import Limits
+from app.firing.judge import TriggerLimits
 from app.settings.drafts import Draft, draft_for, draft_of
 from protocol.catalogue import BY_NAME, Command
 from protocol.fields import Value
@@ -21,7 +21,7 @@ _BY_KEY = {command.key: command for command in TRIED}
 
 
 @dataclass(frozen=True, slots=True)
-class Standing:
+class SettingSource:
     """What the module has, or had when it was recorded."""
 
     value: Value
@@ -33,10 +33,10 @@ class Standing:
 class Question:
     """What is to be judged. A trigger of which a threshold is not known is off in `limits`."""
 
-    limits: Limits
+    limits: TriggerLimits
     unknown: tuple[Command, ...] = ()
     """Thresholds that nobody named; their trigger is not judged."""
-    unfit: tuple[Command, ...] = ()
+    invalid: tuple[Command, ...] = ()
     """What was typed is no value; their trigger is not judged."""
     assumed: tuple[Command, ...] = ()
     """Whether these triggers are enabled is not known; they are judged as if they were."""
@@ -49,7 +49,7 @@ class Wanted:
 
     def __init__(self) -> None:
         self._drafts: dict[str, Draft] = {}
-        self.standing: Mapping[str, Standing] = {}
+        self.standing: Mapping[str, SettingSource] = {}
         """By the setting's key; what is not in it is not known."""
 
     def draft(self, key: str) -> Draft | None:
@@ -93,14 +93,14 @@ class Wanted:
         """What is to be judged now."""
         thresholds = {one: self.value(one) for one in (ATTITUDE_THRESHOLD, FREEFALL_ACCELERATION, FREEFALL_TIME)}
         missing = tuple(one for one, value in thresholds.items() if value is None)
-        unfit = tuple(one for one in missing if one.key in self._drafts)
-        usual = Limits()
+        invalid = tuple(one for one in missing if one.key in self._drafts)
+        usual = TriggerLimits()
 
         def named(command: Command, usually: float) -> float:
             value = thresholds[command]
             return usually if value is None else float(value)
 
-        limits = Limits(
+        limits = TriggerLimits(
             attitude_threshold_deg=named(ATTITUDE_THRESHOLD, usual.attitude_threshold_deg),
             freefall_acceleration_g=named(FREEFALL_ACCELERATION, usual.freefall_acceleration_g),
             freefall_time_s=named(FREEFALL_TIME, usual.freefall_time_s),
@@ -109,8 +109,8 @@ class Wanted:
         )
         return Question(
             limits,
-            unknown=tuple(one for one in missing if one not in unfit),
-            unfit=unfit,
+            unknown=tuple(one for one in missing if one not in invalid),
+            invalid=invalid,
             assumed=tuple(one for one in (ATTITUDE_TRIGGER, FREEFALL_TRIGGER) if self.value(one) is None),
             stale=tuple(one for one in TRIED if one.key not in self._drafts and self._is_stale(one)),
         )

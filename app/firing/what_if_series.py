@@ -6,8 +6,8 @@ from typing import Final, Protocol
 
 import numpy as np
 
-from app.firing.judge import Limits
-from app.firing.would_fire import Finding, Inquiry
+from app.firing.judge import TriggerLimits
+from app.firing.would_fire import Inquiry, WhatIfFinding
 from app.recordings.excerpt import Excerpt
 from app.samples.ring_buffers import Readable
 
@@ -26,15 +26,15 @@ class Measured(Protocol):
 class Following:
     """Keeps up with what is measured. Begins anew when what it has judged is no longer there."""
 
-    def __init__(self, measured: Measured, limits: Limits, *, counts_locked: bool = True) -> None:
+    def __init__(self, measured: Measured, limits: TriggerLimits, *, counts_locked: bool = True) -> None:
         self._measured = measured
         self._inquiry = Inquiry(limits, counts_locked=counts_locked)
         self._taken_at_last = 0
         """Of the reports with the time of the last one: another one of that time may follow."""
-        self._finding: Finding | None = None
+        self._finding: WhatIfFinding | None = None
 
     @property
-    def finding(self) -> Finding:
+    def finding(self) -> WhatIfFinding:
         if self._finding is None:
             self._finding = self._inquiry.finding
         return self._finding
@@ -60,7 +60,7 @@ class Following:
             return True
         stop = min(len(times) - 1, self._taken_at_last + MOST_AT_ONCE)
         excerpt = self._measured.excerpt(-math.inf if last_s is None else last_s, float(times[stop]))
-        self._inquiry.take(excerpt, start=self._taken_at_last)
+        self._inquiry.feed(excerpt, start=self._taken_at_last)
         newest = excerpt.time_s
         self._taken_at_last = len(newest) - int(np.searchsorted(newest, newest[-1], "left"))
         self._finding = None
@@ -76,17 +76,17 @@ class Following:
 class Judging:
     """Judges a recording in a thread of its own, which ends by itself."""
 
-    def __init__(self, measured: Measured, limits: Limits, *, counts_locked: bool = True) -> None:
+    def __init__(self, measured: Measured, limits: TriggerLimits, *, counts_locked: bool = True) -> None:
         self._following = Following(measured, limits, counts_locked=counts_locked)
         self._is_cancelled = threading.Event()
-        self._finding: Finding | None = None
+        self._finding: WhatIfFinding | None = None
         self._progress = 0.0
         self.error: Exception | None = None
         self._thread = threading.Thread(target=self._judge, name="dps-s judge", daemon=True)
         self._thread.start()
 
     @property
-    def finding(self) -> Finding | None:
+    def finding(self) -> WhatIfFinding | None:
         """None until everything is judged."""
         return self._finding
 
@@ -117,19 +117,19 @@ class Judging:
             self.error = error
 
 
-class Judgement:
+class WhatIfJudgement:
     """One question about one session at a time: `ask` again when either is another one, `step` from a timer."""
 
     def __init__(self) -> None:
         self._measured: Measured | None = None
         self._is_recorded = False
-        self._asked: tuple[Limits, bool] | None = None
+        self._asked: tuple[TriggerLimits, bool] | None = None
         self._following: Following | None = None
         self._judging: Judging | None = None
         self._is_caught_up = False
 
     @property
-    def finding(self) -> Finding | None:
+    def finding(self) -> WhatIfFinding | None:
         """None while nothing is judged, or not everything yet."""
         if self._judging is not None:
             return self._judging.finding
@@ -149,10 +149,10 @@ class Judgement:
 
     def follow(self, measured: Measured, *, is_recorded: bool) -> None:
         """Judge this from now on."""
-        self.let_go()
+        self.release()
         self._measured, self._is_recorded = measured, is_recorded
 
-    def ask(self, limits: Limits, *, counts_locked: bool) -> None:
+    def ask(self, limits: TriggerLimits, *, counts_locked: bool) -> None:
         """What is to be judged; the same again changes nothing."""
         if self._measured is None or self._asked == (limits, counts_locked):
             return
@@ -169,7 +169,7 @@ class Judgement:
             is_done = self._following.catch_up()
             self._is_caught_up = is_done or self._is_caught_up
 
-    def let_go(self) -> None:
+    def release(self) -> None:
         """Nothing is judged, and nothing reads the recording any more."""
         self._stop()
         self._measured = None

@@ -10,17 +10,17 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from app.firing.judge import LONGEST_GAP_S, Firing, Judge, Limits, Sample
+from app.firing.judge import LONGEST_GAP_S, Firing, Judge, SensorSample, TriggerLimits
 from app.firing.near_misses import Lowest, NearFall, NearFalls, NearTilt, NearTilts
 from app.firing.points import Stretch, falls_of, turning_points
 from app.recordings.excerpt import Excerpt
-from app.recordings.markers import Kind
+from app.recordings.markers import MarkerKind
 from app.samples.ring_buffers import Seconds, Values
 
 FIRINGS_KEPT: Final = 500
 _DECIMALS: Final = 3
 """Undoes what was lost by keeping values as 32-bit floats: 0.7 g is again the float nearest to 0.7."""
-_FORGETTING: Final = frozenset({Kind.RESTARTED, Kind.CONNECTED, Kind.RECORDING})
+_FORGETTING: Final = frozenset({MarkerKind.RESTARTED, MarkerKind.CONNECTED, MarkerKind.RECORDING})
 """Happenings after which the module remembers nothing, or is another one."""
 
 
@@ -35,10 +35,10 @@ class Pauses:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Finding:
+class WhatIfFinding:
     """What is known so far. Times are monotonic seconds."""
 
-    limits: Limits
+    limits: TriggerLimits
     counts_locked: bool
     """Reports of a locked module were judged as if it had been active."""
     report_count: int
@@ -77,7 +77,7 @@ class Finding:
 class Inquiry:
     """Takes reports in order, any number at a time; `finding` says what they come to."""
 
-    def __init__(self, limits: Limits, *, counts_locked: bool = True) -> None:
+    def __init__(self, limits: TriggerLimits, *, counts_locked: bool = True) -> None:
         self.limits = limits
         self.counts_locked = counts_locked
         self._judge = Judge()
@@ -100,9 +100,9 @@ class Inquiry:
         return self._last_s
 
     @property
-    def finding(self) -> Finding:
+    def finding(self) -> WhatIfFinding:
         limits = self.limits
-        return Finding(
+        return WhatIfFinding(
             limits=limits,
             counts_locked=self.counts_locked,
             report_count=self._report_count,
@@ -120,7 +120,7 @@ class Inquiry:
             lowest=self._lowest if limits.freefall_is_enabled else None,
         )
 
-    def take(self, excerpt: Excerpt, *, start: int = 0, stop: int | None = None) -> None:
+    def feed(self, excerpt: Excerpt, *, start: int = 0, stop: int | None = None) -> None:
         """The reports from `start` up to and without `stop`."""
         rows = slice(start, stop)
         stretch = Stretch(
@@ -147,7 +147,7 @@ class Inquiry:
 
     def _forgetting(self, excerpt: Excerpt, last_s: float) -> list[float]:
         since_s = -np.inf if self._last_s is None else self._last_s
-        return [one.time_s for one in excerpt.happenings
+        return [one.time_s for one in excerpt.markers
                 if one.kind in _FORGETTING and since_s < one.time_s <= last_s]  # fmt: skip
 
     def _forget(self) -> None:
@@ -169,7 +169,7 @@ class Inquiry:
         for place, at_s, tilt_deg, acceleration_g in rows:
             if place - before > 1:
                 judge.pass_over(float(stretch.time_s[place - 1]))
-            sample = Sample(at_s, tilt_deg, acceleration_g)
+            sample = SensorSample(at_s, tilt_deg, acceleration_g)
             if fired := judge.judge(sample, limits).fired:
                 self._firing_count += 1
                 if len(self._firings) < FIRINGS_KEPT:

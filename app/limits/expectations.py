@@ -23,7 +23,7 @@ class ManualItem:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Limits:
+class CheckLimits:
     """Each from the profile where it has one. The vendor names none of these but the voltage's steps; they are ours."""
 
     heartbeats_lost_max: int = 0
@@ -46,7 +46,7 @@ class Expectations:
     """`settings`: by key, values that must stand exactly. `profile`: its name, None without one."""
 
     profile: str | None = None
-    limits: Limits = field(default_factory=Limits)
+    limits: CheckLimits = field(default_factory=CheckLimits)
     settings: Mapping[str, Value] = field(default_factory=dict)
     activated_by: ActivatedBy = ActivatedBy.PERSON
     approved_fingerprint: str | None = None
@@ -80,12 +80,12 @@ def settings_code(settings: Mapping[str, Value]) -> str:
 def expectations_of(profile: Profile, ticked: Mapping[int, bool] | None = None) -> Expectations:
     """What a profile asks for; `ticked`: what a person said of its manual items, by their number from 1."""
     said = ticked or {}
-    limits = {name: value for name, value in profile.limits.items() if name in Limits.__slots__}
+    limits = {name: value for name, value in profile.limits.items() if name in CheckLimits.__slots__}
     if "heartbeats_lost_max" in limits:
         limits["heartbeats_lost_max"] = int(limits["heartbeats_lost_max"])
     return Expectations(
         profile=profile.name,
-        limits=Limits(**limits),  # type: ignore[arg-type]
+        limits=CheckLimits(**limits),  # type: ignore[arg-type]
         settings=profile.settings,
         approved_fingerprint=profile.approved_fingerprint,
         activated_by=profile.activated_by,

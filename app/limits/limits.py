@@ -8,8 +8,8 @@ from collections.abc import Mapping
 from types import MappingProxyType
 from typing import NamedTuple
 
-from app.limits.expectations import Expectations, Limits
-from app.text.messages import Said, said
+from app.limits.expectations import CheckLimits, Expectations
+from app.text.messages import UserMessage, said
 from protocol.translatable import marked
 
 
@@ -64,10 +64,10 @@ SETTING_BOUNDS: Mapping[str, SettingBound] = MappingProxyType({
 })  # fmt: skip
 
 
-def softened(expectations: Expectations) -> Mapping[str, Said]:
+def softened(expectations: Expectations) -> Mapping[str, UserMessage]:
     """By id of the check: what is advised, where the profile asks for less."""
-    found: dict[str, Said] = {}
-    ours = Limits()
+    found: dict[str, UserMessage] = {}
+    ours = CheckLimits()
     for name, soft in SOFT_LIMITS.items():
         value, default = getattr(expectations.limits, name), getattr(ours, name)
         if value > default if soft.is_most else value < default:

@@ -5,7 +5,7 @@ from enum import Enum
 from typing import NamedTuple
 
 from app.engine.device import LONGEST_LAG_S, DeviceView
-from app.limits.expectations import Limits, expectations_of
+from app.limits.expectations import CheckLimits, expectations_of
 from app.settings.profiles import Profile
 from app.text.i18n import tr
 from protocol.fields import Value
@@ -19,7 +19,7 @@ CELL_ABOVE_V = 0.05
 DAMAGED_SHOWN_S = 10.0
 
 
-class Fault(Enum):
+class OutOfLimit(Enum):
     """The value is its English, translatable word."""
 
     CELL_LOW = marked("low")
@@ -33,7 +33,7 @@ class Fault(Enum):
 class Outside(NamedTuple):
     """`limit`: with its unit."""
 
-    fault: Fault
+    fault: OutOfLimit
     limit: str
 
     def beside(self, value: str) -> str:
@@ -45,28 +45,28 @@ class LimitsInUse:
     """The program's own, or those of the profile that was chosen for the pre-flight check."""
 
     def __init__(self) -> None:
-        self.limits = Limits()
+        self.limits = CheckLimits()
         self.is_light_inverted = False
 
     def use(self, profile: Profile | None) -> None:
         asked = None if profile is None else expectations_of(profile)
-        self.limits = Limits() if asked is None else asked.limits
+        self.limits = CheckLimits() if asked is None else asked.limits
         self.is_light_inverted = asked is not None and asked.is_light_inverted
 
 
-def cell_outside(volts: float, limits: Limits, *, is_charging: bool | None) -> Outside | None:
+def cell_outside(volts: float, limits: CheckLimits, *, is_charging: bool | None) -> Outside | None:
     """With external power it is the charger's voltage, which lies above the cell's: low is low then too."""
     if volts < limits.cell_voltage_min_v:
-        return Outside(Fault.CELL_LOW, f"{limits.cell_voltage_min_v:.2f} V")
+        return Outside(OutOfLimit.CELL_LOW, f"{limits.cell_voltage_min_v:.2f} V")
     if is_charging is False and volts > HIGHEST_CELL_V + CELL_ABOVE_V:
-        return Outside(Fault.CELL_HIGH, f"{HIGHEST_CELL_V:.2f} V")
+        return Outside(OutOfLimit.CELL_HIGH, f"{HIGHEST_CELL_V:.2f} V")
     return None
 
 
 def bay_outside(light_v: float, threshold_v: float, *, is_inverted: bool = False) -> Outside | None:
     """`is_inverted`: a calibration found that more light reads lower."""
     is_dark = light_v > threshold_v if is_inverted else light_v < threshold_v
-    return None if is_dark else Outside(Fault.BAY_OPEN, f"{threshold_v:.1f} V")
+    return None if is_dark else Outside(OutOfLimit.BAY_OPEN, f"{threshold_v:.1f} V")
 
 
 def value_outside(key: str, device: DeviceView, now: float, in_use: LimitsInUse) -> Outside | None:
@@ -98,7 +98,7 @@ def record_outside(record: TriggerRecord) -> Outside | None:
     threshold. What is implausible is marked as that."""
     if record.implausible:
         return None
-    return cell_outside(record.cell_voltage_v, Limits(), is_charging=record.charging)
+    return cell_outside(record.cell_voltage_v, CheckLimits(), is_charging=record.charging)
 
 
 def line_outside(
@@ -108,9 +108,9 @@ def line_outside(
     `DAMAGED_SHOWN_S`."""
     most_ms = in_use.limits.round_trip_max_ms
     if lag_s is not None and lag_s > LONGEST_LAG_S:
-        return Outside(Fault.LATE, f"{LONGEST_LAG_S:g} s")
+        return Outside(OutOfLimit.LATE, f"{LONGEST_LAG_S:g} s")
     if has_damaged:
-        return Outside(Fault.DAMAGED, "0")
+        return Outside(OutOfLimit.DAMAGED, "0")
     if round_trip_s is not None and round_trip_s * 1000 > most_ms:
-        return Outside(Fault.SLOW, f"{most_ms:g} ms")
+        return Outside(OutOfLimit.SLOW, f"{most_ms:g} ms")
     return None

@@ -14,8 +14,8 @@ from serial.serialutil import PortNotOpenError, SerialException
 from app.captures.player import Player, UrlRefused, parse_url, play, stop_playing
 from app.captures.reader import CaptureRefused, OpenCapture
 from app.captures.script import Script
-from app.port_urls.virtual_serial import WirelessSerial
-from app.system.gil_yield import Pace
+from app.port_urls.virtual_serial import VirtualSerial
+from app.system.gil_yield import GilYield
 
 SHORTEST_SLEEP_S: Final = 0.0005
 READING_TO_OPEN_S: Final = 0.1
@@ -23,7 +23,7 @@ READING_TO_OPEN_S: Final = 0.1
 READING_AT_ONCE_S: Final = 0.002
 
 
-class Serial(WirelessSerial):
+class Serial(VirtualSerial):
     """A port of pyserial's shape; `open`, `read`, `write` … as there."""
 
     _player: Player | None = None
@@ -118,10 +118,10 @@ class Serial(WirelessSerial):
 
     def _read_ahead(self, player: Player, longest_s: float) -> bool:
         """Whether there was something to read; not much longer than `longest_s`."""
-        pace, ends_s, has_read = Pace(), time.monotonic() + longest_s, False
+        pace, ends_s, has_read = GilYield(), time.monotonic() + longest_s, False
         while (now_s := time.monotonic()) < ends_s and player.read_ahead(now_s):
             has_read = True
-            pace.keep()
+            pace.checkpoint()
         return has_read
 
     def _living(self) -> Player:

@@ -12,7 +12,7 @@ from urllib.parse import parse_qsl, urlsplit
 
 from serial.serialutil import PortNotOpenError, SerialException
 
-from app.port_urls.virtual_serial import WirelessSerial
+from app.port_urls.virtual_serial import VirtualSerial
 from app.simulator import bench as benches
 from app.simulator.bench import DEFAULT_NAME, SimulatedBench
 from app.simulator.options import OptionRefused, parse_options
@@ -27,7 +27,7 @@ def open_bench(url: str) -> SimulatedBench:
     return benches.module(name, options)
 
 
-class Serial(WirelessSerial):
+class Serial(VirtualSerial):
     """A port of pyserial's shape; `open`, `read`, `write` … as there."""
 
     _bench: SimulatedBench | None = None

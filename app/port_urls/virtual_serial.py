@@ -3,7 +3,7 @@
 from serial.serialutil import SerialBase
 
 
-class WirelessSerial(SerialBase):
+class VirtualSerial(SerialBase):
     """Modem lines that are as if somebody were there, and cannot be changed."""
 
     BAUDRATES = tuple(rate for rate in SerialBase.BAUDRATES if rate >= 1200)

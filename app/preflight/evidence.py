@@ -5,9 +5,9 @@ from dataclasses import dataclass, field
 from enum import Enum
 from typing import NamedTuple
 
-from app.preflight.reread import Change, StateReading, changes_between
+from app.preflight.reread import StateChange, StateReading, changes_between
 from app.procedures.history import History
-from app.text.messages import Said
+from app.text.messages import UserMessage
 from protocol.events import Event, Received, Rejected, Role, Sent
 from protocol.fields import Value
 from protocol.messages import Status
@@ -59,11 +59,11 @@ class LoggedSet(NamedTuple):
 
 
 @dataclass(frozen=True, slots=True)
-class Flag:
+class TriggerFlag:
     """`why`: why it was not sent. `logged`: where only the audit log knows how it stands."""
 
     fate: FlagFate = FlagFate.NEVER_SET
-    why: tuple[Said, ...] = ()
+    why: tuple[UserMessage, ...] = ()
     logged: LoggedSet | None = None
 
 
@@ -98,10 +98,10 @@ class Evidence:
     """Before and after the measuring."""
     series: dict[str, list[Value]] = field(default_factory=dict)
     """Cell voltage, charging and light by key, as often as they were answered."""
-    faults: dict[str, Said] = field(default_factory=dict)
+    faults: dict[str, UserMessage] = field(default_factory=dict)
     """Why a value was not had, by key."""
     history: History | None = None
-    flags: dict[str, Flag] = field(default_factory=dict)
+    flags: dict[str, TriggerFlag] = field(default_factory=dict)
     """By key of the trigger."""
     is_enabling: bool = False
     disturbance: Disturbance | None = None
@@ -113,7 +113,7 @@ class Evidence:
         return [*ends, *(trial.status for trial in self.trials)]
 
     @property
-    def changes(self) -> tuple[Change, ...]:
+    def changes(self) -> tuple[StateChange, ...]:
         """What differs between the two readings."""
         return () if self.first is None or self.last is None else changes_between(self.first, self.last)
 
@@ -150,7 +150,7 @@ class FrameLog:
         self.left_out = 0
         self._streamed = 0
 
-    def take(self, events: Iterable[Event]) -> None:
+    def feed(self, events: Iterable[Event]) -> None:
         for event in events:
             match event:
                 case Sent():

@@ -5,12 +5,12 @@ from enum import Enum
 
 from app.limits.expectations import Expectations, Fingerprint, Past
 from app.preflight.evidence import Evidence
-from app.text.messages import Said, said
+from app.text.messages import UserMessage, said
 from protocol.fields import Value
 from protocol.translatable import marked
 
 
-class Result(Enum):
+class CheckResult(Enum):
     """The value is the contract's word."""
 
     PASS = "pass"  # noqa: S105  no password
@@ -22,10 +22,10 @@ class Result(Enum):
 
 
 RESULT_WORDS = {
-    Result.PASS: marked("pass"),
-    Result.FAIL: marked("FAIL"),
-    Result.WARN: marked("look"),
-    Result.UNKNOWN: marked("UNKNOWN"),
+    CheckResult.PASS: marked("pass"),
+    CheckResult.FAIL: marked("FAIL"),
+    CheckResult.WARN: marked("look"),
+    CheckResult.UNKNOWN: marked("UNKNOWN"),
 }
 
 
@@ -41,7 +41,7 @@ class Case:
     are_records_looked_at: bool = False
     is_same_module: bool = False
 
-    def fault(self, key: str) -> Said:
+    def fault(self, key: str) -> UserMessage:
         """Why a value is not known."""
         why = self.evidence.faults.get(key)
         if why is None and self.evidence.disturbance is not None:
@@ -54,20 +54,20 @@ class Finding:
     """`measured` is for programs, in the unit of `shown`, None where it is not known. `do` where it is another than
     the check's own."""
 
-    result: Result
+    result: CheckResult
     measured: Value | str | None
-    shown: Said
-    limit: Said
-    do: Said | None = None
+    shown: UserMessage
+    limit: UserMessage
+    do: UserMessage | None = None
 
 
-def unknown(why: Said, limit: Said, *, do: Said | None = None) -> Finding:
-    return Finding(Result.UNKNOWN, None, said(marked("unknown: {why}"), why=why), limit, do)
+def unknown(why: UserMessage, limit: UserMessage, *, do: UserMessage | None = None) -> Finding:
+    return Finding(CheckResult.UNKNOWN, None, said(marked("unknown: {why}"), why=why), limit, do)
 
 
-def judged(measured: Value | str, shown: str | Said, limit: Said, *, is_fine: bool) -> Finding:
-    text = shown if isinstance(shown, Said) else Said(shown)
-    return Finding(Result.PASS if is_fine else Result.FAIL, measured, text, limit)
+def judged(measured: Value | str, shown: str | UserMessage, limit: UserMessage, *, is_fine: bool) -> Finding:
+    text = shown if isinstance(shown, UserMessage) else UserMessage(shown)
+    return Finding(CheckResult.PASS if is_fine else CheckResult.FAIL, measured, text, limit)
 
 
 YES = said(marked("yes"))

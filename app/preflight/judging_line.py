@@ -5,8 +5,8 @@ from typing import NamedTuple
 
 from app.limits.out_of_limits import bay_outside, cell_outside
 from app.preflight.evidence import HEARTBEATS, STILL_S, Trial
-from app.preflight.findings import NO, YES, Case, Finding, Result, judged, unknown
-from app.text.messages import Said, listed, said
+from app.preflight.findings import NO, YES, Case, CheckResult, Finding, judged, unknown
+from app.text.messages import UserMessage, listed, said
 from protocol.fields import Value
 from protocol.translatable import marked
 
@@ -21,7 +21,7 @@ def undisturbed(case: Case) -> Finding:
     limit = said(marked("nothing happens to the module or the link meanwhile"))
     disturbance = case.evidence.disturbance
     if disturbance is not None:
-        return Finding(Result.FAIL, False, said(disturbance.value), limit)
+        return Finding(CheckResult.FAIL, False, said(disturbance.value), limit)
     if case.evidence.ended_at is None:
         return unknown(said(marked("it did not come to its end")), limit)
     return judged(True, YES, limit, is_fine=True)
@@ -33,7 +33,7 @@ def read_twice(case: Case) -> Finding:
     changes = case.evidence.changes
     if changes:
         keys = ", ".join(change.key for change in changes)
-        return Finding(Result.FAIL, keys, listed([change.shown for change in changes]), limit)
+        return Finding(CheckResult.FAIL, keys, listed([change.shown for change in changes]), limit)
     if first is None or last is None:
         return unknown(case.fault("status"), limit)
     if not (first.is_complete and last.is_complete):
@@ -95,7 +95,7 @@ def activation(case: Case) -> Finding:
         return unknown(case.fault("status"), limit)
     states = {status.active for status in statuses}
     if len(states) > 1:
-        return Finding(Result.FAIL, None, said(marked("changed while it was watched")), limit)
+        return Finding(CheckResult.FAIL, None, said(marked("changed while it was watched")), limit)
     is_active = bool(case.evidence.is_active)
     shown = said(marked("ACTIVE") if is_active else marked("locked"))
     return judged(is_active, shown, limit, is_fine=True)
@@ -114,7 +114,7 @@ def _spread(case: Case, values: Sequence[float]) -> _Spread | None:
     return _Spread(min(values), max(values))
 
 
-def _too_few(case: Case, limit: Said) -> Finding:
+def _too_few(case: Case, limit: UserMessage) -> Finding:
     count = len(case.evidence.trials)
     if not count:
         return unknown(case.fault("status"), limit)
@@ -195,7 +195,7 @@ def cell_voltage(case: Case) -> Finding:
         return unknown(why, limit, do=said(marked("Unplug the external power and check again.")))
     if cell_outside(max(volts), case.expectations.limits, is_charging=False) is not None:
         why = said(marked("{voltage} is more than any lithium cell has"), voltage=f"{max(volts):.2f} V")
-        return Finding(Result.FAIL, max(volts), why, limit)
+        return Finding(CheckResult.FAIL, max(volts), why, limit)
     return judged(lowest, shown, limit, is_fine=True)
 
 

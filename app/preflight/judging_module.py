@@ -5,10 +5,10 @@ from collections import Counter
 from app.engine.identity import went_back
 from app.limits.limits import SETTING_BOUNDS
 from app.preflight.evidence import FlagFate
-from app.preflight.findings import Case, Finding, Result, judged, unknown
+from app.preflight.findings import Case, CheckResult, Finding, judged, unknown
 from app.settings.fingerprint import COVERED
 from app.settings.setting_texts import value_text
-from app.text.messages import Said, said
+from app.text.messages import UserMessage, said
 from protocol.catalogue import BY_NAME
 from protocol.translatable import marked
 
@@ -32,12 +32,12 @@ def light_threshold(case: Case) -> Finding:
     advice = said(marked("as read with the bay open"))
     finding = _setting(case, "light_threshold", advice)
     is_compared = "light_threshold_v" in case.expectations.settings
-    if finding.result is not Result.PASS or is_compared:
+    if finding.result is not CheckResult.PASS or is_compared:
         return finding
-    return Finding(Result.WARN, finding.measured, finding.shown, advice)
+    return Finding(CheckResult.WARN, finding.measured, finding.shown, advice)
 
 
-def _setting(case: Case, name: str, advice: Said) -> Finding:
+def _setting(case: Case, name: str, advice: UserMessage) -> Finding:
     """Equal to the profile's where that has one, else within the advice; never beyond the bounds."""
     command = BY_NAME[name]
     wanted, bound = case.expectations.settings.get(command.key), SETTING_BOUNDS[command.key]
@@ -46,7 +46,7 @@ def _setting(case: Case, name: str, advice: Said) -> Finding:
     if value is None:
         return unknown(case.fault(command.key), limit)
     if not bound.low <= value <= bound.high:
-        shown = said(marked("{value}: {why}"), value=value_text(command, value), why=Said(bound.why))
+        shown = said(marked("{value}: {why}"), value=value_text(command, value), why=UserMessage(bound.why))
         return judged(value, shown, limit, is_fine=False)
     is_fine = bound.advised_low <= value <= bound.advised_high if wanted is None else value == wanted
     return judged(value, value_text(command, value), limit, is_fine=is_fine)
@@ -69,13 +69,13 @@ def _trigger(case: Case, key: str) -> Finding:
         case FlagFate.ENABLED if flag.logged is not None:
             text = marked("enabled: acknowledged {age} ago, same start of the module (audit log, entry {entry})")
             shown = said(text, age=_age(flag.logged.age_s), entry=str(flag.logged.entry))
-            return Finding(Result.PASS, True, shown, limit)
+            return Finding(CheckResult.PASS, True, shown, limit)
         case FlagFate.ENABLED:
-            return Finding(Result.PASS, True, said(marked("enabled: acknowledged")), limit)
+            return Finding(CheckResult.PASS, True, said(marked("enabled: acknowledged")), limit)
         case FlagFate.DISABLED:
-            return Finding(Result.FAIL, False, said(marked("DISABLED: acknowledged")), limit)
+            return Finding(CheckResult.FAIL, False, said(marked("DISABLED: acknowledged")), limit)
         case FlagFate.REFUSED:
-            return Finding(Result.FAIL, None, said(marked("the module refused to enable it")), limit)
+            return Finding(CheckResult.FAIL, None, said(marked("the module refused to enable it")), limit)
         case FlagFate.UNANSWERED:
             return unknown(said(marked("the module did not answer when it was enabled")), limit)
         case FlagFate.NOT_SENT:
@@ -90,7 +90,7 @@ def _age(seconds: float) -> str:
     return f"{seconds:.0f} s" if seconds < 120 else f"{seconds / 60:.0f} min"
 
 
-def _lock_first(case: Case) -> Said | None:
+def _lock_first(case: Case) -> UserMessage | None:
     """Nothing is written on an active module."""
     if not case.evidence.is_active:
         return None
@@ -105,7 +105,7 @@ def trigger_records(case: Case) -> Finding:
     if not history.is_answered:
         # E7: a module that never fired may send nothing. Only a person can know that.
         if case.are_records_looked_at:
-            return Finding(Result.WARN, None, said(marked("no answer; a person says that it never fired")), limit)
+            return Finding(CheckResult.WARN, None, said(marked("no answer; a person says that it never fired")), limit)
         return unknown(said(marked("no answer to the query for trigger records")), limit)
     new = (Counter(record.raw for record in history.all) - case.past.looked_at).total()
     total = str(len(history.all))
@@ -129,14 +129,16 @@ def boot_count(case: Case) -> Finding:
         if count is None:
             return unknown(case.fault("boot_count"), limit)
         shown = said(marked("{count}; the module has no name"), count=str(count))
-        return Finding(Result.WARN, count, shown, limit, said(marked("Name the module, so that it is known again.")))
+        return Finding(
+            CheckResult.WARN, count, shown, limit, said(marked("Name the module, so that it is known again."))
+        )
     if past.boot_count is None:
         limit = said(marked("follows that of {module} before"), module=past.module)
         if count is None:
             return unknown(case.fault("boot_count"), limit)
         shown = said(marked("{count}; no memory of this module"), count=str(count))
         do = said(marked("At its first visit: go on. Else the records of this computer were lost: compare by hand."))
-        return Finding(Result.WARN, count, shown, limit, do)
+        return Finding(CheckResult.WARN, count, shown, limit, do)
     limit = said(marked("not before {count}, where {module} was last"), count=str(past.boot_count), module=past.module)
     if count is None:
         return unknown(case.fault("boot_count"), limit)
@@ -159,5 +161,5 @@ def settings_fingerprint(case: Case) -> Finding:
         return unknown(case.fault(missing), limit)
     code = case.fingerprint(settings)
     if approved is None:
-        return Finding(Result.WARN, code, Said(code), limit)
+        return Finding(CheckResult.WARN, code, UserMessage(code), limit)
     return judged(code, code, limit, is_fine=code == approved)

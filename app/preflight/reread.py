@@ -11,7 +11,7 @@ from app.engine.procedure import Ask, Procedure
 from app.engine.setting_changes import BOOT_COUNT, changed_settings
 from app.procedures.settings_reading import SettingsReading, read_settings
 from app.settings.setting_texts import value_text
-from app.text.messages import Said, said
+from app.text.messages import UserMessage, said
 from protocol.catalogue import SETTINGS, STATUS
 from protocol.events import Answered
 from protocol.messages import Status
@@ -44,11 +44,11 @@ class StateReading:
 
 
 @dataclass(frozen=True, slots=True)
-class Change:
+class StateChange:
     """`shown`: what it was and what it is, for people."""
 
     key: str
-    shown: Said
+    shown: UserMessage
 
 
 def read_state() -> Procedure[StateReading]:
@@ -63,12 +63,12 @@ def read_state() -> Procedure[StateReading]:
     return StateReading(settings, message, outcome.at)
 
 
-def changes_between(before: StateReading, after: StateReading) -> tuple[Change, ...]:
+def changes_between(before: StateReading, after: StateReading) -> tuple[StateChange, ...]:
     """What both know and what is not the same, but for the activation, which people switch on purpose."""
     return tuple(_changes(before, after))
 
 
-def _changes(before: StateReading, after: StateReading) -> Iterator[Change]:
+def _changes(before: StateReading, after: StateReading) -> Iterator[StateChange]:
     for changed in changed_settings(before.settings.values, after.settings.values):
         command, old, new = changed
         yield _change(command.key, value_text(command, old), value_text(command, new))
@@ -76,9 +76,9 @@ def _changes(before: StateReading, after: StateReading) -> Iterator[Change]:
     if None not in boots and boots[0] != boots[1]:
         yield _change(BOOT_COUNT.key, str(boots[0]), str(boots[1]))
     if before.status is not None and after.status is not None and before.status.triggered != after.status.triggered:
-        yield Change("triggered", Said(TITLES["triggered"]))
+        yield StateChange("triggered", UserMessage(TITLES["triggered"]))
 
 
-def _change(key: str, before: str, after: str) -> Change:
+def _change(key: str, before: str, after: str) -> StateChange:
     text = marked("{what}: {before}, then {after}")
-    return Change(key, said(text, what=Said(TITLES[key]), before=before, after=after))
+    return StateChange(key, said(text, what=UserMessage(TITLES[key]), before=before, after=after))

@@ -12,17 +12,17 @@ see `app.preflight.reread`. Nothing that is sent activates, locks, fires, zeroes
 from app.engine.device import How
 from app.engine.identity import as_logged, evidence_of
 from app.engine.playback import require_module
-from app.engine.procedure import Ask, Await, Cancelled, Look, Pause, PortLost, Procedure, Report, Sight, Slept
-from app.preflight.evidence import HEARTBEATS, STILL_S, Disturbance, Evidence, Flag, FlagFate, Trial
+from app.engine.procedure import Ask, Await, Cancelled, EngineView, Inspect, Pause, PortLost, Procedure, Report, Slept
+from app.preflight.evidence import HEARTBEATS, STILL_S, Disturbance, Evidence, FlagFate, Trial, TriggerFlag
 from app.preflight.reread import StateReading, read_state
 from app.procedures.ask_status import ask_status
 from app.procedures.history import read_history
 from app.procedures.write import read_back
 from app.procedures.write_all import DISK_LIMIT_S
 from app.safety.acts import Act
-from app.safety.interlocks import refusals, situation
+from app.safety.interlocks import interlock_inputs, refusals
 from app.safety.journal import Journal, NoJournal, Outcome
-from app.text.messages import Said, said, said_with
+from app.text.messages import UserMessage, said, said_with
 from protocol.catalogue import BY_NAME, HEARTBEAT, STATUS, Command
 from protocol.events import Answered, Unanswered
 from protocol.messages import Acknowledgement, Reading, Status
@@ -73,19 +73,19 @@ def run_preflight(
 
 
 def _gather(evidence: Evidence, journal: Journal) -> Procedure[None]:
-    begin: Sight = yield Look()
+    begin: EngineView = yield Inspect()
     evidence.began_at, evidence.opened_at, evidence.baud_rate = begin.now, begin.opened_at, begin.baud_rate
     yield Report(0, STEPS, marked("Proving the link"))
     yield from read_back(BOOT_COUNT)
     # A restart from before the check, seen only now, is none in the middle of it.
-    begin = yield Look()
+    begin = yield Inspect()
     evidence.restarts, evidence.rejected_before = begin.device.restarts, begin.link.counters.rejected
     yield from _heartbeats(evidence)
     yield from _step(evidence, 1, marked("Reading the settings"))
     evidence.first = yield from _read_state(evidence)
     yield from _step(evidence, 2, marked("Looking at the triggers"))
     for command in TRIGGERS:
-        evidence.flags[command.key] = Flag()
+        evidence.flags[command.key] = TriggerFlag()
         if evidence.is_enabling:
             evidence.flags[command.key] = yield from _enable(command, journal)
     yield from _step(evidence, 3, marked("Reading cell, charge and light"))
@@ -132,12 +132,12 @@ def _step(evidence: Evidence, done: int, doing: str) -> Procedure[None]:
 
 
 def _count_rejected(evidence: Evidence) -> Procedure[None]:
-    sight: Sight = yield Look()
+    sight: EngineView = yield Inspect()
     evidence.rejected_bytes = sight.link.counters.rejected - evidence.rejected_before
 
 
 def _finish(evidence: Evidence) -> Procedure[None]:
-    end: Sight = yield Look()
+    end: EngineView = yield Inspect()
     for command in TRIGGERS:
         evidence.flags[command.key] = _stands(command, evidence.flags[command.key], end)
     if evidence.status_at is not None:
@@ -164,7 +164,7 @@ def _heartbeats(evidence: Evidence) -> Procedure[None]:
 
 
 def _read_slow(evidence: Evidence, command: Command) -> Procedure[None]:
-    before: Sight = yield Look()
+    before: EngineView = yield Inspect()
     outcome = yield Ask(command.query())
     reading = outcome.messages[0] if isinstance(outcome, Answered) else None
     if isinstance(reading, Reading):
@@ -174,22 +174,22 @@ def _read_slow(evidence: Evidence, command: Command) -> Procedure[None]:
     yield from _make_sure(before)
 
 
-def _make_sure(before: Sight) -> Procedure[None]:
+def _make_sure(before: EngineView) -> Procedure[None]:
     """After an unanswered question: is anybody there at all? Raises `_Silent`."""
     frames = before.link.counters.frames
     for _ in range(HOPELESS):
-        sight: Sight = yield Look()
+        sight: EngineView = yield Inspect()
         if sight.link.counters.frames > frames:
             return
         yield Ask(HEARTBEAT.query(), HEARTBEAT_WAITS_S)
-    sight = yield Look()
+    sight = yield Inspect()
     if sight.link.counters.frames == frames:
         raise _Silent
 
 
 def _watch(evidence: Evidence) -> Procedure[None]:
     evidence.trials.clear()
-    begin: Sight = yield Look()
+    begin: EngineView = yield Inspect()
     ends_at = begin.now + STILL_S
     now = begin.now
     while now < ends_at:
@@ -206,22 +206,22 @@ def _take_status(evidence: Evidence, outcome: Answered) -> None:
         evidence.trials.append(Trial(outcome.at, message))
 
 
-def _refusals() -> Procedure[tuple[Said, ...]]:
+def _refusals() -> Procedure[tuple[UserMessage, ...]]:
     yield from ask_status()
-    sight: Sight = yield Look()
-    now_is = situation(sight.device, sight.now, must_be_proven=True, is_the_one_meant=sight.is_proven)
+    sight: EngineView = yield Inspect()
+    now_is = interlock_inputs(sight.device, sight.now, must_be_proven=True, is_the_one_meant=sight.is_proven)
     if now_is.active:
         return (said(marked("the module is ACTIVE, and nothing is written then")),)
     return tuple(said_with(one.text, one.values) for one in refusals(Act.WRITE, now_is))
 
 
-def _enable(command: Command, journal: Journal) -> Procedure[Flag]:
+def _enable(command: Command, journal: Journal) -> Procedure[TriggerFlag]:
     """Set a trigger to enabled, once, where writing is allowed: never while the module is active."""
     refused = yield from _refusals()
     if refused:
-        return Flag(FlagFate.NOT_SENT, refused)
+        return TriggerFlag(FlagFate.NOT_SENT, refused)
     request = command.set(True)
-    sight: Sight = yield Look()
+    sight: EngineView = yield Inspect()
     seen = as_logged(evidence_of(sight.device.values, is_fresh=True))
     entry = journal.begin(Act.WRITE, request.encode(), {"setting": command.key, "wanted": True, **seen})
     if not entry.done():
@@ -229,7 +229,7 @@ def _enable(command: Command, journal: Journal) -> Procedure[Flag]:
         refused = yield from _refusals()
     if refused:
         journal.settle(entry, Outcome.NOT_SENT, {})
-        return Flag(FlagFate.NOT_SENT, refused)
+        return TriggerFlag(FlagFate.NOT_SENT, refused)
     flag, outcome = FlagFate.UNANSWERED, Outcome.UNKNOWN
     try:
         came = yield Ask(request)
@@ -242,14 +242,14 @@ def _enable(command: Command, journal: Journal) -> Procedure[Flag]:
             flag, outcome = FlagFate.NOT_SENT, Outcome.NOT_SENT
     finally:
         journal.settle(entry, outcome, {"acknowledged": flag is FlagFate.ENABLED})
-    return Flag(flag, (said(marked("the module stopped answering")),) if flag is FlagFate.NOT_SENT else ())
+    return TriggerFlag(flag, (said(marked("the module stopped answering")),) if flag is FlagFate.NOT_SENT else ())
 
 
-def _stands(command: Command, flag: Flag, sight: Sight) -> Flag:
+def _stands(command: Command, flag: TriggerFlag, sight: EngineView) -> TriggerFlag:
     """How the trigger stands in the end: what the module acknowledged since its last start, in no doubt."""
     known = sight.device.known(command.key, sight.now)
     if known is None or known.is_stale or known.how is not How.ACKNOWLEDGED:
-        return Flag() if flag.fate is FlagFate.ENABLED else flag
+        return TriggerFlag() if flag.fate is FlagFate.ENABLED else flag
     if flag.fate in (FlagFate.REFUSED, FlagFate.UNANSWERED):
         return flag
-    return Flag(FlagFate.ENABLED if known.value is True else FlagFate.DISABLED)
+    return TriggerFlag(FlagFate.ENABLED if known.value is True else FlagFate.DISABLED)

@@ -16,11 +16,11 @@ from app.limits.expectations import ManualItem
 from app.limits.limits import softened
 from app.preflight.checks import CHECKS, Check
 from app.preflight.evidence import Disturbance, FlagFate
-from app.preflight.findings import Case, Finding, Result
+from app.preflight.findings import Case, CheckResult, Finding
 from app.preflight.judging_module import FINGERPRINT_KEYS
 from app.preflight.reread import TITLES
 from app.settings.profiles import ActivatedBy
-from app.text.messages import Said, listed, said
+from app.text.messages import UserMessage, listed, said
 from protocol.fields import Value
 from protocol.link_states import Presence
 from protocol.translatable import marked
@@ -44,7 +44,7 @@ VERDICT_WORDS: Mapping[Verdict, str] = {
 }
 
 
-def unsigned(who: object, module: object, aircraft: object) -> Said | None:
+def unsigned(who: object, module: object, aircraft: object) -> UserMessage | None:
     """A check that does not say who checked which module in which aircraft is signed by nobody."""
     missing = [
         text for text, value in (
@@ -53,7 +53,7 @@ def unsigned(who: object, module: object, aircraft: object) -> Said | None:
     ]  # fmt: skip
     if not missing:
         return None
-    return said(marked("UNSIGNED: {missing}."), missing=listed([Said(text) for text in missing]))
+    return said(marked("UNSIGNED: {missing}."), missing=listed([UserMessage(text) for text in missing]))
 
 
 def verdict_named(name: object) -> Verdict:
@@ -68,7 +68,7 @@ def verdict_of(*, is_fine: bool, is_active: bool | None) -> Verdict:
     return Verdict.GO if is_active else Verdict.READY
 
 
-def meaning_of(verdict: Verdict, activated_by: ActivatedBy) -> Said:
+def meaning_of(verdict: Verdict, activated_by: ActivatedBy) -> UserMessage:
     """What follows from a verdict, in one sentence."""
     match verdict:
         case Verdict.GO:
@@ -81,9 +81,9 @@ def meaning_of(verdict: Verdict, activated_by: ActivatedBy) -> Said:
             return said(marked("activate before the flight"))
 
 
-def verdict_sentence(verdict: Verdict, activated_by: ActivatedBy) -> Said:
+def verdict_sentence(verdict: Verdict, activated_by: ActivatedBy) -> UserMessage:
     """The verdict with what follows from it."""
-    word = Said(VERDICT_WORDS[verdict])
+    word = UserMessage(VERDICT_WORDS[verdict])
     return said(marked("{verdict}: {meaning}"), verdict=word, meaning=meaning_of(verdict, activated_by))
 
 
@@ -101,11 +101,11 @@ class Judged:
 
     @property
     def stands_against(self) -> bool:
-        return self.finding.result in (Result.FAIL, Result.UNKNOWN)
+        return self.finding.result in (CheckResult.FAIL, CheckResult.UNKNOWN)
 
     @property
-    def do(self) -> Said:
-        return self.finding.do or Said(self.check.do)
+    def do(self) -> UserMessage:
+        return self.finding.do or UserMessage(self.check.do)
 
 
 @dataclass(frozen=True, slots=True)
@@ -129,7 +129,7 @@ class Assessment:
         """What stands against GO and READY, by id."""
         return tuple(one.check.id for one in self.checks if one.stands_against)
 
-    def result(self, id_: str) -> Result:
+    def result(self, id_: str) -> CheckResult:
         return next(one.finding.result for one in self.checks if one.check.id == id_)
 
 
@@ -146,12 +146,14 @@ def assess(case: Case) -> Assessment:
     return Assessment(case, judged, tuple(case.expectations.manual), softer)
 
 
-def _shown(finding: Finding, advised: Said | None) -> Finding:
+def _shown(finding: Finding, advised: UserMessage | None) -> Finding:
     """A limit that is softer than advised is said with it, and is worth a look."""
     if advised is None:
         return finding
     limit = said(marked("{limit}, softer than advised: {advised}"), limit=finding.limit, advised=advised)
-    return replace(finding, limit=limit, result=Result.WARN if finding.result is Result.PASS else finding.result)
+    return replace(
+        finding, limit=limit, result=CheckResult.WARN if finding.result is CheckResult.PASS else finding.result
+    )
 
 
 @dataclass(frozen=True, slots=True)
@@ -159,11 +161,11 @@ class Void:
     """`what`: the value that is another now, where one is."""
 
     reason: Disturbance
-    what: Said | None = None
+    what: UserMessage | None = None
 
     @property
-    def said(self) -> Said:
-        reason = Said(self.reason.value)
+    def said(self) -> UserMessage:
+        reason = UserMessage(self.reason.value)
         return reason if self.what is None else said(marked("{reason}: {what}"), reason=reason, what=self.what)
 
 
@@ -192,7 +194,7 @@ def void_reason(assessment: Assessment, device: DeviceView, now: float, *, opene
     return Void(Disturbance.TOO_OLD) if is_old else None
 
 
-def _changed(assessment: Assessment, device: DeviceView, now: float) -> Said | None:
+def _changed(assessment: Assessment, device: DeviceView, now: float) -> UserMessage | None:
     """The first value that is known now and is another than the one checked."""
     evidence, expectations = assessment.case.evidence, assessment.case.expectations
     checked: dict[str, Value | None] = {key: evidence.values.get(key) for key in (*FINGERPRINT_KEYS, "boot_count")}
@@ -208,20 +210,20 @@ def _changed(assessment: Assessment, device: DeviceView, now: float) -> Said | N
     for key, before in checked.items():
         known = device.values.get(key)
         if before is not None and known is not None and known.value != before:
-            return Said(TITLES[key])
+            return UserMessage(TITLES[key])
     for key in evidence.flags:
         is_lost = key not in device.values and key not in device.undecided
         if evidence.flags[key].logged is not None:  # the log knows it, and the device of this program never did
             is_lost = key not in device.values and key in device.unconfirmed
         if checked.get(key) is not None and is_lost:
-            return Said(TITLES[key])  # a set that nobody confirmed
+            return UserMessage(TITLES[key])  # a set that nobody confirmed
     voltage = device.fresh("cell_voltage_v", now)
-    was_charged = assessment.result("cell_voltage") is Result.PASS
+    was_charged = assessment.result("cell_voltage") is CheckResult.PASS
     if was_charged and voltage is not None and voltage < expectations.limits.cell_voltage_min_v:
-        return Said(TITLES["cell_voltage_v"])
+        return UserMessage(TITLES["cell_voltage_v"])
     light, threshold = device.fresh("light_v", now), evidence.values.get("light_threshold_v")
-    if light is not None and threshold is not None and assessment.result("light") is Result.PASS:
+    if light is not None and threshold is not None and assessment.result("light") is CheckResult.PASS:
         is_dark = light > threshold if expectations.is_light_inverted else light < threshold
         if not is_dark:
-            return Said(TITLES["light_v"])
+            return UserMessage(TITLES["light_v"])
     return None

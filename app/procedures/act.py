@@ -13,11 +13,11 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 from app.engine.playback import require_module
-from app.engine.procedure import Ask, Cancelled, Look, Pause, PortLost, Procedure, Sight
+from app.engine.procedure import Ask, Cancelled, EngineView, Inspect, Pause, PortLost, Procedure
 from app.engine.transport import PortError
 from app.procedures.ask_status import ask_status
 from app.safety.acts import REQUESTS, Act
-from app.safety.interlocks import Condition, Refusal, refusals, situation
+from app.safety.interlocks import Interlock, Refusal, interlock_inputs, refusals
 from app.safety.journal import Journal, JournalFailed, Outcome, durable
 from app.safety.permit import Permit
 from app.text.i18n import tr
@@ -143,22 +143,22 @@ def perform(
         return rehearse(act, permit)
     yield from require_module()
     yield from _refresh(act)
-    open_conditions = conditions_open(act, (yield Look()), journal, permit=permit, armed=armed)
+    open_conditions = conditions_open(act, (yield Inspect()), journal, permit=permit, armed=armed)
     if open_conditions:
         return Performed(act=act, outcome=Outcome.NOT_SENT, refusals=open_conditions)
     request = REQUESTS[act]
     frame = request.encode()
-    entry = journal.begin(act, frame, _detail((yield Look())))
+    entry = journal.begin(act, frame, _detail((yield Inspect())))
     try:
         if (yield from durable(entry)):
             yield from _refresh(act)
         # The permit, the status and the module's state are judged at the last moment, and the pause lets the session
         # look at the clock and at what has arrived.
         yield Pause(0.0)
-        open_conditions = conditions_open(act, (yield Look()), journal, permit=permit, armed=armed)
+        open_conditions = conditions_open(act, (yield Inspect()), journal, permit=permit, armed=armed)
     except JournalFailed as error:
         journal.settle(entry, Outcome.NOT_SENT, {"why": "log"})
-        refusal = Refusal(Condition.INTENT_DURABLE, LOG_FAILED)
+        refusal = Refusal(Interlock.INTENT_DURABLE, LOG_FAILED)
         return Performed(act=act, outcome=Outcome.NOT_SENT, refusals=(refusal,), trouble=error.sentence)
     except (Cancelled, PortLost, PortError) as error:
         journal.settle(entry, Outcome.NOT_SENT, {"why": type(error).__name__})
@@ -191,7 +191,7 @@ LOG_FAILED = marked("The audit log cannot be written, so nothing dangerous is se
 def _refresh(act: Act) -> Procedure[None]:
     """What the conditions look at, fresh from the module. The question before the status lets every late answer pass
     by first, so that the act itself needs no fence and leaves at once."""
-    sight: Sight = yield Look()
+    sight: EngineView = yield Inspect()
     if act is Act.ACTIVATE and sight.device.fresh("attitude_threshold_deg", sight.now) is None:
         yield Ask(BY_NAME["attitude_threshold"].query())
     if act is Act.ZERO:
@@ -201,19 +201,19 @@ def _refresh(act: Act) -> Procedure[None]:
 
 def _watch_motion() -> Procedure[None]:
     """Reports asked for during two seconds, from which it is judged whether the module lies still."""
-    sight: Sight = yield Look()
+    sight: EngineView = yield Inspect()
     ends_at = sight.now + WATCH_S
     while sight.now < ends_at and sight.device.presence is not Presence.OFFLINE:
         yield Ask(STATUS.query())
         yield Pause(REPORTS_EVERY_S)
-        sight = yield Look()
+        sight = yield Inspect()
 
 
 def conditions_open(
-    act: Act, sight: Sight, journal: Journal, *, permit: Permit | None, armed: Armed | None
+    act: Act, sight: EngineView, journal: Journal, *, permit: Permit | None, armed: Armed | None
 ) -> tuple[Refusal, ...]:
     """The conditions of `act` that are open at the moment of `sight`; none when it may be sent."""
-    now_is = situation(
+    now_is = interlock_inputs(
         sight.device,
         sight.now,
         must_be_proven=True,
@@ -227,7 +227,7 @@ def conditions_open(
     return refusals(act, now_is)
 
 
-def _detail(sight: Sight) -> dict[str, object]:
+def _detail(sight: EngineView) -> dict[str, object]:
     """What was known when it was decided."""
     keys = ("tilt_deg", "acceleration_g", "active", "triggered", "boot_count", "attitude_threshold_deg")
     return {key: sight.device.fresh(key, sight.now) for key in keys}
@@ -247,12 +247,12 @@ def _look_after(act: Act, outcome: Reply) -> Procedure[_Aftermath]:
     # An answer to the act came: all that follows is newer. Else an old report could still be under way.
     reports = yield from _reports(is_fenced=message is None, apart_s=LOOKS_APART_S if act is Act.DEPLOY else 0.0)
     if act is Act.ACTIVATE and is_acknowledged:
-        sight: Sight = yield Look()
+        sight: EngineView = yield Inspect()
         ends_at = sight.now + REPORTED_WITHIN_S
         while reports and not all(report.active for report in reports) and sight.now < ends_at:
             yield Pause(REPORTS_EVERY_S)
             reports = yield from _reports(is_fenced=False)
-            sight = yield Look()
+            sight = yield Inspect()
     return _Aftermath(is_acknowledged, raw, reports, has_fired=has_fired)
 
 

@@ -7,7 +7,7 @@ ones back for seconds. The module answers in the order in which it was asked: wh
 question was said after that question went out. `DeviceView.proven` says whether that is short enough ago.
 """
 
-from app.engine.procedure import Ask, Look, Procedure, Sight
+from app.engine.procedure import Ask, EngineView, Inspect, Procedure
 from protocol.catalogue import HEARTBEAT, STATUS
 from protocol.events import Answered
 
@@ -17,10 +17,10 @@ HEARTBEAT_WAITS_S = (1.0,)
 
 
 def ask_status() -> Procedure[bool]:
-    """Whether the module has just said how it stands. What it said is in `Sight.device`, as every status."""
+    """Whether the module has just said how it stands. What it said is in `EngineView.device`, as every status."""
     for _ in range(TRIES):
         outcome = yield Ask(STATUS.query(), is_fenced=True)
-        sight: Sight = yield Look()
+        sight: EngineView = yield Inspect()
         if sight.device.proven("active", sight.now) is not None:
             return True
         if not isinstance(outcome, Answered):

@@ -13,14 +13,25 @@ from dataclasses import dataclass
 from enum import Enum
 
 from app.engine.playback import require_module
-from app.engine.procedure import Ask, Cancelled, Listen, Look, Pause, PortLost, Procedure, Report, Sight, UseRate
+from app.engine.procedure import (
+    Ask,
+    Cancelled,
+    EngineView,
+    Inspect,
+    Listen,
+    Pause,
+    PortLost,
+    Procedure,
+    Report,
+    UseRate,
+)
 from app.engine.transport import PortError
 from app.procedures.act import Armed, conditions_open
 from app.procedures.ask_status import ask_status
 from app.procedures.find import SETTLE_S, answers_here, proofs
 from app.procedures.write import Heard, acknowledged
 from app.safety.acts import Act
-from app.safety.interlocks import Condition, Refusal
+from app.safety.interlocks import Interlock, Refusal
 from app.safety.journal import Entry, Journal, JournalFailed, Outcome, durable
 from app.safety.permit import Permit
 from app.text.i18n import tr
@@ -98,9 +109,9 @@ def change_baud(
     request = BAUD_RATE.set(new_rate)
     yield from require_module()
     yield from ask_status()
-    sight: Sight = yield Look()
+    sight: EngineView = yield Inspect()
     old_rate = sight.baud_rate
-    refused = conditions_open(Act.CHANGE_BAUD, (yield Look()), journal, permit=permit, armed=armed)
+    refused = conditions_open(Act.CHANGE_BAUD, (yield Inspect()), journal, permit=permit, armed=armed)
     if refused:
         return BaudChanged(old_rate=old_rate, new_rate=new_rate, end=BaudEnd.NOT_SENT, refusals=refused)
     pending = journal.begin_baud(old_rate, new_rate)
@@ -111,10 +122,10 @@ def change_baud(
         if is_slow:
             yield from ask_status()
         yield Pause(0.0)  # the log may have taken its time: the conditions are judged at the last moment
-        refused = conditions_open(Act.CHANGE_BAUD, (yield Look()), journal, permit=permit, armed=armed)
+        refused = conditions_open(Act.CHANGE_BAUD, (yield Inspect()), journal, permit=permit, armed=armed)
     except JournalFailed as error:
         _settle_unsent(journal, entry, pending)
-        refusal = Refusal(Condition.INTENT_DURABLE, marked("The audit log cannot be written."))
+        refusal = Refusal(Interlock.INTENT_DURABLE, marked("The audit log cannot be written."))
         return BaudChanged(
             old_rate=old_rate, new_rate=new_rate, end=BaudEnd.NOT_SENT, refusals=(refusal,), trouble=error.sentence
         )

@@ -4,7 +4,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from itertools import cycle
 
-from app.engine.procedure import Ask, Listen, Look, Procedure, Report, Sight, UseRate
+from app.engine.procedure import Ask, EngineView, Inspect, Listen, Procedure, Report, UseRate
 from protocol.catalogue import BAUD_RATES, BY_NAME, HEARTBEAT, Request
 from protocol.events import Answered
 from protocol.translatable import marked
@@ -55,7 +55,7 @@ def find_rate(first: int | None = None) -> Procedure[Found]:
     Sends nothing but questions. Where none answers the port goes back to the rate that it had.
     """
     questions = proofs()
-    sight: Sight = yield Look()
+    sight: EngineView = yield Inspect()
     candidates = list(BAUD_RATES)
     if first in candidates:
         candidates.remove(first)

@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 from enum import Enum
 
-from app.engine.procedure import Ask, Look, Procedure, Sight
+from app.engine.procedure import Ask, EngineView, Inspect, Procedure
 from protocol.catalogue import HEARTBEAT
 from protocol.events import Answered, Role
 
@@ -36,15 +36,15 @@ class Greeting:
 
 
 def greet() -> Procedure[Greeting]:
-    before: Sight = yield Look()
+    before: EngineView = yield Inspect()
     outcome = yield Ask(HEARTBEAT.query(), GREETING_WAITS_S)
     if isinstance(outcome, Answered):
         return Greeting(None, outcome.round_trip_s)
-    after: Sight = yield Look()
+    after: EngineView = yield Inspect()
     return Greeting(_silence(before, after))
 
 
-def _silence(before: Sight, after: Sight) -> Silence:
+def _silence(before: EngineView, after: EngineView) -> Silence:
     old, new = before.link.counters, after.link.counters
     echoes = new.by_role[Role.ECHO] - old.by_role[Role.ECHO]
     if new.frames - old.frames > echoes:

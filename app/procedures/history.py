@@ -13,7 +13,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import NamedTuple
 
-from app.engine.procedure import Ask, Look, Procedure, Report, Sight
+from app.engine.procedure import Ask, EngineView, Inspect, Procedure, Report
 from protocol.catalogue import HEARTBEAT, RECORDS_KEPT, TRIGGER_RECORDS
 from protocol.events import Answered, Role
 from protocol.messages import EmptySlot, TriggerRecord
@@ -67,9 +67,9 @@ class Pass(NamedTuple):
 
 
 def read_history() -> Procedure[History]:
-    begin: Sight = yield Look()
+    begin: EngineView = yield Inspect()
     history = yield from _read_passes()
-    end: Sight = yield Look()
+    end: EngineView = yield Inspect()
     return _with_strays(history, end.device.stray_records[len(begin.device.stray_records) :])
 
 
@@ -99,7 +99,7 @@ def _read_passes() -> Procedure[History]:
 
 
 def _read_once() -> Procedure[Pass]:
-    before: Sight = yield Look()
+    before: EngineView = yield Inspect()
     outcome = yield Ask(TRIGGER_RECORDS.query())
     messages = outcome.messages if isinstance(outcome, Answered) else ()
     seen = tuple(
@@ -107,7 +107,7 @@ def _read_once() -> Procedure[Pass]:
         for message in messages
         if isinstance(message, TriggerRecord | EmptySlot) and not _is_damaged_slot(message.raw)
     )
-    after: Sight = yield Look()
+    after: EngineView = yield Inspect()
     one = Pass(seen, is_clean=len(seen) == len(messages) and _is_clean(before, after))
     return one._replace(is_clean=False) if one.is_doubled else one
 
@@ -119,7 +119,7 @@ def _is_damaged_slot(raw: bytes) -> bool:
     return min(differing) == 1
 
 
-def _is_clean(before: Sight, after: Sight) -> bool:
+def _is_clean(before: EngineView, after: EngineView) -> bool:
     old, new = before.link.counters, after.link.counters
     stray = (Role.LATE, Role.DOUBLED, Role.UNASKED)
     is_quiet = (old.rejected, old.time_outs, old.retries) == (new.rejected, new.time_outs, new.retries)
@@ -136,10 +136,10 @@ def _agree(passes: Sequence[Pass]) -> bool:
 
 def _is_line_good() -> Procedure[bool]:
     """Whether frames are neither lost nor doubled, as far as some heartbeats tell."""
-    before: Sight = yield Look()
+    before: EngineView = yield Inspect()
     for _ in range(LINE_HEARTBEATS):
         yield Ask(HEARTBEAT.query(), HEARTBEAT_WAITS_S)
-        after: Sight = yield Look()
+        after: EngineView = yield Inspect()
         if not _is_clean(before, after):
             return False
     return True

@@ -10,7 +10,7 @@ from enum import Enum
 from statistics import median
 
 from app.engine.playback import require_module
-from app.engine.procedure import Ask, Look, Pause, Procedure, Report, Sight
+from app.engine.procedure import Ask, EngineView, Inspect, Pause, Procedure, Report
 from app.text.i18n import tr
 from protocol.catalogue import BY_NAME
 from protocol.events import Answered
@@ -66,7 +66,7 @@ def measure_light(*, samples: int = SAMPLES) -> Procedure[Band]:
     yield from require_module()
     raws: list[int] = []
     lost = 0
-    before: Sight = yield Look()
+    before: EngineView = yield Inspect()
     while len(raws) < samples and lost < MOST_LOST:
         yield Report(len(raws), samples, marked("Measuring the light"))
         outcome = yield Ask(_LIGHT.query())
@@ -76,7 +76,7 @@ def measure_light(*, samples: int = SAMPLES) -> Procedure[Band]:
         else:
             lost += 1
         yield Pause(EVERY_S)
-    after: Sight = yield Look()
+    after: EngineView = yield Inspect()
     return Band(tuple(raws), lost, has_restarted=after.device.restarts != before.device.restarts)
 
 
@@ -89,7 +89,7 @@ class Obstacle(Enum):
     TOO_CLOSE = marked("The readings are too close together for a threshold with a margin: look at the sensor.")
 
 
-class Direction(Enum):
+class LightDirection(Enum):
     """The value is a sentence in English, translatable."""
 
     RISES = marked("More light reads higher.")
@@ -101,7 +101,7 @@ class Proposal:
     """`margin_closed_v`, `margin_open_v`: from the threshold to the nearest reading of each side."""
 
     threshold_v: float
-    direction: Direction
+    direction: LightDirection
     margin_closed_v: float
     margin_open_v: float
     vendors_v: float
@@ -136,7 +136,7 @@ def propose(closed: Band, opened: Band) -> Proposal | Obstacle:
         return Obstacle.TOO_CLOSE
     return Proposal(
         threshold_v=threshold / _STEPS_PER_V,
-        direction=Direction.RISES if rises else Direction.FALLS,
+        direction=LightDirection.RISES if rises else LightDirection.FALLS,
         margin_closed_v=margin_closed / _STEPS_PER_V,
         margin_open_v=margin_open / _STEPS_PER_V,
         vendors_v=opened.median_v,

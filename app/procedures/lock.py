@@ -15,13 +15,13 @@ from app.engine.procedure import (
     LOCKS_MOST,
     Ask,
     Cancelled,
+    EngineView,
+    Inspect,
     LockRepeat,
-    Look,
     Pause,
     PortLost,
     Procedure,
     Report,
-    Sight,
     UseRate,
 )
 from app.engine.transport import PortError
@@ -165,7 +165,7 @@ def _begin(journal: Journal) -> Entry:
 
 def _lock_until_reported(journal: Journal, repeat: LockRepeat, proof: _Proof, entries: list[Entry]) -> Procedure[None]:
     yield from require_module()
-    sight: Sight = yield Look()
+    sight: EngineView = yield Inspect()
     if sight.proven_rate not in (None, sight.baud_rate):
         yield UseRate(sight.proven_rate)
     may_search = True
@@ -173,7 +173,7 @@ def _lock_until_reported(journal: Journal, repeat: LockRepeat, proof: _Proof, en
     question = unanswered = asked_after = 0
     is_last_answered = True
     while not proof.is_locked:
-        sight = yield Look()
+        sight = yield Inspect()
         is_going_on = repeat.is_going_on(sight.now)
         if repeat.is_due(sight.now) and not proof.says_locked:
             sent = repeat.sent
@@ -188,7 +188,7 @@ def _lock_until_reported(journal: Journal, repeat: LockRepeat, proof: _Proof, en
         if not is_last_answered:
             yield Pause(BREATH_S)
         answer = yield Ask(QUESTIONS[question], attempts=1, repeat=repeat)
-        sight = yield Look()
+        sight = yield Inspect()
         is_last_answered = proof.note(answer, sight.now)
         # The same one again: a late answer counts then. After three it may be one that this module does not know.
         unanswered = 0 if is_last_answered else unanswered + 1
@@ -208,5 +208,5 @@ def _lock_until_reported(journal: Journal, repeat: LockRepeat, proof: _Proof, en
             found = yield from find_rate()
             if found.baud_rate is None and sight.proven_rate is not None:
                 yield UseRate(sight.proven_rate)
-            sight = yield Look()
+            sight = yield Inspect()
             silent_since = sight.now

@@ -13,7 +13,7 @@ from enum import Enum
 
 from app.engine.device import BOOTS
 from app.engine.playback import require_module
-from app.engine.procedure import Ask, Listen, Look, Pause, Procedure, Report, Sight
+from app.engine.procedure import Ask, EngineView, Inspect, Listen, Pause, Procedure, Report
 from app.procedures.write import RESTART_SHOWS_S, read_back
 from protocol.catalogue import BY_NAME, SETTINGS, Command
 from protocol.events import Answered
@@ -27,7 +27,7 @@ ASK_WAITS_S = (1.0,)
 _BOOT_COUNT = BY_NAME["boot_count"]
 
 
-class Fate(Enum):
+class Retention(Enum):
     """The value is its English, translatable word."""
 
     KEPT = marked("kept")
@@ -48,20 +48,20 @@ class Ending(Enum):
 
 
 @dataclass(frozen=True, slots=True)
-class Stamp:
+class SettingRetention:
     """`stands`: what was read after the restart."""
 
     wanted: Value
-    fate: Fate
+    fate: Retention
     stands: Value | None = None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Survival:
+class PowerCycleResult:
     """`stamps` by key; empty where no restart was seen."""
 
     ending: Ending
-    stamps: Mapping[str, Stamp]
+    stamps: Mapping[str, SettingRetention]
     boots_before: int | None
     boots_after: int | None = None
 
@@ -69,23 +69,23 @@ class Survival:
     def is_fine(self) -> bool:
         """Everything that can be read was kept."""
         is_seen = self.ending in (Ending.RESTARTED, Ending.SEVERAL)
-        return is_seen and all(stamp.fate in (Fate.KEPT, Fate.UNREADABLE) for stamp in self.stamps.values())
+        return is_seen and all(stamp.fate in (Retention.KEPT, Retention.UNREADABLE) for stamp in self.stamps.values())
 
 
 def survives_power_cycle(
     wanted: Mapping[str, Value], *, boots_before: int | None = None, longest_wait_s: float = LONGEST_WAIT_S
-) -> Procedure[Survival]:
+) -> Procedure[PowerCycleResult]:
     """`wanted`: by key, what was written. `boots_before`: from an earlier try that lost the port."""
     yield from require_module()
-    before: Sight = yield Look()
+    before: EngineView = yield Inspect()
     if boots_before is None:
         boots_before = yield from _boots()
     boots: int | None = None
     while True:
-        sight: Sight = yield Look()
+        sight: EngineView = yield Inspect()
         waited_s = sight.now - before.now
         if waited_s > longest_wait_s:
-            return Survival(ending=Ending.NOT_SEEN, stamps={}, boots_before=boots_before)
+            return PowerCycleResult(ending=Ending.NOT_SEEN, stamps={}, boots_before=boots_before)
         yield Report(int(waited_s), int(longest_wait_s), marked("Switch the module off and on again"))
         has_restarted = sight.device.restarts != before.device.restarts
         boots = yield from _boots()
@@ -93,22 +93,24 @@ def survives_power_cycle(
             break
         yield Listen(LOOK_EVERY_S)
     yield Pause(RESTART_SHOWS_S)  # the second heartbeat of this restart must not cast doubt on what is read now
-    stamps: dict[str, Stamp] = {}
+    stamps: dict[str, SettingRetention] = {}
     for command in SETTINGS:
         if command.key in wanted and command.key != "baud_rate":
             if not command.reads_back:
-                stamps[command.key] = Stamp(wanted[command.key], Fate.UNREADABLE)
+                stamps[command.key] = SettingRetention(wanted[command.key], Retention.UNREADABLE)
                 continue
             back = yield from read_back(command)
             stamps[command.key] = _stamp(command, wanted[command.key], back.raw)
-    return Survival(ending=_ending(boots_before, boots), stamps=stamps, boots_before=boots_before, boots_after=boots)
+    return PowerCycleResult(
+        ending=_ending(boots_before, boots), stamps=stamps, boots_before=boots_before, boots_after=boots
+    )
 
 
-def _stamp(command: Command, wanted: Value, raw: int | None) -> Stamp:
+def _stamp(command: Command, wanted: Value, raw: int | None) -> SettingRetention:
     if raw is None or command.write is None:
-        return Stamp(wanted, Fate.NOT_READ)
+        return SettingRetention(wanted, Retention.NOT_READ)
     stands = command.write.decode(raw)
-    return Stamp(wanted, Fate.KEPT if stands == wanted else Fate.LOST, stands)
+    return SettingRetention(wanted, Retention.KEPT if stands == wanted else Retention.LOST, stands)
 
 
 def _boots() -> Procedure[int | None]:

@@ -9,7 +9,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from enum import Enum
 
-from app.engine.procedure import Ask, Look, Procedure, Report, Sight
+from app.engine.procedure import Ask, EngineView, Inspect, Procedure, Report
 from app.engine.setting_changes import BOOT_COUNT, READABLE_SETTINGS
 from app.procedures.write import ReadBack, read_back, restarted_since
 from protocol.catalogue import HEARTBEAT, Command
@@ -52,7 +52,7 @@ class SettingsReading:
 
 def read_settings() -> Procedure[SettingsReading]:
     """Only questions are sent. Never raises for a silent module; see `SettingsReading.is_silent`."""
-    begin: Sight = yield Look()
+    begin: EngineView = yield Inspect()
     values: dict[str, Value] = {}
     faults: dict[str, ReadFault] = {}
     boots: list[int | None] = []
@@ -71,7 +71,7 @@ def read_settings() -> Procedure[SettingsReading]:
             values |= _value(command, back)
     has_restarted = yield from restarted_since(begin)
     is_same_boot = len(boots) == 2 and None not in boots and boots[0] == boots[1]
-    end: Sight = yield Look()
+    end: EngineView = yield Inspect()
     return SettingsReading(
         values=values,
         faults=faults,

@@ -9,7 +9,7 @@ from concurrent.futures import Future
 from dataclasses import dataclass, field
 
 from app.engine.device import Sleep
-from app.engine.procedure import Ask, Cancelled, Look, Pause, Procedure, Sight
+from app.engine.procedure import Ask, Cancelled, EngineView, Inspect, Pause, Procedure
 from app.engine.setting_changes import READABLE_SETTINGS
 from app.procedures.read import READABLE
 from app.store.stream_memory import StreamMemory
@@ -53,7 +53,7 @@ class StreamSwitch:
 
 
 @dataclass(slots=True)
-class _Course:
+class _StreamProgress:
     """Where the procedure stands between two turns."""
 
     memory: StreamMemory
@@ -78,10 +78,10 @@ def watch(switch: StreamSwitch, *, read_all: bool = True, memory: StreamMemory |
     only after listening for a while whether it was on already; until then the status is polled. `memory`: what an
     earlier session left on is switched off.
     """
-    course = _Course(memory or StreamMemory())
+    course = _StreamProgress(memory or StreamMemory())
     try:
         while True:
-            sight: Sight = yield Look()
+            sight: EngineView = yield Inspect()
             yield from _turn(course, switch, sight, read_all=read_all)
             yield Pause(TURN_S)
     except Cancelled:  # not where the port was lost: there is nobody left to tell
@@ -89,7 +89,7 @@ def watch(switch: StreamSwitch, *, read_all: bool = True, memory: StreamMemory |
         raise
 
 
-def _turn(course: _Course, switch: StreamSwitch, sight: Sight, *, read_all: bool) -> Procedure[None]:
+def _turn(course: _StreamProgress, switch: StreamSwitch, sight: EngineView, *, read_all: bool) -> Procedure[None]:
     if sight.device.presence is Presence.OFFLINE:
         course.has_read = False  # the link's own heartbeats look for it; then everything is asked again
         return
@@ -118,15 +118,15 @@ def _turn(course: _Course, switch: StreamSwitch, sight: Sight, *, read_all: bool
         yield from _confirm_change(course, request, sight)
 
 
-def _confirm_change(course: _Course, request: Request, before: Sight) -> Procedure[None]:
+def _confirm_change(course: _StreamProgress, request: Request, before: EngineView) -> Procedure[None]:
     """A setting that reads differently than before is asked for once more at once: it may have been a damaged frame."""
-    key, after = request.command.key, (yield Look())
+    key, after = request.command.key, (yield Inspect())
     old, new = before.device.values.get(key), after.device.values.get(key)
     if request.command in READABLE_SETTINGS and old is not None and new is not None and old.value != new.value:
         course.due[request] = 0.0
 
 
-def _read_all(course: _Course) -> Procedure[None]:
+def _read_all(course: _StreamProgress) -> Procedure[None]:
     for command in READABLE:
         is_alive = yield from _ask(command.query())
         if not is_alive:
@@ -143,7 +143,7 @@ def _ask(question: Request, *, attempts: int | None = None) -> Procedure[bool]:
     return isinstance(heartbeat, Answered)
 
 
-def _steer_stream(course: _Course, switch: StreamSwitch, sight: Sight) -> Procedure[None]:
+def _steer_stream(course: _StreamProgress, switch: StreamSwitch, sight: EngineView) -> Procedure[None]:
     memory, listened_s = course.memory, sight.now - sight.opened_at
     boots = sight.device.fresh(_BOOT_COUNT.command.key, sight.now)
     if memory.was_left_on and course.switched_on_at is None and sight.is_proven:
@@ -181,7 +181,7 @@ def _is_accepted(outcome: Answered) -> bool:
     return any(isinstance(message, Acknowledgement) and message.is_accepted for message in outcome.messages)
 
 
-def _polled(switch: StreamSwitch, sight: Sight) -> Iterator[tuple[Request, float]]:
+def _polled(switch: StreamSwitch, sight: EngineView) -> Iterator[tuple[Request, float]]:
     """Questions with their period in seconds. The status is asked for where it does not come by itself."""
     if not sight.device.is_streaming:
         yield STATUS.query(), POLL_EVERY_S if switch.is_on else UNSEEN_POLL_EVERY_S
@@ -190,7 +190,7 @@ def _polled(switch: StreamSwitch, sight: Sight) -> Iterator[tuple[Request, float
     yield _BOOT_COUNT, BOOT_EVERY_S
 
 
-def _switch_off(course: _Course) -> Procedure[None]:
+def _switch_off(course: _StreamProgress) -> Procedure[None]:
     """Only what this procedure switched on. Asked again when unanswered: off twice is still off."""
     if course.switched_on_at is None:
         return

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from enum import Enum
 from typing import NamedTuple
 
-from app.engine.procedure import Ask, Look, Pause, Procedure, Sight
+from app.engine.procedure import Ask, EngineView, Inspect, Pause, Procedure
 from protocol.catalogue import Command
 from protocol.events import Answered, Outcome, Role, Unanswered
 from protocol.fields import Value
@@ -124,7 +124,7 @@ def write_verified(command: Command, value: Value) -> Procedure[Written]:
     """
     request = command.set(value)
     old = yield from _old_value(command)
-    before: Sight = yield Look()
+    before: EngineView = yield Inspect()
     said = acknowledged((yield Ask(request)))
     if said.heard is Heard.NOT_SENT:
         verdict = False if command.reads_back else None
@@ -150,7 +150,7 @@ def _old_value(command: Command) -> Procedure[int | None]:
     """The byte that stands before the write, which tells "refused" from "clamped"; None where nobody knows."""
     if not command.reads_back or command.write is None:
         return None
-    sight: Sight = yield Look()
+    sight: EngineView = yield Inspect()
     known = sight.device.fresh(command.key, sight.now)
     if known is not None:
         return command.write.encode(known)
@@ -171,13 +171,13 @@ def acknowledged(outcome: Outcome) -> Acknowledged:
     return Acknowledged(Heard.ONE if message.is_accepted else Heard.OTHER, message.raw)
 
 
-def restarted_since(before: Sight) -> Procedure[bool]:
+def restarted_since(before: EngineView) -> Procedure[bool]:
     """Whether the module restarted since; a frame too many may be the first sign of it."""
-    after: Sight = yield Look()
+    after: EngineView = yield Inspect()
     old, new = before.link.counters.by_role, after.link.counters.by_role
     if any(new[role] != old[role] for role in _ODD):
         yield Pause(RESTART_SHOWS_S)
-        after = yield Look()
+        after = yield Inspect()
     return after.device.restarts != before.device.restarts
 
 

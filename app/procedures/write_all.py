@@ -13,7 +13,7 @@ from dataclasses import dataclass, field, replace
 
 from app.engine.identity import as_logged, evidence_of
 from app.engine.playback import require_module
-from app.engine.procedure import Await, Look, Pause, Procedure, Report, Sight
+from app.engine.procedure import Await, EngineView, Inspect, Pause, Procedure, Report
 from app.engine.setting_changes import BOOT_COUNT, READABLE_SETTINGS, ChangedSetting, changed_settings
 from app.engine.snapshots import Snapshot, snapshot_of
 from app.procedures.act import LOG_FAILED, Armed
@@ -22,7 +22,7 @@ from app.procedures.baud import BaudChanged, BaudEnd, change_baud
 from app.procedures.settings_reading import SettingsReading, read_settings
 from app.procedures.write import Heard, WriteFault, Written, write_verified
 from app.safety.acts import Act
-from app.safety.interlocks import Condition, Refusal, refusals, situation
+from app.safety.interlocks import Interlock, Refusal, interlock_inputs, refusals
 from app.safety.journal import Entry, Journal, Outcome
 from app.safety.permit import Permit
 from protocol.catalogue import BAUD_RATE, Command
@@ -40,7 +40,7 @@ DISK_LIMIT_S = 1.5
 
 
 @dataclass(frozen=True, slots=True)
-class Change:
+class SettingChange:
     """A setting and the value wanted, in its field's unit."""
 
     command: Command
@@ -84,7 +84,7 @@ class Leave:
     """Hears of every result as it comes, in the session's thread: also where the line breaks off in the middle."""
 
 
-def write_all(changes: Sequence[Change], leave: Leave) -> Procedure[WriteReport]:
+def write_all(changes: Sequence[SettingChange], leave: Leave) -> Procedure[WriteReport]:
     """Raises `ValueRefused` or `LookupError` before anything is sent."""
     for change in changes:
         change.command.set(change.value)
@@ -93,14 +93,14 @@ def write_all(changes: Sequence[Change], leave: Leave) -> Procedure[WriteReport]
     before = yield from read_settings()
     if leave.keep_snapshot is not None:
         yield from _keep_snapshot(leave.keep_snapshot)
-    course = _Course(leave)
+    course = _WriteProgress(leave)
     try:
         for done, change in enumerate(ordered):
             yield Report(done, len(ordered), marked("Writing: {what}"), (("what", change.command.title),))
             yield from _write_one(course, change)
             if leave.on_written is not None:
                 leave.on_written(course.results[-1])
-            sight: Sight = yield Look()
+            sight: EngineView = yield Inspect()
             course.restarts.append(sight.device.restarts)
         is_sent = any(written.heard is not Heard.NOT_SENT for written in course.results)
         if is_sent:
@@ -115,7 +115,7 @@ def write_all(changes: Sequence[Change], leave: Leave) -> Procedure[WriteReport]
 
 
 @dataclass(slots=True)
-class _Course:
+class _WriteProgress:
     """How far the writes are."""
 
     leave: Leave
@@ -137,7 +137,7 @@ class _Course:
             self.leave.journal.settle(entry, _outcome(written), {} if written is None else _result(written))
 
 
-def _write_one(course: _Course, change: Change) -> Procedure[None]:
+def _write_one(course: _WriteProgress, change: SettingChange) -> Procedure[None]:
     leave = course.leave
     if course.fault is None:
         course.refused = yield from _refusals(leave)
@@ -150,7 +150,7 @@ def _write_one(course: _Course, change: Change) -> Procedure[None]:
         course.results.append(_written(change, baud))
     else:
         frame = change.command.set(change.value).encode()
-        sight: Sight = yield Look()
+        sight: EngineView = yield Inspect()
         seen = as_logged(evidence_of(sight.device.values, is_fresh=True))
         entry = leave.journal.begin(Act.WRITE, frame, {change.command.key: change.value, **seen})
         course.entries[change.command] = entry
@@ -160,7 +160,7 @@ def _write_one(course: _Course, change: Change) -> Procedure[None]:
             course.refused = yield from _refusals(leave)
         if change.command.key in TRIGGERS and change.value is False and not _is_written(entry):
             # A check may go by the log where it says that a trigger is enabled.
-            course.refused = (*course.refused, Refusal(Condition.INTENT_DURABLE, LOG_FAILED))
+            course.refused = (*course.refused, Refusal(Interlock.INTENT_DURABLE, LOG_FAILED))
         if course.refused:
             course.fault = WriteFault.NOT_ALLOWED
             course.results.append(_not_sent(change, course.fault))
@@ -174,7 +174,7 @@ def _is_written(entry: Entry) -> bool:
     return entry.done() and not entry.cancelled() and entry.exception() is None
 
 
-def _last_reading(course: _Course, before: SettingsReading) -> Procedure[WriteReport]:
+def _last_reading(course: _WriteProgress, before: SettingsReading) -> Procedure[WriteReport]:
     """Everything once more, after the module had its time: only what still stands then is verified."""
     yield Pause(SETTLE_S)
     for _ in range(LAST_READINGS):
@@ -182,7 +182,7 @@ def _last_reading(course: _Course, before: SettingsReading) -> Procedure[WriteRe
         is_spoiled = last.is_restarted or not last.faults.keys() <= before.faults.keys()
         if last.is_silent or not is_spoiled:
             break
-    sight: Sight = yield Look()
+    sight: EngineView = yield Inspect()
     has_no_boot_count = last.boot_count is None and BOOT_COUNT.key not in before.faults
     if last.is_silent or has_no_boot_count:
         results = unconfirmed(course.results)
@@ -225,7 +225,7 @@ def _unconfirmed(written: Written) -> Written:
 
 
 def _keep_snapshot(keep: Callable[[Snapshot], Future[int] | None]) -> Procedure[None]:
-    sight: Sight = yield Look()
+    sight: EngineView = yield Inspect()
     snapshot = snapshot_of(sight.device, sight.now)
     kept = keep(snapshot) if snapshot.settings else None
     if kept is not None:
@@ -235,9 +235,9 @@ def _keep_snapshot(keep: Callable[[Snapshot], Future[int] | None]) -> Procedure[
 def _refusals(leave: Leave) -> Procedure[tuple[Refusal, ...]]:
     """The module is asked where it is not proven that it has just said that it is locked."""
     for has_been_asked in (False, True):
-        sight: Sight = yield Look()
+        sight: EngineView = yield Inspect()
         armed = leave.armed.act if leave.armed is not None else None
-        now_is = situation(
+        now_is = interlock_inputs(
             sight.device, sight.now, must_be_proven=True, is_the_one_meant=sight.is_proven, armed=armed,
             is_unlocked=leave.is_unlocked,
         )  # fmt: skip
@@ -267,7 +267,7 @@ def _result(written: Written) -> dict[str, object]:
     }
 
 
-def _not_sent(change: Change, fault: WriteFault) -> Written:
+def _not_sent(change: SettingChange, fault: WriteFault) -> Written:
     verified = False if change.command.reads_back or change.command is BAUD_RATE else None
     return Written(command=change.command, wanted=change.value, heard=Heard.NOT_SENT, verified=verified, fault=fault)
 
@@ -280,7 +280,7 @@ _BAUD_FAULTS = {
 }
 
 
-def _written(change: Change, baud: BaudChanged) -> Written:
+def _written(change: SettingChange, baud: BaudChanged) -> Written:
     fault = _BAUD_FAULTS.get(baud.end)
     if baud.end is BaudEnd.NOT_SENT:
         fault = WriteFault.NOT_ALLOWED if baud.refusals else WriteFault.NOT_SENT

@@ -12,7 +12,7 @@ from typing import IO, Final, NamedTuple
 import numpy as np
 
 from app.recordings.file_layout import COLUMNS, COMMITS, DATA_FILES, JOURNAL, LINE, Opening, is_time
-from app.system.gil_yield import Pace
+from app.system.gil_yield import GilYield
 
 COMMIT: Final = np.dtype(
     [
@@ -178,14 +178,14 @@ def damaged_pieces(folder: Path, opening: Opening, found: Extents) -> tuple[Dama
     data_crcs, own_crcs, times = (table[name].tolist() for name in ("data_crc32", "own_crc32", "at_s"))
     pieces: list[Damaged] = []
     last, end = nothing(opening), found[1:6]
-    before, is_gap, pace = last[1:6], False, Pace()
+    before, is_gap, pace = last[1:6], False, GilYield()
     with ExitStack() as stack:
         files = [
             (_COUNTS.index(_count_of(name)), _width(name), _mapped(folder / name, found.length(name), stack))
             for name in DATA_FILES
         ]
         for number, now in enumerate(counts):
-            pace.keep()
+            pace.checkpoint()
             place = number * COMMIT.itemsize
             is_whole = zlib.crc32(raw[place : place + _OWN_BYTES]) == own_crcs[number] and is_time(times[number])
             if not is_whole or any(not one <= other <= most for one, other, most in zip(before, now, end, strict=True)):

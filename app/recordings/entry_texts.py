@@ -6,10 +6,10 @@ from app.text.durations import stopwatch
 from app.text.i18n import tr
 
 if TYPE_CHECKING:  # it loads numpy, which the window's first paint does not wait for
-    from app.recordings.library import Entry
+    from app.recordings.library import RecordingEntry
 
 
-def when_text(entry: "Entry") -> str:
+def when_text(entry: "RecordingEntry") -> str:
     """When it began, by the clock of this place."""
     return f"{entry.started_at.astimezone():%Y-%m-%d %H:%M:%S}"
 
@@ -25,7 +25,7 @@ def size_text(size_bytes: float) -> str:
     return tr("{value:.1f} GB", value=size_bytes / 1024**3)
 
 
-def remarks(entry: "Entry") -> str:
+def remarks(entry: "RecordingEntry") -> str:
     """Whatever is out of the ordinary."""
     if entry.trouble is not None:
         return tr("cannot be read")
@@ -43,7 +43,7 @@ def remarks(entry: "Entry") -> str:
     return " · ".join(words)
 
 
-def told(entry: "Entry") -> str:
+def told(entry: "RecordingEntry") -> str:
     """One recording in a sentence, for the tooltip and screen readers."""
     if entry.trouble is not None:
         return entry.trouble

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from app.recordings.markers import Happening
+from app.recordings.markers import Marker
 from app.samples.ring_buffers import Seconds, Values
 
 
@@ -24,7 +24,7 @@ class Excerpt:
     cell_voltage_v: Values
     light_time_s: Seconds
     light_v: Values
-    happenings: tuple[Happening, ...]
+    markers: tuple[Marker, ...]
     is_whole: bool = True
     """False where the span reaches back to what is no longer kept sample by sample."""
 
@@ -32,9 +32,9 @@ class Excerpt:
     def first_s(self) -> float:
         """When its first row was measured; the start of the span where it has none."""
         firsts = [float(times[0]) for times in (self.time_s, self.cell_time_s, self.light_time_s) if len(times)]
-        return min((*firsts, *(one.time_s for one in self.happenings)), default=self.start_s)
+        return min((*firsts, *(one.time_s for one in self.markers)), default=self.start_s)
 
     @property
     def row_count(self) -> int:
         """Of everything that has a time of its own."""
-        return len(self.time_s) + len(self.cell_time_s) + len(self.light_time_s) + len(self.happenings)
+        return len(self.time_s) + len(self.cell_time_s) + len(self.light_time_s) + len(self.markers)

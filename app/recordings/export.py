@@ -10,7 +10,7 @@ from app.system.files import whole_file
 Progress = Callable[[float], None]
 
 
-class Cancelled(Exception):
+class ExportCancelled(Exception):
     """Somebody stopped the writing; the file is as it was before."""
 
 
@@ -21,7 +21,7 @@ def export_csv(
     on_progress: Progress = lambda _share: None,
     is_cancelled: Callable[[], bool] = bool,
 ) -> int:
-    """The rows written, with the columns of the Live page's table. Raises OSError, `Cancelled`.
+    """The rows written, with the columns of the Live page's table. Raises OSError, `ExportCancelled`.
 
     `on_progress` gets 0 … 1, in the calling thread.
     """
@@ -30,7 +30,7 @@ def export_csv(
     with whole_file(path) as file:
         for number, part in enumerate(csv_parts(excerpt, wall_offset_s=recording.wall_offset_s)):
             if is_cancelled():
-                raise Cancelled
+                raise ExportCancelled
             file.write(part)
             on_progress(min(1.0, (number + 1) / count))
     return excerpt.row_count
@@ -43,12 +43,12 @@ def export_mcap(
     on_progress: Progress = lambda _share: None,
     is_cancelled: Callable[[], bool] = bool,
 ) -> int:
-    """The messages written. Raises OSError, `Cancelled`. `on_progress` gets 0 … 1, in the calling thread."""
+    """The messages written. Raises OSError, `ExportCancelled`. `on_progress` gets 0 … 1, in the calling thread."""
     from app.recordings.mcap_file import write_mcap
 
     def look(share: float) -> None:
         if is_cancelled():
-            raise Cancelled
+            raise ExportCancelled
         on_progress(min(1.0, share))
 
     with whole_file(path) as file:

@@ -4,13 +4,13 @@ import threading
 from collections.abc import Callable, Iterable
 from pathlib import Path
 
-from app.recordings.export import Cancelled
+from app.recordings.export import ExportCancelled
 from app.system.files import whole_file
 
-__all__ = ["Cancelled", "Saving"]
+__all__ = ["ExportCancelled", "FileExport"]
 
 
-class Saving:
+class FileExport:
     """One file being written in a thread of its own, so that the window goes on.
 
     Not a daemon: a window that closes meanwhile lets the file be finished.
@@ -51,6 +51,6 @@ class Saving:
                     file.write(part)
                     self._written += 1
                     if self._is_cancelled:
-                        raise Cancelled
+                        raise ExportCancelled
         except Exception as error:  # noqa: BLE001  said in the window; a thread has nobody else to tell
             self.error = error

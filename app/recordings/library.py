@@ -47,7 +47,7 @@ class RecordingInUse(Exception):
 
 
 @dataclass(frozen=True, slots=True)
-class Entry:
+class RecordingEntry:
     """One recorded session."""
 
     folder: Path
@@ -84,7 +84,7 @@ class Entry:
         return self.port.startswith(SIMULATED)
 
 
-class Shelf:
+class RecordingLibrary:
     """All methods may be called from any thread. `most_bytes` and `most_days` bind what is not kept for good."""
 
     def __init__(self, folder: Path | None = None, *, most_bytes: int = MOST_BYTES, most_days: int = MOST_DAYS) -> None:
@@ -99,11 +99,11 @@ class Shelf:
         """Of everything in it, kept ones and the trash included."""
         return sum(size_of(folder) for folder in (*_folders(self.folder), *_folders(self.trash)))
 
-    def entries(self) -> tuple[Entry, ...]:
+    def entries(self) -> tuple[RecordingEntry, ...]:
         """Newest first. Reads headings only; never raises: what cannot be read is an entry with its trouble."""
         return self._sorted(one for one in _folders(self.folder) if (one / SESSION).exists())
 
-    def trashed(self) -> tuple[Entry, ...]:
+    def trashed(self) -> tuple[RecordingEntry, ...]:
         """What was pruned and is not yet deleted, newest first."""
         return self._sorted(_folders(self.trash))
 
@@ -111,11 +111,11 @@ class Shelf:
         """The number of the recording that begins now."""
         return 1 + max((one.sequence for one in (*self.entries(), *self.trashed())), default=0)
 
-    def _sorted(self, folders: Iterable[Path]) -> tuple[Entry, ...]:
+    def _sorted(self, folders: Iterable[Path]) -> tuple[RecordingEntry, ...]:
         found = map(self.entry, folders)
         return tuple(sorted(found, key=lambda one: (one.sequence, one.started_at, one.folder.name), reverse=True))
 
-    def entry(self, folder: Path) -> Entry:
+    def entry(self, folder: Path) -> RecordingEntry:
         """As it is now; never raises."""
         try:
             opening = read_opening(folder)
@@ -125,7 +125,7 @@ class Shelf:
         is_running = not extents.is_last and is_held(folder)
         return entry_of(folder, opening, extents, size_bytes=size_of(folder), is_running=is_running)
 
-    def delete(self, entry: Entry) -> None:
+    def delete(self, entry: RecordingEntry) -> None:
         """For good. Raises `RecordingInUse`; OSError where the system does not let it go."""
         folder = self._own(entry)
         if not folder.exists():
@@ -137,7 +137,7 @@ class Shelf:
         folder.rename(going)
         shutil.rmtree(going)
 
-    def keep(self, entry: Entry, *, is_kept: bool) -> Entry:
+    def keep(self, entry: RecordingEntry, *, is_kept: bool) -> RecordingEntry:
         """The entry as it is then; what is to be kept comes back from the trash. Raises OSError."""
         folder = self._own(entry)
         if entry.is_trashed and is_kept:
@@ -149,7 +149,7 @@ class Shelf:
             mark.unlink(missing_ok=True)
         return replace(entry, folder=folder, is_kept=is_kept)
 
-    def prune(self, now: datetime) -> tuple[Entry, ...]:
+    def prune(self, now: datetime) -> tuple[RecordingEntry, ...]:
         """Move into the trash what is too old or too much, in the order in which it was recorded; kept and running ones
         stay and do not count. From the trash the oldest go for good, and only because of their size.
 
@@ -159,7 +159,7 @@ class Shelf:
         with self._pruning:
             self._clear_away(now)
             total, days = 0, set[date]()
-            gone: list[Entry] = []
+            gone: list[RecordingEntry] = []
             for one in self.entries():
                 if one.is_kept or one.is_running:
                     continue
@@ -189,7 +189,7 @@ class Shelf:
             if total > most_bytes:
                 shutil.rmtree(one.folder, ignore_errors=True)
 
-    def _own(self, entry: Entry) -> Path:
+    def _own(self, entry: RecordingEntry) -> Path:
         """Nothing outside of the shelf is ever deleted."""
         if entry.folder.parent not in (self.folder, self.trash) or not entry.folder.name:
             raise ValueError(f"{entry.folder} is not on this shelf")
@@ -218,8 +218,8 @@ def _folders(place: Path) -> list[Path]:
         return []
 
 
-def entry_of(folder: Path, opening: Opening, extents: Extents, *, size_bytes: int, is_running: bool) -> Entry:
-    return Entry(
+def entry_of(folder: Path, opening: Opening, extents: Extents, *, size_bytes: int, is_running: bool) -> RecordingEntry:
+    return RecordingEntry(
         folder=folder,
         started_at=opening.started_at,
         port=opening.port,
@@ -236,14 +236,14 @@ def entry_of(folder: Path, opening: Opening, extents: Extents, *, size_bytes: in
     )
 
 
-def _unreadable(folder: Path, error: OSError | Unreadable) -> Entry:
+def _unreadable(folder: Path, error: OSError | Unreadable) -> RecordingEntry:
     text = str(error)
     why = tr(text) if isinstance(error, Unreadable) else error.strerror or text
     try:
         at_s = folder.stat().st_mtime
     except OSError:
         at_s = 0.0
-    return Entry(
+    return RecordingEntry(
         folder=folder,
         started_at=datetime.fromtimestamp(at_s, UTC),
         port="",

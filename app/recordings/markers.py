@@ -12,7 +12,7 @@ from protocol.events import Event, Restarted
 from protocol.link_states import Presence
 
 
-class Kind(Enum):
+class MarkerKind(Enum):
     """What can happen; the value is the word in a file, which stays English."""
 
     CONNECTED = "connected"
@@ -32,16 +32,16 @@ class Kind(Enum):
 
 
 @dataclass(frozen=True, slots=True)
-class Happening:
+class Marker:
     """`time_s`: monotonic seconds. `port` is the one it happened on."""
 
     time_s: float
-    kind: Kind
+    kind: MarkerKind
     port: str = ""
 
 
 @dataclass(frozen=True, slots=True)
-class Limits:
+class ModuleLimits:
     """The module's own limits as it said them; None: not known, in doubt, or the trigger is switched off."""
 
     fires_deg: float | None = None
@@ -50,21 +50,21 @@ class Limits:
     light_v: float | None = None
 
 
-NO_LIMITS = Limits()
+NO_LIMITS = ModuleLimits()
 
 
-def charging_at(happenings: Iterable[Happening], time_s: float) -> bool | None:
-    """Whether there was external power at an instant; `happenings` in order. None: they do not tell."""
+def charging_at(markers: Iterable[Marker], time_s: float) -> bool | None:
+    """Whether there was external power at an instant; `markers` in order. None: they do not tell."""
     is_charging: bool | None = None
-    for one in happenings:
+    for one in markers:
         is_past = one.time_s <= time_s
         match one.kind:
-            case Kind.CHARGER_CONNECTED | Kind.CHARGER_REMOVED:
-                is_connected = one.kind is Kind.CHARGER_CONNECTED
+            case MarkerKind.CHARGER_CONNECTED | MarkerKind.CHARGER_REMOVED:
+                is_connected = one.kind is MarkerKind.CHARGER_CONNECTED
                 if not is_past:  # it is noted only where it was known to be otherwise before
                     return not is_connected if is_charging is None else is_charging
                 is_charging = is_connected
-            case Kind.CONNECTED | Kind.RECORDING:
+            case MarkerKind.CONNECTED | MarkerKind.RECORDING:
                 if not is_past:
                     break
                 is_charging = None
@@ -73,7 +73,7 @@ def charging_at(happenings: Iterable[Happening], time_s: float) -> bool | None:
     return is_charging
 
 
-class Follower:
+class MarkerTracker:
     """Compares each batch of a session with the one before."""
 
     def __init__(self) -> None:
@@ -90,9 +90,9 @@ class Follower:
         self._presence = Presence.UNKNOWN
         self._restarts = 0
 
-    def take(self, batch: Batch) -> list[Happening]:
+    def on_batch(self, batch: Batch) -> list[Marker]:
         """What happened in this batch, in the order in which it came to be known: times may lie a little apart."""
-        new: list[Happening] = []
+        new: list[Marker] = []
         self._follow_opening(batch.connection, batch.at, new)
         self._follow_flags(batch, new)
         # While a port opens, the view is still that of the module before.
@@ -103,20 +103,22 @@ class Follower:
         self.limits = NO_LIMITS if is_opening else limits_of(batch.device, batch.at)
         return new
 
-    def _follow_flags(self, batch: Batch, new: list[Happening]) -> None:
+    def _follow_flags(self, batch: Batch, new: list[Marker]) -> None:
         """The first state that is known is no change."""
         for sample in batch.samples:
             if sample.active is not self._active:
                 if self._active is not None:
-                    new.append(Happening(sample.at, Kind.ACTIVATED if sample.active else Kind.LOCKED, self._port))
+                    new.append(
+                        Marker(sample.at, MarkerKind.ACTIVATED if sample.active else MarkerKind.LOCKED, self._port)
+                    )
                 self._active = sample.active
             if sample.triggered is not self._triggered:
                 if self._triggered is not None:
-                    kind = Kind.TRIGGERED if sample.triggered else Kind.TRIGGER_ENDED
-                    new.append(Happening(sample.at, kind, self._port))
+                    kind = MarkerKind.TRIGGERED if sample.triggered else MarkerKind.TRIGGER_ENDED
+                    new.append(Marker(sample.at, kind, self._port))
                 self._triggered = sample.triggered
 
-    def _follow_opening(self, connection: Connection, at: float, new: list[Happening]) -> None:
+    def _follow_opening(self, connection: Connection, at: float, new: list[Marker]) -> None:
         is_open, was_open = connection.state is PortState.OPEN, self._state is PortState.OPEN
         if not is_open or (was_open and connection.port == self._port):
             return
@@ -125,44 +127,44 @@ class Follower:
         if not self._was_lost:
             # A person chose it: another module, of which nothing is known.
             self._triggered = self._active = self._is_charging = None
-            kind = Kind.RECORDING if is_playback(self._port) else Kind.CONNECTED
-            new.append(Happening(at, kind, self._port))
+            kind = MarkerKind.RECORDING if is_playback(self._port) else MarkerKind.CONNECTED
+            new.append(Marker(at, kind, self._port))
 
-    def _follow_loss(self, connection: Connection, at: float, new: list[Happening]) -> None:
+    def _follow_loss(self, connection: Connection, at: float, new: list[Marker]) -> None:
         was_open, self._state = self._state is PortState.OPEN, connection.state
         if was_open and connection.state is PortState.CLOSED and connection.trouble is not None:
             self._was_lost = True
-            new.append(Happening(at, Kind.PORT_LOST, self._port))
+            new.append(Marker(at, MarkerKind.PORT_LOST, self._port))
 
-    def _follow_device(self, device: DeviceView, events: tuple[Event, ...], at: float, new: list[Happening]) -> None:
+    def _follow_device(self, device: DeviceView, events: tuple[Event, ...], at: float, new: list[Marker]) -> None:
         since = at if device.presence_since is None else device.presence_since
         if device.presence is not self._presence:
             was_offline, self._presence = self._presence is Presence.OFFLINE, device.presence
             if device.presence is Presence.OFFLINE:
-                new.append(Happening(since, Kind.OFFLINE, self._port))
+                new.append(Marker(since, MarkerKind.OFFLINE, self._port))
             elif device.presence is Presence.ONLINE and (was_offline or self._was_lost):
                 self._was_lost = False
-                new.append(Happening(since, Kind.RECONNECTED, self._port))
+                new.append(Marker(since, MarkerKind.RECONNECTED, self._port))
         if device.restarts != self._restarts:
             is_news, self._restarts = device.restarts > self._restarts, device.restarts
             if is_news:
                 # Known from a heartbeat, or only from a boot count that went on.
                 seen = [event.at for event in events if isinstance(event, Restarted)]
-                new.extend(Happening(one, Kind.RESTARTED, self._port) for one in seen or [at])
+                new.extend(Marker(one, MarkerKind.RESTARTED, self._port) for one in seen or [at])
         known = device.values.get("charging")
         if known is not None and not known.is_stale:
             is_charging = known.value is True
             if self._is_charging is not None and is_charging is not self._is_charging:
-                kind = Kind.CHARGER_CONNECTED if is_charging else Kind.CHARGER_REMOVED
-                new.append(Happening(known.at, kind, self._port))
+                kind = MarkerKind.CHARGER_CONNECTED if is_charging else MarkerKind.CHARGER_REMOVED
+                new.append(Marker(known.at, kind, self._port))
             self._is_charging = is_charging
 
 
-def limits_of(device: DeviceView, at: float) -> Limits:
+def limits_of(device: DeviceView, at: float) -> ModuleLimits:
     """Nothing while a value is in doubt, or while the trigger is switched off."""
     fires = _limit(device, "attitude_threshold_deg", "attitude_trigger", at)
     light = device.fresh("light_threshold_v", at)
-    return Limits(
+    return ModuleLimits(
         fires_deg=fires,
         rearms_deg=None if fires is None else fires - RESET_BELOW_THRESHOLD_DEG,
         free_fall_g=_limit(device, "freefall_acceleration_g", "freefall_trigger", at),
@@ -175,4 +177,4 @@ def _limit(device: DeviceView, key: str, switch: str, at: float) -> float | None
     return None if value is None or is_on is False else float(value)
 
 
-KIND_OF_WORD: Mapping[str, Kind] = {kind.value: kind for kind in Kind}
+KIND_OF_WORD: Mapping[str, MarkerKind] = {kind.value: kind for kind in MarkerKind}

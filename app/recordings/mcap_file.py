@@ -148,7 +148,7 @@ def _others(recording: Recording, excerpt: Excerpt) -> Iterator[_Message]:
         _slow("/light", "light_v", excerpt.light_time_s.tolist(), excerpt.light_v.tolist()),
         _limits(recording),
         (_Message(one.time_s, "/events", _json({"event": one.kind.value, "port": one.port}))
-         for one in recording.happenings),
+         for one in recording.markers),
         _traffic(recording),
     )  # fmt: skip
 

@@ -17,9 +17,9 @@ from pathlib import Path
 from app.engine.device import Sleep
 from app.engine.worker import Batch
 from app.recordings.file_layout import Opening
-from app.recordings.library import Entry, Shelf, entry_of, stopped_sentence
-from app.recordings.markers import Follower, Happening
-from app.recordings.recorder_queue import Begin, End, Heading, Lost, Name, Order, OrderQueue, Settle
+from app.recordings.library import RecordingEntry, RecordingLibrary, entry_of, stopped_sentence
+from app.recordings.markers import Marker, MarkerTracker
+from app.recordings.recorder_queue import Begin, End, Heading, Lost, Name, Order, RecorderQueue, Settle
 from app.recordings.writer import SessionWriter, new_folder
 
 __all__ = ["Heading", "Recorder"]
@@ -46,16 +46,16 @@ class Recorder:
 
     def __init__(
         self,
-        shelf: Shelf,
+        library: RecordingLibrary,
         *,
         clock: Callable[[], float] = time.monotonic,
         wall_clock: Callable[[], float] = time.time,
         find_free_bytes: Callable[[Path], int] = lambda folder: shutil.disk_usage(folder).free,
         most_waiting: int = MOST_WAITING,
     ) -> None:
-        self.shelf = shelf
+        self.library = library
         self._clock, self._wall_clock, self._find_free_bytes = clock, wall_clock, find_free_bytes
-        self._queue = OrderQueue(most_waiting)
+        self._queue = RecorderQueue(most_waiting)
         self._lock = threading.Lock()
         # Under the lock:
         self._dropped = 0
@@ -67,11 +67,11 @@ class Recorder:
         self._thread: threading.Thread | None = None
         self._heading: Begin | None = None
         self._part = 1
-        self._follower = Follower()
-        self._pending: list[Happening] = []
+        self._follower = MarkerTracker()
+        self._pending: list[Marker] = []
         self._sleep: Sleep | None = None
         self._writer: SessionWriter | None = None
-        self._entry: Entry | None = None
+        self._entry: RecordingEntry | None = None
         self._synced_at = self._looked_at = 0.0
 
     # Any thread
@@ -88,7 +88,7 @@ class Recorder:
                 self._thread = threading.Thread(target=self._work, name="dps-s recorder", daemon=True)
                 self._thread.start()
 
-    def take(self, batch: Batch) -> None:
+    def on_batch(self, batch: Batch) -> None:
         """Record this batch; nothing where nothing is recorded."""
         with self._lock:
             if self._is_wanted:
@@ -134,7 +134,7 @@ class Recorder:
         return self._is_wanted
 
     @property
-    def entry(self) -> Entry | None:
+    def entry(self) -> RecordingEntry | None:
         """What is being recorded, without a look at the disk; None before the first byte."""
         return self._entry
 
@@ -142,7 +142,7 @@ class Recorder:
     def trouble(self) -> str | None:
         """Why nothing is recorded although that was wanted, in the language in use; the next `begin` tries again."""
         error = self._error
-        return None if error is None else stopped_sentence(error, self.shelf.folder)
+        return None if error is None else stopped_sentence(error, self.library.folder)
 
     @property
     def dropped(self) -> int:
@@ -154,7 +154,7 @@ class Recorder:
     def _work(self) -> None:
         is_stopping = False
         while not is_stopping:
-            orders = self._queue.take(None if self._heading is None else FLUSH_EVERY_S)
+            orders = self._queue.pop_all(None if self._heading is None else FLUSH_EVERY_S)
             for order in orders:
                 is_stopping |= isinstance(order, End) and order.is_stop
                 if isinstance(order, Begin):
@@ -185,7 +185,7 @@ class Recorder:
                 self._record(order)
             case Begin():
                 self._heading, self._part, self._sleep = order, 1, None
-                self._follower, self._pending = Follower(), []
+                self._follower, self._pending = MarkerTracker(), []
             case Name(module):
                 self._name(module)
             case Lost(count):
@@ -205,16 +205,16 @@ class Recorder:
         if sleep is not None and sleep != self._sleep and self._writer is not None:
             self._end_part(sleep.ended_at)  # the clock may have stood still meanwhile
         self._sleep = sleep
-        happenings = self._pending + self._follower.take(batch)
+        markers = self._pending + self._follower.on_batch(batch)
         self._pending = []
         if self._writer is None:
             firsts = [one.at for one in (*batch.samples[:1], *batch.events[:1])]
             if not firsts:
-                self._pending = happenings
+                self._pending = markers
                 return
-            self._open(heading.heading, min(heading.at, *firsts, *(one.time_s for one in happenings)))
+            self._open(heading.heading, min(heading.at, *firsts, *(one.time_s for one in markers)))
         if self._writer is not None:
-            self._writer.put(batch, happenings, self._follower.limits)
+            self._writer.put(batch, markers, self._follower.limits)
 
     def _open(self, heading: Heading, start_s: float) -> None:
         """Begin a part."""
@@ -227,12 +227,12 @@ class Recorder:
             module=heading.module,
             program=heading.program,
             part=self._part,
-            sequence=self.shelf.next_sequence(),
+            sequence=self.library.next_sequence(),
         )
-        self.shelf.folder.mkdir(parents=True, exist_ok=True, mode=0o700)
-        self.shelf.prune(datetime.fromtimestamp(self._wall_clock(), UTC))
+        self.library.folder.mkdir(parents=True, exist_ok=True, mode=0o700)
+        self.library.prune(datetime.fromtimestamp(self._wall_clock(), UTC))
         self._look_at_disk()
-        self._writer = SessionWriter(new_folder(self.shelf.folder, opening.started_at), opening)
+        self._writer = SessionWriter(new_folder(self.library.folder, opening.started_at), opening)
         self._synced_at = self._looked_at = self._clock()
         self._show()
 
@@ -257,7 +257,7 @@ class Recorder:
             self._look_at_disk()
         opening = writer.opening
         is_astray = abs(self._wall_clock() - now - opening.wall_offset_s) > CLOCK_JUMP_S
-        is_long = now - opening.start_s > LONGEST_PART_S or writer.size_bytes > self.shelf.most_bytes / 4
+        is_long = now - opening.start_s > LONGEST_PART_S or writer.size_bytes > self.library.most_bytes / 4
         if is_astray or is_long:
             self._end_part(now)
 
@@ -269,9 +269,9 @@ class Recorder:
             self._heading = replace(self._heading, at=at)
 
     def _look_at_disk(self) -> None:
-        if self._find_free_bytes(self.shelf.folder) < RESERVE_BYTES:
-            self.shelf.empty_trash()
-        if self._find_free_bytes(self.shelf.folder) < RESERVE_BYTES:
+        if self._find_free_bytes(self.library.folder) < RESERVE_BYTES:
+            self.library.empty_trash()
+        if self._find_free_bytes(self.library.folder) < RESERVE_BYTES:
             raise OSError(errno.ENOSPC, "the disk is nearly full")
 
     def _flush(self, *, is_last: bool = False) -> None:

@@ -50,7 +50,7 @@ class Settle:
 Order = Batch | Begin | Name | Lost | End | Settle
 
 
-class OrderQueue:
+class RecorderQueue:
     """From any thread to the recorder's. Batches beyond `most_waiting` reports and events are left out, and counted;
     everything else always fits."""
 
@@ -84,7 +84,7 @@ class OrderQueue:
             self._waiting += count + 1
             return 0
 
-    def take(self, wait_s: float | None) -> list[Order]:
+    def pop_all(self, wait_s: float | None) -> list[Order]:
         """All that waits, once something is urgent or the time is over; None waits for something urgent."""
         with self._came:
             self._came.wait_for(lambda: self._is_urgent, wait_s)

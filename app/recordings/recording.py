@@ -27,10 +27,10 @@ from app.recordings.file_layout import (
     journal_lines,
     read_opening,
 )
-from app.recordings.library import Entry, entry_of, size_of
-from app.recordings.markers import KIND_OF_WORD, Happening, Kind, Limits
+from app.recordings.library import RecordingEntry, entry_of, size_of
+from app.recordings.markers import KIND_OF_WORD, Marker, MarkerKind, ModuleLimits
 from app.samples.ring_buffers import Readable
-from app.samples.step_function import Steps
+from app.samples.step_function import StepFunction
 from app.text.i18n import tr
 
 _LIMITS_KEPT = 1_000_000
@@ -48,7 +48,7 @@ class LimitsAt(NamedTuple):
     """From this time on these limits stood."""
 
     time_s: float
-    limits: Limits
+    limits: ModuleLimits
 
 
 class RecordingUnreadable(Exception):
@@ -65,7 +65,9 @@ class Recording:
     Times are monotonic seconds of the computer that recorded; `wall_offset_s` added gives seconds since 1970.
     """
 
-    def __init__(self, entry: Entry, opening: Opening, extents: Extents, damaged: tuple[Damaged, ...] = ()) -> None:
+    def __init__(
+        self, entry: RecordingEntry, opening: Opening, extents: Extents, damaged: tuple[Damaged, ...] = ()
+    ) -> None:
         """`damaged` pieces are left out. Raises OSError."""
         self.entry = entry
         self.opening = opening
@@ -83,16 +85,16 @@ class Recording:
         self.cell: Readable
         self.light: Readable
         self._make_series()
-        self.fires, self.rearms, self.falls, self.lights = (Steps(_LIMITS_KEPT) for _ in range(4))
+        self.fires, self.rearms, self.falls, self.lights = (StepFunction(_LIMITS_KEPT) for _ in range(4))
         self.limits: tuple[LimitsAt, ...]
-        self.happenings: tuple[Happening, ...]
+        self.markers: tuple[Marker, ...]
         self.missing_count = 0
         """Status reports and events that are not in it, because the disk was too slow."""
         self._read_journal()
         firsts = [float(times[0]) for times in (self._status_time, self._cell_time, self._light_time) if len(times)]
         lasts = [float(times[-1]) for times in (self._status_time, self._cell_time, self._light_time) if len(times)]
-        self.start_s = min((opening.start_s, *firsts, *(one.time_s for one in self.happenings[:1])))
-        self.end_s = max((extents.at_s, *lasts, *(one.time_s for one in self.happenings[-1:])))
+        self.start_s = min((opening.start_s, *firsts, *(one.time_s for one in self.markers[:1])))
+        self.end_s = max((extents.at_s, *lasts, *(one.time_s for one in self.markers[-1:])))
 
     def excerpt(self, start_s: float, end_s: float) -> Excerpt:
         """Everything in a span, both ends included; views of the file, so ten million rows cost nothing."""
@@ -112,7 +114,7 @@ class Recording:
             cell_voltage_v=cell.value,
             light_time_s=light.time_s,
             light_v=light.value,
-            happenings=tuple(one for one in self.happenings if start_s <= one.time_s <= end_s),
+            markers=tuple(one for one in self.markers if start_s <= one.time_s <= end_s),
         )
 
     def traffic(self) -> Iterator[Traffic]:
@@ -209,7 +211,7 @@ class Recording:
     def _read_journal(self) -> None:
         with (self.entry.folder / JOURNAL).open("rb") as file:
             raw = b"".join(file.read(length) for length in self._sound(file, JOURNAL))
-        happenings = [Happening(one.first.at_s, Kind.DAMAGED) for one in self.damaged]
+        markers = [Marker(one.first.at_s, MarkerKind.DAMAGED) for one in self.damaged]
         limits: list[LimitsAt] = []
         for line in journal_lines(raw):
             at = _number(line.get("at"))
@@ -219,15 +221,15 @@ class Recording:
                 case "happening":
                     kind = KIND_OF_WORD.get(str(line.get("kind")))
                     if kind is not None:
-                        happenings.append(Happening(at, kind, str(line.get("port", ""))))
+                        markers.append(Marker(at, kind, str(line.get("port", ""))))
                 case "limits":
                     values = (_number(line.get(key)) for key in ("fires_deg", "rearms_deg", "free_fall_g", "light_v"))
-                    limits.append(LimitsAt(at, Limits(*values)))
+                    limits.append(LimitsAt(at, ModuleLimits(*values)))
                 case "missing":
                     self.missing_count += int(_number(line.get("count")) or 0)
                 case _:
                     pass  # of a later version
-        self.happenings = tuple(sorted(happenings, key=lambda one: one.time_s))
+        self.markers = tuple(sorted(markers, key=lambda one: one.time_s))
         self.limits = tuple(sorted(limits, key=lambda one: one.time_s))
         for time_s, stood in self.limits:
             self.fires.put(time_s, stood.fires_deg)

@@ -7,7 +7,7 @@ from typing import Final
 import numpy as np
 
 from app.recordings.excerpt import Excerpt
-from app.recordings.markers import Happening, Kind
+from app.recordings.markers import Marker, MarkerKind
 
 HEAD: Final = "time,elapsed_s,tilt_deg,acceleration_g,triggered,active,cell_voltage_v,light_v,event"
 ROWS_AT_ONCE: Final = 5000
@@ -23,7 +23,7 @@ def csv_parts(excerpt: Excerpt, *, wall_offset_s: float) -> Iterator[bytes]:
     first row.
     """
     yield f"\ufeff{HEAD}{_END}".encode()
-    stamp = Stamp(wall_offset_s, first_s=excerpt.first_s)
+    stamp = TimeCells(wall_offset_s, first_s=excerpt.first_s)
     lines: list[str] = []
     for line in _lines(excerpt, stamp):
         lines.append(line)
@@ -38,7 +38,7 @@ def part_count(excerpt: Excerpt) -> int:
     return excerpt.row_count // ROWS_AT_ONCE + 2
 
 
-def _lines(excerpt: Excerpt, stamp: "Stamp") -> Iterator[str]:
+def _lines(excerpt: Excerpt, stamp: "TimeCells") -> Iterator[str]:
     others = sorted(_other_cells(excerpt))
     places = np.searchsorted(excerpt.time_s, [at for at, _ in others], "right").tolist()
     row = 0
@@ -49,7 +49,7 @@ def _lines(excerpt: Excerpt, stamp: "Stamp") -> Iterator[str]:
     yield from _status_lines(excerpt, stamp, row, len(excerpt.time_s))
 
 
-def _status_lines(excerpt: Excerpt, stamp: "Stamp", start: int, stop: int) -> Iterator[str]:
+def _status_lines(excerpt: Excerpt, stamp: "TimeCells", start: int, stop: int) -> Iterator[str]:
     for first in range(start, stop, ROWS_AT_ONCE):
         part = slice(first, min(stop, first + ROWS_AT_ONCE))
         columns = zip(
@@ -70,13 +70,18 @@ def _other_cells(excerpt: Excerpt) -> Iterator[tuple[float, str]]:
         yield at, f"{volts:.2f},,"
     for at, volts in zip(excerpt.light_time_s.tolist(), excerpt.light_v.tolist(), strict=True):
         yield at, f",{volts:.1f},"
-    for happening in excerpt.happenings:
+    for happening in excerpt.markers:
         yield happening.time_s, f",,{_quoted(event_text(happening))}"
 
 
-def event_text(happening: Happening) -> str:
+def event_text(happening: Marker) -> str:
     """ "connected: /dev/ttyUSB0": in English, as in every file."""
-    names_port = happening.kind in (Kind.CONNECTED, Kind.RECORDING, Kind.RECONNECTED, Kind.PORT_LOST)
+    names_port = happening.kind in (
+        MarkerKind.CONNECTED,
+        MarkerKind.RECORDING,
+        MarkerKind.RECONNECTED,
+        MarkerKind.PORT_LOST,
+    )
     return f"{happening.kind.value}: {happening.port}" if names_port and happening.port else happening.kind.value
 
 
@@ -86,7 +91,7 @@ def _quoted(text: str) -> str:
     return text
 
 
-class Stamp:
+class TimeCells:
     """The first two cells of a row: monotonic seconds as local time of ISO 8601 with its offset, and as seconds
     since the first row, both to the millisecond. Quick for times in order."""
 

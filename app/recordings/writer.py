@@ -14,7 +14,7 @@ from typing import IO
 import numpy as np
 
 from app.captures.reader import Header, entries_of, lines_of
-from app.engine.device import DeviceView, Sample
+from app.engine.device import DeviceView, StatusSample
 from app.engine.worker import Batch, PortState
 from app.recordings.commits import Extents, encoded_commit, nothing
 from app.recordings.file_layout import (
@@ -31,14 +31,14 @@ from app.recordings.file_layout import (
     private_opener,
     write_private,
 )
-from app.recordings.markers import NO_LIMITS, Happening, Limits
+from app.recordings.markers import NO_LIMITS, Marker, ModuleLimits
 
 _STATUS, _CELL, _LIGHT = (tuple(COLUMNS[table]) for table in ("status", "cell", "light"))
 
 
-def new_folder(shelf: Path, started_at: datetime) -> Path:
+def new_folder(library: Path, started_at: datetime) -> Path:
     """Named for the moment, so that the names are in order of time. Raises OSError."""
-    folder = shelf / f"{started_at.astimezone(UTC):%Y%m%dT%H%M%SZ}-{secrets.token_hex(3)}"
+    folder = library / f"{started_at.astimezone(UTC):%Y%m%dT%H%M%SZ}-{secrets.token_hex(3)}"
     folder.mkdir(mode=0o700)
     return folder
 
@@ -54,7 +54,7 @@ class SessionWriter:
         self.size_bytes = 0
         self._limits = NO_LIMITS
         self._baud_rate = opening.baud_rate
-        self._samples: list[Sample] = []
+        self._samples: list[StatusSample] = []
         self._slow: dict[str, list[tuple[float, float]]] = {"cell": [], "light": []}
         self._batches: list[Batch] = []
         self._journal: list[dict[str, object]] = []
@@ -77,7 +77,7 @@ class SessionWriter:
             self.close()
             raise
 
-    def put(self, batch: Batch, happenings: Iterable[Happening], limits: Limits) -> None:
+    def put(self, batch: Batch, markers: Iterable[Marker], limits: ModuleLimits) -> None:
         """Take in what is to be written with the next `flush`."""
         self._samples += batch.samples
         if batch.events:
@@ -88,7 +88,7 @@ class SessionWriter:
             if batch.connection.baud_rate != self._baud_rate:
                 self._baud_rate = batch.connection.baud_rate
                 self.note(batch.at, "baud_rate", baud_rate=self._baud_rate)
-        for one in happenings:
+        for one in markers:
             self.note(one.time_s, "happening", kind=one.kind.value, port=one.port)
         if limits != self._limits:
             self._limits = limits

@@ -6,9 +6,9 @@ A record that was altered and sealed again has a sound hash; what it claims must
 from collections import Counter
 from collections.abc import Iterator, Mapping
 
-from app.preflight.findings import Result
+from app.preflight.findings import CheckResult
 from app.preflight.verdict import Verdict, verdict_of
-from app.text.messages import Said, clean, said
+from app.text.messages import UserMessage, clean, said
 from protocol.translatable import marked
 
 REQUIRED = frozenset({
@@ -29,12 +29,12 @@ _READ_AS = {
 """Checks whose measured value stands among the readings, too."""
 
 
-def contradictions(record: Mapping[str, object]) -> tuple[Said, ...]:
+def contradictions(record: Mapping[str, object]) -> tuple[UserMessage, ...]:
     """What in a record contradicts the rest of it; of a record with any content, never raises."""
     return tuple(_contradictions(record))
 
 
-def _contradictions(record: Mapping[str, object]) -> Iterator[Said]:
+def _contradictions(record: Mapping[str, object]) -> Iterator[UserMessage]:
     checks = [one for one in _list(record, "checks") if isinstance(one, Mapping)]
     found = Counter(str(one.get("id")) for one in checks)
     missing = sorted(REQUIRED - found.keys())
@@ -51,8 +51,14 @@ def _contradictions(record: Mapping[str, object]) -> Iterator[Said]:
         where = _READ_AS.get(str(one.get("id")))
         read = _at(record.get("read"), where) if where is not None else None
         measured = one.get("measured")
-        if read is not None and measured is not None and read != measured and one.get("result") == Result.PASS.value:
-            yield said(marked("{check}: judged {measured}, read {read}"), check=Said(clean(str(one.get("title")))),
+        if (
+            read is not None
+            and measured is not None
+            and read != measured
+            and one.get("result") == CheckResult.PASS.value
+        ):
+            title = UserMessage(clean(str(one.get("title"))))
+            yield said(marked("{check}: judged {measured}, read {read}"), check=title,
                        measured=clean(str(measured), longest=20), read=clean(str(read), longest=20))  # fmt: skip
 
 
@@ -68,7 +74,7 @@ def verdict_from(record: Mapping[str, object]) -> Verdict:
 
 
 def _is_fine(check: object) -> bool:
-    return isinstance(check, Mapping) and check.get("result") in (Result.PASS.value, Result.WARN.value)
+    return isinstance(check, Mapping) and check.get("result") in (CheckResult.PASS.value, CheckResult.WARN.value)
 
 
 def _is_manual_fine(item: object) -> bool:

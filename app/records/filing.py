@@ -11,7 +11,7 @@ from datetime import UTC, datetime
 
 from app.limits.expectations import Expectations, Past, settings_code
 from app.preflight.evidence import Evidence, FrameLog
-from app.preflight.findings import Case, Result
+from app.preflight.findings import Case, CheckResult
 from app.preflight.logged_flags import with_logged_flags
 from app.preflight.verdict import Assessment, assess
 from app.records.check_store import CheckStore, MakeRecord
@@ -145,7 +145,7 @@ def _keep(
     evidence = assessment.case.evidence
     history, boots = evidence.history, evidence.values.get("boot_count")
     # What may be another module must not become this one's past.
-    if history is not None and assessment.result("boot_count") is not Result.FAIL:
+    if history is not None and assessment.result("boot_count") is not CheckResult.FAIL:
         checks.visit(
             module_id,
             [one.raw for one in history.records],

@@ -18,13 +18,13 @@ from datetime import datetime
 
 from app.engine.device import STATUS_KEYS
 from app.preflight.evidence import FlagFate, FrameLog
-from app.preflight.findings import Case, Result
+from app.preflight.findings import Case, CheckResult
 from app.preflight.judging_module import FINGERPRINT_KEYS
 from app.preflight.reading_object import reading_object
 from app.preflight.verdict import Assessment, Verdict, unsigned, verdict_named
 from app.settings.profiles import ActivatedBy
 from app.stations.station import Station, encoded
-from app.text.messages import Said, clean, listed, said
+from app.text.messages import UserMessage, clean, listed, said
 from protocol.fields import Value
 from protocol.translatable import marked
 
@@ -149,7 +149,7 @@ def contract_of(assessment: Assessment) -> dict[str, object]:
         {
             "id": one.check.id,
             "result": one.finding.result.value,
-            "measured": one.finding.measured if one.finding.result is not Result.UNKNOWN else None,
+            "measured": one.finding.measured if one.finding.result is not CheckResult.UNKNOWN else None,
             "limit": one.finding.limit.in_english(),
             "why": _why(one.check.why, one.finding.result, one.finding.shown.in_english()),
             "do": one.do.in_english(),
@@ -158,9 +158,9 @@ def contract_of(assessment: Assessment) -> dict[str, object]:
     ]
     for number, item in enumerate(assessment.manual, 1):
         if item.is_done is None:
-            result = Result.UNKNOWN if item.is_required else Result.WARN
+            result = CheckResult.UNKNOWN if item.is_required else CheckResult.WARN
         else:
-            result = Result.PASS if item.is_done else Result.FAIL
+            result = CheckResult.PASS if item.is_done else CheckResult.FAIL
         checks.append({
             "id": f"manual_{number}", "result": result.value,
             "measured": {True: "done", False: "not in order", None: "skipped"}[item.is_done],
@@ -172,8 +172,8 @@ def contract_of(assessment: Assessment) -> dict[str, object]:
     }  # fmt: skip
 
 
-def _why(why: str, result: Result, shown: str) -> str:
-    return why if result is Result.PASS else f"{why} Found: {shown}."
+def _why(why: str, result: CheckResult, shown: str) -> str:
+    return why if result is CheckResult.PASS else f"{why} Found: {shown}."
 
 
 def is_simulated(port: str) -> bool:
@@ -181,7 +181,7 @@ def is_simulated(port: str) -> bool:
     return port.lower().startswith("sim://")
 
 
-def caveats(record: Mapping[str, object]) -> list[Said]:
+def caveats(record: Mapping[str, object]) -> list[UserMessage]:
     """What stands beside the verdict wherever it is shown."""
     found = [said(marked("SIMULATED MODULE: this is no evidence."))] if record.get("is_simulated") is True else []
     nobody = unsigned(*(record.get(key) for key in ("who", "module", "aircraft")))
@@ -189,7 +189,9 @@ def caveats(record: Mapping[str, object]) -> list[Said]:
         found.append(nobody)
     softer, checks = record.get("softer_limits"), record.get("checks")
     if isinstance(softer, list) and isinstance(checks, list):
-        titles = [Said(str(one.get("title"))) for one in checks if isinstance(one, Mapping) and one.get("id") in softer]
+        titles = [
+            UserMessage(str(one.get("title"))) for one in checks if isinstance(one, Mapping) and one.get("id") in softer
+        ]
         if titles:
             found.append(said(marked("Softer than advised: {checks}."), checks=listed(titles)))
     return found

@@ -6,7 +6,7 @@ import zlib
 from itertools import islice
 
 from app.records.record import FORMAT, Record
-from app.text.messages import Said, said
+from app.text.messages import UserMessage, said
 from protocol.translatable import marked
 
 LARGEST_FILE = 64_000_000
@@ -18,7 +18,7 @@ _MOST_STREAMS = 200
 
 
 class NoRecord(Exception):
-    def __init__(self, why: Said) -> None:
+    def __init__(self, why: UserMessage) -> None:
         super().__init__(why.in_english())
         self.why = why
 

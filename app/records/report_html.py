@@ -13,13 +13,13 @@ from datetime import datetime
 from itertools import zip_longest
 
 from app.preflight.evidence import Disturbance
-from app.preflight.findings import RESULT_WORDS, Result
+from app.preflight.findings import RESULT_WORDS, CheckResult
 from app.preflight.verdict import MANUAL_WORDS, Verdict, verdict_sentence
 from app.records.page_seal import sealed_html
 from app.records.record import NOT_KEPT, Record, activated_by, caveats, recorded_verdict
 from app.stations.station import KEY_BYTES, Station, decoded, fingerprint_of
 from app.text.i18n import CHINESE, ENGLISH, language, speaking, tr
-from app.text.messages import Said, clean, said_from
+from app.text.messages import UserMessage, clean, said_from
 from protocol.translatable import marked
 
 INK, PALE, GREEN, BLUE, RED, AMBER = "#111111", "#555555", "#0b5d1e", "#0b4a9e", "#a4001d", "#7a4b00"
@@ -28,7 +28,12 @@ _LONGEST_CELL, _LONGEST_ITEM = 160, 100
 _LANGUAGE = re.compile(rb'<!DOCTYPE html>\n<html lang="(en|zh-CN)">')
 _ONE_COLUMN = 8
 _MOST_ROWS = 60
-_MARKS = {Result.PASS: ("√", GREEN), Result.FAIL: ("×", RED), Result.WARN: ("!", AMBER), Result.UNKNOWN: ("?", RED)}
+_MARKS = {
+    CheckResult.PASS: ("√", GREEN),
+    CheckResult.FAIL: ("×", RED),
+    CheckResult.WARN: ("!", AMBER),
+    CheckResult.UNKNOWN: ("?", RED),
+}
 _VERDICT_LOOKS = {Verdict.GO: ("√", GREEN), Verdict.READY: ("■", BLUE), Verdict.NO_GO: ("×", RED)}
 _VOID = marked("VOID: not a valid check")
 _VOID_WHY: Mapping[str, str] = {one.name.lower(): one.value for one in Disturbance}
@@ -70,21 +75,21 @@ def body(record: Record) -> str:
     """What is seen: for a printer. One page of A4 when the size of the text is chosen to fit."""
     checks = [one for one in _list(record, "checks") if isinstance(one, Mapping)][:_MOST_ROWS]
     manual = [one for one in _list(record, "manual") if isinstance(one, Mapping)][:_MOST_ROWS]
-    is_crowded = len(manual) > _ONE_COLUMN and sum(_result(one) is not Result.PASS for one in checks) > _ONE_COLUMN
+    is_crowded = len(manual) > _ONE_COLUMN and sum(_result(one) is not CheckResult.PASS for one in checks) > _ONE_COLUMN
     middle = _checks(checks, is_crowded=is_crowded), _manual(manual)
     return "\n".join((_head(record), _circumstances(record), *middle, _foot(record)))
 
 
 def _head(record: Record) -> str:
     void, verdict = record.get("void"), recorded_verdict(record)
-    against = [one for one in _list(record, "checks") if _result(one) in (Result.FAIL, Result.UNKNOWN)]
+    against = [one for one in _list(record, "checks") if _result(one) in (CheckResult.FAIL, CheckResult.UNKNOWN)]
     mark, colour = _VERDICT_LOOKS[verdict if void is None else Verdict.NO_GO]
     word = verdict_sentence(verdict, activated_by(record)).in_words()
     if void is not None:
         word = f"{word} — {tr(_VOID)}"
     skipped = sum(1 for one in _list(record, "manual") if isinstance(one, Mapping) and one.get("is_done") is None)
     if verdict is not Verdict.NO_GO and void is None:
-        looks = sum(1 for one in _list(record, "checks") if _result(one) is Result.WARN)
+        looks = sum(1 for one in _list(record, "checks") if _result(one) is CheckResult.WARN)
         under = tr("All {count} checks hold; worth a look: {looks}.", count=len(_list(record, "checks")), looks=looks)
     else:
         under = tr("{count} of {all} checks stand against it.", count=len(against), all=len(_list(record, "checks")))
@@ -153,12 +158,13 @@ def _row(one: Mapping[str, object], *, is_crowded: bool) -> str:
     word = tr(RESULT_WORDS[result])
     cells = (
         f'<span style="color:{colour}"><b>{mark}&nbsp;{_escaped(word)}</b></span>',
-        _said(Said(str(one.get("title", "")))), _said(said_from(one.get("shown"))), _said(said_from(one.get("limit"))),
+        _said(UserMessage(str(one.get("title", "")))), _said(said_from(one.get("shown"))),
+        _said(said_from(one.get("limit"))),
     )  # fmt: skip
-    if result is Result.PASS:
+    if result is CheckResult.PASS:
         return "<tr>" + "".join(f"<td>{cell}</td>" for cell in cells) + "</tr>"
     row = "".join(f"<td><b>{cell}</b></td>" for cell in cells[:3]) + f"<td>{cells[3]}</td>"
-    why, do = _said(Said(str(one.get("why", "")))), _said(said_from(one.get("do")))
+    why, do = _said(UserMessage(str(one.get("why", "")))), _said(said_from(one.get("do")))
     more = do if is_crowded else f"{why} → {do}"
     more = f'<td></td><td colspan="3"><small><span style="color:{PALE}">{more}</span></small></td>'
     return f'<tr>{row}</tr><tr bgcolor="#f6f6f6">{more}</tr>'
@@ -203,11 +209,11 @@ def _foot(record: Record) -> str:
     )
 
 
-def _result(one: object) -> Result:
+def _result(one: object) -> CheckResult:
     try:
-        return Result(one.get("result") if isinstance(one, Mapping) else None)
+        return CheckResult(one.get("result") if isinstance(one, Mapping) else None)
     except ValueError:
-        return Result.UNKNOWN
+        return CheckResult.UNKNOWN
 
 
 def _number(record: Record) -> str:
@@ -233,7 +239,7 @@ def _list(record: Record, key: str) -> list[object]:
     return value if isinstance(value, list) else []
 
 
-def _said(sentence: Said) -> str:
+def _said(sentence: UserMessage) -> str:
     return _escaped(sentence.in_words())
 
 

@@ -27,7 +27,7 @@ from app.records.record_files import LARGEST_FILE, NoRecord, record_in
 from app.records.report_html import is_page_of
 from app.stations.known import KnownStation
 from app.stations.station import KEY_BYTES, decoded, fingerprint_of, is_signature
-from app.text.messages import Said, clean, said
+from app.text.messages import UserMessage, clean, said
 from protocol.translatable import marked
 
 FindStation = Callable[[bytes], KnownStation | None]
@@ -43,7 +43,7 @@ class KeptRecords(Protocol):
         """Hash of another record that has this one's number, in the same chain."""
 
 
-class State(Enum):
+class RecordState(Enum):
     """The worst that was found."""
 
     INTACT = "intact"
@@ -68,15 +68,15 @@ class Chain(Enum):
     DOUBLED = marked("this computer keeps another record with the same number")
 
 
-_HEADLINES: Final[Mapping[State, str]] = {
-    State.INTACT: marked("INTACT: signed by {station}, and every part is as it was recorded."),
-    State.NOT_SIGNED: marked("NOT SIGNED: its parts fit together, but anyone can make such a record."),
-    State.UNKNOWN_STATION: marked("UNKNOWN STATION: it is signed, but not by a station you know."),
-    State.PAGE_NOT_SIGNED: marked("PAGE NOT SIGNED: only the record in it is intact. Rely on the line below."),
-    State.CHAIN_BROKEN: marked("CHAIN BROKEN: {chain}."),
-    State.CONTRADICTORY: marked("CONTRADICTS ITSELF: {parts}."),
-    State.ALTERED: marked("ALTERED: {parts}."),
-    State.UNREADABLE: marked("No pre-flight record can be read in it: {why}."),
+_HEADLINES: Final[Mapping[RecordState, str]] = {
+    RecordState.INTACT: marked("INTACT: signed by {station}, and every part is as it was recorded."),
+    RecordState.NOT_SIGNED: marked("NOT SIGNED: its parts fit together, but anyone can make such a record."),
+    RecordState.UNKNOWN_STATION: marked("UNKNOWN STATION: it is signed, but not by a station you know."),
+    RecordState.PAGE_NOT_SIGNED: marked("PAGE NOT SIGNED: only the record in it is intact. Rely on the line below."),
+    RecordState.CHAIN_BROKEN: marked("CHAIN BROKEN: {chain}."),
+    RecordState.CONTRADICTORY: marked("CONTRADICTS ITSELF: {parts}."),
+    RecordState.ALTERED: marked("ALTERED: {parts}."),
+    RecordState.UNREADABLE: marked("No pre-flight record can be read in it: {why}."),
 }
 
 
@@ -84,10 +84,10 @@ _HEADLINES: Final[Mapping[State, str]] = {
 class Verification:
     """`altered`: the parts that are not what was recorded ("checks.cell_voltage", "signature", "page" …)."""
 
-    state: State
+    state: RecordState
     record: Mapping[str, object] | None = None
     altered: tuple[str, ...] = ()
-    contradictions: tuple[Said, ...] = ()
+    contradictions: tuple[UserMessage, ...] = ()
     chain: Chain | None = None
     is_known_here: bool = False
     """The store of this computer holds the same record."""
@@ -95,12 +95,12 @@ class Verification:
     """The public key whose signature is valid."""
     station: KnownStation | None = None
     """The station of that key, where it is known here."""
-    why: Said | None = field(default=None)
+    why: UserMessage | None = field(default=None)
 
-    def sentences(self) -> tuple[Said, ...]:
+    def sentences(self) -> tuple[UserMessage, ...]:
         """What to tell a person: the judgement, which record it is, then who signed it, its chain, is it kept here."""
-        chain = Said("" if self.chain is None else self.chain.value)
-        parts, why = self._parts(), self.why or Said("")
+        chain = UserMessage("" if self.chain is None else self.chain.value)
+        parts, why = self._parts(), self.why or UserMessage("")
         first = said(_HEADLINES[self.state], station=self._station(), chain=chain, parts=parts, why=why)
         if self.record is None:
             return (first,)
@@ -115,27 +115,27 @@ class Verification:
             known = marked("Station: {fingerprint}, {station}.")
             text = known if self.station is not None else marked("Station: {fingerprint}, not known here.")
             rest.append(said(text, fingerprint=fingerprint_of(self.signer), station=self._station()))
-        if self.state is not State.CHAIN_BROKEN:
+        if self.state is not RecordState.CHAIN_BROKEN:
             rest.append(said(marked("Chain: {what}."), what=chain))
         kept = marked("This computer keeps the same record.")
         rest.append(said(kept if self.is_known_here else marked("This computer does not keep this record.")))
         return (first, *rest)
 
-    def _station(self) -> Said:
+    def _station(self) -> UserMessage:
         if self.station is None:
-            return Said("")
-        return said(marked("this computer")) if self.station.is_own else Said(self.station.name)
+            return UserMessage("")
+        return said(marked("this computer")) if self.station.is_own else UserMessage(self.station.name)
 
-    def _parts(self) -> Said:
-        if self.state is State.CONTRADICTORY:
+    def _parts(self) -> UserMessage:
+        if self.state is RecordState.CONTRADICTORY:
             parts, *others = self.contradictions
             for other in others:
                 parts = said(marked("{one}; {other}"), one=parts, other=other)
             return parts
-        return Said(", ".join(self.altered))
+        return UserMessage(", ".join(self.altered))
 
 
-def _introduced(record: Mapping[str, object]) -> Said:
+def _introduced(record: Mapping[str, object]) -> UserMessage:
     """Which record it is. What stands in a file may be anything: it is cleaned, and cut where it is long."""
     module, who, verdict = record.get("module"), record.get("who"), _shown(record.get("verdict"))
     return said(
@@ -171,7 +171,7 @@ def verify_bytes(
             return _unreadable(marked("it was written by a newer version of this program"))
         return _verified(data, record, kept, find_station)
     except NoRecord as error:
-        return Verification(state=State.UNREADABLE, why=error.why)
+        return Verification(state=RecordState.UNREADABLE, why=error.why)
     except (ValueError, RecursionError):
         return _unreadable(marked("it holds what no record holds"))
 
@@ -188,7 +188,7 @@ def verify(
 
 
 def _unreadable(why: str) -> Verification:
-    return Verification(state=State.UNREADABLE, why=said(why))
+    return Verification(state=RecordState.UNREADABLE, why=said(why))
 
 
 def _verified(data: bytes, record: Record, kept: KeptRecords | None, find_station: FindStation) -> Verification:
@@ -210,27 +210,27 @@ def _verified(data: bytes, record: Record, kept: KeptRecords | None, find_statio
     chain, against = _chain(record, kept), contradictions(record)
     station = find_station(signer) if signer is not None else None
     return Verification(
-        state=_state(altered, against, chain, signer, station, is_page_fine=is_page_fine),
+        state=_state(altered, against, chain, signer, station=station, is_page_fine=is_page_fine),
         record=record, altered=tuple(altered), contradictions=against, chain=chain,
         is_known_here=is_known_here, signer=signer, station=station,
     )  # fmt: skip
 
 
 def _state(
-    altered: list[str], against: tuple[Said, ...], chain: Chain, signer: bytes | None, station: KnownStation | None,
-    *, is_page_fine: bool,
-) -> State:  # fmt: skip
+    altered: list[str], against: tuple[UserMessage, ...], chain: Chain, signer: bytes | None, *,
+    station: KnownStation | None, is_page_fine: bool,
+) -> RecordState:  # fmt: skip
     if altered:
-        return State.ALTERED
+        return RecordState.ALTERED
     if against:
-        return State.CONTRADICTORY
+        return RecordState.CONTRADICTORY
     if chain in (Chain.BROKEN, Chain.DOUBLED):
-        return State.CHAIN_BROKEN
+        return RecordState.CHAIN_BROKEN
     if signer is None:
-        return State.NOT_SIGNED
+        return RecordState.NOT_SIGNED
     if station is None:
-        return State.UNKNOWN_STATION
-    return State.INTACT if is_page_fine else State.PAGE_NOT_SIGNED
+        return RecordState.UNKNOWN_STATION
+    return RecordState.INTACT if is_page_fine else RecordState.PAGE_NOT_SIGNED
 
 
 def _is_of_this_version(record: Mapping[str, object]) -> bool:

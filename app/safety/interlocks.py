@@ -11,8 +11,8 @@ from enum import Enum, auto
 from math import isinf
 from types import MappingProxyType
 
-from app.engine.device import FRESH_FOR_S, DeviceView, Doubt, How, Known
-from app.engine.motion import Motion
+from app.engine.device import FRESH_FOR_S, DeviceView, How, Known, StaleReason
+from app.engine.motion import MotionExtremes
 from app.safety.acts import TITLES, Act
 from app.safety.permit import Origin, Permit
 from app.text.i18n import tr
@@ -20,7 +20,7 @@ from protocol.link_states import Presence
 from protocol.translatable import marked
 
 
-class Condition(Enum):
+class Interlock(Enum):
     ONLINE = auto()
     """The module answers."""
     IS_THE_ONE_MEANT = auto()
@@ -47,20 +47,20 @@ class Condition(Enum):
     """Locked, or unlocked for this one write."""
 
 
-_PRESENT = (Condition.ONLINE, Condition.IS_THE_ONE_MEANT)
-_ALWAYS = (*_PRESENT, Condition.FRESH_STATUS)
-_EXPLICIT = (Condition.NOTHING_ELSE_ARMED, Condition.CONFIRMED, Condition.INTENT_DURABLE)
+_PRESENT = (Interlock.ONLINE, Interlock.IS_THE_ONE_MEANT)
+_ALWAYS = (*_PRESENT, Interlock.FRESH_STATUS)
+_EXPLICIT = (Interlock.NOTHING_ELSE_ARMED, Interlock.CONFIRMED, Interlock.INTENT_DURABLE)
 
-CONDITIONS: Mapping[Act, tuple[Condition, ...]] = MappingProxyType({
+CONDITIONS: Mapping[Act, tuple[Interlock, ...]] = MappingProxyType({
     Act.LOCK: (),  # always safe: never refused
-    Act.ACTIVATE: (*_ALWAYS, Condition.IS_LOCKED, Condition.NOT_TRIGGERED, Condition.BELOW_TILT, *_EXPLICIT),
-    Act.ZERO: (*_ALWAYS, Condition.IS_LOCKED, Condition.IS_LEVEL, Condition.IS_STILL, *_EXPLICIT),
-    Act.SHUTDOWN: (*_ALWAYS, Condition.IS_LOCKED, *_EXPLICIT),
+    Act.ACTIVATE: (*_ALWAYS, Interlock.IS_LOCKED, Interlock.NOT_TRIGGERED, Interlock.BELOW_TILT, *_EXPLICIT),
+    Act.ZERO: (*_ALWAYS, Interlock.IS_LOCKED, Interlock.IS_LEVEL, Interlock.IS_STILL, *_EXPLICIT),
+    Act.SHUTDOWN: (*_ALWAYS, Interlock.IS_LOCKED, *_EXPLICIT),
     Act.FORBID_DEPLOY: (*_ALWAYS, *_EXPLICIT),
-    Act.DEPLOY: (*_ALWAYS, Condition.IS_ACTIVE, Condition.NOT_TRIGGERED,
-                 Condition.NOTHING_ELSE_ARMED, Condition.RITUAL_DONE, Condition.INTENT_DURABLE),
-    Act.CHANGE_BAUD: (*_ALWAYS, Condition.IS_LOCKED, *_EXPLICIT),
-    Act.WRITE: (*_PRESENT, Condition.MAY_WRITE, Condition.NOTHING_ELSE_ARMED),
+    Act.DEPLOY: (*_ALWAYS, Interlock.IS_ACTIVE, Interlock.NOT_TRIGGERED,
+                 Interlock.NOTHING_ELSE_ARMED, Interlock.RITUAL_DONE, Interlock.INTENT_DURABLE),
+    Act.CHANGE_BAUD: (*_ALWAYS, Interlock.IS_LOCKED, *_EXPLICIT),
+    Act.WRITE: (*_PRESENT, Interlock.MAY_WRITE, Interlock.NOTHING_ELSE_ARMED),
 })  # fmt: skip
 
 
@@ -74,7 +74,7 @@ STILL_FOR_S = 1.8
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Situation:
+class InterlockInputs:
     """Everything that the conditions look at, at the moment `now` (monotonic seconds)."""
 
     now: float
@@ -82,7 +82,7 @@ class Situation:
     is_the_one_meant: bool = True
     status_at: float | None = None
     """When the last status report came; where that must be proven, the moment after which the module said it."""
-    status_doubt: Doubt | None = None
+    status_doubt: StaleReason | None = None
     status_fresh_for_s: float = FRESH_FOR_S["tilt_deg"]
     lag_s: float | None = None
     """How late everything comes, where that is too late."""
@@ -90,7 +90,7 @@ class Situation:
     triggered: bool | None = None
     tilt_deg: float | None = None
     attitude_threshold_deg: float | None = None
-    motion: Motion | None = None
+    motion: MotionExtremes | None = None
     """Of the last two seconds."""
     armed: Act | None = None
     """What is armed at this moment, in this window or another."""
@@ -106,7 +106,7 @@ class Situation:
     is_audit_ready: bool = True
 
 
-def situation(
+def interlock_inputs(
     device: DeviceView,
     now: float,
     *,
@@ -118,7 +118,7 @@ def situation(
     armed: Act | None = None,
     is_unlocked: bool = False,
     is_audit_ready: bool = True,
-) -> Situation:
+) -> InterlockInputs:
     """From what is known about the module at `now`.
 
     `must_be_proven`: a status counts only where it cannot have been said more than a second ago, however it was held
@@ -129,12 +129,12 @@ def situation(
     seen_tilt = see("tilt_deg", now)
     fresh_for_s = None if tilt is None or must_be_proven else device.fresh_for_s("tilt_deg", tilt.how)
     threshold = device.fresh("attitude_threshold_deg", now)
-    return Situation(
+    return InterlockInputs(
         now=now,
         presence=device.presence,
         is_the_one_meant=is_the_one_meant,
         status_at=None if tilt is None else tilt.said_after if must_be_proven else tilt.at,
-        status_doubt=None if tilt is None else tilt.doubt,
+        status_doubt=None if tilt is None else tilt.stale_reason,
         status_fresh_for_s=fresh_for_s or FRESH_FOR_S["tilt_deg"],
         lag_s=device.lag_s if device.is_late else None,
         active=_reported(see("active", now)),
@@ -163,7 +163,7 @@ def _reported(known: Known | None) -> bool | None:
 class Refusal:
     """One open condition. `text` is English with placeholders for `values`."""
 
-    condition: Condition
+    condition: Interlock
     text: str
     values: Mapping[str, object] = field(default_factory=dict)
 
@@ -174,33 +174,33 @@ class Refusal:
         return tr(self.text, **shown)
 
 
-def refusals(act: Act, now_is: Situation) -> tuple[Refusal, ...]:
+def refusals(act: Act, now_is: InterlockInputs) -> tuple[Refusal, ...]:
     """The open conditions of `act`, in the order of the table; none: it may be done."""
     found = (_CHECKS[condition](act, now_is) for condition in CONDITIONS[act])
     return tuple(refusal for refusal in found if refusal is not None)
 
 
-_Check = Callable[[Act, Situation], Refusal | None]
+_Check = Callable[[Act, InterlockInputs], Refusal | None]
 
 
-def _online(_act: Act, now_is: Situation) -> Refusal | None:
+def _online(_act: Act, now_is: InterlockInputs) -> Refusal | None:
     if now_is.presence is Presence.ONLINE:
         return None
-    return Refusal(Condition.ONLINE, marked("The module does not answer."))
+    return Refusal(Interlock.ONLINE, marked("The module does not answer."))
 
 
-def _is_the_one_meant(_act: Act, now_is: Situation) -> Refusal | None:
+def _is_the_one_meant(_act: Act, now_is: InterlockInputs) -> Refusal | None:
     if now_is.is_the_one_meant:
         return None
     text = marked("It is not proven that this is the module that is meant: only queries are sent.")
-    return Refusal(Condition.IS_THE_ONE_MEANT, text)
+    return Refusal(Interlock.IS_THE_ONE_MEANT, text)
 
 
-def _fresh_status(_act: Act, now_is: Situation) -> Refusal | None:
-    condition = Condition.FRESH_STATUS
+def _fresh_status(_act: Act, now_is: InterlockInputs) -> Refusal | None:
+    condition = Interlock.FRESH_STATUS
     if now_is.status_at is None:
         return Refusal(condition, marked("The module has not reported its status yet."))
-    if now_is.status_doubt is Doubt.RESTARTED:
+    if now_is.status_doubt is StaleReason.RESTARTED:
         return Refusal(condition, marked("The module restarted and has not reported its status since."))
     age_s = now_is.now - now_is.status_at
     if now_is.status_doubt is None and 0.0 <= age_s <= now_is.status_fresh_for_s:
@@ -213,32 +213,32 @@ def _fresh_status(_act: Act, now_is: Situation) -> Refusal | None:
     return Refusal(condition, marked("The last status is {seconds:.1f} s old."), {"seconds": max(0.0, age_s)})
 
 
-def _is_locked(_act: Act, now_is: Situation) -> Refusal | None:
+def _is_locked(_act: Act, now_is: InterlockInputs) -> Refusal | None:
     if now_is.active is False:
         return None
     if now_is.active:
-        return Refusal(Condition.IS_LOCKED, marked("The module is ACTIVE: lock it first."))
-    return Refusal(Condition.IS_LOCKED, marked("It is not known whether the module is locked."))
+        return Refusal(Interlock.IS_LOCKED, marked("The module is ACTIVE: lock it first."))
+    return Refusal(Interlock.IS_LOCKED, marked("It is not known whether the module is locked."))
 
 
-def _is_active(_act: Act, now_is: Situation) -> Refusal | None:
+def _is_active(_act: Act, now_is: InterlockInputs) -> Refusal | None:
     if now_is.active:
         return None
     if now_is.active is False:
-        return Refusal(Condition.IS_ACTIVE, marked("The module is LOCKED: activate it first."))
-    return Refusal(Condition.IS_ACTIVE, marked("It is not known whether the module is active."))
+        return Refusal(Interlock.IS_ACTIVE, marked("The module is LOCKED: activate it first."))
+    return Refusal(Interlock.IS_ACTIVE, marked("It is not known whether the module is active."))
 
 
-def _not_triggered(_act: Act, now_is: Situation) -> Refusal | None:
+def _not_triggered(_act: Act, now_is: InterlockInputs) -> Refusal | None:
     if now_is.triggered is False:
         return None
     if now_is.triggered:
-        return Refusal(Condition.NOT_TRIGGERED, marked("The module reports that it has fired."))
-    return Refusal(Condition.NOT_TRIGGERED, marked("It is not known whether the module has fired."))
+        return Refusal(Interlock.NOT_TRIGGERED, marked("The module reports that it has fired."))
+    return Refusal(Interlock.NOT_TRIGGERED, marked("It is not known whether the module has fired."))
 
 
-def _below_tilt(_act: Act, now_is: Situation) -> Refusal | None:
-    condition = Condition.BELOW_TILT
+def _below_tilt(_act: Act, now_is: InterlockInputs) -> Refusal | None:
+    condition = Interlock.BELOW_TILT
     tilt, threshold = now_is.tilt_deg, now_is.attitude_threshold_deg
     if threshold is None:
         return Refusal(condition, marked("The attitude threshold is not known: read the settings first."))
@@ -253,8 +253,8 @@ def _below_tilt(_act: Act, now_is: Situation) -> Refusal | None:
     )
 
 
-def _is_level(_act: Act, now_is: Situation) -> Refusal | None:
-    condition = Condition.IS_LEVEL
+def _is_level(_act: Act, now_is: InterlockInputs) -> Refusal | None:
+    condition = Interlock.IS_LEVEL
     if now_is.tilt_deg is None:
         return Refusal(condition, marked("The tilt is not known."))
     if now_is.tilt_deg <= LEVEL_WITHIN_DEG:
@@ -263,8 +263,8 @@ def _is_level(_act: Act, now_is: Situation) -> Refusal | None:
     return Refusal(condition, text, {"tilt": now_is.tilt_deg, "limit": LEVEL_WITHIN_DEG})
 
 
-def _is_still(_act: Act, now_is: Situation) -> Refusal | None:
-    condition, motion = Condition.IS_STILL, now_is.motion
+def _is_still(_act: Act, now_is: InterlockInputs) -> Refusal | None:
+    condition, motion = Interlock.IS_STILL, now_is.motion
     if motion is None or motion.until - motion.since < STILL_FOR_S:
         return Refusal(condition, marked("It has not been watched for two seconds yet."))
     is_one_g = motion.acceleration_low_g >= STILL_FROM_G and motion.acceleration_high_g <= STILL_TO_G
@@ -280,26 +280,26 @@ def _is_still(_act: Act, now_is: Situation) -> Refusal | None:
     return Refusal(condition, text, values)
 
 
-def _nothing_else_armed(act: Act, now_is: Situation) -> Refusal | None:
+def _nothing_else_armed(act: Act, now_is: InterlockInputs) -> Refusal | None:
     armed = now_is.armed
     if armed is None or armed is act:
         return None
-    return Refusal(Condition.NOTHING_ELSE_ARMED, marked("Something else is armed: {what}."), {"what": TITLES[armed]})
+    return Refusal(Interlock.NOTHING_ELSE_ARMED, marked("Something else is armed: {what}."), {"what": TITLES[armed]})
 
 
-def _confirmed(act: Act, now_is: Situation) -> Refusal | None:
-    return _permitted(Condition.CONFIRMED, act, now_is, marked("It has not been confirmed."))
+def _confirmed(act: Act, now_is: InterlockInputs) -> Refusal | None:
+    return _permitted(Interlock.CONFIRMED, act, now_is, marked("It has not been confirmed."))
 
 
-def _ritual_done(act: Act, now_is: Situation) -> Refusal | None:
+def _ritual_done(act: Act, now_is: InterlockInputs) -> Refusal | None:
     missing = marked("It has not been armed and held for two seconds.")
     permit = now_is.permit
     if permit is not None and permit.origin is not Origin.RITUAL:
-        return Refusal(Condition.RITUAL_DONE, missing)
-    return _permitted(Condition.RITUAL_DONE, act, now_is, missing)
+        return Refusal(Interlock.RITUAL_DONE, missing)
+    return _permitted(Interlock.RITUAL_DONE, act, now_is, missing)
 
 
-def _permitted(condition: Condition, act: Act, now_is: Situation, missing: str) -> Refusal | None:
+def _permitted(condition: Interlock, act: Act, now_is: InterlockInputs, missing: str) -> Refusal | None:
     permit = now_is.permit
     if permit is None or permit.act is not act:
         return Refusal(condition, missing)
@@ -319,35 +319,35 @@ def _permitted(condition: Condition, act: Act, now_is: Situation, missing: str) 
     return Refusal(condition, marked("The confirmation is {seconds:.1f} s old: confirm again."), {"seconds": age_s})
 
 
-def _intent_durable(_act: Act, now_is: Situation) -> Refusal | None:
+def _intent_durable(_act: Act, now_is: InterlockInputs) -> Refusal | None:
     if now_is.is_audit_ready:
         return None
-    return Refusal(Condition.INTENT_DURABLE, marked("The audit log cannot be written, so nothing dangerous is sent."))
+    return Refusal(Interlock.INTENT_DURABLE, marked("The audit log cannot be written, so nothing dangerous is sent."))
 
 
-def _may_write(_act: Act, now_is: Situation) -> Refusal | None:
+def _may_write(_act: Act, now_is: InterlockInputs) -> Refusal | None:
     if now_is.is_unlocked or now_is.active is False:
         return None
     if now_is.active:
         text = marked("The module is ACTIVE: lock it before changing settings, or unlock this one write.")
-        return Refusal(Condition.MAY_WRITE, text)
+        return Refusal(Interlock.MAY_WRITE, text)
     text = marked("It is not known whether the module is locked: settings are not changed.")
-    return Refusal(Condition.MAY_WRITE, text)
+    return Refusal(Interlock.MAY_WRITE, text)
 
 
-_CHECKS: Mapping[Condition, _Check] = MappingProxyType({
-    Condition.ONLINE: _online,
-    Condition.IS_THE_ONE_MEANT: _is_the_one_meant,
-    Condition.FRESH_STATUS: _fresh_status,
-    Condition.IS_LOCKED: _is_locked,
-    Condition.IS_ACTIVE: _is_active,
-    Condition.NOT_TRIGGERED: _not_triggered,
-    Condition.BELOW_TILT: _below_tilt,
-    Condition.IS_LEVEL: _is_level,
-    Condition.IS_STILL: _is_still,
-    Condition.NOTHING_ELSE_ARMED: _nothing_else_armed,
-    Condition.CONFIRMED: _confirmed,
-    Condition.RITUAL_DONE: _ritual_done,
-    Condition.INTENT_DURABLE: _intent_durable,
-    Condition.MAY_WRITE: _may_write,
+_CHECKS: Mapping[Interlock, _Check] = MappingProxyType({
+    Interlock.ONLINE: _online,
+    Interlock.IS_THE_ONE_MEANT: _is_the_one_meant,
+    Interlock.FRESH_STATUS: _fresh_status,
+    Interlock.IS_LOCKED: _is_locked,
+    Interlock.IS_ACTIVE: _is_active,
+    Interlock.NOT_TRIGGERED: _not_triggered,
+    Interlock.BELOW_TILT: _below_tilt,
+    Interlock.IS_LEVEL: _is_level,
+    Interlock.IS_STILL: _is_still,
+    Interlock.NOTHING_ELSE_ARMED: _nothing_else_armed,
+    Interlock.CONFIRMED: _confirmed,
+    Interlock.RITUAL_DONE: _ritual_done,
+    Interlock.INTENT_DURABLE: _intent_durable,
+    Interlock.MAY_WRITE: _may_write,
 })  # fmt: skip

@@ -10,7 +10,7 @@ from concurrent.futures import Future
 from enum import Enum
 from typing import Protocol
 
-from app.engine.procedure import Await, Look, Procedure, Sight
+from app.engine.procedure import Await, EngineView, Inspect, Procedure
 from app.safety.acts import Act
 from app.text.i18n import tr
 
@@ -99,10 +99,10 @@ class NoJournal:
 
 def durable(entry: Entry, limit_s: float = DURABLE_LIMIT_S) -> Procedure[bool]:
     """Wait until the intent is on disk, while the line serves others; whether it took long. Raises `JournalFailed`."""
-    began: Sight = yield Look()
+    began: EngineView = yield Inspect()
     is_written = yield Await(entry, limit_s)
     if not is_written or entry.cancelled():
         raise JournalFailed(tr("The disk did not take it in time."))
     entry.result()
-    ended: Sight = yield Look()
+    ended: EngineView = yield Inspect()
     return ended.now - began.now > SLOW_DISK_S

@@ -3,7 +3,7 @@
 from enum import Enum
 from typing import NamedTuple
 
-from app.engine.device import DeviceView, Doubt, How, Known
+from app.engine.device import DeviceView, How, Known, StaleReason
 
 
 class Activation(Enum):
@@ -39,7 +39,7 @@ class LastKnown:
         self._shut_down_at: float | None = None
         self._wall_s = 0.0
 
-    def take(self, device: DeviceView, whose: str) -> None:
+    def feed(self, device: DeviceView, whose: str) -> None:
         """Take in every view of the device."""
         if whose != self._whose:
             self.forget()
@@ -70,7 +70,12 @@ class LastKnown:
         if known is not None and not known.is_stale:
             return SeenActivation(Activation.ACTIVE if known.value is True else Activation.LOCKED, known.at)
         is_report = known is not None and known.how is not How.ACKNOWLEDGED
-        if known is not None and known.value is False and is_report and known.doubt is not Doubt.WRITE_UNCONFIRMED:
+        if (
+            known is not None
+            and known.value is False
+            and is_report
+            and known.stale_reason is not StaleReason.WRITE_UNCONFIRMED
+        ):
             return SeenActivation(Activation.WAS_LOCKED, known.at)
         # Nothing is known, or a LOCK was acknowledged and never reported, or an activation was never answered.
         last = known if known is not None and known.value is True else self._active

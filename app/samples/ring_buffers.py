@@ -38,7 +38,7 @@ class Window(NamedTuple):
     value: Values
 
 
-class Sample(NamedTuple):
+class SeriesSample(NamedTuple):
     """One exact sample."""
 
     time_s: float
@@ -129,11 +129,11 @@ class Readable(ABC):
         return len(self._times)
 
     @property
-    def last(self) -> Sample | None:
+    def last(self) -> SeriesSample | None:
         """The newest sample, None before the first."""
         if not len(self._times):
             return None
-        return Sample(float(self._times[-1]), float(self._values[-1]))
+        return SeriesSample(float(self._times[-1]), float(self._values[-1]))
 
     @property
     def exact_since_s(self) -> float:
@@ -229,14 +229,14 @@ class Readable(ABC):
             return None
         return Extent(max(float(start[bucket]), time_s), float(low[bucket]), float(high[bucket]))
 
-    def rows(self, start_s: float, end_s: float) -> Iterator[Sample]:
+    def rows(self, start_s: float, end_s: float) -> Iterator[SeriesSample]:
         """The exact samples of a span, as they are now, for a file.
 
         What is older than ``exact_since_s`` is not in it: say so where that matters.
         """
         times, values = self.window(start_s, end_s)
         # tolist() copies, so that samples appended while the file is written change nothing.
-        yield from map(Sample, times.tolist(), values.tolist())
+        yield from map(SeriesSample, times.tolist(), values.tolist())
 
 
 class Series(Readable):

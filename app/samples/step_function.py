@@ -7,18 +7,18 @@ STEPS_KEPT: Final = 1000
 """Changes of one setting."""
 
 
-class Change(NamedTuple):
+class StepPoint(NamedTuple):
     """From this time on the value stood; None: nobody knows it."""
 
     time_s: float
     value: float | None
 
 
-class Steps:
+class StepFunction:
     """A setting over time: each value stands until the next one.  The newest ``kept`` changes are kept."""
 
     def __init__(self, kept: int = STEPS_KEPT) -> None:
-        self._changes: deque[Change] = deque(maxlen=kept)
+        self._changes: deque[StepPoint] = deque(maxlen=kept)
 
     def __len__(self) -> int:
         return len(self._changes)
@@ -40,11 +40,11 @@ class Steps:
                 raise ValueError("times run backwards")
             if value == newest.value:
                 return
-        self._changes.append(Change(time_s, value))
+        self._changes.append(StepPoint(time_s, value))
 
-    def between(self, start_s: float, end_s: float) -> list[Change]:
+    def between(self, start_s: float, end_s: float) -> list[StepPoint]:
         """What stood at ``start_s``, if anything was noted by then, and every change up to ``end_s``."""
-        found: list[Change] = []
+        found: list[StepPoint] = []
         for change in reversed(self._changes):
             if change.time_s > end_s:
                 continue

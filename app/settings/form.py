@@ -20,9 +20,9 @@ from enum import Enum
 
 from app.engine.device import DeviceView, How, Known
 from app.engine.setting_changes import ChangedSetting
-from app.procedures.power_cycle import Stamp
+from app.procedures.power_cycle import SettingRetention
 from app.procedures.write import WriteFault, Written
-from app.procedures.write_all import Change
+from app.procedures.write_all import SettingChange
 from app.settings.consequences import Consequence, Weight, consequences
 from app.settings.drafts import Draft, Drafts, draft_for, draft_of
 from app.settings.setting_texts import DEFAULTS, value_text
@@ -68,7 +68,7 @@ class FormRow:
     """Why it failed or cannot be sent, in the language in use."""
     is_pending: bool = False
     """To be written by the next "write"."""
-    stamp: Stamp | None = None
+    stamp: SettingRetention | None = None
     """Whether it survived the last power cycle that was watched."""
 
     @property
@@ -114,7 +114,7 @@ class SettingsForm:
         self.watch = SettingsWatch()
         """What changed without being written here."""
         self._written: dict[str, Value] = {}
-        self._stamps: dict[str, Stamp] = {}
+        self._stamps: dict[str, SettingRetention] = {}
 
     # What a person wants
 
@@ -190,10 +190,12 @@ class SettingsForm:
     def has_drafts(self) -> bool:
         return bool(self._drafts.now)
 
-    def changes(self, device: DeviceView, now: float) -> tuple[Change, ...]:
+    def changes(self, device: DeviceView, now: float) -> tuple[SettingChange, ...]:
         """What "write" would send: wanted, fit to be sent, and not known to stand."""
         rows = self.rows(device, now)
-        return tuple(Change(row.command, row.wanted) for row in rows if row.is_pending and row.wanted is not None)
+        return tuple(
+            SettingChange(row.command, row.wanted) for row in rows if row.is_pending and row.wanted is not None
+        )
 
     def count_unsent(self, device: DeviceView, now: float) -> int:
         """Rows that would be lost by leaving, those that cannot be sent as they are included."""
@@ -228,8 +230,8 @@ class SettingsForm:
         reason = ""
         if key in self._writing:
             state = RowState.WRITING
-        elif draft is not None and draft.unfit is not None:
-            state, reason = RowState.UNFIT, draft.unfit.sentence
+        elif draft is not None and draft.invalid is not None:
+            state, reason = RowState.UNFIT, draft.invalid.sentence
         elif failure is not None:
             state, reason = RowState.FAILED, _failure_text(command, failure)
         elif key in self.watch.changed and key not in self._verified:
@@ -247,7 +249,7 @@ class SettingsForm:
 
     # Writing
 
-    def begin_write(self, changes: Iterable[Change]) -> None:
+    def begin_write(self, changes: Iterable[SettingChange]) -> None:
         """These are on their way: until `take_results` or `lose_write` nothing can be edited."""
         self._writing = {change.command.key: change.value for change in changes}
         for key in self._writing:
@@ -284,7 +286,7 @@ class SettingsForm:
         """What was written to this module and not found wanting: to be looked for after a power cycle."""
         return self._written
 
-    def stamp(self, stamps: Mapping[str, Stamp]) -> None:
+    def stamp(self, stamps: Mapping[str, SettingRetention]) -> None:
         self._stamps = dict(stamps)
         self.watch.accept(stamps)  # what the power cycle changed is said by the stamps
 

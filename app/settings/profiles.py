@@ -106,7 +106,7 @@ class Match(Enum):
     NOT_IN_PROFILE = marked("not in the profile")
 
 
-class Row(NamedTuple):
+class ProfileRow(NamedTuple):
     """One setting, on the profile's side and on the module's. `stands` says how and when it is known."""
 
     command: Command
@@ -120,19 +120,19 @@ class Row(NamedTuple):
         return self.match in (Match.DIFFERENT, Match.UNKNOWN)
 
 
-def compare(profile: Profile, device: DeviceView, now: float) -> tuple[Row, ...]:
+def compare(profile: Profile, device: DeviceView, now: float) -> tuple[ProfileRow, ...]:
     """All settings in the catalogue's order. What is stale on the module counts as unknown."""
     return tuple(_row(command, profile, device, now) for command in SETTINGS)
 
 
-def _row(command: Command, profile: Profile, device: DeviceView, now: float) -> Row:
+def _row(command: Command, profile: Profile, device: DeviceView, now: float) -> ProfileRow:
     wanted = profile.settings.get(command.key)
     stands = device.known(command.key, now)
     if wanted is None:
-        return Row(command, None, stands, Match.NOT_IN_PROFILE)
+        return ProfileRow(command, None, stands, Match.NOT_IN_PROFILE)
     if stands is None or stands.is_stale:
-        return Row(command, wanted, stands, Match.UNKNOWN)
-    return Row(command, wanted, stands, Match.SAME if stands.value == wanted else Match.DIFFERENT)
+        return ProfileRow(command, wanted, stands, Match.UNKNOWN)
+    return ProfileRow(command, wanted, stands, Match.SAME if stands.value == wanted else Match.DIFFERENT)
 
 
 def profile_of(device: DeviceView, now: float, *, name: str) -> Profile:

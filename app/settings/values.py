@@ -16,7 +16,7 @@ LARGEST_WHOLE = 10**15
 
 
 @dataclass(frozen=True, slots=True)
-class Unfit:
+class InvalidValue:
     """Why not: English with placeholders for `values`; `sentence` is in the language in use now."""
 
     text: str
@@ -34,7 +34,7 @@ class Unfit:
 class NotAValue(ValueError):
     """A text or value that the setting's byte cannot carry."""
 
-    def __init__(self, why: Unfit) -> None:
+    def __init__(self, why: InvalidValue) -> None:
         super().__init__(why.english)
         self.why = why
 
@@ -56,44 +56,44 @@ def parse_value(wanted: Field, text: str) -> Value:
     """The value that `text` stands for, as typed by a person. Raises `NotAValue`."""
     if not isinstance(wanted, Quantity | Choice):
         if text.lower() not in _WORDS:
-            raise NotAValue(Unfit(marked("“{value}” is neither true nor false"), {"value": shortened(text)}))
+            raise NotAValue(InvalidValue(marked("“{value}” is neither true nor false"), {"value": shortened(text)}))
         return fitting(wanted, _WORDS[text.lower()])
     try:
         number = Decimal(text if len(text) <= LONGEST_NUMBER else "")
         if not number.is_finite():
             raise InvalidOperation
     except InvalidOperation:
-        raise NotAValue(Unfit(marked("“{value}” is no number"), {"value": shortened(text)})) from None
+        raise NotAValue(InvalidValue(marked("“{value}” is no number"), {"value": shortened(text)})) from None
     value = int(number) if number == number.to_integral_value() and abs(number) < 10**9 else float(number)
     if Decimal(str(value)) != number:  # more digits than a float carries: between two steps in any case
         raise NotAValue(_why_refused(wanted, text, None))
     return fitting(wanted, value)
 
 
-def _kind_needed(wanted: Field) -> Unfit:
+def _kind_needed(wanted: Field) -> InvalidValue:
     if isinstance(wanted, Quantity | Choice):
-        return Unfit(marked("a number is needed"))
-    return Unfit(marked("true or false is needed"))
+        return InvalidValue(marked("a number is needed"))
+    return InvalidValue(marked("true or false is needed"))
 
 
-def _why_refused(wanted: Field, value: object, error: ValueRefused | None) -> Unfit:
+def _why_refused(wanted: Field, value: object, error: ValueRefused | None) -> InvalidValue:
     if isinstance(wanted, Choice):
         listed = ", ".join(map(str, sorted(wanted.values.values())))
-        return Unfit(marked("{value} is not one of {values}"), {"value": value, "values": listed})
+        return InvalidValue(marked("{value} is not one of {values}"), {"value": value, "values": listed})
     if not isinstance(wanted, Quantity) or isinstance(value, bool):
         return _kind_needed(wanted)
     if error is None:
-        return Unfit(marked("{value} has more digits than can be sent"), {"value": shortened(str(value))})
+        return InvalidValue(marked("{value} has more digits than can be sent"), {"value": shortened(str(value))})
     if len(error.neighbours) == 2:
         low, high = (wanted.text(wanted.encode(one)) for one in error.neighbours)
-        return Unfit(
+        return InvalidValue(
             marked("{value} lies between two steps; the nearest are {low} and {high}"),
             {"value": value, "low": low, "high": high},
         )
     if error.neighbours:
         limits = {"low": wanted.text(0), "high": wanted.text(255)}
-        return Unfit(marked("{value} is outside {low} to {high}"), {"value": value, **limits})
-    return Unfit(marked("a finite number is needed"))
+        return InvalidValue(marked("{value} is outside {low} to {high}"), {"value": value, **limits})
+    return InvalidValue(marked("a finite number is needed"))
 
 
 def number_text(value: float) -> str:

@@ -24,21 +24,21 @@ Answer = Callable[["SimulatedModule", Request, float], None]
 
 def answer(module: "SimulatedModule", request: Request, now_s: float) -> None:
     """Do what a valid request says and queue the reply."""
-    dialect, code = module.dialect, request.command.code
+    quirks, code = module.quirks, request.command.code
     asked = module.asked
     asked[code, request.is_set] += 1
     time = asked[code, request.is_set]
-    if lies.is_marked_from(dialect.mute_codes, code, asked[code, True] + asked[code, False]):
+    if lies.is_marked_from(quirks.mute_codes, code, asked[code, True] + asked[code, False]):
         return
     before = lies.settings_before(module)
-    foreign = lies.rules_for(dialect.foreign_replies, code, time)
+    foreign = lies.rules_for(quirks.foreign_replies, code, time)
     for rule in foreign:
         if not rule.after_ms:
             _insert(module, rule, now_s)
     queued = module.bursts_queued
     _ANSWERS[request.command.name](module, request, now_s)
-    if code in dialect.double_codes:
-        module.repeat_since(queued, dialect.double_ms / 1000)
+    if code in quirks.double_codes:
+        module.repeat_since(queued, quirks.double_ms / 1000)
     for rule in foreign:
         if rule.after_ms:
             _insert(module, rule, now_s + rule.after_ms / 1000)
@@ -78,7 +78,7 @@ def _setting(attribute: str) -> Answer:
     def ask_or_set(module: "SimulatedModule", request: Request, now_s: float) -> None:
         value: int = getattr(module.memory, attribute)
         if request.is_set:
-            kept = keep(request.command, request.data, value, module.dialect)
+            kept = keep(request.command, request.data, value, module.quirks)
             setattr(module.memory, attribute, kept.value)
             value = kept.acknowledgement
         _reply(module, request.command.code, value, now_s)
@@ -93,14 +93,14 @@ def _flag(attribute: str, field: Flag) -> Answer:
         kept = _keep_flag(module, request, attribute, field)
         code = request.command.code
         # E4: the table prints the acknowledgement of 17 with code 16.
-        _reply(module, module.dialect.freefall_ack if code == 0x17 else code, kept.acknowledgement, now_s)
+        _reply(module, module.quirks.freefall_ack if code == 0x17 else code, kept.acknowledgement, now_s)
 
     return set_flag
 
 
 def _keep_flag(module: "SimulatedModule", request: Request, attribute: str, field: Flag) -> Kept:
     old = field.encode(getattr(module.state, attribute))
-    kept = keep(request.command, request.data, old, module.dialect)
+    kept = keep(request.command, request.data, old, module.quirks)
     setattr(module.state, attribute, kept.value == field.true)
     return kept
 
@@ -110,9 +110,9 @@ def _heartbeat(module: "SimulatedModule", _request: Request, now_s: float) -> No
 
 
 def _activation(module: "SimulatedModule", request: Request, now_s: float) -> None:
-    kept = keep(request.command, request.data, int(module.state.is_active), module.dialect)
+    kept = keep(request.command, request.data, int(module.state.is_active), module.quirks)
     is_active = kept.value == FLAG.true
-    if module.dialect.activates if is_active else module.dialect.locks:
+    if module.quirks.activates if is_active else module.quirks.locks:
         module.report_active_late(now_s)
         module.activate(is_active=is_active)
     _reply(module, request.command.code, kept.acknowledgement, now_s)
@@ -131,12 +131,12 @@ def _deploy(module: "SimulatedModule", request: Request, now_s: float) -> None:
 
 def _shutdown(module: "SimulatedModule", request: Request, now_s: float) -> None:
     _reply(module, request.command.code, ACCEPTED, now_s)
-    if module.dialect.shuts_down:
+    if module.quirks.shuts_down:
         module.shut_down(now_s)
 
 
 def _serial_output(module: "SimulatedModule", request: Request, now_s: float) -> None:
-    how = module.dialect.stream
+    how = module.quirks.stream
     if how is Streaming.SILENT:
         return
     kept = _keep_flag(module, request, "serial_output_is_on", FLAG)
@@ -148,9 +148,9 @@ def _serial_output(module: "SimulatedModule", request: Request, now_s: float) ->
 
 
 def _baud_rate(module: "SimulatedModule", request: Request, now_s: float) -> None:
-    kept = keep(request.command, request.data, module.memory.baud_code, module.dialect)
+    kept = keep(request.command, request.data, module.memory.baud_code, module.quirks)
     module.memory.baud_code = kept.value
-    how = module.dialect.baud_ack
+    how = module.quirks.baud_ack
     if how is BaudChange.NEW:
         module.baud_rate = module.memory.baud_rate
     _reply(module, request.command.code, kept.acknowledgement, now_s)
@@ -159,7 +159,7 @@ def _baud_rate(module: "SimulatedModule", request: Request, now_s: float) -> Non
 
 
 def _zero(module: "SimulatedModule", request: Request, now_s: float) -> None:
-    if module.dialect.keeps and module.dialect.zeroes:
+    if module.quirks.keeps and module.quirks.zeroes:
         module.memory.zero_tilt_deg = module.world.motion(now_s).tilt_deg
     _reply(module, request.command.code, ACCEPTED, now_s)
 
@@ -171,27 +171,27 @@ def _status(module: "SimulatedModule", _request: Request, now_s: float) -> None:
 
 def _cell_voltage(module: "SimulatedModule", _request: Request, now_s: float) -> None:
     module.advance(now_s)
-    _reply(module, module.dialect.voltage_code, module.voltage(now_s), now_s)
+    _reply(module, module.quirks.voltage_code, module.voltage(now_s), now_s)
 
 
 def _trigger_records(module: "SimulatedModule", _request: Request, now_s: float) -> None:
     module.advance(now_s)
-    time, dropped = module.asked[TRIGGER_RECORDS.code, False], module.dialect.drop_records
+    time, dropped = module.asked[TRIGGER_RECORDS.code, False], module.quirks.drop_records
     frames = [
         record_frame(data)
         for number, data in enumerate(module.memory.records, start=1)
         if not lies.is_marked_at(dropped, number, time)
     ]
-    fill = {EmptySlots.ZEROS: b"\x00", EmptySlots.ONES: b"\xff"}.get(module.dialect.empty_slots)
+    fill = {EmptySlots.ZEROS: b"\x00", EmptySlots.ONES: b"\xff"}.get(module.quirks.empty_slots)
     if fill is not None:
         frames += [record_frame(fill * RECORD_DATA_LENGTH)] * (RECORDS_KEPT - len(frames))
     together = b"".join(frames)
-    delivery = module.dialect.records
+    delivery = module.quirks.records
     if delivery is Delivery.PIECES:
         frames = [together[at : at + PIECE_LENGTH] for at in range(0, len(together), PIECE_LENGTH)]
     elif delivery is Delivery.TOGETHER:
         frames = [together] if together else []
-    gap_s = module.dialect.record_gap_ms / 1000
+    gap_s = module.quirks.record_gap_ms / 1000
     for position, frame in enumerate(frames):
         module.send(frame, now_s + position * gap_s)
     if delivery is Delivery.PIECES and frames:

@@ -12,7 +12,7 @@ from typing import Any
 from app.simulator.memory import Memory, invent_records
 from app.simulator.module import SimulatedModule
 from app.simulator.options import Setup, Target, fields_of, setup_from
-from app.simulator.physics import World
+from app.simulator.physics import Physics
 from app.simulator.wire import Faults, Wire
 from protocol.catalogue import BAUD
 from protocol.messages import Source
@@ -53,15 +53,15 @@ class SimulatedBench:
         setup = setup or Setup()
         self.changed = threading.Condition(threading.RLock())
         self.clock = clock
-        self.world = World(
+        self.world = Physics(
             tilt_deg=setup.tilt, bay_is_open=setup.bay_open, has_external_power=setup.charger, cell_v=setup.cell,
             drain_v_per_h=setup.drain, noise=setup.noise, is_lifelike=setup.lifelike, seed=setup.seed,
         )  # fmt: skip
         # Powering on counts one boot; the option says what is read afterwards.
         memory = Memory(boot_count=setup.boots, baud_code=BAUD.encode(setup.baud))
-        invent_records(memory, setup.history, seed=setup.seed, has_odd_voltage=setup.dialect.odd_voltage)
+        invent_records(memory, setup.history, seed=setup.seed, has_odd_voltage=setup.quirks.odd_voltage)
         memory.boot_count = (setup.boots - 1) & 0xFF
-        self.module = SimulatedModule(self.world, setup.dialect, memory=memory, rate_hz=setup.rate)
+        self.module = SimulatedModule(self.world, setup.quirks, memory=memory, rate_hz=setup.rate)
         self.wire = Wire(self.module, setup.faults, seed=setup.seed)
         self.plug_number = 1
         """Counts how often it was plugged in: who opened an earlier one has a dead port."""
@@ -175,7 +175,7 @@ class SimulatedBench:
     def change(self, **values: Any) -> None:
         """Set options of the dialect, the faults, and `rate`, by option name."""
         with self._act():
-            self.module.dialect = replace(self.module.dialect, **fields_of(values, Target.DIALECT))
+            self.module.quirks = replace(self.module.quirks, **fields_of(values, Target.DIALECT))
             self.wire.faults = replace(self.wire.faults, **fields_of(values, Target.FAULTS))
             if "rate" in values:
                 self.module.rate_hz = values["rate"]
@@ -189,7 +189,7 @@ class SimulatedBench:
         """Everything that the bench shows, at one moment."""
         with self._act() as now_s:
             module, world = self.module, self.world
-            dialect, faults = self.module.dialect, self.wire.faults
+            quirks, faults = self.module.quirks, self.wire.faults
             return BenchState(
                 tilt_deg=world.tilt_deg, is_falling=world.is_falling(now_s),
                 is_lifelike=world.is_lifelike, bay_is_open=world.bay_is_open,
@@ -197,7 +197,7 @@ class SimulatedBench:
                 is_plugged_in=self.is_plugged_in, is_active=module.state.is_active, is_triggered=module.is_triggered,
                 is_streaming=module.is_streaming, boot_count=module.memory.boot_count,
                 record_count=len(module.memory.records), baud_rate=module.baud_rate, rate_hz=module.rate_hz,
-                values={name: getattr(part, name) for part in (dialect, faults) for name in part.__slots__},
+                values={name: getattr(part, name) for part in (quirks, faults) for name in part.__slots__},
             )  # fmt: skip
 
     # Its port

@@ -65,24 +65,24 @@ def rules_for(rules: tuple[Rule, ...], code: int, time: int) -> list[Rule]:
 
 def settings_before(module: "SimulatedModule") -> dict[int, int]:
     """What could be reverted after the request that follows."""
-    return {code: read_raw(module, code) for code in _REVERTING} if module.dialect.revert_ms else {}
+    return {code: read_raw(module, code) for code in _REVERTING} if module.quirks.revert_ms else {}
 
 
 def follow(module: "SimulatedModule", request: Request, time: int, before: dict[int, int], now_s: float) -> None:
     """What happens besides, now or later, once a request was answered."""
-    dialect, code = module.dialect, request.command.code
+    quirks, code = module.quirks, request.command.code
     if request.hazard is Hazard.NONE:
-        for rule in rules_for(dialect.read_changes, code, time):
+        for rule in rules_for(quirks.read_changes, code, time):
             _change(module, rule, request.data, now_s)
         return
-    for rule in rules_for(dialect.cross_talk, code, time):
+    for rule in rules_for(quirks.cross_talk, code, time):
         _change(module, rule, request.data, now_s)
-    if dialect.revert_ms and code in before:
-        module.plans.add(now_s + dialect.revert_ms / 1000, partial(write_raw, module, code, before[code]))
-    if dialect.clamp_ms and code in _IN_MEMORY:
-        module.plans.add(now_s + dialect.clamp_ms / 1000, partial(_clamp, module, code))
-    if dialect.silent_restart_ms:
-        at_s = now_s + dialect.silent_restart_ms / 1000
+    if quirks.revert_ms and code in before:
+        module.plans.add(now_s + quirks.revert_ms / 1000, partial(write_raw, module, code, before[code]))
+    if quirks.clamp_ms and code in _IN_MEMORY:
+        module.plans.add(now_s + quirks.clamp_ms / 1000, partial(_clamp, module, code))
+    if quirks.silent_restart_ms:
+        at_s = now_s + quirks.silent_restart_ms / 1000
         module.plans.add(at_s, partial(module.restart, at_s, is_silent=True))
 
 

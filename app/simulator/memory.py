@@ -4,7 +4,7 @@ import random
 from collections import deque
 from dataclasses import dataclass, field
 
-from app.firing.judge import Limits
+from app.firing.judge import TriggerLimits
 from protocol.catalogue import BAUD, CENTISECOND, QUERY, RECORD_CODE, RECORDS_KEPT, TENTH_G
 from protocol.frame import encode_long
 from protocol.messages import Source
@@ -39,7 +39,7 @@ class Memory:
 
 
 @dataclass(slots=True, kw_only=True)
-class State:
+class ModuleState:
     """Gone with the power, unless the dialect remembers (E15). As after every power-up: locked, triggers enabled."""
 
     is_active: bool = False
@@ -50,9 +50,9 @@ class State:
     """By `11 00`: holds back everything until `11 01`, `10` or a restart; the table names no end (E15)."""
 
 
-def limits(memory: Memory, state: State) -> Limits:
+def limits(memory: Memory, state: ModuleState) -> TriggerLimits:
     """The settings in a person's units, for the judge."""
-    return Limits(
+    return TriggerLimits(
         attitude_threshold_deg=memory.attitude_threshold,
         freefall_acceleration_g=memory.freefall_acceleration / TENTH_G.per_unit,
         freefall_time_s=memory.freefall_time / CENTISECOND.per_unit,
@@ -62,7 +62,7 @@ def limits(memory: Memory, state: State) -> Limits:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Moment:
+class TriggerMoment:
     """What a record says besides the settings."""
 
     uptime_s: float
@@ -73,7 +73,7 @@ class Moment:
     voltage: int
 
 
-def record_data(memory: Memory, moment: Moment) -> bytes:
+def record_data(memory: Memory, moment: TriggerMoment) -> bytes:
     """D4 … D14 of the table's "trigger record"."""
     uptime = min(0xFFFF, int(moment.uptime_s))  # "最高记录65535秒"
     return bytes(
@@ -123,7 +123,7 @@ def invent_records(memory: Memory, count: int, *, seed: int, has_odd_voltage: bo
             freefall_acceleration=source.choice((4, 5, 5, 6)),
             freefall_time=source.choice((120, 160, 160, 200)),
         )
-        moment = Moment(
+        moment = TriggerMoment(
             uptime_s=source.choice((source.randrange(20, 255), source.randrange(300, 5400))),
             sources=why,
             serial_is_connected=Source.SERIAL in why or source.random() < 0.5,

@@ -17,12 +17,12 @@ import random
 from collections import Counter
 from typing import NamedTuple
 
-from app.firing.judge import Judge, Sample
+from app.firing.judge import Judge, SensorSample
 from app.simulator.answers import HEARTBEAT_REPLY, answer
-from app.simulator.memory import ODD_VOLTAGE, Memory, Moment, State, limits, record_data
-from app.simulator.physics import SENSOR_PERIOD_S, World
-from app.simulator.quirks import Dialect
-from app.simulator.schedule import Plans
+from app.simulator.memory import ODD_VOLTAGE, Memory, ModuleState, TriggerMoment, limits, record_data
+from app.simulator.physics import SENSOR_PERIOD_S, Physics
+from app.simulator.quirks import Quirks
+from app.simulator.schedule import Schedule
 from protocol.catalogue import CELL_VOLT, HOST_HEADER, STATUS_CODE, TENTH_G, TENTH_VOLT, Layout, Request
 from protocol.frame import HOST_FRAME_LENGTH, check_host, decode_request, encode_long
 from protocol.messages import Source
@@ -39,7 +39,7 @@ LOWEST_RATE_HZ, HIGHEST_RATE_HZ = 1.0, 1440.0
 BITS_PER_BYTE = 10
 
 
-class Sent(NamedTuple):
+class SentBytes(NamedTuple):
     """Bytes that leave the module as one burst."""
 
     at_s: float
@@ -66,14 +66,14 @@ class SimulatedModule:
     """One module, switched off at first. `world` may be shared with whoever moves it, between two calls."""
 
     def __init__(
-        self, world: World, dialect: Dialect | None = None, *, memory: Memory | None = None, rate_hz: float = 50.0
+        self, world: Physics, quirks: Quirks | None = None, *, memory: Memory | None = None, rate_hz: float = 50.0
     ) -> None:
-        self.world: World = world
+        self.world: Physics = world
         self.asked: Counter[tuple[int, bool]] = Counter()
         """How often each code was asked (False) and set (True) since its ways were last changed."""
-        self._dialect: Dialect = dialect or Dialect()
+        self._dialect: Quirks = quirks or Quirks()
         self.memory: Memory = memory or Memory()
-        self.state: State = State()
+        self.state: ModuleState = ModuleState()
         self.baud_rate = self.memory.baud_rate
         """Of its line now; the one in `memory` counts after a restart (E9)."""
         self.is_on = False
@@ -84,7 +84,7 @@ class SimulatedModule:
         self._heard = b""
         self._due: list[_Due] = []
         self.bursts_queued = 0
-        self.plans = Plans()
+        self.plans = Schedule()
         self._late_report = (False, -math.inf)
         self._jitter_random = random.Random(world.seed)  # noqa: S311 (jitter, not secrets)
         self._jitter_until_s = -math.inf
@@ -99,12 +99,12 @@ class SimulatedModule:
     # What it is
 
     @property
-    def dialect(self) -> Dialect:
+    def quirks(self) -> Quirks:
         return self._dialect
 
-    @dialect.setter
-    def dialect(self, dialect: Dialect) -> None:
-        self._dialect = dialect
+    @quirks.setter
+    def quirks(self, quirks: Quirks) -> None:
+        self._dialect = quirks
         self.asked.clear()
 
     @property
@@ -130,7 +130,7 @@ class SimulatedModule:
         return abs(self.world.motion(now_s).tilt_deg - self.memory.zero_tilt_deg)
 
     def light(self, now_s: float) -> int:
-        return to_byte(self.world.light_v(now_s, is_inverted=self.dialect.light_inverted) * TENTH_VOLT.per_unit)
+        return to_byte(self.world.light_v(now_s, is_inverted=self.quirks.light_inverted) * TENTH_VOLT.per_unit)
 
     def voltage(self, now_s: float) -> int:
         return to_byte(self.world.voltage_v(now_s) * CELL_VOLT.per_unit)
@@ -150,18 +150,18 @@ class SimulatedModule:
 
     def report_active_late(self, now_s: float) -> None:
         """Until the dialect's time has passed it reports what it reports now."""
-        self._late_report = (self.reports_active(now_s), now_s + self.dialect.active_late_ms / 1000)
+        self._late_report = (self.reports_active(now_s), now_s + self.quirks.active_late_ms / 1000)
 
     # Power
 
     def power_on(self, now_s: float, *, is_silent: bool = False) -> None:
         """Boot: one more boot counted (0 follows 255), two heartbeats, triggers enabled, locked (but see E15)."""
-        if self.dialect.forgets:
+        if self.quirks.forgets:
             self.memory.forget_settings()
         self.memory.boot_count = (self.memory.boot_count + 1) & 0xFF
-        if not self.dialect.remembers:
-            self.state = State()
-        if self.dialect.stream_at_boot:
+        if not self.quirks.remembers:
+            self.state = ModuleState()
+        if self.quirks.stream_at_boot:
             self.state.serial_output_is_on = True
         self.is_on = True
         self.baud_rate = self.memory.baud_rate
@@ -236,13 +236,13 @@ class SimulatedModule:
         if not (self.is_on and self.state.is_active) or self.state.is_forbidden:
             return False
         self._fired |= sources
-        moment = Moment(
+        moment = TriggerMoment(
             uptime_s=now_s - self._booted_s,
             sources=sources,
             serial_is_connected=now_s - self._heard_s <= HOST_SILENT_S,
             is_charging=self.world.has_external_power,
             light=self.light(now_s),
-            voltage=ODD_VOLTAGE if self.dialect.odd_voltage else self.voltage(now_s),
+            voltage=ODD_VOLTAGE if self.quirks.odd_voltage else self.voltage(now_s),
         )
         self.memory.records.append(record_data(self.memory, moment))
         self.world.open_parachute(now_s)
@@ -252,7 +252,7 @@ class SimulatedModule:
         """When it next does something by itself that nobody asked for."""
         if not self.is_on:
             return math.inf
-        runs_s = self.dialect.restart_at_s
+        runs_s = self.quirks.restart_at_s
         return min(self.plans.next_s, max(self._sampled_s, self._booted_s + runs_s) if runs_s else math.inf)
 
     def _do_planned(self, now_s: float) -> None:
@@ -278,7 +278,7 @@ class SimulatedModule:
 
     def _sense(self, at_s: float) -> None:
         motion = self.world.motion(at_s)
-        sample = Sample(at_s, abs(motion.tilt_deg - self.memory.zero_tilt_deg), motion.acceleration_g)
+        sample = SensorSample(at_s, abs(motion.tilt_deg - self.memory.zero_tilt_deg), motion.acceleration_g)
         is_armed = self.state.is_active and not self.state.is_forbidden
         verdict = self._judge.judge(sample, limits(self.memory, self.state), is_active=is_armed)
         if Source.ATTITUDE in self._fired and Source.ATTITUDE not in verdict.standing:
@@ -296,7 +296,7 @@ class SimulatedModule:
         """Whatever is due by now."""
         return b"".join(sent.data for sent in self.collect(now_s))
 
-    def hear(self, data: bytes, now_s: float) -> list[Sent]:
+    def hear(self, data: bytes, now_s: float) -> list[SentBytes]:
         """Like `receive`, burst by burst, with the time and the rate of each."""
         sent = self.collect(now_s)
         if not self.is_on:
@@ -325,9 +325,9 @@ class SimulatedModule:
         self._heard = heard[start:] if start >= 0 else heard[position:][-1:]
         return requests
 
-    def collect(self, now_s: float) -> list[Sent]:
+    def collect(self, now_s: float) -> list[SentBytes]:
         """Like `tick`, burst by burst, with the time and the rate of each."""
-        sent: list[Sent] = []
+        sent: list[SentBytes] = []
         if self._stream_due_s < now_s - STREAM_BACKLOG_S:
             self._base_stream(now_s - STREAM_BACKLOG_S)
         while True:
@@ -386,12 +386,12 @@ class SimulatedModule:
         frame_s = Layout.STATUS.value * BITS_PER_BYTE / self.baud_rate
         # A line that is a whole frame behind cannot carry this one too: it is left out, never queued without end.
         if at_s >= self._stream_held_until_s and self._line_free_s - at_s <= frame_s:
-            late_s = self._jitter_random.uniform(0.0, self.dialect.stream_jitter_ms) / 1000
+            late_s = self._jitter_random.uniform(0.0, self.quirks.stream_jitter_ms) / 1000
             self._jitter_until_s = max(self._jitter_until_s, at_s + late_s)
             self._queue(_Due(self._jitter_until_s, 0, self.status(at_s), self.baud_rate, is_streamed=True))
             self.stream_frames_sent += 1
 
-    def _transmit(self, due: _Due) -> Sent:
+    def _transmit(self, due: _Due) -> SentBytes:
         begins_s = max(due.at_s, self._line_free_s)
         self._line_free_s = begins_s + len(due.data) * BITS_PER_BYTE / due.baud_rate
-        return Sent(begins_s, due.data, due.baud_rate, due.is_streamed)
+        return SentBytes(begins_s, due.data, due.baud_rate, due.is_streamed)

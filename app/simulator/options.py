@@ -11,8 +11,8 @@ from enum import Enum
 from typing import Any
 
 from app.simulator.defect_texts import changes, codes, listed, marked_codes, marked_records, rules
-from app.simulator.quirks import Acknowledge, BaudChange, Delivery, Dialect, EmptySlots, Streaming
-from app.simulator.wire import Direction, Faults
+from app.simulator.quirks import Acknowledge, BaudChange, Delivery, EmptySlots, Quirks, Streaming
+from app.simulator.wire import FaultDirection, Faults
 from app.text.i18n import tr
 from protocol.catalogue import BAUD_RATES
 from protocol.translatable import marked
@@ -44,7 +44,7 @@ class Target(Enum):
 class Setup:
     """How a simulated module begins."""
 
-    dialect: Dialect = field(default_factory=Dialect)
+    quirks: Quirks = field(default_factory=Quirks)
     faults: Faults = field(default_factory=Faults)
     rate: float = 50.0
     baud: int = 115200
@@ -120,7 +120,7 @@ def _baud_rate(text: str) -> int:
 
 
 def _defaults(target: Target) -> object:
-    return {Target.DIALECT: Dialect(), Target.FAULTS: Faults(), Target.SETUP: Setup()}[target]
+    return {Target.DIALECT: Quirks(), Target.FAULTS: Faults(), Target.SETUP: Setup()}[target]
 
 
 def _option(name: str, group: Group, target: Target, text: str, parse: Callable[[str], Any], metavar: str) -> Option:
@@ -230,7 +230,7 @@ OPTIONS: tuple[Option, ...] = (
     _fault("corrupt", marked("share of bytes with one bit turned"), _SHARE, "SHARE"),
     _fault("garbage", marked("share of answers with random bytes before them"), _SHARE, "SHARE"),
     _fault("double", marked("share of answers that come twice"), _SHARE, "SHARE"),
-    _choice("direction", marked("which way the five above apply"), Direction, _FAULTS),
+    _choice("direction", marked("which way the five above apply"), FaultDirection, _FAULTS),
     _fault("delay_ms", marked("delay of every answer"), _MILLISECONDS, "MS"),
     _fault("jitter_ms", marked("up to this much more delay, at random"), _MILLISECONDS, "MS"),
     _fault("split_ms", marked("answers come in up to three pieces with this pause between them"), _MILLISECONDS, "MS"),
@@ -302,7 +302,7 @@ def fields_of(values: Mapping[str, Any], target: Target) -> dict[str, Any]:
 def setup_from(values: Mapping[str, Any]) -> Setup:
     """A setup with these values (by option name), and the defaults for the rest."""
     return Setup(
-        dialect=Dialect(**fields_of(values, Target.DIALECT)),
+        quirks=Quirks(**fields_of(values, Target.DIALECT)),
         faults=Faults(**fields_of(values, Target.FAULTS)),
         **fields_of(values, Target.SETUP),
     )

@@ -28,7 +28,7 @@ SENSOR_PERIOD_S = 0.005
 _NOISE_LENGTH = 1021  # a prime, so that the four channels below never fall into step
 
 
-class Motion(NamedTuple):
+class SensedMotion(NamedTuple):
     """What the motion sensor feels at one moment."""
 
     tilt_deg: float
@@ -51,7 +51,7 @@ def fall_time_s(height_m: float) -> float:
 
 
 @dataclass(slots=True, kw_only=True)
-class World:
+class Physics:
     """Set the public fields at will, after `advance`; call `drop` to let it fall."""
 
     tilt_deg: float = 0.0
@@ -100,7 +100,7 @@ class World:
     def is_falling(self, now_s: float) -> bool:
         return self._fall is not None and self._fall.begins_s <= now_s < self._fall.ends_s
 
-    def motion(self, at_s: float) -> Motion:
+    def motion(self, at_s: float) -> SensedMotion:
         """What the motion sensor feels."""
         tilt, acceleration = self.tilt_deg, 1.0
         if self.is_lifelike:
@@ -115,7 +115,7 @@ class World:
         if self.noise:
             tilt += 0.4 * self._noise_at(at_s, 0)
             acceleration += 0.03 * self._noise_at(at_s, 211)
-        return Motion(tilt, max(0.0, acceleration))
+        return SensedMotion(tilt, max(0.0, acceleration))
 
     def light_v(self, at_s: float, *, is_inverted: bool = False) -> float:
         """Voltage of the light sensor in the bay; `is_inverted`: light reads lower (E11)."""

@@ -70,7 +70,7 @@ class Rule(NamedTuple):
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Dialect:
+class Quirks:
     """Frozen; use `dataclasses.replace` for another one."""
 
     ack: Acknowledge = Acknowledge.ECHO

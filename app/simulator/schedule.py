@@ -6,7 +6,7 @@ import math
 from collections.abc import Callable
 
 
-class Plans:
+class Schedule:
     def __init__(self) -> None:
         self._plans: list[tuple[float, int, Callable[[], None]]] = []
         self._order = itertools.count()

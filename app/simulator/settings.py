@@ -2,7 +2,7 @@
 
 from typing import NamedTuple
 
-from app.simulator.quirks import Acknowledge, Dialect
+from app.simulator.quirks import Acknowledge, Quirks
 from protocol.catalogue import BY_NAME, Command
 
 ACCEPTED = 0x01
@@ -30,10 +30,10 @@ def clamped(command: Command, raw: int) -> int:
     return min(max(raw, allowed.start), allowed.stop - 1)
 
 
-def keep(command: Command, wanted: int, old: int, dialect: Dialect) -> Kept:
+def keep(command: Command, wanted: int, old: int, quirks: Quirks) -> Kept:
     """What becomes of a set of `command` from `old` to `wanted` (bytes)."""
-    by_one = dialect.ack is Acknowledge.ONE and command.acknowledged_by_one
-    if dialect.refuses and wanted != old:
+    by_one = quirks.ack is Acknowledge.ONE and command.acknowledged_by_one
+    if quirks.refuses and wanted != old:
         return Kept(old, FAILED if by_one else old)
-    value = clamped(command, wanted) if dialect.clamps else wanted
-    return Kept(value if dialect.keeps else old, ACCEPTED if by_one else value)
+    value = clamped(command, wanted) if quirks.clamps else wanted
+    return Kept(value if quirks.keeps else old, ACCEPTED if by_one else value)

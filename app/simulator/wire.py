@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from enum import StrEnum
 from typing import NamedTuple
 
-from app.simulator.module import BITS_PER_BYTE, Sent, SimulatedModule
+from app.simulator.module import BITS_PER_BYTE, SentBytes, SimulatedModule
 from protocol.frame import HOST_FRAME_LENGTH
 
 LONGEST_GARBAGE = 12
@@ -23,7 +23,7 @@ KEPT_BYTES = 65536
 """What a driver keeps for a host that does not read."""
 
 
-class Direction(StrEnum):
+class FaultDirection(StrEnum):
     """Which way drop, lose, corrupt, garbage and double apply."""
 
     TO_HOST = "to-host"
@@ -45,7 +45,7 @@ class Faults:
     """Share of bursts with up to twelve random bytes before them."""
     double: float = 0.0
     """Share of bursts that come twice."""
-    direction: Direction = Direction.TO_HOST
+    direction: FaultDirection = FaultDirection.TO_HOST
     delay_ms: float = 0.0
     """Of every reply."""
     jitter_ms: float = 0.0
@@ -117,7 +117,7 @@ class Wire:
         self._up_free_s = begins_s + len(data) * byte_s
         if self.faults.echo:
             self._deliver(_Burst(max(begins_s, self._down_free_s), data, byte_s))
-        for burst in self._suffer(data, self._up_random, Direction.TO_MODULE):
+        for burst in self._suffer(data, self._up_random, FaultDirection.TO_MODULE):
             self._up += _Burst(begins_s, burst, byte_s).cut_at(HOST_FRAME_LENGTH)
 
     def read(self, now_s: float) -> bytes:
@@ -189,7 +189,7 @@ class Wire:
             for begins_s, ends_s in self._sending
         )
 
-    def _send_down(self, bursts: list[Sent]) -> None:
+    def _send_down(self, bursts: list[SentBytes]) -> None:
         faults = self.faults
         for sent in bursts:
             byte_s = self._byte_s(sent.baud_rate)
@@ -204,7 +204,7 @@ class Wire:
             self._note_sending(max(begins_s, self._down_free_s), len(whole) * byte_s, is_reply=not sent.is_streamed)
             if faults.mute:
                 continue
-            for data in self._suffer(whole, self._down_random, Direction.TO_HOST):
+            for data in self._suffer(whole, self._down_random, FaultDirection.TO_HOST):
                 for position, piece in enumerate(self._pieces(data)):
                     pause_s = faults.split_ms / 1000 if position else 0.0
                     self._deliver(_Burst(max(begins_s, self._down_free_s + pause_s), piece, byte_s))
@@ -229,10 +229,10 @@ class Wire:
         cuts = sorted({self._down_random.randrange(1, len(data)) for _ in range(2)})
         return [data[start:end] for start, end in zip([0, *cuts], [*cuts, len(data)], strict=True)]
 
-    def _suffer(self, data: bytes, source: random.Random, direction: Direction) -> list[bytes]:
+    def _suffer(self, data: bytes, source: random.Random, direction: FaultDirection) -> list[bytes]:
         """What becomes of one burst: nothing, itself, or itself and more."""
         faults = self.faults
-        if faults.direction not in (direction, Direction.BOTH):
+        if faults.direction not in (direction, FaultDirection.BOTH):
             return [data]
         if faults.drop and source.random() < faults.drop:
             return []

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
-from app.engine.identity import Evidence
+from app.engine.identity import IdentityEvidence
 from app.engine.snapshots import Snapshot, restorable
 from app.safety.acts import Act
 from app.safety.journal import Outcome
@@ -111,7 +111,7 @@ class Store:
         )
         return tuple(Module(*row) for row in rows)
 
-    def keep_evidence(self, module_id: int, evidence: Evidence) -> None:
+    def keep_evidence(self, module_id: int, evidence: IdentityEvidence) -> None:
         """What was last read of a module: by it the module is known again."""
         self.database.write(
             "INSERT INTO module_states (module_id, at, boot_count, settings) VALUES (?, ?, ?, ?) "
@@ -120,7 +120,7 @@ class Store:
             (module_id, self.database.now(), evidence.boot_count, json.dumps(dict(evidence.settings), sort_keys=True)),
         )
 
-    def evidence(self, module_id: int) -> Evidence:
+    def evidence(self, module_id: int) -> IdentityEvidence:
         """What was last read of a module, else the boot count of its last visit; empty where there is neither."""
         rows = self.database.read(
             "SELECT boot_count, settings FROM module_states WHERE module_id = ? "
@@ -128,7 +128,7 @@ class Store:
             "AND boot_count IS NOT NULL ORDER BY id DESC LIMIT 1) LIMIT 1",
             (module_id, module_id),
         )
-        return Evidence(rows[0][0], restorable(_object(rows[0][1]))) if rows else Evidence()
+        return IdentityEvidence(rows[0][0], restorable(_object(rows[0][1]))) if rows else IdentityEvidence()
 
     # The serial output
 

@@ -8,14 +8,14 @@ REST_S = 0.001
 """At most a third slower, and the window never waits longer than `WORK_S` for its turn."""
 
 
-class Pace:
+class GilYield:
     """`keep` is called often, from one thread. In the main thread it does nothing: there is nobody to wait for."""
 
     def __init__(self) -> None:
         self._is_beside = threading.current_thread() is not threading.main_thread()
         self._rests_at_s = time.perf_counter() + WORK_S
 
-    def keep(self) -> None:
+    def checkpoint(self) -> None:
         """Rest where it is time to."""
         if self._is_beside and time.perf_counter() >= self._rests_at_s:
             time.sleep(REST_S)

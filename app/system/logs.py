@@ -156,7 +156,7 @@ def _lock(file: IO[bytes]) -> bool:
 
 
 @dataclass(frozen=True, slots=True)
-class Mishap:
+class UncaughtError:
     """An exception that nobody caught. `details` is for the clipboard, not for the eye."""
 
     summary: str
@@ -164,14 +164,14 @@ class Mishap:
     thread: str
 
 
-Hook = Callable[[Mishap], None]
+Hook = Callable[[UncaughtError], None]
 
 
-def catch_mishaps(on_mishap: Hook) -> Callable[[], None]:
+def catch_uncaught_errors(on_mishap: Hook) -> Callable[[], None]:
     """From now on an uncaught exception, in any thread, goes into the log and to `on_mishap`, not to a terminal.
 
     Returns what ends it. `on_mishap` is called in the thread of the exception. Ctrl-C stays as it is. One
-    that was caught all the same is told with `tell_mishap`.
+    that was caught all the same is told with `report_uncaught_error`.
     """
     global _on_mishap
     before, before_thread = sys.excepthook, threading.excepthook
@@ -195,13 +195,13 @@ def catch_mishaps(on_mishap: Hook) -> Callable[[], None]:
     return undo
 
 
-def tell_mishap(error: BaseException) -> None:
+def report_uncaught_error(error: BaseException) -> None:
     """Log an exception that was caught so that its thread goes on, and tell it like one that nobody caught."""
     _tell(_on_mishap, error, error.__traceback__, threading.current_thread().name)
 
 
-def _tell_nobody(_mishap: Mishap) -> None:
-    """Outside of `catch_mishaps` the log is all there is."""
+def _tell_nobody(_mishap: UncaughtError) -> None:
+    """Outside of `catch_uncaught_errors` the log is all there is."""
 
 
 _on_mishap: Hook = _tell_nobody
@@ -211,7 +211,7 @@ def _tell(on_mishap: Hook, error: BaseException, trace: TracebackType | None, th
     details = "".join(traceback.format_exception(type(error), error, trace))
     _log.error("An error that nobody expected, in thread %s:\n%s", thread, details)
     try:
-        on_mishap(Mishap(f"{type(error).__name__}: {error}", details, thread))
+        on_mishap(UncaughtError(f"{type(error).__name__}: {error}", details, thread))
     except Exception:  # noqa: BLE001  telling of one error must not make the next
         _log.exception("The error could not be told")
 

@@ -23,14 +23,14 @@ Clock = Callable[[], float]
 
 
 @dataclass(frozen=True, slots=True)
-class Moment:
+class ClockReading:
     """Both clocks at one instant, in seconds. `with_sleep_s` is None where no clock goes on asleep."""
 
     awake_s: float
     with_sleep_s: float | None = None
 
 
-def slept_s(before: Moment, now: Moment) -> float:
+def slept_s(before: ClockReading, now: ClockReading) -> float:
     """For how long it slept between two moments; 0 where it did not."""
     turn_s = now.awake_s - before.awake_s
     if before.with_sleep_s is not None and now.with_sleep_s is not None:
@@ -50,18 +50,18 @@ def sleepless_clock() -> Clock | None:
     return lambda: time.clock_gettime(which)
 
 
-class SleepWatch:
+class SleepDetector:
     """Compares each look with the one before. One thread."""
 
     def __init__(self, clock: Clock = time.monotonic, with_sleep: Clock | None = None) -> None:
         self._clock, self._with_sleep = clock, with_sleep
         self._before = self._now()
 
-    def look(self) -> float:
+    def poll(self) -> float:
         """For how long the computer slept since the last look, in seconds; 0 where it did not."""
         now = self._now()
         before, self._before = self._before, now
         return slept_s(before, now)
 
-    def _now(self) -> Moment:
-        return Moment(self._clock(), None if self._with_sleep is None else self._with_sleep())
+    def _now(self) -> ClockReading:
+        return ClockReading(self._clock(), None if self._with_sleep is None else self._with_sleep())

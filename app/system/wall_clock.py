@@ -25,7 +25,7 @@ class WallClock:
         self._froms = [-math.inf]
         self._offsets = [wall_clock() - self._looked_at]
 
-    def look(self) -> bool:
+    def poll(self) -> bool:
         """Whether the clocks went apart since the last look."""
         before, self._looked_at = self._looked_at, self._clock()
         offset_s = self._wall_clock() - self._looked_at

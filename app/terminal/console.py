@@ -187,14 +187,14 @@ def fitted(text: str) -> str:
     return kept
 
 
-class Row(NamedTuple):
+class TableRow(NamedTuple):
     """A name and what stands beside it."""
 
     name: str
     value: str
 
 
-def two_columns(rows: Iterable[Row], *, indent: int = 2) -> list[str]:
+def two_columns(rows: Iterable[TableRow], *, indent: int = 2) -> list[str]:
     rows = list(rows)
     width = max((display_width(row.name) for row in rows), default=0) + 2
     return [" " * indent + padded(row.name, width) + row.value for row in rows]

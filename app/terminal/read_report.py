@@ -10,7 +10,7 @@ from typing import NamedTuple
 from app.engine.device import LONGEST_LAG_S, STATUS_KEYS
 from app.limits.out_of_limits import LimitsInUse, line_outside, outside_of
 from app.preflight.reading_object import LIVE_KEYS, SETTING_KEYS, reading_object
-from app.terminal.console import Row, two_columns
+from app.terminal.console import TableRow, two_columns
 from app.text.i18n import tr
 from protocol.catalogue import BAUD_RATE, BY_NAME, SETTINGS, Command
 from protocol.events import Unanswered
@@ -144,9 +144,9 @@ def page_of(findings: Findings) -> list[str]:
     return lines
 
 
-def _row(shown: _Shown, findings: Findings) -> Row:
+def _row(shown: _Shown, findings: Findings) -> TableRow:
     title = shown.title
-    return Row(tr(title), _value(shown, findings))
+    return TableRow(tr(title), _value(shown, findings))
 
 
 def _value(shown: _Shown, findings: Findings) -> str:

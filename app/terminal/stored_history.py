@@ -8,18 +8,18 @@ from app.terminal.console import say
 from app.text.i18n import tr
 
 if TYPE_CHECKING:
-    from app.engine.identity import Evidence
+    from app.engine.identity import IdentityEvidence
     from app.store.store import Store
     from app.terminal.connection import Conversation
 
 
-def read_evidence() -> Procedure["Evidence"]:
+def read_evidence() -> Procedure["IdentityEvidence"]:
     """Boot count and settings: what tells one module from another."""
-    from app.engine.identity import Evidence
+    from app.engine.identity import IdentityEvidence
     from app.procedures.settings_reading import read_settings
 
     reading = yield from read_settings()
-    return Evidence(reading.boot_count, reading.values)
+    return IdentityEvidence(reading.boot_count, reading.values)
 
 
 def may_be_another(conversation: "Conversation", store: "Store | None", module: str) -> bool:
@@ -43,7 +43,9 @@ def may_be_another(conversation: "Conversation", store: "Store | None", module: 
     return True
 
 
-def keep_visit(history: History, module: str, *, port: str, found: "Evidence", is_same_module: bool = False) -> bool:
+def keep_visit(
+    history: History, module: str, *, port: str, found: "IdentityEvidence", is_same_module: bool = False
+) -> bool:
     """Whether it was kept, or could not be, which is said; False where it may be another module's. Never raises: what
     was read has been printed. `is_same_module`: a person says so."""
     from app.engine.playback import is_playback
@@ -93,7 +95,7 @@ def keep_visit(history: History, module: str, *, port: str, found: "Evidence", i
 
 
 def _against(
-    store: "Store", module_id: int, name: str, slots: list[bytes], found: "Evidence", history: History
+    store: "Store", module_id: int, name: str, slots: list[bytes], found: "IdentityEvidence", history: History
 ) -> list[str]:
     """What speaks against its being the module of that name."""
     from app.engine.identity import Identity, Trust

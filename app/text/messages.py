@@ -19,11 +19,11 @@ _DEEPEST = 4
 
 
 @dataclass(frozen=True, slots=True)
-class Said:
-    """`values`: what goes into the places of `text`, itself translatable where it is a `Said`."""
+class UserMessage:
+    """`values`: what goes into the places of `text`, itself translatable where it is a `UserMessage`."""
 
     text: str
-    values: tuple[tuple[str, Union[str, "Said"]], ...] = ()
+    values: tuple[tuple[str, Union[str, "UserMessage"]], ...] = ()
 
     def in_english(self) -> str:
         """For JSON."""
@@ -35,48 +35,48 @@ class Said:
 
     def plain(self) -> dict[str, object]:
         """For a record; `said_from` is the way back."""
-        values = {name: value.plain() if isinstance(value, Said) else value for name, value in self.values}
+        values = {name: value.plain() if isinstance(value, UserMessage) else value for name, value in self.values}
         return {"text": self.text, "values": values} if values else {"text": self.text}
 
 
-def said(text: str, /, **values: Union[str, "Said"]) -> Said:
+def said(text: str, /, **values: Union[str, "UserMessage"]) -> UserMessage:
     """`text` is `marked` where it is for people."""
-    return Said(text, tuple(values.items()))
+    return UserMessage(text, tuple(values.items()))
 
 
-def listed(parts: Sequence[Said]) -> Said:
+def listed(parts: Sequence[UserMessage]) -> UserMessage:
     """Side by side, as one."""
     places = [f"p{number}" for number in range(len(parts))]
-    return Said(", ".join(f"{{{place}}}" for place in places), tuple(zip(places, parts, strict=True)))
+    return UserMessage(", ".join(f"{{{place}}}" for place in places), tuple(zip(places, parts, strict=True)))
 
 
-def said_with(text: str, values: Mapping[str, object]) -> Said:
+def said_with(text: str, values: Mapping[str, object]) -> UserMessage:
     """A text of the program for `str.format`, such as "{seconds:.1f} s old": formatted now, translated later."""
     specs = {place[1]: place[2] or "" for place in _PLACE.finditer(text)}
-    return Said(text, tuple((name, format(value, specs.get(name, ""))) for name, value in values.items()))
+    return UserMessage(text, tuple((name, format(value, specs.get(name, ""))) for name, value in values.items()))
 
 
-def said_from(plain: object, *, depth: int = 0) -> Said:
-    """What `Said.plain` gave; of anything else, what can be shown of it."""
+def said_from(plain: object, *, depth: int = 0) -> UserMessage:
+    """What `UserMessage.plain` gave; of anything else, what can be shown of it."""
     if not isinstance(plain, Mapping) or not isinstance(plain.get("text"), str):
-        return Said(plain if isinstance(plain, str) else "")
+        return UserMessage(plain if isinstance(plain, str) else "")
     values = plain.get("values")
     if not isinstance(values, Mapping) or depth > _DEEPEST:
-        return Said(plain["text"])
+        return UserMessage(plain["text"])
     found = [(str(name), _value_from(value, depth)) for name, value in values.items()]
-    return Said(plain["text"], tuple(found))
+    return UserMessage(plain["text"], tuple(found))
 
 
-def _value_from(value: object, depth: int) -> Union[str, "Said"]:
+def _value_from(value: object, depth: int) -> Union[str, "UserMessage"]:
     return said_from(value, depth=depth + 1) if isinstance(value, Mapping) else str(value)
 
 
-def _english(value: Union[str, "Said"]) -> str:
-    return value.in_english() if isinstance(value, Said) else value
+def _english(value: Union[str, "UserMessage"]) -> str:
+    return value.in_english() if isinstance(value, UserMessage) else value
 
 
-def _words(value: Union[str, "Said"]) -> str:
-    return value.in_words() if isinstance(value, Said) else value
+def _words(value: Union[str, "UserMessage"]) -> str:
+    return value.in_words() if isinstance(value, UserMessage) else value
 
 
 def _filled(text: str, values: Mapping[str, str]) -> str:

@@ -4,7 +4,7 @@ from app.text.i18n import tr
 from protocol.messages import TriggerRecord
 from protocol.translatable import marked
 
-Plain = bool | int | float | str | list[str] | None
+JsonValue = bool | int | float | str | list[str] | None
 FIELDS = (
     "boot_count",
     "uptime_s",
@@ -30,7 +30,7 @@ SOURCE_WORDS = {
 """English, marked. A bit that the vendor gives no name stands for itself."""
 
 
-def record_values(record: TriggerRecord) -> dict[str, Plain]:
+def record_values(record: TriggerRecord) -> dict[str, JsonValue]:
     """What the record says, by name."""
     return {
         "boot_count": record.boot_count,
@@ -46,7 +46,7 @@ def record_values(record: TriggerRecord) -> dict[str, Plain]:
     }
 
 
-def fields_of(record: TriggerRecord) -> dict[str, Plain]:
+def fields_of(record: TriggerRecord) -> dict[str, JsonValue]:
     """`FIELDS` of a record: what it says, what of that cannot be, and its bytes."""
     return {
         **record_values(record),

@@ -12,7 +12,7 @@ from enum import Enum
 
 from app.engine.device import BOOTS
 from app.limits.out_of_limits import record_outside
-from app.text.messages import Said, said
+from app.text.messages import UserMessage, said
 from protocol.catalogue import RECORDS_KEPT
 from protocol.messages import EmptySlot, TriggerRecord, decode_record
 from protocol.translatable import marked
@@ -125,7 +125,7 @@ def record_of(raw: bytes) -> TriggerRecord:
 # Sentences
 
 
-def sentence(record: TriggerRecord) -> Said:
+def sentence(record: TriggerRecord) -> UserMessage:
     """ "tipped past 60° 1 min 48 s after power-on of boot 1, serial link connected, 4.70 V: implausible for …" """
     return said(
         marked("{what} {uptime} after power-on of boot {boot}, {link}, {voltage}"),
@@ -137,7 +137,7 @@ def sentence(record: TriggerRecord) -> Said:
     )
 
 
-def _what(record: TriggerRecord) -> Said:
+def _what(record: TriggerRecord) -> UserMessage:
     parts = [_cause(source, record) for source in record.sources]
     if not parts:
         return said(marked("fired without a stated cause"))
@@ -147,7 +147,7 @@ def _what(record: TriggerRecord) -> Said:
     return whole
 
 
-def _cause(source: str, record: TriggerRecord) -> Said:
+def _cause(source: str, record: TriggerRecord) -> UserMessage:
     match source:
         case "attitude":
             return said(marked("tipped past {threshold}"), threshold=f"{record.attitude_threshold_deg}°")
@@ -165,7 +165,7 @@ def _cause(source: str, record: TriggerRecord) -> Said:
             return said(marked("fired by a source that the vendor does not name ({bit})"), bit=source)
 
 
-def _voltage(record: TriggerRecord) -> Said:
+def _voltage(record: TriggerRecord) -> UserMessage:
     volts = f"{record.cell_voltage_v:.2f} V"
     if record.charging:
         return said(marked("on external power, {voltage}"), voltage=volts)
@@ -173,11 +173,11 @@ def _voltage(record: TriggerRecord) -> Said:
         return said(marked("{voltage}: implausible for one cell"), voltage=volts)
     outside = record_outside(record)
     if outside is None:
-        return Said(volts)
+        return UserMessage(volts)
     return said(marked("{voltage} ({fault})"), voltage=volts, fault=said(outside.fault.value))
 
 
-def duration(seconds: int) -> Said:
+def duration(seconds: int) -> UserMessage:
     """ "1 min 48 s"; at the end of the counter "18 h 12 min 15 s or more"."""
     hours, rest = divmod(seconds, 3600)
     minutes, left = divmod(rest, 60)

@@ -20,18 +20,18 @@ from app.engine.ports import PortInfo
 from app.simulator import bench
 from app.text.i18n import CHINESE, ENGLISH, tr
 from ui.acts.ritual_widget import RitualWidget
-from ui.core.port_watcher import PortWatch
-from ui.core.preferences import Remembered
+from ui.core.port_watcher import PortWatcher
+from ui.core.preferences import Preferences
 from ui.main import WindowOptions, assemble, start
 from ui.pages.diagnosis.page import DiagnosisPage
 from ui.pages.live.page import LivePage
-from ui.pages.live.what_if_panel import FiredPanel
+from ui.pages.live.what_if_panel import WhatIfPanel
 from ui.pages.preflight.controller import Standing
 from ui.pages.preflight.page import PreflightPage
 from ui.pages.recordings.page import RecordingsPage
 from ui.pages.settings.page import SettingsPage
 from ui.pages.triggers.page import TriggersPage
-from ui.services.storage import Keeping
+from ui.services.storage import Storage
 from ui.style.theme import Choice
 
 SIZE: Final = QSize(1024, 600)
@@ -102,7 +102,7 @@ def name_it(studio: Studio) -> None:
 
 def fired(studio: Studio) -> None:
     studio.press("live_would_fire")
-    panel = studio.find(FiredPanel)
+    panel = studio.find(WhatIfPanel)
     panel.open_with({"attitude_threshold_deg": 45.0, "freefall_time_s": 0.5})
     judgement = panel.judgement
     studio.until(lambda: judgement.finding is not None and len(judgement.finding.firings) > 1, "nothing fired")
@@ -255,14 +255,14 @@ def run_all(language: str, home: Path, *, guide: Path, readme: Path) -> None:
     Raises `Stuck` where the program does not get there.
     """
     app = QApplication(sys.argv[:1])
-    remembered = Remembered(home / "window.ini")
-    remembered.theme = Choice.LIGHT.value
-    remembered.has_seen_tour = True
-    remembered.who, remembered.aircraft = WHO, AIRCRAFT
+    preferences = Preferences(home / "window.ini")
+    preferences.theme = Choice.LIGHT.value
+    preferences.has_seen_tour = True
+    preferences.who, preferences.aircraft = WHO, AIRCRAFT
     options = WindowOptions(language=language)
     module = bench.module(NAME, OPTIONS)
     assembly = assemble(
-        app, options, remembered=remembered, keeping=Keeping(home), ports=PortWatch(lambda _deadline_s: [ADAPTER])
+        app, options, preferences=preferences, storage=Storage(home), ports=PortWatcher(lambda _deadline_s: [ADAPTER])
     )
     try:
         assembly.window.resize(SIZE)

@@ -27,7 +27,7 @@ from protocol.catalogue import (  # noqa: E402
 )
 from protocol.fields import Choice, Done, Field, Flag, Quantity  # noqa: E402
 from protocol.frame import Direction, Frame, encode_long, encode_reply  # noqa: E402
-from protocol.messages import RECORD_PARTS, STATUS_PARTS, Part, Status, TriggerRecord, decode  # noqa: E402
+from protocol.messages import RECORD_PARTS, STATUS_PARTS, FramePart, Status, TriggerRecord, decode  # noqa: E402
 
 PAGE = ROOT / "docs" / "protocol.md"
 PROSE = Path(__file__).with_name("protocol_page.in.md")
@@ -72,7 +72,7 @@ def table(heads: Iterable[str], rows: Iterable[Iterable[str]]) -> str:
     return "\n".join("| " + " | ".join(cells) + " |" for cells in lines)
 
 
-def drawing(raw: bytes, parts: tuple[Part, ...], *, fixed: tuple[str, ...]) -> str:
+def drawing(raw: bytes, parts: tuple[FramePart, ...], *, fixed: tuple[str, ...]) -> str:
     """A long frame, a line for each value: byte numbers, the example's bytes, what they are."""
     places = [(f"D{index}", raw[index : index + 1], what) for index, what in enumerate(fixed)]
     places += [(numbers_of(part), bytes_of(part, raw), without_unit(part.name)) for part in parts]
@@ -80,11 +80,11 @@ def drawing(raw: bytes, parts: tuple[Part, ...], *, fixed: tuple[str, ...]) -> s
     return "\n".join(f"    {numbers:8}{spaced(example):8}{what}" for numbers, example, what in places)
 
 
-def numbers_of(part: Part) -> str:
+def numbers_of(part: FramePart) -> str:
     return " ".join(f"D{part.first + index}" for index in range(part.length))
 
 
-def bytes_of(part: Part, raw: bytes) -> bytes:
+def bytes_of(part: FramePart, raw: bytes) -> bytes:
     return raw[part.first : part.first + part.length]
 
 
@@ -192,7 +192,7 @@ def reading(name: str, value: object) -> str:
     return str(value) + next((unit for suffix, unit in UNITS.items() if name.endswith(suffix)), "")
 
 
-def part_table(raw: bytes, parts: tuple[Part, ...]) -> str:
+def part_table(raw: bytes, parts: tuple[FramePart, ...]) -> str:
     """The values of a long frame, each with its bytes in the example and what they read."""
     values = meaning(Frame(Direction.MODULE_TO_HOST, raw))
     message = decode(raw)

@@ -81,16 +81,16 @@ def run_window(path: Path, page: str, theme: str, language: str, home: Path) -> 
     from PySide6.QtWidgets import QApplication, QPushButton
 
     from app.simulator import bench
-    from ui.core.preferences import Remembered
+    from ui.core.preferences import Preferences
     from ui.main import WindowOptions, assemble, start
-    from ui.services.storage import Keeping
+    from ui.services.storage import Storage
 
     app = QApplication(sys.argv[:1])
     bench.module("demo", {"history": 4, "cell": 4.0})
-    remembered = Remembered(home / "window.ini")
-    remembered.theme = theme
+    preferences = Preferences(home / "window.ini")
+    preferences.theme = theme
     options = WindowOptions(demo=True, language=language)
-    assembly = assemble(app, options, remembered=remembered, keeping=Keeping(home))
+    assembly = assemble(app, options, preferences=preferences, storage=Storage(home))
     window = assembly.window
     window.resize(WIDTH, HEIGHT)
     start(assembly, options)

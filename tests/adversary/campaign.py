@@ -31,32 +31,32 @@ BASIS: Final = {"uptime": "60", "noise": "0", "cell": "4.0", "drain": "0", "hist
 class Plan(NamedTuple):
     """One run. Its text is what `--only` takes."""
 
-    dialect: str
+    quirks: str
     trouble: str
     command: str
     seed: int
 
     def __str__(self) -> str:
-        return f"{self.dialect} / {self.trouble} / {self.command} / {self.seed}"
+        return f"{self.quirks} / {self.trouble} / {self.command} / {self.seed}"
 
 
 def plan_of(text: str) -> Plan:
     """Raises `ValueError` or `KeyError` for what is no run."""
-    dialect, trouble, command, seed = (part.strip() for part in text.split(" / "))
-    plan = Plan(dialect, trouble, command, int(seed))
-    _ = DIALECTS[dialect], TROUBLES[trouble], {**BY_COMMAND, **WINDOW}[command]
+    quirks, trouble, command, seed = (part.strip() for part in text.split(" / "))
+    plan = Plan(quirks, trouble, command, int(seed))
+    _ = DIALECTS[quirks], TROUBLES[trouble], {**BY_COMMAND, **WINDOW}[command]
     return plan
 
 
 def plans(runs: int, seed: int) -> Iterator[Plan]:
     """Every trouble with every command, with one dialect after the other, until there are so many."""
-    dialects, names = list(DIALECTS), [*BY_COMMAND, *WINDOW]
+    quirk_sets, names = list(DIALECTS), [*BY_COMMAND, *WINDOW]
     pairs = list(product(enumerate(TROUBLES), enumerate(names)))
     random.Random(seed).shuffle(pairs)
     for number in range(runs):
         turn, place = divmod(number, len(pairs))
         (at, trouble), (column, command) = pairs[place]
-        yield Plan(dialects[(at + column + STRIDE * turn) % len(dialects)], trouble, command, seed + turn)
+        yield Plan(quirk_sets[(at + column + STRIDE * turn) % len(quirk_sets)], trouble, command, seed + turn)
 
 
 @dataclass(frozen=True, slots=True)
@@ -113,14 +113,14 @@ def _sit_at_window(plan: Plan, home: Path) -> Result:
 
 def _options(plan: Plan, module: Mapping[str, Any]) -> dict[str, str]:
     own = {name: as_text(value) for name, value in module.items()}
-    return {**BASIS, "seed": str(plan.seed), **DIALECTS[plan.dialect], **own, **TROUBLES[plan.trouble].options}
+    return {**BASIS, "seed": str(plan.seed), **DIALECTS[plan.quirks], **own, **TROUBLES[plan.trouble].options}
 
 
 def _latency_s(bench: SimulatedBench) -> float:
     """How long ago an answer was true that has just arrived."""
-    faults, dialect = bench.wire.faults, bench.module.dialect
+    faults, quirks = bench.wire.faults, bench.module.quirks
     added_ms = faults.delay_ms + faults.jitter_ms + faults.lag_ms + faults.split_ms
-    added_ms += dialect.double_ms + dialect.stream_jitter_ms + dialect.active_late_ms
+    added_ms += quirks.double_ms + quirks.stream_jitter_ms + quirks.active_late_ms
     return STEP_S + added_ms / 1000
 
 
@@ -137,7 +137,7 @@ class Campaign:
     """How often something good was said at all: a program that says nothing breaks no promise."""
     breaches: list[Result] = field(default_factory=list)
 
-    def take(self, result: Result) -> None:
+    def feed(self, result: Result) -> None:
         self.runs += 1
         self.fake_s += result.ran.took_s
         self.by_command[result.plan.command] += 1
@@ -154,7 +154,7 @@ def run_all(
     campaign, begun = Campaign(), time.perf_counter()
     for plan in planned:
         result = run_one(plan, home)
-        campaign.take(result)
+        campaign.feed(result)
         on_result(result)
     campaign.took_s = time.perf_counter() - begun
     return campaign

@@ -16,7 +16,7 @@ from tests.adversary.judge import LOOKS_IN_A_ROW, Breach, Finding
 from tests.adversary.program import PORT
 from tests.adversary.truth import settings_keys
 from tests.adversary.window import Session, WindowDesk
-from ui.pages.preflight.controller import PreflightWork, Standing, Statement
+from ui.pages.preflight.controller import PreflightController, Standing, Statement
 from ui.services.context import Services
 
 CHECK_LIMIT_S: Final = 60.0
@@ -89,9 +89,9 @@ class Checking:
     def __init__(self, session: Session) -> None:
         self._session = session
         self._connector, self._naming = _Connector(session.desk), _Naming()
-        keeping = SimpleNamespace(journal=lambda _target, _module="": NoJournal(), store=None)
-        services = SimpleNamespace(connector=self._connector, naming=self._naming, keeping=keeping)
-        self.work = PreflightWork(cast("Services", services))
+        storage = SimpleNamespace(journal=lambda _target, _module="": NoJournal(), store=None)
+        services = SimpleNamespace(connector=self._connector, naming=self._naming, storage=storage)
+        self.work = PreflightController(cast("Services", services))
         self.said: list[Standing] = []
 
     def go_through(self) -> None:

@@ -82,14 +82,14 @@ class Session:
             self.desk.turn()
             if self.desk.clock() >= next_s:
                 next_s += LOOK_EVERY_S
-                self.look()
+                self.poll()
 
     @property
     def case(self) -> Case:
         self.desk.truth.end()
         return Case(ran=Ran(), truth=self.desk.truth, acts={}, latency_s=self.latency_s, forges=self.forges)
 
-    def look(self) -> None:
+    def poll(self) -> None:
         """Everything that is shown as certain."""
         case, view, now = self.case, self.desk.view, self.desk.clock()
         for row in self.desk.rows():

@@ -125,7 +125,7 @@ def main(words: list[str]) -> int:
                 memory.append(resident_mb())
         found: dict[str, Any] = {"memory_mb": memory, "frames": simulated.frames}
         assembly.window.close_now()
-        assembly.keeping.close()
+        assembly.storage.close()
         app.processEvents()
     print(json.dumps(found))
     return 0

@@ -53,7 +53,7 @@ def measure(presses: int) -> dict[str, list[float]]:
         if not turn_until(lambda: button.isEnabled() and assembly.connector.is_open, LIMIT_S):
             raise RuntimeError("the port did not open")
         turn_for(WARM_UP_S)
-        store = assembly.keeping.store
+        store = assembly.storage.store
         if not isinstance(store, Store):
             raise RuntimeError("there is no store")
         for name, took_s in found.items():

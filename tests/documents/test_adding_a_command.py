@@ -23,12 +23,12 @@ _SETTINGS_PAGE = """
 from PySide6.QtWidgets import QApplication, QWidget
 from pathlib import Path
 from ui.main import WindowOptions, assemble
-from ui.services.storage import Keeping
-from ui.core.preferences import Remembered
+from ui.services.storage import Storage
+from ui.core.preferences import Preferences
 import sys
 home = Path(sys.argv[1])
 app = QApplication([])
-assembly = assemble(app, WindowOptions(), remembered=Remembered(home / "window.ini"), keeping=Keeping(home))
+assembly = assemble(app, WindowOptions(), preferences=Preferences(home / "window.ini"), storage=Storage(home))
 assembly.window.make_pages()
 for _ in range(200):
     if assembly.window.findChild(QWidget, "settings_page") is not None:

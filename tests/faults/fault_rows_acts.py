@@ -4,13 +4,13 @@ from collections.abc import Callable
 from types import MappingProxyType
 from typing import Any
 
-from app.engine.procedure import Ask, Look, Procedure, Sight
+from app.engine.procedure import Ask, EngineView, Inspect, Procedure
 from app.procedures.act import Performed, perform
 from app.procedures.baud import BaudChanged, BaudEnd, change_baud, look_for
 from app.procedures.light_calibration import Band, measure_light
-from app.procedures.power_cycle import Ending, Fate, Survival, survives_power_cycle
+from app.procedures.power_cycle import Ending, PowerCycleResult, Retention, survives_power_cycle
 from app.procedures.write import restarted_since
-from app.procedures.write_all import Change, Leave, WriteReport, write_all
+from app.procedures.write_all import Leave, SettingChange, WriteReport, write_all
 from app.safety.acts import REQUESTS, Act
 from app.safety.journal import Outcome
 from app.safety.permit import Origin, Permit
@@ -108,17 +108,17 @@ def _no_report_lie(report: WriteReport, cell: Cell) -> list[str]:
     return faults
 
 
-def _changes() -> list[Change]:
+def _changes() -> list[SettingChange]:
     wanted = {"attitude_threshold": 75, "freefall_time": 1.2, "light_threshold": 2.0}
-    return [Change(BY_NAME[name], value) for name, value in wanted.items()]
+    return [SettingChange(BY_NAME[name], value) for name, value in wanted.items()]
 
 
-def _no_survival_lie(survival: Survival, cell: Cell) -> list[str]:
+def _no_survival_lie(survival: PowerCycleResult, cell: Cell) -> list[str]:
     booted = cell.bench.module.memory.boot_count != BOOTS
     if survival.ending in (Ending.RESTARTED, Ending.SEVERAL) and not booted:
         return ["a restart, and there was none"]
     holds = truth(cell.bench, cell.clock.now_s)
-    kept = [key for key, stamp in survival.stamps.items() if stamp.fate is Fate.KEPT]
+    kept = [key for key, stamp in survival.stamps.items() if stamp.fate is Retention.KEPT]
     return [f"{key} kept, and it is not" for key in kept if holds[key] != survival.stamps[key].wanted]
 
 
@@ -127,7 +127,7 @@ def _no_band_lie(band: Band, _cell: Cell) -> list[str]:
 
 
 def _restarted() -> Procedure[bool]:
-    before: Sight = yield Look()
+    before: EngineView = yield Inspect()
     yield Ask(STATUS.query())
     return (yield from restarted_since(before))
 

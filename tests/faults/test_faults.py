@@ -11,7 +11,7 @@ from types import ModuleType
 
 import pytest
 
-from app.engine.procedure import Look, Pause, Procedure
+from app.engine.procedure import Inspect, Pause, Procedure
 from app.engine.transport import PortTrouble
 from protocol.catalogue import BY_NAME, HEARTBEAT
 from tests.faults.fault_kinds import BY_NAME_OF_FAULT, FAULTS
@@ -93,7 +93,7 @@ def _result(row: Row, fault: str = "half a frame") -> Result:
 
 def test_a_procedure_that_breaks_is_noticed() -> None:
     def broken() -> Procedure[object]:
-        yield Look()
+        yield Inspect()
         raise KeyError("bug")
 
     assert any("KeyError" in fault for fault in _result(_row(broken())).faults)

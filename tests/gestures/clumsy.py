@@ -78,7 +78,7 @@ class Clumsy:
     def _settle(self) -> None:
         self.report.events += 1
         self.bench.turn()
-        self.observer.look()
+        self.observer.poll()
 
     def _go_somewhere(self) -> None:
         window = self.bench.window
@@ -144,7 +144,7 @@ class Clumsy:
         while self.bench.hand_s < end_s - 1e-9:
             self.bench.wait(min(0.1, end_s - self.bench.hand_s))
             self.observer.passed()
-            self.observer.look()
+            self.observer.poll()
         self.bench.refresh()
 
     def _press_key(self) -> None:
@@ -217,7 +217,7 @@ class Clumsy:
         if request.hazard is Hazard.NONE:
             self.observer.asked(request)
             return
-        kind, is_meant = self.observer.take(request)
+        kind, is_meant = self.observer.feed(request)
         if kind:
             self.report.frames[kind] += 1
         if not is_meant:
@@ -244,7 +244,7 @@ def run(application: QApplication, sequences: int, seed: int, *, is_told: bool =
             gesture_bench(application, Path(folder), language=language, size=size) as bench,
         ):
             hands = Clumsy(bench, dice, report)
-            hands.observer.look()
+            hands.observer.poll()
             for _ in range(min(WINDOW_LASTS, sequences - report.sequences)):
                 hands.sequence()
                 if not hands.recover():

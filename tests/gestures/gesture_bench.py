@@ -27,12 +27,12 @@ from tests.support.line.sim_line import FakeClock, SimulatedLine
 from tests.support.window.fakes_ui import Ports
 from tests.support.window.settings_bench import ENTRIES
 from ui.core.connector import Connector, Target
-from ui.core.port_watcher import PortWatch
-from ui.core.preferences import Remembered
+from ui.core.port_watcher import PortWatcher
+from ui.core.preferences import Preferences
 from ui.main import Assembly, WindowOptions, assemble
 from ui.pages.commands.page import CommandsPage
 from ui.pages.settings.page import SettingsPage
-from ui.services.storage import Keeping
+from ui.services.storage import Storage
 from ui.widgets.gestures import gestures
 
 LEFT, NO_BUTTON = Qt.MouseButton.LeftButton, Qt.MouseButton.NoButton
@@ -176,9 +176,9 @@ class GestureBench:
             self.hand_s += step_s
             self.worker.work(step_s)
             self.turn()
-            self.look()
+            self.poll()
 
-    def look(self) -> None:
+    def poll(self) -> None:
         """What timers of the window do, which go by the real time."""
         page = self.commands
         for confirm in (*(row.confirm for row in page.acts.values()), self.settings.baud.confirm):
@@ -251,7 +251,7 @@ class GestureBench:
         self.bench.module.activate(is_active=is_active)
         self.until(lambda: self.device.fresh("active", self.clock()) is is_active)
 
-    def begin_anew(self) -> None:
+    def reset(self) -> None:
         """Nothing chosen, nothing asked, no hand on anything."""
         if self._is_down:
             self.release()
@@ -281,18 +281,18 @@ def gesture_bench(
         workers.append(InlineWorker(callback, clock))
         return workers[-1]
 
-    keeping, journal = Keeping(folder / "store"), FakeJournal()
+    storage, journal = Storage(folder / "store"), FakeJournal()
     write = line.write
     with (
         patch("ui.main.Connector", partial(Connector, clock=clock)),
         patch("app.engine.worker.open_line", lambda _port, _rate: line),
-        patch.object(keeping.sessions, "tapped", lambda: make),
-        patch.object(keeping, "journal", lambda _target: journal),
+        patch.object(storage.sessions, "tapped", lambda: make),
+        patch.object(storage, "journal", lambda _target: journal),
     ):
         options = WindowOptions(language=language)
-        remembered = Remembered(folder / "window.ini")
+        preferences = Preferences(folder / "window.ini")
         assembly = assemble(
-            qapp, options, remembered=remembered, ports=PortWatch(Ports().look), keeping=keeping, entries=ENTRIES
+            qapp, options, preferences=preferences, ports=PortWatcher(Ports().poll), storage=storage, entries=ENTRIES
         )
         made = GestureBench(assembly, workers[0], clock, line)
 
@@ -324,8 +324,8 @@ def gesture_bench(
             window.close_now()
             assembly.connector.stop(2.0)
             assembly.ports.stop(2.0)
-            keeping.close()
-            assembly.speech.use("en")
+            storage.close()
+            assembly.language_switch.use("en")
             window.deleteLater()
             QApplication.processEvents()
             gestures().reset()

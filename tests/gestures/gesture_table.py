@@ -170,7 +170,7 @@ def go_to(bench: GestureBench, act: DangerousAct) -> None:
 
 def first_button(bench: GestureBench, act: DangerousAct) -> QWidget:
     """Everything as it is before the first press."""
-    bench.begin_anew()
+    bench.reset()
     act.prepare(bench)
     bring_into_sight(act.first(bench).parentWidget() or act.first(bench))
     bench.turn()
@@ -223,7 +223,7 @@ def try_act(bench: GestureBench, act: DangerousAct, tally: Tally, *, every: int 
             bench.worker.refuse_orders()
             bench.wait(1.0)
             go_to(bench, act)
-    bench.begin_anew()
+    bench.reset()
 
 
 def is_possible(bench: GestureBench, act: DangerousAct) -> bool:

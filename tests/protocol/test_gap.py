@@ -5,7 +5,7 @@ from typing import Any
 import pytest
 
 from app.procedures.read import READABLE, read_everything
-from app.procedures.write_all import Change, Leave, write_all
+from app.procedures.write_all import Leave, SettingChange, write_all
 from protocol.catalogue import ACTIVATION, BY_NAME, HEARTBEAT, SERIAL_OUTPUT, SETTINGS
 from protocol.events import Sent
 from protocol.request_gap import LONGEST_S, PATIENCE, PAUSES_S, Gap
@@ -26,7 +26,7 @@ def read_and_write(rig: Rig) -> None:
 
 
 def write_values(rig: Rig) -> None:
-    changes = [Change(BY_NAME[name], value) for name, value in VALUES.items()]
+    changes = [SettingChange(BY_NAME[name], value) for name, value in VALUES.items()]
     report = rig.run(write_all(changes, Leave(journal=FakeJournal())))
     assert [written.verified for written in report.results] == [True] * len(VALUES), report
     memory = rig.bench.module.memory

@@ -16,7 +16,7 @@ from protocol.frame import Frame
 from protocol.link import Link
 from protocol.messages import Message, Reading, answers, decode
 from protocol.request_gap import Gap
-from protocol.stale_replies import Earlier
+from protocol.stale_replies import StaleReplies
 from tests.scenarios.fuzz_link import Kind, converse, fuzz_link, kind_of
 from tests.support.line.reference_link import LOCK, Cause, End, Referee, Told
 
@@ -48,7 +48,7 @@ def _changed_by_one(raw: bytes, asked: Request | None = None) -> Message:
 
 
 def _forgets_at_any_restart(link: Any, events: list[Event], now: float, *, is_certain: bool) -> None:
-    link._earlier = Earlier(link.timing)
+    link._earlier = StaleReplies(link.timing)
     _restart(link, events, now, is_certain=is_certain)
 
 
@@ -62,10 +62,10 @@ def _passes_by_anything(earlier: Any, _answered: Request) -> None:
 
 _restart = Link._restart
 ERRORS: dict[str, tuple[object, str, Any]] = {
-    "no fence": (Earlier, "could_answer", lambda *_: False),
-    "a fence before everything": (Earlier, "could_answer", lambda *_: True),
-    "copies are not known": (Earlier, "is_copy", lambda *_: False),
-    "any answer passes everything": (Earlier, "pass_by", _passes_by_anything),
+    "no fence": (StaleReplies, "could_answer", lambda *_: False),
+    "a fence before everything": (StaleReplies, "could_answer", lambda *_: True),
+    "copies are not known": (StaleReplies, "is_copy", lambda *_: False),
+    "any answer passes everything": (StaleReplies, "pass_by", _passes_by_anything),
     "any restart passes everything": (Link, "_restart", _forgets_at_any_restart),
     "what began before is believed": (Link, "_is_answer", _also_from_before),
     "answers are ignored": (Link, "_is_answer", lambda *_: False),

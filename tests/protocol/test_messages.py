@@ -25,8 +25,8 @@ from protocol.messages import (
     STATUS_PARTS,
     Acknowledgement,
     EmptySlot,
+    FramePart,
     Heartbeat,
-    Part,
     Reading,
     Source,
     Status,
@@ -181,7 +181,7 @@ def test_acknowledgements(asked: Request, raw: int, is_echo: bool, is_accepted: 
 
 
 @pytest.mark.parametrize("parts", [STATUS_PARTS, RECORD_PARTS], ids=["status", "record"])
-def test_the_parts_cover_the_frame_without_a_gap(parts: tuple[Part, ...]) -> None:
+def test_the_parts_cover_the_frame_without_a_gap(parts: tuple[FramePart, ...]) -> None:
     assert all(one.first + one.length == other.first for one, other in pairwise(parts))
     assert parts[-1].first + parts[-1].length == (7 if parts is STATUS_PARTS else 15)
 

@@ -12,11 +12,11 @@ from app.engine.snapshots import Snapshot
 from app.procedures.act import Armed, Performed, perform, rehearse
 from app.procedures.baud import change_baud
 from app.procedures.lock import Locked, lock
-from app.procedures.power_cycle import Survival, survives_power_cycle
+from app.procedures.power_cycle import PowerCycleResult, survives_power_cycle
 from app.procedures.read import read_everything
 from app.procedures.write_all import Leave, WriteReport, write_all
 from app.safety.acts import Act
-from app.safety.interlocks import Condition, refusals, situation
+from app.safety.interlocks import Interlock, interlock_inputs, refusals
 from app.safety.permit import Origin, Permit
 from app.safety.ritual import Input, Ritual, Stage
 from app.settings.form import FormRow, SettingsForm
@@ -39,7 +39,7 @@ class Desk(DeskPort):
         self.permits: list[Permit] = []
         self.on_write: Callable[[WriteReport], None] = lambda _report: None
         self.on_perform: Callable[[Performed], None] = lambda _done: None
-        self.on_survive: Callable[[Survival], None] = lambda _survival: None
+        self.on_survive: Callable[[PowerCycleResult], None] = lambda _survival: None
         self.on_lock: Callable[[Locked], None] = lambda _locked: None
         self._settings_job: Run[Any] | None = None
         self._asked_at: dict[Act, float] = {}
@@ -94,8 +94,10 @@ class Desk(DeskPort):
         changes = self.form.changes(self.view, self.clock())
         if not changes or not self.is_open or self.is_busy:
             return
-        now_is = situation(self.view, self.clock(), must_be_proven=False, armed=self.armed.act, is_unlocked=is_unlocked)
-        if any(one.condition is not Condition.MAY_WRITE or now_is.active for one in refusals(Act.WRITE, now_is)):
+        now_is = interlock_inputs(
+            self.view, self.clock(), must_be_proven=False, armed=self.armed.act, is_unlocked=is_unlocked
+        )
+        if any(one.condition is not Interlock.MAY_WRITE or now_is.active for one in refusals(Act.WRITE, now_is)):
             return
         leave = Leave(
             journal=self.journal, armed=self.armed, is_unlocked=is_unlocked,
@@ -120,7 +122,7 @@ class Desk(DeskPort):
             job = survives_power_cycle(dict(self.form.written), longest_wait_s=20.0)
             self._settings_job = self.run(job, self._end_survival)
 
-    def _end_survival(self, run: Run[Survival]) -> None:
+    def _end_survival(self, run: Run[PowerCycleResult]) -> None:
         if run.result is not None:
             self.on_survive(run.result)
             self.form.stamp(run.result.stamps)
@@ -208,7 +210,7 @@ class Desk(DeskPort):
         self.ritual.disarm(why)
         self._follow()
 
-    def look(self) -> None:
+    def poll(self) -> None:
         """What disarms by itself."""
         if not self.is_under_way:
             return
@@ -221,8 +223,8 @@ class Desk(DeskPort):
             self.disarm(Input.CONDITION_OPENED)
 
     def _open_conditions(self) -> bool:
-        asked_anyway = (Condition.CONFIRMED, Condition.RITUAL_DONE)
-        now_is = situation(self.view, self.clock(), must_be_proven=False, armed=self.armed.act)
+        asked_anyway = (Interlock.CONFIRMED, Interlock.RITUAL_DONE)
+        now_is = interlock_inputs(self.view, self.clock(), must_be_proven=False, armed=self.armed.act)
         return any(one.condition not in asked_anyway for one in refusals(Act.DEPLOY, now_is))
 
     def _follow(self) -> None:

@@ -3,10 +3,10 @@
 from collections.abc import Iterable
 from typing import Final
 
-from app.engine.device import Doubt, How
+from app.engine.device import How, StaleReason
 from app.procedures.act import Performed
 from app.procedures.lock import Locked
-from app.procedures.power_cycle import Fate, Survival
+from app.procedures.power_cycle import PowerCycleResult, Retention
 from app.procedures.write_all import WriteReport
 from app.safety.acts import REQUESTS, Act
 from app.safety.journal import Outcome
@@ -79,7 +79,9 @@ class Judge:
             assert row.state is not RowState.STALE
             return
         if row.command.name in FLAGS:
-            assert stands.doubt is not Doubt.RESTARTED, f"{row.command.name} cannot be known after a restart"
+            assert stands.stale_reason is not StaleReason.RESTARTED, (
+                f"{row.command.name} cannot be known after a restart"
+            )
         if not desk.is_open or desk.view.presence is Presence.OFFLINE:
             assert stands.is_stale, f"{row.command.name} is shown as certain without a link"
         if not stands.is_stale:
@@ -112,7 +114,7 @@ class Judge:
         if command.name in READABLE:
             holds = value_of(command, getattr(module.memory, command.name))
             assert how is not How.READ or holds == value, f"{said}, and it holds {holds}"
-        elif module.dialect.keeps and (how is How.ACKNOWLEDGED or self.truth.is_calm(now)):
+        elif module.quirks.keeps and (how is How.ACKNOWLEDGED or self.truth.is_calm(now)):
             holds = getattr(module.state, FLAGS[command.name])
             assert holds == value, f"{said}, and it is {holds}"
 
@@ -128,9 +130,9 @@ class Judge:
                 self._judge_claim(written.command, written.wanted, How.READ, self._desk.clock())
                 self._judge_proof(written.command, written.wanted)
 
-    def _judge_survival(self, survival: Survival) -> None:
+    def _judge_survival(self, survival: PowerCycleResult) -> None:
         for key, stamp in survival.stamps.items():
-            if stamp.fate is Fate.KEPT:
+            if stamp.fate is Retention.KEPT:
                 self._judge_claim(KEYS[key], stamp.wanted, How.READ, self._desk.clock())
 
     def _judge_lock(self, locked: Locked) -> None:

@@ -121,7 +121,7 @@ class Ledger:
         self._leaves.clear()
         self._locks = 0
 
-    def take(self, request: Request, now: float) -> None:
+    def feed(self, request: Request, now: float) -> None:
         """The host put it onto the wire."""
         self.wire.append((now, request))
         if request.hazard is Hazard.NONE:

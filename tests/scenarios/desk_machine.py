@@ -27,9 +27,9 @@ class DeskMachine(RuleBasedStateMachine):
     steps: ClassVar[int] = 0
     """Of all machines together."""
 
-    @initialize(dialect=DIALECTS, is_watching=st.booleans(), wait_s=st.sampled_from([0.0, 3.0]))
-    def sit_down(self, dialect: dict[str, Any], is_watching: bool, wait_s: float) -> None:
-        self.desk = Desk(dialect, is_watching=is_watching)
+    @initialize(quirks=DIALECTS, is_watching=st.booleans(), wait_s=st.sampled_from([0.0, 3.0]))
+    def sit_down(self, quirks: dict[str, Any], is_watching: bool, wait_s: float) -> None:
+        self.desk = Desk(quirks, is_watching=is_watching)
         self.judge = Judge(self.desk)
         self.desk.connect()
         self.desk.read_all()
@@ -225,9 +225,9 @@ class DeskMachine(RuleBasedStateMachine):
     def close_port(self) -> None:
         self.desk.disconnect()
 
-    @rule(dialect=DIALECTS)
-    def change_module(self, dialect: dict[str, Any]) -> None:
-        self.desk.replace_module(dialect)
+    @rule(quirks=DIALECTS)
+    def change_module(self, quirks: dict[str, Any]) -> None:
+        self.desk.replace_module(quirks)
         self.judge = Judge(self.desk)
         self.desk.connect()
 

@@ -34,7 +34,7 @@ class WatchedLine(SimulatedLine):
     def write(self, data: bytes) -> None:
         super().write(data)
         for at in range(0, len(data), 6):
-            self._ledger.take(decode_request(data[at : at + 6]), self.clock())
+            self._ledger.feed(decode_request(data[at : at + 6]), self.clock())
 
     def _check(self) -> None:
         if not self.bench.is_plugged_in or self.bench.plug_number != self._plug:
@@ -65,14 +65,14 @@ class DeskPort:
         self._jobs: list[tuple[Run[Any], Callable[[Run[Any]], None]]] = []
         self.replace_module(options)
 
-    def look(self) -> None:
+    def poll(self) -> None:
         """What the window does whenever something may have changed."""
 
     def turn(self) -> None:
         """A small step of time, and everything that is due."""
         self.step()
         self.collect()
-        self.look()
+        self.poll()
 
     def replace_module(self, options: Mapping[str, Any]) -> None:
         """Another module, with nothing open yet."""
@@ -147,7 +147,7 @@ class DeskPort:
             self.session = None
             self.collect()
             self.ledger.lose()
-            self.look()
+            self.poll()
 
     # The wheel
 

@@ -267,7 +267,7 @@ def _values(message: Message) -> tuple[int, ...]:
 
 
 @dataclass(slots=True)
-class LinkFigures:
+class LinkStatistics:
     """What a run has seen."""
 
     inputs: int = 0
@@ -288,9 +288,9 @@ def converse(seed: int, kind: Kind) -> Conversation:
     return conversation
 
 
-def fuzz_link(count: int, seed: int) -> LinkFigures:
+def fuzz_link(count: int, seed: int) -> LinkStatistics:
     """`count` conversations, the kinds in `TURNS`; faults are printed to standard error with what repeats them."""
-    figures = LinkFigures()
+    figures = LinkStatistics()
     for number in range(count):
         one = converse(seed + number, kind_of(seed + number))
         figures.inputs += 1

@@ -7,7 +7,7 @@ from typing import Any
 
 import pytest
 
-from app.engine.procedure import Ask, Look, Pause, Procedure
+from app.engine.procedure import Ask, Inspect, Pause, Procedure
 from app.preflight.verdict import Assessment, Verdict
 from protocol.catalogue import BY_NAME
 from protocol.messages import TriggerRecord
@@ -23,8 +23,8 @@ RUNS = 60
 pytestmark = pytest.mark.usefixtures("qapp")
 
 
-def found(home: Path, trouble: str, command: str, dialect: str = "as printed") -> set[Breach]:
-    return {finding.breach for finding in run_one(Plan(dialect, trouble, command, 1), home).findings}
+def found(home: Path, trouble: str, command: str, quirks: str = "as printed") -> set[Breach]:
+    return {finding.breach for finding in run_one(Plan(quirks, trouble, command, 1), home).findings}
 
 
 def test_the_whole_campaign_meets_everything() -> None:
@@ -34,8 +34,8 @@ def test_the_whole_campaign_meets_everything() -> None:
     commands = [*(command.name for command in COMMANDS), *WINDOW]
     pairs = {(plan.trouble, plan.command) for plan in planned}
     assert pairs == set(itertools.product(TROUBLES, commands))
-    assert {(plan.dialect, plan.trouble) for plan in planned} == set(itertools.product(DIALECTS, TROUBLES))
-    assert {(plan.dialect, plan.command) for plan in planned} == set(itertools.product(DIALECTS, commands))
+    assert {(plan.quirks, plan.trouble) for plan in planned} == set(itertools.product(DIALECTS, TROUBLES))
+    assert {(plan.quirks, plan.command) for plan in planned} == set(itertools.product(DIALECTS, commands))
 
 
 @pytest.mark.parametrize("command", [*(command.name for command in COMMANDS), *WINDOW])
@@ -66,7 +66,7 @@ def no_last_reading(patch: pytest.MonkeyPatch) -> None:
     def skipped(course: Any, before: Any) -> Procedure[Any]:
         from app.procedures.write_all import WriteReport
 
-        yield Look()
+        yield Inspect()
         return WriteReport(results=tuple(course.results))
 
     patch.setattr("app.procedures.write_all._last_reading", skipped)
@@ -76,7 +76,7 @@ def no_reading_back(patch: pytest.MonkeyPatch) -> None:
     from app.procedures.write import ReadBack
 
     def believed(command: Any) -> Procedure[ReadBack]:
-        yield Look()
+        yield Inspect()
         return ReadBack(70)
 
     patch.setattr("app.procedures.write.read_back", believed)
@@ -140,7 +140,7 @@ def never_ends(patch: pytest.MonkeyPatch) -> None:
 
 def breaks(patch: pytest.MonkeyPatch) -> None:
     def broken() -> Procedure[Any]:
-        yield Look()
+        yield Inspect()
         raise KeyError("a bug")
 
     patch.setattr("app.procedures.history.read_history", broken)

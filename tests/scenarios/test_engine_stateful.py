@@ -14,7 +14,7 @@ from app.engine.device import How
 from app.procedures.act import Armed, perform
 from app.procedures.baud import BaudEnd, change_baud
 from app.procedures.lock import lock
-from app.procedures.write_all import Change, Leave, write_all
+from app.procedures.write_all import Leave, SettingChange, write_all
 from app.safety.acts import REQUESTS, Act
 from app.safety.journal import Outcome
 from app.safety.permit import Origin, Permit
@@ -53,9 +53,9 @@ ACTS = st.sampled_from([Act.ACTIVATE, Act.ZERO, Act.SHUTDOWN, Act.FORBID_DEPLOY,
 class Engine(RuleBasedStateMachine):
     """Nothing here corrupts bytes: what an 8-bit sum lets pass is another test's."""
 
-    @initialize(dialect=DIALECTS)
-    def connect(self, dialect: dict[str, Any]) -> None:
-        self.rig = Rig(dialect)
+    @initialize(quirks=DIALECTS)
+    def connect(self, quirks: dict[str, Any]) -> None:
+        self.rig = Rig(quirks)
         self.journal = FakeJournal()
         self.armed = Armed()
         self.ritual = Ritual()
@@ -78,7 +78,7 @@ class Engine(RuleBasedStateMachine):
         for name, raw in wanted:
             field = BY_NAME[name].write
             assert field is not None
-            changes.append(Change(BY_NAME[name], field.decode(raw if name in READABLE else raw & 1)))
+            changes.append(SettingChange(BY_NAME[name], field.decode(raw if name in READABLE else raw & 1)))
         was_active = self.rig.bench.module.state.is_active
         before = len(self._sets())
         report = self.rig.run(

@@ -13,7 +13,7 @@ from app.engine.run import Run
 from app.procedures.act import perform
 from app.procedures.lock import Locked, lock
 from app.safety.acts import Act
-from app.safety.interlocks import Condition
+from app.safety.interlocks import Interlock
 from app.safety.journal import JournalFailed, Outcome
 from app.safety.permit import Origin, Permit
 from app.store.database import FILE_NAME
@@ -75,7 +75,7 @@ def test_lock_overtakes_an_act_that_waits_for_the_disk_which_is_not_sent_then(st
     store.queue.submit(int).result(LIMIT_S)
     rig.step_until(lambda: acting.is_done)
     assert acting.result is not None
-    assert [one.condition for one in acting.result.refusals] == [Condition.CONFIRMED]
+    assert [one.condition for one in acting.result.refusals] == [Interlock.CONFIRMED]
     assert not [request for request in rig.line.requests if request.hazard is Hazard.DANGEROUS]
     store.queue.submit(int).result(LIMIT_S)
     newest, oldest = store.audit()
@@ -95,7 +95,7 @@ def test_a_store_that_another_program_holds_refuses_acts_and_not_lock(store: Sto
             store.queue.submit(int).result(LIMIT_S)
             rig.step_for(0.02)
         assert acting.result is not None
-        assert [one.condition for one in acting.result.refusals] == [Condition.INTENT_DURABLE]
+        assert [one.condition for one in acting.result.refusals] == [Interlock.INTENT_DURABLE]
         assert store.audit() == ()  # reading waits for nobody
         other.execute("ROLLBACK")
     journal.begin(Act.ZERO, b"", {}).result(LIMIT_S)

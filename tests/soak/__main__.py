@@ -47,11 +47,11 @@ from tests.soak.chaos import Chaos
 from tests.soak.faults import Mistakes
 from tests.soak.stateful import run_for
 from ui.core.connector import Connector, Target
-from ui.core.port_watcher import PortWatch
-from ui.core.preferences import Remembered
+from ui.core.port_watcher import PortWatcher
+from ui.core.preferences import Preferences
 from ui.main import Assembly, WindowOptions, assemble, kept_tidy, start
 from ui.pages.diagnosis.capture_files import KEPT_ENTRIES
-from ui.services.storage import Keeping
+from ui.services.storage import Storage
 
 CLEAN_S: Final = 5.0
 """How long the healed line is watched for lost frames."""
@@ -100,7 +100,7 @@ class StallWatch(LoopWatch):
         self._worked_s = worked_s if self.is_measuring else 0.0
 
 
-def _listed(link: Path) -> PortWatch:
+def _listed(link: Path) -> PortWatcher:
     """The ports as a system lists them on which the module hangs at an adapter."""
 
     def look(_limit_s: float) -> list[PortInfo]:
@@ -109,7 +109,7 @@ def _listed(link: Path) -> PortWatch:
         except FileNotFoundError:
             return []  # unplugged
 
-    return PortWatch(look)
+    return PortWatcher(look)
 
 
 def _target(module: StreamingModule) -> Target:
@@ -122,13 +122,13 @@ def _fill(assembly: Assembly) -> None:
     page: Any = assembly.window.findChild(QWidget, "diagnosis_page")
     frame = Frame(Direction.MODULE_TO_HOST, Status(5, 1.0, triggered=False, active=False).encode())
     for number in range(KEPT_ENTRIES):
-        page.kept.take([Received(frame, None, Role.STREAMED, float(number))] * 16)
+        page.kept.feed([Received(frame, None, Role.STREAMED, float(number))] * 16)
 
 
 def _soak(assembly: Assembly, module: StreamingModule, outcome: Outcome, *, seconds: float, seed: int) -> None:
     connector = assembly.connector
     traffic, watch, memory = Traffic(), StallWatch(), list[float]()
-    connector.batch.connect(traffic.take)
+    connector.batch.connect(traffic.on_batch)
     beats, measures = QTimer(), QTimer()
     beats.setTimerType(beats.timerType().PreciseTimer)
     beats.setInterval(BEAT_MS)
@@ -184,7 +184,7 @@ def _watch_healed_line(connector: Connector, module: StreamingModule, outcome: O
         module.tell(line)
     turn_for(0.3)  # its two heartbeats are over
     traffic, before = Traffic(), module.frames_sent
-    connector.batch.connect(traffic.take)
+    connector.batch.connect(traffic.on_batch)
     connector.connect_to(_target(module))
     turn_until(lambda: connector.device.is_streaming, LIMIT_S)
     turn_for(CLEAN_S)
@@ -223,8 +223,8 @@ def _run(seconds: float, seed: int) -> Outcome:
         assembly = assemble(
             app,
             options,
-            remembered=Remembered(Path(folder) / "window.ini"),
-            keeping=Keeping(Path(folder) / "store"),
+            preferences=Preferences(Path(folder) / "window.ini"),
+            storage=Storage(Path(folder) / "store"),
             ports=_listed(link),
         )
         pages = QSignalSpy(assembly.window.pages_made)
@@ -237,7 +237,7 @@ def _run(seconds: float, seed: int) -> Outcome:
                 assembly.window.close_now()
         assembly.connector.stop(_THREAD_LIMIT_S)
         assembly.ports.stop(_THREAD_LIMIT_S)
-        assembly.keeping.close()
+        assembly.storage.close()
         app.processEvents()
     left = [thread.name for thread in set(threading.enumerate()) - before]
     outcome.say("threads left", ", ".join(left) or "none", "a thread stayed" if left else "")

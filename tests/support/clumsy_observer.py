@@ -87,7 +87,7 @@ class Observer:
 
     # What is on the screen
 
-    def look(self) -> None:
+    def poll(self) -> None:
         """After every event."""
         window, now = self.bench.window, self.bench.hand_s
         seen: dict[str, Sight] = {}
@@ -216,7 +216,7 @@ class Observer:
         if request.encode() == STATUS.query().encode():
             self._told_at, self._told_active = self.bench.clock(), self.bench.bench.module.state.is_active
 
-    def take(self, request: Request) -> tuple[str, bool]:
+    def feed(self, request: Request) -> tuple[str, bool]:
         """At the moment at which a frame leaves: what it is, and whether there was a gesture for it."""
         kind = self._kind(request)
         if not kind:

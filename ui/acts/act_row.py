@@ -10,7 +10,7 @@ from PySide6.QtWidgets import QFrame, QGridLayout, QVBoxLayout
 from app.engine.worker import Job
 from app.procedures.act import Performed, perform
 from app.safety.acts import EFFECTS, TITLES, Act
-from app.safety.interlocks import Condition
+from app.safety.interlocks import Interlock
 from app.safety.journal import Outcome
 from app.safety.permit import Origin, Permit
 from protocol.translatable import marked
@@ -71,11 +71,11 @@ class ActRow(QFrame):
             self._done = self._performed = None
         found = open_conditions(self._services, self.act)
         # What is armed is in sight on this page; a line more in each row would move the button under the hand.
-        told = [one for one in found if one.condition is not Condition.NOTHING_ELSE_ARMED]
+        told = [one for one in found if one.condition is not Interlock.NOTHING_ELSE_ARMED]
         self.conditions.setText(" ".join(one.sentence for one in told))
         self.conditions.setVisible(bool(told))
         # An old status alone does not hinder: the engine asks for a new one before it decides.
-        in_the_way = [one for one in found if one.condition is not Condition.FRESH_STATUS]
+        in_the_way = [one for one in found if one.condition is not Interlock.FRESH_STATUS]
         if self.act is Act.ZERO:
             self.live.setText(motion_text(self._connector))
         self.confirm.set_possible(not in_the_way and not self._is_busy)
@@ -84,7 +84,7 @@ class ActRow(QFrame):
     def _perform(self) -> None:
         connector, act = self._connector, self.act
         permit = Permit(act, Origin.CONFIRMATION, connector.clock())
-        journal = self._services.keeping.journal(connector.target)
+        journal = self._services.storage.journal(connector.target)
         self._is_busy = True
         self._done, self._performed = asking, None
         if act is Act.ACTIVATE:

@@ -22,7 +22,7 @@ class Confirm(QWidget):
 
     asked = Signal()
     confirmed = Signal()
-    withdrawn = Signal()
+    cancelled = Signal()
 
     def __init__(self, name: str, texts: Texts, *, ask: str, go: str) -> None:
         super().__init__()
@@ -62,7 +62,7 @@ class Confirm(QWidget):
         """Nothing is sent."""
         if self.is_asking:
             self._end()
-            self.withdrawn.emit()
+            self.cancelled.emit()
 
     def check(self) -> None:
         """Withdraw a question that was not answered in time, or that is no longer wholly in sight."""

@@ -5,7 +5,7 @@ from typing import Final
 
 from app.procedures.act import Performed
 from app.safety.acts import Act
-from app.safety.interlocks import Condition, Refusal, refusals, situation
+from app.safety.interlocks import Interlock, Refusal, interlock_inputs, refusals
 from app.safety.journal import Outcome
 from app.text.i18n import tr
 from ui.core.connector import Connector
@@ -13,21 +13,21 @@ from ui.services.context import Services
 from ui.style.theme import Meaning
 from ui.widgets.notice_bar import Notice
 
-_ASKED_ANYWAY: Final = (Condition.CONFIRMED, Condition.RITUAL_DONE)
+_ASKED_ANYWAY: Final = (Interlock.CONFIRMED, Interlock.RITUAL_DONE)
 """What the person is about to do; not shown as standing against it."""
 
 
 def open_conditions(services: Services, act: Act) -> tuple[Refusal, ...]:
     """What stands against `act` now, apart from the person's own word."""
     connector = services.connector
-    now_is = situation(
+    now_is = interlock_inputs(
         connector.device,
         connector.clock(),
         must_be_proven=False,
         is_the_one_meant=connector.identity.is_proven,
         armed=services.armed.act,
         # Without a port there is no log to speak of; that no module answers stands in the way already.
-        is_audit_ready=connector.target is None or services.keeping.journal(connector.target).is_ready,
+        is_audit_ready=connector.target is None or services.storage.journal(connector.target).is_ready,
     )
     return tuple(one for one in refusals(act, now_is) if one.condition not in _ASKED_ANYWAY)
 

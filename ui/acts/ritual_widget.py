@@ -17,10 +17,10 @@ from PySide6.QtWidgets import QFrame, QHBoxLayout, QProgressBar, QVBoxLayout, QW
 from app.engine.worker import Job
 from app.procedures.act import Performed, perform, rehearse
 from app.safety.acts import EFFECTS, REQUESTS, TITLES, Act
-from app.safety.interlocks import Condition
+from app.safety.interlocks import Interlock
 from app.safety.permit import Permit
 from app.safety.ritual import ARMED_FOR_S, HOLD_S, Input, Ritual, Stage
-from app.system.sleep_detector import SleepWatch, sleepless_clock
+from app.system.sleep_detector import SleepDetector, sleepless_clock
 from app.text.i18n import tr
 from protocol.link_states import Presence
 from protocol.translatable import marked
@@ -71,7 +71,7 @@ class RitualWidget(QFrame):
         self._module = SameModule(services.connector)
         self.clock_with_sleep = sleepless_clock()
         """The clock that the ritual runs on may stand still while the computer sleeps: this one goes on."""
-        self._sleeps = SleepWatch()
+        self._sleeps = SleepDetector()
         self._done: Callable[[], Notice] | None = None
         texts = services.texts
         self._title = text_label("ritual_title", "strong")
@@ -136,7 +136,7 @@ class RitualWidget(QFrame):
         self.conditions.setVisible(bool(found))
         is_free = not self.is_under_way and not self._is_busy
         # An old status alone does not hinder: the engine asks for a new one before it decides.
-        in_the_way = [one for one in found if one.condition is not Condition.FRESH_STATUS]
+        in_the_way = [one for one in found if one.condition is not Interlock.FRESH_STATUS]
         self.choose.setEnabled(is_free and not in_the_way)
         self.rehearse.setEnabled(is_free)
         self.arm.setEnabled(self.ritual.stage is Stage.CHOSEN and (self.ritual.is_rehearsal or not found))
@@ -184,7 +184,7 @@ class RitualWidget(QFrame):
     def _begin_watching(self) -> None:
         device = self._connector.device
         self._restarts, self._was_online = device.restarts, device.presence is Presence.ONLINE
-        self._sleeps = SleepWatch(with_sleep=self.clock_with_sleep)
+        self._sleeps = SleepDetector(with_sleep=self.clock_with_sleep)
         self._timer.start()
         self._guard.begin()
 
@@ -192,7 +192,7 @@ class RitualWidget(QFrame):
         """What the link and the clocks say. Whatever disarms is found here or by the next tick."""
         if not self.is_under_way:
             return
-        if self._sleeps.look():
+        if self._sleeps.poll():
             self.disarm(Input.SLEPT)
             return
         device = self._connector.device
@@ -250,7 +250,7 @@ class RitualWidget(QFrame):
         connector = self._connector
         self._is_busy = True
         self._done = asking
-        journal = self._services.keeping.journal(connector.target)
+        journal = self._services.storage.journal(connector.target)
         connector.run(perform(Act.DEPLOY, journal, permit=permit, armed=self._services.armed), self._end)
 
     def _end(self, job: Job[Performed]) -> None:

@@ -10,8 +10,8 @@ from app.store.database import StoreTrouble
 from app.store.store import PendingBaud, Store
 from app.text.i18n import tr
 from ui.core.connector import Connector, Target
-from ui.core.port_watcher import PortWatch
-from ui.services.storage import Keeping
+from ui.core.port_watcher import PortWatcher
+from ui.services.storage import Storage
 from ui.services.store_work import StoreWork
 from ui.style.theme import Meaning
 from ui.widgets.notice_bar import Choice, Notice
@@ -24,14 +24,14 @@ class BaudRecovery:
     def __init__(
         self,
         connector: Connector,
-        ports: PortWatch,
-        keeping: Keeping,
+        ports: PortWatcher,
+        storage: Storage,
         *,
         close: Callable[[], None],
         leave: Callable[[Callable[[], object]], None],
         say: Callable[[str], None],
     ) -> None:
-        self._connector, self._ports, self._keeping = connector, ports, keeping
+        self._connector, self._ports, self._keeping = connector, ports, storage
         self._close, self._leave, self._say = close, leave, say
         self._store_work = StoreWork()
 

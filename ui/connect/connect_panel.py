@@ -25,7 +25,7 @@ from protocol.catalogue import BAUD_RATES, DEFAULT_BAUD_RATE
 from protocol.translatable import marked
 from ui.connect.port_list import PortChoice, PortList, choice_of
 from ui.core.connector import Connector, Target
-from ui.core.port_watcher import PortWatch, key_of
+from ui.core.port_watcher import PortWatcher, key_of
 from ui.core.preferences import LastPort
 from ui.core.texts import Texts
 from ui.style.icons import Icon, icon
@@ -45,7 +45,7 @@ class ConnectPanel(QFrame):
     """A `Target`."""
     disconnect_wanted = Signal()
 
-    def __init__(self, connector: Connector, ports: PortWatch, texts: Texts, parent: QWidget | None = None) -> None:
+    def __init__(self, connector: Connector, ports: PortWatcher, texts: Texts, parent: QWidget | None = None) -> None:
         super().__init__(parent)
         self.setObjectName("connect_panel")
         self.setProperty("role", "card")

@@ -19,7 +19,7 @@ class _Ended:
     error: Exception | None
 
 
-class Beside(QObject, Generic[Result]):
+class BackgroundTask(QObject, Generic[Result]):
     """Runs one function at a time and hands what came of it to `then` or `failed`, in the window's thread.
 
     A second `run` replaces the first: what comes of that is dropped. The function is given `is_wanted`, to look at

@@ -11,7 +11,7 @@ from PySide6.QtCore import QObject, QTimer, Signal
 
 from app.diagnosis.link_state import LinkState, link_state
 from app.engine.device import DeviceView
-from app.engine.identity import NOBODY_MEANT, Evidence, Expected, Identity, Trust, evidence_of
+from app.engine.identity import NOBODY_MEANT, Expected, Identity, IdentityEvidence, Trust, evidence_of
 from app.engine.ports import PortInfo
 from app.engine.procedure import Procedure, Report, Result, Slept
 from app.engine.reconnect import Absence, Address, Reconnection
@@ -25,7 +25,7 @@ from app.safety.last_known import LastKnown, SeenActivation
 from app.store.stream_memory import StreamMemory
 from protocol.link_states import Presence
 from ui.core.bridge import Bridge
-from ui.core.port_watcher import PortWatch
+from ui.core.port_watcher import PortWatcher
 
 __all__ = ["Connector", "Target"]
 _log = logging.getLogger(__name__)
@@ -52,7 +52,7 @@ class Connector(QObject):
 
     def __init__(
         self,
-        ports: PortWatch,
+        ports: PortWatcher,
         *,
         make_worker: Callable[[Callable[[Batch], None]], Worker] = Worker,
         clock: Callable[[], float] = time.monotonic,
@@ -173,7 +173,7 @@ class Connector(QObject):
         return self._target is not None and self._target.is_recording and self._is_wanted
 
     @property
-    def ports(self) -> PortWatch:
+    def ports(self) -> PortWatcher:
         return self._ports
 
     @property
@@ -295,7 +295,7 @@ class Connector(QObject):
             _log.info("Port: %s", batch.connection)
         self._last = batch
         if self._target is not None and batch.connection.port == self._target.device:
-            self._last_known.take(self.device, self._whose)
+            self._last_known.feed(self.device, self._whose)
         if batch.connection.state is not PortState.CLOSED or batch.connection.trouble is not None:
             self._is_ordered = False
         for job in batch.finished:
@@ -332,7 +332,7 @@ class Connector(QObject):
             self._lost = (
                 replace(lost, now=evidence_of(self._last.device.values, is_fresh=False)) if lost.is_proven else lost
             )
-        self._return.take(connection, self.clock())
+        self._return.feed(connection, self.clock())
         if self._return.absence is not None or connection.state is PortState.OPEN:
             self._follow_up.start()
 
@@ -355,7 +355,7 @@ class Connector(QObject):
 
     def _come_back(self, ports: tuple[PortInfo, ...]) -> None:
         before, target = self.state, self._target
-        found = self._return.look(ports, self.clock())
+        found = self._return.poll(ports, self.clock())
         if found is not None and target is not None:
             expected = self._expected_again()
             self._return.opening(found)
@@ -374,7 +374,9 @@ class Connector(QObject):
         if not lost.is_proven and lost.before is not None:
             return Expected(lost.before, is_adapter_same=is_adapter_same and lost.is_adapter_same)
         return (
-            None if is_adapter_same and lost.now == Evidence() else Expected(lost.now, is_adapter_same=is_adapter_same)
+            None
+            if is_adapter_same and lost.now == IdentityEvidence()
+            else Expected(lost.now, is_adapter_same=is_adapter_same)
         )
 
     def _leave_mistaken(self) -> None:

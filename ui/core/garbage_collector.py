@@ -17,7 +17,7 @@ from PySide6.QtCore import QObject, QTimer
 LOOK_EVERY_MS: Final = 200
 
 
-class Collector(QObject):
+class GarbageCollector(QObject):
     """Collects from `begin` to `end`, both called in the thread it was made in. One in a process at a time."""
 
     def __init__(self) -> None:
@@ -55,7 +55,7 @@ def garbage_freed_here() -> Iterator[None]:
     thread but the main one, where the window's objects live."""
     if threading.current_thread() is not threading.main_thread():
         raise RuntimeError("the window's garbage is freed in the main thread")
-    collector = Collector()
+    collector = GarbageCollector()
     collector.begin()
     try:
         yield

@@ -11,7 +11,7 @@ from ui.core.texts import Texts
 _log = logging.getLogger(__name__)
 
 
-class Speech:
+class LanguageSwitch:
     """Bound texts are applied anew; what a widget words itself, it words anew at `QEvent.LanguageChange`."""
 
     def __init__(self, app: QApplication, texts: Texts) -> None:

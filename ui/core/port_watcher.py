@@ -19,7 +19,7 @@ def key_of(port: PortInfo) -> str:
     return port.identity or port.device
 
 
-class PortWatch(QObject):
+class PortWatcher(QObject):
     """Lists the ports once with `refresh`, or over and over while `is_watching`.
 
     `new` are the ports that were not there at the last look: those missing from what `settle` last took as seen.

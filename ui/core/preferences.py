@@ -26,7 +26,7 @@ def settings_file() -> Path:
     return user_config_path(APPLICATION, appauthor=False) / "window.ini"
 
 
-class Remembered:
+class Preferences:
     """Typed access to the file. What is missing or spoilt in it reads as never set; a file that cannot be
     written is no reason to stop (a read-only home)."""
 

@@ -12,14 +12,14 @@ from PySide6.QtWidgets import QHBoxLayout, QPushButton, QSizePolicy, QWidget
 
 from app import version
 from app.recordings.excerpt import Excerpt
-from app.recordings.file_export import Cancelled, Saving
+from app.recordings.file_export import ExportCancelled, FileExport
 from app.recordings.table import csv_parts, part_count
 from app.text.i18n import tr
 from ui.core.texts import Texts
 from ui.files.file_dialogs import AskPath, ask_path, default_name
 from ui.style import icons
 from ui.style.icons import MEANING_ICONS, Icon, icon
-from ui.style.painted_widget import Painted
+from ui.style.painted_widget import PaintedWidget
 from ui.style.theme import Meaning, Size, Space, current, font
 from ui.widgets.flow_row import FlowRow
 from ui.widgets.naming import named
@@ -78,7 +78,7 @@ def png_parts(image: QImage) -> Iterator[bytes]:
     yield bytes(data.data())
 
 
-class Note(Painted):
+class Note(PaintedWidget):
     """One line with an icon; what does not fit is cut in its middle and stands whole in the tooltip."""
 
     def __init__(self) -> None:
@@ -139,7 +139,7 @@ class SaveBar(QWidget):
         self.ask_path: AskPath = ask_path
         self._take_excerpt, self._take_picture, self._find_origin = take_excerpt, take_picture, find_origin
         self._folder: Path | None = None
-        self._saving: Saving | None = None
+        self._saving: FileExport | None = None
         self._saved_text = ""
         self.note = Note()
         self.csv = self._button("live_save_csv", Icon.TABLE, self.save_csv)
@@ -182,7 +182,7 @@ class SaveBar(QWidget):
             else tr("Saved {rows} rows to {path}. What is older is no longer kept.", rows=rows, path=path)
         )
         offset_s = origin.wall_offset_s
-        self._begin(Saving(path, lambda: csv_parts(excerpt, wall_offset_s=offset_s), part_count(excerpt)))
+        self._begin(FileExport(path, lambda: csv_parts(excerpt, wall_offset_s=offset_s), part_count(excerpt)))
 
     def save_png(self) -> None:
         """Save a picture of what is in sight."""
@@ -193,7 +193,7 @@ class SaveBar(QWidget):
         if path is None:
             return
         self._saved_text = tr("Saved the picture to {path}", path=path)
-        self._begin(Saving(path, lambda: png_parts(image)))
+        self._begin(FileExport(path, lambda: png_parts(image)))
 
     def refresh(self) -> None:
         """Say how the saving gets on; called by the page's timer."""
@@ -208,7 +208,7 @@ class SaveBar(QWidget):
         match saving.error:
             case None:
                 self.note.say(self._saved_text, Meaning.GOOD)
-            case Cancelled():
+            case ExportCancelled():
                 self.note.say(tr("Cancelled, nothing was saved."))
             case OSError() as error:
                 why = error.strerror or str(error)
@@ -222,7 +222,7 @@ class SaveBar(QWidget):
         """Wait for a saving under way; whether none is left."""
         return self._saving is None or self._saving.wait(timeout_s)
 
-    def _begin(self, saving: Saving) -> None:
+    def _begin(self, saving: FileExport) -> None:
         self._saving = saving
         self._set_busy(is_busy=True)
         self.refresh()

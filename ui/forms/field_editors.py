@@ -141,7 +141,7 @@ class _Line(QLineEdit):
 class FlagEditor(FieldEditor):
     """Enabled or disabled, side by side; the one that is wanted is pressed. Pressed again it is wanted no more."""
 
-    withdrawn = Signal()
+    cancelled = Signal()
 
     def __init__(self, command: Command, texts: Texts) -> None:
         super().__init__()
@@ -166,7 +166,7 @@ class FlagEditor(FieldEditor):
 
     def _choose(self, value: bool | None) -> None:
         if value is None:
-            self.withdrawn.emit()
+            self.cancelled.emit()
         else:
             self.chosen.emit(value)
 

@@ -8,12 +8,12 @@ from PySide6.QtGui import QColor, QFontMetricsF, QPainter, QPaintEvent
 from PySide6.QtWidgets import QSizePolicy
 
 from app.diagnosis.link_state import duration
-from app.engine.device import Doubt, How, Known
+from app.engine.device import How, Known, StaleReason
 from app.settings.setting_texts import value_text
 from app.text.i18n import tr
 from protocol.catalogue import Command
 from protocol.translatable import marked
-from ui.style.painted_widget import Freshness, Painted
+from ui.style.painted_widget import Freshness, PaintedWidget
 from ui.style.shapes import pen, unknown_box
 from ui.style.theme import Size, Space, current, font
 
@@ -25,22 +25,22 @@ HOW_WORDS: Final[Mapping[How, str]] = {
     How.ACKNOWLEDGED: marked("acknowledged {time} ago"),
     How.STREAMED: marked("seen {time} ago"),
 }
-DOUBT_WORDS: Final[Mapping[Doubt, str]] = {
-    Doubt.RESTARTED: marked("before the restart"),
-    Doubt.LINK_LOST: marked("before the link was lost"),
-    Doubt.WRITE_UNCONFIRMED: marked("before an unconfirmed write"),
-    Doubt.AGED: marked("too old"),
-    Doubt.LATE: marked("arrived late"),
+DOUBT_WORDS: Final[Mapping[StaleReason, str]] = {
+    StaleReason.RESTARTED: marked("before the restart"),
+    StaleReason.LINK_LOST: marked("before the link was lost"),
+    StaleReason.WRITE_UNCONFIRMED: marked("before an unconfirmed write"),
+    StaleReason.AGED: marked("too old"),
+    StaleReason.LATE: marked("arrived late"),
 }
 
 
 def how_known(known: Known, now: float) -> str:
     """In the language in use: "read 12 s ago"; with what casts doubt on it."""
     said = tr(HOW_WORDS[known.how], time=duration(max(0.0, now - known.at)))
-    return said if known.doubt is None else f"{said}, {tr(DOUBT_WORDS[known.doubt])}"
+    return said if known.stale_reason is None else f"{said}, {tr(DOUBT_WORDS[known.stale_reason])}"
 
 
-class KnownValue(Painted):
+class ValueLabel(PaintedWidget):
     """The value of one setting on the module."""
 
     def __init__(self, command: Command) -> None:

@@ -11,7 +11,7 @@ from PySide6.QtWidgets import QWidget
 from app.text.i18n import ENGLISH, language
 from protocol.translatable import marked
 from ui.core.texts import Texts
-from ui.widgets.document_window import ReadingWindow
+from ui.widgets.document_window import DocumentWindow
 
 GUIDE: Final = Path(__file__).parent / "guide"
 _WIDEST_PX: Final = 660
@@ -23,7 +23,7 @@ def guide_page(folder: Path = GUIDE) -> Path | None:
     return next((page for page in pages if page.is_file()), None)
 
 
-class GuideViewer(ReadingWindow):
+class GuideViewer(DocumentWindow):
     """Follows the language in use."""
 
     def __init__(self, texts: Texts, parent: QWidget, folder: Path = GUIDE) -> None:

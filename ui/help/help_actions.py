@@ -10,12 +10,12 @@ from ui.shell.main_window import MainWindow
 
 if TYPE_CHECKING:
     from ui.help.guide_viewer import GuideViewer
-    from ui.help.shortcuts import KeysView
+    from ui.help.shortcuts import ShortcutsView
     from ui.help.tour import Tour
-    from ui.help.whats_this import Explaining
+    from ui.help.whats_this import WhatsThis
 
 
-class HelpActs(QObject):
+class HelpActions(QObject):
     """Loads each part when it is first wanted, long after the first paint."""
 
     def __init__(self, window: MainWindow, services: Services, entries: tuple[PageEntry, ...]) -> None:
@@ -23,9 +23,9 @@ class HelpActs(QObject):
         self._window, self._services, self._entries = window, services, entries
         self.tour: Tour | None = None
         """The one that is running."""
-        self._explaining: Explaining | None = None
+        self._explaining: WhatsThis | None = None
         self._guide: GuideViewer | None = None
-        self._keys: KeysView | None = None
+        self._keys: ShortcutsView | None = None
         menus = window.menus
         menus.tour.triggered.connect(self.begin_tour)
         menus.what.triggered.connect(self.ask_what)
@@ -49,7 +49,7 @@ class HelpActs(QObject):
         from ui.help.tour import Tour
 
         if self.tour is None:
-            self._services.remembered.has_seen_tour = True
+            self._services.preferences.has_seen_tour = True
             self.tour = Tour(self._window, self._services)
             self.tour.ended.connect(self._forget_tour)
         self.tour.begin()
@@ -91,11 +91,11 @@ class HelpActs(QObject):
         if not self._explainer().say_what_has_focus():
             self._window.say(tr("Nothing here has the keyboard. Go to a control with Tab."))
 
-    def _explainer(self) -> "Explaining":
-        from ui.help.whats_this import Explaining
+    def _explainer(self) -> "WhatsThis":
+        from ui.help.whats_this import WhatsThis
 
         if self._explaining is None:
-            self._explaining = Explaining(self._window)
+            self._explaining = WhatsThis(self._window)
         return self._explaining
 
     # To read
@@ -111,10 +111,10 @@ class HelpActs(QObject):
         self._guide.bring_up()
 
     def show_keys(self) -> None:
-        from ui.help.shortcuts import KeysView
+        from ui.help.shortcuts import ShortcutsView
 
         if self._keys is None:
-            self._keys = KeysView(self._window, self._services.texts, self._entries)
+            self._keys = ShortcutsView(self._window, self._services.texts, self._entries)
         self._keys.bring_up()
 
     def show_about(self) -> None:

@@ -12,7 +12,7 @@ from app.text.i18n import tr
 from protocol.translatable import marked
 from ui.core.texts import Texts
 from ui.services.context import PageEntry
-from ui.widgets.document_window import ReadingWindow
+from ui.widgets.document_window import DocumentWindow
 
 _NATIVE: Final = QKeySequence.SequenceFormat.NativeText
 _ALWAYS: Final = (
@@ -71,7 +71,7 @@ def _page_of(window: QMainWindow, action: QAction) -> str:
     return ""
 
 
-class KeysView(ReadingWindow):
+class ShortcutsView(DocumentWindow):
     """A table for everywhere, then one for each page."""
 
     def __init__(self, window: QMainWindow, texts: Texts, entries: tuple[PageEntry, ...]) -> None:

@@ -8,8 +8,8 @@ from PySide6.QtWidgets import QWidget
 
 from app.text.i18n import tr
 from ui.help.tour_card import Spotlight, TourCard
-from ui.help.tour_setup import TourDesk
-from ui.help.tour_steps import STEPS, Scene, Step
+from ui.help.tour_setup import TourSetup
+from ui.help.tour_steps import STEPS, Scene, TourStep
 from ui.services.context import Services
 from ui.services.tour_port import is_tour
 
@@ -26,7 +26,7 @@ class Tour(QObject):
 
     def __init__(self, window: "MainWindow", services: Services) -> None:
         super().__init__(window)
-        self.desk = TourDesk(window, services.connector)
+        self.desk = TourSetup(window, services.connector)
         self.scene: Scene | None = None
         self._window, self._services = window, services
         self._number = 0
@@ -44,7 +44,7 @@ class Tour(QObject):
         self.card.end_wanted.connect(self.end)
         self._timer = QTimer(self)
         self._timer.setInterval(LOOK_EVERY_MS)
-        self._timer.timeout.connect(self.look)
+        self._timer.timeout.connect(self.poll)
 
     @property
     def is_running(self) -> bool:
@@ -56,7 +56,7 @@ class Tour(QObject):
         return self._number
 
     @property
-    def step(self) -> Step:
+    def step(self) -> TourStep:
         return STEPS[self._number]
 
     def begin(self) -> None:
@@ -105,7 +105,7 @@ class Tour(QObject):
             return tr("The tour has ended. The recording that was open was closed; it stays in the list of recordings.")
         return tr("The tour has ended; everything is as it was. It stays in the Help menu.")
 
-    def look(self) -> None:
+    def poll(self) -> None:
         """How things stand now."""
         if not self._is_running:
             return
@@ -126,13 +126,13 @@ class Tour(QObject):
         self._has_left_recording |= self.desk.leave_recording()
         self._window.go_to(self.step.page)
         self.step.enter(self.desk)
-        self.look()
+        self.poll()
         self.card.take_focus()
 
     def _act(self) -> None:
         if self.scene is not None and self.scene.do is not None:
             self.scene.do()
-            self.look()
+            self.poll()
 
     def _here(self) -> Scene | None:
         """What to say where the person went to another page meanwhile."""
@@ -190,7 +190,7 @@ class Tour(QObject):
 
     def eventFilter(self, _watched: QObject, event: QEvent) -> bool:
         if event.type() in (QEvent.Type.Resize, QEvent.Type.LanguageChange):
-            QTimer.singleShot(0, self, self.look)
+            QTimer.singleShot(0, self, self.poll)
         return False
 
 

@@ -21,7 +21,7 @@ _BEGINS: Final = {"lifelike": True, "noise": 1.0, "history": 2}
 Page = TypeVar("Page", bound=QWidget)
 
 
-class TourDesk:
+class TourSetup:
     """Everything that a step may look at or do. It touches no module but the tour's own."""
 
     def __init__(self, window: "MainWindow", connector: Connector) -> None:

@@ -11,7 +11,7 @@ from typing import Final
 from app.settings.form import RowState
 from app.text.i18n import tr
 from protocol.translatable import marked
-from ui.help.tour_setup import TIPPED_DEG, TourDesk
+from ui.help.tour_setup import TIPPED_DEG, TourSetup
 from ui.pages.preflight.controller import Standing, Statement
 from ui.pages.preflight.page import PreflightPage
 from ui.pages.settings.page import SettingsPage
@@ -37,18 +37,18 @@ class Scene:
 
 
 @dataclass(frozen=True, slots=True)
-class Step:
+class TourStep:
     """`enter` and `leave` are called once each time; `may_skip`: going on does not need the step to be done."""
 
     page: str
     title: str
-    look: Callable[[TourDesk], Scene]
-    enter: Callable[[TourDesk], object] = bool
-    leave: Callable[[TourDesk], object] = TourDesk.calm
+    look: Callable[[TourSetup], Scene]
+    enter: Callable[[TourSetup], object] = bool
+    leave: Callable[[TourSetup], object] = TourSetup.calm
     may_skip: bool = True
 
 
-def _connect(desk: TourDesk) -> Scene:
+def _connect(desk: TourSetup) -> Scene:
     spots = ("port_button",)
     if desk.is_online:
         text = tr(
@@ -72,7 +72,7 @@ def _connect(desk: TourDesk) -> Scene:
     return Scene(text, spots, tr("Connect the simulated module"), desk.connect)
 
 
-def _values(desk: TourDesk) -> Scene:
+def _values(desk: TourSetup) -> Scene:
     spots = ("live_panel",)
     if desk.bench.state().values["mute"]:
         text = tr(
@@ -87,7 +87,7 @@ def _values(desk: TourDesk) -> Scene:
     return Scene(text, spots, tr("Let it fall silent"), partial(desk.silence, is_mute=True), is_done=True)
 
 
-def _tip(desk: TourDesk) -> Scene:
+def _tip(desk: TourSetup) -> Scene:
     spots = ("live_gauge", "live_plots")
     tilt = desk.known("tilt_deg")
     if tilt is not None and not tilt.is_stale and float(tilt.value) >= _FIRES_DEG:
@@ -105,7 +105,7 @@ def _tip(desk: TourDesk) -> Scene:
     return Scene(text, spots, tr("Tip it to {tilt}°", tilt=TIPPED_DEG), partial(desk.tip, TIPPED_DEG))
 
 
-def _settings(desk: TourDesk) -> Scene:
+def _settings(desk: TourSetup) -> Scene:
     page = desk.page(SettingsPage)
     row, work = page.rows[_FALL_KEY].row, page.work
     spots = ("row_freefall_time",)
@@ -138,18 +138,18 @@ def _settings(desk: TourDesk) -> Scene:
     return Scene(text, spots, tr("Want {value} s", value=wanted) if work.can_send else "", want)
 
 
-def _show_settings(desk: TourDesk) -> None:
+def _show_settings(desk: TourSetup) -> None:
     page = desk.page(SettingsPage)
     page.show_form()
     page.scroll_area.ensureWidgetVisible(page.rows[_FALL_KEY])
 
 
-def _leave_settings(desk: TourDesk) -> None:
+def _leave_settings(desk: TourSetup) -> None:
     work = desk.page(SettingsPage).work
     work.edit(work.form.revert)
 
 
-def _triggers(desk: TourDesk) -> Scene:
+def _triggers(desk: TourSetup) -> Scene:
     page = desk.page(TriggersPage)
     if page.work.is_busy:
         return Scene(tr("Asking until two readings agree …"), ("triggers_table", "triggers_read"))
@@ -163,7 +163,7 @@ def _triggers(desk: TourDesk) -> Scene:
     return Scene(text, ("triggers_read",), tr("Read the records"), page.read.click)
 
 
-def _preflight(desk: TourDesk) -> Scene:
+def _preflight(desk: TourSetup) -> Scene:
     page = desk.page(PreflightPage)
     match page.work.standing:
         case Standing.CHECKING:
@@ -201,12 +201,12 @@ def _no_go(page: PreflightPage) -> Scene:
     return Scene(text, ("verdict",), tr("Check again"), partial(page.check, again))
 
 
-def _show_preflight(desk: TourDesk) -> None:
+def _show_preflight(desk: TourSetup) -> None:
     desk.set_down()
     desk.page(PreflightPage).show_check()
 
 
-def _lock(desk: TourDesk) -> Scene:
+def _lock(desk: TourSetup) -> Scene:
     spots = ("lock_button", "activation_chip")
     active = desk.known("active")
     if active is not None and active.value is True:
@@ -226,7 +226,7 @@ def _lock(desk: TourDesk) -> Scene:
     return Scene(text, spots, tr("Make it active"), desk.activate)
 
 
-def _diagnosis(desk: TourDesk) -> Scene:
+def _diagnosis(desk: TourSetup) -> Scene:
     spots = ("why_card",)
     if not desk.bench.is_plugged_in:
         text = tr(
@@ -246,24 +246,24 @@ def _diagnosis(desk: TourDesk) -> Scene:
     return Scene(text, ("port_button",), is_done=True)
 
 
-def _pull(desk: TourDesk) -> None:
+def _pull(desk: TourSetup) -> None:
     desk.has_been_pulled = True
     desk.bench.unplug()
 
 
-def _show_diagnosis(desk: TourDesk) -> None:
+def _show_diagnosis(desk: TourSetup) -> None:
     from ui.pages.diagnosis.page import DiagnosisPage
 
     desk.page(DiagnosisPage).go_to("why")
 
 
-STEPS: Final[tuple[Step, ...]] = (
-    Step("live", marked("Connect"), _connect, may_skip=False),
-    Step("live", marked("What it says now"), _values),
-    Step("live", marked("Tip it"), _tip),
-    Step("settings", marked("Settings: want, write, verified"), _settings, _show_settings, _leave_settings),
-    Step("triggers", marked("Why did it fire?"), _triggers),
-    Step("preflight", marked("READY, GO or NO-GO"), _preflight, _show_preflight),
-    Step("live", marked("LOCK"), _lock),
-    Step("diagnosis", marked("When it does not connect"), _diagnosis, _show_diagnosis),
+STEPS: Final[tuple[TourStep, ...]] = (
+    TourStep("live", marked("Connect"), _connect, may_skip=False),
+    TourStep("live", marked("What it says now"), _values),
+    TourStep("live", marked("Tip it"), _tip),
+    TourStep("settings", marked("Settings: want, write, verified"), _settings, _show_settings, _leave_settings),
+    TourStep("triggers", marked("Why did it fire?"), _triggers),
+    TourStep("preflight", marked("READY, GO or NO-GO"), _preflight, _show_preflight),
+    TourStep("live", marked("LOCK"), _lock),
+    TourStep("diagnosis", marked("When it does not connect"), _diagnosis, _show_diagnosis),
 )

@@ -26,7 +26,7 @@ _OF_A_SETTING: Final[Mapping[str, Command]] = {
 }
 
 
-class Explaining(QObject):
+class WhatsThis(QObject):
     """Gives every widget in `root` its text: some in each turn of the event loop, and the one that is asked for at
     once. What reads a window aloud looks for the texts too, so they do not wait until somebody asks."""
 

@@ -9,15 +9,15 @@ from typing import Final, NamedTuple
 from protocol.translatable import marked
 
 
-class Entry(NamedTuple):
+class HelpText(NamedTuple):
     """`text` is English, marked."""
 
     pattern: str
     text: str
 
 
-ENTRIES: Final[tuple[Entry, ...]] = tuple(
-    Entry(pattern, text)
+ENTRIES: Final[tuple[HelpText, ...]] = tuple(
+    HelpText(pattern, text)
     for pattern, text in (
         # Always in sight
         ("port_button", marked("Which port is open and how the link stands. A click opens the list of ports.")),

@@ -21,7 +21,7 @@ def _looks_of(picture: Picture, ratio: float) -> Hashable:
     return picture.theme.name, ratio, boxes, lanes, ticks
 
 
-class Ground:
+class PlotBackground:
     """Paints the ground of a scene. `forget` what it knows when fonts or sizes have changed."""
 
     def __init__(self) -> None:

@@ -11,7 +11,7 @@ from PySide6.QtCore import QEvent, QPointF, QRectF, Qt, Signal
 from PySide6.QtGui import QFocusEvent, QFontMetricsF, QKeyEvent, QMouseEvent, QPainter, QResizeEvent, QWheelEvent
 from PySide6.QtWidgets import QGraphicsItem, QStyleOptionGraphicsItem, QWidget
 
-from ui.plots.background import Ground
+from ui.plots.background import PlotBackground
 from ui.plots.curve import LaneCurve
 from ui.plots.paint import Picture, gutter_px, paint_front
 from ui.plots.view import Lane, Span
@@ -66,7 +66,7 @@ class Canvas(pg.GraphicsView):  # type: ignore[misc]  # pyqtgraph has no types
         """The read-off cursor stays where the pointer left it."""
         self._dragged_from: float | None = None
         self._picture: Picture | None = None
-        self._ground = Ground()
+        self._ground = PlotBackground()
         self._left = self._right = 0.0
         scene: Any = self.scene()
         self.lanes = [LaneCurve(lane, number, scene) for number, lane in enumerate(lanes)]
@@ -76,11 +76,11 @@ class Canvas(pg.GraphicsView):  # type: ignore[misc]  # pyqtgraph has no types
         scene.addItem(self._front)
         self.strip = QRectF()
 
-    def dress(self, theme: Theme) -> None:
+    def apply_theme(self, theme: Theme) -> None:
         """Take the colours of a theme."""
         self.setBackground(theme.surface)
         for lane in self.lanes:
-            lane.dress(theme)
+            lane.apply_theme(theme)
 
     def arrange(self) -> None:
         """Give each lane its place; after a change of size, language or font."""

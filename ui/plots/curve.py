@@ -66,7 +66,7 @@ class LaneCurve:
             self._view.addItem(curve, ignoreBounds=True)
         scene.addItem(self._view)
 
-    def dress(self, theme: Theme) -> None:
+    def apply_theme(self, theme: Theme) -> None:
         """Take the colours of a theme."""
         one = pg.mkPen(theme.curves[self.number % len(theme.curves)], width=1)
         one.setCosmetic(True)

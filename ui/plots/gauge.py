@@ -12,7 +12,7 @@ from PySide6.QtGui import QColor, QFontMetricsF, QPainter, QPainterPath, QPaintE
 from PySide6.QtWidgets import QSizePolicy
 
 from app.text.i18n import tr
-from ui.style.painted_widget import Freshness, Painted
+from ui.style.painted_widget import Freshness, PaintedWidget
 from ui.style.shapes import cleared_word, hatch, pen
 from ui.style.theme import Meaning, Size, Theme, current, font
 
@@ -22,7 +22,7 @@ _DISC: Final = 0.74
 _ARM: Final = 0.6
 
 
-class TiltGauge(Painted):
+class TiltGauge(PaintedWidget):
     """The gauge; it starts as unknown and without a threshold.  Degrees outside 0 to 180 are drawn at the end."""
 
     def __init__(self) -> None:

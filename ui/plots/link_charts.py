@@ -13,7 +13,7 @@ from app.diagnosis.link_statistics import Slice, TripClass
 from app.text.i18n import tr
 from protocol.frame import Reason
 from protocol.translatable import marked
-from ui.style.painted_widget import Painted
+from ui.style.painted_widget import PaintedWidget
 from ui.style.shapes import pen
 from ui.style.theme import Meaning, Size, Space, current, font
 
@@ -39,7 +39,7 @@ def percent_text(share: float) -> str:
     return f"{percent:.0f} %" if percent >= 10 or not percent else f"{percent:.2g} %"
 
 
-class Histogram(Painted):
+class Histogram(PaintedWidget):
     """How many round trips took how long; the heights are shares of all."""
 
     def __init__(self) -> None:
@@ -112,7 +112,7 @@ def _bound(one: TripClass) -> str:
     return tr("longer") if one.up_to_ms is None else tr("up to {ms} ms", ms=f"{one.up_to_ms:g}")
 
 
-class ReasonBars(Painted):
+class ReasonBars(PaintedWidget):
     """Rejected bytes by reason, most first; nothing else is as wide as its number."""
 
     def __init__(self) -> None:
@@ -177,7 +177,7 @@ class _Lane:
     """Of the highest value."""
 
 
-class OverTime(Painted):
+class OverTime(PaintedWidget):
     """Three lanes over one time line: the slowest answer, questions without one, rejected bytes; with marks for
     restarts of the module and losses of the port."""
 

@@ -12,7 +12,7 @@ from typing import Final
 from PySide6.QtCore import QPointF, QRectF, Qt
 from PySide6.QtGui import QColor, QFontMetricsF, QPainter, QPen
 
-from app.samples.step_function import Change
+from app.samples.step_function import StepPoint
 from app.text.i18n import tr
 from ui.plots.axis import Tick, ago_text, clock_text
 from ui.plots.curve import LaneCurve
@@ -175,7 +175,7 @@ def _paint_limits(painter: QPainter, picture: Picture, lane: LaneCurve) -> None:
         painter.drawText(room, _LEFT | Qt.TextFlag.TextDontClip, text)  # Chinese beside figures is higher
 
 
-def _next_value(changes: Sequence[Change]) -> float | None:
+def _next_value(changes: Sequence[StepPoint]) -> float | None:
     """What the limit is next known to be."""
     return next((one.value for one in changes if one.value is not None), None)
 

@@ -68,7 +68,7 @@ class TimePlot(QWidget):
         layout.addWidget(self._canvas, 1)
         self.setMinimumHeight(200)
         self._connect(texts)
-        self.dress()
+        self.apply_theme()
 
     def be_at(self, wall_offset_s: float) -> None:
         """The time of day of what comes from now on; see the class."""
@@ -136,7 +136,7 @@ class TimePlot(QWidget):
         """Note all that happened in a recording; of more than are kept, the last ones."""
         self._marks.extend(marks)
 
-    def begin_anew(self) -> None:
+    def reset(self) -> None:
         """What comes from now on is another module's: no mark of the old one stays, and the newest is followed."""
         self._marks.clear()
         self.back_to_live()
@@ -188,16 +188,16 @@ class TimePlot(QWidget):
         one: QPixmap = self._canvas.grab()
         return one
 
-    def dress(self) -> None:
+    def apply_theme(self) -> None:
         """Take the colours of the theme in use."""
-        self._canvas.dress(current())
+        self._canvas.apply_theme(current())
         self._canvas.arrange()
         self._redraw()
 
     def changeEvent(self, event: QEvent) -> None:
         super().changeEvent(event)
         if event.type() in (QEvent.Type.PaletteChange, QEvent.Type.FontChange) and hasattr(self, "_head"):
-            self.dress()
+            self.apply_theme()
 
     def _pan(self, part: float) -> None:
         self._view.pan(part * self.span.length_s, now_s=self._now_s)

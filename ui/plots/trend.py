@@ -9,7 +9,7 @@ from PySide6.QtWidgets import QSizePolicy
 
 from app.records.check_store import Point
 from app.text.i18n import tr
-from ui.style.painted_widget import Painted
+from ui.style.painted_widget import PaintedWidget
 from ui.style.shapes import pen
 from ui.style.theme import Size, Space, current, font
 
@@ -18,7 +18,7 @@ _MOST_POINTS: Final = 200
 """The last ones: more cannot be told apart."""
 
 
-class Trend(Painted):
+class Trend(PaintedWidget):
     """Checks are equally far apart: between two lie days, and then minutes."""
 
     def __init__(self, name: str) -> None:

@@ -9,7 +9,7 @@ from typing import Final, NamedTuple
 
 from app.limits.out_of_limits import Outside
 from app.samples.ring_buffers import Readable
-from app.samples.step_function import Steps
+from app.samples.step_function import StepFunction
 from ui.style.icons import Icon
 from ui.style.theme import Meaning
 
@@ -46,7 +46,7 @@ class Limit:
 
     A draft is no limit of the module's: somebody tries it on what was measured."""
 
-    steps: Steps
+    steps: StepFunction
     label: str
     meaning: Meaning
     decimals: int = 0

@@ -11,12 +11,12 @@ from app.limits.out_of_limits import LimitsInUse
 from app.procedures.act import Armed
 from app.system.logs import Log
 from ui.core.connector import Connector
-from ui.core.preferences import Remembered
+from ui.core.preferences import Preferences
 from ui.core.texts import Texts
 from ui.services.draft_exchange import DraftExchange
 from ui.services.lock import LockControl
 from ui.services.module_name import ModuleName
-from ui.services.storage import Keeping, Unsent
+from ui.services.storage import PendingEdits, Storage
 from ui.style.icons import Icon
 from ui.style.theme import Appearance
 
@@ -25,7 +25,7 @@ class Page(Protocol):
     """A widget that is shown every batch, whether it is in sight or not. It learns that from Qt's show and hide
     events, a change of language from `changeEvent`, and a change of theme from `Services.appearance`."""
 
-    def take(self, batch: Batch) -> None: ...
+    def on_batch(self, batch: Batch) -> None: ...
 
 
 @dataclass(frozen=True, slots=True)
@@ -36,11 +36,11 @@ class Services:
     texts: Texts
     appearance: Appearance
     lock: LockControl
-    keeping: Keeping = field(default_factory=Keeping)
-    remembered: Remembered = field(default_factory=Remembered)
+    storage: Storage = field(default_factory=Storage)
+    preferences: Preferences = field(default_factory=Preferences)
     armed: Armed = field(default_factory=Armed)
     """What is armed in this window; the procedures ask it too."""
-    unsent: Unsent = field(default_factory=Unsent)
+    pending_edits: PendingEdits = field(default_factory=PendingEdits)
     log: Log | None = None
     naming: ModuleName = field(default_factory=ModuleName)
     in_use: LimitsInUse = field(default_factory=LimitsInUse)

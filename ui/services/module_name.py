@@ -6,7 +6,7 @@ from functools import partial
 
 from PySide6.QtCore import QObject, Signal
 
-from app.engine.identity import Evidence, Expected, evidence_of
+from app.engine.identity import Expected, IdentityEvidence, evidence_of
 from app.engine.target import Target
 from app.engine.worker import Batch, PortState
 from app.store.database import StoreTrouble
@@ -14,7 +14,7 @@ from app.store.store import Module, Store
 from app.text.i18n import tr
 from app.text.messages import clean
 from ui.core.connector import Connector
-from ui.services.storage import Keeping
+from ui.services.storage import Storage
 from ui.services.store_work import StoreWork
 
 _log = logging.getLogger(__name__)
@@ -35,17 +35,17 @@ class ModuleName(QObject):
         self.meant = ""
         """The module that is meant, while it is not proven to be the one that answers."""
         self._connector: Connector | None = None
-        self._keeping: Keeping | None = None
+        self._keeping: Storage | None = None
         self._adapter = ""
-        self._read: dict[str, Evidence] = {}
+        self._read: dict[str, IdentityEvidence] = {}
         """What was last read of the modules of this session, by name."""
         self._store_work = StoreWork(self)
         self._is_saving = False
 
-    def follow(self, connector: Connector, keeping: Keeping) -> None:
+    def follow(self, connector: Connector, storage: Storage) -> None:
         """Once for a window; a second time does nothing."""
         if self._connector is None:
-            self._connector, self._keeping = connector, keeping
+            self._connector, self._keeping = connector, storage
             connector.expect(self._expected_at)
             connector.changed.connect(self._watch_identity)
             connector.batch.connect(self._on_batch)
@@ -132,15 +132,15 @@ class ModuleName(QObject):
         self._use("")
         return Expected(self._evidence_of(self.meant)) if self.meant else None
 
-    def _evidence_of(self, name: str) -> Evidence:
+    def _evidence_of(self, name: str) -> IdentityEvidence:
         if name in self._read:
             return self._read[name]
         store, module = self._store, next((one for one in self.known if one.name == name), None)
         try:
-            return Evidence() if store is None or module is None else store.evidence(module.id)
+            return IdentityEvidence() if store is None or module is None else store.evidence(module.id)
         except StoreTrouble as trouble:
             _log.warning("What was last read of a module cannot be read: %s", trouble)
-            return Evidence()
+            return IdentityEvidence()
 
     def _watch_identity(self) -> None:
         connector = self._connector
@@ -177,7 +177,7 @@ class ModuleName(QObject):
         else:
             self.keep_evidence()
 
-    def _end_saving(self, evidence: Evidence, future: "Future[None]") -> None:
+    def _end_saving(self, evidence: IdentityEvidence, future: "Future[None]") -> None:
         self._is_saving = False
         try:
             future.result()

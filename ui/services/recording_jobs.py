@@ -10,15 +10,15 @@ from PySide6.QtCore import QObject, Signal
 
 from app.recordings.entry_texts import when_text
 from app.text.i18n import tr
-from ui.core.background_task import Beside
+from ui.core.background_task import BackgroundTask
 from ui.services.session_recording import SessionRecording
 from ui.style.theme import Meaning
 
 if TYPE_CHECKING:  # they load numpy, which the window's first paint does not wait for
-    from app.recordings.library import Entry, Shelf
+    from app.recordings.library import RecordingEntry, RecordingLibrary
 
 
-class Kind(Enum):
+class ExportKind(Enum):
     """What a recording is exported as; the value is the suffix."""
 
     CSV = ".csv"
@@ -26,7 +26,7 @@ class Kind(Enum):
 
 
 @dataclass(frozen=True, slots=True)
-class Said:
+class JobEnded:
     """What came of the last thing that was done."""
 
     meaning: Meaning
@@ -48,7 +48,7 @@ class _Exported(NamedTuple):
     damage: str | None
 
 
-class RecordingsWork(QObject):
+class RecordingJobs(QObject):
     """`changed`: the list, or what is said or done, is different. `opened` gives a `Recording` to look at."""
 
     changed = Signal()
@@ -59,21 +59,21 @@ class RecordingsWork(QObject):
     def __init__(self, sessions: SessionRecording, parent: QObject | None = None) -> None:
         super().__init__(parent)
         self._sessions = sessions
-        self.entries: tuple[Entry, ...] = ()
+        self.entries: tuple[RecordingEntry, ...] = ()
         self.is_known = False
         """The list was read at least once."""
         self.is_shown = False
         """A recording is looked at on the Live page."""
-        self.said: Said | None = None
+        self.said: JobEnded | None = None
         self._is_list_old = False
         self._doing = ""
         self._share: float | None = None
-        self._listing: Beside[tuple[Entry, ...]] = Beside("dps-s recordings", self)
-        self._job: Beside[object] = Beside("dps-s recording", self)
+        self._listing: BackgroundTask[tuple[RecordingEntry, ...]] = BackgroundTask("dps-s recordings", self)
+        self._job: BackgroundTask[object] = BackgroundTask("dps-s recording", self)
 
     @property
-    def shelf(self) -> "Shelf":
-        return self._sessions.shelf
+    def library(self) -> "RecordingLibrary":
+        return self._sessions.library
 
     @property
     def doing(self) -> Doing | None:
@@ -85,10 +85,10 @@ class RecordingsWork(QObject):
         if not self._is_list_old:
             self._listing.run(lambda _is_wanted: self._listed(), self._show_list, self._fail_list)
 
-    def _listed(self) -> "tuple[Entry, ...]":
-        return (*self.shelf.entries(), *self.shelf.trashed())
+    def _listed(self) -> "tuple[RecordingEntry, ...]":
+        return (*self.library.entries(), *self.library.trashed())
 
-    def open(self, entry: "Entry") -> None:
+    def open(self, entry: "RecordingEntry") -> None:
         """`opened` gives it, else `said` tells why not."""
 
         def work(_is_wanted: Callable[[], bool]) -> object:
@@ -102,7 +102,7 @@ class RecordingsWork(QObject):
 
         self._begin(tr("Opening the recording of {when} …", when=when_text(entry)), work, show)
 
-    def export(self, entry: "Entry", path: Path, kind: Kind) -> None:
+    def export(self, entry: "RecordingEntry", path: Path, kind: ExportKind) -> None:
         """Write all of it into one file, which is there whole or not at all."""
 
         def work(is_wanted: Callable[[], bool]) -> _Exported:
@@ -112,7 +112,7 @@ class RecordingsWork(QObject):
             from app.recordings.export import export_csv, export_mcap
             from app.recordings.recording import open_recording
 
-            export = export_csv if kind is Kind.CSV else export_mcap
+            export = export_csv if kind is ExportKind.CSV else export_mcap
             with open_recording(entry.folder) as recording:
                 count = export(recording, path, on_progress=note, is_cancelled=lambda: not is_wanted())
                 return _Exported(count, recording.damage)
@@ -121,24 +121,26 @@ class RecordingsWork(QObject):
             count, damage = done if isinstance(done, _Exported) else (0, None)
             text = (
                 tr("Saved {rows} rows to {path}", rows=f"{count:,}", path=path)
-                if kind is Kind.CSV
+                if kind is ExportKind.CSV
                 else tr("Saved {count} messages to {path}", count=f"{count:,}", path=path)
             )
-            self._end(Said(Meaning.GOOD, text) if damage is None else Said(Meaning.ATTENTION, f"{text}. {damage}"))
+            self._end(
+                JobEnded(Meaning.GOOD, text) if damage is None else JobEnded(Meaning.ATTENTION, f"{text}. {damage}")
+            )
 
         self._begin(tr("Exporting {name}", name=path.name), work, tell, path=path)
 
-    def keep(self, entries: Iterable["Entry"], *, is_kept: bool) -> None:
+    def keep(self, entries: Iterable["RecordingEntry"], *, is_kept: bool) -> None:
         """Never let them go by themselves, or do."""
         chosen = tuple(entries)
 
         def work(_is_wanted: Callable[[], bool]) -> None:
             for one in chosen:
-                self.shelf.keep(one, is_kept=is_kept)
+                self.library.keep(one, is_kept=is_kept)
 
         self._begin(tr("Saving …"), work, lambda _nothing: self._end(None))
 
-    def delete(self, entries: Iterable["Entry"]) -> None:
+    def delete(self, entries: Iterable["RecordingEntry"]) -> None:
         """For good."""
         chosen = tuple(entries)
         self.closing.emit(frozenset(one.folder for one in chosen))
@@ -147,13 +149,13 @@ class RecordingsWork(QObject):
             for count, one in enumerate(chosen):
                 if not is_wanted():
                     return count
-                self.shelf.delete(one)
+                self.library.delete(one)
                 self._share = (count + 1) / len(chosen)
             return len(chosen)
 
         def tell(count: object) -> None:
             text = tr("1 recording was deleted.") if count == 1 else tr("{count} recordings were deleted.", count=count)
-            self._end(Said(Meaning.INFORMATION, text))
+            self._end(JobEnded(Meaning.INFORMATION, text))
 
         self._begin(tr("Deleting …"), work, tell)
 
@@ -161,7 +163,7 @@ class RecordingsWork(QObject):
         """Stop what is being done; no file is left of an export."""
         if self._job.is_running:
             self._job.cancel()
-            self._end(Said(Meaning.INFORMATION, tr("Cancelled.")))
+            self._end(JobEnded(Meaning.INFORMATION, tr("Cancelled.")))
 
     def dismiss(self) -> None:
         self.said = None
@@ -183,15 +185,15 @@ class RecordingsWork(QObject):
         if self._job.is_running:
             return
         self._doing, self._share, self.said = text, None, None
-        self._job.run(work, then, lambda error: self._end(Said(Meaning.ATTENTION, _why_not(error, path))))
+        self._job.run(work, then, lambda error: self._end(JobEnded(Meaning.ATTENTION, _why_not(error, path))))
         self.changed.emit()
 
-    def _end(self, said: Said | None) -> None:
+    def _end(self, said: JobEnded | None) -> None:
         self._doing, self._share, self.said = "", None, said
         self.changed.emit()
         self.refresh()
 
-    def _show_list(self, entries: tuple["Entry", ...]) -> None:
+    def _show_list(self, entries: tuple["RecordingEntry", ...]) -> None:
         if entries != self.entries or not self.is_known:
             self.entries, self.is_known = entries, True
             self.changed.emit()
@@ -200,12 +202,12 @@ class RecordingsWork(QObject):
 
     def _fail_list(self, error: Exception) -> None:
         self.is_known = True
-        self.said = Said(Meaning.ATTENTION, _why_not(error, None))
+        self.said = JobEnded(Meaning.ATTENTION, _why_not(error, None))
         self.changed.emit()
 
 
 def _why_not(error: Exception, path: Path | None) -> str:
-    from app.recordings.export import Cancelled
+    from app.recordings.export import ExportCancelled
     from app.recordings.library import RecordingInUse
     from app.recordings.recording import RecordingUnreadable
 
@@ -213,7 +215,7 @@ def _why_not(error: Exception, path: Path | None) -> str:
         return error.sentence
     if isinstance(error, RecordingInUse):
         return tr("It is being written now and cannot be deleted.")
-    if isinstance(error, Cancelled):
+    if isinstance(error, ExportCancelled):
         return tr("Cancelled, nothing was saved.")
     why = getattr(error, "strerror", None) or error
     if path is not None:

@@ -21,7 +21,7 @@ from ui.services.tour_port import TOUR_PORT
 
 if TYPE_CHECKING:
     # The first two load numpy, which the window's first paint does not wait for; the third needs this module.
-    from app.recordings.library import Shelf
+    from app.recordings.library import RecordingLibrary
     from app.recordings.recorder import Recorder
     from ui.services.module_name import ModuleName
 
@@ -29,7 +29,7 @@ _log = logging.getLogger(__name__)
 MakeWorker = Callable[[Callable[[Batch], None]], Worker]
 
 
-class Sitting:
+class SessionTracker:
     """Tells where one session ends and the next begins, from batch to batch.
 
     A port that was lost and came back goes on with the same session, also under another name; a port that was closed
@@ -89,16 +89,16 @@ class SessionRecording:
         self._folder = folder
         self._recorder: Recorder | None = None
         """From the first session on."""
-        self._sitting = Sitting()
+        self._sitting = SessionTracker()
         self._lock = threading.Lock()
         self._connector: Connector | None = None
         self._naming: ModuleName | None = None
 
     @cached_property
-    def shelf(self) -> "Shelf":
-        from app.recordings.library import Shelf
+    def library(self) -> "RecordingLibrary":
+        from app.recordings.library import RecordingLibrary
 
-        return Shelf(self._folder)
+        return RecordingLibrary(self._folder)
 
     def tapped(self, make: MakeWorker = Worker) -> MakeWorker:
         """Makes workers whose batches are recorded before they are handed on."""
@@ -145,14 +145,14 @@ class SessionRecording:
         connector, connection = self._connector, batch.connection
         with self._lock:
             if is_playback(connection.port) or connection.port == TOUR_PORT:  # on disk already, or nobody's
-                self._sitting = Sitting()
+                self._sitting = SessionTracker()
                 self._end()
                 self._hold_stream(connector)
                 return
             if self._sitting.begins(connection, None if connector is None else connector.target):
                 self._begin(connection)
             if self._recorder is not None:
-                self._recorder.take(batch)
+                self._recorder.on_batch(batch)
             if self._sitting.is_over:
                 self._end()
             self._hold_stream(connector)
@@ -166,7 +166,7 @@ class SessionRecording:
         from app.recordings.recorder import Heading, Recorder
 
         if self._recorder is None:
-            self._recorder = Recorder(self.shelf)
+            self._recorder = Recorder(self.library)
         name = "" if self._naming is None else self._naming.name
         self._recorder.begin(Heading(connection.port, connection.baud_rate, name, f"DPS-S Configurator {version()}"))
 

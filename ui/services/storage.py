@@ -17,7 +17,7 @@ from app.store.store_journal import journal_for
 from app.store.stream_memory import StoredStreamMemory, StreamMemory
 from app.text.i18n import tr
 from ui.core.connector import Target
-from ui.services.recording_jobs import RecordingsWork
+from ui.services.recording_jobs import RecordingJobs
 from ui.services.session_recording import SessionRecording
 from ui.services.tour_port import TOUR_PORT
 
@@ -51,7 +51,7 @@ class TourGoesOn(StoreTrouble):
         return tr("This is the tour: nothing of it is kept.")
 
 
-class Keeping:
+class Storage:
     """The store is opened by `open_store`, else when it is first asked for."""
 
     def __init__(self, folder: Path | None = None) -> None:
@@ -61,7 +61,7 @@ class Keeping:
         """Whether it is the tour's module that is connected."""
         self._folder = folder
         self.sessions = SessionRecording(None if folder is None else folder / RECORDINGS)
-        self.recordings = RecordingsWork(self.sessions)
+        self.recordings = RecordingJobs(self.sessions)
         self._store: Store | StoreTrouble | None = None
         self._opening = threading.Lock()
 
@@ -135,7 +135,7 @@ class Keeping:
 
 
 @dataclass(slots=True)
-class Unsent:
+class PendingEdits:
     """Edits that leaving would lose, and what the module changed; the page that knows puts its answers here."""
 
     count: Callable[[], int] = int

@@ -25,7 +25,7 @@ _THEMES = (
 _LANGUAGES = ((ENGLISH, "English"), (CHINESE, "简体中文"))
 
 
-class Menus:
+class Actions:
     """Makes menus and actions; what they do is connected by the window."""
 
     def __init__(self, window: QMainWindow, texts: Texts, entries: tuple[PageEntry, ...]) -> None:

@@ -9,7 +9,7 @@ from app.diagnosis.link_state import Phase, Step
 from app.text.i18n import tr
 from ui.core.connector import Connector
 from ui.services.lock import LockControl
-from ui.services.storage import Unsent
+from ui.services.storage import PendingEdits
 from ui.shell.notices import leaving_notice, link_notice, unsent_notice
 from ui.style.theme import Meaning
 from ui.widgets.notice_bar import Notice, NoticeBar
@@ -28,7 +28,7 @@ class Attention(QObject):
         lock: LockControl,
         *,
         acts: dict[Step, Callable[[], None]],
-        unsent: Unsent | None = None,
+        pending_edits: PendingEdits | None = None,
         parent: QObject | None = None,
     ) -> None:
         super().__init__(parent)
@@ -37,7 +37,7 @@ class Attention(QObject):
         self.find_identity: Callable[[], Notice | None] = lambda: None
         """The question which module it is, where that has to be decided."""
         self._connector, self._bar, self._lock, self._acts = connector, bar, lock, acts
-        self._unsent = unsent or Unsent()
+        self._unsent = pending_edits or PendingEdits()
         self._question: Callable[[], Notice] | None = None
         self._is_still_asked: Callable[[], bool] = bool
         self._is_about_closing = False

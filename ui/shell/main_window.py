@@ -13,22 +13,22 @@ from app.diagnosis.link_state import Step
 from app.engine.worker import Batch
 from ui.connect.connect_panel import ConnectPanel
 from ui.connect.identity_notice import identity_notice
-from ui.core.background_task import Beside
+from ui.core.background_task import BackgroundTask
 from ui.core.connector import Connector, Target
-from ui.core.language_switch import Speech
-from ui.core.port_watcher import PortWatch
-from ui.core.preferences import LastPort, Remembered
+from ui.core.language_switch import LanguageSwitch
+from ui.core.port_watcher import PortWatcher
+from ui.core.preferences import LastPort, Preferences
 from ui.files.file_drops import FileDrops, FilePage
 from ui.services.context import Page, PageEntry, Services
 from ui.services.tour_port import is_tour
-from ui.shell.actions import Menus
+from ui.shell.actions import Actions
 from ui.shell.attention import Attention
 from ui.shell.page_maker import PageMaker
-from ui.shell.recording_sign import SessionSign, trouble_notice
-from ui.shell.resume import Waking
+from ui.shell.recording_sign import RecordingSign, trouble_notice
+from ui.shell.resume import ResumeWatcher
 from ui.shell.shutdown import close_down
-from ui.shell.sidebar import Navigation
-from ui.shell.status_bar import StatusLine
+from ui.shell.sidebar import Sidebar
+from ui.shell.status_bar import StatusBar
 from ui.shell.top_bar import TopBar
 from ui.simulator.dock import SimulatorDock
 from ui.style.icons import app_icon
@@ -59,16 +59,16 @@ class MainWindow(QMainWindow):
     def __init__(
         self,
         services: Services,
-        ports: PortWatch,
-        speech: Speech,
-        remembered: Remembered,
+        ports: PortWatcher,
+        language_switch: LanguageSwitch,
+        preferences: Preferences,
         *,
         entries: tuple[PageEntry, ...],
     ) -> None:
         super().__init__()
         self.setObjectName("main_window")
         self.setWindowIcon(app_icon())
-        self._services, self._ports, self._speech, self._remembered = services, ports, speech, remembered
+        self._services, self._ports, self._speech, self._remembered = services, ports, language_switch, preferences
         self._connector: Connector = services.connector
         self._entries = {entry.key: entry for entry in entries}
         self._maker = PageMaker(services, entries, self._place, self)
@@ -83,19 +83,19 @@ class MainWindow(QMainWindow):
         self.top_bar = TopBar(self._connector, texts, services.lock, naming=services.naming, in_use=services.in_use)
         self.notice_bar = NoticeBar(texts)
         self.recording_bar = RecordingBar(self._connector, texts)
-        self.navigation = Navigation(entries, texts)
+        self.navigation = Sidebar(entries, texts)
         self.stack = QStackedWidget()
         self.stack.setObjectName("pages")
-        self.status_line = StatusLine(self._connector, texts, in_use=services.in_use)
-        sessions = services.keeping.sessions
-        self.session_sign = SessionSign(lambda: sessions.sign)
-        self.status_line.add(self.session_sign)
+        self.status_bar = StatusBar(self._connector, texts, in_use=services.in_use)
+        sessions = services.storage.sessions
+        self.recording_sign = RecordingSign(lambda: sessions.sign)
+        self.status_bar.add(self.recording_sign)
         self._lay_out()
         self.panel = ConnectPanel(self._connector, ports, texts, self.centre)
         self.simulator = SimulatorDock(self._connector, texts, self)
         self.addDockWidget(Qt.DockWidgetArea.RightDockWidgetArea, self.simulator)
         self.simulator.hide()
-        self.menus = Menus(self, texts, entries)
+        self.menus = Actions(self, texts, entries)
         acts = {
             Step.CHOOSE_PORT: self.toggle_panel,
             Step.FIND_RATE: self._connector.find_rate,
@@ -104,11 +104,16 @@ class MainWindow(QMainWindow):
         if "diagnosis" in self._entries:
             acts[Step.WHY] = self._show_why
         self.attention = Attention(
-            self._connector, self.notice_bar, services.lock, acts=acts, unsent=services.unsent, parent=self
+            self._connector,
+            self.notice_bar,
+            services.lock,
+            acts=acts,
+            pending_edits=services.pending_edits,
+            parent=self,
         )
         self.attention.find_identity = lambda: identity_notice(self._connector.identity, services.naming)
         self._drops = FileDrops(self, self._page_for, self.go_to)
-        services.appearance.dress(self)
+        services.appearance.apply_theme(self)
         self._wire()
         self._restore()
         self._timer = QTimer(self)
@@ -134,7 +139,7 @@ class MainWindow(QMainWindow):
         layout.addLayout(body, 1)
         self._add_bar("head", Qt.ToolBarArea.TopToolBarArea, self.top_bar)
         self.setCentralWidget(centre)
-        self._add_bar("foot", Qt.ToolBarArea.BottomToolBarArea, self.status_line)
+        self._add_bar("foot", Qt.ToolBarArea.BottomToolBarArea, self.status_bar)
         self.setMinimumSize(SMALLEST)
 
     def _add_bar(self, name: str, area: Qt.ToolBarArea, content: QWidget) -> None:
@@ -151,7 +156,7 @@ class MainWindow(QMainWindow):
         connector.batch.connect(self._take)
         connector.changed.connect(self.refresh)
         connector.came_online.connect(self._remember_port)
-        self.session_sign.troubled.connect(self._tell_of_recording)
+        self.recording_sign.troubled.connect(self._tell_of_recording)
         self.top_bar.panel_wanted.connect(self.toggle_panel)
         self.panel.connect_wanted.connect(self.connect_to)
         self.panel.disconnect_wanted.connect(self.disconnect_port)
@@ -171,19 +176,19 @@ class MainWindow(QMainWindow):
         menus.when_chosen(menus.themes, self._use_theme)
         menus.when_chosen(menus.languages, self._use_language)
         self._services.appearance.changed.connect(self._follow_theme)
-        Waking(connector, self, self._services.armed, self.status_line)
+        ResumeWatcher(connector, self, self._services.armed, self.status_bar)
 
     def _restore(self) -> None:
-        remembered = self._remembered
+        preferences = self._remembered
         self.resize(FIRST_SIZE)
-        if remembered.geometry is not None:
-            self.restoreGeometry(remembered.geometry)
-        if remembered.layout is not None:
-            self.restoreState(remembered.layout)
+        if preferences.geometry is not None:
+            self.restoreGeometry(preferences.geometry)
+        if preferences.layout is not None:
+            self.restoreState(preferences.layout)
         self.menus.choose(self.menus.themes, self._services.appearance.choice.value)
         self.menus.choose(self.menus.languages, self._speech.language)
-        self._ports.remember_seen(remembered.seen_ports)
-        self.panel.prefer(remembered.last_port)
+        self._ports.remember_seen(preferences.seen_ports)
+        self.panel.prefer(preferences.last_port)
         self.navigation.setCurrentRow(0)
         self.navigation.setFocus()
 
@@ -239,7 +244,7 @@ class MainWindow(QMainWindow):
 
     def say(self, text: str) -> None:
         """A calm line for a while."""
-        self.status_line.say(text)
+        self.status_bar.say(text)
 
     def close_now(self) -> None:
         """Close in good order without asking: the system wants it, nobody may be there to answer."""
@@ -250,15 +255,15 @@ class MainWindow(QMainWindow):
 
     def _take(self, batch: Batch) -> None:
         for page in self._pages.values():
-            cast("Page", page).take(batch)
-        self.status_line.take(batch)
+            cast("Page", page).on_batch(batch)
+        self.status_bar.on_batch(batch)
 
     def refresh(self) -> None:
         """Bring everything that shows the link or an age up to date."""
         self.top_bar.refresh()
         self.recording_bar.refresh()
-        self.status_line.refresh()
-        self.session_sign.refresh()
+        self.status_bar.refresh()
+        self.recording_sign.refresh()
         connector = self._connector
         self.menus.find_rate.setEnabled(connector.is_open and not connector.is_recording)
         self.menus.disconnect.setEnabled(connector.is_wanted)
@@ -266,7 +271,7 @@ class MainWindow(QMainWindow):
 
     def _refresh_notice(self) -> None:
         # Whoever looks at a recording needs no port either.
-        self.attention.is_choosing = self.panel.isVisible() or self._services.keeping.recordings.is_shown
+        self.attention.is_choosing = self.panel.isVisible() or self._services.storage.recordings.is_shown
         self.attention.refresh()
         if self.panel.isVisible():
             self._place_panel()
@@ -274,7 +279,7 @@ class MainWindow(QMainWindow):
     def _tell_of_recording(self, sentence: str) -> None:
         """Nothing is recorded any more; the link goes on."""
         look, forget = partial(self.go_to, "recordings"), self.attention.forget_told
-        self.attention.tell(lambda: trouble_notice(self.session_sign.trouble or sentence, look, forget))
+        self.attention.tell(lambda: trouble_notice(self.recording_sign.trouble or sentence, look, forget))
 
     def _connect_again(self) -> None:
         if self._connector.target is not None:
@@ -311,7 +316,7 @@ class MainWindow(QMainWindow):
 
     def _follow_theme(self) -> None:
         self.notice_bar.follow_theme()
-        self.status_line.follow_theme()
+        self.status_bar.follow_theme()
 
     def _show_full_screen(self, is_wanted: bool) -> None:
         self.setWindowState(
@@ -374,12 +379,12 @@ class MainWindow(QMainWindow):
         self._is_over = True
         self._timer.stop()
         self._maker.end()
-        for work in self.findChildren(Beside):
+        for work in self.findChildren(BackgroundTask):
             work.cancel()  # else its thread would go on, and outlive the window
         self.closing.emit()
         self.panel.hide()
-        remembered = self._remembered
-        remembered.geometry = self.saveGeometry()
-        remembered.layout = self.saveState()
-        remembered.seen_ports = tuple(sorted(self._ports.seen))
-        close_down(self._connector, self._ports, self._services.keeping, remembered)
+        preferences = self._remembered
+        preferences.geometry = self.saveGeometry()
+        preferences.layout = self.saveState()
+        preferences.seen_ports = tuple(sorted(self._ports.seen))
+        close_down(self._connector, self._ports, self._services.storage, preferences)

@@ -16,7 +16,7 @@ from ui.widgets.notice_bar import Choice, Notice
 _ICON_PX: Final = 12
 
 
-class SessionSign(QWidget):
+class RecordingSign(QWidget):
     """`find_sign` is asked at each `refresh`."""
 
     troubled = Signal(str)

@@ -10,16 +10,16 @@ from app.procedures.act import Armed
 from app.text.i18n import tr
 from ui.acts.confirm import Confirm
 from ui.core.connector import Connector
-from ui.shell.status_bar import StatusLine
+from ui.shell.status_bar import StatusBar
 
 SAID_FOR_S: Final = 60.0
 """Whoever opens the lid may look here later."""
 
 
-class Waking(QObject):
+class ResumeWatcher(QObject):
     """Follows the connector. What is known is doubted and read again by the session itself (`app.engine.session`)."""
 
-    def __init__(self, connector: Connector, window: QWidget, armed: Armed, said: StatusLine) -> None:
+    def __init__(self, connector: Connector, window: QWidget, armed: Armed, said: StatusBar) -> None:
         super().__init__(window)
         self._window, self._armed, self._said = window, armed, said
         connector.slept.connect(self._wake)

@@ -12,9 +12,9 @@ from collections.abc import Callable
 from typing import Final
 
 from ui.core.connector import Connector
-from ui.core.port_watcher import PortWatch
-from ui.core.preferences import Remembered
-from ui.services.storage import Keeping
+from ui.core.port_watcher import PortWatcher
+from ui.core.preferences import Preferences
+from ui.services.storage import Storage
 
 CLOSE_LIMIT_S: Final = 0.4
 """Half a second is promised; the rest is Qt's and the machine's own."""
@@ -59,14 +59,14 @@ class Chore:
             _log.exception("At closing: %s failed", self.name)
 
 
-def close_down(connector: Connector, ports: PortWatch, keeping: Keeping, remembered: Remembered) -> None:
+def close_down(connector: Connector, ports: PortWatcher, storage: Storage, preferences: Preferences) -> None:
     """End everything that outlives a widget, within `CLOSE_LIMIT_S`; what does not end is left to the system."""
     countdown = Countdown(CLOSE_LIMIT_S)
-    remembering = Chore("remembering", remembered.save)
+    remembering = Chore("remembering", preferences.save)
     ports.stop(0.0)
     if not connector.stop(countdown.left_s - STORE_SHARE_S):
         _log.warning("The port did not close in time; it is left to the system")
-    Chore("store", keeping.close).wait(countdown.left_s)
+    Chore("store", storage.close).wait(countdown.left_s)
     remembering.wait(countdown.left_s)
 
 

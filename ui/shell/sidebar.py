@@ -14,7 +14,7 @@ NARROW_PX = 60
 ROW_PX = 40
 
 
-class Navigation(QListWidget):
+class Sidebar(QListWidget):
     """One row a page; Ctrl+1 … Ctrl+9 reach them from anywhere."""
 
     page_wanted = Signal(str)

@@ -21,7 +21,7 @@ WRITE_EVERY_S = 0.3
 _SIGN_PX = 14
 
 
-class StatusLine(QFrame):
+class StatusBar(QFrame):
     """`take` remembers, `refresh` and `say` write."""
 
     def __init__(
@@ -90,7 +90,7 @@ class StatusLine(QFrame):
         self._passing, self._passing_until = text, self._connector.clock() + seconds
         self._write()
 
-    def take(self, batch: Batch) -> None:
+    def on_batch(self, batch: Batch) -> None:
         rejected = 0 if batch.link is None else batch.link.counters.rejected
         if rejected > self._rejected:
             self._damaged_at = batch.at

@@ -26,7 +26,7 @@ def values_seen(connector: Connector) -> dict[str, object]:
             "value": known.value,
             "how": known.how.value,
             "age_s": round(now - known.at, 3),
-            "doubt": None if known.doubt is None else known.doubt.value,
+            "doubt": None if known.stale_reason is None else known.stale_reason.value,
         }
         for key in sorted(device.values)
         if (known := device.known(key, now)) is not None

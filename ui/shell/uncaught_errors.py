@@ -7,14 +7,14 @@ from PySide6.QtGui import QGuiApplication
 
 from app import version
 from app.procedures.act import Armed
-from app.system.logs import Mishap
+from app.system.logs import UncaughtError
 from app.text.i18n import tr
 from ui.shell.attention import Attention
 from ui.style.theme import Meaning
 from ui.widgets.notice_bar import Choice, Notice
 
 
-class Mishaps(QObject):
+class UncaughtErrors(QObject):
     """`tell` may be called from any thread. The same error again is counted, not said again."""
 
     _has_come = Signal(object)
@@ -29,19 +29,19 @@ class Mishaps(QObject):
         # Queued also within the window's thread: the error may have come in the middle of a painting.
         self._has_come.connect(self._show, Qt.ConnectionType.QueuedConnection)
 
-    def tell(self, mishap: Mishap) -> None:
+    def tell(self, mishap: UncaughtError) -> None:
         """Disarm at once; say it when the window has its turn."""
         self._armed.act = None
         self._has_come.emit(mishap)
 
-    def _show(self, mishap: Mishap) -> None:
+    def _show(self, mishap: UncaughtError) -> None:
         self._say(tr("The program met an error that it did not expect: {error}.", error=mishap.summary))
         count = self._counts.get(mishap.details, 0)
         self._counts[mishap.details] = count + 1
         if not count:
             self._attention.tell(lambda: self._notice(mishap))
 
-    def _notice(self, mishap: Mishap) -> Notice:
+    def _notice(self, mishap: UncaughtError) -> Notice:
         count = self._counts.get(mishap.details, 1)
         text = tr(
             "The program met an error that it did not expect and goes on: {error}. Nothing is armed.",

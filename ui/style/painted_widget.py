@@ -19,7 +19,7 @@ class Freshness(Enum):
     UNKNOWN = "unknown"
 
 
-class Painted(QWidget):
+class PaintedWidget(QWidget):
     """A widget that paints itself: it measures and paints anew after a change of font, theme or language."""
 
     def changeEvent(self, event: QEvent) -> None:

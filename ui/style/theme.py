@@ -326,7 +326,7 @@ class Appearance(QObject):
         """What was chosen, which is not always what is in use."""
         return self._choice
 
-    def dress(self, window: QWidget) -> None:
+    def apply_theme(self, window: QWidget) -> None:
         """Let `window` wear the style sheet in place of the application; see `apply`. It ends with the window."""
         self.setParent(window)
         self._window = window

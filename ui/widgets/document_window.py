@@ -11,7 +11,7 @@ from ui.widgets.naming import named
 _SIZE = QSize(760, 520)
 
 
-class ReadingWindow(QDialog):
+class DocumentWindow(QDialog):
     """`title` is English, marked. Made once and shown again: it keeps its place in the text."""
 
     def __init__(self, name: str, title: str, texts: Texts, parent: QWidget) -> None:

@@ -14,7 +14,7 @@ _ICON_PX: Final = 48
 
 
 class EmptyState(QWidget):
-    """Who makes it fills `title` and `text`, and calls `dress` when the theme has changed."""
+    """Who makes it fills `title` and `text`, and calls `apply_theme` when the theme has changed."""
 
     def __init__(self, name: str, picture: Icon) -> None:
         super().__init__()
@@ -35,8 +35,8 @@ class EmptyState(QWidget):
             label.setWordWrap(True)
             column.addWidget(label)  # not aligned itself: then it would not get the height of its lines
         column.addStretch(3)
-        self.dress()
+        self.apply_theme()
 
-    def dress(self) -> None:
+    def apply_theme(self) -> None:
         """Take the colours of the theme in use."""
         self._picture.setPixmap(pixmap(self._icon, _ICON_PX, current().muted, ratio=self.devicePixelRatioF()))

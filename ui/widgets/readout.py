@@ -14,7 +14,7 @@ from PySide6.QtWidgets import QSizePolicy
 from app.text.i18n import tr
 from ui.style import icons
 from ui.style.icons import Icon
-from ui.style.painted_widget import Freshness, Painted
+from ui.style.painted_widget import Freshness, PaintedWidget
 from ui.style.shapes import hatch, pen, unknown_box
 from ui.style.theme import Meaning, Size, Space, current, font
 
@@ -22,7 +22,7 @@ _LEFT: Final = Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter
 _RIGHT: Final = Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter
 
 
-class Readout(Painted):
+class Readout(PaintedWidget):
     """Caption, number, smaller unit and, where there is one, the limit.
 
     ``template`` is the widest number expected, such as "000.0"; its width stays reserved.  ``size`` is that of
@@ -172,7 +172,7 @@ class Readout(Painted):
             painter.drawText(QPointF(right + Space.S, base), f"/ {self._limit}")
 
 
-class StateChip(Painted):
+class StateChip(PaintedWidget):
     """One state as icon, word and colour.
 
     What is good or neutral stays quiet; attention and danger are filled; unknown is hatched and dashed; a stale

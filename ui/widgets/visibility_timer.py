@@ -6,7 +6,7 @@ from PySide6.QtCore import QEvent, QObject, QTimer
 from PySide6.QtWidgets import QWidget
 
 
-class WhileSeen(QObject):
+class VisibilityTimer(QObject):
     """Calls `refresh` when `widget` is shown, and `tick` (as a rule the same) every `every_ms` until it is hidden.
 
     A change of language calls `retranslate` (as a rule `refresh`), seen or not.

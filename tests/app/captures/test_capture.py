@@ -13,9 +13,9 @@ from app.captures.explained import explained
 from app.captures.reader import (
     BYTES_A_LINE,
     Capture,
+    CaptureEntry,
     CaptureRefused,
     CaptureWriter,
-    Entry,
     Header,
     Way,
     entries_of,
@@ -44,7 +44,7 @@ def test_what_is_written_is_read_back(tmp_path: Path) -> None:
     )
 )
 def test_any_entries_survive(drawn: list[tuple[int, Way, bytes]]) -> None:
-    entries = [Entry(at / 1000, way, raw) for at, way, raw in sorted(drawn, key=lambda one: one[0])]
+    entries = [CaptureEntry(at / 1000, way, raw) for at, way, raw in sorted(drawn, key=lambda one: one[0])]
     from app.captures.reader import lines_of
 
     text = "\n".join([*HEADER.lines(), *(line for entry in entries for line in lines_of(entry))])
@@ -53,7 +53,7 @@ def test_any_entries_survive(drawn: list[tuple[int, Way, bytes]]) -> None:
 
 def test_a_long_entry_takes_several_lines(tmp_path: Path) -> None:
     raw = bytes(range(256)) * 40
-    written(tmp_path / "a", (Entry(1.0, Way.IN, raw),))
+    written(tmp_path / "a", (CaptureEntry(1.0, Way.IN, raw),))
     entries = read_capture(tmp_path / "a").entries
     assert len(entries) == 3
     assert b"".join(entry.raw for entry in entries) == raw
@@ -61,8 +61,8 @@ def test_a_long_entry_takes_several_lines(tmp_path: Path) -> None:
 
 def test_appending_begins_a_part_that_follows_the_one_before(tmp_path: Path) -> None:
     path = tmp_path / "a"
-    written(path, (Entry(1.0, Way.IN, b"\x01"), Entry(4.0, Way.IN, b"\x02")))
-    written(path, (Entry(0.5, Way.OUT, b"\x03"),), Header(port="other"), appends=True)
+    written(path, (CaptureEntry(1.0, Way.IN, b"\x01"), CaptureEntry(4.0, Way.IN, b"\x02")))
+    written(path, (CaptureEntry(0.5, Way.OUT, b"\x03"),), Header(port="other"), appends=True)
     capture = read_capture(path)
     assert [entry.at_s for entry in capture.entries] == [1.0, 4.0, 4.5]
     assert capture.header == HEADER
@@ -72,7 +72,7 @@ def test_appending_begins_a_part_that_follows_the_one_before(tmp_path: Path) -> 
 def test_it_stops_at_its_limit_and_says_so(tmp_path: Path) -> None:
     path = tmp_path / "a"
     writer = CaptureWriter(path, HEADER, limit_bytes=1000)
-    writer.write(Entry(float(number), Way.IN, STATUS_FRAME) for number in range(1000))
+    writer.write(CaptureEntry(float(number), Way.IN, STATUS_FRAME) for number in range(1000))
     assert writer.is_full
     writer.write(ENTRIES)
     writer.close()
@@ -205,7 +205,7 @@ def test_random_bytes_as_a_file_are_no_error_of_ours(tmp_path: Path) -> None:
 
 
 def test_what_a_pause_cuts_is_explained_as_broken_off() -> None:
-    capture = Capture(entries=(Entry(0.0, Way.IN, STATUS_FRAME[:4]), Entry(1.0, Way.IN, STATUS_FRAME)))
+    capture = Capture(entries=(CaptureEntry(0.0, Way.IN, STATUS_FRAME[:4]), CaptureEntry(1.0, Way.IN, STATUS_FRAME)))
     pieces = [one.piece for one in explained(capture.entries)]
     assert isinstance(pieces[0], Noise)
     assert pieces[-1].raw == STATUS_FRAME

@@ -10,7 +10,7 @@ import pytest
 from app.captures.player import Player, UrlRefused, parse_url, play, playing, stop_playing, url_of
 from app.captures.reader import (
     Capture,
-    Entry,
+    CaptureEntry,
     Way,
     entries_of,
 )
@@ -116,8 +116,8 @@ def test_the_answer_is_the_one_of_that_moment() -> None:
     entries = []
     for number in range(5):
         entries += [
-            Entry(number * 2.0, Way.OUT, light.encode()),
-            Entry(number * 2.0 + 0.01, Way.IN, encode_reply(0x14, number)),
+            CaptureEntry(number * 2.0, Way.OUT, light.encode()),
+            CaptureEntry(number * 2.0 + 0.01, Way.IN, encode_reply(0x14, number)),
         ]
     player = Player(script_of(Capture(entries=tuple(entries))), 0.0)
     player.write(light.encode(), 5.0)
@@ -132,10 +132,10 @@ def test_the_answer_is_the_one_of_that_moment() -> None:
 def test_a_question_that_was_not_answered_then_is_not_answered_now() -> None:
     light = BY_NAME["light"].query()
     entries = (
-        Entry(0.0, Way.OUT, light.encode()),
-        Entry(0.1, Way.IN, encode_reply(0x14, 3)),
-        Entry(2.0, Way.OUT, light.encode()),
-        Entry(20.0, Way.IN, STATUS_FRAME),
+        CaptureEntry(0.0, Way.OUT, light.encode()),
+        CaptureEntry(0.1, Way.IN, encode_reply(0x14, 3)),
+        CaptureEntry(2.0, Way.OUT, light.encode()),
+        CaptureEntry(20.0, Way.IN, STATUS_FRAME),
     )
     player = Player(script_of(Capture(entries=entries)), 0.0)
     player.write(light.encode(), 3.0)
@@ -143,7 +143,7 @@ def test_a_question_that_was_not_answered_then_is_not_answered_now() -> None:
 
 
 def test_a_heartbeat_is_answered_while_there_is_a_sign_of_the_module() -> None:
-    entries = (Entry(0.0, Way.IN, STATUS_FRAME), Entry(60.0, Way.OUT, STATUS.query().encode()))
+    entries = (CaptureEntry(0.0, Way.IN, STATUS_FRAME), CaptureEntry(60.0, Way.OUT, STATUS.query().encode()))
     heartbeat = HEARTBEAT.query().encode()
     player = Player(script_of(Capture(entries=entries)), 0.0)
     player.write(heartbeat, 5.0)

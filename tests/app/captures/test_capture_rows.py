@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from app.captures.entries import Entries, Entry, Way
+from app.captures.entries import CaptureEntry, Entries, Way
 from app.captures.explained import Explained, explained
 from app.captures.rows import CaptureRows, ChosenRows
 from app.system import gil_yield as pace
@@ -19,25 +19,25 @@ from tests.support.line.vectors import VECTORS
 
 RAWS = st.binary(min_size=1, max_size=20) | st.sampled_from([vector.raw for vector in VECTORS])
 ENTRIES = st.lists(st.tuples(st.integers(0, 10_000), st.sampled_from(Way), RAWS), max_size=30).map(
-    lambda drawn: [Entry(at / 100, way, raw) for at, way, raw in sorted(drawn, key=lambda one: one[0])]
+    lambda drawn: [CaptureEntry(at / 100, way, raw) for at, way, raw in sorted(drawn, key=lambda one: one[0])]
 )
 STREAMED = Status(7, 1.0, triggered=False, active=True).encode()
 
 
 @given(ENTRIES)
-def test_entries_are_what_was_put_in(drawn: list[Entry]) -> None:
+def test_entries_are_what_was_put_in(drawn: list[CaptureEntry]) -> None:
     entries = Entries(drawn)
     assert list(entries) == drawn
     assert entries == tuple(drawn)
     assert entries[:2] == tuple(drawn[:2])
     assert [entries[place] for place in range(-len(drawn), 0)] == drawn
-    assert entries != (*drawn, Entry(1e6, Way.IN, b"x"))
+    assert entries != (*drawn, CaptureEntry(1e6, Way.IN, b"x"))
     with pytest.raises(IndexError):
         entries[len(drawn)]
 
 
 @given(ENTRIES)
-def test_rows_are_what_was_explained(drawn: list[Entry]) -> None:
+def test_rows_are_what_was_explained(drawn: list[CaptureEntry]) -> None:
     rows = CaptureRows(explained(drawn))
     expected = list(explained(drawn))
     assert list(rows) == expected
@@ -61,21 +61,27 @@ def test_what_was_asked_is_known_of_each_answer() -> None:
     asked = [BY_NAME["cell_voltage"].query(), BY_NAME["trigger_records"].query()]
     reply = bytes.fromhex("41 75 35 01 BE F4")
     rows = CaptureRows(
-        explained([Entry(0, Way.OUT, asked[0].encode()), Entry(0, Way.IN, reply), Entry(1, Way.OUT, asked[1].encode())])
+        explained(
+            [
+                CaptureEntry(0, Way.OUT, asked[0].encode()),
+                CaptureEntry(0, Way.IN, reply),
+                CaptureEntry(1, Way.OUT, asked[1].encode()),
+            ]
+        )
     )
     assert [row.asked for row in rows] == [None, asked[0], asked[0]]
 
 
 def test_faults_that_differ_only_in_their_figures_stay_apart() -> None:
     wrong = [STREAMED[:-1] + bytes(((STREAMED[-1] + number) % 256,)) for number in (1, 2, 1)]
-    rows = CaptureRows(explained([Entry(float(number), Way.IN, raw) for number, raw in enumerate(wrong)]))
+    rows = CaptureRows(explained([CaptureEntry(float(number), Way.IN, raw) for number, raw in enumerate(wrong)]))
     said = [row.piece.detail for row in rows if isinstance(row.piece, Noise)]
     assert len(said) == 3
     assert said[0] == said[2] != said[1]
 
 
 def test_a_row_takes_few_bytes() -> None:
-    rows = CaptureRows(explained(Entry(number / 1440, Way.IN, STREAMED) for number in range(20_000)))
+    rows = CaptureRows(explained(CaptureEntry(number / 1440, Way.IN, STREAMED) for number in range(20_000)))
     kept = (rows._at_s, rows._flags, rows._ends, rows._offsets, rows._notes, rows._raw)
     assert len(rows) == 20_000
     assert sum(map(sys.getsizeof, kept)) < 20_000 * 60
@@ -85,9 +91,9 @@ def test_work_in_the_main_thread_never_rests(monkeypatch: pytest.MonkeyPatch) ->
     rests: list[float] = []
     monkeypatch.setattr(time, "sleep", rests.append)
     monkeypatch.setattr(time, "perf_counter", iter(range(1000)).__next__)
-    keeper = pace.Pace()
+    keeper = pace.GilYield()
     for _ in range(100):
-        keeper.keep()
+        keeper.checkpoint()
     assert rests == []
 
 
@@ -98,10 +104,10 @@ def test_work_beside_it_rests_when_it_has_worked_for_a_while(monkeypatch: pytest
     monkeypatch.setattr(time, "perf_counter", lambda: now_s[0])
 
     def work() -> None:
-        keeper = pace.Pace()
+        keeper = pace.GilYield()
         for _ in range(30):
             now_s[0] += pace.WORK_S / 10
-            keeper.keep()
+            keeper.checkpoint()
 
     thread = threading.Thread(target=work)
     thread.start()

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from app.captures.player import AHEAD_S, KNOWN_AHEAD_S, LEAST_AHEAD_S, READ_EARLIER_S, Player, playing, url_of
-from app.captures.reader import Capture, Entry, Way, entries_of
+from app.captures.reader import Capture, CaptureEntry, Way, entries_of
 from app.captures.script import Script, script_of
 from app.engine.worker import PortState, Worker
 from app.port_urls import protocol_capture
@@ -29,22 +29,24 @@ LIGHT = BY_NAME["light"].query()
 class Source:
     """Entries in steps; how many have been taken."""
 
-    def __init__(self, entries: Iterator[Entry], *, at_once: int = 10) -> None:
+    def __init__(self, entries: Iterator[CaptureEntry], *, at_once: int = 10) -> None:
         self.entries, self.at_once, self.taken = entries, at_once, 0
 
-    def __iter__(self) -> Iterator[Sequence[Entry]]:
+    def __iter__(self) -> Iterator[Sequence[CaptureEntry]]:
         while some := tuple(islice(self.entries, self.at_once)):
             self.taken += len(some)
             yield some
 
 
-def stream(rate_hz: float = 10.0, *, seconds: float | None = None) -> Iterator[Entry]:
+def stream(rate_hz: float = 10.0, *, seconds: float | None = None) -> Iterator[CaptureEntry]:
     """A status every so often; without end, where none is given."""
     numbers = count() if seconds is None else range(round(seconds * rate_hz))
-    return (Entry(number / rate_hz, Way.IN, STATUS_FRAME) for number in numbers)
+    return (CaptureEntry(number / rate_hz, Way.IN, STATUS_FRAME) for number in numbers)
 
 
-def streamed(entries: Iterator[Entry], *, at_once: int = 10, expected_s: float = 1000.0) -> tuple[Script, Source]:
+def streamed(
+    entries: Iterator[CaptureEntry], *, at_once: int = 10, expected_s: float = 1000.0
+) -> tuple[Script, Source]:
     source = Source(entries, at_once=at_once)
     return Script(iter(source), lambda: expected_s), source
 
@@ -54,11 +56,14 @@ def read_all_it_wants(player: Player, now_s: float) -> None:
         pass
 
 
-def asked(entries: Sequence[tuple[float, int]], *, until_s: float) -> list[Entry]:
+def asked(entries: Sequence[tuple[float, int]], *, until_s: float) -> list[CaptureEntry]:
     """A stream, in which the light was asked for at these times and answered with these values."""
     made = list(stream(seconds=until_s))
     for at_s, value in entries:
-        made += [Entry(at_s, Way.OUT, LIGHT.encode()), Entry(at_s + 0.01, Way.IN, encode_reply(0x14, value))]
+        made += [
+            CaptureEntry(at_s, Way.OUT, LIGHT.encode()),
+            CaptureEntry(at_s + 0.01, Way.IN, encode_reply(0x14, value)),
+        ]
     return sorted(made, key=lambda one: one.at_s)
 
 
@@ -197,7 +202,9 @@ def test_how_long_it_lasts_is_told_from_the_start_and_exact_in_the_end() -> None
 
 
 def test_a_frame_of_the_module_that_went_the_other_way_is_no_question() -> None:
-    script = script_of(Capture(entries=(Entry(0.0, Way.OUT, STATUS_FRAME), Entry(1.0, Way.IN, STATUS_FRAME))))
+    script = script_of(
+        Capture(entries=(CaptureEntry(0.0, Way.OUT, STATUS_FRAME), CaptureEntry(1.0, Way.IN, STATUS_FRAME)))
+    )
     assert script.answers == {}
     assert [raw for _at, raw in script.unasked] == [STATUS_FRAME]
 
@@ -231,7 +238,7 @@ def test_opening_reads_little_and_closing_lets_go(tmp_path: Path, monkeypatch: p
 
 
 def test_a_read_that_waits_can_be_ended(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    written(tmp_path / "a", [Entry(3600.0, Way.IN, STATUS_FRAME)])
+    written(tmp_path / "a", [CaptureEntry(3600.0, Way.IN, STATUS_FRAME)])
     port = Serial(url_of((tmp_path / "a").as_posix()), timeout=3000.0)
     waits = list[float]()
 

@@ -9,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from app.captures import survey as capture_survey
-from app.captures.reader import Entry, Header, OpenCapture, Way, read_capture
+from app.captures.reader import CaptureEntry, Header, OpenCapture, Way, read_capture
 from app.captures.survey import ENTRY_LINE, LONGEST_LINE, MAGIC_LINE, Survey
 from tests.support.records.captures import ENTRIES, STATUS_FRAME, written
 
@@ -63,7 +63,7 @@ def test_hex_text_lasts_as_long_as_its_bytes() -> None:
 def test_reading_goes_in_small_steps(tmp_path: Path) -> None:
     """So that whoever reads can stop, or let others work, between two of them."""
     path = tmp_path / "a"
-    written(path, [Entry(number / 100, Way.IN, STATUS_FRAME) for number in range(5000)])
+    written(path, [CaptureEntry(number / 100, Way.IN, STATUS_FRAME) for number in range(5000)])
     with path.open("rb") as file:
         opened = OpenCapture(file)
         steps = list(opened.steps())
@@ -109,4 +109,4 @@ def test_an_endless_line_of_a_capture_is_one_fault(tmp_path: Path) -> None:
     capture = read_capture(path)
     first = len(path.read_text().splitlines()) - 2
     assert [(fault.line, fault.text) for fault in capture.faults] == [(first, "the line is too long")]
-    assert capture.entries == (*ENTRIES, Entry(4001.0, Way.IN, b"A"))
+    assert capture.entries == (*ENTRIES, CaptureEntry(4001.0, Way.IN, b"A"))

@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 import app.__main__ as program
-from app.engine.procedure import Look, Procedure
+from app.engine.procedure import Inspect, Procedure
 from app.procedures.history import History
 from app.simulator import bench as benches
 from protocol.catalogue import SERIAL_OUTPUT, STATUS
@@ -96,8 +96,8 @@ def test_a_restart_in_the_middle_reads_anew(port: str, capsys: pytest.CaptureFix
 
 
 def test_history_in_all_its_shapes(port: str, hasty: None, capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
-    dialect = "history=9&records=pieces&record_gap_ms=2&odd_voltage=yes"
-    assert program.main(["history", "--port", f"{port}?{dialect}", "--json"]) == 0
+    quirks = "history=9&records=pieces&record_gap_ms=2&odd_voltage=yes"
+    assert program.main(["history", "--port", f"{port}?{quirks}", "--json"]) == 0
     shown = json.loads(Printed(capsys).out)
     assert len(shown["records"]) == 9
     assert shown["records"][0]["implausible"] == ["cell_voltage_v"] or shown["records"][0]["charging"]
@@ -130,7 +130,7 @@ def test_records_that_never_agree_are_said_to_be_uncertain(
     port: str, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     def read_history() -> Procedure[History]:
-        yield Look()
+        yield Inspect()
         return History((), 1, is_answered=True)
 
     monkeypatch.setattr("app.procedures.history.read_history", read_history)

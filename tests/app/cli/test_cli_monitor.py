@@ -8,7 +8,7 @@ import pytest
 import app.__main__ as program
 from app.engine import transport
 from app.engine.device import DeviceView
-from app.engine.procedure import Ask, Cancelled, LinkView, Look, Sight
+from app.engine.procedure import Ask, Cancelled, EngineView, Inspect, LinkView
 from app.procedures import stream
 from protocol.catalogue import SERIAL_OUTPUT
 from protocol.events import Counters
@@ -46,11 +46,11 @@ def test_monitor_leaves_a_stream_that_was_on(
     assert 40 < len(Printed(capsys).out.splitlines()) <= 82
 
 
-@pytest.mark.parametrize("dialect", ["stream=acknowledged", "stream=silent"])
+@pytest.mark.parametrize("quirks", ["stream=acknowledged", "stream=silent"])
 def test_monitor_polls_what_does_not_stream(
-    port: str, hasty: None, dialect: str, capsys: pytest.CaptureFixture[str], wire: list[bytes]
+    port: str, hasty: None, quirks: str, capsys: pytest.CaptureFixture[str], wire: list[bytes]
 ) -> None:
-    assert program.main(["monitor", "--port", f"{port}?{dialect}", "--seconds", "1.5"]) == 0
+    assert program.main(["monitor", "--port", f"{port}?{quirks}", "--seconds", "1.5"]) == 0
     printed = Printed(capsys)
     assert len(printed.out.splitlines()) >= 3
     assert "not triggered   locked" in printed.out
@@ -71,8 +71,8 @@ def test_the_stream_is_switched_off_though_its_answer_was_not_awaited() -> None:
     """Ctrl-C between the switching on and its acknowledgement."""
     procedure = stream.watch(stream.StreamSwitch(), read_all=False)
     want = next(procedure)
-    assert isinstance(want, Look)
-    sight = Sight(10.0, 0.0, 115200, DeviceView(), LinkView(Counters(), None, None, 0))
+    assert isinstance(want, Inspect)
+    sight = EngineView(10.0, 0.0, 115200, DeviceView(), LinkView(Counters(), None, None, 0))
     assert procedure.send(sight) == Ask(SERIAL_OUTPUT.set(True))
     cleaning = procedure.throw(Cancelled())
     assert isinstance(cleaning, Ask)
@@ -105,30 +105,30 @@ DIALECTS = (
 )
 
 
-@pytest.mark.parametrize("dialect", DIALECTS)
+@pytest.mark.parametrize("quirks", DIALECTS)
 def test_reading_sends_nothing_that_changes(
-    port: str, dialect: str, wire: list[bytes], capsys: pytest.CaptureFixture[str]
+    port: str, quirks: str, wire: list[bytes], capsys: pytest.CaptureFixture[str]
 ) -> None:
     for command in ("read", "find"):
-        program.main([command, "--port", f"{port}?{dialect}", "--json"])
+        program.main([command, "--port", f"{port}?{quirks}", "--json"])
     assert {frame[2] for frame in wire} == {0x01, 0x14, 0x15, 0x20, 0x21, 0x22, 0x23, 0x32, 0x33, 0x34}
     assert {frame[3] for frame in wire if frame[2] != 0x01} == {0x01}
 
 
-@pytest.mark.parametrize("dialect", ["records=spaced&history=3", "empty_slots=zeros", "history=9&double=0.3&seed=3"])
+@pytest.mark.parametrize("quirks", ["records=spaced&history=3", "empty_slots=zeros", "history=9&double=0.3&seed=3"])
 def test_history_sends_nothing_but_its_question(
-    port: str, hasty: None, dialect: str, wire: list[bytes], capsys: pytest.CaptureFixture[str]
+    port: str, hasty: None, quirks: str, wire: list[bytes], capsys: pytest.CaptureFixture[str]
 ) -> None:
-    program.main(["history", "--port", f"{port}?{dialect}", "--json"])
+    program.main(["history", "--port", f"{port}?{quirks}", "--json"])
     assert {frame[2] for frame in wire} <= {0x01, 0x35}
     assert {frame[3] for frame in wire if frame[2] == 0x35} == {0x01}
 
 
-@pytest.mark.parametrize("dialect", ["", "stream=silent&drop=0.3&seed=5", "remembers=yes&corrupt=0.05"])
+@pytest.mark.parametrize("quirks", ["", "stream=silent&drop=0.3&seed=5", "remembers=yes&corrupt=0.05"])
 def test_monitor_sends_only_the_switch_besides(
-    port: str, hasty: None, dialect: str, wire: list[bytes], capsys: pytest.CaptureFixture[str]
+    port: str, hasty: None, quirks: str, wire: list[bytes], capsys: pytest.CaptureFixture[str]
 ) -> None:
-    program.main(["monitor", "--port", f"{port}?{dialect}", "--seconds", "0.6", "--json"])
+    program.main(["monitor", "--port", f"{port}?{quirks}", "--seconds", "0.6", "--json"])
     sets = {frame[2] for frame in wire if frame[2] != 0x01 and frame[3] == 0x02}
     assert sets <= {SERIAL_OUTPUT.code}
     assert not FORBIDDEN & {frame[2] for frame in wire}

@@ -41,10 +41,10 @@ def test_no_permission(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.M
 
 
 def test_a_port_that_hangs_in_opening(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> None:
-    let_go = threading.Event()
+    release = threading.Event()
 
     def hang(self: serial.Serial) -> None:
-        let_go.wait(10)
+        release.wait(10)
         raise OSError(errno.ENOENT, "gone")
 
     monkeypatch.setattr(connection, "OPENING_LIMIT_S", 0.3)
@@ -52,7 +52,7 @@ def test_a_port_that_hangs_in_opening(capsys: pytest.CaptureFixture[str], monkey
     try:
         assert program.main(["read", "--port", "/dev/ttyS9"]) == 3
     finally:
-        let_go.set()
+        release.set()
     printed = Printed(capsys)
     assert "/dev/ttyS9 does not open within" in printed.err
     assert is_one_sentence(printed.err)
@@ -117,7 +117,9 @@ def test_without_a_command_the_window_opens(
 
 
 @pytest.mark.parametrize("entry", program.ENTRIES, ids=lambda entry: entry.name)
-def test_every_command_is_there_and_explains_itself(entry: program.Entry, capsys: pytest.CaptureFixture[str]) -> None:
+def test_every_command_is_there_and_explains_itself(
+    entry: program.SubCommand, capsys: pytest.CaptureFixture[str]
+) -> None:
     parser = argparse.ArgumentParser()
     import_module(entry.module).add_parser(parser.add_subparsers())
     assert program.main([entry.name, "--help"]) == 0

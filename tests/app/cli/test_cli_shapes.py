@@ -262,8 +262,8 @@ def test_durations(seconds: int, text: str) -> None:
 
 
 def test_set_json_is_the_contract() -> None:
-    results = {"serial_output": setting.Result(wanted=True, is_acknowledged=True)}
-    found = setting.Found(results=results, changed=(ChangedSetting(BY_NAME["freefall_time"], 1.6, 0.2),))
+    results = {"serial_output": setting.SettingResult(wanted=True, is_acknowledged=True)}
+    found = setting.SetOutcome(results=results, changed=(ChangedSetting(BY_NAME["freefall_time"], 1.6, 0.2),))
     assert console.as_json(setting.json_of(found)) == (
         '{"results": {"serial_output": {"wanted": true, "acknowledged": true, "read_back": null, "verified": null, '
         '"verified_age_s": null, "error": null}}, '
@@ -289,12 +289,12 @@ def test_flags_are_read(text: str, value: bool) -> None:
     ],
 )
 def test_unfit_wishes_are_refused(words: list[str]) -> None:
-    with pytest.raises(setting.Unfit):
+    with pytest.raises(setting.InvalidWord):
         setting.parse(words)
 
 
 def test_all_faults_are_said_at_once() -> None:
-    with pytest.raises(setting.Unfit) as caught:
+    with pytest.raises(setting.InvalidWord) as caught:
         setting.parse(["serial_output=true", "serial_output=maybe", "nonsense", "x=1"])
     assert len(str(caught.value).splitlines()) == 3
 

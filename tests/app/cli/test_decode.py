@@ -14,7 +14,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from app.cli import decode
-from app.cli.decode import LONGEST_RUN, Capture, Line, as_json
+from app.cli.decode import LONGEST_RUN, CaptureDecoder, DecodedLine, as_json
 from app.text.hex_text import HexText, NotHex
 from protocol.catalogue import BY_NAME
 from protocol.frame import Noise
@@ -40,8 +40,8 @@ def objects(text: str) -> list[dict[str, object]]:
     return [json.loads(line) for line in text.splitlines()]
 
 
-def lines_of(*chunks: bytes, asked: str | None = None) -> list[Line]:
-    capture = Capture(BY_NAME[asked] if asked else None)
+def lines_of(*chunks: bytes, asked: str | None = None) -> list[DecodedLine]:
+    capture = CaptureDecoder(BY_NAME[asked] if asked else None)
     return [line for chunk in chunks for line in capture.feed(chunk)] + list(capture.finish())
 
 

@@ -94,10 +94,10 @@ ADAPTER = PortInfo(PORT, "CP2102", "", "0001", 0x10C4, 0xEA60, "1-1:1.0")
 
 def test_an_adapter_that_vanishes_at_once_is_counted() -> None:
     history = PortHistory()
-    history.look([], 0.0)
+    history.poll([], 0.0)
     for number in range(3):
-        history.look([ADAPTER], 10.0 + number * 5)
-        history.look([], 12.0 + number * 5)
+        history.poll([ADAPTER], 10.0 + number * 5)
+        history.poll([], 12.0 + number * 5)
     assert history.short_visits(PORT, 30.0) == 3
     assert history.short_visits(ADAPTER.identity, 30.0) == 3
     assert history.short_visits("/dev/ttyS0", 30.0) == 0
@@ -106,21 +106,21 @@ def test_an_adapter_that_vanishes_at_once_is_counted() -> None:
 
 def test_what_was_there_before_or_stays_long_is_no_short_visit() -> None:
     history = PortHistory()
-    history.look([ADAPTER], 0.0)
-    history.look([], 1.0)
+    history.poll([ADAPTER], 0.0)
+    history.poll([], 1.0)
     assert history.short_visits(PORT, 2.0) == 0
-    history.look([ADAPTER], 10.0)
-    history.look([], 60.0)
+    history.poll([ADAPTER], 10.0)
+    history.poll([], 60.0)
     assert history.short_visits(PORT, 61.0) == 0
 
 
 def test_the_history_is_bounded() -> None:
     history = PortHistory()
     for number in range(500):
-        history.look([replace(ADAPTER, serial_number=str(number), device=f"/dev/ttyUSB{number}")], float(number))
+        history.poll([replace(ADAPTER, serial_number=str(number), device=f"/dev/ttyUSB{number}")], float(number))
     assert len(history._visits) <= PortHistory.KEPT_ADAPTERS
     for number in range(500):
-        history.look([ADAPTER] if number % 2 else [], 1000.0 + number)
+        history.poll([ADAPTER] if number % 2 else [], 1000.0 + number)
     assert max(map(len, history._visits.values())) <= PortHistory.KEPT_VISITS
 
 

@@ -10,8 +10,8 @@ import pytest
 
 from app.diagnosis.adapter_facts import Access, AdapterFacts
 from app.diagnosis.causes import CAUSES, Cause, Diagnosis, diagnose
-from app.diagnosis.evidence import Witness
-from app.diagnosis.symptoms import NOISE_KEPT_BYTES, Evidence
+from app.diagnosis.evidence import EvidenceCollector
+from app.diagnosis.symptoms import NOISE_KEPT_BYTES, PortEvidence
 from app.engine.procedure import Ask, Procedure
 from app.engine.session import Run
 from app.engine.transport import Holder, PortError, PortTrouble
@@ -25,29 +25,29 @@ from tests.support.line.sim_line import Rig
 PORT = "/dev/ttyUSB0"
 
 
-def trouble(kind: PortTrouble, holder: Holder | None = None) -> Evidence:
-    return Evidence(port=PORT, trouble=PortError(kind, PORT, "driver's words", holder))
+def trouble(kind: PortTrouble, holder: Holder | None = None) -> PortEvidence:
+    return PortEvidence(port=PORT, trouble=PortError(kind, PORT, "driver's words", holder))
 
 
-def opened(**values: Any) -> Evidence:
+def opened(**values: Any) -> PortEvidence:
     """Open, asked three times, and nothing came."""
     counters = values.pop("counters", {})
-    return Evidence(port=PORT, is_open=True, counters=Counters(sent=3, time_outs=3, **counters), **values)
+    return PortEvidence(port=PORT, is_open=True, counters=Counters(sent=3, time_outs=3, **counters), **values)
 
 
-def online(**values: Any) -> Evidence:
-    return Evidence(port=PORT, is_open=True, is_answering=True, was_online=True, **values)
+def online(**values: Any) -> PortEvidence:
+    return PortEvidence(port=PORT, is_open=True, is_answering=True, was_online=True, **values)
 
 
 def rejected(count: int, reason: Reason = Reason.NO_HEADER) -> dict[str, Any]:
     return {"rejected_bytes": Counter({reason: count})}
 
 
-def with_facts(evidence: Evidence, **values: Any) -> Evidence:
+def with_facts(evidence: PortEvidence, **values: Any) -> PortEvidence:
     return replace(evidence, facts=AdapterFacts(**values))
 
 
-TABLE: tuple[tuple[str, Evidence, Cause], ...] = (
+TABLE: tuple[tuple[str, PortEvidence, Cause], ...] = (
     ("no bytes at all", opened(), Cause.NOTHING),
     ("echo only", opened(bytes_received=18, counters={"frames": 3, "by_role": Counter({Role.ECHO: 3})}), Cause.ECHO),
     ("echo and hiss", opened(bytes_received=20, noise=b"\x00Ba\x01", counters=rejected(4)), Cause.ECHO),
@@ -101,9 +101,9 @@ TABLE: tuple[tuple[str, Evidence, Cause], ...] = (
     ("answers in steps of 16 ms", online(round_trip_minimum_s=0.0155, round_trip_median_s=0.016), Cause.SLOW_ADAPTER),
 )  # fmt: skip
 
-FINE: tuple[tuple[str, Evidence], ...] = (
-    ("nothing was asked yet", Evidence(port=PORT, is_open=True)),
-    ("closed, as somebody wanted", Evidence(port=PORT)),
+FINE: tuple[tuple[str, PortEvidence], ...] = (
+    ("nothing was asked yet", PortEvidence(port=PORT, is_open=True)),
+    ("closed, as somebody wanted", PortEvidence(port=PORT)),
     ("answering", online(round_trip_minimum_s=0.002, round_trip_median_s=0.003)),
     ("answering over a network", online(round_trip_minimum_s=0.004, round_trip_median_s=0.2)),
     ("answering slowly at 4800 baud", online(round_trip_minimum_s=0.027, round_trip_median_s=0.09)),
@@ -116,7 +116,7 @@ FINE: tuple[tuple[str, Evidence], ...] = (
 
 
 @pytest.mark.parametrize(("evidence", "cause"), [row[1:] for row in TABLE], ids=[row[0] for row in TABLE])
-def test_evidence_has_its_cause(evidence: Evidence, cause: Cause) -> None:
+def test_evidence_has_its_cause(evidence: PortEvidence, cause: Cause) -> None:
     found = diagnose(evidence)
     assert found is not None
     assert found.cause is cause
@@ -128,7 +128,7 @@ def test_evidence_has_its_cause(evidence: Evidence, cause: Cause) -> None:
 
 
 @pytest.mark.parametrize("evidence", [row[1] for row in FINE], ids=[row[0] for row in FINE])
-def test_nothing_is_wrong(evidence: Evidence) -> None:
+def test_nothing_is_wrong(evidence: PortEvidence) -> None:
     assert diagnose(evidence) is None
 
 
@@ -142,7 +142,7 @@ def test_each_cause_says_something_of_its_own() -> None:
     assert len(said) >= len(Cause)
 
 
-def found_for(evidence: Evidence) -> Diagnosis:
+def found_for(evidence: PortEvidence) -> Diagnosis:
     found = diagnose(evidence)
     assert found is not None
     return found
@@ -179,13 +179,13 @@ class Watched:
 
     def __init__(self, options: dict[str, str]) -> None:
         self.rig = Rig(options)
-        self.witness = Witness()
-        self.witness.begin(PORT)
+        self.evidence_collector = EvidenceCollector()
+        self.evidence_collector.begin(PORT)
 
     def tell(self, connection: Connection | None = None) -> None:
         session, now = self.rig.session, self.rig.clock.now_s
         is_open = connection is None
-        self.witness.take(
+        self.evidence_collector.on_batch(
             Batch(
                 now,
                 connection or Connection(PortState.OPEN, PORT, 115200),
@@ -206,7 +206,7 @@ class Watched:
             self.tell()
 
     def cause(self) -> Cause | None:
-        found = diagnose(self.witness.evidence())
+        found = diagnose(self.evidence_collector.evidence())
         return None if found is None else found.cause
 
 
@@ -300,19 +300,19 @@ def test_a_module_that_comes_back_after_its_shutting_down_is_not_shut_down() -> 
     watched.rig.bench.press_switch()
     watched.wait(5)
     assert watched.cause() is None
-    assert not watched.witness.evidence().was_shut_down
+    assert not watched.evidence_collector.evidence().was_shut_down
 
 
 def test_a_lost_port_is_its_trouble_and_a_new_connection_begins_anew() -> None:
     watched = pulled_from_the_adapter()
     watched.tell(Connection(PortState.CLOSED, PORT, 115200, PortError(PortTrouble.LOST, PORT, "")))
     assert watched.cause() is Cause.UNPLUGGED
-    watched.witness.begin("/dev/ttyUSB1")
+    watched.evidence_collector.begin("/dev/ttyUSB1")
     assert watched.cause() is None
-    assert watched.witness.evidence() == Evidence(port="/dev/ttyUSB1", platform=sys.platform)
+    assert watched.evidence_collector.evidence() == PortEvidence(port="/dev/ttyUSB1", platform=sys.platform)
 
 
 def test_the_noise_kept_is_bounded() -> None:
     watched = Watched({"garbage": "1", "rate": "1000", "stream_at_boot": "yes", "uptime": "60"})
     watched.wait(10)
-    assert 0 < len(watched.witness.evidence().noise) <= NOISE_KEPT_BYTES
+    assert 0 < len(watched.evidence_collector.evidence().noise) <= NOISE_KEPT_BYTES

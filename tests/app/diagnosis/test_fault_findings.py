@@ -6,7 +6,7 @@ import sys
 
 import pytest
 
-from app.engine.device import Device, Doubt
+from app.engine.device import Device, StaleReason
 from app.engine.procedure import Ask, Cancelled, Procedure
 from app.engine.session import Run
 from app.engine.transport import holder_of
@@ -60,7 +60,7 @@ def test_a_write_that_is_cancelled_casts_doubt_on_what_was_known() -> None:
     assert isinstance(run.error, Cancelled)
     known = rig.session.device.value(THRESHOLD.key)
     assert known is not None
-    assert known.doubt is Doubt.WRITE_UNCONFIRMED
+    assert known.stale_reason is StaleReason.WRITE_UNCONFIRMED
 
 
 def test_a_write_that_was_cancelled_before_it_left_casts_none() -> None:
@@ -75,7 +75,7 @@ def test_a_write_that_was_cancelled_before_it_left_casts_none() -> None:
     assert THRESHOLD.set(75) not in rig.line.requests
     known = rig.session.device.value(THRESHOLD.key)
     assert known is not None
-    assert known.doubt is None
+    assert known.stale_reason is None
 
 
 def test_a_second_cancel_does_not_break_off_the_cleaning_up() -> None:
@@ -106,7 +106,7 @@ def test_a_streamed_serial_output_is_not_on_for_ever() -> None:
     rig.step_for(2.0)
     known = rig.session.device.view(rig.clock.now_s).known(key, rig.clock.now_s)
     assert known is not None
-    assert known.doubt is Doubt.AGED
+    assert known.stale_reason is StaleReason.AGED
 
 
 def test_an_acknowledged_baud_rate_is_not_yet_the_rate() -> None:
@@ -116,7 +116,7 @@ def test_an_acknowledged_baud_rate_is_not_yet_the_rate() -> None:
     rig.run(ask(Ask(BAUD_RATE.set(9600), is_deliberate=True)))
     known = rig.session.device.value("baud_rate")
     assert known is not None
-    assert known.doubt is Doubt.WRITE_UNCONFIRMED
+    assert known.stale_reason is StaleReason.WRITE_UNCONFIRMED
 
 
 @pytest.mark.parametrize(("name", "value", "key"), [("deploy", True, "triggered"), ("zero_sensor", None, "tilt_deg")])
@@ -135,7 +135,7 @@ def test_what_was_reported_before_an_act_is_doubtful_after_it(
         device.apply(OutcomeUnknown(request, 1.0, rig.clock.now_s))
     known = device.value(key)
     assert known is not None
-    assert known.doubt is Doubt.WRITE_UNCONFIRMED
+    assert known.stale_reason is StaleReason.WRITE_UNCONFIRMED
 
 
 @pytest.mark.parametrize("fault", ["replies 1.4 s late", "replies doubled", "5 % of all bytes lost"])

@@ -2,7 +2,7 @@
 
 from collections import Counter
 
-from app.diagnosis.link_statistics import BOUNDS_MS, COARSE_KEPT, FINE_KEPT, LinkFigures
+from app.diagnosis.link_statistics import BOUNDS_MS, COARSE_KEPT, FINE_KEPT, LinkStatistics
 from app.engine.device import DeviceView
 from app.engine.procedure import LinkView
 from app.engine.session import Run
@@ -32,10 +32,10 @@ def answered(trip_s: float | None) -> Answered:
 
 
 def test_what_happened_lies_in_its_second() -> None:
-    figures = LinkFigures()
-    figures.take(batch(10.2, view(100, sent=4, frames=3, time_outs=1)))
-    figures.take(batch(10.9, view(150, sent=6, frames=5, time_outs=2, retries=1)))
-    figures.take(batch(12.5, view(150, sent=6, frames=5, time_outs=2, retries=1, restarts=1)))
+    figures = LinkStatistics()
+    figures.on_batch(batch(10.2, view(100, sent=4, frames=3, time_outs=1)))
+    figures.on_batch(batch(10.9, view(150, sent=6, frames=5, time_outs=2, retries=1)))
+    figures.on_batch(batch(12.5, view(150, sent=6, frames=5, time_outs=2, retries=1, restarts=1)))
     first, second = figures.seconds
     assert (first.begins_s, first.sent, first.frames, first.time_outs, first.retries) == (10.0, 6, 5, 2, 1)
     assert first.bytes_received == 150
@@ -45,33 +45,33 @@ def test_what_happened_lies_in_its_second() -> None:
 
 
 def test_rejected_bytes_are_told_by_reason_most_first() -> None:
-    figures = LinkFigures()
+    figures = LinkStatistics()
     counters = Counters(rejected_bytes=Counter({Reason.NO_HEADER: 2, Reason.CHECKSUM: 9}))
-    figures.take(batch(1.0, LinkView(counters, None, None, 11)))
+    figures.on_batch(batch(1.0, LinkView(counters, None, None, 11)))
     assert figures.seconds[0].rejected == ((Reason.CHECKSUM, 9), (Reason.NO_HEADER, 2))
     assert figures.seconds[0].rejected_bytes == 11
 
 
 def test_round_trips_fall_into_classes() -> None:
-    figures = LinkFigures()
+    figures = LinkStatistics()
     trips = (0.0005, 0.001, 0.0011, 0.016, 0.0161, 0.9, 1.0, 1.5, None)
-    figures.take(batch(1.0, view(), *(answered(trip) for trip in trips)))
+    figures.on_batch(batch(1.0, view(), *(answered(trip) for trip in trips)))
     classes = {one.up_to_ms: one.count for one in figures.round_trips() if one.count}
     assert classes == {1: 2, 2: 1, 16: 1, 24: 1, 1000: 2, None: 1}
     assert len(figures.round_trips()) == len(BOUNDS_MS) + 1
     assert figures.quantile_s(0.5) == 0.0161
     assert figures.seconds[0].slowest_s == 1.5
-    assert LinkFigures().quantile_s(0.5) is None
+    assert LinkStatistics().quantile_s(0.5) is None
 
 
 def test_a_lost_port_is_a_loss_and_counting_goes_on_after_it() -> None:
-    figures = LinkFigures()
-    figures.take(batch(1.0, view(100, sent=10)))
+    figures = LinkStatistics()
+    figures.on_batch(batch(1.0, view(100, sent=10)))
     noise = Noise(b"\x00\x01", Fault(Reason.NO_HEADER, ""))
-    figures.take(batch(1.5, None, Sent(b"", QUERY, 1, 1.5), Rejected(noise, 1.5), connection=LOST))
-    figures.take(batch(1.6, None, connection=LOST))
-    figures.take(batch(2.0, None, connection=Connection(PortState.OPENING, "x", 115200)))
-    figures.take(batch(2.1, view(7, sent=3)))
+    figures.on_batch(batch(1.5, None, Sent(b"", QUERY, 1, 1.5), Rejected(noise, 1.5), connection=LOST))
+    figures.on_batch(batch(1.6, None, connection=LOST))
+    figures.on_batch(batch(2.0, None, connection=Connection(PortState.OPENING, "x", 115200)))
+    figures.on_batch(batch(2.1, view(7, sent=3)))
     assert figures.losses == 1
     assert figures.totals.sent == 14
     assert figures.bytes_received == 109
@@ -79,22 +79,22 @@ def test_a_lost_port_is_a_loss_and_counting_goes_on_after_it() -> None:
 
 
 def test_a_new_opening_that_no_batch_told_of_is_not_counted_backwards() -> None:
-    figures = LinkFigures()
-    figures.take(batch(1.0, view(100, sent=10)))
-    figures.take(batch(2.0, view(5, sent=2)))
+    figures = LinkStatistics()
+    figures.on_batch(batch(1.0, view(100, sent=10)))
+    figures.on_batch(batch(2.0, view(5, sent=2)))
     assert figures.totals.sent == 12
     assert figures.bytes_received == 105
 
 
 def test_both_series_are_bounded_and_a_clock_that_jumps_does_no_harm() -> None:
-    figures = LinkFigures()
+    figures = LinkStatistics()
     for number in range(2 * FINE_KEPT):
-        figures.take(batch(float(number), view(number, sent=number)))
+        figures.on_batch(batch(float(number), view(number, sent=number)))
     assert len(figures.seconds) == FINE_KEPT
     for number in range(2 * COARSE_KEPT):
-        figures.take(batch(1e6 + number * 60.0, view(10_000 + number, sent=10_000 + number)))
+        figures.on_batch(batch(1e6 + number * 60.0, view(10_000 + number, sent=10_000 + number)))
     assert len(figures.minutes) == COARSE_KEPT
-    figures.take(batch(5.0, view(99_999, sent=99_999)))
+    figures.on_batch(batch(5.0, view(99_999, sent=99_999)))
     assert figures.minutes[-1].begins_s > 1e6
 
 
@@ -102,10 +102,10 @@ def test_they_agree_with_the_link_on_a_bad_line() -> None:
     rig = Rig({"corrupt": "0.02", "drop": "0.05", "seed": "5"})
     run = Run(read_everything())
     rig.session.run(run)
-    figures = LinkFigures()
+    figures = LinkStatistics()
     while not run.is_done:
         rig.session.step()
-        figures.take(batch(rig.clock.now_s, rig.session.link_view(), *rig.session.take_events()))
+        figures.on_batch(batch(rig.clock.now_s, rig.session.link_view(), *rig.session.take_events()))
     counted = rig.session.link_view().counters
     assert figures.totals == counted
     assert figures.totals.by_role[Role.ANSWER] > 0

@@ -6,15 +6,15 @@ from pathlib import Path
 
 import pytest
 
-from app.captures.reader import Entry, Header, Way, parse_capture
-from app.diagnosis.link_statistics import LinkFigures
+from app.captures.reader import CaptureEntry, Header, Way, parse_capture
+from app.diagnosis.link_statistics import LinkStatistics
 from app.diagnosis.support_bundle import COMPUTER, USER, Contents, Names, SupportBundle, scrub
 from app.engine.device import DeviceView, How, Known
 from app.engine.transport import Holder, PortError, PortTrouble
 from app.engine.worker import Connection, PortState
 
 NAMES = Names("wolfgang", "field-laptop.example.org", "/home/wolfgang")
-ENTRIES = (Entry(0.0, Way.OUT, b"\x01"), Entry(1.0, Way.IN, b"\x02"))
+ENTRIES = (CaptureEntry(0.0, Way.OUT, b"\x01"), CaptureEntry(1.0, Way.IN, b"\x02"))
 CONTENTS = Contents(
     version="1.2",
     log="2026-11-21 opened /home/wolfgang/x on field-laptop\n",
@@ -26,7 +26,7 @@ CONTENTS = Contents(
     ),
     device=DeviceView({"tilt_deg": Known(7, How.STREAMED, 10.0)}),
     now=12.0,
-    figures=LinkFigures(),
+    figures=LinkStatistics(),
     preferences={"language": "zh_CN", "last": "C:\\Users\\wolfgang\\x.toml"},
     capture=ENTRIES,
     capture_header=Header(program="1.2", port="/dev/ttyUSB0"),

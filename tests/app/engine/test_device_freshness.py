@@ -8,7 +8,7 @@ import pytest
 from app.engine.device import Device, How
 from app.procedures.read import read_everything
 from app.safety.acts import Act
-from app.safety.interlocks import Condition, refusals, situation
+from app.safety.interlocks import Interlock, interlock_inputs, refusals
 from protocol.catalogue import STATUS
 from protocol.events import Received, Role, WentOnline
 from protocol.frame import Direction, Frame, encode_long
@@ -36,8 +36,8 @@ def test_a_stream_with_jitter_never_flickers_to_stale(period_s: float) -> None:
         just_before = later - 0.001
         view = device.view(just_before)
         assert view.fresh("tilt_deg", just_before) == 1
-        named = situation(view, just_before, must_be_proven=False)
-        assert Condition.FRESH_STATUS not in [one.condition for one in refusals(Act.SHUTDOWN, named)]
+        named = interlock_inputs(view, just_before, must_be_proven=False)
+        assert Interlock.FRESH_STATUS not in [one.condition for one in refusals(Act.SHUTDOWN, named)]
 
 
 @pytest.mark.parametrize(("period_s", "stale_after_s"), [(0.02, 1.0), (0.5, 1.0), (0.9, 1.35), (1.0, 1.5)])

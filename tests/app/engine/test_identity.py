@@ -7,10 +7,10 @@ import pytest
 from app.cli.set import result_of
 from app.engine.identity import (
     READ_WITHIN_S,
-    Evidence,
     Expected,
     Identity,
     IdentityCheck,
+    IdentityEvidence,
     Trust,
     evidence_of,
     is_another,
@@ -28,9 +28,9 @@ from app.procedures.act import perform
 from app.procedures.baud import change_baud
 from app.procedures.lock import lock
 from app.procedures.read import read_everything
-from app.procedures.write_all import Change, Leave, write_all
+from app.procedures.write_all import Leave, SettingChange, write_all
 from app.safety.acts import REQUESTS, Act
-from app.safety.interlocks import Condition
+from app.safety.interlocks import Interlock
 from app.safety.permit import Origin, Permit
 from protocol.catalogue import ACTIVATION, BY_NAME, SERIAL_OUTPUT
 from protocol.events import Answered, Received, Role, Unanswered
@@ -38,7 +38,7 @@ from protocol.messages import Reading
 from tests.support.journals import FakeJournal
 from tests.support.line.sim_line import Rig, watched
 
-FOUND = Evidence(
+FOUND = IdentityEvidence(
     37,
     {
         "light_threshold_v": 1.8,
@@ -51,7 +51,7 @@ FOUND = Evidence(
 OPTIONS = {"uptime": 60, "noise": 0, "boots": 37}
 
 
-def with_setting(key: str, value: float) -> Evidence:
+def with_setting(key: str, value: float) -> IdentityEvidence:
     return replace(FOUND, settings={**FOUND.settings, key: value})
 
 
@@ -65,11 +65,11 @@ def with_setting(key: str, value: float) -> Evidence:
         (with_setting("attitude_threshold_deg", 85), False, True),
         (replace(FOUND, boot_count=None), False, False),
         (replace(FOUND, settings={}), False, False),
-        (Evidence(), False, False),
+        (IdentityEvidence(), False, False),
     ],
     ids=["the same", "restarted", "over the wrap", "gone back", "set otherwise", "no count", "no settings", "nothing"],
 )
-def test_boot_count_and_settings_tell(before: Evidence, same: bool, another: bool) -> None:
+def test_boot_count_and_settings_tell(before: IdentityEvidence, same: bool, another: bool) -> None:
     assert is_same(before, FOUND) is same
     assert is_another(before, FOUND) is another
 
@@ -113,8 +113,8 @@ def test_the_same_module_streams_again_by_itself() -> None:
         (Expected(replace(FOUND, boot_count=90)), Trust.ANOTHER),
         (Expected(with_setting("freefall_time_s", 2.0)), Trust.ANOTHER),
         (Expected(FOUND, is_adapter_same=False), Trust.UNCERTAIN),
-        (Expected(Evidence()), Trust.UNCERTAIN),
-        (Expected(Evidence(37)), Trust.UNCERTAIN),
+        (Expected(IdentityEvidence()), Trust.UNCERTAIN),
+        (Expected(IdentityEvidence(37)), Trust.UNCERTAIN),
     ],
     ids=["boot count", "setting", "another device", "nothing known", "settings not known"],
 )
@@ -142,7 +142,7 @@ def test_an_act_that_is_refused_for_it_says_so(act: Act) -> None:
     rig.step_for(5)
     permit = Permit(act, Origin.RITUAL, rig.clock())
     done = rig.run(perform(act, FakeJournal(), permit=permit))
-    assert Condition.IS_THE_ONE_MEANT in [one.condition for one in done.refusals]
+    assert Interlock.IS_THE_ONE_MEANT in [one.condition for one in done.refusals]
     assert NOT_PROVEN in done.sentence
     assert changes(rig) == []
 
@@ -151,7 +151,7 @@ def test_a_write_that_is_refused_for_it_says_so() -> None:
     rig = Rig(OPTIONS, expected=Expected(replace(FOUND, boot_count=90)))
     watched(rig)
     rig.step_for(5)
-    wanted, journal = Change(BY_NAME["attitude_threshold"], 70), FakeJournal()
+    wanted, journal = SettingChange(BY_NAME["attitude_threshold"], 70), FakeJournal()
     report = rig.run(write_all([wanted], Leave(journal=journal, is_unlocked=True)))
     assert [one.sentence for one in report.refusals] == [NOT_PROVEN]
     (written,) = report.results
@@ -184,7 +184,7 @@ def test_what_a_person_says_counts_only_for_what_they_saw() -> None:
     seen = rig.session.identity.identity
     assert seen.is_for_a_person
     assert seen.is_boot_count_lower
-    rig.session.identity.vouch(replace(seen, now=Evidence(12)))
+    rig.session.identity.vouch(replace(seen, now=IdentityEvidence(12)))
     assert trust(rig) is Trust.ANOTHER
     rig.session.identity.vouch(seen)
     assert trust(rig) is Trust.PROVEN
@@ -194,25 +194,25 @@ def test_what_a_person_says_counts_only_for_what_they_saw() -> None:
 @pytest.mark.parametrize(
     ("now", "is_kept"),
     [
-        (Evidence(12, FOUND.settings), True),
-        (Evidence(12, {"light_threshold_v": 1.8}), True),
-        (Evidence(12, {**FOUND.settings, "attitude_threshold_deg": 75}), False),
-        (Evidence(13, FOUND.settings), False),
+        (IdentityEvidence(12, FOUND.settings), True),
+        (IdentityEvidence(12, {"light_threshold_v": 1.8}), True),
+        (IdentityEvidence(12, {**FOUND.settings, "attitude_threshold_deg": 75}), False),
+        (IdentityEvidence(13, FOUND.settings), False),
     ],
     ids=["all the rest", "a part", "another setting", "restarted again"],
 )
-def test_what_a_person_says_stands_when_more_was_read_that_agrees(now: Evidence, is_kept: bool) -> None:
+def test_what_a_person_says_stands_when_more_was_read_that_agrees(now: IdentityEvidence, is_kept: bool) -> None:
     """A click on what the window showed a moment ago is not lost, and does not cover what nobody has seen."""
-    seen = Identity(Trust.ANOTHER, FOUND, Evidence(12))
+    seen = Identity(Trust.ANOTHER, FOUND, IdentityEvidence(12))
     assert replace(seen, now=now).is_as_seen(seen) is is_kept
     assert not Identity(Trust.UNCERTAIN, FOUND, now).is_as_seen(seen)
-    assert not replace(seen, before=Evidence(90), now=now).is_as_seen(seen)
+    assert not replace(seen, before=IdentityEvidence(90), now=now).is_as_seen(seen)
     rig = Rig(OPTIONS, expected=Expected(replace(FOUND, boot_count=90)))
     watched(rig)
     rig.step_for(5)
     whole = rig.session.identity.identity
     assert whole.now == FOUND
-    rig.session.identity.vouch(replace(whole, now=Evidence(37)))
+    rig.session.identity.vouch(replace(whole, now=IdentityEvidence(37)))
     assert trust(rig) is Trust.PROVEN
 
 
@@ -298,7 +298,7 @@ def test_a_name_is_the_same_adapter_only_while_it_leads_to_the_same_file(
     nodes: dict[str, tuple[int, int, int] | None] = {address.device: (1, 8, 34821)}
     made = Reconnection(is_link=lambda _device: True, node=lambda device: nodes[device])
     made.want(address)
-    made.take(Connection(PortState.OPEN, address.device, 115200), 1.0)
+    made.feed(Connection(PortState.OPEN, address.device, 115200), 1.0)
     nodes[address.device] = again
     assert made.is_adapter_same is is_same_adapter
 

@@ -19,7 +19,7 @@ from tests.support.window.fakes_ui import WAIT_MS, simulated, wait_online, windo
 from ui.acts.outcomes import open_conditions
 from ui.core.connector import Target
 from ui.main import Assembly
-from ui.pages.settings.controller import SettingsWork
+from ui.pages.settings.controller import SettingsController
 from ui.services.module_name import ModuleName
 
 NAME = "M-07"
@@ -61,7 +61,7 @@ class Desk:
         """Named, read, and kept."""
         self.naming.choose(NAME)
         self.naming.remember_adapter()
-        store = self.assembly.keeping.store
+        store = self.assembly.storage.store
         assert isinstance(store, Store)
         self.wait(lambda: any(store.evidence(module.id).is_complete for module in store.modules()))
 
@@ -83,7 +83,7 @@ def desk(qtbot: QtBot, qapp: QApplication, folder: Path, port: str) -> Iterator[
         one.connect()
         one.know()
         yield one
-        assembly.keeping.close()
+        assembly.storage.close()
 
 
 @pytest.mark.parametrize(("answer", "name"), [("identity_new", ""), ("identity_same", NAME)])
@@ -128,7 +128,7 @@ def test_another_module_is_asked_about_at_connecting_and_the_same_is_known_by_it
         assert (one.naming.name, one.naming.meant) == ("", NAME)
         services = one.assembly.window._services
         assert NOT_PROVEN in [refusal.sentence for refusal in open_conditions(services, Act.ACTIVATE)]
-        settings = SettingsWork(services)
+        settings = SettingsController(services)
         settings.form.fill({"attitude_threshold_deg": 70})
         settings.write(is_warned=True, is_unlocked=True)
         notice = settings.notice()
@@ -143,12 +143,12 @@ def test_it_is_known_again_in_the_next_session(qtbot: QtBot, qapp: QApplication,
             first = Desk(qtbot, assembly, bench, "next")
             first.connect()
             first.know()
-            assembly.keeping.close()
+            assembly.storage.close()
         with window(qapp, tmp_path) as assembly:
             second = Desk(qtbot, assembly, bench, "next")
             second.connect()
             second.wait(lambda: second.naming.name == NAME)
-            assembly.keeping.close()
+            assembly.storage.close()
         bench.module.memory.attitude_threshold = 85
         with window(qapp, tmp_path) as assembly:
             third = Desk(qtbot, assembly, bench, "next")
@@ -157,4 +157,4 @@ def test_it_is_known_again_in_the_next_session(qtbot: QtBot, qapp: QApplication,
             assert third.naming.name == ""
             third.naming.choose("M-08")
             third.wait(lambda: third.naming.name == "M-08" and third.asked == "")
-            assembly.keeping.close()
+            assembly.storage.close()

@@ -6,7 +6,7 @@ from typing import Any
 
 import pytest
 
-from app.engine.device import Doubt
+from app.engine.device import StaleReason
 from app.engine.procedure import Procedure
 from app.preflight.evidence import FlagFate
 from app.preflight.run import _enable
@@ -14,9 +14,9 @@ from app.procedures.act import perform
 from app.procedures.ask_status import ask_status
 from app.procedures.baud import change_baud
 from app.procedures.read import read_everything
-from app.procedures.write_all import Change, Leave, write_all
+from app.procedures.write_all import Leave, SettingChange, write_all
 from app.safety.acts import REQUESTS, Act
-from app.safety.interlocks import Condition
+from app.safety.interlocks import Interlock
 from app.safety.journal import Outcome
 from app.safety.permit import Origin, Permit
 from app.terminal.read_report import Findings, page_of
@@ -66,7 +66,7 @@ class Arrivals:
         return self._hear(data, now_s)
 
 
-WANTED = [Change(BY_NAME["freefall_time"], 1.2)]
+WANTED = [SettingChange(BY_NAME["freefall_time"], 1.2)]
 CHANGES: dict[str, bytes] = {
     "zero": REQUESTS[Act.ZERO].encode(),
     "shutdown": REQUESTS[Act.SHUTDOWN].encode(),
@@ -125,7 +125,7 @@ def test_beyond_a_second_acts_are_refused_with_the_reason(lag_ms: float, hz: flo
     rig = lagging(lag_ms, hz)
     done = rig.run(WAYS["zero"](rig))
     assert done.outcome is Outcome.NOT_SENT
-    assert Condition.FRESH_STATUS in [one.condition for one in done.refusals]
+    assert Interlock.FRESH_STATUS in [one.condition for one in done.refusals]
     if hz is not None:
         assert any("late" in one.sentence for one in done.refusals), [one.sentence for one in done.refusals]
 
@@ -170,7 +170,7 @@ def test_a_long_lag_is_measured_and_makes_the_status_stale(lag_ms: float, hz: fl
         if hz == 50.0:
             known = view.known("tilt_deg", now)
             assert known is not None
-            assert known.doubt in (Doubt.LATE, Doubt.LINK_LOST)
+            assert known.stale_reason in (StaleReason.LATE, StaleReason.LINK_LOST)
     rig.bench.change(lag_ms=0.0)
     rig.step_for(2 * lag_ms / 1000 + 15.0)
     now = rig.clock()

@@ -10,7 +10,7 @@ from PySide6.QtWidgets import QApplication
 from pytestqt.qtbot import QtBot
 
 from app.diagnosis.link_state import Phase, link_state, words
-from app.engine.device import DeviceView, Doubt, How, Known
+from app.engine.device import DeviceView, How, Known, StaleReason
 from app.engine.worker import Connection, PortState
 from app.procedures.greet import Greeting, Silence
 from app.safety.acts import Act
@@ -31,41 +31,41 @@ def view(value: bool | None, **how: Any) -> DeviceView:
     return DeviceView(MappingProxyType(known), Presence.ONLINE, NOW)
 
 
-@pytest.mark.parametrize("doubt", list(Doubt))
-def test_a_lost_active_is_said_as_was_active(doubt: Doubt) -> None:
+@pytest.mark.parametrize("stale_reason", list(StaleReason))
+def test_a_lost_active_is_said_as_was_active(stale_reason: StaleReason) -> None:
     last = LastKnown()
-    last.take(view(True), "a")
+    last.feed(view(True), "a")
     assert last.activation(view(True), NOW).state is Activation.ACTIVE
-    seen = last.activation(view(True, doubt=doubt), NOW + 30)
+    seen = last.activation(view(True, stale_reason=stale_reason), NOW + 30)
     assert (seen.state, seen.at, seen.may_fire) == (Activation.WAS_ACTIVE, NOW, True)
 
 
 def test_the_port_came_back_and_nothing_is_answered_yet() -> None:
     last = LastKnown()
-    last.take(view(True), "a")
-    last.take(view(None), "a")
+    last.feed(view(True), "a")
+    last.feed(view(None), "a")
     assert last.activation(view(None), NOW + 30).state is Activation.WAS_ACTIVE
-    last.take(view(None), "b")  # another adapter
+    last.feed(view(None), "b")  # another adapter
     assert last.activation(view(None), NOW + 30).state is Activation.UNKNOWN
 
 
 def test_only_a_report_ends_it() -> None:
     last = LastKnown()
-    last.take(view(True), "a")
-    acknowledged = view(False, how=How.ACKNOWLEDGED, doubt=Doubt.LINK_LOST)
-    last.take(acknowledged, "a")
+    last.feed(view(True), "a")
+    acknowledged = view(False, how=How.ACKNOWLEDGED, stale_reason=StaleReason.LINK_LOST)
+    last.feed(acknowledged, "a")
     assert last.activation(acknowledged, NOW + 5).state is Activation.WAS_ACTIVE
     reported = view(False)
-    last.take(reported, "a")
+    last.feed(reported, "a")
     assert last.activation(reported, NOW).state is Activation.LOCKED
-    assert last.activation(view(False, doubt=Doubt.LINK_LOST), NOW + 5).state is Activation.WAS_LOCKED
+    assert last.activation(view(False, stale_reason=StaleReason.LINK_LOST), NOW + 5).state is Activation.WAS_LOCKED
     assert last.activation(view(None), NOW + 5).state is Activation.UNKNOWN
 
 
 def test_an_activation_that_nobody_answered_is_not_called_locked() -> None:
     last = LastKnown()
-    unanswered = view(False, doubt=Doubt.WRITE_UNCONFIRMED)
-    last.take(unanswered, "a")
+    unanswered = view(False, stale_reason=StaleReason.WRITE_UNCONFIRMED)
+    last.feed(unanswered, "a")
     assert last.activation(unanswered, NOW).state is Activation.UNKNOWN
 
 
@@ -80,7 +80,7 @@ def chip(qtbot: QtBot, qapp: QApplication) -> Iterator[StateChip]:
 
 def test_the_chip_of_a_lost_active_is_amber_and_hatched(chip: StateChip) -> None:
     last = LastKnown()
-    last.take(view(True), "a")
+    last.feed(view(True), "a")
     show_activation(chip, last.activation(view(None), NOW + 12), NOW + 12)
     chip.resize(chip.sizeHint())
     with watching() as drawn:
@@ -103,10 +103,10 @@ def offline(last: LastKnown, device: DeviceView, greeting: Greeting | None = Non
 
 def test_a_shut_down_by_command_is_calm_until_it_answers() -> None:
     last, silent = LastKnown(), DeviceView(view(False).values, Presence.OFFLINE, NOW + 2)
-    last.take(silent, "a")
+    last.feed(silent, "a")
     assert offline(last, silent).phase is Phase.OFFLINE
     last.note_shutdown(NOW + 2, 1_700_000_000.0)
-    last.take(silent, "a")
+    last.feed(silent, "a")
     state = offline(last, silent)
     said = words(state, NOW + 60)
     notice = link_notice(state, NOW + 60, {}, was_active=True)
@@ -117,7 +117,7 @@ def test_a_shut_down_by_command_is_calm_until_it_answers() -> None:
     assert "answers" not in notice.text
     assert not notice.choices
     back = DeviceView({"active": Known(False, How.READ, NOW + 90)}, Presence.ONLINE, NOW + 90)
-    last.take(back, "a")
+    last.feed(back, "a")
     assert offline(last, back).phase is Phase.ONLINE
     gone = DeviceView(back.values, Presence.OFFLINE, NOW + 99)
     assert offline(last, gone).phase is Phase.OFFLINE  # this silence was not ordered
@@ -131,12 +131,12 @@ def test_a_module_that_answers_after_all_is_never_called_switched_off() -> None:
 
 def test_the_shut_down_of_one_module_is_not_that_of_another() -> None:
     last, nothing = LastKnown(), DeviceView()
-    last.take(nothing, "a")
+    last.feed(nothing, "a")
     last.note_shutdown(NOW, 1_700_000_000.0)
     garbage = Greeting(silence=Silence.GARBAGE)
     assert offline(last, nothing, garbage).phase is Phase.SILENT  # somebody speaks, at another rate
     assert offline(last, nothing).phase is Phase.SWITCHED_OFF
-    last.take(nothing, "b")
+    last.feed(nothing, "b")
     assert offline(last, nothing).phase is Phase.ASKING
 
 

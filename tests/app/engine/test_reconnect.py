@@ -49,8 +49,8 @@ def lost(port: PortInfo = MINE, *, is_link: bool = False, now: float = 100.0) ->
     """A connection to `port` that has just gone."""
     made = Reconnection(is_link=lambda _device: is_link)
     made.want(address_of(port.device, [port]))
-    made.take(opened(port.device), now - 1)
-    made.take(closed(device=port.device), now)
+    made.feed(opened(port.device), now - 1)
+    made.feed(closed(device=port.device), now)
     return made
 
 
@@ -58,14 +58,14 @@ def test_the_same_adapter_is_found_under_another_name() -> None:
     made = lost()
     assert made.is_due(100.0)
     back = replace(MINE, device="/dev/ttyUSB3")
-    assert made.look([OTHER, back], 100.0) == Address("/dev/ttyUSB3", MINE.identity, MINE.location)
+    assert made.poll([OTHER, back], 100.0) == Address("/dev/ttyUSB3", MINE.identity, MINE.location)
 
 
 def test_another_adapter_in_its_place_is_left_alone() -> None:
     made = lost()
-    assert made.look([replace(OTHER, device=MINE.device)], 100.0) is None
+    assert made.poll([replace(OTHER, device=MINE.device)], 100.0) is None
     assert made.absence is Absence.ANOTHER
-    assert made.look([], 101.0) is None
+    assert made.poll([], 101.0) is None
     assert made.absence is Absence.AWAY
 
 
@@ -73,9 +73,9 @@ def test_a_loss_that_is_told_again_is_no_news() -> None:
     made = Reconnection()
     made.want(address_of(MINE.device, [MINE]))
     loss = closed()
-    made.take(loss, 1.0)
-    made.look([replace(OTHER, device=MINE.device)], 1.0)
-    made.take(loss, 2.0)
+    made.feed(loss, 1.0)
+    made.poll([replace(OTHER, device=MINE.device)], 1.0)
+    made.feed(loss, 2.0)
     assert (made.absence, made.lost_at) == (Absence.ANOTHER, 1.0)
 
 
@@ -84,13 +84,13 @@ def test_an_adapter_is_recognised_while_its_port_is_open() -> None:
     made = Reconnection(is_link=lambda _device: False)
     made.want(Address(MINE.device))
     assert not made.is_due(0.0)
-    made.take(opened(), 1.0)
+    made.feed(opened(), 1.0)
     assert made.is_due(1.0)
-    assert made.look([OTHER, MINE], 1.0) is None
+    assert made.poll([OTHER, MINE], 1.0) is None
     assert not made.is_due(2.0)
-    made.take(closed(), 3.0)
+    made.feed(closed(), 3.0)
     assert made.absence is Absence.AWAY
-    assert made.look([replace(MINE, device="/dev/ttyUSB5")], 3.0) is not None
+    assert made.poll([replace(MINE, device="/dev/ttyUSB5")], 3.0) is not None
 
 
 def test_another_adapter_that_has_the_name_by_the_time_of_opening_is_closed_again() -> None:
@@ -98,25 +98,25 @@ def test_another_adapter_that_has_the_name_by_the_time_of_opening_is_closed_agai
     made = Reconnection(is_link=lambda _device: False)
     made.want(address_of(MINE.device, [MINE]))
     for now in (1.0, 11.0):
-        made.take(opened(), now)
+        made.feed(opened(), now)
         assert made.is_due(now)
-        assert made.look([replace(OTHER, device=MINE.device)], now) is None
+        assert made.poll([replace(OTHER, device=MINE.device)], now) is None
         assert (made.is_mistaken, made.is_waiting, made.absence) == (True, True, Absence.ANOTHER)
-        made.take(closed(None), now + 0.1)
+        made.feed(closed(None), now + 0.1)
         assert not made.is_mistaken
         assert not made.is_due(now + EAGER_S / 2)
-        assert made.look([OTHER], now + 1) is None
-        assert made.look([MINE], now + 2) == Address(MINE.device, MINE.identity, MINE.location)
+        assert made.poll([OTHER], now + 1) is None
+        assert made.poll([MINE], now + 2) == Address(MINE.device, MINE.identity, MINE.location)
     assert made.returns == 0
 
 
 def test_a_name_behind_which_nothing_is_listed_by_the_time_of_opening_is_closed_again() -> None:
     made = lost()
-    found = made.look([MINE], 101.0)
+    found = made.poll([MINE], 101.0)
     assert found is not None
     made.opening(found)
-    made.take(opened(), 101.1)
-    assert made.look([], 101.2) is None
+    made.feed(opened(), 101.1)
+    assert made.poll([], 101.2) is None
     assert (made.is_mistaken, made.absence, made.returns) == (True, Absence.AWAY, 0)
 
 
@@ -124,25 +124,25 @@ def test_a_name_behind_which_nothing_is_listed_by_the_time_of_opening_is_closed_
 def test_what_somebody_leaves_is_no_mistake_any_more(end: Callable[[Reconnection], None]) -> None:
     made = Reconnection(is_link=lambda _device: False)
     made.want(address_of(MINE.device, [MINE]))
-    made.take(opened(), 1.0)
-    made.look([], 1.0)
+    made.feed(opened(), 1.0)
+    made.poll([], 1.0)
     end(made)
     assert not made.is_mistaken
 
 
 def test_without_a_serial_number_the_socket_decides() -> None:
     made = lost(NAMELESS)
-    assert made.look([replace(NAMELESS, location="1-4:1.0")], 100.0) is None
-    assert made.look([replace(NAMELESS, device="/dev/ttyUSB5")], 101.0) is not None
+    assert made.poll([replace(NAMELESS, location="1-4:1.0")], 100.0) is None
+    assert made.poll([replace(NAMELESS, device="/dev/ttyUSB5")], 101.0) is not None
 
 
 def test_two_adapters_with_the_same_serial_number_are_told_apart_by_the_socket_or_not_at_all() -> None:
     twin = replace(MINE, device="/dev/ttyUSB1", location="1-2:1.0")
     made = lost()
-    found = made.look([twin, replace(MINE, device="/dev/ttyUSB2")], 100.0)
+    found = made.poll([twin, replace(MINE, device="/dev/ttyUSB2")], 100.0)
     assert found is not None
     assert found.device == "/dev/ttyUSB2"
-    assert made.look([twin, replace(twin, device="/dev/ttyUSB4", location="1-3:1.0")], 101.0) is None
+    assert made.poll([twin, replace(twin, device="/dev/ttyUSB4", location="1-3:1.0")], 101.0) is None
     assert made.absence is Absence.SEVERAL
 
 
@@ -150,38 +150,38 @@ def test_the_twin_that_is_left_is_not_taken_for_the_one_that_went() -> None:
     twin = replace(MINE, device="/dev/ttyUSB1", location="1-2:1.0")
     made = Reconnection()
     made.want(address_of(MINE.device, [MINE, twin]))
-    made.take(opened(), 1.0)
-    made.look([MINE, twin], 1.0)
-    made.take(closed(), 2.0)
-    assert made.look([twin], 2.0) is None
+    made.feed(opened(), 1.0)
+    made.poll([MINE, twin], 1.0)
+    made.feed(closed(), 2.0)
+    assert made.poll([twin], 2.0) is None
     assert made.absence is Absence.SEVERAL
-    found = made.look([twin, replace(MINE, device="/dev/ttyUSB4")], 3.0)
+    found = made.poll([twin, replace(MINE, device="/dev/ttyUSB4")], 3.0)
     assert found is not None
     assert found.device == "/dev/ttyUSB4"
 
 
 def test_alone_with_its_serial_number_it_may_come_back_in_another_socket() -> None:
     made = lost()
-    assert made.look([replace(MINE, location="1-9:1.0")], 100.0) is not None
+    assert made.poll([replace(MINE, location="1-9:1.0")], 100.0) is not None
 
 
 def test_a_bare_name_is_never_opened_again() -> None:
     made = Reconnection(is_link=lambda _device: False)
     made.want(Address("/dev/ttyS0"))
-    made.take(opened("/dev/ttyS0"), 1.0)
-    made.take(closed(device="/dev/ttyS0"), 2.0)
+    made.feed(opened("/dev/ttyS0"), 1.0)
+    made.feed(closed(device="/dev/ttyS0"), 2.0)
     assert made.absence is Absence.NAME_ONLY
     assert not made.is_due(10.0)
-    assert made.look([PortInfo("/dev/ttyS0")], 10.0) is None
+    assert made.poll([PortInfo("/dev/ttyS0")], 10.0) is None
 
 
 @pytest.mark.parametrize("device", ["socket://10.0.0.2:4000", "sim://bench", "/home/me/module"])
 def test_a_url_and_a_link_are_addresses_of_their_own(device: str) -> None:
     made = Reconnection(is_link=lambda device: device == "/home/me/module")
     made.want(Address(device))
-    made.take(opened(device), 1.0)
-    made.take(closed(device=device), 2.0)
-    assert made.look([], 2.0) == Address(device)
+    made.feed(opened(device), 1.0)
+    made.feed(closed(device=device), 2.0)
+    assert made.poll([], 2.0) == Address(device)
     assert made.absence is Absence.AWAY
 
 
@@ -190,11 +190,11 @@ def test_a_link_behind_which_an_adapter_has_come_is_left_alone(tmp_path: Path) -
     link.symlink_to("/dev/pts/999")
     made = Reconnection()
     made.want(Address(str(link)))
-    made.take(opened(str(link)), 1.0)
-    made.take(closed(device=str(link)), 2.0)
+    made.feed(opened(str(link)), 1.0)
+    made.feed(closed(device=str(link)), 2.0)
     link.unlink()
     link.symlink_to(MINE.device)
-    assert made.look([MINE], 2.0) is None
+    assert made.poll([MINE], 2.0) is None
     assert made.absence is Absence.ANOTHER
 
 
@@ -202,7 +202,7 @@ def test_a_link_behind_which_an_adapter_has_come_is_left_alone(tmp_path: Path) -
 def test_a_port_that_never_opened_is_not_tried_again(trouble: PortTrouble) -> None:
     made = Reconnection()
     made.want(address_of(MINE.device, [MINE]))
-    made.take(closed(trouble), 1.0)
+    made.feed(closed(trouble), 1.0)
     assert not made.is_waiting
 
 
@@ -210,8 +210,8 @@ def test_a_port_that_never_opened_is_not_tried_again(trouble: PortTrouble) -> No
 def test_a_port_that_is_back_and_does_not_open_yet_is_tried_again(trouble: PortTrouble) -> None:
     """The system's rules give access only a moment after the device appears."""
     made = lost()
-    assert made.look([MINE], 100.0) is not None
-    made.take(closed(trouble), 100.1)
+    assert made.poll([MINE], 100.0) is not None
+    made.feed(closed(trouble), 100.1)
     assert made.absence is Absence.FAILED
     assert made.is_due(100.0 + EAGER_S)
 
@@ -220,29 +220,29 @@ def test_disconnecting_ends_the_waiting() -> None:
     made = lost()
     made.give_up()
     assert not made.is_waiting
-    assert made.look([MINE], 100.0) is None
-    made.take(closed(), 101.0)
+    assert made.poll([MINE], 100.0) is None
+    made.feed(closed(), 101.0)
     assert not made.is_waiting
 
 
 def test_a_wanted_closing_is_no_loss() -> None:
     made = Reconnection()
     made.want(address_of(MINE.device, [MINE]))
-    made.take(opened(), 1.0)
-    made.take(closed(None), 2.0)
+    made.feed(opened(), 1.0)
+    made.feed(closed(None), 2.0)
     assert not made.is_waiting
 
 
 def test_open_again_is_counted_and_the_next_loss_is_a_new_one() -> None:
     made = lost()
-    found = made.look([replace(MINE, device="/dev/ttyUSB9")], 100.0)
+    found = made.poll([replace(MINE, device="/dev/ttyUSB9")], 100.0)
     assert found is not None
     made.opening(found)
-    made.take(opened("/dev/ttyUSB9"), 100.5)
+    made.feed(opened("/dev/ttyUSB9"), 100.5)
     assert (made.returns, made.is_waiting) == (0, False)  # it is not known yet what was opened
-    made.look([replace(MINE, device="/dev/ttyUSB9")], 100.6)
+    made.poll([replace(MINE, device="/dev/ttyUSB9")], 100.6)
     assert (made.returns, made.is_mistaken) == (1, False)
-    made.take(closed(device="/dev/ttyUSB9"), 200.0)
+    made.feed(closed(device="/dev/ttyUSB9"), 200.0)
     assert made.lost_at == 200.0
     assert made.address == Address("/dev/ttyUSB9", MINE.identity, MINE.location)
 
@@ -253,7 +253,7 @@ def test_it_looks_often_enough_and_not_more_often() -> None:
     now = 100.0
     while now < 100.0 + 2 * EAGER_FOR_S:
         if made.is_due(now):
-            made.look([], now)
+            made.poll([], now)
             looks.append(now)
         now += 0.1
     gaps = [after - before for before, after in itertools.pairwise(looks)]
@@ -282,9 +282,9 @@ class Owner:
 
     def turn(self, batch: Batch) -> None:
         connection, now = batch.connection, time.monotonic()
-        self.reconnection.take(connection, now)
+        self.reconnection.feed(connection, now)
         if self.reconnection.is_due(now) and connection.state is not PortState.OPENING:
-            found = self.reconnection.look(self._list_ports(), now)
+            found = self.reconnection.poll(self._list_ports(), now)
             if found is not None:
                 self._open(found)
             if self.reconnection.is_mistaken:

@@ -4,7 +4,7 @@ from itertools import pairwise
 
 import pytest
 
-from app.engine.device import Doubt, How
+from app.engine.device import How, StaleReason
 from app.engine.procedure import Ask, Procedure
 from app.engine.session import Run
 from app.procedures.greet import greet
@@ -96,7 +96,7 @@ def test_a_restart_casts_doubt_on_everything_until_it_is_read_again() -> None:
     rig.step_until(lambda: rig.session.device.view(0).restarts == 1, limit_s=20)
     view = rig.session.device.view(rig.clock.now_s)
     assert "attitude_trigger" not in view.values
-    assert view.values["freefall_time_s"].doubt is Doubt.RESTARTED
+    assert view.values["freefall_time_s"].stale_reason is StaleReason.RESTARTED
     watched(rig)
     rig.step_for(1)
     again = rig.session.device.view(rig.clock.now_s)
@@ -196,7 +196,7 @@ def test_a_silent_module_goes_offline_and_what_was_known_is_stale() -> None:
     rig.step_for(2)
     view = rig.session.device.view(rig.clock.now_s)
     assert view.presence.value == "offline"
-    assert all(known.doubt is Doubt.LINK_LOST for known in view.values.values())
+    assert all(known.stale_reason is StaleReason.LINK_LOST for known in view.values.values())
     rig.bench.heal()
     rig.step_for(4)
     assert rig.session.device.view(rig.clock.now_s).fresh("freefall_time_s", rig.clock.now_s) == 1.6
@@ -209,5 +209,5 @@ def test_a_live_value_grows_stale_with_age() -> None:
     assert view.fresh("active", rig.clock.now_s) is False
     later = view.known("active", rig.clock.now_s + 1.5)
     assert later is not None
-    assert later.doubt is Doubt.AGED
+    assert later.stale_reason is StaleReason.AGED
     assert view.fresh("freefall_time_s", rig.clock.now_s + 3600) == 1.6

@@ -2,37 +2,38 @@
 
 import pytest
 
-from app.firing.judge import Judge, Limits, Sample, firings
+from app.firing.judge import Judge, SensorSample, TriggerLimits, firings
 from protocol.messages import Source
 
 STEP_S = 0.01
 
 
-def fall(duration_s: float, *, acceleration_g: float = 0.1, begins_s: float = 1.0) -> list[Sample]:
+def fall(duration_s: float, *, acceleration_g: float = 0.1, begins_s: float = 1.0) -> list[SensorSample]:
     """A second of rest, a fall, and a second of rest."""
     count = round((begins_s + duration_s + 1.0) / STEP_S)
     times = [step * STEP_S for step in range(count)]
     return [
-        Sample(at, 0.0, acceleration_g if begins_s - 1e-9 <= at < begins_s + duration_s - 1e-9 else 1.0) for at in times
+        SensorSample(at, 0.0, acceleration_g if begins_s - 1e-9 <= at < begins_s + duration_s - 1e-9 else 1.0)
+        for at in times
     ]
 
 
 def test_attitude_fires_at_the_threshold_and_once() -> None:
-    samples = [Sample(tilt * STEP_S, tilt, 1.0) for tilt in range(90)]
-    found = list(firings(samples, Limits(attitude_threshold_deg=60)))
+    samples = [SensorSample(tilt * STEP_S, tilt, 1.0) for tilt in range(90)]
+    found = list(firings(samples, TriggerLimits(attitude_threshold_deg=60)))
     assert [(one.sample.tilt_deg, one.sources) for one in found] == [(60, Source.ATTITUDE)]
 
 
 @pytest.mark.parametrize(("lowest_deg", "expected"), [(51, 1), (50, 2)])
 def test_attitude_resets_ten_degrees_below_the_threshold(lowest_deg: int, expected: int) -> None:
     tilts = [0, 60, lowest_deg, 60]
-    samples = [Sample(number * STEP_S, tilt, 1.0) for number, tilt in enumerate(tilts)]
-    assert len(list(firings(samples, Limits(attitude_threshold_deg=60)))) == expected
+    samples = [SensorSample(number * STEP_S, tilt, 1.0) for number, tilt in enumerate(tilts)]
+    assert len(list(firings(samples, TriggerLimits(attitude_threshold_deg=60)))) == expected
 
 
 @pytest.mark.parametrize(("duration_s", "fires"), [(1.59, False), (1.62, True)])
 def test_free_fall_fires_after_its_time(duration_s: float, fires: bool) -> None:
-    found = list(firings(fall(duration_s), Limits(freefall_time_s=1.6)))
+    found = list(firings(fall(duration_s), TriggerLimits(freefall_time_s=1.6)))
     assert bool(found) is fires
     if fires:
         assert found[0].sources == Source.FREEFALL
@@ -40,38 +41,40 @@ def test_free_fall_fires_after_its_time(duration_s: float, fires: bool) -> None:
 
 
 def test_acceleration_at_the_threshold_is_no_fall() -> None:
-    assert not list(firings(fall(3.0, acceleration_g=0.5), Limits(freefall_acceleration_g=0.5)))
-    assert list(firings(fall(3.0, acceleration_g=0.49), Limits(freefall_acceleration_g=0.5)))
+    assert not list(firings(fall(3.0, acceleration_g=0.5), TriggerLimits(freefall_acceleration_g=0.5)))
+    assert list(firings(fall(3.0, acceleration_g=0.49), TriggerLimits(freefall_acceleration_g=0.5)))
 
 
 def test_one_sample_of_weight_starts_the_fall_anew() -> None:
     samples = fall(3.0)
     samples[200] = samples[200]._replace(acceleration_g=1.0)
-    assert [one.sample.at_s for one in firings(samples, Limits(freefall_time_s=1.6))] == [pytest.approx(2.01 + 1.6)]
+    assert [one.sample.at_s for one in firings(samples, TriggerLimits(freefall_time_s=1.6))] == [
+        pytest.approx(2.01 + 1.6)
+    ]
 
 
 def test_a_gap_in_a_recording_proves_no_fall() -> None:
-    samples = [Sample(0.0, 0.0, 0.0), Sample(2.0, 0.0, 0.0), Sample(2.1, 0.0, 0.0)]
-    assert not list(firings(samples, Limits(freefall_time_s=1.6)))
+    samples = [SensorSample(0.0, 0.0, 0.0), SensorSample(2.0, 0.0, 0.0), SensorSample(2.1, 0.0, 0.0)]
+    assert not list(firings(samples, TriggerLimits(freefall_time_s=1.6)))
 
 
 def test_both_fire_together() -> None:
-    limits = Limits(freefall_time_s=0.0)
-    verdict = Judge().judge(Sample(0.0, 80.0, 0.0), limits)
+    limits = TriggerLimits(freefall_time_s=0.0)
+    verdict = Judge().judge(SensorSample(0.0, 80.0, 0.0), limits)
     assert verdict.fired == Source.ATTITUDE | Source.FREEFALL
 
 
 def test_what_is_disabled_does_not_fire() -> None:
-    limits = Limits(freefall_time_s=0.0, attitude_is_enabled=False, freefall_is_enabled=False)
-    assert not Judge().judge(Sample(0.0, 80.0, 0.0), limits).fired
+    limits = TriggerLimits(freefall_time_s=0.0, attitude_is_enabled=False, freefall_is_enabled=False)
+    assert not Judge().judge(SensorSample(0.0, 80.0, 0.0), limits).fired
 
 
 def test_a_locked_module_never_fires_and_forgets_a_fall() -> None:
     judge = Judge()
-    limits = Limits(freefall_time_s=1.0)
+    limits = TriggerLimits(freefall_time_s=1.0)
     for step in range(300):
-        assert not judge.judge(Sample(step * STEP_S, 80.0, 0.0), limits, is_active=False).fired
-    assert judge.judge(Sample(3.0, 0.0, 0.0), limits).fired == Source(0)
-    assert judge.judge(Sample(3.4, 0.0, 0.0), limits).fired == Source(0)
-    assert judge.judge(Sample(3.8, 0.0, 0.0), limits).fired == Source(0)
-    assert judge.judge(Sample(4.0, 0.0, 0.0), limits).fired == Source.FREEFALL
+        assert not judge.judge(SensorSample(step * STEP_S, 80.0, 0.0), limits, is_active=False).fired
+    assert judge.judge(SensorSample(3.0, 0.0, 0.0), limits).fired == Source(0)
+    assert judge.judge(SensorSample(3.4, 0.0, 0.0), limits).fired == Source(0)
+    assert judge.judge(SensorSample(3.8, 0.0, 0.0), limits).fired == Source(0)
+    assert judge.judge(SensorSample(4.0, 0.0, 0.0), limits).fired == Source.FREEFALL

@@ -7,11 +7,11 @@ from dataclasses import dataclass, field
 import numpy as np
 import pytest
 
-from app.firing.judge import Limits, Sample
+from app.firing.judge import SensorSample, TriggerLimits
 from app.firing.what_if_series import MOST_AT_ONCE, Following, Judging
-from app.firing.would_fire import FIRINGS_KEPT, Finding, Inquiry
+from app.firing.would_fire import FIRINGS_KEPT, Inquiry, WhatIfFinding
 from app.recordings.excerpt import Excerpt
-from app.recordings.markers import Happening, Kind
+from app.recordings.markers import Marker, MarkerKind
 from app.samples.ring_buffers import Series
 from protocol.messages import Source
 from tests.support.records.excerpts import excerpt
@@ -19,24 +19,24 @@ from tests.support.records.excerpts import excerpt
 STEP_S = 0.02
 
 
-def at_rest(count: int, since_s: float = 0.0) -> list[Sample]:
-    return [Sample(since_s + n * STEP_S, 0.0, 1.0) for n in range(count)]
+def at_rest(count: int, since_s: float = 0.0) -> list[SensorSample]:
+    return [SensorSample(since_s + n * STEP_S, 0.0, 1.0) for n in range(count)]
 
 
-def tilted(*tilts: float) -> list[Sample]:
-    return [Sample(n * STEP_S, tilt, 1.0) for n, tilt in enumerate(tilts)]
+def tilted(*tilts: float) -> list[SensorSample]:
+    return [SensorSample(n * STEP_S, tilt, 1.0) for n, tilt in enumerate(tilts)]
 
 
-def weighed(*weights: float) -> list[Sample]:
-    return [Sample(n * STEP_S, 0.0, weight) for n, weight in enumerate(weights)]
+def weighed(*weights: float) -> list[SensorSample]:
+    return [SensorSample(n * STEP_S, 0.0, weight) for n, weight in enumerate(weights)]
 
 
 def found_in(
-    samples: list[Sample], limits: Limits | None = None, *, active: list[bool] | None = None,
-    counts_locked: bool = True, happenings: tuple[Happening, ...] = (), is_whole: bool = True,
-) -> Finding:  # fmt: skip
-    inquiry = Inquiry(limits or Limits(), counts_locked=counts_locked)
-    inquiry.take(excerpt(samples, active=active, happenings=happenings, is_whole=is_whole))
+    samples: list[SensorSample], limits: TriggerLimits | None = None, *, active: list[bool] | None = None,
+    counts_locked: bool = True, markers: tuple[Marker, ...] = (), is_whole: bool = True,
+) -> WhatIfFinding:  # fmt: skip
+    inquiry = Inquiry(limits or TriggerLimits(), counts_locked=counts_locked)
+    inquiry.feed(excerpt(samples, active=active, markers=markers, is_whole=is_whole))
     return inquiry.finding
 
 
@@ -107,7 +107,7 @@ def test_a_fall_as_long_as_the_reports_can_tell() -> None:
 
 @pytest.mark.parametrize("threshold_g", [0.1 * n for n in range(1, 20)])
 def test_the_threshold_itself_is_no_fall_although_values_are_kept_as_short_floats(threshold_g: float) -> None:
-    limits = Limits(freefall_acceleration_g=round(threshold_g, 1), freefall_time_s=0.1)
+    limits = TriggerLimits(freefall_acceleration_g=round(threshold_g, 1), freefall_time_s=0.1)
     at, below = round(threshold_g, 1), round(threshold_g - 0.1, 1)
     assert not found_in(weighed(*[at] * 50), limits).firings
     assert len(found_in(weighed(*[below] * 50), limits).firings) == 1
@@ -125,14 +125,14 @@ def test_pauses_are_not_judged() -> None:
 
 
 def test_reports_too_far_apart_tell_nothing() -> None:
-    found = found_in([Sample(float(n), 0.0, 1.0) for n in range(20)])
+    found = found_in([SensorSample(float(n), 0.0, 1.0) for n in range(20)])
     assert not found.is_judged
     assert found.report_count == 20
 
 
 def test_of_a_trigger_that_is_off_nothing_is_said() -> None:
-    limits = Limits(attitude_is_enabled=False, freefall_is_enabled=False)
-    found = found_in([Sample(0.0, 90.0, 0.0), Sample(0.1, 90.0, 0.0)], limits)
+    limits = TriggerLimits(attitude_is_enabled=False, freefall_is_enabled=False)
+    found = found_in([SensorSample(0.0, 90.0, 0.0), SensorSample(0.1, 90.0, 0.0)], limits)
     assert (found.firing_count, found.nearest_tilt, found.lowest, found.longest_fall) == (0, None, None, None)
 
 
@@ -151,10 +151,10 @@ def test_activated_while_tilted_it_fires_at_once() -> None:
     assert [one.sample.at_s for one in found.firings] == [pytest.approx(0.20)]
 
 
-@pytest.mark.parametrize("kind", [Kind.RESTARTED, Kind.CONNECTED])
-def test_after_a_restart_it_has_forgotten_everything(kind: Kind) -> None:
+@pytest.mark.parametrize("kind", [MarkerKind.RESTARTED, MarkerKind.CONNECTED])
+def test_after_a_restart_it_has_forgotten_everything(kind: MarkerKind) -> None:
     samples = tilted(*[70.0] * 20)
-    found = found_in(samples, happenings=(Happening(0.21, kind), Happening(0.3, Kind.OFFLINE)))
+    found = found_in(samples, markers=(Marker(0.21, kind), Marker(0.3, MarkerKind.OFFLINE)))
     assert [one.sample.at_s for one in found.firings] == [0.0, pytest.approx(0.22)]
 
 
@@ -176,10 +176,10 @@ class Measurements:
 
     tilt: Series = field(default_factory=Series)
     acceleration: Series = field(default_factory=Series)
-    happenings: tuple[Happening, ...] = ()
+    markers: tuple[Marker, ...] = ()
     looks: int = 0
 
-    def add(self, *samples: Sample) -> None:
+    def add(self, *samples: SensorSample) -> None:
         times, tilts, weights = zip(*samples, strict=True)
         self.tilt.append(times, tilts)
         self.acceleration.append(times, weights)
@@ -189,17 +189,17 @@ class Measurements:
         times, tilts = self.tilt.window(start_s, end_s)
         weights = self.acceleration.window(start_s, end_s).value
         rows = zip(times.tolist(), tilts.tolist(), weights.tolist(), strict=True)
-        return excerpt([Sample(*row) for row in rows])
+        return excerpt([SensorSample(*row) for row in rows])
 
 
 def test_reports_are_judged_as_they_come() -> None:
     data = Measurements()
-    following = Following(data, Limits())
+    following = Following(data, TriggerLimits())
     assert following.catch_up()
     assert (following.finding.report_count, following.progress) == (0, 1.0)
     data.add(*tilted(0, 10, 20))
     assert following.catch_up()
-    data.add(Sample(0.06, 65.0, 1.0))
+    data.add(SensorSample(0.06, 65.0, 1.0))
     assert following.catch_up()
     assert [one.sources for one in following.finding.firings] == [Source.ATTITUDE]
     looks = data.looks
@@ -209,12 +209,12 @@ def test_reports_are_judged_as_they_come() -> None:
 
 def test_each_report_counts_once_also_of_one_instant() -> None:
     data = Measurements()
-    following = Following(data, Limits())
-    data.add(Sample(1.0, 0.0, 1.0), Sample(1.0, 1.0, 1.0))
+    following = Following(data, TriggerLimits())
+    data.add(SensorSample(1.0, 0.0, 1.0), SensorSample(1.0, 1.0, 1.0))
     following.catch_up()
-    data.add(Sample(1.0, 2.0, 1.0))
+    data.add(SensorSample(1.0, 2.0, 1.0))
     following.catch_up()
-    data.add(Sample(1.0, 70.0, 1.0), Sample(1.1, 3.0, 1.0))
+    data.add(SensorSample(1.0, 70.0, 1.0), SensorSample(1.1, 3.0, 1.0))
     following.catch_up()
     assert following.finding.report_count == 5
     assert following.finding.firing_count == 1
@@ -222,7 +222,7 @@ def test_each_report_counts_once_also_of_one_instant() -> None:
 
 def test_it_begins_anew_with_another_module() -> None:
     data = Measurements()
-    following = Following(data, Limits())
+    following = Following(data, TriggerLimits())
     data.add(*tilted(0, 70))
     following.catch_up()
     data.tilt.clear()
@@ -264,7 +264,7 @@ class Recorded:
 def test_a_recording_is_judged_in_pieces_in_the_background() -> None:
     data = Recorded(3 * MOST_AT_ONCE)
     data.may_go_on.set()
-    judging = Judging(data, Limits())
+    judging = Judging(data, TriggerLimits())
     judging.wait(10.0)
     assert judging.finding is not None
     assert (judging.finding.firing_count, judging.finding.report_count) == (1, 3 * MOST_AT_ONCE)
@@ -273,7 +273,7 @@ def test_a_recording_is_judged_in_pieces_in_the_background() -> None:
 
 def test_it_can_be_cancelled() -> None:
     data = Recorded(3 * MOST_AT_ONCE)
-    judging = Judging(data, Limits())
+    judging = Judging(data, TriggerLimits())
     assert not judging.cancel(0.0)
     data.may_go_on.set()
     assert judging.cancel(5.0)
@@ -283,6 +283,6 @@ def test_it_can_be_cancelled() -> None:
 def test_what_goes_wrong_is_told() -> None:
     data = Recorded(10, is_broken=True)
     data.may_go_on.set()
-    judging = Judging(data, Limits())
+    judging = Judging(data, TriggerLimits())
     assert judging.wait(5.0)
     assert isinstance(judging.error, OSError)

@@ -7,11 +7,11 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from app.firing.judge import Firing, Limits, Sample
+from app.firing.judge import Firing, SensorSample, TriggerLimits
 from app.firing.would_fire import Inquiry
 from app.simulator.memory import Memory, limits, record_frame
 from app.simulator.module import SimulatedModule
-from app.simulator.physics import GRAVITY_M_S2, World
+from app.simulator.physics import GRAVITY_M_S2, Physics
 from protocol.catalogue import SERIAL_OUTPUT
 from protocol.messages import Source, TriggerRecord, decode_record
 from tests.support.records.excerpts import excerpt
@@ -48,28 +48,28 @@ memories = st.builds(
 class Session(NamedTuple):
     """What a host has of it."""
 
-    samples: list[Sample]
+    samples: list[SensorSample]
     active: list[bool]
     records: list[TriggerRecord]
-    limits: Limits
+    limits: TriggerLimits
     booted_s: float
 
 
 def session(memory: Memory, done: list[Deed], *, attitude: bool, freefall: bool) -> Session:
     """Streamed reports of a module with these settings, and the records that it wrote."""
-    module = SimulatedModule(World(drain_v_per_h=0.0), memory=memory, rate_hz=RATE_HZ)
+    module = SimulatedModule(Physics(drain_v_per_h=0.0), memory=memory, rate_hz=RATE_HZ)
     module.power_on(0.0)
     module.state.attitude_is_enabled, module.state.freefall_is_enabled = attitude, freefall
     module.tick(1.0)
     module.receive(SERIAL_OUTPUT.set(True).encode(), 1.0)
     module.activate(is_active=True)
-    samples: list[Sample] = []
+    samples: list[SensorSample] = []
     active: list[bool] = []
 
     def pass_time(until_s: float) -> None:
         for sent in module.collect(until_s):
             assert sent.data[2] == 0x32
-            samples.append(Sample(sent.at_s, sent.data[3], sent.data[4] / 10))
+            samples.append(SensorSample(sent.at_s, sent.data[3], sent.data[4] / 10))
             active.append(sent.data[6] == 1)
 
     step = 20
@@ -100,7 +100,7 @@ def words(firing: Firing) -> tuple[str, ...]:
 def test_the_module_wrote_a_record_of_each(memory: Memory, done: list[Deed], attitude: bool, freefall: bool) -> None:
     made = session(memory, done, attitude=attitude, freefall=freefall)
     inquiry = Inquiry(made.limits, counts_locked=False)
-    inquiry.take(excerpt(made.samples, active=made.active))
+    inquiry.feed(excerpt(made.samples, active=made.active))
     found = inquiry.finding
     assert [words(one) for one in found.firings] == [record.sources for record in made.records]
     for firing, record in zip(found.firings, made.records, strict=True):
@@ -111,7 +111,7 @@ def test_these_sessions_have_something_in_them() -> None:
     done = [Deed("tilt", 40, 10), Deed("tilt", 20, 10), Deed("drop", 30, 40), Deed("drop", 6, 20), Deed("tilt", 31, 4)]
     made = session(Memory(freefall_time=78), done, attitude=True, freefall=True)
     inquiry = Inquiry(made.limits, counts_locked=False)
-    inquiry.take(excerpt(made.samples, active=made.active))
+    inquiry.feed(excerpt(made.samples, active=made.active))
     found = inquiry.finding
     assert [words(one) for one in found.firings] == [("attitude",), ("freefall",)]
     assert [one.tilt_deg for one in found.near_tilts] == [55]

@@ -5,9 +5,9 @@ from itertools import accumulate, cycle, pairwise, takewhile
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
-from app.firing.judge import LONGEST_GAP_S, ROUNDING_S, Firing, Judge, Limits, Sample
+from app.firing.judge import LONGEST_GAP_S, ROUNDING_S, Firing, Judge, SensorSample, TriggerLimits
 from app.firing.near_misses import KEPT, NearFall, NearTilt
-from app.firing.would_fire import Finding, Inquiry
+from app.firing.would_fire import Inquiry, WhatIfFinding
 from protocol.messages import Source
 from tests.support.records.excerpts import excerpt
 
@@ -16,7 +16,7 @@ TILTS = (0.0, 5.0, 49.0, 50.0, 51.0, 59.0, 60.0, 61.0, 90.0, 180.0)
 WEIGHTS = (0.0, 0.1, 0.4, 0.5, 0.6, 0.7, 1.0, 2.0)
 
 limits_drawn = st.builds(
-    Limits,
+    TriggerLimits,
     attitude_threshold_deg=st.sampled_from((0.0, 5.0, 10.0, 50.0, 60.0, 61.0, 255.0)),
     freefall_acceleration_g=st.sampled_from((0.0, 0.1, 0.5, 0.7, 1.0, 1.5, 25.5)),
     freefall_time_s=st.sampled_from((0.0, 0.02, 0.1, 0.3, 0.5, 1.6)),
@@ -39,12 +39,12 @@ TIPPED_WHILE_FALLING: Rows = [
 """The short fall is over when the long one begins: it must not count as its beginning."""
 
 
-def samples_of(rows: Rows) -> list[Sample]:
+def samples_of(rows: Rows) -> list[SensorSample]:
     times = accumulate((step for step, *_ in rows), initial=1e5)
-    return [Sample(at, tilt, weight) for at, (_, tilt, weight, _) in zip(list(times)[1:], rows, strict=True)]
+    return [SensorSample(at, tilt, weight) for at, (_, tilt, weight, _) in zip(list(times)[1:], rows, strict=True)]
 
 
-def one_by_one(samples: list[Sample], active: list[bool], limits: Limits) -> list[Firing]:
+def one_by_one(samples: list[SensorSample], active: list[bool], limits: TriggerLimits) -> list[Firing]:
     judge = Judge()
     verdicts = [
         (one, judge.judge(one, limits, is_active=is_active).fired)
@@ -54,21 +54,23 @@ def one_by_one(samples: list[Sample], active: list[bool], limits: Limits) -> lis
 
 
 def inquired(
-    samples: list[Sample], active: list[bool], limits: Limits, *, sizes: list[int], counts_locked: bool
-) -> Finding:
+    samples: list[SensorSample], active: list[bool], limits: TriggerLimits, *, sizes: list[int], counts_locked: bool
+) -> WhatIfFinding:
     """In pieces of these sizes, again and again; all at once without any."""
     inquiry = Inquiry(limits, counts_locked=counts_locked)
     whole = excerpt(samples, active=active)
     places = accumulate(cycle(sizes or [len(samples)]), initial=0)
     for start, stop in pairwise((*takewhile(lambda place: place < len(samples), places), len(samples))):
-        inquiry.take(whole, start=start, stop=stop)
+        inquiry.feed(whole, start=start, stop=stop)
     return inquiry.finding
 
 
 @given(rows_drawn, limits_drawn, sizes_drawn, st.booleans())
 @settings(max_examples=400)
-@example(TIPPED_WHILE_FALLING, Limits(), [100], True)
-def test_the_same_firings_as_with_every_sample(rows: Rows, limits: Limits, sizes: list[int], locked: bool) -> None:
+@example(TIPPED_WHILE_FALLING, TriggerLimits(), [100], True)
+def test_the_same_firings_as_with_every_sample(
+    rows: Rows, limits: TriggerLimits, sizes: list[int], locked: bool
+) -> None:
     samples, active = samples_of(rows), [row[3] or locked for row in rows]
     found = inquired(samples, active, limits, sizes=sizes, counts_locked=False)
     assert list(found.firings) == one_by_one(samples, active, limits)
@@ -76,7 +78,9 @@ def test_the_same_firings_as_with_every_sample(rows: Rows, limits: Limits, sizes
 
 
 @given(rows_drawn, limits_drawn, sizes_drawn, st.booleans())
-def test_the_same_finding_however_it_is_divided(rows: Rows, limits: Limits, sizes: list[int], counts: bool) -> None:
+def test_the_same_finding_however_it_is_divided(
+    rows: Rows, limits: TriggerLimits, sizes: list[int], counts: bool
+) -> None:
     samples, active = samples_of(rows), [row[3] for row in rows]
     whole = inquired(samples, active, limits, sizes=[], counts_locked=counts)
     parts = inquired(samples, active, limits, sizes=sizes, counts_locked=counts)
@@ -90,9 +94,9 @@ def test_the_same_finding_however_it_is_divided(rows: Rows, limits: Limits, size
 # Near misses, looked for in the plain way
 
 
-def plain_tilts(samples: list[Sample], limits: Limits) -> list[NearTilt]:
+def plain_tilts(samples: list[SensorSample], limits: TriggerLimits) -> list[NearTilt]:
     """The peak of each stay above the reset angle that stays below the threshold."""
-    stays: list[list[Sample]] = [[]]
+    stays: list[list[SensorSample]] = [[]]
     for one in samples:
         if one.tilt_deg > limits.reset_angle_deg:
             stays[-1].append(one)
@@ -106,7 +110,7 @@ def plain_tilts(samples: list[Sample], limits: Limits) -> list[NearTilt]:
     return sorted(near, key=lambda one: (one.margin_deg, one.at_s))[:KEPT]
 
 
-def plain_falls(samples: list[Sample], limits: Limits) -> list[NearFall]:
+def plain_falls(samples: list[SensorSample], limits: TriggerLimits) -> list[NearFall]:
     """Falls between samples of weight, parted by pauses; none of them where one of them fires."""
     found: list[NearFall] = []
     block: list[list[int]] = []
@@ -130,7 +134,7 @@ def plain_falls(samples: list[Sample], limits: Limits) -> list[NearFall]:
 
 
 @given(rows_drawn, limits_drawn, sizes_drawn)
-def test_near_misses_are_those_that_the_plain_way_finds(rows: Rows, limits: Limits, sizes: list[int]) -> None:
+def test_near_misses_are_those_that_the_plain_way_finds(rows: Rows, limits: TriggerLimits, sizes: list[int]) -> None:
     samples = samples_of(rows)
     found = inquired(samples, [True] * len(samples), limits, sizes=sizes, counts_locked=True)
     assert list(found.near_tilts) == (plain_tilts(samples, limits) if limits.attitude_is_enabled else [])
@@ -138,7 +142,7 @@ def test_near_misses_are_those_that_the_plain_way_finds(rows: Rows, limits: Limi
 
 
 @given(rows_drawn, limits_drawn)
-def test_a_near_miss_did_not_fire(rows: Rows, limits: Limits) -> None:
+def test_a_near_miss_did_not_fire(rows: Rows, limits: TriggerLimits) -> None:
     samples = samples_of(rows)
     found = inquired(samples, [True] * len(samples), limits, sizes=[], counts_locked=True)
     fired = {one.sample.at_s for one in found.firings if Source.FREEFALL in one.sources}

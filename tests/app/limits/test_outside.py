@@ -12,12 +12,12 @@ from PySide6.QtWidgets import QApplication
 from pytestqt.qtbot import QtBot
 
 from app.cli.monitor import WordLines
-from app.engine.device import DeviceView, How, Known, Sample
+from app.engine.device import DeviceView, How, Known, StatusSample
 from app.engine.procedure import LinkView
-from app.limits.expectations import Limits
+from app.limits.expectations import CheckLimits
 from app.limits.out_of_limits import (
-    Fault,
     LimitsInUse,
+    OutOfLimit,
     Outside,
     bay_outside,
     cell_outside,
@@ -27,7 +27,7 @@ from app.limits.out_of_limits import (
     value_outside,
 )
 from app.procedures.history import History
-from app.recordings.markers import Happening, Kind, charging_at
+from app.recordings.markers import Marker, MarkerKind, charging_at
 from app.settings.profiles import Profile
 from app.terminal.read_report import Findings, page_of
 from app.terminal.record_table import page_of as records_page
@@ -48,31 +48,31 @@ from ui.widgets.readout import Readout
 
 NOW = 100.0
 RECORD = TriggerRecord(8, 100, ("attitude",), 60, 0.5, 1.6, True, False, 1.2, 3.9, b"")
-OURS = Limits()
+OURS = CheckLimits()
 
 
 @pytest.mark.parametrize(
     ("volts", "is_charging", "fault"),
     [
         (3.80, False, None),
-        (3.79, False, Fault.CELL_LOW),
-        (3.50, True, Fault.CELL_LOW),
-        (3.50, None, Fault.CELL_LOW),
+        (3.79, False, OutOfLimit.CELL_LOW),
+        (3.50, True, OutOfLimit.CELL_LOW),
+        (3.50, None, OutOfLimit.CELL_LOW),
         (4.25, False, None),
-        (4.30, False, Fault.CELL_HIGH),
+        (4.30, False, OutOfLimit.CELL_HIGH),
         (4.70, True, None),  # the charger's
         (4.70, None, None),
     ],
 )
-def test_cell(volts: float, is_charging: bool | None, fault: Fault | None) -> None:
+def test_cell(volts: float, is_charging: bool | None, fault: OutOfLimit | None) -> None:
     found = cell_outside(volts, OURS, is_charging=is_charging)
     assert (None if found is None else found.fault) is fault
 
 
 def test_bay() -> None:
     assert bay_outside(1.7, 1.8) is None
-    assert bay_outside(1.8, 1.8) == Outside(Fault.BAY_OPEN, "1.8 V")
-    assert bay_outside(1.7, 1.8, is_inverted=True) == Outside(Fault.BAY_OPEN, "1.8 V")
+    assert bay_outside(1.8, 1.8) == Outside(OutOfLimit.BAY_OPEN, "1.8 V")
+    assert bay_outside(1.7, 1.8, is_inverted=True) == Outside(OutOfLimit.BAY_OPEN, "1.8 V")
     assert bay_outside(1.9, 1.8, is_inverted=True) is None
 
 
@@ -81,11 +81,11 @@ def test_line() -> None:
     unknown: dict[str, Any] = {"lag_s": None, "round_trip_s": None}
     assert line_outside(**fine) is None
     assert line_outside(**(fine | unknown)) is None
-    assert line_outside(**(fine | {"lag_s": 1.1})) == Outside(Fault.LATE, "1 s")
-    assert line_outside(**(fine | {"round_trip_s": 0.101})) == Outside(Fault.SLOW, "100 ms")
+    assert line_outside(**(fine | {"lag_s": 1.1})) == Outside(OutOfLimit.LATE, "1 s")
+    assert line_outside(**(fine | {"round_trip_s": 0.101})) == Outside(OutOfLimit.SLOW, "100 ms")
     found = line_outside(**(fine | {"has_damaged": True}))
     assert found is not None
-    assert found.fault is Fault.DAMAGED
+    assert found.fault is OutOfLimit.DAMAGED
 
 
 def test_the_limit_of_the_chosen_profile_counts() -> None:
@@ -93,7 +93,7 @@ def test_the_limit_of_the_chosen_profile_counts() -> None:
     device = DeviceView({"cell_voltage_v": Known(3.9, How.READ, NOW), "charging": Known(False, How.READ, NOW)})
     assert value_outside("cell_voltage_v", device, NOW, in_use) is None
     in_use.use(Profile(name="cold", limits={"cell_voltage_min_v": 4.0}))
-    assert value_outside("cell_voltage_v", device, NOW, in_use) == Outside(Fault.CELL_LOW, "4.00 V")
+    assert value_outside("cell_voltage_v", device, NOW, in_use) == Outside(OutOfLimit.CELL_LOW, "4.00 V")
     in_use.use(None)
     assert value_outside("cell_voltage_v", device, NOW, in_use) is None
 
@@ -101,15 +101,15 @@ def test_the_limit_of_the_chosen_profile_counts() -> None:
 def test_what_was_kept_in_four_bytes_is_judged_by_its_step() -> None:
     assert outside_of("cell_voltage_v", {"cell_voltage_v": float(np.float32(3.8))}, LimitsInUse()) is None
     open_bay = {"light_v": float(np.float32(1.8)), "light_threshold_v": 1.8}
-    assert outside_of("light_v", open_bay, LimitsInUse()) == Outside(Fault.BAY_OPEN, "1.8 V")
+    assert outside_of("light_v", open_bay, LimitsInUse()) == Outside(OutOfLimit.BAY_OPEN, "1.8 V")
 
 
 def test_whether_a_recording_tells_of_external_power() -> None:
     happened = [
-        Happening(0.0, Kind.CONNECTED),
-        Happening(10.0, Kind.CHARGER_CONNECTED),
-        Happening(20.0, Kind.CHARGER_REMOVED),
-        Happening(30.0, Kind.CONNECTED),
+        Marker(0.0, MarkerKind.CONNECTED),
+        Marker(10.0, MarkerKind.CHARGER_CONNECTED),
+        Marker(20.0, MarkerKind.CHARGER_REMOVED),
+        Marker(30.0, MarkerKind.CONNECTED),
     ]
     assert [charging_at(happened, at) for at in (5.0, 10.0, 19.0, 20.0, 29.0, 30.0)] == [
         False, True, True, False, False, None,
@@ -124,7 +124,7 @@ def test_a_recording_marks_them_under_the_cursor(
 ) -> None:
     made_of = record(tmp_path / "template", seconds=10, cell_voltage_v=3.52, light_v=2.1)
     with speaking(CHINESE if is_chinese else ENGLISH), made(qtbot, qapp, tmp_path, made_of, LivePage) as desk:
-        desk.keeping.recordings.open(desk.shelf.entries()[0])
+        desk.storage.recordings.open(desk.library.entries()[0])
         desk.wait(lambda: desk.live.recording is not None)
         plot, panel = desk.live.plot, desk.live.panel
         plot.look_at(1005.0)
@@ -170,7 +170,7 @@ def test_monitor_marks_the_line(capsys: pytest.CaptureFixture[str]) -> None:
     link = LinkView(Counters(), 0.15, 0.15, 0)
     for at, seen in enumerate((replace(link, round_trip_median_s=0.02), link, replace(link, lag_s=1.2))):
         printer.look_at_line(seen)
-        printer.take(batch(float(at), Sample(float(at), 7, 1.0, False, False)))
+        printer.on_batch(batch(float(at), StatusSample(float(at), 7, 1.0, False, False)))
         printer.print_news()
     fine, slow, late = capsys.readouterr().out.splitlines()
     assert "(!)" not in fine
@@ -205,7 +205,7 @@ def test_live_marks_cell_and_bay(live: Bench) -> None:
 
 def test_the_top_bar_and_the_status_line_mark(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
     with simulated("weak") as bench, window(qapp, tmp_path) as assembly:
-        top, line, connector = assembly.window.top_bar, assembly.window.status_line, assembly.connector
+        top, line, connector = assembly.window.top_bar, assembly.window.status_bar, assembly.connector
         connector.connect_to(Target("sim://weak", 115200))
         wait_online(qtbot, assembly)
         qtbot.waitUntil(lambda: top.cell.word.endswith(" V"), timeout=WAIT_MS)
@@ -218,9 +218,9 @@ def test_the_top_bar_and_the_status_line_mark(qtbot: QtBot, qapp: QApplication, 
         assert last is not None
         assert last.link is not None
         line._damaged_at = None
-        line.take(replace(last, link=replace(last.link, lag_s=0.1, round_trip_median_s=0.02)))
+        line.feed(replace(last, link=replace(last.link, lag_s=0.1, round_trip_median_s=0.02)))
         counters = replace(last.link.counters, rejected_bytes=last.link.counters.rejected_bytes + Counter({"x": 7}))
-        line.take(replace(last, at=connector.clock(), link=replace(last.link, counters=counters)))
+        line.feed(replace(last, at=connector.clock(), link=replace(last.link, counters=counters)))
         line._write()
         assert not line.fault.isHidden()
         assert line.fault.text() == "damaged bytes"

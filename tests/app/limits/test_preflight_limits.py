@@ -4,9 +4,9 @@ import math
 
 import pytest
 
-from app.limits.expectations import Limits, expectations_of
+from app.limits.expectations import CheckLimits, expectations_of
 from app.limits.limits import SETTING_BOUNDS, SOFT_LIMITS, softened
-from app.preflight.findings import Result
+from app.preflight.findings import CheckResult
 from app.preflight.verdict import Verdict
 from app.records.filing import local_now
 from app.records.record import Circumstances, caveats, make_record
@@ -23,9 +23,9 @@ tilt_max_deg = 8
 
 
 def test_every_limit_has_bounds_that_hold_our_own() -> None:
-    assert set(LIMITS) == set(Limits.__slots__) == set(SOFT_LIMITS)
+    assert set(LIMITS) == set(CheckLimits.__slots__) == set(SOFT_LIMITS)
     for name, bound in LIMITS.items():
-        assert bound.low <= getattr(Limits(), name) <= bound.high
+        assert bound.low <= getattr(CheckLimits(), name) <= bound.high
         assert bound.why
         assert math.isfinite(bound.low)
 
@@ -63,7 +63,7 @@ def test_a_softer_limit_is_said_beside_the_verdict_on_the_record_and_on_the_repo
     assert checked.assessment.verdict is Verdict.READY
     cell = next(one.finding for one in checked.assessment.checks if one.check.id == "cell_voltage")
     assert (cell.result, cell.limit.in_english()) == (
-        Result.WARN, "at least 3.60 V, softer than advised: at least 3.80 V",
+        CheckResult.WARN, "at least 3.60 V, softer than advised: at least 3.80 V",
     )  # fmt: skip
     about = Circumstances(at=local_now(), program_version="1", who="Li Wei", module="M", aircraft="B")
     record = make_record(checked.assessment, about, checked.log)
@@ -95,7 +95,7 @@ def test_a_setting_outside_the_advice_is_worth_a_look() -> None:
 
     wanted = {"light_threshold_v": 1.8, "attitude_threshold_deg": 45}
     checked = check(Fault(frozenset(), arrange=set_it, expectations={"settings": wanted, "approved_fingerprint": None}))
-    assert checked.assessment.result("attitude_threshold") is Result.WARN
+    assert checked.assessment.result("attitude_threshold") is CheckResult.WARN
     assert checked.assessment.softened == ("attitude_threshold",)
     for bound in SETTING_BOUNDS.values():
         assert bound.low <= bound.advised_low <= bound.advised_high <= bound.high

@@ -9,14 +9,14 @@ import pytest
 from PySide6.QtWidgets import QApplication
 from pytestqt.qtbot import QtBot
 
-from app.preflight.evidence import Disturbance, Evidence, Flag, FlagFate
+from app.preflight.evidence import Disturbance, Evidence, FlagFate, TriggerFlag
 from app.preflight.logged_flags import with_logged_flags
 from app.preflight.verdict import Void
-from app.procedures.write_all import Change, Leave, write_all
+from app.procedures.write_all import Leave, SettingChange, write_all
 from app.safety.acts import Act
 from app.safety.journal import Outcome
 from app.store.store import Store, open_store
-from app.text.messages import Said
+from app.text.messages import UserMessage
 from protocol.catalogue import BAUD_RATE, BY_NAME
 from protocol.fields import Value
 from protocol.messages import Status
@@ -60,7 +60,7 @@ def _seen(
 ) -> Evidence:
     return Evidence(
         port=PORT, ended_at=1.0, values={**SETTINGS, **settings, "boot_count": boots},
-        flags={TRIGGER.key: Flag(fate)}, status=Status(0, 10, triggered=False, active=is_active),
+        flags={TRIGGER.key: TriggerFlag(fate)}, status=Status(0, 10, triggered=False, active=is_active),
     )  # fmt: skip
 
 
@@ -77,7 +77,7 @@ def test_the_last_set_counts_with_its_age(store: Store) -> None:
     found = with_logged_flags(seen, store, adapter=ADAPTER, module="M-07", at=AT + timedelta(minutes=3)).flags
     assert found[TRIGGER.key].fate is FlagFate.ENABLED
     assert found[TRIGGER.key].logged == (1, 180.0)
-    assert seen.flags[TRIGGER.key] == Flag()
+    assert seen.flags[TRIGGER.key] == TriggerFlag()
     assert _fate(store, module=None) is FlagFate.ENABLED
     assert _fate(store, _seen(fate=FlagFate.NOT_SENT)) is FlagFate.ENABLED
 
@@ -182,6 +182,6 @@ def test_in_the_window_it_becomes_go_and_an_unconfirmed_set_ends_it(
         monkeypatch.setattr(
             bench.bench.wire, "write", lambda data, now_s: None if data[2] == TRIGGER.code else write(data, now_s)
         )
-        connector.run(write_all([Change(TRIGGER, False)], Leave(journal=FakeJournal())), lambda _job: None)
+        connector.run(write_all([SettingChange(TRIGGER, False)], Leave(journal=FakeJournal())), lambda _job: None)
         bench.wait_standing(Standing.VOID)
-        assert work.void == Void(Disturbance.CHANGED, Said(TRIGGER.title))
+        assert work.void == Void(Disturbance.CHANGED, UserMessage(TRIGGER.title))

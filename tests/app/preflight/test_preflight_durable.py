@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from app.records.check_store import CheckStore
-from app.records.verification import Chain, State, verify
+from app.records.verification import Chain, RecordState, verify
 from app.store.database import open_database
 from tests.support.processes import ENVIRONMENT, ROOT
 
@@ -56,7 +56,7 @@ def test_kill_loses_nothing_that_was_acknowledged(tmp_path: Path, after: int) ->
         record = store.record(hash_)
         assert record is not None
         verification = verify(record, store)
-        assert verification.state is State.NOT_SIGNED
+        assert verification.state is RecordState.NOT_SIGNED
         assert verification.chain is (Chain.FIRST if number == "1" else Chain.LINKED)
     # The visit that was under way may be half written; the next one puts it right.
     life = [one.raw for one in store.records(1)]

@@ -9,7 +9,7 @@ from pytestqt.qtbot import QtBot
 
 from app.preflight.checks import CHECKS
 from app.records.record import as_text
-from app.records.verification import State, verify_file
+from app.records.verification import RecordState, verify_file
 from app.stations.station import fingerprint_of
 from tests.app.preflight.test_preflight_record import checked_record
 from tests.support.records.stations_made import station
@@ -98,7 +98,7 @@ def test_past_checks_and_what_they_measured(qtbot: QtBot, qapp: QApplication, tm
         page.files.ask_path = lambda *_: target
         history.table.selectRow(1)
         bench.click(history.print)
-        assert verify_file(target, find_station=find_in(bench)).state is State.INTACT
+        assert verify_file(target, find_station=find_in(bench)).state is RecordState.INTACT
         bench.click(page.buttons.history)
         box = bench.find(QComboBox, "check_history_filter")
         box.setCurrentIndex(box.findText("Aircraft H6-12"))

@@ -5,10 +5,10 @@ from itertools import combinations
 
 import pytest
 
-from app.limits.expectations import Expectations, Limits, ManualItem, expectations_of
+from app.limits.expectations import CheckLimits, Expectations, ManualItem, expectations_of
 from app.preflight.checks import CHECKS
 from app.preflight.evidence import Evidence
-from app.preflight.findings import Result
+from app.preflight.findings import CheckResult
 from app.preflight.run import TRIGGERS, run_preflight
 from app.preflight.verdict import Verdict, assess, meaning_of, verdict_of
 from app.settings.profile_file import parse_profile
@@ -21,13 +21,13 @@ def test_a_sound_module_is_ready() -> None:
     checked = check()
     assert checked.assessment.verdict is Verdict.READY
     assert checked.against == set()
-    assert {one.finding.result for one in checked.assessment.checks} == {Result.PASS}
+    assert {one.finding.result for one in checked.assessment.checks} == {CheckResult.PASS}
     assert_only_questions(checked)
     sets = [request for request in checked.rig.line.requests if request.hazard is not Hazard.NONE]
     assert [request.command for request in sets] == list(TRIGGERS)
 
 
-@pytest.mark.parametrize("dialect", [
+@pytest.mark.parametrize("quirks", [
     {"ack": "one", "voltage_code": "34", "freefall_ack": "17"},
     {"voltage_code": "35", "freefall_ack": "16", "records": "pieces"},
     {"stream_at_boot": "yes", "rate": "500"},
@@ -35,8 +35,8 @@ def test_a_sound_module_is_ready() -> None:
     {"empty_slots": "ones"}, {"empty_slots": "zeros", "records": "spaced"},
     {"noise": "0.5"}, {"delay_ms": "40", "jitter_ms": "20"}, {"split_ms": "4"},
 ])  # fmt: skip
-def test_every_dialect_of_a_sound_module_goes(dialect: dict[str, str]) -> None:
-    checked = check(options=dialect)
+def test_every_dialect_of_a_sound_module_goes(quirks: dict[str, str]) -> None:
+    checked = check(options=quirks)
     assert checked.against == set()
     assert_only_questions(checked)
 
@@ -114,14 +114,14 @@ def test_a_profile_is_taken_whole() -> None:
     expectations = expectations_of(profile, {2: False})
     assert expectations == Expectations(
         profile="H6",
-        limits=Limits(heartbeats_lost_max=1, tilt_max_deg=3, cell_voltage_min_v=3.9),
+        limits=CheckLimits(heartbeats_lost_max=1, tilt_max_deg=3, cell_voltage_min_v=3.9),
         settings={"attitude_threshold_deg": 65},
         activated_by=ActivatedBy.AIRCRAFT,
         is_light_inverted=True,
         approved_fingerprint=APPROVED,
         manual=(ManualItem("Bridle free", None, is_required=True), ManualItem("Pack date", is_done=False)),
     )
-    assert set(LIMITS) == set(Limits.__slots__)
+    assert set(LIMITS) == set(CheckLimits.__slots__)
 
 
 def test_light_that_reads_lower_is_judged_the_other_way() -> None:

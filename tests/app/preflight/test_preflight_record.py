@@ -18,11 +18,11 @@ from app.records.page_seal import sealed_pdf
 from app.records.record import Circumstances, Record, as_text, canonical, is_simulated, make_record, seal
 from app.records.report_files import ReportRefused, check_target, suggested_name, write_report
 from app.records.report_html import body, page
-from app.records.verification import Chain, State, Verification
+from app.records.verification import Chain, RecordState, Verification
 from app.records.verification import verify as verify_record
 from app.records.verification import verify_bytes as verify_file_bytes
 from app.text.i18n import set_language
-from app.text.messages import Said, clean, said, said_from, said_with
+from app.text.messages import UserMessage, clean, said, said_from, said_with
 from tests.support.records.preflight_rig import FAULTS, Fault, check
 from tests.support.records.stations_made import find_station, station
 
@@ -110,11 +110,11 @@ def test_intact_in_every_form(qapp: object, tmp_path: Path) -> None:
         json_path, html_path, pdf_path = write_report(tmp_path / "r.pdf", record, print_report, station())
         for path in (json_path, html_path, pdf_path):
             verification = verify_bytes(path.read_bytes())
-            assert verification.state is State.INTACT, path
+            assert verification.state is RecordState.INTACT, path
             assert verification.record == record
         # As an editor saves it: other spaces, another order.
         again = json.dumps(dict(reversed(record.items())), ensure_ascii=True, indent=4)
-        assert verify_bytes(again.encode()).state is State.INTACT
+        assert verify_bytes(again.encode()).state is RecordState.INTACT
 
 
 def test_each_alteration_is_found_and_located() -> None:
@@ -125,14 +125,14 @@ def test_each_alteration_is_found_and_located() -> None:
             altered = json.loads(as_text(record))
             altered["checks"][place][key] = value
             verification = verify(altered)
-            assert verification.state is State.ALTERED
+            assert verification.state is RecordState.ALTERED
             assert any(part.startswith("checks") for part in verification.altered)
             if key != "id":
                 assert verification.altered == (f"checks.{one['id']}",)
     for key in set(record) - {"format", "version"}:
         altered = json.loads(as_text(record))
         del altered[key]
-        assert verify(altered).state is State.ALTERED, key
+        assert verify(altered).state is RecordState.ALTERED, key
     added = json.loads(as_text(record)) | {"approved": True}
     assert verify(added).altered == ("approved",)
     turned = json.loads(as_text(record))
@@ -147,7 +147,7 @@ def test_every_changed_byte_is_noticed() -> None:
     for place in range(0, len(data), 7):
         damaged = bytearray(data)
         damaged[place] ^= 0x01
-        assert verify_bytes(bytes(damaged)).state is not State.INTACT, data[max(0, place - 20) : place + 20]
+        assert verify_bytes(bytes(damaged)).state is not RecordState.INTACT, data[max(0, place - 20) : place + 20]
 
 
 def test_whoever_recomputes_the_hash_breaks_the_chain_or_differs_from_the_store() -> None:
@@ -158,9 +158,9 @@ def test_whoever_recomputes_the_hash_breaks_the_chain_or_differs_from_the_store(
     forged = seal(first | {"remarks": "x"}, station())
     assert not verify(forged, _find(first, second)).is_known_here
     tampered = {**first, "verdict": "GO"}
-    assert verify(second, _Kept({first["hash"]: tampered})).state is State.CHAIN_BROKEN
-    assert verify(seal(second | {"number": 7}, station()), _find(first)).state is State.CHAIN_BROKEN
-    assert verify(seal(second | {"previous": None}, station()), _find(first)).state is State.CHAIN_BROKEN
+    assert verify(second, _Kept({first["hash"]: tampered})).state is RecordState.CHAIN_BROKEN
+    assert verify(seal(second | {"number": 7}, station()), _find(first)).state is RecordState.CHAIN_BROKEN
+    assert verify(seal(second | {"previous": None}, station()), _find(first)).state is RecordState.CHAIN_BROKEN
     assert verify(_record(number=0)).chain is Chain.ALONE
 
 
@@ -172,7 +172,7 @@ def test_whoever_recomputes_the_hash_breaks_the_chain_or_differs_from_the_store(
     b'%PDF-1.4 stream\n{"dps-s pre-flight record": \nendstream', b"x" * 1000,
 ])  # fmt: skip
 def test_what_is_no_record_is_said_so(data: bytes) -> None:
-    assert verify_bytes(data).state is State.UNREADABLE
+    assert verify_bytes(data).state is RecordState.UNREADABLE
 
 
 def test_a_page_that_was_altered_shows(qapp: object) -> None:
@@ -219,7 +219,7 @@ def test_hostile_names_do_no_harm(qapp: object, tmp_path: Path) -> None:
         assert tags.tags <= sound.tags
         assert tags.attributes <= sound.attributes
         assert data.count(b"<script") == 1
-        assert verify_bytes(data).state is State.INTACT
+        assert verify_bytes(data).state is RecordState.INTACT
         assert len(as_text(record)) < 200_000
         name = suggested_name(record)
         assert re.fullmatch(r"[\w\- ]{1,60}", name)
@@ -234,7 +234,7 @@ def test_a_hostile_record_prints_and_is_not_believed(qapp: object) -> None:
 
     for value in (None, 7, [], {}, [[1]], "<b>", {"text": "{a}", "values": {"a": {"text": "{a:9999999999}"}}}, [None]):
         record = dict.fromkeys(_record(), value) | {"format": "dps-s pre-flight record", "version": 1}
-        assert verify(record).state is not State.INTACT
+        assert verify(record).state is not RecordState.INTACT
         assert b"<b><b>" not in page(record)
         assert print_report(body(record), b"{}").startswith(b"%PDF")
     deep: dict[str, object] = {"text": "{a}"}
@@ -246,7 +246,7 @@ def test_a_hostile_record_prints_and_is_not_believed(qapp: object) -> None:
 def test_ten_megabytes_are_read_in_no_time() -> None:
     record = seal(_record() | {"remarks": "x" * 10_000_000}, station())
     began = time.monotonic()
-    assert verify_bytes(as_text(record).encode()).state is State.INTACT
+    assert verify_bytes(as_text(record).encode()).state is RecordState.INTACT
     assert len(page(record)) > 10_000_000
     assert len(body(record)) < 60_000
     assert time.monotonic() - began < 5.0
@@ -307,7 +307,7 @@ def test_a_printer_that_fails_loses_nothing(tmp_path: Path) -> None:
 
 def test_words_format_nothing() -> None:
     assert said("{a} {b}", a="{b}", b="2").in_words() == "{b} 2"
-    assert Said("{missing}").in_english() == "{missing}"
+    assert UserMessage("{missing}").in_english() == "{missing}"
     assert said_with("{seconds:.1f} s old", {"seconds": 3.14}).in_english() == "3.1 s old"
     both = said("{one} {other}", one=said("x"), other="y")
     assert said_from(both.plain()) == both

@@ -17,7 +17,7 @@ from app.preflight.findings import Case
 from app.preflight.run import run_preflight
 from app.preflight.verdict import Assessment, assess, void_reason
 from app.procedures.greet import greet
-from app.system.sleep_detector import SleepWatch
+from app.system.sleep_detector import SleepDetector
 from tests.support.line.sim_line import INSTANT_S, Rig
 from tests.support.window.preflight_window import hurry, on_bench
 from ui.pages.preflight.controller import Standing
@@ -31,8 +31,8 @@ class NightRig(Rig):
     def __init__(self) -> None:
         super().__init__({"uptime": 60, "noise": 0})
         self.asleep_s = 0.0
-        watch = SleepWatch(self.clock, lambda: self.clock.now_s + self.asleep_s)
-        self.session = Session(self.line, self.clock, asleep_s=watch.look)
+        watch = SleepDetector(self.clock, lambda: self.clock.now_s + self.asleep_s)
+        self.session = Session(self.line, self.clock, asleep_s=watch.poll)
         self.clock.now_s += INSTANT_S
 
     def checked(self) -> Assessment:

@@ -8,10 +8,10 @@ from typing import Any
 import pytest
 
 from app.engine.device import DeviceView
-from app.engine.procedure import LinkView, Sight
+from app.engine.procedure import EngineView, LinkView
 from app.limits.expectations import Expectations, Past
 from app.preflight.evidence import Evidence
-from app.preflight.findings import Case, Result
+from app.preflight.findings import Case, CheckResult
 from app.preflight.judging_module import trigger_records
 from app.procedures.history import History, Pass, _read_once, _with_strays, history_of, read_history
 from app.simulator.memory import record_frame
@@ -36,9 +36,9 @@ ONE, TWO = record(1), record(2)
 
 @pytest.mark.parametrize("lie", RECORD_LIES, ids=str)
 def test_no_lie_loses_or_invents_a_record(lie: dict[str, Any]) -> None:
-    for number, (dialect, count) in list(enumerate(product(RECORD_DIALECTS, (0, 1, 9))))[:: 1 if IS_THOROUGH else 4]:
-        read = read_records({**dialect, **lie, "history": count, "seed": number})
-        assert read.faults == [], (lie, dialect, count)
+    for number, (quirks, count) in list(enumerate(product(RECORD_DIALECTS, (0, 1, 9))))[:: 1 if IS_THOROUGH else 4]:
+        read = read_records({**quirks, **lie, "history": count, "seed": number})
+        assert read.faults == [], (lie, quirks, count)
 
 
 def test_a_record_that_came_once_and_was_lost_later_is_still_listed() -> None:
@@ -56,7 +56,7 @@ def test_a_slot_never_used_that_was_damaged_on_the_line_is_no_record() -> None:
         body[5] ^= 1 << bit  # and the sum, which fits again
         slots.append(decode_record(b"Au" + body + bytes((sum(body) & 0xFF,))))
     assert all(isinstance(one, TriggerRecord) for one in slots)
-    reading, sight = _read_once(), Sight(0.0, 0.0, 115200, DeviceView(), LinkView(Counters(), None, None, 0))
+    reading, sight = _read_once(), EngineView(0.0, 0.0, 115200, DeviceView(), LinkView(Counters(), None, None, 0))
     next(reading)
     reading.send(sight)
     reading.send(Answered(TRIGGER_RECORDS.query(), (ONE, *slots), 1, 0.01, 0.0))
@@ -89,9 +89,11 @@ def test_a_query_that_is_never_answered_is_unknown_and_never_none() -> None:
     history = settled_rig(history=3, **{"mute-codes": "35"}).run(read_history())
     assert (history.is_answered, history.is_confirmed, history.is_line_dead) == (False, False, False)
     evidence = Evidence(history=history)
-    assert trigger_records(Case(evidence=evidence, expectations=Expectations(), past=Past())).result is Result.UNKNOWN
+    assert (
+        trigger_records(Case(evidence=evidence, expectations=Expectations(), past=Past())).result is CheckResult.UNKNOWN
+    )
     by_a_person = Case(evidence=evidence, expectations=Expectations(), past=Past(), are_records_looked_at=True)
-    assert trigger_records(by_a_person).result is Result.WARN
+    assert trigger_records(by_a_person).result is CheckResult.WARN
 
 
 def test_ten_percent_of_lost_frames_never_pass_for_a_complete_reading() -> None:

@@ -11,7 +11,7 @@ from app.procedures.act import SENTENCES, Armed, Performed, perform, rehearse
 from app.procedures.read import read_everything
 from app.procedures.stream import StreamSwitch, watch
 from app.safety.acts import REQUESTS, Act
-from app.safety.interlocks import Condition
+from app.safety.interlocks import Interlock
 from app.safety.journal import Outcome
 from app.safety.permit import Origin, Permit
 from protocol.catalogue import Hazard
@@ -126,18 +126,18 @@ def test_an_open_condition_is_named_and_nothing_is_sent(act: Act, what: str) -> 
 @pytest.mark.parametrize(
     ("act", "options", "condition"),
     [
-        (Act.ACTIVATE, {"active": True}, Condition.IS_LOCKED),
-        (Act.ACTIVATE, {"tilt": 60}, Condition.BELOW_TILT),
-        (Act.ACTIVATE, {"mute_codes": frozenset((0x20,))}, Condition.BELOW_TILT),
-        (Act.ACTIVATE, {"mute_codes": frozenset((0x32,))}, Condition.FRESH_STATUS),
-        (Act.ZERO, {"active": True}, Condition.IS_LOCKED),
-        (Act.SHUTDOWN, {"active": True}, Condition.IS_LOCKED),
-        (Act.DEPLOY, {}, Condition.IS_ACTIVE),
-        (Act.DEPLOY, {"active": True, "tilt": 80}, Condition.NOT_TRIGGERED),
-        (Act.DEPLOY, {"active": True, "mute": True}, Condition.ONLINE),
+        (Act.ACTIVATE, {"active": True}, Interlock.IS_LOCKED),
+        (Act.ACTIVATE, {"tilt": 60}, Interlock.BELOW_TILT),
+        (Act.ACTIVATE, {"mute_codes": frozenset((0x20,))}, Interlock.BELOW_TILT),
+        (Act.ACTIVATE, {"mute_codes": frozenset((0x32,))}, Interlock.FRESH_STATUS),
+        (Act.ZERO, {"active": True}, Interlock.IS_LOCKED),
+        (Act.SHUTDOWN, {"active": True}, Interlock.IS_LOCKED),
+        (Act.DEPLOY, {}, Interlock.IS_ACTIVE),
+        (Act.DEPLOY, {"active": True, "tilt": 80}, Interlock.NOT_TRIGGERED),
+        (Act.DEPLOY, {"active": True, "mute": True}, Interlock.ONLINE),
     ],
 )
-def test_the_modules_own_state_refuses(act: Act, options: dict[str, Any], condition: Condition) -> None:
+def test_the_modules_own_state_refuses(act: Act, options: dict[str, Any], condition: Interlock) -> None:
     rig = Rig(options)
     rig.step_for(0.05)
     done = do(rig, act)
@@ -177,7 +177,7 @@ def test_a_log_that_takes_its_time_makes_the_gesture_too_old() -> None:
     journal.on_begin = takes_time
     done = do(rig, Act.DEPLOY, journal)
     assert done.outcome is Outcome.NOT_SENT
-    assert {refusal.condition for refusal in done.refusals} >= {Condition.RITUAL_DONE, Condition.FRESH_STATUS}
+    assert {refusal.condition for refusal in done.refusals} >= {Interlock.RITUAL_DONE, Interlock.FRESH_STATUS}
     assert journal.outcomes == {0: Outcome.NOT_SENT}
     assert acts_sent(rig) == []
 
@@ -318,7 +318,7 @@ def test_the_module_is_asked_again_after_a_long_wait_for_the_disk() -> None:
     journal.flush()
     rig.step_until(lambda: run.is_done)
     assert run.result is not None
-    assert Condition.IS_LOCKED in {one.condition for one in run.result.refusals}
+    assert Interlock.IS_LOCKED in {one.condition for one in run.result.refusals}
     assert acts_sent(rig) == []
     assert journal.outcomes == {0: Outcome.NOT_SENT}
 
@@ -327,7 +327,7 @@ def test_an_intent_that_is_never_durable_is_given_up() -> None:
     rig, journal = Rig({"active": True}), FakeJournal()
     journal.is_held = True
     done = do(rig, Act.DEPLOY, journal)
-    assert [one.condition for one in done.refusals] == [Condition.INTENT_DURABLE]
+    assert [one.condition for one in done.refusals] == [Interlock.INTENT_DURABLE]
     assert "did not take it in time" in done.sentence
     assert acts_sent(rig) == []
     assert journal.outcomes == {0: Outcome.NOT_SENT}

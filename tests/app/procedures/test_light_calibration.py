@@ -5,7 +5,7 @@ import pytest
 from app.procedures.light_calibration import (
     ENOUGH_SAMPLES,
     Band,
-    Direction,
+    LightDirection,
     Obstacle,
     Proposal,
     measure_light,
@@ -18,8 +18,8 @@ def band(low: int, high: int, count: int = ENOUGH_SAMPLES) -> Band:
     return Band(tuple(low if number % 2 else high for number in range(count)))
 
 
-@pytest.mark.parametrize(("inverted", "direction"), [(False, Direction.RISES), (True, Direction.FALLS)])
-def test_the_direction_is_found_and_the_threshold_lies_between(inverted: bool, direction: Direction) -> None:
+@pytest.mark.parametrize(("inverted", "direction"), [(False, LightDirection.RISES), (True, LightDirection.FALLS)])
+def test_the_direction_is_found_and_the_threshold_lies_between(inverted: bool, direction: LightDirection) -> None:
     rig = Rig({"light_inverted": inverted, "noise": 1.0})
     closed = rig.run(measure_light())
     rig.bench.set_bay(is_open=True)

@@ -11,7 +11,7 @@ from app.procedures.baud import BaudEnd, change_baud
 from app.procedures.lock import Locked, lock
 from app.procedures.write import Heard, write_verified
 from app.safety.acts import REQUESTS, Act
-from app.safety.interlocks import Condition, Situation, refusals
+from app.safety.interlocks import Interlock, InterlockInputs, refusals
 from app.safety.journal import Outcome
 from app.safety.permit import Origin, Permit
 from protocol.catalogue import BY_NAME, HEARTBEAT, Hazard, Request
@@ -54,7 +54,7 @@ def test_nothing_dangerous_leaves_after_lock_was_pressed(act: Act, steps: int) -
     if REQUESTS[act] in before:
         return
     assert performing.result.outcome is Outcome.NOT_SENT
-    assert [one.condition for one in performing.result.refusals] == [Condition.CONFIRMED]
+    assert [one.condition for one in performing.result.refusals] == [Interlock.CONFIRMED]
     assert not rig.bench.module.state.is_active
 
 
@@ -219,7 +219,7 @@ def test_it_is_said_why() -> None:
     """The permit alone is good, and LOCK came after it."""
     permit = Permit(Act.SHUTDOWN, Origin.CONFIRMATION, 100.0)
     for overtaken_at, said in ((99.0, []), (100.0, [WHY]), (100.5, [WHY]), (None, [])):
-        now_is = Situation(
+        now_is = InterlockInputs(
             now=101.0, presence=Presence.ONLINE, status_at=101.0, active=False, permit=permit, overtaken_at=overtaken_at
         )
         assert [one.sentence for one in refusals(Act.SHUTDOWN, now_is)] == said
@@ -228,7 +228,7 @@ def test_it_is_said_why() -> None:
 def test_what_was_confirmed_before_the_computer_slept_is_not_done() -> None:
     permit = Permit(Act.SHUTDOWN, Origin.CONFIRMATION, 100.0)
     for slept_until, said in ((99.0, []), (100.5, ["The computer slept after this was confirmed: confirm again."])):
-        now_is = Situation(
+        now_is = InterlockInputs(
             now=101.0, presence=Presence.ONLINE, status_at=101.0, active=False, permit=permit, slept_until=slept_until
         )
         assert [one.sentence for one in refusals(Act.SHUTDOWN, now_is)] == said

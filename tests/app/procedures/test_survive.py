@@ -7,14 +7,14 @@ import pytest
 
 from app.engine.procedure import Report
 from app.engine.session import Run
-from app.procedures.power_cycle import Ending, Fate, Stamp, Survival, survives_power_cycle
+from app.procedures.power_cycle import Ending, PowerCycleResult, Retention, SettingRetention, survives_power_cycle
 from protocol.fields import Value
 from tests.support.line.sim_line import Rig
 
 WANTED: dict[str, Value] = {"freefall_time_s": 1.6, "attitude_threshold_deg": 60, "attitude_trigger": True}
 
 
-def survive(rig: Rig, meanwhile: Callable[[], None], **more: Any) -> Survival:
+def survive(rig: Rig, meanwhile: Callable[[], None], **more: Any) -> PowerCycleResult:
     run = Run(survives_power_cycle(WANTED, **more))
     rig.session.run(run)
     rig.step_for(3.0)
@@ -33,9 +33,9 @@ def test_a_restart_with_everything_kept(boots: int) -> None:
     assert (survival.ending, survival.boots_after) == (Ending.RESTARTED, (boots + 1) % 256)
     assert survival.is_fine
     assert survival.stamps == {
-        "freefall_time_s": Stamp(1.6, Fate.KEPT, 1.6),
-        "attitude_threshold_deg": Stamp(60, Fate.KEPT, 60),
-        "attitude_trigger": Stamp(True, Fate.UNREADABLE),
+        "freefall_time_s": SettingRetention(1.6, Retention.KEPT, 1.6),
+        "attitude_threshold_deg": SettingRetention(60, Retention.KEPT, 60),
+        "attitude_trigger": SettingRetention(True, Retention.UNREADABLE),
     }
 
 
@@ -47,7 +47,7 @@ def test_a_value_that_is_gone_is_lost() -> None:
         rig.bench.restart()
 
     survival = survive(rig, forgets)
-    assert survival.stamps["freefall_time_s"] == Stamp(1.6, Fate.LOST, 1.0)
+    assert survival.stamps["freefall_time_s"] == SettingRetention(1.6, Retention.LOST, 1.0)
     assert not survival.is_fine
 
 

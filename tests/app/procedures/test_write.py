@@ -179,9 +179,9 @@ WAYS: tuple[dict[str, Any], ...] = ({}, {"keeps": False}, {"clamps": True}, {"re
 def test_what_is_called_verified_is_what_the_module_holds(faults: dict[str, Any]) -> None:
     """Hundreds of seeds: every dialect on every bad line."""
     verified = 0
-    dialects = list(product(("echo", "one"), ("16", "17"), WAYS))
+    quirk_sets = list(product(("echo", "one"), ("16", "17"), WAYS))
     for seed in range(3):
-        for ack, code, ways in dialects:
+        for ack, code, ways in quirk_sets:
             rig = Rig({"ack": ack, "freefall_ack": code, "seed": seed * 97 + 3, **ways, **faults})
             for name, value in READABLE.items():
                 written = write(rig, name, value)

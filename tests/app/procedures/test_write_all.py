@@ -6,9 +6,9 @@ from app.engine.snapshots import Snapshot
 from app.procedures.act import Armed
 from app.procedures.lock import lock
 from app.procedures.write import Heard, WriteFault
-from app.procedures.write_all import Change, Leave, WriteReport, write_all
+from app.procedures.write_all import Leave, SettingChange, WriteReport, write_all
 from app.safety.acts import Act
-from app.safety.interlocks import Condition
+from app.safety.interlocks import Interlock
 from app.safety.journal import NoJournal, Outcome
 from app.safety.permit import Origin, Permit
 from protocol.catalogue import BY_NAME
@@ -17,8 +17,8 @@ from tests.support.journals import FakeJournal
 from tests.support.line.sim_line import Rig
 
 
-def changes(**values: Value) -> list[Change]:
-    return [Change(BY_NAME[name], value) for name, value in values.items()]
+def changes(**values: Value) -> list[SettingChange]:
+    return [SettingChange(BY_NAME[name], value) for name, value in values.items()]
 
 
 def write(rig: Rig, leave: Leave | None = None, **values: Value) -> WriteReport:
@@ -58,7 +58,7 @@ def test_an_active_module_is_not_changed_unless_unlocked(is_unlocked: bool) -> N
     report = write(rig, Leave(journal=FakeJournal(), is_unlocked=is_unlocked), freefall_time=1.2, light_threshold=2.0)
     assert sets(rig) == (["freefall_time", "light_threshold"] if is_unlocked else [])
     if not is_unlocked:
-        assert [refusal.condition for refusal in report.refusals] == [Condition.MAY_WRITE]
+        assert [refusal.condition for refusal in report.refusals] == [Interlock.MAY_WRITE]
         assert {written.fault for written in report.results} == {WriteFault.NOT_ALLOWED}
         assert {written.verified for written in report.results} == {False}
 
@@ -87,7 +87,7 @@ def test_a_report_that_came_unasked_does_not_allow_writing() -> None:
         rig.run(lock())
         rig.bench.module.activate(is_active=True)
         rig.step_for(1.1)
-        report = rig.run(write_all([Change(BY_NAME["light_threshold"], 2.0)], Leave(journal=FakeJournal())))
+        report = rig.run(write_all([SettingChange(BY_NAME["light_threshold"], 2.0)], Leave(journal=FakeJournal())))
         assert BY_NAME["light_threshold"].set(2.0) not in rig.line.requests
         assert report.refusals
 
@@ -127,13 +127,13 @@ def test_a_setting_is_written_also_where_nothing_can_be_logged_but_not_the_baud_
     permit = Permit(Act.CHANGE_BAUD, Origin.COMMAND_LINE, rig.clock())
     report = write(rig, Leave(journal=NoJournal("no disk"), permit=permit), freefall_time=1.2, baud_rate=9600)
     assert sets(rig) == ["freefall_time"]
-    assert [refusal.condition for refusal in report.refusals] == [Condition.INTENT_DURABLE]
+    assert [refusal.condition for refusal in report.refusals] == [Interlock.INTENT_DURABLE]
 
 
 def test_the_baud_rate_needs_its_own_permit() -> None:
     rig = Rig()
     report = write(rig, baud_rate=9600)
-    assert [refusal.condition for refusal in report.refusals] == [Condition.CONFIRMED]
+    assert [refusal.condition for refusal in report.refusals] == [Interlock.CONFIRMED]
     assert report.results[0].fault is WriteFault.NOT_ALLOWED
 
 
@@ -158,6 +158,6 @@ def test_a_silent_module_is_asked_no_further() -> None:
     rig.bench.change(mute=True)
     report = write(rig, Leave(journal=journal, is_unlocked=True), freefall_time=1.2, light_threshold=2.0)
     assert {written.heard for written in report.results} == {Heard.NOT_SENT}
-    assert {refusal.condition for refusal in report.refusals} == {Condition.ONLINE}
+    assert {refusal.condition for refusal in report.refusals} == {Interlock.ONLINE}
     assert sets(rig) == []
     assert not report.is_fine

@@ -15,8 +15,8 @@ STRIDE = 1 if os.environ.get("HYPOTHESIS_PROFILE") == "thorough" else 29
 
 @pytest.mark.parametrize("lie", WRITE_LIES, ids=str)
 def test_no_lie_is_verified(lie: dict[str, Any]) -> None:
-    for seed, (dialect, wanted) in list(enumerate(product(DIALECTS, WANTED)))[::STRIDE]:
-        assert write_to({**dialect, **lie, "seed": seed}, wanted).faults == [], (dialect, wanted)
+    for seed, (quirks, wanted) in list(enumerate(product(DIALECTS, WANTED)))[::STRIDE]:
+        assert write_to({**quirks, **lie, "seed": seed}, wanted).faults == [], (quirks, wanted)
 
 
 @pytest.mark.parametrize("name", ["21", "20", "15"])

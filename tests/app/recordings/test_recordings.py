@@ -17,7 +17,7 @@ from app.engine.device import How, Known
 from app.engine.transport import PortError, PortTrouble
 from app.engine.worker import Batch, PortState, Worker
 from app.recordings.columns import RecordedSeries, beginnings
-from app.recordings.markers import Kind
+from app.recordings.markers import MarkerKind
 from app.recordings.recorder import Heading
 from app.recordings.recording import RecordingUnreadable, open_recording
 from app.samples.ring_buffers import Series
@@ -81,7 +81,7 @@ def test_what_is_known_about_the_session(tmp_path: Path) -> None:
         assert flags == (False, False, False, False)
         assert recording.start_s == 1000.0
         assert recording.start_s + recording.wall_offset_s == NOON.timestamp()
-        assert [(one.kind, one.time_s) for one in recording.happenings] == [(Kind.CONNECTED, 1000.0)]
+        assert [(one.kind, one.time_s) for one in recording.markers] == [(MarkerKind.CONNECTED, 1000.0)]
         assert recording.missing_count == 0
 
 
@@ -103,7 +103,7 @@ def test_flags_and_what_happened(tmp_path: Path) -> None:
             excerpt = recording.excerpt(1000.0, 1010.0)
             assert excerpt.is_active.tolist() == [False, True, True, True, True]
             assert excerpt.is_triggered.tolist() == [False, False, True, False, False]
-            assert [(one.kind.value, one.time_s) for one in recording.happenings] == [
+            assert [(one.kind.value, one.time_s) for one in recording.markers] == [
                 ("connected", 1000.0),
                 ("activated", 1001.0),
                 ("triggered", 1001.5),
@@ -112,7 +112,7 @@ def test_flags_and_what_happened(tmp_path: Path) -> None:
                 ("port lost", 1004.0),
                 ("reconnected", 1006.0),
             ]
-            assert excerpt.happenings == recording.happenings
+            assert excerpt.markers == recording.markers
 
 
 def test_limits_stand_until_they_change_or_are_in_doubt(tmp_path: Path) -> None:
@@ -154,7 +154,7 @@ def test_the_view_of_the_module_before_is_not_this_ones(tmp_path: Path) -> None:
 def test_doubtful_voltages_are_not_recorded(tmp_path: Path) -> None:
     known = Known(3.9, How.READ, 1001.0)
     view = replace(device(1001.0), values=MappingProxyType({"cell_voltage_v": known}))
-    doubted = replace(view, values=MappingProxyType({"cell_voltage_v": replace(known, at=1002.0, doubt="aged")}))  # type: ignore[arg-type]
+    doubted = replace(view, values=MappingProxyType({"cell_voltage_v": replace(known, at=1002.0, stale_reason="aged")}))  # type: ignore[arg-type]
     with recorder_in(tmp_path) as bench:
         bench.recorder.begin(HEADING)
         bench.feed(batch(1000.0, report(1000.0)), batch(1001.0, view=view), batch(1002.0, view=doubted))
@@ -299,7 +299,7 @@ def test_a_journal_of_a_later_version_is_read_as_far_as_it_is_known(tmp_path: Pa
         writer._journal += [{"at": "x"}, {"at": 10**400, "what": "limits"}]
         bench.settle()
         with open_recording(bench.folder) as recording:
-            assert [one.kind for one in recording.happenings] == [Kind.CONNECTED]
+            assert [one.kind for one in recording.markers] == [MarkerKind.CONNECTED]
             assert len(recording.limits) == 1
             assert recording.entry.is_simulated
             assert recording.entry.is_running
@@ -317,7 +317,7 @@ def test_what_a_worker_says_on_a_real_line(tmp_path: Path) -> None:
     with recorder_in(tmp_path) as made:
 
         def take(one: Batch) -> None:
-            made.recorder.take(one)
+            made.recorder.on_batch(one)
             heard(one)
 
         worker = Worker(take)

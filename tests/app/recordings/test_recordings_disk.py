@@ -50,7 +50,7 @@ def test_a_disk_that_is_full_at_any_byte(tmp_path: Path, monkeypatch: pytest.Mon
         assert bench.recorder.entry is None
         assert bench.recorder.trouble is not None
         assert bench.recorder.trouble.startswith("The session is no longer recorded: the disk is full.")
-        (entry,) = bench.shelf.entries()
+        (entry,) = bench.library.entries()
         assert (entry.was_cut_off, entry.is_running) == (True, False)
         found = whole_of(entry.folder)
         assert found.times == [sample.at for one in batches for sample in one.samples][: len(found.times)]
@@ -67,7 +67,7 @@ def test_the_last_of_the_room_is_left_to_the_computer(tmp_path: Path) -> None:
         bench.recorder.begin(HEADING)
         bench.feed(batch(1000.0, report(1000.0)))
         assert bench.recorder.trouble is not None
-        assert bench.shelf.entries() == ()
+        assert bench.library.entries() == ()
 
 
 def test_a_folder_that_cannot_be_made(tmp_path: Path) -> None:
@@ -76,7 +76,7 @@ def test_a_folder_that_cannot_be_made(tmp_path: Path) -> None:
         bench.recorder.begin(HEADING)
         bench.feed(batch(1000.0, report(1000.0)))
         assert bench.recorder.trouble is not None
-        assert str(bench.shelf.folder) in bench.recorder.trouble
+        assert str(bench.library.folder) in bench.recorder.trouble
         assert not bench.recorder.is_recording
 
 
@@ -131,7 +131,7 @@ def fill(bench: Bench, count: int, *, first_s: float) -> None:
     for number in range(count):
         at = first_s + number / 100
         sample = report(at, number, active=number >= count - 1)
-        bench.recorder.take(batch(at, sample, events=(received(sample),), view=device(at)))
+        bench.recorder.on_batch(batch(at, sample, events=(received(sample),), view=device(at)))
 
 
 def test_a_disk_that_hangs_delays_nobody_and_what_is_missing_is_said(
@@ -140,7 +140,7 @@ def test_a_disk_that_hangs_delays_nobody_and_what_is_missing_is_said(
     with recorder_in(tmp_path, most_waiting=300) as bench:
         jam = Jam(monkeypatch)
         bench.recorder.begin(HEADING)
-        bench.recorder.take(batch(1000.0, report(1000.0)))
+        bench.recorder.on_batch(batch(1000.0, report(1000.0)))
         assert jam.hangs.wait(WAIT_S)
         fill(bench, 1000, first_s=1001.0)
         # Three items a batch: a report, an event and itself.
@@ -159,10 +159,10 @@ def test_after_a_gap_it_goes_on_with_how_things_stand(tmp_path: Path, monkeypatc
     with recorder_in(tmp_path, most_waiting=30) as bench:
         jam = Jam(monkeypatch)
         bench.recorder.begin(HEADING)
-        bench.recorder.take(batch(1000.0, report(1000.0)))
+        bench.recorder.on_batch(batch(1000.0, report(1000.0)))
         assert jam.hangs.wait(WAIT_S)
         fill(bench, 50, first_s=1001.0)
-        bench.recorder.take(batch(1002.0, view=device(1002.0, cell_voltage_v=3.7)))
+        bench.recorder.on_batch(batch(1002.0, view=device(1002.0, cell_voltage_v=3.7)))
         jam.goes_on.set()
         bench.settle()
         bench.feed(batch(1003.0, report(1003.0)))

@@ -15,7 +15,7 @@ from mcap.reader import make_reader
 
 from app.captures.reader import Way
 from app.engine.transport import PortError, PortTrouble
-from app.recordings.export import Cancelled, export_csv, export_mcap
+from app.recordings.export import ExportCancelled, export_csv, export_mcap
 from app.recordings.recording import Recording, open_recording
 from app.recordings.table import HEAD
 from protocol.catalogue import BY_NAME
@@ -40,7 +40,7 @@ def recording(tmp_path: Path) -> Iterator[Recording]:
     light = BY_NAME["light"].query()
     with recorder_in(tmp_path / "shelf") as bench:
         bench.recorder.begin(HEADING)
-        bench.recorder.take(batch(1000.0, events=(asked(1000.0),)))
+        bench.recorder.on_batch(batch(1000.0, events=(asked(1000.0),)))
         bench.feed(*stream(1000.0, 3.0, rate_hz=400))
         fired = report(1003.5, 77, triggered=True, active=True)
         bench.feed(
@@ -180,7 +180,7 @@ def test_cancelled_means_as_it_was_before(recording: Recording, tmp_path: Path, 
     path.parent.mkdir()
     path.write_text("before")
     left = iter([False] * looks)
-    with pytest.raises(Cancelled):
+    with pytest.raises(ExportCancelled):
         export(recording, path, is_cancelled=lambda: next(left, True))
     assert path.read_text() == "before"
     assert [one.name for one in path.parent.iterdir()] == ["x"]

@@ -10,7 +10,7 @@ import pytest
 
 from app.engine.device import Sleep
 from app.recordings import file_layout as layout
-from app.recordings.library import Shelf
+from app.recordings.library import RecordingLibrary
 from app.recordings.recorder import LONGEST_PART_S, LOOK_EVERY_S, SYNC_EVERY_S, Recorder
 from app.recordings.recording import Traffic, open_recording
 from app.recordings.writer import SessionWriter
@@ -19,14 +19,14 @@ from tests.support.records.recordings_made import HEADING, NOON, WAIT_S, batch, 
 
 def test_a_long_session_goes_on_in_further_parts(tmp_path: Path) -> None:
     with recorder_in(tmp_path) as bench:
-        bench.shelf.most_bytes = 400_000
+        bench.library.most_bytes = 400_000
         bench.recorder.begin(HEADING)
         batches = list(stream(1000.0, 60.0, rate_hz=100))
         for first in range(0, len(batches), 60):
             bench.feed(*batches[first : first + 60])
         bench.recorder.end()
         bench.settle()
-        parts = [open_recording(entry.folder) for entry in reversed(bench.shelf.entries())]
+        parts = [open_recording(entry.folder) for entry in reversed(bench.library.entries())]
         assert [one.entry.part for one in parts] == list(range(1, len(parts) + 1))
         assert len(parts) > 2
         times = [at for one in parts for at in one.tilt.window(0, 1e9).time_s.tolist()]
@@ -36,7 +36,7 @@ def test_a_long_session_goes_on_in_further_parts(tmp_path: Path) -> None:
         polled = [at for one in parts for at in one.cell.window(0, 1e9).time_s.tolist()]
         assert polled == np.arange(1000.0, 1060.0).tolist()
         assert all(one.fires.between(0, 1e9)[0].value == 60.0 for one in parts)
-        assert sum(len(one.happenings) for one in parts) == 1
+        assert sum(len(one.markers) for one in parts) == 1
         assert not any(one.entry.was_cut_off for one in parts)
 
 
@@ -46,7 +46,7 @@ def test_a_day_is_a_part(tmp_path: Path) -> None:
         bench.feed(batch(1000.0, report(1000.0)))
         bench.feed(batch(1001.0 + LONGEST_PART_S, report(1001.0 + LONGEST_PART_S)))
         bench.feed(batch(1002.0 + LONGEST_PART_S, report(1002.0 + LONGEST_PART_S)))
-        assert [(one.part, one.sample_count) for one in bench.shelf.entries()] == [(2, 1), (1, 2)]
+        assert [(one.part, one.sample_count) for one in bench.library.entries()] == [(2, 1), (1, 2)]
 
 
 def test_a_clock_that_is_set_begins_a_part_with_the_right_time(tmp_path: Path) -> None:
@@ -56,7 +56,7 @@ def test_a_clock_that_is_set_begins_a_part_with_the_right_time(tmp_path: Path) -
         bench.clock.wall_offset_s += 3600.0
         bench.feed(batch(1000.0 + LOOK_EVERY_S, report(1000.0 + LOOK_EVERY_S)))
         bench.feed(batch(1020.0, report(1020.0)))
-        newest, oldest = bench.shelf.entries()
+        newest, oldest = bench.library.entries()
         assert (newest.part, oldest.part, oldest.started_at) == (2, 1, NOON)
         assert (newest.started_at - NOON).total_seconds() == 3600.0 + LOOK_EVERY_S
 
@@ -70,7 +70,7 @@ def test_what_comes_after_a_sleep_is_not_put_behind_what_came_before(tmp_path: P
         for at in (1000.03, 1000.05, 1000.07):
             woken = batch(at, report(at))
             bench.feed(replace(woken, device=replace(woken.device, last_sleep=Sleep(1000.02, night_s))))
-        newest, oldest = bench.shelf.entries()
+        newest, oldest = bench.library.entries()
         assert (oldest.part, oldest.sample_count, oldest.started_at) == (1, 2, NOON)
         assert (newest.part, newest.sample_count) == (2, 3)
         assert (newest.started_at - NOON).total_seconds() == pytest.approx(night_s + 0.02)
@@ -96,7 +96,7 @@ def test_a_part_with_nothing_in_it_is_not_begun(tmp_path: Path) -> None:
         bench.feed(batch(1001.0))
         bench.recorder.end()
         bench.settle()
-        assert [(one.part, one.was_cut_off) for one in bench.shelf.entries()] == [(1, False)]
+        assert [(one.part, one.was_cut_off) for one in bench.library.entries()] == [(1, False)]
 
 
 def test_a_file_system_that_knows_no_locks(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -109,10 +109,10 @@ def test_a_file_system_that_knows_no_locks(tmp_path: Path, monkeypatch: pytest.M
         bench.feed(batch(1000.0, report(1000.0)))
         bench.recorder.end()
         bench.settle()
-        (entry,) = bench.shelf.entries()
+        (entry,) = bench.library.entries()
         assert not entry.is_running
-        bench.shelf.delete(entry)
-        assert bench.shelf.entries() == ()
+        bench.library.delete(entry)
+        assert bench.library.entries() == ()
 
 
 # Beginning and ending
@@ -129,7 +129,7 @@ def test_without_a_session_nothing_is_recorded(tmp_path: Path) -> None:
         bench.feed(batch(1002.0, report(1002.0)))
         bench.recorder.end()
         bench.settle()
-        assert bench.shelf.entries() == ()
+        assert bench.library.entries() == ()
         assert bench.recorder.stop(WAIT_S)
         bench.recorder.begin(HEADING)
         assert not bench.recorder.is_recording
@@ -138,7 +138,7 @@ def test_without_a_session_nothing_is_recorded(tmp_path: Path) -> None:
 
 def test_a_recorder_that_never_began_has_no_thread(tmp_path: Path) -> None:
     before = threading.active_count()
-    recorder = Recorder(Shelf(tmp_path))
+    recorder = Recorder(RecordingLibrary(tmp_path))
     assert recorder.settle(0.0)
     assert recorder.stop(0.0)
     assert threading.active_count() == before
@@ -151,7 +151,7 @@ def test_each_beginning_is_a_recording_of_its_own(tmp_path: Path) -> None:
             bench.clock.now_s = at
             bench.recorder.begin(replace(HEADING, port=f"P{number}"))
             bench.feed(batch(at + 1, report(at + 1)))
-        assert [(one.port, one.is_running) for one in bench.shelf.entries()] == [
+        assert [(one.port, one.is_running) for one in bench.library.entries()] == [
             ("P2", True), ("P1", False), ("P0", False)
         ]  # fmt: skip
 
@@ -166,7 +166,7 @@ def test_what_is_recorded_now_is_told_without_the_disk(tmp_path: Path) -> None:
         assert entry is not None
         assert (entry.sample_count, entry.module, entry.started_at, entry.is_running) == (300, "Bench 9", NOON, True)
         assert entry.duration_s == pytest.approx(3.0, abs=0.05)
-        (on_disk,) = bench.shelf.entries()
+        (on_disk,) = bench.library.entries()
         assert replace(on_disk, size_bytes=0) == replace(entry, size_bytes=0)
 
 

@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 import app.__main__ as program
-from app.recordings.library import RecordingInUse, Shelf, recordings_folder
+from app.recordings.library import RecordingInUse, RecordingLibrary, recordings_folder
 from tests.support.cli_line import Printed
 from tests.support.records.recordings_made import (
     HEADING,
@@ -26,206 +26,208 @@ from tests.support.records.recordings_made import (
 pytest_plugins = ["tests.support.cli_fixtures"]
 
 
-def shelf_of(folder: Path, *days: float, rows: int = 1000, **bounds: float) -> Shelf:
+def shelf_of(folder: Path, *days: float, rows: int = 1000, **bounds: float) -> RecordingLibrary:
     """Recordings that began so many days before noon."""
     for number, before in enumerate(days):
         made = written_at_once(folder, rows + number)
         heading = json.loads((made / "session.json").read_text("utf-8"))
         heading["started_at"] = (NOON - timedelta(days=before)).isoformat()
         (made / "session.json").write_text(json.dumps(heading), "utf-8")
-    return Shelf(folder, most_bytes=int(bounds.get("most_bytes", 1 << 40)), most_days=int(bounds.get("most_days", 90)))
+    return RecordingLibrary(
+        folder, most_bytes=int(bounds.get("most_bytes", 1 << 40)), most_days=int(bounds.get("most_days", 90))
+    )
 
 
-def ages(shelf: Shelf) -> list[float]:
+def ages(library: RecordingLibrary) -> list[float]:
     """In days."""
-    return [(NOON - one.started_at) / timedelta(days=1) for one in shelf.entries()]
+    return [(NOON - one.started_at) / timedelta(days=1) for one in library.entries()]
 
 
 def test_the_newest_comes_first(tmp_path: Path) -> None:
-    shelf = shelf_of(tmp_path, 3, 1, 2)
-    assert ages(shelf) == [1, 2, 3]
-    assert shelf.size_bytes == sum(one.size_bytes for one in shelf.entries())
+    library = shelf_of(tmp_path, 3, 1, 2)
+    assert ages(library) == [1, 2, 3]
+    assert library.size_bytes == sum(one.size_bytes for one in library.entries())
 
 
 def test_an_empty_shelf(tmp_path: Path) -> None:
-    shelf = Shelf(tmp_path / "nowhere")
-    assert (shelf.entries(), shelf.size_bytes, shelf.prune(NOON)) == ((), 0, ())
+    library = RecordingLibrary(tmp_path / "nowhere")
+    assert (library.entries(), library.size_bytes, library.prune(NOON)) == ((), 0, ())
 
 
 def test_the_platform_says_where(user_files: Path) -> None:
-    assert Shelf().folder == recordings_folder()
+    assert RecordingLibrary().folder == recordings_folder()
     assert user_files in recordings_folder().parents
 
 
-def numbered(shelf: Shelf, *days: float) -> None:
+def numbered(library: RecordingLibrary, *days: float) -> None:
     """Recordings in this order, that began so many days before noon as the calendar had it then."""
     for number, before in enumerate(days, 1):
-        made = written_at_once(shelf.folder, 100 + number)
+        made = written_at_once(library.folder, 100 + number)
         heading = json.loads((made / "session.json").read_text("utf-8"))
         heading |= {"started_at": (NOON - timedelta(days=before)).isoformat(), "sequence": number}
         (made / "session.json").write_text(json.dumps(heading), "utf-8")
 
 
 def test_what_is_too_old_goes_to_the_trash_counted_in_days_with_a_session(tmp_path: Path) -> None:
-    shelf = Shelf(tmp_path, most_days=2)
-    numbered(shelf, 400, 300, 3, 3, 1)
-    gone = shelf.prune(NOON)
-    assert ages(shelf) == [1, 3, 3]
+    library = RecordingLibrary(tmp_path, most_days=2)
+    numbered(library, 400, 300, 3, 3, 1)
+    gone = library.prune(NOON)
+    assert ages(library) == [1, 3, 3]
     assert [(NOON - one.started_at).days for one in gone] == [300, 400]
-    assert [one.sequence for one in shelf.trashed()] == [2, 1]
-    assert shelf.next_sequence() == 6
+    assert [one.sequence for one in library.trashed()] == [2, 1]
+    assert library.next_sequence() == 6
 
 
 def test_one_session_with_a_calendar_far_ahead_costs_nothing(tmp_path: Path) -> None:
     """In whatever order: neither it nor those before and after it go."""
-    shelf = Shelf(tmp_path)
-    numbered(shelf, 6, 5, 4, -100, 3, 2, 1)
+    library = RecordingLibrary(tmp_path)
+    numbered(library, 6, 5, 4, -100, 3, 2, 1)
     for days in (0, 100, 100_000, -100_000):
-        assert shelf.prune(NOON + timedelta(days=days)) == ()
-    assert [one.sequence for one in shelf.entries()] == [7, 6, 5, 4, 3, 2, 1]
+        assert library.prune(NOON + timedelta(days=days)) == ()
+    assert [one.sequence for one in library.entries()] == [7, 6, 5, 4, 3, 2, 1]
     with recorder_in(tmp_path) as bench:
         bench.clock.wall_offset_s += 100 * 86400
         bench.recorder.begin(HEADING)
         bench.feed(batch(1000.0, report(1000.0)))
-        assert [one.sequence for one in bench.shelf.entries()] == [8, 7, 6, 5, 4, 3, 2, 1]
-        assert bench.shelf.trashed() == ()
+        assert [one.sequence for one in bench.library.entries()] == [8, 7, 6, 5, 4, 3, 2, 1]
+        assert bench.library.trashed() == ()
 
 
 def test_the_trash_is_emptied_by_its_size_alone_and_gives_back(tmp_path: Path) -> None:
-    shelf = Shelf(tmp_path, most_days=1)
-    numbered(shelf, 9, 8, 7, 6, 5)
-    size = shelf.entries()[0].size_bytes
-    shelf.prune(NOON)
-    assert [one.sequence for one in shelf.trashed()] == [4, 3, 2, 1]
-    shelf.prune(NOON + timedelta(days=10_000))
-    assert [one.sequence for one in shelf.trashed()] == [4, 3, 2, 1]
-    back = shelf.keep(shelf.trashed()[-1], is_kept=True)
+    library = RecordingLibrary(tmp_path, most_days=1)
+    numbered(library, 9, 8, 7, 6, 5)
+    size = library.entries()[0].size_bytes
+    library.prune(NOON)
+    assert [one.sequence for one in library.trashed()] == [4, 3, 2, 1]
+    library.prune(NOON + timedelta(days=10_000))
+    assert [one.sequence for one in library.trashed()] == [4, 3, 2, 1]
+    back = library.keep(library.trashed()[-1], is_kept=True)
     assert (back.is_kept, back.is_trashed) == (True, False)
-    assert [one.sequence for one in shelf.entries()] == [5, 1]
-    shelf.most_bytes = 4 * (2 * size + 1000)
-    shelf.prune(NOON)
-    assert [one.sequence for one in shelf.trashed()] == [4, 3]
-    shelf.delete(shelf.trashed()[0])
-    shelf.empty_trash()
-    assert shelf.trashed() == ()
-    assert [one.sequence for one in shelf.entries()] == [5, 1]
+    assert [one.sequence for one in library.entries()] == [5, 1]
+    library.most_bytes = 4 * (2 * size + 1000)
+    library.prune(NOON)
+    assert [one.sequence for one in library.trashed()] == [4, 3]
+    library.delete(library.trashed()[0])
+    library.empty_trash()
+    assert library.trashed() == ()
+    assert [one.sequence for one in library.entries()] == [5, 1]
 
 
 def test_a_full_disk_empties_the_trash_before_it_costs_the_session(tmp_path: Path) -> None:
-    shelf = Shelf(tmp_path, most_days=1)
-    numbered(shelf, 9, 8)
-    shelf.prune(NOON)
+    library = RecordingLibrary(tmp_path, most_days=1)
+    numbered(library, 9, 8)
+    library.prune(NOON)
     with recorder_in(tmp_path) as bench:
-        bench.recorder._find_free_bytes = lambda _folder: 0 if bench.shelf.trashed() else 1 << 40
+        bench.recorder._find_free_bytes = lambda _folder: 0 if bench.library.trashed() else 1 << 40
         bench.recorder.begin(HEADING)
         bench.feed(batch(1000.0, report(1000.0)))
         assert bench.recorder.is_recording
-        assert bench.shelf.trashed() == ()
-        assert len(bench.shelf.entries()) == 2
+        assert bench.library.trashed() == ()
+        assert len(bench.library.entries()) == 2
 
 
 def test_the_oldest_go_where_there_are_too_many(tmp_path: Path) -> None:
-    shelf = shelf_of(tmp_path, 1, 2, 3, 4)
-    shelf.most_bytes = sum(one.size_bytes for one in shelf.entries()[:2])
-    shelf.prune(NOON)
-    assert ages(shelf) == [1, 2]
+    library = shelf_of(tmp_path, 1, 2, 3, 4)
+    library.most_bytes = sum(one.size_bytes for one in library.entries()[:2])
+    library.prune(NOON)
+    assert ages(library) == [1, 2]
 
 
 def test_kept_ones_stay_and_do_not_count(tmp_path: Path) -> None:
-    shelf = shelf_of(tmp_path, 1, 2, 400, most_days=2)
-    oldest = shelf.entries()[-1]
-    assert shelf.keep(oldest, is_kept=True).is_kept
-    assert shelf.entries()[-1].is_kept
-    shelf.most_bytes = sum(one.size_bytes for one in shelf.entries()[:2])
-    assert shelf.prune(NOON) == ()
-    assert not shelf.keep(oldest, is_kept=False).is_kept
-    shelf.keep(oldest, is_kept=False)
-    shelf.prune(NOON)
-    assert ages(shelf) == [1, 2]
+    library = shelf_of(tmp_path, 1, 2, 400, most_days=2)
+    oldest = library.entries()[-1]
+    assert library.keep(oldest, is_kept=True).is_kept
+    assert library.entries()[-1].is_kept
+    library.most_bytes = sum(one.size_bytes for one in library.entries()[:2])
+    assert library.prune(NOON) == ()
+    assert not library.keep(oldest, is_kept=False).is_kept
+    library.keep(oldest, is_kept=False)
+    library.prune(NOON)
+    assert ages(library) == [1, 2]
 
 
 def test_what_is_being_written_is_neither_pruned_nor_deleted(tmp_path: Path) -> None:
     with recorder_in(tmp_path) as bench:
         bench.recorder.begin(HEADING)
         bench.feed(batch(1000.0, report(1000.0)))
-        (entry,) = bench.shelf.entries()
+        (entry,) = bench.library.entries()
         assert entry.is_running
-        bench.shelf.most_bytes = 0
-        assert bench.shelf.prune(NOON + timedelta(days=1000)) == ()
-        bench.shelf.most_bytes = 1 << 30
+        bench.library.most_bytes = 0
+        assert bench.library.prune(NOON + timedelta(days=1000)) == ()
+        bench.library.most_bytes = 1 << 30
         with pytest.raises(RecordingInUse):
-            bench.shelf.delete(entry)
-        kept = bench.shelf.keep(entry, is_kept=True)
+            bench.library.delete(entry)
+        kept = bench.library.keep(entry, is_kept=True)
         bench.feed(batch(1001.0, report(1001.0)))
         assert kept.is_kept
         assert bench.recorder.entry is not None
         assert bench.recorder.entry.is_kept
         bench.recorder.end()
         bench.settle()
-        bench.shelf.delete(entry)
-        assert bench.shelf.entries() == ()
-        bench.shelf.delete(entry)
+        bench.library.delete(entry)
+        assert bench.library.entries() == ()
+        bench.library.delete(entry)
 
 
 def test_a_new_session_makes_room_for_itself(tmp_path: Path) -> None:
     shelf_of(tmp_path, 100, 1)
     with recorder_in(tmp_path) as bench:
-        bench.shelf.most_days = 1
+        bench.library.most_days = 1
         bench.recorder.begin(HEADING)
         bench.feed(*stream(1000.0, 0.5))
-        assert ages(bench.shelf) == [0, 1]
+        assert ages(bench.library) == [0, 1]
 
 
 def test_nothing_outside_of_the_shelf_is_deleted(tmp_path: Path) -> None:
-    shelf = shelf_of(tmp_path / "shelf", 1)
+    library = shelf_of(tmp_path / "shelf", 1)
     other = recorded(tmp_path / "other", 0.1)
-    (entry,) = shelf.entries()
+    (entry,) = library.entries()
     for folder in (other, tmp_path / "shelf", tmp_path, entry.folder / ".."):
         with pytest.raises(ValueError):
-            shelf.delete(replace(entry, folder=folder))
+            library.delete(replace(entry, folder=folder))
         with pytest.raises(ValueError):
-            shelf.keep(replace(entry, folder=folder), is_kept=True)
+            library.keep(replace(entry, folder=folder), is_kept=True)
     assert other.is_dir()
-    assert len(shelf.entries()) == 1
+    assert len(library.entries()) == 1
 
 
 def test_what_is_no_recording_is_left_alone(tmp_path: Path) -> None:
-    shelf = shelf_of(tmp_path, 1)
+    library = shelf_of(tmp_path, 1)
     (tmp_path / "notes.txt").write_text("mine")
     (tmp_path / "photos").mkdir()
-    assert len(shelf.entries()) == 1
-    shelf.prune(NOON)
+    assert len(library.entries()) == 1
+    library.prune(NOON)
     assert (tmp_path / "notes.txt").exists()
 
 
 def test_a_damaged_one_is_listed_with_its_trouble(tmp_path: Path) -> None:
-    shelf = shelf_of(tmp_path, 1)
-    (entry,) = shelf.entries()
+    library = shelf_of(tmp_path, 1)
+    (entry,) = library.entries()
     (entry.folder / "session.json").write_text("{")
-    (damaged,) = shelf.entries()
+    (damaged,) = library.entries()
     assert damaged.trouble == "This recording cannot be read. Its heading is damaged."
     assert damaged.size_bytes > 0
-    shelf.delete(damaged)
-    assert shelf.entries() == ()
+    library.delete(damaged)
+    assert library.entries() == ()
 
 
 def test_what_a_crash_left_is_cleared_away(tmp_path: Path) -> None:
-    shelf = shelf_of(tmp_path, 1)
+    library = shelf_of(tmp_path, 1)
     going, begun, young = (tmp_path / name for name in (".going-x", "begun", "young"))
     for folder in (going, begun, young):
         folder.mkdir()
         (folder / "commits.bin").touch()
     long_ago = (datetime.now(UTC) - timedelta(days=3)).timestamp()
     os.utime(begun, (long_ago, long_ago))
-    shelf.prune(datetime.now(UTC).replace(year=NOON.year))
-    shelf.prune(datetime.now(UTC))
+    library.prune(datetime.now(UTC).replace(year=NOON.year))
+    library.prune(datetime.now(UTC))
     assert (going.exists(), begun.exists(), young.exists()) == (False, False, True)
 
 
 def test_one_that_cannot_be_deleted_is_left_for_later(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    shelf = shelf_of(tmp_path, 1, 100, 200, most_days=1)
+    library = shelf_of(tmp_path, 1, 100, 200, most_days=1)
     rename = Path.rename
-    stuck = shelf.entries()[1].folder
+    stuck = library.entries()[1].folder
 
     def refuse(self: Path, target: Path) -> Path:
         if self == stuck:
@@ -233,8 +235,8 @@ def test_one_that_cannot_be_deleted_is_left_for_later(tmp_path: Path, monkeypatc
         return rename(self, target)
 
     monkeypatch.setattr(Path, "rename", refuse)
-    assert [(NOON - one.started_at).days for one in shelf.prune(NOON)] == [200]
-    assert ages(shelf) == [1, 100]
+    assert [(NOON - one.started_at).days for one in library.prune(NOON)] == [200]
+    assert ages(library) == [1, 100]
 
 
 # The command line
@@ -250,7 +252,7 @@ def test_the_list_for_people_and_for_programs(kept_at: Path, capsys: pytest.Capt
     assert program.main(["recordings", "list"]) == 0
     assert Printed(capsys).err == "Nothing was recorded yet. The window records every session by itself.\n"
     folder = recorded(kept_at, 2.0)
-    Shelf().keep(Shelf().entries()[0], is_kept=True)
+    RecordingLibrary().keep(RecordingLibrary().entries()[0], is_kept=True)
     assert program.main(["recordings", "list"]) == 0
     page = Printed(capsys).out
     assert folder.name in page
@@ -263,7 +265,7 @@ def test_the_list_for_people_and_for_programs(kept_at: Path, capsys: pytest.Capt
     assert listed == {
         "name": folder.name, "started_at": NOON.isoformat(), "duration_s": pytest.approx(2.0, abs=0.01),
         "port": "/dev/ttyUSB0", "baud_rate": 115200, "module": "Bench 7", "samples": 2880,
-        "size_bytes": Shelf().size_bytes, "part": 1, "kept": True, "running": False, "cut_off": False,
+        "size_bytes": RecordingLibrary().size_bytes, "part": 1, "kept": True, "running": False, "cut_off": False,
         "simulated": False, "readable": True, "trashed": False,
     }  # fmt: skip
 

@@ -21,12 +21,12 @@ ROOT = Path(__file__).parents[3]
 @pytest.fixture(scope="module")
 def whole(tmp_path_factory: pytest.TempPathFactory) -> Whole:
     """A recording of twenty commits, the last of which says that it goes on."""
-    shelf = tmp_path_factory.mktemp("shelf")
-    with recorder_in(shelf) as bench:
+    library = tmp_path_factory.mktemp("shelf")
+    with recorder_in(library) as bench:
         bench.recorder.begin(HEADING)
         for one in stream(1000.0, 4.0, rate_hz=50):
             bench.feed(replace(one, connection=replace(one.connection, baud_rate=9600)))
-        copy = shelf / "copy"
+        copy = library / "copy"
         shutil.copytree(bench.folder, copy)
     return whole_of(copy)
 
@@ -99,7 +99,7 @@ def test_a_missing_file_is_said(whole: Whole, tmp_path: Path) -> None:
     folder = copied(whole, tmp_path / "x")
     (folder / DATA_FILES[1]).unlink()
     with recorder_in(tmp_path) as bench:
-        (entry,) = bench.shelf.entries()
+        (entry,) = bench.library.entries()
         assert entry.trouble == "This recording cannot be read. No such file or directory"
 
 
@@ -109,12 +109,12 @@ from pathlib import Path
 sys.path.insert(0, {root!r})
 from tests.support.records.recordings_made import HEADING, WAIT_S, stream
 from app.recordings.recorder import Recorder
-from app.recordings.library import Shelf
+from app.recordings.library import RecordingLibrary
 
-recorder = Recorder(Shelf(Path({folder!r})))
+recorder = Recorder(RecordingLibrary(Path({folder!r})))
 recorder.begin(HEADING)
 for one in stream(1000.0, 2.0, rate_hz=100):
-    recorder.take(one)
+    recorder.on_batch(one)
 assert recorder.settle(WAIT_S)
 print("there", flush=True)
 sys.stdin.readline()
@@ -129,11 +129,11 @@ def test_killed_while_it_records(tmp_path: Path) -> None:
         assert process.stdout is not None
         assert process.stdout.readline() == "there\n"
         with recorder_in(tmp_path) as bench:
-            (running,) = bench.shelf.entries()
+            (running,) = bench.library.entries()
             assert (running.is_running, running.was_cut_off, running.sample_count) == (True, False, 200)
-            assert bench.shelf.prune(NOON.replace(year=2036)) == ()
+            assert bench.library.prune(NOON.replace(year=2036)) == ()
             process.kill()
             process.wait()
-            (entry,) = bench.shelf.entries()
+            (entry,) = bench.library.entries()
             assert (entry.is_running, entry.was_cut_off, entry.sample_count) == (False, True, 200)
     assert len(whole_of(entry.folder).times) == 200

@@ -12,11 +12,11 @@ from app.samples.ring_buffers import (
     SUMMARY_S,
     Envelope,
     Extent,
-    Sample,
     Series,
+    SeriesSample,
     bucket_width_s,
 )
-from app.samples.step_function import Change, Steps
+from app.samples.step_function import StepFunction, StepPoint
 
 RATE_HZ = 1440
 
@@ -37,8 +37,8 @@ def test_the_first_sample_and_no_sample() -> None:
     assert len(series.decimated(0, 10).low) == 0
     assert series.around(3, within_s=5) is None
     series.append(5.0, 7.0)
-    assert series.last == Sample(5, 7)
-    assert list(series.rows(0, 10)) == [Sample(5, 7)]
+    assert series.last == SeriesSample(5, 7)
+    assert list(series.rows(0, 10)) == [SeriesSample(5, 7)]
 
 
 @pytest.mark.parametrize(
@@ -186,7 +186,7 @@ def test_rows_are_those_of_the_moment_that_was_asked() -> None:
     rows = series.rows(0, 100)
     first = next(rows)
     series.append(np.arange(10.0, 25.0), np.arange(15.0))
-    assert [first, *rows] == [Sample(float(n), float(n)) for n in range(10)]
+    assert [first, *rows] == [SeriesSample(float(n), float(n)) for n in range(10)]
 
 
 def test_a_batch_longer_than_the_ring_leaves_its_end() -> None:
@@ -215,7 +215,7 @@ def test_clear_forgets_everything() -> None:
     assert (len(series), series.last) == (0, None)
     series.append(1, 2)
     assert isinstance(series.decimated(0, 2), Envelope)
-    assert series.last == Sample(1, 2)
+    assert series.last == SeriesSample(1, 2)
 
 
 @given(st.floats(1e-4, 1e6))
@@ -232,7 +232,7 @@ def test_a_span_that_is_none_is_refused() -> None:
 
 
 def test_steps_hold_what_stood_when() -> None:
-    steps = Steps()
+    steps = StepFunction()
     assert steps.value is None
     steps.put(10, 60)
     steps.put(11, 60)
@@ -240,10 +240,10 @@ def test_steps_hold_what_stood_when() -> None:
     steps.put(30, None)
     assert steps.value is None
     assert len(steps) == 3
-    assert steps.between(12, 25) == [Change(10, 60), Change(20, 75)]
-    assert steps.between(20, 25) == [Change(20, 75)]
-    assert steps.between(0, 15) == [Change(10, 60)]
+    assert steps.between(12, 25) == [StepPoint(10, 60), StepPoint(20, 75)]
+    assert steps.between(20, 25) == [StepPoint(20, 75)]
+    assert steps.between(0, 15) == [StepPoint(10, 60)]
     assert steps.between(0, 5) == []
-    assert steps.between(40, 50) == [Change(30, None)]
+    assert steps.between(40, 50) == [StepPoint(30, None)]
     with pytest.raises(ValueError):
         steps.put(29, 1)

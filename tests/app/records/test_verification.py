@@ -18,7 +18,7 @@ from app.records.consistency import REQUIRED, contradictions, verdict_from
 from app.records.page_seal import sealed_html, sealed_pdf
 from app.records.record import Record, as_text, canonical, make_record, seal
 from app.records.report_html import body, page
-from app.records.verification import Chain, State, Verification, verify, verify_bytes
+from app.records.verification import Chain, RecordState, Verification, verify, verify_bytes
 from app.stations.known import KNOWN_FILE, Stations
 from app.stations.station import KEY_FILE, StationTrouble, encoded, fingerprint_of, own_station
 from app.store.store import open_store
@@ -61,7 +61,7 @@ def test_a_no_go_record_that_was_sealed_again_as_go_contradicts_itself() -> None
     assert "signature" in _verified(forged).altered
     unsigned = seal({**_signed("worst"), "verdict": "GO", "station": None})
     found = _verified(unsigned)
-    assert found.state is State.CONTRADICTORY
+    assert found.state is RecordState.CONTRADICTORY
     assert "it says GO, its checks give NO-GO" in _words(found)
     assert _words(found).startswith("CONTRADICTS ITSELF")
     assert "INTACT" not in _words(found)
@@ -72,26 +72,26 @@ def test_a_go_with_a_check_that_does_not_hold_contradicts_itself(result: object)
     for verdict in ("GO", "READY"):
         forged = {**_copy(_signed()), "verdict": verdict, "station": None}
         forged["checks"][10]["result"] = result
-        assert _verified(seal(forged)).state is State.CONTRADICTORY
+        assert _verified(seal(forged)).state is RecordState.CONTRADICTORY
 
 
 def test_a_check_that_is_missing_doubled_or_not_as_it_was_read_contradicts() -> None:
     record = {**_copy(_signed()), "station": None}
     for name in sorted(REQUIRED):
         without = {**record, "checks": [one for one in record["checks"] if one["id"] != name]}
-        assert _verified(seal(without)).state is State.CONTRADICTORY
+        assert _verified(seal(without)).state is RecordState.CONTRADICTORY
     doubled = {**record, "checks": [*record["checks"], record["checks"][0]]}
-    assert _verified(seal(doubled)).state is State.CONTRADICTORY
+    assert _verified(seal(doubled)).state is RecordState.CONTRADICTORY
     other = _copy(record)
     other["read"]["settings"]["attitude_threshold_deg"] = 200
     found = _verified(seal(other))
     assert "judged 60, read 200" in _words(found)
     undone = _copy(record)
     undone["manual"][0] = {"text": "Canopy", "is_done": False, "is_required": True}
-    assert _verified(seal(undone)).state is State.CONTRADICTORY
+    assert _verified(seal(undone)).state is RecordState.CONTRADICTORY
     active = _copy(record)
     active["read"]["status"]["active"] = not active["read"]["status"]["active"]
-    assert _verified(seal(active)).state is State.CONTRADICTORY
+    assert _verified(seal(active)).state is RecordState.CONTRADICTORY
 
 
 def test_a_forgery_that_agrees_with_itself_is_not_signed_by_a_station_that_is_known() -> None:
@@ -104,15 +104,15 @@ def test_a_forgery_that_agrees_with_itself_is_not_signed_by_a_station_that_is_kn
     forged["read"] = _copy(_signed())["read"]
     forged["verdict"] = verdict_from(forged).value
     assert contradictions(forged) == ()
-    assert _verified(seal({**forged, "station": None})).state is State.NOT_SIGNED
-    assert _verified(seal(forged, station("stranger"))).state is State.UNKNOWN_STATION
+    assert _verified(seal({**forged, "station": None})).state is RecordState.NOT_SIGNED
+    assert _verified(seal(forged, station("stranger"))).state is RecordState.UNKNOWN_STATION
     # With the key of a station that is known beside the signature of another one, or of another record.
     claimed = seal({**forged, "station": encoded(station().public)})
     for signature in (seal(forged, station("stranger"))["signature"], _signed()["signature"], "", None, 7, "x" * 88):
         assert _verified({**claimed, "signature": signature}).altered == ("signature",)
     assert _verified(claimed).altered == ("signature",)
     assert "Station: the signature in it is not valid." in _words(_verified(claimed))
-    for state in (State.NOT_SIGNED, State.UNKNOWN_STATION):
+    for state in (RecordState.NOT_SIGNED, RecordState.UNKNOWN_STATION):
         assert "INTACT" not in Verification(state=state, record=forged).sentences()[0].in_words()
 
 
@@ -120,20 +120,20 @@ def test_a_second_number_one_is_noticed(tmp_path: Path) -> None:
     with closing(open_store(tmp_path)) as store:
         kept, find = CheckStore(store.database), Stations(tmp_path).find
         first = file_one(store, "M-07").record
-        assert verify(first, kept, find).state is State.INTACT
+        assert verify(first, kept, find).state is RecordState.INTACT
         assert verify(first, kept, find).chain is Chain.FIRST
         own = own_station(tmp_path)
         forged = page(first).replace(b"<b>M-07</b>", b"<b>M-08</b>", 1)
         forged_page = verify_bytes(sealed_html(forged[: forged.rindex(b"\n<!-- DPS-S")], first), kept, find)
-        assert (forged_page.state, forged_page.is_known_here) == (State.ALTERED, True)
+        assert (forged_page.state, forged_page.is_known_here) == (RecordState.ALTERED, True)
         second = seal({**first, "who": "Somebody else"}, own)
         found = verify(second, kept, find)
-        assert (found.state, found.chain) == (State.CHAIN_BROKEN, Chain.DOUBLED)
+        assert (found.state, found.chain) == (RecordState.CHAIN_BROKEN, Chain.DOUBLED)
         assert "keeps another record with the same number" in _words(found)
         for number in (2**70, -1, 1.0, True, "1", None):
-            assert verify(seal({**first, "number": number}, own), kept, find).state is not State.INTACT
+            assert verify(seal({**first, "number": number}, own), kept, find).state is not RecordState.INTACT
         unnamed = file_one(store, adapter="A").record
-        assert verify(unnamed, kept, find).state is State.INTACT
+        assert verify(unnamed, kept, find).state is RecordState.INTACT
         assert verify(seal({**unnamed, "adapter": "B"}, own), kept, find).chain is Chain.FIRST
 
 
@@ -142,42 +142,42 @@ def test_a_page_that_says_go_around_a_no_go_record(qapp: object) -> None:
 
     record, go = _signed("worst"), _signed()
     honest = page(record, station())
-    assert verify_bytes(honest, find_station=find_station).state is State.INTACT
+    assert verify_bytes(honest, find_station=find_station).state is RecordState.INTACT
     plain = honest[: honest.rindex(b"\n<!-- DPS-S")]
     seen, record_inside = plain[: plain.index(b"<script")], plain[plain.index(b"<script") :]
     forged = seen.replace(b"NO-GO", b"GO") + record_inside
     assert forged != plain
     for signer in (None, station("stranger")):
         found = verify_bytes(sealed_html(forged, record, signer), find_station=find_station)
-        assert (found.state, found.altered) == (State.ALTERED, ("page",))
+        assert (found.state, found.altered) == (RecordState.ALTERED, ("page",))
         # What is printed of a record is its page, whoever printed it.
-        assert verify_bytes(page(record, signer), find_station=find_station).state is State.INTACT
+        assert verify_bytes(page(record, signer), find_station=find_station).state is RecordState.INTACT
     pdf = print_report(body(go), as_text(record).encode())
     for signer in (None, station("stranger")):
         found = verify_bytes(sealed_pdf(pdf, record, signer), find_station=find_station)
-        assert found.state is State.PAGE_NOT_SIGNED
+        assert found.state is RecordState.PAGE_NOT_SIGNED
         assert "NO-GO" in _words(found)
         assert "INTACT" not in _words(found)
     signed = sealed_pdf(print_report(body(record), as_text(record).encode()), record, station())
-    assert verify_bytes(signed, find_station=find_station).state is State.INTACT
+    assert verify_bytes(signed, find_station=find_station).state is RecordState.INTACT
 
 
 def test_a_page_of_another_version_counts_where_a_known_station_signed_it() -> None:
     record = seal({**_signed(), "program": {"name": "DPS-S Configurator", "version": "9.9"}}, station())
     plain = page(record)[: page(record).rindex(b"\n<!-- DPS-S")]
     later = plain.replace(b"<title>", b"<title>DPS-S ")
-    assert verify_bytes(sealed_html(later, record, station()), find_station=find_station).state is State.INTACT
-    assert verify_bytes(sealed_html(later, record), find_station=find_station).state is State.PAGE_NOT_SIGNED
+    assert verify_bytes(sealed_html(later, record, station()), find_station=find_station).state is RecordState.INTACT
+    assert verify_bytes(sealed_html(later, record), find_station=find_station).state is RecordState.PAGE_NOT_SIGNED
 
 
 def test_the_page_is_compared_in_its_own_language() -> None:
     record = _signed("worst")
     set_language(CHINESE)
     chinese = page(record)
-    assert verify_bytes(chinese, find_station=find_station).state is State.INTACT
+    assert verify_bytes(chinese, find_station=find_station).state is RecordState.INTACT
     set_language(ENGLISH)
-    assert verify_bytes(chinese, find_station=find_station).state is State.INTACT
-    assert verify_bytes(page(record), find_station=find_station).state is State.INTACT
+    assert verify_bytes(chinese, find_station=find_station).state is RecordState.INTACT
+    assert verify_bytes(page(record), find_station=find_station).state is RecordState.INTACT
     with speaking(CHINESE):
         assert tr("Module") != "Module"
     assert tr("Module") == "Module"
@@ -190,7 +190,7 @@ def test_the_page_is_compared_in_its_own_language() -> None:
 def test_no_honest_record_contradicts_itself(name: str) -> None:
     checked = check(FAULTS[name])
     record = make_record(checked.assessment, known_circumstances(), checked.log, station())
-    assert _verified(record).state is State.INTACT
+    assert _verified(record).state is RecordState.INTACT
     assert assess(checked.assessment.case).verdict is verdict_from(record)
 
 
@@ -199,7 +199,7 @@ def test_an_unsigned_record_from_before_opens_and_says_so() -> None:
     del old["station"]
     del old["adapter"]
     found = _verified(seal(old))
-    assert found.state is State.NOT_SIGNED
+    assert found.state is RecordState.NOT_SIGNED
     assert _words(found).startswith("NOT SIGNED")
     assert "Station: none" in _words(found)
 
@@ -233,7 +233,7 @@ def test_a_damaged_key_costs_the_signature_and_is_never_replaced(tmp_path: Path,
         assert filed.station_trouble is not None
         assert filed.trouble is None
         kept = CheckStore(store.database)
-        assert verify(filed.record, kept, Stations(tmp_path).find).state is State.NOT_SIGNED
+        assert verify(filed.record, kept, Stations(tmp_path).find).state is RecordState.NOT_SIGNED
     assert (tmp_path / KEY_FILE).read_bytes() == content
 
 
@@ -268,5 +268,5 @@ def test_what_only_reads_does_not_load_the_library() -> None:
 def test_a_signed_record_is_verified_in_no_time() -> None:
     data = canonical(seal({**_signed(), "remarks": "x" * 10_000_000}, station()))
     began = time.monotonic()
-    assert verify_bytes(data, find_station=find_station).state is State.INTACT
+    assert verify_bytes(data, find_station=find_station).state is RecordState.INTACT
     assert time.monotonic() - began < 5.0

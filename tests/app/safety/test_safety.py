@@ -5,30 +5,30 @@ from types import MappingProxyType
 
 import pytest
 
-from app.engine.device import DeviceView, Doubt, How, Known
-from app.engine.motion import Motion
+from app.engine.device import DeviceView, How, Known, StaleReason
+from app.engine.motion import MotionExtremes
 from app.safety.acts import EFFECTS, REQUESTS, TITLES, Act
-from app.safety.interlocks import CONDITIONS, Condition, Situation, refusals, situation
+from app.safety.interlocks import CONDITIONS, Interlock, InterlockInputs, interlock_inputs, refusals
 from app.safety.permit import Origin, Permit
 from protocol.catalogue import Hazard
 from protocol.link_states import Presence
 
 NOW = 1000.0
 WORDS = {
-    "online": Condition.ONLINE,
-    "meant": Condition.IS_THE_ONE_MEANT,
-    "fresh": Condition.FRESH_STATUS,
-    "locked": Condition.IS_LOCKED,
-    "active": Condition.IS_ACTIVE,
-    "unfired": Condition.NOT_TRIGGERED,
-    "flat": Condition.BELOW_TILT,
-    "level": Condition.IS_LEVEL,
-    "still": Condition.IS_STILL,
-    "alone": Condition.NOTHING_ELSE_ARMED,
-    "confirmed": Condition.CONFIRMED,
-    "ritual": Condition.RITUAL_DONE,
-    "audit": Condition.INTENT_DURABLE,
-    "writable": Condition.MAY_WRITE,
+    "online": Interlock.ONLINE,
+    "meant": Interlock.IS_THE_ONE_MEANT,
+    "fresh": Interlock.FRESH_STATUS,
+    "locked": Interlock.IS_LOCKED,
+    "active": Interlock.IS_ACTIVE,
+    "unfired": Interlock.NOT_TRIGGERED,
+    "flat": Interlock.BELOW_TILT,
+    "level": Interlock.IS_LEVEL,
+    "still": Interlock.IS_STILL,
+    "alone": Interlock.NOTHING_ELSE_ARMED,
+    "confirmed": Interlock.CONFIRMED,
+    "ritual": Interlock.RITUAL_DONE,
+    "audit": Interlock.INTENT_DURABLE,
+    "writable": Interlock.MAY_WRITE,
 }
 NEEDED = {
     Act.LOCK: "",
@@ -44,14 +44,14 @@ STATUS = {
     "never": (None, None),
     "now": (NOW - 0.2, None),
     "old": (NOW - 3.0, None),
-    "restarted": (NOW - 0.2, Doubt.RESTARTED),
+    "restarted": (NOW - 0.2, StaleReason.RESTARTED),
 }
 MOTIONS = {
-    "still": Motion(NOW - 2.1, NOW - 0.2, 6.0, 8.0, 0.9, 1.1),
-    "swings": Motion(NOW - 2.1, NOW - 0.2, 6.0, 9.0, 1.0, 1.0),
-    "falls": Motion(NOW - 2.1, NOW - 0.2, 7.0, 7.0, 0.8, 1.0),
-    "shakes": Motion(NOW - 2.1, NOW - 0.2, 7.0, 7.0, 1.0, 1.2),
-    "short": Motion(NOW - 1.5, NOW - 0.2, 7.0, 7.0, 1.0, 1.0),
+    "still": MotionExtremes(NOW - 2.1, NOW - 0.2, 6.0, 8.0, 0.9, 1.1),
+    "swings": MotionExtremes(NOW - 2.1, NOW - 0.2, 6.0, 9.0, 1.0, 1.0),
+    "falls": MotionExtremes(NOW - 2.1, NOW - 0.2, 7.0, 7.0, 0.8, 1.0),
+    "shakes": MotionExtremes(NOW - 2.1, NOW - 0.2, 7.0, 7.0, 1.0, 1.2),
+    "short": MotionExtremes(NOW - 1.5, NOW - 0.2, 7.0, 7.0, 1.0, 1.0),
     "unknown": None,
 }
 TILT = {
@@ -87,7 +87,7 @@ def test_the_whole_truth_table(act: Act) -> None:
         Presence, STATUS, (True, False, None), (True, False, None), TILT, armed_by, permits(act), (True, False),
         (True, False), motions,
     ):  # fmt: skip
-        now_is = Situation(
+        now_is = InterlockInputs(
             now=NOW, presence=presence, status_at=STATUS[status][0], status_doubt=STATUS[status][1], active=active,
             triggered=fired, tilt_deg=TILT[tilt][0], attitude_threshold_deg=TILT[tilt][1], armed=armed_by[armed],
             permit=permits(act)[permit], is_unlocked=is_unlocked, is_audit_ready=is_audit,
@@ -122,12 +122,12 @@ def test_every_act_has_its_conditions_and_words() -> None:
     for act, request in REQUESTS.items():
         is_dangerous = request.hazard is Hazard.DANGEROUS
         assert is_dangerous is (act is not Act.LOCK)
-        assert (Condition.INTENT_DURABLE in CONDITIONS[act]) is is_dangerous
+        assert (Interlock.INTENT_DURABLE in CONDITIONS[act]) is is_dangerous
 
 
 def test_only_the_ritual_deploys() -> None:
     for origin in Origin:
-        now_is = Situation(
+        now_is = InterlockInputs(
             now=NOW, presence=Presence.ONLINE, status_at=NOW, active=True, triggered=False,
             permit=Permit(Act.DEPLOY, origin, NOW),
         )  # fmt: skip
@@ -137,23 +137,23 @@ def test_only_the_ritual_deploys() -> None:
 @pytest.mark.parametrize(
     ("act", "now_is", "sentence"),
     [
-        (Act.ZERO, Situation(now=NOW), "The module does not answer."),
-        (Act.ZERO, Situation(now=NOW), "The module has not reported its status yet."),
-        (Act.ZERO, Situation(now=NOW, status_at=NOW - 3), "The last status is 3.0 s old."),
-        (Act.ZERO, Situation(now=NOW, active=True), "The module is ACTIVE: lock it first."),
-        (Act.DEPLOY, Situation(now=NOW, active=False), "The module is LOCKED: activate it first."),
-        (Act.ACTIVATE, Situation(now=NOW, tilt_deg=70, attitude_threshold_deg=60),
+        (Act.ZERO, InterlockInputs(now=NOW), "The module does not answer."),
+        (Act.ZERO, InterlockInputs(now=NOW), "The module has not reported its status yet."),
+        (Act.ZERO, InterlockInputs(now=NOW, status_at=NOW - 3), "The last status is 3.0 s old."),
+        (Act.ZERO, InterlockInputs(now=NOW, active=True), "The module is ACTIVE: lock it first."),
+        (Act.DEPLOY, InterlockInputs(now=NOW, active=False), "The module is LOCKED: activate it first."),
+        (Act.ACTIVATE, InterlockInputs(now=NOW, tilt_deg=70, attitude_threshold_deg=60),
          "The tilt is 70° and the module fires at 60°: it would fire at once."),
-        (Act.ACTIVATE, Situation(now=NOW, armed=Act.DEPLOY), "Something else is armed: Deploy."),
-        (Act.DEPLOY, Situation(now=NOW, permit=Permit(Act.DEPLOY, Origin.RITUAL, NOW - 2)),
+        (Act.ACTIVATE, InterlockInputs(now=NOW, armed=Act.DEPLOY), "Something else is armed: Deploy."),
+        (Act.DEPLOY, InterlockInputs(now=NOW, permit=Permit(Act.DEPLOY, Origin.RITUAL, NOW - 2)),
          "The confirmation is 2.0 s old: confirm again."),
-        (Act.DEPLOY, Situation(now=NOW, is_audit_ready=False),
+        (Act.DEPLOY, InterlockInputs(now=NOW, is_audit_ready=False),
          "The audit log cannot be written, so nothing dangerous is sent."),
-        (Act.WRITE, Situation(now=NOW, active=True),
+        (Act.WRITE, InterlockInputs(now=NOW, active=True),
          "The module is ACTIVE: lock it before changing settings, or unlock this one write."),
     ],
 )  # fmt: skip
-def test_the_sentence_names_the_open_condition(act: Act, now_is: Situation, sentence: str) -> None:
+def test_the_sentence_names_the_open_condition(act: Act, now_is: InterlockInputs, sentence: str) -> None:
     assert sentence in [refusal.sentence for refusal in refusals(act, now_is)]
 
 
@@ -161,11 +161,14 @@ def test_what_is_stale_or_only_acknowledged_is_not_known() -> None:
     def view(known: Known) -> DeviceView:
         return DeviceView(MappingProxyType({"active": known, "tilt_deg": Known(5, How.READ, NOW)}), Presence.ONLINE)
 
-    assert situation(view(Known(False, How.STREAMED, NOW)), NOW + 0.5, must_be_proven=False).active is False
-    assert situation(view(Known(False, How.READ, NOW)), NOW + 1.5, must_be_proven=False).active is None
-    assert situation(view(Known(False, How.READ, NOW, Doubt.RESTARTED)), NOW, must_be_proven=False).active is None
-    assert situation(view(Known(False, How.ACKNOWLEDGED, NOW)), NOW, must_be_proven=False).active is None
-    assert situation(DeviceView(), NOW, must_be_proven=False).tilt_deg is None
+    assert interlock_inputs(view(Known(False, How.STREAMED, NOW)), NOW + 0.5, must_be_proven=False).active is False
+    assert interlock_inputs(view(Known(False, How.READ, NOW)), NOW + 1.5, must_be_proven=False).active is None
+    assert (
+        interlock_inputs(view(Known(False, How.READ, NOW, StaleReason.RESTARTED)), NOW, must_be_proven=False).active
+        is None
+    )
+    assert interlock_inputs(view(Known(False, How.ACKNOWLEDGED, NOW)), NOW, must_be_proven=False).active is None
+    assert interlock_inputs(DeviceView(), NOW, must_be_proven=False).tilt_deg is None
 
 
 def test_a_permit_is_used_once() -> None:

@@ -5,7 +5,7 @@ from types import MappingProxyType
 
 import pytest
 
-from app.engine.device import DeviceView, Doubt, How, Known
+from app.engine.device import DeviceView, How, Known, StaleReason
 from app.procedures.read import read_everything
 from app.settings.fingerprint import ALPHABET, COVERED, NOT_COVERED, fingerprint, fingerprint_of, is_fingerprint
 from app.settings.profiles import Match, Profile, compare, profile_of
@@ -83,7 +83,7 @@ def test_the_code_of_a_module_and_its_profile() -> None:
     [
         (Known(1.6, How.READ, 1.0), Match.SAME, False),
         (Known(1.2, How.READ, 1.0), Match.DIFFERENT, True),
-        (Known(1.6, How.READ, 1.0, Doubt.RESTARTED), Match.UNKNOWN, True),
+        (Known(1.6, How.READ, 1.0, StaleReason.RESTARTED), Match.UNKNOWN, True),
         (None, Match.UNKNOWN, True),
     ],
 )

@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from app.limits.expectations import Limits
+from app.limits.expectations import CheckLimits
 from app.settings import profile_file
 from app.settings.fingerprint import fingerprint
 from app.settings.profile_file import ProfileRefused, parse_profile, profile_text, read_profile, save_profile
@@ -194,9 +194,9 @@ def test_saving_is_whole_or_not_at_all(tmp_path: Path, monkeypatch: pytest.Monke
 
 
 def test_the_limits_are_those_of_the_pre_flight_check() -> None:
-    assert set(LIMITS) == set(Limits.__dataclass_fields__)
+    assert set(LIMITS) == set(CheckLimits.__dataclass_fields__)
     for name, allowed in LIMITS.items():
-        assert allowed.low <= getattr(Limits(), name) <= allowed.high
+        assert allowed.low <= getattr(CheckLimits(), name) <= allowed.high
 
 
 TEXTS = st.text(st.characters(exclude_categories=["Cc", "Cs", "Zl", "Zp"], exclude_characters=profile_file._TURNING))

@@ -7,8 +7,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from app.engine.device import DeviceView, Doubt, How, Known
-from app.procedures.power_cycle import Fate, Stamp
+from app.engine.device import DeviceView, How, Known, StaleReason
+from app.procedures.power_cycle import Retention, SettingRetention
 from app.procedures.write import Heard, WriteFault, Written
 from app.settings.form import FORM_COMMANDS, FormRow, RowState, SettingsForm
 from app.settings.setting_texts import DEFAULTS, plain_text, value_text
@@ -21,8 +21,10 @@ BY_KEY = {command.key: command for command in SETTINGS}
 STANDS: dict[str, Value] = {TILT: 60, TIME: 1.6, LIGHT: 1.8, "freefall_acceleration_g": 0.5}
 
 
-def device(how: How = How.READ, doubt: Doubt | None = None, *, changes: dict[str, Value] | None = None) -> DeviceView:
-    values = {key: Known(value, how, NOW - 12, doubt) for key, value in (STANDS | (changes or {})).items()}
+def device(
+    how: How = How.READ, stale_reason: StaleReason | None = None, *, changes: dict[str, Value] | None = None
+) -> DeviceView:
+    values = {key: Known(value, how, NOW - 12, stale_reason) for key, value in (STANDS | (changes or {})).items()}
     return DeviceView(MappingProxyType(values))
 
 
@@ -53,17 +55,17 @@ def test_what_was_never_said_is_unknown_and_no_default_stands_in_for_it() -> Non
 
 
 @pytest.mark.parametrize(
-    ("how", "doubt", "state"),
+    ("how", "stale_reason", "state"),
     [
         (How.READ, None, RowState.READ),
         (How.STREAMED, None, RowState.READ),
         (How.ACKNOWLEDGED, None, RowState.ACKNOWLEDGED),
-        (How.READ, Doubt.RESTARTED, RowState.STALE),
-        (How.ACKNOWLEDGED, Doubt.LINK_LOST, RowState.STALE),
+        (How.READ, StaleReason.RESTARTED, RowState.STALE),
+        (How.ACKNOWLEDGED, StaleReason.LINK_LOST, RowState.STALE),
     ],
 )
-def test_the_state_says_how_it_is_known(how: How, doubt: Doubt | None, state: RowState) -> None:
-    assert row(SettingsForm(), TILT, device(how, doubt)).state is state
+def test_the_state_says_how_it_is_known(how: How, stale_reason: StaleReason | None, state: RowState) -> None:
+    assert row(SettingsForm(), TILT, device(how, stale_reason)).state is state
 
 
 def test_an_edit_is_pending_until_it_is_what_stands() -> None:
@@ -74,7 +76,7 @@ def test_an_edit_is_pending_until_it_is_what_stands() -> None:
     form.type_text(TILT, "60")
     assert not form.changes(device(), NOW)
     # In doubt it is worth writing, although the number is the same.
-    assert [change.value for change in form.changes(device(doubt=Doubt.RESTARTED), NOW)] == [60]
+    assert [change.value for change in form.changes(device(stale_reason=StaleReason.RESTARTED), NOW)] == [60]
 
 
 @pytest.mark.parametrize(
@@ -158,7 +160,7 @@ def test_verified_is_said_only_where_it_was_read_back_and_still_stands() -> None
     assert not form.has_drafts
     assert form.written == {TILT: 70}
     # Anything that casts doubt ends it, for good.
-    assert row(form, TILT, device(doubt=Doubt.RESTARTED, changes={TILT: 70})).state is RowState.STALE
+    assert row(form, TILT, device(stale_reason=StaleReason.RESTARTED, changes={TILT: 70})).state is RowState.STALE
     assert row(form, TILT, after).state is RowState.READ
 
 
@@ -248,13 +250,13 @@ def test_the_figures_follow_what_is_wanted_else_what_stands() -> None:
     assert "3.1 m" in row(form, TIME).consequences[0].sentence
     form.type_text(TIME, "9")
     assert not row(form, TIME).consequences
-    assert not row(SettingsForm(), TIME, device(doubt=Doubt.RESTARTED)).consequences
+    assert not row(SettingsForm(), TIME, device(stale_reason=StaleReason.RESTARTED)).consequences
 
 
 def test_a_power_cycle_stamps_the_rows_until_they_are_written_again() -> None:
     form = SettingsForm()
-    form.stamp({TILT: Stamp(70, Fate.LOST, 60)})
-    assert row(form, TILT).stamp == Stamp(70, Fate.LOST, 60)
+    form.stamp({TILT: SettingRetention(70, Retention.LOST, 60)})
+    assert row(form, TILT).stamp == SettingRetention(70, Retention.LOST, 60)
     form.choose(TILT, 70)
     form.begin_write(form.changes(device(), NOW))
     assert row(form, TILT).stamp is None

@@ -1,13 +1,13 @@
 """What was verified is read again while connected; what changes without being written is found and named."""
 
-from app.procedures.write_all import Change, Leave, write_all
+from app.procedures.write_all import Leave, SettingChange, write_all
 from app.settings.form import RowState, SettingsForm
 from protocol.catalogue import BY_NAME
 from tests.support.journals import FakeJournal
 from tests.support.line.sim_line import Rig, settled_rig, watched
 
 KEY = "freefall_time_s"
-WRITTEN = Change(BY_NAME["freefall_time"], 1.2)
+WRITTEN = SettingChange(BY_NAME["freefall_time"], 1.2)
 
 
 def states(form: SettingsForm, rig: Rig) -> dict[str, RowState]:

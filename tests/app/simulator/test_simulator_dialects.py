@@ -7,8 +7,8 @@ import pytest
 from app.simulator.memory import Memory, invent_records
 from app.simulator.module import SimulatedModule
 from app.simulator.options import parse_options, setup_from
-from app.simulator.physics import World
-from app.simulator.quirks import Dialect
+from app.simulator.physics import Physics
+from app.simulator.quirks import Quirks
 from protocol.catalogue import CELL_VOLTAGE, TRIGGER_RECORDS
 from protocol.frame import Frame
 from protocol.messages import EmptySlot, TriggerRecord, decode_record
@@ -17,10 +17,10 @@ from protocol.stream import StreamParser
 
 def running(*, history: int = 0, **options: str) -> SimulatedModule:
     """A module that has booted a while ago, with options as one types them."""
-    dialect: Dialect = setup_from(parse_options(options)).dialect
+    quirks: Quirks = setup_from(parse_options(options)).quirks
     memory = Memory(boot_count=36)
-    invent_records(memory, history, seed=1, has_odd_voltage=dialect.odd_voltage)
-    module = SimulatedModule(World(cell_v=4.0, drain_v_per_h=0.0), dialect, memory=memory)
+    invent_records(memory, history, seed=1, has_odd_voltage=quirks.odd_voltage)
+    module = SimulatedModule(Physics(cell_v=4.0, drain_v_per_h=0.0), quirks, memory=memory)
     module.power_on(-60.0)
     module.tick(0.0)
     return module

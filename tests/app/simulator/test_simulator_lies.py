@@ -7,7 +7,7 @@ from app.simulator.defects import CHANGEABLE_CODES, read_raw
 from app.simulator.memory import Memory, invent_records
 from app.simulator.module import SimulatedModule
 from app.simulator.options import OptionRefused, as_text, parse_options, setup_from
-from app.simulator.physics import World
+from app.simulator.physics import Physics
 from app.simulator.quirks import Occasion, Rule
 from protocol.catalogue import BY_CODE, STATUS, TRIGGER_RECORDS, Request
 from protocol.frame import Frame, encode_reply
@@ -31,8 +31,8 @@ def running(*, history: int = 0, **options: str) -> SimulatedModule:
     """A module that has booted a minute ago, with options as one types them."""
     memory = Memory(boot_count=36)
     invent_records(memory, history, seed=1, has_odd_voltage=False)
-    dialect = setup_from(parse_options({"empty_slots": "none"} | options)).dialect
-    module = SimulatedModule(World(drain_v_per_h=0.0), dialect, memory=memory)
+    quirks = setup_from(parse_options({"empty_slots": "none"} | options)).quirks
+    module = SimulatedModule(Physics(drain_v_per_h=0.0), quirks, memory=memory)
     module.power_on(-60.0)
     module.tick(0.0)
     return module
@@ -51,9 +51,9 @@ def values(module: SimulatedModule, code: int, count: int, now_s: float = 0.0) -
     "text", ["21:20", "16:17=01,16:20=0A", "21:20=14/2@500", "22:20@0.5"]
 )  # fmt: skip
 def test_a_rule_reads_back_as_it_was_typed(text: str) -> None:
-    dialect = setup_from(parse_options({"cross-talk": text})).dialect
-    assert as_text(dialect.cross_talk) == text
-    assert dialect.cross_talk[0].cause == int(text[:2], 16)
+    quirks = setup_from(parse_options({"cross-talk": text})).quirks
+    assert as_text(quirks.cross_talk) == text
+    assert quirks.cross_talk[0].cause == int(text[:2], 16)
 
 
 @pytest.mark.parametrize(
@@ -80,8 +80,8 @@ def test_rules_in_the_query_of_a_url() -> None:
     from app.port_urls.protocol_sim import open_bench
 
     bench = open_bench("sim://lies-in-a-url?cross_talk=21:20=14/2@500&mute_codes=35/2")
-    assert bench.module.dialect.cross_talk == (Rule(0x21, 0x20, 0x14, 2, 500.0),)
-    assert bench.module.dialect.mute_codes == {Occasion(0x35, 2)}
+    assert bench.module.quirks.cross_talk == (Rule(0x21, 0x20, 0x14, 2, 500.0),)
+    assert bench.module.quirks.mute_codes == {Occasion(0x35, 2)}
 
 
 @pytest.mark.parametrize("cause", ["15", "16", "17", "20", "21", "22", "10"])
@@ -207,7 +207,7 @@ def test_a_silent_restart_at_a_given_time_loses_the_activation() -> None:
 def test_a_restart_time_that_has_passed_already_restarts_once() -> None:
     module = running()
     module.tick(500.0)
-    module.dialect = setup_from(parse_options({"restart_at_s": "100"})).dialect
+    module.quirks = setup_from(parse_options({"restart_at_s": "100"})).quirks
     module.tick(501.0)
     assert module.memory.boot_count == 38
 

@@ -5,9 +5,9 @@ from typing import Any
 import pytest
 
 from app.simulator.module import SimulatedModule
-from app.simulator.physics import World
-from app.simulator.quirks import Dialect
-from app.simulator.wire import Direction, Faults, Wire
+from app.simulator.physics import Physics
+from app.simulator.quirks import Quirks
+from app.simulator.wire import FaultDirection, Faults, Wire
 from protocol.catalogue import BY_NAME, STATUS
 from protocol.frame import Frame
 from protocol.stream import StreamParser
@@ -18,7 +18,7 @@ BYTE_S = 10 / 115200
 
 
 def wire(*, seed: int = 1, host_baud: int | None = None, **faults: Any) -> Wire:
-    module = SimulatedModule(World())
+    module = SimulatedModule(Physics())
     module.power_on(-60.0)
     module.tick(0.0)
     return Wire(module, Faults(**faults), seed=seed, host_baud=host_baud)
@@ -66,7 +66,7 @@ def test_without_pacing_the_answer_is_there_at_once() -> None:
         {"garbage": 0.3},
         {"double": 0.3},
         {"jitter_ms": 5.0, "split_ms": 2.0},
-        {"drop": 0.1, "corrupt": 0.1, "direction": Direction.BOTH},
+        {"drop": 0.1, "corrupt": 0.1, "direction": FaultDirection.BOTH},
     ],
 )
 def test_the_same_seed_gives_the_same_faults(faults: dict[str, Any]) -> None:
@@ -105,7 +105,7 @@ def test_doubled_answers() -> None:
 
 
 def test_faults_towards_the_module_lose_requests() -> None:
-    line = wire(drop=1.0, direction=Direction.TO_MODULE)
+    line = wire(drop=1.0, direction=FaultDirection.TO_MODULE)
     line.write(BY_NAME["attitude_threshold"].set(70).encode(), 0.0)
     assert line.read(1.0) == b""
     assert line.module.memory.attitude_threshold == 60
@@ -191,7 +191,7 @@ def test_a_request_too_soon_after_another_is_ignored_whether_or_not_that_was_ans
     assert line.read(0.01) == ANSWER
     line.write(ASK, 0.02)
     assert line.read(1.0) == ANSWER
-    line.module.dialect = Dialect(mute_codes=frozenset({0x32}))
+    line.module.quirks = Quirks(mute_codes=frozenset({0x32}))
     line.write(ASK, 1.0)
     line.write(BY_NAME["active"].query().encode(), 1.004)
     assert line.read(2.0) == b""

@@ -4,8 +4,8 @@ import pytest
 
 from app.simulator.memory import Memory, invent_records
 from app.simulator.module import SimulatedModule
-from app.simulator.physics import World
-from app.simulator.quirks import Dialect, EmptySlots
+from app.simulator.physics import Physics
+from app.simulator.quirks import EmptySlots, Quirks
 from protocol.catalogue import BY_NAME, COMMANDS, HEARTBEAT, SERIAL_OUTPUT, STATUS, TRIGGER_RECORDS
 from protocol.frame import Direction, Frame
 from protocol.messages import Status, TriggerRecord, decode, decode_record
@@ -14,9 +14,9 @@ from protocol.stream import StreamParser
 HEARTBEAT_REPLY = "41 75 01 a5 5a 00"
 
 
-def running(world: World | None = None, memory: Memory | None = None) -> SimulatedModule:
+def running(world: Physics | None = None, memory: Memory | None = None) -> SimulatedModule:
     """A module that has booted a while ago, at time 0."""
-    module = SimulatedModule(world or World(), Dialect(empty_slots=EmptySlots.NONE), memory=memory)
+    module = SimulatedModule(world or Physics(), Quirks(empty_slots=EmptySlots.NONE), memory=memory)
     module.power_on(-60.0)
     module.tick(0.0)
     return module
@@ -68,11 +68,11 @@ def records(module: SimulatedModule, now_s: float) -> list[TriggerRecord]:
     ],
 )
 def test_each_row_of_the_table(asked: str, answered: str) -> None:
-    assert say(running(World(cell_v=3.8, drain_v_per_h=0.0)), asked) == answered
+    assert say(running(Physics(cell_v=3.8, drain_v_per_h=0.0)), asked) == answered
 
 
 def test_the_status_example_of_the_table() -> None:
-    module = running(World(tilt_deg=7))
+    module = running(Physics(tilt_deg=7))
     say(module, "42 61 10 02 01 13")
     assert say(module, "42 61 32 01 00 33") == "41 75 32 07 0a 00 01 44"
 
@@ -90,7 +90,7 @@ def test_every_command_of_the_catalogue_is_answered() -> None:
 
 
 def test_two_heartbeats_50_ms_apart_after_power_up_and_then_silence() -> None:
-    module = SimulatedModule(World())
+    module = SimulatedModule(Physics())
     module.power_on(10.0)
     assert module.tick(10.0).hex(" ") == HEARTBEAT_REPLY
     assert module.tick(10.049) == b""
@@ -142,7 +142,7 @@ def test_external_power_wakes_it_after_shutdown() -> None:
 
 
 def test_with_external_power_the_charging_voltage_is_read() -> None:
-    module = running(World(cell_v=3.8, drain_v_per_h=0.0))
+    module = running(Physics(cell_v=3.8, drain_v_per_h=0.0))
     module.plug_charger(0.0)
     assert decode_voltage(module, 0.0) == pytest.approx(3.9)
     module.unplug_charger(0.0)
@@ -155,7 +155,7 @@ def decode_voltage(module: SimulatedModule, now_s: float) -> float:
 
 
 def test_the_cell_drains_and_charges() -> None:
-    module = running(World(cell_v=3.8, drain_v_per_h=0.1))
+    module = running(Physics(cell_v=3.8, drain_v_per_h=0.1))
     module.tick(7200.0)
     assert module.world.cell_v == pytest.approx(3.6, abs=0.01)
     module.plug_charger(7200.0)
@@ -164,7 +164,7 @@ def test_the_cell_drains_and_charges() -> None:
 
 
 def test_zeroing_takes_todays_mounting_as_level() -> None:
-    module = running(World(tilt_deg=-4))
+    module = running(Physics(tilt_deg=-4))
     assert say(module, "42 61 32 01 00 33")[9:11] == "04"
     say(module, "42 61 25 01 00 26")
     assert say(module, "42 61 32 01 00 33")[9:11] == "00"
@@ -219,7 +219,7 @@ def test_tilting_an_active_module_fires_and_it_resets_ten_degrees_below() -> Non
 
 
 def test_a_locked_module_does_not_fire() -> None:
-    module = running(World(tilt_deg=90))
+    module = running(Physics(tilt_deg=90))
     module.world.drop(100, 0.0)
     assert say(module, "42 61 11 02 01 14") == "41 75 11 01 00 12"
     module.tick(10.0)
@@ -264,7 +264,7 @@ def test_deploy_over_serial_fires_an_active_module() -> None:
 
 
 def test_a_record_holds_the_settings_and_readings_of_its_moment() -> None:
-    module = running(World(cell_v=4.0, drain_v_per_h=0.0))
+    module = running(Physics(cell_v=4.0, drain_v_per_h=0.0))
     for frame in ("42 61 20 02 46 68", "42 61 21 02 04 27", "42 61 22 02 64 88", "42 61 10 02 01 13"):
         say(module, frame)
     module.plug_charger(1.0)

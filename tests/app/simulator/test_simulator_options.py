@@ -17,7 +17,7 @@ from app.simulator.options import (
     parse_value,
     setup_from,
 )
-from app.simulator.quirks import Delivery, Dialect
+from app.simulator.quirks import Delivery, Quirks
 from app.simulator.wire import Faults
 
 
@@ -40,7 +40,7 @@ def bench(clock: Clock) -> SimulatedBench:
 
 
 def test_every_field_of_dialect_and_faults_has_an_option() -> None:
-    fields = set(Dialect.__slots__) | set(Faults.__slots__)
+    fields = set(Quirks.__slots__) | set(Faults.__slots__)
     assert {option.name for option in OPTIONS if option.target is not Target.SETUP} == fields
 
 
@@ -54,8 +54,8 @@ def test_options_as_typed() -> None:
     setup = setup_from(parse_options({"rate": "200", "drop": "0.1", "records": "pieces", "mute-codes": "14,33"}))
     assert setup.rate == 200
     assert setup.faults.drop == 0.1
-    assert setup.dialect.records is Delivery.PIECES
-    assert setup.dialect.mute_codes == {0x14, 0x33}
+    assert setup.quirks.records is Delivery.PIECES
+    assert setup.quirks.mute_codes == {0x14, 0x33}
 
 
 @pytest.mark.parametrize(

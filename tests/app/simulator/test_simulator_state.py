@@ -5,8 +5,8 @@ from hypothesis import strategies as st
 from hypothesis.stateful import RuleBasedStateMachine, initialize, invariant, rule
 
 from app.simulator.module import SimulatedModule
-from app.simulator.physics import World
-from app.simulator.quirks import Dialect, EmptySlots
+from app.simulator.physics import Physics
+from app.simulator.quirks import EmptySlots, Quirks
 from protocol.catalogue import BY_NAME, COMMANDS, HEARTBEAT, STATUS, TRIGGER_RECORDS
 from protocol.frame import Frame
 from protocol.messages import decode_status
@@ -23,7 +23,7 @@ FRAMES += [
 
 
 def running() -> SimulatedModule:
-    module = SimulatedModule(World(), Dialect(empty_slots=EmptySlots.NONE))
+    module = SimulatedModule(Physics(), Quirks(empty_slots=EmptySlots.NONE))
     module.power_on(-60.0)
     module.tick(0.0)
     return module

@@ -12,7 +12,7 @@ from PySide6.QtCore import QTimer
 from PySide6.QtWidgets import QApplication
 from pytestqt.qtbot import QtBot
 
-from app.engine.identity import Evidence
+from app.engine.identity import IdentityEvidence
 from app.records.check_store import CheckStore
 from app.store.store import Store, open_store
 from app.trigger_records.history import Judgement
@@ -22,7 +22,7 @@ from tests.support.window.steps import settle
 from tests.ui.pages.triggers.test_triggers_page import fire, name_module, said, texts
 from ui.pages.diagnosis.traffic import TrafficPage
 from ui.pages.triggers.model import Column
-from ui.services.storage import Keeping
+from ui.services.storage import Storage
 from ui.widgets.notice_bar import NoticeBar
 
 PATIENCE_S = 20.0
@@ -55,16 +55,16 @@ def held_by_another(qtbot: QtBot, store: Store) -> Iterator[Callable[[], None]]:
         other.execute("BEGIN IMMEDIATE")
         turns = Turns()
 
-        def let_go() -> None:
+        def release() -> None:
             qtbot.wait(int(HELD_S * 1000))
             other.execute("ROLLBACK")
             assert turns.longest_s < STALL_S, f"the window stood still for {turns.longest_s:.1f} s"
 
-        yield let_go
+        yield release
 
 
 def store_of(bench: OnBench) -> Store:
-    store = bench.assembly.keeping.store
+    store = bench.assembly.storage.store
     assert isinstance(store, Store)
     return store
 
@@ -76,25 +76,25 @@ def test_the_window_goes_on_while_trigger_records_and_judgements_are_kept(
         fire(bench)
         page, store = bench.triggers, store_of(bench)
         name_module(bench, "M-07")
-        with held_by_another(qtbot, store) as let_go:
+        with held_by_another(qtbot, store) as release:
             bench.click(page.read)
             qtbot.waitUntil(lambda: page.work.reading is not None, timeout=WAIT_MS)
             assert [row.is_kept for row in page.work.rows] == [False]
             page.table.selectRow(0)
             assert page.detail.seen.text() == "It is being kept …"
             assert store.modules() == ()
-            let_go()
+            release()
         qtbot.waitUntil(lambda: not page.work.is_busy, timeout=WAIT_MS)
         assert [row.is_kept for row in page.work.rows] == [True]
         page.table.selectRow(0)
         (module,) = store.modules()
-        with held_by_another(qtbot, store) as let_go:
+        with held_by_another(qtbot, store) as release:
             bench.click(page.detail.buttons[Judgement.BENCH_TEST])
             assert texts(bench, 0)[Column.JUDGED] == "bench test"
             page.refresh()
             assert texts(bench, 0)[Column.JUDGED] == "bench test"
             assert CheckStore(store.database).records(module.id)[0].judgement is None
-            let_go()
+            release()
         qtbot.waitUntil(lambda: not page.work._judging, timeout=WAIT_MS)
         assert CheckStore(store.database).records(module.id)[0].judgement is Judgement.BENCH_TEST
 
@@ -134,36 +134,36 @@ def test_the_window_goes_on_while_the_module_and_what_was_read_of_it_are_kept(
         name_module(bench, "M-07")
         naming = page._naming
         qtbot.waitUntil(lambda: "M-07" in naming._read, timeout=WAIT_MS)
-        with held_by_another(qtbot, store) as let_go:
+        with held_by_another(qtbot, store) as release:
             naming.remember_adapter()
             assert store.modules() == ()
-            let_go()
+            release()
         qtbot.waitUntil(lambda: bool(store.modules()), timeout=WAIT_MS)
         (module,) = store.modules()
         assert (module.name, module.adapter) == ("M-07", naming.adapter)
-        qtbot.waitUntil(lambda: store.evidence(module.id) != Evidence(), timeout=WAIT_MS)
+        qtbot.waitUntil(lambda: store.evidence(module.id) != IdentityEvidence(), timeout=WAIT_MS)
         assert store.evidence(module.id) == naming._read["M-07"]
 
 
 def test_the_window_goes_on_while_a_broken_off_baud_change_is_forgotten(
     qtbot: QtBot, qapp: QApplication, tmp_path: Path
 ) -> None:
-    keeping = Keeping()
-    assert isinstance(keeping.store, Store)
-    keeping.store.begin_baud(115200, 9600, port="sim://crashed", adapter="")
-    keeping.close()
+    storage = Storage()
+    assert isinstance(storage.store, Store)
+    storage.store.begin_baud(115200, 9600, port="sim://crashed", adapter="")
+    storage.close()
     with simulated("crashed"), window(qapp, tmp_path) as assembly:
         bar = assembly.window.findChild(NoticeBar, "notice_bar")
         assert bar is not None
         qtbot.waitUntil(lambda: bar.button("forget_baud") is not None, timeout=WAIT_MS)
-        button, store = bar.button("forget_baud"), assembly.keeping.store
+        button, store = bar.button("forget_baud"), assembly.storage.store
         assert button is not None
         assert isinstance(store, Store)
         settle(button)
-        with held_by_another(qtbot, store) as let_go:
+        with held_by_another(qtbot, store) as release:
             button.click()
             assert store.pending_bauds()
-            let_go()
+            release()
         qtbot.waitUntil(lambda: not store.pending_bauds(), timeout=WAIT_MS)
 
 
@@ -190,6 +190,6 @@ def test_the_store_is_opened_beside_the_window(
         finally:
             may_open.set()
         qtbot.waitUntil(lambda: assembly.window.findChild(TrafficPage) is not None, timeout=WAIT_MS)
-        assert assembly.keeping.has_store
+        assert assembly.storage.has_store
     assert opened_in == [opened_in[0]]
     assert opened_in[0] is not threading.main_thread()

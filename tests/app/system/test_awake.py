@@ -5,7 +5,7 @@ from collections.abc import Iterator
 
 import pytest
 
-from app.engine.device import Doubt
+from app.engine.device import StaleReason
 from app.engine.procedure import Slept
 from app.engine.session import Run, Session
 from app.engine.transport import PortError, PortTrouble
@@ -18,7 +18,7 @@ from app.safety.acts import REQUESTS, Act
 from app.safety.journal import Outcome
 from app.safety.permit import Origin, Permit
 from app.simulator import bench
-from app.system.sleep_detector import LONGEST_TURN_S, SHORTEST_S, Moment, SleepWatch, sleepless_clock, slept_s
+from app.system.sleep_detector import LONGEST_TURN_S, SHORTEST_S, ClockReading, SleepDetector, sleepless_clock, slept_s
 from protocol.catalogue import SERIAL_OUTPUT, Hazard
 from protocol.link_states import Presence
 from tests.support.journals import FakeJournal
@@ -49,7 +49,7 @@ class SleepyRig(Rig):
     def __init__(self, options: dict[str, object] | None = None) -> None:
         super().__init__({"uptime": 60, "noise": 0} | (options or {}))
         self.lid = Lid(self)
-        self.session = Session(self.line, self.clock, asleep_s=SleepWatch(self.clock, self.lid).look)
+        self.session = Session(self.line, self.clock, asleep_s=SleepDetector(self.clock, self.lid).poll)
         self.clock.now_s += INSTANT_S
 
     def watched(self) -> None:
@@ -68,36 +68,36 @@ class SleepyRig(Rig):
 @pytest.mark.parametrize(
     ("before", "now", "expected"),
     [
-        (Moment(10.0, 100.0), Moment(10.02, 100.02), 0.0),
-        (Moment(10.0, 100.0), Moment(10.02, 100.02 + NIGHT_S), NIGHT_S),
-        (Moment(10.0, 100.0), Moment(10.02, 100.02 + SHORTEST_S / 2), 0.0),
-        (Moment(10.0, 100.0), Moment(10.0 + NIGHT_S, 100.0 + NIGHT_S), NIGHT_S),
-        (Moment(10.0), Moment(10.0 + NIGHT_S), NIGHT_S),
-        (Moment(10.0), Moment(10.0 + LONGEST_TURN_S / 2), 0.0),
-        (Moment(10.0, 100.0), Moment(10.0 + LONGEST_TURN_S / 2, 100.0 + LONGEST_TURN_S / 2), 0.0),
+        (ClockReading(10.0, 100.0), ClockReading(10.02, 100.02), 0.0),
+        (ClockReading(10.0, 100.0), ClockReading(10.02, 100.02 + NIGHT_S), NIGHT_S),
+        (ClockReading(10.0, 100.0), ClockReading(10.02, 100.02 + SHORTEST_S / 2), 0.0),
+        (ClockReading(10.0, 100.0), ClockReading(10.0 + NIGHT_S, 100.0 + NIGHT_S), NIGHT_S),
+        (ClockReading(10.0), ClockReading(10.0 + NIGHT_S), NIGHT_S),
+        (ClockReading(10.0), ClockReading(10.0 + LONGEST_TURN_S / 2), 0.0),
+        (ClockReading(10.0, 100.0), ClockReading(10.0 + LONGEST_TURN_S / 2, 100.0 + LONGEST_TURN_S / 2), 0.0),
     ],
     ids=["awake", "slept", "blinked", "stopped as a whole", "no second clock", "slow disk", "slow disk, two clocks"],
 )
 def test_sleep_is_what_the_clocks_disagree_about_or_a_turn_that_took_far_too_long(
-    before: Moment, now: Moment, expected: float
+    before: ClockReading, now: ClockReading, expected: float
 ) -> None:
     assert slept_s(before, now) == pytest.approx(expected)
 
 
 def test_each_sleep_is_told_once() -> None:
     rig = SleepyRig()
-    sleeps = SleepWatch(rig.clock, rig.lid)
+    sleeps = SleepDetector(rig.clock, rig.lid)
     rig.lid.close_for(60)
-    assert sleeps.look() == pytest.approx(60)
-    assert sleeps.look() == 0
+    assert sleeps.poll() == pytest.approx(60)
+    assert sleeps.poll() == 0
 
 
 @pytest.mark.parametrize("leap_s", [NIGHT_S, -NIGHT_S])
 def test_a_time_of_day_that_leaps_changes_nothing(leap_s: float, monkeypatch: pytest.MonkeyPatch) -> None:
-    sleeps = SleepWatch(time.monotonic, sleepless_clock())
+    sleeps = SleepDetector(time.monotonic, sleepless_clock())
     true_time = time.time
     monkeypatch.setattr(time, "time", lambda: true_time() + leap_s)
-    assert sleeps.look() == 0
+    assert sleeps.poll() == 0
 
 
 # What follows from it
@@ -110,7 +110,7 @@ def test_everything_is_doubted_and_then_read_again() -> None:
     rig.lid.close_for(NIGHT_S)
     rig.session.step()
     view = rig.session.device.view(rig.clock.now_s)
-    assert {known.doubt for known in view.values.values()} == {Doubt.LINK_LOST}
+    assert {known.stale_reason for known in view.values.values()} == {StaleReason.LINK_LOST}
     assert not view.is_streaming
     assert view.presence is Presence.OFFLINE
     assert view.last_sleep is not None
@@ -137,7 +137,7 @@ def test_a_module_that_is_gone_after_the_sleep_stays_doubted() -> None:
 
 def test_without_a_second_clock_a_turn_that_took_a_night_is_a_sleep() -> None:
     rig = SleepyRig()
-    rig.session = Session(rig.line, rig.clock, asleep_s=SleepWatch(rig.clock).look)
+    rig.session = Session(rig.line, rig.clock, asleep_s=SleepDetector(rig.clock).poll)
     rig.watched()
     rig.clock.now_s += NIGHT_S
     rig.session.step()

@@ -10,7 +10,15 @@ from pathlib import Path
 import pytest
 
 from app.system import logs
-from app.system.logs import LINES_KEPT, Log, Mishap, catch_mishaps, start_log, tell_mishap, text_of
+from app.system.logs import (
+    LINES_KEPT,
+    Log,
+    UncaughtError,
+    catch_uncaught_errors,
+    report_uncaught_error,
+    start_log,
+    text_of,
+)
 
 ROOT = Path(__file__).parents[3]
 SAID = logging.getLogger("app.test")
@@ -131,9 +139,9 @@ def test_only_the_end_of_a_long_log_is_handed_out(begin: Callable[[Path], Log], 
 
 def test_what_nobody_caught_is_logged_and_told(begin: Callable[[Path], Log], tmp_path: Path) -> None:
     log = begin(tmp_path)
-    told: list[Mishap] = []
+    told: list[UncaughtError] = []
     before = sys.excepthook, threading.excepthook
-    undo = catch_mishaps(told.append)
+    undo = catch_uncaught_errors(told.append)
     try:
 
         def fail() -> None:
@@ -148,7 +156,7 @@ def test_what_nobody_caught_is_logged_and_told(begin: Callable[[Path], Log], tmp
             sys.excepthook(type(error), error, error.__traceback__)
     finally:
         undo()
-    tell_mishap(KeyError("told to the log alone"))
+    report_uncaught_error(KeyError("told to the log alone"))
     assert (sys.excepthook, threading.excepthook) == before
     assert [mishap.summary for mishap in told] == ["KeyError: 'bug'"] * 2
     assert told[0].thread == "worker of the test"
@@ -160,10 +168,10 @@ def test_what_nobody_caught_is_logged_and_told(begin: Callable[[Path], Log], tmp
 def test_telling_that_fails_makes_no_second_error(begin: Callable[[Path], Log], tmp_path: Path) -> None:
     log = begin(tmp_path)
 
-    def fail(_mishap: Mishap) -> None:
+    def fail(_mishap: UncaughtError) -> None:
         raise RuntimeError("no window")
 
-    undo = catch_mishaps(fail)
+    undo = catch_uncaught_errors(fail)
     try:
         sys.excepthook(ValueError, ValueError("x"), None)
     finally:
@@ -172,10 +180,10 @@ def test_telling_that_fails_makes_no_second_error(begin: Callable[[Path], Log], 
 
 
 def test_ctrl_c_stays_what_it_is(monkeypatch: pytest.MonkeyPatch) -> None:
-    told: list[Mishap] = []
+    told: list[UncaughtError] = []
     passed_on: list[type[BaseException]] = []
     monkeypatch.setattr(sys, "excepthook", lambda kind, _error, _trace: passed_on.append(kind))
-    undo = catch_mishaps(told.append)
+    undo = catch_uncaught_errors(told.append)
     try:
         sys.excepthook(KeyboardInterrupt, KeyboardInterrupt(), None)
     finally:

@@ -6,7 +6,7 @@ from datetime import datetime
 from PySide6.QtWidgets import QApplication
 from pytestqt.qtbot import QtBot
 
-from app.engine.device import Sample
+from app.engine.device import StatusSample
 from app.engine.worker import Batch
 from app.system.wall_clock import JUMP_S, WallClock
 from tests.support.records.recordings_made import NOON, Clock, asked
@@ -25,11 +25,11 @@ def clocks() -> tuple[Clock, WallClock]:
 def test_each_time_keeps_the_offset_of_its_moment() -> None:
     clock, wall = clocks()
     clock.now_s = 1010.0
-    assert not wall.look()
+    assert not wall.poll()
     clock.wall_offset_s += NIGHT_S
     clock.now_s = 1010.1
-    assert wall.look()
-    assert not wall.look()
+    assert wall.poll()
+    assert not wall.poll()
     assert wall.at(1009.0) == NOON.timestamp() + 9.0
     assert wall.at(1010.05) == NOON.timestamp() + 10.05 + NIGHT_S
     assert wall.offset_s == clock.wall_offset_s
@@ -38,7 +38,7 @@ def test_each_time_keeps_the_offset_of_its_moment() -> None:
 def test_a_time_server_at_work_changes_nothing() -> None:
     clock, wall = clocks()
     clock.wall_offset_s += JUMP_S
-    assert not wall.look()
+    assert not wall.poll()
 
 
 def test_rows_of_the_traffic_bear_the_time_of_day_at_which_they_came(qapp: QApplication) -> None:
@@ -59,9 +59,9 @@ def test_a_capture_says_when_its_first_entry_came() -> None:
     clock, wall = clocks()
     kept = Kept()
     kept.wall = wall
-    kept.take([asked(1000.0)])
+    kept.feed([asked(1000.0)])
     clock.now_s, clock.wall_offset_s = 1001.0, clock.wall_offset_s + NIGHT_S
-    kept.take([asked(1001.0)])
+    kept.feed([asked(1001.0)])
     assert kept.header("p", 115200).started == NOON.isoformat(timespec="seconds").replace("+00:00", "Z")
 
 
@@ -73,7 +73,9 @@ def test_the_live_page_begins_anew_with_the_right_time(qtbot: QtBot, qapp: QAppl
         assert len(bench.page.data.tilt) == 1
         clock.now_s, clock.wall_offset_s = 1000.02, clock.wall_offset_s + NIGHT_S
         bench.now_s = 1000.02
-        bench.worker.callback(replace(last_of(bench), at=1000.02, samples=(Sample(1000.02, 9, 1.0, False, False),)))
+        bench.worker.callback(
+            replace(last_of(bench), at=1000.02, samples=(StatusSample(1000.02, 9, 1.0, False, False),))
+        )
         qtbot.waitUntil(lambda: bench.page.data.tilt.exact_since_s == 1000.02)
         bench.page.refresh()
         assert bench.page.data.tilt.last == (1000.02, 9.0)

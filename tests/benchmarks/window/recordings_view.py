@@ -22,9 +22,9 @@ from tests.benchmarks.figures import Figure, quantile
 from tests.benchmarks.runs import measured
 from tests.benchmarks.window.window import BEAT_MS, LoopWatch, live_page, turn_for, turn_until
 from tests.support.records.recordings_made import written_at_once
-from ui.core.preferences import Remembered
+from ui.core.preferences import Preferences
 from ui.main import WindowOptions, assemble, kept_tidy, start
-from ui.services.storage import RECORDINGS, Keeping
+from ui.services.storage import RECORDINGS, Storage
 
 ROWS: Final = 10_000_000
 DRAW_AIM_S: Final = 0.010
@@ -69,7 +69,7 @@ def measure(folder: Path) -> dict[str, float]:
     """In this process."""
     app = QApplication(sys.argv[:1])
     options = WindowOptions(language="en")
-    assembly = assemble(app, options, remembered=Remembered(folder / "window.ini"), keeping=Keeping(folder))
+    assembly = assemble(app, options, preferences=Preferences(folder / "window.ini"), storage=Storage(folder))
     window, watch = assembly.window, LoopWatch()
     beat = QTimer()
     beat.setInterval(BEAT_MS)

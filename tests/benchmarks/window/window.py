@@ -27,9 +27,9 @@ from protocol.catalogue import STATUS
 from protocol.events import Event, Received, Sent
 from protocol.messages import Status
 from tests.benchmarks.figures import quantile
-from ui.core.preferences import Remembered
+from ui.core.preferences import Preferences
 from ui.main import Assembly, WindowOptions, assemble, kept_tidy, start
-from ui.services.storage import Keeping
+from ui.services.storage import Storage
 
 BEAT_MS: Final = 5
 """Period of the timer that watches the event loop."""
@@ -49,7 +49,7 @@ class Traffic:
     asked: int = 0
     """Questions for the status: the module answers each with one more frame."""
 
-    def take(self, batch: Batch) -> None:
+    def on_batch(self, batch: Batch) -> None:
         self.samples += len(batch.samples)
         for event in batch.events:
             self._count(event)
@@ -118,7 +118,7 @@ def turn_for(seconds: float) -> None:
 
 def assemble_apart(app: QApplication, options: WindowOptions, folder: Path) -> Assembly:
     """The window with a memory and a store of its own in `folder`: nobody's records and choices are touched."""
-    return assemble(app, options, remembered=Remembered(folder / "window.ini"), keeping=Keeping(folder / "store"))
+    return assemble(app, options, preferences=Preferences(folder / "window.ini"), storage=Storage(folder / "store"))
 
 
 def live_page(assembly: Assembly) -> Any:
@@ -158,7 +158,7 @@ def measure(port: str, seconds: float, watched_s: float | None) -> dict[str, obj
         options = WindowOptions(port=port, language="en", offscreen_seconds=seconds)
         assembly = assemble_apart(app, options, Path(folder))
         connector = assembly.connector
-        connector.batch.connect(traffic.take)
+        connector.batch.connect(traffic.on_batch)
         stack.enter_context(kept_tidy(assembly))
         start(assembly, options)
         beats = QTimer()
@@ -184,7 +184,7 @@ def measure(port: str, seconds: float, watched_s: float | None) -> dict[str, obj
         turn_for(SETTLE_S)
         kept = len(live_page(assembly).data.tilt) if watched_s is None else None
         assembly.window.close_now()
-        assembly.keeping.close()
+        assembly.storage.close()
         app.processEvents()
     found: dict[str, object] = {
         "is_streaming": is_streaming, "is_closed": is_closed, "cpu_share": cpu_s / wall_s,

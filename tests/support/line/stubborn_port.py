@@ -9,7 +9,7 @@ READ_S = 0.01
 
 
 class StubbornPort:
-    """In pyserial's place. The call named `sticks_in` blocks until `let_go`; it works else, and nobody answers."""
+    """In pyserial's place. The call named `sticks_in` blocks until `release`; it works else, and nobody answers."""
 
     def __init__(self, sticks_in: str) -> None:
         self._sticks_in = sticks_in
@@ -25,7 +25,7 @@ class StubbornPort:
         self.baudrate = options["baudrate"]
         return self
 
-    def let_go(self) -> None:
+    def release(self) -> None:
         self._may_go_on.set()
 
     def _call(self, name: str) -> None:

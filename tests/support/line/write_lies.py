@@ -4,7 +4,7 @@ from dataclasses import dataclass
 from itertools import product
 from typing import Any
 
-from app.procedures.write_all import Change, Leave, WriteReport, write_all
+from app.procedures.write_all import Leave, SettingChange, WriteReport, write_all
 from protocol.catalogue import BY_NAME
 from protocol.fields import Value
 from tests.faults.fault_table import truth
@@ -96,7 +96,7 @@ def write_to(options: dict[str, Any], wanted: dict[str, Value]) -> Write:
     rig = Rig({"uptime": 60, "noise": 0} | options)
     boots = rig.bench.module.memory.boot_count
     before = truth(rig.bench, rig.clock.now_s)
-    changes = [Change(BY_NAME[name], value) for name, value in wanted.items()]
+    changes = [SettingChange(BY_NAME[name], value) for name, value in wanted.items()]
     report = rig.run(write_all(changes, Leave(journal=FakeJournal())), limit_s=300.0)
     has_restarted = rig.bench.module.memory.boot_count != boots
     rig.step_for(SETTLED_S)

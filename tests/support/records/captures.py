@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from pathlib import Path
 
-from app.captures.reader import CaptureWriter, Entry, Header, Way
+from app.captures.reader import CaptureEntry, CaptureWriter, Header, Way
 from protocol.catalogue import STATUS
 from protocol.messages import Status
 
@@ -11,14 +11,16 @@ EMPTY_SLOT = bytes.fromhex("41 75 35 01 00 00 00 00 00 00 00 00 00 00 00 36")
 STATUS_FRAME = Status(7, 1.0, triggered=False, active=True).encode()
 HEADER = Header(program="DPS-S 1.2", port="/dev/ttyUSB0", baud_rate=115200, started="2026-11-21T01:49:05Z")
 ENTRIES = (
-    Entry(0.0, Way.OUT, STATUS.query().encode()),
-    Entry(0.002913, Way.IN, STATUS_FRAME),
-    Entry(0.5, Way.IN, b"\x00\xff" + STATUS_FRAME[:3]),
-    Entry(3600.25, Way.IN, STATUS_FRAME[3:]),
+    CaptureEntry(0.0, Way.OUT, STATUS.query().encode()),
+    CaptureEntry(0.002913, Way.IN, STATUS_FRAME),
+    CaptureEntry(0.5, Way.IN, b"\x00\xff" + STATUS_FRAME[:3]),
+    CaptureEntry(3600.25, Way.IN, STATUS_FRAME[3:]),
 )
 
 
-def written(path: Path, entries: Sequence[Entry] = ENTRIES, header: Header = HEADER, *, appends: bool = False) -> None:
+def written(
+    path: Path, entries: Sequence[CaptureEntry] = ENTRIES, header: Header = HEADER, *, appends: bool = False
+) -> None:
     writer = CaptureWriter(path, header, appends=appends)
     writer.write(entries)
     writer.close()

@@ -4,17 +4,17 @@ from collections.abc import Iterable, Sequence
 
 import numpy as np
 
-from app.firing.judge import Sample
+from app.firing.judge import SensorSample
 from app.recordings.excerpt import Excerpt
-from app.recordings.markers import Happening
+from app.recordings.markers import Marker
 from app.samples.ring_buffers import Seconds, Values
 
 
 def excerpt(
-    samples: Sequence[Sample],
+    samples: Sequence[SensorSample],
     *,
     active: Iterable[bool] | None = None,
-    happenings: tuple[Happening, ...] = (),
+    markers: tuple[Marker, ...] = (),
     is_whole: bool = True,
 ) -> Excerpt:
     """These samples, of an active module where nothing else is said."""
@@ -33,6 +33,6 @@ def excerpt(
         cell_voltage_v=none,
         light_time_s=none.astype(np.float64),
         light_v=none,
-        happenings=happenings,
+        markers=markers,
         is_whole=is_whole,
     )

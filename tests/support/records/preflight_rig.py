@@ -60,7 +60,7 @@ def check(*faults: Fault, options: Mapping[str, str] | None = None, is_enabling:
         past |= fault.past
     evidence, log = Evidence(port="sim"), FrameLog()
     rig.run(run_preflight(evidence, is_enabling=is_enabling and all(fault.is_enabling for fault in faults)))
-    log.take(rig.session.take_events())
+    log.feed(rig.session.take_events())
     case = Case(
         evidence=evidence, expectations=Expectations(**expectations), past=Past(**past), fingerprint=settings_code
     )

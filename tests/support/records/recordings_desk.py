@@ -11,20 +11,20 @@ from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QApplication, QHBoxLayout, QWidget
 from pytestqt.qtbot import QtBot
 
-from app.recordings.library import Shelf
+from app.recordings.library import RecordingLibrary
 from tests.support.records.recordings_made import HEADING, batch, device, recorder_in, report
 from tests.support.window.fakes_ui import WAIT_MS
 from tests.support.window.live_bench import SilentWorker
 from tests.support.window.steps import settle
 from ui.core.connector import Connector
-from ui.core.port_watcher import PortWatch
+from ui.core.port_watcher import PortWatcher
 from ui.core.texts import Texts
 from ui.pages.live.page import LivePage
 from ui.pages.recordings.model import Column
 from ui.pages.recordings.page import RecordingsPage
 from ui.services.context import Services
 from ui.services.lock import LockControl
-from ui.services.storage import Keeping
+from ui.services.storage import Storage
 from ui.style.theme import Appearance, Choice
 
 SECONDS = 120
@@ -52,7 +52,7 @@ def record(
             ]
             values = {"cell_voltage_v": cell_voltage_v, "light_v": light_v}
             view = device(start_s, **values, attitude_threshold_deg=60, light_threshold_v=1.8)
-            bench.recorder.take(batch(start_s + 0.95, *samples, view=view))
+            bench.recorder.on_batch(batch(start_s + 0.95, *samples, view=view))
         bench.settle()  # it looks at the clock, which is moved at once
         bench.clock.now_s += seconds
         bench.recorder.end()
@@ -65,14 +65,14 @@ class Desk:
     """The page of recordings, the Live page, or both."""
 
     qtbot: QtBot
-    keeping: Keeping
+    storage: Storage
     texts_of_window: Texts
     page: RecordingsPage
     live: LivePage
 
     @property
-    def shelf(self) -> Shelf:
-        return self.keeping.sessions.shelf
+    def library(self) -> RecordingLibrary:
+        return self.storage.sessions.library
 
     def list_again(self, count: int) -> None:
         """Until so many are in the table."""
@@ -107,14 +107,14 @@ class Desk:
 @contextmanager
 def made(qtbot: QtBot, qapp: QApplication, folder: Path, template: Path, *kinds: type[QWidget]) -> Iterator[Desk]:
     """Pages of these kinds, beside each other, without a window or a port."""
-    ports = PortWatch(lambda _deadline_s: [])
+    ports = PortWatcher(lambda _deadline_s: [])
     make: Any = SilentWorker
     connector = Connector(ports, make_worker=make)
-    texts, keeping = Texts(), Keeping(folder)
+    texts, storage = Texts(), Storage(folder)
     services = Services(
-        connector, texts, Appearance(qapp, Choice.LIGHT), LockControl(connector, keeping.journal), keeping
+        connector, texts, Appearance(qapp, Choice.LIGHT), LockControl(connector, storage.journal), storage
     )
-    copytree(template, keeping.sessions.shelf.folder / template.name)
+    copytree(template, storage.sessions.library.folder / template.name)
     shown = QWidget()
     row = QHBoxLayout(shown)
     pages: dict[type[QWidget], Any] = {kind: kind(services) for kind in kinds}  # type: ignore[arg-type]
@@ -123,11 +123,11 @@ def made(qtbot: QtBot, qapp: QApplication, folder: Path, template: Path, *kinds:
     qtbot.addWidget(shown)
     shown.resize(876 * len(kinds), 500)
     shown.show()
-    desk = Desk(qtbot, keeping, texts, pages.get(RecordingsPage), pages.get(LivePage))  # type: ignore[arg-type]
+    desk = Desk(qtbot, storage, texts, pages.get(RecordingsPage), pages.get(LivePage))  # type: ignore[arg-type]
     if RecordingsPage in pages:
         desk.list_again(1)
     yield desk
-    keeping.close()
+    storage.close()
     shown.hide()
     connector.stop(1.0)
     ports.stop(1.0)

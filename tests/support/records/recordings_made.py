@@ -12,11 +12,11 @@ from typing import NamedTuple
 import numpy as np
 
 from app.captures.reader import Way
-from app.engine.device import DeviceView, How, Known, Sample
+from app.engine.device import DeviceView, How, Known, StatusSample
 from app.engine.worker import Batch, Connection, PortState
 from app.recordings.commits import Extents, encoded_commit
 from app.recordings.file_layout import ACTIVE, COLUMNS, COMMITS, DATA_FILES, SESSION, TRIGGERED, Opening
-from app.recordings.library import Shelf
+from app.recordings.library import RecordingLibrary
 from app.recordings.recorder import Heading, Recorder
 from app.recordings.recording import open_recording
 from protocol.catalogue import STATUS
@@ -51,12 +51,12 @@ class Clock:
         return self.now_s + self.wall_offset_s
 
 
-def report(at: float, number: int = 0, *, triggered: bool = False, active: bool = False) -> Sample:
+def report(at: float, number: int = 0, *, triggered: bool = False, active: bool = False) -> StatusSample:
     """One of many that differ."""
-    return Sample(at, number % 181, number % TENTHS / 10, triggered, active)
+    return StatusSample(at, number % 181, number % TENTHS / 10, triggered, active)
 
 
-def received(sample: Sample) -> Received:
+def received(sample: StatusSample) -> Received:
     """The frame that said so."""
     status = Status(sample.tilt_deg, sample.acceleration_g, sample.triggered, sample.active)
     frame = Frame(Direction.MODULE_TO_HOST, status.encode())
@@ -75,7 +75,7 @@ def device(at: float, **values: Value) -> DeviceView:
 
 def batch(
     at: float,
-    *samples: Sample,
+    *samples: StatusSample,
     view: DeviceView | None = None,
     connection: Connection = OPEN,
     events: tuple[Event, ...] | None = None,
@@ -104,12 +104,12 @@ class Bench:
 
     recorder: Recorder
     clock: Clock
-    shelf: Shelf
+    library: RecordingLibrary
 
     def feed(self, *batches: Batch) -> None:
         """Take these, at the time of the last one, and wait until they are on disk."""
         for one in batches:
-            self.recorder.take(one)
+            self.recorder.on_batch(one)
             self.clock.now_s = max(self.clock.now_s, one.at)
         self.settle()
 
@@ -119,18 +119,18 @@ class Bench:
     @property
     def folder(self) -> Path:
         """Of the newest recording."""
-        return self.shelf.entries()[0].folder
+        return self.library.entries()[0].folder
 
 
 @contextmanager
 def recorder_in(folder: Path, *, free_bytes: int = 1 << 40, **options: int) -> Iterator[Bench]:
     clock = Clock()
-    shelf = Shelf(folder)
+    library = RecordingLibrary(folder)
     recorder = Recorder(
-        shelf, clock=clock, wall_clock=clock.wall, find_free_bytes=lambda _folder: free_bytes, **options
+        library, clock=clock, wall_clock=clock.wall, find_free_bytes=lambda _folder: free_bytes, **options
     )
     try:
-        yield Bench(recorder, clock, shelf)
+        yield Bench(recorder, clock, library)
     finally:
         assert recorder.stop(WAIT_S)
 
@@ -139,16 +139,16 @@ def recorded(folder: Path, seconds: float = 2.0, *, rate_hz: int = LINE_HZ) -> P
     """A session that was closed in an orderly way; its folder."""
     with recorder_in(folder) as bench:
         bench.recorder.begin(HEADING)
-        bench.recorder.take(batch(1000.0, events=(asked(1000.0),)))
+        bench.recorder.on_batch(batch(1000.0, events=(asked(1000.0),)))
         bench.feed(*stream(1000.0, seconds, rate_hz=rate_hz))
         bench.recorder.end()
         bench.settle()
         return bench.folder
 
 
-def written_at_once(shelf: Path, rows: int, *, rate_hz: float = LINE_HZ, start_s: float = 1000.0) -> Path:
+def written_at_once(library: Path, rows: int, *, rate_hz: float = LINE_HZ, start_s: float = 1000.0) -> Path:
     """A recording of so many status reports, within seconds; what it measured is a sine and noise. Its folder."""
-    folder = shelf / f"{NOON:%Y%m%dT%H%M%SZ}-{rows:06x}"
+    folder = library / f"{NOON:%Y%m%dT%H%M%SZ}-{rows:06x}"
     folder.mkdir(parents=True)
     for name in DATA_FILES:
         (folder / name).touch()

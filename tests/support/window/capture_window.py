@@ -7,7 +7,7 @@ from pathlib import Path
 from PySide6.QtWidgets import QApplication, QPushButton
 from pytestqt.qtbot import QtBot
 
-from app.captures.reader import Entry, Way
+from app.captures.reader import CaptureEntry, Way
 from protocol.catalogue import BY_NAME
 from protocol.link_states import Presence
 from protocol.messages import Status
@@ -25,15 +25,15 @@ def write_capture(path: Path, *, seconds: float = 30.0) -> Path:
     entries = []
     for number, name in enumerate(("heartbeat", "status", "active", "triggered", "cell_voltage", "boot_count")):
         request = BY_NAME[name].query()
-        entries.append(Entry(0.01 * number, Way.OUT, request.encode()))
+        entries.append(CaptureEntry(0.01 * number, Way.OUT, request.encode()))
     answers = {"heartbeat": "4175 01 A5 5A 00", "active": "4175 33 01 01 35", "cell_voltage": "4175 34 01 BE F3"}
     ordered = []
     for entry, name in zip(entries, ("heartbeat", "status", "active", "triggered", "cell_voltage", "x"), strict=True):
         ordered.append(entry)
         if name in answers:
-            ordered.append(Entry(entry.at_s + 0.002, Way.IN, bytes.fromhex(answers[name])))
-    ordered += [Entry(0.2 + 0.05 * n, Way.IN, ACTIVE) for n in range(round(seconds * 20))]
-    ordered.append(Entry(ordered[-1].at_s + 0.01, Way.IN, b"\x00\xff"))
+            ordered.append(CaptureEntry(entry.at_s + 0.002, Way.IN, bytes.fromhex(answers[name])))
+    ordered += [CaptureEntry(0.2 + 0.05 * n, Way.IN, ACTIVE) for n in range(round(seconds * 20))]
+    ordered.append(CaptureEntry(ordered[-1].at_s + 0.01, Way.IN, b"\x00\xff"))
     path.write_bytes(b"".join(capture_parts(tuple(ordered), Kept().header("/dev/ttyUSB0", 115200))))
     return path
 

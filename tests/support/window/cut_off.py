@@ -29,7 +29,7 @@ from PySide6.QtWidgets import (
 )
 
 from tests.support.window.painted_text import Drawn
-from ui.style.painted_widget import Painted
+from ui.style.painted_widget import PaintedWidget
 from ui.style.theme import Size, font
 
 _SLACK_PX = 1
@@ -84,7 +84,7 @@ def _faults(widget: QWidget) -> Iterator[str]:
             yield from _in_rows(widget)
         case QTableView():
             yield from _in_cells(widget)
-        case Painted():
+        case PaintedWidget():
             least = widget.minimumSizeHint()
             if widget.width() < least.width() - _SLACK_PX or widget.height() < least.height() - _SLACK_PX:
                 yield f"has {widget.width()}x{widget.height()}, wants {least.width()}x{least.height()}"

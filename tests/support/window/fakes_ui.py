@@ -13,8 +13,8 @@ from app.simulator import bench
 from app.simulator.bench import SimulatedBench
 from app.text.i18n import ENGLISH
 from protocol.link_states import Presence
-from ui.core.port_watcher import PortWatch
-from ui.core.preferences import Remembered
+from ui.core.port_watcher import PortWatcher
+from ui.core.preferences import Preferences
 from ui.main import Assembly, WindowOptions, assemble, start
 from ui.pages.diagnosis.traffic import TrafficPage
 from ui.services.context import PageEntry
@@ -36,7 +36,7 @@ class Ports:
         self._may_answer = threading.Event()
         self._may_answer.set()
 
-    def look(self, deadline_s: float) -> list[PortInfo]:
+    def poll(self, deadline_s: float) -> list[PortInfo]:
         self.looks += 1
         self._may_answer.wait(deadline_s)
         return list(self.now)
@@ -44,7 +44,7 @@ class Ports:
     def hold(self) -> None:
         self._may_answer.clear()
 
-    def let_go(self) -> None:
+    def release(self) -> None:
         self._may_answer.set()
 
 
@@ -62,8 +62,8 @@ def window(
     assembly = assemble(
         qapp,
         options,
-        remembered=Remembered(folder / "window.ini"),
-        ports=PortWatch((ports or Ports()).look),
+        preferences=Preferences(folder / "window.ini"),
+        ports=PortWatcher((ports or Ports()).poll),
         entries=entries,
     )
     try:
@@ -71,12 +71,12 @@ def window(
         yield assembly
     finally:
         if ports is not None:
-            ports.let_go()
+            ports.release()
         assembly.window.close_now()
         assembly.connector.stop(2.0)
         assembly.ports.stop(2.0)
-        assembly.keeping.close()
-        assembly.speech.use(ENGLISH)  # takes Qt's own translation off the application again
+        assembly.storage.close()
+        assembly.language_switch.use(ENGLISH)  # takes Qt's own translation off the application again
         assembly.window.deleteLater()
         QApplication.processEvents()
 

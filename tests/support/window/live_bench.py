@@ -10,13 +10,13 @@ from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QApplication, QPushButton, QWidget
 from pytestqt.qtbot import QtBot
 
-from app.engine.device import DeviceView, How, Known, Sample
+from app.engine.device import DeviceView, How, Known, StatusSample
 from app.engine.worker import Batch, Connection, Job, PortState
 from app.safety.journal import NoJournal
 from protocol.fields import Value
 from protocol.link_states import Presence
 from ui.core.connector import Connector
-from ui.core.port_watcher import PortWatch
+from ui.core.port_watcher import PortWatcher
 from ui.core.texts import Texts
 from ui.pages.live.page import LivePage
 from ui.services.context import Services
@@ -70,7 +70,7 @@ class Bench:
     worker: SilentWorker
     now_s: float = 1000.0
 
-    def say(self, *samples: Sample, is_streaming: bool = True, leave_out: str = "", **values: Value) -> None:
+    def say(self, *samples: StatusSample, is_streaming: bool = True, leave_out: str = "", **values: Value) -> None:
         """A batch in which all of this is known now, with a sample of it where none is given."""
         known = {key: value for key, value in (KNOWN | values).items() if key != leave_out}
         device = DeviceView(
@@ -81,7 +81,7 @@ class Bench:
             50.0 if is_streaming else 0.0,
         )
         state = known.get("triggered") is True, known.get("active") is True
-        one = Sample(self.now_s, int(known["tilt_deg"]), float(known["acceleration_g"]), *state)
+        one = StatusSample(self.now_s, int(known["tilt_deg"]), float(known["acceleration_g"]), *state)
         taken = len(self.page.data.tilt)
         self.worker.callback(Batch(self.now_s, OPEN, device, None, samples or (one,)))
         self.qtbot.waitUntil(lambda: len(self.page.data.tilt) > taken)
@@ -112,11 +112,11 @@ def live_bench(qtbot: QtBot, qapp: QApplication) -> Iterator[Bench]:
         return workers[-1]
 
     moment: list[Bench] = []
-    ports = PortWatch(lambda _deadline_s: [])
+    ports = PortWatcher(lambda _deadline_s: [])
     connector = Connector(ports, make_worker=make, clock=lambda: moment[0].now_s if moment else 1000.0)
     texts, appearance = Texts(), Appearance(qapp, Choice.LIGHT)
     page = LivePage(Services(connector, texts, appearance, LockControl(connector, lambda _target: NoJournal())))
-    connector.batch.connect(page.take)
+    connector.batch.connect(page.on_batch)
     qtbot.addWidget(page)
     bench = Bench(qtbot, page, connector, texts, appearance, workers[0])
     moment.append(bench)

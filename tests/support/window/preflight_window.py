@@ -143,11 +143,11 @@ def on_bench(qtbot: QtBot, qapp: QApplication, folder: Path, name: str, *, is_co
         if is_connected:
             one.connect()
         yield one
-        assembly.keeping.close()
+        assembly.storage.close()
 
 
 def kept(bench: OnBench, module: str = "") -> list[str]:
-    store = bench.assembly.keeping.store
+    store = bench.assembly.storage.store
     assert isinstance(store, Store)
     module_id = next((one.id for one in store.modules() if one.name == module), None)
     return [one.verdict for one in CheckStore(store.database).checks(module_id)]
@@ -168,4 +168,4 @@ def name_module(bench: OnBench, name: str) -> None:
 
 def find_in(bench: OnBench) -> FindStation:
     """The stations that this window knows."""
-    return Stations(bench.assembly.keeping.folder).find
+    return Stations(bench.assembly.storage.folder).find

@@ -248,4 +248,4 @@ def walking(
             yield walk
         finally:
             assembly.appearance.choose(Choice.LIGHT)
-            assembly.keeping.close()
+            assembly.storage.close()

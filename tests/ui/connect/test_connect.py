@@ -23,7 +23,7 @@ from tests.support.window.steps import settle
 from ui.connect.connect_panel import FIND_RATE, SIMULATED_PORT
 from ui.core.bridge import Bridge, joined
 from ui.core.connector import Target
-from ui.core.preferences import LastPort, Remembered
+from ui.core.preferences import LastPort, Preferences
 from ui.main import Assembly, WindowOptions
 
 OPEN = Connection(PortState.OPEN, "/dev/ttyUSB0", 115200)
@@ -155,9 +155,9 @@ def test_by_keyboard_alone(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> 
 
 
 def test_the_last_adapter_is_chosen_whatever_its_name_is_now(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
-    remembered = Remembered(tmp_path / "window.ini")
-    remembered.last_port = LastPort("/dev/ttyUSB7", SECOND_ADAPTER.identity, 57600)
-    remembered.save()
+    preferences = Preferences(tmp_path / "window.ini")
+    preferences.last_port = LastPort("/dev/ttyUSB7", SECOND_ADAPTER.identity, 57600)
+    preferences.save()
     with window(qapp, tmp_path, ports=Ports(ADAPTER, SECOND_ADAPTER)) as assembly:
         panel = assembly.window.panel
         qtbot.waitUntil(lambda: panel.list.count() == 3, timeout=WAIT_MS)

@@ -11,7 +11,7 @@ from pytestqt.qtbot import QtBot
 
 from tests.support.garbage import living_garbage
 from tests.support.window.controls import tab_chain
-from ui.core.garbage_collector import Collector, garbage_freed_here
+from ui.core.garbage_collector import GarbageCollector, garbage_freed_here
 
 
 class Ring:
@@ -84,7 +84,7 @@ def test_the_oldest_that_is_due(
     monkeypatch.setattr(gc, "get_count", lambda: counts)
     monkeypatch.setattr(gc, "get_threshold", lambda: (700, 10, 10))
     monkeypatch.setattr(gc, "collect", done.append)
-    Collector().collect()
+    GarbageCollector().collect()
     monkeypatch.undo()
     assert done == collected
 
@@ -94,7 +94,7 @@ def test_a_generation_that_is_switched_off_is_never_due(qtbot: QtBot, monkeypatc
     monkeypatch.setattr(gc, "get_count", lambda: (9000, 9000, 9000))
     monkeypatch.setattr(gc, "get_threshold", lambda: (700, 10, 0))
     monkeypatch.setattr(gc, "collect", done.append)
-    Collector().collect()
+    GarbageCollector().collect()
     monkeypatch.undo()
     assert done == [1]
 

@@ -14,7 +14,7 @@ from app.settings.setting_texts import value_text
 from app.system.wall_clock import local_time
 from app.text.i18n import CHINESE, ENGLISH, PSEUDO, set_language, tr
 from protocol.catalogue import BY_NAME
-from ui.core.language_switch import Speech
+from ui.core.language_switch import LanguageSwitch
 from ui.core.texts import Texts
 
 ROOT = Path(__file__).parents[3]
@@ -77,8 +77,8 @@ def test_fields_have_a_point_on_a_computer_with_a_comma(
     qtbot: QtBot, qapp: QApplication, german_computer: None, name: str
 ) -> None:
     """What is shown beside a field with a point must be typed with one too."""
-    speech = Speech(qapp, Texts())
-    speech.use(name)
+    language_switch = LanguageSwitch(qapp, Texts())
+    language_switch.use(name)
     try:
         box = QDoubleSpinBox()
         qtbot.addWidget(box)
@@ -87,7 +87,7 @@ def test_fields_have_a_point_on_a_computer_with_a_comma(
         assert box.text() == "1234.50"
         assert box.valueFromText("1.6") == 1.6
     finally:
-        speech.use(ENGLISH)
+        language_switch.use(ENGLISH)
 
 
 def test_nothing_asks_the_computer_how_to_write_a_date() -> None:

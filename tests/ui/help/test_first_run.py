@@ -49,7 +49,7 @@ def test_from_the_icon_to_go(qtbot: QtBot, qapp: QApplication, tmp_path: Path, m
         wait_online(qtbot, assembly)
         qtbot.waitUntil(lambda: connector.state.phase is Phase.ONLINE, timeout=WAIT_MS)
         qtbot.waitUntil(main.panel.isHidden, timeout=WAIT_MS)
-        assert "Pre-flight" in main.status_line.passing.text()  # what comes next
+        assert "Pre-flight" in main.status_bar.passing.text()  # what comes next
         benches.module("demo").set_tilt(20)  # as if it were not set down
         qtbot.keyClick(main, Qt.Key.Key_4, Qt.KeyboardModifier.ControlModifier)
         page = main.findChild(PreflightPage)

@@ -23,7 +23,7 @@ from tests.support.window.fakes_ui import WAIT_MS, simulated, wait_online, windo
 from tests.support.window.preflight_window import CHECK_MS, hurry
 from tests.support.window.steps import let_lay_out, settle
 from ui.core.connector import Target
-from ui.core.preferences import Remembered
+from ui.core.preferences import Preferences
 from ui.help.tour import Tour
 from ui.help.tour_card import TourCard
 from ui.help.tour_steps import STEPS, Scene
@@ -162,12 +162,12 @@ def test_by_keys_alone_it_goes_to_go_and_leaves_nothing(
         assert not any(one.isVisible() for one in main.findChildren(TourCard))
         assert connector.target is None
         assert not connector.device.values
-        store = one.assembly.keeping.store
+        store = one.assembly.storage.store
         assert isinstance(store, Store)
         assert not store.modules()
         assert not CheckStore(store.database).checks(None)
-        assert not one.assembly.keeping.sessions.shelf.entries()
-        assert Remembered(tmp_path / "window.ini").last_port is None
+        assert not one.assembly.storage.sessions.library.entries()
+        assert Preferences(tmp_path / "window.ini").last_port is None
         page = main.findChild(PreflightPage)
         assert page is not None
         assert page.work.standing is Standing.NOT_CHECKED
@@ -207,7 +207,7 @@ def test_another_connection_ends_it_and_stays(qtbot: QtBot, qapp: QApplication, 
         wait_online(qtbot, one.assembly)
         assert connector.target == Target("sim://other", 115200)
         assert bench.state().is_plugged_in
-        assert main.status_line.passing.text()
+        assert main.status_bar.passing.text()
 
 
 def test_escape_ends_and_left_goes_back(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
@@ -236,7 +236,7 @@ def test_it_speaks_the_language_in_use(qtbot: QtBot, qapp: QApplication, tmp_pat
     with guest(qtbot, qapp, tmp_path) as one:
         one.assembly.help.begin_tour()
         card, english = one.tour.card, one.tour.card.text.text()
-        one.assembly.speech.use(CHINESE)
+        one.assembly.language_switch.use(CHINESE)
         qtbot.waitUntil(lambda: card.text.text() != english, timeout=WAIT_MS)
         assert card.title.text() == tr(STEPS[0].title) != STEPS[0].title
         assert card.end.text() == tr("End the tour") != "End the tour"
@@ -275,4 +275,4 @@ def test_a_recording_does_not_stand_for_the_tours_module(qtbot: QtBot, qapp: QAp
         one.wait_scene()
         qtbot.waitUntil(lambda: live.panel.tilt.freshness is Freshness.FRESH, timeout=WAIT_MS)
         one.press(Keys.Key_Escape)
-        assert "recording" in main.status_line.passing.text()
+        assert "recording" in main.status_bar.passing.text()

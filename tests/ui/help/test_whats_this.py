@@ -36,7 +36,7 @@ from tests.support.window.fakes_ui import WAIT_MS, Ports, window
 from ui.core.texts import Texts
 from ui.help.guide_viewer import GuideViewer, anchor_of, guide_page
 from ui.help.shortcuts import keys_of
-from ui.help.whats_this import WIDGETS_AT_ONCE, Explaining, explain, fits, text_for
+from ui.help.whats_this import WIDGETS_AT_ONCE, WhatsThis, explain, fits, text_for
 from ui.help.whats_this_texts import ENTRIES
 from ui.main import PAGES, Assembly
 from ui.pages.settings.page import SettingsPage
@@ -118,7 +118,7 @@ def test_texts_follow_the_language(qtbot: QtBot, qapp: QApplication, tmp_path: P
         lock = assembly.window.top_bar.lock
         row = assembly.window.findChild(SettingsPage).rows["attitude_threshold_deg"]  # type: ignore[union-attr]
         english = (lock.whatsThis(), row.whatsThis())
-        assembly.speech.use(CHINESE)
+        assembly.language_switch.use(CHINESE)
         qtbot.waitUntil(lambda: lock.whatsThis() == text_for("lock_button"), timeout=WAIT_MS)
         qtbot.waitUntil(lambda: not assembly.help.is_explaining, timeout=WAIT_MS)
         assert lock.whatsThis() == text_for("lock_button") != english[0]
@@ -149,7 +149,7 @@ def test_no_turn_explains_more_than_a_few(qtbot: QtBot, qapp: QApplication, monk
         for _ in range(20):
             QPushButton(group).setToolTip("told")
     told: list[int] = []
-    work = Explaining(root)
+    work = WhatsThis(root)
     turn = work._go_on
 
     def counted() -> None:

@@ -71,7 +71,7 @@ def test_another_time_line_theme_or_scale_is_painted(bench: Bench, qapp: QApplic
     bench.plot.draw(NOW_S + 2)
     looks.append(ground())
     theme.apply(qapp, DARK)
-    bench.plot.dress()
+    bench.plot.apply_theme()
     looks.append(ground())
     bench.canvas.arrange()
     assert seen(bench) == looks[-1]  # by hand

@@ -10,7 +10,7 @@ from PySide6.QtWidgets import QApplication, QLineEdit, QPushButton, QToolButton,
 from pytestqt.qtbot import QtBot
 
 from app.samples.ring_buffers import Series
-from app.samples.step_function import Steps
+from app.samples.step_function import StepFunction
 from tests.support.window.painted_text import watching
 from ui.core.texts import Texts
 from ui.plots.canvas import Canvas
@@ -28,7 +28,7 @@ class Bench:
     """A plot of tilt and acceleration in a window, with what it shows at hand."""
 
     def __init__(self, qtbot: QtBot, *, seconds: float = 120, rate_hz: float = 50) -> None:
-        self.tilt, self.acc, self.fire = Series(), Series(), Steps()
+        self.tilt, self.acc, self.fire = Series(), Series(), StepFunction()
         times = NOW_S - seconds + np.arange(1, int(seconds * rate_hz) + 1) / rate_hz
         self.tilt.append(times, np.full(len(times), 12))
         self.acc.append(times, np.ones(len(times)))

@@ -21,7 +21,7 @@ from ui.plots.gauge import TiltGauge
 from ui.shell import top_bar
 from ui.style import icons
 from ui.style.icons import MEANING_ICONS, Icon
-from ui.style.painted_widget import Painted
+from ui.style.painted_widget import PaintedWidget
 from ui.style.theme import Meaning
 from ui.widgets.readout import Readout, StateChip
 
@@ -101,7 +101,7 @@ def _is_from_cancel(one: QWidget, other: QWidget) -> bool:
 def silent_paint(root: QWidget) -> list[str]:
     return [
         f"{one.objectName() or type(one).__name__} is painted and says nothing"
-        for one in root.findChildren(Painted)
+        for one in root.findChildren(PaintedWidget)
         if one.isVisible() and not one.accessibleName() and getattr(one, "text", None) != ""
     ]
 

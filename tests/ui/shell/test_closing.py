@@ -26,9 +26,9 @@ from tests.support.processes import ENVIRONMENT, ROOT
 from tests.support.terminals import CLOSING_S, Terminal, in_time
 from tests.support.window.fakes_ui import WAIT_MS, Ports, simulated, wait_online, window
 from ui.core.connector import Target
-from ui.core.preferences import Remembered
+from ui.core.preferences import Preferences
 from ui.main import Assembly
-from ui.services.storage import Keeping
+from ui.services.storage import Storage
 from ui.shell.shutdown import CLOSE_LIMIT_S, Chore, Countdown
 
 CALLS = ("open", "reset_input_buffer", "read", "write", "close")
@@ -44,7 +44,7 @@ def stubborn(monkeypatch: pytest.MonkeyPatch, sticks_in: str) -> Iterator[Stubbo
         try:
             yield port
         finally:
-            port.let_go()
+            port.release()
 
 
 @contextmanager
@@ -156,7 +156,7 @@ def test_everything_that_may_be_under_way(
 
 
 @pytest.mark.parametrize(
-    ("owner", "name"), [(Keeping, "close"), (Remembered, "save")], ids=["the store", "what is remembered"]
+    ("owner", "name"), [(Storage, "close"), (Preferences, "save")], ids=["the store", "what is remembered"]
 )
 def test_a_disk_that_never_returns(
     qtbot: QtBot, qapp: QApplication, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, owner: type, name: str

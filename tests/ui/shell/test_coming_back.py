@@ -63,14 +63,14 @@ class Desk:
     def name(self) -> str:
         return os.path.realpath(self.link)
 
-    def look(self, _deadline_s: float) -> list[PortInfo]:
+    def poll(self, _deadline_s: float) -> list[PortInfo]:
         self.looks += 1
         if not self.is_listable:
             raise PortsUnknown
         mine = [replace(self.adapter, device=self.name)] if self.link.exists() else []
         return [*mine, *self.others]
 
-    def take(self, batch: Batch) -> None:
+    def on_batch(self, batch: Batch) -> None:
         self.sent += [event.request for event in batch.events if isinstance(event, Sent)]
 
 
@@ -81,8 +81,8 @@ class DeskPorts(Ports):
         super().__init__()
         self._desk = desk
 
-    def look(self, deadline_s: float) -> list[PortInfo]:
-        return self._desk.look(deadline_s)
+    def poll(self, deadline_s: float) -> list[PortInfo]:
+        return self._desk.poll(deadline_s)
 
 
 @pytest.fixture
@@ -96,7 +96,7 @@ def desk(tmp_path: Path) -> Iterator[Desk]:
 def connected(qtbot: QtBot, qapp: QApplication, folder: Path, desk: Desk, identity: str) -> Iterator[Assembly]:
     """The window, online at the desk's module."""
     with window(qapp, folder, ports=DeskPorts(desk)) as assembly:
-        assembly.connector.batch.connect(desk.take)
+        assembly.connector.batch.connect(desk.on_batch)
         assembly.connector.connect_to(Target(desk.name, 115200, identity))
         wait_online(qtbot, assembly)
         qtbot.waitUntil(lambda: fresh(assembly) == KEYS, timeout=WAIT_MS)
@@ -239,7 +239,7 @@ def test_a_list_from_before_the_loss_opens_nothing(qtbot: QtBot, qapp: QApplicat
     is_over, looks = threading.Event(), [0]
 
     class SlowPorts(Ports):
-        def look(self, deadline_s: float) -> list[PortInfo]:
+        def poll(self, deadline_s: float) -> list[PortInfo]:
             looks[0] += 1
             seen = list(self.now)
             if looks[0] == 2:
@@ -340,7 +340,7 @@ def test_after_a_sleep_it_is_said_and_nothing_goes_on(
         question.ask.click()
         assembly.window._services.armed.act = Act.DEPLOY
         leap["s"] = 12 * 60.0
-        qtbot.waitUntil(lambda: "12 min" in assembly.window.status_line.passing.text(), timeout=WAIT_MS)
+        qtbot.waitUntil(lambda: "12 min" in assembly.window.status_bar.passing.text(), timeout=WAIT_MS)
         assert not question.is_asking
         assert assembly.window._services.armed.act is None
         qtbot.waitUntil(lambda: fresh(assembly) == KEYS, timeout=WAIT_MS)

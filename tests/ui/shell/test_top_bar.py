@@ -32,7 +32,7 @@ def test_the_name_of_the_module_that_is_connected_stands_at_the_top(
         naming = ModuleName()
         naming.choose("M-07")
         top = TopBar(
-            assembly.connector, Texts(), LockControl(assembly.connector, assembly.keeping.journal), naming=naming
+            assembly.connector, Texts(), LockControl(assembly.connector, assembly.storage.journal), naming=naming
         )
         qtbot.addWidget(top)
         assert top.port.headline == "Choose a port"  # nothing is connected that would have the name
@@ -56,7 +56,7 @@ def test_the_bars_are_parted_from_the_page_over_the_whole_width(
         picture, line = main.grab().toImage(), QColor(current().divider)
         ends = (
             main.top_bar.mapTo(main, QPoint(0, main.top_bar.height() - 1)).y(),
-            main.status_line.mapTo(main, QPoint()).y(),
+            main.status_bar.mapTo(main, QPoint()).y(),
         )
         for y in ends:
             assert {picture.pixelColor(x, y).name() for x in range(picture.width())} == {line.name()}

@@ -12,13 +12,13 @@ from PySide6.QtWidgets import QApplication, QComboBox, QPushButton, QToolButton,
 from pytestqt.qtbot import QtBot
 
 from app.diagnosis.link_state import Phase
-from app.engine.device import DeviceView, Doubt, How, Known
+from app.engine.device import DeviceView, How, Known, StaleReason
 from app.engine.worker import Batch
 from app.text.i18n import language
 from tests.support.window.fakes_ui import WAIT_MS, Ports, simulated, wait_online, window
 from tests.support.window.steps import settle
 from ui.core.connector import Target
-from ui.core.preferences import LastPort, Remembered
+from ui.core.preferences import LastPort, Preferences
 from ui.main import Assembly, WindowOptions
 from ui.services.context import PageEntry, Services
 from ui.style.icons import Icon
@@ -147,8 +147,8 @@ def test_a_lost_active_is_said_with_its_age(qtbot: QtBot, qapp: QApplication, tm
 
 
 def test_every_doubt_is_shown_as_stale() -> None:
-    for doubt in Doubt:
-        known = Known(value=True, how=How.READ, at=10.0, doubt=doubt)
+    for stale_reason in StaleReason:
+        known = Known(value=True, how=How.READ, at=10.0, stale_reason=stale_reason)
         view = DeviceView({"active": known})
         assert view.fresh("active", 10.1) is None
 
@@ -189,7 +189,7 @@ def test_what_is_chosen_is_remembered(qtbot: QtBot, qapp: QApplication, tmp_path
         assembly.window.resize(900, 610)
         assembly.connector.connect_to(Target("sim://kept", 57600 * 2, title="kept"))
         wait_online(qtbot, assembly)
-    after = Remembered(tmp_path / "window.ini")
+    after = Preferences(tmp_path / "window.ini")
     assert (after.theme, after.language) == ("dark", "zh_CN")
     assert after.last_port == LastPort("sim://kept", "", 115200)
     options = WindowOptions()
@@ -204,7 +204,7 @@ def test_a_spoilt_settings_file_is_no_reason_to_stop(qtbot: QtBot, qapp: QApplic
     (tmp_path / "window.ini").write_bytes(b"[port]\nbaud_rate=many\ndevice=@Point(1 2)\n[window]\n=\x00\xff")
     with window(qapp, tmp_path) as assembly:
         qtbot.waitUntil(assembly.window.isVisible)
-    assert Remembered(tmp_path / "window.ini").theme is None
+    assert Preferences(tmp_path / "window.ini").theme is None
 
 
 @pytest.mark.parametrize("name", ["en", "zh_CN"])
@@ -267,7 +267,7 @@ def test_a_fault_in_a_slot_is_a_calm_line(qtbot: QtBot, qapp: QApplication, tmp_
             raise LookupError("a bug")
         except LookupError as error:
             sys.excepthook(type(error), error, error.__traceback__)
-        passing = assembly.window.status_line.passing
+        passing = assembly.window.status_bar.passing
         qtbot.waitUntil(lambda: "LookupError" in passing.text(), timeout=WAIT_MS)
         assert assembly.window.isVisible()
 
@@ -279,7 +279,7 @@ def test_listing_ports_never_stops_the_window(qtbot: QtBot, qapp: QApplication, 
         qtbot.waitUntil(lambda: ports.looks == 1, timeout=WAIT_MS)
         assembly.window.go_to("traffic")
         assert not assembly.ports.has_looked
-        ports.let_go()
+        ports.release()
         qtbot.waitUntil(lambda: assembly.ports.has_looked, timeout=WAIT_MS)
 
 
@@ -290,7 +290,7 @@ class Recorder(QWidget):
         super().__init__()
         self.batches: list[Batch] = []
 
-    def take(self, batch: Batch) -> None:
+    def on_batch(self, batch: Batch) -> None:
         self.batches.append(batch)
 
 
@@ -308,7 +308,7 @@ def test_the_module_streams_only_for_a_page_that_wants_it(qtbot: QtBot, qapp: QA
         assert made == []  # not before the first paint
         with qtbot.waitSignal(assembly.window.pages_made, timeout=WAIT_MS):
             pass
-        folder = assembly.keeping.sessions.shelf.folder
+        folder = assembly.storage.sessions.library.folder
         folder.parent.mkdir(parents=True, exist_ok=True)
         folder.write_text("a file stands where the recordings should be")
         assembly.connector.connect_to(Target("sim://stream", 115200))

@@ -21,7 +21,7 @@ from app.engine.session import Session
 from app.engine.worker import Job
 from app.procedures.act import Performed, perform
 from app.safety.acts import REQUESTS, Act
-from app.safety.interlocks import Condition
+from app.safety.interlocks import Interlock
 from app.safety.journal import Outcome
 from app.safety.permit import Origin, Permit
 from app.store.database import StoreTrouble
@@ -60,7 +60,7 @@ def test_a_list_of_ports_that_does_not_end_stops_nothing(qtbot: QtBot, qapp: QAp
         timer.stop()
         assert not assembly.ports.has_looked
         assert ports.looks == 1
-        ports.let_go()
+        ports.release()
         qtbot.waitUntil(lambda: assembly.ports.has_looked, timeout=WAIT_MS)
     assert max(after - before for before, after in itertools.pairwise(beats)) < LONGEST_STALL_S
 
@@ -122,7 +122,7 @@ def test_on_a_full_disk_it_goes_on_and_sends_nothing_dangerous(
     log = start_log(tmp_path / "log")
     try:
         with simulated("full", active=True) as bench, window(qapp, tmp_path) as assembly:
-            store = assembly.keeping.store
+            store = assembly.storage.store
             assert isinstance(store, Store)
             fill(store)
             target = Target("sim://full", 115200)
@@ -134,11 +134,11 @@ def test_on_a_full_disk_it_goes_on_and_sends_nothing_dangerous(
             wait_online(qtbot, assembly)
             ended: list[Job[Performed]] = []
             permit = Permit(Act.ZERO, Origin.CONFIRMATION, assembly.connector.clock())
-            assembly.connector.run(perform(Act.ZERO, assembly.keeping.journal(target), permit=permit), ended.append)
+            assembly.connector.run(perform(Act.ZERO, assembly.storage.journal(target), permit=permit), ended.append)
             qtbot.waitUntil(lambda: bool(ended), timeout=WAIT_MS)
             performed = ended[0].outcome()
             assert performed.outcome is Outcome.NOT_SENT
-            assert Condition.INTENT_DURABLE in {refusal.condition for refusal in performed.refusals}
+            assert Interlock.INTENT_DURABLE in {refusal.condition for refusal in performed.refusals}
             assert "disk is full" in performed.sentence
             assert assembly.connector.state.phase is Phase.ONLINE
     finally:

@@ -37,7 +37,7 @@ def test_lock_is_one_gesture(qtbot: QtBot, qapp: QApplication, tmp_path: Path, w
             qtbot.keyClick(assembly.window, Qt.Key.Key_L, Qt.KeyboardModifier.ControlModifier)
         qtbot.waitUntil(lambda: not bench.state().is_active, timeout=WAIT_MS)
         qtbot.waitUntil(lambda: assembly.window.top_bar.activation.word == "LOCKED", timeout=WAIT_MS)
-        qtbot.waitUntil(lambda: "LOCKED" in assembly.window.status_line.passing.text(), timeout=WAIT_MS)
+        qtbot.waitUntil(lambda: "LOCKED" in assembly.window.status_bar.passing.text(), timeout=WAIT_MS)
 
 
 def lossy(bench: SimulatedBench, lost: int) -> list[float]:
@@ -91,7 +91,7 @@ def test_lock_pressed_again_leaves_at_once_again(qtbot: QtBot, qapp: QApplicatio
         click(qtbot, lock)
         qtbot.waitUntil(lambda: len(times) == 1, timeout=WAIT_MS)
         click(qtbot, lock)
-        qtbot.waitUntil(lambda: "LOCKED" in assembly.window.status_line.passing.text(), timeout=WAIT_MS)
+        qtbot.waitUntil(lambda: "LOCKED" in assembly.window.status_bar.passing.text(), timeout=WAIT_MS)
         assert not bench.state().is_active
         assert len(times) >= 2
 

@@ -21,7 +21,7 @@ from PySide6.QtWidgets import (
 from pytestqt.qtbot import QtBot
 
 from app.simulator.bench import SimulatedBench
-from app.simulator.quirks import Acknowledge, Dialect, Rule
+from app.simulator.quirks import Acknowledge, Quirks, Rule
 from app.simulator.wire import Faults
 from app.text import i18n
 from ui.core.texts import Texts
@@ -186,7 +186,7 @@ def test_line_and_protocol(qtbot: QtBot, panel: SimulatorPanel, bench: Simulated
 
 def test_every_fault_and_dialect_has_a_row_but_the_technical_ones(panel: SimulatorPanel) -> None:
     shown = {widget.objectName().removeprefix("simulator_") for widget in panel.options.findChildren(QWidget)}
-    missing = (set(Dialect.__slots__) | set(Faults.__slots__)) - shown
+    missing = (set(Quirks.__slots__) | set(Faults.__slots__)) - shown
     assert missing == {"record_gap_ms", "stream_at_boot", "paced"}
 
 

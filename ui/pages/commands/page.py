@@ -19,7 +19,7 @@ from ui.widgets.notice_bar import Notice, NoticeBar
 from ui.widgets.readout import StateChip
 from ui.widgets.state_chips import show_activation, show_known_trigger
 from ui.widgets.text_labels import text_label
-from ui.widgets.visibility_timer import WhileSeen
+from ui.widgets.visibility_timer import VisibilityTimer
 
 REFRESH_EVERY_MS: Final = 200
 DANGEROUS: Final = (Act.ACTIVATE, Act.ZERO, Act.SHUTDOWN, Act.FORBID_DEPLOY)
@@ -51,12 +51,12 @@ class CommandsPage(QWidget):
         self.ritual = RitualWidget(services)
         services.appearance.changed.connect(self.said.follow_theme)
         self._lay_out()
-        WhileSeen(self, self.refresh, every_ms=REFRESH_EVERY_MS)
+        VisibilityTimer(self, self.refresh, every_ms=REFRESH_EVERY_MS)
         self._connector.changed.connect(self.refresh)
         services.lock.changed.connect(self.refresh)
         self.refresh()
 
-    def take(self, batch: Batch) -> None:
+    def on_batch(self, batch: Batch) -> None:
         """Everything shown is looked up at the next refresh."""
 
     def refresh(self) -> None:

@@ -20,13 +20,13 @@ from PySide6.QtWidgets import (
 )
 
 from app import version
-from app.diagnosis.link_statistics import LinkFigures
-from app.diagnosis.support_bundle import Contents, Part, SupportBundle
+from app.diagnosis.link_statistics import LinkStatistics
+from app.diagnosis.support_bundle import BundleFile, Contents, SupportBundle
 from app.system.logs import Log, text_of
 from app.text import i18n
 from app.text.i18n import tr
 from protocol.translatable import marked
-from ui.core.background_task import Beside
+from ui.core.background_task import BackgroundTask
 from ui.files.file_dialogs import AskPath, ask_path, default_name
 from ui.pages.diagnosis.capture_files import Kept
 from ui.services.context import Services
@@ -78,16 +78,16 @@ class BundlePreview(QWidget):
 
     said = Signal(object)
 
-    def __init__(self, services: Services, figures: LinkFigures, kept: Kept, log: Log | None) -> None:
+    def __init__(self, services: Services, figures: LinkStatistics, kept: Kept, log: Log | None) -> None:
         super().__init__()
         self.setObjectName("bundle_preview")
         self.ask_path: AskPath = ask_path
-        self._connector, self._remembered = services.connector, services.remembered
+        self._connector, self._remembered = services.connector, services.preferences
         self._appearance = services.appearance
         self._figures, self._kept, self._log = figures, kept, log
         self.bundle: SupportBundle | None = None
-        self._making: Beside[SupportBundle] = Beside("dps-s support bundle", self)
-        self._saving: Beside[Path] = Beside("dps-s save bundle", self)
+        self._making: BackgroundTask[SupportBundle] = BackgroundTask("dps-s support bundle", self)
+        self._saving: BackgroundTask[Path] = BackgroundTask("dps-s save bundle", self)
         self._folder = Path.home()
         texts = services.texts
         self._promise = named(QLabel(), "bundle_promise")
@@ -270,7 +270,7 @@ class BundlePreview(QWidget):
             self._show(self.bundle)
 
 
-def _title(part: Part) -> str:
+def _title(part: BundleFile) -> str:
     words = tr(_PART_WORDS[part.name]) if part.name in _PART_WORDS else part.name
     kilobytes = max(0.1, part.size_bytes / 1000)
     return tr("{what}\n{name}, {size} kB", what=words, name=part.name, size=f"{kilobytes:,.1f}")

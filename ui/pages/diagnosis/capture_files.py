@@ -12,14 +12,14 @@ from PySide6.QtWidgets import QHBoxLayout, QPushButton, QWidget
 
 from app import version
 from app.captures.explained import Explainer
-from app.captures.reader import CaptureRefused, Entry, Header, LineFault, OpenCapture, entries_of, lines_of
+from app.captures.reader import CaptureEntry, CaptureRefused, Header, LineFault, OpenCapture, entries_of, lines_of
 from app.captures.rows import CaptureRows
-from app.recordings.file_export import Cancelled, Saving
-from app.system.gil_yield import Pace
+from app.recordings.file_export import ExportCancelled, FileExport
+from app.system.gil_yield import GilYield
 from app.system.wall_clock import WallClock
 from app.text.i18n import tr
 from protocol.events import Event
-from ui.core.background_task import Beside
+from ui.core.background_task import BackgroundTask
 from ui.files.file_dialogs import AskOpen, AskPath, ask_open, ask_path, default_name
 from ui.services.context import Services
 from ui.style.icons import Icon, icon
@@ -44,7 +44,7 @@ class Kept:
     """What went over the line, oldest first, in bounded memory. One thread."""
 
     def __init__(self) -> None:
-        self._entries: deque[Entry] = deque(maxlen=KEPT_ENTRIES)
+        self._entries: deque[CaptureEntry] = deque(maxlen=KEPT_ENTRIES)
         self.wall = WallClock()
         self.has_dropped = False
         """What is older is no longer kept."""
@@ -52,13 +52,13 @@ class Kept:
     def __len__(self) -> int:
         return len(self._entries)
 
-    def take(self, events: Iterable[Event]) -> None:
-        self.wall.look()
+    def feed(self, events: Iterable[Event]) -> None:
+        self.wall.poll()
         new = list(entries_of(events, 0.0))
         self.has_dropped |= len(self._entries) + len(new) > KEPT_ENTRIES
         self._entries.extend(new)
 
-    def entries(self, most: int = KEPT_ENTRIES) -> tuple[Entry, ...]:
+    def entries(self, most: int = KEPT_ENTRIES) -> tuple[CaptureEntry, ...]:
         """The last `most`, with times that begin at 0."""
         last = list(islice(reversed(self._entries), most))
         last.reverse()
@@ -78,7 +78,7 @@ def _iso(wall_s: float) -> str:
     return datetime.fromtimestamp(wall_s, UTC).isoformat(timespec="seconds").replace("+00:00", "Z")
 
 
-def capture_parts(entries: tuple[Entry, ...], header: Header) -> Iterator[bytes]:
+def capture_parts(entries: tuple[CaptureEntry, ...], header: Header) -> Iterator[bytes]:
     """The file in pieces."""
     yield "".join(f"{line}\n" for line in header.lines()).encode()
     for first in range(0, len(entries), _ENTRIES_AT_ONCE):
@@ -105,18 +105,18 @@ class Loading:
         """How much of the file has been read, 0 … 1."""
 
     def run(self, is_wanted: Callable[[], bool]) -> Opened:
-        """Raises OSError, `CaptureRefused` or `Cancelled`."""
-        rows, explainer, pace = CaptureRows(), Explainer(), Pace()
+        """Raises OSError, `CaptureRefused` or `ExportCancelled`."""
+        rows, explainer, pace = CaptureRows(), Explainer(), GilYield()
         with self.path.open("rb") as file:
             capture = OpenCapture(file)
             for entries in capture.steps():
                 if not is_wanted():
-                    raise Cancelled
+                    raise ExportCancelled
                 for entry in entries:
-                    for row in explainer.take(entry):
+                    for row in explainer.feed(entry):
                         rows.append(row)
                 self.share = capture.share_read
-                pace.keep()
+                pace.checkpoint()
             for row in explainer.end():
                 rows.append(row)
             reader = capture.reader
@@ -136,8 +136,8 @@ class CaptureFiles(QWidget):
         self.ask_save: AskPath = ask_path
         self._connector, self._kept = services.connector, kept
         self._folder = Path.home()
-        self._saving: Saving | None = None
-        self._beside: Beside[Opened] = Beside("dps-s open capture", self)
+        self._saving: FileExport | None = None
+        self._beside: BackgroundTask[Opened] = BackgroundTask("dps-s open capture", self)
         self._loading: Loading | None = None
         self._saved_text = ""
         texts = services.texts
@@ -210,7 +210,7 @@ class CaptureFiles(QWidget):
             if is_whole
             else tr("Saved the last {count} entries to {path}; older ones are no longer kept.", count=count, path=path)
         )
-        self._saving = Saving(path, lambda: capture_parts(entries, header), len(entries) // _ENTRIES_AT_ONCE + 2)
+        self._saving = FileExport(path, lambda: capture_parts(entries, header), len(entries) // _ENTRIES_AT_ONCE + 2)
         self._timer.start()
         self.refresh()
 
@@ -227,12 +227,12 @@ class CaptureFiles(QWidget):
         else:
             self._end_saving(saving)
 
-    def _end_saving(self, saving: Saving) -> None:
+    def _end_saving(self, saving: FileExport) -> None:
         self._saving = None
         self.refresh()
         if saving.error is None:
             self._say(Meaning.GOOD, self._saved_text)
-        elif isinstance(saving.error, Cancelled):
+        elif isinstance(saving.error, ExportCancelled):
             self._say(Meaning.INFORMATION, tr("Cancelled, nothing was saved."))
         else:
             why = getattr(saving.error, "strerror", None) or saving.error

@@ -5,7 +5,7 @@ from typing import Final
 from PySide6.QtCore import QSize, Qt
 from PySide6.QtWidgets import QFrame, QHBoxLayout, QLabel, QScrollArea, QToolButton, QVBoxLayout, QWidget
 
-from app.diagnosis.link_statistics import COARSE_KEPT, COARSE_S, FINE_KEPT, FINE_S, LinkFigures
+from app.diagnosis.link_statistics import COARSE_KEPT, COARSE_S, FINE_KEPT, FINE_S, LinkStatistics
 from app.text.i18n import tr
 from protocol.translatable import marked
 from ui.plots.link_charts import Histogram, OverTime, ReasonBars, Stretch, percent_text
@@ -13,7 +13,7 @@ from ui.services.context import Services
 from ui.style.icons import Icon, pixmap
 from ui.style.theme import Meaning, Space, current
 from ui.widgets.naming import named
-from ui.widgets.visibility_timer import WhileSeen
+from ui.widgets.visibility_timer import VisibilityTimer
 
 REFRESH_EVERY_MS: Final = 500
 LOSS_ATTENTION: Final = 0.01
@@ -69,10 +69,10 @@ class Total(QWidget):
             self.setAccessibleName(f"{self.caption.text()}: {text}")
 
 
-class LinkFiguresView(QScrollArea):
+class LinkStatisticsView(QScrollArea):
     """Draws while it is in sight; `figures` are fed by the page."""
 
-    def __init__(self, services: Services, figures: LinkFigures) -> None:
+    def __init__(self, services: Services, figures: LinkStatistics) -> None:
         super().__init__()
         self.setObjectName("link_figures_view")
         self.setWidgetResizable(True)
@@ -99,7 +99,7 @@ class LinkFiguresView(QScrollArea):
         self._lay_out(services)
         for segment in (self.fine, self.coarse):
             segment.toggled.connect(self.refresh)
-        WhileSeen(self, self.refresh, every_ms=REFRESH_EVERY_MS)
+        VisibilityTimer(self, self.refresh, every_ms=REFRESH_EVERY_MS)
 
     def refresh(self) -> None:
         """Everything as it is now."""

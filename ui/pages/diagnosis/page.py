@@ -11,14 +11,14 @@ from PySide6.QtGui import QAction, QKeySequence
 from PySide6.QtWidgets import QButtonGroup, QStackedWidget, QToolButton, QVBoxLayout, QWidget
 
 from app.captures.reader import FAULTS_KEPT
-from app.diagnosis.link_statistics import LinkFigures
+from app.diagnosis.link_statistics import LinkStatistics
 from app.engine.worker import Batch
 from app.text.i18n import tr
 from app.text.sentences import together
 from protocol.translatable import marked
 from ui.pages.diagnosis.bundle_preview import BundlePreview
 from ui.pages.diagnosis.capture_files import OPENED_SUFFIXES, CaptureFiles, Kept, Opened
-from ui.pages.diagnosis.link_statistics import LinkFiguresView
+from ui.pages.diagnosis.link_statistics import LinkStatisticsView
 from ui.pages.diagnosis.traffic import TrafficPage
 from ui.pages.diagnosis.why_panel import WhyPanel
 from ui.services.context import Services
@@ -48,12 +48,12 @@ class DiagnosisPage(QWidget):
         self.setObjectName("diagnosis_page")
         self._texts, self._connector = services.texts, services.connector
         self.kept = Kept()
-        self.live_figures = LinkFigures()
+        self.live_figures = LinkStatistics()
         self._is_played = False
         self.opened: Opened | None = None
         self.traffic = TrafficPage(services)
         self.why = WhyPanel(services)
-        self.figures = LinkFiguresView(services, self.live_figures)
+        self.figures = LinkStatisticsView(services, self.live_figures)
         self.bundle = BundlePreview(services, self.live_figures, self.kept, services.log)
         self.files = CaptureFiles(services, self.kept)
         self.strip = NoticeBar(services.texts)
@@ -80,16 +80,16 @@ class DiagnosisPage(QWidget):
         self.files.refresh()
         self.go_to("why")
 
-    def take(self, batch: Batch) -> None:
+    def on_batch(self, batch: Batch) -> None:
         """Remember a batch. What a recording plays is kept apart from what a module said."""
         is_played = self._connector.is_recording
         if is_played != self._is_played:
             self._change_over(is_played=is_played)
         if batch.events and not is_played:
-            self.kept.take(batch.events)
-        self.figures.shown.take(batch)
-        self.traffic.take(batch)
-        self.why.take(batch)
+            self.kept.feed(batch.events)
+        self.figures.shown.on_batch(batch)
+        self.traffic.on_batch(batch)
+        self.why.on_batch(batch)
         if not self.files.save.isEnabled():
             self.files.refresh()
 
@@ -109,7 +109,7 @@ class DiagnosisPage(QWidget):
     def _change_over(self, *, is_played: bool) -> None:
         self._is_played = is_played
         self.traffic.clear_rows()
-        self.figures.shown = LinkFigures() if is_played else self.live_figures
+        self.figures.shown = LinkStatistics() if is_played else self.live_figures
 
     def _show_capture(self, opened: Opened) -> None:
         self.opened = opened

@@ -85,7 +85,7 @@ class TrafficPage(QWidget):
         self._follow_theme()
         self._show_detail()
 
-    def take(self, batch: Batch) -> None:
+    def on_batch(self, batch: Batch) -> None:
         if batch.events:
             self.model.keep(batch.events)
 

@@ -113,7 +113,7 @@ class TrafficModel(QAbstractTableModel):
 
     def keep(self, events: Iterable[Event]) -> None:
         """Cheap; may be called while nobody looks."""
-        self.wall.look()
+        self.wall.poll()
         new = list(_rows_of(events))
         self._kept.extend(new)
         self._unseen += len(new)

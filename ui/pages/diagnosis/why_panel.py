@@ -13,20 +13,20 @@ from PySide6.QtWidgets import QFrame, QGridLayout, QHBoxLayout, QLabel, QPushBut
 
 from app.diagnosis.adapter_facts import AdapterFacts, PortHistory, facts_about
 from app.diagnosis.causes import Cause, Diagnosis, diagnose
-from app.diagnosis.evidence import Witness
+from app.diagnosis.evidence import EvidenceCollector
 from app.diagnosis.link_state import Phase, words
-from app.diagnosis.symptoms import Evidence
+from app.diagnosis.symptoms import PortEvidence
 from app.engine.worker import Batch
 from app.text.i18n import tr
 from protocol.events import Role
 from protocol.translatable import marked
-from ui.core.background_task import Beside
+from ui.core.background_task import BackgroundTask
 from ui.core.connector import Target
 from ui.services.context import Services
 from ui.style.icons import MEANING_ICONS, Icon, icon, pixmap
 from ui.style.theme import Meaning, Size, Space, current
 from ui.widgets.naming import named
-from ui.widgets.visibility_timer import WhileSeen
+from ui.widgets.visibility_timer import VisibilityTimer
 
 REFRESH_EVERY_MS: Final = 500
 FACTS_EVERY_S: Final = 5.0
@@ -92,10 +92,10 @@ class WhyPanel(QScrollArea):
         self.setObjectName("why_panel")
         self.setWidgetResizable(True)
         self._texts, self._connector, self._find_facts = services.texts, services.connector, find_facts
-        self._witness, self._history = Witness(), PortHistory()
+        self._witness, self._history = EvidenceCollector(), PortHistory()
         self._target: Target | None = None
         self._facts, self._facts_port, self._facts_at = AdapterFacts(), "", float("-inf")
-        self._asking: Beside[AdapterFacts] = Beside("dps-s adapter facts", self)
+        self._asking: BackgroundTask[AdapterFacts] = BackgroundTask("dps-s adapter facts", self)
         self.diagnosis: Diagnosis | None = None
         self._picture = named(QLabel(), "why_icon")
         self.what = self._label("why_what", "title")
@@ -112,15 +112,15 @@ class WhyPanel(QScrollArea):
         self._connector.changed.connect(self._notice_target)
         self._connector.ports.listed.connect(self._notice_ports)
         services.appearance.changed.connect(self._dress)
-        WhileSeen(self, self.refresh, every_ms=REFRESH_EVERY_MS)
+        VisibilityTimer(self, self.refresh, every_ms=REFRESH_EVERY_MS)
         self._dress()
         self._notice_target()
         self._notice_ports()
 
-    def take(self, batch: Batch) -> None:
-        self._witness.take(batch)
+    def on_batch(self, batch: Batch) -> None:
+        self._witness.on_batch(batch)
 
-    def evidence(self) -> Evidence:
+    def evidence(self) -> PortEvidence:
         """What is known of the port that is wanted."""
         connector = self._connector
         port = connector.target.device if connector.target is not None else ""
@@ -179,7 +179,7 @@ class WhyPanel(QScrollArea):
     def _notice_ports(self) -> None:
         ports = self._connector.ports
         if ports.is_current:  # an older list tells of no adapter that came or went
-            self._history.look(ports.ports, self._connector.clock())
+            self._history.poll(ports.ports, self._connector.clock())
 
     def _ask_system(self) -> None:
         """Beside the window's thread: it looks at every program that runs."""
@@ -219,7 +219,7 @@ class WhyPanel(QScrollArea):
         self._remedy = remedy
         self.act.setEnabled(remedy is not Remedy.FIND_RATE or self._connector.is_open)
 
-    def _show_seen(self, evidence: Evidence) -> None:
+    def _show_seen(self, evidence: PortEvidence) -> None:
         counters = evidence.counters
         port = evidence.port or "–"
         trip_s = evidence.round_trip_median_s

@@ -8,11 +8,11 @@ from app.recordings.markers import charging_at
 from app.recordings.recording import Recording
 from app.safety.last_known import Activation, SeenActivation
 from app.samples.ring_buffers import Readable
-from app.samples.step_function import Steps
+from app.samples.step_function import StepFunction
 from app.text.i18n import tr
 from protocol.catalogue import RESET_BELOW_THRESHOLD_DEG
 from ui.pages.live.data import SLOW_GAP_S
-from ui.pages.live.panel import CELL, CHARGER, FALLING, OVER, Limits, LivePanel
+from ui.pages.live.panel import CELL, CHARGER, FALLING, OVER, LivePanel, PanelLimits
 from ui.plots.axis import clock_text
 from ui.style.icons import Icon
 from ui.style.theme import Meaning
@@ -24,11 +24,11 @@ _NEAR_S: Final = 1.0
 
 
 @dataclass(frozen=True, slots=True)
-class Moment:
+class CursorValues:
     """What was measured around an instant; None where nothing was.  ``time_text`` is for a person."""
 
     time_text: str
-    limits: Limits
+    limits: PanelLimits
     tilt_deg: float | None = None
     acceleration_g: float | None = None
     light_v: float | None = None
@@ -38,15 +38,15 @@ class Moment:
     is_charging: bool | None = None
 
 
-def moment_of(recording: Recording, time_s: float) -> Moment:
+def moment_of(recording: Recording, time_s: float) -> CursorValues:
     """What the recording says of an instant, in its monotonic seconds."""
     tilt = recording.tilt.around(time_s, within_s=_NEAR_S)
     # The flags came with the tilt, in one report.
     flags = None if tilt is None else recording.excerpt(tilt.time_s, tilt.time_s)
     has_flags = flags is not None and len(flags.time_s) > 0
-    return Moment(
+    return CursorValues(
         time_text=clock_text(time_s + recording.wall_offset_s, 1),
-        limits=Limits(
+        limits=PanelLimits(
             _standing(recording.fires, time_s), _standing(recording.falls, time_s), _standing(recording.lights, time_s)
         ),
         tilt_deg=None if tilt is None else tilt.high,
@@ -55,14 +55,14 @@ def moment_of(recording: Recording, time_s: float) -> Moment:
         cell_voltage_v=_value(recording.cell, time_s, SLOW_GAP_S),
         is_active=bool(flags.is_active[-1]) if flags is not None and has_flags else None,
         is_triggered=bool(flags.is_triggered[-1]) if flags is not None and has_flags else None,
-        is_charging=charging_at(recording.happenings, time_s),
+        is_charging=charging_at(recording.markers, time_s),
     )
 
 
-def show_moment(panel: LivePanel, moment: Moment | None, in_use: LimitsInUse) -> None:
+def show_moment(panel: LivePanel, moment: CursorValues | None, in_use: LimitsInUse) -> None:
     """Put it into the numbers; None: no instant is pointed at. The light threshold is the one that stood then."""
     if moment is None:
-        moment = Moment(tr("point at the plots"), Limits(None, None, None))
+        moment = CursorValues(tr("point at the plots"), PanelLimits(None, None, None))
     fires_deg, falls_g = moment.limits.fires_deg, moment.limits.falls_g
     panel.moment.show_state(moment.time_text, Icon.HISTORY, Meaning.INFORMATION)
     panel.name_cell(CHARGER if moment.is_charging else CELL)
@@ -88,7 +88,7 @@ def show_moment(panel: LivePanel, moment: Moment | None, in_use: LimitsInUse) ->
     show_trigger(panel.trigger, is_triggered=moment.is_triggered)
 
 
-def _standing(steps: Steps, time_s: float) -> float | None:
+def _standing(steps: StepFunction, time_s: float) -> float | None:
     """What stood at an instant."""
     changes = steps.between(time_s, time_s)
     return changes[-1].value if changes else None

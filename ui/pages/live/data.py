@@ -11,13 +11,13 @@ from typing import Final, Protocol
 import numpy as np
 
 from app.engine.device import DeviceView
-from app.engine.device import Sample as Status
+from app.engine.device import StatusSample as Status
 from app.engine.worker import Batch
 from app.limits.out_of_limits import LimitsInUse, Outside, outside_of
 from app.recordings.excerpt import Excerpt
-from app.recordings.markers import Follower, Happening, Kind, Limits, charging_at
+from app.recordings.markers import Marker, MarkerKind, MarkerTracker, ModuleLimits, charging_at
 from app.samples.ring_buffers import Readable, Series
-from app.samples.step_function import Steps
+from app.samples.step_function import StepFunction
 from protocol.fields import Value
 from protocol.translatable import marked
 from ui.plots.view import Lane, Limit, Mark, Scale
@@ -34,24 +34,24 @@ _TRIGGERED: Final = 2
 _ACTIVE: Final = 1
 
 
-_MARKS: Final[dict[Kind, tuple[str, Icon, Meaning | None]]] = {
-    Kind.CONNECTED: (marked("connected"), Icon.LINK, Meaning.INFORMATION),
-    Kind.RECORDING: (marked("recording"), Icon.PLAY, Meaning.INFORMATION),
-    Kind.RECONNECTED: (marked("reconnected"), Icon.LINK, Meaning.INFORMATION),
-    Kind.PORT_LOST: (marked("port lost"), Icon.UNPLUGGED, Meaning.ATTENTION),
-    Kind.OFFLINE: (marked("offline"), Icon.LINK_LOST, Meaning.ATTENTION),
-    Kind.RESTARTED: (marked("restarted"), Icon.RESTART, Meaning.ATTENTION),
-    Kind.ACTIVATED: (marked("activated"), Icon.ACTIVE, Meaning.ATTENTION),
-    Kind.LOCKED: (marked("locked"), Icon.LOCK, None),
-    Kind.TRIGGERED: (marked("triggered"), Icon.PARACHUTE, Meaning.DANGER),
-    Kind.TRIGGER_ENDED: (marked("trigger ended"), Icon.NOT_TRIGGERED, None),
-    Kind.CHARGER_CONNECTED: (marked("charger connected"), Icon.BOLT, None),
-    Kind.DAMAGED: (marked("damaged data left out"), Icon.WARNING, Meaning.DANGER),
-    Kind.CHARGER_REMOVED: (marked("charger removed"), Icon.PLUG, None),
+_MARKS: Final[dict[MarkerKind, tuple[str, Icon, Meaning | None]]] = {
+    MarkerKind.CONNECTED: (marked("connected"), Icon.LINK, Meaning.INFORMATION),
+    MarkerKind.RECORDING: (marked("recording"), Icon.PLAY, Meaning.INFORMATION),
+    MarkerKind.RECONNECTED: (marked("reconnected"), Icon.LINK, Meaning.INFORMATION),
+    MarkerKind.PORT_LOST: (marked("port lost"), Icon.UNPLUGGED, Meaning.ATTENTION),
+    MarkerKind.OFFLINE: (marked("offline"), Icon.LINK_LOST, Meaning.ATTENTION),
+    MarkerKind.RESTARTED: (marked("restarted"), Icon.RESTART, Meaning.ATTENTION),
+    MarkerKind.ACTIVATED: (marked("activated"), Icon.ACTIVE, Meaning.ATTENTION),
+    MarkerKind.LOCKED: (marked("locked"), Icon.LOCK, None),
+    MarkerKind.TRIGGERED: (marked("triggered"), Icon.PARACHUTE, Meaning.DANGER),
+    MarkerKind.TRIGGER_ENDED: (marked("trigger ended"), Icon.NOT_TRIGGERED, None),
+    MarkerKind.CHARGER_CONNECTED: (marked("charger connected"), Icon.BOLT, None),
+    MarkerKind.DAMAGED: (marked("damaged data left out"), Icon.WARNING, Meaning.DANGER),
+    MarkerKind.CHARGER_REMOVED: (marked("charger removed"), Icon.PLUG, None),
 }
 
 
-def mark_of(happening: Happening) -> Mark:
+def mark_of(happening: Marker) -> Mark:
     """How the plots show it."""
     word, icon, meaning = _MARKS[happening.kind]
     return Mark(happening.time_s, word, icon, meaning)
@@ -67,13 +67,13 @@ class Measured(Protocol):
     @property
     def cell(self) -> Readable: ...
     @property
-    def fires(self) -> Steps: ...
+    def fires(self) -> StepFunction: ...
     @property
-    def rearms(self) -> Steps: ...
+    def rearms(self) -> StepFunction: ...
     @property
-    def falls(self) -> Steps: ...
+    def falls(self) -> StepFunction: ...
     @property
-    def happenings(self) -> Collection[Happening]: ...
+    def markers(self) -> Collection[Marker]: ...
 
 
 class LiveData:
@@ -84,46 +84,46 @@ class LiveData:
         self.acceleration = Series()
         self.cell = Series(_SLOW_SAMPLES, summary_buckets=_SLOW_SAMPLES)
         self.light = Series(_SLOW_SAMPLES, summary_buckets=_SLOW_SAMPLES)
-        self.fires = Steps()
-        self.rearms = Steps()
-        self.falls = Steps()
-        self.lights = Steps()
-        self.happenings: deque[Happening] = deque(maxlen=_HAPPENINGS_KEPT)
+        self.fires = StepFunction()
+        self.rearms = StepFunction()
+        self.falls = StepFunction()
+        self.lights = StepFunction()
+        self.markers: deque[Marker] = deque(maxlen=_HAPPENINGS_KEPT)
         # In step with tilt and acceleration, sample by sample; its summary is not used.
         self._flags = Series(summary_buckets=2)
         self._first_s: float | None = None
-        self._follower = Follower()
+        self._follower = MarkerTracker()
 
     @property
     def has_samples(self) -> bool:
         """A module said at least once how it is."""
         return self._first_s is not None
 
-    def begin_anew(self) -> None:
+    def reset(self) -> None:
         """What comes from now on is another module's, or may be: it has nothing to do with what came before."""
         for series in (self.tilt, self.acceleration, self.cell, self.light, self._flags):
             series.clear()
         for steps in (self.fires, self.rearms, self.falls, self.lights):
             steps.clear()
-        self.happenings.clear()
+        self.markers.clear()
         self._first_s = None
-        self._follower = Follower()
+        self._follower = MarkerTracker()
 
     def reports_per_s(self, now_s: float) -> float:
         """Status reports a second, streamed or polled, over the last two seconds."""
         return len(self.tilt.window(now_s - _RATE_OVER_S, now_s).time_s) / _RATE_OVER_S
 
-    def take(self, batch: Batch) -> list[Mark]:
+    def on_batch(self, batch: Batch) -> list[Mark]:
         """Add a batch; what happened in it, as marks for the plots."""
-        count = len(self.happenings)
-        new = self._follower.take(batch)
+        count = len(self.markers)
+        new = self._follower.on_batch(batch)
         if batch.samples:
             self._add_samples(batch.samples)
         self._add_slow(batch.device)
         self._put_limits(self._follower.limits, batch.at)
-        self.happenings.extend(new)
+        self.markers.extend(new)
         # The very first connection is the beginning of the time line, and no news on it.
-        shown = new[1:] if not count and new and new[0].kind is Kind.CONNECTED else new
+        shown = new[1:] if not count and new and new[0].kind is MarkerKind.CONNECTED else new
         return [mark_of(one) for one in shown]
 
     def excerpt(self, start_s: float, end_s: float) -> Excerpt:
@@ -145,7 +145,7 @@ class LiveData:
             cell_voltage_v=cell.value.copy(),
             light_time_s=light.time_s.copy(),
             light_v=light.value.copy(),
-            happenings=tuple(one for one in self.happenings if start_s <= one.time_s <= end_s),
+            markers=tuple(one for one in self.markers if start_s <= one.time_s <= end_s),
             is_whole=is_whole,
         )
 
@@ -167,7 +167,7 @@ class LiveData:
             if last is None or known.at > last.time_s:
                 series.append(known.at, float(known.value))
 
-    def _put_limits(self, limits: Limits, at: float) -> None:
+    def _put_limits(self, limits: ModuleLimits, at: float) -> None:
         self.fires.put(at, limits.fires_deg)
         self.rearms.put(at, limits.rearms_deg)
         self.falls.put(at, limits.free_fall_g)
@@ -178,7 +178,7 @@ def lanes(data: Measured, in_use: LimitsInUse) -> tuple[Lane, ...]:
     """The plots of the page, from the top down."""
 
     def cell_outside(volts: float, time_s: float) -> Outside | None:
-        charging = charging_at(data.happenings, time_s)
+        charging = charging_at(data.markers, time_s)
         known: dict[str, Value] = {} if charging is None else {"charging": charging}
         return outside_of("cell_voltage_v", {"cell_voltage_v": volts, **known}, in_use)
 

@@ -35,7 +35,7 @@ class EmptyPage(QWidget):
         self.text = named(QLabel(), "live_empty_text")
         self._way = named(QLabel(), "live_empty_way")
         self._way.setProperty("role", "muted")
-        self._remembered = services.remembered
+        self._remembered = services.preferences
         self.offer = TourOffer(services, self._begin_tour)
         self.choose = named(QPushButton(), "live_choose_port")
         self.choose.setProperty("role", "primary")

@@ -18,12 +18,12 @@ from ui.core.bridge import joined
 from ui.files.save_bar import Origin, SaveBar, picture_with_foot
 from ui.pages.live.data import LiveData, lanes
 from ui.pages.live.empty import EmptyPage
-from ui.pages.live.panel import Limits, LivePanel
+from ui.pages.live.panel import LivePanel, PanelLimits
 from ui.pages.live.recorded_view import RecordedView, origin_of
-from ui.pages.live.what_if_on_live import FiredOnLive
+from ui.pages.live.what_if_on_live import WhatIfOnLive
 from ui.plots.time_plot import TimePlot
 from ui.services.context import Services
-from ui.services.session_recording import Sitting
+from ui.services.session_recording import SessionTracker
 from ui.style.theme import Space
 from ui.widgets.naming import named
 
@@ -48,12 +48,12 @@ class LivePage(QWidget):
         self._connector = services.connector
         self._in_use = services.in_use
         texts = services.texts
-        self._recordings = services.keeping.recordings
+        self._recordings = services.storage.recordings
         self.wall = WallClock()
         self.data = LiveData()
-        self._sitting = Sitting()
+        self._sitting = SessionTracker()
         self.panel = LivePanel(texts)
-        self.fired = FiredOnLive(services, self)
+        self.fired = WhatIfOnLive(services, self)
         drawn = self.fired.panel.lines.added_to(lanes(self.data, self._in_use))
         self._live_plot = TimePlot(drawn, texts, wall_offset_s=self.wall.offset_s)
         self._plots = named(QStackedWidget(), "live_plot_stack")
@@ -100,9 +100,9 @@ class LivePage(QWidget):
         """No module has said anything yet, so there is nothing to plot."""
         return self._stack.currentWidget() is self.empty
 
-    def take(self, batch: Batch) -> None:
+    def on_batch(self, batch: Batch) -> None:
         """Remember a batch; nothing is drawn here, and what is alike is worked through together."""
-        has_jumped = self.wall.look()
+        has_jumped = self.wall.poll()
         if has_jumped:  # the computer slept, or its clock was set: one time line cannot show both sides of it
             self._live_plot.be_at(self.wall.offset_s)
         if self._sitting.begins(batch.connection, self._connector.target) or has_jumped:
@@ -122,7 +122,7 @@ class LivePage(QWidget):
 
     def show_recording(self, recording: Recording) -> None:
         """Look at this one in place of the module; whatever is connected goes on."""
-        self.fired.panel.let_go()
+        self.fired.panel.release()
         self._recorded.show(recording, self.fired.panel.lines.added_to(lanes(recording, self._in_use)))
         self._recordings.is_shown = True
         self._stack.setCurrentWidget(self._content)
@@ -134,7 +134,7 @@ class LivePage(QWidget):
         """Close the recording and show the module as it is."""
         if self.recording is None:
             return
-        self.fired.panel.let_go()  # first what reads from it
+        self.fired.panel.release()  # first what reads from it
         self._recorded.put_away()
         self._recordings.is_shown = False
         if not self.data.has_samples:
@@ -158,7 +158,7 @@ class LivePage(QWidget):
             self._refresh_empty()
             return
         light = device.fresh("light_threshold_v", now_s)
-        limits = Limits(data.fires.value, data.falls.value, None if light is None else float(light))
+        limits = PanelLimits(data.fires.value, data.falls.value, None if light is None else float(light))
         rate = data.reports_per_s(now_s)
         self.panel.show_device(device, now_s, limits=limits, in_use=self._in_use, reports_per_s=rate)
 
@@ -187,14 +187,14 @@ class LivePage(QWidget):
         if self._waiting:
             batch = joined(self._waiting)
             self._waiting.clear()
-            for mark in self.data.take(batch):
+            for mark in self.data.on_batch(batch):
                 self._live_plot.add_mark(mark)
 
     def _begin_anew(self) -> None:
         """Another module, or the same after it was put away: nothing of what was belongs to what comes."""
         self._digest()
-        self.data.begin_anew()
-        self._live_plot.begin_anew()
+        self.data.reset()
+        self._live_plot.reset()
         if self.recording is None:
             self._stack.setCurrentWidget(self.empty)
             self._refresh_empty()

@@ -15,7 +15,7 @@ from PySide6.QtWidgets import QFrame, QGridLayout, QHBoxLayout, QScrollArea, QSi
 
 from app.diagnosis.link_state import duration
 from app.engine.device import DeviceView, Known
-from app.limits.out_of_limits import Fault, LimitsInUse, Outside, value_outside
+from app.limits.out_of_limits import LimitsInUse, OutOfLimit, Outside, value_outside
 from app.text.i18n import tr
 from protocol.catalogue import BY_NAME, RESET_BELOW_THRESHOLD_DEG
 from protocol.link_states import Presence
@@ -42,7 +42,7 @@ _NO_STREAM: Final = marked("no stream")
 
 
 @dataclass(frozen=True, slots=True)
-class Limits:
+class PanelLimits:
     """What the module fires at, as it said itself; None while that is not known or switched off."""
 
     fires_deg: float | None
@@ -100,7 +100,7 @@ class LivePanel(QFrame):
         self.body.updateGeometry()
 
     def show_device(
-        self, device: DeviceView, now_s: float, *, limits: Limits, in_use: LimitsInUse, reports_per_s: float
+        self, device: DeviceView, now_s: float, *, limits: PanelLimits, in_use: LimitsInUse, reports_per_s: float
     ) -> None:
         """Everything as it is known at a monotonic time."""
         self._show_tilt(device.known("tilt_deg", now_s), now_s, limits.fires_deg)
@@ -256,7 +256,7 @@ class LivePanel(QFrame):
             (tr(CHARGER), (tr("{time} ago", time=tr("{value:.0f} s", value=9)),)),
         )
         right_heads = (
-            (tr("Light"), (age, f"{tr(Fault.BAY_OPEN.value)}    ")),
+            (tr("Light"), (age, f"{tr(OutOfLimit.BAY_OPEN.value)}    ")),
             (tr("Charger"), (age,)),
             (tr("Reports"), (tr(_STREAMED), tr(_POLLED), tr(_NO_STREAM))),
         )

@@ -19,7 +19,7 @@ class TourOffer(QFrame):
         super().__init__()
         self.setObjectName("live_tour_offer")
         self.setProperty("role", "card")
-        self._remembered = services.remembered
+        self._remembered = services.preferences
         self._begin = begin
         texts = services.texts
         self.text = text_label("live_tour_text", "")

@@ -7,7 +7,7 @@ from typing import Final
 from PySide6.QtCore import Signal
 from PySide6.QtWidgets import QHBoxLayout, QLabel, QLayout, QSizePolicy, QVBoxLayout, QWidget
 
-from app.firing.what_if_drafts import TRIED, Standing, Wanted
+from app.firing.what_if_drafts import TRIED, SettingSource, Wanted
 from app.settings.drafts import Draft
 from protocol.catalogue import Command
 from ui.core.texts import Texts
@@ -20,7 +20,7 @@ from ui.widgets.sliders import WheelGuard
 _SWITCH_PX: Final = 76
 
 
-class FiredFields(QWidget):
+class WhatIfFields(QWidget):
     """Edits what is wanted; where nothing is, a field shows what the module has, in the colour of what is not typed."""
 
     changed = Signal()
@@ -41,7 +41,7 @@ class FiredFields(QWidget):
             label.setBuddy(editor.focusProxy() or editor)
             column.addLayout(_row(label, editor))
             self.editors[command.key] = editor
-        self._shown: Mapping[str, tuple[Draft | None, Standing | None]] = {}
+        self._shown: Mapping[str, tuple[Draft | None, SettingSource | None]] = {}
         self.show_wanted()
 
     def show_wanted(self) -> None:
@@ -53,7 +53,7 @@ class FiredFields(QWidget):
                 self._show(key, draft, standing)
         self._shown = shown
 
-    def _show(self, key: str, draft: Draft | None, standing: Standing | None) -> None:
+    def _show(self, key: str, draft: Draft | None, standing: SettingSource | None) -> None:
         editor, stands = self.editors[key], None if standing is None else standing.value
         if isinstance(editor, FlagEditor) and draft is None and isinstance(stands, bool):
             draft = Draft("", stands)  # a switch has no other way to show what the module has
@@ -69,7 +69,7 @@ class FiredFields(QWidget):
         editor.typed.connect(lambda text: self._do(partial(wanted.type_text, key, text)))
         editor.chosen.connect(lambda value: self._do(partial(wanted.choose, key, value)))
         if isinstance(editor, FlagEditor):
-            editor.withdrawn.connect(lambda: self._do(partial(wanted.withdraw, key)))
+            editor.cancelled.connect(lambda: self._do(partial(wanted.withdraw, key)))
             for button in (editor.on, editor.off):
                 button.setMinimumWidth(_SWITCH_PX)
         return editor

@@ -4,13 +4,13 @@ from collections.abc import Sequence
 from dataclasses import replace
 from typing import Final
 
-from app.samples.step_function import Change, Steps
+from app.samples.step_function import StepFunction, StepPoint
 from protocol.translatable import marked
 from ui.plots.view import Lane, Limit
 from ui.style.theme import Meaning
 
 
-class DraftLine(Steps):
+class DraftLine(StepFunction):
     """One value over all of the time; none while it is the module's own, or nobody tries anything."""
 
     def __init__(self) -> None:
@@ -21,8 +21,8 @@ class DraftLine(Steps):
     def value(self) -> float | None:
         return self.drafted
 
-    def between(self, start_s: float, end_s: float) -> list[Change]:  # noqa: ARG002  as of `Steps`
-        return [] if self.drafted is None else [Change(start_s, self.drafted)]
+    def between(self, start_s: float, end_s: float) -> list[StepPoint]:  # noqa: ARG002  as of `StepFunction`
+        return [] if self.drafted is None else [StepPoint(start_s, self.drafted)]
 
 
 class DraftLines:

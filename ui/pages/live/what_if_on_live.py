@@ -7,10 +7,10 @@ from typing import TYPE_CHECKING, Final
 from PySide6.QtCore import QObject, QSize, Qt
 from PySide6.QtWidgets import QToolButton
 
-from app.firing.what_if_drafts import ATTITUDE_THRESHOLD, FREEFALL_ACCELERATION, TRIED, Standing
+from app.firing.what_if_drafts import ATTITUDE_THRESHOLD, FREEFALL_ACCELERATION, TRIED, SettingSource
 from app.recordings.recording import Recording
-from app.samples.step_function import Steps
-from ui.pages.live.what_if_panel import WIDTH_PX, FiredPanel
+from app.samples.step_function import StepFunction
+from ui.pages.live.what_if_panel import WIDTH_PX, WhatIfPanel
 from ui.services.context import Services
 from ui.style.icons import Icon, icon
 from ui.widgets.naming import named
@@ -24,13 +24,13 @@ _CLOSE_UP_S: Final = 60.0
 """Length of the time line to look at one event, where it is longer."""
 
 
-class FiredOnLive(QObject):
+class WhatIfOnLive(QObject):
     """Belongs to the page; `panel` and `button` are put into its layout."""
 
     def __init__(self, services: Services, page: "LivePage") -> None:
         super().__init__(page)
         self._page, self._connector = page, services.connector
-        self.panel = FiredPanel(services)
+        self.panel = WhatIfPanel(services)
         self.panel.hide()
         self.button = named(QToolButton(), "live_would_fire")
         self.button.setCheckable(True)
@@ -97,24 +97,24 @@ class FiredOnLive(QObject):
             self.panel.open_with(values)
             self.button.setChecked(True)
 
-    def _standing(self) -> Mapping[str, Standing]:
+    def _standing(self) -> Mapping[str, SettingSource]:
         recording = self._page.recording
         if recording is not None:
             return _recorded(recording)
         device, now_s = self._connector.device, self._connector.clock()
         known = {command.key: device.known(command.key, now_s) for command in TRIED}
-        return {key: Standing(one.value, one.is_stale) for key, one in known.items() if one is not None}
+        return {key: SettingSource(one.value, one.is_stale) for key, one in known.items() if one is not None}
 
 
-def _recorded(recording: Recording) -> Mapping[str, Standing]:
+def _recorded(recording: Recording) -> Mapping[str, SettingSource]:
     """What the module had last in a recording; what is not in it is not known."""
     last = {
         ATTITUDE_THRESHOLD.key: _last_value(recording.fires),
         FREEFALL_ACCELERATION.key: _last_value(recording.falls),
     }
-    return {key: Standing(value) for key, value in last.items() if value is not None}
+    return {key: SettingSource(value) for key, value in last.items() if value is not None}
 
 
-def _last_value(steps: Steps) -> float | None:
+def _last_value(steps: StepFunction) -> float | None:
     values = [change.value for change in steps.between(-inf, inf) if change.value is not None]
     return values[-1] if values else None

@@ -20,16 +20,16 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
-from app.firing.what_if_drafts import ATTITUDE_THRESHOLD, FREEFALL_ACCELERATION, Standing, Wanted
-from app.firing.what_if_series import Judgement, Measured
+from app.firing.what_if_drafts import ATTITUDE_THRESHOLD, FREEFALL_ACCELERATION, SettingSource, Wanted
+from app.firing.what_if_series import Measured, WhatIfJudgement
 from app.text.i18n import tr
 from protocol.catalogue import Command
 from protocol.fields import Value
 from protocol.translatable import marked
 from ui.pages.live import what_if_words as fired_words
-from ui.pages.live.what_if_fields import FiredFields
+from ui.pages.live.what_if_fields import WhatIfFields
 from ui.pages.live.what_if_lines import DraftLines
-from ui.pages.live.what_if_words import Row, Verdict
+from ui.pages.live.what_if_words import WhatIfRow, WhatIfVerdict
 from ui.plots.axis import clock_text
 from ui.services.context import Services
 from ui.style.icons import Icon, icon, pixmap
@@ -44,7 +44,7 @@ _LIST_PX: Final = 116
 _ROW_ROLE: Final = Qt.ItemDataRole.UserRole
 
 
-class FiredPanel(QFrame):
+class WhatIfPanel(QFrame):
     """See the module's docstring. `refresh` a few times a second while it is in sight."""
 
     look_wanted = Signal(float)
@@ -61,10 +61,10 @@ class FiredPanel(QFrame):
         self._exchange = services.exchange
         self.wanted = Wanted()
         self.lines = DraftLines()
-        self.judgement = Judgement()
+        self.judgement = WhatIfJudgement()
         self._wall_offset_s = 0.0
-        self._rows: tuple[Row, ...] = ()
-        self._said: Verdict | None = None
+        self._rows: tuple[WhatIfRow, ...] = ()
+        self._said: WhatIfVerdict | None = None
         self._make(services)
         self._wire(services)
 
@@ -75,11 +75,11 @@ class FiredPanel(QFrame):
         self.judgement.follow(measured, is_recorded=is_recorded)
         self._wall_offset_s = wall_offset_s
 
-    def let_go(self) -> None:
+    def release(self) -> None:
         """Nothing reads a recording any more."""
-        self.judgement.let_go()
+        self.judgement.release()
 
-    def refresh(self, standing: Mapping[str, Standing]) -> None:
+    def refresh(self, standing: Mapping[str, SettingSource]) -> None:
         """`standing`: what the module has, or had when it was recorded, by the setting's key."""
         if self.isHidden():
             return
@@ -91,7 +91,7 @@ class FiredPanel(QFrame):
         self.judgement.step()
         finding, clock = self.judgement.finding, self._clock
         if self.judgement.error is not None:
-            said = Verdict(Icon.WARNING, None, tr("The recording cannot be read any more."))
+            said = WhatIfVerdict(Icon.WARNING, None, tr("The recording cannot be read any more."))
         else:
             said = fired_words.verdict(finding, question, clock=clock, progress=self.judgement.progress)
         self._say(said)
@@ -138,7 +138,7 @@ class FiredPanel(QFrame):
         standing, value = self.wanted.standing.get(command.key), self.wanted.values.get(command.key)
         return None if value is None or (standing is not None and standing.value == value) else float(value)
 
-    def _say(self, said: Verdict) -> None:
+    def _say(self, said: WhatIfVerdict) -> None:
         if said == self._said:
             return
         self._said = said
@@ -154,7 +154,7 @@ class FiredPanel(QFrame):
             picture = pixmap(self._said.icon, 20, current().ink(self._said.meaning), ratio=self.devicePixelRatioF())
             self._icon.setPixmap(picture)
 
-    def _list(self, rows: tuple[Row, ...]) -> None:
+    def _list(self, rows: tuple[WhatIfRow, ...]) -> None:
         """Only what is new is added, so that a chosen row stays chosen while it goes on."""
         if rows == self._rows:
             return
@@ -172,7 +172,7 @@ class FiredPanel(QFrame):
                 self.list.addItem(item)
         self.list.setVisible(bool(rows))
 
-    def _row_icon(self, row: Row) -> QIcon:
+    def _row_icon(self, row: WhatIfRow) -> QIcon:
         return QIcon(pixmap(row.icon, 16, current().ink(row.meaning), ratio=self.devicePixelRatioF()))
 
     # Making
@@ -191,7 +191,7 @@ class FiredPanel(QFrame):
         self.list.hide()
         texts.bind(self.list.setAccessibleName, "When it would have fired, and near misses")
         texts.bind(self.list.setToolTip, "Click, or press Return, to see it in the plots")
-        self.fields = FiredFields(self.wanted, texts, WheelGuard(self))
+        self.fields = WhatIfFields(self.wanted, texts, WheelGuard(self))
         self.locked = named(QCheckBox(), "fired_locked")
         self.locked.setChecked(True)
         texts.bind(self.locked.setText, "Also while it was locked")

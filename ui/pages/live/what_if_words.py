@@ -7,7 +7,7 @@ from app.diagnosis.link_state import duration
 from app.firing.judge import ASSUMPTIONS, RULES, Firing
 from app.firing.near_misses import NearFall, NearTilt
 from app.firing.what_if_drafts import ATTITUDE_THRESHOLD, ATTITUDE_TRIGGER, FREEFALL_TRIGGER, Question
-from app.firing.would_fire import Finding, Pauses
+from app.firing.would_fire import Pauses, WhatIfFinding
 from app.text.i18n import tr
 from protocol.messages import Source
 from protocol.translatable import marked
@@ -29,7 +29,7 @@ ABOUT: Final = (
 """How it is judged, sentence by sentence."""
 
 
-class Verdict(NamedTuple):
+class WhatIfVerdict(NamedTuple):
     """In the language in use."""
 
     icon: Icon
@@ -38,7 +38,7 @@ class Verdict(NamedTuple):
     lines: tuple[str, ...] = ()
 
 
-class Row(NamedTuple):
+class WhatIfRow(NamedTuple):
     """Something that can be looked at in the plots."""
 
     at_s: float
@@ -47,10 +47,12 @@ class Row(NamedTuple):
     text: str
 
 
-def verdict(finding: Finding | None, question: Question, *, clock: Clock, progress: float = 0.0) -> Verdict:
+def verdict(finding: WhatIfFinding | None, question: Question, *, clock: Clock, progress: float = 0.0) -> WhatIfVerdict:
     """`finding` is None while it is being judged."""
     if finding is None:
-        return Verdict(Icon.CLOCK, Meaning.INFORMATION, tr("Judging … {percent} %", percent=f"{100 * progress:.0f}"))
+        return WhatIfVerdict(
+            Icon.CLOCK, Meaning.INFORMATION, tr("Judging … {percent} %", percent=f"{100 * progress:.0f}")
+        )
     limits = finding.limits
     said = tuple(
         line
@@ -62,28 +64,30 @@ def verdict(finding: Finding | None, question: Question, *, clock: Clock, progre
         if line
     )
     if not finding.report_count:
-        return Verdict(Icon.UNKNOWN, Meaning.UNKNOWN, tr("There is nothing to judge yet."), said)
+        return WhatIfVerdict(Icon.UNKNOWN, Meaning.UNKNOWN, tr("There is nothing to judge yet."), said)
     if not (limits.attitude_is_enabled or limits.freefall_is_enabled):
-        is_open = bool(question.unknown or question.unfit)
+        is_open = bool(question.unknown or question.invalid)
         head = tr("Nothing to judge: both triggers are disabled.")
         if is_open:
             head = tr("Not judged: name the thresholds.")
-        return Verdict(Icon.UNKNOWN if is_open else Icon.WARNING, Meaning.ATTENTION, head, said)
+        return WhatIfVerdict(Icon.UNKNOWN if is_open else Icon.WARNING, Meaning.ATTENTION, head, said)
     if finding.firing_count:
         count = finding.firing_count
         head = tr("Would have fired {count} times.", count=count) if count > 1 else tr("Would have fired once.")
-        return Verdict(Icon.PARACHUTE, Meaning.DANGER, head, said)
+        return WhatIfVerdict(Icon.PARACHUTE, Meaning.DANGER, head, said)
     if not finding.is_judged:
-        return Verdict(Icon.UNKNOWN, Meaning.UNKNOWN, tr("Not judged: the reports are more than 0.5 s apart."), said)
+        return WhatIfVerdict(
+            Icon.UNKNOWN, Meaning.UNKNOWN, tr("Not judged: the reports are more than 0.5 s apart."), said
+        )
     judged = duration(finding.judged_s)
     if _is_close(finding):
         head = tr("Too close to tell in the {time} that were judged.", time=judged)
-        return Verdict(Icon.WARNING, Meaning.ATTENTION, head, said)
+        return WhatIfVerdict(Icon.WARNING, Meaning.ATTENTION, head, said)
     head = tr("Would not have fired in the {time} that were judged.", time=judged)
-    return Verdict(Icon.NOT_TRIGGERED, None, head, said)
+    return WhatIfVerdict(Icon.NOT_TRIGGERED, None, head, said)
 
 
-def rows(finding: Finding | None, *, clock: Clock) -> tuple[Row, ...]:
+def rows(finding: WhatIfFinding | None, *, clock: Clock) -> tuple[WhatIfRow, ...]:
     """Firings and near misses, oldest first."""
     if finding is None:
         return ()
@@ -105,39 +109,39 @@ def firing_text(firing: Firing) -> str:
     return " + ".join(said)
 
 
-def _firing_row(firing: Firing, clock: Clock) -> Row:
+def _firing_row(firing: Firing, clock: Clock) -> WhatIfRow:
     at_s = firing.sample.at_s
     text = tr("{time} would fire: {why}", time=clock(at_s), why=firing_text(firing))
-    return Row(at_s, Icon.PARACHUTE, Meaning.DANGER, text)
+    return WhatIfRow(at_s, Icon.PARACHUTE, Meaning.DANGER, text)
 
 
-def _tilt_row(near: NearTilt, clock: Clock) -> Row:
+def _tilt_row(near: NearTilt, clock: Clock) -> WhatIfRow:
     values = {"time": clock(near.at_s), "tilt": near.tilt_deg, "margin": near.margin_deg}
     if near.may_have_fired:
         text = tr("{time} too close to tell: {tilt:.0f}°, {margin:.0f}° below", **values)
-        return Row(near.at_s, Icon.WARNING, Meaning.ATTENTION, text)
+        return WhatIfRow(near.at_s, Icon.WARNING, Meaning.ATTENTION, text)
     text = tr("{time} near miss: {tilt:.0f}°, {margin:.0f}° below", **values)
-    return Row(near.at_s, Icon.INFORMATION, None, text)
+    return WhatIfRow(near.at_s, Icon.INFORMATION, None, text)
 
 
-def _fall_row(near: NearFall, clock: Clock) -> Row:
+def _fall_row(near: NearFall, clock: Clock) -> WhatIfRow:
     at_s = near.since_s + near.lasted_s
     values = {"time": clock(at_s), "lasted": near.lasted_s, "margin": near.margin_s}
     if near.may_have_fired:
         text = tr("{time} too close to tell: fell {lasted:.2f} s, {margin:.2f} s short", **values)
-        return Row(at_s, Icon.WARNING, Meaning.ATTENTION, text)
+        return WhatIfRow(at_s, Icon.WARNING, Meaning.ATTENTION, text)
     text = tr("{time} near miss: fell {lasted:.2f} s, {margin:.2f} s short", **values)
-    return Row(at_s, Icon.INFORMATION, None, text)
+    return WhatIfRow(at_s, Icon.INFORMATION, None, text)
 
 
-def _is_close(finding: Finding) -> bool:
+def _is_close(finding: WhatIfFinding) -> bool:
     near_tilts = any(one.may_have_fired for one in finding.near_tilts)
     return near_tilts or any(one.may_have_fired for one in finding.near_falls)
 
 
-def _attitude_line(finding: Finding, question: Question, clock: Clock) -> str:
+def _attitude_line(finding: WhatIfFinding, question: Question, clock: Clock) -> str:
     if not finding.limits.attitude_is_enabled:
-        is_open = ATTITUDE_THRESHOLD in (*question.unknown, *question.unfit)
+        is_open = ATTITUDE_THRESHOLD in (*question.unknown, *question.invalid)
         return tr("Attitude: not judged.") if is_open else tr("Attitude: disabled.")
     near = finding.nearest_tilt
     if near is None:
@@ -148,10 +152,10 @@ def _attitude_line(finding: Finding, question: Question, clock: Clock) -> str:
     )  # fmt: skip
 
 
-def _freefall_line(finding: Finding, question: Question, clock: Clock) -> str:
+def _freefall_line(finding: WhatIfFinding, question: Question, clock: Clock) -> str:
     limits, fall, lowest = finding.limits, finding.longest_fall, finding.lowest
     if not limits.freefall_is_enabled:
-        is_open = any(one is not ATTITUDE_THRESHOLD for one in (*question.unknown, *question.unfit))
+        is_open = any(one is not ATTITUDE_THRESHOLD for one in (*question.unknown, *question.invalid))
         return tr("Free fall: not judged.") if is_open else tr("Free fall: disabled.")
     if fall is not None:
         return tr(
@@ -167,8 +171,8 @@ def _freefall_line(finding: Finding, question: Question, clock: Clock) -> str:
     )  # fmt: skip
 
 
-def _unjudged_lines(finding: Finding, question: Question, clock: Clock) -> list[str]:
-    lines = [tr("{setting}: what was typed is no value.", setting=tr(one.title)) for one in question.unfit]
+def _unjudged_lines(finding: WhatIfFinding, question: Question, clock: Clock) -> list[str]:
+    lines = [tr("{setting}: what was typed is no value.", setting=tr(one.title)) for one in question.invalid]
     lines += [tr("{setting}: not known, type one.", setting=tr(one.title)) for one in question.unknown]
     for trigger in question.assumed:
         is_judged = {

@@ -5,7 +5,7 @@ from PySide6.QtWidgets import QPushButton, QWidget
 
 from protocol.translatable import marked
 from ui.core.texts import Texts
-from ui.pages.preflight.controller import PreflightWork, Standing
+from ui.pages.preflight.controller import PreflightController, Standing
 from ui.style.icons import Icon, icon
 from ui.style.theme import Space
 from ui.widgets.flow_row import FlowRow
@@ -38,7 +38,7 @@ class PreflightButtons(QWidget):
         row.add(self.history, self.verify, self.print)
         row.add_right(self.cancel, self.enable, self.run)
 
-    def show_work(self, work: PreflightWork) -> None:
+    def show_work(self, work: PreflightController) -> None:
         is_checking = work.standing is Standing.CHECKING
         self.run.setEnabled(work.can_check)
         self._texts.bind(self.run.setText, "Run the check" if work.filed is None else "Check again")

@@ -114,7 +114,7 @@ class CheckHistory(QWidget):
         self.print.clicked.connect(self._print)
         self.filter.activated.connect(self.refresh_rows)
         self.table.itemSelectionChanged.connect(self._enable)
-        self.stations = StationsRow(lambda: services.keeping.folder, texts, guard)
+        self.stations = StationsRow(lambda: services.storage.folder, texts, guard)
         self._lay_out()
 
     def open(self) -> None:
@@ -124,7 +124,7 @@ class CheckHistory(QWidget):
         self.filter.clear()
         for one in self._services.naming.known:
             self.filter.addItem(tr("Module {name}", name=one.name), ("module", one.id))
-        store = self._services.keeping.store
+        store = self._services.storage.store
         if isinstance(store, Store):
             try:
                 for name in known_aircraft(store):
@@ -138,7 +138,7 @@ class CheckHistory(QWidget):
 
     def refresh_rows(self) -> None:
         kind, which = self.filter.currentData() or ("module", None)
-        store = self._services.keeping.store
+        store = self._services.storage.store
         self.checks = ()
         points: dict[str, tuple[Point, ...]] = {}
         said = ""

@@ -10,7 +10,7 @@ from app.preflight.checks import CHECKS
 from app.preflight.verdict import VALID_FOR_S
 from app.settings.profiles import ManualLine
 from ui.core.texts import Texts
-from ui.pages.preflight.controller import PreflightWork, Standing, Statement
+from ui.pages.preflight.controller import PreflightController, Standing, Statement
 from ui.pages.preflight.row import CheckRow, ManualRow
 from ui.style.theme import Space
 from ui.widgets.naming import named
@@ -91,7 +91,7 @@ class CheckList(QScrollArea):
             del self._ticks[number]
         return bool(old)
 
-    def show_work(self, work: PreflightWork) -> None:
+    def show_work(self, work: PreflightController) -> None:
         assessment, standing = work.assessment, work.standing
         judged = {} if assessment is None else {one.check.id: one for one in assessment.checks}
         is_checking, is_explained = standing is Standing.CHECKING, self.explain.isChecked()

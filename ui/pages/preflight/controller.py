@@ -17,13 +17,13 @@ from app.engine.procedure import Cancelled, Report
 from app.engine.worker import Batch, Job
 from app.limits.expectations import Expectations, Past, expectations_of
 from app.preflight.evidence import Disturbance, Evidence, FrameLog
-from app.preflight.findings import Result
+from app.preflight.findings import CheckResult
 from app.preflight.reread import REREAD_EVERY_S, StateReading, changes_between, read_state
 from app.preflight.run import TRIGGERS, run_preflight
 from app.preflight.verdict import VALID_FOR_S, Assessment, Verdict, Void, assess, void_reason
 from app.records.filing import Filed, Person, file_check
 from app.records.record import Record
-from app.safety.interlocks import situation
+from app.safety.interlocks import interlock_inputs
 from app.settings.profiles import ActivatedBy, Profile
 from app.store.database import StoreTrouble
 from app.store.store import Store
@@ -71,7 +71,7 @@ class Entered:
         return Expectations() if self.profile is None else expectations_of(self.profile, self.ticked)
 
 
-class PreflightWork(QObject):
+class PreflightController(QObject):
     """`changed`: the standing, or what was found or entered, is different."""
 
     changed = Signal()
@@ -166,7 +166,7 @@ class PreflightWork(QObject):
     @property
     def reported_active(self) -> bool | None:
         """As the module reports itself now; an acknowledgement is no report."""
-        return situation(self._connector.device, self._connector.clock(), must_be_proven=False).active
+        return interlock_inputs(self._connector.device, self._connector.clock(), must_be_proven=False).active
 
     @property
     def leads_to_activation(self) -> bool:
@@ -181,7 +181,7 @@ class PreflightWork(QObject):
             return None
         return max(0.0, VALID_FOR_S - (self._connector.clock() - ended_at))
 
-    def result(self, id_: str) -> Result | None:
+    def result(self, id_: str) -> CheckResult | None:
         assessment = self.assessment
         return None if assessment is None else assessment.result(id_)
 
@@ -199,7 +199,7 @@ class PreflightWork(QObject):
         self._evidence = Evidence(port=self._connector.connection.port)
         self._log = FrameLog()
         self._is_port_broken = False
-        journal = self._services.keeping.journal(target, self._naming.name)
+        journal = self._services.storage.journal(target, self._naming.name)
         procedure = run_preflight(self._evidence, is_enabling=self._statement.is_enabling, journal=journal)
         self._job = self._connector.run(procedure, self._end, on_progress=self._remember_progress)
         self.changed.emit()
@@ -228,7 +228,7 @@ class PreflightWork(QObject):
             self.filed = self.void = self.trouble = self._progress = None
             self.changed.emit()
 
-    def look(self) -> None:
+    def poll(self) -> None:
         """Does the verdict still hold?"""
         if self.filed is None or self.void is not None or self._is_checking:
             return
@@ -265,7 +265,7 @@ class PreflightWork(QObject):
         if job is not self._rereading:
             return
         self._rereading = None
-        self.look()
+        self.poll()
         evidence = self._evidence
         if self.standing not in _STANDS:
             return
@@ -322,12 +322,12 @@ class PreflightWork(QObject):
             self._evidence = self.filed.assessment.case.evidence
         if self.standing in _STANDS:
             self._reread_timer.start()
-        self.look()
+        self.poll()
         self.changed.emit()
 
     def _file(self, evidence: Evidence, then: Callable[[], None], past: Past | None = None) -> None:
         """Keep it, unless it is void: of a void check no record is made. The store's thread does it; then `then`."""
-        store = self._services.keeping.store
+        store = self._services.storage.store
         statement, entered = self._statement, self.entered
         person = Person(
             who=entered.who,
@@ -361,7 +361,7 @@ class PreflightWork(QObject):
             if self._is_entered_anew:
                 self.void = _ENTERED_ANEW
             self._is_entered_anew = False
-            if is_kept and self.trouble is None and self.result("boot_count") is not Result.FAIL:
+            if is_kept and self.trouble is None and self.result("boot_count") is not CheckResult.FAIL:
                 self._naming.remember_adapter()
             then()
 
@@ -374,17 +374,17 @@ class PreflightWork(QObject):
         if self._job is not None:
             self._keep_frames(batch)
         else:
-            self.look()
+            self.poll()
 
     def _keep_frames(self, batch: Batch) -> None:
         began_at = self._evidence.began_at
         if began_at is not None:
-            self._log.take(event for event in batch.events if event.at >= began_at)
+            self._log.feed(event for event in batch.events if event.at >= began_at)
 
     def _watch_port(self) -> None:
         if not self._connector.is_open or self._connector.state.phase is Phase.OPENING:
             self._is_port_broken = True
-        self.look()
+        self.poll()
 
 
 _STANDINGS = {Verdict.GO: Standing.GO, Verdict.READY: Standing.READY, Verdict.NO_GO: Standing.NO_GO}

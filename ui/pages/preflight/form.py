@@ -39,8 +39,8 @@ class PreflightForm(QWidget):
         self._services = services
         self.ask_open: AskOpen = ask_profile
         self.profile: Profile | None = None
-        texts, remembered = services.texts, services.remembered
-        self.who = named(QLineEdit(remembered.who), "preflight_who")
+        texts, preferences = services.texts, services.preferences
+        self.who = named(QLineEdit(preferences.who), "preflight_who")
         self.who.setMaxLength(LONGEST_NAME)
         self.module = ModuleField("preflight_module", services.naming, texts, guard)
         self.aircraft = named(QComboBox(), "preflight_aircraft")
@@ -52,7 +52,7 @@ class PreflightForm(QWidget):
         guard.guard(self.aircraft)
         edit = named(QLineEdit(), "preflight_aircraft_edit")
         self.aircraft.setLineEdit(edit)
-        self.aircraft.setEditText(remembered.aircraft)
+        self.aircraft.setEditText(preferences.aircraft)
         edit.setMaxLength(LONGEST_NAME)
         self.choose = named(QToolButton(), "preflight_profile")
         self.choose.setPopupMode(QToolButton.ToolButtonPopupMode.InstantPopup)
@@ -94,7 +94,7 @@ class PreflightForm(QWidget):
         except ProfileRefused as refusal:
             self.refused.emit(path, refusal.sentences)
             return
-        self._services.remembered.add_profile(path)
+        self._services.preferences.add_profile(path)
         self.show_profile()
         self.changed.emit()
 
@@ -111,7 +111,7 @@ class PreflightForm(QWidget):
         self.choose.setAccessibleName(tr("Profile: {name}", name=name))
 
     def choose_file(self) -> None:
-        recent = self._services.remembered.recent_profiles
+        recent = self._services.preferences.recent_profiles
         path = self.ask_open(self, Path(recent[0]).parent if recent else Path.home())
         if path is not None:
             self.use_profile(path)
@@ -120,15 +120,15 @@ class PreflightForm(QWidget):
         entered = self._entered()
         if entered != self._saved:
             self._saved = entered
-            remembered = self._services.remembered
-            remembered.who, remembered.aircraft = entered
+            preferences = self._services.preferences
+            preferences.who, preferences.aircraft = entered
             self.changed.emit()
 
     def _entered(self) -> tuple[str, str]:
         return self.who_checks, self.aircraft_name
 
     def _known_aircraft(self) -> list[str]:
-        store = self._services.keeping.store
+        store = self._services.storage.store
         if not isinstance(store, Store):
             return []
         try:
@@ -139,7 +139,7 @@ class PreflightForm(QWidget):
     def _fill_menu(self) -> None:
         self.menu.clear()
         self._add("preflight_profile_none", tr("None: the vendor's advice"), self.use_none)
-        for number, name in enumerate(self._services.remembered.recent_profiles):
+        for number, name in enumerate(self._services.preferences.recent_profiles):
             action = partial(self.use_profile, Path(name))
             self._add(f"preflight_profile_{number}", Path(name).name.replace("&", "&&"), action, tip=name)
         self.menu.addSeparator()

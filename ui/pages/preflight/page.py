@@ -21,7 +21,7 @@ from ui.acts.act_row import ActRow
 from ui.pages.preflight.buttons import PreflightButtons
 from ui.pages.preflight.check_history import CheckHistory
 from ui.pages.preflight.check_list import CheckList
-from ui.pages.preflight.controller import PreflightWork, Standing, Statement
+from ui.pages.preflight.controller import PreflightController, Standing, Statement
 from ui.pages.preflight.form import PreflightForm
 from ui.pages.preflight.record_files import SUFFIXES, RecordFiles
 from ui.pages.preflight.texts import announcement
@@ -32,7 +32,7 @@ from ui.style.theme import Meaning, Space
 from ui.widgets.naming import named
 from ui.widgets.notice_bar import Notice, NoticeBar
 from ui.widgets.sliders import WheelGuard
-from ui.widgets.visibility_timer import WhileSeen
+from ui.widgets.visibility_timer import VisibilityTimer
 
 REFRESH_EVERY_MS: Final = 250
 
@@ -47,10 +47,10 @@ class PreflightPage(QWidget):
         super().__init__(parent)
         self.setObjectName("preflight_page")
         self._services, self._connector = services, services.connector
-        services.naming.follow(services.connector, services.keeping)
+        services.naming.follow(services.connector, services.storage)
         guard = WheelGuard(self)
-        self.work = PreflightWork(services, self)
-        self.files = RecordFiles(services.keeping, self)
+        self.work = PreflightController(services, self)
+        self.files = RecordFiles(services.storage, self)
         self.banner = VerdictBanner(announcement(self.work, is_connected=False))
         self.form = PreflightForm(services, guard)
         self.activation = ActRow(services, Act.ACTIVATE, place="preflight")
@@ -67,11 +67,11 @@ class PreflightPage(QWidget):
         for view in (self._check, self.history):
             self._stack.addWidget(view)
         self._wire()
-        WhileSeen(self, self.refresh, every_ms=REFRESH_EVERY_MS, tick=self.tick, retranslate=self._retranslate)
+        VisibilityTimer(self, self.refresh, every_ms=REFRESH_EVERY_MS, tick=self.tick, retranslate=self._retranslate)
         self._take_entered()
         self.refresh()
 
-    def take(self, batch: Batch) -> None:
+    def on_batch(self, batch: Batch) -> None:
         """The work watches for itself."""
 
     def open_file(self, path: Path) -> None:
@@ -82,7 +82,7 @@ class PreflightPage(QWidget):
     def tick(self) -> None:
         """What changes by itself: ages, progress, and whether the verdict still holds."""
         self.list.now = self._connector.clock()
-        self.work.look()
+        self.work.poll()
         if self.work.standing in (Standing.NOT_CHECKED, Standing.VOID) and self.list.forget_old_ticks():
             self._take_entered()
             self._show_rows()
@@ -121,7 +121,7 @@ class PreflightPage(QWidget):
     def print(self) -> None:
         """The check that is shown, while it holds."""
         self.form.take_open_edits()
-        self.work.look()
+        self.work.poll()
         record = self.work.record
         if record is not None:
             self.files.print_record(record)
@@ -144,7 +144,7 @@ class PreflightPage(QWidget):
 
     def _print_kept(self, hash_: str) -> None:
         """A record of the store, as it was kept."""
-        store = self._services.keeping.store
+        store = self._services.storage.store
         try:
             record = CheckStore(store.database).record(hash_) if isinstance(store, Store) else None
         except StoreTrouble as trouble:

@@ -16,7 +16,7 @@ from app.preflight.verdict import Verdict
 from app.records.check_store import CheckStore
 from app.records.record import Record, recorded_verdict
 from app.records.report_files import Printer, ReportRefused, check_target, suggested_name, write_report
-from app.records.verification import State, Verification, verify_file
+from app.records.verification import RecordState, Verification, verify_file
 from app.stations.known import Stations
 from app.stations.station import fingerprint_of, station_to_sign
 from app.store.store import Store
@@ -25,7 +25,7 @@ from app.text.messages import clean
 from ui.files.file_dialogs import AskPath, ask_path
 from ui.pages.preflight.report_printer import print_report
 from ui.pages.preflight.stations_row import AskName, ask_name
-from ui.services.storage import Keeping
+from ui.services.storage import Storage
 from ui.style.theme import Meaning
 from ui.widgets.notice_bar import Choice, Notice
 
@@ -49,13 +49,13 @@ class RecordFiles(QObject):
     stations_changed = Signal()
     _verified = Signal(object)
 
-    def __init__(self, keeping: Keeping, parent: QWidget) -> None:
+    def __init__(self, storage: Storage, parent: QWidget) -> None:
         super().__init__(parent)
         self.ask_path: AskPath = ask_path
         self.ask_record: AskRecord = ask_record
         self.ask_name: AskName = ask_name
         self.printer: Printer = print_report
-        self._keeping, self._window = keeping, parent
+        self._keeping, self._window = storage, parent
         self._folder = Path.home()
         self._thread: threading.Thread | None = None
         self._verified.connect(self._say_verified)
@@ -122,7 +122,7 @@ class RecordFiles(QObject):
         if meaning is Meaning.GOOD and recorded_verdict(done.outcome.record or {}) is not Verdict.GO:
             meaning = Meaning.INFORMATION  # an intact NO-GO is not good news
         choices: tuple[Choice, ...] = ()
-        if done.outcome.state is State.UNKNOWN_STATION:
+        if done.outcome.state is RecordState.UNKNOWN_STATION:
             choices = (Choice("trust_station", tr("Trust this station…"), partial(self._ask_to_trust, done)),)
         self.said.emit(Notice(meaning, f"{file} — {told}", choices))
 
@@ -152,12 +152,12 @@ class _Verified:
 
 
 _MEANINGS: Final = {
-    State.INTACT: Meaning.GOOD,
-    State.NOT_SIGNED: Meaning.ATTENTION,
-    State.UNKNOWN_STATION: Meaning.ATTENTION,
-    State.PAGE_NOT_SIGNED: Meaning.ATTENTION,
-    State.ALTERED: Meaning.DANGER,
-    State.CONTRADICTORY: Meaning.DANGER,
-    State.CHAIN_BROKEN: Meaning.DANGER,
-    State.UNREADABLE: Meaning.ATTENTION,
+    RecordState.INTACT: Meaning.GOOD,
+    RecordState.NOT_SIGNED: Meaning.ATTENTION,
+    RecordState.UNKNOWN_STATION: Meaning.ATTENTION,
+    RecordState.PAGE_NOT_SIGNED: Meaning.ATTENTION,
+    RecordState.ALTERED: Meaning.DANGER,
+    RecordState.CONTRADICTORY: Meaning.DANGER,
+    RecordState.CHAIN_BROKEN: Meaning.DANGER,
+    RecordState.UNREADABLE: Meaning.ATTENTION,
 }

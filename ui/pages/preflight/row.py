@@ -7,7 +7,7 @@ from PySide6.QtCore import Qt, Signal
 from PySide6.QtWidgets import QButtonGroup, QFrame, QGridLayout, QLabel, QPushButton, QSizePolicy, QToolButton, QWidget
 
 from app.preflight.checks import Check
-from app.preflight.findings import RESULT_WORDS, Result
+from app.preflight.findings import RESULT_WORDS, CheckResult
 from app.preflight.verdict import MANUAL_WORDS, Judged
 from app.settings.profiles import ManualLine
 from app.text.i18n import tr
@@ -30,10 +30,10 @@ class _Look(NamedTuple):
 
 
 LOOKS: Final = {
-    Result.PASS: _Look(Icon.CHECK, Meaning.GOOD),
-    Result.FAIL: _Look(Icon.CROSS, Meaning.DANGER),
-    Result.WARN: _Look(Icon.INFORMATION, Meaning.INFORMATION),
-    Result.UNKNOWN: _Look(Icon.UNKNOWN, Meaning.UNKNOWN),
+    CheckResult.PASS: _Look(Icon.CHECK, Meaning.GOOD),
+    CheckResult.FAIL: _Look(Icon.CROSS, Meaning.DANGER),
+    CheckResult.WARN: _Look(Icon.INFORMATION, Meaning.INFORMATION),
+    CheckResult.UNKNOWN: _Look(Icon.UNKNOWN, Meaning.UNKNOWN),
 }
 ACTS: Final = {
     "attitude_trigger": marked("Enable now"),
@@ -100,7 +100,7 @@ class CheckRow(QFrame):
         self.chip.show_state(word, look.icon, look.meaning, stale_age=tr("void") if is_void else "")
         self.measured.setText(finding.shown.in_words())
         self.limit.setText(finding.limit.in_words())
-        is_fine = finding.result is Result.PASS
+        is_fine = finding.result is CheckResult.PASS
         do = "" if is_fine else f" → {judged.do.in_words()}"
         self._show_texts(f"{tr(self.check.why)}{do}", is_explained=is_explained or not is_fine)
         self._show_act(is_shown=self.check.id in ACTS and judged.stands_against)

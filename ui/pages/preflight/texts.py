@@ -3,20 +3,20 @@
 from typing import NamedTuple
 
 from app.preflight.checks import CHECKS
-from app.preflight.findings import Result
+from app.preflight.findings import CheckResult
 from app.preflight.verdict import VERDICT_WORDS, Assessment, Verdict, meaning_of, stands_against
 from app.records.record import caveats
 from app.text.i18n import tr
 from app.text.messages import clean
 from app.text.sentences import begun, listed, together
-from ui.pages.preflight.controller import PreflightWork, Standing
+from ui.pages.preflight.controller import PreflightController, Standing
 from ui.pages.preflight.verdict import Announcement
 
 MOST_NAMED = 5
 """Checks that are named in the banner; the rows name all."""
 
 
-def announcement(work: PreflightWork, *, is_connected: bool) -> Announcement:
+def announcement(work: PreflightController, *, is_connected: bool) -> Announcement:
     standing = work.standing
     match standing:
         case Standing.NOT_CHECKED:
@@ -36,7 +36,7 @@ class _Before(NamedTuple):
     lines: tuple[str, ...]
 
 
-def _before(work: PreflightWork, *, is_connected: bool) -> _Before:
+def _before(work: PreflightController, *, is_connected: bool) -> _Before:
     """What to do first. A module that has just been started always needs its triggers enabled."""
     if is_connected and work.reported_active:
         what = tr("The module is ACTIVE: nothing is written. To enable the triggers, lock it first.")
@@ -52,7 +52,7 @@ def _before(work: PreflightWork, *, is_connected: bool) -> _Before:
     return _Before(todo, (what,))
 
 
-def _checking(work: PreflightWork) -> Announcement:
+def _checking(work: PreflightController) -> Announcement:
     report = work.progress
     doing = tr("Proving the link") if report is None else tr(report.doing)
     share = 0.0 if report is None or not report.total else report.done / report.total
@@ -60,7 +60,7 @@ def _checking(work: PreflightWork) -> Announcement:
     return Announcement(Standing.CHECKING, tr("CHECKING"), doing, lines, progress=share)
 
 
-def _judged(work: PreflightWork, standing: Standing) -> Announcement:
+def _judged(work: PreflightController, standing: Standing) -> Announcement:
     assessment = work.assessment
     if assessment is None:
         return Announcement(standing, "")
@@ -70,7 +70,7 @@ def _judged(work: PreflightWork, standing: Standing) -> Announcement:
     if verdict is Verdict.READY and work.reported_active is not False:
         head = tr("Reading the module again …")  # it may be active by now
     if verdict is not Verdict.NO_GO:
-        looks = sum(one.finding.result is Result.WARN for one in assessment.checks)
+        looks = sum(one.finding.result is CheckResult.WARN for one in assessment.checks)
         what = tr("All {count} checks hold; worth a look: {looks}.", count=len(CHECKS), looks=looks)
         skipped = sum(item.is_done is None for item in assessment.manual)
         if skipped:
@@ -92,7 +92,7 @@ def names_against(assessment: Assessment) -> list[str]:
     return checks + [clean(item.text, longest=40) for item in assessment.manual if stands_against(item)]
 
 
-def _foot(work: PreflightWork) -> tuple[str, ...]:
+def _foot(work: PreflightController) -> tuple[str, ...]:
     """What stands beside the verdict, "" for nothing; then whose record it is, and how long a GO or READY holds."""
     filed = work.filed
     if filed is None:

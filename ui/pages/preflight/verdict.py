@@ -14,7 +14,7 @@ from PySide6.QtGui import QColor, QFont, QFontMetricsF, QPainter, QPainterPath, 
 from PySide6.QtWidgets import QSizePolicy
 
 from ui.pages.preflight.controller import Standing
-from ui.style.painted_widget import Painted
+from ui.style.painted_widget import PaintedWidget
 from ui.style.shapes import hatch, pen
 from ui.style.theme import Meaning, Size, Space, Theme, current, font
 
@@ -42,7 +42,7 @@ class Announcement:
     """0 to 1, while it is being checked."""
 
 
-class VerdictBanner(Painted):
+class VerdictBanner(PaintedWidget):
     """Shows one announcement; nothing around it moves when that changes."""
 
     def __init__(self, announcement: Announcement) -> None:

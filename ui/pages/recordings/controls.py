@@ -5,7 +5,7 @@ from collections.abc import Sequence
 from PySide6.QtCore import QSize
 from PySide6.QtWidgets import QHBoxLayout, QPushButton, QWidget
 
-from app.recordings.library import Entry
+from app.recordings.library import RecordingEntry
 from ui.core.texts import Texts
 from ui.style.icons import Icon, icon
 from ui.style.theme import Space
@@ -51,7 +51,7 @@ class RecordingsButtons(QWidget):
         row.addWidget(self.open)
         self.show_chosen((), is_idle=True)
 
-    def show_chosen(self, chosen: Sequence[Entry], *, is_idle: bool) -> None:
+    def show_chosen(self, chosen: Sequence[RecordingEntry], *, is_idle: bool) -> None:
         """Only what can be done is offered; nothing while something else is under way."""
         is_one = len(chosen) == 1 and chosen[0].trouble is None
         for button in (self.open, self.csv, self.mcap):

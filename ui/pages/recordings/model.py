@@ -7,7 +7,7 @@ from PySide6.QtCore import QObject, QSortFilterProxyModel, Qt
 from PySide6.QtGui import QColor
 
 from app.recordings.entry_texts import remarks, size_text, told
-from app.recordings.library import Entry
+from app.recordings.library import RecordingEntry
 from app.text.durations import stopwatch
 from app.text.i18n import tr
 from protocol.translatable import marked
@@ -43,7 +43,7 @@ HEADS: Final = (
 RIGHT: Final = frozenset((Column.DURATION, Column.SAMPLES, Column.SIZE))
 
 
-def cell_text(entry: Entry, column: Column) -> str:
+def cell_text(entry: RecordingEntry, column: Column) -> str:
     is_known = entry.trouble is None
     match column:
         case Column.WHEN:
@@ -64,7 +64,7 @@ def cell_text(entry: Entry, column: Column) -> str:
             return remarks(entry)
 
 
-class RecordingsModel(RowsModel[Entry]):
+class RecordingsModel(RowsModel[RecordingEntry]):
     def __init__(self, parent: QObject | None = None) -> None:
         super().__init__(HEADS, lambda entry: entry.folder, parent=parent)
 
@@ -95,7 +95,7 @@ class RecordingsModel(RowsModel[Entry]):
         return None
 
 
-def sort_key(entry: Entry, column: Column) -> float | str:
+def sort_key(entry: RecordingEntry, column: Column) -> float | str:
     match column:
         case Column.WHEN:
             return entry.started_at.timestamp()
@@ -109,7 +109,7 @@ def sort_key(entry: Entry, column: Column) -> float | str:
             return cell_text(entry, column).casefold()
 
 
-def _decoration(entry: Entry, column: Column) -> Any:
+def _decoration(entry: RecordingEntry, column: Column) -> Any:
     match column:
         case Column.KEPT if entry.is_kept:
             return icon(Icon.BOOKMARK)
@@ -143,8 +143,8 @@ class RecordingsFilter(QSortFilterProxyModel):
         text = " ".join(cell_text(entry, column) for column in Column).casefold()
         return all(word in text for word in self._words)
 
-    def entry_at(self, row: int) -> Entry:
+    def entry_at(self, row: int) -> RecordingEntry:
         found = self.index(row, 0).data(ENTRY_ROLE)
-        if not isinstance(found, Entry):
+        if not isinstance(found, RecordingEntry):
             raise IndexError(row)
         return found

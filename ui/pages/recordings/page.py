@@ -10,14 +10,14 @@ from PySide6.QtWidgets import QHBoxLayout, QLabel, QLineEdit, QStackedWidget, QV
 
 from app.engine.worker import Batch
 from app.recordings.entry_texts import size_text, told, when_text
-from app.recordings.library import Entry
+from app.recordings.library import RecordingEntry
 from app.text.i18n import tr
 from ui.files.file_dialogs import AskPath, ask_path, default_name
 from ui.pages.recordings.controls import NoRecordings, RecordingsButtons
 from ui.pages.recordings.model import RecordingsFilter, RecordingsModel
 from ui.pages.recordings.table import RecordingsTable
 from ui.services.context import Services
-from ui.services.recording_jobs import Kind
+from ui.services.recording_jobs import ExportKind
 from ui.style.theme import Meaning, Space
 from ui.widgets.naming import named
 from ui.widgets.notice_bar import Choice, Notice, NoticeBar
@@ -39,10 +39,10 @@ class RecordingsPage(QWidget):
         super().__init__(parent)
         self.setObjectName("recordings_page")
         self._services = services
-        self.work = services.keeping.recordings
+        self.work = services.storage.recordings
         self.ask_path: AskPath = ask_path
         self._folder = Path.home()
-        self._doomed: tuple[Entry, ...] = ()
+        self._doomed: tuple[RecordingEntry, ...] = ()
         """It is being asked whether these may be deleted."""
         self.model = RecordingsModel(self)
         self.filter = RecordingsFilter(self)
@@ -73,7 +73,7 @@ class RecordingsPage(QWidget):
         self._wire()
         self.refresh()
 
-    def take(self, batch: Batch) -> None:
+    def on_batch(self, batch: Batch) -> None:
         """Batches are recorded elsewhere, also before this page is made."""
 
     def refresh(self) -> None:
@@ -104,13 +104,13 @@ class RecordingsPage(QWidget):
     # What is said
 
     def _bounds_text(self) -> str:
-        shelf = self.work.shelf
+        library = self.work.library
         used = size_text(sum(one.size_bytes for one in self.work.entries))
         return tr(
             "{used} used. Up to {size} or {days} days; then the oldest go to the trash.",
             used=used,
-            size=size_text(shelf.most_bytes),
-            days=shelf.most_days,
+            size=size_text(library.most_bytes),
+            days=library.most_days,
         )
 
     def _notice(self) -> Notice | None:
@@ -148,13 +148,13 @@ class RecordingsPage(QWidget):
         if self.buttons.open.isEnabled():
             self.work.open(self.table.chosen()[0])
 
-    def _export(self, kind: Kind) -> None:
+    def _export(self, kind: ExportKind) -> None:
         chosen = self.table.chosen()
         if len(chosen) != 1 or not self.buttons.csv.isEnabled():
             return
         entry = chosen[0]
         name = default_name(entry.module or entry.port, kind.value, entry.started_at.astimezone())
-        kinds = tr("Table (*.csv)") if kind is Kind.CSV else tr("MCAP (*.mcap)")
+        kinds = tr("Table (*.csv)") if kind is ExportKind.CSV else tr("MCAP (*.mcap)")
         title = tr("Export the recording of {when}", when=when_text(entry))
         path = self.ask_path(self, title, self._folder / name, kinds)
         if path is not None:
@@ -201,8 +201,8 @@ class RecordingsPage(QWidget):
         self.work.changed.connect(self.refresh)
         self.work.opened.connect(self._go_to_live)
         self.buttons.open.clicked.connect(self._open_chosen)
-        self.buttons.csv.clicked.connect(partial(self._export, Kind.CSV))
-        self.buttons.mcap.clicked.connect(partial(self._export, Kind.MCAP))
+        self.buttons.csv.clicked.connect(partial(self._export, ExportKind.CSV))
+        self.buttons.mcap.clicked.connect(partial(self._export, ExportKind.MCAP))
         self.buttons.keep.clicked.connect(self._keep)
         self.buttons.delete.clicked.connect(self._ask_to_delete)
         self.table.opened.connect(self._open_chosen)
@@ -238,7 +238,7 @@ class RecordingsPage(QWidget):
         whole.addWidget(self.buttons)
 
     def _dress(self) -> None:
-        self.empty.dress()
+        self.empty.apply_theme()
         self.strip.follow_theme()
         self.table.measure()
 

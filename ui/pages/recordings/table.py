@@ -6,7 +6,7 @@ from PySide6.QtCore import QModelIndex, Qt, Signal
 from PySide6.QtGui import QFontMetrics, QKeyEvent
 from PySide6.QtWidgets import QHeaderView, QTableView, QWidget
 
-from app.recordings.library import Entry
+from app.recordings.library import RecordingEntry
 from app.text.i18n import tr
 from ui.forms.tables import list_rows
 from ui.pages.recordings.model import HEADS, Column, RecordingsFilter
@@ -63,12 +63,12 @@ class RecordingsTable(QTableView):
             extra = _ICON_PX if column in (Column.KEPT, Column.REMARKS) else 0
             self.setColumnWidth(column, max(body.horizontalAdvance(text) + extra + 2 * _PAD_PX + _FRAME_PX, head))
 
-    def chosen(self) -> tuple[Entry, ...]:
+    def chosen(self) -> tuple[RecordingEntry, ...]:
         """In the order in which they stand."""
         rows = sorted(index.row() for index in self.selectionModel().selectedRows())
         return tuple(self._filter.entry_at(row) for row in rows)
 
-    def choose(self, entries: tuple[Entry, ...]) -> None:
+    def choose(self, entries: tuple[RecordingEntry, ...]) -> None:
         """Select these again where they are still there; the table was filled anew."""
         wanted = {one.folder for one in entries}
         self.clearSelection()

@@ -9,7 +9,7 @@ from app.engine.procedure import Report
 from app.engine.worker import Job
 from app.procedures.baud import BaudChanged, BaudEnd, change_baud
 from app.safety.acts import Act
-from app.safety.interlocks import Condition
+from app.safety.interlocks import Interlock
 from app.safety.permit import Origin, Permit
 from app.text.i18n import tr
 from protocol.catalogue import BAUD_RATE
@@ -17,7 +17,7 @@ from protocol.translatable import marked
 from ui.acts.confirm import Confirm
 from ui.acts.outcomes import SameModule, open_conditions
 from ui.forms.field_editors import ChoiceEditor, make_editor
-from ui.forms.value_label import KnownValue
+from ui.forms.value_label import ValueLabel
 from ui.services.context import Services
 from ui.style.theme import Meaning, Space
 from ui.widgets.naming import named
@@ -42,7 +42,7 @@ class BaudPanel(QFrame):
         self._title = text_label("baud_title", "strong")
         self._warning = text_label("baud_warning", "small")
         self.conditions = text_label("baud_conditions", "attention")
-        self.stands = KnownValue(BAUD_RATE)
+        self.stands = ValueLabel(BAUD_RATE)
         editor = make_editor(BAUD_RATE, texts, guard)
         if not isinstance(editor, ChoiceEditor):
             raise TypeError("the baud rate is one of a few")
@@ -76,7 +76,7 @@ class BaudPanel(QFrame):
         found = open_conditions(self._services, Act.CHANGE_BAUD)
         self.conditions.setText(" ".join(one.sentence for one in found))
         self.conditions.setVisible(bool(found))
-        in_the_way = [one for one in found if one.condition is not Condition.FRESH_STATUS]
+        in_the_way = [one for one in found if one.condition is not Interlock.FRESH_STATUS]
         is_another = self.editor.value is not None and self.editor.value != connector.connection.baud_rate
         is_free = connector.is_open and self._job is None
         self.editor.setEnabled(is_free)
@@ -98,7 +98,7 @@ class BaudPanel(QFrame):
             return
         connector = self._connector
         permit = Permit(Act.CHANGE_BAUD, Origin.CONFIRMATION, connector.clock())
-        journal = self._services.keeping.journal(connector.target)
+        journal = self._services.storage.journal(connector.target)
         self._progress = None
         self._job = connector.run(
             change_baud(rate, journal, permit=permit, armed=self._services.armed),

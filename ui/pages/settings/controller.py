@@ -11,11 +11,11 @@ from app.engine.procedure import Cancelled, Procedure, Report
 from app.engine.setting_changes import ChangedSetting
 from app.engine.snapshots import Snapshot
 from app.engine.worker import Job
-from app.procedures.power_cycle import Ending, Survival, survives_power_cycle
+from app.procedures.power_cycle import Ending, PowerCycleResult, survives_power_cycle
 from app.procedures.read import Everything, read_everything
 from app.procedures.write_all import Leave, WriteReport, write_all
 from app.safety.acts import Act
-from app.safety.interlocks import Condition, Refusal, refusals, situation
+from app.safety.interlocks import Interlock, Refusal, interlock_inputs, refusals
 from app.settings.form import RowState, SettingsForm
 from app.text.i18n import tr
 from app.text.sentences import together
@@ -25,7 +25,7 @@ from ui.style.theme import Meaning
 from ui.widgets.notice_bar import Choice, Notice
 
 
-class SettingsWork(QObject):
+class SettingsController(QObject):
     """Owns the form. `changed`: something about it or about the work is different."""
 
     changed = Signal()
@@ -37,14 +37,14 @@ class SettingsWork(QObject):
         """The settings as they were before the first write to this module."""
         self._services = services
         self._connector = services.connector
-        services.unsent.changed = self._changed_settings
+        services.pending_edits.changed = self._changed_settings
         self._job: Job[Any] | None = None
         self._progress: Report | None = None
         self._notice: Callable[[], Notice | None] | None = None
         self._whose: str | None = None
         self._connector.changed.connect(self._watch_module)
-        services.unsent.count = self.count_unsent
-        services.unsent.discard = self.discard
+        services.pending_edits.count = self.count_unsent
+        services.pending_edits.discard = self.discard
 
     @property
     def is_busy(self) -> bool:
@@ -108,7 +108,7 @@ class SettingsWork(QObject):
         else:
             self._notice = None
             leave = Leave(
-                journal=self._services.keeping.journal(connector.target),
+                journal=self._services.storage.journal(connector.target),
                 armed=self._services.armed,
                 is_unlocked=is_unlocked,
                 keep_snapshot=self._keep_snapshot if self.found is None else None,
@@ -185,7 +185,7 @@ class SettingsWork(QObject):
         else:
             self._notice = partial(self._written_notice, report)
 
-    def _end_survival(self, job: Job[Survival]) -> None:
+    def _end_survival(self, job: Job[PowerCycleResult]) -> None:
         if job.run.error is not None:
             self._notice = partial(_broken_off_notice, job.run.error)
             return
@@ -196,7 +196,7 @@ class SettingsWork(QObject):
     def _keep_snapshot(self, snapshot: Snapshot) -> Future[int] | None:
         """In the worker's thread."""
         self.found = snapshot
-        return self._services.keeping.keep_snapshot(snapshot, self._connector.connection.port)
+        return self._services.storage.keep_snapshot(snapshot, self._connector.connection.port)
 
     def _watch_module(self) -> None:
         whose = self._connector.whose if self._connector.is_wanted else None
@@ -232,7 +232,7 @@ class SettingsWork(QObject):
     def _refusals(self, *, is_unlocked: bool) -> tuple[Refusal, ...]:
         connector = self._connector
         armed = self._services.armed.act
-        now_is = situation(
+        now_is = interlock_inputs(
             connector.device,
             connector.clock(),
             must_be_proven=False,
@@ -242,11 +242,11 @@ class SettingsWork(QObject):
         )
         found = refusals(Act.WRITE, now_is)
         # Where it is merely not known whether the module is locked, the engine asks it: here only "ACTIVE" refuses.
-        return tuple(one for one in found if one.condition is not Condition.MAY_WRITE or now_is.active)
+        return tuple(one for one in found if one.condition is not Interlock.MAY_WRITE or now_is.active)
 
     def _refused_notice(self, open_conditions: tuple[Refusal, ...]) -> Notice:
         text = together([tr("Nothing was written."), *(one.sentence for one in open_conditions)])
-        can_unlock = all(one.condition is Condition.MAY_WRITE for one in open_conditions)
+        can_unlock = all(one.condition is Interlock.MAY_WRITE for one in open_conditions)
         choices = self._choices(is_locked=False) if can_unlock else ()
         return Notice(Meaning.ATTENTION, text, choices, None if can_unlock else self.dismiss)
 
@@ -296,7 +296,7 @@ def _broken_off_notice(error: BaseException) -> Notice:
     return Notice(Meaning.DANGER, tr("Broken off: the connection was lost. What was not read back is not known."))
 
 
-def _survival_notice(survival: Survival) -> Notice:
+def _survival_notice(survival: PowerCycleResult) -> Notice:
     kept = sum(stamp.fate.name == "KEPT" for stamp in survival.stamps.values())
     match survival.ending:
         case Ending.NOT_SEEN:

@@ -29,7 +29,7 @@ from protocol.fields import Value
 from protocol.translatable import marked
 from ui.pages.settings.baud_panel import BaudPanel
 from ui.pages.settings.calibration_panel import CalibrationPanel
-from ui.pages.settings.controller import SettingsWork
+from ui.pages.settings.controller import SettingsController
 from ui.pages.settings.fingerprint_view import FingerprintView
 from ui.pages.settings.profile_compare import ProfileCompare
 from ui.pages.settings.profile_files import SUFFIX, ProfileFiles
@@ -41,7 +41,7 @@ from ui.widgets.flow_row import FlowRow
 from ui.widgets.naming import named
 from ui.widgets.notice_bar import Notice, NoticeBar
 from ui.widgets.sliders import WheelGuard
-from ui.widgets.visibility_timer import WhileSeen
+from ui.widgets.visibility_timer import VisibilityTimer
 
 REFRESH_EVERY_MS: Final = 250
 
@@ -60,7 +60,7 @@ class SettingsPage(QWidget):
         self._services, self._connector = services, services.connector
         texts = services.texts
         self._guard = WheelGuard(self)
-        self.work = SettingsWork(services, self)
+        self.work = SettingsController(services, self)
         self.rows = {command.key: SettingsRow(command, texts, self._guard) for command in FORM_COMMANDS}
         self.baud = BaudPanel(services, self._guard)
         self.files = ProfileFiles(services)
@@ -79,10 +79,10 @@ class SettingsPage(QWidget):
         for view in (self._form, self.compare, self.calibration):
             self._stack.addWidget(view)
         self._wire()
-        WhileSeen(self, self.refresh, every_ms=REFRESH_EVERY_MS)
+        VisibilityTimer(self, self.refresh, every_ms=REFRESH_EVERY_MS)
         self.refresh()
 
-    def take(self, batch: Batch) -> None:
+    def on_batch(self, batch: Batch) -> None:
         """Everything shown is looked up at the next refresh."""
 
     def open_file(self, path: Path) -> None:
@@ -115,8 +115,8 @@ class SettingsPage(QWidget):
     def _idle_notice(self) -> Notice | None:
         if self._connector.is_wanted:
             now = self._connector.clock()
-            unfit = [row for row in self.work.form.rows(self._connector.device, now) if row.state is RowState.UNFIT]
-            said = [tr("{setting}: {why}.", setting=tr(row.command.title), why=row.reason) for row in unfit]
+            invalid = [row for row in self.work.form.rows(self._connector.device, now) if row.state is RowState.UNFIT]
+            said = [tr("{setting}: {why}.", setting=tr(row.command.title), why=row.reason) for row in invalid]
             if self._connector.is_open and not self.work.is_busy and not self.work.can_write:
                 said.append(tr("The module does not answer."))
             return Notice(Meaning.ATTENTION, together(said)) if said else None
@@ -205,7 +205,7 @@ class SettingsPage(QWidget):
         for row in self.rows.values():
             row.typed.connect(lambda key, text: work.edit(partial(form.type_text, key, text)))
             row.chosen.connect(lambda key, value: work.edit(partial(form.choose, key, value)))
-            row.withdrawn.connect(lambda key: work.edit(partial(form.revert, key)))
+            row.cancelled.connect(lambda key: work.edit(partial(form.revert, key)))
             row.left.connect(form.end_typing)
             row.measure_wanted.connect(self._measure)
         self.write.clicked.connect(self._write)

@@ -19,14 +19,14 @@ from PySide6.QtWidgets import (
 )
 
 from app.engine.device import DeviceView
-from app.settings.profiles import Match, Profile, Row, compare
+from app.settings.profiles import Match, Profile, ProfileRow, compare
 from app.settings.setting_texts import value_text
 from app.text.i18n import tr
 from protocol.catalogue import BAUD_RATE, SETTINGS, Command
 from protocol.fields import Value
 from protocol.translatable import marked
 from ui.core.texts import Texts
-from ui.forms.value_label import KnownValue
+from ui.forms.value_label import ValueLabel
 from ui.style.icons import Icon, icon
 from ui.style.theme import Meaning, Size, Space
 from ui.widgets.naming import named
@@ -166,14 +166,14 @@ class _CompareRow:
         self.tick = named(QCheckBox(), f"profile_tick_{command.name}")
         self.wanted = named(QLabel(), f"profile_wanted_{command.name}")
         self.wanted.setProperty("role", "strong")
-        self.stands = KnownValue(command)
+        self.stands = ValueLabel(command)
         self.stands.setObjectName(f"profile_stands_{command.name}")
         self.chip = named(StateChip("", size=Size.SMALL), f"profile_match_{command.name}")
         texts.bind(self.tick.setText, command.title)
         texts.bind(self.tick.setAccessibleName, command.title)
         texts.bind(self.tick.setToolTip, "Ticked settings are written to the module")
 
-    def show_row(self, row: Row, now: float, *, is_touched: bool) -> None:
+    def show_row(self, row: ProfileRow, now: float, *, is_touched: bool) -> None:
         is_baud = row.command is BAUD_RATE
         can = row.wanted is not None and not is_baud
         self.tick.setEnabled(can)

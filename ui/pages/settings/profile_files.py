@@ -35,7 +35,7 @@ class ProfileFiles(QWidget):
         self.setObjectName("profile_files")
         self.ask_open: AskOpen = ask_profile
         self.ask_save: AskPath = ask_path
-        self._connector, self._remembered = services.connector, services.remembered
+        self._connector, self._remembered = services.connector, services.preferences
         texts = services.texts
         self.open = self._button("profile_open", Icon.CHECKLIST)
         self.save = self._button("profile_save", Icon.SAVE)

@@ -7,8 +7,8 @@ from PySide6.QtCore import QSize, Qt, Signal
 from PySide6.QtWidgets import QFrame, QGridLayout, QHBoxLayout, QLabel, QPushButton, QSizePolicy, QVBoxLayout
 
 from app.diagnosis.link_state import duration
-from app.engine.device import Doubt, How
-from app.procedures.power_cycle import Fate
+from app.engine.device import How, StaleReason
+from app.procedures.power_cycle import Retention
 from app.settings.consequences import Weight
 from app.settings.form import FormRow, RowState
 from app.settings.setting_texts import advice_text, value_text, what_is
@@ -18,7 +18,7 @@ from protocol.catalogue import Command
 from protocol.translatable import marked
 from ui.core.texts import Texts
 from ui.forms.field_editors import FieldEditor, FlagEditor, make_editor
-from ui.forms.value_label import KnownValue
+from ui.forms.value_label import ValueLabel
 from ui.style.icons import Icon, icon
 from ui.style.theme import Meaning, Size, Space
 from ui.widgets.naming import named
@@ -50,12 +50,12 @@ LOOKS: Final = {
 }
 
 
-DOUBTS: Final[Mapping[Doubt, str]] = {
-    Doubt.RESTARTED: marked("The module restarted since."),
-    Doubt.LINK_LOST: marked("The link was lost since."),
-    Doubt.WRITE_UNCONFIRMED: marked("A write since was not confirmed."),
-    Doubt.AGED: marked("Nothing was heard of it for long."),
-    Doubt.LATE: marked("What the module says arrives late."),
+DOUBTS: Final[Mapping[StaleReason, str]] = {
+    StaleReason.RESTARTED: marked("The module restarted since."),
+    StaleReason.LINK_LOST: marked("The link was lost since."),
+    StaleReason.WRITE_UNCONFIRMED: marked("A write since was not confirmed."),
+    StaleReason.AGED: marked("Nothing was heard of it for long."),
+    StaleReason.LATE: marked("What the module says arrives late."),
 }
 
 
@@ -73,7 +73,7 @@ class SettingsRow(QFrame):
     """Key and the text so far."""
     chosen = Signal(str, object)
     """Key and value."""
-    withdrawn = Signal(str)
+    cancelled = Signal(str)
     left = Signal()
     measure_wanted = Signal()
     """The light threshold by measurement."""
@@ -88,7 +88,7 @@ class SettingsRow(QFrame):
         self._name.setWordWrap(True)
         self._vendor = named(QLabel(command.vendor_term), f"{command.name}_vendor")
         self._vendor.setProperty("role", "small")
-        self.stands = KnownValue(command)
+        self.stands = ValueLabel(command)
         self.editor: FieldEditor = make_editor(command, texts, guard)
         self.advice = text_label(f"{command.name}_advice", "small")
         self.state = named(StateChip("", size=Size.SMALL), f"{command.name}_state")
@@ -111,7 +111,7 @@ class SettingsRow(QFrame):
         self.editor.chosen.connect(lambda value: self.chosen.emit(key, value))
         self.editor.left.connect(self.left)
         if isinstance(self.editor, FlagEditor):
-            self.editor.withdrawn.connect(lambda: self.withdrawn.emit(key))
+            self.editor.cancelled.connect(lambda: self.cancelled.emit(key))
         self._lay_out()
 
     def show_row(self, row: FormRow, now: float, *, is_editable: bool) -> None:
@@ -141,12 +141,12 @@ class SettingsRow(QFrame):
     def _reason_text(self, row: FormRow) -> str:
         if row.reason:
             return row.reason
-        if row.state is RowState.STALE and row.stands is not None and row.stands.doubt is not None:
-            return tr(DOUBTS[row.stands.doubt])
+        if row.state is RowState.STALE and row.stands is not None and row.stands.stale_reason is not None:
+            return tr(DOUBTS[row.stands.stale_reason])
         if row.stamp is not None and not row.is_pending:
-            if row.stamp.fate is Fate.KEPT:
+            if row.stamp.fate is Retention.KEPT:
                 return tr("Kept over the power cycle.")
-            if row.stamp.fate is Fate.LOST and row.stamp.stands is not None:
+            if row.stamp.fate is Retention.LOST and row.stamp.stands is not None:
                 stands = value_text(self.command, row.stamp.stands)
                 return tr("LOST at the power cycle: it holds {stands}.", stands=stands)
             return tr("Power cycle: {fate}.", fate=tr(row.stamp.fate.value))

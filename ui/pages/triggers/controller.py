@@ -54,7 +54,7 @@ def read_triggers() -> Procedure[TriggersReading]:
     return TriggersReading(history, boots)
 
 
-class TriggersWork(QObject):
+class TriggersController(QObject):
     """`changed`: rows, progress or what is to be said is different."""
 
     changed = Signal()
@@ -138,7 +138,7 @@ class TriggersWork(QObject):
 
     @property
     def _store(self) -> Store | None:
-        store = self._services.keeping.store
+        store = self._services.storage.store
         return store if isinstance(store, Store) else None
 
     def _remember_progress(self, report: Report) -> None:

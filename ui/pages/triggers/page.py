@@ -23,7 +23,7 @@ from app.store.database import StoreTrouble
 from app.text.i18n import tr
 from ui.connect.module_field import ModuleField
 from ui.files.file_dialogs import AskPath, ask_path
-from ui.pages.triggers.controller import TriggerRow, TriggersWork
+from ui.pages.triggers.controller import TriggerRow, TriggersController
 from ui.pages.triggers.detail import TriggersDetail
 from ui.pages.triggers.model import Show, TriggersFilter, TriggersModel, as_text, csv_name
 from ui.pages.triggers.table import TriggersTable
@@ -47,10 +47,10 @@ class TriggersPage(QWidget):
         super().__init__(parent)
         self.setObjectName("triggers_page")
         self._services, self._connector, self._naming = services, services.connector, services.naming
-        services.naming.follow(services.connector, services.keeping)
+        services.naming.follow(services.connector, services.storage)
         self.ask_path: AskPath = ask_path
         self._folder = Path.home()
-        self.work = TriggersWork(services, self)
+        self.work = TriggersController(services, self)
         self.model = TriggersModel(self)
         self.filter = TriggersFilter(self)
         self.filter.setSourceModel(self.model)
@@ -80,7 +80,7 @@ class TriggersPage(QWidget):
         self._wire()
         self.refresh()
 
-    def take(self, batch: Batch) -> None:
+    def on_batch(self, batch: Batch) -> None:
         """Records are read on demand, not as they come by."""
 
     def refresh(self) -> None:
@@ -109,7 +109,7 @@ class TriggersPage(QWidget):
         if not self._naming.name:
             text = tr("The module has no name, so these records are not kept. Name it once, at the top.")
             return Notice(Meaning.INFORMATION, text, (Choice("name_it", tr("Name it"), self.module.setFocus),))
-        store = self._services.keeping.store
+        store = self._services.storage.store
         if isinstance(store, StoreTrouble):
             return Notice(Meaning.ATTENTION, f"{store.sentence} {tr('It was not kept.')}")
         return None
@@ -245,7 +245,7 @@ class TriggersPage(QWidget):
         whole.addLayout(foot)
 
     def _follow_theme(self) -> None:
-        self.empty.dress()
+        self.empty.apply_theme()
         self.strip.follow_theme()
         self.table.measure()
 

@@ -1,16 +1,16 @@
 """What the Triggers page says of its records, in the language in use."""
 
 from app.text.i18n import tr
-from ui.pages.triggers.controller import TriggersWork
+from ui.pages.triggers.controller import TriggersController
 from ui.services.module_name import whose
 
 
-def is_known_empty(work: TriggersWork) -> bool:
+def is_known_empty(work: TriggersController) -> bool:
     """The module itself said, and said again, that it keeps no record."""
     return work.reading is not None and work.reading.history.is_confirmed and not work.rows
 
 
-def count_text(work: TriggersWork) -> str:
+def count_text(work: TriggersController) -> str:
     """No number before a reading, or the archive, has given one."""
     count = len(work.rows)
     if count == 0 and not is_known_empty(work):
@@ -18,7 +18,7 @@ def count_text(work: TriggersWork) -> str:
     return tr("1 trigger record") if count == 1 else tr("{count} trigger records", count=count)
 
 
-def news_text(work: TriggersWork, name: str) -> str:
+def news_text(work: TriggersController, name: str) -> str:
     module, rows = whose(name), work.rows
     if work.reading is None or (rows and not rows[0].is_kept):
         return module
@@ -27,7 +27,7 @@ def news_text(work: TriggersWork, name: str) -> str:
     return tr("{module} · {new} new since the last visit", module=module, new=work.new_count)
 
 
-def empty_title(work: TriggersWork) -> str:
+def empty_title(work: TriggersController) -> str:
     if work.is_busy:
         return tr("Reading the trigger records")
     if is_known_empty(work):
@@ -35,7 +35,7 @@ def empty_title(work: TriggersWork) -> str:
     return tr("Not read yet") if work.reading is None else tr("Not known")
 
 
-def empty_text(work: TriggersWork, *, is_open: bool) -> str:
+def empty_text(work: TriggersController, *, is_open: bool) -> str:
     if work.is_busy:
         return tr("Asking until two readings agree …")
     if is_known_empty(work):

@@ -18,7 +18,7 @@ from app.store.store import Store
 from tests.support.window.settings_bench import Desk, desk
 from tests.support.window.steps import settle
 from ui.acts.ritual_widget import RitualWidget
-from ui.services.storage import Keeping
+from ui.services.storage import Storage
 
 DEPLOY = REQUESTS[Act.DEPLOY].encode()
 HELD_MS = 2000
@@ -42,7 +42,7 @@ def outcome(one: Desk) -> str:
 
 
 def audit(one: Desk) -> list[tuple[Act, Outcome]]:
-    store = one.assembly.keeping.store
+    store = one.assembly.storage.store
     assert isinstance(store, Store)
     store.queue.submit(int).result(10)  # behind what is still to be written
     return [(entry.act, entry.outcome) for entry in store.audit()]
@@ -407,7 +407,7 @@ def test_without_a_log_nothing_dangerous_is_sent_and_locking_is(
 def test_a_store_that_cannot_be_had_is_said(qtbot: QtBot, tmp_path: Path) -> None:
     blocked = tmp_path / "a file, not a folder"
     blocked.write_text("")
-    keeping = Keeping(blocked)
-    assert not keeping.has_store
-    assert str(blocked) in (keeping.notice or "")
-    assert not keeping.journal(None).is_ready
+    storage = Storage(blocked)
+    assert not storage.has_store
+    assert str(blocked) in (storage.notice or "")
+    assert not storage.journal(None).is_ready

@@ -81,7 +81,7 @@ def test_the_steps_of_an_act_have_places_of_their_own(qapp: QApplication, tmp_pa
             assert len(groups[0]) == 4
             for one, other in combinations(groups[0], 2):
                 assert not place(one).intersects(place(other)), (one.objectName(), other.objectName(), size)
-            bench.begin_anew()
+            bench.reset()
 
 
 def test_a_question_that_nobody_answers_leaves_nothing_dead(bench: GestureBench) -> None:
@@ -223,7 +223,7 @@ def test_a_repeat_that_x11_does_not_mark_is_no_release(
 
 def test_what_comes_to_lie_under_the_pointer_counts_only_after_it_left(bench: GestureBench) -> None:
     """Uncovered, scrolled or moved there by a layout: the same."""
-    bench.begin_anew()
+    bench.reset()
     confirm = bench.commands.acts[Act.ACTIVATE].confirm
     bench.go_and_click(confirm.ask)
     cover = QPushButton("over it", bench.window)
@@ -391,7 +391,7 @@ def test_a_clumsy_person_completes_nothing_by_accident(qapp: QApplication) -> No
     assert report.events > 200
 
 
-class Painted(StepButton):
+class PaintedWidget(StepButton):
     """Remembers whether it was painted as enabled the last time."""
 
     looks_enabled = False
@@ -407,13 +407,13 @@ def test_what_is_live_looks_enabled(qtbot: QtBot, qapp: QApplication) -> None:
     gestures().reset()
     window = QWidget()
     qtbot.addWidget(window)
-    buttons = [Painted() for _ in range(12)]
+    buttons = [PaintedWidget() for _ in range(12)]
     column = QVBoxLayout(window)
     for button in buttons:
         button.setText("Activate …")
         column.addWidget(button)
     appearance = Appearance(qapp, Look.LIGHT)
-    appearance.dress(window)
+    appearance.apply_theme(window)
     window.show()
     qtbot.waitUntil(lambda: all(button.looks_enabled for button in buttons))
     for look in (Look.DARK, Look.LIGHT):

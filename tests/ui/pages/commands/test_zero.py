@@ -2,11 +2,11 @@
 
 import pytest
 
-from app.engine.motion import Motion, MotionWatch
+from app.engine.motion import MotionExtremes, MotionWatch
 from app.engine.session import Run
 from app.procedures.act import Performed, perform
 from app.safety.acts import REQUESTS, Act
-from app.safety.interlocks import Condition
+from app.safety.interlocks import Interlock
 from app.safety.journal import Outcome
 from app.safety.permit import Origin, Permit
 from protocol.catalogue import STATUS
@@ -53,7 +53,7 @@ def test_a_swinging_module_is_not_zeroed() -> None:
         rig.step_for(0.13)
     done = end(rig, run)
     assert done.outcome is Outcome.NOT_SENT
-    assert [one.condition for one in done.refusals] == [Condition.IS_STILL]
+    assert [one.condition for one in done.refusals] == [Interlock.IS_STILL]
     assert "It moves: 2° to 8°" in done.sentence
     assert rig.bench.module.memory.zero_tilt_deg == 0
 
@@ -63,7 +63,7 @@ def test_only_a_small_mounting_error_is_zeroed(tilt: int) -> None:
     rig = settled_rig(tilt=tilt)
     done = end(rig, begin(rig))
     assert (done.outcome is Outcome.CONFIRMED) is (tilt == 10)
-    assert [one.condition for one in done.refusals] == ([] if tilt == 10 else [Condition.IS_LEVEL])
+    assert [one.condition for one in done.refusals] == ([] if tilt == 10 else [Interlock.IS_LEVEL])
 
 
 def test_it_moves_at_the_last_moment() -> None:
@@ -74,7 +74,7 @@ def test_it_moves_at_the_last_moment() -> None:
     rig.step_for(1.9)
     rig.bench.set_tilt(7)
     done = end(rig, run)
-    assert [one.condition for one in done.refusals] == [Condition.IS_STILL]
+    assert [one.condition for one in done.refusals] == [Interlock.IS_STILL]
     assert switch is not None
     end_watch(rig)
 
@@ -92,8 +92,8 @@ def test_the_watch_forgets_what_is_old_and_misses_no_extreme() -> None:
     watch = MotionWatch()
     for step in range(4000):
         tilt = 30 if step == 700 else 5
-        watch.take(Status(tilt, 0.3 if step == 2600 else 1.0, triggered=False, active=False), step / 1000)
-    assert watch.view(3.0) == Motion(0.401, 3.999, 5, 30, 0.3, 1.0)
+        watch.feed(Status(tilt, 0.3 if step == 2600 else 1.0, triggered=False, active=False), step / 1000)
+    assert watch.view(3.0) == MotionExtremes(0.401, 3.999, 5, 30, 0.3, 1.0)
     later = watch.view(4.0)
     assert later is not None
     assert (later.tilt_high_deg, later.acceleration_low_g) == (5, 0.3)

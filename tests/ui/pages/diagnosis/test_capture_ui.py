@@ -12,7 +12,7 @@ from pytestqt.qtbot import QtBot
 
 from app.captures.explained import explained
 from app.captures.reader import read_capture
-from app.recordings.file_export import Cancelled
+from app.recordings.file_export import ExportCancelled
 from tests.support.window.capture_window import opened, strip_button, write_capture
 from tests.support.window.fakes_ui import WAIT_MS, simulated, wait_online
 from tests.ui.pages.diagnosis.test_diagnosis_page import click, diagnosis
@@ -121,7 +121,7 @@ def test_what_is_saved_can_be_read_again(qtbot: QtBot, qapp: QApplication, tmp_p
 
 def test_a_capture_that_cannot_be_saved_is_said(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
     with diagnosis(qtbot, qapp, tmp_path) as (_assembly, page):
-        page.kept.take([sent("light")])
+        page.kept.feed([sent("light")])
         page.files.refresh()
         page.files.ask_save = lambda _parent, _title, _suggested, _filter: tmp_path / "none" / "x.dpscap"
         click(qtbot, page.files.save)
@@ -131,7 +131,7 @@ def test_a_capture_that_cannot_be_saved_is_said(qtbot: QtBot, qapp: QApplication
 def test_what_is_kept_is_bounded() -> None:
     kept = Kept()
     for first in range(0, 61_000, 1000):
-        kept.take([*streamed(1000, first=first)])
+        kept.feed([*streamed(1000, first=first)])
     assert len(kept) == 60_000
     assert kept.has_dropped
     assert kept.entries(10)[0].at_s == 0.0
@@ -261,7 +261,7 @@ def test_opening_ends_with_the_window(
         begun.set()
         may_go_on.wait(WAIT_MS / 1000)
         still_wanted.append(is_wanted())
-        raise Cancelled
+        raise ExportCancelled
 
     monkeypatch.setattr(Loading, "run", held)
     with diagnosis(qtbot, qapp, tmp_path) as (assembly, page):

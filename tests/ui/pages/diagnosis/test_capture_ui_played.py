@@ -57,7 +57,7 @@ def test_acts_end_unsent_while_a_recording_is_played(qtbot: QtBot, qapp: QApplic
         ended: list[Job[Locked]] = []
         performed: list[Job[Performed]] = []
         assembly.connector.run(lock(), ended.append, is_urgent=True)
-        journal = assembly.keeping.journal(assembly.connector.target)
+        journal = assembly.storage.journal(assembly.connector.target)
         assembly.connector.run(perform(Act.ZERO, journal), performed.append)
         qtbot.waitUntil(lambda: bool(ended and performed), timeout=WAIT_MS)
         assert isinstance(ended[0].run.error, OnlyPlayedBack)
@@ -77,11 +77,11 @@ def test_nothing_of_a_recording_is_remembered_or_kept_as_the_modules(
         assert assembly.window._remembered.last_port is None
         assert len(page.kept) == 0
         assert page.live_figures.totals.sent == 0
-        assert not assembly.keeping.journal(assembly.connector.target).is_ready
-        assert isinstance(assembly.keeping.store, StoreTrouble)
-        assert not assembly.keeping.has_store
+        assert not assembly.storage.journal(assembly.connector.target).is_ready
+        assert isinstance(assembly.storage.store, StoreTrouble)
+        assert not assembly.storage.has_store
         click(qtbot, assembly.window.recording_bar.stop)
-        assert isinstance(assembly.keeping.store, Store)
+        assert isinstance(assembly.storage.store, Store)
 
 
 def test_another_speed_begins_anew_and_it_can_be_stopped(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:

@@ -18,7 +18,7 @@ from pytestqt.qtbot import QtBot
 
 from app.diagnosis.adapter_facts import Access, AdapterFacts
 from app.diagnosis.causes import Cause, diagnose
-from app.diagnosis.evidence import Witness
+from app.diagnosis.evidence import EvidenceCollector
 from app.diagnosis.link_state import Phase
 from app.engine.device import DeviceView
 from app.engine.ports import PortInfo
@@ -175,21 +175,21 @@ def test_every_cause_has_a_remedy() -> None:
 
 def test_what_came_at_another_rate_does_not_count() -> None:
     """Else a module whose rate was found would be blamed for the garbage before."""
-    witness = Witness()
-    witness.begin("sim://x")
+    evidence_collector = EvidenceCollector()
+    evidence_collector.begin("sim://x")
     garbage = Counters(sent=3, time_outs=3)
     garbage.rejected_bytes[Reason.CHECKSUM] = 2000
     opened = Connection(PortState.OPEN, "sim://x", 115200)
-    witness.take(Batch(1.0, Connection(PortState.OPENING, "sim://x", 115200), DeviceView(), None))
-    witness.take(Batch(2.0, opened, DeviceView(), link(Counters())))
-    witness.take(Batch(3.0, opened, DeviceView(), replace(link(garbage), bytes_received=2000)))
+    evidence_collector.on_batch(Batch(1.0, Connection(PortState.OPENING, "sim://x", 115200), DeviceView(), None))
+    evidence_collector.on_batch(Batch(2.0, opened, DeviceView(), link(Counters())))
+    evidence_collector.on_batch(Batch(3.0, opened, DeviceView(), replace(link(garbage), bytes_received=2000)))
     found = Connection(PortState.OPEN, "sim://x", 57600)
-    witness.take(Batch(4.0, found, DeviceView(), replace(link(garbage), bytes_received=2000)))
+    evidence_collector.on_batch(Batch(4.0, found, DeviceView(), replace(link(garbage), bytes_received=2000)))
     answered = Counters(sent=4, time_outs=3, frames=1, rejected_bytes=garbage.rejected_bytes.copy())
     answered.by_role[Role.ANSWER] = 1
     online = DeviceView(presence=Presence.ONLINE)
-    witness.take(Batch(5.0, found, online, replace(link(answered), bytes_received=2006)))
-    evidence = witness.evidence()
+    evidence_collector.on_batch(Batch(5.0, found, online, replace(link(answered), bytes_received=2006)))
+    evidence = evidence_collector.evidence()
     assert evidence.is_answering
     assert (evidence.bytes_received, evidence.counters.rejected) == (6, 0)
     assert diagnose(evidence) is None
@@ -210,12 +210,12 @@ def test_figures_show_loss_reasons_and_round_trips(qtbot: QtBot, qapp: QApplicat
     with diagnosis(qtbot, qapp, tmp_path) as (assembly, page):
         now = assembly.connector.clock()
         opened = Connection(PortState.OPEN, "sim://x", 115200)
-        page.take(Batch(now - 2, opened, DeviceView(), link(Counters()), events=()))
+        page.on_batch(Batch(now - 2, opened, DeviceView(), link(Counters()), events=()))
         counters = Counters(sent=10, frames=8, time_outs=2, restarts=1)
         counters.rejected_bytes[Reason.CHECKSUM] = 12
-        page.take(Batch(now - 1, opened, DeviceView(), link(counters), events=exchanges(now, [0.003] * 3 + [0.05])))
+        page.on_batch(Batch(now - 1, opened, DeviceView(), link(counters), events=exchanges(now, [0.003] * 3 + [0.05])))
         lost = PortError(PortTrouble.LOST, "sim://x", "gone")
-        page.take(Batch(now, Connection(PortState.CLOSED, "sim://x", 115200, lost), DeviceView(), None))
+        page.on_batch(Batch(now, Connection(PortState.CLOSED, "sim://x", 115200, lost), DeviceView(), None))
         click(qtbot, page.segments["figures"])
         shown = {key: total.number.text() for key, total in page.figures.totals.items()}
         assert shown["sent"] == "10"
@@ -245,7 +245,7 @@ def test_a_hidden_page_costs_little_at_line_rate(qtbot: QtBot, qapp: QApplicatio
             batches.append(Batch(part / 60, opened, DeviceView(), link(counters), events=events))
         began = time.process_time()
         for one in batches:
-            page.take(one)
+            page.on_batch(one)
         assert time.process_time() - began < 0.15  # of a second
         assert len(page.kept) == 1440
 
@@ -369,7 +369,7 @@ def test_what_goes_out_is_kept_for_a_capture(qtbot: QtBot, qapp: QApplication, t
     with diagnosis(qtbot, qapp, tmp_path) as (_assembly, page):
         assert not page.files.save.isEnabled()
         opened = Connection(PortState.OPEN, "sim://x", 115200)
-        page.take(Batch(1.0, opened, DeviceView(), None, events=(Sent(request.encode(), request, 1, 1.0),)))
+        page.on_batch(Batch(1.0, opened, DeviceView(), None, events=(Sent(request.encode(), request, 1, 1.0),)))
         assert page.files.save.isEnabled()
         assert [entry.raw for entry in page.kept.entries()] == [request.encode()]
 

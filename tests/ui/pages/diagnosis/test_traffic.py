@@ -152,11 +152,11 @@ def test_frames_of_a_real_exchange_appear(qtbot: QtBot, qapp: QApplication, tmp_
 def test_pause_holds_still_and_loses_nothing(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
     with window(qapp, tmp_path) as assembly:
         traffic = page(qtbot, assembly)
-        traffic.take(batch(streamed(5)))
+        traffic.on_batch(batch(streamed(5)))
         qtbot.waitUntil(lambda: traffic.model.rowCount() == 5, timeout=WAIT_MS)
         qtbot.keyClick(traffic.table, Qt.Key.Key_P, Qt.KeyboardModifier.ControlModifier)
         assert traffic.pause.isChecked()
-        traffic.take(batch(streamed(7)))
+        traffic.on_batch(batch(streamed(7)))
         traffic.draw()
         assert traffic.model.rowCount() == 5
         qtbot.mouseClick(traffic.pause, Qt.MouseButton.LeftButton)
@@ -167,14 +167,14 @@ def test_it_follows_the_end_only_from_the_end(qtbot: QtBot, qapp: QApplication, 
     with window(qapp, tmp_path) as assembly:
         traffic = page(qtbot, assembly)
         bar = traffic.table.verticalScrollBar()
-        traffic.take(batch(streamed(200)))
+        traffic.on_batch(batch(streamed(200)))
         traffic.draw()
         qtbot.waitUntil(lambda: bar.maximum() > 0 and bar.value() == bar.maximum(), timeout=WAIT_MS)
-        traffic.take(batch(streamed(50)))
+        traffic.on_batch(batch(streamed(50)))
         traffic.draw()
         qtbot.waitUntil(lambda: bar.value() == bar.maximum(), timeout=WAIT_MS)
         bar.setValue(100)
-        traffic.take(batch(streamed(50)))
+        traffic.on_batch(batch(streamed(50)))
         traffic.draw()
         QApplication.processEvents()
         assert bar.value() == 100
@@ -183,13 +183,13 @@ def test_it_follows_the_end_only_from_the_end(qtbot: QtBot, qapp: QApplication, 
 def test_what_one_reads_stays_in_place_when_old_rows_go(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
     with window(qapp, tmp_path) as assembly:
         traffic = page(qtbot, assembly)
-        traffic.take(batch(streamed(KEPT_ROWS)))
+        traffic.on_batch(batch(streamed(KEPT_ROWS)))
         traffic.draw()
         bar = traffic.table.verticalScrollBar()
         qtbot.waitUntil(lambda: bar.maximum() > 0 and bar.value() == bar.maximum(), timeout=WAIT_MS)
         bar.setValue(bar.maximum() // 2)
         top = traffic.model.event_at(traffic.table.rowAt(0))
-        traffic.take(batch(streamed(100, first=KEPT_ROWS)))
+        traffic.on_batch(batch(streamed(100, first=KEPT_ROWS)))
         traffic.draw()
         QApplication.processEvents()
         assert traffic.model.event_at(traffic.table.rowAt(0)) is top
@@ -198,7 +198,7 @@ def test_what_one_reads_stays_in_place_when_old_rows_go(qtbot: QtBot, qapp: QApp
 def test_it_stays_at_the_end_when_the_table_shrinks(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
     with window(qapp, tmp_path) as assembly:
         traffic = page(qtbot, assembly)
-        traffic.take(batch(streamed(200)))
+        traffic.on_batch(batch(streamed(200)))
         traffic.draw()
         bar = traffic.table.verticalScrollBar()
         qtbot.waitUntil(lambda: bar.maximum() > 0 and bar.value() == bar.maximum(), timeout=WAIT_MS)
@@ -211,7 +211,7 @@ def test_it_stays_at_the_end_when_the_table_shrinks(qtbot: QtBot, qapp: QApplica
 def test_copy_and_clear(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
     with window(qapp, tmp_path) as assembly:
         traffic = page(qtbot, assembly)
-        traffic.take(batch([sent(), sent("boot_count"), sent("light")]))
+        traffic.on_batch(batch([sent(), sent("boot_count"), sent("light")]))
         traffic.draw()
         traffic.table.selectRow(1)
         assert "42 61 23 01 00 24" in traffic.detail.text()
@@ -229,7 +229,7 @@ def test_copy_and_clear(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> Non
 def test_filter_by_keyboard(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
     with window(qapp, tmp_path) as assembly:
         traffic = page(qtbot, assembly)
-        traffic.take(batch([sent(), *streamed(3)]))
+        traffic.on_batch(batch([sent(), *streamed(3)]))
         traffic.draw()
         qtbot.keyClick(traffic.filter, Qt.Key.Key_Down)
         assert traffic.model.rowCount() == 1
@@ -239,11 +239,11 @@ def test_a_second_of_the_fastest_stream_costs_little(qtbot: QtBot, qapp: QApplic
     """Out of sight it is next to nothing; in sight the drawing has a pace of its own."""
     with window(qapp, tmp_path) as assembly:
         traffic = page(qtbot, assembly)
-        traffic.take(batch(streamed(KEPT_ROWS)))
+        traffic.on_batch(batch(streamed(KEPT_ROWS)))
         traffic.draw()
         began = time.process_time()
         for part in range(60):
-            traffic.take(batch(streamed(LINE_RATE // 60, first=part)))
+            traffic.on_batch(batch(streamed(LINE_RATE // 60, first=part)))
         keeping_s = time.process_time() - began
         assert keeping_s < 0.05
         assert traffic.model.unseen >= 0
@@ -252,7 +252,7 @@ def test_a_second_of_the_fastest_stream_costs_little(qtbot: QtBot, qapp: QApplic
 def test_the_row_in_full_goes_with_its_selection(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
     with window(qapp, tmp_path) as assembly:
         traffic = page(qtbot, assembly)
-        traffic.take(batch([sent(), *streamed(3)]))
+        traffic.on_batch(batch([sent(), *streamed(3)]))
         traffic.draw()
         traffic.table.selectRow(0)
         assert "42 61 34 01 00 35" in traffic.detail.text()
@@ -263,9 +263,9 @@ def test_the_row_in_full_goes_with_its_selection(qtbot: QtBot, qapp: QApplicatio
 def test_what_came_while_the_list_was_held_still_is_counted(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
     with window(qapp, tmp_path) as assembly:
         traffic = page(qtbot, assembly)
-        traffic.take(batch(streamed(5)))
+        traffic.on_batch(batch(streamed(5)))
         traffic.draw()
         traffic.pause.click()
-        traffic.take(batch(streamed(1234)))
+        traffic.on_batch(batch(streamed(1234)))
         traffic.draw()
         assert traffic._count.text() == "1,234 more came"

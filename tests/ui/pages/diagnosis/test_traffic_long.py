@@ -11,7 +11,7 @@ from PySide6.QtWidgets import QApplication
 from pytestqt.qtbot import QtBot
 
 from app.captures.explained import Explained, explained
-from app.captures.reader import Entry, Way
+from app.captures.reader import CaptureEntry, Way
 from app.captures.rows import CaptureRows
 from protocol.catalogue import BY_NAME
 from protocol.messages import Status
@@ -27,8 +27,8 @@ TILTS = 20
 def capture(rows: int = ROWS) -> CaptureRows:
     """A stream in which a few things are said over and over, a question in its middle."""
     raws = [Status(tilt, 1.0, triggered=False, active=True).encode() for tilt in range(TILTS)]
-    entries = [Entry(number / 100, Way.IN, raws[number % TILTS]) for number in range(rows)]
-    entries[rows // 2] = Entry(rows / 200, Way.OUT, BY_NAME["light"].query().encode())
+    entries = [CaptureEntry(number / 100, Way.IN, raws[number % TILTS]) for number in range(rows)]
+    entries[rows // 2] = CaptureEntry(rows / 200, Way.OUT, BY_NAME["light"].query().encode())
     return CaptureRows(explained(entries))
 
 

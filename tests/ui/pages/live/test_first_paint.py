@@ -51,7 +51,7 @@ class Leaf(QWidget):
     def __init__(self, _services: Services) -> None:
         super().__init__()
 
-    def take(self, batch: Batch) -> None:
+    def on_batch(self, batch: Batch) -> None:
         """Nothing of it is shown."""
 
 

@@ -11,13 +11,13 @@ from types import MappingProxyType
 import numpy as np
 import pytest
 
-from app.engine.device import DeviceView, Doubt, How, Known, Sample
+from app.engine.device import DeviceView, How, Known, StaleReason, StatusSample
 from app.engine.transport import PortError, PortTrouble
 from app.engine.worker import Batch, Connection, PortState
 from app.limits.out_of_limits import LimitsInUse
-from app.recordings.file_export import Cancelled, Saving
-from app.recordings.markers import Happening, Kind
-from app.recordings.table import HEAD, Stamp, csv_parts, part_count
+from app.recordings.file_export import ExportCancelled, FileExport
+from app.recordings.markers import Marker, MarkerKind
+from app.recordings.table import HEAD, TimeCells, csv_parts, part_count
 from protocol.events import Restarted
 from protocol.fields import Value
 from protocol.link_states import Presence
@@ -37,17 +37,20 @@ def device(at: float = 0.0, *, presence: Presence = Presence.ONLINE, restarts: i
 
 def doubted(view: DeviceView) -> DeviceView:
     return replace(
-        view, values=MappingProxyType({key: replace(one, doubt=Doubt.LINK_LOST) for key, one in view.values.items()})
+        view,
+        values=MappingProxyType(
+            {key: replace(one, stale_reason=StaleReason.LINK_LOST) for key, one in view.values.items()}
+        ),
     )
 
 
-def report(at: float, *, tilt: int = 3, triggered: bool = False, active: bool = False) -> Sample:
-    return Sample(at, tilt, 1.0, triggered, active)
+def report(at: float, *, tilt: int = 3, triggered: bool = False, active: bool = False) -> StatusSample:
+    return StatusSample(at, tilt, 1.0, triggered, active)
 
 
 def batch(
     at: float,
-    *samples: Sample,
+    *samples: StatusSample,
     view: DeviceView | None = None,
     connection: Connection = OPEN,
     restarted_at: float | None = None,
@@ -58,7 +61,7 @@ def batch(
 
 def take(data: LiveData, *batches: Batch) -> list[tuple[float, str]]:
     """When and what all these batches mark."""
-    marks: list[Mark] = [mark for one in batches for mark in data.take(one)]
+    marks: list[Mark] = [mark for one in batches for mark in data.on_batch(one)]
     return [(mark.time_s, mark.word) for mark in marks]
 
 
@@ -69,7 +72,7 @@ def test_every_sample_is_kept_with_its_flags() -> None:
     data = LiveData()
     samples = tuple(report(n / 1440, tilt=n % 90, active=n >= 700, triggered=n % 7 == 0) for n in range(1440))
     for first in range(0, 1440, 24):
-        data.take(batch(1.0, *samples[first : first + 24]))
+        data.on_batch(batch(1.0, *samples[first : first + 24]))
     recording = data.excerpt(0.0, 1.0)
     assert recording.time_s.tolist() == [one.at for one in samples]
     assert recording.tilt_deg.tolist() == [one.tilt_deg for one in samples]
@@ -104,9 +107,9 @@ def test_the_rate_counts_reports_streamed_or_polled() -> None:
 def test_another_module_begins_anew() -> None:
     data = LiveData()
     take(data, batch(1.0, report(1.0, active=True), view=device(1.0, attitude_threshold_deg=60, cell_voltage_v=3.9)))
-    data.begin_anew()
+    data.reset()
     assert not data.has_samples
-    assert (len(data.tilt), len(data.cell), list(data.happenings)) == (0, 0, [])
+    assert (len(data.tilt), len(data.cell), list(data.markers)) == (0, 0, [])
     assert data.fires.between(0.0, 9.0) == []
     # What was of the old one is no change of the new one, nor is its time a bound.
     assert take(data, batch(0.5, report(0.5, active=False))) == []
@@ -223,9 +226,9 @@ def test_another_port_is_another_module() -> None:
         batch(3.0, report(3.0), connection=other),
     )
     assert marks == [(3.0, "connected")]
-    assert [(one.kind, one.port) for one in data.happenings] == [
-        (Kind.CONNECTED, "/dev/ttyUSB0"),
-        (Kind.CONNECTED, "/dev/ttyUSB1"),
+    assert [(one.kind, one.port) for one in data.markers] == [
+        (MarkerKind.CONNECTED, "/dev/ttyUSB0"),
+        (MarkerKind.CONNECTED, "/dev/ttyUSB1"),
     ]
 
 
@@ -278,7 +281,7 @@ def test_csv_holds_exactly_what_is_in_the_span() -> None:
 
 def test_csv_names_the_port_and_quotes_what_needs_it() -> None:
     data = filled()
-    data.happenings.append(Happening(1.2, Kind.RECONNECTED, 'socket://a,"b"'))
+    data.markers.append(Marker(1.2, MarkerKind.RECONNECTED, 'socket://a,"b"'))
     rows = rows_of(b"".join(csv_parts(data.excerpt(0.0, 9.0), wall_offset_s=NOON)))
     assert [row["event"] for row in rows if row["event"]] == [
         "connected: /dev/ttyUSB0",
@@ -291,7 +294,7 @@ def test_csv_names_the_port_and_quotes_what_needs_it() -> None:
 
 def test_csv_of_many_rows_comes_in_as_many_parts_as_foretold() -> None:
     data = LiveData()
-    data.take(batch(20.0, *(report(n / 1000) for n in range(12_000))))
+    data.on_batch(batch(20.0, *(report(n / 1000) for n in range(12_000))))
     recording = data.excerpt(0.0, 20.0)
     parts = list(csv_parts(recording, wall_offset_s=NOON))
     assert len(parts) == part_count(recording)
@@ -306,12 +309,12 @@ def test_csv_counts_from_its_first_row() -> None:
 
 
 def test_a_stamp_carries_over_to_the_next_second() -> None:
-    assert Stamp(NOON).at(0.9996)[:23] == "2026-03-01T12:00:01.000"
+    assert TimeCells(NOON).at(0.9996)[:23] == "2026-03-01T12:00:01.000"
 
 
 def test_a_span_that_is_no_longer_kept_whole_says_so() -> None:
     data = LiveData()
-    data.take(batch(0.0, report(0.0)))
+    data.on_batch(batch(0.0, report(0.0)))
     times = np.arange(1, 12 * 60 * 1440 + 10_000) / 1440
     for series in (data.tilt, data.acceleration, data._flags):  # as many reports one by one would take seconds
         series.append(times, np.zeros(len(times)))
@@ -331,18 +334,18 @@ def test_a_file_is_replaced_only_by_a_whole_one(tmp_path: Path) -> None:
         assert path.read_bytes() == b"before"
         raise OSError("the disk is full")
 
-    failed = Saving(path, broken, 2)
+    failed = FileExport(path, broken, 2)
     assert failed.wait(WAIT_S)
     assert isinstance(failed.error, OSError)
     assert (path.read_bytes(), names_in(tmp_path)) == (b"before", ["values.csv"])
-    whole = Saving(path, lambda: [b"whole ", b"file"])
+    whole = FileExport(path, lambda: [b"whole ", b"file"])
     assert whole.wait(WAIT_S)
     assert whole.error is None
     assert (path.read_bytes(), names_in(tmp_path)) == (b"whole file", ["values.csv"])
 
 
 def test_saving_reports_what_went_wrong(tmp_path: Path) -> None:
-    saving = Saving(tmp_path / "missing" / "values.csv", lambda: [b"x"])
+    saving = FileExport(tmp_path / "missing" / "values.csv", lambda: [b"x"])
     assert saving.wait(WAIT_S)
     assert isinstance(saving.error, FileNotFoundError)
 
@@ -351,10 +354,10 @@ def test_saving_can_be_cancelled(tmp_path: Path) -> None:
     def endless() -> "Parts":
         return Parts()
 
-    saving = Saving(tmp_path / "values.csv", endless, 1_000_000)
+    saving = FileExport(tmp_path / "values.csv", endless, 1_000_000)
     saving.cancel()
     assert saving.wait(WAIT_S)
-    assert isinstance(saving.error, Cancelled)
+    assert isinstance(saving.error, ExportCancelled)
     assert names_in(tmp_path) == []
 
 

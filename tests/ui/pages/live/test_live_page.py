@@ -9,14 +9,14 @@ from PySide6.QtGui import QWheelEvent
 from PySide6.QtWidgets import QApplication, QPushButton, QToolButton, QWidget
 from pytestqt.qtbot import QtBot
 
-from app.engine.device import Sample
+from app.engine.device import StatusSample
 from tests.support.window.fakes_ui import WAIT_MS, simulated, wait_online, window
 from tests.support.window.live_bench import Bench, live_bench
 from ui.core.connector import Target
-from ui.core.language_switch import Speech
+from ui.core.language_switch import LanguageSwitch
 from ui.main import PAGES, Assembly
 from ui.pages.live.page import LivePage
-from ui.style.painted_widget import Freshness, Painted
+from ui.style.painted_widget import Freshness, PaintedWidget
 from ui.style.theme import DARK, Choice
 from ui.widgets.readout import Readout
 
@@ -118,7 +118,7 @@ def test_free_fall_is_said(live: Bench) -> None:
 
 def test_polled_and_silent_are_told_apart(live: Bench) -> None:
     times = [live.now_s - 2 + n / 10 for n in range(1, 21)]
-    live.say(*(Sample(at, 3, 1.0, False, False) for at in times), is_streaming=False)
+    live.say(*(StatusSample(at, 3, 1.0, False, False) for at in times), is_streaming=False)
     assert live.page.panel.stream.accessibleName() == "Reports: 10 /s, polled"
     live.pass_time(5.0)
     assert live.page.panel.stream.accessibleName() == "Reports: 0 /s, no stream"
@@ -191,7 +191,9 @@ def test_what_happens_is_marked_on_the_line(live: Bench) -> None:
 
 def test_nothing_moves_when_values_change(live: Bench) -> None:
     live.say()
-    widgets = [one for one in live.page.findChildren(Painted) if one.isVisible() and one is not live.page.save.note]
+    widgets = [
+        one for one in live.page.findChildren(PaintedWidget) if one.isVisible() and one is not live.page.save.note
+    ]
     before = {one.objectName(): one.geometry() for one in widgets}
     live.say(tilt_deg=180, acceleration_g=16.0, cell_voltage_v=4.2, charging=True, boot_count=255, active=True)
     QApplication.processEvents()
@@ -203,8 +205,8 @@ def test_nothing_moves_when_values_change(live: Bench) -> None:
 def test_at_the_smallest_size_everything_is_in_sight(
     live: Bench, qapp: QApplication, tmp_path: Path, language: str
 ) -> None:
-    speech = Speech(qapp, live.texts)
-    speech.use(str(longer(tmp_path)) if language == "long" else language)
+    language_switch = LanguageSwitch(qapp, live.texts)
+    language_switch.use(str(longer(tmp_path)) if language == "long" else language)
     try:
         live.say(charging=True)
         QApplication.processEvents()
@@ -217,7 +219,7 @@ def test_at_the_smallest_size_everything_is_in_sight(
             assert panel.rect().contains(readout.mapTo(panel, readout.rect().bottomLeft()))
         assert plots.width() > 380
     finally:
-        speech.use("en")
+        language_switch.use("en")
 
 
 def longer(folder: Path) -> Path:
@@ -234,13 +236,13 @@ def longer(folder: Path) -> Path:
 
 def test_the_language_changes_while_it_is_open(live: Bench, qapp: QApplication, tmp_path: Path) -> None:
     live.say()
-    speech = Speech(qapp, live.texts)
-    speech.use(str(longer(tmp_path)))
+    language_switch = LanguageSwitch(qapp, live.texts)
+    language_switch.use(str(longer(tmp_path)))
     try:
         assert live.page.panel.cell.accessibleName().startswith("Cell voltagexxxxx: 3.94")
         assert live.page.save.csv.text().endswith("xxxxx")
     finally:
-        speech.use("en")
+        language_switch.use("en")
     assert live.page.panel.cell.accessibleName() == "Cell voltage: 3.94 V"
 
 
@@ -257,7 +259,7 @@ def test_the_theme_changes_while_it_is_open(live: Bench) -> None:
 def test_every_control_has_a_name_and_says_what_it_is(live: Bench) -> None:
     live.say()
     controls: list[QWidget] = [*live.page.findChildren(QPushButton), *live.page.findChildren(QToolButton)]
-    controls += [one for one in live.page.findChildren(Painted) if one is not live.page.save.note]
+    controls += [one for one in live.page.findChildren(PaintedWidget) if one is not live.page.save.note]
     assert len(controls) > 15
     for control in controls:
         assert control.objectName()
@@ -330,4 +332,4 @@ def test_a_trigger_of_the_module_is_marked(qtbot: QtBot, qapp: QApplication, tmp
 
 
 def happened(page: LivePage) -> list[str]:
-    return [one.kind.value for one in page.data.happenings]
+    return [one.kind.value for one in page.data.markers]

@@ -11,7 +11,7 @@ from PySide6.QtCore import QObject, Signal
 from PySide6.QtWidgets import QApplication
 from pytestqt.qtbot import QtBot
 
-from app.engine.device import Sample
+from app.engine.device import StatusSample
 from app.engine.transport import PortError, PortTrouble
 from app.engine.worker import Batch, Connection, PortState
 from app.procedures.stream import StreamSwitch
@@ -22,8 +22,8 @@ from ui.core.bridge import Bridge
 from ui.core.connector import Target
 from ui.main import PAGES
 from ui.pages.live.page import LivePage
-from ui.services.session_recording import SessionRecording, Sitting
-from ui.shell.recording_sign import SessionSign
+from ui.services.session_recording import SessionRecording, SessionTracker
+from ui.shell.recording_sign import RecordingSign
 
 LOST = replace(CLOSED, trouble=PortError(PortTrouble.LOST, "/dev/ttyUSB0", ""))
 OTHER = replace(OPEN, port="/dev/ttyACM0")
@@ -47,19 +47,19 @@ SAME_ELSEWHERE = replace(ADAPTER, device="/dev/ttyUSB1")
     ],
 )
 def test_a_session_is_what_a_person_opened(then: list[tuple[Connection, Target]], begins: list[bool]) -> None:
-    sitting = Sitting()
-    assert sitting.begins(OPEN, ADAPTER)
-    assert [sitting.begins(connection, target) for connection, target in then] == begins
+    session_tracker = SessionTracker()
+    assert session_tracker.begins(OPEN, ADAPTER)
+    assert [session_tracker.begins(connection, target) for connection, target in then] == begins
 
 
 def test_a_lost_port_is_waited_for_until_nobody_wants_it() -> None:
-    sitting = Sitting()
-    sitting.begins(OPEN, ADAPTER)
-    sitting.begins(LOST, ADAPTER)
-    assert not sitting.is_over
-    sitting.end()
-    assert sitting.is_over
-    assert sitting.begins(OPEN, ADAPTER)
+    session_tracker = SessionTracker()
+    session_tracker.begins(OPEN, ADAPTER)
+    session_tracker.begins(LOST, ADAPTER)
+    assert not session_tracker.is_over
+    session_tracker.end()
+    assert session_tracker.is_over
+    assert session_tracker.begins(OPEN, ADAPTER)
 
 
 # From the worker to the disk, without a window
@@ -96,7 +96,7 @@ class Bench:
     def listed(self) -> list[tuple[str, str, int]]:
         """Port, module and number of reports of all recordings, oldest first."""
         assert self.sessions.settle(WAIT_S)
-        return [(one.port, one.module, one.sample_count) for one in reversed(self.sessions.shelf.entries())]
+        return [(one.port, one.module, one.sample_count) for one in reversed(self.sessions.library.entries())]
 
 
 @pytest.fixture
@@ -117,7 +117,7 @@ def test_everything_is_handed_on_and_recorded(bench: Bench) -> None:
         bench.say(one)
     assert bench.handed_on == batches
     assert bench.listed() == [("/dev/ttyUSB0", "Left wing", 9)]
-    assert not bench.sessions.shelf.entries()[0].is_running
+    assert not bench.sessions.library.entries()[0].is_running
 
 
 def test_a_loss_does_not_end_it_and_another_adapter_begins_another(bench: Bench) -> None:
@@ -158,7 +158,7 @@ def test_a_new_name_is_written_down_with_the_session_it_belongs_to(bench: Bench)
 
 def test_a_recorder_in_trouble_costs_the_link_nothing(bench: Bench, tmp_path: Path, qtbot: QtBot) -> None:
     (tmp_path / "recordings").write_text("a file stands where the folder should be")
-    sign = SessionSign(lambda: bench.sessions.sign)
+    sign = RecordingSign(lambda: bench.sessions.sign)
     qtbot.addWidget(sign)
     told: list[str] = []
     sign.troubled.connect(told.append)
@@ -186,7 +186,7 @@ def test_an_error_of_ours_in_the_recorder_does_not_reach_the_worker(
 
 
 def test_the_sign_says_since_when(bench: Bench, qtbot: QtBot) -> None:
-    sign = SessionSign(lambda: bench.sessions.sign)
+    sign = RecordingSign(lambda: bench.sessions.sign)
     qtbot.addWidget(sign)
     assert sign.isHidden()
     bench.say(some(1.0))
@@ -214,8 +214,8 @@ def test_samples_of_a_port_that_was_left_are_not_those_of_the_next(qtbot: QtBot,
 
 def test_a_session_in_the_window_is_on_disk_sample_by_sample(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
     with simulated("kept"), window(qapp, tmp_path, entries=PAGES[:1]) as assembly:
-        sessions, sign = assembly.keeping.sessions, assembly.window.session_sign
-        taken: list[Sample] = []
+        sessions, sign = assembly.storage.sessions, assembly.window.recording_sign
+        taken: list[StatusSample] = []
         assembly.connector.batch.connect(lambda batch: taken.extend(batch.samples))
         assembly.connector.connect_to(Target("sim://kept", 115200))
         wait_online(qtbot, assembly)
@@ -224,7 +224,7 @@ def test_a_session_in_the_window_is_on_disk_sample_by_sample(qtbot: QtBot, qapp:
         assembly.window.disconnect_port()
         qtbot.waitUntil(lambda: sessions.sign.since is None, timeout=WAIT_MS)
         qtbot.waitUntil(lambda: assembly.connector.connection.state is PortState.CLOSED, timeout=WAIT_MS)
-        (entry,) = sessions.shelf.entries()
+        (entry,) = sessions.library.entries()
         assert (entry.port, entry.is_running, entry.was_cut_off) == ("sim://kept", False, False)
         with open_recording(entry.folder) as recording:
             found = recording.excerpt(recording.start_s, recording.end_s)
@@ -244,7 +244,7 @@ def test_what_is_recorded_is_streamed_whatever_page_is_in_sight(
         qtbot.waitUntil(lambda: assembly.connector.device.is_streaming, timeout=WAIT_MS)
         assert not assembly.connector.stream.is_wanted
         assert assembly.connector.stream.is_recorded
-        taken: list[Sample] = []
+        taken: list[StatusSample] = []
         assembly.connector.batch.connect(lambda batch: taken.extend(batch.samples))
         qtbot.waitUntil(lambda: len(taken) > 100, timeout=WAIT_MS)
         assert taken[-1].at - taken[-101].at < 10.0  # polled it would be 50 s
@@ -254,25 +254,25 @@ def test_what_is_recorded_is_streamed_whatever_page_is_in_sight(
 
 def test_closing_the_window_closes_the_recording(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
     with simulated("closed"), window(qapp, tmp_path, entries=PAGES[:1]) as assembly:
-        shelf = assembly.keeping.sessions.shelf
+        library = assembly.storage.sessions.library
         assembly.connector.connect_to(Target("sim://closed", 115200))
         wait_online(qtbot, assembly)
-        qtbot.waitUntil(lambda: assembly.keeping.sessions.sign.since is not None, timeout=WAIT_MS)
+        qtbot.waitUntil(lambda: assembly.storage.sessions.sign.since is not None, timeout=WAIT_MS)
         assembly.window.close_now()
-        qtbot.waitUntil(lambda: not any(one.is_running for one in shelf.entries()), timeout=WAIT_MS)
-        assert [one.was_cut_off for one in shelf.entries()] == [False]
+        qtbot.waitUntil(lambda: not any(one.is_running for one in library.entries()), timeout=WAIT_MS)
+        assert [one.was_cut_off for one in library.entries()] == [False]
 
 
 def test_a_disk_that_takes_nothing_is_said_and_the_link_goes_on(
     qtbot: QtBot, qapp: QApplication, tmp_path: Path
 ) -> None:
     with simulated("unkept"), window(qapp, tmp_path, entries=PAGES[:1]) as assembly:
-        folder = assembly.keeping.sessions.shelf.folder
+        folder = assembly.storage.sessions.library.folder
         folder.parent.mkdir(parents=True, exist_ok=True)
         folder.write_text("a file stands where the folder should be")
         assembly.connector.connect_to(Target("sim://unkept", 115200))
         wait_online(qtbot, assembly)
-        bar, sign = assembly.window.notice_bar, assembly.window.session_sign
+        bar, sign = assembly.window.notice_bar, assembly.window.recording_sign
         qtbot.waitUntil(lambda: bar.notice is not None and "no longer recorded" in bar.notice.text, timeout=WAIT_MS)
         assert bar.button("recordings") is not None
         assert sign.label.text() == "Not recorded"
@@ -290,7 +290,7 @@ def test_another_module_begins_another_time_line(qtbot: QtBot, qapp: QApplicatio
             qtbot.waitUntil(partial(_shows, page, tilt_deg), timeout=WAIT_MS)
         values = page.data.excerpt(0.0, assembly.connector.clock()).tilt_deg
         assert set(values.tolist()) == {4.0}
-        assert page.data.happenings[0].port == "sim://second"
+        assert page.data.markers[0].port == "sim://second"
 
 
 def _shows(page: LivePage, tilt_deg: int) -> bool:

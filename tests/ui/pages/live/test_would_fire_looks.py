@@ -4,7 +4,7 @@ import pytest
 from PySide6.QtWidgets import QApplication, QScrollArea, QToolButton
 from pytestqt.qtbot import QtBot
 
-from app.engine.device import Sample
+from app.engine.device import StatusSample
 from app.text.i18n import ENGLISH, PSEUDO, set_language
 from tests.app.text.test_pseudo_language import untranslated
 from tests.support.window.cut_off import cut_off, cut_off_in_paint
@@ -17,7 +17,9 @@ from ui.style.theme import Choice
 
 def opened(bench: Bench) -> Bench:
     """With something of everything in it."""
-    samples = [Sample(bench.now_s + n / 50, tilt, 1.0, False, n < 5) for n, tilt in enumerate((0, 58, 0, 70, 0, 0, 0))]
+    samples = [
+        StatusSample(bench.now_s + n / 50, tilt, 1.0, False, n < 5) for n, tilt in enumerate((0, 58, 0, 70, 0, 0, 0))
+    ]
     bench.say(*samples, leave_out="freefall_acceleration_g")
     bench.now_s += 20.0
     bench.say()

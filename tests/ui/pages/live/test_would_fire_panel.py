@@ -18,7 +18,7 @@ from PySide6.QtWidgets import (
 )
 from pytestqt.qtbot import QtBot
 
-from app.engine.device import Sample
+from app.engine.device import StatusSample
 from app.firing.would_fire import FIRINGS_KEPT
 from app.recordings.recording import open_recording
 from app.settings.form import RowState
@@ -49,7 +49,7 @@ def tell(bench: Bench, *tilts: int, weights: tuple[float, ...] = (), active: boo
     weights = weights or (1.0,) * len(tilts)
     rows = zip(tilts, weights, strict=True)
     start_s = bench.now_s - len(tilts) / 50
-    samples = [Sample(start_s + n / 50, tilt, weight, False, active) for n, (tilt, weight) in enumerate(rows)]
+    samples = [StatusSample(start_s + n / 50, tilt, weight, False, active) for n, (tilt, weight) in enumerate(rows)]
     bench.say(*samples, active=active, freefall_time_s=1.6)
 
 
@@ -130,8 +130,8 @@ def test_a_fall_that_was_too_short(live: Bench) -> None:
 
 
 def test_what_is_not_known_is_not_judged(live: Bench) -> None:
-    live.say(Sample(live.now_s, 80, 1.0, False, True), leave_out="attitude_threshold_deg")
-    live.say(Sample(live.now_s + 0.1, 80, 1.0, False, True), leave_out="attitude_threshold_deg")
+    live.say(StatusSample(live.now_s, 80, 1.0, False, True), leave_out="attitude_threshold_deg")
+    live.say(StatusSample(live.now_s + 0.1, 80, 1.0, False, True), leave_out="attitude_threshold_deg")
     toggle(live)
     assert head(live) == "Not judged: name the thresholds."
     assert "Attitude threshold: not known, type one." in details(live)
@@ -300,7 +300,7 @@ def test_a_recording_is_judged_with_what_the_module_had_then(live: Bench, tmp_pa
         bench.recorder.begin(HEADING)
         had = device(1000.0, attitude_threshold_deg=50, freefall_acceleration_g=0.4)
         tilts = [0] * 50 + [55] * 10 + [0] * 50
-        samples = [Sample(1000.0 + n / 50, tilt, 1.0, False, True) for n, tilt in enumerate(tilts)]
+        samples = [StatusSample(1000.0 + n / 50, tilt, 1.0, False, True) for n, tilt in enumerate(tilts)]
         bench.feed(batch(samples[-1].at, *samples, view=had))
         bench.recorder.end()
         bench.settle()

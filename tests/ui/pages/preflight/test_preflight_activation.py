@@ -8,7 +8,7 @@ import pytest
 from PySide6.QtWidgets import QApplication, QLabel
 from pytestqt.qtbot import QtBot
 
-from app.records.verification import State, verify
+from app.records.verification import RecordState, verify
 from tests.support.window.preflight_window import OnBench, find_in, hurry, kept, name_module, on_bench
 from tests.support.window.steps import settle
 from ui.pages.preflight.controller import Standing
@@ -56,7 +56,7 @@ def test_ready_leads_to_the_activation_and_becomes_go(
         assert (record["verdict"], record["previous"]) == ("GO", ready["hash"])
         assert record["read"]["status"]["active"] is True  # type: ignore[index]
         assert kept(bench, "M-07") == ["GO", "READY"]
-        assert verify(record, find_station=find_in(bench)).state is State.INTACT
+        assert verify(record, find_station=find_in(bench)).state is RecordState.INTACT
         # Nothing on the page says of an active module that it is locked or does not fire.
         texts = [label.text() for label in page.findChildren(QLabel) if label.isVisible()]
         texts += [page.banner.accessibleName(), *(row.toolTip() for row in page.list.rows.values())]

@@ -21,7 +21,7 @@ def test_the_window_does_not_wait_while_a_check_is_filed(
     hurry(monkeypatch)
     release = threading.Event()
     with on_bench(qtbot, qapp, tmp_path, "filing") as bench:
-        page, store = bench.preflight, bench.assembly.keeping.store
+        page, store = bench.preflight, bench.assembly.storage.store
         assert isinstance(store, Store)
         name_module(bench, "M-07")
         try:

@@ -9,8 +9,8 @@ from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QApplication, QLineEdit, QWidget
 from pytestqt.qtbot import QtBot
 
-from app.preflight.findings import Result
-from app.records.verification import State, verify_file
+from app.preflight.findings import CheckResult
+from app.records.verification import RecordState, verify_file
 from protocol.catalogue import BY_NAME
 from tests.support.window.fakes_ui import WAIT_MS
 from tests.support.window.preflight_window import VERDICTS, find_in, hurry, kept, name_module, on_bench, said
@@ -69,7 +69,7 @@ def test_run_fail_repair_run_again_print(qtbot: QtBot, qapp: QApplication, tmp_p
         bench.click(page.buttons.print)
         assert "report.pdf" in said(bench)
         for suffix in (".pdf", ".html", ".json"):
-            assert verify_file(target.with_suffix(suffix), find_station=find_in(bench)).state is State.INTACT
+            assert verify_file(target.with_suffix(suffix), find_station=find_in(bench)).state is RecordState.INTACT
         record = json.loads(target.with_suffix(".json").read_text(encoding="utf-8"))
         assert (record["verdict"], record["module"], record["number"]) == ("READY", "M-07", 2)
         assert len(record["frames"]) > 60
@@ -156,7 +156,7 @@ def test_records_and_boot_count_need_a_word_of_a_person(
         page.list.ensureWidgetVisible(row.act)
         bench.click(row.act)
         bench.wait_standing(Standing.READY, Standing.NO_GO)
-        assert page.work.result("trigger_records") is Result.PASS
+        assert page.work.result("trigger_records") is CheckResult.PASS
         bench.bench.module.memory.boot_count = 11
         bench.restart()
         bench.wait_standing(Standing.VOID)
@@ -178,7 +178,7 @@ def test_records_and_boot_count_need_a_word_of_a_person(
         page.list.ensureWidgetVisible(row.act)
         bench.click(row.act)
         bench.wait_standing(Standing.READY, Standing.NO_GO)
-        assert page.work.result("boot_count") is Result.PASS
+        assert page.work.result("boot_count") is CheckResult.PASS
 
 
 def test_a_module_is_named_once(qtbot: QtBot, qapp: QApplication, tmp_path: Path, quick: None) -> None:

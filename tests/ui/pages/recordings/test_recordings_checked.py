@@ -15,15 +15,15 @@ import app.__main__ as program
 from app.recordings.commits import COMMIT, damaged_pieces, read_extents
 from app.recordings.export import export_csv, export_mcap
 from app.recordings.file_layout import DATA_FILES, read_opening
-from app.recordings.library import Shelf, recordings_folder
-from app.recordings.markers import Kind
+from app.recordings.library import RecordingLibrary, recordings_folder
+from app.recordings.markers import MarkerKind
 from app.recordings.recording import Recording, RecordingUnreadable, open_recording
 from tests.support.cli_line import Printed
 from tests.support.records.recordings_desk import Desk, made, record
 from tests.support.records.recordings_made import HEADING, recorded, recorder_in, stream, whole_of
 from ui.pages.live.page import LivePage
 from ui.pages.recordings.page import RecordingsPage
-from ui.services.recording_jobs import Kind as ExportKind
+from ui.services.recording_jobs import ExportKind
 from ui.style.theme import Meaning
 
 pytest_plugins = ["tests.support.cli_fixtures"]
@@ -81,7 +81,7 @@ def test_a_tilt_that_was_changed_is_left_out_and_said(tmp_path: Path) -> None:
         assert after.value.tolist() == sound
         assert recording.damage is not None
         assert recording.damage.startswith("Damaged or altered since it was recorded: ")
-        assert [one.kind for one in recording.happenings] == [Kind.CONNECTED, Kind.DAMAGED]
+        assert [one.kind for one in recording.markers] == [MarkerKind.CONNECTED, MarkerKind.DAMAGED]
         export_csv(recording, tmp_path / "x.csv")
         export_mcap(recording, tmp_path / "x.mcap")
     text = (tmp_path / "x.csv").read_text("utf-8-sig")
@@ -141,7 +141,7 @@ def test_a_heading_with_an_impossible_time_is_damaged(tmp_path: Path, change: di
     (folder / "session.json").write_text(json.dumps(heading | change), "utf-8")
     with pytest.raises(RecordingUnreadable, match="heading is damaged"):
         open_recording(folder)
-    (entry,) = Shelf(tmp_path).entries()
+    (entry,) = RecordingLibrary(tmp_path).entries()
     assert entry.trouble is not None
     assert entry.started_at.astimezone() is not None
 

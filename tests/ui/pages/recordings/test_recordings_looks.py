@@ -30,7 +30,7 @@ def template(tmp_path_factory: pytest.TempPathFactory) -> Path:
 @pytest.fixture
 def opened(qtbot: QtBot, qapp: QApplication, tmp_path: Path, template: Path) -> Iterator[Desk]:
     with made(qtbot, qapp, tmp_path, template, LivePage) as desk:
-        desk.keeping.recordings.open(desk.shelf.entries()[0])
+        desk.storage.recordings.open(desk.library.entries()[0])
         desk.wait(lambda: desk.live.recording is not None)
         yield desk
 
@@ -44,12 +44,12 @@ def test_a_recording_that_is_opened_from_the_list_fits_on_a_small_screen(
         qtbot.waitUntil(lambda: main.findChild(RecordingsPage) is not None, timeout=WAIT_MS)
         live = main.findChild(LivePage)
         assert live is not None
-        copytree(template, assembly.keeping.sessions.shelf.folder / template.name)
+        copytree(template, assembly.storage.sessions.library.folder / template.name)
         main.connect_to(Target("sim://small", 115200))
         wait_online(qtbot, assembly)
         qtbot.waitUntil(lambda: live.data.has_samples and not live.is_empty, timeout=WAIT_MS)
         main.go_to("recordings")
-        assembly.keeping.recordings.open(assembly.keeping.sessions.shelf.entries()[-1])
+        assembly.storage.recordings.open(assembly.storage.sessions.library.entries()[-1])
         qtbot.waitUntil(lambda: live.isVisible() and live.recording is not None, timeout=WAIT_MS)
         QApplication.processEvents()
         assert not cut_off(live.panel)

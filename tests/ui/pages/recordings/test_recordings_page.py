@@ -13,12 +13,12 @@ from PySide6.QtWidgets import QApplication, QPushButton, QToolButton, QWidget
 from pytestqt.qtbot import QtBot
 
 from app.recordings.entry_texts import size_text
-from app.recordings.export import Cancelled
+from app.recordings.export import ExportCancelled
 from tests.support.records.recordings_desk import SECONDS, Desk, made, record
 from tests.support.records.recordings_made import NOON
 from tests.support.window.fakes_ui import WAIT_MS, simulated, wait_online, window
 from ui.core.connector import Target
-from ui.core.language_switch import Speech
+from ui.core.language_switch import LanguageSwitch
 from ui.core.texts import Texts
 from ui.main import PAGES
 from ui.pages.live.page import LivePage
@@ -47,7 +47,7 @@ def one(qtbot: QtBot, qapp: QApplication, tmp_path: Path, template: Path) -> Ite
 def opened(qtbot: QtBot, qapp: QApplication, tmp_path: Path, template: Path) -> Iterator[Desk]:
     """The Live page, with a recording on it."""
     with made(qtbot, qapp, tmp_path, template, LivePage) as desk:
-        desk.keeping.recordings.open(desk.shelf.entries()[0])
+        desk.storage.recordings.open(desk.library.entries()[0])
         desk.wait(lambda: desk.live.recording is not None)
         yield desk
 
@@ -56,7 +56,7 @@ def opened(qtbot: QtBot, qapp: QApplication, tmp_path: Path, template: Path) -> 
 
 
 def test_the_list_is_searched_and_sorted(one: Desk) -> None:
-    record(one.shelf.folder, module="Tail", seconds=20)
+    record(one.library.folder, module="Tail", seconds=20)
     one.list_again(2)
     assert one.texts(Column.DURATION) in (["0:20", "2:00"], ["2:00", "0:20"])  # both began in the same moment
     one.page.table.sortByColumn(Column.SAMPLES, Qt.SortOrder.AscendingOrder)
@@ -75,7 +75,7 @@ def test_a_size_is_as_exact_as_wanted(size: int, text: str) -> None:
 
 
 def test_a_damaged_one_is_listed_and_says_why(one: Desk) -> None:
-    broken = record(one.shelf.folder, seconds=2)
+    broken = record(one.library.folder, seconds=2)
     (broken / "session.json").write_text("{")
     one.list_again(2)
     one.wait(lambda: "cannot be read" in one.texts(Column.REMARKS))
@@ -85,7 +85,7 @@ def test_a_damaged_one_is_listed_and_says_why(one: Desk) -> None:
 
 
 def test_one_that_vanished_meanwhile_is_said(one: Desk) -> None:
-    folder = one.shelf.entries()[0].folder
+    folder = one.library.entries()[0].folder
     folder.rename(folder.with_name("elsewhere"))
     one.page.table.selectRow(0)
     one.click(one.page.buttons.open)
@@ -219,7 +219,7 @@ def test_a_long_export_shows_how_far_it_is_and_can_be_cancelled(
                 never.wait(0.01)
         finally:
             ended.set()
-        raise Cancelled
+        raise ExportCancelled
 
     monkeypatch.setattr("app.recordings.export.export_csv", endless)
     one.page.table.selectRow(0)
@@ -253,12 +253,12 @@ def test_deleting_asks_and_says_what_is_lost(one: Desk) -> None:
     assert spare.hasFocus()
     one.qtbot.keyClick(one.page, Qt.Key.Key_Escape)
     assert one.said() == ""
-    assert len(one.shelf.entries()) == 1
+    assert len(one.library.entries()) == 1
     one.click(one.page.buttons.delete)
     one.answer("delete_recordings")
     one.wait(lambda: one.said() == "1 recording was deleted.")
     one.wait(one.page.empty.isVisible)
-    assert one.shelf.entries() == ()
+    assert one.library.entries() == ()
 
 
 def test_deleting_what_is_looked_at_goes_back_to_live_first(
@@ -269,7 +269,7 @@ def test_deleting_what_is_looked_at_goes_back_to_live_first(
         both.page.table.selectRow(0)
         both.click(both.page.buttons.delete)
         both.answer("delete_recordings")
-        both.wait(lambda: both.shelf.entries() == ())
+        both.wait(lambda: both.library.entries() == ())
         assert both.live.recording is None
         assert both.live.is_empty
 
@@ -287,7 +287,7 @@ def test_from_the_empty_page_to_a_recording_and_back_while_a_module_goes_on(
         page, live = (main.findChild(kind) for kind in pages)
         assert isinstance(page, RecordingsPage)
         assert isinstance(live, LivePage)
-        desk = Desk(qtbot, assembly.keeping, Texts(), page, live)
+        desk = Desk(qtbot, assembly.storage, Texts(), page, live)
         main.panel.hide()
         desk.wait(live.empty.recordings.isVisible)
         desk.click(live.empty.recordings)
@@ -296,7 +296,7 @@ def test_from_the_empty_page_to_a_recording_and_back_while_a_module_goes_on(
         assert page.count.text() == "0 recordings"
         assert "Up to 2.0 GB or 90 days" in page.bounds.text()
         assert not page.buttons.open.isEnabled()
-        copytree(template, desk.shelf.folder / template.name)
+        copytree(template, desk.library.folder / template.name)
 
         connector.connect_to(Target("sim://beside", 115200))
         wait_online(qtbot, assembly)
@@ -320,7 +320,7 @@ def test_from_the_empty_page_to_a_recording_and_back_while_a_module_goes_on(
         assert live.plot.is_live
         assert not live.panel.moment.isVisible()
         connector.disconnect_port()
-        desk.wait(lambda: assembly.keeping.sessions.sign.since is None)
+        desk.wait(lambda: assembly.storage.sessions.sign.since is None)
 
 
 # Looks
@@ -349,14 +349,14 @@ def test_the_language_changes_while_it_is_open(
     path.write_text(f'<TS version="2.1"><context><name>dps-s</name>{messages}</context></TS>', encoding="utf-8")
     with made(qtbot, qapp, tmp_path, template, RecordingsPage, LivePage) as both:
         both.open()
-        speech = Speech(qapp, both.texts_of_window)
-        speech.use(str(path))
+        language_switch = LanguageSwitch(qapp, both.texts_of_window)
+        language_switch.use(str(path))
         try:
             both.wait(lambda: both.live.banner.text.endswith("nicht jetzt"))
             assert both.page.count.text() == "1 Stück"
             assert both.page.model.headerData(Column.MODULE, Qt.Orientation.Horizontal) == "Modul"
         finally:
-            speech.use("en")
+            language_switch.use("en")
 
 
 def _tool(parent: QWidget, name: str) -> QToolButton:

@@ -16,7 +16,7 @@ from tests.support.window.fakes_ui import WAIT_MS, simulated, wait_online, windo
 from tests.support.window.settings_bench import ENTRIES, Desk, desk
 from tests.support.window.steps import settle
 from ui.core.connector import Target
-from ui.services.storage import Keeping
+from ui.services.storage import Storage
 from ui.widgets.notice_bar import NoticeBar
 
 PROFILE = f"{walk.PROFILE}baud_rate = 9600\n"
@@ -172,9 +172,9 @@ def test_the_present_settings_are_saved_and_what_is_unknown_is_named(
 def test_a_baud_change_that_was_broken_off_is_picked_up_at_the_next_start(
     qtbot: QtBot, qapp: QApplication, tmp_path: Path, module_rate: int
 ) -> None:
-    keeping = Keeping()
-    keeping.store.begin_baud(115200, 9600, port="sim://crashed", adapter="")  # type: ignore[union-attr]
-    keeping.close()
+    storage = Storage()
+    storage.store.begin_baud(115200, 9600, port="sim://crashed", adapter="")  # type: ignore[union-attr]
+    storage.close()
     with simulated("crashed", baud=module_rate), window(qapp, tmp_path, entries=ENTRIES) as assembly:
         bar = assembly.window.findChild(NoticeBar, "notice_bar")
         assert bar is not None
@@ -189,16 +189,16 @@ def test_a_baud_change_that_was_broken_off_is_picked_up_at_the_next_start(
         settle(button)
         qtbot.mouseClick(button, Qt.MouseButton.LeftButton)
         wait_online(qtbot, assembly)
-        qtbot.waitUntil(lambda: not assembly.keeping.store.pending_bauds(), timeout=WAIT_MS)  # type: ignore[union-attr]
+        qtbot.waitUntil(lambda: not assembly.storage.store.pending_bauds(), timeout=WAIT_MS)  # type: ignore[union-attr]
         assert assembly.connector.connection.baud_rate == benches.module("crashed").module.baud_rate == module_rate
 
 
 def test_an_active_module_is_not_left_for_it_without_a_question(
     qtbot: QtBot, qapp: QApplication, tmp_path: Path
 ) -> None:
-    keeping = Keeping()
-    keeping.store.begin_baud(115200, 9600, port="sim://crashed", adapter="")  # type: ignore[union-attr]
-    keeping.close()
+    storage = Storage()
+    storage.store.begin_baud(115200, 9600, port="sim://crashed", adapter="")  # type: ignore[union-attr]
+    storage.close()
     with simulated("flying", active=True), window(qapp, tmp_path, entries=ENTRIES) as assembly:
         connector = assembly.connector
         bar = assembly.window.findChild(NoticeBar, "notice_bar")

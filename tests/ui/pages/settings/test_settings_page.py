@@ -206,7 +206,7 @@ def test_as_it_was_found_is_one_click_away(qtbot: QtBot, qapp: QApplication, tmp
         one.click("settings_as_found")
         write(one)
         one.until(lambda: one.held("freefall_time") == 1.6 and state(one, TIME) is RowState.VERIFIED)
-        kept = one.assembly.keeping.store.snapshots()  # type: ignore[union-attr]
+        kept = one.assembly.storage.store.snapshots()  # type: ignore[union-attr]
         assert [snapshot.snapshot.settings[TIME] for snapshot in kept] == [1.6]
 
 
@@ -270,7 +270,7 @@ def test_the_baud_rate_needs_two_clicks_and_the_port_follows(
         one.until(lambda: panel.said.notice is not None and says in panel.said.notice.text, 20_000)
         assert len(one.changes("baud_rate")) == 1
         assert one.assembly.connector.connection.baud_rate == one.bench.module.baud_rate
-        assert not one.assembly.keeping.store.pending_bauds()  # type: ignore[union-attr]
+        assert not one.assembly.storage.store.pending_bauds()  # type: ignore[union-attr]
 
 
 @pytest.mark.parametrize("is_inverted", [False, True])
@@ -305,7 +305,7 @@ def test_everything_has_a_name_and_follows_the_language(qtbot: QtBot, qapp: QApp
                 assert button.objectName()
                 assert button.accessibleName(), button.objectName()
                 assert button.toolTip(), button.objectName()
-        one.assembly.speech.use(CHINESE)
+        one.assembly.language_switch.use(CHINESE)
         assert one.settings.rows[TILT].command.vendor_term in one.settings.rows[TILT].whatsThis()
 
 

@@ -254,6 +254,6 @@ def test_the_language_changes_while_it_is_open(qtbot: QtBot, qapp: QApplication,
             "<translation>{voltage} xx</translation></message></context></TS>",
             encoding="utf-8",
         )
-        bench.assembly.speech.use(str(words))
+        bench.assembly.language_switch.use(str(words))
         assert texts(bench, 0)[Column.CELL] == tr("{voltage} implausible", voltage="4.70 V") == "4.70 V xx"
         assert bench.find(QLabel, "triggers_count").text()
