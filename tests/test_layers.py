@@ -1,7 +1,12 @@
-"""Who may import whom, and how long a file may be.  The checks are shown to find what they look for."""
+"""Who may import whom, how long a file and how full a folder may be.
+
+The checks are shown to find what they look for.
+"""
 
 import ast
+import re
 import sys
+from collections import Counter
 from collections.abc import Iterable, Iterator
 from pathlib import Path
 from typing import NamedTuple
@@ -11,27 +16,82 @@ import pytest
 ROOT = Path(__file__).parent.parent
 PACKAGES = ("protocol", "app", "ui")
 LONGEST_FILE_LINES = 400
+FULLEST_FOLDER_FILES = 15
 IMPURE = {"threading", "_thread", "time", "logging", "asyncio", "concurrent", "multiprocessing", "signal"}
 QT = {"PySide6", "shiboken6", "pyqtgraph"}
+ROOMS = (
+    "protocol",
+    "app",  # its version, nothing else
+    "app/text",
+    "app/system",
+    "app/engine",
+    "app/safety",
+    "app/store",
+    "app/procedures",
+    "app/settings",
+    "app/limits",
+    "app/trigger_records",
+    "app/samples",
+    "app/captures",
+    "app/diagnosis",
+    "app/stations",
+    "app/preflight",
+    "app/records",
+    "app/recordings",
+    "app/firing",
+    "app/simulator",
+    "app/simulator/servers",
+    "app/port_urls",
+    "app/terminal",
+    "app/cli",
+    "app/__main__.py",  # puts the command line together, and opens the window
+    "ui",
+    "ui/style",
+    "ui/core",
+    "ui/widgets",
+    "ui/forms",
+    "ui/files",
+    "ui/plots",
+    "ui/services",
+    "ui/acts",
+    "ui/connect",
+    "ui/simulator",
+    "ui/pages",
+    "ui/pages/live",
+    "ui/pages/settings",
+    "ui/pages/triggers",
+    "ui/pages/preflight",
+    "ui/pages/commands",
+    "ui/pages/recordings",
+    "ui/pages/diagnosis",
+    "ui/shell",
+    "ui/help",
+    "ui/main.py",  # puts the window together
+)
+"""Lowest first: a file imports from its own room and from those before it. Pages never import each other."""
 
 
 class Import(NamedTuple):
-    """One imported top-level module, where, and whether it is inside a function."""
+    """One imported module, where, and whether it is inside a function."""
 
     module: str
     line: int
     is_in_function: bool
 
+    @property
+    def package(self) -> str:
+        return self.module.partition(".")[0]
+
 
 def imports(source: str) -> Iterator[Import]:
-    """All imports of a source text, ``import_module("...")`` and ``__import__("...")`` included."""
+    """All imports of a source text, `import_module("...")` and `__import__("...")` included."""
     yield from _imports(ast.parse(source), is_in_function=False)
 
 
 def _imports(node: ast.AST, *, is_in_function: bool) -> Iterator[Import]:
     for child in ast.iter_child_nodes(node):
         for name in _imported_names(child):
-            yield Import(name.partition(".")[0], getattr(child, "lineno", 0), is_in_function)
+            yield Import(name, getattr(child, "lineno", 0), is_in_function)
         is_function = isinstance(child, ast.FunctionDef | ast.AsyncFunctionDef | ast.Lambda)
         yield from _imports(child, is_in_function=is_in_function or is_function)
 
@@ -40,8 +100,8 @@ def _imported_names(node: ast.AST) -> list[str]:
     match node:
         case ast.Import(names=names):
             return [alias.name for alias in names]
-        case ast.ImportFrom(module=str(module), level=0):
-            return [module]
+        case ast.ImportFrom(module=str(module), names=names, level=0):
+            return [f"{module}.{alias.name}" for alias in names]
         case ast.Call(
             func=ast.Name(id="__import__" | "import_module") | ast.Attribute(attr="import_module"),
             args=[ast.Constant(value=str(name)), *_],
@@ -50,37 +110,51 @@ def _imported_names(node: ast.AST) -> list[str]:
     return []
 
 
+def room_of(path: str) -> str | None:
+    """The room of a file or, with slashes for dots, of an imported name; the longest that fits, else None."""
+    fitting = [room for room in ROOMS if path == room or path.startswith((f"{room}/", f"{room.removesuffix('.py')}/"))]
+    plain = [room for room in ROOMS if room.endswith(".py") and path == room.removesuffix(".py")]
+    return max(plain or fitting, key=len, default=None)
+
+
 def faults(path: str, source: str) -> list[str]:
-    """What a file below the repository's root (``path`` with slashes) does against the layers."""
-    package = path.partition("/")[0]
-    found = [
-        f"{path}:{one.line}: {why}"
-        for one in imports(source)
-        if (why := _why_forbidden(package, one, is_root=path == "app/__main__.py"))
-    ]
+    """What a file below the repository's root (`path` with slashes) does against the layers and rooms."""
+    found = [f"{path}:{one.line}: {why}" for one in imports(source) if (why := _why_forbidden(path, one))]
     lines = len(source.splitlines())
     if lines > LONGEST_FILE_LINES:
         found.append(f"{path}: {lines} lines, {LONGEST_FILE_LINES} are the most")
     return found
 
 
-def _why_forbidden(package: str, one: Import, *, is_root: bool) -> str | None:
-    module = one.module
-    if module == "tests":
+def _why_forbidden(path: str, one: Import) -> str | None:
+    package, imported = path.partition("/")[0], one.package
+    if imported == "tests":
         return "nothing imports the tests"
     if package == "protocol":
-        if module in IMPURE:
-            return f"protocol/ has no clock, thread or log: {module}"
-        if module != "protocol" and module not in sys.stdlib_module_names:
-            return f"protocol/ imports the standard library and itself only: {module}"
+        if imported in IMPURE:
+            return f"protocol/ has no clock, thread or log: {imported}"
+        if imported != "protocol" and imported not in sys.stdlib_module_names:
+            return f"protocol/ imports the standard library and itself only: {imported}"
     if package == "app":
-        if module in QT:
-            return f"app/ is free of Qt: {module}"
-        if module == "ui" and not (is_root and one.is_in_function):
+        if imported in QT:
+            return f"app/ is free of Qt: {imported}"
+        if imported == "ui" and path == "app/__main__.py" and one.is_in_function:
+            return None
+        if imported == "ui":
             return "ui/ is imported by app/__main__.py only, inside a function"
-    if package == "ui" and module == "serial":
+    if package == "ui" and imported == "serial":
         return "ui/ has no port: serial"
-    return None
+    return _why_upward(path, one.module.replace(".", "/")) if imported in PACKAGES else None
+
+
+def _why_upward(path: str, imported: str) -> str | None:
+    here, there = room_of(path), room_of(imported)
+    if here is None or there is None:
+        return f"in no room: {path if here is None else imported}"
+    if ROOMS.index(there) > ROOMS.index(here):
+        return f"{here} is below {there}"
+    is_page = here.startswith("ui/pages/") and there.startswith("ui/pages/")
+    return f"pages never import each other: {there}" if is_page and here != there else None
 
 
 def sources(packages: Iterable[str] = PACKAGES) -> list[Path]:
@@ -88,7 +162,7 @@ def sources(packages: Iterable[str] = PACKAGES) -> list[Path]:
     return sorted(path for package in packages for path in (ROOT / package).rglob("*.py"))
 
 
-def test_every_file_keeps_to_its_layer() -> None:
+def test_every_file_keeps_to_its_layer_and_its_room() -> None:
     paths = sources()
     assert {path.relative_to(ROOT).parts[0] for path in paths} == set(PACKAGES)
     found = [
@@ -97,8 +171,23 @@ def test_every_file_keeps_to_its_layer() -> None:
     assert not found, "\n".join(found)
 
 
+def test_every_room_is_there_and_says_in_a_line_what_it_is_for() -> None:
+    for room in ROOMS:
+        assert (ROOT / room).exists(), room
+        if not room.endswith(".py"):
+            docstring = ast.get_docstring(ast.parse((ROOT / room / "__init__.py").read_text(encoding="utf-8")))
+            assert docstring, room
+            assert "\n" not in docstring, room
+
+
+def test_no_folder_is_overfull() -> None:
+    files = [path for path in sources((*PACKAGES, "docs", "tests")) if path.name != "__init__.py"]
+    crowds = Counter(path.parent.relative_to(ROOT).as_posix() for path in files)
+    assert {folder: count for folder, count in crowds.items() if count > FULLEST_FOLDER_FILES} == {}
+
+
 def test_packaging_is_no_package() -> None:
-    """A package of that name would hide PyPI's ``packaging``, which pip, pytest and setuptools need."""
+    """A package of that name would hide PyPI's `packaging`, which pip, pytest and setuptools need."""
     assert (ROOT / "packaging").is_dir()
     assert not (ROOT / "packaging" / "__init__.py").exists()
 
@@ -116,15 +205,22 @@ def test_packaging_is_no_package() -> None:
         ("protocol/link.py", "from importlib import import_module\nclock = import_module('time')"),
         ("app/engine/device.py", "from PySide6.QtCore import QObject"),
         ("app/engine/device.py", "if True:\n    import pyqtgraph as pg"),
-        ("app/engine/device.py", "def show():\n    import ui.window"),
-        ("app/__main__.py", "import ui.window"),
-        ("app/__main__.py", "try:\n    from ui import window\nexcept ImportError:\n    pass"),
+        ("app/engine/device.py", "def show():\n    import ui.main"),
+        ("app/engine/device.py", "from app.safety.permit import Permit"),
+        ("app/engine/device.py", "def check():\n    from app.preflight import run"),
+        ("app/text/i18n.py", "from app import __main__"),
+        ("app/stray.py", "from app.text import i18n"),
+        ("app/new_room/thing.py", "from app.text import i18n"),
+        ("app/__main__.py", "import ui.main"),
+        ("app/__main__.py", "try:\n    from ui import main\nexcept ImportError:\n    pass"),
         ("app/__main__.py", "def main():\n    from PySide6 import QtCore"),
-        ("ui/window.py", "import serial"),
-        ("ui/pages/live.py", "from serial.tools import list_ports"),
-        ("ui/pages/live.py", "import importlib\nimportlib.import_module('serial')"),
-        ("app/simulator.py", "from tests.doubles import Clock"),
-        ("app/long.py", "x = 1\n" * (LONGEST_FILE_LINES + 1)),
+        ("ui/core/bridge.py", "import serial"),
+        ("ui/core/bridge.py", "from ui.shell.main_window import MainWindow"),
+        ("ui/pages/live/page.py", "from serial.tools import list_ports"),
+        ("ui/pages/live/page.py", "import importlib\nimportlib.import_module('serial')"),
+        ("ui/pages/live/page.py", "from ui.pages.settings.row import SettingsRow"),
+        ("app/simulator/module.py", "from tests.doubles import Clock"),
+        ("app/text/long.py", "x = 1\n" * (LONGEST_FILE_LINES + 1)),
     ],
 )
 def test_a_forbidden_import_is_found(path: str, source: str) -> None:
@@ -136,10 +232,25 @@ def test_a_forbidden_import_is_found(path: str, source: str) -> None:
     [
         ("protocol/frame.py", "import struct\nfrom protocol.catalogue import COMMANDS\nfrom . import text"),
         ("app/engine/device.py", "import time, threading, numpy, serial\nfrom protocol import frame"),
-        ("app/__main__.py", "def gui():\n    from ui.window import show\n    show()"),
-        ("ui/window.py", "import PySide6.QtWidgets, pyqtgraph, time\nfrom app.text import i18n"),
-        ("app/long.py", "x = 1\n" * LONGEST_FILE_LINES),
+        ("app/preflight/run.py", "from app import version\nfrom app.engine.device import Device"),
+        ("app/__main__.py", "def gui():\n    from ui.main import show\n    show()"),
+        ("ui/core/bridge.py", "import PySide6.QtWidgets, pyqtgraph, time\nfrom app.text import i18n"),
+        ("ui/pages/live/page.py", "from ui.pages.live.data import LiveData\nfrom ui.plots.view import Mark"),
+        ("app/text/long.py", "x = 1\n" * LONGEST_FILE_LINES),
     ],
 )
 def test_an_allowed_import_is_left_alone(path: str, source: str) -> None:
     assert faults(path, source) == []
+
+
+def test_the_map_in_the_documents_is_the_tree() -> None:
+    page = (ROOT / "docs" / "architecture.md").read_text(encoding="utf-8")
+    table = page.partition("| room | purpose |\n| --- | --- |\n")[2].partition("\n\n")[0]
+    rows = [re.match(r"\| `(.+?)` \| (.+) \|$", line) for line in table.splitlines()]
+    files = [(room, ROOT / room if room.endswith(".py") else ROOT / room / "__init__.py") for room in ROOMS]
+    purposes = [(ast.get_docstring(ast.parse(file.read_text(encoding="utf-8"))) or "") for _, file in files]
+    said = [row.groups() for row in rows if row is not None]
+    assert said == [(room, purpose.splitlines()[0]) for (room, _), purpose in zip(files, purposes, strict=True)]
+    named = set(re.findall(r"`((?:app|ui|protocol|tests|docs)/[\w/]+\.(?:py|md))`", page))
+    assert named
+    assert [name for name in sorted(named) if not (ROOT / name).exists()] == []

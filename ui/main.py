@@ -18,6 +18,7 @@ from PySide6.QtCore import QEvent, QObject, QTimer
 from PySide6.QtWidgets import QApplication, QWidget
 
 from app import version
+from app.engine.target import Target
 from app.procedures.act import Armed
 from app.system.logs import Log, catch_uncaught_errors, start_log
 from app.text.i18n import LANGUAGES, system_language, tr
@@ -25,7 +26,7 @@ from protocol.translatable import marked
 from ui.connect.baud_recovery import BaudRecovery
 from ui.connect.connect_panel import SIMULATED_PORT
 from ui.core.background_task import BackgroundTask
-from ui.core.connector import Connector, Target
+from ui.core.connector import Connector
 from ui.core.garbage_collector import garbage_freed_here
 from ui.core.language_switch import LanguageSwitch
 from ui.core.port_watcher import PortWatcher

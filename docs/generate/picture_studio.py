@@ -11,8 +11,8 @@ from PySide6.QtGui import QImage, qRgb
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QAbstractButton, QApplication, QWidget
 
+from app.engine.target import Target
 from app.simulator.bench import SimulatedBench
-from ui.core.connector import Target
 from ui.main import Assembly
 from ui.style.theme import Space
 

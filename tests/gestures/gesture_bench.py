@@ -16,6 +16,7 @@ from PySide6.QtWidgets import QApplication, QPushButton, QWidget
 
 from app.engine.device import DeviceView
 from app.engine.procedure import PortLost
+from app.engine.target import Target
 from app.engine.transport import PortError
 from app.engine.worker import Job, Worker, _Start
 from app.simulator.bench import SimulatedBench
@@ -26,7 +27,7 @@ from tests.support.journals import FakeJournal
 from tests.support.line.sim_line import FakeClock, SimulatedLine
 from tests.support.window.fakes_ui import Ports
 from tests.support.window.settings_bench import ENTRIES
-from ui.core.connector import Connector, Target
+from ui.core.connector import Connector
 from ui.core.port_watcher import PortWatcher
 from ui.core.preferences import Preferences
 from ui.main import Assembly, WindowOptions, assemble

@@ -23,6 +23,7 @@ from PySide6.QtWidgets import QApplication, QWidget
 
 from app.engine.ports import PortInfo
 from app.engine.reconnect import RETURN_LIMIT_S
+from app.engine.target import Target
 from app.engine.worker import PortState
 from protocol.events import Received, Role
 from protocol.frame import Direction, Frame
@@ -46,7 +47,7 @@ from tests.gestures.gesture_table import run_table
 from tests.soak.chaos import Chaos
 from tests.soak.faults import Mistakes
 from tests.soak.stateful import run_for
-from ui.core.connector import Connector, Target
+from ui.core.connector import Connector
 from ui.core.port_watcher import PortWatcher
 from ui.core.preferences import Preferences
 from ui.main import Assembly, WindowOptions, assemble, kept_tidy, start

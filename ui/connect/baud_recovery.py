@@ -4,12 +4,13 @@ from collections.abc import Callable
 from concurrent.futures import Future
 from functools import partial
 
+from app.engine.target import Target
 from app.engine.worker import Job
 from app.procedures.baud import BaudEnd, look_for
 from app.store.database import StoreTrouble
 from app.store.store import PendingBaud, Store
 from app.text.i18n import tr
-from ui.core.connector import Connector, Target
+from ui.core.connector import Connector
 from ui.core.port_watcher import PortWatcher
 from ui.services.storage import Storage
 from ui.services.store_work import StoreWork

@@ -20,11 +20,12 @@ from PySide6.QtWidgets import (
 
 from app.diagnosis.link_state import Phase, words
 from app.engine.ports import NOT_LISTED
+from app.engine.target import Target
 from app.text.i18n import tr
 from protocol.catalogue import BAUD_RATES, DEFAULT_BAUD_RATE
 from protocol.translatable import marked
 from ui.connect.port_list import PortChoice, PortList, choice_of
-from ui.core.connector import Connector, Target
+from ui.core.connector import Connector
 from ui.core.port_watcher import PortWatcher, key_of
 from ui.core.preferences import LastPort
 from ui.core.texts import Texts

@@ -27,7 +27,6 @@ from protocol.link_states import Presence
 from ui.core.bridge import Bridge
 from ui.core.port_watcher import PortWatcher
 
-__all__ = ["Connector", "Target"]
 _log = logging.getLogger(__name__)
 
 FOLLOW_EVERY_MS = 100

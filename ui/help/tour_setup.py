@@ -6,10 +6,11 @@ from PySide6.QtWidgets import QWidget
 
 from app.diagnosis.link_state import Phase
 from app.engine.device import Known
+from app.engine.target import Target
 from app.simulator import bench as benches
 from app.simulator.bench import SimulatedBench
 from protocol.catalogue import DEFAULT_BAUD_RATE
-from ui.core.connector import Connector, Target
+from ui.core.connector import Connector
 from ui.services.tour_port import TOUR_NAME, TOUR_PORT, is_tour
 
 if TYPE_CHECKING:

@@ -9,11 +9,12 @@ from PySide6.QtWidgets import QAbstractButton
 
 from app.engine.device import How
 from app.engine.procedure import LockRepeat
+from app.engine.target import Target
 from app.engine.worker import Batch, Job
 from app.procedures.lock import Locked, lock, waiting_sentence
 from app.safety.journal import Journal, Outcome
 from app.text.i18n import tr
-from ui.core.connector import Connector, Target
+from ui.core.connector import Connector
 from ui.style.theme import Meaning
 from ui.widgets.notice_bar import Choice, Notice
 

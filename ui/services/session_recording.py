@@ -15,8 +15,9 @@ from typing import TYPE_CHECKING
 
 from app import version
 from app.engine.playback import is_playback
+from app.engine.target import Target
 from app.engine.worker import Batch, Connection, PortState, Worker
-from ui.core.connector import Connector, Target
+from ui.core.connector import Connector
 from ui.services.tour_port import TOUR_PORT
 
 if TYPE_CHECKING:

@@ -10,13 +10,13 @@ from pathlib import Path
 from app.engine.playback import is_playback
 from app.engine.setting_changes import ChangedSetting
 from app.engine.snapshots import Snapshot
+from app.engine.target import Target
 from app.safety.journal import Journal, NoJournal
 from app.store.database import StoreFault, StoreTrouble
 from app.store.store import Store, data_folder, open_store
 from app.store.store_journal import journal_for
 from app.store.stream_memory import StoredStreamMemory, StreamMemory
 from app.text.i18n import tr
-from ui.core.connector import Target
 from ui.services.recording_jobs import RecordingJobs
 from ui.services.session_recording import SessionRecording
 from ui.services.tour_port import TOUR_PORT

@@ -2,7 +2,7 @@
 
 from typing import Final
 
-from ui.core.connector import Target
+from app.engine.target import Target
 
 TOUR_NAME: Final = "tour"
 TOUR_PORT: Final = f"sim://{TOUR_NAME}"

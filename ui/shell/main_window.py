@@ -10,11 +10,12 @@ from PySide6.QtGui import QCloseEvent, QKeyEvent, QResizeEvent
 from PySide6.QtWidgets import QHBoxLayout, QMainWindow, QStackedWidget, QToolBar, QVBoxLayout, QWidget
 
 from app.diagnosis.link_state import Step
+from app.engine.target import Target
 from app.engine.worker import Batch
 from ui.connect.connect_panel import ConnectPanel
 from ui.connect.identity_notice import identity_notice
 from ui.core.background_task import BackgroundTask
-from ui.core.connector import Connector, Target
+from ui.core.connector import Connector
 from ui.core.language_switch import LanguageSwitch
 from ui.core.port_watcher import PortWatcher
 from ui.core.preferences import LastPort, Preferences

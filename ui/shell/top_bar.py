@@ -8,10 +8,11 @@ from PySide6.QtWidgets import QFrame, QHBoxLayout, QPushButton, QSizePolicy, QWi
 
 from app.diagnosis.link_state import LinkState, LinkWords, Phase, words
 from app.engine.device import DeviceView
+from app.engine.target import Target
 from app.limits.out_of_limits import LimitsInUse, value_outside
 from app.text.i18n import tr
 from protocol.catalogue import BY_NAME, Command
-from ui.core.connector import Connector, Target
+from ui.core.connector import Connector
 from ui.core.texts import Texts
 from ui.services.lock import LockControl
 from ui.services.module_name import ModuleName

@@ -3,10 +3,10 @@
 from collections.abc import Callable, Sequence
 from typing import Final
 
+from app.engine.target import Target
 from app.port_urls.protocol_sim import open_bench
 from app.simulator.options import OptionRefused
 from app.text.i18n import tr
-from ui.core.connector import Target
 from ui.style.theme import Meaning
 from ui.widgets.notice_bar import Choice, Notice
 

@@ -7,11 +7,12 @@ from PySide6.QtGui import QPaintEvent
 from PySide6.QtWidgets import QComboBox, QHBoxLayout, QLabel, QProgressBar, QPushButton, QSizePolicy, QWidget
 
 from app.captures.player import UrlRefused, parse_url, playing, url_of
+from app.engine.target import Target
 from app.text.durations import stopwatch
 from app.text.i18n import tr
 from protocol.catalogue import DEFAULT_BAUD_RATE
 from protocol.translatable import marked
-from ui.core.connector import Connector, Target
+from ui.core.connector import Connector
 from ui.core.texts import Texts
 from ui.style.icons import Icon, icon, pixmap
 from ui.style.painted_widget import paint_banner

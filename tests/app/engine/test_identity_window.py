@@ -8,6 +8,7 @@ import pytest
 from PySide6.QtWidgets import QApplication
 from pytestqt.qtbot import QtBot
 
+from app.engine.target import Target
 from app.engine.worker import Batch
 from app.safety.acts import Act
 from app.simulator.bench import SimulatedBench
@@ -17,7 +18,6 @@ from protocol.events import Sent
 from tests.app.engine.test_identity import NOT_PROVEN
 from tests.support.window.fakes_ui import WAIT_MS, simulated, wait_online, window
 from ui.acts.outcomes import open_conditions
-from ui.core.connector import Target
 from ui.main import Assembly
 from ui.pages.settings.controller import SettingsController
 from ui.services.module_name import ModuleName

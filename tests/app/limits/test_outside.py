@@ -14,6 +14,7 @@ from pytestqt.qtbot import QtBot
 from app.cli.monitor import WordLines
 from app.engine.device import DeviceView, How, Known, StatusSample
 from app.engine.procedure import LinkView
+from app.engine.target import Target
 from app.limits.expectations import CheckLimits
 from app.limits.out_of_limits import (
     LimitsInUse,
@@ -40,7 +41,6 @@ from tests.support.records.recordings_desk import made, record
 from tests.support.records.recordings_made import batch
 from tests.support.window.fakes_ui import WAIT_MS, simulated, wait_online, window
 from tests.support.window.live_bench import Bench, live_bench
-from ui.core.connector import Target
 from ui.pages.live.page import LivePage
 from ui.style.painted_widget import Freshness
 from ui.style.theme import Meaning

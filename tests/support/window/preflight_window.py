@@ -13,6 +13,7 @@ from PySide6.QtWidgets import QApplication, QLineEdit, QWidget
 from pytestqt.qtbot import QtBot
 
 from app.diagnosis.link_state import Phase
+from app.engine.target import Target
 from app.engine.worker import Batch
 from app.preflight import judging_line, run
 from app.records.check_store import CheckStore
@@ -24,7 +25,6 @@ from protocol.catalogue import SERIAL_OUTPUT, Hazard, Request
 from protocol.events import Sent
 from tests.support.window.fakes_ui import WAIT_MS, simulated, wait_online, window
 from tests.support.window.steps import settle
-from ui.core.connector import Target
 from ui.main import PAGES, Assembly
 from ui.pages.preflight.controller import Standing
 from ui.pages.preflight.page import PreflightPage

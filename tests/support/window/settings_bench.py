@@ -10,6 +10,7 @@ from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QApplication, QLineEdit, QPushButton, QWidget
 from pytestqt.qtbot import QtBot
 
+from app.engine.target import Target
 from app.settings.form import RowState
 from app.simulator.bench import SimulatedBench
 from protocol.catalogue import BY_NAME, Hazard, Request
@@ -17,7 +18,6 @@ from protocol.fields import Value
 from protocol.frame import decode_request
 from tests.support.window.fakes_ui import WAIT_MS, simulated, wait_online, window
 from tests.support.window.steps import let_lay_out, settle
-from ui.core.connector import Target
 from ui.main import PAGES, Assembly
 from ui.pages.commands.page import CommandsPage
 from ui.pages.settings.page import SettingsPage

@@ -16,11 +16,11 @@ from PySide6.QtCore import QEvent, QSize
 from PySide6.QtWidgets import QApplication, QMessageBox, QPushButton, QToolButton, QWidget
 from pytestqt.qtbot import QtBot
 
+from app.engine.target import Target
 from app.simulator.bench import SimulatedBench
 from tests.support.window.fakes_ui import ADAPTER, SECOND_ADAPTER, WAIT_MS, Ports, simulated, wait_online, window
 from tests.support.window.preflight_window import hurry
 from tests.support.window.steps import settle
-from ui.core.connector import Target
 from ui.main import PAGES, Assembly, WindowOptions
 from ui.pages.commands.page import CommandsPage
 from ui.pages.live.page import LivePage

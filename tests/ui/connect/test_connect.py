@@ -14,6 +14,7 @@ from pytestqt.qtbot import QtBot
 from app.diagnosis.link_state import Phase, Step, duration, link_state, words
 from app.engine.device import DeviceView, How, Known
 from app.engine.identity import Identity, Trust
+from app.engine.target import Target
 from app.engine.transport import PortError, PortTrouble
 from app.engine.worker import Batch, Connection, PortState
 from app.procedures.greet import Greeting, Silence
@@ -22,7 +23,6 @@ from tests.support.window.fakes_ui import ADAPTER, SECOND_ADAPTER, WAIT_MS, Port
 from tests.support.window.steps import settle
 from ui.connect.connect_panel import FIND_RATE, SIMULATED_PORT
 from ui.core.bridge import Bridge, joined
-from ui.core.connector import Target
 from ui.core.preferences import LastPort, Preferences
 from ui.main import Assembly, WindowOptions
 

@@ -12,6 +12,7 @@ from PySide6.QtCore import QPoint, QRect, QSize, Qt
 from PySide6.QtWidgets import QApplication, QPushButton, QWidget
 from pytestqt.qtbot import QtBot
 
+from app.engine.target import Target
 from app.recordings.recording import open_recording
 from app.records.check_store import CheckStore
 from app.settings.form import RowState
@@ -22,7 +23,6 @@ from tests.support.records.recordings_desk import record
 from tests.support.window.fakes_ui import WAIT_MS, simulated, wait_online, window
 from tests.support.window.preflight_window import CHECK_MS, hurry
 from tests.support.window.steps import let_lay_out, settle
-from ui.core.connector import Target
 from ui.core.preferences import Preferences
 from ui.help.tour import Tour
 from ui.help.tour_card import TourCard

@@ -8,9 +8,9 @@ import pytest
 from PySide6.QtWidgets import QApplication
 from pytestqt.qtbot import QtBot
 
+from app.engine.target import Target
 from tests.support.window.fakes_ui import WAIT_MS, simulated, wait_online, window
 from tests.support.window.spoken import said_by
-from ui.core.connector import Target
 from ui.main import PAGES
 
 FIRES = r"(?:fires?|deploys?)\b"

@@ -16,6 +16,7 @@ from pytestqt.qtbot import QtBot
 
 from app.engine import transport
 from app.engine.procedure import Procedure
+from app.engine.target import Target
 from app.engine.worker import PortState, Worker
 from app.procedures.find import find_rate
 from app.procedures.history import read_history
@@ -25,7 +26,6 @@ from tests.support.line.stubborn_port import StubbornPort
 from tests.support.processes import ENVIRONMENT, ROOT
 from tests.support.terminals import CLOSING_S, Terminal, in_time
 from tests.support.window.fakes_ui import WAIT_MS, Ports, simulated, wait_online, window
-from ui.core.connector import Target
 from ui.core.preferences import Preferences
 from ui.main import Assembly
 from ui.services.storage import Storage

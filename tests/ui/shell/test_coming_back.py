@@ -18,6 +18,7 @@ from pytestqt.qtbot import QtBot
 from app.diagnosis.link_state import Phase
 from app.engine.ports import PortInfo, PortsUnknown
 from app.engine.reconnect import RETURN_LIMIT_S, Absence
+from app.engine.target import Target
 from app.engine.worker import Batch, PortState, Worker
 from app.procedures.read import READABLE
 from app.safety.acts import Act
@@ -37,7 +38,6 @@ from tests.support.window.fakes_ui import (
 )
 from tests.support.window.steps import settle
 from ui.acts.confirm import Confirm
-from ui.core.connector import Target
 from ui.main import PAGES, Assembly
 
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="pseudo-terminals are POSIX")

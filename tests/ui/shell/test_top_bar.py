@@ -7,9 +7,9 @@ from PySide6.QtGui import QColor
 from PySide6.QtWidgets import QApplication
 from pytestqt.qtbot import QtBot
 
+from app.engine.target import Target
 from tests.support.window.fakes_ui import simulated, wait_online, window
 from tests.support.window.painted_text import watching
-from ui.core.connector import Target
 from ui.core.texts import Texts
 from ui.services.lock import LockControl
 from ui.services.module_name import ModuleName

@@ -13,11 +13,11 @@ from pytestqt.qtbot import QtBot
 
 from app.diagnosis.link_state import Phase
 from app.engine.device import DeviceView, How, Known, StaleReason
+from app.engine.target import Target
 from app.engine.worker import Batch
 from app.text.i18n import language
 from tests.support.window.fakes_ui import WAIT_MS, Ports, simulated, wait_online, window
 from tests.support.window.steps import settle
-from ui.core.connector import Target
 from ui.core.preferences import LastPort, Preferences
 from ui.main import Assembly, WindowOptions
 from ui.services.context import PageEntry, Services

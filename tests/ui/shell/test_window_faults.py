@@ -18,6 +18,7 @@ from pytestqt.qtbot import QtBot
 
 from app.diagnosis.link_state import Phase
 from app.engine.session import Session
+from app.engine.target import Target
 from app.engine.worker import Job
 from app.procedures.act import Performed, perform
 from app.safety.acts import REQUESTS, Act
@@ -29,7 +30,6 @@ from app.store.store import Store
 from app.system.logs import start_log
 from tests.support.processes import ENVIRONMENT, PROGRAM, ROOT, run_module
 from tests.support.window.fakes_ui import ADAPTER, WAIT_MS, Ports, simulated, wait_online, window
-from ui.core.connector import Target
 from ui.main import Assembly, _faults_said
 
 BEAT_MS = 10

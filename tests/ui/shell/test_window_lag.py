@@ -6,8 +6,8 @@ from PySide6.QtWidgets import QApplication
 from pytestqt.qtbot import QtBot
 
 from app.diagnosis.link_state import Phase
+from app.engine.target import Target
 from tests.support.window.fakes_ui import WAIT_MS, simulated, wait_online, window
-from ui.core.connector import Target
 
 
 def test_beyond_a_second_of_lag_nothing_is_shown_as_current(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:

@@ -9,11 +9,11 @@ from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QApplication, QWidget
 from pytestqt.qtbot import QtBot
 
+from app.engine.target import Target
 from app.simulator.bench import SimulatedBench
 from protocol.catalogue import ACTIVATION
 from tests.support.window.fakes_ui import WAIT_MS, simulated, wait_online, window
 from tests.support.window.steps import settle
-from ui.core.connector import Target
 from ui.main import Assembly
 from ui.style.theme import Meaning
 from ui.widgets.notice_bar import Notice

@@ -16,12 +16,12 @@ from app.diagnosis.causes import Cause, Diagnosis, diagnose
 from app.diagnosis.evidence import EvidenceCollector
 from app.diagnosis.link_state import Phase, words
 from app.diagnosis.symptoms import PortEvidence
+from app.engine.target import Target
 from app.engine.worker import Batch
 from app.text.i18n import tr
 from protocol.events import Role
 from protocol.translatable import marked
 from ui.core.background_task import BackgroundTask
-from ui.core.connector import Target
 from ui.services.context import Services
 from ui.style.icons import MEANING_ICONS, Icon, icon, pixmap
 from ui.style.theme import Meaning, Size, Space, current

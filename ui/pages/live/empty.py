@@ -7,10 +7,10 @@ from PySide6.QtGui import QAction
 from PySide6.QtWidgets import QHBoxLayout, QLabel, QPushButton, QVBoxLayout, QWidget
 
 from app.diagnosis.link_state import Phase, words
+from app.engine.target import Target
 from app.text.i18n import tr
 from protocol.catalogue import DEFAULT_BAUD_RATE
 from ui.connect.connect_panel import SIMULATED_PORT
-from ui.core.connector import Target
 from ui.pages.live.tour_offer import TourOffer
 from ui.services.context import Services
 from ui.style.icons import Icon, icon, pixmap

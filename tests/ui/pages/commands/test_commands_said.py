@@ -5,10 +5,10 @@ from pathlib import Path
 from PySide6.QtWidgets import QApplication
 from pytestqt.qtbot import QtBot
 
+from app.engine.target import Target
 from app.safety.acts import Act
 from tests.support.window.fakes_ui import WAIT_MS, simulated, window
 from tests.support.window.settings_bench import ENTRIES, desk
-from ui.core.connector import Target
 from ui.pages.commands.page import CommandsPage
 
 

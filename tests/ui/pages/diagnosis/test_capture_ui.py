@@ -12,12 +12,12 @@ from pytestqt.qtbot import QtBot
 
 from app.captures.explained import explained
 from app.captures.reader import read_capture
+from app.engine.target import Target
 from app.recordings.file_export import ExportCancelled
 from tests.support.window.capture_window import opened, strip_button, write_capture
 from tests.support.window.fakes_ui import WAIT_MS, simulated, wait_online
 from tests.ui.pages.diagnosis.test_diagnosis_page import click, diagnosis
 from tests.ui.pages.diagnosis.test_traffic import cell, sent, streamed
-from ui.core.connector import Target
 from ui.pages.diagnosis.capture_files import SUFFIX, Kept, Loading, Opened
 from ui.pages.diagnosis.traffic import MOST_COPIED
 from ui.pages.diagnosis.traffic_model import KEPT_MARKS, KEPT_ROWS, Column, Filter, TrafficModel

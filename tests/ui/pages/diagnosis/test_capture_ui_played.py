@@ -7,6 +7,7 @@ from pytestqt.qtbot import QtBot
 
 from app.diagnosis.link_state import Phase
 from app.engine.playback import OnlyPlayedBack
+from app.engine.target import Target
 from app.engine.worker import Job
 from app.procedures.act import Performed, perform
 from app.procedures.lock import Locked, lock
@@ -19,7 +20,6 @@ from tests.support.window.capture_window import opened, play, strip_button, writ
 from tests.support.window.fakes_ui import WAIT_MS, simulated, wait_online, window
 from tests.ui.pages.diagnosis.test_diagnosis_page import click, diagnosis
 from tests.ui.pages.diagnosis.test_traffic import cell
-from ui.core.connector import Target
 from ui.main import PAGES
 from ui.pages.diagnosis.capture_files import SUFFIX
 from ui.pages.diagnosis.page import DiagnosisPage

@@ -23,6 +23,7 @@ from app.diagnosis.link_state import Phase
 from app.engine.device import DeviceView
 from app.engine.ports import PortInfo
 from app.engine.procedure import LinkView
+from app.engine.target import Target
 from app.engine.transport import PortError, PortTrouble
 from app.engine.worker import Batch, Connection, PortState
 from app.procedures.act import Armed
@@ -39,7 +40,6 @@ from tests.support.window.fakes_ui import ADAPTER, WAIT_MS, Ports, simulated, wa
 from tests.support.window.settings_bench import desk
 from tests.support.window.steps import settle
 from tests.ui.pages.commands.test_commands_page import DISARMS_WITHIN_MS, arm
-from ui.core.connector import Target
 from ui.main import Assembly, _faults_said
 from ui.pages.diagnosis.page import DiagnosisPage
 from ui.pages.diagnosis.why_panel import REMEDIES, Remedy

@@ -9,6 +9,7 @@ from PySide6.QtWidgets import QApplication
 from pytestqt.qtbot import QtBot
 
 from app.engine.device import DeviceView
+from app.engine.target import Target
 from app.engine.worker import Batch, Connection
 from protocol.catalogue import BY_NAME, HEARTBEAT
 from protocol.events import Event, OutcomeUnknown, Received, Rejected, Restarted, Role, Sent, Unanswered
@@ -16,7 +17,6 @@ from protocol.frame import Direction, Frame
 from protocol.messages import Status, decode
 from protocol.stream import StreamParser
 from tests.support.window.fakes_ui import WAIT_MS, simulated, wait_online, window
-from ui.core.connector import Target
 from ui.main import Assembly
 from ui.pages.diagnosis.traffic import TrafficPage
 from ui.pages.diagnosis.traffic_model import KEPT_ROWS, LONGEST_ROW_BYTES, Column, Filter, TrafficModel

@@ -10,9 +10,9 @@ from PySide6.QtWidgets import QApplication, QPushButton, QToolButton, QWidget
 from pytestqt.qtbot import QtBot
 
 from app.engine.device import StatusSample
+from app.engine.target import Target
 from tests.support.window.fakes_ui import WAIT_MS, simulated, wait_online, window
 from tests.support.window.live_bench import Bench, live_bench
-from ui.core.connector import Target
 from ui.core.language_switch import LanguageSwitch
 from ui.main import PAGES, Assembly
 from ui.pages.live.page import LivePage

@@ -12,6 +12,7 @@ from PySide6.QtWidgets import QApplication
 from pytestqt.qtbot import QtBot
 
 from app.engine.device import StatusSample
+from app.engine.target import Target
 from app.engine.transport import PortError, PortTrouble
 from app.engine.worker import Batch, Connection, PortState
 from app.procedures.stream import StreamSwitch
@@ -19,7 +20,6 @@ from app.recordings.recording import open_recording
 from tests.support.records.recordings_made import CLOSED, OPEN, WAIT_S, batch, report
 from tests.support.window.fakes_ui import WAIT_MS, simulated, wait_online, window
 from ui.core.bridge import Bridge
-from ui.core.connector import Target
 from ui.main import PAGES
 from ui.pages.live.page import LivePage
 from ui.services.session_recording import SessionRecording, SessionTracker

@@ -19,6 +19,7 @@ from PySide6.QtWidgets import (
 from pytestqt.qtbot import QtBot
 
 from app.engine.device import StatusSample
+from app.engine.target import Target
 from app.firing.would_fire import FIRINGS_KEPT
 from app.recordings.recording import open_recording
 from app.settings.form import RowState
@@ -28,7 +29,6 @@ from protocol.frame import decode_request
 from tests.support.records.recordings_made import HEADING, batch, device, recorder_in, written_at_once
 from tests.support.window.fakes_ui import WAIT_MS, simulated, wait_online, window
 from tests.support.window.live_bench import Bench, live_bench
-from ui.core.connector import Target
 from ui.main import PAGES, Assembly
 from ui.pages.live.page import LivePage
 from ui.pages.live.what_if_on_live import BESIDE_PX

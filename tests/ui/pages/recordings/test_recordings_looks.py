@@ -8,11 +8,11 @@ import pytest
 from PySide6.QtWidgets import QApplication
 from pytestqt.qtbot import QtBot
 
+from app.engine.target import Target
 from tests.support.records.recordings_desk import Desk, made, record
 from tests.support.window.cut_off import cut_off
 from tests.support.window.fakes_ui import WAIT_MS, simulated, wait_online, window
 from tests.support.window.walk import SMALL_SCREEN
-from ui.core.connector import Target
 from ui.main import PAGES
 from ui.pages.live.page import LivePage
 from ui.pages.recordings.page import RecordingsPage

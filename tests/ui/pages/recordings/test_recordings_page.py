@@ -12,12 +12,12 @@ from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QApplication, QPushButton, QToolButton, QWidget
 from pytestqt.qtbot import QtBot
 
+from app.engine.target import Target
 from app.recordings.entry_texts import size_text
 from app.recordings.export import ExportCancelled
 from tests.support.records.recordings_desk import SECONDS, Desk, made, record
 from tests.support.records.recordings_made import NOON
 from tests.support.window.fakes_ui import WAIT_MS, simulated, wait_online, window
-from ui.core.connector import Target
 from ui.core.language_switch import LanguageSwitch
 from ui.core.texts import Texts
 from ui.main import PAGES

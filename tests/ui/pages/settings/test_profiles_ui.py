@@ -9,13 +9,13 @@ from PySide6.QtGui import QDragEnterEvent, QDropEvent
 from PySide6.QtWidgets import QApplication, QCheckBox, QLabel, QPushButton
 from pytestqt.qtbot import QtBot
 
+from app.engine.target import Target
 from app.settings.form import RowState
 from app.simulator import bench as benches
 from tests.support.window import walk
 from tests.support.window.fakes_ui import WAIT_MS, simulated, wait_online, window
 from tests.support.window.settings_bench import ENTRIES, Desk, desk
 from tests.support.window.steps import settle
-from ui.core.connector import Target
 from ui.services.storage import Storage
 from ui.widgets.notice_bar import NoticeBar
 
