@@ -162,7 +162,7 @@ class Stage:
         with (
             mock.patch.multiple("app.terminal.connection", Worker=Turned, Job=Waited, queue=_QueueModule(Queue)),
             mock.patch("app.engine.worker.open_line", self._open_line),
-            mock.patch("app.engine.worker.tell_mishap", self._mishaps.append),
+            mock.patch("app.engine.worker.report_uncaught_error", self._mishaps.append),
             mock.patch("app.store.write_queue.WriteQueue.submit", _write_at_once),
             mock.patch.object(program, "_explain", self._explain),
             mock.patch.dict("os.environ", home_variables(self.home)),

@@ -166,7 +166,7 @@ ACT_ROWS: tuple[Row, ...] = (
         _no_report_lie,
     ),
     Row(
-        "survive.survives_power_cycle",
+        "power_cycle.survives_power_cycle",
         lambda: survives_power_cycle({"attitude_threshold_deg": 60}, longest_wait_s=3.0),
         lambda survival: survival.ending.value,
         _no_survival_lie,

@@ -46,7 +46,7 @@ def test_the_standard_library_is_enough(name: str) -> None:
     from tests.test_layers import imports
 
     source = (PACKAGING / f"{name}.py").read_text(encoding="utf-8")
-    foreign = {one.module for one in imports(source)} - sys.stdlib_module_names - set(SetupFiles._fields)
+    foreign = {one.package for one in imports(source)} - sys.stdlib_module_names - set(SetupFiles._fields)
     assert not foreign
 
 

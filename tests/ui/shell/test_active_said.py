@@ -23,7 +23,7 @@ REASSURES = re.compile(
 ASKED_OF_NO_MODULE = frozenset({
     "it does not fire: it is locked, forbidden or off",  # answered by `dps-s simulate` to an order on its own input
 })  # fmt: skip
-TRANSLATION = Path(__file__).parents[1] / "app" / "locale" / "zh_CN.ts"
+TRANSLATION = Path(__file__).parents[3] / "app" / "locale" / "zh_CN.ts"
 
 
 @pytest.mark.parametrize(
