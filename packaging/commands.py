@@ -170,5 +170,5 @@ def main(arguments: list[str]) -> int:
         print(error, file=sys.stderr)
         return error.exit_code
     except KeyboardInterrupt:
-        print("Interrupted; what is half done will be done anew.", file=sys.stderr)
+        print("Interrupted; what is half done will be done again.", file=sys.stderr)
         return 130

@@ -1,7 +1,7 @@
 """The .venv of a checkout: made, kept current and repaired.
 
 A stamp in it tells what it was made from.  The stamp is taken away before anything in .venv is changed and
-written after everything is done, so an interrupted installation has none, and is made anew.
+written after everything is done, so an interrupted installation has none, and is made again.
 """
 
 import contextlib
@@ -86,7 +86,7 @@ def _make() -> None:
     for mark in (STAMP, QT_PROVEN):
         mark.unlink(missing_ok=True)
     if not can_be_kept:
-        _make_anew()
+        _rebuild()
     packages = sum(1 for line in LOCK.read_text(encoding="utf-8").splitlines() if "==" in line)
     say(f"Installing {packages} packages from packaging/lock.txt into .venv...")
     # The lock names everything, so nothing is left to resolve; pip takes its index from its own settings.
@@ -99,7 +99,7 @@ def _make() -> None:
     say(f"Installed in {time.monotonic() - started:.0f} s.")
 
 
-def _make_anew() -> None:
+def _rebuild() -> None:
     if not os.access(ROOT, os.W_OK):
         raise SetupError(f"{ROOT} cannot be written by this user, and .venv has to go there.")
     need_venv_module()
@@ -107,8 +107,8 @@ def _make_anew() -> None:
         VENV.unlink()
     elif VENV.exists():
         if Path(sys.prefix).resolve() == VENV.resolve():
-            raise SetupError(f"{VENV} has to be made anew, and this is its own Python: use another Python.")
-        say("The .venv that is here is broken, unfinished or of another Python: making it anew.")
+            raise SetupError(f"{VENV} has to be made again, and this is its own Python: use another Python.")
+        say("The .venv that is here is broken, unfinished or of another Python: making it again.")
         shutil.rmtree(VENV)
     say(f"Making .venv with Python {sys.version.split()[0]}...")
     made = _quietly([sys.executable, "-m", "venv", str(VENV)])

@@ -2,7 +2,7 @@
 
 Builds wheel, sdist and bundle, on Linux the .deb, on Windows the installer where Inno Setup is here, on macOS the disk
 image; writes SHA256SUMS; then runs the tests that install, start and use what was built (tests/packages). Everything is
-put into dist/, which is made anew.
+put into dist/, which is made again.
 """
 
 import argparse
@@ -77,7 +77,7 @@ def _build_wheel(release: Release, dist: Path) -> Path:
 
 
 def _settle_sdist(sdist: Path, release: Release) -> None:
-    """Pack it anew, because setuptools writes the time of the day and the user's name into it."""
+    """Pack it again, because setuptools writes the time of the day and the user's name into it."""
     with tempfile.TemporaryDirectory() as folder:
         shutil.unpack_archive(sdist, folder, filter="data")
         write_tar(sdist, next(Path(folder).iterdir()), release.epoch)

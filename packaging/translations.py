@@ -1,6 +1,6 @@
 """Keep app/locale/zh_CN.ts in step with the texts of the source.
 
-    python3 packaging/translations.py update       write the file anew: new texts unfinished, gone ones removed
+    python3 packaging/translations.py update       write the file again: new texts unfinished, gone ones removed
     python3 packaging/translations.py check        exit 1 with a list when it is not in step or not finished
     python3 packaging/translations.py merge DIR    update, and fill in from DIR/*.json ({"English": "中文"})
     python3 packaging/translations.py merge DIR --over corrections.json    and let this one replace what there is
@@ -191,7 +191,7 @@ def merge(folder: Path, messages: dict[str, Translation], *, over: str = "") -> 
 def main(arguments: list[str]) -> int:
     parser = argparse.ArgumentParser(description="Keep app/locale/zh_CN.ts in step with the texts of the source.")
     commands = parser.add_subparsers(dest="command", required=True)
-    commands.add_parser("update", help="write the file anew")
+    commands.add_parser("update", help="write the file again")
     commands.add_parser("check", help="exit 1 when it is not in step or not finished")
     merging = commands.add_parser("merge", help="update, and fill in from JSON files")
     merging.add_argument("folder", type=Path)

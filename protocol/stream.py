@@ -45,7 +45,7 @@ from protocol.translatable import marked
 
 _HEADER = re.compile(b"Au|Ba")
 _HEADER_STARTS = b"AB"
-_STATUS_RUN = re.compile(rb"(?:Au2.{5}){1,64}", re.DOTALL)  # bounded: a bad frame makes the search start anew
+_STATUS_RUN = re.compile(rb"(?:Au2.{5}){1,64}", re.DOTALL)  # bounded: a bad frame makes the search start again
 _REPEATED_HEADER = re.compile(rb"(?:Au){2,}(?=Au)|(?:Ba){2,}(?=BaBa)")
 """Headers one behind the other: each is refused for the code that the next one spells."""
 _STATUS_LENGTH = Layout.STATUS.value

@@ -82,7 +82,7 @@ class CaptureWriter:
     def __init__(
         self, path: Path, header: Header, *, appends: bool = False, limit_bytes: int = LONGEST_FILE_BYTES
     ) -> None:
-        """Makes the file anew, or with `appends` begins a new part at its end."""
+        """Creates the file, or with `appends` begins a new part at its end."""
         self.path = path
         self.is_full = False
         """The limit is reached: nothing more is written."""

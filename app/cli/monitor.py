@@ -39,7 +39,7 @@ if TYPE_CHECKING:
 
 LEFT_ON = marked("An earlier session had left the serial output on; it is switched off when this one ends.")
 WITHOUT_STATUS_S = 5.0
-"""With --seconds: so long it is waited for a first status, beyond the time wanted."""
+"""With --seconds: how long to wait for a first status, beyond the time wanted."""
 LINE_EVERY_S = 0.1
 
 

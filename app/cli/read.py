@@ -83,7 +83,7 @@ def _read(conversation: "Conversation", port: str) -> ReadOutcome:
 
 
 def _read_undisturbed() -> "Procedure[Everything]":
-    """Read everything; anew where the module restarted in the middle, since what it said before may be gone."""
+    """Read everything; again where the module restarted in the middle, since what it said before may be gone."""
     from app.engine.procedure import Inspect
     from app.procedures.read import read_everything
 

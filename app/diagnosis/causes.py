@@ -112,7 +112,7 @@ def _install_rule(evidence: PortEvidence) -> str:
 
 
 def _rule_command(evidence: PortEvidence) -> str | None:
-    """With our rule in place the modem program only has to be started anew to heed it; without one it has to end."""
+    """With our rule in place the modem program only has to be started again to heed it; without one it has to end."""
     if evidence.facts.has_rule:
         return "sudo systemctl restart ModemManager"
     return _install_rule(evidence) if evidence.facts.rule_source else "sudo systemctl stop ModemManager"

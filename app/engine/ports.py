@@ -135,7 +135,7 @@ def _scan_in_process(deadline_s: float) -> list[PortInfo]:
 
 
 def _own_program() -> list[str]:
-    """What starts this program anew, with an output. Of a bundle's two programs on Windows only `dps-s` has one."""
+    """What starts this program again, with an output. Of a bundle's two programs on Windows only `dps-s` has one."""
     if not getattr(sys, "frozen", False):
         return [sys.executable, "-m", "app"]
     program = Path(sys.executable)

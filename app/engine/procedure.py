@@ -78,7 +78,7 @@ class Pause:
 
 @dataclass(frozen=True, slots=True)
 class Await:
-    """Until `future` is done, at most `limit_s`. What takes its time elsewhere (a disk) never holds the line up."""
+    """Until `future` is done, at most `limit_s`. Slow work elsewhere (a disk) never blocks the line."""
 
     future: Future[Any]
     limit_s: float

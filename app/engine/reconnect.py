@@ -7,7 +7,7 @@
 - Never the bare name: another adapter may have it by now. Without an identity only an address that cannot pass to
   another adapter is tried again: a URL, or a link that somebody made, as long as no adapter has come behind it.
 - It looks twice a second at first, then once: an adapter that returns is open again within two seconds.
-- Nothing is sent again. What was under way has ended with the port's error; the new session reads everything anew.
+- Nothing is sent again. What was under way has ended with the port's error; the new session reads everything again.
 - A port with a name alone is that of the same adapter only while the name leads to the very same device file; else the
   module behind it counts as another one until a person decides (`app.engine.identity`).
 - Which adapter it is, is looked up while the port is open: then nobody else can have its name. Where it is another than

@@ -214,7 +214,7 @@ class Session:
             self._send(active, ask, now)
 
     def _whose_turn(self, now: float) -> Run[Any] | None:
-        """The background has the line also while the foreground waits for a disk that takes its time."""
+        """The background has the line also while the foreground waits for a slow disk."""
         first = self._foreground[0] if self._foreground else None
         since = first.awaits_since() if first is not None else None
         is_slow = since is not None and now - since > AWAIT_GRACE_S

@@ -205,7 +205,7 @@ class SerialLine:
         """What is there now, without waiting."""
         if self.port.startswith("socket://"):
             # pyserial counts at most one byte of a socket, so a stream would come ever later; a read without a time-out
-            # takes all. (A real port would be configured anew at every change of the time-out.)
+            # takes all. (A real port would be configured again at every change of the time-out.)
             self._serial.timeout = 0
             try:
                 rest: bytes = self._serial.read(READ_CHUNK)

@@ -24,7 +24,7 @@ class Measured(Protocol):
 
 
 class Following:
-    """Keeps up with what is measured. Begins anew when what it has judged is no longer there."""
+    """Keeps up with what is measured. Starts over when what it has judged is no longer there."""
 
     def __init__(self, measured: Measured, limits: TriggerLimits, *, counts_locked: bool = True) -> None:
         self._measured = measured
@@ -54,7 +54,7 @@ class Following:
         last_s = self._inquiry.last_s
         times = self._measured.tilt.window(-math.inf if last_s is None else last_s, math.inf).time_s
         if last_s is not None and not (len(times) and times[0] == last_s):
-            self._begin_anew()
+            self._reset()
             return False
         if len(times) <= self._taken_at_last:
             return True
@@ -66,7 +66,7 @@ class Following:
         self._finding = None
         return stop == len(times) - 1
 
-    def _begin_anew(self) -> None:
+    def _reset(self) -> None:
         inquiry = self._inquiry
         self._inquiry = Inquiry(inquiry.limits, counts_locked=inquiry.counts_locked)
         self._taken_at_last = 0

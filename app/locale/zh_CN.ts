@@ -542,7 +542,7 @@
         <translation>上一步</translation>
     </message>
     <message>
-        <source>Back again, and everything was read anew. That was the tour: plug your module in, choose its port, compare the settings with the advice, and check before each flight.</source>
+        <source>Back again, and everything was read again. That was the tour: plug your module in, choose its port, compare the settings with the advice, and check before each flight.</source>
         <translation>已恢复，并重新读取了全部内容。导览到此结束：插上您的模块，选择串口，把设置与建议对照，每次飞行前做检查。</translation>
     </message>
     <message>
@@ -2522,11 +2522,11 @@
         <translation>恢复线路正常；方言保持不变。</translation>
     </message>
     <message>
-        <source>Make the preview anew</source>
+        <source>Refresh the preview</source>
         <translation>重新生成预览</translation>
     </message>
     <message>
-        <source>Make the preview anew, with what happened since</source>
+        <source>Refresh the preview, with what happened since</source>
         <translation>重新生成预览，包含此后发生的内容</translation>
     </message>
     <message>
@@ -2534,7 +2534,7 @@
         <translation>制造商</translation>
     </message>
     <message>
-        <source>Makes the bundle anew, with what happened since.</source>
+        <source>Refreshes the bundle with what happened since.</source>
         <translation>重新生成支持包，包含此后发生的内容。</translation>
     </message>
     <message>
@@ -4858,7 +4858,7 @@
         <translation>串口因本程序的错误而关闭。</translation>
     </message>
     <message>
-        <source>The port was opened anew after this was confirmed: confirm again.</source>
+        <source>The port was opened again after this was confirmed: confirm again.</source>
         <translation>确认之后串口重新打开过：请重新确认。</translation>
     </message>
     <message>

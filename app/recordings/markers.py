@@ -85,7 +85,7 @@ class MarkerTracker:
         self._state = PortState.CLOSED
         self._port = ""
         self._was_lost = False
-        """What is opened next is the same adapter, by whatever name: with another one a session begins anew, and with
+        """What is opened next is the same adapter, by whatever name: with another one a session starts over, and with
         it whoever follows it."""
         self._presence = Presence.UNKNOWN
         self._restarts = 0

@@ -309,7 +309,7 @@ def _permitted(condition: Interlock, act: Act, now_is: InterlockInputs, missing:
         if now_is.overtaken_at is not None and permit.granted_at <= now_is.overtaken_at:
             return Refusal(condition, marked("LOCK was pressed after this was confirmed: confirm again."))
         if now_is.opened_at is not None and permit.granted_at <= now_is.opened_at:
-            return Refusal(condition, marked("The port was opened anew after this was confirmed: confirm again."))
+            return Refusal(condition, marked("The port was opened again after this was confirmed: confirm again."))
         return None
     if permit.is_rehearsal:
         return Refusal(condition, marked("This is a rehearsal: nothing is sent."))

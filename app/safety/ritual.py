@@ -57,7 +57,7 @@ class Input(Enum):
     OUT_OF_SIGHT = auto()
     """What is armed cannot be seen as a whole: the window is too small for it, or something lies over it."""
     CONDITION_OPENED = auto()
-    """Something that was fulfilled when it was armed no longer is."""
+    """A condition that held when it was armed does not hold any more."""
     SLEPT = auto()
     """The computer: nobody knows who holds what since."""
     FAILED = auto()

@@ -21,7 +21,7 @@ from tests.adversary.truth import KEYS, Heard, Truth, settings_keys
 NEAR_S: Final = 1.5
 """A last look that was longer before the end is none: whatever came since should have been seen."""
 SETTLED_S: Final = 0.5
-"""Nor is one that came sooner after the last set: a module may take its time to take it back."""
+"""Nor is one that came sooner after the last set: a module may take a while to take it back."""
 LOOKS_IN_A_ROW: Final = 40
 """Answers that a last look over everything may take; on a slow line it takes longer."""
 VOLT_STEP: Final = 0.03

@@ -39,7 +39,7 @@ def test_the_page_is_current(protocol_page: ModuleType) -> None:
     assert protocol_page.main(["--check"]) == 0, "run python docs/generate/protocol_page.py"
 
 
-def test_a_page_that_is_out_of_date_is_noticed_and_written_anew(
+def test_a_page_that_is_out_of_date_is_noticed_and_written_again(
     protocol_page: ModuleType, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     stale = tmp_path / "docs" / "protocol.md"

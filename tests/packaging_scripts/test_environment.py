@@ -82,7 +82,7 @@ def test_what_changed_is_installed_into_the_same_venv(checkout: Checkout, name: 
     assert checkout.make_ready() == []
 
 
-def test_an_interrupted_installation_is_made_anew(checkout: Checkout, setup: SetupFiles) -> None:
+def test_an_interrupted_installation_is_rebuilt(checkout: Checkout, setup: SetupFiles) -> None:
     checkout.failing, checkout.printed = "--editable", "no space left"
     with pytest.raises(setup.environment.SetupError, match="no space left"):
         checkout.make_ready()
@@ -92,7 +92,7 @@ def test_an_interrupted_installation_is_made_anew(checkout: Checkout, setup: Set
     assert not (checkout.venv / "half").exists()
 
 
-def test_an_interrupted_update_is_made_anew(checkout: Checkout, setup: SetupFiles) -> None:
+def test_an_interrupted_update_is_rebuilt(checkout: Checkout, setup: SetupFiles) -> None:
     checkout.make_ready()
     checkout.lock.write_text("# changed\n", encoding="utf-8")
     checkout.failing = "--requirement"
@@ -122,7 +122,7 @@ def _move(checkout: Checkout, patch: pytest.MonkeyPatch) -> None:
 
 
 @pytest.mark.parametrize("harm", [_remove_python, _spoil_stamp, _take_other_python, _move])
-def test_a_venv_that_does_not_fit_is_made_anew(
+def test_a_venv_that_does_not_fit_is_rebuilt(
     checkout: Checkout, monkeypatch: pytest.MonkeyPatch, harm: Callable[[Checkout, pytest.MonkeyPatch], None]
 ) -> None:
     checkout.make_ready()
@@ -131,7 +131,7 @@ def test_a_venv_that_does_not_fit_is_made_anew(
     assert checkout.make_ready() == []
 
 
-def test_a_venv_that_somebody_else_made_is_made_anew(checkout: Checkout) -> None:
+def test_a_venv_that_somebody_else_made_is_rebuilt(checkout: Checkout) -> None:
     checkout.python.parent.mkdir(parents=True)
     checkout.python.touch()
     assert checkout.make_ready() == WHOLE
@@ -154,7 +154,7 @@ def test_a_folder_that_cannot_be_written_is_said(checkout: Checkout, setup: Setu
         raise PermissionError(13, "Permission denied")
 
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(checkout.environment, "_make_anew", refuse)
+        patch.setattr(checkout.environment, "_rebuild", refuse)
         checkout.python.unlink()
         with pytest.raises(setup.environment.SetupError, match="cannot be made"):
             checkout.make_ready()

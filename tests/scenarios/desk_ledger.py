@@ -179,7 +179,7 @@ class Truth:
     """When the module changed behind the program's back, and until when the program cannot be blamed for it.
 
     A restart that the line lets through must be known within `SEEN_WITHIN_S`; one that the line hid stays unknown until
-    the value has been read anew.
+    the value has been read again.
     """
 
     SEEN_WITHIN_S = 0.5

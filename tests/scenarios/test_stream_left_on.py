@@ -45,7 +45,7 @@ def wait_kept(store: Store, is_on: bool) -> None:
 
 
 class Slow(StreamMemory):
-    """The disk takes its time."""
+    """A slow disk."""
 
     def __init__(self) -> None:
         self.done: Future[None] = Future()

@@ -53,7 +53,7 @@ class Confirm(QWidget):
         self._show()
 
     def set_possible(self, is_possible: bool) -> None:
-        """Whether there is any point in asking. A question that stands is withdrawn when there no longer is."""
+        """Whether there is any point in asking. A question that stands is withdrawn when there is none."""
         self.ask.setEnabled(is_possible)
         if not is_possible:
             self.withdraw()

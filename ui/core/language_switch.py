@@ -12,7 +12,7 @@ _log = logging.getLogger(__name__)
 
 
 class LanguageSwitch:
-    """Bound texts are applied anew; what a widget words itself, it words anew at `QEvent.LanguageChange`."""
+    """Bound texts are applied again; what a widget words itself, it words again at `QEvent.LanguageChange`."""
 
     def __init__(self, app: QApplication, texts: Texts) -> None:
         self._app = app

@@ -21,7 +21,7 @@ class _Binding:
 
 
 class Texts:
-    """Binds setters such as ``label.setText`` to English texts and applies them anew at a change of language.
+    """Binds setters such as ``label.setText`` to English texts and applies them again at a change of language.
 
     Keeps no widget alive, and drops what Qt has deleted.  A plain function is held as it is, and with it what
     it closes over; bind a method, or a ``functools.partial`` of one, wherever that does.  Belongs to the

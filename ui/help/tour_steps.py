@@ -240,7 +240,7 @@ def _diagnosis(desk: TourSetup) -> Scene:
     if not desk.is_online:
         return Scene(tr("It connects again by itself, and only to the same adapter."), spots)
     text = tr(
-        "Back again, and everything was read anew. That was the tour: plug your module in, choose its port, compare "
+        "Back again, and everything was read again. That was the tour: plug your module in, choose its port, compare "
         "the settings with the advice, and check before each flight."
     )
     return Scene(text, ("port_button",), is_done=True)

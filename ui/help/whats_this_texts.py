@@ -180,7 +180,7 @@ ENTRIES: Final[tuple[HelpText, ...]] = tuple(
         ("capture_save", marked("Saves what went over this line as a text file.")),
         ("bundle_parts", marked("The files of the bundle. What is not listed is not sent.")),
         ("bundle_text", marked("The chosen file, exactly as it will be saved.")),
-        ("bundle_renew", marked("Makes the bundle anew, with what happened since.")),
+        ("bundle_renew", marked("Refreshes the bundle with what happened since.")),
         ("bundle_save", marked("Saves the bundle as one zip file on this computer. Nothing is sent anywhere.")),
         ("figures_minutes", marked("The last ten minutes, second by second.")),
         ("figures_hours", marked("The last twelve hours, minute by minute.")),

@@ -80,7 +80,7 @@ class RecordingJobs(QObject):
         return Doing(self._doing, self._share) if self._doing else None
 
     def refresh(self) -> None:
-        """Read the list anew."""
+        """Read the list again."""
         self._is_list_old = self._listing.is_running  # what it has not come to yet may be another by now
         if not self._is_list_old:
             self._listing.run(lambda _is_wanted: self._listed(), self._show_list, self._fail_list)

@@ -112,7 +112,7 @@ class StatusBar(QFrame):
             self._counted_at, self._counted_frames = batch.at, frames
 
     def refresh(self) -> None:
-        """Write anew, if that is due: figures that change faster than this cannot be read."""
+        """Write again, if that is due: figures that change faster than this cannot be read."""
         if self._connector.clock() - self._written_at >= WRITE_EVERY_S:
             self._write()
 

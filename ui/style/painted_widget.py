@@ -20,7 +20,7 @@ class Freshness(Enum):
 
 
 class PaintedWidget(QWidget):
-    """A widget that paints itself: it measures and paints anew after a change of font, theme or language."""
+    """A widget that paints itself: it measures and repaints after a change of font, theme or language."""
 
     def changeEvent(self, event: QEvent) -> None:
         if event.type() in (QEvent.Type.FontChange, QEvent.Type.PaletteChange, QEvent.Type.LanguageChange):

@@ -245,7 +245,7 @@ def apply(app: QApplication, theme: Theme, window: QWidget | None = None) -> Non
     """Dress the whole application: style, palette, font, style sheet.
 
     `window` wears the sheet, and all that is in it or belongs to it, in place of the application: with a sheet of the
-    application's, Qt dresses each widget anew at every step into a layout, which doubles the time that a page takes.
+    application's, Qt dresses each widget again at every step into a layout, which doubles the time that a page takes.
     """
     global _in_use  # noqa: PLW0603  one reference, like the language: every painter asks for it
     _in_use = theme
@@ -334,7 +334,7 @@ class Appearance(QObject):
         window.setStyleSheet(style_sheet(self._applied))
 
     def choose(self, choice: Choice) -> None:
-        """Dress the window anew, if that changes anything."""
+        """Dress the window again, if that changes anything."""
         if choice is not self._choice:
             self._choice = choice
             self._apply()

@@ -32,7 +32,7 @@ class Choice:
 
 @dataclass(frozen=True, slots=True)
 class Notice:
-    """Texts are in the language in use: make it anew when that changes. `dismiss` adds a button to close it."""
+    """Texts are in the language in use: make it again when that changes. `dismiss` adds a button to close it."""
 
     meaning: Meaning
     text: str

@@ -85,7 +85,7 @@ def test_unplugged_in_the_middle_keeps_what_was_read(port: str, capsys: pytest.C
     assert is_one_sentence(printed.err)
 
 
-def test_a_restart_in_the_middle_reads_anew(port: str, capsys: pytest.CaptureFixture[str], wire: list[bytes]) -> None:
+def test_a_restart_in_the_middle_reads_again(port: str, capsys: pytest.CaptureFixture[str], wire: list[bytes]) -> None:
     bench = bench_of(port)
     with falls_after(bench, 6, bench.restart):
         assert program.main(["read", "--port", port, "--json"]) == 0

@@ -303,7 +303,7 @@ def test_a_module_that_comes_back_after_its_shutting_down_is_not_shut_down() -> 
     assert not watched.evidence_collector.evidence().was_shut_down
 
 
-def test_a_lost_port_is_its_trouble_and_a_new_connection_begins_anew() -> None:
+def test_a_lost_port_is_its_trouble_and_a_new_connection_starts_over() -> None:
     watched = pulled_from_the_adapter()
     watched.tell(Connection(PortState.CLOSED, PORT, 115200, PortError(PortTrouble.LOST, PORT, "")))
     assert watched.cause() is Cause.UNPLUGGED

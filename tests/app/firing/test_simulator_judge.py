@@ -45,7 +45,7 @@ def test_acceleration_at_the_threshold_is_no_fall() -> None:
     assert list(firings(fall(3.0, acceleration_g=0.49), TriggerLimits(freefall_acceleration_g=0.5)))
 
 
-def test_one_sample_of_weight_starts_the_fall_anew() -> None:
+def test_one_sample_of_weight_starts_the_fall_again() -> None:
     samples = fall(3.0)
     samples[200] = samples[200]._replace(acceleration_g=1.0)
     assert [one.sample.at_s for one in firings(samples, TriggerLimits(freefall_time_s=1.6))] == [

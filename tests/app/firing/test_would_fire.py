@@ -220,7 +220,7 @@ def test_each_report_counts_once_also_of_one_instant() -> None:
     assert following.finding.firing_count == 1
 
 
-def test_it_begins_anew_with_another_module() -> None:
+def test_it_starts_over_with_another_module() -> None:
     data = Measurements()
     following = Following(data, TriggerLimits())
     data.add(*tilted(0, 70))

@@ -48,7 +48,7 @@ class NightRig(Rig):
         return None if found is None else found.reason
 
 
-def test_a_module_that_answers_again_at_once_after_the_sleep_is_checked_anew() -> None:
+def test_a_module_that_answers_again_at_once_after_the_sleep_is_checked_again() -> None:
     rig = NightRig()
     assessment = rig.checked()
     assert rig.void(assessment) is None

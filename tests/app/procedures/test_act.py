@@ -298,7 +298,7 @@ def test_a_disk_that_takes_its_time_does_not_hold_the_line_up(act: Act) -> None:
     journal.flush()
     rig.step_until(lambda: run.is_done)
     assert run.result is not None
-    if act in (Act.DEPLOY, Act.ZERO):  # held three seconds ago; whether it lies still has to be watched anew
+    if act in (Act.DEPLOY, Act.ZERO):  # held three seconds ago; whether it lies still has to be watched again
         assert run.result.outcome is Outcome.NOT_SENT
         assert acts_sent(rig) == []
     else:

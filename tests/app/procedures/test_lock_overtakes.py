@@ -103,7 +103,7 @@ def test_what_was_confirmed_before_the_port_was_opened_is_not_done(act: Act) -> 
     done = rig.run(perform(act, FakeJournal(), permit=permit))
     assert done.outcome is Outcome.NOT_SENT
     assert [one.sentence for one in done.refusals] == [
-        "The port was opened anew after this was confirmed: confirm again."
+        "The port was opened again after this was confirmed: confirm again."
     ]
     assert REQUESTS[act] not in rig.line.requests
 

@@ -65,7 +65,7 @@ def test_a_capture_says_when_its_first_entry_came() -> None:
     assert kept.header("p", 115200).started == NOON.isoformat(timespec="seconds").replace("+00:00", "Z")
 
 
-def test_the_live_page_begins_anew_with_the_right_time(qtbot: QtBot, qapp: QApplication) -> None:
+def test_the_live_page_starts_over_with_the_right_time(qtbot: QtBot, qapp: QApplication) -> None:
     clock, wall = clocks()
     with live_bench(qtbot, qapp) as bench:
         bench.page.wall = wall

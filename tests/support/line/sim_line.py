@@ -98,7 +98,7 @@ class SimulatedLine:
 
 
 INSTANT_S = 1e-6
-"""Nobody confirms anything at the very moment at which the port is opened."""
+"""Nobody confirms anything at the moment when the port is opened."""
 
 
 class Rig:

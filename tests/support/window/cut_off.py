@@ -239,7 +239,7 @@ def _has_model(view: QAbstractItemView) -> bool:
 
 
 def _is_told(widget: QWidget, text: str) -> bool:
-    """The whole text is to be had by pointer and by screen reader."""
+    """The whole text can be reached by pointer and by screen reader."""
     whole = f"{widget.toolTip()}\n{widget.accessibleName()}\n{widget.accessibleDescription()}"
     return bool(text) and text.replace("&", "") in whole
 

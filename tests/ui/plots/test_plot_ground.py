@@ -48,7 +48,7 @@ def test_the_kept_picture_looks_as_painted_by_hand(bench: Bench, paintings: list
     assert len(paintings) == before + 2
 
 
-def test_following_does_not_paint_it_anew(bench: Bench, paintings: list[Picture]) -> None:
+def test_following_does_not_repaint_it(bench: Bench, paintings: list[Picture]) -> None:
     seen(bench)
     seen(bench)
     before = len(paintings)

@@ -117,7 +117,7 @@ def secret_keys(walk: Walk) -> list[str]:
     ]  # fmt: skip
 
 
-def test_a_painted_value_is_told_anew_when_it_changes(qtbot: QtBot) -> None:
+def test_a_painted_value_is_told_again_when_it_changes(qtbot: QtBot) -> None:
     gauge, readout, chip = TiltGauge(), Readout("Tilt", unit="°"), StateChip("Lock")
     for widget in (gauge, readout, chip):
         qtbot.addWidget(widget)

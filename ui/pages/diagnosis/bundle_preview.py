@@ -74,7 +74,7 @@ class Lines(QAbstractListModel):
 
 
 class BundlePreview(QWidget):
-    """Made anew each time it comes into sight. `said` gives a `Notice`, None when there is nothing more to say."""
+    """Made again each time it comes into sight. `said` gives a `Notice`, None when there is nothing more to say."""
 
     said = Signal(object)
 
@@ -117,8 +117,8 @@ class BundlePreview(QWidget):
         texts.bind(self.save.setToolTip, "Save exactly what is shown here as one zip file, to send it to whoever helps")
         self.renew = self._button("bundle_renew", Icon.AGAIN, self.make, is_main=False)
         texts.bind(self.renew.setText, "Renew")
-        texts.bind(self.renew.setAccessibleName, "Make the preview anew")
-        texts.bind(self.renew.setToolTip, "Make the preview anew, with what happened since")
+        texts.bind(self.renew.setAccessibleName, "Refresh the preview")
+        texts.bind(self.renew.setToolTip, "Refresh the preview, with what happened since")
         self._where = named(QLabel(), "bundle_log_path")
         self._where.setProperty("role", "small")
         self._where.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)

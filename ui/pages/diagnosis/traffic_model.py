@@ -149,7 +149,7 @@ class TrafficModel(QAbstractTableModel):
         self.rebuild()
 
     def rebuild(self) -> None:
-        """Make all rows anew from what is kept."""
+        """Make all rows again from what is kept."""
         self.beginResetModel()
         self._live.clear()
         if self._filter is Filter.MARKED:

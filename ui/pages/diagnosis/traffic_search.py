@@ -70,7 +70,7 @@ class TrafficSearch(QWidget):
             texts.bind(self.clear.setToolTip, "Clear the search")
         self.next.clicked.connect(self.find_next)
         self.before.clicked.connect(self.find_before)
-        self.field.textEdited.connect(self._begin_anew)
+        self.field.textEdited.connect(self._reset)
         row = QHBoxLayout(self)
         row.setContentsMargins(0, 0, 0, 0)
         row.setSpacing(Space.XS)
@@ -102,7 +102,7 @@ class TrafficSearch(QWidget):
     def find_before(self) -> None:
         self._begin(-1, self._find_start())
 
-    def _begin_anew(self) -> None:
+    def _reset(self) -> None:
         """What is being typed is looked for from the row in sight, that one included."""
         self._begin(1, self._find_start() - 1)
 

@@ -40,7 +40,7 @@ class LivePage(QWidget):
     page_wanted = Signal(str)
     """The key of a page."""
     source_changed = Signal()
-    """Another recording is looked at, or none, or the module's data begin anew: `recording` and `data` tell."""
+    """Another recording is looked at, or none, or the module's data start over: `recording` and `data` tell."""
 
     def __init__(self, services: Services, parent: QWidget | None = None) -> None:
         super().__init__(parent)
@@ -78,7 +78,7 @@ class LivePage(QWidget):
         self._timer.setTimerType(Qt.TimerType.PreciseTimer)
         self._timer.timeout.connect(self._tick)
         self._connector.changed.connect(self._follow_link)
-        self._connector.forgotten.connect(self._begin_anew)
+        self._connector.forgotten.connect(self._reset)
         self.banner.left.connect(self.back_to_live)
         self._recordings.opened.connect(self.show_recording)
         self._recordings.closing.connect(self._leave_folders)
@@ -106,7 +106,7 @@ class LivePage(QWidget):
         if has_jumped:  # the computer slept, or its clock was set: one time line cannot show both sides of it
             self._live_plot.be_at(self.wall.offset_s)
         if self._sitting.begins(batch.connection, self._connector.target) or has_jumped:
-            self._begin_anew()
+            self._reset()
         if self._waiting and not _is_alike(self._waiting[-1], batch):
             self._digest()
         self._waiting.append(batch)
@@ -190,7 +190,7 @@ class LivePage(QWidget):
             for mark in self.data.on_batch(batch):
                 self._live_plot.add_mark(mark)
 
-    def _begin_anew(self) -> None:
+    def _reset(self) -> None:
         """Another module, or the same after it was put away: nothing of what was belongs to what comes."""
         self._digest()
         self.data.reset()

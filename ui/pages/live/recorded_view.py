@@ -64,7 +64,7 @@ class RecordedView:
             show_moment(self._panel, None if at_s is None else moment_of(self.recording, at_s), self._in_use)
 
     def retranslate(self) -> None:
-        """Write the numbers anew with the next `refresh`."""
+        """Write the numbers again with the next `refresh`."""
         self._read_s = None
 
 

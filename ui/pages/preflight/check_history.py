@@ -118,7 +118,7 @@ class CheckHistory(QWidget):
         self._lay_out()
 
     def open(self) -> None:
-        """Everything anew, beginning with the module that is named now."""
+        """Everything again, beginning with the module that is named now."""
         self.stations.refresh()
         module_id = self._services.naming.module_id
         self.filter.clear()

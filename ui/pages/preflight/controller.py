@@ -90,7 +90,7 @@ class PreflightController(QObject):
         self._statement = Statement()
         self._progress: Report | None = None
         self._is_port_broken = False
-        self._is_entered_anew = False
+        self._is_entered_again = False
         """While a check ran."""
         self._store_work = StoreWork(self)
         self._filing = 0
@@ -211,9 +211,9 @@ class PreflightController(QObject):
     def enter(self) -> None:
         """Something that belongs to the record was filled in otherwise: the record no longer says what is entered."""
         if self._is_checking:
-            self._is_entered_anew = True
+            self._is_entered_again = True
         elif self.filed is not None and self.void is None:
-            self.void = _ENTERED_ANEW
+            self.void = _ENTERED_AGAIN
         self.changed.emit()
 
     def _take_name(self) -> None:
@@ -336,7 +336,7 @@ class PreflightController(QObject):
             are_records_looked_at=statement.are_records_looked_at,
             is_same_module=statement.is_same_module,
         )
-        is_kept = evidence.is_complete and not self._is_entered_anew and isinstance(store, Store)
+        is_kept = evidence.is_complete and not self._is_entered_again and isinstance(store, Store)
         work = partial(
             file_check,
             evidence,
@@ -358,9 +358,9 @@ class PreflightController(QObject):
             self.filed = filed
             self._by_verdict[filed.assessment.verdict] = filed
             self.trouble = store if isinstance(store, StoreTrouble) else filed.trouble
-            if self._is_entered_anew:
-                self.void = _ENTERED_ANEW
-            self._is_entered_anew = False
+            if self._is_entered_again:
+                self.void = _ENTERED_AGAIN
+            self._is_entered_again = False
             if is_kept and self.trouble is None and self.result("boot_count") is not CheckResult.FAIL:
                 self._naming.remember_adapter()
             then()
@@ -390,4 +390,4 @@ class PreflightController(QObject):
 _STANDINGS = {Verdict.GO: Standing.GO, Verdict.READY: Standing.READY, Verdict.NO_GO: Standing.NO_GO}
 _STANDS = (Standing.GO, Standing.READY)
 _HOLDS = tuple(_STANDINGS.values())
-_ENTERED_ANEW = Void(Disturbance.CHANGED, said(marked("what is entered here")))
+_ENTERED_AGAIN = Void(Disturbance.CHANGED, said(marked("what is entered here")))

@@ -69,7 +69,7 @@ class RecordingsTable(QTableView):
         return tuple(self._filter.entry_at(row) for row in rows)
 
     def choose(self, entries: tuple[RecordingEntry, ...]) -> None:
-        """Select these again where they are still there; the table was filled anew."""
+        """Select these again where they are still there; the table was filled again."""
         wanted = {one.folder for one in entries}
         self.clearSelection()
         for row in range(self._filter.rowCount()):

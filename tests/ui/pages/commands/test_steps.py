@@ -403,7 +403,7 @@ class PaintedWidget(StepButton):
 
 
 def test_what_is_live_looks_enabled(qtbot: QtBot, qapp: QApplication) -> None:
-    """By what was painted of its own accord: grabbing it would paint it anew."""
+    """By what was painted of its own accord: grabbing it would repaint it."""
     gestures().reset()
     window = QWidget()
     qtbot.addWidget(window)

@@ -84,7 +84,7 @@ def test_nothing_of_a_recording_is_remembered_or_kept_as_the_modules(
         assert isinstance(assembly.storage.store, Store)
 
 
-def test_another_speed_begins_anew_and_it_can_be_stopped(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
+def test_another_speed_starts_over_and_it_can_be_stopped(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
     with opened(qtbot, qapp, tmp_path) as (assembly, page, path):
         play(qtbot, assembly, page)
         bar = assembly.window.recording_bar

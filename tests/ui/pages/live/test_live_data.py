@@ -104,7 +104,7 @@ def test_the_rate_counts_reports_streamed_or_polled() -> None:
     assert data.reports_per_s(9.0) == 0
 
 
-def test_another_module_begins_anew() -> None:
+def test_another_module_starts_over() -> None:
     data = LiveData()
     take(data, batch(1.0, report(1.0, active=True), view=device(1.0, attitude_threshold_deg=60, cell_voltage_v=3.9)))
     data.reset()

@@ -314,7 +314,7 @@ def test_beside_the_simulated_module_the_head_of_the_plots_takes_two_rows_at_mos
         head, pause = (page.plot.findChild(QWidget, f"time-plot-{name}") for name in ("header", "pause"))
         assert head is not None
         assert pause is not None
-        qtbot.waitUntil(lambda: head.height() > pause.height(), timeout=WAIT_MS)  # it has been laid out anew
+        qtbot.waitUntil(lambda: head.height() > pause.height(), timeout=WAIT_MS)  # it has been laid out again
         assert head.height() < 3 * pause.height()
 
 

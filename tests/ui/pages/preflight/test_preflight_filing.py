@@ -1,4 +1,4 @@
-"""A check is filed by the store's own thread: the window goes on while the disk takes its time."""
+"""A check is filed by the store's own thread: the window goes on while the disk is slow."""
 
 import threading
 import time
