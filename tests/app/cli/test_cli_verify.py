@@ -10,8 +10,8 @@ from app.records.record import Record, as_text
 from app.safety.acts import Act
 from app.stations.station import fingerprint_of
 from app.store.store import data_folder, open_store
-from tests.app.preflight.test_preflight_record import checked_record
-from tests.app.preflight.test_record_chain import FRAME, file_one
+from tests.app.records.test_filing import FRAME, file_one
+from tests.app.records.test_record import checked_record
 from tests.support.records.stations_made import station
 
 

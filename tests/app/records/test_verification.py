@@ -23,8 +23,8 @@ from app.stations.known import KNOWN_FILE, Stations
 from app.stations.station import KEY_FILE, StationTrouble, encoded, fingerprint_of, own_station
 from app.store.store import open_store
 from app.text.i18n import CHINESE, ENGLISH, set_language, speaking, tr
-from tests.app.preflight.test_preflight_record import checked_record, known_circumstances
-from tests.app.preflight.test_record_chain import file_one
+from tests.app.records.test_filing import file_one
+from tests.app.records.test_record import checked_record, known_circumstances
 from tests.support.records.preflight_rig import FAULTS, check
 from tests.support.records.stations_made import find_station, station
 

@@ -11,7 +11,7 @@ from app.preflight.checks import CHECKS
 from app.records.record import as_text
 from app.records.verification import RecordState, verify_file
 from app.stations.station import fingerprint_of
-from tests.app.preflight.test_preflight_record import checked_record
+from tests.app.records.test_record import checked_record
 from tests.support.records.stations_made import station
 from tests.support.window.preflight_window import find_in, hurry, name_module, on_bench, said
 from ui.pages.preflight.controller import Standing

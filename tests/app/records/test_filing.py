@@ -28,7 +28,7 @@ from pathlib import Path
 from app import version
 from app.safety.acts import Act
 from app.store.store import open_store
-from tests.app.preflight.test_record_chain import FRAME, file_one
+from tests.app.records.test_filing import FRAME, file_one
 
 store = open_store(Path(sys.argv[1]))
 print("ready", flush=True)

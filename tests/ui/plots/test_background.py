@@ -5,7 +5,7 @@ from PySide6.QtGui import QImage, QPainter
 from PySide6.QtWidgets import QApplication
 from pytestqt.qtbot import QtBot
 
-from tests.ui.plots.test_plots import NOW_S, Bench
+from tests.ui.plots.test_time_plot import NOW_S, Bench
 from ui.plots import background as plot_ground
 from ui.plots.paint import Picture, paint_back
 from ui.style import theme

@@ -17,7 +17,7 @@ from app.procedures.history import read_history
 from app.procedures.stream import StreamSwitch, watch
 from protocol.catalogue import BY_NAME, HEARTBEAT
 from protocol.frame import encode_reply
-from tests.app.captures.test_capture_played import recorded
+from tests.app.captures.test_player import recorded
 from tests.support.line.batches import Batches
 from tests.support.line.sim_line import Rig
 from tests.support.records.captures import EMPTY_SLOT, STATUS_FRAME, written
