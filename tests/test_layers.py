@@ -8,6 +8,7 @@ import re
 import sys
 from collections import Counter
 from collections.abc import Iterable, Iterator
+from graphlib import CycleError, TopologicalSorter
 from pathlib import Path
 from typing import NamedTuple
 
@@ -184,6 +185,30 @@ def test_no_folder_is_overfull() -> None:
     files = [path for path in sources((*PACKAGES, "docs", "tests")) if path.name != "__init__.py"]
     crowds = Counter(path.parent.relative_to(ROOT).as_posix() for path in files)
     assert {folder: count for folder, count in crowds.items() if count > FULLEST_FOLDER_FILES} == {}
+
+
+def circle(imported: dict[str, set[str]]) -> list[str]:
+    """Files that import each other, however long the way round; empty where there is none."""
+    try:
+        TopologicalSorter(imported).prepare()
+    except CycleError as error:
+        return list(error.args[1])
+    return []
+
+
+@pytest.mark.parametrize("package", ["protocol", "app"])
+def test_no_files_import_each_other(package: str) -> None:
+    imported = {}
+    for path in sources([package]):
+        name = ".".join(path.relative_to(ROOT).with_suffix("").parts)
+        names = {one.module for one in imports(path.read_text(encoding="utf-8")) if not one.is_in_function}
+        imported[name] = names | {name.rpartition(".")[0] for name in names}
+    assert circle({name: names & imported.keys() - {name} for name, names in imported.items()}) == []
+
+
+def test_a_circle_is_found() -> None:
+    assert set(circle({"a": {"b"}, "b": {"c"}, "c": {"a"}, "d": {"a"}})) == {"a", "b", "c"}
+    assert circle({"a": {"b"}, "b": {"c"}, "c": set()}) == []
 
 
 def test_packaging_is_no_package() -> None:

@@ -126,7 +126,7 @@ def _log(store: "Store | None") -> int:
         say(tr("This computer has no audit log."))
         return USED_WRONGLY
     try:
-        faults = check_audit_chain(store.database)
+        faults = check_audit_chain(store.database.read)
         count = store.database.read("SELECT count(*) FROM audit")[0][0]
     except StoreTrouble as error:
         say(error.sentence)

@@ -53,7 +53,7 @@ def with_logged_flags(
     try:
         entries = store.audit()
         found = {key: logged for key in unknown if (logged := _last_set(key, entries, now)) is not None}
-        if not found or check_audit_chain(store.database):
+        if not found or check_audit_chain(store.database.read):
             return evidence
     except (StoreTrouble, ValueError, TypeError, KeyError):
         _log.warning("The audit log does not tell how the triggers stand", exc_info=True)

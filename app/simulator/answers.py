@@ -1,28 +1,24 @@
 """The simulated module's answer to each command of the catalogue."""
 
 from collections.abc import Callable
-from typing import TYPE_CHECKING
 
 from app.simulator import defects as lies
+from app.simulator.hardware import HEARTBEAT_REPLY, Hardware
 from app.simulator.memory import RECORD_DATA_LENGTH, record_frame
 from app.simulator.quirks import BaudChange, Delivery, EmptySlots, Rule, Streaming
 from app.simulator.settings import ACCEPTED, Kept, keep
-from protocol.catalogue import BY_CODE, FLAG, HEARTBEAT, INVERTED, MODULE_HEADER, RECORDS_KEPT, TRIGGER_RECORDS, Request
+from protocol.catalogue import BY_CODE, FLAG, INVERTED, RECORDS_KEPT, TRIGGER_RECORDS, Request
 from protocol.fields import Flag
 from protocol.frame import encode_reply
 from protocol.messages import Source
 
-if TYPE_CHECKING:
-    from app.simulator.module import SimulatedModule
-
-HEARTBEAT_REPLY = MODULE_HEADER + HEARTBEAT.query().encode()[2:]
 PIECE_LENGTH = 7
 """Neither a frame nor half of one, so that every border of a frame is crossed."""
 
-Answer = Callable[["SimulatedModule", Request, float], None]
+Answer = Callable[[Hardware, Request, float], None]
 
 
-def answer(module: "SimulatedModule", request: Request, now_s: float) -> None:
+def answer(module: Hardware, request: Request, now_s: float) -> None:
     """Do what a valid request says and queue the reply."""
     quirks, code = module.quirks, request.command.code
     asked = module.asked
@@ -45,7 +41,7 @@ def answer(module: "SimulatedModule", request: Request, now_s: float) -> None:
     lies.follow(module, request, time, before, now_s)
 
 
-def _insert(module: "SimulatedModule", rule: Rule, at_s: float) -> None:
+def _insert(module: Hardware, rule: Rule, at_s: float) -> None:
     """A reply that nobody asked for, with the true value unless the rule says another one."""
     code = rule.effect
     if rule.value is not None:
@@ -58,14 +54,14 @@ def _insert(module: "SimulatedModule", rule: Rule, at_s: float) -> None:
         _reply(module, code, ACCEPTED, at_s)
 
 
-def _reply(module: "SimulatedModule", code: int, value: int, now_s: float) -> None:
+def _reply(module: Hardware, code: int, value: int, now_s: float) -> None:
     module.send(encode_reply(code, value), now_s)
 
 
-def _value(read: Callable[["SimulatedModule", float], int]) -> Answer:
+def _value(read: Callable[[Hardware, float], int]) -> Answer:
     """Answer of a command that only reports one byte."""
 
-    def report(module: "SimulatedModule", request: Request, now_s: float) -> None:
+    def report(module: Hardware, request: Request, now_s: float) -> None:
         module.advance(now_s)
         _reply(module, request.command.code, read(module, now_s), now_s)
 
@@ -75,7 +71,7 @@ def _value(read: Callable[["SimulatedModule", float], int]) -> Answer:
 def _setting(attribute: str) -> Answer:
     """Answer of a setting in the memory that can be asked and set."""
 
-    def ask_or_set(module: "SimulatedModule", request: Request, now_s: float) -> None:
+    def ask_or_set(module: Hardware, request: Request, now_s: float) -> None:
         value: int = getattr(module.memory, attribute)
         if request.is_set:
             kept = keep(request.command, request.data, value, module.quirks)
@@ -89,7 +85,7 @@ def _setting(attribute: str) -> Answer:
 def _flag(attribute: str, field: Flag) -> Answer:
     """Answer of a flag that can be set and never asked (E8)."""
 
-    def set_flag(module: "SimulatedModule", request: Request, now_s: float) -> None:
+    def set_flag(module: Hardware, request: Request, now_s: float) -> None:
         kept = _keep_flag(module, request, attribute, field)
         code = request.command.code
         # E4: the table prints the acknowledgement of 17 with code 16.
@@ -98,18 +94,18 @@ def _flag(attribute: str, field: Flag) -> Answer:
     return set_flag
 
 
-def _keep_flag(module: "SimulatedModule", request: Request, attribute: str, field: Flag) -> Kept:
+def _keep_flag(module: Hardware, request: Request, attribute: str, field: Flag) -> Kept:
     old = field.encode(getattr(module.state, attribute))
     kept = keep(request.command, request.data, old, module.quirks)
     setattr(module.state, attribute, kept.value == field.true)
     return kept
 
 
-def _heartbeat(module: "SimulatedModule", _request: Request, now_s: float) -> None:
+def _heartbeat(module: Hardware, _request: Request, now_s: float) -> None:
     module.send(HEARTBEAT_REPLY, now_s)
 
 
-def _activation(module: "SimulatedModule", request: Request, now_s: float) -> None:
+def _activation(module: Hardware, request: Request, now_s: float) -> None:
     kept = keep(request.command, request.data, int(module.state.is_active), module.quirks)
     is_active = kept.value == FLAG.true
     if module.quirks.activates if is_active else module.quirks.locks:
@@ -118,7 +114,7 @@ def _activation(module: "SimulatedModule", request: Request, now_s: float) -> No
     _reply(module, request.command.code, kept.acknowledgement, now_s)
 
 
-def _deploy(module: "SimulatedModule", request: Request, now_s: float) -> None:
+def _deploy(module: Hardware, request: Request, now_s: float) -> None:
     if request.data == 0x01:
         module.state.is_forbidden = False
         has_fired = module.fire(Source.SERIAL, now_s)
@@ -129,13 +125,13 @@ def _deploy(module: "SimulatedModule", request: Request, now_s: float) -> None:
         _reply(module, request.command.code, 0x00, now_s)
 
 
-def _shutdown(module: "SimulatedModule", request: Request, now_s: float) -> None:
+def _shutdown(module: Hardware, request: Request, now_s: float) -> None:
     _reply(module, request.command.code, ACCEPTED, now_s)
     if module.quirks.shuts_down:
         module.shut_down(now_s)
 
 
-def _serial_output(module: "SimulatedModule", request: Request, now_s: float) -> None:
+def _serial_output(module: Hardware, request: Request, now_s: float) -> None:
     how = module.quirks.stream
     if how is Streaming.SILENT:
         return
@@ -147,7 +143,7 @@ def _serial_output(module: "SimulatedModule", request: Request, now_s: float) ->
         module.stop_stream()
 
 
-def _baud_rate(module: "SimulatedModule", request: Request, now_s: float) -> None:
+def _baud_rate(module: Hardware, request: Request, now_s: float) -> None:
     kept = keep(request.command, request.data, module.memory.baud_code, module.quirks)
     module.memory.baud_code = kept.value
     how = module.quirks.baud_ack
@@ -158,23 +154,23 @@ def _baud_rate(module: "SimulatedModule", request: Request, now_s: float) -> Non
         module.baud_rate = module.memory.baud_rate
 
 
-def _zero(module: "SimulatedModule", request: Request, now_s: float) -> None:
+def _zero(module: Hardware, request: Request, now_s: float) -> None:
     if module.quirks.keeps and module.quirks.zeroes:
         module.memory.zero_tilt_deg = module.world.motion(now_s).tilt_deg
     _reply(module, request.command.code, ACCEPTED, now_s)
 
 
-def _status(module: "SimulatedModule", _request: Request, now_s: float) -> None:
+def _status(module: Hardware, _request: Request, now_s: float) -> None:
     module.advance(now_s)
     module.send(module.status(now_s), now_s)
 
 
-def _cell_voltage(module: "SimulatedModule", _request: Request, now_s: float) -> None:
+def _cell_voltage(module: Hardware, _request: Request, now_s: float) -> None:
     module.advance(now_s)
     _reply(module, module.quirks.voltage_code, module.voltage(now_s), now_s)
 
 
-def _trigger_records(module: "SimulatedModule", _request: Request, now_s: float) -> None:
+def _trigger_records(module: Hardware, _request: Request, now_s: float) -> None:
     module.advance(now_s)
     time, dropped = module.asked[TRIGGER_RECORDS.code, False], module.quirks.drop_records
     frames = [

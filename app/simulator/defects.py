@@ -1,15 +1,12 @@
 """Lies and defects of the simulated module: what happens besides, or instead of, what it acknowledged."""
 
 from functools import partial
-from typing import TYPE_CHECKING
 
+from app.simulator.hardware import Hardware
 from app.simulator.quirks import Marks, Occasion, Rule
 from app.simulator.settings import clamped
 from protocol.catalogue import BY_CODE, FLAG, INVERTED, Hazard, Request
 from protocol.fields import Flag
-
-if TYPE_CHECKING:
-    from app.simulator.module import SimulatedModule
 
 _IN_MEMORY = {
     0x15: "light_threshold",
@@ -38,7 +35,7 @@ def is_marked_at(marks: Marks, what: int, time: int) -> bool:
     return what in marks or Occasion(what, time) in marks
 
 
-def read_raw(module: "SimulatedModule", code: int) -> int:
+def read_raw(module: Hardware, code: int) -> int:
     """The byte that a setting or a state has now."""
     if code in _IN_MEMORY:
         return int(getattr(module.memory, _IN_MEMORY[code]))
@@ -48,7 +45,7 @@ def read_raw(module: "SimulatedModule", code: int) -> int:
     return field.encode(getattr(module.state, name))
 
 
-def write_raw(module: "SimulatedModule", code: int, raw: int) -> None:
+def write_raw(module: Hardware, code: int, raw: int) -> None:
     """Change it without being asked and without a word."""
     if code in _IN_MEMORY:
         setattr(module.memory, _IN_MEMORY[code], raw)
@@ -63,12 +60,12 @@ def rules_for(rules: tuple[Rule, ...], code: int, time: int) -> list[Rule]:
     return [rule for rule in rules if rule.cause == code and rule.time in (0, time)]
 
 
-def settings_before(module: "SimulatedModule") -> dict[int, int]:
+def settings_before(module: Hardware) -> dict[int, int]:
     """What could be reverted after the request that follows."""
     return {code: read_raw(module, code) for code in _REVERTING} if module.quirks.revert_ms else {}
 
 
-def follow(module: "SimulatedModule", request: Request, time: int, before: dict[int, int], now_s: float) -> None:
+def follow(module: Hardware, request: Request, time: int, before: dict[int, int], now_s: float) -> None:
     """What happens besides, now or later, once a request was answered."""
     quirks, code = module.quirks, request.command.code
     if request.hazard is Hazard.NONE:
@@ -86,7 +83,7 @@ def follow(module: "SimulatedModule", request: Request, time: int, before: dict[
         module.plans.add(at_s, partial(module.restart, at_s, is_silent=True))
 
 
-def _change(module: "SimulatedModule", rule: Rule, raw: int, now_s: float) -> None:
+def _change(module: Hardware, rule: Rule, raw: int, now_s: float) -> None:
     act = partial(write_raw, module, rule.effect, raw if rule.value is None else rule.value)
     if rule.after_ms:
         module.plans.add(now_s + rule.after_ms / 1000, act)
@@ -94,5 +91,5 @@ def _change(module: "SimulatedModule", rule: Rule, raw: int, now_s: float) -> No
         act()
 
 
-def _clamp(module: "SimulatedModule", code: int) -> None:
+def _clamp(module: Hardware, code: int) -> None:
     write_raw(module, code, clamped(BY_CODE[code], read_raw(module, code)))

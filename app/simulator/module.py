@@ -11,282 +11,26 @@ hold back every trigger until `11 01`, `10` or a restart; sends records oldest f
 host frame.
 """
 
-import heapq
 import math
-import random
-from collections import Counter
-from typing import NamedTuple
 
-from app.firing.judge import Judge, SensorSample
-from app.simulator.answers import HEARTBEAT_REPLY, answer
-from app.simulator.memory import ODD_VOLTAGE, Memory, ModuleState, TriggerMoment, limits, record_data
-from app.simulator.physics import SENSOR_PERIOD_S, Physics
-from app.simulator.quirks import Quirks
-from app.simulator.schedule import Schedule
-from protocol.catalogue import CELL_VOLT, HOST_HEADER, STATUS_CODE, TENTH_G, TENTH_VOLT, Layout, Request
-from protocol.frame import HOST_FRAME_LENGTH, check_host, decode_request, encode_long
-from protocol.messages import Source
+from app.simulator.answers import answer
+from app.simulator.hardware import Hardware, SentBytes
+from protocol.catalogue import HOST_HEADER, Request
+from protocol.frame import HOST_FRAME_LENGTH, check_host, decode_request
 
-BOOT_GAP_S = 0.05  # "间隔50ms"
-LONGEST_WATCH_S = 10.0
-STREAM_BACKLOG_S = 5.0
-"""A stream that nobody collected for longer is lost, as in a driver whose buffer is full."""
 BROKEN_OFF_S = 0.1
 """Part of a host frame, then this much silence: the rest will not come."""
-HOST_SILENT_S = 30.0
-"""The host sends a heartbeat every 10 to 30 s: after this a record says that the serial link is not connected."""
-LOWEST_RATE_HZ, HIGHEST_RATE_HZ = 1.0, 1440.0
-BITS_PER_BYTE = 10
 
 
-class SentBytes(NamedTuple):
-    """Bytes that leave the module as one burst."""
+class SimulatedModule(Hardware):
+    """The hardware with what it understands of the host's bytes."""
 
-    at_s: float
-    """When its first bit leaves; may lie ahead while the line is busy."""
-    data: bytes
-    baud_rate: int
-    is_streamed: bool = False
-
-
-class _Due(NamedTuple):
-    at_s: float
-    order: int
-    data: bytes
-    baud_rate: int
-    is_streamed: bool = False
-
-
-def to_byte(value: float) -> int:
-    """Nearest u8."""
-    return min(255, max(0, round(value)))
-
-
-class SimulatedModule:
-    """One module, switched off at first. `world` may be shared with whoever moves it, between two calls."""
-
-    def __init__(
-        self, world: Physics, quirks: Quirks | None = None, *, memory: Memory | None = None, rate_hz: float = 50.0
-    ) -> None:
-        self.world: Physics = world
-        self.asked: Counter[tuple[int, bool]] = Counter()
-        """How often each code was asked (False) and set (True) since its ways were last changed."""
-        self._dialect: Quirks = quirks or Quirks()
-        self.memory: Memory = memory or Memory()
-        self.state: ModuleState = ModuleState()
-        self.baud_rate = self.memory.baud_rate
-        """Of its line now; the one in `memory` counts after a restart (E9)."""
-        self.is_on = False
-        self.stream_frames_sent = 0
-        self._rate_hz = rate_hz
-        self._judge = Judge()
-        self._fired = Source(0)
-        self._heard = b""
-        self._due: list[_Due] = []
-        self.bursts_queued = 0
-        self.plans = Schedule()
-        self._late_report = (False, -math.inf)
-        self._jitter_random = random.Random(world.seed)  # noqa: S311 (jitter, not secrets)
-        self._jitter_until_s = -math.inf
-        self._line_free_s = -math.inf
-        self._stream_due_s = self._stream_base_s = math.inf
-        self._stream_step = 0
-        self._stream_held_until_s = -math.inf
-        self._booted_s = 0.0
-        self._heard_s = self._last_byte_s = -math.inf
-        self._sampled_s = -math.inf
-
-    # What it is
-
-    @property
-    def quirks(self) -> Quirks:
-        return self._dialect
-
-    @quirks.setter
-    def quirks(self, quirks: Quirks) -> None:
-        self._dialect = quirks
-        self.asked.clear()
-
-    @property
-    def is_triggered(self) -> bool:
-        return bool(self._fired)
-
-    @property
-    def rate_hz(self) -> float:
-        """Status frames a second while serial output is on; the table names none."""
-        return self._rate_hz
-
-    @rate_hz.setter
-    def rate_hz(self, rate_hz: float) -> None:
-        self._rate_hz = min(HIGHEST_RATE_HZ, max(LOWEST_RATE_HZ, rate_hz))
-        self._base_stream(self._stream_due_s)
-
-    @property
-    def is_streaming(self) -> bool:
-        return self._stream_due_s != math.inf
-
-    def tilt_deg(self, now_s: float) -> float:
-        """Angle to what was level at the last zeroing."""
-        return abs(self.world.motion(now_s).tilt_deg - self.memory.zero_tilt_deg)
-
-    def light(self, now_s: float) -> int:
-        return to_byte(self.world.light_v(now_s, is_inverted=self.quirks.light_inverted) * TENTH_VOLT.per_unit)
-
-    def voltage(self, now_s: float) -> int:
-        return to_byte(self.world.voltage_v(now_s) * CELL_VOLT.per_unit)
-
-    def status(self, now_s: float) -> bytes:
-        """The eight bytes of frame 32."""
-        motion = self.world.motion(now_s)
-        tilt = to_byte(abs(motion.tilt_deg - self.memory.zero_tilt_deg))
-        acceleration = to_byte(motion.acceleration_g * TENTH_G.per_unit)
-        is_active = self.reports_active(now_s)
-        return encode_long(STATUS_CODE, bytes((tilt, acceleration, bool(self._fired), is_active)))
-
-    def reports_active(self, now_s: float) -> bool:
-        """Whether it says that it is active: the truth, unless it reports it late."""
-        before, until_s = self._late_report
-        return before if now_s < until_s else self.state.is_active
-
-    def report_active_late(self, now_s: float) -> None:
-        """Until the dialect's time has passed it reports what it reports now."""
-        self._late_report = (self.reports_active(now_s), now_s + self.quirks.active_late_ms / 1000)
-
-    # Power
-
-    def power_on(self, now_s: float, *, is_silent: bool = False) -> None:
-        """Boot: one more boot counted (0 follows 255), two heartbeats, triggers enabled, locked (but see E15)."""
-        if self.quirks.forgets:
-            self.memory.forget_settings()
-        self.memory.boot_count = (self.memory.boot_count + 1) & 0xFF
-        if not self.quirks.remembers:
-            self.state = ModuleState()
-        if self.quirks.stream_at_boot:
-            self.state.serial_output_is_on = True
-        self.is_on = True
-        self.baud_rate = self.memory.baud_rate
-        self._clear()
-        self._booted_s = self._sampled_s = now_s
-        if not is_silent:
-            self.send(HEARTBEAT_REPLY, now_s)
-            self.send(HEARTBEAT_REPLY, now_s + BOOT_GAP_S)
-        if self.state.serial_output_is_on:
-            self.start_stream(now_s + 2 * BOOT_GAP_S)
-
-    def power_off(self) -> None:
-        """At once; what it had still to say is lost."""
-        self.is_on = False
-        self._clear()
-
-    def shut_down(self, now_s: float) -> None:
-        """Off after what is waiting to be sent up to now."""
-        due = [one for one in self._due if one.at_s <= now_s]
-        self.power_off()
-        self._due = sorted(due)
-
-    def restart(self, now_s: float, *, is_silent: bool = False) -> None:
-        """Off and on again; a silent one leaves out the two heartbeats."""
-        self.power_off()
-        self.power_on(now_s, is_silent=is_silent)
-
-    def press_switch(self, now_s: float) -> None:
-        """Its switch, held for 2 s: on if it was off."""
-        if not self.is_on:
-            self.power_on(now_s)
-
-    def plug_charger(self, now_s: float) -> None:
-        """External power; it also wakes a module that was shut down ("通过外接供电通电自醒开机")."""
-        self.advance(now_s)
-        was_powered = self.world.has_external_power
-        self.world.has_external_power = True
-        if not was_powered:
-            self.press_switch(now_s)
-
-    def unplug_charger(self, now_s: float) -> None:
-        self.advance(now_s)
-        self.world.has_external_power = False
+    _heard = b""
+    _last_byte_s = -math.inf
 
     def _clear(self) -> None:
-        self._fired = Source(0)
-        self._judge.stand_by()
-        self._heard = b""
-        self._due.clear()
-        self.plans.clear()
-        self._late_report = (False, -math.inf)
-        self._jitter_until_s = -math.inf
-        self._line_free_s = self._stream_held_until_s = -math.inf
-        self._heard_s = self._last_byte_s = -math.inf
-        self._stream_due_s = math.inf
-
-    # Its triggers
-
-    def activate(self, *, is_active: bool) -> None:
-        """Active or locked; either ends a prohibition, and locking ends "triggered"."""
-        self.state.is_active = is_active
-        self.state.is_forbidden = False
-        if not is_active:
-            self.end_trigger()
-
-    def end_trigger(self) -> None:
-        self._fired = Source(0)
-        self._judge.stand_by()
-
-    def fire(self, sources: Source, now_s: float) -> bool:
-        """Fire and write a record, unless locked or forbidden; False then."""
-        if not (self.is_on and self.state.is_active) or self.state.is_forbidden:
-            return False
-        self._fired |= sources
-        moment = TriggerMoment(
-            uptime_s=now_s - self._booted_s,
-            sources=sources,
-            serial_is_connected=now_s - self._heard_s <= HOST_SILENT_S,
-            is_charging=self.world.has_external_power,
-            light=self.light(now_s),
-            voltage=ODD_VOLTAGE if self.quirks.odd_voltage else self.voltage(now_s),
-        )
-        self.memory.records.append(record_data(self.memory, moment))
-        self.world.open_parachute(now_s)
-        return True
-
-    def _planned_s(self) -> float:
-        """When it next does something by itself that nobody asked for."""
-        if not self.is_on:
-            return math.inf
-        runs_s = self.quirks.restart_at_s
-        return min(self.plans.next_s, max(self._sampled_s, self._booted_s + runs_s) if runs_s else math.inf)
-
-    def _do_planned(self, now_s: float) -> None:
-        while (at_s := self._planned_s()) <= now_s:
-            if self.plans.next_s <= at_s:
-                self.plans.do_next()
-            else:
-                self.restart(at_s, is_silent=True)
-
-    def advance(self, now_s: float) -> None:
-        """Let the time pass for its sensor and its triggers; sends nothing."""
-        self._do_planned(now_s)
-        if not (self.is_on and self.state.is_active):
-            self._sampled_s = now_s
-        watch_until_s = min(now_s, self._sampled_s + LONGEST_WATCH_S)
-        while self._sampled_s + SENSOR_PERIOD_S <= watch_until_s:
-            self._sampled_s += SENSOR_PERIOD_S
-            self._sense(self._sampled_s)
-        if watch_until_s < now_s:
-            self._sampled_s = now_s
-            self._sense(now_s)
-        self.world.advance(now_s)
-
-    def _sense(self, at_s: float) -> None:
-        motion = self.world.motion(at_s)
-        sample = SensorSample(at_s, abs(motion.tilt_deg - self.memory.zero_tilt_deg), motion.acceleration_g)
-        is_armed = self.state.is_active and not self.state.is_forbidden
-        verdict = self._judge.judge(sample, limits(self.memory, self.state), is_active=is_armed)
-        if Source.ATTITUDE in self._fired and Source.ATTITUDE not in verdict.standing:
-            self._fired &= ~Source.ATTITUDE
-        if verdict.fired:
-            self.fire(verdict.fired, at_s)
-
-    # Its line
+        super()._clear()
+        self._heard, self._last_byte_s = b"", -math.inf
 
     def receive(self, data: bytes, now_s: float) -> bytes:
         """Take bytes from the host; the bytes that leave at once, without regard to the time they take on the line."""
@@ -303,7 +47,7 @@ class SimulatedModule:
             return sent
         for request in self._requests(data, now_s):
             if self.is_on:
-                self._heard_s = now_s
+                self.heard_s = now_s
                 answer(self, request, now_s)
         return sent + self.collect(now_s)
 
@@ -324,74 +68,3 @@ class SimulatedModule:
                 position = start + 1
         self._heard = heard[start:] if start >= 0 else heard[position:][-1:]
         return requests
-
-    def collect(self, now_s: float) -> list[SentBytes]:
-        """Like `tick`, burst by burst, with the time and the rate of each."""
-        sent: list[SentBytes] = []
-        if self._stream_due_s < now_s - STREAM_BACKLOG_S:
-            self._base_stream(now_s - STREAM_BACKLOG_S)
-        while True:
-            queued_s = self._due[0].at_s if self._due else math.inf
-            at_s = min(queued_s, self._stream_due_s)
-            if (planned_s := self._planned_s()) <= min(at_s, now_s):
-                self.advance(planned_s)
-                continue
-            if at_s > now_s:
-                break
-            if queued_s <= self._stream_due_s:
-                sent.append(self._transmit(heapq.heappop(self._due)))
-            else:
-                self._stream_one(at_s)
-        self.advance(now_s)
-        return sent
-
-    def next_due(self, now_s: float) -> float | None:
-        """When `tick` has something to send next; None while it only waits."""
-        due_s = min(self._due[0].at_s if self._due else math.inf, self._stream_due_s, self._planned_s())
-        return None if due_s == math.inf else max(now_s, due_s)
-
-    def send(self, data: bytes, at_s: float) -> None:
-        """Queue a burst at the rate that the line has now."""
-        self._queue(_Due(at_s, 0, data, self.baud_rate))
-
-    def _queue(self, due: _Due) -> None:
-        self.bursts_queued += 1
-        heapq.heappush(self._due, due._replace(order=self.bursts_queued))
-
-    def repeat_since(self, queued: int, after_s: float) -> None:
-        """Queue everything once more that was queued since there were `queued` bursts."""
-        for due in sorted(one for one in self._due if one.order > queued):
-            self._queue(due._replace(at_s=due.at_s + after_s))
-
-    def hold_stream(self, until_s: float) -> None:
-        """No status may fall between the pieces of a record."""
-        self._stream_held_until_s = until_s
-
-    def start_stream(self, now_s: float) -> None:
-        if not self.is_streaming:
-            self._base_stream(now_s + 1 / self._rate_hz)
-
-    def stop_stream(self) -> None:
-        self._stream_due_s = math.inf
-
-    def _base_stream(self, first_s: float) -> None:
-        """The next frame is due then, and the others by multiplication: adding up would drift."""
-        self._stream_due_s = self._stream_base_s = first_s
-        self._stream_step = 0
-
-    def _stream_one(self, at_s: float) -> None:
-        self._stream_step += 1
-        self._stream_due_s = self._stream_base_s + self._stream_step / self._rate_hz
-        self.advance(at_s)
-        frame_s = Layout.STATUS.value * BITS_PER_BYTE / self.baud_rate
-        # A line that is a whole frame behind cannot carry this one too: it is left out, never queued without end.
-        if at_s >= self._stream_held_until_s and self._line_free_s - at_s <= frame_s:
-            late_s = self._jitter_random.uniform(0.0, self.quirks.stream_jitter_ms) / 1000
-            self._jitter_until_s = max(self._jitter_until_s, at_s + late_s)
-            self._queue(_Due(self._jitter_until_s, 0, self.status(at_s), self.baud_rate, is_streamed=True))
-            self.stream_frames_sent += 1
-
-    def _transmit(self, due: _Due) -> SentBytes:
-        begins_s = max(due.at_s, self._line_free_s)
-        self._line_free_s = begins_s + len(due.data) * BITS_PER_BYTE / due.baud_rate
-        return SentBytes(begins_s, due.data, due.baud_rate, due.is_streamed)

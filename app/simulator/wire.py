@@ -10,7 +10,8 @@ from dataclasses import dataclass
 from enum import StrEnum
 from typing import NamedTuple
 
-from app.simulator.module import BITS_PER_BYTE, SentBytes, SimulatedModule
+from app.simulator.hardware import BITS_PER_BYTE, SentBytes
+from app.simulator.module import SimulatedModule
 from protocol.frame import HOST_FRAME_LENGTH
 
 LONGEST_GARBAGE = 12

@@ -7,15 +7,12 @@ and a log cut off at its end looks like an older one.
 
 import hashlib
 import json
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from enum import Enum
-from typing import TYPE_CHECKING, Any, Final
+from typing import Any, Final
 
 from protocol.translatable import marked
-
-if TYPE_CHECKING:
-    from app.store.database import Database
 
 CHAIN_HASH: Final = "chain_hash"
 """The name of `chain_hash` in SQL."""
@@ -66,10 +63,10 @@ class AuditFault:
     fault: ChainFault
 
 
-def check_audit_chain(database: "Database") -> tuple[AuditFault, ...]:
-    """What is wrong with the log, by entry; empty where it is whole. Raises `StoreTrouble`."""
-    rows = {row[0]: row for row in database.read(f"SELECT {', '.join(_COLUMNS)} FROM audit")}  # noqa: S608
-    links = [_Link(*row) for row in database.read("SELECT entry, previous, hash FROM audit_chain ORDER BY id")]
+def check_audit_chain(read: Callable[[str], list[Any]]) -> tuple[AuditFault, ...]:
+    """What is wrong with the log that `read` queries, by entry; empty where it is whole. Raises what `read` does."""
+    rows = {row[0]: row for row in read(f"SELECT {', '.join(_COLUMNS)} FROM audit")}  # noqa: S608
+    links = [_Link(*row) for row in read("SELECT entry, previous, hash FROM audit_chain ORDER BY id")]
     return tuple(sorted(set(_faults(rows, links)), key=lambda one: (one.entry, one.fault.name)))
 
 

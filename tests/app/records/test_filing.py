@@ -89,7 +89,7 @@ def test_two_programs_that_file_at_once_make_one_chain(tmp_path: Path) -> None:
         assert [record["number"] for record in records] == list(range(1, len(records) + 1))
         assert [record["previous"] for record in records] == [None, *(one["hash"] for one in records[:-1])]
         assert len(records) >= 10
-        assert check_audit_chain(store.database) == ()
+        assert check_audit_chain(store.database.read) == ()
 
 
 def test_modules_without_a_name_have_a_chain_for_each_adapter(tmp_path: Path) -> None:
@@ -133,7 +133,7 @@ def _logged(folder: Path) -> None:
 def test_the_log_is_chained(tmp_path: Path) -> None:
     _logged(tmp_path)
     with closing(open_store(tmp_path)) as store:
-        assert check_audit_chain(store.database) == ()
+        assert check_audit_chain(store.database.read) == ()
         assert store.database.read("SELECT count(*) FROM audit_chain") == [(5,)]
 
 
@@ -159,7 +159,7 @@ def test_whatever_is_altered_in_the_log_is_found(tmp_path: Path, tampering: str,
         for name in ("audit_began", "audit_changed"):
             database.write(f"DROP TRIGGER {name}")
         database.write(tampering)
-        assert expected in check_audit_chain(database)
+        assert expected in check_audit_chain(database.read)
 
 
 def test_a_link_that_was_replaced_breaks_the_chain(tmp_path: Path) -> None:
@@ -173,7 +173,7 @@ def test_a_link_that_was_replaced_breaks_the_chain(tmp_path: Path) -> None:
             "UPDATE audit_chain SET hash = chain_hash(previous, 2, NULL, 'p', 'window', 'x', 'lock', '', '{}', NULL, "
             "NULL, NULL) WHERE id = 3"
         )
-        assert check_audit_chain(database)
+        assert check_audit_chain(database.read)
 
 
 def test_a_log_from_before_is_chained_when_it_is_migrated(tmp_path: Path) -> None:
@@ -187,11 +187,11 @@ def test_a_log_from_before_is_chained_when_it_is_migrated(tmp_path: Path) -> Non
                 (number, settled),
             )
     with closing(open_store(tmp_path)) as store:
-        assert check_audit_chain(store.database) == ()
+        assert check_audit_chain(store.database.read) == ()
         store.settle(2, Outcome.CONFIRMED, {})
-        assert check_audit_chain(store.database) == ()
+        assert check_audit_chain(store.database.read) == ()
         for name in ("audit_began", "audit_changed"):
             store.database.write(f"DROP TRIGGER {name}")
         store.database.write("UPDATE audit SET origin = 'other' WHERE id = 1")
-        assert check_audit_chain(store.database) == (AuditFault(1, ChainFault.ALTERED),)
+        assert check_audit_chain(store.database.read) == (AuditFault(1, ChainFault.ALTERED),)
     assert (tmp_path / FILE_NAME).exists()
