@@ -196,7 +196,7 @@ def circle(imported: dict[str, set[str]]) -> list[str]:
     return []
 
 
-@pytest.mark.parametrize("package", ["protocol", "app"])
+@pytest.mark.parametrize("package", PACKAGES)
 def test_no_files_import_each_other(package: str) -> None:
     imported = {}
     for path in sources([package]):

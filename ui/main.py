@@ -41,8 +41,9 @@ from ui.shell.main_window import MainWindow
 from ui.shell.shutdown import end_process
 from ui.shell.unattended_run import has_seen_status, leave_evidence
 from ui.shell.uncaught_errors import UncaughtErrors
+from ui.style.appearance import Appearance
 from ui.style.icons import Icon, app_icon
-from ui.style.theme import Appearance, Choice, Meaning
+from ui.style.theme import Choice, Meaning
 from ui.widgets.notice_bar import Notice
 
 _log = logging.getLogger(__name__)
@@ -173,7 +174,9 @@ def assemble(
     services = Services(connector, texts, appearance, lock, storage, preferences, log=log)
     connector.remember_stream(storage.stream_memory)
     services.naming.follow(connector, storage)
-    storage.sessions.follow(connector, services.naming)
+    storage.sessions.follow(connector)
+    naming = services.naming
+    naming.changed.connect(lambda: storage.sessions.name_module(naming.name))
     window = MainWindow(services, ports, language_switch, preferences, entries=entries)
     help_actions = HelpActions(window, services, entries)
     load = _load_pages if entries is PAGES else None

@@ -17,8 +17,8 @@ from ui.services.draft_exchange import DraftExchange
 from ui.services.lock import LockControl
 from ui.services.module_name import ModuleName
 from ui.services.storage import PendingEdits, Storage
+from ui.style.appearance import Appearance
 from ui.style.icons import Icon
-from ui.style.theme import Appearance
 
 
 class Page(Protocol):

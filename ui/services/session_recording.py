@@ -21,10 +21,9 @@ from ui.core.connector import Connector
 from ui.services.tour_port import TOUR_PORT
 
 if TYPE_CHECKING:
-    # The first two load numpy, which the window's first paint does not wait for; the third needs this module.
+    # They load numpy, which the window's first paint does not wait for.
     from app.recordings.library import RecordingLibrary
     from app.recordings.recorder import Recorder
-    from ui.services.module_name import ModuleName
 
 _log = logging.getLogger(__name__)
 MakeWorker = Callable[[Callable[[Batch], None]], Worker]
@@ -93,7 +92,8 @@ class SessionRecording:
         self._sitting = SessionTracker()
         self._lock = threading.Lock()
         self._connector: Connector | None = None
-        self._naming: ModuleName | None = None
+        self._module = ""
+        """The name of the module that is connected."""
 
     @cached_property
     def library(self) -> "RecordingLibrary":
@@ -116,11 +116,10 @@ class SessionRecording:
 
         return made
 
-    def follow(self, connector: Connector, naming: "ModuleName") -> None:
-        """Learn from these which adapter a port is, when a person gives a port up, and what the module is called."""
-        self._connector, self._naming = connector, naming
+    def follow(self, connector: Connector) -> None:
+        """Learn from it which adapter a port is, and when a person gives a port up."""
+        self._connector = connector
         connector.changed.connect(self._watch_wish)
-        naming.changed.connect(self._rename)
 
     @property
     def sign(self) -> Sign:
@@ -168,8 +167,8 @@ class SessionRecording:
 
         if self._recorder is None:
             self._recorder = Recorder(self.library)
-        name = "" if self._naming is None else self._naming.name
-        self._recorder.begin(Heading(connection.port, connection.baud_rate, name, f"DPS-S Configurator {version()}"))
+        program = f"DPS-S Configurator {version()}"
+        self._recorder.begin(Heading(connection.port, connection.baud_rate, self._module, program))
 
     def _end(self) -> None:
         if self._recorder is not None:
@@ -185,11 +184,10 @@ class SessionRecording:
             if self._sitting.is_over:
                 self._end()
 
-    def _rename(self) -> None:
+    def name_module(self, name: str) -> None:
         """The name belongs to the adapter that is chosen now, which need not be the one still being closed."""
-        connector, naming = self._connector, self._naming
-        if connector is None or naming is None:
-            return
+        connector = self._connector
         with self._lock:
-            if self._recorder is not None and self._sitting.is_of(connector.target):
-                self._recorder.name_module(naming.name)
+            self._module = name
+            if self._recorder is not None and connector is not None and self._sitting.is_of(connector.target):
+                self._recorder.name_module(name)

@@ -14,10 +14,9 @@ Bold is 700: a Chinese font without a bold cut of its own is made bolder by Qt f
 
 from pathlib import Path
 from string import Template
-from typing import TYPE_CHECKING, Final
+from typing import Final
 
-if TYPE_CHECKING:
-    from ui.style.theme import Theme
+from ui.style.theme import Theme
 
 # A style sheet takes pictures from files only, so the arrows and check marks of each theme are files.
 _ARROWS: Final = Path(__file__).parent / "arrows"
@@ -152,7 +151,7 @@ QSplitter::handle { background: $divider; }
 """)
 
 
-def style_sheet(theme: "Theme") -> str:
+def style_sheet(theme: Theme) -> str:
     """The style sheet of a theme.  A frame that grows with the focus takes its width from the padding, so that
     nothing moves."""
     grown_px = 2 - theme.border_px

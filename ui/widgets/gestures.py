@@ -6,15 +6,12 @@ scrolled, moved by a layout, uncovered) is blocked until the pointer leaves it. 
 
 import time
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Final
+from typing import Final, Protocol
 from weakref import WeakSet
 
-from PySide6.QtCore import QEvent, QObject, QPointF, Qt, QTimer
+from PySide6.QtCore import QEvent, QObject, QPointF, QRect, Qt, QTimer
 from PySide6.QtGui import QEnterEvent, QGuiApplication, QKeyEvent, QMouseEvent, QWindow
-from PySide6.QtWidgets import QApplication
-
-if TYPE_CHECKING:
-    from ui.widgets.step_button import StepButton
+from PySide6.QtWidgets import QApplication, QWidget
 
 PRESS_KEYS: Final = (Qt.Key.Key_Space, Qt.Key.Key_Select, Qt.Key.Key_Return, Qt.Key.Key_Enter)
 """Keys that press a button."""
@@ -28,6 +25,19 @@ _POINTER: Final = (
 )
 
 
+class Step(Protocol):
+    """A `QWidget` that is pressed deliberately or not at all."""
+
+    def isVisible(self) -> bool: ...
+    def rect(self) -> QRect: ...
+    def mapFromGlobal(self, position: QPointF, /) -> QPointF: ...
+    def window(self) -> QWidget: ...
+    def check_place(self) -> None: ...
+    def block_pointer(self) -> None: ...
+    def unblock_pointer(self) -> None: ...
+    def unblock_keys(self) -> None: ...
+
+
 class Gestures(QObject):
     """One for the application: `gestures()`. Event filter of every window that has a step in sight."""
 
@@ -36,10 +46,10 @@ class Gestures(QObject):
         self.clock: Callable[[], float] = time.monotonic
         """Monotonic seconds."""
         self.has_paired_repeats = QGuiApplication.platformName() == "xcb"
-        self._steps: WeakSet[StepButton] = WeakSet()
+        self._steps: WeakSet[Step] = WeakSet()
         """In sight."""
         self._pointer: QPointF | None = None
-        self._under: StepButton | None = None
+        self._under: Step | None = None
         """The step under the pointer."""
         self._keys: set[int] = set()
         """That are down."""
@@ -56,7 +66,7 @@ class Gestures(QObject):
 
     # For steps
 
-    def add(self, step: "StepButton") -> None:
+    def add(self, step: Step) -> None:
         """`step` came into sight."""
         self._steps.add(step)
         window = step.window()
@@ -65,12 +75,12 @@ class Gestures(QObject):
         if handle is not None:
             handle.installEventFilter(self)
 
-    def remove(self, step: "StepButton") -> None:
+    def remove(self, step: Step) -> None:
         """`step` is no longer in sight."""
         self._steps.discard(step)
         self.forget(step)
 
-    def forget(self, step: "StepButton") -> None:
+    def forget(self, step: Step) -> None:
         """`step` appeared, or lies elsewhere: where it is under the pointer now, the pointer did not move onto it."""
         if self._under is step:
             self._under = None
@@ -95,7 +105,7 @@ class Gestures(QObject):
         self._pointer = QPointF(position)
         self._arrive(self._find(position), is_move=is_move)
 
-    def _arrive(self, step: "StepButton | None", *, is_move: bool) -> None:
+    def _arrive(self, step: Step | None, *, is_move: bool) -> None:
         left, self._under = self._under, step
         if left is step:
             return
@@ -104,11 +114,12 @@ class Gestures(QObject):
         if step is not None and not is_move:
             step.block_pointer()
 
-    def _find(self, position: QPointF) -> "StepButton | None":
+    def _find(self, position: QPointF) -> Step | None:
         for step in self._steps:
             if step.isVisible() and step.rect().contains(step.mapFromGlobal(position).toPoint()):
                 window = step.window()
-                if window.childAt(window.mapFromGlobal(position).toPoint()) is step:
+                found: object = window.childAt(window.mapFromGlobal(position).toPoint())
+                if found is step:
                     return step
         return None
 

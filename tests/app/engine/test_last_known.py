@@ -19,7 +19,8 @@ from protocol.link_states import Presence
 from tests.support.window.painted_text import watching
 from tests.support.window.settings_bench import desk
 from ui.shell.notices import link_notice
-from ui.style.theme import Appearance, Choice, Meaning, current
+from ui.style.appearance import Appearance
+from ui.style.theme import Choice, Meaning, current
 from ui.widgets.readout import StateChip
 from ui.widgets.state_chips import show_activation
 

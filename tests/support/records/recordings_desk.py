@@ -25,7 +25,8 @@ from ui.pages.recordings.page import RecordingsPage
 from ui.services.context import Services
 from ui.services.lock import LockControl
 from ui.services.storage import Storage
-from ui.style.theme import Appearance, Choice
+from ui.style.appearance import Appearance
+from ui.style.theme import Choice
 
 SECONDS = 120
 

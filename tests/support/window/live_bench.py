@@ -21,7 +21,8 @@ from ui.core.texts import Texts
 from ui.pages.live.page import LivePage
 from ui.services.context import Services
 from ui.services.lock import LockControl
-from ui.style.theme import Appearance, Choice
+from ui.style.appearance import Appearance
+from ui.style.theme import Choice
 
 OPEN = Connection(PortState.OPEN, "/dev/ttyUSB0", 115200)
 KNOWN: dict[str, Value] = {

@@ -8,13 +8,13 @@ from pytestqt.qtbot import QtBot
 from tests.ui.plots.test_time_plot import NOW_S, Bench
 from ui.plots import background as plot_ground
 from ui.plots.paint import Picture, paint_back
-from ui.style import theme
+from ui.style import appearance
 from ui.style.theme import DARK, LIGHT
 
 
 @pytest.fixture
 def bench(qapp: QApplication, qtbot: QtBot) -> Bench:
-    theme.apply(qapp, LIGHT)
+    appearance.apply(qapp, LIGHT)
     return Bench(qtbot)
 
 
@@ -70,7 +70,7 @@ def test_another_time_line_theme_or_scale_is_painted(bench: Bench, qapp: QApplic
     bench.tilt.append([NOW_S + 1], [170])
     bench.plot.draw(NOW_S + 2)
     looks.append(ground())
-    theme.apply(qapp, DARK)
+    appearance.apply(qapp, DARK)
     bench.plot.apply_theme()
     looks.append(ground())
     bench.canvas.arrange()

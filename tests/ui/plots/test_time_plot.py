@@ -16,7 +16,7 @@ from ui.core.texts import Texts
 from ui.plots.canvas import Canvas
 from ui.plots.time_plot import TimePlot
 from ui.plots.view import Lane, Limit, Mark, Scale, Span
-from ui.style import theme
+from ui.style import appearance, theme
 from ui.style.icons import Icon
 from ui.style.theme import LIGHT, THEMES, Meaning
 from ui.widgets.readout import StateChip
@@ -108,7 +108,7 @@ class Bench:
 
 @pytest.fixture
 def bench(qapp: QApplication, qtbot: QtBot) -> Bench:
-    theme.apply(qapp, LIGHT)
+    appearance.apply(qapp, LIGHT)
     return Bench(qtbot)
 
 
@@ -224,7 +224,7 @@ def test_a_gap_and_a_silent_end_are_marked(bench: Bench) -> None:
 
 @pytest.mark.parametrize("one", THEMES, ids=lambda one: one.name)
 def test_the_curve_is_where_its_value_is(one: theme.Theme, qapp: QApplication, qtbot: QtBot) -> None:
-    theme.apply(qapp, one)
+    appearance.apply(qapp, one)
     bench = Bench(qtbot)
     lane = bench.canvas.lanes[0]
     rows = {place.y() for place in bench.pixels(one.curves[0]) if lane.box.contains(QPointF(place))}
@@ -377,7 +377,7 @@ def test_one_draw_serves_a_drag_and_its_cursor(bench: Bench, qtbot: QtBot) -> No
 def test_the_last_limits_of_a_recording_are_named_although_nobody_knows_them_after_it(
     qapp: QApplication, qtbot: QtBot
 ) -> None:
-    theme.apply(qapp, LIGHT)
+    appearance.apply(qapp, LIGHT)
     bench = Bench(qtbot)
     bench.fire.put(NOW_S, None)
     right = bench.canvas.lanes[0].box.right()
@@ -386,7 +386,7 @@ def test_the_last_limits_of_a_recording_are_named_although_nobody_knows_them_aft
 
 def test_a_theme_is_followed(bench: Bench, qapp: QApplication) -> None:
     for one in reversed(THEMES):
-        theme.apply(qapp, one)
+        appearance.apply(qapp, one)
         qapp.processEvents()
         assert bench.plot.picture().toImage().pixelColor(2, 2) == QColor(one.surface)
 

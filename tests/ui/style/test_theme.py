@@ -18,10 +18,11 @@ from PySide6.QtWidgets import (
 )
 from pytestqt.qtbot import QtBot
 
-from ui.style import theme
+from ui.style import appearance, theme
+from ui.style.appearance import Appearance
 from ui.style.icons import MEANING_ICONS, Icon, app_icon, battery, icon, pixmap
 from ui.style.style_sheet import style_sheet
-from ui.style.theme import DARK, LIGHT, SUNLIGHT, THEMES, Appearance, Choice, Meaning, Size, Theme, contrast
+from ui.style.theme import DARK, LIGHT, SUNLIGHT, THEMES, Choice, Meaning, Size, Theme, contrast
 
 # Qt's offscreen platform says so at every window with a least size.
 each_theme = pytest.mark.parametrize("one", THEMES, ids=lambda one: one.name)
@@ -29,7 +30,7 @@ each_theme = pytest.mark.parametrize("one", THEMES, ids=lambda one: one.name)
 
 @pytest.fixture(autouse=True)
 def in_light(qapp: QApplication) -> None:
-    theme.apply(qapp, LIGHT)
+    appearance.apply(qapp, LIGHT)
 
 
 def text_contrast(one: Theme) -> float:
@@ -90,7 +91,7 @@ def test_the_style_sheet_uses_only_colours_of_the_theme(one: Theme) -> None:
 
 @each_theme
 def test_applying_a_theme_dresses_the_application(one: Theme, qapp: QApplication, qtbot: QtBot) -> None:
-    theme.apply(qapp, one)
+    appearance.apply(qapp, one)
     assert theme.current() is one
     button = QPushButton("x")
     qtbot.addWidget(button)
@@ -108,7 +109,7 @@ def test_figures_are_of_one_width(qapp: QApplication) -> None:
 
 def test_the_focus_moves_nothing(qapp: QApplication, qtbot: QtBot) -> None:
     for one in THEMES:
-        theme.apply(qapp, one)
+        appearance.apply(qapp, one)
         window = QWidget()
         qtbot.addWidget(window)
         button = QPushButton("Write", window)
@@ -122,7 +123,7 @@ def test_the_focus_moves_nothing(qapp: QApplication, qtbot: QtBot) -> None:
 
 def test_what_stands_in_one_row_is_of_one_height(qapp: QApplication, qtbot: QtBot) -> None:
     for one in THEMES:
-        theme.apply(qapp, one)
+        appearance.apply(qapp, one)
         window = QWidget()
         qtbot.addWidget(window)
         row = QHBoxLayout(window)
@@ -152,7 +153,7 @@ def test_bold_is_bold_enough_for_a_chinese_font_without_a_bold_cut() -> None:
 
 @each_theme
 def test_the_page_in_sight_is_marked_so_that_it_is_seen(one: Theme, qapp: QApplication, qtbot: QtBot) -> None:
-    theme.apply(qapp, one)
+    appearance.apply(qapp, one)
     pages = QListWidget()
     pages.setProperty("role", "navigation")
     qtbot.addWidget(pages)
@@ -177,7 +178,7 @@ def test_auto_follows_the_system_and_a_choice_does_not(
     qapp: QApplication, qtbot: QtBot, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     system = {"is_dark": False}
-    monkeypatch.setattr(theme, "is_system_dark", lambda _app: system["is_dark"])
+    monkeypatch.setattr(appearance, "is_system_dark", lambda _app: system["is_dark"])
 
     def turn(*, is_dark: bool) -> None:
         system["is_dark"] = is_dark
@@ -185,23 +186,23 @@ def test_auto_follows_the_system_and_a_choice_does_not(
 
     for other in qapp.findChildren(Appearance):  # of a window of another test; a program has one
         shiboken6.delete(other)
-    appearance = Appearance(qapp)
+    followed = Appearance(qapp)
     try:
         assert theme.current() is LIGHT
-        with qtbot.waitSignal(appearance.changed):
+        with qtbot.waitSignal(followed.changed):
             turn(is_dark=True)
         assert theme.current() is DARK
-        with qtbot.assertNotEmitted(appearance.changed):
+        with qtbot.assertNotEmitted(followed.changed):
             turn(is_dark=True)
-        with qtbot.waitSignal(appearance.changed):
-            appearance.choose(Choice.SUNLIGHT)
+        with qtbot.waitSignal(followed.changed):
+            followed.choose(Choice.SUNLIGHT)
         turn(is_dark=False)
         assert theme.current() is SUNLIGHT
-        appearance.choose(Choice.AUTO)
+        followed.choose(Choice.AUTO)
         assert theme.current() is LIGHT
-        assert appearance.choice is Choice.AUTO
+        assert followed.choice is Choice.AUTO
     finally:
-        shiboken6.delete(appearance)
+        shiboken6.delete(followed)
 
 
 @pytest.mark.parametrize("one", Icon, ids=lambda one: one.name)
@@ -216,7 +217,7 @@ def test_every_icon_draws_something_inside_its_square(one: Icon, qapp: QApplicat
 def test_icons_are_sharp_and_follow_the_theme(qapp: QApplication) -> None:
     one = icon(Icon.PAUSE)
     for chosen, colour in ((LIGHT, LIGHT.text), (DARK, DARK.text)):
-        theme.apply(qapp, chosen)
+        appearance.apply(qapp, chosen)
         picture = one.pixmap(QSize(24, 24), 2.0)
         assert (picture.width(), picture.devicePixelRatio()) == (48, 2)
         assert picture.toImage().pixelColor(16, 24) == QColor(colour)

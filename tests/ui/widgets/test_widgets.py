@@ -12,7 +12,7 @@ from pytestqt.qtbot import QtBot
 from app.text import i18n
 from tests.support.window.painted_text import watching
 from ui.plots.gauge import TiltGauge
-from ui.style import theme
+from ui.style import appearance, theme
 from ui.style.icons import Icon, battery
 from ui.style.painted_widget import Freshness
 from ui.style.theme import DARK, LIGHT, SUNLIGHT, THEMES, Meaning, Size
@@ -21,7 +21,7 @@ from ui.widgets.readout import Readout, StateChip
 
 @pytest.fixture(autouse=True)
 def in_light(qapp: QApplication) -> None:
-    theme.apply(qapp, LIGHT)
+    appearance.apply(qapp, LIGHT)
 
 
 def picture(widget: QWidget) -> QImage:
@@ -87,7 +87,7 @@ def test_nothing_jumps_when_a_digit_is_added(qtbot: QtBot) -> None:
 @pytest.mark.parametrize("one_theme", THEMES, ids=lambda one: one.name)
 def test_fresh_stale_and_unknown_differ_in_shape(one_theme: theme.Theme, qapp: QApplication, qtbot: QtBot) -> None:
     """Compared as black and white, so that the difference is not one of colour."""
-    theme.apply(qapp, one_theme)
+    appearance.apply(qapp, one_theme)
     one = Readout("Tilt", unit="°")
     gauge = TiltGauge()
     shapes: dict[str, list[QImage]] = {"readout": [], "gauge": []}
@@ -133,7 +133,7 @@ def test_a_chip_starts_as_unknown(qtbot: QtBot) -> None:
 
 @pytest.mark.parametrize("one_theme", THEMES, ids=lambda one: one.name)
 def test_only_what_needs_a_person_is_filled(one_theme: theme.Theme, qapp: QApplication, qtbot: QtBot) -> None:
-    theme.apply(qapp, one_theme)
+    appearance.apply(qapp, one_theme)
     chip = StateChip("Lock")
     qtbot.addWidget(chip)
     for meaning in (Meaning.ATTENTION, Meaning.DANGER):
@@ -230,9 +230,9 @@ def test_all_follow_theme_and_language(qapp: QApplication, qtbot: QtBot, monkeyp
     chip = StateChip("Lock")
     qtbot.addWidget(chip)
     light = picture(chip)
-    theme.apply(qapp, DARK)
+    appearance.apply(qapp, DARK)
     assert picture(chip) != light
-    theme.apply(qapp, SUNLIGHT)
+    appearance.apply(qapp, SUNLIGHT)
     gauge = TiltGauge()
     qtbot.addWidget(gauge)
     english = picture(gauge)

@@ -33,6 +33,9 @@ _DRAWS_PER_REFRESH: Final = 3
 _WAITING_MOST: Final = 15
 """Batches, a quarter of a second: out of sight that is often enough."""
 
+_CLOSE_UP_S: Final = 60.0
+"""Length of the time line to look at one event, where it is longer."""
+
 
 class LivePage(QWidget):
     """See the module's docstring."""
@@ -53,7 +56,7 @@ class LivePage(QWidget):
         self.data = LiveData()
         self._sitting = SessionTracker()
         self.panel = LivePanel(texts)
-        self.fired = WhatIfOnLive(services, self)
+        self.fired = WhatIfOnLive(services, self.panel, self)
         drawn = self.fired.panel.lines.added_to(lanes(self.data, self._in_use))
         self._live_plot = TimePlot(drawn, texts, wall_offset_s=self.wall.offset_s)
         self._plots = named(QStackedWidget(), "live_plot_stack")
@@ -82,7 +85,11 @@ class LivePage(QWidget):
         self.banner.left.connect(self.back_to_live)
         self._recordings.opened.connect(self.show_recording)
         self._recordings.closing.connect(self._leave_folders)
-        self.fired.begin()
+        self.fired.panel.look_wanted.connect(self._look)
+        self.fired.panel.lines_changed.connect(self.draw)
+        self.fired.panel.settings_wanted.connect(lambda: self.page_wanted.emit("settings"))
+        self.source_changed.connect(self._follow_source)
+        self._follow_source()
         self.refresh()
 
     @property
@@ -199,6 +206,17 @@ class LivePage(QWidget):
             self._stack.setCurrentWidget(self.empty)
             self._refresh_empty()
         self.source_changed.emit()
+
+    def _follow_source(self) -> None:
+        if self.recording is None:
+            self.fired.follow_module(self.data, wall_offset_s=self.wall.offset_s)
+        else:
+            self.fired.follow_recording(self.recording)
+
+    def _look(self, at_s: float) -> None:
+        if self.plot.span.length_s > _CLOSE_UP_S:
+            self.plot.choose_window(_CLOSE_UP_S)
+        self.plot.look_at(at_s)
 
     def _leave_folders(self, folders: object) -> None:
         if self.recording is not None and isinstance(folders, frozenset) and self.recording.entry.folder in folders:

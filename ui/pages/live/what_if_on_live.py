@@ -2,34 +2,32 @@
 
 from collections.abc import Mapping
 from math import inf
-from typing import TYPE_CHECKING, Final
+from typing import Final
 
 from PySide6.QtCore import QObject, QSize, Qt
-from PySide6.QtWidgets import QToolButton
+from PySide6.QtWidgets import QToolButton, QWidget
 
 from app.firing.what_if_drafts import ATTITUDE_THRESHOLD, FREEFALL_ACCELERATION, TRIED, SettingSource
 from app.recordings.recording import Recording
 from app.samples.step_function import StepFunction
+from ui.pages.live.data import LiveData
+from ui.pages.live.panel import LivePanel
 from ui.pages.live.what_if_panel import WIDTH_PX, WhatIfPanel
 from ui.services.context import Services
 from ui.style.icons import Icon, icon
 from ui.widgets.naming import named
 
-if TYPE_CHECKING:
-    from ui.pages.live.page import LivePage
-
 BESIDE_PX: Final = 1240
-"""From this width on there is room for the numbers too."""
-_CLOSE_UP_S: Final = 60.0
-"""Length of the time line to look at one event, where it is longer."""
+"""From this width of the page on there is room for the numbers too."""
 
 
 class WhatIfOnLive(QObject):
     """Belongs to the page; `panel` and `button` are put into its layout."""
 
-    def __init__(self, services: Services, page: "LivePage") -> None:
+    def __init__(self, services: Services, numbers: LivePanel, page: QWidget) -> None:
         super().__init__(page)
-        self._page, self._connector = page, services.connector
+        self._page, self._numbers, self._connector = page, numbers, services.connector
+        self._recording: Recording | None = None
         self.panel = WhatIfPanel(services)
         self.panel.hide()
         self.button = named(QToolButton(), "live_would_fire")
@@ -43,15 +41,17 @@ class WhatIfOnLive(QObject):
         texts.bind(self.button.setToolTip, "Try thresholds on what was measured; nothing is sent (Ctrl+T)")
         self.button.toggled.connect(self._show)
         self.panel.closed.connect(lambda: self.button.setChecked(False))
-        self.panel.look_wanted.connect(self._look)
-        self.panel.lines_changed.connect(page.draw)
-        self.panel.settings_wanted.connect(lambda: page.page_wanted.emit("settings"))
         services.exchange.tried.connect(self._try)
-        page.source_changed.connect(self._follow)
 
-    def begin(self) -> None:
-        """The page is complete."""
-        self._follow()
+    def follow_module(self, data: LiveData, *, wall_offset_s: float) -> None:
+        """Judge what the module measures."""
+        self._recording = None
+        self.panel.follow(data, wall_offset_s=wall_offset_s, is_recorded=False)
+
+    def follow_recording(self, recording: Recording) -> None:
+        """Judge what was measured then."""
+        self._recording = recording
+        self.panel.follow(recording, wall_offset_s=recording.wall_offset_s, is_recorded=True)
 
     def refresh(self) -> None:
         """A few times a second while the page is in sight."""
@@ -67,29 +67,15 @@ class WhatIfOnLive(QObject):
         else:
             self.button.setFocus()
             if self.panel.lines.show(None, None):
-                self._page.draw()
+                self.panel.lines_changed.emit()
 
     def _share_room(self) -> None:
         """The panel takes the place of the numbers, so that the plots keep theirs; the numbers stay where both fit."""
-        numbers = self._page.panel
         is_open = self.button.isChecked()
         has_room = self._page.width() >= BESIDE_PX
-        numbers.setVisible(not is_open or has_room)
+        self._numbers.setVisible(not is_open or has_room)
         if is_open:
-            self.panel.setFixedWidth(WIDTH_PX if has_room else max(WIDTH_PX, numbers.sizeHint().width()))
-
-    def _follow(self) -> None:
-        page, recording = self._page, self._page.recording
-        if recording is None:
-            self.panel.follow(page.data, wall_offset_s=page.wall.offset_s, is_recorded=False)
-        else:
-            self.panel.follow(recording, wall_offset_s=recording.wall_offset_s, is_recorded=True)
-
-    def _look(self, at_s: float) -> None:
-        plot = self._page.plot
-        if plot.span.length_s > _CLOSE_UP_S:
-            plot.choose_window(_CLOSE_UP_S)
-        plot.look_at(at_s)
+            self.panel.setFixedWidth(WIDTH_PX if has_room else max(WIDTH_PX, self._numbers.sizeHint().width()))
 
     def _try(self, values: object) -> None:
         """Drafts from Settings."""
@@ -98,9 +84,8 @@ class WhatIfOnLive(QObject):
             self.button.setChecked(True)
 
     def _standing(self) -> Mapping[str, SettingSource]:
-        recording = self._page.recording
-        if recording is not None:
-            return _recorded(recording)
+        if self._recording is not None:
+            return _recorded(self._recording)
         device, now_s = self._connector.device, self._connector.clock()
         known = {command.key: device.known(command.key, now_s) for command in TRIED}
         return {key: SettingSource(one.value, one.is_stale) for key, one in known.items() if one is not None}

@@ -26,8 +26,9 @@ from tests.gestures.clumsy import run
 from tests.gestures.gesture_bench import GestureBench, gesture_bench
 from tests.gestures.gesture_table import ACTS, first_button, go_to
 from ui.core.texts import Texts
-from ui.style.theme import Appearance, Meaning
+from ui.style.appearance import Appearance
 from ui.style.theme import Choice as Look
+from ui.style.theme import Meaning
 from ui.widgets.gestures import gestures
 from ui.widgets.notice_bar import Choice, Notice, NoticeBar
 from ui.widgets.step_button import DEAD_FOR_S, StepButton, bring_into_sight, is_in_sight

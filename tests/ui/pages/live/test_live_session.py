@@ -65,11 +65,6 @@ def test_a_lost_port_is_waited_for_until_nobody_wants_it() -> None:
 # From the worker to the disk, without a window
 
 
-class Naming(QObject):
-    changed = Signal()
-    name = "Left wing"
-
-
 class Link(QObject):
     """What the recording asks of the connector."""
 
@@ -86,8 +81,9 @@ class Bench:
     def __init__(self, folder: Path) -> None:
         self.handed_on: list[Batch] = []
         self.sessions = SessionRecording(folder)
-        self.link, self.naming = Link(), Naming()
-        self.sessions.follow(self.link, self.naming)  # type: ignore[arg-type]
+        self.link = Link()
+        self.sessions.follow(self.link)  # type: ignore[arg-type]
+        self.sessions.name_module("Left wing")
         made: list[Callable[[Batch], None]] = []
         make: Any = made.append
         self.sessions.tapped(make)(self.handed_on.append)
@@ -146,11 +142,9 @@ def test_what_is_played_is_not_recorded_again(bench: Bench) -> None:
 
 def test_a_new_name_is_written_down_with_the_session_it_belongs_to(bench: Bench) -> None:
     bench.say(some(1.0))
-    bench.naming.name = "Right wing"
-    bench.naming.changed.emit()
+    bench.sessions.name_module("Right wing")
     bench.link.target = Target("/dev/ttyACM0", 115200)  # chosen, while the first still closes
-    bench.naming.name = "Tail"
-    bench.naming.changed.emit()
+    bench.sessions.name_module("Tail")
     bench.say(some(2.0, connection=CLOSED))
     bench.say(some(3.0, connection=OTHER))
     assert [module for _, module, _ in bench.listed()] == ["Right wing", "Tail"]
