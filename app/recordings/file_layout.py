@@ -7,8 +7,6 @@ cut off at any byte is whole up to there.
 
 import errno
 import json
-import os
-import sys
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from datetime import datetime
@@ -16,12 +14,8 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import IO, Final
 
+from app.system.files import lock, private_opener
 from protocol.translatable import marked
-
-if sys.platform == "win32":
-    import msvcrt
-else:
-    import fcntl
 
 FORMAT: Final = "dps-s recording"
 VERSION: Final = 1
@@ -133,21 +127,6 @@ def read_opening(folder: Path) -> Opening:
 # Files of one's own
 
 
-def private_opener(path: str, flags: int) -> int:
-    """For `open`: nobody else may read what it makes."""
-    return os.open(path, flags, 0o600)
-
-
-def write_private(path: Path, data: bytes) -> None:
-    """Replace the file in one step. Raises OSError."""
-    draft = path.with_name(f".{path.name}.part")
-    with open(draft, "wb", opener=private_opener) as file:
-        file.write(data)
-        file.flush()
-        os.fsync(file.fileno())
-    draft.replace(path)
-
-
 def hold(folder: Path) -> IO[bytes] | None:
     """Mark the session as being written until the file is closed, at the latest when the program ends, however it ends.
 
@@ -155,7 +134,7 @@ def hold(folder: Path) -> IO[bytes] | None:
     """
     file = open(folder / LOCK, "ab", opener=private_opener)  # noqa: SIM115  it stays open
     try:
-        _lock(file, is_shared=False)
+        lock(file)
     except OSError:
         file.close()
         return None
@@ -166,20 +145,11 @@ def is_held(folder: Path) -> bool:
     """Somebody, in this program or in another one, is writing the session."""
     try:
         with (folder / LOCK).open("rb+") as file:
-            _lock(file, is_shared=True)
+            lock(file, is_shared=True)
     except OSError as error:
         # A file system that knows no locks does not say that somebody has it.
         return error.errno in _HELD
     return False
-
-
-def _lock(file: IO[bytes], *, is_shared: bool) -> None:
-    """Raises OSError where another one has it."""
-    if sys.platform == "win32":
-        file.seek(0)
-        msvcrt.locking(file.fileno(), msvcrt.LK_NBLCK, 1)
-    else:
-        fcntl.flock(file, (fcntl.LOCK_SH if is_shared else fcntl.LOCK_EX) | fcntl.LOCK_NB)
 
 
 def journal_lines(raw: bytes) -> Iterator[dict[str, object]]:

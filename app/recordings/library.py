@@ -16,9 +16,9 @@ from app.recordings.file_layout import (
     Opening,
     Unreadable,
     is_held,
-    private_opener,
     read_opening,
 )
+from app.system.files import private_opener
 from app.text.i18n import tr
 
 MOST_BYTES = 2 * 1024**3

@@ -28,10 +28,9 @@ from app.recordings.file_layout import (
     TRIGGERED,
     Opening,
     hold,
-    private_opener,
-    write_private,
 )
 from app.recordings.markers import NO_LIMITS, Marker, ModuleLimits
+from app.system.files import private_opener, write_whole
 
 _STATUS, _CELL, _LIGHT = (tuple(COLUMNS[table]) for table in ("status", "cell", "light"))
 
@@ -65,7 +64,7 @@ class SessionWriter:
         try:
             for name in (*DATA_FILES, COMMITS):
                 self._files[name] = open(folder / name, "xb", buffering=0, opener=private_opener)  # noqa: SIM115
-            write_private(folder / SESSION, opening.encoded())
+            write_whole(folder / SESSION, opening.encoded(), is_private=True)
             header = Header(
                 program=opening.program,
                 port=opening.port,
@@ -107,7 +106,7 @@ class SessionWriter:
 
     def name_module(self, module: str) -> None:
         self.opening = replace(self.opening, module=module)
-        write_private(self.folder / SESSION, self.opening.encoded())
+        write_whole(self.folder / SESSION, self.opening.encoded(), is_private=True)
 
     def flush(self, now_s: float, *, is_last: bool = False) -> None:
         """Hand everything to the system, and commit it."""

@@ -9,13 +9,13 @@ import binascii
 import hashlib
 import logging
 import os
-import tempfile
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
+from app.system.files import draft_of, write_whole
 from app.text.i18n import tr
 
 if TYPE_CHECKING:  # loaded when something is signed or verified, not when the program starts
@@ -123,21 +123,13 @@ def _make(path: Path) -> None:
     from cryptography.hazmat.primitives.asymmetric.ed25519 import Ed25519PrivateKey
 
     seed = encoded(Ed25519PrivateKey.generate().private_bytes_raw())
-    handle, name = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name}.", suffix=".part")  # for this user alone
-    draft = Path(name)
-    with os.fdopen(handle, "wb") as file:
-        file.write(f"{seed}\n".encode())
-        file.flush()
-        os.fsync(file.fileno())
-    try:
-        os.link(draft, path)
-    except FileExistsError:
-        return
-    except OSError:  # a file system without links
-        if not path.exists():
-            draft.replace(path)
-    finally:
-        draft.unlink(missing_ok=True)
+    with suppress(FileExistsError), draft_of(path, is_private=True) as draft:
+        write_whole(draft, f"{seed}\n".encode(), is_private=True)
+        try:
+            os.link(draft, path)
+        except OSError:  # there is one, or the file system has no links
+            if path.exists():
+                raise FileExistsError from None
 
 
 def encoded(data: bytes) -> str:

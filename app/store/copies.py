@@ -7,7 +7,6 @@ under another name.
 """
 
 import logging
-import os
 import sqlite3
 import threading
 from collections.abc import Callable, Sequence
@@ -15,7 +14,7 @@ from contextlib import closing
 from datetime import UTC, datetime
 from pathlib import Path
 
-from app.system.files import whole_file
+from app.system.files import draft_of, write_whole
 
 _log = logging.getLogger(__name__)
 
@@ -62,9 +61,9 @@ def copy_store(
 
     target = store.parent / FOLDER / f"{store.stem}.{now.astimezone(UTC).strftime(_STAMP)}{store.suffix}"
     target.parent.mkdir(exist_ok=True)
-    draft = target.with_name(f".{target.name}.{os.getpid()}-{threading.get_ident()}.part")
     try:
         with (
+            draft_of(target) as draft,
             closing(sqlite3.connect(f"{store.as_uri()}?mode=ro", uri=True)) as source,
             closing(sqlite3.connect(draft)) as copy,
         ):
@@ -74,11 +73,8 @@ def copy_store(
             source.backup(copy, pages=PAGES_AT_ONCE, progress=check, sleep=REST_S)
             copy.execute("PRAGMA journal_mode = DELETE")  # the copy is one file
             is_good(copy)
-        draft.replace(target)
     except _BrokenOff:
         return None
-    finally:
-        draft.unlink(missing_ok=True)
     for old in to_drop(copies_of(store)):
         old.unlink(missing_ok=True)
     return target
@@ -105,9 +101,7 @@ def restore(store: Path, *, is_good: Callable[[sqlite3.Connection], None]) -> Pa
         try:
             with closing(sqlite3.connect(f"{copy.as_uri()}?mode=ro", uri=True)) as connection:
                 is_good(connection)
-            data = copy.read_bytes()
-            with whole_file(store) as file:
-                file.write(data)
+            write_whole(store, copy.read_bytes())
         except (sqlite3.Error, OSError, ValueError) as error:
             _log.warning("The copy %s cannot be used: %s", copy, error)
             continue

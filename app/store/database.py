@@ -14,7 +14,6 @@ thread may call, and reading waits for no commit. Two programs share the file th
 """
 
 import errno
-import os
 import shutil
 import sqlite3
 import threading
@@ -29,6 +28,7 @@ from typing import Any
 from app.store.audit_chain import CHAIN_HASH, chain_hash
 from app.store.copies import Copier, copied_at, restore
 from app.store.schema import APPLICATION_ID, MIGRATIONS
+from app.system.files import draft_of
 from app.text.i18n import tr
 from protocol.translatable import marked
 
@@ -328,13 +328,8 @@ def _keep_copy(connection: sqlite3.Connection, path: Path, version: int) -> None
     kept = path.with_name(f"{path.stem}.version-{version}{path.suffix}")
     if kept.exists():
         return
-    unfinished = kept.with_name(f"{kept.name}.{os.getpid()}.part")
-    try:
-        with closing(sqlite3.connect(unfinished)) as copy:
-            connection.backup(copy)
-        unfinished.replace(kept)
-    finally:
-        unfinished.unlink(missing_ok=True)
+    with draft_of(kept) as draft, closing(sqlite3.connect(draft)) as copy:
+        connection.backup(copy)
 
 
 def _set_aside(path: Path, clock: Clock, *, was_damaged: bool) -> SetAside:

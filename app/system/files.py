@@ -1,20 +1,26 @@
-"""Files that are there whole or not at all: the one way in which what a person saves is written."""
+"""Files that are there whole or not at all, and locks: the one way in which the program replaces a file."""
 
 import errno
 import os
 import stat
+import sys
 import tempfile
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import IO
 
+if sys.platform == "win32":
+    import msvcrt
+else:
+    import fcntl
+
 DRAFT_CHARACTERS = 40
 """Of the target's name in that of the draft: at four bytes each they fit into a file name's 255 bytes."""
 
 
 @contextmanager
-def whole_file(path: Path) -> Iterator[IO[bytes]]:
+def whole_file(path: Path, *, is_private: bool = False) -> Iterator[IO[bytes]]:
     """Replaces the file in one step when the block ends: whoever reads it, also after a crash, finds the old or the
     new, whole. Whatever stops the block, the old file stays.
 
@@ -27,26 +33,53 @@ def whole_file(path: Path) -> Iterator[IO[bytes]]:
         with path.open("wb") as file:
             yield file
         return
+    with draft_of(path, is_private=is_private) as draft, draft.open("wb") as file:
+        yield file
+        file.flush()
+        os.fsync(file.fileno())
+
+
+@contextmanager
+def draft_of(path: Path, *, is_private: bool = False) -> Iterator[Path]:
+    """An empty file beside `path` that takes its place in one step when the block ends, unless the block raises.
+
+    `is_private`: nobody else may read it. Raises OSError.
+    """
     handle, name = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name[:DRAFT_CHARACTERS]}.", suffix=".part")
+    os.close(handle)
     draft = Path(name)
     try:
-        with os.fdopen(handle, "wb") as file:
-            yield file
-            file.flush()
-            os.fsync(file.fileno())
-        with suppress(OSError):
-            draft.chmod(path.stat().st_mode & 0o777 if path.exists() else 0o666 & ~_umask())
+        yield draft
+        if not is_private:
+            with suppress(OSError):
+                draft.chmod(path.stat().st_mode & 0o777 if path.exists() else 0o666 & ~_umask())
         draft.replace(path)
-    except BaseException:
+    finally:
         with suppress(OSError):
-            draft.unlink()
-        raise
+            draft.unlink(missing_ok=True)
 
 
-def write_whole(path: Path, data: bytes) -> None:
+def write_whole(path: Path, data: bytes, *, is_private: bool = False) -> None:
     """Replaces the file by `data`; see `whole_file`. Raises OSError; the old file then stays."""
-    with whole_file(path) as file:
+    with whole_file(path, is_private=is_private) as file:
         file.write(data)
+
+
+def private_opener(path: str, flags: int) -> int:
+    """For `open`: nobody else may read what it makes."""
+    return os.open(path, flags, 0o600)
+
+
+def lock(file: IO[bytes], *, is_shared: bool = False) -> None:
+    """Until the file is closed, at the latest when the program ends, however it ends. Never waits.
+
+    Raises OSError where another one holds it. On Windows every lock excludes every other.
+    """
+    if sys.platform == "win32":
+        file.seek(0)
+        msvcrt.locking(file.fileno(), msvcrt.LK_NBLCK, 1)
+    else:
+        fcntl.flock(file, (fcntl.LOCK_SH if is_shared else fcntl.LOCK_EX) | fcntl.LOCK_NB)
 
 
 def _target_of(path: Path) -> Path:

@@ -20,10 +20,7 @@ from typing import IO
 
 from platformdirs import user_log_path
 
-if sys.platform == "win32":
-    import msvcrt
-else:
-    import fcntl
+from app.system.files import lock
 
 APP_NAME = "dps-s"
 FILE_BYTES = 1_000_000
@@ -134,22 +131,13 @@ def _own_file(folder: Path) -> tuple[Path, IO[bytes]]:
     for number in range(1, MOST_COPIES + 1):
         name = APP_NAME if number == 1 else f"{APP_NAME}-{number}"
         lock_file = (folder / f"{name}.lock").open("ab")
-        if _lock(lock_file):
-            return folder / f"{name}.log", lock_file
-        lock_file.close()
-    raise OSError(f"{MOST_COPIES} copies of the program run already")
-
-
-def _lock(file: IO[bytes]) -> bool:
-    """The system gives it free when the program ends, however it ends."""
-    try:
-        if sys.platform == "win32":
-            msvcrt.locking(file.fileno(), msvcrt.LK_NBLCK, 1)
+        try:
+            lock(lock_file)
+        except OSError:
+            lock_file.close()
         else:
-            fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
-    except OSError:
-        return False
-    return True
+            return folder / f"{name}.log", lock_file
+    raise OSError(f"{MOST_COPIES} copies of the program run already")
 
 
 # Errors that nobody caught

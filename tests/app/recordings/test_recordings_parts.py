@@ -103,7 +103,7 @@ def test_a_file_system_that_knows_no_locks(tmp_path: Path, monkeypatch: pytest.M
     def refuse(*_: object, **__: object) -> None:
         raise OSError(errno.ENOLCK, "No locks available")
 
-    monkeypatch.setattr(layout, "_lock", refuse)
+    monkeypatch.setattr(layout, "lock", refuse)
     with recorder_in(tmp_path) as bench:
         bench.recorder.begin(HEADING)
         bench.feed(batch(1000.0, report(1000.0)))
