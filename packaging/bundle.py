@@ -12,10 +12,10 @@ from pathlib import Path
 from typing import Final
 
 from bundle_contents import Entry
-from elf import foreign_run_path, glibc_wanted, make_run_path_relative, outside_libraries
 from environment import ROOT, SetupError
 from icon_files import write_program_icons
 from inventory import Part, canonical, parts
+from linux.elf import foreign_run_path, glibc_wanted, make_run_path_relative, outside_libraries
 from release import NAME, TITLE, Release, stamp_times
 from sbom import write_bill
 
@@ -46,12 +46,12 @@ def make_bundle(release: Release, wheel: Path, *, work: Path, dist: Path) -> Pat
     _add_papers(folder / "Contents" / "Resources" if sys.platform == "darwin" else folder, release, found)
     if sys.platform.startswith("linux"):
         _strip(folder / "_internal")
-        # Before Qt is loaded, entry.py looks for those of them that it knows.
+        # Before Qt is loaded, app/frozen.py looks for those of them that it knows.
         (folder / "_internal" / ASKED).write_text("".join(f"{one}\n" for one in sorted(outside_libraries(folder))))
         _write_linux_readme(folder, release)
         _set_rights(folder)
     elif sys.platform == "darwin":
-        from macos import sign_again
+        from macos.disk_image import sign_again
 
         sign_again(folder)
     stamp_times(folder, release.epoch)
@@ -131,7 +131,7 @@ def pack(folder: Path, release: Release) -> Path:
     """The bundle as one file beside it: .tar.gz on Linux, .zip on Windows, .dmg on macOS."""
     target = folder.parent / release.bundle_name
     if sys.platform == "darwin":
-        from macos import make_disk_image
+        from macos.disk_image import make_disk_image
 
         return make_disk_image(folder, target.with_name(f"{target.name}.dmg"))
     if sys.platform == "win32":

@@ -101,7 +101,7 @@ def _adversary(arguments: list[str]) -> int:
 
 
 def _translations(arguments: list[str]) -> int:
-    return call(_python("packaging/translations.py", *arguments))
+    return call(_python("docs/generate/translations.py", *arguments))
 
 
 def _package(arguments: list[str]) -> int:

@@ -17,6 +17,8 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parent.parent
+if str(ROOT) not in sys.path:
+    sys.path.insert(1, str(ROOT))  # what the program and its set-up both need to know is the program's
 LOCK = ROOT / "packaging" / "lock.txt"
 PYPROJECT = ROOT / "pyproject.toml"
 VENV = ROOT / ".venv"

@@ -39,12 +39,12 @@ def build(dist: Path = DIST, work: Path = WORK) -> Path:
     _do("packed bundle")
     pack(bundle, release)
     if sys.platform.startswith("linux"):
-        from debian import make_deb
+        from linux.debian import make_deb
 
         _do(".deb")
         make_deb(release, bundle, work=work, dist=dist)
     elif sys.platform == "win32":
-        from windows import make_installer
+        from windows.installer import make_installer
 
         _do("installer")
         make_installer(release, bundle, dist)

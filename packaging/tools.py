@@ -6,7 +6,8 @@ import sys
 from typing import Final, NamedTuple
 
 from environment import SetupError, install_with_apt
-from system_libraries import INSTALL, package_manager
+
+from app.system.qt_libraries import INSTALL, package_manager
 
 
 class Tool(NamedTuple):

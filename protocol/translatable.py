@@ -1,7 +1,7 @@
 """Mark texts of constants and of the catalogue for translation.
 
 The protocol layer speaks English only and never chooses a language: it hands on English texts, and whoever
-shows them translates them.  The mark is what lets ``packaging/translations.py`` find them.
+shows them translates them.  The mark is what lets ``docs/generate/translations.py`` find them.
 """
 
 

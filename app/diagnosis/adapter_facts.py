@@ -16,7 +16,7 @@ ROOT = Path("/")
 GRABBERS = ("brltty", "ModemManager")
 RULE_NAME = "60-dps-s.rules"
 RULE_FOLDERS = ("etc/udev/rules.d", "usr/lib/udev/rules.d", "lib/udev/rules.d", "run/udev/rules.d")
-_RULE_SOURCE = Path(__file__).parents[2] / "packaging" / RULE_NAME
+_RULE_SOURCE = Path(__file__).parents[2] / "packaging" / "linux" / RULE_NAME
 SLOW_LATENCY_MS = 4
 """An FTDI adapter waits 16 ms unless told; up to this it does no harm."""
 
@@ -41,7 +41,7 @@ class AdapterFacts:
     """Those of `GRABBERS` that run now."""
     has_rule: bool = False
     """Our udev rule is installed."""
-    rule_source: str = f"packaging/{RULE_NAME}"
+    rule_source: str = f"packaging/linux/{RULE_NAME}"
     """Where the rule lies that could be; empty where none came with the program (installed from a wheel)."""
     access: Access | None = None
     latency_path: str | None = None

@@ -9,15 +9,15 @@ import pytest
 
 from app.text.i18n import read_translations
 
-PACKAGING = Path(__file__).parents[2] / "packaging"
+GENERATE = Path(__file__).parents[2] / "docs" / "generate"
 
 
 @pytest.fixture(scope="module")
 def translations() -> ModuleType:
-    """packaging/ is no package: the tool is loaded from its file."""
+    """docs/ is no package: the tool is loaded from its file."""
     from importlib.util import module_from_spec, spec_from_file_location
 
-    spec = spec_from_file_location("dps_s_translations", PACKAGING / "translations.py")
+    spec = spec_from_file_location("dps_s_translations", GENERATE / "translations.py")
     assert spec is not None
     assert spec.loader is not None
     module = module_from_spec(spec)

@@ -87,13 +87,13 @@ def test_it_says_what_it_is(deb: Path, version: str) -> None:
 
 def test_everything_that_is_asked_for_is_depended_on(deb: Path, tree: Path, packaging_on_path: None) -> None:
     """The loader finds every library in the package itself or in a package that it depends on."""
-    import debian
-    import elf
-    import system_libraries
+    from linux import debian, elf
+
+    from app.system import qt_libraries
 
     depends = {one.split(" ")[0] for one in field(deb, "Depends").strip().split(", ")}
     bundle = tree / "usr/lib" / NAME
-    tables = (*system_libraries.ALWAYS, *system_libraries.FOR_X, *system_libraries.FOR_WAYLAND)
+    tables = (*qt_libraries.ALWAYS, *qt_libraries.FOR_X, *qt_libraries.FOR_WAYLAND)
     known = {library.soname: library.apt for library in tables} | debian._FURTHER
     for library, askers in elf.outside_libraries(bundle).items():
         is_needed = {path.name for path in askers} - debian._OPTIONAL.keys()

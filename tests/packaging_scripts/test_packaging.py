@@ -18,17 +18,16 @@ from tests.support.setup_files import PACKAGING, ROOT
 MODULES = (
     "bundle",
     "bundle_contents",
-    "debian",
-    "elf",
-    "entry",
     "icon_files",
     "inventory",
-    "man_page",
+    "linux.debian",
+    "linux.elf",
+    "linux.man_page",
     "package",
     "release",
     "sbom",
     "tools",
-    "windows",
+    "windows.installer",
 )
 
 
@@ -105,61 +104,6 @@ def test_all_modules_and_files_of_the_program_are_named(made: dict[str, ModuleTy
     assert not {name for name, _ in files if name.endswith((".py", ".pyc"))}
 
 
-# Where the program of a bundle begins.
-
-
-@pytest.mark.parametrize(
-    ("words", "sentence"),
-    [
-        (["read", "--port", "x"], None),
-        (["--version"], None),
-        (["gui", "--help"], None),
-        ([], "There is no screen here"),
-        (["--port", "x"], "There is no screen here"),
-        (["gui", "--demo"], "There is no screen here"),
-    ],
-)
-def test_a_window_without_a_screen_is_one_sentence(
-    made: dict[str, ModuleType], monkeypatch: pytest.MonkeyPatch, words: list[str], sentence: str | None
-) -> None:
-    monkeypatch.setattr("sys.platform", "linux")
-    for name in ("DISPLAY", "WAYLAND_DISPLAY", "QT_QPA_PLATFORM"):
-        monkeypatch.delenv(name, raising=False)
-    said = made["entry"].what_qt_lacks(words)
-    assert said is None if sentence is None else (said or "").startswith(sentence)
-
-
-def test_missing_libraries_are_named_with_what_to_type(
-    made: dict[str, ModuleType], monkeypatch: pytest.MonkeyPatch, tmp_path: Path
-) -> None:
-    libraries = import_module("system_libraries")
-    (tmp_path / "system-libraries.txt").write_text("libxcb-cursor.so.0\nlibc.so.6\n")
-    monkeypatch.setattr("sys.platform", "linux")
-    monkeypatch.setattr("sys._MEIPASS", str(tmp_path), raising=False)
-    monkeypatch.setenv("DISPLAY", ":0")
-    monkeypatch.setenv("QT_QPA_PLATFORM", "xcb")
-    monkeypatch.setattr(libraries, "package_manager", lambda: "apt")
-    monkeypatch.setattr(libraries, "_loads", lambda soname: False)
-    said = made["entry"].what_qt_lacks(["gui"])
-    assert said == "Qt needs system libraries that are not here. Type: sudo apt-get install libxcb-cursor0"
-    monkeypatch.setattr(libraries, "_loads", lambda soname: soname == "libxcb-cursor.so.0")
-    assert made["entry"].what_qt_lacks(["gui"]) is None
-
-
-@pytest.mark.parametrize("original", [None, "/opt/lib"])
-def test_other_programs_get_their_own_libraries(
-    made: dict[str, ModuleType], monkeypatch: pytest.MonkeyPatch, original: str | None
-) -> None:
-    monkeypatch.setenv("LD_LIBRARY_PATH", "/bundle/_internal")
-    monkeypatch.delenv("LD_LIBRARY_PATH_ORIG", raising=False)
-    if original is not None:
-        monkeypatch.setenv("LD_LIBRARY_PATH_ORIG", original)
-    made["entry"].give_back_library_path()
-    import os
-
-    assert os.environ.get("LD_LIBRARY_PATH") == original
-
-
 # Pictures.
 
 
@@ -228,7 +172,13 @@ def test_texts_that_the_inventory_names_are_there(made: dict[str, ModuleType]) -
 
 
 @pytest.mark.parametrize(
-    "path", ["packaging/windows.iss", "packaging/windows.py", "packaging/macos.py", ".github/workflows/packages.yml"]
+    "path",
+    [
+        "packaging/windows/installer.iss",
+        "packaging/windows/installer.py",
+        "packaging/macos/disk_image.py",
+        ".github/workflows/packages.yml",
+    ],
 )
 def test_what_was_never_run_says_so_first(path: str) -> None:
     first = (ROOT / path).read_text(encoding="utf-8").splitlines()[0]
@@ -237,7 +187,7 @@ def test_what_was_never_run_says_so_first(path: str) -> None:
 
 
 def test_the_installer_names_only_what_is_built(made: dict[str, ModuleType]) -> None:
-    text = (PACKAGING / "windows.iss").read_text(encoding="utf-8")
+    text = (PACKAGING / "windows" / "installer.iss").read_text(encoding="utf-8")
     sections = configparser.ConfigParser(
         allow_no_value=True, strict=False, interpolation=None, comment_prefixes=(";", "#"), delimiters=("=",)
     )
@@ -258,7 +208,7 @@ def test_the_installer_names_only_what_is_built(made: dict[str, ModuleType]) -> 
     spec = (PACKAGING / "dps-s.spec").read_text(encoding="utf-8")
     for program in re.findall(r"\{app\}\\([\w-]+)\.exe", text):
         assert f'program("{program}"' in spec
-    given = set(re.findall(r"/D(\w+)=", (PACKAGING / "windows.py").read_text(encoding="utf-8")))
+    given = set(re.findall(r"/D(\w+)=", (PACKAGING / "windows" / "installer.py").read_text(encoding="utf-8")))
     assert set(re.findall(r"\{#(\w+)\}", text)) - {"AppName"} <= given
     assert not re.search(r"\d+\.\d+\.\d+", setup["AppVersion"] + setup["AppVerName"])
 
@@ -280,7 +230,7 @@ def test_the_forge_calls_what_ci_calls() -> None:
 
 
 def test_the_metadata_names_what_is_installed(made: dict[str, ModuleType]) -> None:
-    debian = made["debian"]
+    debian = made["linux.debian"]
     root = ElementTree.parse(debian.LINUX / debian.METAINFO).getroot()
     assert f"{root.findtext('id')}.metainfo.xml" == debian.METAINFO
     assert root.findtext("launchable") == "dps-s-configurator.desktop"
@@ -298,14 +248,14 @@ def test_a_run_path_of_the_machine_becomes_the_librarys_folder(made: dict[str, M
     library = tmp_path / "one.so"
     before = b"\x7fELF..\0/opt/python/lib\0libc.so.6\0"
     library.write_bytes(before)
-    made["elf"].make_run_path_relative(library, "/opt/python/lib")
+    made["linux.elf"].make_run_path_relative(library, "/opt/python/lib")
     assert library.read_bytes() == b"\x7fELF..\0$ORIGIN\0\0\0\0\0\0\0\0\0libc.so.6\0"
     with pytest.raises(ValueError, match="no room"):
-        made["elf"].make_run_path_relative(library, "/x")
+        made["linux.elf"].make_run_path_relative(library, "/x")
 
 
 def test_the_manual_keeps_what_troff_would_take_for_orders(made: dict[str, ModuleType]) -> None:
-    assert made["man_page"]._as_it_stands("a-b\n.x\n'y\n\\n") == [".nf", "a\\-b", "\\&.x", "\\&'y", "\\en", ".fi"]
+    assert made["linux.man_page"]._as_it_stands("a-b\n.x\n'y\n\\n") == [".nf", "a\\-b", "\\&.x", "\\&'y", "\\en", ".fi"]
 
 
 @pytest.mark.parametrize(("manager", "is_root"), [("dnf", False), ("pacman", True)])

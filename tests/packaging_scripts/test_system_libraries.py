@@ -7,6 +7,7 @@ from pathlib import Path
 
 import pytest
 
+from app.system import qt_libraries
 from tests.support.setup_files import SetupFiles
 
 
@@ -19,7 +20,7 @@ class Apt:
         patch.setattr(setup.environment, "_quietly", self._run)
         patch.setattr(os, "geteuid", lambda: user, raising=False)  # Windows has none
         patch.setattr(setup.system_libraries, "package_manager", lambda: "apt")
-        patch.setattr(setup.system_libraries, "_is_after_time_t_64", lambda: False)
+        patch.setattr(qt_libraries, "_is_after_time_t_64", lambda: False)
 
     def _run(self, command: list[str], **variables: str) -> "subprocess.CompletedProcess[str]":
         assert variables == {"DEBIAN_FRONTEND": "noninteractive"}
@@ -29,7 +30,7 @@ class Apt:
 
 def test_root_gets_missing_libraries_installed(setup: SetupFiles, monkeypatch: pytest.MonkeyPatch) -> None:
     apt, system = Apt(setup, monkeypatch, user=0), setup.system_libraries
-    monkeypatch.setattr(system, "_loads", lambda soname: soname != "libEGL.so.1" or bool(apt.commands))
+    monkeypatch.setattr(qt_libraries, "_loads", lambda soname: soname != "libEGL.so.1" or bool(apt.commands))
     monkeypatch.setattr(system, "QT_PROVEN", Path(__file__))
     monkeypatch.setattr(sys, "platform", "linux")
     system.make_ready(Path(sys.executable), is_screen_wanted=False)
@@ -39,7 +40,7 @@ def test_root_gets_missing_libraries_installed(setup: SetupFiles, monkeypatch: p
 
 def test_a_user_is_told_the_command(setup: SetupFiles, monkeypatch: pytest.MonkeyPatch) -> None:
     apt, system = Apt(setup, monkeypatch, user=1000), setup.system_libraries
-    monkeypatch.setattr(system, "_loads", lambda soname: soname not in ("libEGL.so.1", "libGL.so.1"))
+    monkeypatch.setattr(qt_libraries, "_loads", lambda soname: soname not in ("libEGL.so.1", "libGL.so.1"))
     monkeypatch.setattr(sys, "platform", "linux")
     with pytest.raises(setup.environment.SetupError) as caught:
         system.make_ready(Path(sys.executable), is_screen_wanted=False)
@@ -52,11 +53,11 @@ def test_a_user_is_told_the_command(setup: SetupFiles, monkeypatch: pytest.Monke
 def test_other_package_managers_are_named(setup: SetupFiles, monkeypatch: pytest.MonkeyPatch, manager: str) -> None:
     system = setup.system_libraries
     monkeypatch.setattr(system, "package_manager", lambda: manager)
-    monkeypatch.setattr(system, "_loads", lambda soname: False)
+    monkeypatch.setattr(qt_libraries, "_loads", lambda soname: False)
     monkeypatch.setattr(sys, "platform", "linux")
-    with pytest.raises(setup.environment.SetupError, match=system.INSTALL[manager]) as caught:
+    with pytest.raises(setup.environment.SetupError, match=qt_libraries.INSTALL[manager]) as caught:
         system.make_ready(Path(sys.executable), is_screen_wanted=False)
-    names = str(caught.value).rpartition(system.INSTALL[manager])[2].split()
+    names = str(caught.value).rpartition(qt_libraries.INSTALL[manager])[2].split()
     assert len(names) == len(set(names)) > 8
 
 
@@ -79,64 +80,6 @@ def test_debians_python_without_venv_gets_its_own_package(setup: SetupFiles, mon
     apt.commands.clear()
     with pytest.raises(environment.SetupError, match="without ensurepip"):
         environment.need_venv_module()
-
-
-@pytest.mark.parametrize(
-    ("release", "package"),
-    [
-        ('ID=debian\nVERSION_ID="12"\n', "libglib2.0-0"),
-        ('ID=debian\nVERSION_ID="13"\n', "libglib2.0-0t64"),
-        ("ID=debian\n", "libglib2.0-0t64"),
-        ('ID=ubuntu\nID_LIKE=debian\nVERSION_ID="22.04"\n', "libglib2.0-0"),
-        ('ID=ubuntu\nID_LIKE=debian\nVERSION_ID="24.04"\n', "libglib2.0-0t64"),
-        ('ID=linuxmint\nID_LIKE="ubuntu debian"\nVERSION_ID="21.3"\n', "libglib2.0-0"),
-        ('ID=linuxmint\nID_LIKE="ubuntu debian"\nVERSION_ID="22"\n', "libglib2.0-0t64"),
-    ],
-)
-def test_glib_by_its_name_of_the_release(setup: SetupFiles, release: str, package: str) -> None:
-    system = setup.system_libraries
-    assert system.has_time_t_64_names(release) == package.endswith("t64")
-
-
-def test_a_library_is_found_or_missing(setup: SetupFiles) -> None:
-    system = setup.system_libraries
-    absent = system.Library("libdps-s-absent.so.9", "a", "b", "c", "d")
-    soname = {"win32": "kernel32.dll", "darwin": "libSystem.B.dylib"}.get(sys.platform, "libc.so.6")
-    present = system.Library(soname, "libc6", "glibc", "glibc", "glibc")
-    assert system.missing((present, absent)) == (absent,)
-
-
-@pytest.mark.parametrize(
-    ("environ", "is_screen_wanted", "extra"),
-    [
-        ({}, True, None),
-        ({"DISPLAY": ":0"}, False, None),
-        ({"DISPLAY": ":0"}, True, "FOR_X"),
-        ({"DISPLAY": ":0", "QT_QPA_PLATFORM": "offscreen"}, True, None),
-        ({"WAYLAND_DISPLAY": "wayland-0"}, True, "FOR_WAYLAND"),
-        ({"DISPLAY": ":0", "WAYLAND_DISPLAY": "wayland-0"}, True, "FOR_X"),
-        (
-            {"DISPLAY": ":0", "WAYLAND_DISPLAY": "wayland-0", "XDG_SESSION_TYPE": "wayland"},
-            True,
-            "FOR_WAYLAND",
-        ),
-        ({"DISPLAY": ":0", "WAYLAND_DISPLAY": "wayland-0", "QT_QPA_PLATFORM": "xcb"}, True, "FOR_X"),
-    ],
-)
-def test_the_libraries_for_the_screen_that_there_is(
-    setup: SetupFiles,
-    monkeypatch: pytest.MonkeyPatch,
-    environ: dict[str, str],
-    is_screen_wanted: bool,
-    extra: str | None,
-) -> None:
-    for variable in ("DISPLAY", "WAYLAND_DISPLAY", "QT_QPA_PLATFORM", "XDG_SESSION_TYPE"):
-        monkeypatch.delenv(variable, raising=False)
-    for variable, value in environ.items():
-        monkeypatch.setenv(variable, value)
-    system = setup.system_libraries
-    wanted = system.wanted_libraries(is_screen_wanted=is_screen_wanted)
-    assert wanted == system.ALWAYS + (getattr(system, extra) if extra else ())
 
 
 @pytest.mark.parametrize(

@@ -44,7 +44,7 @@ def test_the_latency_timer_and_the_rule_are_found(tmp_path: Path) -> None:
     assert facts.latency_path == "/sys/bus/usb-serial/devices/ttyUSB0/latency_timer"
     assert facts.has_rule
     assert facts.grabbers == ("ModemManager", "brltty")
-    assert facts.rule_source.endswith("packaging/60-dps-s.rules")
+    assert facts.rule_source.endswith("packaging/linux/60-dps-s.rules")
 
 
 @pytest.mark.usefixtures("linux")
@@ -127,7 +127,7 @@ def test_the_history_is_bounded() -> None:
 # The rule for the system
 
 
-RULES = Path(__file__).parents[3] / "packaging" / "60-dps-s.rules"
+RULES = Path(__file__).parents[3] / "packaging" / "linux" / "60-dps-s.rules"
 _ASSIGNMENT = re.compile(r'[A-Z]+(?:\{[A-Za-z_]+\})?(?:==|!=|\+=|=)"[^"]*"')
 
 

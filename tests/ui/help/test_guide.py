@@ -175,4 +175,4 @@ def test_the_page_on_adapters_names_what_the_udev_rule_knows() -> None:
         assert f"| {vendor}:" in about
     for command in re.findall(r"sudo udevadm .+", rule.partition("\n\n")[0]):
         assert command in about
-    assert f"packaging/{RULE_NAME}" in about
+    assert f"packaging/linux/{RULE_NAME}" in about

@@ -8,15 +8,16 @@ from pathlib import Path
 from shutil import copytree
 from typing import Final
 
-from elf import glibc_wanted, outside_libraries
 from environment import ROOT, SetupError
 from icon_files import write_theme_icons
-from man_page import write_manual_page
 from release import COMMAND, MAINTAINER, NAME, TITLE, Release, stamp_times
-from system_libraries import ALWAYS, FOR_WAYLAND, FOR_X
+
+from app.system.qt_libraries import ALWAYS, FOR_WAYLAND, FOR_X
+from linux.elf import glibc_wanted, outside_libraries
+from linux.man_page import write_manual_page
 
 LINUX: Final = ROOT / "packaging" / "linux"
-RULE: Final = ROOT / "packaging" / "60-dps-s.rules"
+RULE: Final = LINUX / "60-dps-s.rules"
 METAINFO: Final = "io.github.dps_s.configurator.metainfo.xml"
 PLACE: Final = f"usr/lib/{NAME}"
 REVISION: Final = "1"
@@ -151,7 +152,7 @@ def dependencies(bundle: Path) -> list[str]:
     unknown = sorted(library for library in asked if asked[library] and library not in {*known, *_OF_LIBC})
     if unknown:
         askers = ", ".join(f"{library} (for {asked[library][0].name})" for library in unknown)
-        raise SetupError(f"No package is known for {askers}: add it to packaging/debian.py.")
+        raise SetupError(f"No package is known for {askers}: add it to packaging/linux/debian.py.")
     major, minor = glibc_wanted(bundle)
     packages = {known[library] for library in asked if asked[library] and library in known}
     return [f"libc6 (>= {major}.{minor})", *sorted(_with_new_name(package) for package in packages)]

@@ -1,4 +1,4 @@
-"""Not run here: written for Windows, never executed by us. The installer, by Inno Setup 6 from windows.iss."""
+"""Not run here: written for Windows, never executed by us. The installer, by Inno Setup 6 from installer.iss."""
 
 import os
 import shutil
@@ -8,7 +8,7 @@ from pathlib import Path
 from environment import ROOT, SetupError, say
 from release import Release
 
-SCRIPT = ROOT / "packaging" / "windows.iss"
+SCRIPT = ROOT / "packaging" / "windows" / "installer.iss"
 
 
 def make_installer(release: Release, bundle: Path, dist: Path) -> Path | None:

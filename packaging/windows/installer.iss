@@ -1,9 +1,9 @@
 ; Not run here: written for Windows, never executed by us. Needs Inno Setup 6.3 or later.
-; packaging/windows.py calls it; by hand:
+; packaging/windows/installer.py calls it; by hand:
 ;   ISCC /DAppVersion=0.1.0 /DBundle=dist\NAME /DOutput=dist /DOutputName=setup /DIcons=build\package\icons windows.iss
 
 #ifndef AppVersion
-  #error AppVersion is not given: pyproject.toml states it, and packaging/windows.py passes it on
+  #error AppVersion is not given: pyproject.toml states it, and packaging/windows/installer.py passes it on
 #endif
 #ifndef Bundle
   #error Bundle is not given: the folder that PyInstaller made

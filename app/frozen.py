@@ -1,8 +1,7 @@
-"""Where the program of the packages begins; dps-s.spec makes it the first thing that is run.
+"""Start of the packaged program: `dps-s` without a Python of the system.
 
-Beyond a checkout's `dps-s` it does what only a program that was taken away from its Python has to: it gives programs
-that it starts their own libraries back, says which system libraries Qt lacks before Qt dies of it, and has somewhere to
-write on Windows when it has no console.
+PyInstaller's bundle runs this file first. It restores the library path for the programs that it starts, names the
+system libraries that Qt lacks before Qt aborts, and shows errors on Windows, where a window's program has no console.
 """
 
 import io
@@ -15,6 +14,8 @@ WINDOW = "gui"
 NEEDS_QT = ("preflight",)
 """Sub-commands that load Qt without opening a window."""
 LACKING = 3
+_ICON_ERROR = 0x10
+"""MB_ICONERROR"""
 
 
 def give_back_library_path() -> None:
@@ -52,7 +53,7 @@ def _is_screen_missing() -> bool:
 
 
 def _missing_libraries(*, is_window: bool) -> str | None:
-    from system_libraries import INSTALL, missing, package_manager, package_names, wanted_libraries
+    from app.system.qt_libraries import INSTALL, missing, package_manager, package_names, wanted_libraries
 
     asked = (Path(sys._MEIPASS) / "system-libraries.txt").read_text().split()  # type: ignore[attr-defined]
     wanted = wanted_libraries(is_screen_wanted=is_window)
@@ -73,11 +74,15 @@ def _run_without_console() -> int:
     sys.stdout = sys.stderr = said
     code = _run()
     if code and said.getvalue().strip():
-        from PySide6.QtWidgets import QApplication, QMessageBox
-
-        _app = QApplication.instance() or QApplication(sys.argv[:1])
-        QMessageBox.critical(None, "DPS-S Configurator", said.getvalue().strip())
+        _show_error(said.getvalue().strip())
     return code
+
+
+def _show_error(text: str) -> None:
+    if sys.platform == "win32":
+        import ctypes
+
+        ctypes.windll.user32.MessageBoxW(None, text, "DPS-S Configurator", _ICON_ERROR)
 
 
 def _run() -> int:

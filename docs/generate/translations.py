@@ -1,9 +1,9 @@
 """Keep app/locale/zh_CN.ts in step with the texts of the source.
 
-    python3 packaging/translations.py update       write the file again: new texts unfinished, gone ones removed
-    python3 packaging/translations.py check        exit 1 with a list when it is not in step or not finished
-    python3 packaging/translations.py merge DIR    update, and fill in from DIR/*.json ({"English": "中文"})
-    python3 packaging/translations.py merge DIR --over corrections.json    and let this one replace what there is
+    python3 docs/generate/translations.py update       write the file again: new texts unfinished, gone ones removed
+    python3 docs/generate/translations.py check        exit 1 with a list when it is not in step or not finished
+    python3 docs/generate/translations.py merge DIR    update, and fill in from DIR/*.json ({"English": "中文"})
+    python3 docs/generate/translations.py merge DIR --over corrections.json    and let this one replace what there is
 
 Texts are the literals in calls of ``tr(...)``, ``marked(...)`` and ``bind(setter, ...)``.  Whatever else ``tr`` is
 given has to be the name of something marked.
@@ -21,7 +21,7 @@ from typing import Final, NamedTuple
 from xml.etree import ElementTree
 from xml.sax.saxutils import escape
 
-ROOT: Final = Path(__file__).resolve().parent.parent
+ROOT: Final = Path(__file__).resolve().parents[2]
 TS: Final = ROOT / "app" / "locale" / "zh_CN.ts"
 PACKAGES: Final = ("protocol", "app", "ui")
 CONTEXT: Final = "dps-s"

@@ -1,0 +1,1 @@
+"""What Linux alone needs: the .deb, its files, and what bundles there link to."""
