@@ -167,7 +167,7 @@ def test_pictures_are_made_for_every_language_by_one_script() -> None:
 
 def test_the_page_on_adapters_names_what_the_udev_rule_knows() -> None:
     """And nothing about a group or a file that the program itself would name otherwise."""
-    rule = (ROOT / "packaging" / RULE_NAME).read_text(encoding="utf-8")
+    rule = (ROOT / "packaging" / "linux" / RULE_NAME).read_text(encoding="utf-8")
     about = (ROOT / "docs" / "adapters.md").read_text(encoding="utf-8")
     vendors = re.findall(r'ATTRS\{idVendor\}=="(\w+)", ATTRS\{idProduct\}', rule)
     assert len(vendors) == 4
