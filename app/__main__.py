@@ -1,4 +1,4 @@
-"""`dps-s`: the command line and the way to the window.
+"""Entry point of `dps-s`: dispatches sub-commands and opens the window.
 
 The one composition root. A sub-command's module is imported only when it is called, so that `dps-s --help` needs
 none of them and `dps-s decode` no serial port.

@@ -1,4 +1,4 @@
-"""What the link tells its owner: what went over the wire, what came of a request, and how the link stands.
+"""Events of the link: traffic, outcomes of requests, changes of state.
 
 Times (`at`) are the monotonic seconds that the owner handed in.
 """

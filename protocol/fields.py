@@ -1,4 +1,4 @@
-"""What one data byte (D4 of a six-byte frame) means: the four kinds of field in the vendor's table.
+"""Field types of one data byte (D4 of a six-byte frame) in the vendor's table.
 
 Three representations of a value, and the way between them:
 

@@ -1,4 +1,4 @@
-"""Exactly one frame: which bytes are one, and why not.
+"""Encodes and validates a single frame.
 
     host to module      42 61 | code | control | data | sum          six bytes, always
     module to host      41 75 | code | 01 | value | sum              six bytes

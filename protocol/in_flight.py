@@ -1,4 +1,4 @@
-"""The request in flight of a link."""
+"""Request in flight."""
 
 from dataclasses import dataclass
 

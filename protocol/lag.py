@@ -1,4 +1,4 @@
-"""How long what the module says takes to come, and since when it can have been said.
+"""Measures how late the module's frames arrive, and the earliest time they can have been sent.
 
 A wireless bridge holds everything back by seconds, streamed reports included: what has just come may be old. The module
 answers in the order in which it was asked, and the line keeps that order. So once a question is answered, all that

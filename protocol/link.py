@@ -1,4 +1,4 @@
-"""One conversation with one module, without port, clock or thread: bytes and `now` in, bytes and events out.
+"""Conversation with one module, sans I/O: bytes and `now` in, bytes and events out.
 
 Rules that it lives by:
 

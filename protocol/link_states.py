@@ -1,4 +1,4 @@
-"""The two state machines of the link, each one literal table: (state, input) -> state. A missing key is a bug."""
+"""State machines of the link as literal tables: (state, input) -> state. A missing key is a bug."""
 
 from enum import Enum, auto
 

@@ -1,4 +1,4 @@
-"""How long the line is left quiet before a request: some modules need a pause after a reply before they listen again.
+"""Minimum quiet time before a request, learnt from losses: some modules need a pause after a reply.
 
 Quiet means that neither side speaks; streamed reports do not count. Questions begin without a pause. Where those that
 followed quickly after a reply are lost clearly more often than those after a longer pause, the pause grows; after many

@@ -1,4 +1,4 @@
-"""How long the module takes to answer, and how long it is therefore worth waiting."""
+"""Measures round trips and derives the timeout."""
 
 from collections import deque
 from dataclasses import dataclass

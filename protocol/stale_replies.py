@@ -1,4 +1,4 @@
-"""What was asked before, as far as replies to it may still come: what the link must not mistake for an answer.
+"""Earlier requests whose replies may still arrive and must not be taken for an answer.
 
 Replies come in the order of the requests. Late ones are waited for as long as `Timing.late_s`, copies for
 `Timing.doubled_s`; that a reply has passed for good is known only when something asked later was answered.

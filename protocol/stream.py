@@ -1,4 +1,4 @@
-"""Bytes in, whole frames and rejected bytes out: the incremental parser of the serial line.
+"""Incremental parser of the serial line: bytes in, frames and rejected bytes out.
 
 Rules that it lives by:
 

@@ -1,4 +1,4 @@
-"""Mark texts of constants and of the catalogue for translation.
+"""Marks texts of constants for translation.
 
 The protocol layer speaks English only and never chooses a language: it hands on English texts, and whoever
 shows them translates them.  The mark is what lets ``docs/generate/translations.py`` find them.

@@ -1,4 +1,4 @@
-"""Puts the window together and runs it. Shown first, filled afterwards: pages and ports come after the first paint."""
+"""Assembles and runs the window. Pages and ports are loaded after the first paint."""
 
 import gc
 import logging

@@ -1,4 +1,4 @@
-"""What went over the line, entry by entry, in little memory: a capture has millions of them."""
+"""Stores the entries of a capture compactly: a capture has millions of them."""
 
 from array import array
 from collections.abc import Iterable, Iterator, Sequence

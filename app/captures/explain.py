@@ -1,4 +1,4 @@
-"""What a frame says: flat named values for programs (`meaning`), one sentence for people (`sentence`).
+"""Explains one frame: flat named values for programs (`meaning`), one sentence for people (`sentence`).
 
 A module frame is explained as the answer to what was asked. Three states of knowledge:
 

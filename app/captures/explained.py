@@ -1,4 +1,4 @@
-"""What a capture says: every frame and every run of bytes that is none, explained."""
+"""Explains a whole capture: every frame and every run of invalid bytes."""
 
 from collections.abc import Iterable, Iterator
 from typing import Final, NamedTuple

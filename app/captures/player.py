@@ -1,4 +1,4 @@
-"""A capture played as if the module were there: a port, `capture://FILE?speed=1`, through the whole program.
+"""Plays a capture through the whole program as a port, `capture://FILE?speed=1`.
 
 What the module sent without being asked (the stream, restarts, noise) comes at its time. What it answered comes when
 the same is asked: the answer that it had given last at that point of the capture, after the time that it took; where it

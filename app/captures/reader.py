@@ -1,4 +1,4 @@
-"""What went over the line, as a text file that another person's program can read; docs/capture.md describes it.
+"""Reads captures: text files described in docs/capture.md.
 
     # DPS-S capture 1
     # program: DPS-S Configurator 0.1.0

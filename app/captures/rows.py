@@ -1,4 +1,4 @@
-"""All rows of a capture at hand, in little memory: it has millions of them."""
+"""Random access to the rows of a capture, in bounded memory."""
 
 from abc import abstractmethod
 from array import array

@@ -1,4 +1,4 @@
-"""A capture sorted into what comes by itself and what answers what, read a little ahead of where it is played."""
+"""Splits a capture into unasked frames and replies to requests, read slightly ahead of playback."""
 
 from collections import deque
 from collections.abc import Callable, Iterable, Iterator, Sequence

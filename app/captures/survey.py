@@ -1,4 +1,4 @@
-"""A capture file looked over long before it has been read: whether it is hex text alone, and how long it lasts."""
+"""Surveys a capture file before it is read whole: format and duration."""
 
 import re
 from collections.abc import Iterator, Sequence

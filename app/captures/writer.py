@@ -1,4 +1,4 @@
-"""Captures as text files, written: what stands in them is described in `app.captures.reader`."""
+"""Writes captures in the format of `app.captures.reader`."""
 
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager, suppress

@@ -1,4 +1,4 @@
-"""`dps-s decode`: captured bytes, explained. Every byte belongs to exactly one line of the output, in order.
+"""`dps-s decode`: explains captured bytes. Every byte belongs to exactly one line of the output, in order.
 
     dps-s decode 41 75 32 07 0A 00 01 44          bytes as arguments
     dps-s decode --json - < capture.txt           hex text from standard input, explained while it comes

@@ -1,4 +1,4 @@
-"""`dps-s find`: at which baud rate does a module answer? Sends nothing but questions."""
+"""`dps-s find`: searches for the baud rate at which a module answers. Sends only queries."""
 
 import argparse
 

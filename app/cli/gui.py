@@ -1,4 +1,4 @@
-"""`dps-s gui`, and `dps-s` alone: the window. The arguments; `app.__main__` opens it."""
+"""`dps-s gui`, and `dps-s` alone: arguments of the window. `app.__main__` opens it."""
 
 import argparse
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""`dps-s history`: the trigger records.
+"""`dps-s history`: reads the trigger records.
 
 The table does not say how many come (E6), so they are read until two passes agree. Exit code 0 when they did and the
 line loses nothing; 4 when not, when the module never answered the query, or when the line died in the middle; 3 where

@@ -1,4 +1,4 @@
-"""`dps-s monitor`: the status as it streams, or polled where the module does not stream.
+"""`dps-s monitor`: prints the status as it streams, or polls it where the module does not stream.
 
 The stream is switched on where it was off, and off again at the end, however it ends. Exit code 0; 3 when the line went
 dead; 4 when no status came in the whole time. Ended by Ctrl-C it is done, so 0, if there was a status.

@@ -1,4 +1,4 @@
-"""`dps-s ports`: which serial ports there are. Opens none of them."""
+"""`dps-s ports`: lists the serial ports. Opens none of them."""
 
 import argparse
 

@@ -1,4 +1,4 @@
-"""`dps-s preflight`: is the module fit to fly?
+"""`dps-s preflight`: checks whether the module is fit to fly.
 
 Exit code 0 for GO and READY, 1 for NO-GO, 3 where no module answers, or stops answering. Sends questions only, and with
 --enable-triggers the two settings that enable the automatic triggers. A check is kept in the store, where there is one.

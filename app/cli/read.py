@@ -1,4 +1,4 @@
-"""`dps-s read`: everything that can be read, once.
+"""`dps-s read`: reads everything once.
 
 Exit code 0; 3 where nothing was had; 4 where some of it was not. What was had is printed also when the line died.
 """

@@ -1,4 +1,4 @@
-"""`dps-s recordings list | export | restore | delete`: what the window recorded by itself.
+"""`dps-s recordings list | export | restore | delete`: manages recorded sessions.
 
 A recording is named by its folder's name, by the beginning of it, or by "latest". Exit code 0 done; 1 it cannot be read
 or is being written; 2 there is no such recording, or --yes is missing; 4 the file cannot be written, or something of

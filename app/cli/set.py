@@ -1,4 +1,4 @@
-"""`dps-s set NAME=VALUE …`, `dps-s set --profile FILE`: change settings and prove that they stand.
+"""`dps-s set NAME=VALUE …`, `dps-s set --profile FILE`: writes settings and verifies them.
 
 All values are checked before the first one is sent; if one is bad nothing is sent and the exit code is 2. A set goes
 onto the wire once and is read back, and all settings are read again at the end. What cannot be read back is only ever

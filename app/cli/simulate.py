@@ -1,4 +1,4 @@
-"""`dps-s simulate`: a simulated module behind a pseudo-terminal or a TCP socket."""
+"""`dps-s simulate`: runs a simulated module behind a pseudo-terminal or a TCP socket."""
 
 import argparse
 import signal

@@ -1,4 +1,4 @@
-"""`dps-s verify FILE`: what can be vouched for of a pre-flight record? And whose signatures are believed here.
+"""`dps-s verify FILE`: verifies a pre-flight record; manages the list of known stations.
 
 Takes the record (JSON), the page (HTML) or the report (PDF). Exit code 0 only for what is intact, agrees with itself
 and is signed by a station that is known; 1 for less; 2 for what is no record, or no file.

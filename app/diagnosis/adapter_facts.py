@@ -1,4 +1,4 @@
-"""What the system tells about a serial adapter and about programs that grab such adapters (Linux; little elsewhere).
+"""Queries the system about a serial adapter and programs that claim it (Linux; little elsewhere).
 
 Everything here only reads files, takes milliseconds, never raises, and answers None or nothing where it cannot know.
 """

@@ -1,4 +1,4 @@
-"""Why does it not connect?  One cause and one next action, from what is seen.
+"""Why does it not connect?  Infers one cause and one next action from the evidence.
 
 `CAUSES` is the table: from top to bottom, the first cause that fits the evidence is the one. What can be judged on the
 evidence is in `app.diagnosis.symptoms`; whoever holds the link gathers it, and `app.diagnosis.adapter_facts` asks the

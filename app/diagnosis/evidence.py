@@ -1,4 +1,4 @@
-"""Gathers from the worker's batches what `app.diagnosis.causes` wants to know."""
+"""Collects evidence for `app.diagnosis.causes` from the worker's batches."""
 
 import sys
 from dataclasses import dataclass, replace

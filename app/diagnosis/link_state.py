@@ -1,4 +1,4 @@
-"""How the link stands, and the next thing to do about it: what the top bar and the connect panel say."""
+"""State of the link and the next action, as the top bar and the connect panel show them."""
 
 import time
 from dataclasses import dataclass

@@ -1,4 +1,4 @@
-"""The link's figures over time: round trips, loss, what was rejected and why, restarts. Bounded, for hours.
+"""Link statistics over time: round trips, loss, rejected bytes by reason, restarts. Bounded, for hours.
 
 Fed with every batch of the worker. Two resolutions: seconds for ten minutes, minutes for twelve hours.
 """

@@ -1,4 +1,4 @@
-"""What is seen of a port that does not connect, and what that shows. Pure: no port, no clock."""
+"""Symptoms of a port that does not connect. Pure: no port, no clock."""
 
 import re
 from dataclasses import dataclass, field

@@ -1,4 +1,4 @@
-"""What went wrong on the line, in one sentence, and what to do next.
+"""Explains a port error or a silent module in one sentence with one next step.
 
 The window and the command line say the same. Each text names the port; `details` of the driver go to the log, not here.
 """

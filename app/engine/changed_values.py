@@ -1,4 +1,4 @@
-"""Which value of the module a request changes."""
+"""Maps a request to the value of the module that it changes."""
 
 from collections.abc import Mapping
 from types import MappingProxyType

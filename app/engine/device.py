@@ -1,4 +1,4 @@
-"""What is known about one module: each value with how and when it came to be known, and what casts doubt on it.
+"""Everything known about one module: each value with its source, its time and why it is stale.
 
 A value appears here only because the module said it. What was never said is absent, which is shown as "unknown";
 a default of the vendor's table never stands in for it.

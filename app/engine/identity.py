@@ -1,4 +1,4 @@
-"""Whether the module on a port is the one that is meant. A module has no serial number.
+"""Checks whether the module on a port is the expected one. A module has no serial number.
 
 First the adapter tells (by USB, or the very same device file), then what was last read of the module: the boot count
 never falls, and the settings are the same. Until both agree, or a person decides, it may be another module: it is

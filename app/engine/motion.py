@@ -1,4 +1,4 @@
-"""How much the module moved within the last seconds, as its own status reports tell."""
+"""Measures motion within the last seconds from the module's status reports."""
 
 from collections import deque
 from typing import Final, NamedTuple

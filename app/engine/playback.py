@@ -1,4 +1,4 @@
-"""A port that plays a capture answers questions only: there is no module behind it to change or to judge.
+"""Guards ports that play a capture: they answer queries; nothing is written to them or judged from them.
 
 The session refuses every request that is no question. Procedures that change a module or judge it begin with
 `require_module`: they refuse before anything is asked, written down or judged.

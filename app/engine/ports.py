@@ -1,4 +1,4 @@
-"""Which serial ports there are.
+"""Lists the serial ports.
 
 Listing can take ten seconds where Bluetooth ports are asked one by one, with every Python thread stopped meanwhile.
 So it never runs in the window's thread: on Linux, where it only reads files, in a thread; elsewhere in a process of

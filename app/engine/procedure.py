@@ -1,4 +1,4 @@
-"""What a procedure may want, and what it is handed in return.
+"""Effects that a procedure may yield, and the results it is sent.
 
 A procedure is a generator: it yields one of these, is resumed with what came of it, and returns its result. It holds no
 port, clock or thread, so the same one runs in the window, on the command line and, in microseconds, in tests.

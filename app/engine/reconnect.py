@@ -1,4 +1,4 @@
-"""When and where to open the port again after it was lost: the rules, without a clock, a thread or a port.
+"""Reconnection policy after a lost port: when and where. No clock, thread or port.
 
 - Only a port that was open and went away is opened again, and only while somebody wants it.
 - Only the same adapter: by USB serial number, else by vendor, product and socket. Where several ports show the same

@@ -1,4 +1,4 @@
-"""One procedure under way: what it wants, and what it is resumed with. The session decides whose turn it is."""
+"""One running procedure: its pending effect and the result to resume it with. The session schedules it."""
 
 from collections.abc import Callable
 from typing import Any, Generic

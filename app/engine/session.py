@@ -1,4 +1,4 @@
-"""One open port with its link, its device and the procedures that run on it: everything but the thread.
+"""One open port with its link, its device and its running procedures: everything but the thread.
 
 The way of a byte: `Line.read` -> `Link.receive` (stream, frame, message) -> `Device.apply` -> `take_events`.
 `step` is called over and over by the worker's thread, or by a test with a fake line and a fake clock.

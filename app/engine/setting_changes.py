@@ -1,4 +1,4 @@
-"""The settings that can be read, and what differs between two readings of them."""
+"""Readable settings, and the difference between two readings of them."""
 
 from collections.abc import Mapping
 from typing import NamedTuple

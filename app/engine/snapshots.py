@@ -1,4 +1,4 @@
-"""A module's settings at one moment, so that "as it was found" is one click away."""
+"""Snapshots of a module's settings, for restoring initial values."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass

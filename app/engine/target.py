@@ -1,4 +1,4 @@
-"""What somebody connects to."""
+"""Connection target: a port with its baud rate and adapter."""
 
 from dataclasses import dataclass
 

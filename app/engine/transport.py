@@ -1,4 +1,4 @@
-"""The serial port: the one place that touches pyserial, and where its exceptions become `PortError`.
+"""The serial port: wraps pyserial and converts its exceptions to `PortError`.
 
 One thread opens, reads, writes and closes (pyserial fails in many ways otherwise). For one pulled cable pyserial
 raises SerialException, plain OSError, termios.error (no OSError) or TypeError, depending on where it is caught; all

@@ -1,4 +1,4 @@
-"""The one thread that owns the port, from open to close.
+"""The thread that owns the port, from open to close.
 
 It is told what to do through a queue and says what happened through one callback, in batches, at most sixty times a
 second: a signal for each frame of a stream would cost more than the stream. Nothing else ever touches the port.

@@ -1,4 +1,4 @@
-"""Would the module fire?  Its own two triggers, attitude and free fall, as the vendor's table describes them.
+"""Decides whether the module would fire: attitude and free-fall trigger, as in the vendor's table.
 
 Pure: samples in, triggers out. The simulated module judges with it, and so can whoever holds a recording.
 

@@ -1,4 +1,4 @@
-"""What came near to firing and did not: the angles that were approached, the falls that were too short.
+"""Finds near misses: angles that were approached, falls that were too short.
 
 Whatever way the samples are divided into stretches, the same is found. Only the nearest are kept.
 """

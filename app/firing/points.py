@@ -1,4 +1,4 @@
-"""Which samples of a stretch can change what the judge remembers; between them nothing can happen.
+"""Selects the samples at which the state of the judge can change, so that the others can be skipped.
 
 Found with numpy, so that hours are judged in a moment. What happens at such a sample the judge alone decides:
 `tests/app/firing/test_would_fire_skip.py` holds that it comes to the same as with every sample.

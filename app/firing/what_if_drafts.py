@@ -1,4 +1,4 @@
-"""Thresholds to be tried: what a person wants of each, else what the module is known to have. Nothing is written."""
+"""Draft thresholds for what-if analysis; without a draft the module's own value. Nothing is written."""
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass

@@ -1,4 +1,4 @@
-"""Judging what is measured as it comes, and what is recorded in a thread of its own."""
+"""Runs the what-if analysis incrementally on live data, in a background thread on recordings."""
 
 import math
 import threading

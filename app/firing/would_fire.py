@@ -1,4 +1,4 @@
-"""Would these settings have fired on what was measured?  Recorded or still coming, with near misses and margins.
+"""Would these settings have fired on measured data?  Live or recorded, with near misses and margins.
 
 Whether it fires is decided by `app.firing.judge.Judge`, the same that the simulated module uses. Where there are no
 reports, or only lowest and highest values are left, nothing is claimed: that time counts as not judged.

@@ -1,4 +1,4 @@
-"""What a module should be like before a flight: from the profile, else from the vendor's advice; and its past."""
+"""Expected values before a flight: from the profile, else the vendor's advice, and the module's history."""
 
 from collections import Counter
 from collections.abc import Callable, Mapping

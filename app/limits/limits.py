@@ -1,4 +1,4 @@
-"""The limits that a profile may set, and how far: harder than ours always, softer only down to a bound of its own.
+"""Bounds for limits in a profile: stricter always, softer only down to a hard floor.
 
 A softer limit than ours, or a setting outside the vendor's advice, is allowed within the bounds, and is shown beside
 the verdict.

@@ -1,4 +1,4 @@
-"""Whether a measured value is outside its limit, and which: the one judgement for every place that shows it."""
+"""Judges whether a measured value is out of its limit; used wherever one is shown."""
 
 from collections.abc import Mapping
 from enum import Enum

@@ -1,4 +1,4 @@
-"""pyserial's `capture://FILE?speed=1`: a port on which a capture is played; see `app.captures.player`.
+"""pyserial URL handler for `capture://FILE?speed=1`; see `app.captures.player`.
 
 No thread: what is due is worked out from the clock, and the file is read a little ahead, whenever somebody reads.
 """

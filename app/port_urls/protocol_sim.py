@@ -1,4 +1,4 @@
-"""pyserial's `sim://NAME?option=value&…`: a port to the simulated module of that name in this process.
+"""pyserial URL handler for `sim://NAME?option=value&…`: the simulated module of that name in this process.
 
     serial.protocol_handler_packages.append("app.port_urls")
     serial.serial_for_url("sim://bench?rate=200&drop=0.1")

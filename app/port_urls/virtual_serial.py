@@ -1,4 +1,4 @@
-"""What pyserial asks of a port about wires that no port of this program's own has."""
+"""Modem-line methods that pyserial expects of a port, for ports without wires."""
 
 from serial.serialutil import SerialBase
 

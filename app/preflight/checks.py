@@ -1,4 +1,4 @@
-"""Every check of the pre-flight check, once: what it is called, how it is judged, why it matters, what to do.
+"""Catalogue of pre-flight checks: title, judgement, reason and remedy of each.
 
 The order is that of the page. `id` is the contract's. To add a check is to add an entry.
 """

@@ -1,4 +1,4 @@
-"""What a check saw: filled in step by step, so that what was seen before it broke off is still there."""
+"""Evidence of a pre-flight check, filled in step by step so that an aborted check keeps what it saw."""
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field

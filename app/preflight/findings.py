@@ -1,4 +1,4 @@
-"""What one check found, and what it had to go by."""
+"""Result of one check with its measurement and limit."""
 
 from dataclasses import dataclass
 from enum import Enum

@@ -1,4 +1,4 @@
-"""Judging the link, the module's state and its sensors."""
+"""Judges the link, the module's state and its sensors."""
 
 from collections.abc import Sequence
 from typing import NamedTuple

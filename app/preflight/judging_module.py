@@ -1,4 +1,4 @@
-"""Judging the settings, the triggers, and whether it is the module that it should be."""
+"""Judges the settings, the triggers and the identity of the module."""
 
 from collections import Counter
 

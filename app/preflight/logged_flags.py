@@ -1,4 +1,4 @@
-"""How a trigger stands that cannot be read (E8), by the audit log of this computer.
+"""Infers the state of an unreadable trigger flag (E8) from the audit log of this computer.
 
 Another program was told by the module, wrote it down, and ended; on an active module nothing is written again. Its
 last logged set counts while all of this holds, else the trigger stays unknown:

@@ -1,4 +1,4 @@
-"""The object of `dps-s read --json`, which a pre-flight record holds too: its names and its shape."""
+"""JSON object of `dps-s read`, also part of a pre-flight record: names and shape."""
 
 from collections.abc import Mapping
 

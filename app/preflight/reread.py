@@ -1,4 +1,4 @@
-"""Everything that decides, read together, and what differs between two such readings.
+"""Reads everything a verdict depends on, and compares two such readings.
 
 The check reads it before and after the measuring; while a verdict stands in the window it is read again every ten
 seconds.

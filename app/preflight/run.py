@@ -1,4 +1,4 @@
-"""The check as a procedure: it gathers, by questions only, and judges nothing.
+"""Pre-flight check as a procedure: collects evidence with queries only, judges nothing.
 
     20 heartbeats -> settings between two boot counts, status -> the two trigger flags, only when asked
                   -> cell, charge, light -> trigger records -> two seconds of status

@@ -1,4 +1,4 @@
-"""The verdict, and what voids it afterwards.
+"""Verdict of a pre-flight check, and what voids it later.
 
     NO-GO   a check fails, or what it needs is unknown, or a manual item stands against it
     READY   everything holds and the module is locked: it does not fire yet

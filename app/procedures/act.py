@@ -1,4 +1,4 @@
-"""Do one act to the module, at most once, written down before and after.
+"""Performs one act at most once, logged before and after.
 
     ask the status -> conditions (`app.safety.interlocks`) -> intent, durable -> conditions again -> the frame, once
     -> what does the module report now? -> outcome, written down

@@ -1,4 +1,4 @@
-"""Ask for the status so that the answer cannot be an old report.
+"""Queries the status so that no old report can pass for the reply.
 
     another question, answered  ->  the status
 

@@ -1,4 +1,4 @@
-"""Change the module's baud rate, and find it again whatever it did (E9).
+"""Changes the module's baud rate, and finds the module again whatever it did (E9).
 
     conditions -> old and new rate written down, durably -> the set, once -> look for the module: new, old, all
     -> the port stays where it answers

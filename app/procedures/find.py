@@ -1,4 +1,4 @@
-"""At which baud rate does a module answer?"""
+"""Searches for the baud rate at which a module answers."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass

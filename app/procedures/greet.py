@@ -1,4 +1,4 @@
-"""Is a module there, and if not, what is seen instead?"""
+"""Detects whether a module answers, and describes what is seen if none does."""
 
 from dataclasses import dataclass
 from enum import Enum

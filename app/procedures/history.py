@@ -1,4 +1,4 @@
-"""The trigger records. The table says neither how many come nor when they end (E6), so one pass proves little.
+"""Reads the trigger records in several passes, since their number and end are not specified (E6).
 
     ask, until two clean passes in a row agree with all that was ever seen -> is the line good? -> `History`
 

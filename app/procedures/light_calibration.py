@@ -1,4 +1,4 @@
-"""A light threshold by measurement: bay closed, read; bay open, read; and which way light moves the reading (E11).
+"""Calibrates the light threshold by measuring with the bay closed and open (E11).
 
 The proposal is the step in the middle of the gap between the two bands of readings, so that both sides have the same
 margin. The vendor's own advice, "the reading with the bay fully open", is shown beside it: taken literally it leaves no

@@ -1,4 +1,4 @@
-"""Put the module into standby: the one act that is always safe, never refused, done at once, and repeated.
+"""Locks the module (standby): always safe, never refused, sent at once and repeated.
 
     LOCK -> what does the module report? -> LOCK again, as long as it does not report that it is locked
 

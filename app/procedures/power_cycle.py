@@ -1,4 +1,4 @@
-"""Do the settings survive a power cycle? The table does not say (E15); this asks for one and looks.
+"""Checks whether settings survive a power cycle, which the table leaves open (E15).
 
     boot count -> wait while a person switches it off and on -> boot count again, one more -> read everything back
 

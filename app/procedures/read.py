@@ -1,4 +1,4 @@
-"""Ask for everything that can be asked for."""
+"""Reads everything that can be read."""
 
 from dataclasses import dataclass, field
 

@@ -1,4 +1,4 @@
-"""Read all settings that can be read.
+"""Reads all readable settings.
 
     boot count -> every setting, until two answers in a row agree -> boot count
 

@@ -1,4 +1,4 @@
-"""Status reports without end: streamed where the module streams, polled where it does not.
+"""Endless status reports: streamed where the module streams, else polled.
 
 The module is left as it was found. The state of its serial output cannot be read (E8), so what was found is what came
 unasked before anything was switched on; a module that was streaming already is left streaming.

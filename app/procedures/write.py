@@ -1,4 +1,4 @@
-"""Write one setting and prove that it stands.
+"""Writes one setting and verifies it by reading back.
 
     set, once  ->  acknowledgement (E2: "received")  ->  read back, until two answers in a row agree  ->  `Written`
 

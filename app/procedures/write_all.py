@@ -1,4 +1,4 @@
-"""Write several settings, each verified; what stood before is kept, what was done is logged.
+"""Writes several settings, verifies each, logs all and reads everything again at the end.
 
     read all settings -> write and read back, one by one -> wait `SETTLE_S` -> read all settings again -> `WriteReport`
 

@@ -1,4 +1,4 @@
-"""Columns of a recording as the plots read them: straight from the file, with a summary made at the opening."""
+"""Columns of a recording for the plots, mapped from the file, with a summary computed on opening."""
 
 import math
 from dataclasses import dataclass

@@ -1,4 +1,4 @@
-"""How much of a recording's files counts: what was committed, each time with a checksum of what had been added."""
+"""Commit log of a recording: how much of each file is valid, with checksums."""
 
 import mmap
 import os

@@ -1,4 +1,4 @@
-"""A span of what was measured, for a file."""
+"""Excerpt of measured data between two times."""
 
 from dataclasses import dataclass
 

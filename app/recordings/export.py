@@ -1,4 +1,4 @@
-"""A recording as a file for other programs."""
+"""Exports a recording for other programs."""
 
 from collections.abc import Callable
 from pathlib import Path

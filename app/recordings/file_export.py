@@ -1,4 +1,4 @@
-"""A file written beside the window's thread, so that there is never half of one."""
+"""Writes a file in a background thread, whole or not at all."""
 
 import threading
 from collections.abc import Callable, Iterable

@@ -1,4 +1,4 @@
-"""The files of a recording, byte by byte; docs/recording.md describes them for other programs.
+"""Binary layout of recording files; docs/recording.md describes it for other programs.
 
 A session is a folder. Measured values are columns, one file each, to which is only ever appended. Every half second at
 most a commit says how long each file was: what lies behind the last commit does not count, so a recording that was

@@ -1,4 +1,4 @@
-"""Where recordings are kept: the list of them, what is kept for good, and what goes when there are too many."""
+"""Library of recordings: list, pin, trash, prune."""
 
 import errno
 import shutil

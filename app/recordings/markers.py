@@ -1,4 +1,4 @@
-"""What happened on the line of time, told from the worker's batches: for the plots' marks and for recordings."""
+"""Markers on the time line, derived from the worker's batches."""
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass

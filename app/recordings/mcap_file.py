@@ -1,4 +1,4 @@
-"""A recording as MCAP (https://mcap.dev), JSON with a JSON schema for each topic: PlotJuggler and Foxglove open it.
+"""Writes a recording as MCAP (https://mcap.dev), JSON with a schema per topic, for PlotJuggler and Foxglove.
 
 /status     tilt_deg, acceleration_g, triggered, active
 /cell       cell_voltage_v

@@ -1,4 +1,4 @@
-"""Records the session under way, in a thread of its own.
+"""Records the current session in a background thread.
 
 A disk that is slow, full or gone is no reason to lose a frame of the link: `take` only puts a batch into a bounded
 queue. What does not fit is counted, and noted in the recording.

@@ -1,4 +1,4 @@
-"""What the recorder is told, in a queue that never makes anybody wait and never grows without bounds."""
+"""Bounded, non-blocking queue of orders for the recorder."""
 
 import threading
 from dataclasses import dataclass, field, replace

@@ -1,4 +1,4 @@
-"""A recording read back."""
+"""Opens a recording for reading."""
 
 import math
 from collections.abc import Iterator

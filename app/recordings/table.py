@@ -1,4 +1,4 @@
-"""What was measured as a table, CSV: for the Live page, where it is a span, and for a whole recording."""
+"""CSV table of measured data, for an excerpt or a whole recording."""
 
 from collections.abc import Iterator
 from datetime import datetime

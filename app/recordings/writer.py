@@ -1,4 +1,4 @@
-"""One recording being written. Belongs to the recorder's thread."""
+"""Writes one recording. Belongs to the recorder's thread."""
 
 import json
 import math

@@ -1,4 +1,4 @@
-"""What the store keeps of triggers and pre-flight checks. Every method raises `StoreTrouble` as the store does."""
+"""Trigger records and pre-flight checks in the store. Every method raises `StoreTrouble`."""
 
 import json
 from collections import Counter

@@ -1,4 +1,4 @@
-"""Does a record say one thing only? Its verdict is worked out again from the checks that it holds.
+"""Checks that a record is consistent: recomputes its verdict from its checks.
 
 A record that was altered and sealed again has a sound hash; what it claims must still follow from what it holds.
 """

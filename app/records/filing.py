@@ -1,4 +1,4 @@
-"""From what was seen to a record that is kept: judged against the module's past, sealed, chained, filed.
+"""Turns evidence into a filed record: judged against the module's history, sealed, chained.
 
 The window and the command line do the same. A store that fails costs the keeping, never the verdict or the record.
 """

@@ -1,4 +1,4 @@
-"""The seal behind a page: SHA-256 of the file before it and of the record's hash, signed by the station that printed.
+"""Seal of a report page: SHA-256 of the file and of the record hash, signed by the station.
 
 It stands as a comment behind the end of the file, where readers look past it.
 """

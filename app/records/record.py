@@ -1,4 +1,4 @@
-"""The record of one check: what was seen, judged and expected, by whom, when, with the raw frames; sealed by its hash.
+"""Record of one check: evidence, judgement, people, times and raw frames, sealed by its hash.
 
     canonical JSON   keys sorted, no spaces, UTF-8, no NaN: the same content, the same bytes
     "digests"        SHA-256 of each part, so that an alteration can be located

@@ -1,4 +1,4 @@
-"""The record inside a file: the JSON itself, in an HTML page, or attached to a PDF. Files of others are hostile."""
+"""Extracts the record from a file: JSON, HTML page or PDF attachment. Input is untrusted."""
 
 import json
 import re

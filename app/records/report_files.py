@@ -1,4 +1,4 @@
-"""The report on disk: FILE.pdf, and beside it FILE.html and FILE.json. Each is written whole or not at all."""
+"""Writes a report: FILE.pdf with FILE.html and FILE.json beside it, each whole or not at all."""
 
 import re
 import unicodedata

@@ -1,4 +1,4 @@
-"""The record as one page, in the language in use: HTML for a browser, and the body of it for a printer.
+"""Renders a record as one HTML page in the current language.
 
 Made from the record alone, so that one from the store, or from a file that somebody sent, prints the same years later.
 Everything in it is taken for hostile: escaped, cut, and steering characters made visible. The page loads and runs

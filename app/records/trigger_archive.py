@@ -1,4 +1,4 @@
-"""Every trigger record ever seen of a module, as CSV: for spreadsheets, which must show it and calculate nothing."""
+"""Exports all trigger records of a module as CSV, safe for spreadsheets."""
 
 import csv
 import io

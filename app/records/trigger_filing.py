@@ -1,4 +1,4 @@
-"""A reading of the trigger records goes into the store, unless it may be of another module."""
+"""Files a reading of trigger records unless it may belong to another module."""
 
 from dataclasses import dataclass
 

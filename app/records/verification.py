@@ -1,4 +1,4 @@
-"""What can be vouched for of a pre-flight record: was it altered, who signed it, does it agree with itself?
+"""Verifies a pre-flight record: alteration, signature, chain, consistency.
 
 Reads the record out of whatever file it is in: the JSON, the HTML page (which carries it), or the PDF (attached). What
 the page around it shows counts only where it is what this program prints of the record, or where a station that is

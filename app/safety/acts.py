@@ -1,4 +1,4 @@
-"""What can be done to a module besides asking it, and the one frame of each."""
+"""Acts that change the state of a module, and the frame of each."""
 
 from collections.abc import Mapping
 from enum import Enum

@@ -1,4 +1,4 @@
-"""Under which conditions the program changes a module: one literal table, asked by the engine before every frame.
+"""Interlocks: one literal table of conditions, checked by the engine before every frame that changes a module.
 
 The window asks it too, to say what is still open, but it is the procedures (`perform`, `change_baud`, `write_all`)
 that refuse.

@@ -1,4 +1,4 @@
-"""Who did what to which module, written down before it is done and after: what the procedures need of the store.
+"""Audit journal interface: who did what to which module, written before and after.
 
 Nothing here waits for a disk: the journal has a thread of its own. An `Entry` is durable when it is done without an
 exception; only then does a dangerous frame leave. Should the program end in between, the entry without an outcome says:

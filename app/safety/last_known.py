@@ -1,4 +1,4 @@
-"""What is remembered of the module while it is silent: that it was ACTIVE, or that it was shut down by command."""
+"""Last known activation of a silent module: ACTIVE, or shut down by command."""
 
 from enum import Enum
 from typing import NamedTuple

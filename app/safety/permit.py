@@ -1,4 +1,4 @@
-"""A person's explicit act, as a thing that can be handed on, grows old, and is used up by one frame."""
+"""Permit for one frame: created by an explicit act, expires, used once."""
 
 from dataclasses import dataclass
 from enum import Enum

@@ -1,4 +1,4 @@
-"""The way to deploy: choose, arm, hold for two seconds. A state machine on a clock, without a button in sight.
+"""Deploy ritual as a state machine on a clock: choose, arm, hold for two seconds.
 
     IDLE --choose--> CHOSEN --arm--> ARMED --press--> HOLDING --2 s--> FIRED
                                                    anything else, letting go too: back to IDLE

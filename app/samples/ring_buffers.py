@@ -1,4 +1,4 @@
-"""Time series in bounded memory: exact for the last minutes, lowest and highest values for hours.
+"""Time series in bounded memory: exact for minutes, minimum and maximum for hours.
 
 - Times never run backwards; values are finite.  Anything else is our own mistake and raises ValueError.
 - What was measured is never averaged: an envelope holds the lowest and highest sample of each bucket.

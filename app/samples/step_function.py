@@ -1,4 +1,4 @@
-"""What stands until it is changed, such as a limit of the module, over time and in bounded memory."""
+"""Bounded step function: a value that holds until the next change."""
 
 from collections import deque
 from typing import Final, NamedTuple

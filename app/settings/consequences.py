@@ -1,4 +1,4 @@
-"""What a value of a setting means in the air, in plain words and figures.
+"""Describes what a setting means in flight, in plain words and numbers.
 
 Falls are reckoned without drag, from rest: h = g t² / 2, v = g t, with standard gravity. Real falls are slower, so both
 figures are the most that it can be.

@@ -1,4 +1,4 @@
-"""What a person wants of each setting and has not sent, with every step of it to be undone and redone."""
+"""Edited, unsent values of the settings, with undo and redo."""
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass

@@ -1,4 +1,4 @@
-"""A short code of a module's settings: the same settings, the same code. To be read out over the radio.
+"""Short checksum of a module's settings, to be read out over the radio.
 
 It covers the settings that can be read back, and nothing else: what can never be read (E8) would make the code of one
 and the same module depend on what was done in this session. What it does not cover is named.

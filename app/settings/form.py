@@ -1,4 +1,4 @@
-"""The form of a module's settings: what stands, what is wanted, and how each row came to its state.
+"""Form model of a module's settings: module value, edited value and row state.
 
     unknown   the module never said it, or what it said can no longer be known
     read      the module answered a question with it (or reports it by itself)

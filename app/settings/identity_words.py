@@ -1,4 +1,4 @@
-"""What speaks against a module being the one that is meant, in words."""
+"""Describes in words what differs from the expected module."""
 
 from app.engine.identity import Identity
 from app.settings.setting_texts import value_text

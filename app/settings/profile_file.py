@@ -1,4 +1,4 @@
-"""Profiles as files: all errors at once, each with its line; written whole or not at all."""
+"""Reads and writes profile files; reports all errors at once, each with its line."""
 
 import re
 import tomllib

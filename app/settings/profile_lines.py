@@ -1,4 +1,4 @@
-"""On which line of a TOML text each key stands. `tomllib` tells values, not places."""
+"""Line numbers of the keys of a TOML text, which `tomllib` does not report."""
 
 import re
 from collections import Counter

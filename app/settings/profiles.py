@@ -1,4 +1,4 @@
-"""A profile: how the modules of one airframe shall be set, as a TOML file that people read, copy and keep.
+"""Profile: target settings and limits for the modules of one airframe, stored as TOML.
 
     format = 1
     name = "Survey hexacopter"

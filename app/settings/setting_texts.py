@@ -1,4 +1,4 @@
-"""Values of settings as a person reads and types them, the vendor's defaults and advice, and what each setting is."""
+"""Texts of settings: values with units, vendor's defaults, advice and descriptions."""
 
 from collections.abc import Mapping
 from typing import Final

@@ -1,4 +1,4 @@
-"""Notices settings that read differently than before although they were not written here."""
+"""Detects settings that changed without being written here."""
 
 from collections.abc import Iterable, Mapping
 

@@ -1,4 +1,4 @@
-"""Write TOML: as much of it as profiles need. `tomllib` reads what this writes back as it was."""
+"""Writes the subset of TOML that profiles need; `tomllib` round-trips it."""
 
 import math
 from collections.abc import Mapping, Sequence

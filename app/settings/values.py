@@ -1,4 +1,4 @@
-"""Why a value does not fit a setting, in words that can be translated, and values as one would type them."""
+"""Parses and formats values of settings, and explains why a value is invalid."""
 
 import math
 from collections.abc import Mapping

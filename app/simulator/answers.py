@@ -1,4 +1,4 @@
-"""The simulated module's answer to each command of the catalogue."""
+"""Replies of the simulated module, per command of the catalogue."""
 
 from collections.abc import Callable
 

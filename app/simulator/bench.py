@@ -1,4 +1,4 @@
-"""A simulated module on a bench: its body, its plug and its line, safe to use from several threads; found by name.
+"""Simulated module with its physics, power and line; thread-safe, found by name.
 
 The same name in one process is the same module: unplugged and plugged in again it is still what it was.
 """

@@ -1,4 +1,4 @@
-"""Lines that move the simulated module while it runs: typed, or piped into `dps-s simulate`."""
+"""Text commands that control the running simulated module, typed or piped into `dps-s simulate`."""
 
 import math
 import os

@@ -1,4 +1,4 @@
-"""How codes, occasions and rules of the simulated module are typed: `14,33/2`, `21:20=14/2@500`."""
+"""Text syntax for codes, occasions and rules of defects: `14,33/2`, `21:20=14/2@500`."""
 
 import re
 from collections.abc import Iterable

@@ -1,4 +1,4 @@
-"""Lies and defects of the simulated module: what happens besides, or instead of, what it acknowledged."""
+"""Defects of the simulated module: side effects of a set, wrong or missing replies."""
 
 from functools import partial
 

@@ -1,4 +1,4 @@
-"""What the simulated module remembers, with and without power, and its trigger records."""
+"""Volatile and non-volatile memory of the simulated module, and its trigger records."""
 
 import random
 from collections import deque

@@ -1,4 +1,4 @@
-"""The simulated module: bytes and the time in, bytes out, as the vendor's table says.
+"""Simulated module: bytes and time in, bytes out, as the vendor's table says.
 
     power_on -> two heartbeats 50 ms apart -> answers, streams while serial output is on -> shut_down -> silence
 

@@ -1,4 +1,4 @@
-"""Every option of the simulated module, once: the command line, the query of `sim://` and the panel share this table.
+"""Options of the simulated module: one table for the command line, the query of `sim://` and the panel.
 
 `dps-s simulate --ack one --drop 0.1` and `sim://bench?ack=one&drop=0.1` are the same.
 """

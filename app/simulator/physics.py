@@ -1,4 +1,4 @@
-"""The physical side of the simulated module: how it lies, falls, sees light, and what its cell holds.
+"""Physics of the simulated module: attitude, fall, light and cell voltage.
 
 Pure: everything is a function of what was done to it and of the time that is handed in, so that a fake clock drives it.
 Times are seconds of one monotonic clock.

@@ -1,4 +1,4 @@
-"""What the vendor's table leaves open or contradicts, and how one particular module may decide it.
+"""Quirks: how a particular module decides what the vendor's table leaves open or contradicts.
 
 The defaults are what the table's own frames show. Bracketed names (E2 …) are explained in `docs/protocol.md`.
 """

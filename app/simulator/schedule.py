@@ -1,4 +1,4 @@
-"""What the simulated module will do by itself, in the order of time."""
+"""Scheduled events of the simulated module, in order of time."""
 
 import heapq
 import itertools

@@ -1,4 +1,4 @@
-"""How the simulated module takes a new setting: kept, clamped, refused or forgotten, and what it acknowledges."""
+"""Handles a set in the simulated module: stored, clamped, refused or ignored, and what is acknowledged."""
 
 from typing import NamedTuple
 

@@ -1,4 +1,4 @@
-"""The line between host and simulated module: its speed, and everything that goes wrong on lines.
+"""Line between host and simulated module: speed, loss, corruption, lag, half duplex.
 
 Seeded: the same seed and the same traffic give the same faults. Times are seconds of the module's clock.
 """

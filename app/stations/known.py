@@ -1,4 +1,4 @@
-"""The stations whose records a person here believes: their public keys, each with a name, in a file of lines."""
+"""Known stations whose signatures are trusted here: public keys with names, one line each."""
 
 from dataclasses import dataclass
 from pathlib import Path

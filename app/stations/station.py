@@ -1,4 +1,4 @@
-"""This station's key pair (Ed25519), which signs pre-flight records and the pages around them.
+"""This station's key pair (Ed25519), which signs pre-flight records and report pages.
 
 The private key is a file that only this user may read, beside the store. No keyring: on Linux one may be locked, absent
 or ask for a password in the middle of a check, and the file is as safe as the records that it signs.

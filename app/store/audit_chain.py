@@ -1,4 +1,4 @@
-"""The audit log as a chain: every row written or settled adds the hash of the row and of the link before it.
+"""Hash chain over the audit log: every row added or settled links to the one before.
 
 The links are added by triggers, inside the transaction that writes the row, whichever program writes it. The chain
 finds rows that were altered, removed or added afterwards. It has no key: whoever can write the file can recompute it,

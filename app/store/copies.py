@@ -1,4 +1,4 @@
-"""Copies of the store, and the way back from them.
+"""Backup copies of the store, and restoring from them.
 
 A store that was there is copied at its opening, and by the window every hour, in a thread of its own (SQLite's backup
 interface: readers and writers go on meanwhile). The newest copies are kept, and of older days one each. A store that is

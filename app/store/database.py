@@ -1,4 +1,4 @@
-"""The file and its dangers: opened, checked, migrated, and never overwritten.
+"""Opens, checks and migrates the SQLite file; never overwrites a foreign one.
 
     not there        made
     ours             checked, its copy kept before a migration, migrated

@@ -1,4 +1,4 @@
-"""The tables of trigger records, visits and pre-flight checks: steps of the store's migrations."""
+"""Schema of trigger records, visits and pre-flight checks."""
 
 PREFLIGHT_TABLES: tuple[str, ...] = (
     """

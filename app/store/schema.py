@@ -1,4 +1,4 @@
-"""The tables, as the list of steps that lead to them.
+"""Schema as a list of migrations.
 
 A step that has been released is never changed; what is new is a step behind it. The number of steps taken is the
 file's `user_version`. Times are ISO 8601 in UTC.

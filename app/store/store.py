@@ -1,4 +1,4 @@
-"""What is kept: modules by name, settings as they were found, the audit log, changes of baud rate under way."""
+"""Store of modules, snapshots, audit log and pending changes of baud rate."""
 
 import json
 import logging

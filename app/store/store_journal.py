@@ -1,4 +1,4 @@
-"""The journal of one connection, kept in the store where there is one."""
+"""Journal of one connection in the store."""
 
 import logging
 from collections.abc import Callable, Mapping

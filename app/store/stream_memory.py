@@ -1,4 +1,4 @@
-"""Remembers that the program switched a module's serial output on, also after it was killed.
+"""Remembers that the program switched a module's serial output on, even after being killed.
 
 The intent is on the disk before the module is told, and stands until the module has confirmed "off". A stream that was
 left on is not "as found": the next session switches it off.

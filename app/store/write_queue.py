@@ -1,4 +1,4 @@
-"""One thread that writes, so that neither the port's thread nor the window's ever waits for a disk.
+"""Writer thread of the store, so that neither the port nor the window waits for the disk.
 
 Work is done in the order in which it was handed over. Each piece has a `Future`: what it stands for is on disk when
 that is done without an exception, and not before.

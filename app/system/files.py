@@ -1,4 +1,4 @@
-"""Files that are there whole or not at all, and locks: the one way in which the program replaces a file."""
+"""Atomic file writes: whole or not at all."""
 
 import errno
 import os

@@ -1,4 +1,4 @@
-"""Long work in pure Python beside the window: Python runs one thread at a time, so the work has to rest."""
+"""Releases the GIL regularly so that the GUI thread stays responsive."""
 
 import threading
 import time

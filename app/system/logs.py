@@ -1,4 +1,4 @@
-"""The program's log: a rotating file in the platform's log folder, and the last lines in memory for the support bundle.
+"""Log file in the platform's folder, rotating, with the last lines kept in memory for the support bundle.
 
 The log never stops the program: where the folder cannot be written, the disk is full, or another copy of the program
 has the file, that is said once (`Log.trouble`) and the lines go on in memory, or into a file of their own.

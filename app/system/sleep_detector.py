@@ -1,4 +1,4 @@
-"""Whether the computer slept between two looks at the clock: a judgement on clocks, without a thread or a port.
+"""Detects that the computer slept, by comparing two clocks.
 
 While the computer sleeps nothing is heard of the module, and the clock that ages are told by may stand still: what is
 twelve minutes old would pass for fresh, and what was armed before would be armed still.

@@ -1,4 +1,4 @@
-"""The time of day of what was measured on the monotonic clock, also where the two went apart meanwhile.
+"""Converts monotonic times to wall-clock times across clock jumps.
 
 While the computer sleeps the monotonic clock may stand still, and people and time servers set the calendar's. So what
 is to be added to a monotonic time depends on when that was.

@@ -1,4 +1,4 @@
-"""argparse's own words (usage, options, what was used wrongly) in the language in use.
+"""Translates argparse's own messages.
 
 argparse asks gettext for every one of its sentences, through the names ``_`` and ``ngettext`` of its module; gettext
 itself would want compiled catalogues in a folder of the system's.  So these two names are given functions that ask

@@ -1,4 +1,4 @@
-"""The journal for commands that change a module: kept in the store, or done without where there is none."""
+"""Journal of a command: in the store, or none where the store is unavailable."""
 
 from collections.abc import Iterator
 from contextlib import contextmanager

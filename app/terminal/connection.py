@@ -1,4 +1,4 @@
-"""One sub-command's conversation with a module, from opening the port to closing it.
+"""Connection of one sub-command, from opening the port to closing it.
 
 The worker's thread owns the port; the main thread waits for it, never longer than a tenth of a second at a time, so
 that Ctrl-C is heard. Every way out closes the port in good order.

@@ -1,4 +1,4 @@
-"""What all sub-commands share: exit codes, the arguments of a port, and how words and JSON are printed.
+"""Shared by all sub-commands: exit codes, port arguments, printing of text and JSON.
 
 Standard output holds what was asked for, standard error what is said about it. With --json standard output is JSON
 and nothing else: English, UTF-8, whatever language the computer speaks.

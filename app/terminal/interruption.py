@@ -1,4 +1,4 @@
-"""Ctrl-C and its relatives, taken calmly: what has begun is put right before the program ends.
+"""SIGINT, SIGTERM, SIGHUP: switch the stream off, then exit.
 
 A signal only leaves a note, which the command finds within a tenth of a second. So none ever strikes in the middle of a
 line of output, or of the switching-off that it asks for. Only where the note is not found, because the main

@@ -1,4 +1,4 @@
-"""What `dps-s read` found, and how it is shown: JSON for programs, a page for people. No port in sight.
+"""Formats the result of `dps-s read` as JSON and as text.
 
 A value that is not known is null in JSON and "unknown" on the page, with the reason; a default never stands in for it.
 """

@@ -1,4 +1,4 @@
-"""Trigger records as JSON, as CSV and as a table for people. No port in sight."""
+"""Formats trigger records as JSON, CSV and text."""
 
 import csv
 import io

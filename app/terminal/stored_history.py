@@ -1,4 +1,4 @@
-"""Trigger records that were read are kept under the name of their module, and what is new is told."""
+"""Stores trigger records under the name of their module and reports new ones."""
 
 from typing import TYPE_CHECKING
 

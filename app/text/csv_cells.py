@@ -1,4 +1,4 @@
-"""Values as cells of a CSV file that a person opens in a spreadsheet."""
+"""Formats values as CSV cells that are safe in spreadsheets."""
 
 BYTE_ORDER_MARK = b"\xef\xbb\xbf"
 """By it spreadsheets know UTF-8."""

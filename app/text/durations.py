@@ -1,4 +1,4 @@
-"""Spans of time in words."""
+"""Formats durations."""
 
 
 def stopwatch(seconds: float) -> str:

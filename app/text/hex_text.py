@@ -1,4 +1,4 @@
-"""Hex text as people paste it, piece by piece, to bytes: "41 75", "4175", "0x41, 0x75", over any lines.
+"""Parses pasted hex text incrementally: "41 75", "4175", "0x41, 0x75", across lines.
 
 Two digits make a byte; spaces, commas, line ends and a "0x" may stand between two bytes, nothing else may.
 """

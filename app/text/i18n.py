@@ -1,4 +1,4 @@
-"""Translate the English of the source at run time.
+"""Translates source texts at run time.
 
 The English text is the key.  Chinese comes from ``locale/zh_CN.ts`` (Qt Linguist's format), which is read
 when it is first wanted.  What is missing or unfinished there stays English, and a translation that cannot be

@@ -1,4 +1,4 @@
-"""A sentence that can be kept in a record today and read in another language tomorrow.
+"""Translatable message with its arguments, storable in a record and rendered in any language later.
 
 The text is English with places such as {limit}; what goes into them is text too, made with its unit and its digits
 before. Places are filled in by plain substitution: a text that comes out of a file can format nothing.

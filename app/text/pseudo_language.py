@@ -1,4 +1,4 @@
-"""A language for developers: English with accents, in brackets and 40 % longer.
+"""Pseudo-localisation: English with accents, in brackets and 40 % longer.
 
 It shows before anybody translates what a translation will meet: a text that does not go through ``tr`` has no
 brackets, one that is cut off has lost its closing bracket, and a font or an encoding that knows ASCII only fails.

@@ -1,4 +1,4 @@
-"""Small things about sentences that are shown, as the language in use writes them."""
+"""Joins and capitalises sentences in the current language."""
 
 from collections.abc import Iterable
 

@@ -1,4 +1,4 @@
-"""Text from elsewhere (names of ports and files, profiles, bytes off the line) as it can be shown.
+"""Makes untrusted text (ports, files, profiles, bytes) safe to display.
 
 A terminal obeys escape characters, and direction marks turn what follows them around: both are shown as their number.
 """

@@ -1,4 +1,4 @@
-"""A trigger record field by field, as JSON, CSV and the archive carry it, and the words for what set it off."""
+"""Fields of a trigger record in JSON, CSV and the archive, and the texts of its source."""
 
 from app.text.i18n import tr
 from protocol.messages import TriggerRecord

@@ -1,4 +1,4 @@
-"""Why did it fire: every trigger record ever seen of a module, in order, each told as one sentence. No file, no port.
+"""Merged history of trigger records of a module, each as one sentence. No file, no port.
 
 A module keeps nine. `merge` puts what it keeps now behind what was seen before, so that the tenth trigger pushes
 nothing out of knowledge. Records have no number of their own: two triggers may be equal to the last byte, so they are

@@ -1,4 +1,4 @@
-"""One dangerous act in its own row: what it does, what still stands against it, a second click, and what came of it."""
+"""Row of one dangerous act: description, unmet conditions, confirmation, outcome."""
 
 from collections.abc import Callable, Mapping
 from functools import partial

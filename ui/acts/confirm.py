@@ -1,4 +1,4 @@
-"""A second click for what changes the module: ask, then do it or cancel, each button in a place of its own."""
+"""Two-step confirmation in the page: ask, then perform or cancel, each button in its own place."""
 
 from typing import Final
 

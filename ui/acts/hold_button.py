@@ -1,4 +1,4 @@
-"""The button that has to be held: tells presses and releases apart, by mouse or keyboard, and repeats from presses."""
+"""Button that must be held, by mouse or keyboard; ignores auto-repeat."""
 
 from PySide6.QtCore import QEvent, QRectF, QSize, Qt, Signal
 from PySide6.QtGui import QColor, QKeyEvent, QMouseEvent, QPainter, QPainterPath, QPaintEvent

@@ -1,4 +1,4 @@
-"""What stands against an act, and what is said of its outcome: the same for a row, the ritual and the baud rate."""
+"""Texts for unmet conditions and outcomes of acts, shared by rows, ritual and baud rate."""
 
 from collections.abc import Callable
 from typing import Final

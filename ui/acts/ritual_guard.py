@@ -1,4 +1,4 @@
-"""What the window itself does that disarms: the focus goes elsewhere, the window is left, an error anywhere in it."""
+"""Disarms the ritual on focus loss, window deactivation or an uncaught error."""
 
 import sys
 from collections.abc import Callable

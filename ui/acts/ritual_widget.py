@@ -1,4 +1,4 @@
-"""The deploy panel: choose, arm, hold. `app.safety.ritual` decides; here are the controls and the timer.
+"""Deploy panel: choose, arm, hold. `app.safety.ritual` decides; this holds the controls and the timer.
 
 Fifty times a second it checks whether anything disarms: an open condition, the link, a restart, a sleep of the
 computer, another window, another field, an error anywhere in the window, an armed control out of sight. Cancel has the

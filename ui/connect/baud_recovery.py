@@ -1,4 +1,4 @@
-"""A change of baud rate whose end nobody saw: said at the next start, with a way to look for the module."""
+"""Offers to find the module after an unfinished change of baud rate, at the next start."""
 
 from collections.abc import Callable
 from concurrent.futures import Future

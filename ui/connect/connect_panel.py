@@ -1,4 +1,4 @@
-"""Choose a port and connect. A sheet over the page, never a dialog: the module's state stays in sight."""
+"""Panel for choosing a port and connecting, over the page so that the module's state stays visible."""
 
 from functools import partial
 

@@ -1,4 +1,4 @@
-"""Asks which module it is, where it may be another one than the one that is meant."""
+"""Asks which module it is where it may not be the expected one."""
 
 from app.engine.identity import Identity
 from app.settings.identity_words import differences

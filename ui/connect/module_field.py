@@ -1,4 +1,4 @@
-"""The field in which a module is named, on every page that needs its name."""
+"""Editable combo box for the name of the module."""
 
 from PySide6.QtCore import QEvent, QSignalBlocker, Qt
 from PySide6.QtWidgets import QComboBox, QLineEdit

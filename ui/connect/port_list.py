@@ -1,4 +1,4 @@
-"""The ports to choose from, each with its adapter's name, maker and serial number."""
+"""List of ports with adapter name, manufacturer and serial number."""
 
 from dataclasses import dataclass
 

@@ -1,4 +1,4 @@
-"""One piece of work beside the window's thread: reading a file, packing a zip, asking the system."""
+"""Runs one function in a background thread and delivers its result to the GUI thread."""
 
 import logging
 import threading

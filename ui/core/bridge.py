@@ -1,4 +1,4 @@
-"""The only place where the worker's thread meets Qt."""
+"""Delivers the worker's batches to the GUI thread; the only place where that thread meets Qt."""
 
 from dataclasses import replace
 from itertools import groupby

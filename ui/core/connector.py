@@ -1,4 +1,4 @@
-"""The window's side of the link: what is to be connected, and what became of it. Widgets ask here, never the worker."""
+"""Connection as the window sees it: target, state, reconnection. Widgets use this, never the worker."""
 
 import logging
 import time

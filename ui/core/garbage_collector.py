@@ -1,4 +1,4 @@
-"""Python's garbage is freed in the window's thread, and in no other.
+"""Runs Python's garbage collection in the GUI thread only.
 
 Python collects garbage in whatever thread happens to make the next object. Where the garbage holds objects of Qt (a
 dialog that was closed, a model that was replaced), a worker would then free them in its own thread, beneath the

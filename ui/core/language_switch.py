@@ -1,4 +1,4 @@
-"""The language of the window and of Qt's own texts in it, changed while it is open."""
+"""Switches the language of the window and of Qt's own texts while it is open."""
 
 import logging
 

@@ -1,4 +1,4 @@
-"""Which ports there are, looked up beside the window's thread: listing can take seconds (Bluetooth ports)."""
+"""Polls the list of ports in a background thread: listing can take seconds (Bluetooth ports)."""
 
 import logging
 from collections.abc import Callable, Iterable

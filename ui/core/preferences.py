@@ -1,4 +1,4 @@
-"""What the window remembers from one start to the next, in one INI file in the platform's folder for settings."""
+"""Preferences in one INI file in the platform's folder for settings."""
 
 from dataclasses import dataclass
 from pathlib import Path

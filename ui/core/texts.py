@@ -1,4 +1,4 @@
-"""Texts of widgets that follow a change of language while the window is open."""
+"""Binds texts of widgets so that they follow a change of language."""
 
 import weakref
 from collections.abc import Callable, Hashable

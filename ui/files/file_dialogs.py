@@ -1,4 +1,4 @@
-"""Dialogs that ask for a file, and the name that is suggested."""
+"""File dialogs and suggested file names."""
 
 from collections.abc import Callable
 from datetime import datetime

@@ -1,4 +1,4 @@
-"""Files that are dropped on the window go to the page that takes their kind."""
+"""Routes dropped files to the page that opens their type."""
 
 from collections.abc import Callable
 from pathlib import Path

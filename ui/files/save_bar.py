@@ -1,4 +1,4 @@
-"""The foot of the Live page: save what is seen, and where it went or why not."""
+"""Save bar of the Live page: CSV, picture, and the outcome of saving."""
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass

@@ -1,4 +1,4 @@
-"""The one place that chooses the editor for a field's kind: a number, yes or no, one of a few."""
+"""Creates the editor for a kind of field: number, flag or choice."""
 
 from functools import partial
 from typing import Final

@@ -1,4 +1,4 @@
-"""A table of rows that a page replaces whole, as often as something may have changed: what is selected stays."""
+"""Table model whose rows are replaced as a whole; keeps the selection."""
 
 from collections.abc import Callable, Sequence
 from typing import Any, Generic, TypeVar

@@ -1,4 +1,4 @@
-"""How every table of the program behaves: it lists rows, which are chosen whole and edited nowhere."""
+"""Common behaviour of all tables: whole rows are selected, nothing is edited in place."""
 
 from PySide6.QtWidgets import QAbstractItemView, QHeaderView, QTableView
 

@@ -1,4 +1,4 @@
-"""What the module holds, with how and when that came to be known; unknown and stale have a shape of their own."""
+"""Shows a module value with its source and age; unknown and stale values look different."""
 
 from collections.abc import Mapping
 from typing import Final

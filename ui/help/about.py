@@ -1,4 +1,4 @@
-"""What this program is, its version, and what it is made with."""
+"""About box: version, licences, components."""
 
 import platform
 from collections.abc import Iterator

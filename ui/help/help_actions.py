@@ -1,4 +1,4 @@
-"""What the Help menu does. Nothing of it holds the window up: LOCK is in reach beside every one of its windows."""
+"""Actions of the Help menu. None blocks the window: LOCK stays in reach beside every help window."""
 
 from typing import TYPE_CHECKING
 

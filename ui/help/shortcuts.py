@@ -1,4 +1,4 @@
-"""Every key of the window, taken from its real actions, so that none is forgotten and none is made up."""
+"""Shortcut list, built from the real actions of the window."""
 
 import re
 from collections.abc import Iterator

@@ -1,4 +1,4 @@
-"""The tour: a few steps through the real window on a simulated module. It blocks nothing and leaves nothing behind."""
+"""Guided tour through the real window on a simulated module."""
 
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Final, cast

@@ -1,4 +1,4 @@
-"""What the tour puts over the window: a light that leaves the widget in question bright, and a card with the words.
+"""Spotlight and text card of the tour.
 
 Neither is in the way: the light lets every click through, the card stays off the top bar, and what has the focus keeps
 it until the person goes to the next step.

@@ -1,4 +1,4 @@
-"""What the tour works with: the window, and a simulated module of its own that nobody else uses."""
+"""Window and simulated module of the tour."""
 
 from typing import TYPE_CHECKING, Final, TypeVar, cast
 

@@ -1,4 +1,4 @@
-"""The steps of the tour: each looks at how things stand and says what to see, what to do next, and where.
+"""Steps of the tour: what to look at, what to do next, and where.
 
 A step remembers nothing: it is asked ten times a second, so that whatever the person does by hand counts as well.
 """

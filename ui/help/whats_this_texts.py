@@ -1,4 +1,4 @@
-"""What every control is for, by its object's name: the literal table behind "What's this?".
+""" "What's this?" texts by object name.
 
 A pattern is a shell's (`*` stands for anything, `|` is between alternatives); the first one that fits counts. What is
 not here says of itself what it is (the settings from the catalogue, the checks, the options of the simulated module).

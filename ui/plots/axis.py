@@ -1,4 +1,4 @@
-"""Where the time line has its ticks and what stands at them."""
+"""Ticks of the time axis and their labels."""
 
 import math
 import time

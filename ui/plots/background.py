@@ -1,4 +1,4 @@
-"""The ground of the plots as a picture: grid, scales and labels are repainted only when they are others.
+"""Caches grid, scales and labels of the plots as a picture.
 
 While the plots follow the newest samples, nothing of it moves from draw to draw, and painting it by hand each time
 would cost as much as the curves.

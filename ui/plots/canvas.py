@@ -1,4 +1,4 @@
-"""The surface of the plots: lanes below each other, reached by mouse and keyboard.
+"""Plot surface: lanes below each other, mouse and keyboard.
 
 The wheel zooms only when the plots have the focus or Ctrl is held; else it scrolls the page.
 """

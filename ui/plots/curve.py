@@ -1,4 +1,4 @@
-"""One curve in its lane, on pyqtgraph.
+"""One curve in its lane, drawn with pyqtgraph.
 
 Curves are made once and given new points at every draw.  The points are those of an envelope of at most a
 thousand buckets, counted from the left end of the view, so that pyqtgraph's range never moves.  Pens are

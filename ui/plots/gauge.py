@@ -1,4 +1,4 @@
-"""The tilt of the aircraft, 0 to 180°, as an aircraft that tilts.
+"""Tilt gauge, 0 to 180°.
 
 Its right arm is the needle: it points to 0° at the right, 90° at the top, 180° at the left.  The arc beyond the
 attitude threshold is where the module fires, a mark before it where the trigger is ready again.

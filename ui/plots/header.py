@@ -1,4 +1,4 @@
-"""The row above the plots: whether they follow, how much time they show, and the way back."""
+"""Header of the plots: following, time span, back to live."""
 
 from typing import Final
 

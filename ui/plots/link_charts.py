@@ -1,4 +1,4 @@
-"""The pictures of the link's figures: round trips by duration, rejected bytes by reason, and all of it over time."""
+"""Charts of link statistics: histogram of round trips, rejected bytes by reason, all over time."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass

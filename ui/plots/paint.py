@@ -1,4 +1,4 @@
-"""Everything of the plots but the curves: grid and scales behind them, limits, marks and the cursor before.
+"""Paints the plots around the curves: grid, scales, limits, markers, cursor.
 
 Painted by hand because it is little, has to be readable over anything, and costs a tenth of what general axes
 cost when they scroll.

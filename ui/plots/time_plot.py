@@ -1,4 +1,4 @@
-"""Tilt, acceleration and whatever else over time, on one time line, with limits, marks and a read-off cursor.
+"""Plots several quantities on one time line, with limits, markers and a cursor.
 
 The page puts samples into the series, notes what happened as marks, and calls ``draw`` from its one timer.
 Importing this module loads pyqtgraph and numpy: do it after the window's first paint.

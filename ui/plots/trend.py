@@ -1,4 +1,4 @@
-"""One measured value over all checks of a module: points on a line, the range at its ends, nothing else."""
+"""Small trend chart of one measured value over all checks."""
 
 from collections.abc import Sequence
 from typing import Final

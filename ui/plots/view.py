@@ -1,4 +1,4 @@
-"""What the plots show: lanes, limits and marks, and which span of time is in sight.
+"""View model of the plots: lanes, limits, markers and the visible time span.
 
 Plain data and arithmetic without a widget.  Times are monotonic seconds.
 """

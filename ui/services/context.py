@@ -1,4 +1,4 @@
-"""What a page of the window is, and what it is given to work with."""
+"""Page interface, and the services that a page is given."""
 
 from collections.abc import Callable
 from dataclasses import dataclass, field

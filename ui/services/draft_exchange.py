@@ -1,4 +1,4 @@
-"""Drafts on their way between the Settings page and "Would it have fired?" on Live. Nothing is sent to a module."""
+"""Exchanges drafts between the Settings page and "Would it have fired?". Nothing is sent."""
 
 from collections.abc import Callable, Mapping
 

@@ -1,4 +1,4 @@
-"""LOCK: one way from every button, key and menu entry, and one state that every place shows."""
+"""LOCK control: one path from every button, key and menu entry, and one state shown everywhere."""
 
 from collections.abc import Callable
 from functools import partial

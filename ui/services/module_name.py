@@ -1,4 +1,4 @@
-"""Which module this is. It has no serial number: a technician names it once, and every page goes by that name."""
+"""Name of the connected module, given once by a technician and used on every page."""
 
 import logging
 from concurrent.futures import Future

@@ -1,4 +1,4 @@
-"""What is done with recordings: list, open, export, keep, delete; beside the window's thread, one thing at a time."""
+"""Background jobs on recordings: list, open, export, pin, delete; one at a time."""
 
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass

@@ -1,4 +1,4 @@
-"""Every session is recorded by itself: from a port that a person opened until it is closed, whatever happens between.
+"""Records every session automatically, from opening a port until it is closed.
 
 The worker's batches go to the recorder from the worker's own thread, so that a window that stalls or closes costs the
 recording nothing.

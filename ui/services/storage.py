@@ -1,4 +1,4 @@
-"""What the pages share besides the link: the store with its journal, the recordings, and edits that were not sent."""
+"""Shared storage of the pages: store, journal, recordings, pending edits."""
 
 import logging
 import threading

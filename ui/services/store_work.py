@@ -1,4 +1,4 @@
-"""Work on the store that the window does not wait for."""
+"""Runs work on the store without blocking the window."""
 
 import logging
 from collections.abc import Callable

@@ -1,4 +1,4 @@
-"""The port of the tour's own simulated module: what comes from it is neither kept, recorded nor remembered."""
+"""Port of the tour's simulated module; nothing from it is stored, recorded or remembered."""
 
 from typing import Final
 

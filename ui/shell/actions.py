@@ -1,4 +1,4 @@
-"""The menu bar: every act of the window by name, with its key."""
+"""Menu bar: all actions of the window with their shortcuts."""
 
 from collections.abc import Callable
 from functools import partial

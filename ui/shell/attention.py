@@ -1,4 +1,4 @@
-"""What needs a person now: a question before an ACTIVE module is left, a lock that did not work, a link in trouble."""
+"""Chooses the notice that needs attention: leaving an ACTIVE module, a failed lock, a link in trouble."""
 
 from collections.abc import Callable
 from dataclasses import replace

@@ -1,4 +1,4 @@
-"""The window: top bar, notices, navigation with pages, status line. It wires; what is done is done elsewhere."""
+"""Main window: top bar, notices, sidebar with pages, status bar. Only wires them."""
 
 import logging
 from collections.abc import Callable

@@ -1,4 +1,4 @@
-"""What the notice bar says: about the link, and before an ACTIVE module is left."""
+"""Texts of the notices about the link and about leaving an ACTIVE module."""
 
 from collections.abc import Callable
 

@@ -1,4 +1,4 @@
-"""The pages of the window, made one after the other while the window is alive."""
+"""Creates the pages one by one while the window stays responsive."""
 
 from collections.abc import Callable, Iterable
 from typing import Final

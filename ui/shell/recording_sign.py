@@ -1,4 +1,4 @@
-"""The quiet sign in the status line: that the session is recorded, since when, or why not."""
+"""Recording indicator in the status bar: since when, or why not."""
 
 from collections.abc import Callable
 from typing import Final

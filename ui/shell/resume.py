@@ -1,4 +1,4 @@
-"""After the computer slept: whatever a person had begun before is not gone on with, and that is said."""
+"""Cancels pending operations when the computer resumes from sleep."""
 
 from typing import Final
 

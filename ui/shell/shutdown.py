@@ -1,4 +1,4 @@
-"""How the window keeps its word about closing: one limit for all of it, whatever a driver or a disk does.
+"""Shuts the window down within one time limit, whatever a driver or a disk does.
 
 What may block is done in a thread that can be left behind: a daemon, which the end of the program does not wait for.
 """

@@ -1,4 +1,4 @@
-"""The pages, down the left side: icons with words."""
+"""Sidebar with the pages: icons with words."""
 
 from PySide6.QtCore import QEvent, QSize, Qt, Signal
 from PySide6.QtGui import QKeySequence

@@ -1,4 +1,4 @@
-"""The line at the bottom: how the link does, in figures."""
+"""Status bar: link statistics."""
 
 from PySide6.QtCore import QEvent, Qt
 from PySide6.QtWidgets import QFrame, QHBoxLayout, QLabel, QWidget

@@ -1,4 +1,4 @@
-"""What is in sight on every page: port and link, the state of the module, and LOCK."""
+"""Top bar, visible on every page: port and link, state of the module, LOCK."""
 
 from functools import partial
 

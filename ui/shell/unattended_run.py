@@ -1,4 +1,4 @@
-"""What an unattended run of the window leaves behind: a picture of it and the values that it held."""
+"""Saves a screenshot and the values of an unattended run."""
 
 import json
 from pathlib import Path

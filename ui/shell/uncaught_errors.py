@@ -1,4 +1,4 @@
-"""An error of ours that nobody caught: it disarms, goes into the log, and is a calm line with its details to copy."""
+"""Handles uncaught errors: disarms, logs, and shows a notice with details to copy."""
 
 from collections.abc import Callable
 

@@ -1,4 +1,4 @@
-"""The panel of the simulated module beside the page; made when it is first wanted."""
+"""Dock with the panel of the simulated module, created on first use."""
 
 import logging
 from typing import TYPE_CHECKING

@@ -1,4 +1,4 @@
-"""Why the simulated module fails a check of rest, and the one click that sets it down: nobody can hold it by hand."""
+"""Offers to set the simulated module level where it fails a check of rest."""
 
 from collections.abc import Callable, Sequence
 from typing import Final

@@ -1,4 +1,4 @@
-"""The folds of the simulated module's panel: every option that can be changed while it runs."""
+"""Collapsible options of the simulated module's panel."""
 
 from collections.abc import Callable, Mapping
 from functools import partial

@@ -1,4 +1,4 @@
-"""The panel "Simulated module": what a person would do to a real one on the bench."""
+"""Panel of the simulated module: tilt it, drop it, unplug it."""
 
 from collections.abc import Callable
 

@@ -1,4 +1,4 @@
-"""What the painted widgets have in common."""
+"""Base of widgets that paint themselves."""
 
 from enum import Enum
 

@@ -1,4 +1,4 @@
-"""Shapes that several painted widgets share."""
+"""Shapes shared by painted widgets."""
 
 from PySide6.QtCore import QLineF, QRectF, Qt
 from PySide6.QtGui import QColor, QFont, QFontMetricsF, QPainter, QPainterPath, QPen

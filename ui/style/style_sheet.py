@@ -1,4 +1,4 @@
-"""The application's one style sheet, made from a theme.
+"""The application's style sheet, generated from a theme.
 
 What a widget is for is its dynamic property ``role``:
 

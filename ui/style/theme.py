@@ -1,4 +1,4 @@
-"""Colours, sizes and type of the window, in one place.
+"""Colours, sizes and fonts of the window.
 
 Three themes: light, dark, and sunlight, which is black on white with thick lines for a laptop outdoors.
 Surfaces and text are neutral; colour is kept for what has a meaning, and the meanings are five.  Every text

@@ -1,4 +1,4 @@
-"""A plain window to read in, beside the program's: it holds nothing up, and Esc closes it."""
+"""Modeless window for reading; Esc closes it."""
 
 from PySide6.QtCore import QSize, Qt, QUrl
 from PySide6.QtGui import QTextBlockFormat, QTextCursor

@@ -1,4 +1,4 @@
-"""A line of text that gives way: shortened with "…" where it has no room, and then whole in its tooltip."""
+"""Label that elides its text with "…" and shows it whole in the tooltip."""
 
 from PySide6.QtCore import QSize, Qt
 from PySide6.QtGui import QFontMetrics, QPainter, QPaintEvent, QResizeEvent

@@ -1,4 +1,4 @@
-"""What stands in place of an empty list: a picture, what is the matter, and what to do."""
+"""Placeholder for an empty list: picture, reason, next action."""
 
 from typing import Final
 

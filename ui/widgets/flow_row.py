@@ -1,4 +1,4 @@
-"""A row of buttons that takes a second line rather than cut a word off, in a long language or a narrow window."""
+"""Row of buttons that wraps to a second line where it does not fit."""
 
 from typing import Final
 

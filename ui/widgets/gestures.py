@@ -1,4 +1,4 @@
-"""Tells a deliberate press from an accidental one: how the pointer came to lie on a control, which keys are down.
+"""Tells deliberate presses from accidental ones: pointer path and keys held down.
 
 A control counts a press only when the pointer moved onto it. One that came to lie under an unmoved pointer (shown,
 scrolled, moved by a layout, uncovered) is blocked until the pointer leaves it. See `ui.widgets.step_button`.

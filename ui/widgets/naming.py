@@ -1,4 +1,4 @@
-"""A name for each widget and action: tests find it by that, and so does whoever automates the window."""
+"""Sets object and accessible names of widgets and actions."""
 
 from typing import TypeVar
 

@@ -1,4 +1,4 @@
-"""One line across the window that says what is the matter and what to do: instead of a dialog."""
+"""Notice across the window with a message and actions, instead of a dialog."""
 
 from collections.abc import Callable
 from dataclasses import dataclass

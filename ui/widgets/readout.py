@@ -1,4 +1,4 @@
-"""One measured value as a big number, and one state as icon, word and colour.
+"""Large value display and state chip (icon, word, colour).
 
 Both are painted, so that nothing moves when a digit is added, and both are plain data in: the page decides what
 is fresh, stale or unknown.

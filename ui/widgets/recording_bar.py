@@ -1,4 +1,4 @@
-"""The strip that stands across the window while a capture is played: that it is one, how far it is, and how to stop."""
+"""Bar shown while a capture is played: progress and stop."""
 
 from pathlib import Path
 

@@ -1,4 +1,4 @@
-"""Controls of the simulated module's panel: sliders with a number beside them, and the guard against the wheel."""
+"""Sliders with a number field, and the guard against accidental wheel events."""
 
 from PySide6.QtCore import QEvent, QObject, QSignalBlocker, Qt, Signal
 from PySide6.QtWidgets import QDoubleSpinBox, QHBoxLayout, QLabel, QSlider, QWidget

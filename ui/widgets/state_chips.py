@@ -1,4 +1,4 @@
-"""The chips that say whether the module is active and whether it has fired: one look on every page."""
+"""State chips for activation and trigger, the same on every page."""
 
 from app.diagnosis.link_state import duration
 from app.engine.device import Known

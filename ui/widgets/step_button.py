@@ -1,4 +1,4 @@
-"""A button of an act that takes more than one press: it counts only presses that were meant for it.
+"""Button for one step of a multi-step act: counts only deliberate presses.
 
 It is dead for half a second after it appeared; to the pointer until that moved onto it; to the keyboard until the key
 that was down is up. The second press of a double click never counts. A press ends without effect when the pointer

@@ -1,4 +1,4 @@
-"""What a page does while it is seen, so that what it shows is never older than a moment, and costs nothing unseen."""
+"""Timer that runs only while its page is visible."""
 
 from collections.abc import Callable
 

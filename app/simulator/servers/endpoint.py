@@ -1,4 +1,4 @@
-"""A running simulated module outside of this process's `sim://`: what a pseudo-terminal and a TCP socket share.
+"""Base of the endpoints that serve a simulated module to other processes.
 
 One loop, no thread. It wakes when the host sends, when a control line comes, when bytes are due, or when it is stopped.
 """

@@ -1,4 +1,4 @@
-"""The simulated module behind a pseudo-terminal: for a host it is a serial port (Linux, macOS)."""
+"""Serves the simulated module on a pseudo-terminal (Linux, macOS)."""
 
 import os
 import sys

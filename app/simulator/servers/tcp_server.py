@@ -1,4 +1,4 @@
-"""The simulated module behind a TCP socket: raw bytes, for pyserial's `socket://` (every platform)."""
+"""Serves the simulated module on a TCP socket, for pyserial's `socket://` (every platform)."""
 
 import socket
 from contextlib import suppress

@@ -1,4 +1,4 @@
-"""What acts on the module at once. LOCK, always safe, at the top; the dangerous rest framed and apart below."""
+"""Commands page: LOCK at the top, dangerous acts framed below."""
 
 from typing import Final
 

@@ -1,4 +1,4 @@
-"""The support bundle: everything that would go in, to be read before anything is written, and one button to save it."""
+"""Preview of the support bundle, with one button to save it."""
 
 import copy
 from collections.abc import Callable

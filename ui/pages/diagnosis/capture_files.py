@@ -1,4 +1,4 @@
-"""Captures as files: save what went over the line, open one by dialog or by dropping it on the window."""
+"""Saves traffic as a capture; opens captures by dialog or drop."""
 
 from collections import deque
 from collections.abc import Callable, Iterable, Iterator

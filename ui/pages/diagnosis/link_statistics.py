@@ -1,4 +1,4 @@
-"""How the link does: totals, how long answers take, what was rejected and why, and all of it over time."""
+"""Statistics view: totals, round trips, rejected bytes by reason, all over time."""
 
 from typing import Final
 

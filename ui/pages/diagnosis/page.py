@@ -1,4 +1,4 @@
-"""What goes on at the line, and why it does not connect: four views behind one row of segments.
+"""Diagnosis page: four views behind one row of segments.
 
 Out of sight it only remembers: the frames, the figures and what is seen of the port.
 """

@@ -1,4 +1,4 @@
-"""Every frame sent and received, rejected bytes and why: a plain list that follows the end while one is there."""
+"""Traffic list: every frame sent and received, invalid bytes and why."""
 
 from functools import partial
 from itertools import chain, islice

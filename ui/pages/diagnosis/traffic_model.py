@@ -1,4 +1,4 @@
-"""The frames that went over the line, as rows of a table: kept as they came, put into words only where seen."""
+"""Table model of the traffic; rows are formatted only when visible."""
 
 from collections import deque
 from collections.abc import Hashable, Iterable, Iterator, Sequence

@@ -1,4 +1,4 @@
-"""Search in the traffic list: bytes ("41 75", with or without spaces) or words of what a row says."""
+"""Search in the traffic list: bytes ("41 75", with or without spaces) or words."""
 
 import time
 from collections.abc import Callable, Hashable

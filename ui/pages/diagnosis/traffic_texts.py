@@ -1,4 +1,4 @@
-"""A row of the traffic list in words, with its icon and colour. Rows are events of the link or lines of a capture."""
+"""Text, icon and colour of a row of the traffic list."""
 
 import time
 from functools import cache, lru_cache

@@ -1,4 +1,4 @@
-"""Why does it not connect?  One cause, one next action, and a button that does it where the program can."""
+"""Why does it not connect?  Shows the most likely cause, the fix, and a button where the program can do it."""
 
 import time
 from collections.abc import Callable

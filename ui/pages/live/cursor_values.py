@@ -1,4 +1,4 @@
-"""An instant of a recording in the numbers of the Live page, where a module's own state stands at other times."""
+"""Values of a recording at the cursor, in the panel of the Live page."""
 
 from dataclasses import dataclass
 from typing import Final

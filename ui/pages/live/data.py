@@ -1,4 +1,4 @@
-"""What the Live page remembers: series of what was measured, limits over time, and what happened when.
+"""Data of the Live page: series, limits over time, markers.
 
 ``take`` costs the same for one sample as for a hundred: numbers go into the series as arrays, and only changes
 are looked at one by one.  Times are monotonic seconds.

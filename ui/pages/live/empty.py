@@ -1,4 +1,4 @@
-"""What stands in place of the Live page's plots before any module has answered."""
+"""Empty state of the Live page."""
 
 from typing import Final
 

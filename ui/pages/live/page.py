@@ -1,4 +1,4 @@
-"""What the module measures, now and over time: numbers at the left, plots at the right.
+"""Live page: values at the left, plots at the right.
 
 One timer draws while the page is in sight.  Batches are taken all the time: acquisition never depends on what is
 looked at.  A recording is looked at here too: its plots lie over those of the module, which go on below.

@@ -1,4 +1,4 @@
-"""The numbers of the Live page: gauge, tilt in large figures, and everything else that is measured.
+"""Value panel of the Live page: gauge, tilt and everything else that is measured.
 
 Each number is fresh, stale with its age, or unknown.  For a recording they are those of the instant under the
 read-off cursor, below its time, and what belongs to the present is put away.  The column is as wide as the widest text

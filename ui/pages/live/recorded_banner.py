@@ -1,4 +1,4 @@
-"""The strip above the plots while a recording is looked at: what it is, that it is not live, and the way back."""
+"""Banner above the plots while a recording is shown: origin, "not live", way back."""
 
 from typing import Final
 

@@ -1,4 +1,4 @@
-"""A recording on the Live page, in the place of the module: its plots over the module's, its strip, its numbers."""
+"""Shows a recording on the Live page in place of the module."""
 
 from collections.abc import Sequence
 

@@ -1,4 +1,4 @@
-"""The offer of the tour: made once, to somebody for whom nothing was ever connected, and easily declined."""
+"""Offers the tour once, before anything was ever connected."""
 
 from collections.abc import Callable
 

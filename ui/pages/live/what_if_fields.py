@@ -1,4 +1,4 @@
-"""The fields of "Would it have fired?": a threshold or switch each, made from the catalogue as those of Settings."""
+"""Fields of "Would it have fired?", created from the catalogue."""
 
 from collections.abc import Mapping
 from functools import partial

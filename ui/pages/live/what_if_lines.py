@@ -1,4 +1,4 @@
-"""The thresholds that are tried, as lines in the plots beside the module's own."""
+"""Draft thresholds as lines in the plots beside the module's own."""
 
 from collections.abc import Sequence
 from dataclasses import replace

@@ -1,4 +1,4 @@
-"""Where "Would it have fired?" stands on Live: a button below the plots, and a panel in the place of the numbers."""
+"""Places "Would it have fired?" on the Live page: a button below the plots, a panel in place of the values."""
 
 from collections.abc import Mapping
 from math import inf

@@ -1,4 +1,4 @@
-"""Would it have fired?  Thresholds are tried on what was measured; it is a calculation, and nothing is sent."""
+""" "Would it have fired?": tries thresholds on measured data. A calculation; nothing is sent."""
 
 from collections.abc import Mapping
 from functools import partial

@@ -1,4 +1,4 @@
-"""The verdict of "Would it have fired?" in words: what was found, how near it was, and what was not judged."""
+"""Texts of "Would it have fired?": verdict, margins, what was not judged."""
 
 from collections.abc import Callable
 from typing import Final, NamedTuple

@@ -1,4 +1,4 @@
-"""The foot of the Pre-flight page: what is done seldom at the left, the one main button at the right."""
+"""Button row of the Pre-flight page: the main button at the right."""
 
 from PySide6.QtCore import QSize
 from PySide6.QtWidgets import QPushButton, QWidget

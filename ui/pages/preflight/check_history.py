@@ -1,4 +1,4 @@
-"""All checks of a module or an aircraft that this computer keeps, and what they measured, over time."""
+"""Past checks of a module or an aircraft, with trends of what they measured."""
 
 from enum import IntEnum
 from typing import Final, NamedTuple

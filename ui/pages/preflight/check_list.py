@@ -1,4 +1,4 @@
-"""Every check and every manual item as rows that scroll; what a person ticked, and when."""
+"""Scrolling list of checks and manual items."""
 
 from collections.abc import Mapping
 from typing import Final

@@ -1,4 +1,4 @@
-"""The check as the window runs it: gather, judge, file, and watch whether the verdict still holds.
+"""Controller of the Pre-flight page: runs, judges, files and watches the check.
 
 A verdict that was voided stays void, whatever comes afterwards: only another check gives another one.
 """

@@ -1,4 +1,4 @@
-"""Who checks which module in which aircraft, and by which profile: what the record says besides what was measured."""
+"""Form of the Pre-flight page: person, module, aircraft, profile."""
 
 from collections.abc import Callable
 from functools import partial

@@ -1,4 +1,4 @@
-"""Is the module fit to fly? The verdict above, who and what below it, every check as a row, one main button.
+"""Pre-flight page: verdict, form, one row per check, one main button.
 
 The verdict is watched as long as the program runs: what voids it is said the moment it happens.
 """

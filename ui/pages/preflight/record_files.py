@@ -1,4 +1,4 @@
-"""Reports and records as files: print what was checked; tell of a file that was dropped whether it was altered."""
+"""Exports reports; verifies dropped records."""
 
 import logging
 import threading

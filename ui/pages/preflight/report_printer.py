@@ -1,4 +1,4 @@
-"""Print a page of rich text on one sheet of A4, as a PDF with a file attached. Needs no screen.
+"""Prints a report page as A4 PDF with the record attached. Needs no screen.
 
 Chinese is embedded where the computer has a font for it; the size of the text is the largest at which all of it fits.
 """

@@ -1,4 +1,4 @@
-"""Below the past checks: this station's fingerprint, and the stations whose signatures are believed here."""
+"""Row with this station's fingerprint and the known stations."""
 
 from collections.abc import Callable
 from pathlib import Path

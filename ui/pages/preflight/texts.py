@@ -1,4 +1,4 @@
-"""What the banner of the Pre-flight page says, in the language in use."""
+"""Texts of the verdict banner."""
 
 from typing import NamedTuple
 

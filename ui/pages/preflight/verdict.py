@@ -1,4 +1,4 @@
-"""The verdict, to be read at three metres in the sun: by its word, its shape and its colour, any one of them enough.
+"""Verdict banner, readable at three metres in the sun: word, shape and colour.
 
 Letters 15 mm high are read at three metres without effort; that is 96 px on a usual laptop. The shapes: GO is a filled
 disc with a tick, READY a filled square with a padlock, NO-GO a filled octagon with a cross, void a broken ring,

@@ -1,4 +1,4 @@
-"""The buttons below the list of recordings, and what stands in place of an empty list."""
+"""Buttons and empty state of the Recordings page."""
 
 from collections.abc import Sequence
 

@@ -1,4 +1,4 @@
-"""The recordings as a table: what each is, in words; sorted and searched."""
+"""Table model of the recordings, with sorting and search."""
 
 from enum import IntEnum
 from typing import Any, Final

@@ -1,4 +1,4 @@
-"""Every session that was recorded, newest first: look at one again, export it, keep it for good, delete it."""
+"""Recordings page: show, export, pin, delete recorded sessions."""
 
 from functools import partial
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""The table of recordings: newest first, sorted by a click on a head, opened by Enter or a double click."""
+"""Table view of the recordings."""
 
 from typing import Final
 

@@ -1,4 +1,4 @@
-"""The baud rate, framed and apart: it can cut the very line that it is sent over."""
+"""Panel for changing the baud rate, framed: the change can cut the link it is sent over."""
 
 from collections.abc import Callable
 from functools import partial

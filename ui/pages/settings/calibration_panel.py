@@ -1,4 +1,4 @@
-"""The light threshold by measurement: bay closed, bay open, and a threshold between with its margin to both sides."""
+"""Panel for calibrating the light threshold: bay closed, bay open, proposal with margins."""
 
 from functools import partial
 

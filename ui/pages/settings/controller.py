@@ -1,4 +1,4 @@
-"""What the Settings page does with the module: read, write and prove, look after a power cycle; one thing at a time."""
+"""Controller of the Settings page: read, write and verify, power-cycle test; one job at a time."""
 
 from collections.abc import Callable
 from concurrent.futures import Future

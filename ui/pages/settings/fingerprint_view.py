@@ -1,4 +1,4 @@
-"""The short code of the settings, large enough to be read out over the radio."""
+"""Shows the checksum of the settings, large enough to be read out over the radio."""
 
 from PySide6.QtWidgets import QLabel, QVBoxLayout, QWidget
 

@@ -1,4 +1,4 @@
-"""Every setting of the module: what stands, what is wanted; written, and proven by reading back.
+"""Settings page: module value, edited value, write and verify.
 
 The rows scroll; what is said and the buttons below stay in sight.
 """

@@ -1,4 +1,4 @@
-"""A profile beside the module, row by row: tick what shall be applied. Or, for a file that is none, all its errors."""
+"""Compares a profile with the module row by row; lists the errors of an invalid file."""
 
 from collections.abc import Mapping, Sequence
 from functools import partial

@@ -1,4 +1,4 @@
-"""Profiles as files: open by dialog, from the recent ones or dropped on the window; save what the module holds now."""
+"""Opens profiles by dialog, recent list or drop; saves the current settings as one."""
 
 from collections.abc import Sequence
 from functools import partial

@@ -1,4 +1,4 @@
-"""One setting as a row: name, what stands, what is wanted, what it means, and its state."""
+"""Row of one setting: name, module value, editor, meaning, state."""
 
 from collections.abc import Mapping
 from typing import Final, NamedTuple

@@ -1,4 +1,4 @@
-"""The chosen trigger: its sentence in full, its bytes on demand, and what a person says of it."""
+"""Details of the selected trigger record: sentence, bytes, judgement and note."""
 
 from functools import partial
 from typing import Final

@@ -1,4 +1,4 @@
-"""The trigger records as a table: what is decoded, in words; sorted, searched, copied."""
+"""Table model of the trigger records, with sorting, search and copy."""
 
 from collections.abc import Iterable
 from enum import Enum, IntEnum

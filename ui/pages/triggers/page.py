@@ -1,4 +1,4 @@
-"""Why did it fire: every trigger record that was ever seen of a module, each as one sentence, newest first."""
+"""Triggers page: every trigger record of a module as one sentence, newest first."""
 
 from functools import partial
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""The table of trigger records: above, the decoded cells; below them, over the whole row, the record as a sentence."""
+"""Table view of the trigger records: decoded cells above, the sentence below across the row."""
 
 from typing import Final
 

@@ -1,4 +1,4 @@
-"""What the Triggers page says of its records, in the language in use."""
+"""Texts of the Triggers page."""
 
 from app.text.i18n import tr
 from ui.pages.triggers.controller import TriggersController
