@@ -308,3 +308,40 @@ BAUD_RATE = BY_NAME["baud_rate"]
 BAUD_RATES: tuple[int, ...] = tuple(sorted(BAUD.values.values(), reverse=True))
 DEFAULT_BAUD_RATE = 115200
 RESET_BELOW_THRESHOLD_DEG = 10  # "复位角度=姿态阈值角度减10°"
+
+
+@dataclass(frozen=True, slots=True)
+class FramePart:
+    """One named value of a long frame."""
+
+    name: str
+    first: int
+    """Index of its first byte in the frame (D0 is the header's first)."""
+    field: Quantity | Flag
+    meaning: str
+    """English, translatable."""
+    length: int = 1
+
+    def raw(self, frame: bytes) -> int:
+        return int.from_bytes(frame[self.first : self.first + self.length], "big")
+
+
+STATUS_PARTS: tuple[FramePart, ...] = (
+    FramePart("tilt_deg", 3, DEGREE, marked("tilt, 1°")),
+    FramePart("acceleration_g", 4, TENTH_G, marked("acceleration, 0.1 g")),
+    FramePart("triggered", 5, FLAG, marked("01 triggered, 00 not")),
+    FramePart("active", 6, FLAG, marked("01 active, 00 not")),
+)
+RECORD_PARTS: tuple[FramePart, ...] = (
+    FramePart("boot_count", 4, COUNT, marked("boot count at the trigger")),
+    FramePart("uptime_s", 5, COUNT, marked("seconds since power-on, high byte first"), length=2),
+    FramePart("sources", 7, COUNT, marked("one bit each: 01 serial, 02 attitude, 04 PWM, 08 free fall")),
+    FramePart("attitude_threshold_deg", 8, DEGREE, marked("attitude threshold then, 1°")),
+    FramePart("freefall_acceleration_g", 9, TENTH_G, marked("free-fall acceleration threshold then, 0.1 g")),
+    FramePart("freefall_time_s", 10, CENTISECOND, marked("free-fall time then, 0.01 s")),
+    FramePart("serial_connected", 11, INVERTED, marked("00 serial link connected, 01 not")),
+    FramePart("charging", 12, INVERTED, marked("00 external power, charging; 01 not")),
+    FramePart("light_v", 13, TENTH_VOLT, marked("light at the trigger, 0.1 V")),
+    FramePart("cell_voltage_v", 14, CELL_VOLT, marked("cell voltage, 0.02 V")),
+)
+RECORD_PART: dict[str, FramePart] = {part.name: part for part in RECORD_PARTS}

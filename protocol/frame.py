@@ -26,6 +26,7 @@ from protocol.catalogue import (
     MODULE_HEADER,
     QUERY,
     RECORD_CODE,
+    RECORD_PART,
     SET,
     STATUS_CODE,
     Layout,
@@ -200,8 +201,9 @@ def _check_record(raw: bytes) -> Fault | None:
     fault = _sum_fault(raw)
     if fault is not None or is_empty_slot(raw):
         return fault
-    return _flag_fault(marked("serial link flag {value}, expected 00 or 01"), raw[11]) or _flag_fault(
-        marked("charging flag {value}, expected 00 or 01"), raw[12]
+    is_connected, is_charging = (RECORD_PART[name].raw(raw) for name in ("serial_connected", "charging"))
+    return _flag_fault(marked("serial link flag {value}, expected 00 or 01"), is_connected) or _flag_fault(
+        marked("charging flag {value}, expected 00 or 01"), is_charging
     )
 
 

@@ -5,29 +5,27 @@ set of 17 (E4), D4 = 01 after a set may be "understood" instead of a value (E2).
 being answered, where there is one.
 """
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from enum import Flag as BitFlag
+from typing import Any
 
 from protocol.catalogue import (
     BY_CODE,
-    CELL_VOLT,
     CELL_VOLTAGE,
-    CENTISECOND,
     DEGREE,
     FLAG,
     HEARTBEAT_CODE,
-    INVERTED,
     RECORD_CODE,
+    RECORD_PARTS,
     STATUS_CODE,
     TENTH_G,
-    TENTH_VOLT,
     Command,
     Layout,
     Request,
 )
 from protocol.fields import Value
 from protocol.frame import encode_long, is_empty_slot
-from protocol.translatable import marked
 
 HIGHEST_CELL_V = 4.2
 """No lithium cell stands above it; the table's own example says D2 = 4.2 V is full (E12)."""
@@ -110,25 +108,21 @@ class Source(BitFlag):
 
 @dataclass(frozen=True, slots=True)
 class TriggerRecord:
-    """Code 35, sixteen bytes: one trigger and the module's state at its moment. Byte numbers are the table's."""
+    """Code 35, sixteen bytes: one trigger and the module's state at its moment; `RECORD_PARTS` says where."""
 
     boot_count: int
-    """D4: which power-on it was."""
     uptime_s: int
-    """D5 D6: seconds since that power-on, 0 … 65535."""
     sources: tuple[str, ...]
-    """D7: names from `Source`, lower case, lowest bit first."""
+    """Names from `Source`, lower case, lowest bit first."""
     attitude_threshold_deg: int
     freefall_acceleration_g: float
     freefall_time_s: float
     serial_connected: bool
-    """D11: 00 is connected."""
     charging: bool
-    """D12: 00 is charging, the opposite of command 33."""
+    """00 is charging, the opposite of command 33."""
     light_v: float
-    """D13: the light at the trigger; the example's caption "threshold" is wrong (E14)."""
+    """The light at the trigger; the example's caption "threshold" is wrong (E14)."""
     cell_voltage_v: float
-    """D14."""
     raw: bytes
 
     @property
@@ -157,20 +151,14 @@ def decode_record(raw: bytes) -> TriggerRecord | EmptySlot:
     """The sixteen bytes of a valid record frame."""
     if is_empty_slot(raw):
         return EmptySlot(raw)
-    names = tuple((source.name or "").lower() for source in Source if raw[7] & source.value)
-    return TriggerRecord(
-        boot_count=raw[4],
-        uptime_s=raw[5] << 8 | raw[6],
-        sources=names,
-        attitude_threshold_deg=raw[8],
-        freefall_acceleration_g=TENTH_G.decode(raw[9]),
-        freefall_time_s=CENTISECOND.decode(raw[10]),
-        serial_connected=INVERTED.decode(raw[11]) is True,
-        charging=INVERTED.decode(raw[12]) is True,
-        light_v=TENTH_VOLT.decode(raw[13]),
-        cell_voltage_v=CELL_VOLT.decode(raw[14]),
-        raw=raw,
-    )
+    values: dict[str, Any] = {part.name: part.field.decode(part.raw(raw)) for part in RECORD_PARTS}
+    values["sources"] = tuple((source.name or "").lower() for source in Source if values["sources"] & source.value)
+    return TriggerRecord(**values, raw=raw)
+
+
+def encode_record_data(raws: Mapping[str, int]) -> bytes:
+    """The eleven data bytes of a record (D4 … D14) from its raw values by name."""
+    return b"".join(raws[part.name].to_bytes(part.length, "big") for part in RECORD_PARTS)
 
 
 def decode(raw: bytes, asked: Request | None = None) -> Message:
@@ -197,35 +185,3 @@ def answers(raw: bytes, asked: Request) -> bool:
     if command.reply is None or asked.is_set:
         return True
     return raw[4] in command.reply.allowed
-
-
-@dataclass(frozen=True, slots=True)
-class FramePart:
-    """One named value of a long frame: for documents and drawings of its bytes."""
-
-    name: str
-    first: int
-    """Index of its first byte in the frame (D0 is the header's first)."""
-    length: int
-    meaning: str
-    """English, translatable."""
-
-
-STATUS_PARTS: tuple[FramePart, ...] = (
-    FramePart("tilt_deg", 3, 1, marked("tilt, 1°")),
-    FramePart("acceleration_g", 4, 1, marked("acceleration, 0.1 g")),
-    FramePart("triggered", 5, 1, marked("01 triggered, 00 not")),
-    FramePart("active", 6, 1, marked("01 active, 00 not")),
-)
-RECORD_PARTS: tuple[FramePart, ...] = (
-    FramePart("boot_count", 4, 1, marked("boot count at the trigger")),
-    FramePart("uptime_s", 5, 2, marked("seconds since power-on, high byte first")),
-    FramePart("sources", 7, 1, marked("one bit each: 01 serial, 02 attitude, 04 PWM, 08 free fall")),
-    FramePart("attitude_threshold_deg", 8, 1, marked("attitude threshold then, 1°")),
-    FramePart("freefall_acceleration_g", 9, 1, marked("free-fall acceleration threshold then, 0.1 g")),
-    FramePart("freefall_time_s", 10, 1, marked("free-fall time then, 0.01 s")),
-    FramePart("serial_connected", 11, 1, marked("00 serial link connected, 01 not")),
-    FramePart("charging", 12, 1, marked("00 external power, charging; 01 not")),
-    FramePart("light_v", 13, 1, marked("light at the trigger, 0.1 V")),
-    FramePart("cell_voltage_v", 14, 1, marked("cell voltage, 0.02 V")),
-)

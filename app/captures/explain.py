@@ -12,7 +12,7 @@ Where that leaves the meaning open, it says so: 01 from 21 or 22 is "received" o
 
 from app.text.i18n import tr
 from app.trigger_records.fields import JsonValue, record_values, source_word
-from protocol.catalogue import COMMANDS, SET, Command, Request
+from protocol.catalogue import COMMANDS, SET, STATUS_PARTS, Command, Request
 from protocol.fields import Choice, Done, Flag, Quantity
 from protocol.frame import Direction, Frame, Noise, decode_request
 from protocol.messages import (
@@ -137,13 +137,7 @@ def _meaning_of_message(message: Message, asked: Asked) -> dict[str, JsonValue]:
         case Heartbeat():
             return {"command": "heartbeat"}
         case Status():
-            return {
-                "command": "status",
-                "tilt_deg": message.tilt_deg,
-                "acceleration_g": message.acceleration_g,
-                "triggered": message.triggered,
-                "active": message.active,
-            }
+            return {"command": "status"} | {part.name: getattr(message, part.name) for part in STATUS_PARTS}
         case TriggerRecord():
             return {"command": "trigger_records"} | record_values(message)
         case EmptySlot():

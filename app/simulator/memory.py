@@ -5,12 +5,12 @@ from collections import deque
 from dataclasses import dataclass, field
 
 from app.firing.judge import TriggerLimits
-from protocol.catalogue import BAUD, CENTISECOND, QUERY, RECORD_CODE, RECORDS_KEPT, TENTH_G
+from protocol.catalogue import BAUD, CENTISECOND, INVERTED, QUERY, RECORD_CODE, RECORD_PARTS, RECORDS_KEPT, TENTH_G
 from protocol.frame import encode_long
-from protocol.messages import Source
+from protocol.messages import Source, encode_record_data
 
 ODD_VOLTAGE = 0xEB  # 4.70 V, the worked example (E12)
-RECORD_DATA_LENGTH = 11
+RECORD_DATA_LENGTH = sum(part.length for part in RECORD_PARTS)
 
 
 @dataclass(slots=True, kw_only=True)
@@ -75,21 +75,19 @@ class TriggerMoment:
 
 def record_data(memory: Memory, moment: TriggerMoment) -> bytes:
     """D4 … D14 of the table's "trigger record"."""
-    uptime = min(0xFFFF, int(moment.uptime_s))  # "最高记录65535秒"
-    return bytes(
-        (
-            memory.boot_count,
-            uptime >> 8,
-            uptime & 0xFF,
-            moment.sources.value,
-            memory.attitude_threshold,
-            memory.freefall_acceleration,
-            memory.freefall_time,
-            0x00 if moment.serial_is_connected else 0x01,
-            0x00 if moment.is_charging else 0x01,
-            moment.light,
-            moment.voltage,
-        )
+    return encode_record_data(
+        {
+            "boot_count": memory.boot_count,
+            "uptime_s": min(0xFFFF, int(moment.uptime_s)),  # "最高记录65535秒"
+            "sources": moment.sources.value,
+            "attitude_threshold_deg": memory.attitude_threshold,
+            "freefall_acceleration_g": memory.freefall_acceleration,
+            "freefall_time_s": memory.freefall_time,
+            "serial_connected": INVERTED.encode(moment.serial_is_connected),
+            "charging": INVERTED.encode(moment.is_charging),
+            "light_v": moment.light,
+            "cell_voltage_v": moment.voltage,
+        }
     )
 
 

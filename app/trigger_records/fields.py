@@ -1,24 +1,12 @@
 """Fields of a trigger record in JSON, CSV and the archive, and the texts of its source."""
 
 from app.text.i18n import tr
+from protocol.catalogue import RECORD_PART
 from protocol.messages import TriggerRecord
 from protocol.translatable import marked
 
 JsonValue = bool | int | float | str | list[str] | None
-FIELDS = (
-    "boot_count",
-    "uptime_s",
-    "sources",
-    "attitude_threshold_deg",
-    "freefall_acceleration_g",
-    "freefall_time_s",
-    "serial_connected",
-    "charging",
-    "light_v",
-    "cell_voltage_v",
-    "implausible",
-    "raw",
-)
+FIELDS = (*RECORD_PART, "implausible", "raw")
 """The names of the contract: the head of the CSV too, since they carry the units."""
 
 SOURCE_WORDS = {
@@ -32,18 +20,7 @@ SOURCE_WORDS = {
 
 def record_values(record: TriggerRecord) -> dict[str, JsonValue]:
     """What the record says, by name."""
-    return {
-        "boot_count": record.boot_count,
-        "uptime_s": record.uptime_s,
-        "sources": list(record.sources),
-        "attitude_threshold_deg": record.attitude_threshold_deg,
-        "freefall_acceleration_g": record.freefall_acceleration_g,
-        "freefall_time_s": record.freefall_time_s,
-        "serial_connected": record.serial_connected,
-        "charging": record.charging,
-        "light_v": record.light_v,
-        "cell_voltage_v": record.cell_voltage_v,
-    }
+    return {name: getattr(record, name) for name in RECORD_PART} | {"sources": list(record.sources)}
 
 
 def fields_of(record: TriggerRecord) -> dict[str, JsonValue]:

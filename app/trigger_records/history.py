@@ -13,7 +13,7 @@ from enum import Enum
 from app.engine.device import BOOTS
 from app.limits.out_of_limits import record_outside
 from app.text.messages import UserMessage, said
-from protocol.catalogue import RECORDS_KEPT
+from protocol.catalogue import RECORD_PART, RECORDS_KEPT
 from protocol.messages import EmptySlot, TriggerRecord, decode_record
 from protocol.translatable import marked
 
@@ -106,8 +106,8 @@ def in_order(raws: Sequence[bytes], boot_count: int | None) -> tuple[bytes, ...]
     """Oldest first: by boot, counted back from `boot_count` over the wrap at 256, then by uptime; else as they came."""
 
     def age(raw: bytes) -> tuple[int, int]:
-        boots = raw[4] if boot_count is None else -((boot_count - raw[4]) % BOOTS)
-        return boots, raw[5] << 8 | raw[6]
+        boots = RECORD_PART["boot_count"].raw(raw)
+        return boots if boot_count is None else -((boot_count - boots) % BOOTS), RECORD_PART["uptime_s"].raw(raw)
 
     return tuple(sorted(raws, key=age))
 

@@ -18,16 +18,19 @@ from protocol.catalogue import (  # noqa: E402
     DEFAULT_BAUD_RATE,
     HEARTBEAT_CODE,
     RECORD_CODE,
+    RECORD_PARTS,
     RECORDS_KEPT,
     SET,
+    STATUS_PARTS,
     Command,
+    FramePart,
     Hazard,
     Layout,
     Request,
 )
 from protocol.fields import Choice, Done, Field, Flag, Quantity  # noqa: E402
 from protocol.frame import Direction, Frame, encode_long, encode_reply  # noqa: E402
-from protocol.messages import RECORD_PARTS, STATUS_PARTS, FramePart, Status, TriggerRecord, decode  # noqa: E402
+from protocol.messages import Status, TriggerRecord, decode  # noqa: E402
 
 PAGE = ROOT / "docs" / "protocol.md"
 PROSE = Path(__file__).with_name("protocol_page.in.md")

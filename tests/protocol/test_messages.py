@@ -14,18 +14,18 @@ from protocol.catalogue import (
     DEGREE,
     INVERTED,
     RECORD_CODE,
+    RECORD_PARTS,
+    STATUS_PARTS,
     TENTH_G,
     TENTH_VOLT,
+    FramePart,
     Request,
 )
 from protocol.fields import ValueRefused
 from protocol.frame import encode_long, encode_reply
 from protocol.messages import (
-    RECORD_PARTS,
-    STATUS_PARTS,
     Acknowledgement,
     EmptySlot,
-    FramePart,
     Heartbeat,
     Reading,
     Source,
