@@ -28,7 +28,7 @@ NOW = 100.0
 
 
 def view(value: bool | None, **how: Any) -> DeviceView:
-    known = {} if value is None else {"active": Known(value, how.get("how", How.READ), NOW, how.get("doubt"))}
+    known = {} if value is None else {"active": Known(value, how.get("how", How.READ), NOW, how.get("stale_reason"))}
     return DeviceView(MappingProxyType(known), Presence.ONLINE, NOW)
 
 

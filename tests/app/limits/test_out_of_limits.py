@@ -218,9 +218,9 @@ def test_the_top_bar_and_the_status_line_mark(qtbot: QtBot, qapp: QApplication, 
         assert last is not None
         assert last.link is not None
         line._damaged_at = None
-        line.feed(replace(last, link=replace(last.link, lag_s=0.1, round_trip_median_s=0.02)))
+        line.on_batch(replace(last, link=replace(last.link, lag_s=0.1, round_trip_median_s=0.02)))
         counters = replace(last.link.counters, rejected_bytes=last.link.counters.rejected_bytes + Counter({"x": 7}))
-        line.feed(replace(last, at=connector.clock(), link=replace(last.link, counters=counters)))
+        line.on_batch(replace(last, at=connector.clock(), link=replace(last.link, counters=counters)))
         line._write()
         assert not line.fault.isHidden()
         assert line.fault.text() == "damaged bytes"
