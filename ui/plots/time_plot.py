@@ -7,7 +7,7 @@ Importing this module loads pyqtgraph and numpy: do it after the window's first 
 import math
 import time
 from collections import deque
-from collections.abc import Iterable, Sequence
+from collections.abc import Hashable, Iterable, Sequence
 from typing import Final
 
 from PySide6.QtCore import QEvent, Signal
@@ -57,6 +57,8 @@ class TimePlot(QWidget):
         self._shows_clock = False
         self._reading = ""
         self._cursor_s: float | None = None
+        self._drawn: Hashable = None
+        """What the picture of the last draw depended on, None when it has to be drawn again."""
         self._canvas = Canvas(lanes)
         self._canvas.keeps_cursor = bounds is not None
         self._head = PlotHeader(texts, self._view)
@@ -73,6 +75,7 @@ class TimePlot(QWidget):
     def be_at(self, wall_offset_s: float) -> None:
         """The time of day of what comes from now on; see the class."""
         self._wall_offset_s = wall_offset_s
+        self._drawn = None
 
     def _connect(self, texts: Texts) -> None:
         texts.bind(self._canvas.setAccessibleName, "Plots over time")
@@ -131,10 +134,12 @@ class TimePlot(QWidget):
     def add_mark(self, mark: Mark) -> None:
         """Note what happened; drawn with the next ``draw``."""
         self._marks.append(mark)
+        self._drawn = None
 
     def add_marks(self, marks: Iterable[Mark]) -> None:
         """Note all that happened in a recording; of more than are kept, the last ones."""
         self._marks.extend(marks)
+        self._drawn = None
 
     def reset(self) -> None:
         """What comes from now on is another module's: no mark of the old one stays, and the newest is followed."""
@@ -142,9 +147,18 @@ class TimePlot(QWidget):
         self.back_to_live()
 
     def draw(self, now_s: float) -> None:
-        """Show the state of affairs at a monotonic time; called by the page's timer while it is visible."""
+        """Show the state of affairs at a monotonic time."""
         self._now_s = max(self._now_s, now_s)
         self._redraw()
+
+    def is_due(self, now_s: float) -> bool:
+        """Whether `draw` would show another picture: time has moved it by a pixel, or something else has changed."""
+        return self._looks(max(self._now_s, now_s)) != self._drawn
+
+    def show_age(self, now_s: float) -> None:
+        """Say how far what is held still lies behind; the picture stays."""
+        self._now_s = max(self._now_s, now_s)
+        self._head.show_view(self._now_s)
 
     def toggle_pause(self) -> None:
         """Hold the picture still, or go on with the newest samples; a recording stands still anyway."""
@@ -208,7 +222,18 @@ class TimePlot(QWidget):
         self._view.zoom(factor, at_s=span.start_s + part * span.length_s, now_s=self._now_s)
         self._redraw()
 
+    def _looks(self, now_s: float) -> Hashable:
+        """What the picture depends on that may change by itself."""
+        span = self._pixel_aligned(self._view.span(now_s))
+        lanes = [lane.lane for lane in self._canvas.lanes]
+        limits = tuple(limit.steps.value for lane in lanes for limit in lane.limits)
+        if self._view.is_live:  # a sample belongs to the pixel that is not over yet
+            return span, limits
+        newest = (lane.series.last for lane in lanes)
+        return span, limits, tuple(None if one is None else min(one.time_s, span.end_s) for one in newest)
+
     def _redraw(self) -> None:
+        self._drawn = self._looks(self._now_s)
         span = self._pixel_aligned(self.span)
         self._canvas.draw_curves(span)
         most = max(2, int(self._canvas.strip.width() / _TICK_PX))

@@ -1,12 +1,13 @@
 """Live page: values at the left, plots at the right.
 
-One timer draws while the page is in sight.  Batches are taken all the time: acquisition never depends on what is
-looked at.  A recording is looked at here too: its plots lie over those of the module, which go on below.
+One timer draws while the page is in sight, the plots only when they have moved by a pixel.  Batches are taken all the
+time: acquisition never depends on what is looked at.  A recording is looked at here too: its plots lie over those of
+the module, which go on below.
 """
 
 from typing import Final, cast
 
-from PySide6.QtCore import QEvent, QSize, Qt, QTimer, Signal
+from PySide6.QtCore import QEvent, Qt, QTimer, Signal
 from PySide6.QtGui import QAction, QHideEvent, QImage, QKeyEvent, QKeySequence, QShowEvent, QWindow
 from PySide6.QtWidgets import QFrame, QHBoxLayout, QStackedLayout, QStackedWidget, QVBoxLayout, QWidget
 
@@ -28,7 +29,8 @@ from ui.style.theme import Space
 from ui.widgets.naming import named
 
 DRAW_EVERY_MS: Final = 33
-_DRAWS_PER_REFRESH: Final = 3
+"""Looks whether the plots have moved by a pixel; on 10 min that is about once a second."""
+_TICKS_PER_REFRESH: Final = 3
 """Numbers change ten times a second at most: faster cannot be read."""
 _WAITING_MOST: Final = 15
 """Batches, a quarter of a second: out of sight that is often enough."""
@@ -73,8 +75,7 @@ class LivePage(QWidget):
         self._add_action("live_save_png_key", "Ctrl+Shift+S", self._save_png)
         self._add_action("live_pause_key", "Ctrl+P", self._pause)
         self._add_action("live_would_fire_key", "Ctrl+T", self._try_thresholds)
-        self._draws = 0
-        self._drawn_s, self._drawn_size = 0.0, QSize()
+        self._ticks = 0
         self._waiting: list[Batch] = []
         self._timer = QTimer(self)
         self._timer.setInterval(DRAW_EVERY_MS)
@@ -124,8 +125,7 @@ class LivePage(QWidget):
         """The plots as they are now."""
         self._digest()
         if not self.is_empty:
-            self._drawn_s, self._drawn_size = self._connector.clock(), self.plot.size()
-            self.plot.draw(self._drawn_s)
+            self.plot.draw(self._connector.clock())
 
     def show_recording(self, recording: Recording) -> None:
         """Look at this one in place of the module; whatever is connected goes on."""
@@ -173,21 +173,15 @@ class LivePage(QWidget):
         window = cast("QWindow | None", self.window().windowHandle())
         if window is not None and not window.isExposed():
             return
-        self._draws += 1
-        is_turn = self._draws % _DRAWS_PER_REFRESH == 0
+        self._ticks += 1
+        is_turn = self._ticks % _TICKS_PER_REFRESH == 0
         if is_turn:
             self.refresh()
-        if self.recording is not None:
-            if self.plot.size() != self._drawn_size:
-                self.draw()
-            return  # else it is drawn whenever somebody moves in it
-        if is_turn or (self.plot.is_live and self._connector.clock() - self._drawn_s >= self._pixel_s):
+        now_s = self._connector.clock()
+        if not self.is_empty and self.plot.is_due(now_s):
             self.draw()
-
-    @property
-    def _pixel_s(self) -> float:
-        """How much time a pixel shows: the picture moves by no less."""
-        return self.plot.span.length_s / max(1.0, self.plot.width() * self.devicePixelRatio())
+        elif is_turn:
+            self.plot.show_age(now_s)
 
     def _digest(self) -> None:
         """Work through what waits."""
