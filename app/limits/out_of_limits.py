@@ -104,7 +104,7 @@ def record_outside(record: TriggerRecord) -> Outside | None:
 def line_outside(
     *, lag_s: float | None, round_trip_s: float | None, has_damaged: bool, in_use: LimitsInUse
 ) -> Outside | None:
-    """The worst first. `has_damaged`: bytes that were no frame came; while the line is watched, within the last
+    """The worst first. `has_damaged`: invalid bytes came; while the line is watched, within the last
     `DAMAGED_SHOWN_S`."""
     most_ms = in_use.limits.round_trip_max_ms
     if lag_s is not None and lag_s > LONGEST_LAG_S:

@@ -87,11 +87,11 @@
     </message>
     <message>
         <source>1 recording</source>
-        <translation>1 个录制</translation>
+        <translation>1 条数据记录</translation>
     </message>
     <message>
         <source>1 recording was deleted.</source>
-        <translation>已删除 1 个录制。</translation>
+        <translation>已删除 1 条数据记录。</translation>
     </message>
     <message>
         <source>1 trigger record</source>
@@ -199,15 +199,15 @@
     </message>
     <message>
         <source>A recording is played.</source>
-        <translation>正在播放录制。</translation>
+        <translation>正在回放数据记录。</translation>
     </message>
     <message>
         <source>A recording is played. Nothing is sent to any module.</source>
-        <translation>正在播放录制。不会向任何模块发送内容。</translation>
+        <translation>正在回放数据记录。不会向任何模块发送内容。</translation>
     </message>
     <message>
         <source>A recording is played: nothing of it is kept as a module’s.</source>
-        <translation>正在播放录制：其内容不会作为模块数据保存。</translation>
+        <translation>正在回放数据记录：其内容不会作为模块数据保存。</translation>
     </message>
     <message>
         <source>A restart loses the settings</source>
@@ -215,7 +215,7 @@
     </message>
     <message>
         <source>A row for each setting: what the module holds, what you want, the vendor's default and advice beside the field, and what it means in the air.</source>
-        <translation>每项设置一行：模块现在的值、想要的值、旁边的厂家默认值和建议，以及它在空中意味着什么。</translation>
+        <translation>每项设置一行：模块现在的值、目标值、旁边的厂家默认值和建议，以及它在空中意味着什么。</translation>
     </message>
     <message>
         <source>A simulated module, written from the vendor's table. Prints the port to open as its first line and runs until it is stopped (Ctrl-C). The same options go into the query of sim://NAME?option=value.</source>
@@ -367,7 +367,7 @@
     </message>
     <message>
         <source>All {count} checks hold; worth a look: {looks}.</source>
-        <translation>全部 {count} 项检查通过；需留意：{looks} 项。</translation>
+        <translation>全部 {count} 项检查通过；警告：{looks} 项。</translation>
     </message>
     <message>
         <source>Also while it was locked</source>
@@ -415,7 +415,7 @@
     </message>
     <message>
         <source>Answers, losses and rejected bytes over time.</source>
-        <translation>应答、丢失和拒收字节随时间的变化。</translation>
+        <translation>应答、丢失和无效字节随时间的变化。</translation>
     </message>
     <message>
         <source>Anything worth knowing about this trigger; kept with the record.</source>
@@ -447,7 +447,7 @@
     </message>
     <message>
         <source>As it was found</source>
-        <translation>恢复最初</translation>
+        <translation>恢复初始值</translation>
     </message>
     <message>
         <source>As the module has it</source>
@@ -659,15 +659,15 @@
     </message>
     <message>
         <source>Broken off: the connection was lost.</source>
-        <translation>已中断：连接丢失。</translation>
+        <translation>通信中断。</translation>
     </message>
     <message>
         <source>Broken off: the connection was lost. Nothing was kept of this reading.</source>
-        <translation>已中断：连接丢失。本次读取未保存。</translation>
+        <translation>通信中断。本次读取未保存。</translation>
     </message>
     <message>
         <source>Broken off: the connection was lost. What was not read back is not known.</source>
-        <translation>已中断：连接丢失。未回读的内容未知。</translation>
+        <translation>通信中断。未回读的内容未知。</translation>
     </message>
     <message>
         <source>Bytes</source>
@@ -686,8 +686,8 @@
         <translation>输入字节（如 41 75）或文字；按回车转到下一行（Ctrl+F）</translation>
     </message>
     <message>
-        <source>Bytes that are no frame</source>
-        <translation>不成帧的字节</translation>
+        <source>Invalid bytes</source>
+        <translation>无效字节</translation>
     </message>
     <message>
         <source>CHAIN BROKEN: {chain}.</source>
@@ -991,7 +991,7 @@
     </message>
     <message>
         <source>Close the recording and show the module as it is now (Esc)</source>
-        <translation>关闭录制，显示伞降模块当前状态（Esc）</translation>
+        <translation>关闭数据记录，显示伞降模块当前状态（Esc）</translation>
     </message>
     <message>
         <source>Close this message</source>
@@ -1223,19 +1223,19 @@
     </message>
     <message>
         <source>Delete the chosen recordings</source>
-        <translation>删除所选录制</translation>
+        <translation>删除所选数据记录</translation>
     </message>
     <message>
         <source>Delete the chosen recordings for good, after a question (Del)</source>
-        <translation>确认后永久删除所选录制（Del）</translation>
+        <translation>确认后永久删除所选数据记录（Del）</translation>
     </message>
     <message>
         <source>Delete this recording for good? {what}</source>
-        <translation>永久删除这个录制？{what}</translation>
+        <translation>永久删除这条数据记录？{what}</translation>
     </message>
     <message>
         <source>Delete {count} recordings, {size}, for good?</source>
-        <translation>永久删除 {count} 个录制（{size}）？</translation>
+        <translation>永久删除 {count} 条数据记录（{size}）？</translation>
     </message>
     <message>
         <source>Delete …</source>
@@ -1295,7 +1295,7 @@
     </message>
     <message>
         <source>Disarmed: the link was lost. Nothing was sent.</source>
-        <translation>已解除：链路丢失。未发送任何内容。</translation>
+        <translation>已解除：通信中断。未发送任何内容。</translation>
     </message>
     <message>
         <source>Disarmed: the module restarted. Nothing was sent.</source>
@@ -1339,7 +1339,7 @@
     </message>
     <message>
         <source>Do not delete</source>
-        <translation>不删除</translation>
+        <translation>取消</translation>
     </message>
     <message>
         <source>Do not take the tour now</source>
@@ -1355,7 +1355,7 @@
     </message>
     <message>
         <source>Do not write</source>
-        <translation>不写入</translation>
+        <translation>取消</translation>
     </message>
     <message>
         <source>Does the edit again that was taken back. The module is not touched.</source>
@@ -1374,7 +1374,7 @@
         <translation>程序能做的就按文字执行；否则复制需要输入的命令。</translation>
     </message>
     <message>
-        <source>Doubled answers</source>
+        <source>Duplicate replies</source>
         <translation>重复应答</translation>
     </message>
     <message>
@@ -1555,7 +1555,7 @@
     </message>
     <message>
         <source>Every frame that was sent and received, decoded, with rejected bytes and the reason.</source>
-        <translation>发送和接收的每一帧及其解码，还有拒收的字节和原因。</translation>
+        <translation>发送和接收的每一帧及其解码，还有无效字节和原因。</translation>
     </message>
     <message>
         <source>Every kept check with its verdict. Choose one to print it as it was.</source>
@@ -1563,15 +1563,15 @@
     </message>
     <message>
         <source>Every session is recorded by itself, from the first byte that comes over a port until the port is closed. There is nothing to switch on.</source>
-        <translation>每次会话都会自动录制，从串口收到第一个字节起，到串口关闭为止，无需任何操作。</translation>
+        <translation>每次会话都会自动记录，从串口收到第一个字节起，到串口关闭为止，无需任何操作。</translation>
     </message>
     <message>
         <source>Every session that was recorded. Open one to look at it on the Live page.</source>
-        <translation>录制下来的每次会话。打开一个可在“实时”页查看。</translation>
+        <translation>记录下来的每次会话。打开一个可在“实时”页查看。</translation>
     </message>
     <message>
         <source>Everything that comes over the line is recorded by itself; see Recordings.</source>
-        <translation>线路上的所有内容都会自动录制，见“录制”页。</translation>
+        <translation>线路上的所有内容都会自动记录，见“数据记录”页。</translation>
     </message>
     <message>
         <source>Everything that somebody who helps needs, to look at before you send it.</source>
@@ -1603,15 +1603,15 @@
     </message>
     <message>
         <source>Export the recording as CSV</source>
-        <translation>将录制导出为 CSV</translation>
+        <translation>将数据记录导出为 CSV</translation>
     </message>
     <message>
         <source>Export the recording as MCAP</source>
-        <translation>将录制导出为 MCAP</translation>
+        <translation>将数据记录导出为 MCAP</translation>
     </message>
     <message>
         <source>Export the recording of {when}</source>
-        <translation>导出 {when} 的录制</translation>
+        <translation>导出 {when} 的数据记录</translation>
     </message>
     <message>
         <source>Exporting {name}</source>
@@ -1623,7 +1623,7 @@
     </message>
     <message>
         <source>FAIL</source>
-        <translation>不合格</translation>
+        <translation>不通过</translation>
     </message>
     <message>
         <source>Fall</source>
@@ -1643,7 +1643,7 @@
     </message>
     <message>
         <source>Files in the bundle</source>
-        <translation>支持包中的文件</translation>
+        <translation>诊断包中的文件</translation>
     </message>
     <message>
         <source>Find my module</source>
@@ -1667,15 +1667,15 @@
     </message>
     <message>
         <source>Fingerprint of the settings: {code}</source>
-        <translation>设置指纹：{code}</translation>
+        <translation>参数校验码：{code}</translation>
     </message>
     <message>
         <source>Fingerprint of what can be read back: same settings, same code</source>
-        <translation>可回读设置的指纹：设置相同，代码相同</translation>
+        <translation>可回读参数的校验码：设置相同，校验码相同</translation>
     </message>
     <message>
         <source>Fingerprint: not known: {names}</source>
-        <translation>指纹：未知：{names}</translation>
+        <translation>参数校验码：未知：{names}</translation>
     </message>
     <message>
         <source>Finish</source>
@@ -1723,7 +1723,7 @@
     </message>
     <message>
         <source>Forbid deploying …</source>
-        <translation>禁止开伞…</translation>
+        <translation>禁止串口触发…</translation>
     </message>
     <message>
         <source>Forbid now</source>
@@ -1763,19 +1763,19 @@
     </message>
     <message>
         <source>Frames a second, usual round trip and rejected bytes at the left; at the right how long ago the module was last heard.</source>
-        <translation>左侧是每秒帧数、通常的往返时间和拒收字节；右侧是最后一次收到模块数据距今多久。</translation>
+        <translation>左侧是每秒帧数、通常的往返时间和无效字节；右侧是最后一次收到模块数据距今多久。</translation>
     </message>
     <message>
-        <source>Frames a second, usual round trip, lag, bytes that were no frame</source>
-        <translation>每秒帧数、通常往返时间、滞后、不成帧的字节数</translation>
+        <source>Frames a second, usual round trip, lag, invalid bytes</source>
+        <translation>每秒帧数、通常往返时间、滞后、无效字节数</translation>
     </message>
     <message>
         <source>Frames arrive damaged: {rejected} of {bytes} bytes were rejected.</source>
-        <translation>收到的帧有损坏：{bytes} 字节中有 {rejected} 字节被拒收。</translation>
+        <translation>收到的帧有损坏：{bytes} 字节中有 {rejected} 字节无效。</translation>
     </message>
     <message>
-        <source>Frames of our own that came back</source>
-        <translation>本程序发出后又返回的帧</translation>
+        <source>Echoed frames</source>
+        <translation>回显帧</translation>
     </message>
     <message>
         <source>Frames of the module</source>
@@ -1975,7 +1975,7 @@
     </message>
     <message>
         <source>How this check came out: pass, look, FAIL, or unknown. Unknown never counts as GO.</source>
-        <translation>这项检查的结果：合格、请留意、不合格或未知。未知绝不算作合格。</translation>
+        <translation>这项检查的结果：通过、警告、不通过或未知。未知绝不算作通过。</translation>
     </message>
     <message>
         <source>How this is judged</source>
@@ -1987,7 +1987,7 @@
     </message>
     <message>
         <source>How well the line does: lost answers, round trips, rejected bytes, restarts.</source>
-        <translation>线路状况：丢失的应答、往返时间、拒收字节、重启。</translation>
+        <translation>线路状况：丢失的应答、往返时间、无效字节、重启。</translation>
     </message>
     <message>
         <source>I looked at them</source>
@@ -2099,11 +2099,11 @@
     </message>
     <message>
         <source>It is being written now and cannot be deleted.</source>
-        <translation>正在录制，无法删除。</translation>
+        <translation>正在记录，无法删除。</translation>
     </message>
     <message>
         <source>It is no recording of this program.</source>
-        <translation>它不是本程序的录制。</translation>
+        <translation>它不是本程序的数据记录。</translation>
     </message>
     <message>
         <source>It is not known how old the last status is.</source>
@@ -2111,19 +2111,19 @@
     </message>
     <message>
         <source>It is not known whether the module has fired.</source>
-        <translation>不知道模块是否已触发。</translation>
+        <translation>模块触发状态未知。</translation>
     </message>
     <message>
         <source>It is not known whether the module is active.</source>
-        <translation>不知道模块是否已激活。</translation>
+        <translation>模块激活状态未知。</translation>
     </message>
     <message>
         <source>It is not known whether the module is locked.</source>
-        <translation>不知道模块是否已锁定。</translation>
+        <translation>模块锁定状态未知。</translation>
     </message>
     <message>
         <source>It is not known whether the module is locked: settings are not changed.</source>
-        <translation>不知道模块是否已锁定：不修改设置。</translation>
+        <translation>模块锁定状态未知：不修改设置。</translation>
     </message>
     <message>
         <source>It is not proven that this is the module that is meant: only queries are sent.</source>
@@ -2171,7 +2171,7 @@
     </message>
     <message>
         <source>It was recorded by a newer version of this program.</source>
-        <translation>它由本程序的更新版本录制。</translation>
+        <translation>它由本程序的更新版本记录。</translation>
     </message>
     <message>
         <source>It was {before} and reads {after} now, without being written here.</source>
@@ -2215,7 +2215,7 @@
     </message>
     <message>
         <source>Keep the chosen recordings for good</source>
-        <translation>永久保留所选录制</translation>
+        <translation>永久保留所选数据记录</translation>
     </message>
     <message>
         <source>Keeps what is set</source>
@@ -2351,7 +2351,7 @@
     </message>
     <message>
         <source>Let the chosen recordings go when there are too many</source>
-        <translation>录制过多时允许删除所选录制</translation>
+        <translation>数据记录过多时允许删除所选数据记录</translation>
     </message>
     <message>
         <source>Lets the simulated module fall from this height. Active, it fires by free fall.</source>
@@ -2463,15 +2463,15 @@
     </message>
     <message>
         <source>Look at the recording on the Live page (Enter)</source>
-        <translation>在“实时”页查看录制（Enter）</translation>
+        <translation>在“实时”页查看数据记录（Enter）</translation>
     </message>
     <message>
         <source>Look at what was recorded before; that needs no module</source>
-        <translation>查看以前的录制，无需连接伞降模块</translation>
+        <translation>查看以前的数据记录，无需连接伞降模块</translation>
     </message>
     <message>
         <source>Look at what was recorded, and play it (Ctrl+O); or drop the file on the window</source>
-        <translation>查看并回放录制内容（Ctrl+O）；也可将文件拖到窗口上</translation>
+        <translation>查看并回放记录内容（Ctrl+O）；也可将文件拖到窗口上</translation>
     </message>
     <message>
         <source>Look for the module</source>
@@ -2519,7 +2519,7 @@
     </message>
     <message>
         <source>Make the line perfect again; the dialect stays.</source>
-        <translation>恢复线路正常；方言保持不变。</translation>
+        <translation>恢复线路正常；协议差异保持不变。</translation>
     </message>
     <message>
         <source>Refresh the preview</source>
@@ -2535,7 +2535,7 @@
     </message>
     <message>
         <source>Refreshes the bundle with what happened since.</source>
-        <translation>重新生成支持包，包含此后发生的内容。</translation>
+        <translation>刷新诊断包，包含此后发生的内容。</translation>
     </message>
     <message>
         <source>Making sure that nothing changed</source>
@@ -2739,7 +2739,7 @@
     </message>
     <message>
         <source>No byte was rejected</source>
-        <translation>没有拒收的字节</translation>
+        <translation>无效字节：无</translation>
     </message>
     <message>
         <source>No check is kept yet. A check is kept as soon as it has been run to its end.</source>
@@ -2795,7 +2795,7 @@
     </message>
     <message>
         <source>No recordings yet</source>
-        <translation>还没有录制</translation>
+        <translation>还没有数据记录</translation>
     </message>
     <message>
         <source>No records came, and no two readings agreed. Read again, or check the line.</source>
@@ -2959,7 +2959,7 @@
     </message>
     <message>
         <source>Not recorded</source>
-        <translation>未录制</translation>
+        <translation>未记录</translation>
     </message>
     <message>
         <source>Not saved to {path}: {why}. Choose another folder.</source>
@@ -2995,7 +2995,7 @@
     </message>
     <message>
         <source>Nothing is recorded</source>
-        <translation>未在录制</translation>
+        <translation>未记录</translation>
     </message>
     <message>
         <source>Nothing is sent to any module.</source>
@@ -3027,7 +3027,7 @@
     </message>
     <message>
         <source>Nothing was recorded yet. The window records every session by itself.</source>
-        <translation>还没有录制。窗口会自动录制每次会话。</translation>
+        <translation>还没有数据记录。窗口会自动记录每次会话。</translation>
     </message>
     <message>
         <source>Nothing was sent.</source>
@@ -3087,7 +3087,7 @@
     </message>
     <message>
         <source>One cause and one next step. The values at the top have become stale and say how old they are. Now put the cable back.</source>
-        <translation>一个原因和一个下一步。顶部的值已过时，并注明距今多久。现在把线插回去。</translation>
+        <translation>最可能的原因和处理方法。顶部的值已过时，并注明距今多久。现在把线插回去。</translation>
     </message>
     <message>
         <source>One code for all settings that can be read: the same settings give the same code on every module.</source>
@@ -3111,7 +3111,7 @@
     </message>
     <message>
         <source>One step less than is wanted now. Nothing is written yet.</source>
-        <translation>比现在想要的值减少一步。尚未写入。</translation>
+        <translation>比当前目标值减少一步。尚未写入。</translation>
     </message>
     <message>
         <source>One step more</source>
@@ -3123,7 +3123,7 @@
     </message>
     <message>
         <source>One step more than is wanted now. Nothing is written yet.</source>
-        <translation>比现在想要的值增加一步。尚未写入。</translation>
+        <translation>比当前目标值增加一步。尚未写入。</translation>
     </message>
     <message>
         <source>One verdict before each flight. After each start the module cannot say whether its two triggers are enabled: this button enables them and checks everything.</source>
@@ -3151,7 +3151,7 @@
     </message>
     <message>
         <source>Only recordings in which all these words stand (Ctrl+F)</source>
-        <translation>仅显示包含所有这些词的录制（Ctrl+F）</translation>
+        <translation>仅显示包含所有这些词的数据记录（Ctrl+F）</translation>
     </message>
     <message>
         <source>Only records in which all these words stand (Ctrl+F)</source>
@@ -3159,7 +3159,7 @@
     </message>
     <message>
         <source>Only rejected bytes</source>
-        <translation>仅拒收字节</translation>
+        <translation>仅无效字节</translation>
     </message>
     <message>
         <source>Only the first {count} are listed.</source>
@@ -3171,7 +3171,7 @@
     </message>
     <message>
         <source>Open Settings, write the value wanted, and see it verified.</source>
-        <translation>打开“设置”，写入所需的值，直到显示已验证。</translation>
+        <translation>打开“设置”，写入目标值，直到显示已验证。</translation>
     </message>
     <message>
         <source>Open a capture</source>
@@ -3203,7 +3203,7 @@
     </message>
     <message>
         <source>Open the recording on the Live page</source>
-        <translation>在“实时”页打开录制</translation>
+        <translation>在“实时”页打开数据记录</translation>
     </message>
     <message>
         <source>Open the window.</source>
@@ -3215,7 +3215,7 @@
     </message>
     <message>
         <source>Opening the recording of {when} …</source>
-        <translation>正在打开 {when} 的录制…</translation>
+        <translation>正在打开 {when} 的数据记录…</translation>
     </message>
     <message>
         <source>Opening …</source>
@@ -3251,7 +3251,7 @@
     </message>
     <message>
         <source>Over the last {time}: {lanes}; restarts: {restarts}; port lost: {losses}</source>
-        <translation>最近 {time}：{lanes}；重启：{restarts}；串口丢失：{losses}</translation>
+        <translation>最近 {time}：{lanes}；重启：{restarts}；串口断开：{losses}</translation>
     </message>
     <message>
         <source>Over time</source>
@@ -3299,7 +3299,7 @@
     </message>
     <message>
         <source>Play the recording from the start</source>
-        <translation>从头播放录制</translation>
+        <translation>从头回放</translation>
     </message>
     <message>
         <source>Plays the recording from the start.</source>
@@ -3347,7 +3347,7 @@
     </message>
     <message>
         <source>Port lost</source>
-        <translation>串口丢失</translation>
+        <translation>串口断开</translation>
     </message>
     <message>
         <source>Port {port}: {state}</source>
@@ -3383,7 +3383,7 @@
     </message>
     <message>
         <source>Print report …</source>
-        <translation>打印报告…</translation>
+        <translation>导出报告…</translation>
     </message>
     <message>
         <source>Print the check as PDF, HTML and JSON (Ctrl+P)</source>
@@ -3399,7 +3399,7 @@
     </message>
     <message>
         <source>Print the report</source>
-        <translation>打印报告</translation>
+        <translation>导出报告</translation>
     </message>
     <message>
         <source>Print the status as it streams, or polled where the module does not stream, until Ctrl-C. The stream is switched on where it was off, and off again at the end. Times count from the first status.</source>
@@ -3491,7 +3491,7 @@
     </message>
     <message>
         <source>Questions only, for a few seconds. The module must lie still.</source>
-        <translation>只提问，持续几秒钟。模块必须静止。</translation>
+        <translation>仅查询，约数秒；请勿移动模块。</translation>
     </message>
     <message>
         <source>Questions without an answer</source>
@@ -3519,15 +3519,15 @@
     </message>
     <message>
         <source>RECORDING – DPS-S Configurator</source>
-        <translation>回放录制 – DPS-S 上位机</translation>
+        <translation>回放记录 – DPS-S 上位机</translation>
     </message>
     <message>
         <source>RECORDING: {name}</source>
-        <translation>回放录制：{name}</translation>
+        <translation>回放记录：{name}</translation>
     </message>
     <message>
         <source>RECORDING: {name}, it has ended</source>
-        <translation>回放录制：{name}，已播完</translation>
+        <translation>回放记录：{name}，已播完</translation>
     </message>
     <message>
         <source>Raw bytes</source>
@@ -3631,27 +3631,27 @@
     </message>
     <message>
         <source>Recorded since {time}</source>
-        <translation>自 {time} 起录制</translation>
+        <translation>自 {time} 起记录</translation>
     </message>
     <message>
         <source>Recorded since {time}, with gaps</source>
-        <translation>自 {time} 起录制，有缺失</translation>
+        <translation>自 {time} 起记录，有缺失</translation>
     </message>
     <message>
         <source>Recorded values</source>
-        <translation>录制的数值</translation>
+        <translation>记录的数值</translation>
     </message>
     <message>
         <source>Recording of {time}</source>
-        <translation>{time} 的录制</translation>
+        <translation>{time} 的数据记录</translation>
     </message>
     <message>
         <source>Recording of {when}, {length}</source>
-        <translation>{when} 的录制，时长 {length}</translation>
+        <translation>{when} 的数据记录，时长 {length}</translation>
     </message>
     <message>
         <source>Recordings</source>
-        <translation>录制</translation>
+        <translation>数据记录</translation>
     </message>
     <message>
         <source>Records left out</source>
@@ -3683,15 +3683,15 @@
     </message>
     <message>
         <source>Rejected bytes</source>
-        <translation>拒收字节</translation>
+        <translation>无效字节</translation>
     </message>
     <message>
         <source>Rejected bytes, by reason</source>
-        <translation>拒收字节，按原因</translation>
+        <translation>无效字节，按原因</translation>
     </message>
     <message>
         <source>Rejected bytes. {reasons}</source>
-        <translation>拒收字节。{reasons}</translation>
+        <translation>无效字节。{reasons}</translation>
     </message>
     <message>
         <source>Remarks</source>
@@ -3767,7 +3767,7 @@
     </message>
     <message>
         <source>Runs all checks, with questions only: nothing on the module is changed. Takes about six seconds.</source>
-        <translation>只用提问运行所有检查：不更改模块。大约需要六秒。</translation>
+        <translation>仅发送查询命令，不更改模块，约 6 秒。</translation>
     </message>
     <message>
         <source>SIMULATED MODULE: this is no evidence.</source>
@@ -3827,7 +3827,7 @@
     </message>
     <message>
         <source>Save support bundle …</source>
-        <translation>保存支持包…</translation>
+        <translation>保存诊断包…</translation>
     </message>
     <message>
         <source>Save the archive …</source>
@@ -3835,7 +3835,7 @@
     </message>
     <message>
         <source>Save the last 60,000 entries of what went over the line, as a text file (Ctrl+S). The session's recording, where it is on, holds all of them.</source>
-        <translation>将最近 60,000 条通信保存为文本文件（Ctrl+S）。本次会话的录制（若已开启）保存全部内容。</translation>
+        <translation>将最近 60,000 条通信保存为文本文件（Ctrl+S）。本次会话的数据记录（若已开启）保存全部内容。</translation>
     </message>
     <message>
         <source>Save the module's settings as a profile</source>
@@ -3855,7 +3855,7 @@
     </message>
     <message>
         <source>Save the support bundle</source>
-        <translation>保存支持包</translation>
+        <translation>保存诊断包</translation>
     </message>
     <message>
         <source>Save the trigger records</source>
@@ -3923,7 +3923,7 @@
     </message>
     <message>
         <source>Saves the bundle as one zip file on this computer. Nothing is sent anywhere.</source>
-        <translation>把支持包保存为本机上的一个 zip 文件。不会发送到任何地方。</translation>
+        <translation>把诊断包保存为本机上的一个 zip 文件。不会发送到任何地方。</translation>
     </message>
     <message>
         <source>Saves the check as PDF, HTML and JSON, while it holds.</source>
@@ -3963,7 +3963,7 @@
     </message>
     <message>
         <source>Say why each check matters, also where it passes</source>
-        <translation>说明每项检查的意义，包括合格的项目</translation>
+        <translation>说明每项检查的意义，包括通过的项目</translation>
     </message>
     <message>
         <source>Says that it is the named module although its boot count does not follow, and checks again.</source>
@@ -3987,7 +3987,7 @@
     </message>
     <message>
         <source>Search the recordings</source>
-        <translation>搜索录制</translation>
+        <translation>搜索数据记录</translation>
     </message>
     <message>
         <source>Search the records</source>
@@ -4119,7 +4119,7 @@
     </message>
     <message>
         <source>Settings: want, write, verified</source>
-        <translation>设置：想要、写入、已验证</translation>
+        <translation>设置：目标值、写入、已验证</translation>
     </message>
     <message>
         <source>Several adapters look the same: choose the port that the module is plugged into.</source>
@@ -4143,15 +4143,15 @@
     </message>
     <message>
         <source>Show the whole recording</source>
-        <translation>显示整段录制</translation>
+        <translation>显示整段数据记录</translation>
     </message>
     <message>
         <source>Show the whole recording (End, or a double click on the plots)</source>
-        <translation>显示整段录制（End 键，或双击曲线）</translation>
+        <translation>显示整段数据记录（End 键，或双击曲线）</translation>
     </message>
     <message>
         <source>Shows only the recordings in which all these words stand.</source>
-        <translation>只显示包含所有这些词的录制。</translation>
+        <translation>只显示包含所有这些词的数据记录。</translation>
     </message>
     <message>
         <source>Shows only the records in which all these words stand.</source>
@@ -4159,7 +4159,7 @@
     </message>
     <message>
         <source>Shows the whole recording again after zooming in.</source>
-        <translation>放大之后重新显示整段录制。</translation>
+        <translation>放大之后重新显示整段数据记录。</translation>
     </message>
     <message>
         <source>Shut down</source>
@@ -4295,7 +4295,7 @@
     </message>
     <message>
         <source>Status is fresh</source>
-        <translation>状态是最新的</translation>
+        <translation>状态数据有效</translation>
     </message>
     <message>
         <source>Status reports a second: streamed by the module, or polled</source>
@@ -4303,7 +4303,7 @@
     </message>
     <message>
         <source>Stay</source>
-        <translation>不离开</translation>
+        <translation>取消</translation>
     </message>
     <message>
         <source>Stop motors and fans, do not touch the aircraft, and check again.</source>
@@ -4315,7 +4315,7 @@
     </message>
     <message>
         <source>Stop playing the recording</source>
-        <translation>停止播放录制</translation>
+        <translation>停止回放</translation>
     </message>
     <message>
         <source>Stop playing; a module can be connected then</source>
@@ -4467,7 +4467,7 @@
     </message>
     <message>
         <source>The bundle could not be put together: {why}.</source>
-        <translation>无法生成支持包：{why}。</translation>
+        <translation>无法生成诊断包：{why}。</translation>
     </message>
     <message>
         <source>The chain is broken at entry {entry}.</source>
@@ -4519,7 +4519,7 @@
     </message>
     <message>
         <source>The disk was too slow: {count} reports are missing in the recording.</source>
-        <translation>磁盘太慢：录制中缺少 {count} 条报告。</translation>
+        <translation>磁盘太慢：记录中缺少 {count} 条报告。</translation>
     </message>
     <message>
         <source>The file is larger than {kilobytes} KB.</source>
@@ -4527,7 +4527,7 @@
     </message>
     <message>
         <source>The files of the bundle. What is not listed is not sent.</source>
-        <translation>支持包中的文件。没有列出的不会包含。</translation>
+        <translation>诊断包中的文件。没有列出的不会包含。</translation>
     </message>
     <message>
         <source>The first {n} of {all} rows were copied.</source>
@@ -4543,7 +4543,7 @@
     </message>
     <message>
         <source>The last rejected bytes</source>
-        <translation>最近拒收的字节</translation>
+        <translation>最近无效字节</translation>
     </message>
     <message>
         <source>The last status is {seconds:.1f} s old.</source>
@@ -4923,11 +4923,11 @@
     </message>
     <message>
         <source>The recording cannot be read any more.</source>
-        <translation>该录制已无法读取。</translation>
+        <translation>该数据记录已无法读取。</translation>
     </message>
     <message>
         <source>The recording has ended</source>
-        <translation>录制已播完</translation>
+        <translation>数据记录已播完</translation>
     </message>
     <message>
         <source>The records do not follow those that {module} had: is it the same module?</source>
@@ -4951,11 +4951,11 @@
     </message>
     <message>
         <source>The session is no longer recorded in {folder}: {why}.</source>
-        <translation>会话不再录制到 {folder}：{why}。</translation>
+        <translation>会话不再记录到 {folder}：{why}。</translation>
     </message>
     <message>
         <source>The session is no longer recorded: the disk is full. Delete old recordings or free some space; the next connection is recorded again.</source>
-        <translation>会话不再录制：磁盘已满。请删除旧录制或腾出空间；下次连接时会重新开始录制。</translation>
+        <translation>会话不再记录：磁盘已满。请删除旧数据记录或腾出空间；下次连接时会重新开始记录。</translation>
     </message>
     <message>
         <source>The settings at that moment: angle, acceleration and time</source>
@@ -4999,7 +4999,7 @@
     </message>
     <message>
         <source>The tour has ended. The recording that was open was closed; it stays in the list of recordings.</source>
-        <translation>导览已结束。之前打开的录制已关闭，仍在录制列表中。</translation>
+        <translation>导览已结束。之前打开的数据记录已关闭，仍在数据记录列表中。</translation>
     </message>
     <message>
         <source>The tour has ended; everything is as it was. It stays in the Help menu.</source>
@@ -5047,7 +5047,7 @@
     </message>
     <message>
         <source>There is no recording “{name}”: dps-s recordings list shows all.</source>
-        <translation>没有名为“{name}”的录制：dps-s recordings list 可列出全部。</translation>
+        <translation>没有名为“{name}”的数据记录：dps-s recordings list 可列出全部。</translation>
     </message>
     <message>
         <source>There is no serial port. Plug the adapter in; if it stays away, try another cable or its driver.</source>
@@ -5087,7 +5087,7 @@
     </message>
     <message>
         <source>This is all that goes in. Names of the user and the computer were replaced; nothing is sent anywhere.</source>
-        <translation>支持包的全部内容都在这里。用户名和计算机名已替换；不会发送到任何地方。</translation>
+        <translation>诊断包的全部内容都在这里。用户名和计算机名已替换；不会发送到任何地方。</translation>
     </message>
     <message>
         <source>This is another module than before: {differences}.</source>
@@ -5107,7 +5107,7 @@
     </message>
     <message>
         <source>This recording cannot be read. {why}</source>
-        <translation>无法读取这个录制。{why}</translation>
+        <translation>无法读取这条数据记录。{why}</translation>
     </message>
     <message>
         <source>This says boot {now}, {module} was at {before}: is it the same module?</source>
@@ -5310,7 +5310,7 @@
         <translation>正在尝试波特率 {rate}…</translation>
     </message>
     <message>
-        <source>Turned bits</source>
+        <source>Bit errors</source>
         <translation>位翻转</translation>
     </message>
     <message>
@@ -5327,7 +5327,7 @@
     </message>
     <message>
         <source>Type a new name, or choose a module that was here before.</source>
-        <translation>输入新名称，或选择以前来过的模块。</translation>
+        <translation>输入新名称，或选择已登记的模块。</translation>
     </message>
     <message>
         <source>Type: sudo usermod -aG dialout $USER — then log out and in again.</source>
@@ -5659,7 +5659,7 @@
     </message>
     <message>
         <source>When the module would have fired with the thresholds wanted here, and what came near. Choose one to see it in the plots.</source>
-        <translation>按这里想要的阈值，模块会在何时开伞，以及哪些时刻接近开伞。选择一项可在曲线中查看。</translation>
+        <translation>按此处的目标阈值，模块会在何时开伞，以及哪些时刻接近开伞。选择一项可在曲线中查看。</translation>
     </message>
     <message>
         <source>Whether external power is charging the module.</source>
@@ -5687,7 +5687,7 @@
     </message>
     <message>
         <source>Whether this session is being recorded. Everything that comes over the line is, by itself, within limits of size and age.</source>
-        <translation>本次会话是否正在录制。线路上的一切都会自动录制，并受大小和保存时间的限制。</translation>
+        <translation>本次会话是否正在记录。线路上的一切都会自动记录，并受大小和保存时间的限制。</translation>
     </message>
     <message>
         <source>Which aircraft the module sits in. It stands in the record.</source>
@@ -5735,7 +5735,7 @@
     </message>
     <message>
         <source>Why bytes were rejected: a bad checksum points to the line, unknown codes to another device.</source>
-        <translation>字节被拒收的原因：校验错误多半是线路问题，未知代码多半是别的设备。</translation>
+        <translation>字节无效的原因：校验错误多半是线路问题，未知代码多半是别的设备。</translation>
     </message>
     <message>
         <source>Why did it fire?</source>
@@ -5751,7 +5751,7 @@
     </message>
     <message>
         <source>Why it does not connect: one cause, one next step.</source>
-        <translation>为什么连接不上：一个原因，一个下一步。</translation>
+        <translation>为什么连接不上：最可能的原因和处理方法。</translation>
     </message>
     <message>
         <source>Why it fired, when, and what was set and measured at that moment. Choose a record to say what it was: bench test, real or false.</source>
@@ -5843,7 +5843,7 @@
     </message>
     <message>
         <source>Write what is wanted to the module and prove it (Ctrl+Return)</source>
-        <translation>将期望值写入模块并验证（Ctrl+Return）</translation>
+        <translation>将目标值写入模块并验证（Ctrl+Return）</translation>
     </message>
     <message>
         <source>Write {count} changes</source>
@@ -6203,7 +6203,7 @@
     </message>
     <message>
         <source>before the link was lost</source>
-        <translation>链路丢失之前</translation>
+        <translation>通信中断之前</translation>
     </message>
     <message>
         <source>before the restart</source>
@@ -6215,7 +6215,7 @@
     </message>
     <message>
         <source>being recorded</source>
-        <translation>录制中</translation>
+        <translation>记录中</translation>
     </message>
     <message>
         <source>believe the station that signed FILE, which has this fingerprint</source>
@@ -6315,7 +6315,7 @@
     </message>
     <message>
         <source>change the dialect or the rate</source>
-        <translation>更改方言或输出速率</translation>
+        <translation>更改协议差异或输出速率</translation>
     </message>
     <message>
         <source>changed</source>
@@ -6423,7 +6423,7 @@
     </message>
     <message>
         <source>delete one for good (asks for --yes)</source>
-        <translation>永久删除一个录制（需要 --yes）</translation>
+        <translation>永久删除一条数据记录（需要 --yes）</translation>
     </message>
     <message>
         <source>deploy the parachute</source>
@@ -6439,7 +6439,7 @@
     </message>
     <message>
         <source>dialect: where the vendor's table leaves it open</source>
-        <translation>方言：厂家协议表未明确之处</translation>
+        <translation>协议差异：厂家协议表未明确之处</translation>
     </message>
     <message>
         <source>different</source>
@@ -6787,7 +6787,7 @@
     </message>
     <message>
         <source>late</source>
-        <translation>迟到</translation>
+        <translation>响应延迟</translation>
     </message>
     <message>
         <source>lay it at this angle</source>
@@ -6835,7 +6835,7 @@
     </message>
     <message>
         <source>list them, the newest first</source>
-        <translation>列出录制，最新的在前</translation>
+        <translation>列出数据记录，最新的在前</translation>
     </message>
     <message>
         <source>list this station's fingerprint and those of the stations you know</source>
@@ -6843,7 +6843,7 @@
     </message>
     <message>
         <source>list, export and delete recorded sessions</source>
-        <translation>列出、导出和删除已录制的会话</translation>
+        <translation>列出、导出和删除已记录的会话</translation>
     </message>
     <message>
         <source>live</source>
@@ -6867,7 +6867,7 @@
     </message>
     <message>
         <source>look</source>
-        <translation>请留意</translation>
+        <translation>警告</translation>
     </message>
     <message>
         <source>lost</source>
@@ -7291,7 +7291,7 @@
     </message>
     <message>
         <source>pass</source>
-        <translation>合格</translation>
+        <translation>通过</translation>
     </message>
     <message>
         <source>paused</source>
@@ -7327,7 +7327,7 @@
     </message>
     <message>
         <source>port lost</source>
-        <translation>串口丢失</translation>
+        <translation>串口断开</translation>
     </message>
     <message>
         <source>positional arguments</source>
@@ -7339,7 +7339,7 @@
     </message>
     <message>
         <source>print a report; the same as HTML and the record as JSON go beside it</source>
-        <translation>打印报告；同名的 HTML 和 JSON 记录放在旁边</translation>
+        <translation>导出报告；同名的 HTML 和 JSON 记录放在旁边</translation>
     </message>
     <message>
         <source>print the status as it comes</source>
@@ -7399,11 +7399,11 @@
     </message>
     <message>
         <source>recorded</source>
-        <translation>录制内容</translation>
+        <translation>记录内容</translation>
     </message>
     <message>
         <source>recording</source>
-        <translation>回放录制</translation>
+        <translation>回放记录</translation>
     </message>
     <message>
         <source>records from 1 to {most} are needed, such as 3,1/2</source>
@@ -7419,7 +7419,7 @@
     </message>
     <message>
         <source>rejected</source>
-        <translation>拒收</translation>
+        <translation>无效</translation>
     </message>
     <message>
         <source>reply: {name}, a value or only “received”</source>
@@ -8083,7 +8083,7 @@
     </message>
     <message>
         <source>write one as CSV or as MCAP</source>
-        <translation>将一个录制导出为 CSV 或 MCAP</translation>
+        <translation>将一条数据记录导出为 CSV 或 MCAP</translation>
     </message>
     <message>
         <source>writing</source>
@@ -8183,15 +8183,15 @@
     </message>
     <message>
         <source>{count} recordings</source>
-        <translation>{count} 个录制</translation>
+        <translation>{count} 条数据记录</translation>
     </message>
     <message>
         <source>{count} recordings begin with “{name}”: say more of the name.</source>
-        <translation>有 {count} 个录制以“{name}”开头：请多写几位名称。</translation>
+        <translation>有 {count} 条数据记录以“{name}”开头：请多写几位名称。</translation>
     </message>
     <message>
         <source>{count} recordings were deleted.</source>
-        <translation>已删除 {count} 个录制。</translation>
+        <translation>已删除 {count} 条数据记录。</translation>
     </message>
     <message>
         <source>{count} records are chosen.</source>
@@ -8335,7 +8335,7 @@
     </message>
     <message>
         <source>{name} is being recorded: close the port in the window first.</source>
-        <translation>{name} 正在录制：请先在窗口中关闭串口。</translation>
+        <translation>{name} 正在记录：请先在窗口中关闭串口。</translation>
     </message>
     <message>
         <source>{name} is given twice.</source>
@@ -8411,7 +8411,7 @@
     </message>
     <message>
         <source>{n} bytes rejected</source>
-        <translation>拒收 {n} 字节</translation>
+        <translation>无效字节 {n}</translation>
     </message>
     <message>
         <source>{n} lines could not be read; {first}.</source>
@@ -8511,7 +8511,7 @@
     </message>
     <message>
         <source>{port} takes no bytes: the adapter or its driver hangs.</source>
-        <translation>{port} 不接收字节：适配器或其驱动程序卡住了。</translation>
+        <translation>{port} 不接收字节：适配器或其驱动程序无响应。</translation>
     </message>
     <message>
         <source>{port} vanishes again: the driver for Braille displays (brltty) takes this adapter for one.</source>
@@ -8921,7 +8921,7 @@
     </message>
     <message>
         <source>▼ module restarted   ■ port lost</source>
-        <translation>▼ 模块重启   ■ 串口丢失</translation>
+        <translation>▼ 模块重启   ■ 串口断开</translation>
     </message>
 </context>
 </TS>

@@ -135,7 +135,7 @@ class Evidence:
 
 
 class LoggedFrame(NamedTuple):
-    """`way`: "out", "in", or "noise" for bytes that were no frame."""
+    """`way`: "out", "in", or "noise" for invalid bytes."""
 
     at: float
     way: str

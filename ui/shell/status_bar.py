@@ -54,7 +54,7 @@ class StatusBar(QFrame):
         texts.bind(self.figures.setAccessibleDescription, "Figures of the link")
         texts.bind(
             self.figures.setToolTip,
-            "Frames a second, usual round trip, lag, bytes that were no frame",
+            "Frames a second, usual round trip, lag, invalid bytes",
         )
         texts.bind(self.passing.setAccessibleDescription, "Message")
         texts.bind(self.age.setAccessibleDescription, "Time since the last frame")
