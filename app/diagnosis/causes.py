@@ -26,6 +26,7 @@ from app.diagnosis.symptoms import (
     trouble_of,
 )
 from app.engine.transport import PortTrouble
+from app.procedures.greet import Silence
 from app.text.i18n import tr
 from protocol.translatable import marked
 
@@ -55,12 +56,27 @@ class Cause(Enum):
 
 
 @dataclass(frozen=True, slots=True)
-class Diagnosis:
-    """`what` and `next_step` are in the language in use. `command`: what to type, exactly, where that is the step."""
+class Explanation:
+    """In the language in use now: make it when it is shown, not before."""
 
-    cause: Cause
     what: str
     next_step: str
+    terminal_command: str = ""
+    """Of this program, for whoever sits at a terminal."""
+
+    @property
+    def terminal_sentence(self) -> str:
+        sentence = f"{self.what} {self.next_step}".strip()
+        if not self.terminal_command:
+            return sentence
+        return f"{sentence[:-1]} ({self.terminal_command}){sentence[-1]}"  # before the full stop
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Diagnosis(Explanation):
+    """`command`: what to type, exactly, where that is the step."""
+
+    cause: Cause
     command: str | None = None
 
 
@@ -73,6 +89,7 @@ class CauseRow:
     what: str
     next_step: str
     command: Callable[[PortEvidence], str | None] = lambda _evidence: None
+    terminal_command: str = ""
 
 
 def diagnose(evidence: PortEvidence) -> Diagnosis | None:
@@ -82,10 +99,11 @@ def diagnose(evidence: PortEvidence) -> Diagnosis | None:
             values = _values(evidence)
             command = row.command(evidence)
             return Diagnosis(
-                row.cause,
                 tr(row.what, **values),
                 tr(row.next_step, **values, command="" if command is None else command),
-                command,
+                row.terminal_command,
+                cause=row.cause,
+                command=command,
             )
     return None
 
@@ -140,10 +158,6 @@ def _values(evidence: PortEvidence) -> Mapping[str, object]:
     }
 
 
-_IN_USE = marked("{port} is in use by {program} (process {pid}).")
-_IN_USE_BY_SOMEBODY = marked("{port} is in use by another program, and the system does not tell which.")
-_TYPE = marked("Type: {command}")
-
 CAUSES: tuple[CauseRow, ...] = (
     # The port cannot be had
     CauseRow(
@@ -169,13 +183,13 @@ CAUSES: tuple[CauseRow, ...] = (
     CauseRow(
         Cause.HELD,
         lambda seen: trouble_of(seen) is PortTrouble.BUSY and bool(holder_name(seen)),
-        _IN_USE,
+        marked("{port} is in use by {program} (process {pid})."),
         marked("Close {program} and connect again."),
     ),
     CauseRow(
         Cause.HELD,
         lambda seen: trouble_of(seen) is PortTrouble.BUSY,
-        _IN_USE_BY_SOMEBODY,
+        marked("{port} is in use by another program, and the system does not tell which."),
         marked("Close every program that uses serial ports, a second window of this one too, and connect again."),
     ),
     CauseRow(
@@ -201,13 +215,14 @@ CAUSES: tuple[CauseRow, ...] = (
         Cause.MISSING,
         lambda seen: trouble_of(seen) is PortTrouble.MISSING,
         marked("There is no port {port}."),
-        marked("Plug the adapter in. If it is plugged in and no new port appears, its driver is missing."),
+        marked("Plug the adapter in; if no new port appears, its driver is missing. Choose the port from the list."),
+        terminal_command="dps-s ports",
     ),
     CauseRow(
         Cause.UNPLUGGED,
         lambda seen: trouble_of(seen) is PortTrouble.LOST,
         marked("{port} was unplugged, or its driver failed."),
-        marked("Plug the adapter in again: the program connects by itself, to this adapter only."),
+        marked("Check the cable and plug the adapter in again; the window connects by itself, to this adapter only."),
     ),
     CauseRow(
         Cause.STUCK,
@@ -217,9 +232,16 @@ CAUSES: tuple[CauseRow, ...] = (
     ),
     CauseRow(
         Cause.UNUSABLE,
-        lambda seen: trouble_of(seen) in (PortTrouble.UNUSABLE, PortTrouble.UNSUPPORTED),
+        lambda seen: trouble_of(seen) is PortTrouble.UNUSABLE,
         marked("{port} cannot be used as a serial port."),
-        marked("Choose another port."),
+        marked("Choose another port from the list."),
+        terminal_command="dps-s ports",
+    ),
+    CauseRow(
+        Cause.UNUSABLE,
+        lambda seen: trouble_of(seen) is PortTrouble.UNSUPPORTED,
+        marked("{port} is no address that this program opens."),
+        marked("Use a device name, socket://HOST:PORT or rfc2217://HOST:PORT."),
     ),
     # The port is open
     CauseRow(
@@ -248,13 +270,20 @@ CAUSES: tuple[CauseRow, ...] = (
     ),
     CauseRow(
         Cause.WRONG_RATE,
-        lambda seen: is_silent(seen) and seen.counters.rejected > 0 and not frames_of_module(seen),
-        marked("{bytes} bytes came on {port} at {rate} baud, and no frame is among them."),
-        marked("The module has another baud rate: find the rate."),
+        lambda seen: (
+            seen.silence is Silence.GARBAGE
+            or (is_silent(seen) and seen.counters.rejected > 0 and not frames_of_module(seen))
+        ),
+        marked("Something sends on {port}, but no frame can be read at {rate} baud."),
+        marked("Most likely the module has another baud rate: find it."),
+        terminal_command="dps-s find, or --baud auto",
     ),
     CauseRow(
         Cause.DEAF,
-        lambda seen: is_silent(seen) and not seen.was_online and frames_of_module(seen) > 0,
+        lambda seen: (
+            seen.silence is Silence.OTHER_FRAMES
+            or (is_silent(seen) and not seen.was_online and frames_of_module(seen) > 0)
+        ),
         marked("The module on {port} sends, but does not answer."),
         marked("Check the wire from the adapter's TX to the module's RX."),
     ),
@@ -266,6 +295,13 @@ CAUSES: tuple[CauseRow, ...] = (
     ),
     CauseRow(
         Cause.NOTHING,
+        lambda seen: seen.silence is Silence.NOTHING,
+        marked("No module answers on {port} at {rate} baud."),
+        marked("Check that it is switched on and that TX and RX are crossed; if so, find the rate."),
+        terminal_command="dps-s find",
+    ),
+    CauseRow(
+        Cause.NOTHING,
         lambda seen: is_silent(seen) and not seen.bytes_received,
         marked("Not a single byte has come on {port}, and it was asked {asked} times."),
         marked("Switch the module on, connect ground, and cross the wires: TX to RX and RX to TX."),
@@ -274,7 +310,7 @@ CAUSES: tuple[CauseRow, ...] = (
         Cause.SLOW_ADAPTER,
         lambda seen: is_slow(seen) and _latency_command(seen) is not None,
         marked("It works, but the adapter holds every answer back ({ms} ms): its latency timer is long."),
-        _TYPE,
+        marked("Type: {command}"),
         _latency_command,
     ),
     CauseRow(

@@ -4,12 +4,12 @@ import time
 from dataclasses import dataclass
 from enum import Enum
 
-from app.diagnosis.troubles import NoAnswer, explain
+from app.diagnosis.troubles import explain
 from app.engine.device import DeviceView
 from app.engine.reconnect import LOSSES, Absence
 from app.engine.transport import PortError
 from app.engine.worker import Connection, PortState
-from app.procedures.greet import Greeting, Silence
+from app.procedures.greet import Greeting, NoAnswer, Silence
 from app.text.i18n import tr
 from protocol.link_states import Presence
 

@@ -5,6 +5,7 @@ from dataclasses import dataclass, field
 
 from app.diagnosis.adapter_facts import SLOW_LATENCY_MS, AdapterFacts
 from app.engine.transport import PortError, PortTrouble
+from app.procedures.greet import Silence
 from protocol.catalogue import HOST_HEADER
 from protocol.events import Counters, Role
 from protocol.frame import Reason
@@ -30,6 +31,8 @@ class PortEvidence:
     port: str = ""
     baud_rate: int = 115200
     trouble: PortError | None = None
+    silence: Silence | None = None
+    """What one greeting heard instead of an answer, where nobody has watched the line since."""
     is_open: bool = False
     is_answering: bool = False
     """A module answers what it is asked. One that only sends by itself does not."""
@@ -88,6 +91,8 @@ def frames_of_module(evidence: PortEvidence) -> int:
 
 
 def is_echo(evidence: PortEvidence) -> bool:
+    if evidence.silence is not None:
+        return evidence.silence is Silence.ECHO
     only_echo = evidence.counters.by_role[Role.ECHO] > 0 or HOST_HEADER in evidence.noise
     return is_silent(evidence) and only_echo and not frames_of_module(evidence)
 

@@ -626,6 +626,10 @@
         <translation>加速度低于此值时，模块认为处于失重状态。</translation>
     </message>
     <message>
+        <source>Bit errors</source>
+        <translation>位翻转</translation>
+    </message>
+    <message>
         <source>Boot</source>
         <translation>开机次数</translation>
     </message>
@@ -684,10 +688,6 @@
     <message>
         <source>Bytes such as 41 75, or words; Enter goes to the next row (Ctrl+F)</source>
         <translation>输入字节（如 41 75）或文字；按回车转到下一行（Ctrl+F）</translation>
-    </message>
-    <message>
-        <source>Invalid bytes</source>
-        <translation>无效字节</translation>
     </message>
     <message>
         <source>CHAIN BROKEN: {chain}.</source>
@@ -850,8 +850,8 @@
         <translation>请检查模块已开机、TX 与 RX 已交叉连接、地线已接好。</translation>
     </message>
     <message>
-        <source>Check the cable, plug the adapter in again and connect.</source>
-        <translation>请检查线缆，重新插入适配器后再连接。</translation>
+        <source>Check the cable and plug the adapter in again; the window connects by itself, to this adapter only.</source>
+        <translation>请检查线缆并重新插入适配器；窗口会自动连接，且只连接该适配器。</translation>
     </message>
     <message>
         <source>Check the wire from the adapter's TX to the module's RX.</source>
@@ -908,10 +908,6 @@
     <message>
         <source>Choose another port from the list.</source>
         <translation>请从列表中选择其他串口。</translation>
-    </message>
-    <message>
-        <source>Choose another port.</source>
-        <translation>请选择其他串口。</translation>
     </message>
     <message>
         <source>Choose the adapter that the module is connected to.</source>
@@ -972,10 +968,6 @@
     <message>
         <source>Close profile</source>
         <translation>关闭配置文件</translation>
-    </message>
-    <message>
-        <source>Close that program and connect again.</source>
-        <translation>请关闭该程序后重新连接。</translation>
     </message>
     <message>
         <source>Close the bay; if it is closed, calibrate the light threshold.</source>
@@ -1374,10 +1366,6 @@
         <translation>程序能做的就按文字执行；否则复制需要输入的命令。</translation>
     </message>
     <message>
-        <source>Duplicate replies</source>
-        <translation>重复应答</translation>
-    </message>
-    <message>
         <source>Drag or arrow keys move, wheel or + and − zoom, Shift with arrow keys reads off, End shows everything</source>
         <translation>拖动或方向键移动，滚轮或 + − 缩放，Shift 加方向键读数，End 键显示全部</translation>
     </message>
@@ -1392,6 +1380,10 @@
     <message>
         <source>Drops all edits: wanted is what the module holds.</source>
         <translation>放弃所有修改：以模块现有的值为准。</translation>
+    </message>
+    <message>
+        <source>Duplicate replies</source>
+        <translation>重复应答</translation>
     </message>
     <message>
         <source>Duration</source>
@@ -1480,6 +1472,10 @@
     <message>
         <source>Echo of the host's bytes</source>
         <translation>回送上位机字节</translation>
+    </message>
+    <message>
+        <source>Echoed frames</source>
+        <translation>回显帧</translation>
     </message>
     <message>
         <source>Edited, not sent: the module still holds the old value. The line below says what it means.</source>
@@ -1774,10 +1770,6 @@
         <translation>收到的帧有损坏：{bytes} 字节中有 {rejected} 字节无效。</translation>
     </message>
     <message>
-        <source>Echoed frames</source>
-        <translation>回显帧</translation>
-    </message>
-    <message>
         <source>Frames of the module</source>
         <translation>模块发来的帧</translation>
     </message>
@@ -2024,6 +2016,10 @@
     <message>
         <source>Interrupted: if the command had left already, it may have been carried out.</source>
         <translation>已中断：若指令已经发出，可能已经执行。</translation>
+    </message>
+    <message>
+        <source>Invalid bytes</source>
+        <translation>无效字节</translation>
     </message>
     <message>
         <source>It asks questions only and takes about six seconds. Set the aircraft level and do not touch it.</source>
@@ -2522,20 +2518,8 @@
         <translation>恢复线路正常；协议差异保持不变。</translation>
     </message>
     <message>
-        <source>Refresh the preview</source>
-        <translation>重新生成预览</translation>
-    </message>
-    <message>
-        <source>Refresh the preview, with what happened since</source>
-        <translation>重新生成预览，包含此后发生的内容</translation>
-    </message>
-    <message>
         <source>Maker</source>
         <translation>制造商</translation>
-    </message>
-    <message>
-        <source>Refreshes the bundle with what happened since.</source>
-        <translation>刷新诊断包，包含此后发生的内容。</translation>
     </message>
     <message>
         <source>Making sure that nothing changed</source>
@@ -3322,16 +3306,8 @@
         <translation>插上</translation>
     </message>
     <message>
-        <source>Plug the adapter in again: the program connects by itself, to this adapter only.</source>
-        <translation>请重新插入适配器：程序会自动连接，且只连接这个适配器。</translation>
-    </message>
-    <message>
-        <source>Plug the adapter in and choose it from the list.</source>
-        <translation>请插入适配器并从列表中选择。</translation>
-    </message>
-    <message>
-        <source>Plug the adapter in. If it is plugged in and no new port appears, its driver is missing.</source>
-        <translation>请插入适配器。如果已插入而没有出现新串口，则缺少驱动程序。</translation>
+        <source>Plug the adapter in; if no new port appears, its driver is missing. Choose the port from the list.</source>
+        <translation>请插入适配器；若没有出现新串口，说明缺少驱动程序。然后从列表中选择串口。</translation>
     </message>
     <message>
         <source>Plug the same adapter in again: it is connected by itself.</source>
@@ -3664,6 +3640,18 @@
     <message>
         <source>Redo</source>
         <translation>重做</translation>
+    </message>
+    <message>
+        <source>Refresh the preview</source>
+        <translation>重新生成预览</translation>
+    </message>
+    <message>
+        <source>Refresh the preview, with what happened since</source>
+        <translation>重新生成预览，包含此后发生的内容</translation>
+    </message>
+    <message>
+        <source>Refreshes the bundle with what happened since.</source>
+        <translation>刷新诊断包，包含此后发生的内容。</translation>
     </message>
     <message>
         <source>Refuses what is set</source>
@@ -4670,10 +4658,6 @@
         <translation>模块的这项设置改为另一个值。</translation>
     </message>
     <message>
-        <source>The module has another baud rate: find the rate.</source>
-        <translation>模块使用另一个波特率：请查找波特率。</translation>
-    </message>
-    <message>
         <source>The module has no name, so these records are not kept. Name it once, at the top.</source>
         <translation>模块没有名称，因此这些记录不会保存。请在上方命名一次。</translation>
     </message>
@@ -5310,10 +5294,6 @@
         <translation>正在尝试波特率 {rate}…</translation>
     </message>
     <message>
-        <source>Bit errors</source>
-        <translation>位翻转</translation>
-    </message>
-    <message>
         <source>Twenty readings of the light sensor with the bay closed.</source>
         <translation>伞仓关闭时，光线传感器的二十次读数。</translation>
     </message>
@@ -5328,10 +5308,6 @@
     <message>
         <source>Type a new name, or choose a module that was here before.</source>
         <translation>输入新名称，或选择已登记的模块。</translation>
-    </message>
-    <message>
-        <source>Type: sudo usermod -aG dialout $USER — then log out and in again.</source>
-        <translation>请输入：sudo usermod -aG dialout $USER，然后注销并重新登录。</translation>
     </message>
     <message>
         <source>Type: {command}</source>
@@ -5372,10 +5348,6 @@
     <message>
         <source>Unplug</source>
         <translation>拔出</translation>
-    </message>
-    <message>
-        <source>Unplug the adapter, plug it in again and connect.</source>
-        <translation>请拔下适配器，重新插入后再连接。</translation>
     </message>
     <message>
         <source>Unplug the adapter, plug it in again and try again.</source>
@@ -8130,10 +8102,6 @@
         <translation>{address} 不是 HOST:PORT 的形式，例如 127.0.0.1:5000</translation>
     </message>
     <message>
-        <source>{bytes} bytes came on {port} at {rate} baud, and no frame is among them.</source>
-        <translation>{port} 在波特率 {rate} 下收到 {bytes} 字节，其中没有任何一帧。</translation>
-    </message>
-    <message>
         <source>{check}: judged {measured}, read {read}</source>
         <translation>{check}：判定值 {measured}，读取值 {read}</translation>
     </message>
@@ -8494,10 +8462,6 @@
         <translation>{port} 正被其他程序占用，系统没有说明是哪一个。</translation>
     </message>
     <message>
-        <source>{port} is in use by another program.</source>
-        <translation>{port} 正被其他程序占用。</translation>
-    </message>
-    <message>
         <source>{port} is in use by {program} (process {pid}).</source>
         <translation>{port} 正被 {program}（进程 {pid}）占用。</translation>
     </message>
@@ -8506,20 +8470,12 @@
         <translation>本程序不支持地址 {port}。</translation>
     </message>
     <message>
-        <source>{port} takes no bytes.</source>
-        <translation>{port} 不接收数据。</translation>
-    </message>
-    <message>
         <source>{port} takes no bytes: the adapter or its driver hangs.</source>
         <translation>{port} 不接收字节：适配器或其驱动程序无响应。</translation>
     </message>
     <message>
         <source>{port} vanishes again: the driver for Braille displays (brltty) takes this adapter for one.</source>
         <translation>{port} 又消失了：盲文显示器驱动（brltty）把这个适配器当成了盲文显示器。</translation>
-    </message>
-    <message>
-        <source>{port} was unplugged or its driver failed.</source>
-        <translation>{port} 已被拔出或驱动出错。</translation>
     </message>
     <message>
         <source>{port} was unplugged, or its driver failed.</source>

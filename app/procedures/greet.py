@@ -23,6 +23,16 @@ class Silence(Enum):
     """The module sends, and does not answer: its receive line may be open."""
 
 
+class NoAnswer(Exception):
+    """The port is open, and no module answers on it."""
+
+    def __init__(self, port: str, baud_rate: int, silence: Silence) -> None:
+        super().__init__(f"{port}: no answer at {baud_rate} baud: {silence.value}")
+        self.port = port
+        self.baud_rate = baud_rate
+        self.silence = silence
+
+
 @dataclass(frozen=True, slots=True)
 class Greeting:
     """`silence` is None when the module answered; `round_trip_s` where it answered the first heartbeat."""

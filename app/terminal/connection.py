@@ -10,13 +10,12 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from typing import TypeVar
 
-from app.diagnosis.troubles import NoAnswer
 from app.engine.device import DeviceView
 from app.engine.procedure import LinkView, PortLost, Procedure, Report, Slept
 from app.engine.transport import PortError
 from app.engine.worker import Batch, Connection, Job, PortState, Worker
 from app.procedures.find import find_rate
-from app.procedures.greet import greet
+from app.procedures.greet import NoAnswer, greet
 from app.terminal.console import USUAL_RATE, end_passing, say_in_passing
 from app.terminal.interruption import Interruption
 from app.text.i18n import tr

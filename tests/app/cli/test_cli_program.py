@@ -25,7 +25,8 @@ def test_no_such_port(command: str, capsys: pytest.CaptureFixture[str]) -> None:
     printed = Printed(capsys)
     assert printed.out == ""
     assert printed.err == (
-        "There is no port /dev/no-such-port. Plug the adapter in and choose it from the list (dps-s ports).\n"
+        "There is no port /dev/no-such-port. Plug the adapter in; if no new port appears, its driver is missing. "
+        "Choose the port from the list (dps-s ports).\n"
     )
 
 

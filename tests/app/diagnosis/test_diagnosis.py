@@ -16,7 +16,7 @@ from app.engine.procedure import Ask, Procedure
 from app.engine.session import Run
 from app.engine.transport import Holder, PortError, PortTrouble
 from app.engine.worker import Batch, Connection, PortState
-from app.procedures.greet import greet
+from app.procedures.greet import Silence, greet
 from protocol.catalogue import BY_NAME
 from protocol.events import Counters, Role
 from protocol.frame import Reason
@@ -99,6 +99,10 @@ TABLE: tuple[tuple[str, PortEvidence, Cause], ...] = (
     ("a long latency timer", with_facts(online(), latency_ms=16, latency_path="/sys/x/latency_timer"),
      Cause.SLOW_ADAPTER),
     ("answers in steps of 16 ms", online(round_trip_minimum_s=0.0155, round_trip_median_s=0.016), Cause.SLOW_ADAPTER),
+    ("greeted: nothing", PortEvidence(port=PORT, silence=Silence.NOTHING), Cause.NOTHING),
+    ("greeted: garbage", PortEvidence(port=PORT, silence=Silence.GARBAGE), Cause.WRONG_RATE),
+    ("greeted: an echo", PortEvidence(port=PORT, silence=Silence.ECHO), Cause.ECHO),
+    ("greeted: other frames", PortEvidence(port=PORT, silence=Silence.OTHER_FRAMES), Cause.DEAF),
 )  # fmt: skip
 
 FINE: tuple[tuple[str, PortEvidence], ...] = (
