@@ -334,8 +334,8 @@
         <translation>全部</translation>
     </message>
     <message>
-        <source>All checks that are kept, and what they measured (Ctrl+H)</source>
-        <translation>本机保存的所有检查及其实测值（Ctrl+H）</translation>
+        <source>All checks that are kept, and what they measured</source>
+        <translation>本机保存的所有检查及其实测值</translation>
     </message>
     <message>
         <source>All checks that were kept, and how what they measured went over time.</source>
@@ -350,12 +350,12 @@
         <translation>全部帧</translation>
     </message>
     <message>
-        <source>All of it as a table, CSV (Ctrl+S)</source>
-        <translation>全部内容，表格 CSV（Ctrl+S）</translation>
+        <source>All of it as a table, CSV</source>
+        <translation>全部内容，表格 CSV</translation>
     </message>
     <message>
-        <source>All of it with the bytes of the line, for PlotJuggler and Foxglove (Ctrl+Shift+S)</source>
-        <translation>全部内容及线路字节，供 PlotJuggler 和 Foxglove 使用（Ctrl+Shift+S）</translation>
+        <source>All of it with the bytes of the line, for PlotJuggler and Foxglove</source>
+        <translation>全部内容及线路字节，供 PlotJuggler 和 Foxglove 使用</translation>
     </message>
     <message>
         <source>All records</source>
@@ -462,12 +462,12 @@
         <translation>请向本计算机的管理员申请串口访问权限。</translation>
     </message>
     <message>
-        <source>Ask the module for everything (F5)</source>
-        <translation>向模块读取全部内容（F5）</translation>
+        <source>Ask the module for everything</source>
+        <translation>向模块读取全部内容</translation>
     </message>
     <message>
-        <source>Ask the module for its trigger records (F5)</source>
-        <translation>向模块读取触发记录（F5）</translation>
+        <source>Ask the module for its trigger records</source>
+        <translation>向模块读取触发记录</translation>
     </message>
     <message>
         <source>Asking the module …</source>
@@ -554,10 +554,6 @@
         <translation>返回检查</translation>
     </message>
     <message>
-        <source>Back to the check (Esc)</source>
-        <translation>返回检查（Esc）</translation>
-    </message>
-    <message>
         <source>Back to the check.</source>
         <translation>返回检查。</translation>
     </message>
@@ -578,8 +574,8 @@
         <translation>返回设置</translation>
     </message>
     <message>
-        <source>Back to the settings; nothing is applied (Esc)</source>
-        <translation>返回设置；不应用任何内容（Esc）</translation>
+        <source>Back to the settings; nothing is applied</source>
+        <translation>返回设置；不应用任何内容</translation>
     </message>
     <message>
         <source>Back to the settings; nothing is changed</source>
@@ -646,8 +642,8 @@
         <translation>开机次数 {before} → {after}。</translation>
     </message>
     <message>
-        <source>Break the check off; it is void then (Esc)</source>
-        <translation>中断检查；检查随即作废（Esc）</translation>
+        <source>Break the check off; it is void then</source>
+        <translation>中断检查；检查随即作废</translation>
     </message>
     <message>
         <source>Breaks the check off. There is no verdict then.</source>
@@ -686,8 +682,8 @@
         <translation>字节（如 41 75）或文字。回车跳到下一行。</translation>
     </message>
     <message>
-        <source>Bytes such as 41 75, or words; Enter goes to the next row (Ctrl+F)</source>
-        <translation>输入字节（如 41 75）或文字；按回车转到下一行（Ctrl+F）</translation>
+        <source>Bytes such as 41 75, or words; Enter goes to the next row</source>
+        <translation>输入字节（如 41 75）或文字；按回车转到下一行</translation>
     </message>
     <message>
         <source>CHAIN BROKEN: {chain}.</source>
@@ -914,8 +910,8 @@
         <translation>请选择连接模块的适配器。</translation>
     </message>
     <message>
-        <source>Choose the port that the module is plugged into (Ctrl+K)</source>
-        <translation>选择模块所接的串口（Ctrl+K）</translation>
+        <source>Choose the port that the module is plugged into</source>
+        <translation>选择模块所接的串口</translation>
     </message>
     <message>
         <source>Choose the port that the module is plugged into.</source>
@@ -974,16 +970,16 @@
         <translation>关闭伞仓；若已关闭，请校准光线阈值。</translation>
     </message>
     <message>
-        <source>Close the port (Ctrl+D)</source>
-        <translation>关闭串口（Ctrl+D）</translation>
+        <source>Close the port</source>
+        <translation>关闭串口</translation>
     </message>
     <message>
         <source>Close the profile and apply nothing</source>
         <translation>关闭配置文件，不应用任何内容</translation>
     </message>
     <message>
-        <source>Close the recording and show the module as it is now (Esc)</source>
-        <translation>关闭数据记录，显示伞降模块当前状态（Esc）</translation>
+        <source>Close the recording and show the module as it is now</source>
+        <translation>关闭数据记录，显示伞降模块当前状态</translation>
     </message>
     <message>
         <source>Close this message</source>
@@ -994,12 +990,8 @@
         <translation>关闭此面板</translation>
     </message>
     <message>
-        <source>Close this panel (Esc)</source>
-        <translation>关闭此面板（Esc）</translation>
-    </message>
-    <message>
-        <source>Close this sheet (Esc)</source>
-        <translation>关闭此面板（Esc）</translation>
+        <source>Close this sheet</source>
+        <translation>关闭此面板</translation>
     </message>
     <message>
         <source>Close {program} and connect again.</source>
@@ -1138,8 +1130,8 @@
         <translation>复制所选记录</translation>
     </message>
     <message>
-        <source>Copy the chosen records, or all that are shown (Ctrl+C)</source>
-        <translation>复制所选记录，未选择时复制全部显示的记录（Ctrl+C）</translation>
+        <source>Copy the chosen records, or all that are shown</source>
+        <translation>复制所选记录，未选择时复制全部显示的记录</translation>
     </message>
     <message>
         <source>Copy the command</source>
@@ -1150,8 +1142,8 @@
         <translation>复制所选行</translation>
     </message>
     <message>
-        <source>Copy the selected rows, or all of them when none is selected (Ctrl+C)</source>
-        <translation>复制所选行；未选择时复制全部（Ctrl+C）</translation>
+        <source>Copy the selected rows, or all of them when none is selected</source>
+        <translation>复制所选行；未选择时复制全部</translation>
     </message>
     <message>
         <source>Could not be read again: {names}.</source>
@@ -1218,8 +1210,8 @@
         <translation>删除所选数据记录</translation>
     </message>
     <message>
-        <source>Delete the chosen recordings for good, after a question (Del)</source>
-        <translation>确认后永久删除所选数据记录（Del）</translation>
+        <source>Delete the chosen recordings for good, after a question</source>
+        <translation>确认后永久删除所选数据记录</translation>
     </message>
     <message>
         <source>Delete this recording for good? {what}</source>
@@ -1262,8 +1254,8 @@
         <translation>禁用</translation>
     </message>
     <message>
-        <source>Disarm; nothing is sent (Esc)</source>
-        <translation>解除；不发送任何内容（Esc）</translation>
+        <source>Disarm; nothing is sent</source>
+        <translation>解除；不发送任何内容</translation>
     </message>
     <message>
         <source>Disarmed: a condition is no longer fulfilled. Nothing was sent.</source>
@@ -1322,8 +1314,8 @@
         <translation>断开，保持激活</translation>
     </message>
     <message>
-        <source>Do it again (Ctrl+Shift+Z)</source>
-        <translation>重做（Ctrl+Shift+Z）</translation>
+        <source>Do it again</source>
+        <translation>重做</translation>
     </message>
     <message>
         <source>Do not change it.</source>
@@ -1738,8 +1730,8 @@
         <translation>移除</translation>
     </message>
     <message>
-        <source>Forget all rows (Ctrl+Shift+X)</source>
-        <translation>清除所有行（Ctrl+Shift+X）</translation>
+        <source>Forget all rows</source>
+        <translation>清除所有行</translation>
     </message>
     <message>
         <source>Forget it</source>
@@ -1910,8 +1902,8 @@
         <translation>请按住模块开关两秒，或接上外接供电。</translation>
     </message>
     <message>
-        <source>Hold the list still; frames go on being recorded (Ctrl+P)</source>
-        <translation>列表静止，帧继续记录（Ctrl+P）</translation>
+        <source>Hold the list still; frames go on being recorded</source>
+        <translation>列表静止，帧继续记录</translation>
     </message>
     <message>
         <source>Hold the picture still; recording goes on (Space)</source>
@@ -2458,8 +2450,8 @@
         <translation>查看触发记录并判定：台架测试、真实或误触发。</translation>
     </message>
     <message>
-        <source>Look at the recording on the Live page (Enter)</source>
-        <translation>在“实时”页查看数据记录（Enter）</translation>
+        <source>Look at the recording on the Live page</source>
+        <translation>在“实时”页查看数据记录</translation>
     </message>
     <message>
         <source>Look at what was recorded before; that needs no module</source>
@@ -2534,8 +2526,8 @@
         <translation>标记所选行</translation>
     </message>
     <message>
-        <source>Mark the selected rows, or take their marks off (Ctrl+M)</source>
-        <translation>标记所选行，或取消其标记（Ctrl+M）</translation>
+        <source>Mark the selected rows, or take their marks off</source>
+        <translation>标记所选行，或取消其标记</translation>
     </message>
     <message>
         <source>Marks the selected rows, to find them again.</source>
@@ -2970,8 +2962,8 @@
         <translation>当前没有控件获得键盘焦点。请用 Tab 键移到某个控件。</translation>
     </message>
     <message>
-        <source>Nothing is changed (Esc)</source>
-        <translation>不作任何更改（Esc）</translation>
+        <source>Nothing is changed</source>
+        <translation>不作任何更改</translation>
     </message>
     <message>
         <source>Nothing is known of the module's settings: read them first.</source>
@@ -3134,12 +3126,12 @@
         <translation>{port} 上只收到本程序自己发出的字节。</translation>
     </message>
     <message>
-        <source>Only recordings in which all these words stand (Ctrl+F)</source>
-        <translation>仅显示包含所有这些词的数据记录（Ctrl+F）</translation>
+        <source>Only recordings in which all these words stand</source>
+        <translation>仅显示包含所有这些词的数据记录</translation>
     </message>
     <message>
-        <source>Only records in which all these words stand (Ctrl+F)</source>
-        <translation>只显示包含所有这些词的记录（Ctrl+F）</translation>
+        <source>Only records in which all these words stand</source>
+        <translation>只显示包含所有这些词的记录</translation>
     </message>
     <message>
         <source>Only rejected bytes</source>
@@ -3362,8 +3354,8 @@
         <translation>导出报告…</translation>
     </message>
     <message>
-        <source>Print the check as PDF, HTML and JSON (Ctrl+P)</source>
-        <translation>将检查打印为 PDF、HTML 和 JSON（Ctrl+P）</translation>
+        <source>Print the check as PDF, HTML and JSON</source>
+        <translation>将检查打印为 PDF、HTML 和 JSON</translation>
     </message>
     <message>
         <source>Print the chosen record</source>
@@ -3438,8 +3430,8 @@
         <translation>拔出串口适配器。</translation>
     </message>
     <message>
-        <source>Put the module into standby, at once (Ctrl+L)</source>
-        <translation>立即使模块进入待机（Ctrl+L）</translation>
+        <source>Put the module into standby, at once</source>
+        <translation>立即使模块进入待机</translation>
     </message>
     <message>
         <source>Put the serial adapter back.</source>
@@ -3742,8 +3734,8 @@
         <translation>上一个匹配行（Shift+回车）</translation>
     </message>
     <message>
-        <source>Run all checks: questions only (Ctrl+Return)</source>
-        <translation>进行全部检查：只发送查询（Ctrl+Return）</translation>
+        <source>Run all checks: questions only</source>
+        <translation>进行全部检查：只发送查询</translation>
     </message>
     <message>
         <source>Run the check</source>
@@ -3774,8 +3766,8 @@
         <translation>保存 PNG 图片</translation>
     </message>
     <message>
-        <source>Save a picture of what is in sight, PNG (Ctrl+Shift+S)</source>
-        <translation>将所见画面存为 PNG 图片（Ctrl+Shift+S）</translation>
+        <source>Save a picture of what is in sight, PNG</source>
+        <translation>将所见画面存为 PNG 图片</translation>
     </message>
     <message>
         <source>Save as a profile</source>
@@ -3790,16 +3782,16 @@
         <translation>保存抓包…</translation>
     </message>
     <message>
-        <source>Save every record ever seen of this module as CSV (Ctrl+Shift+S)</source>
-        <translation>将该模块所有见过的记录保存为 CSV（Ctrl+Shift+S）</translation>
+        <source>Save every record ever seen of this module as CSV</source>
+        <translation>将该模块所有见过的记录保存为 CSV</translation>
     </message>
     <message>
         <source>Save every record of this module as CSV</source>
         <translation>将该模块的所有记录保存为 CSV</translation>
     </message>
     <message>
-        <source>Save every sample in sight as a table, CSV (Ctrl+S)</source>
-        <translation>将所见的每个采样存为 CSV 表格（Ctrl+S）</translation>
+        <source>Save every sample in sight as a table, CSV</source>
+        <translation>将所见的每个采样存为 CSV 表格</translation>
     </message>
     <message>
         <source>Save exactly what is shown here as one zip file, to send it to whoever helps</source>
@@ -3838,8 +3830,8 @@
         <translation>将显示的记录保存为 CSV</translation>
     </message>
     <message>
-        <source>Save the records that are shown, in their order, as CSV (Ctrl+S)</source>
-        <translation>按显示顺序将记录保存为 CSV（Ctrl+S）</translation>
+        <source>Save the records that are shown, in their order, as CSV</source>
+        <translation>按显示顺序将记录保存为 CSV</translation>
     </message>
     <message>
         <source>Save the support bundle</source>
@@ -3998,8 +3990,8 @@
         <translation>检查期间不要发送命令，然后重新检查。</translation>
     </message>
     <message>
-        <source>Send nothing (Esc)</source>
-        <translation>不发送任何内容（Esc）</translation>
+        <source>Send nothing</source>
+        <translation>不发送任何内容</translation>
     </message>
     <message>
         <source>Sends each edited row once, then asks for it. A row is verified only when what comes back is equal. Against the vendor's advice it asks for a second click; an ACTIVE module is not written to.</source>
@@ -4378,8 +4370,8 @@
         <translation>收回、关闭或结束已开始的操作；绝不发送任何内容</translation>
     </message>
     <message>
-        <source>Take the last edit back (Ctrl+Z)</source>
-        <translation>撤销上一次修改（Ctrl+Z）</translation>
+        <source>Take the last edit back</source>
+        <translation>撤销上一次修改</translation>
     </message>
     <message>
         <source>Take the tour</source>
@@ -5274,8 +5266,8 @@
         <translation>试算</translation>
     </message>
     <message>
-        <source>Try thresholds on what was measured; nothing is sent (Ctrl+T)</source>
-        <translation>用测得的数据试算阈值；不发送任何内容（Ctrl+T）</translation>
+        <source>Try thresholds on what was measured; nothing is sent</source>
+        <translation>用测得的数据试算阈值；不发送任何内容</translation>
     </message>
     <message>
         <source>Try what is wanted on the Settings page and not sent yet</source>
@@ -5814,8 +5806,8 @@
         <translation>将勾选的项目写入模块并回读</translation>
     </message>
     <message>
-        <source>Write what is wanted to the module and prove it (Ctrl+Return)</source>
-        <translation>将目标值写入模块并验证（Ctrl+Return）</translation>
+        <source>Write what is wanted to the module and prove it</source>
+        <translation>将目标值写入模块并验证</translation>
     </message>
     <message>
         <source>Write {count} changes</source>
@@ -8616,6 +8608,10 @@
     <message>
         <source>{time}, marked</source>
         <translation>{time}，已标记</translation>
+    </message>
+    <message>
+        <source>{tip} ({key})</source>
+        <translation>{tip}（{key}）</translation>
     </message>
     <message>
         <source>{title} over {count} checks: {low} to {high}, last {last}</source>

@@ -5,8 +5,8 @@
     python3 docs/generate/translations.py merge DIR    update, and fill in from DIR/*.json ({"English": "中文"})
     python3 docs/generate/translations.py merge DIR --over corrections.json    and let this one replace what there is
 
-Texts are the literals in calls of ``tr(...)``, ``marked(...)`` and ``bind(setter, ...)``.  Whatever else ``tr`` is
-given has to be the name of something marked.
+Texts are the literals in calls of ``tr(...)``, ``marked(...)``, ``bind(setter, ...)`` and
+``control(...)``.  Whatever else ``tr`` is given has to be the name of something marked.
 """
 
 import argparse
@@ -25,7 +25,9 @@ ROOT: Final = Path(__file__).resolve().parents[2]
 TS: Final = ROOT / "app" / "locale" / "zh_CN.ts"
 PACKAGES: Final = ("protocol", "app", "ui")
 CONTEXT: Final = "dps-s"
-_POSITION_OF_TEXT: Final = {"tr": 0, "marked": 0, "bind": 1}
+_POSITION_OF_TEXT: Final = {"tr": 0, "marked": 0, "bind": 1, "control": 3}
+_KEYWORDS_OF_TEXT: Final = {"control": ("says", "tip")}
+_WITHOUT_VALUES: Final = ("marked", "control")
 
 
 @dataclass(slots=True)
@@ -57,9 +59,12 @@ def extract(source: str, path: str, found: Extract) -> None:
     for node in ast.walk(ast.parse(source)):
         if isinstance(node, ast.Call):
             name = _called_name(node.func)
-            position = _POSITION_OF_TEXT.get(name)
+            place, position = f"{path}:{node.lineno}", _POSITION_OF_TEXT.get(name)
             if position is not None and len(node.args) > position:
-                _extract_call(node, name, node.args[position], f"{path}:{node.lineno}", found)
+                _extract_call(node, name, node.args[position], place, found)
+            for keyword in node.keywords:
+                if keyword.arg in _KEYWORDS_OF_TEXT.get(name, ()):
+                    _extract_call(node, name, keyword.value, place, found)
 
 
 def _called_name(function: ast.expr) -> str:
@@ -73,7 +78,7 @@ def _extract_call(call: ast.Call, name: str, text: ast.expr, place: str, found: 
     match text:
         case ast.Constant(value=str(literal)):
             found.texts.setdefault(literal, place)
-            if name != "marked":
+            if name not in _WITHOUT_VALUES:
                 _check_values(call, literal, place, found)
         case ast.IfExp(body=one, orelse=other):
             _extract_call(call, name, one, place, found)

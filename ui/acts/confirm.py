@@ -7,6 +7,7 @@ from PySide6.QtGui import QHideEvent, QKeyEvent
 from PySide6.QtWidgets import QWidget
 
 from ui.core.texts import Texts
+from ui.widgets.controls import control
 from ui.widgets.flow_row import FlowRow
 from ui.widgets.gestures import gestures
 from ui.widgets.naming import named
@@ -30,18 +31,15 @@ class Confirm(QWidget):
         self.is_asking = False
         self.ask = named(StepButton(), f"{name}_ask")
         self.go = named(StepButton(), f"{name}_go")
-        self.cancel = named(StepButton(is_safe=True), f"{name}_cancel")
+        self.cancel = control(StepButton(is_safe=True), texts, f"{name}_cancel", "Cancel", tip="Send nothing",
+                              key="Esc", slot=self.withdraw)  # fmt: skip
         for button, english in ((self.ask, ask), (self.go, go)):
             button.setProperty("role", "danger")
             texts.bind(button.setText, english)
             texts.bind(button.setAccessibleName, english)
             texts.bind(button.setToolTip, english)
-        texts.bind(self.cancel.setText, "Cancel")
-        texts.bind(self.cancel.setAccessibleName, "Cancel")
-        texts.bind(self.cancel.setToolTip, "Send nothing (Esc)")
         self.ask.chosen.connect(self._ask)
         self.go.chosen.connect(self._go)
-        self.cancel.chosen.connect(self.withdraw)
         row = FlowRow(self)
         row.add_right(self.go, self.cancel, self.ask)
         self.setTabOrder(self.ask, self.cancel)

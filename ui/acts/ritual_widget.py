@@ -29,9 +29,9 @@ from ui.acts.outcomes import SameModule, asking, not_begun, open_conditions, out
 from ui.acts.ritual_guard import RitualGuard
 from ui.services.context import Services
 from ui.style.theme import Meaning, Space
+from ui.widgets.controls import control
 from ui.widgets.flow_row import FlowRow
 from ui.widgets.gestures import gestures
-from ui.widgets.naming import named
 from ui.widgets.notice_bar import Notice, NoticeBar
 from ui.widgets.step_button import StepButton, is_in_sight, leave_focus
 from ui.widgets.text_labels import text_label
@@ -78,36 +78,29 @@ class RitualWidget(QFrame):
         self._effect = text_label("ritual_effect", "small")
         self.conditions = text_label("ritual_conditions", "attention")
         self.step = text_label("ritual_step", "strong")
-        self.countdown = named(QProgressBar(), "ritual_countdown")
+        self.countdown = control(QProgressBar(), texts, "ritual_countdown", says="Time until it is disarmed")
         self.countdown.setTextVisible(False)
         self.countdown.setFixedHeight(_BAR_PX)
         self.countdown.setRange(0, round(ARMED_FOR_S * 1000))
         policy = self.countdown.sizePolicy()
         policy.setRetainSizeWhenHidden(True)
         self.countdown.setSizePolicy(policy)
-        self.choose = self._button("ritual_choose", "danger")
-        self.rehearse = self._button("ritual_rehearse", "")
-        self.arm = self._button("ritual_arm", "danger")
-        self.hold = named(HoldButton(), "ritual_hold")
-        self.cancel = self._button("ritual_cancel", "", is_safe=True)
+        self.choose = control(StepButton(), texts, "ritual_choose", "Deploy …", role="danger",
+                              tip="Begin: choose, arm, then hold for two seconds",
+                              slot=partial(self._choose, is_rehearsal=False))  # fmt: skip
+        self.rehearse = control(StepButton(), texts, "ritual_rehearse", "Rehearse …",
+                                tip="The whole ritual; nothing is sent at its end",
+                                slot=partial(self._choose, is_rehearsal=True))  # fmt: skip
+        self.arm = control(StepButton(), texts, "ritual_arm", "Arm for 10 s", role="danger",
+                           tip="Arm: the next ten seconds it can be held")  # fmt: skip
+        self.hold = control(HoldButton(), texts, "ritual_hold", says="Hold for two seconds",
+                            tip="Hold for two seconds, by mouse or by the space bar; letting go cancels")  # fmt: skip
+        self.cancel = control(StepButton(is_safe=True), texts, "ritual_cancel", "Cancel",
+                              tip="Disarm; nothing is sent", key="Esc")  # fmt: skip
         self.said = NoticeBar(texts)
         self.said.setObjectName("ritual_said")
         texts.bind(self._title.setText, TITLES[Act.DEPLOY])
         texts.bind(self._effect.setText, EFFECTS[Act.DEPLOY])
-        texts.bind(self.countdown.setAccessibleName, "Time until it is disarmed")
-        for button, english, tip in (
-            (self.choose, marked("Deploy …"), marked("Begin: choose, arm, then hold for two seconds")),
-            (self.rehearse, marked("Rehearse …"), marked("The whole ritual; nothing is sent at its end")),
-            (self.arm, marked("Arm for 10 s"), marked("Arm: the next ten seconds it can be held")),
-            (self.cancel, marked("Cancel"), marked("Disarm; nothing is sent (Esc)")),
-        ):
-            texts.bind(button.setText, english)
-            texts.bind(button.setAccessibleName, english)
-            texts.bind(button.setToolTip, tip)
-        texts.bind(self.hold.setAccessibleName, "Hold for two seconds")
-        texts.bind(self.hold.setToolTip, "Hold for two seconds, by mouse or by the space bar; letting go cancels")
-        self.choose.chosen.connect(partial(self._choose, is_rehearsal=False))
-        self.rehearse.chosen.connect(partial(self._choose, is_rehearsal=True))
         self.arm.chosen.connect(self._arm)
         self.cancel.chosen.connect(partial(self.disarm, Input.CANCEL))
         self.hold.hold_started.connect(self._press)
@@ -308,12 +301,6 @@ class RitualWidget(QFrame):
     def hideEvent(self, event: QHideEvent) -> None:
         super().hideEvent(event)
         self.disarm(Input.WINDOW_LEFT)
-
-    @staticmethod
-    def _button(name: str, role: str, *, is_safe: bool = False) -> StepButton:
-        button = named(StepButton(is_safe=is_safe), name)
-        button.setProperty("role", role)
-        return button
 
     def _lay_out(self) -> None:
         column = QVBoxLayout(self)

@@ -31,6 +31,7 @@ from ui.core.preferences import LastPort
 from ui.core.texts import Texts
 from ui.style.icons import Icon, icon
 from ui.style.theme import Space
+from ui.widgets.controls import control
 from ui.widgets.naming import named
 from ui.widgets.sliders import WheelGuard
 
@@ -56,13 +57,20 @@ class ConnectPanel(QFrame):
         self._texts = texts
         self._last: LastPort | None = None
         self.list = PortList()
-        self.other = named(QLineEdit(), "port_address")
-        self.rate = named(QComboBox(), "rate_box")
-        self.connect_button = named(QPushButton(), "connect_button")
-        self.disconnect_button = named(QPushButton(), "disconnect_button")
+        self.other = control(QLineEdit(), texts, "port_address", says="Other port",
+                             tip="A port that is not in the list: a device, a pseudo-terminal "
+                                 "or socket://host:port")  # fmt: skip
+        self.rate = control(QComboBox(), texts, "rate_box", says="Baud rate",
+                            tip="The module's baud rate; 115200 unless somebody changed it")  # fmt: skip
+        self.connect_button = control(QPushButton(), texts, "connect_button", "Connect",
+                                      tip="Open the chosen port (Enter)", slot=self.connect_chosen)  # fmt: skip
+        self.disconnect_button = control(QPushButton(), texts, "disconnect_button", "Disconnect", tip="Close the port",
+                                         key="Ctrl+D", slot=self.disconnect_wanted)  # fmt: skip
         self.empty = named(QLabel(), "no_ports_hint")
         self.said = named(QLabel(), "connect_state")
-        self._close = named(QToolButton(), "connect_close")
+        self._close = control(
+            QToolButton(), texts, "connect_close", says="Close", tip="Close this sheet", key="Esc", slot=self.hide
+        )
         WheelGuard(self).guard(self.rate)
         self._build()
         self._name()
@@ -70,9 +78,6 @@ class ConnectPanel(QFrame):
         self.list.activated_choice.connect(self._connect_choice)
         self.other.textEdited.connect(self._type)
         self.other.returnPressed.connect(self.connect_chosen)
-        self.connect_button.clicked.connect(self.connect_chosen)
-        self.disconnect_button.clicked.connect(self.disconnect_wanted)
-        self._close.clicked.connect(self.hide)
         ports.listed.connect(self.refresh)
         connector.changed.connect(self.refresh)
         self.hide()
@@ -154,9 +159,7 @@ class ConnectPanel(QFrame):
         layout.setContentsMargins(Space.L, Space.M, Space.L, Space.L)
         layout.setSpacing(Space.S)
         head = QHBoxLayout()
-        title = named(QLabel(), "connect_title")
-        title.setProperty("role", "title")
-        self._texts.bind(title.setText, "Connect")
+        title = control(QLabel(), self._texts, "connect_title", "Connect", role="title")
         self._close.setIcon(icon(Icon.CROSS))
         self._close.setProperty("role", "quiet")
         head.addWidget(title, 1)
@@ -204,19 +207,7 @@ class ConnectPanel(QFrame):
         bind = self._texts.bind
         bind(self.setAccessibleName, "Connect")
         bind(self.list.setAccessibleName, "Ports")
-        bind(self.other.setAccessibleName, "Other port")
         bind(self.other.setPlaceholderText, "device or socket://host:port")
-        bind(self.other.setToolTip, "A port that is not in the list: a device, a pseudo-terminal or socket://host:port")
-        bind(self.rate.setAccessibleName, "Baud rate")
-        bind(self.rate.setToolTip, "The module's baud rate; 115200 unless somebody changed it")
-        bind(self.connect_button.setText, "Connect")
-        bind(self.connect_button.setAccessibleName, "Connect")
-        bind(self.connect_button.setToolTip, "Open the chosen port (Enter)")
-        bind(self.disconnect_button.setText, "Disconnect")
-        bind(self.disconnect_button.setAccessibleName, "Disconnect")
-        bind(self.disconnect_button.setToolTip, "Close the port (Ctrl+D)")
-        bind(self._close.setAccessibleName, "Close")
-        bind(self._close.setToolTip, "Close this sheet (Esc)")
 
     # Doing
 

@@ -18,11 +18,11 @@ from app.text.i18n import tr
 from ui.core.texts import Texts
 from ui.files.file_dialogs import AskPath, ask_path, default_name
 from ui.style import icons
-from ui.style.icons import MEANING_ICONS, Icon, icon
+from ui.style.icons import MEANING_ICONS, Icon
 from ui.style.painted_widget import PaintedWidget
 from ui.style.theme import Meaning, Size, Space, current, font
+from ui.widgets.controls import control
 from ui.widgets.flow_row import FlowRow
-from ui.widgets.naming import named
 
 _ICON_PX: Final = 16
 _FOOT_PX: Final = 28
@@ -142,19 +142,15 @@ class SaveBar(QWidget):
         self._saving: FileExport | None = None
         self._saved_text = ""
         self.note = Note()
-        self.csv = self._button("live_save_csv", Icon.TABLE, self.save_csv)
-        self.png = self._button("live_save_png", Icon.CAMERA, self.save_png)
-        self.stop = self._button("live_save_cancel", Icon.CROSS, self._cancel)
+        self.csv = control(QPushButton(), texts, "live_save_csv", "Save values …",
+                           says="Save the values in sight as CSV", tip="Save every sample in sight as a table, CSV",
+                           key="Ctrl+S", picture=Icon.TABLE, slot=self.save_csv)  # fmt: skip
+        self.png = control(QPushButton(), texts, "live_save_png", "Save picture …", says="Save a picture as PNG",
+                           tip="Save a picture of what is in sight, PNG", key="Ctrl+Shift+S", picture=Icon.CAMERA,
+                           slot=self.save_png)  # fmt: skip
+        self.stop = control(QPushButton(), texts, "live_save_cancel", "Cancel", says="Cancel saving",
+                            tip="Stop saving; no file is left", picture=Icon.CROSS, slot=self._cancel)  # fmt: skip
         self.stop.hide()
-        texts.bind(self.csv.setText, "Save values …")
-        texts.bind(self.csv.setAccessibleName, "Save the values in sight as CSV")
-        texts.bind(self.csv.setToolTip, "Save every sample in sight as a table, CSV (Ctrl+S)")
-        texts.bind(self.png.setText, "Save picture …")
-        texts.bind(self.png.setAccessibleName, "Save a picture as PNG")
-        texts.bind(self.png.setToolTip, "Save a picture of what is in sight, PNG (Ctrl+Shift+S)")
-        texts.bind(self.stop.setText, "Cancel")
-        texts.bind(self.stop.setAccessibleName, "Cancel saving")
-        texts.bind(self.stop.setToolTip, "Stop saving; no file is left")
         buttons = FlowRow()
         buttons.add_right(self.stop, self.csv, self.png)
         row = QHBoxLayout(self)
@@ -245,13 +241,6 @@ class SaveBar(QWidget):
         if path is not None:
             self._folder = path.parent
         return path
-
-    def _button(self, name: str, picture: Icon, act: Callable[[], None]) -> QPushButton:
-        button = named(QPushButton(), name)
-        button.setIcon(icon(picture))
-        button.setIconSize(QSize(16, 16))
-        button.clicked.connect(act)
-        return button
 
 
 def _documents() -> Path:

@@ -16,6 +16,7 @@ from protocol.translatable import marked
 from ui.core.texts import Texts
 from ui.style.icons import Icon, icon
 from ui.style.theme import Space
+from ui.widgets.controls import control
 from ui.widgets.naming import named
 from ui.widgets.sliders import WheelGuard, describe
 
@@ -56,8 +57,7 @@ class NumberEditor(FieldEditor):
         texts.bind(self.less.setToolTip, "One step less (arrow down)")
         texts.bind(self.more.setToolTip, "One step more (arrow up)")
         describe(texts, self.box, command.title, command.explanation)
-        unit = named(QLabel(field.unit), f"{command.name}_unit")
-        unit.setProperty("role", "muted")
+        unit = named(QLabel(field.unit), f"{command.name}_unit", "muted")
         unit.setMinimumWidth(14)
         row = QHBoxLayout(self)
         row.setContentsMargins(0, 0, 0, 0)
@@ -88,10 +88,9 @@ class NumberEditor(FieldEditor):
         self.chosen.emit(self._field.decode(raw))
 
     def _stepper(self, name: str, text: str, steps: int) -> QToolButton:
-        button = named(QToolButton(), f"{self._command.name}_{name}")
+        button = named(QToolButton(), f"{self._command.name}_{name}", "segment")
         button.setText(text)
         button.setFixedWidth(_STEP_PX)
-        button.setProperty("role", "segment")
         button.setFocusPolicy(Qt.FocusPolicy.NoFocus)
         button.setAutoRepeat(True)
         button.clicked.connect(lambda: self.step(steps))
@@ -171,13 +170,12 @@ class FlagEditor(FieldEditor):
             self.chosen.emit(value)
 
     def _button(self, texts: Texts, command: Command, name: str, english: str) -> QToolButton:
-        button = named(QToolButton(), f"{command.name}_{name}")
+        button = control(QToolButton(), texts, f"{command.name}_{name}", english)
         button.setCheckable(True)
         button.setMinimumWidth(_FLAG_PX)
         button.setIconSize(QSize(14, 14))
         button.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonTextBesideIcon)
         button.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
-        texts.bind(button.setText, english)
         describe(texts, button, english, command.explanation)
         texts.bind(partial(_name_after, button, command), english)
         return button

@@ -13,6 +13,7 @@ from ui.core.texts import Texts
 from ui.plots.view import WINDOWS_S, TimeView
 from ui.style.icons import Icon, icon
 from ui.style.theme import Meaning, Space
+from ui.widgets.controls import control
 from ui.widgets.flow_row import FlowRow
 from ui.widgets.naming import named
 from ui.widgets.readout import StateChip
@@ -40,19 +41,14 @@ class PlotHeader(QWidget):
         self.pause = named(QPushButton(), "time-plot-pause")
         self.pause.setIconSize(QSize(16, 16))
         self.pause.setAutoDefault(False)
-        self.whole = named(QToolButton(), "time-plot-whole")
+        self.whole = control(QToolButton(), texts, "time-plot-whole", "All", says="Show the whole recording",
+                             tip="Show the whole recording (End, or a double click on the plots)", role="segment",
+                             slot=self.whole_wanted)  # fmt: skip
         self.whole.setCheckable(True)
-        self.whole.setProperty("role", "segment")
-        texts.bind(self.whole.setText, "All")
-        texts.bind(self.whole.setAccessibleName, "Show the whole recording")
-        texts.bind(self.whole.setToolTip, "Show the whole recording (End, or a double click on the plots)")
-        self.clock = named(QToolButton(), "time-plot-clock")
+        self.clock = control(QToolButton(), texts, "time-plot-clock", says="Time of day",
+                             tip="Show the time of day instead of seconds before now", picture=Icon.CLOCK,
+                             role="segment")  # fmt: skip
         self.clock.setCheckable(True)
-        self.clock.setIcon(icon(Icon.CLOCK))
-        self.clock.setIconSize(QSize(16, 16))
-        self.clock.setProperty("role", "segment")
-        texts.bind(self.clock.setAccessibleName, "Time of day")
-        texts.bind(self.clock.setToolTip, "Show the time of day instead of seconds before now")
         self.row = FlowRow(self, spacing_px=Space.XS)
         self.row.add(self.chip)
         self.row.add_right(self.clock)
@@ -68,15 +64,14 @@ class PlotHeader(QWidget):
         self.pause.setVisible(not view.is_recorded)
         self.clock.setVisible(not view.is_recorded)
         self.pause.clicked.connect(self.toggle_wanted)
-        self.whole.clicked.connect(self.whole_wanted)
         self.clock.toggled.connect(self.clock_toggled)
         self._windows.idClicked.connect(lambda number: self.window_chosen.emit(WINDOWS_S[number]))
 
     def _segment(self, texts: Texts, window_s: float) -> QToolButton:
-        segment = named(QToolButton(), f"time-plot-window-{window_s:g}")
+        segment = control(
+            QToolButton(), texts, f"time-plot-window-{window_s:g}", _WINDOW_WORDS[window_s], role="segment"
+        )
         segment.setCheckable(True)
-        segment.setProperty("role", "segment")
-        texts.bind(segment.setText, _WINDOW_WORDS[window_s])
         texts.bind(segment.setAccessibleName, "Length of the time line: {length}", length=f"{window_s:g} s")
         texts.bind(segment.setToolTip, "Length of the time line: {length}", length=f"{window_s:g} s")
         return segment

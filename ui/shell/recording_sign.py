@@ -27,8 +27,7 @@ class RecordingSign(QWidget):
         self.setObjectName("session_sign")
         self._find_sign = find_sign
         self._picture = named(QLabel(), "session_sign_icon")
-        self.label = named(QLabel(), "session_sign_text")
-        self.label.setProperty("role", "small")
+        self.label = named(QLabel(), "session_sign_text", "small")
         self.label.setTextFormat(Qt.TextFormat.PlainText)
         row = QHBoxLayout(self)
         row.setContentsMargins(0, 0, 0, 0)

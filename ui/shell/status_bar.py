@@ -12,6 +12,7 @@ from ui.core.connector import Connector
 from ui.core.texts import Texts
 from ui.style.icons import Icon, pixmap
 from ui.style.theme import Meaning, Space, current
+from ui.widgets.controls import control
 from ui.widgets.elided_label import ElidedLabel
 from ui.widgets.naming import named
 
@@ -42,23 +43,19 @@ class StatusBar(QFrame):
         self._written_at = 0.0
         self._passing = ""
         self._passing_until = 0.0
-        self.figures = named(QLabel(), "link_figures")
+        self.figures = control(
+            QLabel(), texts, "link_figures", tip="Frames a second, usual round trip, lag, invalid bytes"
+        )
         self.sign = named(QLabel(), "line_fault_sign")
         self.sign.setFixedSize(_SIGN_PX, _SIGN_PX)
-        self.fault = named(QLabel(), "line_fault")
-        self.fault.setProperty("role", "attention")
+        self.fault = named(QLabel(), "line_fault", "attention")
         texts.bind(self.fault.setAccessibleDescription, "What is the matter with the line")
         self.passing = named(ElidedLabel(), "passing_message")
-        self.age = named(QLabel(), "last_heard")
+        self.age = control(QLabel(), texts, "last_heard", tip="Time since the last frame")
         # Described, not named: a name would be read aloud in place of the text.
         texts.bind(self.figures.setAccessibleDescription, "Figures of the link")
-        texts.bind(
-            self.figures.setToolTip,
-            "Frames a second, usual round trip, lag, invalid bytes",
-        )
         texts.bind(self.passing.setAccessibleDescription, "Message")
         texts.bind(self.age.setAccessibleDescription, "Time since the last frame")
-        texts.bind(self.age.setToolTip, "Time since the last frame")
         row = QHBoxLayout(self)
         row.setContentsMargins(Space.M, Space.XS, Space.M, Space.XS)
         row.setSpacing(Space.L)

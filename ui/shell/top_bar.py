@@ -18,7 +18,7 @@ from ui.services.lock import LockControl
 from ui.services.module_name import ModuleName
 from ui.style.icons import Icon, battery, draw, icon
 from ui.style.theme import Meaning, Size, Space, current, font
-from ui.widgets.naming import named
+from ui.widgets.controls import control
 from ui.widgets.readout import StateChip
 from ui.widgets.recording_bar import recording_name, recording_word
 from ui.widgets.state_chips import age_of, show_activation, show_known_trigger
@@ -209,14 +209,12 @@ class TopBar(QFrame):
             self.refresh()
 
     def _make_lock(self, texts: Texts, lock: LockControl) -> QPushButton:
-        button = named(QPushButton(), "lock_button")
+        button = control(QPushButton(), texts, "lock_button", "LOCK", says="LOCK: put the module into standby",
+                         tip="Put the module into standby, at once", key="Ctrl+L")  # fmt: skip
         button.setIconSize(QSize(16, 16))
         button.setStyleSheet("#lock_button { min-height: 28px; min-width: 72px; }")
         lock.bind(button)
         _explain(texts, button, BY_NAME["activation"])
-        texts.bind(button.setText, "LOCK")
-        texts.bind(button.setAccessibleName, "LOCK: put the module into standby")
-        texts.bind(button.setToolTip, "Put the module into standby, at once (Ctrl+L)")
         self._dress_lock(button, is_main=False)
         return button
 

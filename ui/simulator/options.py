@@ -23,6 +23,7 @@ from app.simulator.options import BY_NAME, Option, OptionRefused, as_text, defau
 from protocol.translatable import marked
 from ui.core.texts import Texts
 from ui.style.theme import Space
+from ui.widgets.controls import control
 from ui.widgets.naming import named
 from ui.widgets.sliders import NUMBER_PX, WheelGuard, describe, label_for
 
@@ -175,15 +176,13 @@ class OptionRows(QWidget):
         self._add(option, title, box, lambda value: box.setCurrentIndex(values.index(value)))
 
     def _add_flag(self, option: Option, title: str) -> None:
-        box = named(QCheckBox(), f"simulator_{option.name}")
-        self._texts.bind(box.setText, title)
-        box.clicked.connect(lambda is_checked: self.changed.emit(option.name, is_checked))
+        box = control(QCheckBox(), self._texts, f"simulator_{option.name}", title,
+                      slot=lambda is_checked: self.changed.emit(option.name, is_checked))  # fmt: skip
         self._add(option, title, box, box.setChecked)
 
     def _add_text(self, option: Option, title: str) -> None:
         box = named(QLineEdit(), f"simulator_{option.name}")
-        refusal = named(QLabel(), f"simulator_{option.name}_refusal")
-        refusal.setProperty("role", "danger")
+        refusal = named(QLabel(), f"simulator_{option.name}_refusal", "danger")
         refusal.setWordWrap(True)
         refusal.hide()
 
@@ -254,10 +253,8 @@ class SimulatorOptions(QWidget):
             layout.addWidget(body)
             self.folds[name] = fold
             self._rows.append(body)
-        self.heal = named(QPushButton(), "simulator_heal")
-        texts.bind(self.heal.setText, "End all faults")
+        self.heal = control(QPushButton(), texts, "simulator_heal", "End all faults", slot=self._heal)
         describe(texts, self.heal, marked("End all faults"), marked("Make the line perfect again; the dialect stays."))
-        self.heal.clicked.connect(self._heal)
         self._rows[0].form.addRow(self.heal)
 
     @property

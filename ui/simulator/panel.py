@@ -24,6 +24,7 @@ from protocol.translatable import marked
 from ui.core.texts import Texts
 from ui.simulator.options import SimulatorOptions
 from ui.style.theme import Space
+from ui.widgets.controls import control
 from ui.widgets.naming import named
 from ui.widgets.sliders import NUMBER_PX, Dial, WheelGuard, describe, label_for
 
@@ -48,7 +49,9 @@ class SimulatorPanel(QWidget):
         self.summary = self._make_summary()
         self.tilt = Dial("simulator_tilt", minimum=0, maximum=180, step=1, unit="°", guard=self._guard)
         self.fall_height = named(QSpinBox(), "simulator_height")
-        self.drop = named(QPushButton(), "simulator_drop")
+        self.drop = control(
+            QPushButton(), texts, "simulator_drop", tip="Let it fall from this height. Active, it fires by free fall."
+        )
         self.bay = named(QCheckBox(), "simulator_bay")
         self.cell = Dial("simulator_cell", minimum=3.0, maximum=4.3, step=0.02, unit=" V", guard=self._guard)
         self.charger = named(QCheckBox(), "simulator_charger")
@@ -113,8 +116,7 @@ class SimulatorPanel(QWidget):
     # Making
 
     def _make_summary(self) -> QLabel:
-        label = named(QLabel(), "simulator_summary")
-        label.setProperty("role", "muted")
+        label = named(QLabel(), "simulator_summary", "muted")
         label.setWordWrap(True)
         self._texts.bind(label.setAccessibleDescription, "State of the simulated module")
         return label
@@ -179,7 +181,6 @@ class SimulatorPanel(QWidget):
     def _name_drop(self, height_m: int) -> None:
         self._texts.bind(self.drop.setText, "Drop {height} m", height=height_m)
         self._texts.bind(self.drop.setAccessibleName, "Drop {height} m", height=height_m)
-        self._texts.bind(self.drop.setToolTip, "Let it fall from this height. Active, it fires by free fall.")
 
     def _name_plug(self, *, is_plugged_in: bool) -> None:
         if self.plug.property("is_plugged_in") is is_plugged_in:
@@ -220,8 +221,7 @@ class SimulatorPanel(QWidget):
         body.addLayout(buttons)
         body.addWidget(self.options)
         body.addStretch(1)
-        self._area = named(QScrollArea(), "simulator_scroll")
-        self._texts.bind(self._area.setAccessibleName, "Simulated module")
+        self._area = control(QScrollArea(), self._texts, "simulator_scroll", says="Simulated module")
         self._area.setWidgetResizable(True)
         self._area.setFrameShape(QFrame.Shape.NoFrame)
         self._area.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)

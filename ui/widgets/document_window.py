@@ -6,6 +6,7 @@ from PySide6.QtWidgets import QDialog, QDialogButtonBox, QTextBrowser, QVBoxLayo
 
 from ui.core.texts import Texts
 from ui.style.theme import Space
+from ui.widgets.controls import control
 from ui.widgets.naming import named
 
 _SIZE = QSize(760, 520)
@@ -19,13 +20,12 @@ class DocumentWindow(QDialog):
         self.setObjectName(name)
         self.setModal(False)
         self.resize(_SIZE)
-        self.text = named(QTextBrowser(), f"{name}_text")
+        self.text = control(QTextBrowser(), texts, f"{name}_text", says=title)
         self.text.setOpenExternalLinks(False)
         self.buttons = named(QDialogButtonBox(QDialogButtonBox.StandardButton.Close), f"{name}_buttons")
         self.buttons.rejected.connect(self.reject)
         texts.bind(self.setWindowTitle, title)
         texts.bind(self.setAccessibleName, title)
-        texts.bind(self.text.setAccessibleName, title)
         close = named(self.buttons.button(QDialogButtonBox.StandardButton.Close), f"{name}_close")
         texts.bind(close.setText, "Close")
         texts.bind(close.setAccessibleName, "Close")

@@ -7,7 +7,9 @@ from PySide6.QtCore import QObject
 Named = TypeVar("Named", bound=QObject)
 
 
-def named(one: Named, name: str) -> Named:
-    """`one` with its object name set."""
+def named(one: Named, name: str, role: str = "") -> Named:
+    """`one` with its object name set, and its role in the style sheet."""
     one.setObjectName(name)
+    if role:
+        one.setProperty("role", role)
     return one

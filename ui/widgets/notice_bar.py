@@ -9,9 +9,10 @@ from PySide6.QtWidgets import QHBoxLayout, QLabel, QPushButton, QSizePolicy, QTo
 
 from app.text.i18n import tr
 from ui.core.texts import Texts
-from ui.style.icons import MEANING_ICONS, Icon, icon, pixmap
+from ui.style.icons import MEANING_ICONS, Icon, pixmap
 from ui.style.painted_widget import paint_banner
 from ui.style.theme import Meaning, Space, current
+from ui.widgets.controls import control
 from ui.widgets.naming import named
 from ui.widgets.step_button import StepButton, leave_focus
 
@@ -54,12 +55,9 @@ class NoticeBar(QWidget):
         self._text.setTextFormat(Qt.TextFormat.PlainText)
         self._text.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Preferred)
         self._text.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
-        self._dismiss = named(QToolButton(), "notice_dismiss")
-        self._dismiss.setProperty("role", "quiet")
-        self._dismiss.setIcon(icon(Icon.CROSS))
-        self._dismiss.clicked.connect(self._close)
-        texts.bind(self._dismiss.setAccessibleName, "Close this message")
-        texts.bind(self._dismiss.setToolTip, "Close this message")
+        self._dismiss = control(QToolButton(), texts, "notice_dismiss", says="Close this message",
+                                tip="Close this message", picture=Icon.CROSS, role="quiet",
+                                slot=self._close)  # fmt: skip
         self._buttons: list[QPushButton] = []
         self._row = QHBoxLayout(self)
         self._row.setContentsMargins(Space.M, Space.XS, Space.M, Space.XS)

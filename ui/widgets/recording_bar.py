@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from PySide6.QtCore import QEvent, QSize, Qt
+from PySide6.QtCore import QEvent, Qt
 from PySide6.QtGui import QPaintEvent
 from PySide6.QtWidgets import QComboBox, QHBoxLayout, QLabel, QProgressBar, QPushButton, QSizePolicy, QWidget
 
@@ -14,9 +14,10 @@ from protocol.catalogue import DEFAULT_BAUD_RATE
 from protocol.translatable import marked
 from ui.core.connector import Connector
 from ui.core.texts import Texts
-from ui.style.icons import Icon, icon, pixmap
+from ui.style.icons import Icon, pixmap
 from ui.style.painted_widget import paint_banner
 from ui.style.theme import Meaning, Space, current
+from ui.widgets.controls import control
 from ui.widgets.naming import named
 from ui.widgets.sliders import WheelGuard
 
@@ -57,28 +58,23 @@ class RecordingBar(QWidget):
         self.setObjectName("recording_bar")
         self._connector, self._texts = connector, texts
         self._picture = named(QLabel(), "recording_icon")
-        self.label = named(QLabel(), "recording_label")
+        self.label = named(QLabel(), "recording_label", "strong")
         self.label.setTextFormat(Qt.TextFormat.PlainText)
-        self.label.setProperty("role", "strong")
         self.label.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Preferred)
-        self._note = named(QLabel(), "recording_note")
-        self.place = named(QProgressBar(), "recording_place")
+        self._note = control(
+            QLabel(), texts, "recording_note", "Nothing is sent to any module.", says="Nothing is sent to any module."
+        )
+        self.place = control(
+            QProgressBar(), texts, "recording_place", says="Place in the recording", tip="Place in the recording"
+        )
         self.place.setTextVisible(False)
         self.place.setFixedWidth(88)
         self.place.setRange(0, 1000)
         self.speed = self._make_speed()
-        self.again = self._button("recording_again", Icon.AGAIN)
-        self.stop = self._button("recording_stop", Icon.CROSS)
-        texts.bind(self._note.setText, "Nothing is sent to any module.")
-        texts.bind(self._note.setAccessibleName, "Nothing is sent to any module.")
-        texts.bind(self.place.setAccessibleName, "Place in the recording")
-        texts.bind(self.place.setToolTip, "Place in the recording")
-        texts.bind(self.again.setAccessibleName, "Play the recording from the start")
-        texts.bind(self.again.setToolTip, "Play the recording from the start")
-        texts.bind(self.stop.setText, "Stop playing")
-        texts.bind(self.stop.setAccessibleName, "Stop playing the recording")
-        texts.bind(self.stop.setToolTip, "Stop playing; a module can be connected then")
-        self.again.clicked.connect(self._play)
+        self.again = control(QPushButton(), texts, "recording_again", says="Play the recording from the start",
+                             tip="Play the recording from the start", picture=Icon.AGAIN, slot=self._play)  # fmt: skip
+        self.stop = control(QPushButton(), texts, "recording_stop", "Stop playing", says="Stop playing the recording",
+                            tip="Stop playing; a module can be connected then", picture=Icon.CROSS)  # fmt: skip
         self.stop.clicked.connect(connector.disconnect_port)
         row = QHBoxLayout(self)
         row.setContentsMargins(Space.M, Space.XS, Space.M, Space.XS)
@@ -122,12 +118,11 @@ class RecordingBar(QWidget):
             self.speed.blockSignals(False)
 
     def _make_speed(self) -> QComboBox:
-        box = named(QComboBox(), "recording_speed")
+        box = control(QComboBox(), self._texts, "recording_speed", says="Speed of the recording",
+                      tip="How quick it is played; another speed begins from the start")  # fmt: skip
         for speed in SPEEDS:
             box.addItem(f"×{speed:g}", speed)
         box.setCurrentIndex(SPEEDS.index(1.0))
-        self._texts.bind(box.setAccessibleName, "Speed of the recording")
-        self._texts.bind(box.setToolTip, "How quick it is played; another speed begins from the start")
         WheelGuard(self).guard(box)
         box.setSizeAdjustPolicy(QComboBox.SizeAdjustPolicy.AdjustToContents)
         box.currentIndexChanged.connect(self._play)
@@ -148,13 +143,6 @@ class RecordingBar(QWidget):
             self.choose_speed(self._connector.target)
         ratio = self.devicePixelRatioF()
         self._picture.setPixmap(pixmap(Icon.PLAY, 16, current().ink(Meaning.INFORMATION), ratio=ratio))
-
-    @staticmethod
-    def _button(name: str, picture: Icon) -> QPushButton:
-        button = named(QPushButton(), name)
-        button.setIcon(icon(picture))
-        button.setIconSize(QSize(16, 16))
-        return button
 
     # Qt
 

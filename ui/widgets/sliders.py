@@ -5,6 +5,7 @@ from PySide6.QtWidgets import QDoubleSpinBox, QHBoxLayout, QLabel, QSlider, QWid
 
 from ui.core.texts import Texts
 from ui.style.theme import Space
+from ui.widgets.controls import control
 from ui.widgets.naming import named
 
 NUMBER_PX = 104
@@ -34,10 +35,9 @@ def describe(texts: Texts, widget: QWidget, title: str, explanation: str) -> Non
 
 def label_for(texts: Texts, widget: QWidget, title: str) -> QLabel:
     """The label of a form's row."""
-    label = named(QLabel(), f"{widget.objectName()}_label")
+    label = control(QLabel(), texts, f"{widget.objectName()}_label", title)
     label.setBuddy(widget)
     label.setMinimumHeight(widget.sizeHint().height())  # level with the text of its field
-    texts.bind(label.setText, title)
     return label
 
 

@@ -11,8 +11,9 @@ from app.text.i18n import tr
 from ui.acts.act_row import ActRow
 from ui.acts.ritual_widget import RitualWidget
 from ui.services.context import Services
-from ui.style.icons import Icon, icon
+from ui.style.icons import Icon
 from ui.style.theme import Meaning, Size, Space
+from ui.widgets.controls import control
 from ui.widgets.flow_row import FlowRow
 from ui.widgets.naming import named
 from ui.widgets.notice_bar import Notice, NoticeBar
@@ -37,14 +38,11 @@ class CommandsPage(QWidget):
         self.trigger = named(StateChip("", size=Size.TITLE), "commands_trigger")
         texts.bind(self.activation.name_unknown, "Activation unknown")
         texts.bind(self.trigger.name_unknown, "Trigger unknown")
-        self.lock = named(QPushButton(), "commands_lock")
-        self.lock.setProperty("role", "primary")
-        self.lock.setIcon(icon(Icon.LOCK, is_on_primary=True))
+        self.lock = control(QPushButton(), texts, "commands_lock", "LOCK", says="Lock the module",
+                            tip="Put the module into standby, at once", key="Ctrl+L", picture=Icon.LOCK,
+                            role="primary")  # fmt: skip
         self.lock.setIconSize(QSize(20, 20))
         services.lock.bind(self.lock)
-        texts.bind(self.lock.setText, "LOCK")
-        texts.bind(self.lock.setAccessibleName, "Lock the module")
-        texts.bind(self.lock.setToolTip, "Put the module into standby, at once (Ctrl+L)")
         self.said = NoticeBar(texts)
         self.said.setObjectName("commands_said")
         self.acts = {act: ActRow(services, act) for act in DANGEROUS}
@@ -81,8 +79,7 @@ class CommandsPage(QWidget):
 
     def _lay_out(self) -> None:
         texts = self._services.texts
-        card = named(QFrame(), "commands_state")
-        card.setProperty("role", "card")
+        card = named(QFrame(), "commands_state", "card")
         inner = QVBoxLayout(card)
         inner.setContentsMargins(Space.M, Space.M, Space.M, Space.M)
         inner.setSpacing(Space.XS)
@@ -96,8 +93,7 @@ class CommandsPage(QWidget):
         inner.addWidget(self.said)
         heading = text_label("commands_danger_heading", "caption")
         texts.bind(heading.setText, "Dangerous: each asks again, is written into the log first, and is sent once")
-        corner = named(QFrame(), "commands_danger")
-        corner.setProperty("role", "danger-corner")
+        corner = named(QFrame(), "commands_danger", "danger-corner")
         rows = QVBoxLayout(corner)
         rows.setContentsMargins(2, 2, 2, 2)
         rows.setSpacing(0)
@@ -112,10 +108,9 @@ class CommandsPage(QWidget):
         column.addWidget(heading)
         column.addWidget(corner)
         column.addStretch(1)
-        scroll = named(QScrollArea(), "commands_scroll")
+        scroll = control(QScrollArea(), texts, "commands_scroll", says="Commands")
         scroll.setWidgetResizable(True)
         scroll.setWidget(content)
-        texts.bind(scroll.setAccessibleName, "Commands")
         docked = QVBoxLayout()
         docked.setContentsMargins(Space.M, Space.XS, Space.M, Space.S)
         docked.addWidget(self.ritual)

@@ -30,8 +30,9 @@ from ui.core.background_task import BackgroundTask
 from ui.files.file_dialogs import AskPath, ask_path, default_name
 from ui.pages.diagnosis.capture_files import Kept
 from ui.services.context import Services
-from ui.style.icons import Icon, icon
+from ui.style.icons import Icon
 from ui.style.theme import Meaning, Size, Space
+from ui.widgets.controls import control
 from ui.widgets.naming import named
 from ui.widgets.notice_bar import Notice
 
@@ -90,37 +91,31 @@ class BundlePreview(QWidget):
         self._saving: BackgroundTask[Path] = BackgroundTask("dps-s save bundle", self)
         self._folder = Path.home()
         texts = services.texts
-        self._promise = named(QLabel(), "bundle_promise")
+        self._promise = control(QLabel(), texts, "bundle_promise",
+                                "This is all that goes in. Names of the user and the computer were replaced; nothing "
+                                "is sent anywhere.")  # fmt: skip
         self._promise.setWordWrap(True)
-        texts.bind(
-            self._promise.setText,
-            "This is all that goes in. Names of the user and the computer were replaced; nothing is sent anywhere.",
-        )
-        self.parts = named(QListWidget(), "bundle_parts")
+        self.parts = control(QListWidget(), texts, "bundle_parts", says="Files in the bundle")
         self.parts.setFixedWidth(250)
         self.parts.setWordWrap(True)
         self.parts.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
         self.parts.setStyleSheet("QListWidget::item { padding: 6px 8px; }")
         self.parts.currentRowChanged.connect(self._show_part)
-        texts.bind(self.parts.setAccessibleName, "Files in the bundle")
         self._lines = Lines()
-        self.text = named(QListView(), "bundle_text")
+        self.text = control(QListView(), texts, "bundle_text", says="Contents of the chosen file")
         self.text.setModel(self._lines)
         self.text.setUniformItemSizes(True)
         self.text.setTextElideMode(Qt.TextElideMode.ElideNone)
         self.text.setHorizontalScrollMode(QListView.ScrollMode.ScrollPerPixel)
         self.text.setSelectionMode(QListView.SelectionMode.ExtendedSelection)
-        texts.bind(self.text.setAccessibleName, "Contents of the chosen file")
-        self.save = self._button("bundle_save", Icon.BUNDLE, self.choose_and_save, is_main=True)
-        texts.bind(self.save.setText, "Save support bundle …")
-        texts.bind(self.save.setAccessibleName, "Save the support bundle")
-        texts.bind(self.save.setToolTip, "Save exactly what is shown here as one zip file, to send it to whoever helps")
-        self.renew = self._button("bundle_renew", Icon.AGAIN, self.make, is_main=False)
-        texts.bind(self.renew.setText, "Renew")
-        texts.bind(self.renew.setAccessibleName, "Refresh the preview")
-        texts.bind(self.renew.setToolTip, "Refresh the preview, with what happened since")
-        self._where = named(QLabel(), "bundle_log_path")
-        self._where.setProperty("role", "small")
+        self.save = control(QPushButton(), texts, "bundle_save", "Save support bundle …",
+                            says="Save the support bundle",
+                            tip="Save exactly what is shown here as one zip file, to send it to whoever helps",
+                            picture=Icon.BUNDLE, role="primary", slot=self.choose_and_save)  # fmt: skip
+        self.renew = control(QPushButton(), texts, "bundle_renew", "Renew", says="Refresh the preview",
+                             tip="Refresh the preview, with what happened since", picture=Icon.AGAIN,
+                             slot=self.make)  # fmt: skip
+        self._where = named(QLabel(), "bundle_log_path", "small")
         self._where.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
         self._lay_out()
         services.appearance.changed.connect(self._follow_theme)
@@ -224,16 +219,6 @@ class BundlePreview(QWidget):
         self.said.emit(Notice(meaning, text, dismiss=lambda: self.said.emit(None)))
 
     # Making
-
-    @staticmethod
-    def _button(name: str, picture: Icon, act: Callable[[], None], *, is_main: bool) -> QPushButton:
-        button = named(QPushButton(), name)
-        button.setIcon(icon(picture, is_on_primary=is_main))
-        button.setIconSize(QSize(16, 16))
-        if is_main:
-            button.setProperty("role", "primary")
-        button.clicked.connect(act)
-        return button
 
     def _lay_out(self) -> None:
         body = QHBoxLayout()

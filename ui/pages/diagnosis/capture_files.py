@@ -7,7 +7,7 @@ from datetime import UTC, datetime
 from itertools import islice
 from pathlib import Path
 
-from PySide6.QtCore import QSize, QTimer, Signal
+from PySide6.QtCore import QTimer, Signal
 from PySide6.QtWidgets import QHBoxLayout, QPushButton, QWidget
 
 from app import version
@@ -22,9 +22,9 @@ from protocol.events import Event
 from ui.core.background_task import BackgroundTask
 from ui.files.file_dialogs import AskOpen, AskPath, ask_open, ask_path, default_name
 from ui.services.context import Services
-from ui.style.icons import Icon, icon
+from ui.style.icons import Icon
 from ui.style.theme import Meaning, Space
-from ui.widgets.naming import named
+from ui.widgets.controls import control
 from ui.widgets.notice_bar import Choice, Notice
 
 SUFFIX = ".dpscap"
@@ -141,22 +141,13 @@ class CaptureFiles(QWidget):
         self._loading: Loading | None = None
         self._saved_text = ""
         texts = services.texts
-        self.open = self._button("capture_open", Icon.FOLDER)
-        self.save = self._button("capture_save", Icon.SAVE)
-        texts.bind(self.open.setText, "Open capture …")
-        texts.bind(self.open.setAccessibleName, "Open a capture")
-        texts.bind(
-            self.open.setToolTip, "Look at what was recorded, and play it (Ctrl+O); or drop the file on the window"
-        )
-        texts.bind(self.save.setText, "Save capture …")
-        texts.bind(self.save.setAccessibleName, "Save a capture")
-        texts.bind(
-            self.save.setToolTip,
-            "Save the last 60,000 entries of what went over the line, as a text file (Ctrl+S). "
-            "The session's recording, where it is on, holds all of them.",
-        )
-        self.open.clicked.connect(self.choose)
-        self.save.clicked.connect(self.choose_and_save)
+        self.open = control(QPushButton(), texts, "capture_open", "Open capture …", says="Open a capture",
+                            tip="Look at what was recorded, and play it (Ctrl+O); or drop the file on the window",
+                            picture=Icon.FOLDER, slot=self.choose)  # fmt: skip
+        self.save = control(QPushButton(), texts, "capture_save", "Save capture …", says="Save a capture",
+                            tip="Save the last 60,000 entries of what went over the line, as a text file (Ctrl+S). "
+                                "The session's recording, where it is on, holds all of them.", picture=Icon.SAVE,
+                            slot=self.choose_and_save)  # fmt: skip
         row = QHBoxLayout(self)
         row.setContentsMargins(0, 0, 0, 0)
         row.setSpacing(Space.S)
@@ -261,13 +252,6 @@ class CaptureFiles(QWidget):
 
     def _say(self, meaning: Meaning, text: str) -> None:
         self.said.emit(Notice(meaning, text, dismiss=lambda: self.said.emit(None)))
-
-    @staticmethod
-    def _button(name: str, picture: Icon) -> QPushButton:
-        button = named(QPushButton(), name)
-        button.setIcon(icon(picture))
-        button.setIconSize(QSize(16, 16))
-        return button
 
 
 def _refusal(path: Path, error: Exception) -> str:

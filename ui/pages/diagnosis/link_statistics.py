@@ -12,6 +12,7 @@ from ui.plots.link_charts import Histogram, OverTime, ReasonBars, Stretch, perce
 from ui.services.context import Services
 from ui.style.icons import Icon, pixmap
 from ui.style.theme import Meaning, Space, current
+from ui.widgets.controls import control
 from ui.widgets.naming import named
 from ui.widgets.visibility_timer import VisibilityTimer
 
@@ -36,12 +37,10 @@ class Total(QWidget):
     def __init__(self, name: str) -> None:
         super().__init__()
         self.setObjectName(name)
-        self.caption = named(QLabel(), f"{name}_caption")
-        self.caption.setProperty("role", "small")
+        self.caption = named(QLabel(), f"{name}_caption", "small")
         self.caption.setWordWrap(True)
         self.caption.setAlignment(Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignBottom)
-        self.number = named(QLabel(), f"{name}_number")
-        self.number.setProperty("role", "title")
+        self.number = named(QLabel(), f"{name}_number", "title")
         self._sign = named(QLabel(), f"{name}_sign")
         self._sign.setFixedSize(QSize(_ICON_PX, _ICON_PX))
         policy = self._sign.sizePolicy()
@@ -130,23 +129,18 @@ class LinkStatisticsView(QScrollArea):
     # Making
 
     def _segment(self, name: str) -> QToolButton:
-        button = named(QToolButton(), name)
+        button = named(QToolButton(), name, "segment")
         button.setCheckable(True)
         button.setAutoExclusive(True)
-        button.setProperty("role", "segment")
         return button
 
     @staticmethod
     def _caption(services: Services, name: str, english: str) -> QLabel:
-        label = named(QLabel(), name)
-        label.setProperty("role", "caption")
-        services.texts.bind(label.setText, english)
-        return label
+        return control(QLabel(), services.texts, name, english, role="caption")
 
     @staticmethod
     def _card(name: str, *parts: QWidget) -> QFrame:
-        card = named(QFrame(), name)
-        card.setProperty("role", "card")
+        card = named(QFrame(), name, "card")
         column = QVBoxLayout(card)
         column.setContentsMargins(Space.M, Space.S, Space.M, Space.S)
         column.setSpacing(Space.XS)

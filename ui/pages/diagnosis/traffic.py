@@ -29,6 +29,7 @@ from ui.pages.diagnosis.traffic_texts import hex_of, kind_of, meaning_of, raw_of
 from ui.services.context import Services
 from ui.style.icons import Icon, icon
 from ui.style.theme import Size, Space, font
+from ui.widgets.controls import control
 from ui.widgets.naming import named
 from ui.widgets.sliders import WheelGuard
 
@@ -58,20 +59,29 @@ class TrafficPage(QWidget):
         self.model = TrafficModel(self)
         self.table = self._make_table()
         self.detail = self._make_detail()
-        self._count = named(QLabel(), "traffic_count")
-        self._count.setProperty("role", "muted")
+        self._count = named(QLabel(), "traffic_count", "muted")
         self._count.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Preferred)  # before the filter's words
         self.filter = self._make_filter()
         self.search = TrafficSearch(
             self.model, services.texts, find_start=self._search_start, show_row=self._show_found, say=self._tell_found
         )
-        self.pause = self._make_button("traffic_pause", Icon.PAUSE, is_checkable=True)
-        self.mark = self._make_button("traffic_mark", Icon.BOOKMARK)
-        self.copy = self._make_button("traffic_copy", Icon.COPY)
-        self.clear = self._make_button("traffic_clear", Icon.ERASE)
+        texts = self._texts
+        self.pause = control(QToolButton(), texts, "traffic_pause", "Pause", says="Pause the list",
+                             tip="Hold the list still; frames go on being recorded", key="Ctrl+P",
+                             picture=Icon.PAUSE)  # fmt: skip
+        self.pause.setCheckable(True)
+        self.mark = control(QToolButton(), texts, "traffic_mark", "Mark", says="Mark the selected rows",
+                            tip="Mark the selected rows, or take their marks off", key="Ctrl+M", picture=Icon.BOOKMARK,
+                            slot=self.mark_rows)  # fmt: skip
+        self.copy = control(QToolButton(), texts, "traffic_copy", "Copy", says="Copy the selected rows",
+                            tip="Copy the selected rows, or all of them when none is selected", key="Ctrl+C",
+                            picture=Icon.COPY, slot=self.copy_rows)  # fmt: skip
+        self.clear = control(QToolButton(), texts, "traffic_clear", "Clear", says="Clear the list",
+                             tip="Forget all rows", key="Ctrl+Shift+X", picture=Icon.ERASE,
+                             slot=self.clear_rows)  # fmt: skip
         for button in (self.mark, self.copy, self.clear):
             button.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonIconOnly)
-        self._name_buttons()
+        self._add_shortcuts()
         layout = QVBoxLayout(self)
         layout.setContentsMargins(Space.M, Space.S, Space.M, Space.S)
         layout.setSpacing(Space.S)
@@ -113,7 +123,7 @@ class TrafficPage(QWidget):
     # Making
 
     def _make_table(self) -> QTableView:
-        table = named(QTableView(), "traffic_table")
+        table = control(QTableView(), self._texts, "traffic_table", says="Frames sent and received")
         table.setModel(self.model)
         list_rows(table, row_px=_ROW_PX)
         table.setIconSize(QSize(14, 14))
@@ -128,16 +138,14 @@ class TrafficPage(QWidget):
         bar.rangeChanged.connect(self._keep_following)
         table.selectionModel().selectionChanged.connect(self._show_detail)
         self.model.modelReset.connect(self._show_detail)  # which takes the selection away, unsaid
-        self._texts.bind(table.setAccessibleName, "Frames sent and received")
         return table
 
     def _make_detail(self) -> QLabel:
-        label = named(QLabel(), "traffic_detail")
+        label = named(QLabel(), "traffic_detail", "muted")
         label.setWordWrap(True)
         label.setTextInteractionFlags(
             Qt.TextInteractionFlag.TextSelectableByMouse | Qt.TextInteractionFlag.TextSelectableByKeyboard
         )
-        label.setProperty("role", "muted")
         label.setTextFormat(Qt.TextFormat.PlainText)
         label.setMinimumHeight(2 * label.fontMetrics().lineSpacing() + Space.XS)
         label.setAlignment(Qt.AlignmentFlag.AlignTop | Qt.AlignmentFlag.AlignLeft)
@@ -145,42 +153,17 @@ class TrafficPage(QWidget):
         return label
 
     def _make_filter(self) -> QComboBox:
-        box = named(QComboBox(), "traffic_filter")
+        box = control(QComboBox(), self._texts, "traffic_filter", says="Which rows to show", tip="Which rows to show")
         for number, (wanted, title) in enumerate(_FILTERS):
             box.addItem("", wanted)
             self._texts.bind(partial(box.setItemText, number), title)
-        self._texts.bind(box.setAccessibleName, "Which rows to show")
-        self._texts.bind(box.setToolTip, "Which rows to show")
         WheelGuard(self).guard(box)
         box.setSizeAdjustPolicy(QComboBox.SizeAdjustPolicy.AdjustToContents)
         box.currentIndexChanged.connect(self._use_filter)
         return box
 
-    def _make_button(self, name: str, picture: Icon, *, is_checkable: bool = False) -> QToolButton:
-        button = named(QToolButton(), name)
-        button.setIcon(icon(picture))
-        button.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonTextBesideIcon)
-        button.setCheckable(is_checkable)
-        return button
-
-    def _name_buttons(self) -> None:
-        bind = self._texts.bind
-        self._texts.bind(self.pause.setText, "Pause")
-        bind(self.pause.setAccessibleName, "Pause the list")
-        bind(self.pause.setToolTip, "Hold the list still; frames go on being recorded (Ctrl+P)")
+    def _add_shortcuts(self) -> None:
         self.pause.toggled.connect(self._pause)
-        bind(self.mark.setText, "Mark")
-        bind(self.mark.setAccessibleName, "Mark the selected rows")
-        bind(self.mark.setToolTip, "Mark the selected rows, or take their marks off (Ctrl+M)")
-        self.mark.clicked.connect(self.mark_rows)
-        bind(self.copy.setText, "Copy")
-        bind(self.copy.setAccessibleName, "Copy the selected rows")
-        bind(self.copy.setToolTip, "Copy the selected rows, or all of them when none is selected (Ctrl+C)")
-        self.copy.clicked.connect(self.copy_rows)
-        bind(self.clear.setText, "Clear")
-        bind(self.clear.setAccessibleName, "Clear the list")
-        bind(self.clear.setToolTip, "Forget all rows (Ctrl+Shift+X)")
-        self.clear.clicked.connect(self.clear_rows)
         self._add_shortcut("traffic_pause_key", "Ctrl+P", self.pause.toggle)
         self._add_shortcut("traffic_mark_key", "Ctrl+M", self.mark_rows)
         self._add_shortcut("traffic_search_key", QKeySequence.StandardKey.Find, self._go_to_search)

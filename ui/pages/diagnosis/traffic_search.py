@@ -10,9 +10,9 @@ from PySide6.QtWidgets import QHBoxLayout, QLineEdit, QToolButton, QWidget
 from ui.core.texts import Texts
 from ui.pages.diagnosis.traffic_model import TrafficModel
 from ui.pages.diagnosis.traffic_texts import Row, kind_of, meaning_of, raw_of
-from ui.style.icons import Icon, icon
+from ui.style.icons import Icon
 from ui.style.theme import Space
-from ui.widgets.naming import named
+from ui.widgets.controls import control
 
 _LOOKS_FOR_S = 0.01
 """Before the window gets its turn again."""
@@ -49,27 +49,24 @@ class TrafficSearch(QWidget):
         super().__init__()
         self.setObjectName("traffic_search")
         self._model, self._find_start, self._show_row, self._say = model, find_start, show_row, say
-        self.field = named(QLineEdit(), "traffic_search_text")
+        self.field = control(QLineEdit(), texts, "traffic_search_text", says="Search in the rows",
+                             tip="Bytes such as 41 75, or words; Enter goes to the next row", key="Ctrl+F")  # fmt: skip
         self.field.setClearButtonEnabled(True)
         self.clear = self.field.findChild(QToolButton)
         self.field.setMinimumWidth(120)
         self.field.setMaximumWidth(200)
-        self.next = self._button("traffic_search_next", Icon.CHEVRON_DOWN)
-        self.before = self._button("traffic_search_before", Icon.CHEVRON_UP)
+        self.next = control(QToolButton(), texts, "traffic_search_next", says="Next row found",
+                            tip="Next row found (Enter)", picture=Icon.CHEVRON_DOWN, slot=self.find_next)  # fmt: skip
+        self.before = control(QToolButton(), texts, "traffic_search_before", says="Row found before",
+                              tip="Row found before (Shift+Enter)", picture=Icon.CHEVRON_UP,
+                              slot=self.find_before)  # fmt: skip
+        for button in (self.next, self.before):
+            button.setIconSize(QSize(14, 14))
+            button.setStyleSheet("QToolButton { padding: 4px; }")
         texts.bind(self.field.setPlaceholderText, "Search")
-        texts.bind(self.field.setAccessibleName, "Search in the rows")
-        texts.bind(self.field.setToolTip, "Bytes such as 41 75, or words; Enter goes to the next row (Ctrl+F)")
-        texts.bind(self.next.setAccessibleName, "Next row found")
-        texts.bind(self.next.setToolTip, "Next row found (Enter)")
-        texts.bind(self.before.setAccessibleName, "Row found before")
-        texts.bind(self.before.setToolTip, "Row found before (Shift+Enter)")
         if isinstance(self.clear, QToolButton):  # made by Qt
-            named(self.clear, "traffic_search_clear")
+            control(self.clear, texts, "traffic_search_clear", says="Clear the search", tip="Clear the search")
             self.clear.setStyleSheet("QToolButton { border: none; background: transparent; padding: 0; margin: 0; }")
-            texts.bind(self.clear.setAccessibleName, "Clear the search")
-            texts.bind(self.clear.setToolTip, "Clear the search")
-        self.next.clicked.connect(self.find_next)
-        self.before.clicked.connect(self.find_before)
         self.field.textEdited.connect(self._reset)
         row = QHBoxLayout(self)
         row.setContentsMargins(0, 0, 0, 0)
@@ -151,11 +148,3 @@ class TrafficSearch(QWidget):
             (self.find_before if is_back else self.find_next)()
             return
         super().keyPressEvent(event)
-
-    @staticmethod
-    def _button(name: str, picture: Icon) -> QToolButton:
-        button = named(QToolButton(), name)
-        button.setIcon(icon(picture))
-        button.setIconSize(QSize(14, 14))
-        button.setStyleSheet("QToolButton { padding: 4px; }")
-        return button

@@ -25,7 +25,9 @@ from ui.core.background_task import BackgroundTask
 from ui.services.context import Services
 from ui.style.icons import MEANING_ICONS, Icon, icon, pixmap
 from ui.style.theme import Meaning, Size, Space, current
+from ui.widgets.controls import control
 from ui.widgets.naming import named
+from ui.widgets.text_labels import text_label
 from ui.widgets.visibility_timer import VisibilityTimer
 
 REFRESH_EVERY_MS: Final = 500
@@ -98,16 +100,15 @@ class WhyPanel(QScrollArea):
         self._asking: BackgroundTask[AdapterFacts] = BackgroundTask("dps-s adapter facts", self)
         self.diagnosis: Diagnosis | None = None
         self._picture = named(QLabel(), "why_icon")
-        self.what = self._label("why_what", "title")
-        self.next_step = self._label("why_next_step", "")
-        self.command = self._label("why_command", "")
-        self.act = named(QPushButton(), "why_act")
-        self.act.setProperty("role", "primary")
+        self.what = text_label("why_what", "title", is_selectable=True)
+        self.next_step = text_label("why_next_step", "", is_selectable=True)
+        self.command = text_label("why_command", "", is_selectable=True)
+        self.act = named(QPushButton(), "why_act", "primary")
         self.act.clicked.connect(self._do)
         self._remedy: Remedy | None = None
         self._meaning = Meaning.UNKNOWN
         self._texts.bind(self.setAccessibleName, "Why does it not connect?")
-        self.seen = {key: self._label(f"why_seen_{key}", "") for key, _ in _SEEN}
+        self.seen = {key: text_label(f"why_seen_{key}", "", is_selectable=True) for key, _ in _SEEN}
         self._lay_out()
         self._connector.changed.connect(self._notice_target)
         self._connector.ports.listed.connect(self._notice_ports)
@@ -261,20 +262,8 @@ class WhyPanel(QScrollArea):
 
     # Making
 
-    def _label(self, name: str, role: str) -> QLabel:
-        label = named(QLabel(), name)
-        label.setWordWrap(True)
-        label.setTextFormat(Qt.TextFormat.PlainText)
-        label.setTextInteractionFlags(
-            Qt.TextInteractionFlag.TextSelectableByMouse | Qt.TextInteractionFlag.TextSelectableByKeyboard
-        )
-        if role:
-            label.setProperty("role", role)
-        return label
-
     def _lay_out(self) -> None:
-        card = named(QFrame(), "why_card")
-        card.setProperty("role", "card")
+        card = named(QFrame(), "why_card", "card")
         said = QVBoxLayout()
         said.setSpacing(Space.S)
         for label in (self.what, self.next_step, self.command):
@@ -290,9 +279,7 @@ class WhyPanel(QScrollArea):
         row.setSpacing(Space.L)
         row.addWidget(self._picture, 0, Qt.AlignmentFlag.AlignTop)
         row.addLayout(said, 1)
-        title = named(QLabel(), "why_seen_title")
-        title.setProperty("role", "caption")
-        self._texts.bind(title.setText, "What was seen")
+        title = control(QLabel(), self._texts, "why_seen_title", "What was seen", role="caption")
         grid = QGridLayout()
         grid.setHorizontalSpacing(Space.XL)
         grid.setVerticalSpacing(Space.XS)

@@ -13,8 +13,9 @@ from protocol.catalogue import DEFAULT_BAUD_RATE
 from ui.connect.connect_panel import SIMULATED_PORT
 from ui.pages.live.tour_offer import TourOffer
 from ui.services.context import Services
-from ui.style.icons import Icon, icon, pixmap
+from ui.style.icons import Icon, pixmap
 from ui.style.theme import Space, current
+from ui.widgets.controls import control
 from ui.widgets.naming import named
 
 _TEXT_PX: Final = 500
@@ -30,38 +31,25 @@ class EmptyPage(QWidget):
         self.setObjectName("live_empty")
         self._connector = services.connector
         self._picture = named(QLabel(), "live_empty_icon")
-        self._title = named(QLabel(), "live_empty_title")
-        self._title.setProperty("role", "title")
+        self._title = named(QLabel(), "live_empty_title", "title")
         self.text = named(QLabel(), "live_empty_text")
-        self._way = named(QLabel(), "live_empty_way")
-        self._way.setProperty("role", "muted")
+        texts = services.texts
+        self._way = control(QLabel(), texts, "live_empty_way",
+                            "1. Connect: plug the adapter in and choose its port.\n2. Settings: compare each value "
+                            "with the vendor's advice beside it.\n3. Pre-flight: run the check before each flight; "
+                            "activate; it must say GO.", role="muted")  # fmt: skip
         self._remembered = services.preferences
         self.offer = TourOffer(services, self._begin_tour)
-        self.choose = named(QPushButton(), "live_choose_port")
-        self.choose.setProperty("role", "primary")
-        self.choose.setIcon(icon(Icon.PLUG, is_on_primary=True))
-        self.choose.clicked.connect(self._choose_port)
-        self.simulate = named(QPushButton(), "live_simulate")
-        self.simulate.setIcon(icon(Icon.SIMULATOR))
-        self.simulate.clicked.connect(self._simulate)
-        self.recordings = named(QPushButton(), "live_recordings")
-        self.recordings.setIcon(icon(Icon.RECORDINGS))
+        self.choose = control(QPushButton(), texts, "live_choose_port", "Choose a port …", says="Choose a port",
+                              tip="Choose the port that the module is plugged into", key="Ctrl+K", picture=Icon.PLUG,
+                              role="primary", slot=self._choose_port)  # fmt: skip
+        self.simulate = control(QPushButton(), texts, "live_simulate", "Simulated module",
+                                says="Connect to the simulated module", tip="Try everything without a module",
+                                picture=Icon.SIMULATOR, slot=self._simulate)  # fmt: skip
+        self.recordings = control(QPushButton(), texts, "live_recordings", "Recordings",
+                                  tip="Look at what was recorded before; that needs no module",
+                                  picture=Icon.RECORDINGS)  # fmt: skip
         texts = services.texts
-        texts.bind(self.choose.setText, "Choose a port …")
-        texts.bind(self.choose.setAccessibleName, "Choose a port")
-        texts.bind(self.choose.setToolTip, "Choose the port that the module is plugged into (Ctrl+K)")
-        texts.bind(self.simulate.setText, "Simulated module")
-        texts.bind(self.simulate.setAccessibleName, "Connect to the simulated module")
-        texts.bind(self.simulate.setToolTip, "Try everything without a module")
-        texts.bind(self.recordings.setText, "Recordings")
-        texts.bind(self.recordings.setAccessibleName, "Recordings")
-        texts.bind(self.recordings.setToolTip, "Look at what was recorded before; that needs no module")
-        texts.bind(
-            self._way.setText,
-            "1. Connect: plug the adapter in and choose its port.\n"
-            "2. Settings: compare each value with the vendor's advice beside it.\n"
-            "3. Pre-flight: run the check before each flight; activate; it must say GO.",
-        )
         for label in (self._picture, self._title, self.text):
             label.setAlignment(Qt.AlignmentFlag.AlignHCenter)
         for label in (self._title, self.text, self._way):

@@ -2,7 +2,7 @@
 
 from typing import Final
 
-from PySide6.QtCore import QEvent, QSize, Qt, Signal
+from PySide6.QtCore import QEvent, Qt, Signal
 from PySide6.QtGui import QPaintEvent, QResizeEvent
 from PySide6.QtWidgets import QHBoxLayout, QLabel, QPushButton, QSizePolicy, QWidget
 
@@ -11,9 +11,10 @@ from app.recordings.entry_texts import remarks, told
 from app.recordings.recording import Recording
 from app.text.i18n import tr
 from ui.core.texts import Texts
-from ui.style.icons import Icon, icon, pixmap
+from ui.style.icons import Icon, pixmap
 from ui.style.painted_widget import paint_banner
 from ui.style.theme import Meaning, Space, current
+from ui.widgets.controls import control
 from ui.widgets.naming import named
 
 _ICON_PX: Final = 16
@@ -30,17 +31,12 @@ class RecordedBanner(QWidget):
         self.setObjectName("recorded_banner")
         self._recording: Recording | None = None
         self._picture = named(QLabel(), "recorded_icon")
-        self.label = named(QLabel(), "recorded_label")
-        self.label.setProperty("role", "strong")
+        self.label = named(QLabel(), "recorded_label", "strong")
         self.label.setTextFormat(Qt.TextFormat.PlainText)
         self.label.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Preferred)
-        self.back = named(QPushButton(), "recorded_back")
-        self.back.setIcon(icon(Icon.TO_LIVE))
-        self.back.setIconSize(QSize(_ICON_PX, _ICON_PX))
-        texts.bind(self.back.setText, "Back to live")
-        texts.bind(self.back.setAccessibleName, "Back to live")
-        texts.bind(self.back.setToolTip, "Close the recording and show the module as it is now (Esc)")
-        self.back.clicked.connect(self.left)
+        self.back = control(QPushButton(), texts, "recorded_back", "Back to live",
+                            tip="Close the recording and show the module as it is now", key="Esc", picture=Icon.TO_LIVE,
+                            slot=self.left)  # fmt: skip
         row = QHBoxLayout(self)
         row.setContentsMargins(Space.M, Space.XS, Space.S, Space.XS)
         row.setSpacing(Space.S)

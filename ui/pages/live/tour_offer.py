@@ -2,13 +2,12 @@
 
 from collections.abc import Callable
 
-from PySide6.QtCore import QSize
 from PySide6.QtWidgets import QFrame, QHBoxLayout, QPushButton, QVBoxLayout
 
 from ui.services.context import Services
-from ui.style.icons import Icon, icon
+from ui.style.icons import Icon
 from ui.style.theme import Space
-from ui.widgets.naming import named
+from ui.widgets.controls import control
 from ui.widgets.text_labels import text_label
 
 
@@ -23,23 +22,15 @@ class TourOffer(QFrame):
         self._begin = begin
         texts = services.texts
         self.text = text_label("live_tour_text", "")
-        self.take = named(QPushButton(), "live_tour")
-        self.take.setIcon(icon(Icon.LIVE))
-        self.take.setIconSize(QSize(16, 16))
-        self.decline = named(QPushButton(), "live_tour_decline")
-        self.decline.setProperty("role", "quiet")
+        self.take = control(QPushButton(), texts, "live_tour", "Take the tour",
+                            tip="Eight steps through the real window, on a simulated module", picture=Icon.LIVE,
+                            slot=self._take)  # fmt: skip
+        self.decline = control(QPushButton(), texts, "live_tour_decline", "Not now", says="Do not take the tour now",
+                               tip="The tour stays in the Help menu", role="quiet", slot=self._decline)  # fmt: skip
         texts.bind(
             self.text.setText,
             "New here? The tour goes from the first connection to GO in a few minutes, on a simulated module.",
         )
-        texts.bind(self.take.setText, "Take the tour")
-        texts.bind(self.take.setAccessibleName, "Take the tour")
-        texts.bind(self.take.setToolTip, "Eight steps through the real window, on a simulated module")
-        texts.bind(self.decline.setText, "Not now")
-        texts.bind(self.decline.setAccessibleName, "Do not take the tour now")
-        texts.bind(self.decline.setToolTip, "The tour stays in the Help menu")
-        self.take.clicked.connect(self._take)
-        self.decline.clicked.connect(self._decline)
         buttons = QHBoxLayout()
         buttons.setSpacing(Space.S)
         buttons.addStretch(1)

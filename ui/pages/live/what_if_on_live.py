@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from math import inf
 from typing import Final
 
-from PySide6.QtCore import QObject, QSize, Qt
+from PySide6.QtCore import QObject
 from PySide6.QtWidgets import QToolButton, QWidget
 
 from app.firing.what_if_drafts import ATTITUDE_THRESHOLD, FREEFALL_ACCELERATION, TRIED, SettingSource
@@ -14,8 +14,8 @@ from ui.pages.live.data import LiveData
 from ui.pages.live.panel import LivePanel
 from ui.pages.live.what_if_panel import WIDTH_PX, WhatIfPanel
 from ui.services.context import Services
-from ui.style.icons import Icon, icon
-from ui.widgets.naming import named
+from ui.style.icons import Icon
+from ui.widgets.controls import control
 
 BESIDE_PX: Final = 1240
 """From this width of the page on there is room for the numbers too."""
@@ -30,15 +30,10 @@ class WhatIfOnLive(QObject):
         self._recording: Recording | None = None
         self.panel = WhatIfPanel(services)
         self.panel.hide()
-        self.button = named(QToolButton(), "live_would_fire")
+        self.button = control(QToolButton(), services.texts, "live_would_fire", "Would it have fired?",
+                              tip="Try thresholds on what was measured; nothing is sent", key="Ctrl+T",
+                              picture=Icon.PARACHUTE)  # fmt: skip
         self.button.setCheckable(True)
-        self.button.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonTextBesideIcon)
-        self.button.setIcon(icon(Icon.PARACHUTE))
-        self.button.setIconSize(QSize(16, 16))
-        texts = services.texts
-        texts.bind(self.button.setText, "Would it have fired?")
-        texts.bind(self.button.setAccessibleName, "Would it have fired?")
-        texts.bind(self.button.setToolTip, "Try thresholds on what was measured; nothing is sent (Ctrl+T)")
         self.button.toggled.connect(self._show)
         self.panel.closed.connect(lambda: self.button.setChecked(False))
         services.exchange.tried.connect(self._try)

@@ -25,15 +25,15 @@ from app.firing.what_if_series import Measured, WhatIfJudgement
 from app.text.i18n import tr
 from protocol.catalogue import Command
 from protocol.fields import Value
-from protocol.translatable import marked
 from ui.pages.live import what_if_words as fired_words
 from ui.pages.live.what_if_fields import WhatIfFields
 from ui.pages.live.what_if_lines import DraftLines
 from ui.pages.live.what_if_words import WhatIfRow, WhatIfVerdict
 from ui.plots.axis import clock_text
 from ui.services.context import Services
-from ui.style.icons import Icon, icon, pixmap
+from ui.style.icons import Icon, pixmap
 from ui.style.theme import Space, current
+from ui.widgets.controls import control
 from ui.widgets.flow_row import FlowRow
 from ui.widgets.naming import named
 from ui.widgets.sliders import WheelGuard
@@ -183,46 +183,32 @@ class WhatIfPanel(QFrame):
         self._icon.setFixedSize(QSize(20, 20))
         self.head = text_label("fired_head", "strong")
         self.details = text_label("fired_details", "small")
-        self.list = named(QListWidget(), "fired_list")
+        self.list = control(QListWidget(), texts, "fired_list", says="When it would have fired, and near misses",
+                            tip="Click, or press Return, to see it in the plots")  # fmt: skip
         self.list.setWordWrap(True)
         self.list.setFixedHeight(_LIST_PX)
         self.list.setIconSize(QSize(16, 16))
         self.list.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
         self.list.hide()
-        texts.bind(self.list.setAccessibleName, "When it would have fired, and near misses")
-        texts.bind(self.list.setToolTip, "Click, or press Return, to see it in the plots")
         self.fields = WhatIfFields(self.wanted, texts, WheelGuard(self))
-        self.locked = named(QCheckBox(), "fired_locked")
+        self.locked = control(QCheckBox(), texts, "fired_locked", "Also while it was locked",
+                              tip="Judge what a locked module measured as if it had been active")  # fmt: skip
         self.locked.setChecked(True)
-        texts.bind(self.locked.setText, "Also while it was locked")
-        texts.bind(self.locked.setAccessibleName, "Also while it was locked")
-        texts.bind(self.locked.setToolTip, "Judge what a locked module measured as if it had been active")
-        self.as_module = _button(
-            services,
-            "fired_as_module",
-            marked("As the module has it"),
-            marked("Try what the module has: drop what was typed here"),
-        )
-        self.from_settings = _button(
-            services,
-            "fired_from_settings",
-            marked("From Settings"),
-            marked("Try what is wanted on the Settings page and not sent yet"),
-        )
-        self.use = _button(
-            services,
-            "fired_use",
-            marked("Use in Settings"),
-            marked("Want these values on the Settings page; nothing is sent until they are written there"),
-        )
-        self.about = named(QToolButton(), "fired_about")
+        self.as_module = control(QPushButton(), texts, "fired_as_module", "As the module has it",
+                                 tip="Try what the module has: drop what was typed here")  # fmt: skip
+        self.from_settings = control(QPushButton(), texts, "fired_from_settings", "From Settings",
+                                     tip="Try what is wanted on the Settings page and not sent yet",
+                                     slot=self._take_from_settings)  # fmt: skip
+        self.use = control(QPushButton(), texts, "fired_use", "Use in Settings",
+                           tip="Want these values on the Settings page; nothing is sent until they are written there",
+                           slot=self._use)  # fmt: skip
+        self.about = control(QToolButton(), texts, "fired_about",
+                             tip="What the vendor says of the triggers, and what is assumed", picture=Icon.INFORMATION,
+                             role="quiet")  # fmt: skip
         self.about.setCheckable(True)
-        self.about.setProperty("role", "quiet")
-        self.about.setIcon(icon(Icon.INFORMATION))
         self.about.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonTextBesideIcon)
         for set_text in (self.about.setText, self.about.setAccessibleName):
             texts.bind(set_text, "How this is judged")
-        texts.bind(self.about.setToolTip, "What the vendor says of the triggers, and what is assumed")
         self.rules = text_label("fired_rules", "small")
         self.rules.hide()
         self._lay_out(services)
@@ -231,8 +217,6 @@ class WhatIfPanel(QFrame):
         self.list.itemClicked.connect(self._look)
         self.list.itemActivated.connect(self._look)
         self.as_module.clicked.connect(partial(self.open_with, {}))
-        self.from_settings.clicked.connect(self._take_from_settings)
-        self.use.clicked.connect(self._use)
         self.about.toggled.connect(self.rules.setVisible)
         services.texts.bind(self._retell, "How this is judged")
         services.appearance.changed.connect(self._follow_theme)
@@ -241,12 +225,8 @@ class WhatIfPanel(QFrame):
         texts = services.texts
         title = text_label("fired_title", "strong")
         texts.bind(title.setText, "Would it have fired?")
-        close = named(QToolButton(), "fired_close")
-        close.setProperty("role", "quiet")
-        close.setIcon(icon(Icon.CROSS))
-        texts.bind(close.setAccessibleName, "Close this panel")
-        texts.bind(close.setToolTip, "Close this panel (Esc)")
-        close.clicked.connect(self._close)
+        close = control(QToolButton(), texts, "fired_close", says="Close this panel", tip="Close this panel", key="Esc",
+                        picture=Icon.CROSS, role="quiet", slot=self._close)  # fmt: skip
         note = text_label("fired_note", "small")
         texts.bind(note.setText, "A calculation. Nothing is sent to the module.")
         head = QHBoxLayout()
@@ -270,13 +250,12 @@ class WhatIfPanel(QFrame):
         column.addWidget(self.about, 0, Qt.AlignmentFlag.AlignLeft)
         column.addWidget(self.rules)
         column.addStretch(1)
-        scroll = named(QScrollArea(), "fired_scroll")
+        scroll = control(QScrollArea(), texts, "fired_scroll", says="Would it have fired?")
         scroll.setWidgetResizable(True)
         scroll.setWidget(content)
         for ground in (scroll.viewport(), content):
             ground.setAutoFillBackground(False)  # the card's shows
         scroll.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
-        texts.bind(scroll.setAccessibleName, "Would it have fired?")
         whole = QVBoxLayout(self)
         whole.setContentsMargins(Space.M, Space.S, Space.XS, Space.S)
         whole.setSpacing(Space.XS)
@@ -309,13 +288,3 @@ class WhatIfPanel(QFrame):
         super().changeEvent(event)
         if event.type() == QEvent.Type.DevicePixelRatioChange and hasattr(self, "_said"):
             self._follow_theme()
-
-
-def _button(services: Services, name: str, english: str, tip: str) -> QPushButton:
-    button = named(QPushButton(), name)
-    button.setAutoDefault(False)
-    texts = services.texts
-    texts.bind(button.setText, english)
-    texts.bind(button.setAccessibleName, english)
-    texts.bind(button.setToolTip, tip)
-    return button

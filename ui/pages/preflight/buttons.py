@@ -1,13 +1,12 @@
 """Button row of the Pre-flight page: the main button at the right."""
 
-from PySide6.QtCore import QSize
 from PySide6.QtWidgets import QPushButton, QWidget
 
-from protocol.translatable import marked
 from ui.core.texts import Texts
 from ui.pages.preflight.controller import PreflightController, Standing
 from ui.style.icons import Icon, icon
 from ui.style.theme import Space
+from ui.widgets.controls import control
 from ui.widgets.flow_row import FlowRow
 from ui.widgets.step_button import StepButton
 
@@ -17,22 +16,22 @@ class PreflightButtons(QWidget):
         super().__init__()
         self.setObjectName("preflight_buttons")
         self._texts = texts
-        self.run = self._button("preflight_run", None, marked("Run the check"),
-                                marked("Run all checks: questions only (Ctrl+Return)"))  # fmt: skip
+        self.run = control(QPushButton(), texts, "preflight_run", "Run the check", tip="Run all checks: questions only",
+                           key="Ctrl+Return")  # fmt: skip
         self._main: QPushButton | None = None
         # Cancel goes when the check ends: a press that comes too late must not enable anything.
-        self.enable = StepButton()
-        self._prepare(self.enable, "preflight_enable", None, marked("Enable triggers and check"),
-                      marked("Enable both automatic triggers on the module, and check again"))  # fmt: skip
-        self.cancel = StepButton(is_safe=True)
-        self._prepare(self.cancel, "preflight_cancel", Icon.CROSS, marked("Cancel"),
-                      marked("Break the check off; it is void then (Esc)"))  # fmt: skip
-        self.print = self._button("preflight_print", Icon.SAVE, marked("Print report …"),
-                                  marked("Print the check as PDF, HTML and JSON (Ctrl+P)"))  # fmt: skip
-        self.history = self._button("preflight_history", Icon.HISTORY, marked("Past checks"),
-                                    marked("All checks that are kept, and what they measured (Ctrl+H)"))  # fmt: skip
-        self.verify = self._button("preflight_verify", Icon.DIAGNOSIS, marked("Verify a file …"),
-                                   marked("Was a record or a report altered? Or drop the file here"))  # fmt: skip
+        self.enable = control(StepButton(), texts, "preflight_enable", "Enable triggers and check",
+                              tip="Enable both automatic triggers on the module, and check again")  # fmt: skip
+        self.cancel = control(StepButton(is_safe=True), texts, "preflight_cancel", "Cancel",
+                              tip="Break the check off; it is void then", key="Esc", picture=Icon.CROSS)  # fmt: skip
+        self.print = control(QPushButton(), texts, "preflight_print", "Print report …",
+                             tip="Print the check as PDF, HTML and JSON", key="Ctrl+P", picture=Icon.SAVE)  # fmt: skip
+        self.history = control(QPushButton(), texts, "preflight_history", "Past checks",
+                               tip="All checks that are kept, and what they measured", key="Ctrl+H",
+                               picture=Icon.HISTORY)  # fmt: skip
+        self.verify = control(QPushButton(), texts, "preflight_verify", "Verify a file …",
+                              tip="Was a record or a report altered? Or drop the file here",
+                              picture=Icon.DIAGNOSIS)  # fmt: skip
         row = FlowRow(self)
         row.setContentsMargins(Space.M, Space.XS, Space.M, Space.S)
         row.add(self.history, self.verify, self.print)
@@ -58,17 +57,3 @@ class PreflightButtons(QWidget):
             button.setProperty("role", "primary" if button is main else "")
             button.style().unpolish(button)
             button.style().polish(button)
-
-    def _button(self, name: str, picture: Icon | None, english: str, tip: str) -> QPushButton:
-        button = QPushButton()
-        self._prepare(button, name, picture, english, tip)
-        return button
-
-    def _prepare(self, button: QPushButton, name: str, picture: Icon | None, english: str, tip: str) -> None:
-        button.setObjectName(name)
-        if picture is not None:
-            button.setIcon(icon(picture))
-            button.setIconSize(QSize(16, 16))
-        self._texts.bind(button.setText, english)
-        self._texts.bind(button.setAccessibleName, english)
-        self._texts.bind(button.setToolTip, tip)

@@ -31,6 +31,7 @@ from ui.plots.trend import Trend
 from ui.services.context import Services
 from ui.style.icons import Icon, icon
 from ui.style.theme import Meaning, Size, Space, font
+from ui.widgets.controls import control
 from ui.widgets.naming import named
 from ui.widgets.sliders import WheelGuard
 
@@ -93,25 +94,19 @@ class CheckHistory(QWidget):
         self._services = services
         self.checks: tuple[KeptCheck, ...] = ()
         texts = services.texts
-        self.filter = named(QComboBox(), "check_history_filter")
+        self.filter = control(QComboBox(), texts, "check_history_filter", says="Whose checks",
+                              tip="The checks of one module, or of one aircraft")  # fmt: skip
         self.filter.setSizeAdjustPolicy(QComboBox.SizeAdjustPolicy.AdjustToContents)
         guard.guard(self.filter)
-        texts.bind(self.filter.setAccessibleName, "Whose checks")
-        texts.bind(self.filter.setToolTip, "The checks of one module, or of one aircraft")
-        self.count = named(QLabel(), "check_history_count")
-        self.count.setProperty("role", "muted")
+        self.count = named(QLabel(), "check_history_count", "muted")
         self.table = self._make_table()
         self.trends = {one.name: Trend(f"trend_{one.name}") for one in FOLLOWED}
-        self.back = self._button("check_history_back", Icon.CHEVRON_LEFT)
-        texts.bind(self.back.setText, "Back to the check")
-        texts.bind(self.back.setAccessibleName, "Back to the check")
-        texts.bind(self.back.setToolTip, "Back to the check (Esc)")
-        self.print = self._button("check_history_print", Icon.SAVE)
-        texts.bind(self.print.setText, "Print this record …")
-        texts.bind(self.print.setAccessibleName, "Print the chosen record")
-        texts.bind(self.print.setToolTip, "Print the chosen record as it was kept, with its time")
-        self.back.clicked.connect(self.closed)
-        self.print.clicked.connect(self._print)
+        self.back = control(QPushButton(), texts, "check_history_back", "Back to the check", tip="Back to the check",
+                            key="Esc", picture=Icon.CHEVRON_LEFT, slot=self.closed)  # fmt: skip
+        self.print = control(QPushButton(), texts, "check_history_print", "Print this record …",
+                             says="Print the chosen record",
+                             tip="Print the chosen record as it was kept, with its time", picture=Icon.SAVE,
+                             slot=self._print)  # fmt: skip
         self.filter.activated.connect(self.refresh_rows)
         self.table.itemSelectionChanged.connect(self._enable)
         self.stations = StationsRow(lambda: services.storage.folder, texts, guard)
@@ -200,7 +195,9 @@ class CheckHistory(QWidget):
     # Making
 
     def _make_table(self) -> QTableWidget:
-        table = named(QTableWidget(0, len(Column)), "check_history_table")
+        table = control(
+            QTableWidget(0, len(Column)), self._services.texts, "check_history_table", says="Checks that are kept"
+        )
         list_rows(table, row_px=_ROW_PX)
         table.setSelectionMode(QAbstractItemView.SelectionMode.SingleSelection)
         table.setFont(font(Size.SMALL))
@@ -210,13 +207,7 @@ class CheckHistory(QWidget):
         columns.setStretchLastSection(True)
         for column, width in ((0, 200), (1, 110), (2, 130), (3, 130), (4, 130)):
             table.setColumnWidth(column, width)
-        self._services.texts.bind(table.setAccessibleName, "Checks that are kept")
         return table
-
-    def _button(self, name: str, picture: Icon) -> QPushButton:
-        button = named(QPushButton(), name)
-        button.setIcon(icon(picture))
-        return button
 
     def _lay_out(self) -> None:
         head = QHBoxLayout()

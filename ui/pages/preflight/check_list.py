@@ -13,6 +13,7 @@ from ui.core.texts import Texts
 from ui.pages.preflight.controller import PreflightController, Standing, Statement
 from ui.pages.preflight.row import CheckRow, ManualRow
 from ui.style.theme import Space
+from ui.widgets.controls import control
 from ui.widgets.naming import named
 
 STATEMENTS: Final = {
@@ -40,10 +41,8 @@ class CheckList(QScrollArea):
         self.manual: list[ManualRow] = []
         self._manual_card, self._manual_rows = _card("preflight_manual")
         self._manual_card.hide()
-        self.explain = named(QCheckBox(), "preflight_explain")
-        texts.bind(self.explain.setText, "Explain every check")
-        texts.bind(self.explain.setAccessibleName, "Explain every check")
-        texts.bind(self.explain.setToolTip, "Say why each check matters, also where it passes")
+        self.explain = control(QCheckBox(), texts, "preflight_explain", "Explain every check",
+                               tip="Say why each check matters, also where it passes")  # fmt: skip
         card, rows = _card("preflight_checks")
         for row in self.rows.values():
             rows.addWidget(row)
@@ -124,8 +123,7 @@ class CheckList(QScrollArea):
 
 
 def _card(name: str) -> tuple[QFrame, QVBoxLayout]:
-    card = named(QFrame(), name)
-    card.setProperty("role", "card")
+    card = named(QFrame(), name, "card")
     rows = QVBoxLayout(card)
     rows.setContentsMargins(1, 1, 1, 1)
     rows.setSpacing(0)

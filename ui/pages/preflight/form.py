@@ -20,6 +20,7 @@ from ui.connect.module_field import ModuleField
 from ui.files.file_dialogs import AskOpen, ask_profile
 from ui.services.context import Services
 from ui.style.theme import Space
+from ui.widgets.controls import control
 from ui.widgets.naming import named
 from ui.widgets.sliders import WheelGuard
 
@@ -40,34 +41,32 @@ class PreflightForm(QWidget):
         self.ask_open: AskOpen = ask_profile
         self.profile: Profile | None = None
         texts, preferences = services.texts, services.preferences
-        self.who = named(QLineEdit(preferences.who), "preflight_who")
+        self.who = control(QLineEdit(preferences.who), texts, "preflight_who", says="Checked by",
+                           tip="Your name, as it will stand in the record")  # fmt: skip
         self.who.setMaxLength(LONGEST_NAME)
         self.module = ModuleField("preflight_module", services.naming, texts, guard)
-        self.aircraft = named(QComboBox(), "preflight_aircraft")
+        self.aircraft = control(
+            QComboBox(), texts, "preflight_aircraft", says="Aircraft", tip="The aircraft that the module sits in"
+        )
         self.aircraft.setEditable(True)
         self.aircraft.setInsertPolicy(QComboBox.InsertPolicy.NoInsert)
         self.aircraft.setMinimumContentsLength(8)
         self.aircraft.setSizeAdjustPolicy(QComboBox.SizeAdjustPolicy.AdjustToMinimumContentsLengthWithIcon)
         self.aircraft.addItems(self._known_aircraft())
         guard.guard(self.aircraft)
-        edit = named(QLineEdit(), "preflight_aircraft_edit")
+        edit = control(QLineEdit(), texts, "preflight_aircraft_edit", says="Aircraft")
         self.aircraft.setLineEdit(edit)
         self.aircraft.setEditText(preferences.aircraft)
         edit.setMaxLength(LONGEST_NAME)
-        self.choose = named(QToolButton(), "preflight_profile")
+        self.choose = control(QToolButton(), texts, "preflight_profile",
+                              tip="It says what the module should be like, and what a person looks at")  # fmt: skip
         self.choose.setPopupMode(QToolButton.ToolButtonPopupMode.InstantPopup)
         self.choose.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Fixed)
         self.menu = named(QMenu(self.choose), "preflight_profile_menu")
         self.menu.aboutToShow.connect(self._fill_menu)
         self.choose.setMenu(self.menu)
-        texts.bind(self.who.setAccessibleName, "Checked by")
-        texts.bind(self.who.setToolTip, "Your name, as it will stand in the record")
         texts.bind(self.who.setPlaceholderText, "your name")
-        texts.bind(self.aircraft.setAccessibleName, "Aircraft")
-        texts.bind(edit.setAccessibleName, "Aircraft")
-        texts.bind(self.aircraft.setToolTip, "The aircraft that the module sits in")
         texts.bind(edit.setPlaceholderText, "not stated")
-        texts.bind(self.choose.setToolTip, "It says what the module should be like, and what a person looks at")
         self._saved = self._entered()
         self.who.editingFinished.connect(self._take)
         edit.editingFinished.connect(self._take)

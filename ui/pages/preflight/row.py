@@ -4,7 +4,7 @@ looked at."""
 from typing import Final, NamedTuple
 
 from PySide6.QtCore import Qt, Signal
-from PySide6.QtWidgets import QButtonGroup, QFrame, QGridLayout, QLabel, QPushButton, QSizePolicy, QToolButton, QWidget
+from PySide6.QtWidgets import QButtonGroup, QFrame, QGridLayout, QPushButton, QToolButton, QWidget
 
 from app.preflight.checks import Check
 from app.preflight.findings import RESULT_WORDS, CheckResult
@@ -16,8 +16,10 @@ from protocol.translatable import marked
 from ui.core.texts import Texts
 from ui.style.icons import Icon
 from ui.style.theme import Meaning, Size, Space
+from ui.widgets.controls import control
 from ui.widgets.naming import named
 from ui.widgets.readout import StateChip
+from ui.widgets.text_labels import text_label
 
 CHIP_PX: Final = 112
 TITLE_PX: Final = 180
@@ -35,19 +37,20 @@ LOOKS: Final = {
     CheckResult.WARN: _Look(Icon.INFORMATION, Meaning.INFORMATION),
     CheckResult.UNKNOWN: _Look(Icon.UNKNOWN, Meaning.UNKNOWN),
 }
+_ENABLE: Final = (
+    marked("Enable now"),
+    marked("Enable both automatic triggers on the module, and check again"),
+)
 ACTS: Final = {
-    "attitude_trigger": marked("Enable now"),
-    "freefall_trigger": marked("Enable now"),
-    "trigger_records": marked("I looked at them"),
-    "boot_count": marked("It is this module"),
+    "attitude_trigger": _ENABLE,
+    "freefall_trigger": _ENABLE,
+    "trigger_records": (
+        marked("I looked at them"),
+        marked("Say that you looked at the trigger records, and check again"),
+    ),
+    "boot_count": (marked("It is this module"), marked("Say that it is the named module, and check again")),
 }
-"""What a person can do about a check, here and with one click."""
-ACT_TIPS: Final = {
-    "attitude_trigger": marked("Enable both automatic triggers on the module, and check again"),
-    "freefall_trigger": marked("Enable both automatic triggers on the module, and check again"),
-    "trigger_records": marked("Say that you looked at the trigger records, and check again"),
-    "boot_count": marked("Say that it is the named module, and check again"),
-}
+"""What a person can do about a check, here and with one click: the button's text and its tooltip."""
 
 
 class CheckRow(QFrame):
@@ -61,16 +64,13 @@ class CheckRow(QFrame):
         self.setProperty("role", "row")
         self.check = check
         self.chip = _chip(f"check_{check.id}_result")
-        self._title = _label(f"check_{check.id}_title", "strong")
-        self.measured = _label(f"check_{check.id}_measured", "")
-        self.limit = _label(f"check_{check.id}_limit", "muted")
-        self.reason = _label(f"check_{check.id}_why", "small")
-        self.act = named(QPushButton(), f"check_{check.id}_act")
-        if check.id in ACTS:
-            texts.bind(self.act.setText, ACTS[check.id])
-            texts.bind(self.act.setToolTip, ACT_TIPS[check.id])
-            texts.bind(self.act.setAccessibleName, ACT_TIPS[check.id])
-        self.act.clicked.connect(lambda: self.act_wanted.emit(check.id))
+        self._title = text_label(f"check_{check.id}_title", "strong")
+        self.measured = text_label(f"check_{check.id}_measured", "")
+        self.limit = text_label(f"check_{check.id}_limit", "muted")
+        self.reason = text_label(f"check_{check.id}_why", "small")
+        text, tip = ACTS.get(check.id, ("", ""))
+        self.act = control(QPushButton(), texts, f"check_{check.id}_act", text, says=tip, tip=tip,
+                           slot=lambda: self.act_wanted.emit(check.id))  # fmt: skip
         self.act.hide()
         grid = _grid(self)
         grid.addWidget(self.chip, 0, 0, Qt.AlignmentFlag.AlignTop)
@@ -141,9 +141,9 @@ class ManualRow(QFrame):
         self.number, self.line = number, line
         self.state: bool | None = None
         self.chip = _chip(f"{name}_state")
-        self._text = _label(f"{name}_text", "strong")
+        self._text = text_label(f"{name}_text", "strong")
         self._text.setText(clean(line.text))
-        self._need = _label(f"{name}_need", "muted")
+        self._need = text_label(f"{name}_need", "muted")
         self.done = self._button(
             f"{name}_done", marked("In order"), marked("You looked at it and it is in order"), texts
         )
@@ -188,11 +188,8 @@ class ManualRow(QFrame):
 
     @staticmethod
     def _button(name: str, english: str, tip: str, texts: Texts) -> QToolButton:
-        button = named(QToolButton(), name)
+        button = control(QToolButton(), texts, name, english, tip=tip)
         button.setCheckable(True)
-        texts.bind(button.setText, english)
-        texts.bind(button.setAccessibleName, english)
-        texts.bind(button.setToolTip, tip)
         return button
 
 
@@ -211,15 +208,6 @@ def _chip(name: str) -> StateChip:
     chip = named(StateChip("", size=Size.SMALL), name)
     chip.setMinimumWidth(CHIP_PX)
     return chip
-
-
-def _label(name: str, role: str) -> QLabel:
-    label = named(QLabel(), name)
-    label.setTextFormat(Qt.TextFormat.PlainText)
-    label.setWordWrap(True)
-    label.setSizePolicy(QSizePolicy.Policy.Preferred, QSizePolicy.Policy.Preferred)
-    label.setProperty("role", role)
-    return label
 
 
 def _give_role(widget: QWidget, role: str) -> None:

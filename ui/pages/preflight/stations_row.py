@@ -11,6 +11,7 @@ from app.stations.station import StationTrouble
 from app.text.i18n import tr
 from ui.core.texts import Texts
 from ui.style.theme import Space
+from ui.widgets.controls import control
 from ui.widgets.naming import named
 from ui.widgets.sliders import WheelGuard
 
@@ -34,20 +35,16 @@ class StationsRow(QWidget):
         super().__init__()
         self.setObjectName("stations_row")
         self._folder = folder
-        self.own = named(QLabel(), "station_own")
-        self.own.setProperty("role", "muted")
+        self.own = named(QLabel(), "station_own", "muted")
         self.own.setTextFormat(Qt.TextFormat.PlainText)
         self.own.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
-        self.known = named(QComboBox(), "stations_known")
+        self.known = control(QComboBox(), texts, "stations_known", says="Known stations",
+                             tip="Stations whose signatures count as known on this computer")  # fmt: skip
         self.known.setSizeAdjustPolicy(QComboBox.SizeAdjustPolicy.AdjustToContents)
         guard.guard(self.known)
-        texts.bind(self.known.setAccessibleName, "Known stations")
-        texts.bind(self.known.setToolTip, "Stations whose signatures count as known on this computer")
-        self.forget = named(QPushButton(), "stations_forget")
-        texts.bind(self.forget.setText, "Forget")
-        texts.bind(self.forget.setAccessibleName, "Forget the chosen station")
-        texts.bind(self.forget.setToolTip, "Records that the chosen station signed no longer count as known")
-        self.forget.clicked.connect(self._forget)
+        self.forget = control(QPushButton(), texts, "stations_forget", "Forget", says="Forget the chosen station",
+                              tip="Records that the chosen station signed no longer count as known",
+                              slot=self._forget)  # fmt: skip
         row = QHBoxLayout(self)
         row.setContentsMargins(0, 0, 0, 0)
         row.setSpacing(Space.S)

@@ -2,15 +2,14 @@
 
 from collections.abc import Sequence
 
-from PySide6.QtCore import QSize
 from PySide6.QtWidgets import QHBoxLayout, QPushButton, QWidget
 
 from app.recordings.library import RecordingEntry
 from ui.core.texts import Texts
-from ui.style.icons import Icon, icon
+from ui.style.icons import Icon
 from ui.style.theme import Space
+from ui.widgets.controls import control
 from ui.widgets.empty_state import EmptyState
-from ui.widgets.naming import named
 
 
 class RecordingsButtons(QWidget):
@@ -21,27 +20,20 @@ class RecordingsButtons(QWidget):
         self.setObjectName("recordings_buttons")
         self._texts = texts
         self._releases: bool | None = None
-        self.csv = _button("recordings_csv", Icon.TABLE)
-        self.mcap = _button("recordings_mcap", Icon.SAVE)
-        self.keep = _button("recordings_keep", Icon.BOOKMARK)
-        self.delete = _button("recordings_delete", Icon.ERASE)
-        self.open = _button("recordings_open", Icon.LIVE)
-        self.open.setProperty("role", "primary")
-        self.open.setIcon(icon(Icon.LIVE, is_on_primary=True))
-        texts.bind(self.csv.setText, "Export CSV …")
-        texts.bind(self.csv.setAccessibleName, "Export the recording as CSV")
-        texts.bind(self.csv.setToolTip, "All of it as a table, CSV (Ctrl+S)")
-        texts.bind(self.mcap.setText, "Export MCAP …")
-        texts.bind(self.mcap.setAccessibleName, "Export the recording as MCAP")
-        texts.bind(
-            self.mcap.setToolTip, "All of it with the bytes of the line, for PlotJuggler and Foxglove (Ctrl+Shift+S)"
-        )
-        texts.bind(self.delete.setText, "Delete …")
-        texts.bind(self.delete.setAccessibleName, "Delete the chosen recordings")
-        texts.bind(self.delete.setToolTip, "Delete the chosen recordings for good, after a question (Del)")
-        texts.bind(self.open.setText, "Open")
-        texts.bind(self.open.setAccessibleName, "Open the recording on the Live page")
-        texts.bind(self.open.setToolTip, "Look at the recording on the Live page (Enter)")
+        self.csv = control(QPushButton(), texts, "recordings_csv", "Export CSV …", says="Export the recording as CSV",
+                           tip="All of it as a table, CSV", key="Ctrl+S", picture=Icon.TABLE)  # fmt: skip
+        self.mcap = control(QPushButton(), texts, "recordings_mcap", "Export MCAP …",
+                            says="Export the recording as MCAP",
+                            tip="All of it with the bytes of the line, for PlotJuggler and Foxglove",
+                            key="Ctrl+Shift+S", picture=Icon.SAVE)  # fmt: skip
+        self.keep = control(QPushButton(), texts, "recordings_keep", picture=Icon.BOOKMARK)
+        self.delete = control(QPushButton(), texts, "recordings_delete", "Delete …",
+                              says="Delete the chosen recordings",
+                              tip="Delete the chosen recordings for good, after a question", key="Del",
+                              picture=Icon.ERASE)  # fmt: skip
+        self.open = control(QPushButton(), texts, "recordings_open", "Open", says="Open the recording on the Live page",
+                            tip="Look at the recording on the Live page", key="Enter", picture=Icon.LIVE,
+                            role="primary")  # fmt: skip
         row = QHBoxLayout(self)
         row.setContentsMargins(0, 0, 0, 0)
         row.setSpacing(Space.S)
@@ -86,10 +78,3 @@ class NoRecordings(EmptyState):
             "Every session is recorded by itself, from the first byte that comes over a port until the port is closed. "
             "There is nothing to switch on.",
         )
-
-
-def _button(name: str, picture: Icon) -> QPushButton:
-    button = named(QPushButton(), name)
-    button.setIcon(icon(picture))
-    button.setIconSize(QSize(16, 16))
-    return button

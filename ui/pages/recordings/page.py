@@ -19,6 +19,7 @@ from ui.pages.recordings.table import RecordingsTable
 from ui.services.context import Services
 from ui.services.recording_jobs import ExportKind
 from ui.style.theme import Meaning, Space
+from ui.widgets.controls import control
 from ui.widgets.naming import named
 from ui.widgets.notice_bar import Choice, Notice, NoticeBar
 
@@ -53,13 +54,12 @@ class RecordingsPage(QWidget):
         self.count, self.bounds = named(QLabel(), "recordings_count"), named(QLabel(), "recordings_bounds")
         self.count.setProperty("role", "title")
         self.bounds.setProperty("role", "small")
-        self.search = named(QLineEdit(), "recordings_search")
+        self.search = control(QLineEdit(), services.texts, "recordings_search", says="Search the recordings",
+                              tip="Only recordings in which all these words stand", key="Ctrl+F")  # fmt: skip
         self.search.setFixedWidth(_SEARCH_PX)
         self.search.setClearButtonEnabled(True)
         bind = services.texts.bind
         bind(self.search.setPlaceholderText, "Search")
-        bind(self.search.setAccessibleName, "Search the recordings")
-        bind(self.search.setToolTip, "Only recordings in which all these words stand (Ctrl+F)")
         bind(self.table.setAccessibleName, "Recordings")
         self.buttons = RecordingsButtons(services.texts)
         self.empty = NoRecordings(services.texts)

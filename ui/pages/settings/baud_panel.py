@@ -20,7 +20,7 @@ from ui.forms.field_editors import ChoiceEditor, make_editor
 from ui.forms.value_label import ValueLabel
 from ui.services.context import Services
 from ui.style.theme import Meaning, Space
-from ui.widgets.naming import named
+from ui.widgets.controls import control
 from ui.widgets.notice_bar import Choice, Notice, NoticeBar
 from ui.widgets.sliders import WheelGuard
 from ui.widgets.text_labels import text_label
@@ -48,7 +48,8 @@ class BaudPanel(QFrame):
             raise TypeError("the baud rate is one of a few")
         self.editor = editor
         self.confirm = Confirm("baud", texts, ask=marked("Change the baud rate …"), go=marked("Change it now"))
-        self.find_button = named(QPushButton(), "baud_find")
+        self.find_button = control(QPushButton(), texts, "baud_find", "Find my module",
+                                   tip="Go through all baud rates until the module answers")  # fmt: skip
         self.said = NoticeBar(texts)
         self.said.setObjectName("baud_said")
         texts.bind(self._title.setText, BAUD_RATE.title)
@@ -57,9 +58,6 @@ class BaudPanel(QFrame):
             "The vendor advises not to change it. The program looks for the module at the new rate, the old one, then "
             "all; should it be lost, switch it off and on and use “Find my module”.",
         )
-        texts.bind(self.find_button.setText, "Find my module")
-        texts.bind(self.find_button.setAccessibleName, "Find my module")
-        texts.bind(self.find_button.setToolTip, "Go through all baud rates until the module answers")
         self.find_button.clicked.connect(self._connector.find_rate)
         self.editor.chosen.connect(lambda _value: self.confirm.withdraw())
         self.confirm.asked.connect(self._forget)

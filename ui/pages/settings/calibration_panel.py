@@ -14,6 +14,7 @@ from ui.acts.outcomes import SameModule
 from ui.services.context import Services
 from ui.style.icons import Icon, icon
 from ui.style.theme import Space
+from ui.widgets.controls import control
 from ui.widgets.naming import named
 from ui.widgets.text_labels import text_label
 
@@ -53,17 +54,12 @@ class CalibrationPanel(QWidget):
         self._bind_side(OPEN, marked("2. Bay open"), marked("Measure, open"))
         self.result = text_label("calibration_result", "strong")
         self.detail = text_label("calibration_detail", "small")
-        self.take = named(QPushButton(), "calibration_take")
-        self.take.setProperty("role", "primary")
-        self.take.clicked.connect(self._take)
-        self.back = named(QPushButton(), "calibration_back")
-        texts.bind(self.back.setText, "Back to the settings")
-        texts.bind(self.back.setAccessibleName, "Back to the settings; nothing is changed")
-        texts.bind(self.back.setToolTip, "Nothing is changed (Esc)")
-        texts.bind(self.take.setText, "Use this threshold")
-        texts.bind(self.take.setAccessibleName, "Use this threshold")
-        texts.bind(self.take.setToolTip, "Puts it into the form; it is written with the other changes")
-        self.back.clicked.connect(self._leave)
+        self.take = control(QPushButton(), texts, "calibration_take", "Use this threshold",
+                            tip="Puts it into the form; it is written with the other changes", role="primary",
+                            slot=self._take)  # fmt: skip
+        self.back = control(QPushButton(), texts, "calibration_back", "Back to the settings",
+                            says="Back to the settings; nothing is changed", tip="Nothing is changed", key="Esc",
+                            slot=self._leave)  # fmt: skip
         self._lay_out()
 
     @property
@@ -188,8 +184,7 @@ class _Side(QFrame):
         super().__init__()
         self.setObjectName(f"calibration_{name}")
         self.setProperty("role", "card")
-        self.title = named(QLabel(), f"calibration_{name}_title")
-        self.title.setProperty("role", "strong")
+        self.title = named(QLabel(), f"calibration_{name}_title", "strong")
         self.text = named(QLabel(), f"calibration_{name}_text")
         self.text.setWordWrap(True)
         self.button = named(QPushButton(), f"calibration_{name}_measure")

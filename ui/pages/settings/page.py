@@ -8,7 +8,7 @@ from functools import partial
 from pathlib import Path
 from typing import Final
 
-from PySide6.QtCore import QSize, Qt, Signal
+from PySide6.QtCore import Qt, Signal
 from PySide6.QtGui import QAction, QKeyEvent, QKeySequence
 from PySide6.QtWidgets import (
     QFrame,
@@ -35,8 +35,9 @@ from ui.pages.settings.profile_compare import ProfileCompare
 from ui.pages.settings.profile_files import SUFFIX, ProfileFiles
 from ui.pages.settings.row import SettingsRow
 from ui.services.context import Services
-from ui.style.icons import Icon, icon
+from ui.style.icons import Icon
 from ui.style.theme import Meaning, Space
+from ui.widgets.controls import control
 from ui.widgets.flow_row import FlowRow
 from ui.widgets.naming import named
 from ui.widgets.notice_bar import Notice, NoticeBar
@@ -167,38 +168,26 @@ class SettingsPage(QWidget):
     # Making
 
     def _make_buttons(self) -> None:
-        self.write = self._button("settings_write", Icon.DROP, marked("Write the changes"),
-                                  marked("Write what is wanted to the module and prove it (Ctrl+Return)"))  # fmt: skip
-        self.write.setProperty("role", "primary")
-        self.write.setIcon(icon(Icon.DROP, is_on_primary=True))
-        self.read = self._button("settings_read", Icon.AGAIN, marked("Read all"),
-                                 marked("Ask the module for everything (F5)"))  # fmt: skip
-        self.undo = self._button("settings_undo", Icon.UNDO, marked("Undo"), marked("Take the last edit back (Ctrl+Z)"))
-        self.redo = self._button("settings_redo", Icon.REDO, marked("Redo"), marked("Do it again (Ctrl+Shift+Z)"))
-        self.revert = self._button("settings_revert", None, marked("Revert"),
-                                   marked("Want what the module holds: drop all edits"))  # fmt: skip
-        self.defaults = self._button("settings_defaults", None, marked("Defaults"),
-                                     marked("Want the vendor's defaults; nothing is written yet"))  # fmt: skip
-        tip = marked("Would these values have fired on what was measured? Nothing is sent")
-        self.try_out = self._button("settings_try", None, marked("Try it out"), tip)
-        self.as_found = self._button(
-            "settings_as_found",
-            None,
-            marked("As it was found"),
-            marked("Want the settings from before the first change of this session"),
-        )
-
-    def _button(self, name: str, picture: Icon | None, english: str, tip: str) -> QPushButton:
-        button = named(QPushButton(), name)
-        if picture is not None:
-            button.setIcon(icon(picture))
-            button.setIconSize(QSize(16, 16))
         texts = self._services.texts
-        if name not in ("settings_write", "settings_undo", "settings_redo"):
-            texts.bind(button.setText, english)
-        texts.bind(button.setAccessibleName, english)
-        texts.bind(button.setToolTip, tip)
-        return button
+        self.write = control(QPushButton(), texts, "settings_write", says="Write the changes",
+                             tip="Write what is wanted to the module and prove it", key="Ctrl+Return",
+                             picture=Icon.DROP, role="primary", slot=self._write)  # fmt: skip
+        self.read = control(QPushButton(), texts, "settings_read", "Read all", tip="Ask the module for everything",
+                            key="F5", picture=Icon.AGAIN)  # fmt: skip
+        self.undo = control(QPushButton(), texts, "settings_undo", says="Undo", tip="Take the last edit back",
+                            key="Ctrl+Z", picture=Icon.UNDO)  # fmt: skip
+        self.redo = control(
+            QPushButton(), texts, "settings_redo", says="Redo", tip="Do it again", key="Ctrl+Shift+Z", picture=Icon.REDO
+        )
+        self.revert = control(
+            QPushButton(), texts, "settings_revert", "Revert", tip="Want what the module holds: drop all edits"
+        )
+        self.defaults = control(QPushButton(), texts, "settings_defaults", "Defaults",
+                                tip="Want the vendor's defaults; nothing is written yet")  # fmt: skip
+        tip = marked("Would these values have fired on what was measured? Nothing is sent")
+        self.try_out = control(QPushButton(), texts, "settings_try", "Try it out", tip=tip, slot=self._try_out)
+        self.as_found = control(QPushButton(), texts, "settings_as_found", "As it was found",
+                                tip="Want the settings from before the first change of this session")  # fmt: skip
 
     def _wire(self) -> None:
         work, form = self.work, self.work.form
@@ -208,14 +197,12 @@ class SettingsPage(QWidget):
             row.cancelled.connect(lambda key: work.edit(partial(form.revert, key)))
             row.left.connect(form.end_typing)
             row.measure_wanted.connect(self._measure)
-        self.write.clicked.connect(self._write)
         self.read.clicked.connect(work.read_all)
         self.undo.clicked.connect(lambda: work.edit(form.undo))
         self.redo.clicked.connect(lambda: work.edit(form.redo))
         self.revert.clicked.connect(lambda: work.edit(form.revert))
         self.defaults.clicked.connect(lambda: work.edit(form.want_defaults))
         self.as_found.clicked.connect(work.want_as_found)
-        self.try_out.clicked.connect(self._try_out)
         for name, keys, button in (
             ("settings_undo_key", ("Ctrl+Z",), self.undo),
             ("settings_redo_key", ("Ctrl+Shift+Z", "Ctrl+Y"), self.redo),
@@ -267,10 +254,9 @@ class SettingsPage(QWidget):
         column.addWidget(card)
         column.addWidget(self.baud)
         column.addStretch(1)
-        self.scroll_area = named(QScrollArea(), "settings_scroll")
+        self.scroll_area = control(QScrollArea(), texts, "settings_scroll", says="Settings")
         self.scroll_area.setWidgetResizable(True)
         self.scroll_area.setWidget(content)
-        texts.bind(self.scroll_area.setAccessibleName, "Settings")
         foot = FlowRow()
         foot.setContentsMargins(Space.M, Space.XS, Space.M, Space.S)
         foot.add(self.read, self.undo, self.redo, self.revert, self.defaults, self.as_found, self.try_out)

@@ -5,7 +5,7 @@ from functools import partial
 from pathlib import Path
 from typing import Final
 
-from PySide6.QtCore import QSize, Qt, Signal
+from PySide6.QtCore import Qt, Signal
 from PySide6.QtWidgets import (
     QCheckBox,
     QFrame,
@@ -27,8 +27,9 @@ from protocol.fields import Value
 from protocol.translatable import marked
 from ui.core.texts import Texts
 from ui.forms.value_label import ValueLabel
-from ui.style.icons import Icon, icon
+from ui.style.icons import Icon
 from ui.style.theme import Meaning, Size, Space
+from ui.widgets.controls import control
 from ui.widgets.naming import named
 from ui.widgets.readout import StateChip
 from ui.widgets.text_labels import text_label
@@ -62,18 +63,13 @@ class ProfileCompare(QWidget):
         self._rows = {command.key: _CompareRow(command, texts) for command in SETTINGS}
         for key, row in self._rows.items():
             row.tick.clicked.connect(partial(self._touch, key))
-        self.apply = named(QPushButton(), "profile_apply")
-        self.apply.setProperty("role", "primary")
-        self.apply.setIcon(icon(Icon.CHECK, is_on_primary=True))
-        self.apply.setIconSize(QSize(16, 16))
-        self.apply.clicked.connect(self._apply)
-        self.close_button = named(QPushButton(), "profile_close")
-        self.close_button.clicked.connect(self.closed)
-        texts.bind(self.close_button.setText, "Close profile")
-        texts.bind(self.close_button.setAccessibleName, "Close the profile and apply nothing")
-        texts.bind(self.close_button.setToolTip, "Back to the settings; nothing is applied (Esc)")
-        texts.bind(self.apply.setAccessibleName, "Apply what is ticked")
-        texts.bind(self.apply.setToolTip, "Write what is ticked to the module and read it back")
+        self.apply = control(QPushButton(), texts, "profile_apply", says="Apply what is ticked",
+                             tip="Write what is ticked to the module and read it back", picture=Icon.CHECK,
+                             role="primary", slot=self._apply)  # fmt: skip
+        self.close_button = control(QPushButton(), texts, "profile_close", "Close profile",
+                                    says="Close the profile and apply nothing",
+                                    tip="Back to the settings; nothing is applied", key="Esc",
+                                    slot=self.closed)  # fmt: skip
         self._lay_out(texts)
 
     def show_profile(self, profile: Profile, path: Path) -> None:
@@ -141,9 +137,8 @@ class ProfileCompare(QWidget):
         for widget in (self.title, self.about, self.faults, self._table, self.note):
             body.addWidget(widget)
         body.addStretch(1)
-        scroll = named(QScrollArea(), "profile_scroll")
+        scroll = control(QScrollArea(), texts, "profile_scroll", says="Profile")
         scroll.setWidgetResizable(True)
-        texts.bind(scroll.setAccessibleName, "Profile")
         scroll.setWidget(content)
         foot = QHBoxLayout()
         foot.setContentsMargins(Space.M, Space.S, Space.M, Space.S)
@@ -163,15 +158,12 @@ class _CompareRow:
 
     def __init__(self, command: Command, texts: Texts) -> None:
         self.command = command
-        self.tick = named(QCheckBox(), f"profile_tick_{command.name}")
-        self.wanted = named(QLabel(), f"profile_wanted_{command.name}")
-        self.wanted.setProperty("role", "strong")
+        self.tick = control(QCheckBox(), texts, f"profile_tick_{command.name}", command.title,
+                            tip="Ticked settings are written to the module")  # fmt: skip
+        self.wanted = named(QLabel(), f"profile_wanted_{command.name}", "strong")
         self.stands = ValueLabel(command)
         self.stands.setObjectName(f"profile_stands_{command.name}")
         self.chip = named(StateChip("", size=Size.SMALL), f"profile_match_{command.name}")
-        texts.bind(self.tick.setText, command.title)
-        texts.bind(self.tick.setAccessibleName, command.title)
-        texts.bind(self.tick.setToolTip, "Ticked settings are written to the module")
 
     def show_row(self, row: ProfileRow, now: float, *, is_touched: bool) -> None:
         is_baud = row.command is BAUD_RATE

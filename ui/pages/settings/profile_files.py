@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from functools import partial
 from pathlib import Path
 
-from PySide6.QtCore import QSize, Signal
+from PySide6.QtCore import Signal
 from PySide6.QtWidgets import QHBoxLayout, QMenu, QPushButton, QToolButton, QWidget
 
 from app.settings.profile_file import ProfileRefused, read_profile, save_profile
@@ -13,8 +13,9 @@ from app.text.i18n import tr
 from protocol.catalogue import SERIAL_OUTPUT, SETTINGS
 from ui.files.file_dialogs import AskOpen, AskPath, ask_path, ask_profile
 from ui.services.context import Services
-from ui.style.icons import Icon, icon
+from ui.style.icons import Icon
 from ui.style.theme import Meaning, Space
+from ui.widgets.controls import control
 from ui.widgets.naming import named
 from ui.widgets.notice_bar import Notice
 
@@ -37,24 +38,19 @@ class ProfileFiles(QWidget):
         self.ask_save: AskPath = ask_path
         self._connector, self._remembered = services.connector, services.preferences
         texts = services.texts
-        self.open = self._button("profile_open", Icon.CHECKLIST)
-        self.save = self._button("profile_save", Icon.SAVE)
-        self.recent = named(QToolButton(), "profile_recent")
+        self.open = control(QPushButton(), texts, "profile_open", "Open profile …", says="Open a profile",
+                            tip="Open a profile and compare it with the module (Ctrl+O); or drop it here",
+                            picture=Icon.CHECKLIST, slot=self.choose)  # fmt: skip
+        self.save = control(QPushButton(), texts, "profile_save", "Save as profile …",
+                            says="Save the module's settings as a profile",
+                            tip="Save what the module holds now as a profile; what is not known is left out",
+                            picture=Icon.SAVE, slot=self.choose_and_save)  # fmt: skip
+        self.recent = control(QToolButton(), texts, "profile_recent", "Recent", says="Recent profiles",
+                              tip="Profiles that were opened or saved before")  # fmt: skip
         self.recent.setPopupMode(QToolButton.ToolButtonPopupMode.InstantPopup)
         self.menu = named(QMenu(self.recent), "profile_recent_menu")
         self.recent.setMenu(self.menu)
         self.menu.aboutToShow.connect(self._fill_menu)
-        texts.bind(self.open.setText, "Open profile …")
-        texts.bind(self.open.setAccessibleName, "Open a profile")
-        texts.bind(self.open.setToolTip, "Open a profile and compare it with the module (Ctrl+O); or drop it here")
-        texts.bind(self.recent.setText, "Recent")
-        texts.bind(self.recent.setAccessibleName, "Recent profiles")
-        texts.bind(self.recent.setToolTip, "Profiles that were opened or saved before")
-        texts.bind(self.save.setText, "Save as profile …")
-        texts.bind(self.save.setAccessibleName, "Save the module's settings as a profile")
-        texts.bind(self.save.setToolTip, "Save what the module holds now as a profile; what is not known is left out")
-        self.open.clicked.connect(self.choose)
-        self.save.clicked.connect(self.choose_and_save)
         row = QHBoxLayout(self)
         row.setContentsMargins(0, 0, 0, 0)
         row.setSpacing(Space.S)
@@ -127,13 +123,6 @@ class ProfileFiles(QWidget):
 
     def _open_recent(self, name: str, _is_checked: bool = False) -> None:
         self.open_file(Path(name))
-
-    @staticmethod
-    def _button(name: str, picture: Icon) -> QPushButton:
-        button = named(QPushButton(), name)
-        button.setIcon(icon(picture))
-        button.setIconSize(QSize(16, 16))
-        return button
 
 
 def _saved_text(path: Path, missing: Sequence[str]) -> str:

@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 from typing import Final, NamedTuple
 
-from PySide6.QtCore import QSize, Qt, Signal
+from PySide6.QtCore import Qt, Signal
 from PySide6.QtWidgets import QFrame, QGridLayout, QHBoxLayout, QLabel, QPushButton, QSizePolicy, QVBoxLayout
 
 from app.diagnosis.link_state import duration
@@ -19,8 +19,9 @@ from protocol.translatable import marked
 from ui.core.texts import Texts
 from ui.forms.field_editors import FieldEditor, FlagEditor, make_editor
 from ui.forms.value_label import ValueLabel
-from ui.style.icons import Icon, icon
+from ui.style.icons import Icon
 from ui.style.theme import Meaning, Size, Space
+from ui.widgets.controls import control
 from ui.widgets.naming import named
 from ui.widgets.readout import StateChip
 from ui.widgets.sliders import WheelGuard
@@ -83,28 +84,22 @@ class SettingsRow(QFrame):
         self.setObjectName(f"row_{command.name}")
         self.command = command
         self.row: FormRow | None = None
-        self._name = named(QLabel(), f"{command.name}_name")
-        self._name.setProperty("role", "strong")
+        self._name = control(QLabel(), texts, f"{command.name}_name", command.title, role="strong")
         self._name.setWordWrap(True)
-        self._vendor = named(QLabel(command.vendor_term), f"{command.name}_vendor")
-        self._vendor.setProperty("role", "small")
+        self._vendor = named(QLabel(command.vendor_term), f"{command.name}_vendor", "small")
         self.stands = ValueLabel(command)
         self.editor: FieldEditor = make_editor(command, texts, guard)
         self.advice = text_label(f"{command.name}_advice", "small")
         self.state = named(StateChip("", size=Size.SMALL), f"{command.name}_state")
         self.reason = text_label(f"{command.name}_reason", "small")
         self.meaning = text_label(f"{command.name}_consequence", "small")
-        self.measure = named(QPushButton(), f"{command.name}_measure")
+        self.measure = control(QPushButton(), texts, f"{command.name}_measure", "Measure …",
+                               says="Find the light threshold by measuring",
+                               tip="Measure with the bay closed, then open, and take a threshold between",
+                               picture=Icon.LIGHT, slot=self.measure_wanted)  # fmt: skip
         self.measure.setVisible(command.name == "light_threshold")
-        self.measure.setIcon(icon(Icon.LIGHT))
-        self.measure.setIconSize(QSize(16, 16))
         self.measure.setSizePolicy(QSizePolicy.Policy.Fixed, QSizePolicy.Policy.Fixed)
-        self.measure.clicked.connect(self.measure_wanted)
         self._name.setBuddy(self.editor)
-        texts.bind(self._name.setText, command.title)
-        texts.bind(self.measure.setText, "Measure …")
-        texts.bind(self.measure.setAccessibleName, "Find the light threshold by measuring")
-        texts.bind(self.measure.setToolTip, "Measure with the bay closed, then open, and take a threshold between")
         texts.bind(self._say_what, command.explanation)
         key = command.key
         self.editor.typed.connect(lambda text: self.typed.emit(key, text))

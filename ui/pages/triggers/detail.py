@@ -3,9 +3,9 @@
 from functools import partial
 from typing import Final
 
-from PySide6.QtCore import Qt, Signal
+from PySide6.QtCore import Signal
 from PySide6.QtGui import QFontDatabase
-from PySide6.QtWidgets import QFrame, QHBoxLayout, QLabel, QLineEdit, QSizePolicy, QToolButton, QVBoxLayout
+from PySide6.QtWidgets import QFrame, QHBoxLayout, QLineEdit, QToolButton, QVBoxLayout
 
 from app.records.check_store import LONGEST_NOTE
 from app.system.wall_clock import local_time
@@ -15,7 +15,9 @@ from protocol.translatable import marked
 from ui.core.texts import Texts
 from ui.pages.triggers.controller import TriggerRow
 from ui.style.theme import Size, Space
+from ui.widgets.controls import control
 from ui.widgets.naming import named
+from ui.widgets.text_labels import text_label
 
 JUDGEMENTS: Final = (None, *Judgement)
 
@@ -31,35 +33,28 @@ class TriggersDetail(QFrame):
         self.setProperty("role", "card")
         self.row: TriggerRow | None = None
         self._note_of: int | None = None
-        self.told = self._label("triggers_told", "strong")
-        self.seen = self._label("triggers_seen", "small")
-        self.bytes = self._label("triggers_bytes", "muted")
+        self.told = text_label("triggers_told", "strong", is_selectable=True)
+        self.seen = text_label("triggers_seen", "small", is_selectable=True)
+        self.bytes = text_label("triggers_bytes", "muted", is_selectable=True)
         self.bytes.hide()
-        self.raw = named(QToolButton(), "triggers_raw")
+        self.raw = control(QToolButton(), texts, "triggers_raw", "Raw bytes", says="Show the raw bytes",
+                           tip="Show the sixteen bytes as the module sent them")  # fmt: skip
         self.raw.setCheckable(True)
-        texts.bind(self.raw.setText, "Raw bytes")
-        texts.bind(self.raw.setAccessibleName, "Show the raw bytes")
-        texts.bind(self.raw.setToolTip, "Show the sixteen bytes as the module sent them")
         self.raw.toggled.connect(self.bytes.setVisible)
         self.buttons: dict[Judgement | None, QToolButton] = {}
         for judgement in JUDGEMENTS:
             name = "none" if judgement is None else judgement.name.lower()
-            button = named(QToolButton(), f"triggers_judge_{name}")
-            button.setProperty("role", "segment")
-            button.setCheckable(True)
-            button.clicked.connect(partial(self._judge, judgement))
             text = marked("not judged") if judgement is None else JUDGEMENT_WORDS[judgement]
-            texts.bind(button.setText, text)
-            texts.bind(button.setAccessibleName, text)
-            texts.bind(button.setToolTip, "What it was, as far as a person knows; kept with the record")
+            button = control(QToolButton(), texts, f"triggers_judge_{name}", text, role="segment",
+                             tip="What it was, as far as a person knows; kept with the record",
+                             slot=partial(self._judge, judgement))  # fmt: skip
+            button.setCheckable(True)
             self.buttons[judgement] = button
-        self.note = named(QLineEdit(), "triggers_note")
+        self.note = control(QLineEdit(), texts, "triggers_note", says="Note on this trigger",
+                            tip="What happened, and who found out; kept with the record when "
+                                "the field is left")  # fmt: skip
         self.note.setMaxLength(LONGEST_NOTE)
         texts.bind(self.note.setPlaceholderText, "Note")
-        texts.bind(self.note.setAccessibleName, "Note on this trigger")
-        texts.bind(
-            self.note.setToolTip, "What happened, and who found out; kept with the record when the field is left"
-        )
         self.note.editingFinished.connect(self._take_note)
         self._lay_out()
         self.show_row(None, "")
@@ -113,16 +108,6 @@ class TriggersDetail(QFrame):
         row = self.row
         if row is not None and row.is_kept and self.note.text() != row.seen.note:
             self.judged.emit(row.seen.id, row.seen.judgement, self.note.text())
-
-    @staticmethod
-    def _label(name: str, role: str) -> QLabel:
-        label = named(QLabel(), name)
-        label.setProperty("role", role)
-        label.setWordWrap(True)
-        label.setTextFormat(Qt.TextFormat.PlainText)
-        label.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
-        label.setSizePolicy(QSizePolicy.Policy.Preferred, QSizePolicy.Policy.Preferred)
-        return label
 
     def _lay_out(self) -> None:
         judging = QHBoxLayout()

@@ -4,7 +4,7 @@ from functools import partial
 from pathlib import Path
 from typing import Final
 
-from PySide6.QtCore import QEvent, QSize, Qt
+from PySide6.QtCore import QEvent, Qt
 from PySide6.QtGui import QAction, QGuiApplication, QKeyEvent, QKeySequence, QShowEvent
 from PySide6.QtWidgets import (
     QComboBox,
@@ -29,8 +29,9 @@ from ui.pages.triggers.model import Show, TriggersFilter, TriggersModel, as_text
 from ui.pages.triggers.table import TriggersTable
 from ui.pages.triggers.texts import count_text, empty_text, empty_title, news_text
 from ui.services.context import Services
-from ui.style.icons import Icon, icon
+from ui.style.icons import Icon
 from ui.style.theme import Meaning, Space
+from ui.widgets.controls import control
 from ui.widgets.empty_state import EmptyState
 from ui.widgets.flow_row import FlowRow
 from ui.widgets.naming import named
@@ -67,7 +68,8 @@ class TriggersPage(QWidget):
         for label in (self.count, self.news):
             label.setWordWrap(True)
         self.show_box = self._make_show(guard)
-        self.search = named(QLineEdit(), "triggers_search")
+        self.search = control(QLineEdit(), services.texts, "triggers_search", says="Search the records",
+                              tip="Only records in which all these words stand", key="Ctrl+F")  # fmt: skip
         self.search.setFixedWidth(_FIELD_PX)
         self.search.setClearButtonEnabled(True)
         self._make_buttons()
@@ -170,40 +172,28 @@ class TriggersPage(QWidget):
 
     def _make_buttons(self) -> None:
         bind = self._services.texts.bind
-        self.read = self._button("triggers_read", Icon.HISTORY)
-        self.read.setProperty("role", "primary")
-        self.read.setIcon(icon(Icon.HISTORY, is_on_primary=True))
-        self.copy = self._button("triggers_copy", Icon.TABLE)
-        self.save_page = self._button("triggers_save_page", Icon.SAVE)
-        self.save_archive = self._button("triggers_save_archive", Icon.SAVE)
-        bind(self.read.setText, "Read the records")
-        bind(self.read.setAccessibleName, "Read the trigger records")
-        bind(self.read.setToolTip, "Ask the module for its trigger records (F5)")
-        bind(self.copy.setText, "Copy")
-        bind(self.copy.setAccessibleName, "Copy the chosen records")
-        bind(self.copy.setToolTip, "Copy the chosen records, or all that are shown (Ctrl+C)")
-        bind(self.save_page.setText, "Save the page …")
-        bind(self.save_page.setAccessibleName, "Save the records that are shown as CSV")
-        bind(self.save_page.setToolTip, "Save the records that are shown, in their order, as CSV (Ctrl+S)")
-        bind(self.save_archive.setText, "Save the archive …")
-        bind(self.save_archive.setAccessibleName, "Save every record of this module as CSV")
-        bind(self.save_archive.setToolTip, "Save every record ever seen of this module as CSV (Ctrl+Shift+S)")
+        texts = self._services.texts
+        self.read = control(QPushButton(), texts, "triggers_read", "Read the records", says="Read the trigger records",
+                            tip="Ask the module for its trigger records", key="F5", picture=Icon.HISTORY,
+                            role="primary")  # fmt: skip
+        self.copy = control(QPushButton(), texts, "triggers_copy", "Copy", says="Copy the chosen records",
+                            tip="Copy the chosen records, or all that are shown", key="Ctrl+C", picture=Icon.TABLE,
+                            slot=self.copy_rows)  # fmt: skip
+        self.save_page = control(QPushButton(), texts, "triggers_save_page", "Save the page …",
+                                 says="Save the records that are shown as CSV",
+                                 tip="Save the records that are shown, in their order, as CSV", key="Ctrl+S",
+                                 picture=Icon.SAVE)  # fmt: skip
+        self.save_archive = control(QPushButton(), texts, "triggers_save_archive", "Save the archive …",
+                                    says="Save every record of this module as CSV",
+                                    tip="Save every record ever seen of this module as CSV", key="Ctrl+Shift+S",
+                                    picture=Icon.SAVE)  # fmt: skip
         bind(self.show_box.setAccessibleName, "Which records to show")
         bind(self.show_box.setToolTip, "Which records to show")
         bind(self.search.setPlaceholderText, "Search")
-        bind(self.search.setAccessibleName, "Search the records")
-        bind(self.search.setToolTip, "Only records in which all these words stand (Ctrl+F)")
         bind(self.table.setAccessibleName, "Trigger records")
-
-    def _button(self, name: str, picture: Icon) -> QPushButton:
-        button = named(QPushButton(), name)
-        button.setIcon(icon(picture))
-        button.setIconSize(QSize(16, 16))
-        return button
 
     def _wire(self) -> None:
         self.read.clicked.connect(self.work.read)
-        self.copy.clicked.connect(self.copy_rows)
         self.save_page.clicked.connect(lambda: self._save(is_archive=False))
         self.save_archive.clicked.connect(lambda: self._save(is_archive=True))
         self.show_box.currentIndexChanged.connect(self._use_filter)
