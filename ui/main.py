@@ -20,7 +20,8 @@ from PySide6.QtWidgets import QApplication, QWidget
 from app import version
 from app.engine.target import Target
 from app.procedures.act import Armed
-from app.system.logs import Log, catch_uncaught_errors, start_log
+from app.system.logs import Log, start_log
+from app.system.uncaught import catch_uncaught_errors
 from app.text.i18n import LANGUAGES, system_language, tr
 from protocol.translatable import marked
 from ui.connect.baud_recovery import BaudRecovery

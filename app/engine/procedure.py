@@ -17,13 +17,15 @@ it may still yield to put right what it changed, within the session's closing ti
 """
 
 from collections.abc import Generator
-from concurrent.futures import Future
 from dataclasses import dataclass
-from typing import Any, TypeVar
+from typing import TYPE_CHECKING, Any, TypeVar
 
 from app.engine.device import DeviceView
 from protocol.catalogue import Request
 from protocol.events import Counters
+
+if TYPE_CHECKING:
+    from concurrent.futures import Future
 
 LOCK_GAPS_S = (0.101, 0.127, 0.149, 0.113, 0.163, 0.137, 0.179, 0.151)
 LOCKS_MOST = 50
@@ -80,7 +82,7 @@ class Pause:
 class Await:
     """Until `future` is done, at most `limit_s`. Slow work elsewhere (a disk) never blocks the line."""
 
-    future: Future[Any]
+    future: "Future[Any]"
     limit_s: float
 
 

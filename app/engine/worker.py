@@ -19,8 +19,8 @@ from app.engine.playback import is_playback
 from app.engine.procedure import LinkView, PortLost, Procedure, Report, Result
 from app.engine.session import Run, Session
 from app.engine.transport import PortError, SerialLine, open_line
-from app.system.logs import report_uncaught_error
 from app.system.sleep_detector import Clock, SleepDetector, sleepless_clock
+from app.system.uncaught import report_uncaught_error
 from protocol.events import Event
 
 PUBLISH_EVERY_S = 1 / 60

@@ -7,7 +7,6 @@ Eight characters without 0, O, 1 and I: seven of a hash, the last one a check th
 and nearly all neighbours that were swapped.
 """
 
-import hashlib
 from collections.abc import Mapping
 from dataclasses import dataclass
 
@@ -35,6 +34,8 @@ class Fingerprint:
 
 def fingerprint(settings: Mapping[str, Value]) -> Fingerprint:
     """Of settings by key. Those that are missing are left out, which gives another code than any complete one."""
+    import hashlib  # loads OpenSSL
+
     known = [command for command in COVERED if command.key in settings]
     missing = tuple(command for command in COVERED if command.key not in settings)
     if not known:

@@ -8,14 +8,11 @@ import contextlib
 import logging
 import os
 import sys
-import threading
-import traceback
 from collections import deque
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from logging.handlers import RotatingFileHandler
 from pathlib import Path
-from types import TracebackType
 from typing import IO
 
 from platformdirs import user_log_path
@@ -138,70 +135,6 @@ def _own_file(folder: Path) -> tuple[Path, IO[bytes]]:
         else:
             return folder / f"{name}.log", lock_file
     raise OSError(f"{MOST_COPIES} copies of the program run already")
-
-
-# Errors that nobody caught
-
-
-@dataclass(frozen=True, slots=True)
-class UncaughtError:
-    """An exception that nobody caught. `details` is for the clipboard, not for the eye."""
-
-    summary: str
-    details: str
-    thread: str
-
-
-Hook = Callable[[UncaughtError], None]
-
-
-def catch_uncaught_errors(on_mishap: Hook) -> Callable[[], None]:
-    """From now on an uncaught exception, in any thread, goes into the log and to `on_mishap`, not to a terminal.
-
-    Returns what ends it. `on_mishap` is called in the thread of the exception. Ctrl-C stays as it is. One
-    that was caught all the same is told with `report_uncaught_error`.
-    """
-    global _on_mishap
-    before, before_thread = sys.excepthook, threading.excepthook
-
-    def caught(kind: type[BaseException], error: BaseException, trace: TracebackType | None) -> None:
-        if issubclass(kind, KeyboardInterrupt):
-            before(kind, error, trace)
-            return
-        _tell(on_mishap, error, trace, threading.current_thread().name)
-
-    def caught_in_thread(args: threading.ExceptHookArgs) -> None:
-        if args.exc_value is not None:
-            _tell(on_mishap, args.exc_value, args.exc_traceback, args.thread.name if args.thread is not None else "")
-
-    def undo() -> None:
-        global _on_mishap
-        sys.excepthook, threading.excepthook, _on_mishap = before, before_thread, before_told
-
-    before_told = _on_mishap
-    sys.excepthook, threading.excepthook, _on_mishap = caught, caught_in_thread, on_mishap
-    return undo
-
-
-def report_uncaught_error(error: BaseException) -> None:
-    """Log an exception that was caught so that its thread goes on, and tell it like one that nobody caught."""
-    _tell(_on_mishap, error, error.__traceback__, threading.current_thread().name)
-
-
-def _tell_nobody(_mishap: UncaughtError) -> None:
-    """Outside of `catch_uncaught_errors` the log is all there is."""
-
-
-_on_mishap: Hook = _tell_nobody
-
-
-def _tell(on_mishap: Hook, error: BaseException, trace: TracebackType | None, thread: str) -> None:
-    details = "".join(traceback.format_exception(type(error), error, trace))
-    _log.error("An error that nobody expected, in thread %s:\n%s", thread, details)
-    try:
-        on_mishap(UncaughtError(f"{type(error).__name__}: {error}", details, thread))
-    except Exception:  # noqa: BLE001  telling of one error must not make the next
-        _log.exception("The error could not be told")
 
 
 def text_of(log: Log, *, longest_bytes: int = FILE_BYTES) -> str:

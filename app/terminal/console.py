@@ -5,7 +5,6 @@ and nothing else: English, UTF-8, whatever language the computer speaks.
 """
 
 import argparse
-import json
 import math
 import os
 import shutil
@@ -136,6 +135,8 @@ def write_lines(lines: Iterable[str]) -> None:
 
 
 def as_json(value: object) -> str:
+    import json
+
     return visible_json(json.dumps(value, ensure_ascii=False))
 
 

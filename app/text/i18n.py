@@ -18,7 +18,6 @@ from dataclasses import dataclass
 from pathlib import Path
 from types import MappingProxyType
 from typing import Final
-from xml.etree import ElementTree
 
 from app.text.pseudo_language import PseudoTexts
 
@@ -52,6 +51,8 @@ def read_translations(path: Path) -> dict[str, str]:
 
     Raises OSError when the file cannot be read and ``xml.etree.ElementTree.ParseError`` when it is not XML.
     """
+    from xml.etree import ElementTree  # an English run reads none
+
     texts: dict[str, str] = {}
     for message in ElementTree.parse(path).getroot().iterfind("context/message"):
         translation = message.find("translation")
@@ -80,7 +81,7 @@ def _read_language(name: str) -> _Language:
         raise ValueError(f"language {name!r} is none of {', '.join(LANGUAGES)} and no path of a .ts file")
     try:
         texts = read_translations(path)
-    except (OSError, ElementTree.ParseError) as error:
+    except (OSError, SyntaxError) as error:  # a ParseError is a SyntaxError
         _log.warning("No translations from %s: %s", path, error)
         texts = {}
     return _Language(name, MappingProxyType(texts))

@@ -1,6 +1,10 @@
-"""Reading everything through the worker, against the same questions asked with bare pyserial on the same port."""
+"""Reading everything through the worker, against the same questions asked with bare pyserial on the same port; and
+`dps-s read` as a whole process, against a script of seven lines that asks the same with bare pyserial.
+"""
 
 import statistics
+import subprocess
+import sys
 import tempfile
 import time
 from pathlib import Path
@@ -12,10 +16,21 @@ from app.engine.worker import Batch, Job, Worker
 from app.procedures.read import READABLE, read_everything
 from tests.benchmarks.figures import Figure
 from tests.benchmarks.module import streaming_module
+from tests.support.processes import ENVIRONMENT, PROGRAM, ROOT
 
 AIM: Final = 1.3
+PROCESS_AIM: Final = 3.0
 BAUD_RATE: Final = 115200
 _LIMIT_S: Final = 5.0
+_SCRIPT: Final = """\
+import sys, serial
+with serial.Serial(sys.argv[1], 115200, timeout=1) as line:
+    for words in sys.argv[2:]:
+        query, length = words.split(":")
+        line.write(bytes.fromhex(query))
+        if len(line.read(int(length))) != int(length):
+            sys.exit("no answer")
+"""
 
 
 def _bare_s(port: str, rounds: int) -> list[float]:
@@ -54,7 +69,14 @@ def _worker_s(port: str, rounds: int) -> list[float]:
     return took[1:]  # the first waited for the port to open
 
 
-def figures(rounds: int = 8, turns: int = 4) -> list[Figure]:
+def _process_s(*words: str) -> float:
+    """Seconds of a whole process, from its start to its end."""
+    began = time.perf_counter()
+    subprocess.run([*words], cwd=ROOT, env=ENVIRONMENT, check=True, stdout=subprocess.DEVNULL, timeout=10 * _LIMIT_S)
+    return time.perf_counter() - began
+
+
+def figures(rounds: int = 8, turns: int = 4, processes: int = 12) -> list[Figure]:
     """The two ways take turns, so that the machine's moods strike both."""
     bare: list[float] = []
     ours: list[float] = []
@@ -62,12 +84,24 @@ def figures(rounds: int = 8, turns: int = 4) -> list[Figure]:
         for _ in range(turns):
             bare += _bare_s(module.port, rounds)
             ours += _worker_s(module.port, rounds + 1)
+        questions = [f"{one.query().encode().hex()}:{one.layout.value}" for one in READABLE]
+        scripts, programs = [], []
+        for _ in range(processes):
+            scripts.append(_process_s(sys.executable, "-c", _SCRIPT, module.port, *questions))
+            programs.append(_process_s(*PROGRAM, "read", "--port", module.port))
     ratio = statistics.median(ours) / statistics.median(bare)
+    program_s, script_s = statistics.median(programs), statistics.median(scripts)
     return [
         Figure(
             f"reading everything ({len(READABLE)} questions) against bare exchanges",
             f"{ratio:.2f} x ({statistics.median(ours) * 1000:.1f} ms, bare {statistics.median(bare) * 1000:.1f} ms)",
             f"<= {AIM} x",
             ratio <= AIM,
-        )
+        ),
+        Figure(
+            "dps-s read as a whole process against the script",
+            f"{program_s / script_s:.2f} x ({program_s * 1000:.0f} ms, script {script_s * 1000:.0f} ms)",
+            f"<= {PROCESS_AIM:g} x",
+            program_s <= PROCESS_AIM * script_s,
+        ),
     ]

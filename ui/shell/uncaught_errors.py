@@ -7,7 +7,7 @@ from PySide6.QtGui import QGuiApplication
 
 from app import version
 from app.procedures.act import Armed
-from app.system.logs import UncaughtError
+from app.system.uncaught import UncaughtError
 from app.text.i18n import tr
 from ui.shell.attention import Attention
 from ui.style.theme import Meaning

@@ -223,3 +223,20 @@ def test_help_and_decode_need_no_serial_port() -> None:
             timeout=LONGEST_S, check=False,
         )  # fmt: skip
         assert (run.returncode, run.stderr) == (0, ""), words
+
+
+def test_reading_loads_nothing_that_it_does_not_use() -> None:
+    code = (
+        "import sys; before = set(sys.modules); import app.__main__ as program\n"
+        "code = program.main(sys.argv[1:])\n"
+        "unused = {'importlib.metadata', 'email', 'zipfile', 'hashlib', 'xml', 'logging.handlers', 'json'}\n"
+        "unused |= {'platformdirs', 'concurrent.futures', 'numpy', 'PySide6', 'cryptography'}\n"
+        "unused = unused & set(sys.modules) - before\n"
+        "sys.exit(f'{code} {unused}' if code or unused else 0)"
+    )
+    with run_module() as module:
+        run = subprocess.run(
+            [sys.executable, "-c", code, "read", "--port", module.port], cwd=ROOT, env=ENVIRONMENT, text=True,
+            capture_output=True, timeout=LONGEST_S, check=False,
+        )  # fmt: skip
+    assert (run.returncode, run.stderr) == (0, "")

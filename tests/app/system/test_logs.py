@@ -13,12 +13,10 @@ from app.system import logs
 from app.system.logs import (
     LINES_KEPT,
     Log,
-    UncaughtError,
-    catch_uncaught_errors,
-    report_uncaught_error,
     start_log,
     text_of,
 )
+from app.system.uncaught import UncaughtError, catch_uncaught_errors, report_uncaught_error
 
 ROOT = Path(__file__).parents[3]
 SAID = logging.getLogger("app.test")
