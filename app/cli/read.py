@@ -22,7 +22,8 @@ if TYPE_CHECKING:
     from app.engine.procedure import Procedure
     from app.procedures.read import Everything
     from app.terminal.connection import Conversation
-    from app.terminal.read_report import Findings, Why
+    from app.terminal.read_report import Findings
+    from app.text.messages import UserMessage
 
 PASSES = 3
 """How often it is read, where the module restarts meanwhile."""
@@ -95,7 +96,9 @@ def _read_undisturbed() -> "Procedure[Everything]":
     return (yield from read_everything())
 
 
-def _findings(conversation: "Conversation", port: str, errors: "dict[str, Why]", why_missing: "Why") -> "Findings":
+def _findings(
+    conversation: "Conversation", port: str, errors: "dict[str, UserMessage]", why_missing: "UserMessage"
+) -> "Findings":
     """What the device knows now is what was read: this conversation began with nothing known.
 
     `why_missing` goes for what is neither known nor in `errors`.

@@ -169,7 +169,7 @@ def parse_value(field: "Field", text: str) -> "Value":
     try:
         return values.parse_value(field, text)
     except values.NotAValue as error:
-        raise ValueError(error.why.sentence) from error
+        raise ValueError(error.why.in_words()) from error
 
 
 def _warn(wishes: Sequence[Wish]) -> None:
@@ -239,7 +239,7 @@ def result_of(written: "Written", refusals: "Sequence[Refusal]" = (), *, age_s: 
         error = f"no reply within {written.waited_s:.1f} s; it may have been carried out"
         words = tr("no reply within {seconds:.1f} s; it may have been carried out", seconds=written.waited_s)
     elif fault is WriteFault.NOT_ALLOWED and refusals:
-        error = "not sent: " + " ".join(refusal.text.format(**refusal.values) for refusal in refusals)
+        error = "not sent: " + " ".join(refusal.message.in_english() for refusal in refusals)
         words = tr("not sent: {why}", why=" ".join(refusal.sentence for refusal in refusals))
     elif fault is not None:
         error, words = fault.value, tr(fault.value)

@@ -22,7 +22,7 @@ from app.procedures.write_all import DISK_LIMIT_S
 from app.safety.acts import Act
 from app.safety.interlocks import interlock_inputs, refusals
 from app.safety.journal import Journal, NoJournal, Outcome
-from app.text.messages import UserMessage, said, said_with
+from app.text.messages import UserMessage, said
 from protocol.catalogue import BY_NAME, HEARTBEAT, STATUS, Command
 from protocol.events import Answered, Unanswered
 from protocol.messages import Acknowledgement, Reading, Status
@@ -212,7 +212,7 @@ def _refusals() -> Procedure[tuple[UserMessage, ...]]:
     now_is = interlock_inputs(sight.device, sight.now, must_be_proven=True, is_the_one_meant=sight.is_proven)
     if now_is.active:
         return (said(marked("the module is ACTIVE, and nothing is written then")),)
-    return tuple(said_with(one.text, one.values) for one in refusals(Act.WRITE, now_is))
+    return tuple(one.message for one in refusals(Act.WRITE, now_is))
 
 
 def _enable(command: Command, journal: Journal) -> Procedure[TriggerFlag]:

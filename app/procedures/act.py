@@ -21,6 +21,7 @@ from app.safety.interlocks import Interlock, Refusal, interlock_inputs, refusals
 from app.safety.journal import Journal, JournalFailed, Outcome, durable
 from app.safety.permit import Permit
 from app.text.i18n import tr
+from app.text.messages import said
 from protocol.catalogue import BY_NAME, HEARTBEAT, STATUS
 from protocol.events import Answered, Unanswered
 from protocol.events import Outcome as Reply
@@ -82,8 +83,8 @@ class Performed:
         if self.is_rehearsal:
             return tr("Rehearsal: {frame} would have been sent. Nothing was.", frame=self.frame.hex(" ").upper())
         if self.outcome is not Outcome.NOT_SENT:
-            said = tr(SENTENCES[self.act, self.outcome])
-            return f"{said} {self._tilt_sentence}" if self.act is Act.ZERO else said
+            words = tr(SENTENCES[self.act, self.outcome])
+            return f"{words} {self._tilt_sentence}" if self.act is Act.ZERO else words
         parts = [tr(_NOT_SENT), *(refusal.sentence for refusal in self.refusals)]
         if self.trouble:
             parts.append(self.trouble)
@@ -158,7 +159,7 @@ def perform(
         open_conditions = conditions_open(act, (yield Inspect()), journal, permit=permit, armed=armed)
     except JournalFailed as error:
         journal.settle(entry, Outcome.NOT_SENT, {"why": "log"})
-        refusal = Refusal(Interlock.INTENT_DURABLE, LOG_FAILED)
+        refusal = Refusal(Interlock.INTENT_DURABLE, said(LOG_FAILED))
         return Performed(act=act, outcome=Outcome.NOT_SENT, refusals=(refusal,), trouble=error.sentence)
     except (Cancelled, PortLost, PortError) as error:
         journal.settle(entry, Outcome.NOT_SENT, {"why": type(error).__name__})

@@ -35,6 +35,7 @@ from app.safety.interlocks import Interlock, Refusal
 from app.safety.journal import Entry, Journal, JournalFailed, Outcome, durable
 from app.safety.permit import Permit
 from app.text.i18n import tr
+from app.text.messages import said
 from protocol.catalogue import BAUD_RATE, BAUD_RATES
 from protocol.translatable import marked
 
@@ -95,8 +96,8 @@ class BaudChanged:
         """In the language in use now."""
         text = SENTENCES[self.end]
         rates = {"old": self.old_rate, "new": self.new_rate, "found": self.found_rate}
-        said = tr(text, **{name: rate for name, rate in rates.items() if f"{{{name}}}" in text})
-        return " ".join([said, *(refusal.sentence for refusal in self.refusals), self.trouble or ""]).strip()
+        words = tr(text, **{name: rate for name, rate in rates.items() if f"{{{name}}}" in text})
+        return " ".join([words, *(refusal.sentence for refusal in self.refusals), self.trouble or ""]).strip()
 
 
 def change_baud(
@@ -125,7 +126,7 @@ def change_baud(
         refused = conditions_open(Act.CHANGE_BAUD, (yield Inspect()), journal, permit=permit, armed=armed)
     except JournalFailed as error:
         _settle_unsent(journal, entry, pending)
-        refusal = Refusal(Interlock.INTENT_DURABLE, marked("The audit log cannot be written."))
+        refusal = Refusal(Interlock.INTENT_DURABLE, said(marked("The audit log cannot be written.")))
         return BaudChanged(
             old_rate=old_rate, new_rate=new_rate, end=BaudEnd.NOT_SENT, refusals=(refusal,), trouble=error.sentence
         )
@@ -136,13 +137,13 @@ def change_baud(
         _settle_unsent(journal, entry, pending)
         return BaudChanged(old_rate=old_rate, new_rate=new_rate, end=BaudEnd.NOT_SENT, refusals=refused)
     try:
-        said = acknowledged((yield Ask(request, is_deliberate=True)))
-        if said.heard is Heard.NOT_SENT:
+        reply = acknowledged((yield Ask(request, is_deliberate=True)))
+        if reply.heard is Heard.NOT_SENT:
             changed = BaudChanged(old_rate=old_rate, new_rate=new_rate, end=BaudEnd.NOT_SENT)
         else:
             found = yield from look_for(new_rate, old_rate)
-            end = _end(old_rate, new_rate, found, said.heard)
-            changed = BaudChanged(old_rate=old_rate, new_rate=new_rate, end=end, heard=said.heard, found_rate=found)
+            end = _end(old_rate, new_rate, found, reply.heard)
+            changed = BaudChanged(old_rate=old_rate, new_rate=new_rate, end=end, heard=reply.heard, found_rate=found)
     except (Cancelled, PortLost, PortError) as error:
         journal.settle(entry, Outcome.UNKNOWN, {"why": type(error).__name__})
         raise

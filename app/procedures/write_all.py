@@ -25,6 +25,7 @@ from app.safety.acts import Act
 from app.safety.interlocks import Interlock, Refusal, interlock_inputs, refusals
 from app.safety.journal import Entry, Journal, Outcome
 from app.safety.permit import Permit
+from app.text.messages import said
 from protocol.catalogue import BAUD_RATE, Command
 from protocol.fields import Value
 from protocol.translatable import marked
@@ -160,7 +161,7 @@ def _write_one(course: _WriteProgress, change: SettingChange) -> Procedure[None]
             course.refused = yield from _refusals(leave)
         if change.command.key in TRIGGERS and change.value is False and not _is_written(entry):
             # A check may go by the log where it says that a trigger is enabled.
-            course.refused = (*course.refused, Refusal(Interlock.INTENT_DURABLE, LOG_FAILED))
+            course.refused = (*course.refused, Refusal(Interlock.INTENT_DURABLE, said(LOG_FAILED)))
         if course.refused:
             course.fault = WriteFault.NOT_ALLOWED
             course.results.append(_not_sent(change, course.fault))

@@ -6,7 +6,7 @@ What is not known never counts as fulfilled: a state that is stale, or only ackn
 """
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from enum import Enum, auto
 from math import isinf
 from types import MappingProxyType
@@ -15,7 +15,7 @@ from app.engine.device import FRESH_FOR_S, DeviceView, How, Known, StaleReason
 from app.engine.motion import MotionExtremes
 from app.safety.acts import TITLES, Act
 from app.safety.permit import Origin, Permit
-from app.text.i18n import tr
+from app.text.messages import UserMessage, said
 from protocol.link_states import Presence
 from protocol.translatable import marked
 
@@ -161,178 +161,168 @@ def _reported(known: Known | None) -> bool | None:
 
 @dataclass(frozen=True, slots=True)
 class Refusal:
-    """One open condition. `text` is English with placeholders for `values`."""
+    """One open condition."""
 
     condition: Interlock
-    text: str
-    values: Mapping[str, object] = field(default_factory=dict)
+    message: UserMessage
 
     @property
     def sentence(self) -> str:
         """In the language in use now."""
-        shown = {name: tr(value) if isinstance(value, str) else value for name, value in self.values.items()}
-        return tr(self.text, **shown)
+        return self.message.in_words()
 
 
 def refusals(act: Act, now_is: InterlockInputs) -> tuple[Refusal, ...]:
     """The open conditions of `act`, in the order of the table; none: it may be done."""
-    found = (_CHECKS[condition](act, now_is) for condition in CONDITIONS[act])
-    return tuple(refusal for refusal in found if refusal is not None)
+    found = ((condition, _CHECKS[condition](act, now_is)) for condition in CONDITIONS[act])
+    return tuple(Refusal(condition, message) for condition, message in found if message is not None)
 
 
-_Check = Callable[[Act, InterlockInputs], Refusal | None]
+_Check = Callable[[Act, InterlockInputs], UserMessage | None]
 
 
-def _online(_act: Act, now_is: InterlockInputs) -> Refusal | None:
+def _online(_act: Act, now_is: InterlockInputs) -> UserMessage | None:
     if now_is.presence is Presence.ONLINE:
         return None
-    return Refusal(Interlock.ONLINE, marked("The module does not answer."))
+    return said(marked("The module does not answer."))
 
 
-def _is_the_one_meant(_act: Act, now_is: InterlockInputs) -> Refusal | None:
+def _is_the_one_meant(_act: Act, now_is: InterlockInputs) -> UserMessage | None:
     if now_is.is_the_one_meant:
         return None
     text = marked("It is not proven that this is the module that is meant: only queries are sent.")
-    return Refusal(Interlock.IS_THE_ONE_MEANT, text)
+    return said(text)
 
 
-def _fresh_status(_act: Act, now_is: InterlockInputs) -> Refusal | None:
-    condition = Interlock.FRESH_STATUS
+def _fresh_status(_act: Act, now_is: InterlockInputs) -> UserMessage | None:
     if now_is.status_at is None:
-        return Refusal(condition, marked("The module has not reported its status yet."))
+        return said(marked("The module has not reported its status yet."))
     if now_is.status_doubt is StaleReason.RESTARTED:
-        return Refusal(condition, marked("The module restarted and has not reported its status since."))
+        return said(marked("The module restarted and has not reported its status since."))
     age_s = now_is.now - now_is.status_at
     if now_is.status_doubt is None and 0.0 <= age_s <= now_is.status_fresh_for_s:
         return None
     if now_is.lag_s is not None:
         text = marked("What the module says arrives {seconds:.1f} s late.")
-        return Refusal(condition, text, {"seconds": now_is.lag_s})
+        return said(text, seconds=now_is.lag_s)
     if isinf(age_s):
-        return Refusal(condition, marked("It is not known how old the last status is."))
-    return Refusal(condition, marked("The last status is {seconds:.1f} s old."), {"seconds": max(0.0, age_s)})
+        return said(marked("It is not known how old the last status is."))
+    return said(marked("The last status is {seconds:.1f} s old."), seconds=max(0.0, age_s))
 
 
-def _is_locked(_act: Act, now_is: InterlockInputs) -> Refusal | None:
+def _is_locked(_act: Act, now_is: InterlockInputs) -> UserMessage | None:
     if now_is.active is False:
         return None
     if now_is.active:
-        return Refusal(Interlock.IS_LOCKED, marked("The module is ACTIVE: lock it first."))
-    return Refusal(Interlock.IS_LOCKED, marked("It is not known whether the module is locked."))
+        return said(marked("The module is ACTIVE: lock it first."))
+    return said(marked("It is not known whether the module is locked."))
 
 
-def _is_active(_act: Act, now_is: InterlockInputs) -> Refusal | None:
+def _is_active(_act: Act, now_is: InterlockInputs) -> UserMessage | None:
     if now_is.active:
         return None
     if now_is.active is False:
-        return Refusal(Interlock.IS_ACTIVE, marked("The module is LOCKED: activate it first."))
-    return Refusal(Interlock.IS_ACTIVE, marked("It is not known whether the module is active."))
+        return said(marked("The module is LOCKED: activate it first."))
+    return said(marked("It is not known whether the module is active."))
 
 
-def _not_triggered(_act: Act, now_is: InterlockInputs) -> Refusal | None:
+def _not_triggered(_act: Act, now_is: InterlockInputs) -> UserMessage | None:
     if now_is.triggered is False:
         return None
     if now_is.triggered:
-        return Refusal(Interlock.NOT_TRIGGERED, marked("The module reports that it has fired."))
-    return Refusal(Interlock.NOT_TRIGGERED, marked("It is not known whether the module has fired."))
+        return said(marked("The module reports that it has fired."))
+    return said(marked("It is not known whether the module has fired."))
 
 
-def _below_tilt(_act: Act, now_is: InterlockInputs) -> Refusal | None:
-    condition = Interlock.BELOW_TILT
+def _below_tilt(_act: Act, now_is: InterlockInputs) -> UserMessage | None:
     tilt, threshold = now_is.tilt_deg, now_is.attitude_threshold_deg
     if threshold is None:
-        return Refusal(condition, marked("The attitude threshold is not known: read the settings first."))
+        return said(marked("The attitude threshold is not known: read the settings first."))
     if tilt is None:
-        return Refusal(condition, marked("The tilt is not known."))
+        return said(marked("The tilt is not known."))
     if tilt < threshold:
         return None
-    return Refusal(
-        condition,
+    return said(
         marked("The tilt is {tilt:.0f}° and the module fires at {threshold:.0f}°: it would fire at once."),
-        {"tilt": tilt, "threshold": threshold},
+        tilt=tilt,
+        threshold=threshold,
     )
 
 
-def _is_level(_act: Act, now_is: InterlockInputs) -> Refusal | None:
-    condition = Interlock.IS_LEVEL
+def _is_level(_act: Act, now_is: InterlockInputs) -> UserMessage | None:
     if now_is.tilt_deg is None:
-        return Refusal(condition, marked("The tilt is not known."))
+        return said(marked("The tilt is not known."))
     if now_is.tilt_deg <= LEVEL_WITHIN_DEG:
         return None
     text = marked("The tilt is {tilt:.0f}°: lay it level, within {limit:.0f}°.")
-    return Refusal(condition, text, {"tilt": now_is.tilt_deg, "limit": LEVEL_WITHIN_DEG})
+    return said(text, tilt=now_is.tilt_deg, limit=LEVEL_WITHIN_DEG)
 
 
-def _is_still(_act: Act, now_is: InterlockInputs) -> Refusal | None:
-    condition, motion = Interlock.IS_STILL, now_is.motion
+def _is_still(_act: Act, now_is: InterlockInputs) -> UserMessage | None:
+    motion = now_is.motion
     if motion is None or motion.until - motion.since < STILL_FOR_S:
-        return Refusal(condition, marked("It has not been watched for two seconds yet."))
+        return said(marked("It has not been watched for two seconds yet."))
     is_one_g = motion.acceleration_low_g >= STILL_FROM_G and motion.acceleration_high_g <= STILL_TO_G
     if motion.tilt_change_deg <= STILL_WITHIN_DEG and is_one_g:
         return None
     text = marked("It moves: {low:.0f}° to {high:.0f}°, {weak:.1f} g to {strong:.1f} g within two seconds.")
-    values = {
-        "low": motion.tilt_low_deg,
-        "high": motion.tilt_high_deg,
-        "weak": motion.acceleration_low_g,
-        "strong": motion.acceleration_high_g,
-    }
-    return Refusal(condition, text, values)
+    low, high = motion.tilt_low_deg, motion.tilt_high_deg
+    return said(text, low=low, high=high, weak=motion.acceleration_low_g, strong=motion.acceleration_high_g)
 
 
-def _nothing_else_armed(act: Act, now_is: InterlockInputs) -> Refusal | None:
+def _nothing_else_armed(act: Act, now_is: InterlockInputs) -> UserMessage | None:
     armed = now_is.armed
     if armed is None or armed is act:
         return None
-    return Refusal(Interlock.NOTHING_ELSE_ARMED, marked("Something else is armed: {what}."), {"what": TITLES[armed]})
+    return said(marked("Something else is armed: {what}."), what=said(TITLES[armed]))
 
 
-def _confirmed(act: Act, now_is: InterlockInputs) -> Refusal | None:
-    return _permitted(Interlock.CONFIRMED, act, now_is, marked("It has not been confirmed."))
+def _confirmed(act: Act, now_is: InterlockInputs) -> UserMessage | None:
+    return _permitted(act, now_is, marked("It has not been confirmed."))
 
 
-def _ritual_done(act: Act, now_is: InterlockInputs) -> Refusal | None:
+def _ritual_done(act: Act, now_is: InterlockInputs) -> UserMessage | None:
     missing = marked("It has not been armed and held for two seconds.")
     permit = now_is.permit
     if permit is not None and permit.origin is not Origin.RITUAL:
-        return Refusal(Interlock.RITUAL_DONE, missing)
-    return _permitted(Interlock.RITUAL_DONE, act, now_is, missing)
+        return said(missing)
+    return _permitted(act, now_is, missing)
 
 
-def _permitted(condition: Interlock, act: Act, now_is: InterlockInputs, missing: str) -> Refusal | None:
+def _permitted(act: Act, now_is: InterlockInputs, missing: str) -> UserMessage | None:
     permit = now_is.permit
     if permit is None or permit.act is not act:
-        return Refusal(condition, missing)
+        return said(missing)
     if permit.is_good(act, now_is.now):
         if now_is.slept_until is not None and permit.granted_at <= now_is.slept_until:
-            return Refusal(condition, marked("The computer slept after this was confirmed: confirm again."))
+            return said(marked("The computer slept after this was confirmed: confirm again."))
         if now_is.overtaken_at is not None and permit.granted_at <= now_is.overtaken_at:
-            return Refusal(condition, marked("LOCK was pressed after this was confirmed: confirm again."))
+            return said(marked("LOCK was pressed after this was confirmed: confirm again."))
         if now_is.opened_at is not None and permit.granted_at <= now_is.opened_at:
-            return Refusal(condition, marked("The port was opened again after this was confirmed: confirm again."))
+            return said(marked("The port was opened again after this was confirmed: confirm again."))
         return None
     if permit.is_rehearsal:
-        return Refusal(condition, marked("This is a rehearsal: nothing is sent."))
+        return said(marked("This is a rehearsal: nothing is sent."))
     if permit.is_spent:
-        return Refusal(condition, marked("This confirmation has been used already: confirm again."))
+        return said(marked("This confirmation has been used already: confirm again."))
     age_s = max(0.0, permit.age_s(now_is.now))
-    return Refusal(condition, marked("The confirmation is {seconds:.1f} s old: confirm again."), {"seconds": age_s})
+    return said(marked("The confirmation is {seconds:.1f} s old: confirm again."), seconds=age_s)
 
 
-def _intent_durable(_act: Act, now_is: InterlockInputs) -> Refusal | None:
+def _intent_durable(_act: Act, now_is: InterlockInputs) -> UserMessage | None:
     if now_is.is_audit_ready:
         return None
-    return Refusal(Interlock.INTENT_DURABLE, marked("The audit log cannot be written, so nothing dangerous is sent."))
+    return said(marked("The audit log cannot be written, so nothing dangerous is sent."))
 
 
-def _may_write(_act: Act, now_is: InterlockInputs) -> Refusal | None:
+def _may_write(_act: Act, now_is: InterlockInputs) -> UserMessage | None:
     if now_is.is_unlocked or now_is.active is False:
         return None
     if now_is.active:
         text = marked("The module is ACTIVE: lock it before changing settings, or unlock this one write.")
-        return Refusal(Interlock.MAY_WRITE, text)
+        return said(text)
     text = marked("It is not known whether the module is locked: settings are not changed.")
-    return Refusal(Interlock.MAY_WRITE, text)
+    return said(text)
 
 
 _CHECKS: Mapping[Interlock, _Check] = MappingProxyType({

@@ -5,11 +5,11 @@ figures are the most that it can be.
 """
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from enum import Enum
 from typing import NamedTuple
 
-from app.text.i18n import tr
+from app.text.messages import UserMessage, said
 from protocol.catalogue import BAUD_RATE, BY_NAME, DEFAULT_BAUD_RATE, RESET_BELOW_THRESHOLD_DEG, Command
 from protocol.fields import Value
 from protocol.translatable import marked
@@ -31,16 +31,13 @@ class Weight(Enum):
 
 @dataclass(frozen=True, slots=True)
 class Consequence:
-    """`text` is English with placeholders for `values`; `sentence` is in the language in use now."""
-
-    text: str
-    values: Mapping[str, object] = field(default_factory=dict)
+    message: UserMessage
     weight: Weight = Weight.PLAIN
 
     @property
     def sentence(self) -> str:
-        shown = {name: tr(value) if isinstance(value, str) else value for name, value in self.values.items()}
-        return tr(self.text, **shown)
+        """In the language in use now."""
+        return self.message.in_words()
 
 
 class Fall(NamedTuple):
@@ -61,12 +58,12 @@ def fall_after(seconds: float) -> Fall:
 def consequences(command: Command, value: Value) -> tuple[Consequence, ...]:
     """The consequence of the value, then the vendor's advice where the value is against it."""
     explain = _EXPLAINED.get(command)
-    said = () if explain is None else (explain(value),)
+    found = () if explain is None else (explain(value),)
     advice = command.advice
     if advice is None or is_advised(command, value):
-        return said
+        return found
     text = marked("Against the vendor's advice: {advice}")
-    return (*said, Consequence(text, {"advice": advice.text}, Weight.AGAINST_ADVICE))
+    return (*found, Consequence(said(text, advice=said(advice.text)), Weight.AGAINST_ADVICE))
 
 
 def is_advised(command: Command, value: Value) -> bool:
@@ -80,37 +77,39 @@ def _attitude(value: Value) -> Consequence:
     fires = float(value)
     rearms = fires - RESET_BELOW_THRESHOLD_DEG
     if fires == 0:
-        return Consequence(marked("Fires as soon as it is activated, however it lies."), weight=Weight.GRAVE)
+        return Consequence(said(marked("Fires as soon as it is activated, however it lies.")), weight=Weight.GRAVE)
     if rearms <= 0:
         text = marked("Fires at {fires:.0f}° and never rearms: that would be at {rearms:.0f}°.")
-        return Consequence(text, {"fires": fires, "rearms": rearms}, Weight.GRAVE)
+        return Consequence(said(text, fires=fires, rearms=rearms), Weight.GRAVE)
     if fires > 180:
-        return Consequence(marked("No protection: no aircraft tilts by {fires:.0f}°."), {"fires": fires}, Weight.GRAVE)
+        return Consequence(said(marked("No protection: no aircraft tilts by {fires:.0f}°."), fires=fires), Weight.GRAVE)
     if fires > UPRIGHT_DEG:
         text = marked("Fires only when it is upside down, at {fires:.0f}°; rearms at {rearms:.0f}°.")
-        return Consequence(text, {"fires": fires, "rearms": rearms}, Weight.GRAVE)
-    return Consequence(marked("Fires at {fires:.0f}°, rearms at {rearms:.0f}°."), {"fires": fires, "rearms": rearms})
+        return Consequence(said(text, fires=fires, rearms=rearms), Weight.GRAVE)
+    return Consequence(said(marked("Fires at {fires:.0f}°, rearms at {rearms:.0f}°."), fires=fires, rearms=rearms))
 
 
 def _acceleration(value: Value) -> Consequence:
     limit = float(value)
     if limit == 0:
-        return Consequence(marked("Never counts as falling: nothing is below 0 g."), weight=Weight.GRAVE)
+        return Consequence(said(marked("Never counts as falling: nothing is below 0 g.")), weight=Weight.GRAVE)
     if limit >= RESTING_G:
         text = marked("Counts as falling while it stands still (1 g): it fires as soon as the free-fall time is over.")
-        return Consequence(text, weight=Weight.GRAVE)
-    return Consequence(marked("Counts as falling below {limit:.1f} g; at rest it is 1 g."), {"limit": limit})
+        return Consequence(said(text), weight=Weight.GRAVE)
+    return Consequence(said(marked("Counts as falling below {limit:.1f} g; at rest it is 1 g."), limit=limit))
 
 
 def _time(value: Value) -> Consequence:
     seconds = float(value)
     if seconds == 0:
-        return Consequence(marked("Fires at the first moment of free fall: any jolt may do it."), weight=Weight.GRAVE)
+        return Consequence(
+            said(marked("Fires at the first moment of free fall: any jolt may do it.")), weight=Weight.GRAVE
+        )
     fall = fall_after(seconds)
     text = marked(
         "{seconds:.2f} s of free fall is {height:.1f} m before it fires, at {speed:.0f} km/h (from rest, without drag)."
     )
-    return Consequence(text, {"seconds": seconds, "height": fall.height_m, "speed": fall.speed_km_h})
+    return Consequence(said(text, seconds=seconds, height=fall.height_m, speed=fall.speed_km_h))
 
 
 def _light(value: Value) -> Consequence:
@@ -118,30 +117,32 @@ def _light(value: Value) -> Consequence:
         "The parachute counts as out of the bay when the light reads beyond {limit:.1f} V. Which way light moves the "
         "reading is found by measuring with the bay closed, then open."
     )
-    return Consequence(text, {"limit": float(value)})
+    return Consequence(said(text, limit=float(value)))
 
 
 def _attitude_trigger(value: Value) -> Consequence:
     if value:
-        return Consequence(marked("Fires by itself when it tips over."))
-    return Consequence(marked("No protection when it tips over: this trigger is off."), weight=Weight.AGAINST_ADVICE)
+        return Consequence(said(marked("Fires by itself when it tips over.")))
+    return Consequence(
+        said(marked("No protection when it tips over: this trigger is off.")), weight=Weight.AGAINST_ADVICE
+    )
 
 
 def _freefall_trigger(value: Value) -> Consequence:
     if value:
-        return Consequence(marked("Fires by itself in free fall."))
-    return Consequence(marked("No protection in free fall: this trigger is off."), weight=Weight.AGAINST_ADVICE)
+        return Consequence(said(marked("Fires by itself in free fall.")))
+    return Consequence(said(marked("No protection in free fall: this trigger is off.")), weight=Weight.AGAINST_ADVICE)
 
 
 def _serial_output(value: Value) -> Consequence:
     if value:
-        return Consequence(marked("Sends its status all the time, without being asked."))
-    return Consequence(marked("Speaks only when asked."))
+        return Consequence(said(marked("Sends its status all the time, without being asked.")))
+    return Consequence(said(marked("Speaks only when asked.")))
 
 
 def _baud_rate(value: Value) -> Consequence:
     text = marked("Whoever talks to the module, also the flight controller, must use {rate} baud from then on.")
-    return Consequence(text, {"rate": value})
+    return Consequence(said(text, rate=value))
 
 
 _EXPLAINED: Mapping[Command, Callable[[Value], Consequence]] = {

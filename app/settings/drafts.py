@@ -4,7 +4,8 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 
 from app.settings.setting_texts import plain_text
-from app.settings.values import InvalidValue, NotAValue, parse_value
+from app.settings.values import NotAValue, parse_value
+from app.text.messages import UserMessage
 from protocol.catalogue import Command
 from protocol.fields import Value
 
@@ -17,7 +18,7 @@ class Draft:
 
     text: str
     value: Value | None
-    invalid: InvalidValue | None = None
+    invalid: UserMessage | None = None
 
 
 def draft_of(command: Command, text: str) -> Draft:

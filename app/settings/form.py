@@ -231,7 +231,7 @@ class SettingsForm:
         if key in self._writing:
             state = RowState.WRITING
         elif draft is not None and draft.invalid is not None:
-            state, reason = RowState.UNFIT, draft.invalid.sentence
+            state, reason = RowState.UNFIT, draft.invalid.in_words()
         elif failure is not None:
             state, reason = RowState.FAILED, _failure_text(command, failure)
         elif key in self.watch.changed and key not in self._verified:

@@ -4,7 +4,7 @@ import re
 import tomllib
 import unicodedata
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -25,6 +25,7 @@ from app.settings.toml_text import toml_text
 from app.settings.values import NotAValue, fitting, number_text, shortened
 from app.system.files import write_whole
 from app.text.i18n import tr
+from app.text.messages import UserMessage, said
 from protocol.fields import Value
 from protocol.translatable import marked
 
@@ -57,23 +58,20 @@ class ProfileFault:
     """One error. `line` counts from 1; None where the file as a whole is meant."""
 
     line: int | None
-    text: str
-    values: Mapping[str, object] = field(default_factory=dict)
+    message: UserMessage
 
     @property
     def sentence(self) -> str:
         """In the language in use now."""
-        values = {name: tr(value) if name == "why" and isinstance(value, str) else value
-                  for name, value in self.values.items()}  # fmt: skip
-        said = tr(self.text, **values)
-        return said if self.line is None else tr("Line {line}: {what}", line=self.line, what=said)
+        what = self.message.in_words()
+        return what if self.line is None else tr("Line {line}: {what}", line=self.line, what=what)
 
 
 class ProfileRefused(ValueError):
     """The file is no profile, for all these reasons, in the order of their lines."""
 
     def __init__(self, faults: tuple[ProfileFault, ...]) -> None:
-        super().__init__("; ".join(fault.text for fault in faults))
+        super().__init__("; ".join(fault.message.in_english() for fault in faults))
         self.faults = faults
 
     @property
@@ -87,8 +85,8 @@ def read_profile(path: Path) -> Profile:
         with path.open("rb") as file:
             data = file.read(LARGEST_BYTES + 1)
     except (OSError, ValueError) as error:  # ValueError: a NUL in the name
-        why = getattr(error, "strerror", None) or error
-        fault = ProfileFault(None, marked("{path} cannot be read: {why}."), {"path": path, "why": why})
+        why = said(str(getattr(error, "strerror", None) or error))
+        fault = ProfileFault(None, said(marked("{path} cannot be read: {why}."), path=path, why=why))
         raise ProfileRefused((fault,)) from error
     profile = parse_profile(data)
     return profile if profile.name.strip() else replace(profile, name=shortened(path.stem, LONGEST_NAME - 1))
@@ -124,24 +122,23 @@ def profile_text(profile: Profile) -> str:
 def parse_profile(data: bytes) -> Profile:
     """Raises `ProfileRefused` with everything that is wrong."""
     if len(data) > LARGEST_BYTES:
-        limit = {"kilobytes": LARGEST_BYTES // 1024}
-        raise ProfileRefused((ProfileFault(None, marked("The file is larger than {kilobytes} KB."), limit),))
+        limit = said(marked("The file is larger than {kilobytes} KB."), kilobytes=LARGEST_BYTES // 1024)
+        raise ProfileRefused((ProfileFault(None, limit),))
     try:
         text = data.decode("utf-8-sig")
     except UnicodeDecodeError as error:
         line = data.count(b"\n", 0, error.start) + 1
-        raise ProfileRefused((ProfileFault(line, marked("this is not UTF-8 text.")),)) from error
+        raise ProfileRefused((ProfileFault(line, said(marked("this is not UTF-8 text."))),)) from error
     text = text.replace("\r\n", "\n")
     for number, row in enumerate(text.split("\n"), start=1):
         if row.partition("=")[0].count(".") > MOST_DOTS:
-            raise ProfileRefused((ProfileFault(number, marked("there are too many dots in a row.")),))
+            raise ProfileRefused((ProfileFault(number, said(marked("there are too many dots in a row."))),))
     faults: list[ProfileFault] = []
     tables = _tables(text, faults)
     newer = tables.get("format")
     if isinstance(newer, int) and not isinstance(newer, bool) and newer > FORMAT:
         why = marked("The profile is of format {format}; this program knows {known}. Use a newer version of it.")
-        values = {"format": number_text(newer), "known": FORMAT}
-        raise ProfileRefused((ProfileFault(None, why, values),))
+        raise ProfileRefused((ProfileFault(None, said(why, format=number_text(newer), known=FORMAT)),))
     reader = _Reader(key_lines(text), faults)
     profile = reader.profile(tables)
     if faults:
@@ -157,13 +154,13 @@ def _tables(text: str, faults: list[ProfileFault]) -> dict[str, Any]:
         try:
             return tomllib.loads("\n".join(lines))
         except RecursionError:
-            faults.append(ProfileFault(None, marked("brackets are nested too deeply.")))
+            faults.append(ProfileFault(None, said(marked("brackets are nested too deeply."))))
             return {}
         except (tomllib.TOMLDecodeError, ValueError) as error:
             found = _SYNTAX.match(str(error))
             line = int(found["line"]) if found is not None and found["line"] else None
             why = shortened(found["why"] if found is not None else str(error), 120)
-            faults.append(ProfileFault(line, marked("this is not TOML: {why}."), {"why": why}))
+            faults.append(ProfileFault(line, said(marked("this is not TOML: {why}."), why=said(why))))
             if line is None or not lines[line - 1]:
                 return {}
             lines[line - 1] = ""
@@ -216,7 +213,7 @@ class _Reader:
             try:
                 yield key, fitting(command.write, value)
             except NotAValue as error:
-                self._refuse((*under, key), marked("{name}: {why}."), name=key, why=error.why.sentence)
+                self._refuse((*under, key), marked("{name}: {why}."), name=key, why=error.why)
 
     def _limits(self, table: dict[str, Any]) -> dict[str, float]:
         limits: dict[str, float] = {}
@@ -228,7 +225,7 @@ class _Reader:
             elif not is_number or not allowed.low <= value <= allowed.high:
                 self._refuse(
                     ("limits", name), marked("{name}: a number from {low} to {high} is needed: {why}."),
-                    name=name, low=f"{allowed.low:g}", high=f"{allowed.high:g}", why=allowed.why,
+                    name=name, low=f"{allowed.low:g}", high=f"{allowed.high:g}", why=said(allowed.why),
                 )  # fmt: skip
             else:
                 limits[name] = value
@@ -294,7 +291,7 @@ class _Reader:
 
     def _refuse(self, path: tuple[str, ...], text: str, **values: object) -> None:
         line = next((self._lines[path[:length]] for length in (3, 2, 1) if path[:length] in self._lines), None)
-        self._faults.append(ProfileFault(line, text, values))
+        self._faults.append(ProfileFault(line, said(text, **values)))
 
 
 def _is_odd(character: str) -> bool:

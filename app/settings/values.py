@@ -1,11 +1,9 @@
 """Parses and formats values of settings, and explains why a value is invalid."""
 
 import math
-from collections.abc import Mapping
-from dataclasses import dataclass, field
 from decimal import Decimal, InvalidOperation
 
-from app.text.i18n import tr
+from app.text.messages import UserMessage, said
 from protocol.fields import Choice, Field, Quantity, Value, ValueRefused
 from protocol.translatable import marked
 
@@ -15,27 +13,11 @@ LARGEST_WHOLE = 10**15
 """Python refuses to write down a whole number of more than 4,300 digits, and nobody reads one of 20."""
 
 
-@dataclass(frozen=True, slots=True)
-class InvalidValue:
-    """Why not: English with placeholders for `values`; `sentence` is in the language in use now."""
-
-    text: str
-    values: Mapping[str, object] = field(default_factory=dict)
-
-    @property
-    def sentence(self) -> str:
-        return tr(self.text, **self.values)
-
-    @property
-    def english(self) -> str:
-        return self.text.format(**self.values)
-
-
 class NotAValue(ValueError):
     """A text or value that the setting's byte cannot carry."""
 
-    def __init__(self, why: InvalidValue) -> None:
-        super().__init__(why.english)
+    def __init__(self, why: UserMessage) -> None:
+        super().__init__(why.in_english())
         self.why = why
 
 
@@ -56,44 +38,43 @@ def parse_value(wanted: Field, text: str) -> Value:
     """The value that `text` stands for, as typed by a person. Raises `NotAValue`."""
     if not isinstance(wanted, Quantity | Choice):
         if text.lower() not in _WORDS:
-            raise NotAValue(InvalidValue(marked("“{value}” is neither true nor false"), {"value": shortened(text)}))
+            raise NotAValue(said(marked("“{value}” is neither true nor false"), value=shortened(text)))
         return fitting(wanted, _WORDS[text.lower()])
     try:
         number = Decimal(text if len(text) <= LONGEST_NUMBER else "")
         if not number.is_finite():
             raise InvalidOperation
     except InvalidOperation:
-        raise NotAValue(InvalidValue(marked("“{value}” is no number"), {"value": shortened(text)})) from None
+        raise NotAValue(said(marked("“{value}” is no number"), value=shortened(text))) from None
     value = int(number) if number == number.to_integral_value() and abs(number) < 10**9 else float(number)
     if Decimal(str(value)) != number:  # more digits than a float carries: between two steps in any case
         raise NotAValue(_why_refused(wanted, text, None))
     return fitting(wanted, value)
 
 
-def _kind_needed(wanted: Field) -> InvalidValue:
+def _kind_needed(wanted: Field) -> UserMessage:
     if isinstance(wanted, Quantity | Choice):
-        return InvalidValue(marked("a number is needed"))
-    return InvalidValue(marked("true or false is needed"))
+        return said(marked("a number is needed"))
+    return said(marked("true or false is needed"))
 
 
-def _why_refused(wanted: Field, value: object, error: ValueRefused | None) -> InvalidValue:
+def _why_refused(wanted: Field, value: object, error: ValueRefused | None) -> UserMessage:
     if isinstance(wanted, Choice):
         listed = ", ".join(map(str, sorted(wanted.values.values())))
-        return InvalidValue(marked("{value} is not one of {values}"), {"value": value, "values": listed})
+        return said(marked("{value} is not one of {values}"), value=value, values=listed)
     if not isinstance(wanted, Quantity) or isinstance(value, bool):
         return _kind_needed(wanted)
     if error is None:
-        return InvalidValue(marked("{value} has more digits than can be sent"), {"value": shortened(str(value))})
+        return said(marked("{value} has more digits than can be sent"), value=shortened(str(value)))
     if len(error.neighbours) == 2:
         low, high = (wanted.text(wanted.encode(one)) for one in error.neighbours)
-        return InvalidValue(
-            marked("{value} lies between two steps; the nearest are {low} and {high}"),
-            {"value": value, "low": low, "high": high},
+        return said(
+            marked("{value} lies between two steps; the nearest are {low} and {high}"), value=value, low=low, high=high
         )
     if error.neighbours:
-        limits = {"low": wanted.text(0), "high": wanted.text(255)}
-        return InvalidValue(marked("{value} is outside {low} to {high}"), {"value": value, **limits})
-    return InvalidValue(marked("a finite number is needed"))
+        low, high = wanted.text(0), wanted.text(255)
+        return said(marked("{value} is outside {low} to {high}"), value=value, low=low, high=high)
+    return said(marked("a finite number is needed"))
 
 
 def number_text(value: float) -> str:

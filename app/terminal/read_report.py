@@ -12,40 +12,25 @@ from app.limits.out_of_limits import LimitsInUse, line_outside, outside_of
 from app.preflight.reading_object import LIVE_KEYS, SETTING_KEYS, reading_object
 from app.terminal.console import TableRow, two_columns
 from app.text.i18n import tr
+from app.text.messages import UserMessage, said
 from protocol.catalogue import BAUD_RATE, BY_NAME, SETTINGS, Command
 from protocol.events import Unanswered
 from protocol.fields import Choice, Done, Field, Flag, Quantity, Value
 from protocol.translatable import marked
 
-
-class Why(NamedTuple):
-    """Why a value was not had; `text` may want the wait in `seconds` and the number of `attempts`."""
-
-    text: str
-    seconds: float = 0.0
-    attempts: int = 0
-
-    def in_english(self) -> str:
-        """For JSON."""
-        return self.text.format(seconds=self.seconds, attempts=self.attempts)
-
-    def in_words(self) -> str:
-        """For people, in their language."""
-        return tr(self.text, seconds=self.seconds, attempts=self.attempts)
+PORT_LOST = said(marked("not read: the port was lost"))
+FELL_SILENT = said(marked("not asked: the module stopped answering"))
+RESTARTED = said(marked("not read: the module restarted again and again"))
 
 
-PORT_LOST = Why(marked("not read: the port was lost"))
-FELL_SILENT = Why(marked("not asked: the module stopped answering"))
-RESTARTED = Why(marked("not read: the module restarted again and again"))
-
-
-def why_unanswered(unanswered: Unanswered) -> Why:
+def why_unanswered(unanswered: Unanswered) -> UserMessage:
+    """Why a value was not had."""
     if not unanswered.attempts:
         return FELL_SILENT
     if unanswered.attempts == 1:
-        return Why(marked("no reply within {seconds:.1f} s, asked once"), unanswered.waited_s)
+        return said(marked("no reply within {seconds:.1f} s, asked once"), seconds=unanswered.waited_s)
     text = marked("no reply within {seconds:.1f} s, asked {attempts} times")
-    return Why(text, unanswered.waited_s, unanswered.attempts)
+    return said(text, seconds=unanswered.waited_s, attempts=unanswered.attempts)
 
 
 @dataclass(frozen=True, slots=True)
@@ -57,7 +42,7 @@ class Findings:
     round_trip_s: float | None = None
     """Median."""
     values: Mapping[str, Value] = field(default_factory=dict)
-    errors: Mapping[str, Why] = field(default_factory=dict)
+    errors: Mapping[str, UserMessage] = field(default_factory=dict)
     lag_s: float | None = None
     has_damaged: bool = False
     """Bytes that were no frame came."""

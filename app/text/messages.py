@@ -39,21 +39,23 @@ class UserMessage:
         return {"text": self.text, "values": values} if values else {"text": self.text}
 
 
-def said(text: str, /, **values: Union[str, "UserMessage"]) -> UserMessage:
-    """`text` is `marked` where it is for people."""
-    return UserMessage(text, tuple(values.items()))
+def said(text: str, /, **values: object) -> UserMessage:
+    """`text` is `marked` where it is for people. Values are formatted now ("{seconds:.1f} s old") and translated later
+    where they are messages themselves."""
+    specs = {place[1]: place[2] or "" for place in _PLACE.finditer(text)} if values else {}
+    return UserMessage(
+        text,
+        tuple(
+            (name, value if isinstance(value, UserMessage) else format(value, specs.get(name, "")))
+            for name, value in values.items()
+        ),
+    )
 
 
 def listed(parts: Sequence[UserMessage]) -> UserMessage:
     """Side by side, as one."""
     places = [f"p{number}" for number in range(len(parts))]
     return UserMessage(", ".join(f"{{{place}}}" for place in places), tuple(zip(places, parts, strict=True)))
-
-
-def said_with(text: str, values: Mapping[str, object]) -> UserMessage:
-    """A text of the program for `str.format`, such as "{seconds:.1f} s old": formatted now, translated later."""
-    specs = {place[1]: place[2] or "" for place in _PLACE.finditer(text)}
-    return UserMessage(text, tuple((name, format(value, specs.get(name, ""))) for name, value in values.items()))
 
 
 def said_from(plain: object, *, depth: int = 0) -> UserMessage:

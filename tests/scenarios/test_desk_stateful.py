@@ -17,7 +17,8 @@ from app.procedures import write_all
 from app.procedures.write import Written, write_verified
 from app.safety import interlocks as safety
 from app.safety.acts import Act
-from app.safety.interlocks import Interlock, InterlockInputs, Refusal
+from app.safety.interlocks import InterlockInputs
+from app.text.messages import UserMessage
 from protocol.catalogue import Command, Hazard, Request
 from protocol.fields import Value
 from tests.scenarios.desk_machine import DeskMachine
@@ -57,8 +58,8 @@ def believe_acknowledgements(patch: pytest.MonkeyPatch) -> None:
 def go_on_after_lock(patch: pytest.MonkeyPatch) -> None:
     permitted = safety._permitted
 
-    def permit_all(condition: Interlock, act: Act, now_is: InterlockInputs, missing: str) -> Refusal | None:
-        return permitted(condition, act, replace(now_is, overtaken_at=None), missing)
+    def permit_all(act: Act, now_is: InterlockInputs, missing: str) -> UserMessage | None:
+        return permitted(act, replace(now_is, overtaken_at=None), missing)
 
     patch.setattr(safety, "_permitted", permit_all)
     patch.setattr(Session, "_withhold_dangerous", lambda session: None)

@@ -21,6 +21,7 @@ from app.terminal import record_table as records
 from app.text import i18n
 from app.text.csv_cells import defused
 from app.text.durations import stopwatch
+from app.text.messages import said
 from app.trigger_records.fields import fields_of
 from protocol.catalogue import BAUD_RATES, BY_NAME, SERIAL_OUTPUT, SETTINGS
 from protocol.events import Unanswered
@@ -123,7 +124,7 @@ def test_setting_keys_are_the_catalogues() -> None:
 def test_the_page_shows_units_and_says_unknown() -> None:
     values = EVERYTHING | {"serial_output": True, "triggered": True}
     del values["light_v"]
-    why = found.Why("no reply within {seconds:.1f} s, asked {attempts} times", 1.0, 3)
+    why = said("no reply within {seconds:.1f} s, asked {attempts} times", seconds=1.0, attempts=3)
     page = "\n".join(found.page_of(found.Findings("/dev/ttyUSB0", 115200, 0.0029, values, {"light_v": why})))
     assert page == (
         "Module on /dev/ttyUSB0, 115200 baud, answers in 2.9 ms\n"

@@ -22,7 +22,7 @@ from app.records.verification import Chain, RecordState, Verification
 from app.records.verification import verify as verify_record
 from app.records.verification import verify_bytes as verify_file_bytes
 from app.text.i18n import set_language
-from app.text.messages import UserMessage, clean, said, said_from, said_with
+from app.text.messages import UserMessage, clean, said, said_from
 from tests.support.records.preflight_rig import FAULTS, Fault, check
 from tests.support.records.stations_made import find_station, station
 
@@ -308,7 +308,7 @@ def test_a_printer_that_fails_loses_nothing(tmp_path: Path) -> None:
 def test_words_format_nothing() -> None:
     assert said("{a} {b}", a="{b}", b="2").in_words() == "{b} 2"
     assert UserMessage("{missing}").in_english() == "{missing}"
-    assert said_with("{seconds:.1f} s old", {"seconds": 3.14}).in_english() == "3.1 s old"
+    assert said("{seconds:.1f} s old", seconds=3.14).in_english() == "3.1 s old"
     both = said("{one} {other}", one=said("x"), other="y")
     assert said_from(both.plain()) == both
     assert clean("\u202eabc\n") == "[U+202E]abc "

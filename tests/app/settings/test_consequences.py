@@ -57,5 +57,5 @@ def test_every_value_that_a_byte_carries_is_explained() -> None:
             said = consequences(command, value)
             assert all(one.sentence for one in said)
             assert said
-            is_against = any(one.weight is Weight.AGAINST_ADVICE and "advice" in one.text for one in said)
+            is_against = any(one.weight is Weight.AGAINST_ADVICE and "advice" in one.message.text for one in said)
             assert is_against is not is_advised(command, value)
