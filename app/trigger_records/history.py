@@ -78,6 +78,7 @@ def merge(
 
 def _lined_up(last: Sequence[bytes], now: Sequence[bytes]) -> list[bytes] | None:
     """What is new, where the module sends in the order of time; the fewest that explain it. None where it does not."""
+    found = []
     for turned in (1, -1):
         before, after = list(last)[::turned], list(now)[::turned]
         least = max(0, len(after) - RECORDS_KEPT)
@@ -86,8 +87,9 @@ def _lined_up(last: Sequence[bytes], now: Sequence[bytes]) -> list[bytes] | None
             fresh = after[len(left) :]
             is_room_needed = len(before) + len(fresh) - RECORDS_KEPT
             if left and after[: len(left)] == left and pushed_out == max(0, is_room_needed):
-                return fresh
-    return None
+                found.append(fresh)
+                break
+    return min(found, key=len, default=None)
 
 
 def _counted(last: Sequence[bytes], now: Sequence[bytes]) -> list[bytes]:

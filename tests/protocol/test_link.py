@@ -164,6 +164,20 @@ def test_e06_all_records_until_the_line_is_quiet_in_order(bench: Bench) -> None:
     assert counts == list(range(1, 10))
 
 
+@pytest.mark.parametrize(("gap_s", "belongs"), [(0.49, True), (0.51, False)])
+def test_e06_a_record_after_half_a_second_of_silence_is_none_of_the_answer(
+    bench: Bench, gap_s: float, belongs: bool
+) -> None:
+    bench.ask(TRIGGER_RECORDS.query())
+    bench.hear(RECORD, after_s=0.1)
+    bench.hear(TRAP, after_s=gap_s)
+    assert bench.roles() == [Role.ANSWER, Role.ANSWER if belongs else Role.UNASKED]
+    bench.wait(0.6)
+    (answered,) = bench.taken(Answered)
+    assert isinstance(answered, Answered)
+    assert len(answered.messages) == (2 if belongs else 1)
+
+
 def test_e06_no_record_at_all_is_unanswered_and_asked_only_once(bench: Bench) -> None:
     bench.ask(TRIGGER_RECORDS.query())
     assert TRIGGER_RECORDS.query().encode() not in bench.wait(5)

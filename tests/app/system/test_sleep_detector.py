@@ -245,6 +245,17 @@ def test_what_had_arrived_is_kept_with_the_time_of_its_arrival(monkeypatch: pyte
     assert rig.stale() == EVERYTHING
 
 
+def test_what_waited_in_the_driver_is_not_taken_for_new() -> None:
+    rig = SleepyRig({"rate": 50})
+    rig.watched()
+    rig.session.device.take_samples()
+    rig.clock.now_s += 0.1  # five reports come, and nobody reads them
+    rig.lid.close_for(NIGHT_S)
+    rig.session.step()
+    assert rig.session.device.take_samples() == []
+    assert rig.stale() == EVERYTHING
+
+
 def test_a_port_that_died_asleep_is_lost() -> None:
     rig = SleepyRig()
     rig.watched()

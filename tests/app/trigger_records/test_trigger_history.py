@@ -112,6 +112,14 @@ def test_twins_are_two() -> None:
     assert merge(full, full, full, boot_count=4).new == ()
 
 
+@pytest.mark.parametrize("order", ["oldest first", "newest first"])
+def test_a_twin_of_the_record_that_it_pushes_out_is_one_new_record(order: str) -> None:
+    """Read in the wrong order of time, eight records would seem new."""
+    life = [raw(boot, 5) for boot in range(1, 10)]
+    last, slots = _slots(life, order), _slots([*life, life[0]], order)
+    assert merge(life, last, slots).new == (life[0],)
+
+
 def test_the_wrap_of_the_boot_count_keeps_the_order() -> None:
     early, late = raw(250, 5), raw(2, 5)
     assert in_order([late, early], 3) == (early, late)
