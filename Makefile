@@ -2,6 +2,6 @@
 PYTHON ?= python3
 ARGS ?=
 
-.PHONY: demo test check bench soak adversary package clean
-demo test check bench soak adversary package clean:
+.PHONY: demo test check bench soak adversary mutants package clean
+demo test check bench soak adversary mutants package clean:
 	$(PYTHON) packaging/bootstrap.py $@ $(ARGS)

@@ -100,6 +100,10 @@ def _adversary(arguments: list[str]) -> int:
     return call(_python("-m", "tests.adversary", *arguments), QT_QPA_PLATFORM="offscreen")
 
 
+def _mutants(arguments: list[str]) -> int:
+    return call(_python("-m", "tests.mutants", *arguments), QT_QPA_PLATFORM="offscreen")
+
+
 def _translations(arguments: list[str]) -> int:
     return call(_python("docs/generate/translations.py", *arguments))
 
@@ -121,6 +125,7 @@ COMMANDS: dict[str, Command] = {
     "bench": Command("run the benchmark", _bench),
     "soak": Command("run the endurance test", _soak),
     "adversary": Command("run every command against every fault and lie", _adversary),
+    "mutants": Command("break the program in 200 small ways and count how many the tests notice", _mutants),
     "run": Command("run dps-s with the arguments", _run),
     "translations": Command("update, check or merge the translations", _translations),
     "package": Command("build all packages into dist/ and test them", _package),

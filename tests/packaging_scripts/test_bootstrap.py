@@ -83,6 +83,7 @@ def ready(setup: SetupFiles, monkeypatch: pytest.MonkeyPatch) -> list[tuple[list
         (["test", "-k", "foo", "--help"], ["-m", "pytest", "-n", "4", "--dist", "worksteal", "-k", "foo", "--help"]),
         (["bench", "--quick"], ["-m", "tests.benchmarks", "--quick"]),
         (["soak"], ["-m", "tests.soak"]),
+        (["mutants", "--seed", "2"], ["-m", "tests.mutants", "--seed", "2"]),
         (["run", "read", "--port", "sim://"], ["read", "--port", "sim://"]),
         (["translations", "check"], ["docs/generate/translations.py", "check"]),
     ],
