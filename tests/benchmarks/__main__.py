@@ -11,22 +11,10 @@ from collections.abc import Callable, Sequence
 from importlib import import_module
 
 from tests.benchmarks.figures import Figure, table
-from tests.benchmarks.runs import cores
+from tests.benchmarks.runs import MODULES, cores
 from tests.benchmarks.window.page import PAGE, write_page
 
-NAMES = (
-    "parser",
-    "link",
-    "reading",
-    "lock",
-    "startup",
-    "plots",
-    "gui",
-    "cpu",
-    "memory",
-    "recording",
-    "recordings_view",
-)
+NAMES = tuple(MODULES)
 
 
 def main(words: Sequence[str] | None = None) -> int:
@@ -46,7 +34,7 @@ def main(words: Sequence[str] | None = None) -> int:
     by_name: dict[str, list[Figure]] = {}
     for name in chosen:
         began = time.monotonic()
-        measure: Callable[[], list[Figure]] = import_module(f"tests.benchmarks.{name}").figures
+        measure: Callable[[], list[Figure]] = import_module(MODULES[name]).figures
         by_name[name] = measure()
         print(f"{name}: measured in {time.monotonic() - began:.0f} s", file=sys.stderr, flush=True)
     found = [figure for figures in by_name.values() for figure in figures]

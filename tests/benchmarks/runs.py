@@ -13,6 +13,21 @@ from typing import Any, Final
 from tests.benchmarks.module import StreamingModule, streaming_module
 from tests.support.processes import ENVIRONMENT, ROOT
 
+MODULES: Final = {
+    "parser": "tests.benchmarks.parser",
+    "link": "tests.benchmarks.link",
+    "reading": "tests.benchmarks.reading",
+    "lock": "tests.benchmarks.lock",
+    "startup": "tests.benchmarks.window.startup",
+    "switching": "tests.benchmarks.window.switching",
+    "plots": "tests.benchmarks.window.plots",
+    "gui": "tests.benchmarks.window.gui",
+    "cpu": "tests.benchmarks.cpu",
+    "memory": "tests.benchmarks.memory",
+    "recording": "tests.benchmarks.recording",
+    "recordings_view": "tests.benchmarks.window.recordings_view",
+}
+"""Each benchmark's module, which has `figures`, in the order of the page."""
 _LIMIT_S: Final = 55.0
 _OFFSCREEN: Final = "propagateSizeHints"
 """The offscreen platform has no window manager to tell, and says so each time."""

@@ -2,6 +2,7 @@
 
 import datetime
 import sys
+from importlib import import_module
 from types import ModuleType
 
 import pytest
@@ -9,6 +10,7 @@ import pytest
 from tests.benchmarks import __main__ as program
 from tests.benchmarks import link, others, parser, reading
 from tests.benchmarks.figures import Figure, quantile, table
+from tests.benchmarks.runs import MODULES
 from tests.benchmarks.window import page
 from tests.soak.faults import Mistakes
 
@@ -88,3 +90,8 @@ def test_the_soak_notices_exceptions_that_nobody_caught() -> None:
         sys.excepthook(ValueError, error, None)
     assert len(mistakes.texts) == 1
     assert "unexpected" in mistakes.texts[0]
+
+
+@pytest.mark.parametrize("name", list(MODULES))
+def test_each_benchmark_is_found_and_measures(name: str) -> None:
+    assert callable(import_module(MODULES[name]).figures)

@@ -8,7 +8,7 @@ from typing import Final
 
 from app import version
 from tests.benchmarks.figures import Figure
-from tests.benchmarks.runs import cores
+from tests.benchmarks.runs import MODULES, cores
 from tests.support.processes import ROOT
 
 PAGE: Final = ROOT / "docs" / "performance.md"
@@ -22,8 +22,8 @@ by turns in one run, and the ratios say more than the times. "Line" is 115200 ba
 quick anything is.
 
 What others would do, each in `tests/benchmarks/`: a byte loop with a buffer and a parser declared with `construct`
-(`others.py`), the same questions asked with bare pyserial (`reading.py`), two pyqtgraph curves fed with growing lists
-(`others.py`).
+(`others.py`), the same questions asked with bare pyserial (`reading.py`), two pyqtgraph curves, tuned and as in its
+tutorial (`others.py`).
 """
 
 
@@ -36,7 +36,7 @@ def page(found: Mapping[str, Iterable[Figure]], day: datetime.date) -> str:
         )
     ]  # fmt: skip
     for name, figures in found.items():
-        about = " ".join((import_module(f"tests.benchmarks.{name}").__doc__ or "").split())
+        about = " ".join((import_module(MODULES[name]).__doc__ or "").split())
         lines += [f"## {name}", "", about, "", "| what | measured | aim | |", "| --- | --- | --- | --- |"]
         lines += [f"| {one.name} | {one.measured} | {one.aim} | {one.verdict} |" for one in figures]
         lines.append("")

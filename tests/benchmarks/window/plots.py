@@ -1,12 +1,14 @@
-"""One draw of two curves, against pyqtgraph as in its tutorial: lists that grow, handed over whole."""
+"""One draw of two curves, against pyqtgraph tuned as its documentation says (peaks only, clipped to the view, no
+smoothing, no search for NaN, a range that is set), and, for the record, as in its tutorial (lists that grow).
+"""
 
 from typing import Final
 
 from tests.benchmarks.figures import Figure
 from tests.benchmarks.runs import measured
 
-_DRAWS: Final = {10: 12, 60: 12, 600: 4}
-"""By the seconds in sight: a naive draw of ten minutes takes seconds."""
+_DRAWS: Final = {10: 24, 60: 24, 600: 12}
+"""By the seconds in sight."""
 
 
 def figures() -> list[Figure]:
@@ -14,13 +16,14 @@ def figures() -> list[Figure]:
     found = []
     for window_s, draws in _DRAWS.items():
         took = measured("tests.benchmarks.others", str(window_s), str(draws))
-        naive_s, ours_s = took["naive_s"], took["ours_s"]
+        naive_s, tuned_s, ours_s = took["naive_s"], took["tuned_s"], took["ours_s"]
         found.append(
             Figure(
-                f"draw, {window_s} s in sight, against naive pyqtgraph",
-                f"{naive_s / ours_s:.0f} x faster ({ours_s * 1000:.1f} ms, naive {naive_s * 1000:.0f} ms)",
+                f"draw, {window_s} s in sight, against tuned pyqtgraph",
+                f"{tuned_s / ours_s:.1f} x faster ({ours_s * 1000:.1f} ms, tuned {tuned_s * 1000:.1f} ms; as in the "
+                f"tutorial {naive_s * 1000:.0f} ms)",
                 "faster",
-                ours_s < naive_s,
+                ours_s < tuned_s,
             )
         )
     return found
