@@ -157,7 +157,7 @@ def _write_one(course: _WriteProgress, change: SettingChange) -> Procedure[None]
         course.entries[change.command] = entry
         if not entry.done():
             # A set is no act: it is done also where the disk takes too long. Whether it is allowed is judged again.
-            yield Await(entry, DISK_LIMIT_S)
+            yield from _wait_for_disk(entry)
             course.refused = yield from _refusals(leave)
         if change.command.key in TRIGGERS and change.value is False and not _is_written(entry):
             # A check may go by the log where it says that a trigger is enabled.
@@ -229,8 +229,14 @@ def _keep_snapshot(keep: Callable[[Snapshot], Future[int] | None]) -> Procedure[
     sight: EngineView = yield Inspect()
     snapshot = snapshot_of(sight.device, sight.now)
     kept = keep(snapshot) if snapshot.settings else None
-    if kept is not None:
-        yield Await(kept, DISK_LIMIT_S)
+    if kept is not None and not kept.done():
+        yield from _wait_for_disk(kept)
+
+
+def _wait_for_disk(future: Future[int]) -> Procedure[None]:
+    """The line served others meanwhile: how the module stands is asked again, after whatever is still in flight."""
+    yield Await(future, DISK_LIMIT_S)
+    yield from ask_status()
 
 
 def _refusals(leave: Leave) -> Procedure[tuple[Refusal, ...]]:

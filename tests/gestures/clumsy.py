@@ -19,16 +19,19 @@ from typing import Final
 
 from PySide6.QtCore import QEvent, QPoint, QPointF, Qt
 from PySide6.QtGui import QWheelEvent
-from PySide6.QtWidgets import QApplication, QWidget
+from PySide6.QtWidgets import QApplication, QPushButton, QWidget
 
 from protocol.catalogue import Hazard, Request
 from protocol.link_states import Presence
 from tests.gestures.gesture_bench import GestureBench, gesture_bench
-from tests.support.clumsy_observer import HOLD, WATCHED, Observer
+from tests.support.clumsy_observer import DEAD_S, HOLD, WATCHED, Observer
+from ui.widgets.gestures import gestures
 
 SIZES: Final = ((900, 520), (1024, 600), (1180, 720), (1366, 768))
 LANGUAGES: Final = ("en", "zh_CN")
 KEYS: Final = (Qt.Key.Key_Space, Qt.Key.Key_Return, Qt.Key.Key_Tab, Qt.Key.Key_Backtab, Qt.Key.Key_Escape)
+CHECK_S: Final = 13.0
+"""A pre-flight check, and for one that is under way to end."""
 WINDOW_LASTS: Final = 400
 """Sequences; then another window begins, in another language and size."""
 
@@ -60,7 +63,7 @@ class Clumsy:
         if self._is_down:
             self._up()
         self._key_up()
-        self._wait(0.3)
+        self.wait(0.3)
         self.report.sequences += 1
 
     def _act(self) -> None:
@@ -68,7 +71,7 @@ class Clumsy:
             (self._go_somewhere, 6), (self._click, 7), (self._double_click, 3), (self._down, 2), (self._up, 2),
             (self._pause, 6), (self._press_key, 4), (self._key_up, 3), (self._repeat_key, 2), (self._scroll, 1),
             (self._resize, 1), (self._turn_page, 1), (self._edit, 1), (self._change_module, 1),
-            (self._whole_gesture, 1),
+            (self._whole_gesture, 1), (self._check, 0.3),
         )  # fmt: skip
         action = self.dice.choices([one for one, _ in actions], [weight for _, weight in actions])[0]
         self.trail.append(action.__name__)
@@ -105,7 +108,7 @@ class Clumsy:
         under: QWidget | None = self.bench.window.childAt(self.bench.pointer)
         while under is not None:
             if under.objectName() in ("top_bar", "navigation", "status_line") or under.metaObject().className() in (
-                "QComboBox", "QMenuBar", "QToolButton"):  # fmt: skip
+                "QMenuBar", "QToolButton") or under.inherits("QComboBox"):  # fmt: skip
                 return False
             under = under.parentWidget()
         return True
@@ -137,15 +140,16 @@ class Clumsy:
         self._up()
 
     def _pause(self) -> None:
-        self._wait(self.dice.choice((0.0, 0.05, 0.2, 0.4, 0.5, 0.6, 0.6, 0.9, 2.3)))
+        self.wait(self.dice.choice((0.0, 0.05, 0.2, 0.4, 0.5, 0.6, 0.6, 0.9, 2.3)))
 
-    def _wait(self, seconds: float) -> None:
+    def wait(self, seconds: float) -> None:
         end_s = self.bench.hand_s + seconds
         while self.bench.hand_s < end_s - 1e-9:
             self.bench.wait(min(0.1, end_s - self.bench.hand_s))
             self.observer.passed()
             self.observer.poll()
         self.bench.refresh()
+        self.observer.poll()
 
     def _press_key(self) -> None:
         if self._key is None:
@@ -158,8 +162,9 @@ class Clumsy:
             self._press_key()
         for _ in range(self.dice.randint(1, 20)):
             if self._key is not None:
-                self.bench.key(self._key, is_press=False, is_repeat=True)
-                self.bench.key(self._key, is_press=True, is_repeat=True)
+                is_marked = not gestures().has_paired_repeats or self.dice.random() < 0.9
+                self.bench.key(self._key, is_press=False, is_repeat=True, is_marked=is_marked)
+                self.bench.key(self._key, is_press=True, is_repeat=True, is_marked=is_marked)
 
     def _key_up(self) -> None:
         if self._key is not None:
@@ -180,7 +185,8 @@ class Clumsy:
         self.bench.window.resize(*self.dice.choice(SIZES))
 
     def _turn_page(self) -> None:
-        self.bench.window.go_to(self.dice.choice(("commands", "commands", "settings")))
+        self.bench.window.go_to(self.dice.choice(("commands", "commands", "settings", "preflight", "preflight")))
+        self.bench.preflight.show_check()
 
     def _edit(self) -> None:
         settings = self.bench.settings
@@ -198,19 +204,32 @@ class Clumsy:
         buttons = [one for one in self.bench.buttons() if one.isEnabled() and one.objectName() in WATCHED]
         if not buttons or self._is_down or self._key is not None:
             return
-        one = self.dice.choice(buttons)
+        self._do_whole(self.dice.choice(buttons))
+
+    def _do_whole(self, one: QPushButton) -> None:
         self._move(QPoint(1, 60))
         self._settle()
-        self._wait(0.6)
+        self.wait(0.6)
         if not one.isVisible():
             return
         self._move(self.bench.at(one))
         self._settle()
         self._down()
         if one.objectName() == HOLD:
-            self._wait(2.4)
+            self.wait(2.4)
         self._settle()
         self._up()
+
+    def _check(self) -> None:
+        """A whole pre-flight check of a locked module: where it comes out READY, the page leads to the activation."""
+        if self._is_down or self._key is not None:
+            return
+        self.bench.bench.module.activate(is_active=False)
+        self.bench.window.go_to("preflight")
+        self.bench.preflight.show_check()
+        self.wait(CHECK_S)
+        self._do_whole(self.bench.preflight.buttons.enable)
+        self.wait(CHECK_S)
 
     def _judge(self, request: Request) -> None:
         """As it leaves: what the module was told is compared with what the hands did before."""
@@ -245,6 +264,7 @@ def run(application: QApplication, sequences: int, seed: int, *, is_told: bool =
         ):
             hands = Clumsy(bench, dice, report)
             hands.observer.poll()
+            hands.wait(DEAD_S)  # what the window shows has been there for a while
             for _ in range(min(WINDOW_LASTS, sequences - report.sequences)):
                 hands.sequence()
                 if not hands.recover():

@@ -11,7 +11,7 @@ from queue import Empty
 from unittest.mock import patch
 
 from PySide6.QtCore import QCoreApplication, QEvent, QPoint, QPointF, Qt
-from PySide6.QtGui import QKeyEvent, QMouseEvent, QWindow
+from PySide6.QtGui import QInputEvent, QKeyEvent, QMouseEvent, QWindow
 from PySide6.QtWidgets import QApplication, QPushButton, QWidget
 
 from app.engine.device import DeviceView
@@ -26,17 +26,20 @@ from protocol.link_states import Presence
 from tests.support.journals import FakeJournal
 from tests.support.line.sim_line import FakeClock, SimulatedLine
 from tests.support.window.fakes_ui import Ports
-from tests.support.window.settings_bench import ENTRIES
+from ui.acts.confirm import Confirm
 from ui.core.connector import Connector
 from ui.core.port_watcher import PortWatcher
 from ui.core.preferences import Preferences
-from ui.main import Assembly, WindowOptions, assemble
+from ui.main import PAGES, Assembly, WindowOptions, assemble
 from ui.pages.commands.page import CommandsPage
+from ui.pages.preflight.page import PreflightPage
 from ui.pages.settings.page import SettingsPage
 from ui.services.storage import Storage
-from ui.widgets.gestures import gestures
+from ui.widgets.gestures import REPEATS_WITHIN_MS, gestures
 
 LEFT, NO_BUTTON = Qt.MouseButton.LeftButton, Qt.MouseButton.NoButton
+ENTRIES = tuple(entry for entry in PAGES if entry.key in ("settings", "preflight", "commands"))
+"""The pages that change the module."""
 TICK_S = 0.1
 READS_FOR_S = 0.04
 """Fewer turns of the session, for thousands of sequences: what comes is read at once anyway."""
@@ -117,6 +120,7 @@ class GestureBench:
         """The clock of the hands."""
         self.pointer = QPoint(1, 1)
         self._is_down = False
+        self._event_ms = 0
 
     @property
     def bench(self) -> SimulatedBench:
@@ -144,6 +148,12 @@ class GestureBench:
         assert isinstance(found, SettingsPage)
         return found
 
+    @property
+    def preflight(self) -> PreflightPage:
+        found = self.window.findChild(PreflightPage)
+        assert isinstance(found, PreflightPage)
+        return found
+
     def heard(self, data: bytes) -> None:
         for at in range(0, len(data), 6):
             request = decode_request(data[at : at + 6])
@@ -154,19 +164,26 @@ class GestureBench:
 
     def buttons(self) -> list[QPushButton]:
         """Of everything that changes the module."""
-        page, settings = self.commands, self.settings
-        confirms = [*(row.confirm for row in page.acts.values()), settings.baud.confirm]
-        asked = [one for confirm in confirms for one in (confirm.ask, confirm.go, confirm.cancel)]
+        page, settings, preflight = self.commands, self.settings, self.preflight
+        asked = [one for confirm in self.confirms() for one in (confirm.ask, confirm.go, confirm.cancel)]
         ritual = [page.ritual.choose, page.ritual.rehearse, page.ritual.arm, page.ritual.hold, page.ritual.cancel]
-        found = [*asked, *ritual, settings.write, *settings.strip.findChildren(QPushButton)]
+        check = [preflight.buttons.enable, preflight.buttons.cancel, preflight.buttons.run]
+        check += [row.act for row in preflight.list.rows.values()]
+        found = [*asked, *ritual, *check, settings.write, *settings.strip.findChildren(QPushButton)]
         return [one for one in found if one.isVisible()]
+
+    def confirms(self) -> list[Confirm]:
+        """Every question that leads to an act."""
+        rows = [*self.commands.acts.values(), self.preflight.activation]
+        return [*(row.confirm for row in rows), self.settings.baud.confirm]
 
     # Time
 
     def turn(self) -> None:
-        """The window's event loop, once around."""
+        """The window's event loop, once around, and what a screen shows before the hands go on."""
         QCoreApplication.sendPostedEvents()
         QApplication.processEvents()
+        QCoreApplication.sendEvent(self.window, QEvent(QEvent.Type.UpdateRequest))
 
     def wait(self, seconds: float) -> None:
         """Both clocks; the line works and the window looks at what it has to."""
@@ -182,13 +199,15 @@ class GestureBench:
     def poll(self) -> None:
         """What timers of the window do, which go by the real time."""
         page = self.commands
-        for confirm in (*(row.confirm for row in page.acts.values()), self.settings.baud.confirm):
+        for confirm in self.confirms():
             confirm.check()
+        if gestures().is_release_uncertain and self.hand_s * 1000 - self._event_ms >= REPEATS_WITHIN_MS:
+            gestures()._send_release()
         if page.ritual.is_under_way:
             page.ritual._tick()
 
     def refresh(self) -> None:
-        (self.commands if self.commands.isVisible() else self.settings).refresh()
+        next(page for page in (self.commands, self.preflight, self.settings) if page.isVisible()).refresh()
         self.turn()
 
     # Hands
@@ -225,11 +244,12 @@ class GestureBench:
         self.move(self.at(widget))
         self.click()
 
-    def key(self, key: Qt.Key, *, is_press: bool, is_repeat: bool = False) -> None:
+    def key(self, key: Qt.Key, *, is_press: bool, is_repeat: bool = False, is_marked: bool = True) -> None:
+        """A repeat comes as a release and a press of the same time; Qt does not mark every one on X11."""
         kind = QEvent.Type.KeyPress if is_press else QEvent.Type.KeyRelease
         text = " " if key == Qt.Key.Key_Space else ""
-        event = QKeyEvent(kind, key, Qt.KeyboardModifier.NoModifier, text, is_repeat)
-        QApplication.sendEvent(self.handle, event)
+        event = QKeyEvent(kind, key, Qt.KeyboardModifier.NoModifier, text, is_repeat and is_marked)
+        self._send(event, is_same_time=is_repeat and is_press)
 
     def _mouse(self, kind: QEvent.Type, button: Qt.MouseButton) -> None:
         place = QPointF(self.pointer)
@@ -237,6 +257,13 @@ class GestureBench:
         event = QMouseEvent(
             kind, place, place, self.window.mapToGlobal(place), button, down, Qt.KeyboardModifier.NoModifier
         )
+        self._send(event)
+
+    def _send(self, event: QInputEvent, *, is_same_time: bool = False) -> None:
+        """No two events of a hand have the same time."""
+        if not is_same_time:
+            self._event_ms = max(self._event_ms + 1, round(self.hand_s * 1000))
+        event.setTimestamp(self._event_ms)
         QApplication.sendEvent(self.handle, event)
 
     # States to begin from
@@ -257,7 +284,7 @@ class GestureBench:
         if self._is_down:
             self.release()
         page = self.commands
-        for confirm in (*(row.confirm for row in page.acts.values()), self.settings.baud.confirm):
+        for confirm in self.confirms():
             confirm.withdraw()
         if page.ritual.is_under_way:
             page.ritual.cancel.click()
@@ -288,7 +315,7 @@ def gesture_bench(
         patch("ui.main.Connector", partial(Connector, clock=clock)),
         patch("app.engine.worker.open_line", lambda _port, _rate: line),
         patch.object(storage.sessions, "tapped", lambda: make),
-        patch.object(storage, "journal", lambda _target: journal),
+        patch.object(storage, "journal", lambda *_: journal),
     ):
         options = WindowOptions(language=language)
         preferences = Preferences(folder / "window.ini")
@@ -308,11 +335,14 @@ def gesture_bench(
             window.make_pages()
             window.resize(*size)
             window.show()
-            while window.findChild(CommandsPage) is None or window.findChild(SettingsPage) is None:
+            while any(window.findChild(page) is None for page in (CommandsPage, SettingsPage, PreflightPage)):
                 made.turn()
             # A dialog of the platform's would wait for a person.
             made.settings.files.ask_open = lambda _parent, _folder: None
             made.settings.files.ask_save = lambda _parent, _title, _suggested, _filter: None
+            made.preflight.files.ask_record = lambda _parent: None
+            made.preflight.form.choose.setMenu(None)  # type: ignore[arg-type]  # so would this menu
+            made.preflight.files.ask_path = lambda _parent, _title, _suggested, _filter: None
             assembly.connector.connect_to(Target("sim://gestures", 115200))
             window.activateWindow()
             made.wait(0.5)

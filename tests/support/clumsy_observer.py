@@ -28,17 +28,22 @@ TOLD_S: Final = 1.1
 # By the name of the button whose press completes the act; what leaves then.
 GO: Final = {
     "act_activate_go": "10 02 01",
+    "preflight_activate_go": "10 02 01",
     "act_zero_go": "25 01 00",
     "act_shutdown_go": "12 02 01",
     "act_forbid_deploy_go": "11 02 00",
     "baud_go": "24 02",
 }
 DEPLOY: Final = "11 02 01"
+ENABLE: Final = frozenset({"preflight_enable", "check_attitude_trigger_act", "check_freefall_trigger_act"})
+ENABLED: Final = ("16 02", "17 02")
+"""Each of these enables both triggers."""
 UNLOCK: Final = "notice_unlock_once"
 UNLOCKED: Final = "unlocked write"
 HOLD: Final = "ritual_hold"
 _BEFORE: Final = {
     "act_activate_go": "act_activate_ask",
+    "preflight_activate_go": "preflight_activate_ask",
     "act_zero_go": "act_zero_ask",
     "act_shutdown_go": "act_shutdown_ask",
     "act_forbid_deploy_go": "act_forbid_deploy_ask",
@@ -46,7 +51,7 @@ _BEFORE: Final = {
     "ritual_arm": "ritual_choose",
     HOLD: "ritual_arm",
 }
-WATCHED: Final = frozenset({*_BEFORE, *_BEFORE.values(), UNLOCK, "ritual_rehearse"})
+WATCHED: Final = frozenset({*_BEFORE, *_BEFORE.values(), *ENABLE, UNLOCK, "ritual_rehearse"})
 
 
 @dataclass
@@ -190,6 +195,9 @@ class Observer:
             # One press allows one write, which is of every setting that stands there as changed; each once.
             for change in self.bench.settings.work.form.changes(self.bench.device, self.bench.clock()):
                 self._grant(f"{UNLOCKED} {change.command.code:02x}", COUNTS_FOR_S)
+        elif name in ENABLE:
+            for kind in ENABLED:
+                self._grant(kind, COUNTS_FOR_S)
         elif name not in GO:
             self.chosen[name] = self._now(name)
         elif first and self._now(name) - self.chosen.pop(first) < ASKED_S:
@@ -209,7 +217,9 @@ class Observer:
         # A module that turns ACTIVE after it was asked cannot be known to be: the answer is on its way.
         could_know = self._told_active or self.bench.clock() - self._told_at > TOLD_S
         is_write = self.bench.bench.module.state.is_active and could_know and frame[6:8] != "10"
-        return f"{UNLOCKED} {frame[6:8]}" if is_write else ""
+        if is_write:
+            return f"{UNLOCKED} {frame[6:8]}"
+        return frame[6:11] if frame[6:11] in ENABLED else ""
 
     def asked(self, request: Request) -> None:
         """A question leaves: how the module stands now is what it says."""

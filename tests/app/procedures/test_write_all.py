@@ -1,10 +1,14 @@
 """Several settings in one go: allowed or refused each time, kept before, logged, claimed no further than it goes."""
 
+from concurrent.futures import Future
+
 import pytest
 
+from app.engine.run import Run
 from app.engine.snapshots import Snapshot
 from app.procedures.act import Armed
 from app.procedures.lock import lock
+from app.procedures.stream import StreamSwitch, watch
 from app.procedures.write import Heard, WriteFault
 from app.procedures.write_all import Leave, SettingChange, WriteReport, write_all
 from app.safety.acts import Act
@@ -77,6 +81,27 @@ def test_a_module_that_becomes_active_in_between_is_changed_no_further() -> None
     report = write(rig, freefall_time=1.2, light_threshold=2.0)
     assert sets(rig) == ["freefall_time"]
     assert report.results[1].fault is WriteFault.NOT_ALLOWED
+
+
+@pytest.mark.parametrize("what", ["snapshot", "log"])
+def test_the_module_is_asked_again_after_a_wait_for_the_disk(what: str) -> None:
+    """Somebody else activated it meanwhile: its last report is less than a second old, and from before that."""
+    rig, journal = Rig(), FakeJournal()
+    kept: Future[int] = Future()
+    journal.is_held = what == "log"
+    leave = Leave(journal=journal, keep_snapshot=(lambda _snapshot: kept) if what == "snapshot" else None)
+    run = Run(write_all(changes(freefall_time=1.2), leave))
+    rig.session.run(run)
+    rig.session.run_in_background(watch(StreamSwitch(is_wanted=False)))
+    rig.step_until(lambda: run.awaits_since() is not None)
+    rig.step_for(0.3)
+    rig.bench.module.activate(is_active=True)
+    kept.set_result(1)
+    journal.flush()
+    rig.step_until(lambda: run.is_done)
+    assert isinstance(run.result, WriteReport)
+    assert [refusal.condition for refusal in run.result.refusals] == [Interlock.MAY_WRITE]
+    assert sets(rig) == []
 
 
 def test_a_report_that_came_unasked_does_not_allow_writing() -> None:

@@ -4,7 +4,7 @@ looked at."""
 from typing import Final, NamedTuple
 
 from PySide6.QtCore import Qt, Signal
-from PySide6.QtWidgets import QButtonGroup, QFrame, QGridLayout, QPushButton, QToolButton, QWidget
+from PySide6.QtWidgets import QButtonGroup, QFrame, QGridLayout, QToolButton, QWidget
 
 from app.preflight.checks import Check
 from app.preflight.findings import RESULT_WORDS, CheckResult
@@ -19,6 +19,7 @@ from ui.style.theme import Meaning, Size, Space
 from ui.widgets.controls import control
 from ui.widgets.naming import named
 from ui.widgets.readout import StateChip
+from ui.widgets.step_button import StepButton
 from ui.widgets.text_labels import text_label
 
 CHIP_PX: Final = 112
@@ -69,8 +70,12 @@ class CheckRow(QFrame):
         self.limit = text_label(f"check_{check.id}_limit", "muted")
         self.reason = text_label(f"check_{check.id}_why", "small")
         text, tip = ACTS.get(check.id, ("", ""))
-        self.act = control(QPushButton(), texts, f"check_{check.id}_act", text, says=tip, tip=tip,
+        # The end of a check scrolls its rows: what comes to lie under the pointer then was not chosen.
+        self.act = control(StepButton(), texts, f"check_{check.id}_act", text, says=tip, tip=tip,
                            slot=lambda: self.act_wanted.emit(check.id))  # fmt: skip
+        policy = self.act.sizePolicy()
+        policy.setRetainSizeWhenHidden(False)
+        self.act.setSizePolicy(policy)
         self.act.hide()
         grid = _grid(self)
         grid.addWidget(self.chip, 0, 0, Qt.AlignmentFlag.AlignTop)

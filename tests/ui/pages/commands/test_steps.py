@@ -1,12 +1,11 @@
 """The steps of an act: where they lie, when they count, and what becomes of the keys, the focus and the window."""
 
 from collections.abc import Iterator
-from itertools import combinations
+from itertools import combinations, product
 from pathlib import Path
 
 import pytest
-from PySide6.QtCore import QEvent, QPoint, QRect, Qt
-from PySide6.QtGui import QKeyEvent
+from PySide6.QtCore import QPoint, QRect, Qt
 from PySide6.QtWidgets import (
     QApplication,
     QPushButton,
@@ -26,6 +25,7 @@ from tests.gestures.clumsy import run
 from tests.gestures.gesture_bench import GestureBench, gesture_bench
 from tests.gestures.gesture_table import ACTS, first_button, go_to
 from ui.core.texts import Texts
+from ui.pages.preflight.controller import Standing
 from ui.style.appearance import Appearance
 from ui.style.theme import Choice as Look
 from ui.style.theme import Meaning
@@ -188,13 +188,6 @@ def test_a_held_space_bar_completes_and_then_counts_for_nothing(bench: GestureBe
     assert ritual.ritual.stage is Stage.CHOSEN
 
 
-def _x11(bench: GestureBench, *, is_press: bool, at_ms: int) -> None:
-    kind = QEvent.Type.KeyPress if is_press else QEvent.Type.KeyRelease
-    event = QKeyEvent(kind, Qt.Key.Key_Space, Qt.KeyboardModifier.NoModifier, " ")
-    event.setTimestamp(at_ms)
-    QApplication.sendEvent(bench.handle, event)
-
-
 @pytest.mark.parametrize("is_let_go", [False, True])
 def test_a_repeat_that_x11_does_not_mark_is_no_release(
     bench: GestureBench, monkeypatch: pytest.MonkeyPatch, is_let_go: bool
@@ -203,17 +196,19 @@ def test_a_repeat_that_x11_does_not_mark_is_no_release(
     hold_with_space(bench)
     monkeypatch.setattr(gestures(), "has_paired_repeats", True)
     ritual = bench.commands.ritual
-    for turn in range(10):
-        _x11(bench, is_press=False, at_ms=1000 + turn * 40)
+    for _ in range(10):
+        bench.hand_s += 0.04
+        bench.key(Qt.Key.Key_Space, is_press=False, is_repeat=True, is_marked=False)
         assert gestures().is_release_uncertain
         assert ritual.ritual.stage is Stage.HOLDING
-        _x11(bench, is_press=True, at_ms=1000 + turn * 40)
+        bench.key(Qt.Key.Key_Space, is_press=True, is_repeat=True, is_marked=False)
         bench.wait(0.1)
     assert ritual.ritual.stage is Stage.HOLDING
     if is_let_go:
-        _x11(bench, is_press=False, at_ms=3000)
-        bench.wait(1.9)  # a hold is never completed while it is uncertain
-        gestures()._send_release()
+        bench.key(Qt.Key.Key_Space, is_press=False)
+        bench.clock.now_s += 5.0  # a hold is never completed while it is uncertain
+        ritual._tick()
+        assert bench.sent == []
         bench.wait(1.0)
         assert bench.sent == []
         assert ritual.ritual.stage is Stage.IDLE
@@ -349,6 +344,68 @@ def test_a_press_that_began_before_the_step_moved_completes_nothing(bench: Gestu
     bench.move(bench.at(go))
     bench.release()
     assert is_nothing_sent(bench)
+
+
+@pytest.mark.parametrize("is_marked", [True, False])
+def test_a_held_key_and_a_held_mouse_complete_nothing(
+    bench: GestureBench, monkeypatch: pytest.MonkeyPatch, is_marked: bool
+) -> None:
+    """What X11 repeats is neither the release of the key nor a press of its own, in whichever order they are let go."""
+    monkeypatch.setattr(gestures(), "has_paired_repeats", True)
+    go = ask_to_forbid(bench)
+    bench.move(bench.at(go))
+
+    def repeat() -> None:
+        for _ in range(10):
+            bench.hand_s += 0.04
+            bench.key(Qt.Key.Key_Space, is_press=False, is_repeat=True, is_marked=is_marked)
+            bench.key(Qt.Key.Key_Space, is_press=True, is_repeat=True, is_marked=is_marked)
+
+    for is_key_first, is_key_last in product((False, True), repeat=2):
+        go.setFocus()
+        if is_key_first:
+            bench.key(Qt.Key.Key_Space, is_press=True)
+            repeat()
+        bench.press()
+        if not is_key_first:
+            bench.key(Qt.Key.Key_Space, is_press=True)
+        repeat()
+        if is_key_last:
+            bench.release()
+            repeat()
+        bench.key(Qt.Key.Key_Space, is_press=False)
+        bench.wait(0.1)
+        if not is_key_last:
+            bench.release()
+        assert is_nothing_sent(bench), (is_key_first, is_key_last)
+    bench.click()
+    assert not is_nothing_sent(bench)
+
+
+def test_enable_now_in_a_row_counts_only_a_press_that_was_meant_for_it(bench: GestureBench) -> None:
+    """The end of a check scrolls its rows: what comes to lie under the pointer then is no choice."""
+    bench.window.go_to("preflight")
+    page = bench.preflight
+    bench.go_and_click(page.buttons.run)
+    bench.until(lambda: page.work.standing is Standing.NO_GO)
+    enable, bar = page.list.rows["attitude_trigger"].act, page.list.verticalScrollBar()
+    page.list.ensureWidgetVisible(enable)
+    bench.turn()
+    place = bench.at(enable)
+    for step in (-60, 60):
+        bar.setValue(bar.value() + step)
+        bench.wait(1.0)
+        if step < 0:
+            bench.move(place)
+    assert bench.window.childAt(place) is enable
+    bench.click()
+    assert page.work.standing is Standing.NO_GO
+    bench.move(QPoint(1, 1))
+    bench.move(place)
+    bench.click()
+    assert page.work.standing is Standing.CHECKING
+    bench.wait(2.0)
+    assert [one.encode()[2:5].hex() for one in bench.sent] == ["160200", "170200"]
 
 
 def test_cancel_takes_any_click(bench: GestureBench) -> None:
