@@ -4,7 +4,7 @@ Times (`at`) are the monotonic seconds that the owner handed in.
 """
 
 from collections import Counter
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields
 from enum import Enum
 from math import inf
 from typing import NamedTuple
@@ -137,13 +137,9 @@ class Counters:
         """Bytes, all reasons together."""
         return self.rejected_bytes.total()
 
-    def copy(self) -> "Counters":
-        return Counters(
-            self.sent,
-            self.frames,
-            self.by_role.copy(),
-            self.rejected_bytes.copy(),
-            self.time_outs,
-            self.retries,
-            self.restarts,
-        )
+    def __add__(self, other: "Counters") -> "Counters":
+        return Counters(*(getattr(self, one.name) + getattr(other, one.name) for one in fields(self)))
+
+    def __sub__(self, earlier: "Counters") -> "Counters":
+        """What was counted since; a role or a reason never below zero."""
+        return Counters(*(getattr(self, one.name) - getattr(earlier, one.name) for one in fields(self)))

@@ -4,7 +4,7 @@ Exit code 0; 3 where nothing was had; 4 where some of it was not. What was had i
 """
 
 import argparse
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING
 
 from app.terminal.console import (
     DONE,
@@ -29,13 +29,6 @@ PASSES = 3
 """How often it is read, where the module restarts meanwhile."""
 
 
-class ReadOutcome(NamedTuple):
-    """`trouble`: why it ended early, in a sentence for people."""
-
-    findings: "Findings"
-    trouble: str | None
-
-
 def add_parser(subparsers: "argparse._SubParsersAction[argparse.ArgumentParser]") -> None:
     parser = subparsers.add_parser(
         "read",
@@ -51,21 +44,21 @@ def run(args: argparse.Namespace) -> int:
     from app.terminal.read_report import json_of, page_of
 
     with connected(args.port, args.baud) as conversation:
-        reading = _read(conversation, args.port)
-    findings = reading.findings
+        findings, trouble = _read(conversation, args.port)
     has_something = any(key != "baud_rate" for key in findings.values)
-    if has_something or reading.trouble is None or args.json:
+    if has_something or trouble is None or args.json:
         write_lines([as_json(json_of(findings))] if args.json else page_of(findings))
-    if reading.trouble is not None:
-        say(reading.trouble)
+    if trouble is not None:
+        say(trouble)
     elif findings.errors:
         say(tr("Not had: {names}. Read again; if it stays so, check the wiring.", names=", ".join(findings.errors)))
-    if reading.trouble is not None and not has_something:
+    if trouble is not None and not has_something:
         return NO_LINK
     return PARTLY if findings.errors else DONE
 
 
-def _read(conversation: "Conversation", port: str) -> ReadOutcome:
+def _read(conversation: "Conversation", port: str) -> "tuple[Findings, str | None]":
+    """What was read, and why it ended early, in a sentence for people."""
     from app.terminal.connection import link_trouble
     from app.terminal.read_report import FELL_SILENT, PORT_LOST, RESTARTED, why_unanswered
 
@@ -75,12 +68,12 @@ def _read(conversation: "Conversation", port: str) -> ReadOutcome:
         trouble = link_trouble(error)
         if trouble is None:
             raise
-        return ReadOutcome(_findings(conversation, port, {}, PORT_LOST), trouble)
+        return _findings(conversation, port, {}, PORT_LOST), trouble
     errors = {key: why_unanswered(unanswered) for key, unanswered in everything.errors.items()}
     if not everything.is_line_dead:
-        return ReadOutcome(_findings(conversation, port, errors, RESTARTED), None)
+        return _findings(conversation, port, errors, RESTARTED), None
     trouble = tr("The module on {port} stopped answering. Check its power and the wiring, and read again.", port=port)
-    return ReadOutcome(_findings(conversation, port, errors, FELL_SILENT), trouble)
+    return _findings(conversation, port, errors, FELL_SILENT), trouble
 
 
 def _read_undisturbed() -> "Procedure[Everything]":

@@ -90,21 +90,8 @@ class EvidenceCollector:
             self._seen,
             is_answering=is_answering,
             was_online=self._seen.was_online or has_answered,
-            counters=difference(link.counters, since.counters),
+            counters=link.counters - since.counters,
             bytes_received=link.bytes_received - since.bytes_received,
             round_trip_minimum_s=link.round_trip_minimum_s,
             round_trip_median_s=link.round_trip_median_s,
         )
-
-
-def difference(later: Counters, earlier: Counters) -> Counters:
-    """What was counted in between; nothing below zero."""
-    return Counters(
-        later.sent - earlier.sent,
-        later.frames - earlier.frames,
-        later.by_role - earlier.by_role,
-        later.rejected_bytes - earlier.rejected_bytes,
-        later.time_outs - earlier.time_outs,
-        later.retries - earlier.retries,
-        later.restarts - earlier.restarts,
-    )

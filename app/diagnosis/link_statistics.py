@@ -9,7 +9,6 @@ from collections.abc import Iterable
 from dataclasses import dataclass, field
 from typing import NamedTuple
 
-from app.diagnosis.evidence import difference
 from app.engine.procedure import LinkView
 from app.engine.worker import Batch, PortState
 from protocol.events import Answered, Counters, Event, Received, Rejected, Sent
@@ -56,17 +55,6 @@ class TripClass:
     count: int
 
 
-def accumulate(total: Counters, grown: Counters) -> None:
-    """Add `grown` to `total`."""
-    total.sent += grown.sent
-    total.frames += grown.frames
-    total.by_role.update(grown.by_role)
-    total.rejected_bytes.update(grown.rejected_bytes)
-    total.time_outs += grown.time_outs
-    total.retries += grown.retries
-    total.restarts += grown.restarts
-
-
 class _Growth(NamedTuple):
     counters: Counters
     bytes_received: int
@@ -102,7 +90,7 @@ class _Sum:
     slowest_s: float | None = None
 
     def add(self, grown: Counters, byte_count: int, losses: int, trips_s: Iterable[float]) -> None:
-        accumulate(self.counters, grown)
+        self.counters += grown
         self.bytes_received += byte_count
         self.losses += losses
         self.slowest_s = max([*trips_s, *([self.slowest_s] if self.slowest_s is not None else [])], default=None)
@@ -190,7 +178,7 @@ class LinkStatistics:
             return _Growth(Counters(), 0)
         if link.bytes_received < self._last_bytes or link.counters.sent < self._last.sent:
             self._last, self._last_bytes = Counters(), 0  # another opening, of which no batch told
-        grown = difference(link.counters, self._last)
+        grown = link.counters - self._last
         byte_count = link.bytes_received - self._last_bytes
         self._last, self._last_bytes = link.counters, link.bytes_received
         return _Growth(grown, byte_count)
@@ -202,6 +190,6 @@ class LinkStatistics:
         for trip_s in trips_s:
             self._trips_s.append(trip_s)
             self._classes[bisect_left(BOUNDS_MS, round(trip_s * 1000, 6))] += 1
-        accumulate(self.totals, grown)
+        self.totals += grown
         self.bytes_received += byte_count
         self.losses += losses

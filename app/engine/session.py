@@ -17,7 +17,7 @@ from app.engine.procedure import Ask, Cancelled, EngineView, LinkView, PortLost,
 from app.engine.run import Run
 from app.engine.transport import Line
 from protocol.catalogue import ACTIVATION, Hazard
-from protocol.events import Answered, Event, OutcomeUnknown, Received, Unanswered, WentOffline, WentOnline
+from protocol.events import Answered, Counters, Event, OutcomeUnknown, Received, Unanswered, WentOffline, WentOnline
 from protocol.link import Link
 from protocol.round_trips import Timing
 
@@ -130,7 +130,8 @@ class Session:
 
     def link_view(self) -> LinkView:
         trips, lag_s = self._link.round_trips, self._link.lag.seconds(self.clock())
-        return LinkView(self._link.counters.copy(), trips.minimum_s, trips.median_s, self.bytes_received, lag_s)
+        counters = self._link.counters + Counters()  # a copy
+        return LinkView(counters, trips.minimum_s, trips.median_s, self.bytes_received, lag_s)
 
     # The wheel
 

@@ -38,6 +38,8 @@ class Heard(Enum):
     NOTHING = "nothing"
     NOT_SENT = "not sent"
     """The module had stopped answering before; the set never went out."""
+    UNNEEDED = "unneeded"
+    """It holds the value already: nothing was sent."""
 
 
 class WriteFault(Enum):
@@ -57,6 +59,8 @@ class WriteFault(Enum):
     NOT_ALLOWED = marked("not sent: a condition is not fulfilled")
     AT_RESTART = marked("acknowledged, but still at the old rate: it changes at the next start, or not at all")
     UNCHANGED = marked("the module still answers at the old rate")
+    PORT_LOST = marked("the port was lost; it may have been carried out")
+    PORT_LOST_BEFORE = marked("not sent: the port was lost")
     MODULE_LOST = marked("the module answers at no rate")
 
 

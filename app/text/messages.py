@@ -52,10 +52,10 @@ def said(text: str, /, **values: object) -> UserMessage:
     )
 
 
-def listed(parts: Sequence[UserMessage]) -> UserMessage:
+def listed(parts: Sequence[UserMessage], between: str = ", ") -> UserMessage:
     """Side by side, as one."""
     places = [f"p{number}" for number in range(len(parts))]
-    return UserMessage(", ".join(f"{{{place}}}" for place in places), tuple(zip(places, parts, strict=True)))
+    return UserMessage(between.join(f"{{{place}}}" for place in places), tuple(zip(places, parts, strict=True)))
 
 
 def said_from(plain: object, *, depth: int = 0) -> UserMessage:

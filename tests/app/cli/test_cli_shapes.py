@@ -15,6 +15,9 @@ from app.cli import set as setting
 from app.engine.setting_changes import ChangedSetting
 from app.preflight.reading_object import SETTING_KEYS
 from app.procedures.history import History
+from app.procedures.write import Heard, Written
+from app.procedures.write_all import SettingChange, WriteReport
+from app.settings.values import NotAValue, parse_value
 from app.terminal import console
 from app.terminal import read_report as found
 from app.terminal import record_table as records
@@ -256,8 +259,8 @@ def test_durations(seconds: int, text: str) -> None:
 
 
 def test_set_json_is_the_contract() -> None:
-    results = {"serial_output": setting.SettingResult(wanted=True, is_acknowledged=True)}
-    found = setting.SetOutcome(results=results, changed=(ChangedSetting(BY_NAME["freefall_time"], 1.6, 0.2),))
+    written = Written(command=SERIAL_OUTPUT, wanted=True, heard=Heard.ECHO)
+    found = WriteReport(results=(written,), changed=(ChangedSetting(BY_NAME["freefall_time"], 1.6, 0.2),))
     assert console.as_json(setting.json_of(found)) == (
         '{"results": {"serial_output": {"wanted": true, "acknowledged": true, "read_back": null, "verified": null, '
         '"verified_age_s": null, "error": null}}, '
@@ -267,7 +270,7 @@ def test_set_json_is_the_contract() -> None:
 
 @pytest.mark.parametrize(("text", "value"), [("true", True), ("False", False), ("on", True), ("off", False)])
 def test_flags_are_read(text: str, value: bool) -> None:
-    assert setting.parse([f"serial_output={text}"]) == [setting.Wish(SERIAL_OUTPUT, value)]
+    assert setting.parse([f"serial_output={text}"]) == [SettingChange(SERIAL_OUTPUT, value)]
 
 
 @pytest.mark.parametrize(
@@ -300,15 +303,15 @@ def test_all_faults_are_said_at_once() -> None:
 def test_numbers_go_through_the_catalogue(name: str, text: str, value: float) -> None:
     field = BY_NAME[name].write
     assert field is not None
-    assert setting.parse_value(field, text) == value
+    assert parse_value(field, text) == value
 
 
 @pytest.mark.parametrize(("name", "text"), [("freefall_time", "1.605"), ("light_threshold", "26"), ("baud_rate", "x")])
 def test_what_a_byte_cannot_carry_is_refused(name: str, text: str) -> None:
     field = BY_NAME[name].write
     assert field is not None
-    with pytest.raises(ValueError):
-        setting.parse_value(field, text)
+    with pytest.raises(NotAValue):
+        parse_value(field, text)
 
 
 def test_widths_count_columns() -> None:

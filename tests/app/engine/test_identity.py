@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import pytest
 
-from app.cli.set import result_of
+from app.cli.set import why_unfit
 from app.engine.identity import (
     READ_WITHIN_S,
     Expected,
@@ -155,7 +155,9 @@ def test_a_write_that_is_refused_for_it_says_so() -> None:
     report = rig.run(write_all([wanted], Leave(journal=journal, is_unlocked=True)))
     assert [one.sentence for one in report.refusals] == [NOT_PROVEN]
     (written,) = report.results
-    assert result_of(written, report.refusals).words == f"not sent: {NOT_PROVEN}"  # what `dps-s set` prints
+    why = why_unfit(written, report.refusals)  # what `dps-s set` prints
+    assert why is not None
+    assert why.in_words() == f"not sent: {NOT_PROVEN}"
     permit = Permit(Act.CHANGE_BAUD, Origin.CONFIRMATION, rig.clock())
     changed = rig.run(change_baud(9600, journal, permit=permit))
     assert NOT_PROVEN in changed.sentence
