@@ -10,7 +10,8 @@ from typing import Any
 
 from app.simulator.bench import SimulatedBench
 from app.simulator.control_lines import ControlLines, help_text
-from app.simulator.options import OPTIONS, Group, Option, OptionRefused, default_text, parse_value, setup_from
+from app.simulator.options import OPTIONS, Option, OptionRefused, default_text, parse_value, setup_from
+from app.simulator.quirks import Group
 from app.simulator.servers.endpoint import Endpoint, Loop, complain
 from app.simulator.servers.tcp_server import TcpEndpoint
 from app.text.i18n import tr

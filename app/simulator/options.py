@@ -4,15 +4,16 @@
 """
 
 import math
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import suppress
-from dataclasses import dataclass, field
+from dataclasses import Field, dataclass, field, fields
 from enum import Enum
+from functools import partial
 from typing import Any
 
 from app.simulator.defect_texts import changes, codes, listed, marked_codes, marked_records, rules
-from app.simulator.quirks import Acknowledge, BaudChange, Delivery, EmptySlots, Quirks, Streaming
-from app.simulator.wire import FaultDirection, Faults
+from app.simulator.quirks import Group, Quirks, option
+from app.simulator.wire import Faults
 from app.text.i18n import tr
 from protocol.catalogue import BAUD_RATES
 from protocol.translatable import marked
@@ -20,16 +21,6 @@ from protocol.translatable import marked
 
 class OptionRefused(ValueError):
     """An option that does not exist, or a value that it does not take; the text says which and what it takes."""
-
-
-class Group(Enum):
-    """Heading in the help; the value is its English, translatable text."""
-
-    MODULE = marked("module")
-    DIALECT = marked("dialect: where the vendor's table leaves it open")
-    LIES = marked("lies and defects of the module; codes and values in hexadecimal")
-    FAULTS = marked("faults of the line")
-    PHYSICAL = marked("physical side")
 
 
 class Target(Enum):
@@ -40,26 +31,31 @@ class Target(Enum):
     SETUP = "setup"
 
 
+_module, _physical = partial(option, Group.MODULE), partial(option, Group.PHYSICAL)
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Setup:
     """How a simulated module begins."""
 
     quirks: Quirks = field(default_factory=Quirks)
     faults: Faults = field(default_factory=Faults)
-    rate: float = 50.0
-    baud: int = 115200
-    active: bool = False
-    boots: int = 37
-    uptime: float = 60.0
-    history: int = 0
-    seed: int = 1
-    tilt: float = 0.0
-    cell: float = 3.9
-    drain: float = 0.05
-    bay_open: bool = False
-    charger: bool = False
-    noise: float = 0.0
-    lifelike: bool = False
+    rate: float = _module(50.0, marked("status frames a second while serial output is on, 1 to 1440"), ("HZ", 1, 1440))
+    baud: int = _module(115200, marked("baud rate of the module"), "RATE")
+    active: bool = _module(False, marked("begin active instead of locked: it fires by its own thresholds"))
+    boots: int = _module(37, marked("boot count, 0 to 255"), ("N", 0, 255))
+    uptime: float = _module(
+        60.0, marked("seconds since it was switched on; 0 lets the two heartbeats be seen"), ("S", 0, 65535)
+    )
+    history: int = _module(0, marked("trigger records of earlier days, 0 to 9"), ("N", 0, 9))
+    seed: int = _module(1, marked("seed of faults, noise and history: the same seed, the same run"), ("N", 0, 2**31))
+    tilt: float = _physical(0.0, marked("angle against the horizontal plane, in degrees"), ("DEG", -180, 180))
+    cell: float = _physical(3.9, marked("cell voltage"), ("V", 0, 5))
+    drain: float = _physical(0.05, marked("volts that the cell loses in an hour"), ("V", 0, 100))
+    bay_open: bool = _physical(False, marked("the parachute bay is open"))
+    charger: bool = _physical(False, marked("external power is connected"))
+    noise: float = _physical(0.0, marked("noise of the sensors: 0 none, 1 usual"), ("N", 0, 100))
+    lifelike: bool = _physical(False, marked("it wobbles a few degrees, as in the wind"))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -119,139 +115,56 @@ def _baud_rate(text: str) -> int:
     return int(text)
 
 
-def _defaults(target: Target) -> object:
-    return {Target.DIALECT: Quirks(), Target.FAULTS: Faults(), Target.SETUP: Setup()}[target]
+_TYPED: Mapping[str, Callable[[str], Any]] = {
+    "baud": _baud_rate,
+    "mute_codes": marked_codes,
+    "cross_talk": changes,
+    "read_changes": changes,
+    "drop_records": marked_records,
+    "double_codes": codes,
+    "foreign_replies": rules,
+}
 
 
-def _option(name: str, group: Group, target: Target, text: str, parse: Callable[[str], Any], metavar: str) -> Option:
-    default = getattr(_defaults(target), name)
-    return Option(
-        name=name, group=group, target=target, text=text, parse=parse, default=default, metavar=metavar
-    )  # fmt: skip
-
-
-def _setup(name: str, text: str, parse: Callable[[str], Any], metavar: str, group: Group = Group.MODULE) -> Option:
-    return _option(name, group, Target.SETUP, text, parse, metavar)
-
-
-def _fault(name: str, text: str, parse: Callable[[str], Any], metavar: str) -> Option:
-    return _option(name, Group.FAULTS, Target.FAULTS, text, parse, metavar)
-
-
-def _flag(name: str, group: Group, target: Target, text: str) -> Option:
-    default = getattr(_defaults(target), name)
-    return Option(
-        name=name, group=group, target=target, text=text, parse=_yes_or_no, default=default, is_flag=True
-    )  # fmt: skip
-
-
-def _choice(name: str, text: str, kind: type[Enum] | Mapping[str, object], target: Target = Target.DIALECT) -> Option:
-    values = {str(one.value): one for one in kind} if isinstance(kind, type) else dict(kind)
-
-    def parse(value: str) -> object:
-        if value not in values:
+def _among(values: Mapping[str, object]) -> Callable[[str], object]:
+    def parse(text: str) -> object:
+        if text not in values:
             raise ValueError(tr("one of {values} is needed", values=", ".join(values)))
-        return values[value]
+        return values[text]
 
-    group = Group.DIALECT if target is Target.DIALECT else Group.FAULTS
-    default = getattr(_defaults(target), name)
-    return Option(
-        name=name, group=group, target=target, text=text, parse=parse, default=default, choices=tuple(values)
-    )  # fmt: skip
+    return parse
 
 
-_DIALECT, _FAULTS, _SETUP = Target.DIALECT, Target.FAULTS, Target.SETUP
-_SHARE = _number(0.0, 1.0)
-_MILLISECONDS = _number(0.0, 10_000.0)
-_SECONDS = _number(0.0, 86_400.0)
+def _option_of(one: "Field[Any]", target: Target) -> Option:
+    kind = one.metadata["kind"]
+    make = partial(
+        Option,
+        name=one.name,
+        group=one.metadata["group"],
+        target=target,
+        text=one.metadata["text"],
+        default=one.default,
+    )
+    if isinstance(one.default, Enum):
+        kind = {str(member.value): member for member in type(one.default)}
+    match kind:
+        case None:
+            return make(parse=_yes_or_no, is_flag=True)
+        case dict():
+            return make(parse=_among(kind), choices=tuple(kind))
+        case str():
+            return make(parse=_TYPED[one.name], metavar=kind)
+    metavar, least, most = kind
+    parse = _integer if isinstance(one.default, int) else _number
+    return make(parse=parse(least, most), metavar=metavar)
 
 
-def _lie(name: str, text: str, parse: Callable[[str], Any], metavar: str) -> Option:
-    return _option(name, Group.LIES, Target.DIALECT, text, parse, metavar)
+def _options() -> Iterator[Option]:
+    for kind, target in ((Setup, Target.SETUP), (Quirks, Target.DIALECT), (Faults, Target.FAULTS)):
+        yield from (_option_of(one, target) for one in fields(kind) if one.metadata)
 
 
-OPTIONS: tuple[Option, ...] = (
-    _setup("rate", marked("status frames a second while serial output is on, 1 to 1440"), _number(1, 1440), "HZ"),
-    _setup("baud", marked("baud rate of the module"), _baud_rate, "RATE"),
-    _flag("active", Group.MODULE, _SETUP, marked("begin active instead of locked: it fires by its own thresholds")),
-    _setup("boots", marked("boot count, 0 to 255"), _integer(0, 255), "N"),
-    _setup("uptime", marked("seconds since it was switched on; 0 lets the two heartbeats be seen"),
-           _number(0, 65535), "S"),
-    _setup("history", marked("trigger records of earlier days, 0 to 9"), _integer(0, 9), "N"),
-    _setup("seed", marked("seed of faults, noise and history: the same seed, the same run"), _integer(0, 2**31), "N"),
-    _choice("ack", marked("E2: a set of 21, 22 or 24 is acknowledged by the value or by 01"), Acknowledge),
-    _choice("voltage_code", marked("E3: code of the answer to the cell voltage, 34"), {"34": 0x34, "35": 0x35}),
-    _choice("freefall_ack", marked("E4: code of the acknowledgement of 17"), {"16": 0x16, "17": 0x17}),
-    _choice("records", marked("E6: records come in one go, one by one, or cut into pieces of seven bytes"), Delivery),
-    _option("record_gap_ms", Group.DIALECT, _DIALECT, marked("E6: pause between records or pieces"),
-            _MILLISECONDS, "MS"),
-    _choice("empty_slots", marked("E7: slots never used are left out, sent as 00, or sent as FF"), EmptySlots),
-    _choice("baud_ack", marked("E9: a new rate is acknowledged at the old rate, at the new, or begins at a restart"),
-            BaudChange),
-    _flag("light_inverted", Group.DIALECT, _DIALECT, marked("E11: more light reads lower")),
-    _flag("odd_voltage", Group.DIALECT, _DIALECT, marked("E12: records carry 4.70 V, as the worked example does")),
-    _flag("remembers", Group.DIALECT, _DIALECT,
-          marked("E15: activation, trigger flags and serial output survive a restart")),
-    _choice("stream", marked("serial output streams, is acknowledged without streaming, or is not answered"),
-            Streaming),
-    _flag("stream_at_boot", Group.DIALECT, _DIALECT, marked("serial output is on after every start")),
-    _flag("keeps", Group.DIALECT, _DIALECT, marked("no: acknowledges settings and does not keep them")),
-    _flag("clamps", Group.DIALECT, _DIALECT,
-          marked("forces settings into the vendor's advice and acknowledges what it kept")),
-    _flag("refuses", Group.DIALECT, _DIALECT, marked("keeps the old setting and acknowledges that")),
-    _lie("mute_codes", marked("commands that it does not know, such as 14,33; 35/2 from the second time on"),
-         marked_codes, "CODES"),
-    _lie("cross_talk",
-         marked("a set of one changes another: 21:20, with a value 16:17=01, the second time and 500 ms later "
-                "21:20=14/2@500"), changes, "RULES"),
-    _lie("read_changes", marked("the same after a query: 20:20=14/2@500"), changes, "RULES"),
-    _lie("revert_ms", marked("settings go back to what they were, this long after a set"), _MILLISECONDS, "MS"),
-    _lie("clamp_ms", marked("settings are forced into the vendor's advice, this long after a set"),
-         _MILLISECONDS, "MS"),
-    _flag("forgets", Group.LIES, _DIALECT, marked("a restart brings the default settings back")),
-    _lie("silent_restart_ms", marked("restarts without heartbeats, this long after it acknowledged a change"),
-         _MILLISECONDS, "MS"),
-    _lie("restart_at_s", marked("restarts without heartbeats whenever it has run this long"), _SECONDS, "S"),
-    _lie("drop_records", marked("records left out, 1 is the oldest: 3 always, 1/2 the second time"),
-         marked_records, "RECORDS"),
-    _lie("double_codes", marked("commands that are answered twice, such as 01,32"), codes, "CODES"),
-    _lie("double_ms", marked("how long after the first the second answer comes"), _MILLISECONDS, "MS"),
-    _lie("foreign_replies",
-         marked("an answer to another command comes first: 20:22, with a value 20:22=05, or 500 ms later 20:22@500"),
-         rules, "RULES"),
-    _lie("stream_jitter_ms", marked("streamed status frames come up to this much late"), _MILLISECONDS, "MS"),
-    _flag("activates", Group.LIES, _DIALECT, marked("no: acknowledges the activation and stays locked")),
-    _flag("locks", Group.LIES, _DIALECT, marked("no: acknowledges locking and stays active")),
-    _lie("active_late_ms", marked("reports a new activation state only this long afterwards"), _MILLISECONDS, "MS"),
-    _flag("zeroes", Group.LIES, _DIALECT, marked("no: acknowledges zeroing without effect")),
-    _flag("shuts_down", Group.LIES, _DIALECT, marked("no: acknowledges the shutdown and stays on")),
-    _fault("drop", marked("share of whole requests and answers that vanish, 0 to 1"), _SHARE, "SHARE"),
-    _fault("lose", marked("share of single bytes that vanish"), _SHARE, "SHARE"),
-    _fault("corrupt", marked("share of bytes with one bit turned"), _SHARE, "SHARE"),
-    _fault("garbage", marked("share of answers with random bytes before them"), _SHARE, "SHARE"),
-    _fault("double", marked("share of answers that come twice"), _SHARE, "SHARE"),
-    _choice("direction", marked("which way the five above apply"), FaultDirection, _FAULTS),
-    _fault("delay_ms", marked("delay of every answer"), _MILLISECONDS, "MS"),
-    _fault("jitter_ms", marked("up to this much more delay, at random"), _MILLISECONDS, "MS"),
-    _fault("split_ms", marked("answers come in up to three pieces with this pause between them"), _MILLISECONDS, "MS"),
-    _flag("echo", Group.FAULTS, _FAULTS, marked("the host's own bytes come back")),
-    _flag("mute", Group.FAULTS, _FAULTS, marked("nothing that the module sends comes through")),
-    _fault("min_gap_ms",
-           marked("the module ignores a request that begins sooner than this after its last reply or the last request"),
-           _MILLISECONDS, "MS"),
-    _flag("half_duplex", Group.FAULTS, _FAULTS, marked("the module does not hear what arrives while it is sending")),
-    _fault("lag_ms", marked("a wireless bridge: what the module sends, streamed or not, arrives later by this"),
-           _MILLISECONDS, "MS"),
-    _flag("paced", Group.FAULTS, _FAULTS, marked("no: bytes take no time on the line")),
-    _setup("tilt", marked("angle against the horizontal plane, in degrees"), _number(-180, 180), "DEG", Group.PHYSICAL),
-    _setup("cell", marked("cell voltage"), _number(0, 5), "V", Group.PHYSICAL),
-    _setup("drain", marked("volts that the cell loses in an hour"), _number(0, 100), "V", Group.PHYSICAL),
-    _flag("bay_open", Group.PHYSICAL, _SETUP, marked("the parachute bay is open")),
-    _flag("charger", Group.PHYSICAL, _SETUP, marked("external power is connected")),
-    _setup("noise", marked("noise of the sensors: 0 none, 1 usual"), _number(0, 100), "N", Group.PHYSICAL),
-    _flag("lifelike", Group.PHYSICAL, _SETUP, marked("it wobbles a few degrees, as in the wind")),
-)  # fmt: skip
-
+OPTIONS: tuple[Option, ...] = tuple(sorted(_options(), key=lambda option: list(Group).index(option.group)))
 BY_NAME: dict[str, Option] = {option.name: option for option in OPTIONS}
 
 

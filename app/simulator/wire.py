@@ -3,16 +3,21 @@
 Seeded: the same seed and the same traffic give the same faults. Times are seconds of the module's clock.
 """
 
+# ruff: noqa: RUF009  an option is a field
+
 import math
 import random
 from collections import deque
 from dataclasses import dataclass
 from enum import StrEnum
+from functools import partial
 from typing import NamedTuple
 
 from app.simulator.hardware import BITS_PER_BYTE, SentBytes
 from app.simulator.module import SimulatedModule
+from app.simulator.quirks import MILLISECONDS, Group, option
 from protocol.frame import HOST_FRAME_LENGTH
+from protocol.translatable import marked
 
 LONGEST_GARBAGE = 12
 PART_S = 0.005
@@ -22,6 +27,10 @@ ROUNDING_S = 1e-9
 KEPT_SPANS = 16384
 KEPT_BYTES = 65536
 """What a driver keeps for a host that does not read."""
+
+
+SHARE = ("SHARE", 0.0, 1.0)
+_fault = partial(option, Group.FAULTS)
 
 
 class FaultDirection(StrEnum):
@@ -36,35 +45,29 @@ class FaultDirection(StrEnum):
 class Faults:
     """Shares are 0 … 1. Frozen; use `dataclasses.replace` for other ones."""
 
-    drop: float = 0.0
-    """Share of whole bursts (a request, a reply) that vanish."""
-    lose: float = 0.0
-    """Share of single bytes that vanish."""
-    corrupt: float = 0.0
-    """Share of bytes that get one bit turned."""
-    garbage: float = 0.0
-    """Share of bursts with up to twelve random bytes before them."""
-    double: float = 0.0
-    """Share of bursts that come twice."""
-    direction: FaultDirection = FaultDirection.TO_HOST
-    delay_ms: float = 0.0
-    """Of every reply."""
-    jitter_ms: float = 0.0
-    """Up to this much more, at random."""
-    split_ms: float = 0.0
-    """Replies come in pieces with this pause between them; 0 leaves them whole."""
-    echo: bool = False
-    """The host's own bytes come back."""
-    mute: bool = False
-    """Nothing of the module comes through."""
-    min_gap_ms: float = 0.0
-    """The module ignores a request that begins sooner than this after its last reply or after the previous request."""
-    half_duplex: bool = False
-    """The module does not hear what arrives while it is sending, streamed frames included."""
-    lag_ms: float = 0.0
-    """A wireless bridge: whatever comes from the module arrives later by this, in order, streamed frames included."""
-    paced: bool = True
-    """Bytes take the time that they take at their baud rate."""
+    drop: float = _fault(0.0, marked("share of whole requests and answers that vanish, 0 to 1"), SHARE)
+    lose: float = _fault(0.0, marked("share of single bytes that vanish"), SHARE)
+    corrupt: float = _fault(0.0, marked("share of bytes with one bit turned"), SHARE)
+    garbage: float = _fault(0.0, marked("share of answers with random bytes before them"), SHARE)
+    double: float = _fault(0.0, marked("share of answers that come twice"), SHARE)
+    direction: FaultDirection = _fault(FaultDirection.TO_HOST, marked("which way the five above apply"))
+    delay_ms: float = _fault(0.0, marked("delay of every answer"), MILLISECONDS)
+    jitter_ms: float = _fault(0.0, marked("up to this much more delay, at random"), MILLISECONDS)
+    split_ms: float = _fault(
+        0.0, marked("answers come in up to three pieces with this pause between them"), MILLISECONDS
+    )
+    echo: bool = _fault(False, marked("the host's own bytes come back"))
+    mute: bool = _fault(False, marked("nothing that the module sends comes through"))
+    min_gap_ms: float = _fault(
+        0.0,
+        marked("the module ignores a request that begins sooner than this after its last reply or the last request"),
+        MILLISECONDS,
+    )
+    half_duplex: bool = _fault(False, marked("the module does not hear what arrives while it is sending"))
+    lag_ms: float = _fault(
+        0.0, marked("a wireless bridge: what the module sends, streamed or not, arrives later by this"), MILLISECONDS
+    )
+    paced: bool = _fault(True, marked("no: bytes take no time on the line"))
 
 
 class _Burst(NamedTuple):

@@ -137,7 +137,6 @@ class BundlePreview(QWidget):
         """Everything that belongs to the window's thread is copied now."""
         connector = self._connector
         figures = copy.copy(self._figures)
-        figures.totals = figures.totals
         connection, device, now = connector.connection, connector.device, connector.clock()
         preferences = {"language": i18n.language(), "theme": self._appearance.choice.value}
         entries = self._kept.entries(CAPTURE_ENTRIES)
