@@ -114,7 +114,7 @@ class MainWindow(QMainWindow):
         )
         self.attention.find_identity = lambda: identity_notice(self._connector.identity, services.naming)
         self._drops = FileDrops(self, self._page_for, self.go_to)
-        services.appearance.apply_theme(self)
+        services.appearance.apply_theme(self, self.centre, self.stack)
         self._wire()
         self._restore()
         self._timer = QTimer(self)
@@ -204,6 +204,7 @@ class MainWindow(QMainWindow):
             self.connect_to(target)
 
     def _place(self, key: str, page: QWidget) -> None:
+        self._services.appearance.dress(page)
         self.stack.addWidget(page)
         for wanted in (page.connect_wanted,) if hasattr(page, "connect_wanted") else ():
             wanted.connect(self.connect_to)
