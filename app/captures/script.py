@@ -3,11 +3,10 @@
 from collections import deque
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
-from itertools import islice
 from typing import Final
 
 from app.captures.explained import Explained, Explainer
-from app.captures.reader import Capture, CaptureEntry, Way
+from app.captures.reader import CaptureEntry, Way
 from protocol.catalogue import Layout, Request
 from protocol.frame import Direction, Frame, decode_request
 from protocol.messages import answers
@@ -15,7 +14,6 @@ from protocol.messages import answers
 LONGEST_ANSWER_S: Final = 3.0
 """A frame later than this after the question no longer counts as its answer; records get ten seconds more."""
 LONGEST_RECORDS_S: Final = 13.0
-_ENTRIES_AT_ONCE: Final = 100
 
 
 @dataclass(slots=True)
@@ -110,12 +108,3 @@ class Script:
     def _ask(self, request: Request, at_s: float) -> None:
         self._question = Answer(request, at_s)
         self.answers.setdefault(request, deque()).append(self._question)
-
-
-def script_of(capture: Capture) -> Script:
-    """Of a capture that is at hand, read to its end."""
-    entries = iter(capture.entries)
-    script = Script(iter(lambda: tuple(islice(entries, _ENTRIES_AT_ONCE)), ()), lambda: capture.duration_s)
-    while not script.is_read:
-        script.read_on()
-    return script

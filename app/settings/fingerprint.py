@@ -17,7 +17,6 @@ from protocol.fields import Value
 ALPHABET = "23456789ABCDEFGHJKLMNPQRSTUVWXYZ"
 HASHED_CHARACTERS = 7
 COVERED: tuple[Command, ...] = tuple(command for command in SETTINGS if command.reads_back)
-NOT_COVERED: tuple[Command, ...] = tuple(command for command in SETTINGS if not command.reads_back)
 
 
 @dataclass(frozen=True, slots=True)

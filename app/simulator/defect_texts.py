@@ -8,7 +8,6 @@ from app.simulator.quirks import Marks, Occasion, Rule
 from app.text.i18n import tr
 from protocol.catalogue import BY_CODE, RECORDS_KEPT
 
-LONGEST_MS = 3_600_000.0
 MOST_TIMES = 1_000_000
 _RULE = re.compile(
     r"(?P<cause>[0-9a-f]{2}):(?P<effect>[0-9a-f]{2})(=(?P<value>[0-9a-f]{2}))?"

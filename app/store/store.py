@@ -37,15 +37,6 @@ class Module:
 
 
 @dataclass(frozen=True, slots=True)
-class KeptSnapshot:
-    id: int
-    module_id: int | None
-    port: str
-    taken_at: str
-    snapshot: Snapshot
-
-
-@dataclass(frozen=True, slots=True)
 class AuditEntry:
     """`settled_at` None: the program ended before the outcome was known; the outcome reads as unknown."""
 
@@ -165,24 +156,6 @@ class Store:
                 snapshot.boot_count,
                 json.dumps(dict(snapshot.settings), sort_keys=True),
             ),
-        )
-
-    def snapshots(self, *, limit: int = 100) -> tuple[KeptSnapshot, ...]:
-        """The newest first."""
-        rows = self.database.read(
-            "SELECT id, module_id, port, taken_at, settings, boot_count, reason FROM settings_snapshots "
-            "ORDER BY id DESC LIMIT ?",
-            (limit,),
-        )
-        return tuple(
-            KeptSnapshot(
-                row[0],
-                row[1],
-                row[2],
-                row[3],
-                Snapshot(settings=restorable(_object(row[4])), boot_count=row[5], reason=row[6]),
-            )
-            for row in rows
         )
 
     # Audit

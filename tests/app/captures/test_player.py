@@ -14,7 +14,7 @@ from app.captures.reader import (
     Way,
     entries_of,
 )
-from app.captures.script import Script, script_of
+from app.captures.script import Script
 from app.engine.session import Run, Session
 from app.engine.transport import PortError, PortTrouble, open_line
 from app.engine.worker import Batch, PortState, Worker
@@ -24,7 +24,7 @@ from protocol.frame import encode_reply
 from protocol.link_states import Presence
 from tests.support.line.batches import Batches
 from tests.support.line.sim_line import FakeClock, Rig
-from tests.support.records.captures import EMPTY_SLOT, ENTRIES, STATUS_FRAME, written
+from tests.support.records.captures import EMPTY_SLOT, ENTRIES, STATUS_FRAME, script_of, written
 
 # Playing
 

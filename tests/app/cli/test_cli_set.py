@@ -16,6 +16,7 @@ from app.store.database import FILE_NAME
 from app.store.store import data_folder, open_store
 from protocol.catalogue import BY_NAME, SETTINGS
 from tests.support.cli_line import Printed, bench_of
+from tests.support.records.kept_settings import kept_settings
 
 pytest_plugins = ["tests.support.cli_fixtures"]
 pytestmark = pytest.mark.usefixtures("speaks_english")
@@ -187,8 +188,8 @@ def test_it_is_recorded_and_the_old_values_are_kept(port: str, capsys: pytest.Ca
         )  # fmt: skip
         assert entry.frame == BY_NAME["freefall_time"].set(1.2).encode()
         assert entry.result["read_back"] == 1.2
-        (kept,) = store.snapshots()
-        assert kept.snapshot.settings["freefall_time_s"] == 1.6
+        (kept,) = kept_settings(store)
+        assert kept["freefall_time_s"] == 1.6
     finally:
         store.close()
 

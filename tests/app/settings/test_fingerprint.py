@@ -7,8 +7,9 @@ import pytest
 
 from app.engine.device import DeviceView, How, Known, StaleReason
 from app.procedures.read import read_everything
-from app.settings.fingerprint import ALPHABET, COVERED, NOT_COVERED, fingerprint, fingerprint_of, is_fingerprint
+from app.settings.fingerprint import ALPHABET, COVERED, fingerprint, fingerprint_of, is_fingerprint
 from app.settings.profiles import Match, Profile, compare, profile_of
+from protocol.catalogue import SETTINGS
 from protocol.fields import Value
 from tests.support.line.sim_line import Rig
 
@@ -33,7 +34,7 @@ def test_the_code_is_the_same_today_and_tomorrow() -> None:
 def test_the_same_settings_give_the_same_code_whatever_else_is_known() -> None:
     assert code() == code(freefall_time_s=1.60, attitude_threshold_deg=60.0)
     assert code() == code(attitude_trigger=True, serial_output=False, baud_rate=9600)
-    assert {command.name for command in NOT_COVERED} == {
+    assert {command.name for command in set(SETTINGS) - set(COVERED)} == {
         "serial_output", "attitude_trigger", "freefall_trigger", "baud_rate",
     }  # fmt: skip
 

@@ -9,13 +9,14 @@ from pathlib import Path
 
 import pytest
 
-from app.engine.snapshots import Snapshot
+from app.engine.snapshots import Snapshot, restorable
 from app.safety.acts import Act
 from app.safety.journal import JournalFailed, NoJournal, Outcome
 from app.store.database import FILE_NAME, StoreFault, StoreTrouble, open_database
 from app.store.schema import MIGRATIONS
 from app.store.store import Store, data_folder, open_store
 from app.store.store_journal import StoreJournal, journal_for
+from tests.support.records.kept_settings import kept_settings
 
 LIMIT_S = 10.0
 ROOT = Path(__file__).parents[3]
@@ -61,18 +62,13 @@ def test_modules_and_snapshots(folder: Path) -> None:
         assert [(one.name, one.adapter) for one in store.modules()] == [("M-07", "usb 2")]
         found = Snapshot(settings={"freefall_time_s": 1.6, "attitude_trigger": True}, boot_count=37)
         store.keep_snapshot(found, port="sim://", module_id=module.id)
-        (kept,) = store.snapshots()
-        assert (kept.snapshot, kept.module_id) == (found, module.id)
+        assert kept_settings(store) == [found.settings]
+        assert store.database.read("SELECT module_id, boot_count FROM settings_snapshots") == [(module.id, 37)]
 
 
-def test_a_snapshot_that_was_tampered_with_gives_only_what_fits(folder: Path) -> None:
-    with closing(open_store(folder)) as store:
-        strange = {"freefall_time_s": 99, "attitude_threshold_deg": "60", "light_threshold_v": 1.8, "other": 1}
-        store.keep_snapshot(Snapshot(settings=strange), port="p")  # type: ignore[arg-type]
-        store.database.write(
-            "INSERT INTO settings_snapshots (port, taken_at, reason, settings) VALUES ('p', 't', 'r', '[1')"
-        )
-        assert [one.snapshot.settings for one in store.snapshots()] == [{}, {"light_threshold_v": 1.8}]
+def test_settings_that_were_tampered_with_give_only_what_fits() -> None:
+    strange = {"freefall_time_s": 99, "attitude_threshold_deg": "60", "light_threshold_v": 1.8, "other": 1}
+    assert restorable(strange) == {"light_threshold_v": 1.8}
 
 
 def test_a_change_of_rate_is_pending_until_it_is_settled(folder: Path) -> None:

@@ -1,9 +1,11 @@
 """A short capture, and how it becomes a file: what the tests of captures share."""
 
 from collections.abc import Sequence
+from itertools import islice
 from pathlib import Path
 
-from app.captures.reader import CaptureEntry, CaptureWriter, Header, Way
+from app.captures.reader import Capture, CaptureEntry, CaptureWriter, Header, Way
+from app.captures.script import Script
 from protocol.catalogue import STATUS
 from protocol.messages import Status
 
@@ -24,3 +26,12 @@ def written(
     writer = CaptureWriter(path, header, appends=appends)
     writer.write(entries)
     writer.close()
+
+
+def script_of(capture: Capture) -> Script:
+    """Of a capture that is at hand, read to its end."""
+    entries = iter(capture.entries)
+    script = Script(iter(lambda: tuple(islice(entries, 100)), ()), lambda: capture.duration_s)
+    while not script.is_read:
+        script.read_on()
+    return script

@@ -13,8 +13,10 @@ from pytestqt.qtbot import QtBot
 
 from app.settings.form import RowState
 from app.simulator.options import parse_options
+from app.store.store import Store
 from app.text.i18n import CHINESE
 from protocol.link_states import Presence
+from tests.support.records.kept_settings import kept_settings
 from tests.support.window.settings_bench import choose, desk, notice, reason, state, type_into, write
 from ui.style.theme import Meaning
 
@@ -206,8 +208,9 @@ def test_as_it_was_found_is_one_click_away(qtbot: QtBot, qapp: QApplication, tmp
         one.click("settings_as_found")
         write(one)
         one.until(lambda: one.held("freefall_time") == 1.6 and state(one, TIME) is RowState.VERIFIED)
-        kept = one.assembly.storage.store.snapshots()  # type: ignore[union-attr]
-        assert [snapshot.snapshot.settings[TIME] for snapshot in kept] == [1.6]
+        store = one.assembly.storage.store
+        assert isinstance(store, Store)
+        assert [settings[TIME] for settings in kept_settings(store)] == [1.6]
 
 
 @pytest.mark.parametrize("remembers", [True, False])
