@@ -64,6 +64,7 @@ class Storage:
         self.recordings = RecordingJobs(self.sessions)
         self._store: Store | StoreTrouble | None = None
         self._opening = threading.Lock()
+        self._is_closed = False
 
     @property
     def folder(self) -> Path:
@@ -80,14 +81,18 @@ class Storage:
         return self.open_store()
 
     def open_store(self) -> Store | StoreTrouble:
-        """From any thread: it is checked and may be migrated, and another program may hold it meanwhile. Idempotent."""
+        """From any thread: it is checked and may be migrated, and another program may hold it meanwhile. Idempotent;
+        after `close` none is opened any more."""
         with self._opening:
-            if self._store is None:
+            if self._store is None and not self._is_closed:
                 try:
                     self._store = open_store(self._folder)
                 except StoreTrouble as trouble:
                     _log.warning("There is no store: %s", trouble)
                     self._store = trouble
+            if self._store is None or self._is_closed:
+                self._close_store()
+                return StoreTrouble(StoreFault.FAILED, self.folder, "closed")
             return self._store
 
     @property
@@ -109,7 +114,7 @@ class Storage:
     def keep_snapshot(self, snapshot: Snapshot, port: str) -> Future[int] | None:
         """From any thread; done when it is on disk. One that cannot be kept there is still in the window's memory."""
         store = self._store
-        if not isinstance(store, Store) or is_playback(port) or port == TOUR_PORT:
+        if self._is_closed or not isinstance(store, Store) or is_playback(port) or port == TOUR_PORT:
             return None
         return store.queue.submit(lambda: store.keep_snapshot(snapshot, port=port))
 
@@ -122,16 +127,20 @@ class Storage:
 
     def copy_if_due(self) -> None:
         """Where a store is open."""
-        if isinstance(self._store, Store):
+        if isinstance(self._store, Store) and not self._is_closed:
             self._store.database.copy_if_due()
 
     def close(self) -> None:
+        """For good: work that is still under way opens no store that nobody would close. Idempotent."""
         self.recordings.stop()
         if not self.sessions.stop(RECORDER_LIMIT_S):
             _log.warning("The recording was not closed within %s s; what was written is there", RECORDER_LIMIT_S)
+        self._is_closed = True
+        self._close_store()
+
+    def _close_store(self) -> None:
         if isinstance(self._store, Store):
             self._store.close()
-        self._store = None
 
 
 @dataclass(slots=True)
