@@ -149,7 +149,12 @@ def reason(one: Desk, key: str) -> str:
 def write(one: Desk) -> None:
     """Once what was begun before has ended: a write ends with all settings read again."""
     one.until(lambda: not one.settings.work.is_busy, 30_000)
-    one.settings.refresh()
+
+    def may_write() -> bool:
+        one.settings.refresh()
+        return one.settings.write.isEnabled()
+
+    one.until(may_write)  # after a bad line what the module holds is read again first
     one.click("settings_write")
 
 

@@ -22,13 +22,23 @@ from ui.services.storage import Storage
 
 DEPLOY = REQUESTS[Act.DEPLOY].encode()
 HELD_MS = 2000
-DISARMS_WITHIN_MS = 100
+DISARMS_WITHIN_TICKS = 5
+"""A tick is 20 ms, and later on a busy machine: so they are counted."""
 
 
 @pytest.fixture(autouse=True)
 def patient_hold(monkeypatch: pytest.MonkeyPatch) -> None:
     """A busy machine delays the ticks for longer than a hold may go without; test_ritual shows that one breaks then."""
     monkeypatch.setattr("app.safety.ritual.LONGEST_GAP_S", 5.0)
+
+
+def wait_disarmed(one: Desk, ritual: RitualWidget, ticks: int = DISARMS_WITHIN_TICKS) -> None:
+    """Nothing is armed any more, after so many ticks of the ritual's clock at the most."""
+    seen: list[Stage] = []
+    counting = ritual._timer.timeout.connect(lambda: seen.append(ritual.ritual.stage))
+    one.until(lambda: ritual.ritual.stage is Stage.IDLE)
+    ritual._timer.timeout.disconnect(counting)
+    assert len([stage for stage in seen if stage is not Stage.IDLE]) <= ticks
 
 
 def said(one: Desk, act: Act) -> str:
@@ -280,7 +290,10 @@ def test_everything_disarms(qtbot: QtBot, qapp: QApplication, tmp_path: Path, wh
         act(one)
         # What comes over the line takes its way first: a restart is two heartbeats, 50 ms apart.
         is_ours = why in ("focus", "page", "window", "escape", "cancel")
-        one.until(lambda: ritual.ritual.stage is Stage.IDLE, DISARMS_WITHIN_MS if is_ours else 1500)
+        if is_ours:
+            wait_disarmed(one, ritual)
+        else:
+            one.until(lambda: ritual.ritual.stage is Stage.IDLE)
         assert one.commands._services.armed.act is None
         assert text in outcome(one)
         stays_quiet(one, 300)
@@ -297,7 +310,7 @@ def test_a_sleep_of_the_computer_disarms_before_a_hold_is_complete(
         press(one)
         qtbot.wait(300)
         leap["s"] = 60.0
-        one.until(lambda: ritual.ritual.stage is Stage.IDLE, DISARMS_WITHIN_MS)
+        wait_disarmed(one, ritual)
         assert one.commands._services.armed.act is None
         assert "the computer slept" in outcome(one)
         stays_quiet(one, HELD_MS)
@@ -313,7 +326,7 @@ def test_an_error_anywhere_in_the_window_disarms(qtbot: QtBot, qapp: QApplicatio
             ritual = arm(one)
             press(one)
             QTimer.singleShot(0, fail)
-            one.until(lambda: ritual.ritual.stage is Stage.IDLE, DISARMS_WITHIN_MS)
+            wait_disarmed(one, ritual)
         assert [str(one_fault[1]) for one_fault in faults] == ["a fault of ours"]
         assert "the program met an error" in outcome(one)
         stays_quiet(one, 300)

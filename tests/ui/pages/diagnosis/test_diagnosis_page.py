@@ -28,7 +28,6 @@ from app.engine.transport import PortError, PortTrouble
 from app.engine.worker import Batch, Connection, PortState
 from app.procedures.act import Armed
 from app.safety.acts import Act
-from app.safety.ritual import Stage
 from app.simulator.options import parse_options
 from app.system.logs import Log, start_log
 from protocol.catalogue import HEARTBEAT
@@ -39,7 +38,7 @@ from protocol.messages import Heartbeat, Status, decode
 from tests.support.window.fakes_ui import ADAPTER, WAIT_MS, Ports, simulated, wait_online, window
 from tests.support.window.settings_bench import desk
 from tests.support.window.steps import settle
-from tests.ui.pages.commands.test_commands_page import DISARMS_WITHIN_MS, arm
+from tests.ui.pages.commands.test_commands_page import arm, wait_disarmed
 from ui.main import Assembly, _faults_said
 from ui.pages.diagnosis.page import DiagnosisPage
 from ui.pages.diagnosis.why_panel import REMEDIES, Remedy
@@ -382,5 +381,5 @@ def test_an_error_in_another_thread_ends_the_deploy_ritual(qtbot: QtBot, qapp: Q
             thread = threading.Thread(target=int, args=("no number",))
             thread.start()
             thread.join()
-            one.until(lambda: ritual.ritual.stage is Stage.IDLE, DISARMS_WITHIN_MS)
+            wait_disarmed(one, ritual)
         assert one.changes() == []
