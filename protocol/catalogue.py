@@ -299,6 +299,7 @@ BY_NAME: dict[str, Command] = {command.name: command for command in COMMANDS}
 SETTINGS: tuple[Command, ...] = tuple(command for command in COMMANDS if command.is_setting)
 
 HEARTBEAT = BY_NAME["heartbeat"]
+HEARTBEAT_REPLY = MODULE_HEADER + HEARTBEAT.query().encode()[2:]
 STATUS = BY_NAME["status"]
 TRIGGER_RECORDS = BY_NAME["trigger_records"]
 CELL_VOLTAGE = BY_NAME["cell_voltage"]

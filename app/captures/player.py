@@ -19,7 +19,7 @@ from urllib.parse import parse_qsl, quote, unquote, urlsplit
 
 from app.captures.script import LONGEST_RECORDS_S, Answer, Script
 from app.engine.playback import SCHEME
-from protocol.catalogue import HEARTBEAT, HOST_HEADER, MODULE_HEADER, Request
+from protocol.catalogue import HEARTBEAT, HEARTBEAT_REPLY, HOST_HEADER, Request
 from protocol.frame import HOST_FRAME_LENGTH, check_host, decode_request
 
 SLOWEST, QUICKEST = 0.05, 100.0
@@ -35,7 +35,7 @@ LEAST_AHEAD_S: Final = 1.0
 """The capture's time waits where less than this has been read."""
 READ_EARLIER_S: Final = 2.0
 """Of the clock's time: it is read so much sooner than it has to be."""
-_HEARTBEAT_REPLY = MODULE_HEADER + HEARTBEAT.query().encode()[2:]
+
 _KEPT_REQUEST_BYTES = 64
 
 
@@ -134,7 +134,7 @@ class Player:
             self._put(now_s + answer.after_s / self._speed, answer.data)
             return True
         if request == HEARTBEAT.query() and self._is_alive(position_s):
-            self._put(now_s, _HEARTBEAT_REPLY)
+            self._put(now_s, HEARTBEAT_REPLY)
             return True
         return is_known
 

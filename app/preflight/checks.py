@@ -5,10 +5,12 @@ The order is that of the page. `id` is the contract's. To add a check is to add 
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 
 from app.preflight import judging_line as line
 from app.preflight import judging_module as module
 from app.preflight.findings import Case, Finding
+from app.text.messages import said
 from protocol.translatable import marked
 
 
@@ -25,6 +27,11 @@ class Check:
 
 _SETTING = marked("Open Settings, write the value wanted, and see it verified.")
 _TRIGGER = marked("Choose “enable now” (--enable-triggers): only an acknowledged set says how it stands.")
+
+
+def _setting(name: str, low: str, high: str) -> Callable[[Case], Finding]:
+    return partial(module.setting, name=name, advice=said(marked("{low} to {high}"), low=low, high=high))
+
 
 CHECKS: tuple[Check, ...] = (
     Check("undisturbed", marked("Check ran undisturbed"), line.undisturbed,
@@ -70,18 +77,19 @@ CHECKS: tuple[Check, ...] = (
           marked("Light in the bay means that it is open; without a calibration, that more light reads higher "
                  "is an assumption."),
           marked("Close the bay; if it is closed, calibrate the light threshold.")),
-    Check("attitude_threshold", marked("Attitude threshold"), module.attitude_threshold,
+    Check("attitude_threshold", marked("Attitude threshold"), _setting("attitude_threshold", "55°", "90°"),
           marked("The angle at which it fires: too small fires in a turn, too large too late."), _SETTING),
-    Check("freefall_acceleration", marked("Free-fall acceleration threshold"), module.freefall_acceleration,
+    Check("freefall_acceleration", marked("Free-fall acceleration threshold"),
+          _setting("freefall_acceleration", "0.1 g", "0.6 g"),
           marked("Too high fires in a descent, too low detects no fall."), _SETTING),
-    Check("freefall_time", marked("Free-fall time"), module.freefall_time,
+    Check("freefall_time", marked("Free-fall time"), _setting("freefall_time", "0.50 s", "2.55 s"),
           marked("Too short fires falsely, too long costs height."), _SETTING),
     Check("light_threshold", marked("Light threshold"), module.light_threshold,
           marked("It decides whether the parachute counts as having left the bay."),
           marked("Calibrate it with the bay closed and open, and keep it in a profile.")),
-    Check("attitude_trigger", marked("Attitude trigger enabled"), module.attitude_trigger,
+    Check("attitude_trigger", marked("Attitude trigger enabled"), partial(module.trigger, key="attitude_trigger"),
           marked("It fires when the aircraft tips over. The module cannot be asked whether it is enabled."), _TRIGGER),
-    Check("freefall_trigger", marked("Free-fall trigger enabled"), module.freefall_trigger,
+    Check("freefall_trigger", marked("Free-fall trigger enabled"), partial(module.trigger, key="freefall_trigger"),
           marked("It fires in free fall. The module cannot be asked whether it is enabled."), _TRIGGER),
     Check("trigger_records", marked("No new trigger record"), module.trigger_records,
           marked("A trigger that nobody has explained can happen again in flight."),

@@ -15,29 +15,17 @@ from protocol.translatable import marked
 FINGERPRINT_KEYS = tuple(command.key for command in COVERED)
 
 
-def attitude_threshold(case: Case) -> Finding:
-    return _setting(case, "attitude_threshold", said(marked("{low} to {high}"), low="55°", high="90°"))
-
-
-def freefall_acceleration(case: Case) -> Finding:
-    return _setting(case, "freefall_acceleration", said(marked("{low} to {high}"), low="0.1 g", high="0.6 g"))
-
-
-def freefall_time(case: Case) -> Finding:
-    return _setting(case, "freefall_time", said(marked("{low} to {high}"), low="0.50 s", high="2.55 s"))
-
-
 def light_threshold(case: Case) -> Finding:
     """Without a profile the advice (the reading with the bay open) cannot be proven: a person has to know."""
     advice = said(marked("as read with the bay open"))
-    finding = _setting(case, "light_threshold", advice)
+    finding = setting(case, "light_threshold", advice)
     is_compared = "light_threshold_v" in case.expectations.settings
     if finding.result is not CheckResult.PASS or is_compared:
         return finding
     return Finding(CheckResult.WARN, finding.measured, finding.shown, advice)
 
 
-def _setting(case: Case, name: str, advice: UserMessage) -> Finding:
+def setting(case: Case, name: str, advice: UserMessage) -> Finding:
     """Equal to the profile's where that has one, else within the advice; never beyond the bounds."""
     command = BY_NAME[name]
     wanted, bound = case.expectations.settings.get(command.key), SETTING_BOUNDS[command.key]
@@ -52,15 +40,7 @@ def _setting(case: Case, name: str, advice: UserMessage) -> Finding:
     return judged(value, value_text(command, value), limit, is_fine=is_fine)
 
 
-def attitude_trigger(case: Case) -> Finding:
-    return _trigger(case, "attitude_trigger")
-
-
-def freefall_trigger(case: Case) -> Finding:
-    return _trigger(case, "freefall_trigger")
-
-
-def _trigger(case: Case, key: str) -> Finding:
+def trigger(case: Case, key: str) -> Finding:
     limit = said(marked("enabled, acknowledged since the last start"))
     flag = case.evidence.flags.get(key)
     if flag is None:

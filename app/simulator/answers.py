@@ -3,11 +3,11 @@
 from collections.abc import Callable
 
 from app.simulator import defects as lies
-from app.simulator.hardware import HEARTBEAT_REPLY, Hardware
+from app.simulator.hardware import Hardware
 from app.simulator.memory import RECORD_DATA_LENGTH, record_frame
 from app.simulator.quirks import BaudChange, Delivery, EmptySlots, Rule, Streaming
 from app.simulator.settings import ACCEPTED, Kept, keep
-from protocol.catalogue import BY_CODE, FLAG, INVERTED, RECORDS_KEPT, TRIGGER_RECORDS, Request
+from protocol.catalogue import BY_CODE, FLAG, HEARTBEAT_REPLY, INVERTED, RECORDS_KEPT, TRIGGER_RECORDS, Request
 from protocol.fields import Flag
 from protocol.frame import encode_reply
 from protocol.messages import Source

@@ -11,7 +11,7 @@ from app.simulator.memory import ODD_VOLTAGE, Memory, ModuleState, TriggerMoment
 from app.simulator.physics import SENSOR_PERIOD_S, Physics
 from app.simulator.quirks import Quirks
 from app.simulator.schedule import Schedule
-from protocol.catalogue import CELL_VOLT, HEARTBEAT, MODULE_HEADER, STATUS_CODE, TENTH_G, TENTH_VOLT, Layout
+from protocol.catalogue import CELL_VOLT, HEARTBEAT_REPLY, STATUS_CODE, TENTH_G, TENTH_VOLT, Layout
 from protocol.frame import encode_long
 from protocol.messages import Source
 
@@ -23,7 +23,6 @@ HOST_SILENT_S = 30.0
 """The host sends a heartbeat every 10 to 30 s: after this a record says that the serial link is not connected."""
 LOWEST_RATE_HZ, HIGHEST_RATE_HZ = 1.0, 1440.0
 BITS_PER_BYTE = 10
-HEARTBEAT_REPLY = MODULE_HEADER + HEARTBEAT.query().encode()[2:]
 
 
 class SentBytes(NamedTuple):
