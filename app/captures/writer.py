@@ -79,19 +79,15 @@ class CaptureWriter:
     Raises OSError where the file cannot be written (read-only, full disk); what was written before stays readable.
     """
 
-    def __init__(
-        self, path: Path, header: Header, *, appends: bool = False, limit_bytes: int = LONGEST_FILE_BYTES
-    ) -> None:
-        """Creates the file, or with `appends` begins a new part at its end."""
+    def __init__(self, path: Path, header: Header, *, limit_bytes: int = LONGEST_FILE_BYTES) -> None:
         self.path = path
         self.is_full = False
         """The limit is reached: nothing more is written."""
         self.entries = 0
         self._limit_bytes = limit_bytes
-        self._file: IO[str] | None = path.open("a" if appends else "w", encoding="utf-8", newline="\n")
+        self._file: IO[str] | None = path.open("w", encoding="utf-8", newline="\n")
         self._bytes = 0
         with self._closing_on_error() as file:
-            self._bytes = file.tell()
             for line in header.lines():
                 self._write(file, line)
             file.flush()

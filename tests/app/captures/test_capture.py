@@ -59,10 +59,11 @@ def test_a_long_entry_takes_several_lines(tmp_path: Path) -> None:
     assert b"".join(entry.raw for entry in entries) == raw
 
 
-def test_appending_begins_a_part_that_follows_the_one_before(tmp_path: Path) -> None:
-    path = tmp_path / "a"
+def test_a_file_behind_another_is_a_part_that_follows(tmp_path: Path) -> None:
+    path, second = tmp_path / "a", tmp_path / "b"
     written(path, (CaptureEntry(1.0, Way.IN, b"\x01"), CaptureEntry(4.0, Way.IN, b"\x02")))
-    written(path, (CaptureEntry(0.5, Way.OUT, b"\x03"),), Header(port="other"), appends=True)
+    written(second, (CaptureEntry(0.5, Way.OUT, b"\x03"),), Header(port="other"))
+    path.write_bytes(path.read_bytes() + second.read_bytes())
     capture = read_capture(path)
     assert [entry.at_s for entry in capture.entries] == [1.0, 4.0, 4.5]
     assert capture.header == HEADER

@@ -20,10 +20,8 @@ ENTRIES = (
 )
 
 
-def written(
-    path: Path, entries: Sequence[CaptureEntry] = ENTRIES, header: Header = HEADER, *, appends: bool = False
-) -> None:
-    writer = CaptureWriter(path, header, appends=appends)
+def written(path: Path, entries: Sequence[CaptureEntry] = ENTRIES, header: Header = HEADER) -> None:
+    writer = CaptureWriter(path, header)
     writer.write(entries)
     writer.close()
 
