@@ -38,6 +38,7 @@ class Tour(QObject):
         self.card = TourCard(services.texts, window)
         self._light.hide()
         self.card.hide()
+        services.appearance.dress(self.card)  # it is measured before it is shown
         self.card.main_wanted.connect(self._act)
         self.card.next_wanted.connect(self.go_on)
         self.card.back_wanted.connect(self.go_back)

@@ -94,8 +94,8 @@ def is_system_dark(app: QApplication) -> bool:
 class Appearance(QObject):
     """Keeps the application dressed as chosen, and follows the system while the choice is AUTO.
 
-    Of a window, each part wears the style sheet for itself, and follows a change at once where it is visible, else when
-    it is shown, before it is painted: Qt takes 0.1 ms for each widget that a sheet reaches, most of which nobody sees.
+    Of a window, each part wears the style sheet for itself. A page out of sight follows a change when it is shown,
+    before it is painted: Qt takes 0.1 ms for each widget that a sheet reaches, and most are on pages that nobody sees.
     With a sheet of the application's, it would also dress each widget again at every step into a layout.
     """
 
@@ -117,7 +117,8 @@ class Appearance(QObject):
 
     def apply_theme(self, window: QWidget, *holders: QWidget) -> None:
         """Let the parts of `window` wear the style sheet in place of the application: all that lies directly in it or
-        in one of its `holders`, which have nothing to show of their own. It ends with the window."""
+        in one of its `holders`, which have nothing to show of their own; the last one holds the pages. It ends with
+        the window."""
         self.setParent(window)
         self._holders = (window, *holders)
         self._app.setStyleSheet("")
@@ -127,7 +128,8 @@ class Appearance(QObject):
             self.dress(part)
 
     def dress(self, part: QWidget) -> None:
-        """Let a part wear the style sheet of the theme in use; before it comes into its holder, that is quickest."""
+        """Let a part wear the style sheet of the theme in use. By itself that happens when it is first shown: too late
+        for one that is measured before."""
         if part.property(_WORN) != self._applied.name:
             if part.property(_WORN) is None:
                 part.installEventFilter(self)
@@ -159,7 +161,7 @@ class Appearance(QObject):
         if self._holders:
             _apply_without_sheet(self._app, self._applied)
             for part in self._parts():
-                if part.isVisible():
+                if part.isVisible() or part.parentWidget() is not self._holders[-1]:
                     self.dress(part)
         else:
             apply(self._app, self._applied)
