@@ -36,6 +36,7 @@ from ui.core.texts import Texts
 from ui.help.help_actions import HelpActions
 from ui.services.context import PageEntry, Services
 from ui.services.lock import LockControl
+from ui.services.page import Page
 from ui.services.storage import Storage
 from ui.services.tour_port import is_tour
 from ui.shell.main_window import MainWindow
@@ -68,43 +69,43 @@ class WindowOptions:
     evidence: Path | None = None
 
 
-def _live(services: Services) -> QWidget:
+def _live(services: Services) -> Page:
     from ui.pages.live.page import LivePage
 
     return LivePage(services)
 
 
-def _diagnosis(services: Services) -> QWidget:
+def _diagnosis(services: Services) -> Page:
     from ui.pages.diagnosis.page import DiagnosisPage
 
     return DiagnosisPage(services)
 
 
-def _settings(services: Services) -> QWidget:
+def _settings(services: Services) -> Page:
     from ui.pages.settings.page import SettingsPage
 
     return SettingsPage(services)
 
 
-def _triggers(services: Services) -> QWidget:
+def _triggers(services: Services) -> Page:
     from ui.pages.triggers.page import TriggersPage
 
     return TriggersPage(services)
 
 
-def _preflight(services: Services) -> QWidget:
+def _preflight(services: Services) -> Page:
     from ui.pages.preflight.page import PreflightPage
 
     return PreflightPage(services)
 
 
-def _recordings(services: Services) -> QWidget:
+def _recordings(services: Services) -> Page:
     from ui.pages.recordings.page import RecordingsPage
 
     return RecordingsPage(services)
 
 
-def _commands(services: Services) -> QWidget:
+def _commands(services: Services) -> Page:
     from ui.pages.commands.page import CommandsPage
 
     return CommandsPage(services)

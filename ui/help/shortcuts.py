@@ -1,17 +1,18 @@
 """Shortcut list, built from the real actions of the window."""
 
-import re
 from collections.abc import Iterator
-from typing import Final, NamedTuple, cast
+from typing import Final, NamedTuple
 
 from PySide6.QtCore import QEvent, QObject
 from PySide6.QtGui import QAction, QKeySequence, QShowEvent
-from PySide6.QtWidgets import QMainWindow, QMenu, QStackedWidget, QWidget
+from PySide6.QtWidgets import QMainWindow
 
 from app.text.i18n import tr
 from protocol.translatable import marked
 from ui.core.texts import Texts
 from ui.services.context import PageEntry
+from ui.services.page import Page
+from ui.widgets.controls import Shortcut
 from ui.widgets.document_window import DocumentWindow
 
 _NATIVE: Final = QKeySequence.SequenceFormat.NativeText
@@ -32,43 +33,28 @@ class Key(NamedTuple):
 
 def keys_of(window: QMainWindow) -> tuple[Key, ...]:
     """All actions of a window that have a key, those that work everywhere first."""
-    found = [key for action in window.findChildren(QAction) if (key := _key_of(window, action)) is not None]
+    found = [key for action in window.findChildren(QAction) if (key := _key_of(action)) is not None]
     return tuple(dict.fromkeys(sorted(found, key=lambda one: one.page)))
 
 
-def _key_of(window: QMainWindow, action: QAction) -> Key | None:
+def _key_of(action: QAction) -> Key | None:
     keys = ", ".join(one.toString(_NATIVE) for one in action.shortcuts() if not one.isEmpty())
     does = _words(action)
-    return Key(_page_of(window, action), keys, does) if keys and does else None
+    return Key(_page_of(action), keys, does) if keys and does else None
 
 
 def _words(action: QAction) -> str:
     """Of a menu its entry; of a page's key the control that does the same."""
-    if action.text():
-        return action.text().replace("&&", "\0").replace("&", "").replace("\0", "&").rstrip(" …")
-    page = action.parent()
-    if not isinstance(page, QWidget):
-        return ""
-    twin = cast("QWidget | None", page.findChild(QWidget, action.objectName().removesuffix("_key")))
-    if twin is not None and twin.accessibleName():
-        return twin.accessibleName()
-    return next((one.accessibleName() for one in page.findChildren(QWidget) if _names_key(one, action)), "")
+    if isinstance(action, Shortcut):
+        return action.control.accessibleName()
+    return action.text().replace("&&", "\0").replace("&", "").replace("\0", "&").rstrip(" …")
 
 
-def _names_key(widget: QWidget, action: QAction) -> bool:
-    """Whether a tooltip ends with this key in brackets, as those of all buttons with a key do."""
-    keys = {key.toString(form) for key in action.shortcuts() for form in QKeySequence.SequenceFormat}
-    return any(re.search(rf"[(（]{re.escape(key)}[)）]", widget.toolTip()) for key in keys if key)
-
-
-def _page_of(window: QMainWindow, action: QAction) -> str:
-    stack = cast("QStackedWidget | None", window.findChild(QStackedWidget, "pages"))
+def _page_of(action: QAction) -> str:
     around: QObject | None = action.parent()
-    while around is not None and not isinstance(around, QMenu):
-        if isinstance(around, QWidget) and stack is not None and stack.indexOf(around) >= 0:
-            return around.objectName().removesuffix("_page")
+    while around is not None and not isinstance(around, Page):
         around = around.parent()
-    return ""
+    return "" if around is None else around.key
 
 
 class ShortcutsView(DocumentWindow):

@@ -62,7 +62,7 @@ class TimePlot(QWidget):
         self._canvas = Canvas(lanes)
         self._canvas.keeps_cursor = bounds is not None
         self._head = PlotHeader(texts, self._view)
-        self.header = self._head.row
+        self.header, self.pause = self._head.row, self._head.pause
         layout = QVBoxLayout(self)
         layout.setContentsMargins(0, 0, 0, 0)
         layout.setSpacing(Space.XS)

@@ -2,11 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from typing import Protocol
 
-from PySide6.QtWidgets import QWidget
-
-from app.engine.worker import Batch
 from app.limits.out_of_limits import LimitsInUse
 from app.procedures.act import Armed
 from app.system.logs import Log
@@ -16,16 +12,10 @@ from ui.core.texts import Texts
 from ui.services.draft_exchange import DraftExchange
 from ui.services.lock import LockControl
 from ui.services.module_name import ModuleName
+from ui.services.page import Page
 from ui.services.storage import PendingEdits, Storage
 from ui.style.appearance import Appearance
 from ui.style.icons import Icon
-
-
-class Page(Protocol):
-    """A widget that is shown every batch, whether it is in sight or not. It learns that from Qt's show and hide
-    events, a change of language from `changeEvent`, and a change of theme from `Services.appearance`."""
-
-    def on_batch(self, batch: Batch) -> None: ...
 
 
 @dataclass(frozen=True, slots=True)
@@ -57,6 +47,6 @@ class PageEntry:
     title: str
     """English, marked."""
     icon: Icon
-    make: Callable[[Services], QWidget]
+    make: Callable[[Services], Page]
     wants_stream: bool = False
     """While it is in sight the module streams its status."""

@@ -3,9 +3,8 @@
 import logging
 from collections.abc import Callable
 from functools import partial
-from typing import cast
 
-from PySide6.QtCore import QEvent, QSize, Qt, QTimer, Signal
+from PySide6.QtCore import QEvent, QPoint, QSize, Qt, QTimer, Signal
 from PySide6.QtGui import QCloseEvent, QKeyEvent, QResizeEvent
 from PySide6.QtWidgets import QHBoxLayout, QMainWindow, QStackedWidget, QToolBar, QVBoxLayout, QWidget
 
@@ -20,7 +19,8 @@ from ui.core.language_switch import LanguageSwitch
 from ui.core.port_watcher import PortWatcher
 from ui.core.preferences import LastPort, Preferences
 from ui.files.file_drops import FileDrops, FilePage
-from ui.services.context import Page, PageEntry, Services
+from ui.services.context import PageEntry, Services
+from ui.services.page import Page, StreamPage
 from ui.services.tour_port import is_tour
 from ui.shell.actions import Actions
 from ui.shell.attention import Attention
@@ -203,22 +203,26 @@ class MainWindow(QMainWindow):
         if target is not None:
             self.connect_to(target)
 
-    def _place(self, key: str, page: QWidget) -> None:
+    def _place(self, key: str, page: Page) -> None:
         self._services.appearance.dress(page)
         self.stack.addWidget(page)
-        for wanted in (page.connect_wanted,) if hasattr(page, "connect_wanted") else ():
-            wanted.connect(self.connect_to)
-        for wanted in (page.page_wanted,) if hasattr(page, "page_wanted") else ():
-            wanted.connect(self.go_to)
+        page.connect_wanted.connect(self.connect_to)
+        page.page_wanted.connect(self.go_to)
+        page.ports_wanted.connect(self.show_panel)
+        page.tour_wanted.connect(self.menus.tour.trigger)
+        page.covered_px = self._covered_px
         if key == self.navigation.chosen:
             self.stack.setCurrentWidget(page)
 
     def _page_for(self, suffix: str) -> FilePage | None:
-        for key in self._entries:
-            page = self._pages.get(key)
-            if page is not None and suffix in getattr(page, "suffixes", ()):
-                return FilePage(key, page.open_file)  # type: ignore[attr-defined]
-        return None
+        pages = ((key, self._pages[key]) for key in self._entries if key in self._pages)
+        return next((FilePage(key, page.open_file) for key, page in pages if suffix in page.suffixes), None)
+
+    def _covered_px(self) -> int:
+        """How much of a page's left lies under the sheet with the ports."""
+        if not self.panel.isVisible():
+            return 0
+        return max(0, self.panel.mapTo(self, self.panel.rect().topRight()).x() - self.stack.mapTo(self, QPoint()).x())
 
     # What a person does
 
@@ -226,10 +230,15 @@ class MainWindow(QMainWindow):
         """Open or close the sheet with the ports."""
         if self.panel.isVisible():
             self.panel.hide()
+            self._refresh_notice()
         else:
-            self._place_panel()
-            self.panel.show()
-            self.panel.raise_()
+            self.show_panel()
+
+    def show_panel(self) -> None:
+        """Open the sheet with the ports."""
+        self._place_panel()
+        self.panel.show()
+        self.panel.raise_()
         self._refresh_notice()
 
     def connect_to(self, target: Target) -> None:
@@ -257,7 +266,8 @@ class MainWindow(QMainWindow):
 
     def _take(self, batch: Batch) -> None:
         for page in self._pages.values():
-            cast("Page", page).on_batch(batch)
+            if isinstance(page, StreamPage):
+                page.on_batch(batch)
         self.status_bar.on_batch(batch)
 
     def refresh(self) -> None:
@@ -289,9 +299,8 @@ class MainWindow(QMainWindow):
 
     def _show_why(self) -> None:
         self.go_to("diagnosis")
-        page = self._pages.get("diagnosis")
-        if page is not None:
-            page.go_to("why")  # type: ignore[attr-defined]
+        if "diagnosis" in self._pages:
+            self._pages["diagnosis"].go_to("why")
 
     def _remember_port(self, target: Target) -> None:
         if not target.is_recording and not is_tour(target):

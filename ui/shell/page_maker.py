@@ -4,9 +4,9 @@ from collections.abc import Callable, Iterable
 from typing import Final
 
 from PySide6.QtCore import QObject, QTimer, Signal
-from PySide6.QtWidgets import QWidget
 
 from ui.services.context import PageEntry, Services
+from ui.services.page import Page
 
 BREATH_MS: Final = 1
 """Between two turns: with none, Qt would make all pages before it serves anything else."""
@@ -22,11 +22,11 @@ class PageMaker(QObject):
         self,
         services: Services,
         entries: Iterable[PageEntry],
-        place: Callable[[str, QWidget], None],
+        place: Callable[[str, Page], None],
         parent: QObject | None = None,
     ) -> None:
         super().__init__(parent)
-        self.pages: dict[str, QWidget] = {}
+        self.pages: dict[str, Page] = {}
         """Those that were made, by key."""
         self._entries = {entry.key: entry for entry in entries}
         self._services, self._place = services, place

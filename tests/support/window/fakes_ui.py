@@ -5,10 +5,11 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-from PySide6.QtWidgets import QApplication
+from PySide6.QtWidgets import QApplication, QVBoxLayout
 from pytestqt.qtbot import QtBot
 
 from app.engine.ports import PortInfo
+from app.engine.worker import Batch
 from app.simulator import bench
 from app.simulator.bench import SimulatedBench
 from app.text.i18n import ENGLISH
@@ -17,13 +18,30 @@ from ui.core.port_watcher import PortWatcher
 from ui.core.preferences import Preferences
 from ui.main import Assembly, WindowOptions, assemble, start
 from ui.pages.diagnosis.traffic import TrafficPage
-from ui.services.context import PageEntry
+from ui.services.context import PageEntry, Services
+from ui.services.page import StreamPage
 from ui.style.icons import Icon
 
 WAIT_MS = 8000
 ADAPTER = PortInfo("/dev/ttyUSB0", "CP2102 USB to UART", "Silicon Labs", "0001", 0x10C4, 0xEA60, "1-1")
 SECOND_ADAPTER = PortInfo("/dev/ttyACM0", "USB Single Serial", "QinHeng", "5523", 0x1A86, 0x55D3, "1-2")
-TRAFFIC_ALONE = (PageEntry("traffic", "Traffic", Icon.DIAGNOSIS, TrafficPage),)
+
+
+class TrafficAlone(StreamPage):
+    """The traffic list as a page of its own."""
+
+    def __init__(self, services: Services) -> None:
+        super().__init__("alone")
+        self.traffic = TrafficPage(services)
+        layout = QVBoxLayout(self)
+        layout.setContentsMargins(0, 0, 0, 0)
+        layout.addWidget(self.traffic)
+
+    def on_batch(self, batch: Batch) -> None:
+        self.traffic.on_batch(batch)
+
+
+TRAFFIC_ALONE = (PageEntry("traffic", "Traffic", Icon.DIAGNOSIS, TrafficAlone),)
 """The page that needs no plots: these tests are about what is around the pages."""
 
 

@@ -21,6 +21,7 @@ from tests.support.window.steps import settle
 from ui.core.preferences import LastPort, Preferences
 from ui.main import Assembly, WindowOptions
 from ui.services.context import PageEntry, Services
+from ui.services.page import Page, StreamPage
 from ui.style.icons import Icon
 from ui.style.theme import Choice, Meaning
 
@@ -283,11 +284,11 @@ def test_listing_ports_never_stops_the_window(qtbot: QtBot, qapp: QApplication, 
         qtbot.waitUntil(lambda: assembly.ports.has_looked, timeout=WAIT_MS)
 
 
-class Recorder(QWidget):
+class Recorder(StreamPage):
     """A page that keeps what it is given."""
 
     def __init__(self, _services: Services) -> None:
-        super().__init__()
+        super().__init__("recorder")
         self.batches: list[Batch] = []
 
     def on_batch(self, batch: Batch) -> None:
@@ -298,7 +299,7 @@ def test_the_module_streams_only_for_a_page_that_wants_it(qtbot: QtBot, qapp: QA
     """Where the session is not recorded; what is recorded is always streamed."""
     made: list[Recorder] = []
 
-    def make(services: Services) -> QWidget:
+    def make(services: Services) -> Page:
         made.append(Recorder(services))
         return made[-1]
 

@@ -5,12 +5,12 @@ from typing import Final
 from PySide6.QtCore import QSize
 from PySide6.QtWidgets import QFrame, QPushButton, QScrollArea, QVBoxLayout, QWidget
 
-from app.engine.worker import Batch
 from app.safety.acts import EFFECTS, Act
 from app.text.i18n import tr
 from ui.acts.act_row import ActRow
 from ui.acts.ritual_widget import RitualWidget
 from ui.services.context import Services
+from ui.services.page import Page
 from ui.style.icons import Icon
 from ui.style.theme import Meaning, Size, Space
 from ui.widgets.controls import control
@@ -26,12 +26,11 @@ REFRESH_EVERY_MS: Final = 200
 DANGEROUS: Final = (Act.ACTIVATE, Act.ZERO, Act.SHUTDOWN, Act.FORBID_DEPLOY)
 
 
-class CommandsPage(QWidget):
+class CommandsPage(Page):
     """See the module's docstring."""
 
     def __init__(self, services: Services, parent: QWidget | None = None) -> None:
-        super().__init__(parent)
-        self.setObjectName("commands_page")
+        super().__init__("commands", parent)
         self._services, self._connector = services, services.connector
         texts = services.texts
         self.activation = named(StateChip("", size=Size.TITLE), "commands_activation")
@@ -53,9 +52,6 @@ class CommandsPage(QWidget):
         self._connector.changed.connect(self.refresh)
         services.lock.changed.connect(self.refresh)
         self.refresh()
-
-    def on_batch(self, batch: Batch) -> None:
-        """Everything shown is looked up at the next refresh."""
 
     def refresh(self) -> None:
         self._show_state()

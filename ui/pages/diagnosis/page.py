@@ -6,8 +6,6 @@ Out of sight it only remembers: the frames, the figures and what is seen of the 
 from pathlib import Path
 from typing import Final
 
-from PySide6.QtCore import Signal
-from PySide6.QtGui import QAction, QKeySequence
 from PySide6.QtWidgets import QButtonGroup, QStackedWidget, QToolButton, QVBoxLayout, QWidget
 
 from app.captures.reader import FAULTS_KEPT
@@ -22,9 +20,10 @@ from ui.pages.diagnosis.link_statistics import LinkStatisticsView
 from ui.pages.diagnosis.traffic import TrafficPage
 from ui.pages.diagnosis.why_panel import WhyPanel
 from ui.services.context import Services
+from ui.services.page import StreamPage
 from ui.style.theme import Meaning, Space
+from ui.widgets.controls import Shortcut, control
 from ui.widgets.flow_row import FlowRow
-from ui.widgets.naming import named
 from ui.widgets.notice_bar import Choice, Notice, NoticeBar
 from ui.widgets.recording_bar import recording_target
 
@@ -36,16 +35,13 @@ _VIEWS: Final = (
 )
 
 
-class DiagnosisPage(QWidget):
+class DiagnosisPage(StreamPage):
     """See the module's docstring. `connect_wanted` gives a `Target`; the window asks first where that is risky."""
 
     suffixes = OPENED_SUFFIXES
-    """Of the files that may be dropped on the window for this page."""
-    connect_wanted = Signal(object)
 
     def __init__(self, services: Services, parent: QWidget | None = None) -> None:
-        super().__init__(parent)
-        self.setObjectName("diagnosis_page")
+        super().__init__("diagnosis", parent)
         self._texts, self._connector = services.texts, services.connector
         self.kept = Kept()
         self.live_figures = LinkStatistics()
@@ -69,14 +65,11 @@ class DiagnosisPage(QWidget):
         self.files.said.connect(self._say)
         self.bundle.said.connect(self._say)
         self.why.connect_wanted.connect(self.connect_wanted)
-        self.why.choose_wanted.connect(self._choose_port)
+        self.why.choose_wanted.connect(self.ports_wanted)
         self._connector.changed.connect(self._refresh_strip)
         services.appearance.changed.connect(self.strip.follow_theme)
-        for name, key, act in (
-            ("capture_open_key", "Ctrl+O", self.files.choose),
-            ("capture_save_key", "Ctrl+S", self.files.choose_and_save),
-        ):
-            self._add_action(name, key, act)
+        Shortcut("capture_open_key", self, self.files.open, self.files.choose, keys=("Ctrl+O",))
+        Shortcut("capture_save_key", self, self.files.save, self.files.choose_and_save, keys=("Ctrl+S",))
         self.files.refresh()
         self.go_to("why")
 
@@ -165,36 +158,20 @@ class DiagnosisPage(QWidget):
         else:
             self.strip.show_notice(None)
 
-    def _choose_port(self) -> None:
-        panel = self.window().findChild(QWidget, "connect_panel")
-        act = self.window().findChild(QAction, "act_connect")
-        if act is not None and (panel is None or not panel.isVisible()):
-            act.trigger()
-
     # Making
 
     def _make_segments(self) -> dict[str, QToolButton]:
         group = QButtonGroup(self)
         segments = {}
         for number, (key, title, explanation) in enumerate(_VIEWS):
-            button = named(QToolButton(), f"diagnosis_{key}")
+            button = control(QToolButton(), self._texts, f"diagnosis_{key}", title, tip=explanation, role="segment")
             button.setCheckable(True)
             button.setStyleSheet("QToolButton { padding-left: 12px; padding-right: 12px; }")
-            button.setProperty("role", "segment")
-            self._texts.bind(button.setText, title)
-            self._texts.bind(button.setAccessibleName, title)
-            self._texts.bind(button.setToolTip, explanation)
             group.addButton(button, number)
             segments[key] = button
-            self._add_action(f"diagnosis_{key}_key", f"Alt+{number + 1}", button.click)
+            Shortcut(f"diagnosis_{key}_key", self, button, keys=(f"Alt+{number + 1}",))
         group.idClicked.connect(lambda number: self.go_to(_VIEWS[number][0]))
         return segments
-
-    def _add_action(self, name: str, key: str, act: object) -> None:
-        action = named(QAction(self), name)
-        action.setShortcut(QKeySequence(key))
-        action.triggered.connect(act)
-        self.addAction(action)
 
     def _lay_out(self) -> None:
         bar = FlowRow(spacing_px=Space.XS)

@@ -4,7 +4,7 @@ from functools import partial
 from itertools import chain, islice
 
 from PySide6.QtCore import QEvent, QItemSelectionModel, QSize, Qt, QTimer
-from PySide6.QtGui import QAction, QFontDatabase, QFontMetrics, QGuiApplication, QHideEvent, QKeySequence, QShowEvent
+from PySide6.QtGui import QFontDatabase, QFontMetrics, QGuiApplication, QHideEvent, QShowEvent
 from PySide6.QtWidgets import (
     QAbstractItemView,
     QComboBox,
@@ -29,7 +29,7 @@ from ui.pages.diagnosis.traffic_texts import hex_of, kind_of, meaning_of, raw_of
 from ui.services.context import Services
 from ui.style.icons import Icon, icon
 from ui.style.theme import Size, Space, font
-from ui.widgets.controls import control
+from ui.widgets.controls import Shortcut, control
 from ui.widgets.naming import named
 from ui.widgets.sliders import WheelGuard
 
@@ -81,7 +81,12 @@ class TrafficPage(QWidget):
                              slot=self.clear_rows)  # fmt: skip
         for button in (self.mark, self.copy, self.clear):
             button.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonIconOnly)
-        self._add_shortcuts()
+        self.pause.toggled.connect(self._pause)
+        Shortcut("traffic_pause_key", self, self.pause, self.pause.toggle)
+        Shortcut("traffic_mark_key", self, self.mark)
+        Shortcut("traffic_search_key", self, self.search.field, self._go_to_search)
+        Shortcut("traffic_copy_key", self, self.copy)
+        Shortcut("traffic_clear_key", self, self.clear)
         layout = QVBoxLayout(self)
         layout.setContentsMargins(Space.M, Space.S, Space.M, Space.S)
         layout.setSpacing(Space.S)
@@ -161,21 +166,6 @@ class TrafficPage(QWidget):
         box.setSizeAdjustPolicy(QComboBox.SizeAdjustPolicy.AdjustToContents)
         box.currentIndexChanged.connect(self._use_filter)
         return box
-
-    def _add_shortcuts(self) -> None:
-        self.pause.toggled.connect(self._pause)
-        self._add_shortcut("traffic_pause_key", "Ctrl+P", self.pause.toggle)
-        self._add_shortcut("traffic_mark_key", "Ctrl+M", self.mark_rows)
-        self._add_shortcut("traffic_search_key", QKeySequence.StandardKey.Find, self._go_to_search)
-        self._add_shortcut("traffic_copy_key", QKeySequence.StandardKey.Copy, self.copy_rows)
-        self._add_shortcut("traffic_clear_key", "Ctrl+Shift+X", self.clear_rows)
-
-    def _add_shortcut(self, name: str, key: str | QKeySequence.StandardKey, act: object) -> None:
-        action = named(QAction(self), name)
-        action.setShortcut(QKeySequence(key))
-        action.setShortcutContext(Qt.ShortcutContext.WindowShortcut)  # Qt leaves out those of pages out of sight
-        action.triggered.connect(act)
-        self.addAction(action)
 
     def _make_bar(self) -> QHBoxLayout:
         bar = QHBoxLayout()

@@ -2,8 +2,7 @@
 
 from typing import Final
 
-from PySide6.QtCore import QPoint, QSize, Qt
-from PySide6.QtGui import QAction
+from PySide6.QtCore import QSize, Qt
 from PySide6.QtWidgets import QHBoxLayout, QLabel, QPushButton, QVBoxLayout, QWidget
 
 from app.diagnosis.link_state import Phase, words
@@ -13,6 +12,7 @@ from protocol.catalogue import DEFAULT_BAUD_RATE
 from ui.connect.connect_panel import SIMULATED_PORT
 from ui.pages.live.tour_offer import TourOffer
 from ui.services.context import Services
+from ui.services.page import Page
 from ui.style.icons import Icon, pixmap
 from ui.style.theme import Space, current
 from ui.widgets.controls import control
@@ -26,10 +26,10 @@ _BUSY: Final = (Phase.OPENING, Phase.FINDING, Phase.ASKING, Phase.ONLINE, Phase.
 class EmptyPage(QWidget):
     """Before there is anything to show: how the link stands, and the next thing to do."""
 
-    def __init__(self, services: Services) -> None:
+    def __init__(self, services: Services, page: Page) -> None:
         super().__init__()
         self.setObjectName("live_empty")
-        self._connector = services.connector
+        self._page, self._connector = page, services.connector
         self._picture = named(QLabel(), "live_empty_icon")
         self._title = named(QLabel(), "live_empty_title", "title")
         self.text = named(QLabel(), "live_empty_text")
@@ -39,17 +39,17 @@ class EmptyPage(QWidget):
                             "with the vendor's advice beside it.\n3. Pre-flight: run the check before each flight; "
                             "activate; it must say GO.", role="muted")  # fmt: skip
         self._remembered = services.preferences
-        self.offer = TourOffer(services, self._begin_tour)
+        self.offer = TourOffer(services, page.tour_wanted.emit)
         self.choose = control(QPushButton(), texts, "live_choose_port", "Choose a port …", says="Choose a port",
                               tip="Choose the port that the module is plugged into", key="Ctrl+K", picture=Icon.PLUG,
-                              role="primary", slot=self._choose_port)  # fmt: skip
+                              role="primary", slot=page.ports_wanted)  # fmt: skip
         self.simulate = control(QPushButton(), texts, "live_simulate", "Simulated module",
                                 says="Connect to the simulated module", tip="Try everything without a module",
                                 picture=Icon.SIMULATOR, slot=self._simulate)  # fmt: skip
         self.recordings = control(QPushButton(), texts, "live_recordings", "Recordings",
                                   tip="Look at what was recorded before; that needs no module",
-                                  picture=Icon.RECORDINGS)  # fmt: skip
-        texts = services.texts
+                                  picture=Icon.RECORDINGS,
+                                  slot=lambda: page.page_wanted.emit("recordings"))  # fmt: skip
         for label in (self._picture, self._title, self.text):
             label.setAlignment(Qt.AlignmentFlag.AlignHCenter)
         for label in (self._title, self.text, self._way):
@@ -71,7 +71,7 @@ class EmptyPage(QWidget):
         is_idle = state.phase is Phase.CLOSED
         self._title.setText(tr("No module connected") if is_idle else said.word)
         self.text.setText(said.next_step if is_idle else f"{said.what}\n{said.next_step}".strip())
-        panel_px = self._covered_px()
+        panel_px = self._page.covered_px()
         margins = self._column.contentsMargins()
         if margins.left() != panel_px:
             self._column.setContentsMargins(panel_px, 0, 0, 0)
@@ -83,25 +83,6 @@ class EmptyPage(QWidget):
         self._way.setVisible(is_idle)
         is_first_run = self._remembered.last_port is None and not self._remembered.has_seen_tour
         self.offer.setVisible(is_idle and is_first_run)
-
-    def _covered_px(self) -> int:
-        """How much of the left is under the sheet with the ports."""
-        panel = self.window().findChild(QWidget, "connect_panel")
-        if panel is None or not panel.isVisible():
-            return 0
-        return max(0, panel.mapTo(self.window(), panel.rect().topRight()).x() - self.mapTo(self.window(), QPoint()).x())
-
-    def _choose_port(self) -> None:
-        panel = self.window().findChild(QWidget, "connect_panel")
-        act = self.window().findChild(QAction, "act_connect")
-        if act is not None and (panel is None or not panel.isVisible()):
-            act.trigger()
-
-    def _begin_tour(self) -> None:
-        act = self.window().findChild(QAction, "act_tour")
-        if act is not None:
-            act.trigger()
-        self.refresh()
 
     def _simulate(self) -> None:
         self._connector.connect_to(Target(SIMULATED_PORT, DEFAULT_BAUD_RATE))

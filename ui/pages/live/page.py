@@ -8,7 +8,7 @@ the module, which go on below.
 from typing import Final, cast
 
 from PySide6.QtCore import QEvent, Qt, QTimer, Signal
-from PySide6.QtGui import QAction, QHideEvent, QImage, QKeyEvent, QKeySequence, QShowEvent, QWindow
+from PySide6.QtGui import QHideEvent, QImage, QShowEvent, QWindow
 from PySide6.QtWidgets import QFrame, QHBoxLayout, QStackedLayout, QStackedWidget, QVBoxLayout, QWidget
 
 from app.engine.worker import Batch
@@ -24,8 +24,10 @@ from ui.pages.live.recorded_view import RecordedView, origin_of
 from ui.pages.live.what_if_on_live import WhatIfOnLive
 from ui.plots.time_plot import TimePlot
 from ui.services.context import Services
+from ui.services.page import StreamPage
 from ui.services.session_recording import SessionTracker
 from ui.style.theme import Space
+from ui.widgets.controls import Shortcut
 from ui.widgets.naming import named
 
 DRAW_EVERY_MS: Final = 33
@@ -39,17 +41,14 @@ _CLOSE_UP_S: Final = 60.0
 """Length of the time line to look at one event, where it is longer."""
 
 
-class LivePage(QWidget):
+class LivePage(StreamPage):
     """See the module's docstring."""
 
-    page_wanted = Signal(str)
-    """The key of a page."""
     source_changed = Signal()
     """Another recording is looked at, or none, or the module's data start over: `recording` and `data` tell."""
 
     def __init__(self, services: Services, parent: QWidget | None = None) -> None:
-        super().__init__(parent)
-        self.setObjectName("live_page")
+        super().__init__("live", parent)
         self._connector = services.connector
         self._in_use = services.in_use
         texts = services.texts
@@ -65,16 +64,15 @@ class LivePage(QWidget):
         self._recorded = RecordedView(texts, self._plots, self.panel, self._in_use)
         self.banner = self._recorded.banner
         self.save = SaveBar(texts, take_excerpt=self._excerpt, take_picture=self._picture, find_origin=self._origin)
-        self.empty = EmptyPage(services)
-        self.empty.recordings.clicked.connect(lambda: self.page_wanted.emit("recordings"))
+        self.empty = EmptyPage(services, self)
         self._content = self._lay_out()
         self._stack = QStackedLayout(self)
         self._stack.addWidget(self.empty)
         self._stack.addWidget(self._content)
-        self._add_action("live_save_csv_key", "Ctrl+S", self._save_csv)
-        self._add_action("live_save_png_key", "Ctrl+Shift+S", self._save_png)
-        self._add_action("live_pause_key", "Ctrl+P", self._pause)
-        self._add_action("live_would_fire_key", "Ctrl+T", self._try_thresholds)
+        Shortcut("live_save_csv_key", self, self.save.csv, self._save_csv)
+        Shortcut("live_save_png_key", self, self.save.png, self._save_png)
+        Shortcut("live_pause_key", self, self._live_plot.pause, self._pause, keys=("Ctrl+P",))
+        Shortcut("live_would_fire_key", self, self.fired.button, self._try_thresholds)
         self._ticks = 0
         self._waiting: list[Batch] = []
         self._timer = QTimer(self)
@@ -290,20 +288,13 @@ class LivePage(QWidget):
         column.addLayout(foot)
         return content
 
-    def _add_action(self, name: str, key: str, act: object) -> None:
-        action = named(QAction(self), name)
-        action.setShortcut(QKeySequence(key))
-        action.triggered.connect(act)
-        self.addAction(action)
-
     # Qt
 
-    def keyPressEvent(self, event: QKeyEvent) -> None:
-        """Esc goes back to live."""
-        if event.key() == Qt.Key.Key_Escape and self.recording is not None:
-            self.back_to_live()
-        else:
-            super().keyPressEvent(event)
+    def on_escape(self) -> bool:
+        """Back to live."""
+        was_recorded = self.recording is not None
+        self.back_to_live()
+        return was_recorded
 
     def showEvent(self, event: QShowEvent) -> None:
         super().showEvent(event)

@@ -6,11 +6,9 @@ The verdict is watched as long as the program runs: what voids it is said the mo
 from pathlib import Path
 from typing import Final
 
-from PySide6.QtCore import Qt, QTimer
-from PySide6.QtGui import QAction, QKeyEvent, QKeySequence
+from PySide6.QtCore import QTimer
 from PySide6.QtWidgets import QStackedLayout, QVBoxLayout, QWidget
 
-from app.engine.worker import Batch
 from app.records.check_store import CheckStore
 from app.safety.acts import Act
 from app.store.database import StoreTrouble
@@ -27,9 +25,10 @@ from ui.pages.preflight.record_files import SUFFIXES, RecordFiles
 from ui.pages.preflight.texts import announcement
 from ui.pages.preflight.verdict import VerdictBanner
 from ui.services.context import Services
+from ui.services.page import Page
 from ui.simulator.level_offer import rest_notice
 from ui.style.theme import Meaning, Space
-from ui.widgets.naming import named
+from ui.widgets.controls import Shortcut
 from ui.widgets.notice_bar import Notice, NoticeBar
 from ui.widgets.sliders import WheelGuard
 from ui.widgets.visibility_timer import VisibilityTimer
@@ -37,15 +36,13 @@ from ui.widgets.visibility_timer import VisibilityTimer
 REFRESH_EVERY_MS: Final = 250
 
 
-class PreflightPage(QWidget):
+class PreflightPage(Page):
     """See the module's docstring."""
 
     suffixes = SUFFIXES
-    """Of the files that may be dropped on the window for this page."""
 
     def __init__(self, services: Services, parent: QWidget | None = None) -> None:
-        super().__init__(parent)
-        self.setObjectName("preflight_page")
+        super().__init__("preflight", parent)
         self._services, self._connector = services, services.connector
         services.naming.follow(services.connector, services.storage)
         guard = WheelGuard(self)
@@ -70,9 +67,6 @@ class PreflightPage(QWidget):
         VisibilityTimer(self, self.refresh, every_ms=REFRESH_EVERY_MS, tick=self.tick, retranslate=self._retranslate)
         self._take_entered()
         self.refresh()
-
-    def on_batch(self, batch: Batch) -> None:
-        """The work watches for itself."""
 
     def open_file(self, path: Path) -> None:
         """A record or a report that was dropped on the window."""
@@ -235,15 +229,9 @@ class PreflightPage(QWidget):
         self._connector.changed.connect(self.tick)
         self._connector.forgotten.connect(self._forget_check)
         self._services.appearance.changed.connect(self.strip.follow_theme)
-        for name, key, act in (
-            ("preflight_run_key", "Ctrl+Return", buttons.run.click),
-            ("preflight_print_key", "Ctrl+P", buttons.print.click),
-            ("preflight_history_key", "Ctrl+H", self.show_history),
-        ):
-            action = named(QAction(self), name)
-            action.setShortcut(QKeySequence(key))
-            action.triggered.connect(act)
-            self.addAction(action)
+        Shortcut("preflight_run_key", self, buttons.run)
+        Shortcut("preflight_print_key", self, buttons.print)
+        Shortcut("preflight_history_key", self, buttons.history, self.show_history)
 
     def _lay_out(self) -> QWidget:
         head = QVBoxLayout()
@@ -265,15 +253,14 @@ class PreflightPage(QWidget):
 
     # Qt
 
-    def keyPressEvent(self, event: QKeyEvent) -> None:
-        """Esc breaks the check off, closes the past checks, or closes a message; it never sends anything."""
-        if event.key() != Qt.Key.Key_Escape:
-            super().keyPressEvent(event)
-        elif self._stack.currentWidget() is self.history:
+    def on_escape(self) -> bool:
+        """Break the check off, close the past checks, or close a message."""
+        if self._stack.currentWidget() is self.history:
             self.show_check()
         elif self.work.standing is Standing.CHECKING:
             self.work.cancel()
         elif self._notice is not None:
             self.dismiss()
         else:
-            event.ignore()
+            return False
+        return True

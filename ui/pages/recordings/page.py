@@ -4,11 +4,10 @@ from functools import partial
 from pathlib import Path
 from typing import Final
 
-from PySide6.QtCore import QEvent, Qt, QTimer, Signal
-from PySide6.QtGui import QAction, QHideEvent, QKeyEvent, QKeySequence, QShowEvent
+from PySide6.QtCore import QEvent, QTimer
+from PySide6.QtGui import QHideEvent, QShowEvent
 from PySide6.QtWidgets import QHBoxLayout, QLabel, QLineEdit, QStackedWidget, QVBoxLayout, QWidget
 
-from app.engine.worker import Batch
 from app.recordings.entry_texts import size_text, told, when_text
 from app.recordings.library import RecordingEntry
 from app.text.i18n import tr
@@ -17,9 +16,10 @@ from ui.pages.recordings.controls import NoRecordings, RecordingsButtons
 from ui.pages.recordings.model import RecordingsFilter, RecordingsModel
 from ui.pages.recordings.table import RecordingsTable
 from ui.services.context import Services
+from ui.services.page import Page
 from ui.services.recording_jobs import ExportKind
 from ui.style.theme import Meaning, Space
-from ui.widgets.controls import control
+from ui.widgets.controls import Shortcut, control
 from ui.widgets.naming import named
 from ui.widgets.notice_bar import Choice, Notice, NoticeBar
 
@@ -30,15 +30,11 @@ _DRAW_EVERY_MS: Final = 100
 """While something takes long."""
 
 
-class RecordingsPage(QWidget):
+class RecordingsPage(Page):
     """See the module's docstring."""
 
-    page_wanted = Signal(str)
-    """The key of a page."""
-
     def __init__(self, services: Services, parent: QWidget | None = None) -> None:
-        super().__init__(parent)
-        self.setObjectName("recordings_page")
+        super().__init__("recordings", parent)
         self._services = services
         self.work = services.storage.recordings
         self.ask_path: AskPath = ask_path
@@ -72,9 +68,6 @@ class RecordingsPage(QWidget):
         self._drawing.setInterval(_DRAW_EVERY_MS)
         self._wire()
         self.refresh()
-
-    def on_batch(self, batch: Batch) -> None:
-        """Batches are recorded elsewhere, also before this page is made."""
 
     def refresh(self) -> None:
         """Everything as it is now."""
@@ -210,15 +203,9 @@ class RecordingsPage(QWidget):
         self.search.textChanged.connect(self.filter.search)
         self.table.selectionModel().selectionChanged.connect(self._choose_other)
         self._services.appearance.changed.connect(self._dress)
-        for name, key, act in (
-            ("recordings_csv_key", "Ctrl+S", self.buttons.csv.click),
-            ("recordings_mcap_key", "Ctrl+Shift+S", self.buttons.mcap.click),
-            ("recordings_search_key", "Ctrl+F", self.search.setFocus),
-        ):
-            action = named(QAction(self), name)
-            action.setShortcut(QKeySequence(key))
-            action.triggered.connect(act)
-            self.addAction(action)
+        Shortcut("recordings_csv_key", self, self.buttons.csv)
+        Shortcut("recordings_mcap_key", self, self.buttons.mcap)
+        Shortcut("recordings_search_key", self, self.search, self.search.setFocus)
         self._dress()
 
     def _lay_out(self) -> None:
@@ -244,18 +231,17 @@ class RecordingsPage(QWidget):
 
     # Qt
 
-    def keyPressEvent(self, event: QKeyEvent) -> None:
-        """Esc ends what takes long, takes a question back, or closes a message."""
-        if event.key() != Qt.Key.Key_Escape:
-            super().keyPressEvent(event)
-        elif self.work.doing is not None:
+    def on_escape(self) -> bool:
+        """End what takes long, take a question back, or close a message."""
+        if self.work.doing is not None:
             self.work.cancel()
         elif self._doomed:
             self._spare()
         elif self.work.said is not None:
             self.work.dismiss()
         else:
-            event.ignore()
+            return False
+        return True
 
     def showEvent(self, event: QShowEvent) -> None:
         super().showEvent(event)

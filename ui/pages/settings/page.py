@@ -8,8 +8,6 @@ from functools import partial
 from pathlib import Path
 from typing import Final
 
-from PySide6.QtCore import Qt, Signal
-from PySide6.QtGui import QAction, QKeyEvent, QKeySequence
 from PySide6.QtWidgets import (
     QFrame,
     QHBoxLayout,
@@ -20,7 +18,6 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
-from app.engine.worker import Batch
 from app.settings.form import FORM_COMMANDS, RowState
 from app.settings.profiles import Profile
 from app.text.i18n import tr
@@ -35,11 +32,11 @@ from ui.pages.settings.profile_compare import ProfileCompare
 from ui.pages.settings.profile_files import SUFFIX, ProfileFiles
 from ui.pages.settings.row import SettingsRow
 from ui.services.context import Services
+from ui.services.page import Page
 from ui.style.icons import Icon
 from ui.style.theme import Meaning, Space
-from ui.widgets.controls import control
+from ui.widgets.controls import Shortcut, control
 from ui.widgets.flow_row import FlowRow
-from ui.widgets.naming import named
 from ui.widgets.notice_bar import Notice, NoticeBar
 from ui.widgets.sliders import WheelGuard
 from ui.widgets.visibility_timer import VisibilityTimer
@@ -47,17 +44,13 @@ from ui.widgets.visibility_timer import VisibilityTimer
 REFRESH_EVERY_MS: Final = 250
 
 
-class SettingsPage(QWidget):
+class SettingsPage(Page):
     """See the module's docstring."""
 
     suffixes = (SUFFIX,)
-    """Of the files that may be dropped on the window for this page."""
-    page_wanted = Signal(str)
-    """The key of a page."""
 
     def __init__(self, services: Services, parent: QWidget | None = None) -> None:
-        super().__init__(parent)
-        self.setObjectName("settings_page")
+        super().__init__("settings", parent)
         self._services, self._connector = services, services.connector
         texts = services.texts
         self._guard = WheelGuard(self)
@@ -82,9 +75,6 @@ class SettingsPage(QWidget):
         self._wire()
         VisibilityTimer(self, self.refresh, every_ms=REFRESH_EVERY_MS)
         self.refresh()
-
-    def on_batch(self, batch: Batch) -> None:
-        """Everything shown is looked up at the next refresh."""
 
     def open_file(self, path: Path) -> None:
         """A profile, dropped on the window or chosen elsewhere."""
@@ -203,17 +193,11 @@ class SettingsPage(QWidget):
         self.revert.clicked.connect(lambda: work.edit(form.revert))
         self.defaults.clicked.connect(lambda: work.edit(form.want_defaults))
         self.as_found.clicked.connect(work.want_as_found)
-        for name, keys, button in (
-            ("settings_undo_key", ("Ctrl+Z",), self.undo),
-            ("settings_redo_key", ("Ctrl+Shift+Z", "Ctrl+Y"), self.redo),
-            ("settings_write_key", ("Ctrl+Return", "Ctrl+Enter"), self.write),
-            ("settings_read_key", ("F5",), self.read),
-            ("settings_open_key", ("Ctrl+O",), self.files.open),
-        ):
-            action = named(QAction(self), name)
-            action.setShortcuts([QKeySequence(key) for key in keys])
-            action.triggered.connect(button.click)
-            self.addAction(action)
+        Shortcut("settings_undo_key", self, self.undo)
+        Shortcut("settings_redo_key", self, self.redo, keys=("Ctrl+Shift+Z", "Ctrl+Y"))
+        Shortcut("settings_write_key", self, self.write, keys=("Ctrl+Return", "Ctrl+Enter"))
+        Shortcut("settings_read_key", self, self.read)
+        Shortcut("settings_open_key", self, self.files.open, keys=("Ctrl+O",))
         self.files.opened.connect(self._show_profile)
         self.files.refused.connect(self._show_faults)
         self.files.said.connect(self._say)
@@ -274,13 +258,12 @@ class SettingsPage(QWidget):
 
     # Qt
 
-    def keyPressEvent(self, event: QKeyEvent) -> None:
-        """Esc takes a question back, or leaves a profile; it never sends anything."""
-        if event.key() != Qt.Key.Key_Escape:
-            super().keyPressEvent(event)
-        elif self._stack.currentWidget() is not self._form:
+    def on_escape(self) -> bool:
+        """Take a question back, or leave a profile."""
+        if self._stack.currentWidget() is not self._form:
             self.show_form()
         elif not self.work.is_busy and self.work.notice() is not None:
             self.work.dismiss()
         else:
-            event.ignore()
+            return False
+        return True

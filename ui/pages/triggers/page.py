@@ -4,8 +4,8 @@ from functools import partial
 from pathlib import Path
 from typing import Final
 
-from PySide6.QtCore import QEvent, Qt
-from PySide6.QtGui import QAction, QGuiApplication, QKeyEvent, QKeySequence, QShowEvent
+from PySide6.QtCore import QEvent
+from PySide6.QtGui import QGuiApplication, QShowEvent
 from PySide6.QtWidgets import (
     QComboBox,
     QHBoxLayout,
@@ -17,7 +17,6 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
-from app.engine.worker import Batch
 from app.records.trigger_archive import write_archive
 from app.store.database import StoreTrouble
 from app.text.i18n import tr
@@ -29,9 +28,10 @@ from ui.pages.triggers.model import Show, TriggersFilter, TriggersModel, as_text
 from ui.pages.triggers.table import TriggersTable
 from ui.pages.triggers.texts import count_text, empty_text, empty_title, news_text
 from ui.services.context import Services
+from ui.services.page import Page
 from ui.style.icons import Icon
 from ui.style.theme import Meaning, Space
-from ui.widgets.controls import control
+from ui.widgets.controls import Shortcut, control
 from ui.widgets.empty_state import EmptyState
 from ui.widgets.flow_row import FlowRow
 from ui.widgets.naming import named
@@ -41,12 +41,11 @@ from ui.widgets.sliders import WheelGuard
 _FIELD_PX: Final = 180
 
 
-class TriggersPage(QWidget):
+class TriggersPage(Page):
     """See the module's docstring."""
 
     def __init__(self, services: Services, parent: QWidget | None = None) -> None:
-        super().__init__(parent)
-        self.setObjectName("triggers_page")
+        super().__init__("triggers", parent)
         self._services, self._connector, self._naming = services, services.connector, services.naming
         services.naming.follow(services.connector, services.storage)
         self.ask_path: AskPath = ask_path
@@ -81,9 +80,6 @@ class TriggersPage(QWidget):
         self._lay_out()
         self._wire()
         self.refresh()
-
-    def on_batch(self, batch: Batch) -> None:
-        """Records are read on demand, not as they come by."""
 
     def refresh(self) -> None:
         """Everything as it is now."""
@@ -202,17 +198,11 @@ class TriggersPage(QWidget):
         self.detail.judged.connect(self.work.judge)
         self.work.changed.connect(self.refresh)
         self._services.appearance.changed.connect(self._follow_theme)
-        for name, key, act in (
-            ("triggers_read_key", "F5", self.read.click),
-            ("triggers_copy_key", "Ctrl+C", self.copy.click),
-            ("triggers_save_key", "Ctrl+S", self.save_page.click),
-            ("triggers_archive_key", "Ctrl+Shift+S", self.save_archive.click),
-            ("triggers_search_key", "Ctrl+F", self.search.setFocus),
-        ):
-            action = named(QAction(self), name)
-            action.setShortcut(QKeySequence(key))
-            action.triggered.connect(act)
-            self.addAction(action)
+        Shortcut("triggers_read_key", self, self.read)
+        Shortcut("triggers_copy_key", self, self.copy)
+        Shortcut("triggers_save_key", self, self.save_page)
+        Shortcut("triggers_archive_key", self, self.save_archive)
+        Shortcut("triggers_search_key", self, self.search, self.search.setFocus)
 
     def _lay_out(self) -> None:
         head, titles, foot = QHBoxLayout(), QVBoxLayout(), FlowRow()
@@ -241,16 +231,15 @@ class TriggersPage(QWidget):
 
     # Qt
 
-    def keyPressEvent(self, event: QKeyEvent) -> None:
-        """Esc breaks the reading off, or closes a message."""
-        if event.key() != Qt.Key.Key_Escape:
-            super().keyPressEvent(event)
-        elif self.work.is_busy:
+    def on_escape(self) -> bool:
+        """Break the reading off, or close a message."""
+        if self.work.is_busy:
             self.work.cancel()
         elif self.work.notice() is not None:
             self.work.dismiss()
         else:
-            event.ignore()
+            return False
+        return True
 
     def showEvent(self, event: QShowEvent) -> None:
         super().showEvent(event)

@@ -8,9 +8,9 @@ from PySide6.QtGui import QPaintEvent
 from PySide6.QtWidgets import QApplication, QWidget
 from pytestqt.qtbot import QtBot
 
-from app.engine.worker import Batch
 from tests.support.window.fakes_ui import WAIT_MS, window
 from ui.services.context import PageEntry, Services
+from ui.services.page import Page
 from ui.shell.main_window import MainWindow
 from ui.shell.page_maker import PageMaker
 from ui.style.icons import Icon
@@ -45,20 +45,17 @@ def test_a_window_that_is_never_painted_is_filled_all_the_same(
         qtbot.waitUntil(lambda: assembly.window.findChild(QWidget, "traffic_page") is not None, timeout=WAIT_MS)
 
 
-class Leaf(QWidget):
+class Leaf(Page):
     """A page with nothing in it."""
 
     def __init__(self, _services: Services) -> None:
-        super().__init__()
-
-    def on_batch(self, batch: Batch) -> None:
-        """Nothing of it is shown."""
+        super().__init__("leaf")
 
 
 def leaves(made: list[str], keys: str = "abcd") -> tuple[PageEntry, ...]:
     """An entry a letter; `made` gets the letters in the order in which their pages are made."""
 
-    def make(key: str, services: Services) -> QWidget:
+    def make(key: str, services: Services) -> Page:
         made.append(key)
         return Leaf(services)
 
@@ -78,7 +75,7 @@ def test_a_turn_makes_or_places_one_page(
         turn(maker)
         done.append(len(made) + len(placed) - before)
 
-    def noted(main: MainWindow, key: str, page: QWidget) -> None:
+    def noted(main: MainWindow, key: str, page: Page) -> None:
         placed.append(key)
         place(main, key, page)
 

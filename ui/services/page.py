@@ -1,0 +1,59 @@
+"""The base class of the window's pages."""
+
+from collections.abc import Callable
+from pathlib import Path
+
+from PySide6.QtCore import Qt, Signal
+from PySide6.QtGui import QKeyEvent
+from PySide6.QtWidgets import QWidget
+
+from app.engine.worker import Batch
+
+
+class Page(QWidget):
+    """It learns from Qt's show and hide events whether it is seen, a change of language from `changeEvent`, and a
+    change of theme from `Services.appearance`. State it polls while it is seen: see `VisibilityTimer`."""
+
+    connect_wanted = Signal(object)
+    """To this `Target`; the window asks first where that is risky."""
+    ports_wanted = Signal()
+    """To choose one."""
+    page_wanted = Signal(str)
+    """The key of a page."""
+    tour_wanted = Signal()
+    suffixes: tuple[str, ...] = ()
+    """Of the files that may be dropped on the window for this page."""
+
+    def __init__(self, name: str, parent: QWidget | None = None) -> None:
+        super().__init__(parent)
+        self.setObjectName(f"{name}_page")
+        self.covered_px: Callable[[], int] = int
+        """How much of the left lies under the list of ports."""
+
+    @property
+    def key(self) -> str:
+        """In the navigation."""
+        return self.objectName().removesuffix("_page")
+
+    def open_file(self, path: Path) -> None:
+        """A file of one of `suffixes`."""
+        raise LookupError(f"{self.objectName()} opens no files such as {path}")
+
+    def go_to(self, view: str) -> None:
+        """Show this view of a page that has several."""
+        raise LookupError(f"{self.objectName()} has no view {view}")
+
+    def on_escape(self) -> bool:
+        """Esc was pressed: go back one step; whether there was one. It never sends anything."""
+        return False
+
+    def keyPressEvent(self, event: QKeyEvent) -> None:
+        if event.key() != Qt.Key.Key_Escape or not self.on_escape():
+            super().keyPressEvent(event)
+
+
+class StreamPage(Page):
+    """A page that draws a stream: it is handed every batch, seen or not."""
+
+    def on_batch(self, batch: Batch) -> None:
+        raise NotImplementedError
