@@ -63,7 +63,6 @@ class ActRow(QFrame):
         texts.bind(self.setWhatsThis, EFFECTS[act])
         self.confirm.confirmed.connect(self._perform)
         self.confirm.asked.connect(self._forget)
-        services.appearance.changed.connect(self.said.follow_theme)
         self._lay_out()
 
     def refresh(self) -> None:

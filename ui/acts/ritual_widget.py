@@ -107,7 +107,6 @@ class RitualWidget(QFrame):
         self.hold.hold_ended.connect(self._release)
         self._connector.changed.connect(self._watch)
         self._connector.batch.connect(lambda _batch: self._watch())
-        services.appearance.changed.connect(self.said.follow_theme)
         self._guard = RitualGuard(self)
         self._guard.broken.connect(self.disarm)
         self._timer = QTimer(self)

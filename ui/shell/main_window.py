@@ -176,7 +176,6 @@ class MainWindow(QMainWindow):
         menus.when_chosen(menus.pages, self.go_to)
         menus.when_chosen(menus.themes, self._use_theme)
         menus.when_chosen(menus.languages, self._use_language)
-        self._services.appearance.changed.connect(self._follow_theme)
         ResumeWatcher(connector, self, self._services.armed, self.status_bar)
 
     def _restore(self) -> None:
@@ -324,10 +323,6 @@ class MainWindow(QMainWindow):
     def _use_language(self, name: str) -> None:
         self._speech.use(name)
         self._remembered.language = name
-
-    def _follow_theme(self) -> None:
-        self.notice_bar.follow_theme()
-        self.status_bar.follow_theme()
 
     def _show_full_screen(self, is_wanted: bool) -> None:
         self.setWindowState(

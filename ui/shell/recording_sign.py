@@ -8,8 +8,9 @@ from PySide6.QtWidgets import QHBoxLayout, QLabel, QWidget
 
 from app.text.i18n import tr
 from ui.services.session_recording import Sign
-from ui.style.icons import Icon, pixmap
-from ui.style.theme import Meaning, Space, current
+from ui.style.icons import Icon
+from ui.style.theme import Meaning, Space
+from ui.widgets.icon_label import IconLabel
 from ui.widgets.naming import named
 from ui.widgets.notice_bar import Choice, Notice
 
@@ -26,7 +27,7 @@ class RecordingSign(QWidget):
         super().__init__(parent)
         self.setObjectName("session_sign")
         self._find_sign = find_sign
-        self._picture = named(QLabel(), "session_sign_icon")
+        self._picture = IconLabel("session_sign_icon", _ICON_PX)
         self.label = named(QLabel(), "session_sign_text", "small")
         self.label.setTextFormat(Qt.TextFormat.PlainText)
         row = QHBoxLayout(self)
@@ -67,25 +68,19 @@ class RecordingSign(QWidget):
         self.setToolTip(whole)
         self.setAccessibleName(f"{text}. {whole}" if text else tr("Nothing is recorded"))
         self.setVisible(bool(text))
-        self._dress()
-
-    def _dress(self) -> None:
-        sign = self._shown
-        if sign is None:
-            return
-        is_fine = sign.trouble is None and not sign.dropped
-        ink = current().muted if is_fine else current().ink(Meaning.ATTENTION)
-        self._picture.setPixmap(
-            pixmap(Icon.RECORD if is_fine else Icon.WARNING, _ICON_PX, ink, ratio=self.devicePixelRatioF())
-        )
+        if sign.trouble is None and not sign.dropped:
+            self._picture.show_icon(Icon.RECORD, is_muted=True)
+        else:
+            self._picture.show_icon(Icon.WARNING, Meaning.ATTENTION)
 
     def changeEvent(self, event: QEvent) -> None:
         super().changeEvent(event)
         if event.type() == QEvent.Type.LanguageChange and hasattr(self, "_shown"):
             self._shown = None
             self.refresh()
-        elif event.type() in (QEvent.Type.PaletteChange, QEvent.Type.StyleChange) and hasattr(self, "_shown"):
-            self._dress()
+            self._picture.show_icon(Icon.RECORD, is_muted=True)
+        else:
+            self._picture.show_icon(Icon.WARNING, Meaning.ATTENTION)
 
 
 def trouble_notice(sentence: str, look: Callable[[], None], dismiss: Callable[[], None]) -> Notice:

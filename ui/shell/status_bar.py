@@ -10,10 +10,11 @@ from app.limits.out_of_limits import DAMAGED_SHOWN_S, LimitsInUse, Outside, line
 from app.text.i18n import tr
 from ui.core.connector import Connector
 from ui.core.texts import Texts
-from ui.style.icons import Icon, pixmap
-from ui.style.theme import Meaning, Space, current
+from ui.style.icons import Icon
+from ui.style.theme import Meaning, Space
 from ui.widgets.controls import control
 from ui.widgets.elided_label import ElidedLabel
+from ui.widgets.icon_label import IconLabel
 from ui.widgets.naming import named
 
 RATE_OVER_S = 1.0
@@ -46,7 +47,8 @@ class StatusBar(QFrame):
         self.figures = control(
             QLabel(), texts, "link_figures", tip="Frames a second, usual round trip, lag, invalid bytes"
         )
-        self.sign = named(QLabel(), "line_fault_sign")
+        self.sign = IconLabel("line_fault_sign", _SIGN_PX)
+        self.sign.show_icon(Icon.WARNING, Meaning.ATTENTION)
         self.sign.setFixedSize(_SIGN_PX, _SIGN_PX)
         self.fault = named(QLabel(), "line_fault", "attention")
         texts.bind(self.fault.setAccessibleDescription, "What is the matter with the line")
@@ -70,12 +72,6 @@ class StatusBar(QFrame):
         self._row = row
         for label in (self.figures, self.passing, self.age):
             label.setProperty("role", "small")
-        self.follow_theme()
-
-    def follow_theme(self) -> None:
-        """The sign in the colours in use."""
-        ratio, ink = self.devicePixelRatioF(), current().ink(Meaning.ATTENTION)
-        self.sign.setPixmap(pixmap(Icon.WARNING, _SIGN_PX, ink, ratio=ratio))
         self._show_fault(None)
 
     def add(self, widget: QWidget) -> None:

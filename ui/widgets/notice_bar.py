@@ -2,19 +2,21 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Final
 
 from PySide6.QtCore import QSize, Qt
-from PySide6.QtGui import QPaintEvent
-from PySide6.QtWidgets import QHBoxLayout, QLabel, QPushButton, QSizePolicy, QToolButton, QWidget
+from PySide6.QtWidgets import QLabel, QPushButton, QSizePolicy, QToolButton, QWidget
 
 from app.text.i18n import tr
 from ui.core.texts import Texts
-from ui.style.icons import MEANING_ICONS, Icon, pixmap
-from ui.style.painted_widget import paint_banner
-from ui.style.theme import Meaning, Space, current
+from ui.style.icons import MEANING_ICONS, Icon
+from ui.style.theme import Meaning, Space
+from ui.widgets.banner import Banner
 from ui.widgets.controls import control
 from ui.widgets.naming import named
 from ui.widgets.step_button import StepButton, leave_focus
+
+_ICON_PX: Final = 20
 
 
 @dataclass(frozen=True, slots=True)
@@ -41,15 +43,13 @@ class Notice:
     dismiss: Callable[[], None] | None = None
 
 
-class NoticeBar(QWidget):
+class NoticeBar(Banner):
     """Shows one notice, or is not there at all."""
 
     def __init__(self, texts: Texts, parent: QWidget | None = None) -> None:
-        super().__init__(parent)
-        self.setObjectName("notice_bar")
+        super().__init__("notice_bar", "notice_icon", icon_px=_ICON_PX, parent=parent)
         self.notice: Notice | None = None
-        self._picture = named(QLabel(), "notice_icon")
-        self._picture.setFixedSize(QSize(20, 20))
+        self.picture.setFixedSize(QSize(_ICON_PX, _ICON_PX))
         self._text = named(QLabel(), "notice_text")
         self._text.setWordWrap(True)
         self._text.setTextFormat(Qt.TextFormat.PlainText)
@@ -59,13 +59,9 @@ class NoticeBar(QWidget):
                                 tip="Close this message", picture=Icon.CROSS, role="quiet",
                                 slot=self._close)  # fmt: skip
         self._buttons: list[QPushButton] = []
-        self._row = QHBoxLayout(self)
-        self._row.setContentsMargins(Space.M, Space.XS, Space.M, Space.XS)
-        self._row.setSpacing(Space.S)
-        self._row.addWidget(self._picture)
-        self._row.addWidget(self._text, 1)
-        self._row.addWidget(self._dismiss)
-        self.hide()
+        self.row.setContentsMargins(Space.M, Space.XS, Space.M, Space.XS)
+        self.row.addWidget(self._text, 1)
+        self.row.addWidget(self._dismiss)
 
     def show_notice(self, notice: Notice | None) -> None:
         """Replace what is shown; None takes the bar away. The same notice again changes nothing."""
@@ -97,21 +93,20 @@ class NoticeBar(QWidget):
         self._text.setText(notice.text)
         self._dismiss.setVisible(notice.dismiss is not None)
         self.setAccessibleName(tr("Message: {text}", text=notice.text))
-        self._paint_icon(notice.meaning)
-        self.update()
+        self.show_meaning(notice.meaning, MEANING_ICONS[notice.meaning])
 
     def _make_buttons(self, notice: Notice) -> None:
         """Only where they are others: a new one under the pointer would swallow the click that is under way."""
         had_focus = next((one.objectName() for one in self._buttons if one.hasFocus()), None)
         leave_focus(self)
         for button in self._buttons:
-            self._row.removeWidget(button)
+            self.row.removeWidget(button)
             button.hide()
             button.deleteLater()
         self._buttons = [self._make_button(choice, number) for number, choice in enumerate(notice.choices)]
         before: QWidget = self._text
         for number, button in enumerate(self._buttons):
-            self._row.insertWidget(2 + number, button)
+            self.row.insertWidget(2 + number, button)
             button.setVisible(notice.choices[number].is_shown)
             self.setTabOrder(before, button)  # where it stands, not behind everything that was made earlier
             before = button
@@ -137,19 +132,6 @@ class NoticeBar(QWidget):
     def _close(self) -> None:
         if self.notice is not None and self.notice.dismiss is not None:
             self.notice.dismiss()
-
-    def _paint_icon(self, meaning: Meaning) -> None:
-        ratio = self.devicePixelRatioF()
-        self._picture.setPixmap(pixmap(MEANING_ICONS[meaning], 20, current().ink(meaning), ratio=ratio))
-
-    def follow_theme(self) -> None:
-        if self.notice is not None:
-            self._paint_icon(self.notice.meaning)
-        self.update()
-
-    def paintEvent(self, _event: QPaintEvent) -> None:
-        if self.notice is not None:
-            paint_banner(self, self.notice.meaning)
 
 
 def _buttons_of(notice: Notice) -> list[tuple[str, str, bool, bool]]:

@@ -3,8 +3,7 @@
 from pathlib import Path
 
 from PySide6.QtCore import QEvent, Qt
-from PySide6.QtGui import QPaintEvent
-from PySide6.QtWidgets import QComboBox, QHBoxLayout, QLabel, QProgressBar, QPushButton, QSizePolicy, QWidget
+from PySide6.QtWidgets import QComboBox, QLabel, QProgressBar, QPushButton, QSizePolicy, QWidget
 
 from app.captures.player import UrlRefused, parse_url, playing, url_of
 from app.engine.target import Target
@@ -14,9 +13,9 @@ from protocol.catalogue import DEFAULT_BAUD_RATE
 from protocol.translatable import marked
 from ui.core.connector import Connector
 from ui.core.texts import Texts
-from ui.style.icons import Icon, pixmap
-from ui.style.painted_widget import paint_banner
-from ui.style.theme import Meaning, Space, current
+from ui.style.icons import Icon
+from ui.style.theme import Meaning, Space
+from ui.widgets.banner import Banner
 from ui.widgets.controls import control
 from ui.widgets.naming import named
 from ui.widgets.sliders import WheelGuard
@@ -50,14 +49,13 @@ def recording_word(connector: Connector) -> str:
     return tr("{position} of {length}", position=position, length=length)
 
 
-class RecordingBar(QWidget):
+class RecordingBar(Banner):
     """Not there while a real or a simulated module is connected."""
 
     def __init__(self, connector: Connector, texts: Texts, parent: QWidget | None = None) -> None:
-        super().__init__(parent)
-        self.setObjectName("recording_bar")
+        super().__init__("recording_bar", "recording_icon", parent=parent)
+        self.show_meaning(Meaning.INFORMATION, Icon.PLAY)
         self._connector, self._texts = connector, texts
-        self._picture = named(QLabel(), "recording_icon")
         self.label = named(QLabel(), "recording_label", "strong")
         self.label.setTextFormat(Qt.TextFormat.PlainText)
         self.label.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Preferred)
@@ -76,15 +74,10 @@ class RecordingBar(QWidget):
         self.stop = control(QPushButton(), texts, "recording_stop", "Stop playing", says="Stop playing the recording",
                             tip="Stop playing; a module can be connected then", picture=Icon.CROSS)  # fmt: skip
         self.stop.clicked.connect(connector.disconnect_port)
-        row = QHBoxLayout(self)
-        row.setContentsMargins(Space.M, Space.XS, Space.M, Space.XS)
-        row.setSpacing(Space.S)
-        row.addWidget(self._picture)
-        row.addWidget(self.label, 1)
-        row.addWidget(self._note)
-        for widget in (self.place, self.speed, self.again, self.stop):
-            row.addWidget(widget)
-        self.hide()
+        self.row.setContentsMargins(Space.M, Space.XS, Space.M, Space.XS)
+        self.row.addWidget(self.label, 1)
+        for widget in (self._note, self.place, self.speed, self.again, self.stop):
+            self.row.addWidget(widget)
 
     def refresh(self) -> None:
         """Whether a capture is played, and how far it is."""
@@ -92,7 +85,7 @@ class RecordingBar(QWidget):
         is_played = connector.is_recording
         if is_played == self.isHidden():
             self.setVisible(is_played)
-            self._dress()
+            self._show_what_is_played()
         if not is_played or target is None:
             return
         player, now = playing(target.device), connector.clock()
@@ -137,23 +130,14 @@ class RecordingBar(QWidget):
         order = parse_url(target.device)
         self._connector.connect_to(recording_target(Path(order.path), order.speed if speed is None else speed))
 
-    def _dress(self) -> None:
+    def _show_what_is_played(self) -> None:
         self._texts.bind(self.window().setWindowTitle, _TITLE if self.isHidden() else _RECORDING_TITLE)
         if self._connector.target is not None and self._connector.is_recording:
             self.choose_speed(self._connector.target)
-        ratio = self.devicePixelRatioF()
-        self._picture.setPixmap(pixmap(Icon.PLAY, 16, current().ink(Meaning.INFORMATION), ratio=ratio))
 
     # Qt
 
     def changeEvent(self, event: QEvent) -> None:
         super().changeEvent(event)
-        if event.type() in (QEvent.Type.PaletteChange, QEvent.Type.StyleChange) and hasattr(self, "_picture"):
-            self._picture.setPixmap(
-                pixmap(Icon.PLAY, 16, current().ink(Meaning.INFORMATION), ratio=self.devicePixelRatioF())
-            )
-        elif event.type() == QEvent.Type.LanguageChange:
+        if event.type() == QEvent.Type.LanguageChange:
             self.refresh()
-
-    def paintEvent(self, _event: QPaintEvent) -> None:
-        paint_banner(self, Meaning.INFORMATION)

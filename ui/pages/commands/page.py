@@ -46,7 +46,6 @@ class CommandsPage(Page):
         self.said.setObjectName("commands_said")
         self.acts = {act: ActRow(services, act) for act in DANGEROUS}
         self.ritual = RitualWidget(services)
-        services.appearance.changed.connect(self.said.follow_theme)
         self._lay_out()
         VisibilityTimer(self, self.refresh, every_ms=REFRESH_EVERY_MS)
         self._connector.changed.connect(self.refresh)

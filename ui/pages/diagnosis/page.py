@@ -67,7 +67,6 @@ class DiagnosisPage(StreamPage):
         self.why.connect_wanted.connect(self.connect_wanted)
         self.why.choose_wanted.connect(self.ports_wanted)
         self._connector.changed.connect(self._refresh_strip)
-        services.appearance.changed.connect(self.strip.follow_theme)
         Shortcut("capture_open_key", self, self.files.open, self.files.choose, keys=("Ctrl+O",))
         Shortcut("capture_save_key", self, self.files.save, self.files.choose_and_save, keys=("Ctrl+S",))
         self.files.refresh()

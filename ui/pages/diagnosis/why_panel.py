@@ -23,9 +23,10 @@ from protocol.events import Role
 from protocol.translatable import marked
 from ui.core.background_task import BackgroundTask
 from ui.services.context import Services
-from ui.style.icons import MEANING_ICONS, Icon, icon, pixmap
-from ui.style.theme import Meaning, Size, Space, current
+from ui.style.icons import MEANING_ICONS, Icon, icon
+from ui.style.theme import Meaning, Size, Space
 from ui.widgets.controls import control
+from ui.widgets.icon_label import IconLabel
 from ui.widgets.naming import named
 from ui.widgets.text_labels import text_label
 from ui.widgets.visibility_timer import VisibilityTimer
@@ -99,7 +100,7 @@ class WhyPanel(QScrollArea):
         self._facts, self._facts_port, self._facts_at = AdapterFacts(), "", float("-inf")
         self._asking: BackgroundTask[AdapterFacts] = BackgroundTask("dps-s adapter facts", self)
         self.diagnosis: Diagnosis | None = None
-        self._picture = named(QLabel(), "why_icon")
+        self._picture = IconLabel("why_icon", 28)
         self.what = text_label("why_what", "title", is_selectable=True)
         self.next_step = text_label("why_next_step", "", is_selectable=True)
         self.command = text_label("why_command", "", is_selectable=True)
@@ -112,7 +113,6 @@ class WhyPanel(QScrollArea):
         self._lay_out()
         self._connector.changed.connect(self._notice_target)
         self._connector.ports.listed.connect(self._notice_ports)
-        services.appearance.changed.connect(self._dress)
         VisibilityTimer(self, self.refresh, every_ms=REFRESH_EVERY_MS)
         self._dress()
         self._notice_target()
@@ -208,7 +208,7 @@ class WhyPanel(QScrollArea):
         self.command.setVisible(command is not None)
         if meaning is not self._meaning:
             self._meaning = meaning
-            self._dress()
+            self._picture.show_icon(MEANING_ICONS[meaning], meaning)
 
     def _offer(self, remedy: Remedy | None) -> None:
         if remedy is Remedy.COPY_COMMAND and (self.diagnosis is None or self.diagnosis.command is None):
@@ -239,9 +239,7 @@ class WhyPanel(QScrollArea):
             _write(self.seen[key], text)
 
     def _dress(self) -> None:
-        ratio = self.devicePixelRatioF()
-        ink = current().ink(self._meaning)
-        self._picture.setPixmap(pixmap(MEANING_ICONS[self._meaning], 28, ink, ratio=ratio))
+        self._picture.show_icon(MEANING_ICONS[self._meaning], self._meaning)
         fixed = QFontDatabase.systemFont(QFontDatabase.SystemFont.FixedFont)
         fixed.setPixelSize(Size.BODY)
         self.command.setFont(fixed)

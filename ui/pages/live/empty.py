@@ -13,9 +13,10 @@ from ui.connect.connect_panel import SIMULATED_PORT
 from ui.pages.live.tour_offer import TourOffer
 from ui.services.context import Services
 from ui.services.page import Page
-from ui.style.icons import Icon, pixmap
-from ui.style.theme import Space, current
+from ui.style.icons import Icon
+from ui.style.theme import Space
 from ui.widgets.controls import control
+from ui.widgets.icon_label import IconLabel
 from ui.widgets.naming import named
 
 _TEXT_PX: Final = 500
@@ -30,7 +31,8 @@ class EmptyPage(QWidget):
         super().__init__()
         self.setObjectName("live_empty")
         self._page, self._connector = page, services.connector
-        self._picture = named(QLabel(), "live_empty_icon")
+        self._picture = IconLabel("live_empty_icon", 48)
+        self._picture.show_icon(Icon.LIVE, is_muted=True)
         self._title = named(QLabel(), "live_empty_title", "title")
         self.text = named(QLabel(), "live_empty_text")
         texts = services.texts
@@ -60,9 +62,7 @@ class EmptyPage(QWidget):
             policy = button.sizePolicy()
             policy.setRetainSizeWhenHidden(True)
             button.setSizePolicy(policy)
-        services.appearance.changed.connect(self._dress)
         self._lay_out()
-        self._dress()
 
     def refresh(self) -> None:
         """How the link stands now."""
@@ -86,10 +86,6 @@ class EmptyPage(QWidget):
 
     def _simulate(self) -> None:
         self._connector.connect_to(Target(SIMULATED_PORT, DEFAULT_BAUD_RATE))
-
-    def _dress(self) -> None:
-        ratio = self.devicePixelRatio()
-        self._picture.setPixmap(pixmap(Icon.LIVE, 48, current().muted, ratio=ratio))
 
     def _lay_out(self) -> None:
         buttons = QHBoxLayout()

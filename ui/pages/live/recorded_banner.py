@@ -1,49 +1,38 @@
 """Banner above the plots while a recording is shown: origin, "not live", way back."""
 
-from typing import Final
-
 from PySide6.QtCore import QEvent, Qt, Signal
-from PySide6.QtGui import QPaintEvent, QResizeEvent
-from PySide6.QtWidgets import QHBoxLayout, QLabel, QPushButton, QSizePolicy, QWidget
+from PySide6.QtGui import QResizeEvent
+from PySide6.QtWidgets import QLabel, QPushButton, QSizePolicy, QWidget
 
 from app.diagnosis.link_state import duration
 from app.recordings.entry_texts import remarks, told
 from app.recordings.recording import Recording
 from app.text.i18n import tr
 from ui.core.texts import Texts
-from ui.style.icons import Icon, pixmap
-from ui.style.painted_widget import paint_banner
-from ui.style.theme import Meaning, Space, current
+from ui.style.icons import Icon
+from ui.style.theme import Meaning
+from ui.widgets.banner import Banner
 from ui.widgets.controls import control
 from ui.widgets.naming import named
 
-_ICON_PX: Final = 16
 
-
-class RecordedBanner(QWidget):
+class RecordedBanner(Banner):
     """Not there while the module's own values are shown."""
 
     left = Signal()
     """Back to live."""
 
     def __init__(self, texts: Texts, parent: QWidget | None = None) -> None:
-        super().__init__(parent)
-        self.setObjectName("recorded_banner")
+        super().__init__("recorded_banner", "recorded_icon", parent=parent)
         self._recording: Recording | None = None
-        self._picture = named(QLabel(), "recorded_icon")
         self.label = named(QLabel(), "recorded_label", "strong")
         self.label.setTextFormat(Qt.TextFormat.PlainText)
         self.label.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Preferred)
         self.back = control(QPushButton(), texts, "recorded_back", "Back to live",
                             tip="Close the recording and show the module as it is now", key="Esc", picture=Icon.TO_LIVE,
                             slot=self.left)  # fmt: skip
-        row = QHBoxLayout(self)
-        row.setContentsMargins(Space.M, Space.XS, Space.S, Space.XS)
-        row.setSpacing(Space.S)
-        row.addWidget(self._picture)
-        row.addWidget(self.label, 1)
-        row.addWidget(self.back)
-        self.hide()
+        self.row.addWidget(self.label, 1)
+        self.row.addWidget(self.back)
 
     @property
     def text(self) -> str:
@@ -55,11 +44,6 @@ class RecordedBanner(QWidget):
         self._recording = recording
         self.setVisible(recording is not None)
         self._write()
-
-    @property
-    def _meaning(self) -> Meaning:
-        is_damaged = self._recording is not None and self._recording.damage is not None
-        return Meaning.ATTENTION if is_damaged else Meaning.INFORMATION
 
     def _write(self) -> None:
         if self._recording is None:
@@ -76,18 +60,16 @@ class RecordedBanner(QWidget):
         self.label.setAccessibleName(text)
         self.label.setToolTip("\n".join(filter(None, (damage, told(entry)))))
         self._fit()
-        self._dress()
+        if damage is None:
+            self.show_meaning(Meaning.INFORMATION, Icon.HISTORY)
+        else:
+            self.show_meaning(Meaning.ATTENTION, Icon.WARNING)
 
     def _fit(self) -> None:
         room = self.label.width()
         self.label.setText(
             self.label.fontMetrics().elidedText(self.accessibleName(), Qt.TextElideMode.ElideMiddle, room)
         )
-
-    def _dress(self) -> None:
-        ink = current().ink(self._meaning)
-        picture = Icon.HISTORY if self._meaning is Meaning.INFORMATION else Icon.WARNING
-        self._picture.setPixmap(pixmap(picture, _ICON_PX, ink, ratio=self.devicePixelRatioF()))
 
     # Qt
 
@@ -99,8 +81,3 @@ class RecordedBanner(QWidget):
         super().changeEvent(event)
         if event.type() == QEvent.Type.LanguageChange:
             self._write()
-        elif event.type() in (QEvent.Type.PaletteChange, QEvent.Type.StyleChange) and hasattr(self, "_picture"):
-            self._dress()
-
-    def paintEvent(self, _event: QPaintEvent) -> None:
-        paint_banner(self, self._meaning)

@@ -4,13 +4,12 @@ from collections.abc import Mapping
 from functools import partial
 from typing import Final
 
-from PySide6.QtCore import QEvent, QSignalBlocker, QSize, Qt, Signal
-from PySide6.QtGui import QIcon, QKeyEvent
+from PySide6.QtCore import QSignalBlocker, QSize, Qt, Signal
+from PySide6.QtGui import QKeyEvent
 from PySide6.QtWidgets import (
     QCheckBox,
     QFrame,
     QHBoxLayout,
-    QLabel,
     QListWidget,
     QListWidgetItem,
     QPushButton,
@@ -31,10 +30,11 @@ from ui.pages.live.what_if_lines import DraftLines
 from ui.pages.live.what_if_words import WhatIfRow, WhatIfVerdict
 from ui.plots.axis import clock_text
 from ui.services.context import Services
-from ui.style.icons import Icon, pixmap
-from ui.style.theme import Space, current
+from ui.style.icons import Icon, icon
+from ui.style.theme import Space
 from ui.widgets.controls import control
 from ui.widgets.flow_row import FlowRow
+from ui.widgets.icon_label import IconLabel
 from ui.widgets.naming import named
 from ui.widgets.sliders import WheelGuard
 from ui.widgets.text_labels import text_label
@@ -147,12 +147,7 @@ class WhatIfPanel(QFrame):
         self.details.setVisible(bool(said.lines))
         self.head.setAccessibleName(said.head)
         self.details.setAccessibleName("\n".join(said.lines))
-        self._paint_icon()
-
-    def _paint_icon(self) -> None:
-        if self._said is not None:
-            picture = pixmap(self._said.icon, 20, current().ink(self._said.meaning), ratio=self.devicePixelRatioF())
-            self._icon.setPixmap(picture)
+        self._icon.show_icon(said.icon, said.meaning)
 
     def _list(self, rows: tuple[WhatIfRow, ...]) -> None:
         """Only what is new is added, so that a chosen row stays chosen while it goes on."""
@@ -166,20 +161,17 @@ class WhatIfPanel(QFrame):
             while self.list.count() > common:
                 self.list.takeItem(common)
             for row in rows[common:]:
-                item = QListWidgetItem(self._row_icon(row), row.text)
+                item = QListWidgetItem(icon(row.icon, row.meaning), row.text)
                 item.setData(_ROW_ROLE, row.at_s)
                 item.setToolTip(row.text)
                 self.list.addItem(item)
         self.list.setVisible(bool(rows))
 
-    def _row_icon(self, row: WhatIfRow) -> QIcon:
-        return QIcon(pixmap(row.icon, 16, current().ink(row.meaning), ratio=self.devicePixelRatioF()))
-
     # Making
 
     def _make(self, services: Services) -> None:
         texts = services.texts
-        self._icon = named(QLabel(), "fired_icon")
+        self._icon = IconLabel("fired_icon", 20)
         self._icon.setFixedSize(QSize(20, 20))
         self.head = text_label("fired_head", "strong")
         self.details = text_label("fired_details", "small")
@@ -202,13 +194,10 @@ class WhatIfPanel(QFrame):
         self.use = control(QPushButton(), texts, "fired_use", "Use in Settings",
                            tip="Want these values on the Settings page; nothing is sent until they are written there",
                            slot=self._use)  # fmt: skip
-        self.about = control(QToolButton(), texts, "fired_about",
+        self.about = control(QToolButton(), texts, "fired_about", "How this is judged",
                              tip="What the vendor says of the triggers, and what is assumed", picture=Icon.INFORMATION,
                              role="quiet")  # fmt: skip
         self.about.setCheckable(True)
-        self.about.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonTextBesideIcon)
-        for set_text in (self.about.setText, self.about.setAccessibleName):
-            texts.bind(set_text, "How this is judged")
         self.rules = text_label("fired_rules", "small")
         self.rules.hide()
         self._lay_out(services)
@@ -219,7 +208,6 @@ class WhatIfPanel(QFrame):
         self.as_module.clicked.connect(partial(self.open_with, {}))
         self.about.toggled.connect(self.rules.setVisible)
         services.texts.bind(self._retell, "How this is judged")
-        services.appearance.changed.connect(self._follow_theme)
 
     def _lay_out(self, services: Services) -> None:
         texts = services.texts
@@ -271,11 +259,6 @@ class WhatIfPanel(QFrame):
         self.rules.setText("\n".join(f"• {tr(one)}" for one in fired_words.ABOUT))
         self._said = None
 
-    def _follow_theme(self) -> None:
-        self._paint_icon()
-        for number, row in enumerate(self._rows):
-            self.list.item(number).setIcon(self._row_icon(row))
-
     # Qt
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
@@ -283,8 +266,3 @@ class WhatIfPanel(QFrame):
             self._close()
         else:
             super().keyPressEvent(event)
-
-    def changeEvent(self, event: QEvent) -> None:
-        super().changeEvent(event)
-        if event.type() == QEvent.Type.DevicePixelRatioChange and hasattr(self, "_said"):
-            self._follow_theme()

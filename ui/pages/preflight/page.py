@@ -228,7 +228,6 @@ class PreflightPage(Page):
         self._services.naming.changed.connect(self._forget_module)
         self._connector.changed.connect(self.tick)
         self._connector.forgotten.connect(self._forget_check)
-        self._services.appearance.changed.connect(self.strip.follow_theme)
         Shortcut("preflight_run_key", self, buttons.run)
         Shortcut("preflight_print_key", self, buttons.print)
         Shortcut("preflight_history_key", self, buttons.history, self.show_history)

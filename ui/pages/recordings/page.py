@@ -202,11 +202,11 @@ class RecordingsPage(Page):
         self.table.delete_wanted.connect(self._ask_to_delete)
         self.search.textChanged.connect(self.filter.search)
         self.table.selectionModel().selectionChanged.connect(self._choose_other)
-        self._services.appearance.changed.connect(self._dress)
+        self._services.appearance.changed.connect(self.table.measure)
         Shortcut("recordings_csv_key", self, self.buttons.csv)
         Shortcut("recordings_mcap_key", self, self.buttons.mcap)
         Shortcut("recordings_search_key", self, self.search, self.search.setFocus)
-        self._dress()
+        self.table.measure()
 
     def _lay_out(self) -> None:
         head, titles = QHBoxLayout(), QVBoxLayout()
@@ -223,11 +223,6 @@ class RecordingsPage(Page):
         whole.addWidget(self._stack, 1)
         whole.addWidget(self.strip)
         whole.addWidget(self.buttons)
-
-    def _dress(self) -> None:
-        self.empty.apply_theme()
-        self.strip.follow_theme()
-        self.table.measure()
 
     # Qt
 

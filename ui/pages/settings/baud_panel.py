@@ -62,7 +62,6 @@ class BaudPanel(QFrame):
         self.editor.chosen.connect(lambda _value: self.confirm.withdraw())
         self.confirm.asked.connect(self._forget)
         self.confirm.confirmed.connect(self._change)
-        services.appearance.changed.connect(self.said.follow_theme)
         self._lay_out()
 
     def refresh(self) -> None:

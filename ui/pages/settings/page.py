@@ -210,7 +210,6 @@ class SettingsPage(Page):
         exchange.find_drafts = lambda: form.wanted
         exchange.can_use = lambda: work.can_edit
         exchange.used.connect(self._take_drafts)
-        self._services.appearance.changed.connect(self.strip.follow_theme)
 
     def _say(self, notice: Notice) -> None:
         self.work.say(lambda: Notice(notice.meaning, notice.text, notice.choices, self.work.dismiss))

@@ -197,7 +197,7 @@ class TriggersPage(Page):
         self.table.selectionModel().selectionChanged.connect(self._show_detail)
         self.detail.judged.connect(self.work.judge)
         self.work.changed.connect(self.refresh)
-        self._services.appearance.changed.connect(self._follow_theme)
+        self._services.appearance.changed.connect(self.table.measure)
         Shortcut("triggers_read_key", self, self.read)
         Shortcut("triggers_copy_key", self, self.copy)
         Shortcut("triggers_save_key", self, self.save_page)
@@ -223,11 +223,6 @@ class TriggersPage(Page):
         whole.addWidget(self.detail)
         whole.addWidget(self.strip)
         whole.addLayout(foot)
-
-    def _follow_theme(self) -> None:
-        self.empty.apply_theme()
-        self.strip.follow_theme()
-        self.table.measure()
 
     # Qt
 

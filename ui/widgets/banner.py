@@ -1,0 +1,32 @@
+"""A strip across the window or a page, in the colours of what it says."""
+
+from PySide6.QtGui import QPaintEvent
+from PySide6.QtWidgets import QHBoxLayout, QWidget
+
+from ui.style.icons import Icon
+from ui.style.painted_widget import paint_banner
+from ui.style.theme import Meaning, Space
+from ui.widgets.icon_label import IconLabel
+
+
+class Banner(QWidget):
+    """An icon at the left of `row`; what follows, a subclass adds. Hidden at first."""
+
+    def __init__(self, name: str, icon_name: str, *, icon_px: int = 16, parent: QWidget | None = None) -> None:
+        super().__init__(parent)
+        self.setObjectName(name)
+        self.meaning = Meaning.INFORMATION
+        self.picture = IconLabel(icon_name, icon_px)
+        self.row = QHBoxLayout(self)
+        self.row.setContentsMargins(Space.M, Space.XS, Space.S, Space.XS)
+        self.row.setSpacing(Space.S)
+        self.row.addWidget(self.picture)
+        self.hide()
+
+    def show_meaning(self, meaning: Meaning, picture: Icon) -> None:
+        self.meaning = meaning
+        self.picture.show_icon(picture, meaning)
+        self.update()
+
+    def paintEvent(self, _event: QPaintEvent) -> None:
+        paint_banner(self, self.meaning)
