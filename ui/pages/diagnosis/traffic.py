@@ -22,7 +22,7 @@ from app.engine.worker import Batch
 from app.text.i18n import tr
 from protocol.translatable import marked
 from ui.core.texts import Texts
-from ui.forms.tables import list_rows
+from ui.forms.table_kit import list_rows
 from ui.pages.diagnosis.traffic_model import KEPT_MARKS, Column, Filter, TrafficModel
 from ui.pages.diagnosis.traffic_search import TrafficSearch
 from ui.pages.diagnosis.traffic_texts import hex_of, kind_of, meaning_of, raw_of

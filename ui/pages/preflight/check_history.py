@@ -24,7 +24,7 @@ from app.store.store import Store
 from app.system.wall_clock import local_time
 from app.text.i18n import tr
 from protocol.translatable import marked
-from ui.forms.tables import list_rows
+from ui.forms.table_kit import list_rows
 from ui.pages.preflight.form import known_aircraft
 from ui.pages.preflight.stations_row import StationsRow
 from ui.plots.trend import Trend

@@ -12,8 +12,9 @@ from app.recordings.entry_texts import size_text, told, when_text
 from app.recordings.library import RecordingEntry
 from app.text.i18n import tr
 from ui.files.file_dialogs import AskPath, ask_path, default_name
+from ui.forms.table_kit import RowsFilter
 from ui.pages.recordings.controls import NoRecordings, RecordingsButtons
-from ui.pages.recordings.model import RecordingsFilter, RecordingsModel
+from ui.pages.recordings.model import recordings_model
 from ui.pages.recordings.table import RecordingsTable
 from ui.services.context import Services
 from ui.services.page import Page
@@ -41,9 +42,8 @@ class RecordingsPage(Page):
         self._folder = Path.home()
         self._doomed: tuple[RecordingEntry, ...] = ()
         """It is being asked whether these may be deleted."""
-        self.model = RecordingsModel(self)
-        self.filter = RecordingsFilter(self)
-        self.filter.setSourceModel(self.model)
+        self.model = recordings_model(self)
+        self.filter = RowsFilter(self.model, self)
         self.table = RecordingsTable(self.filter)
         self.strip = NoticeBar(services.texts)
         self.strip.setObjectName("recordings_notice")
@@ -200,7 +200,7 @@ class RecordingsPage(Page):
         self.buttons.delete.clicked.connect(self._ask_to_delete)
         self.table.opened.connect(self._open_chosen)
         self.table.delete_wanted.connect(self._ask_to_delete)
-        self.search.textChanged.connect(self.filter.search)
+        self.search.textChanged.connect(self.filter.use)
         self.table.selectionModel().selectionChanged.connect(self._choose_other)
         self._services.appearance.changed.connect(self.table.measure)
         Shortcut("recordings_csv_key", self, self.buttons.csv)

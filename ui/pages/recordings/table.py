@@ -8,8 +8,8 @@ from PySide6.QtWidgets import QHeaderView, QTableView, QWidget
 
 from app.recordings.library import RecordingEntry
 from app.text.i18n import tr
-from ui.forms.tables import list_rows
-from ui.pages.recordings.model import HEADS, Column, RecordingsFilter
+from ui.forms.table_kit import RowsFilter, list_rows
+from ui.pages.recordings.model import COLUMNS, Column
 from ui.style.theme import Size, Space, font
 from ui.widgets.naming import named
 
@@ -25,7 +25,7 @@ class RecordingsTable(QTableView):
     """A person wants to look at what is chosen."""
     delete_wanted = Signal()
 
-    def __init__(self, model: RecordingsFilter, parent: QWidget | None = None) -> None:
+    def __init__(self, model: RowsFilter[RecordingEntry], parent: QWidget | None = None) -> None:
         super().__init__(parent)
         named(self, "recordings_table")
         self._filter = model
@@ -55,25 +55,25 @@ class RecordingsTable(QTableView):
             Column.REMARKS: tr("being recorded"),
         }
         self.horizontalHeader().setMinimumSectionSize(
-            max(56, strong.horizontalAdvance(tr(HEADS[Column.MODULE])) + Space.XL)
+            max(56, strong.horizontalAdvance(tr(COLUMNS[Column.MODULE].title)) + Space.XL)
         )
         for column, text in texts.items():
             # The sorted one has an arrow beside its head.
-            head = strong.horizontalAdvance(tr(HEADS[column])) + Space.XL + 2
+            head = strong.horizontalAdvance(tr(COLUMNS[column].title)) + Space.XL + 2
             extra = _ICON_PX if column in (Column.KEPT, Column.REMARKS) else 0
             self.setColumnWidth(column, max(body.horizontalAdvance(text) + extra + 2 * _PAD_PX + _FRAME_PX, head))
 
     def chosen(self) -> tuple[RecordingEntry, ...]:
         """In the order in which they stand."""
         rows = sorted(index.row() for index in self.selectionModel().selectedRows())
-        return tuple(self._filter.entry_at(row) for row in rows)
+        return tuple(self._filter.row_at(row) for row in rows)
 
     def choose(self, entries: tuple[RecordingEntry, ...]) -> None:
         """Select these again where they are still there; the table was filled again."""
         wanted = {one.folder for one in entries}
         self.clearSelection()
         for row in range(self._filter.rowCount()):
-            if self._filter.entry_at(row).folder in wanted:
+            if self._filter.row_at(row).folder in wanted:
                 self.selectionModel().select(
                     self._filter.index(row, 0),
                     self.selectionModel().SelectionFlag.Select | self.selectionModel().SelectionFlag.Rows,

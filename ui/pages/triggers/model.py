@@ -2,10 +2,10 @@
 
 from collections.abc import Iterable
 from enum import Enum, IntEnum
-from typing import Any, Final
+from typing import Final
 
-from PySide6.QtCore import QObject, QSortFilterProxyModel, Qt
-from PySide6.QtGui import QColor
+from PySide6.QtCore import QObject
+from PySide6.QtGui import QIcon
 
 from app.limits.out_of_limits import record_outside
 from app.text.durations import stopwatch
@@ -13,14 +13,10 @@ from app.text.i18n import tr
 from app.trigger_records.fields import SOURCE_WORDS
 from app.trigger_records.history import JUDGEMENT_WORDS, sentence
 from protocol.translatable import marked
-from ui.forms.rows_model import Index, RowsModel, aligned
+from ui.forms.table_kit import RowsModel, TableColumn
 from ui.pages.triggers.controller import TriggerRow
 from ui.style.icons import Icon, icon
-from ui.style.theme import Meaning, current
-
-SORT_ROLE: Final = Qt.ItemDataRole.UserRole
-SENTENCE_ROLE: Final = Qt.ItemDataRole.UserRole + 1
-ROW_ROLE: Final = Qt.ItemDataRole.UserRole + 2
+from ui.style.theme import Meaning
 
 
 class Column(IntEnum):
@@ -34,19 +30,6 @@ class Column(IntEnum):
     JUDGED = 7
 
 
-HEADS: Final = (
-    marked("When"),
-    marked("Why"),
-    marked("Settings"),
-    marked("Link"),
-    marked("Charge"),
-    marked("Light"),
-    marked("Cell"),
-    marked("Judged"),
-)
-RIGHT: Final = frozenset((Column.LIGHT,))
-
-
 class Show(Enum):
     """Which records are shown; the value is English, translatable."""
 
@@ -55,40 +38,6 @@ class Show(Enum):
     NEW = marked("New since the last visit")
     IMPLAUSIBLE = marked("Implausible")
     UNJUDGED = marked("Not judged yet")
-
-
-class TriggersModel(RowsModel[TriggerRow]):
-    def __init__(self, parent: QObject | None = None) -> None:
-        super().__init__(HEADS, lambda row: row.seen.id, parent=parent)
-
-    def headerData(self, section: int, orientation: Qt.Orientation, role: int = Qt.ItemDataRole.DisplayRole) -> Any:
-        is_settings = orientation is Qt.Orientation.Horizontal and section == Column.SETTINGS
-        if is_settings and role == Qt.ItemDataRole.ToolTipRole:
-            return tr("The settings at that moment: angle, acceleration and time")
-        return super().headerData(section, orientation, role)
-
-    def data(self, index: Index, role: int = Qt.ItemDataRole.DisplayRole) -> Any:
-        if not index.isValid() or index.row() >= len(self.rows):
-            return None
-        row, column = self.rows[index.row()], Column(index.column())
-        match role:
-            case Qt.ItemDataRole.DisplayRole:
-                return cell_text(row, column)
-            case Qt.ItemDataRole.DecorationRole:
-                return _decoration(row, column)
-            case Qt.ItemDataRole.ForegroundRole if column is Column.CELL and row.record.implausible:
-                return QColor(current().attention.ink)
-            case Qt.ItemDataRole.TextAlignmentRole:
-                return aligned(is_right=column in RIGHT)
-            case Qt.ItemDataRole.ToolTipRole | Qt.ItemDataRole.AccessibleDescriptionRole:
-                return told(row)
-            case _ if role == SENTENCE_ROLE:
-                return told(row)
-            case _ if role == SORT_ROLE:
-                return sort_key(row, column)
-            case _ if role == ROW_ROLE:
-                return row
-        return None
 
 
 def told(row: TriggerRow) -> str:
@@ -101,36 +50,6 @@ def told(row: TriggerRow) -> str:
     return tr("{sentence} — note: {note}", sentence=text, note=row.seen.note) if row.seen.note else text
 
 
-def cell_text(row: TriggerRow, column: Column) -> str:
-    record = row.record
-    match column:
-        case Column.WHEN:
-            return tr("boot {boot} · {uptime}", boot=record.boot_count, uptime=stopwatch(record.uptime_s))
-        case Column.WHY:
-            return sources_in_words(record.sources)
-        case Column.SETTINGS:
-            return (
-                f"{record.attitude_threshold_deg}° {record.freefall_acceleration_g:.1f} g "
-                f"{record.freefall_time_s:.2f} s"
-            )
-        case Column.LINK:
-            return tr("connected") if record.serial_connected else tr("no")
-        case Column.CHARGE:
-            return tr("charging") if record.charging else tr("no")
-        case Column.LIGHT:
-            return f"{record.light_v:.1f} V"
-        case Column.CELL:
-            volts = f"{record.cell_voltage_v:.2f} V"
-            outside = record_outside(record)
-            if outside is not None:
-                return f"{volts} ({tr(outside.fault.value)})"
-            return tr("{voltage} implausible", voltage=volts) if record.implausible else volts
-        case Column.JUDGED if row.is_seen_once:
-            return tr("seen once")
-        case Column.JUDGED:
-            return "—" if row.seen.judgement is None else tr(JUDGEMENT_WORDS[row.seen.judgement])
-
-
 def sources_in_words(sources: tuple[str, ...]) -> str:
     """Combined ones with a plus; one that the vendor does not name by its bit."""
     words = []
@@ -140,61 +59,71 @@ def sources_in_words(sources: tuple[str, ...]) -> str:
     return " + ".join(words) or tr("no cause stated")
 
 
-def sort_key(row: TriggerRow, column: Column) -> float | str:
+def _settings(row: TriggerRow) -> str:
     record = row.record
-    match column:
-        case Column.WHEN:
-            return float(row.seen.place)
-        case Column.SETTINGS:
-            return float(record.attitude_threshold_deg)
-        case Column.LIGHT:
-            return record.light_v
-        case Column.CELL:
-            return record.cell_voltage_v
-        case _:
-            return cell_text(row, column)
+    fall = f"{record.freefall_acceleration_g:.1f} g {record.freefall_time_s:.2f} s"
+    return f"{record.attitude_threshold_deg}° {fall}"
 
 
-def _decoration(row: TriggerRow, column: Column) -> Any:
-    match column:
-        case Column.WHEN if row.is_seen_once:
-            return icon(Icon.UNKNOWN, Meaning.ATTENTION)
-        case Column.WHEN if row.is_new:
-            return icon(Icon.INFORMATION, Meaning.INFORMATION)
-        case Column.CELL if row.record.implausible or record_outside(row.record) is not None:
-            return icon(Icon.WARNING, Meaning.ATTENTION)
-    return None
+def _cell(row: TriggerRow) -> str:
+    volts, outside = f"{row.record.cell_voltage_v:.2f} V", record_outside(row.record)
+    if outside is not None:
+        return f"{volts} ({tr(outside.fault.value)})"
+    return tr("{voltage} implausible", voltage=volts) if row.record.implausible else volts
 
 
-class TriggersFilter(QSortFilterProxyModel):
-    """By a choice and by words, which must all be found somewhere in the row."""
-
-    def __init__(self, parent: QObject | None = None) -> None:
-        super().__init__(parent)
-        self.setSortRole(SORT_ROLE)
-        self._show, self._words = Show.ALL, ()  # type: tuple[Show, tuple[str, ...]]
-
-    def use(self, show: Show, text: str) -> None:
-        self.beginFilterChange()
-        self._show, self._words = show, tuple(text.casefold().split())
-        self.endFilterChange(QSortFilterProxyModel.Direction.Rows)
-
-    def filterAcceptsRow(self, source_row: int, _source_parent: Index) -> bool:
-        model = self.sourceModel()
-        if not isinstance(model, TriggersModel):
-            return False
-        row = model.rows[source_row]
-        if not _is_chosen(row, self._show):
-            return False
-        text = " ".join([told(row), *(cell_text(row, column) for column in Column)]).casefold()
-        return all(word in text for word in self._words)
-
-    def shown(self) -> tuple[TriggerRow, ...]:
-        """In the order in which they stand on the page."""
-        return tuple(self.index(row, 0).data(ROW_ROLE) for row in range(self.rowCount()))
+def _judged(row: TriggerRow) -> str:
+    if row.is_seen_once:
+        return tr("seen once")
+    return "—" if row.seen.judgement is None else tr(JUDGEMENT_WORDS[row.seen.judgement])
 
 
-def _is_chosen(row: TriggerRow, show: Show) -> bool:
+def _news_icon(row: TriggerRow) -> QIcon | None:
+    if row.is_seen_once:
+        return icon(Icon.UNKNOWN, Meaning.ATTENTION)
+    return icon(Icon.INFORMATION, Meaning.INFORMATION) if row.is_new else None
+
+
+def _cell_icon(row: TriggerRow) -> QIcon | None:
+    is_suspect = row.record.implausible or record_outside(row.record) is not None
+    return icon(Icon.WARNING, Meaning.ATTENTION) if is_suspect else None
+
+
+COLUMNS: Final = (
+    TableColumn[TriggerRow](
+        marked("When"),
+        lambda row: tr("boot {boot} · {uptime}", boot=row.record.boot_count, uptime=stopwatch(row.record.uptime_s)),
+        lambda row: float(row.seen.place),
+        picture=_news_icon,
+    ),
+    TableColumn[TriggerRow](marked("Why"), lambda row: sources_in_words(row.record.sources)),
+    TableColumn[TriggerRow](
+        marked("Settings"),
+        _settings,
+        lambda row: float(row.record.attitude_threshold_deg),
+        tip=marked("The settings at that moment: angle, acceleration and time"),
+    ),
+    TableColumn[TriggerRow](marked("Link"), lambda row: tr("connected") if row.record.serial_connected else tr("no")),
+    TableColumn[TriggerRow](marked("Charge"), lambda row: tr("charging") if row.record.charging else tr("no")),
+    TableColumn[TriggerRow](
+        marked("Light"), lambda row: f"{row.record.light_v:.1f} V", lambda row: row.record.light_v, is_right=True
+    ),
+    TableColumn[TriggerRow](
+        marked("Cell"),
+        _cell,
+        lambda row: row.record.cell_voltage_v,
+        picture=_cell_icon,
+        ink=lambda row: Meaning.ATTENTION if row.record.implausible else None,
+    ),
+    TableColumn[TriggerRow](marked("Judged"), _judged),
+)
+
+
+def triggers_model(parent: QObject) -> RowsModel[TriggerRow]:
+    return RowsModel(COLUMNS, lambda row: row.seen.id, told, parent)
+
+
+def is_chosen(show: Show, row: TriggerRow) -> bool:
     match show:
         case Show.ALL:
             return True
@@ -210,9 +139,9 @@ def _is_chosen(row: TriggerRow, show: Show) -> bool:
 
 def as_text(rows: Iterable[TriggerRow]) -> str:
     """Tab-separated, with a head, the sentence at the end."""
-    lines = ["\t".join([*(tr(head) for head in HEADS), tr("Told"), tr("Raw bytes")])]
+    lines = ["\t".join([*(tr(column.title) for column in COLUMNS), tr("Told"), tr("Raw bytes")])]
     for row in rows:
-        cells = [cell_text(row, column) for column in Column]
+        cells = [column.text(row) for column in COLUMNS]
         lines.append("\t".join([*cells, told(row).replace("\t", " "), row.record.raw.hex(" ").upper()]))
     return "\n".join(lines) + "\n"
 

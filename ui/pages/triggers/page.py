@@ -22,9 +22,10 @@ from app.store.database import StoreTrouble
 from app.text.i18n import tr
 from ui.connect.module_field import ModuleField
 from ui.files.file_dialogs import AskPath, ask_path
+from ui.forms.table_kit import RowsFilter
 from ui.pages.triggers.controller import TriggerRow, TriggersController
 from ui.pages.triggers.detail import TriggersDetail
-from ui.pages.triggers.model import Show, TriggersFilter, TriggersModel, as_text, csv_name
+from ui.pages.triggers.model import Show, as_text, csv_name, is_chosen, triggers_model
 from ui.pages.triggers.table import TriggersTable
 from ui.pages.triggers.texts import count_text, empty_text, empty_title, news_text
 from ui.services.context import Services
@@ -51,9 +52,8 @@ class TriggersPage(Page):
         self.ask_path: AskPath = ask_path
         self._folder = Path.home()
         self.work = TriggersController(services, self)
-        self.model = TriggersModel(self)
-        self.filter = TriggersFilter(self)
-        self.filter.setSourceModel(self.model)
+        self.model = triggers_model(self)
+        self.filter = RowsFilter(self.model, self, searches_sentence=True)
         self.table = TriggersTable(self.filter)
         self.detail = TriggersDetail(services.texts)
         self.strip = NoticeBar(services.texts)
@@ -147,7 +147,7 @@ class TriggersPage(Page):
         self.work.say(lambda: Notice(Meaning.GOOD, text, dismiss=self.work.dismiss))
 
     def _use_filter(self) -> None:
-        self.filter.use(self.show_box.currentData(), self.search.text())
+        self.filter.use(self.search.text(), partial(is_chosen, self.show_box.currentData()))
         self._show_detail()
 
     def _chosen(self) -> list[TriggerRow]:

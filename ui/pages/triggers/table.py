@@ -13,9 +13,9 @@ from PySide6.QtWidgets import (
 )
 
 from app.text.i18n import tr
-from ui.forms.rows_model import Index
-from ui.forms.tables import list_rows
-from ui.pages.triggers.model import HEADS, SENTENCE_ROLE, Column, TriggersFilter
+from ui.forms.table_kit import Index, RowsFilter, list_rows
+from ui.pages.triggers.controller import TriggerRow
+from ui.pages.triggers.model import COLUMNS, Column
 from ui.style.theme import Size, Space, current, font
 from ui.widgets.naming import named
 
@@ -46,7 +46,9 @@ class SentenceDelegate(QStyledItemDelegate):
         end = sum(table.columnWidth(column) for column in range(len(Column)))
         line = QRect(start, rect.top() + CELL_PX, min(end, table.viewport().width()) - 2 * _INSET_PX, SENTENCE_PX)
         one = font(Size.SMALL)
-        text = QFontMetrics(one).elidedText(str(index.data(SENTENCE_ROLE)), Qt.TextElideMode.ElideRight, line.width())
+        text = QFontMetrics(one).elidedText(
+            str(index.data(Qt.ItemDataRole.ToolTipRole)), Qt.TextElideMode.ElideRight, line.width()
+        )
         painter.setFont(one)
         painter.setPen(QColor(theme.muted))
         painter.drawText(line, int(Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter), text)
@@ -75,7 +77,7 @@ class SentenceDelegate(QStyledItemDelegate):
 
 
 class TriggersTable(QTableView):
-    def __init__(self, model: TriggersFilter, parent: QWidget | None = None) -> None:
+    def __init__(self, model: RowsFilter[TriggerRow], parent: QWidget | None = None) -> None:
         super().__init__(parent)
         named(self, "triggers_table")
         self.setModel(model)
@@ -104,11 +106,11 @@ class TriggersTable(QTableView):
             Column.LIGHT: "25.5 V",
             Column.CELL: "     " + tr("{voltage} implausible", voltage="4.70 V"),
         }
-        judged = strong.horizontalAdvance(tr(HEADS[Column.JUDGED])) + Space.L + 2
+        judged = strong.horizontalAdvance(tr(COLUMNS[Column.JUDGED].title)) + Space.L + 2
         self.setColumnWidth(Column.JUDGED, judged)  # and what is left
         self.setColumnWidth(Column.WHEN, strong.horizontalAdvance(when) + Space.L)
         for column, text in texts.items():
-            head = strong.horizontalAdvance(tr(HEADS[column])) + Space.L + 2
+            head = strong.horizontalAdvance(tr(COLUMNS[column].title)) + Space.L + 2
             metrics = strong if column is Column.WHY else small
             self.setColumnWidth(column, max(metrics.horizontalAdvance(text) + _INSET_PX + 5, head))
         self.viewport().update()

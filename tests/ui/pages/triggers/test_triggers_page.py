@@ -14,7 +14,7 @@ from app.text.i18n import tr
 from app.trigger_records.history import Judgement
 from tests.support.window.fakes_ui import WAIT_MS
 from tests.support.window.preflight_window import OnBench, on_bench
-from ui.pages.triggers.model import SENTENCE_ROLE, Column
+from ui.pages.triggers.model import Column
 from ui.style.theme import Meaning
 
 EXAMPLE = bytes.fromhex("01 00 6C 02 3C 05 A0 00 01 03 EB".replace(" ", ""))
@@ -39,7 +39,7 @@ def texts(bench: OnBench, row: int) -> list[str]:
 
 
 def told(bench: OnBench, row: int) -> str:
-    return str(bench.triggers.filter.index(row, 0).data(SENTENCE_ROLE))
+    return str(bench.triggers.filter.index(row, 0).data(Qt.ItemDataRole.ToolTipRole))
 
 
 def said(bench: OnBench) -> str:

@@ -1,0 +1,174 @@
+"""Tables: columns said once, a model of rows that a page replaces whole, and one filter that also sorts."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Any, Final, Generic, TypeVar
+
+from PySide6.QtCore import QAbstractTableModel, QModelIndex, QObject, QPersistentModelIndex, QSortFilterProxyModel, Qt
+from PySide6.QtGui import QColor, QIcon
+from PySide6.QtWidgets import QAbstractItemView, QHeaderView, QTableView
+
+from app.text.i18n import tr
+from ui.style.theme import Meaning, current
+
+Index = QModelIndex | QPersistentModelIndex
+Row = TypeVar("Row")
+SORT_ROLE: Final = Qt.ItemDataRole.UserRole
+ROW_ROLE: Final = Qt.ItemDataRole.UserRole + 1
+
+
+@dataclass(frozen=True, slots=True)
+class TableColumn(Generic[Row]):
+    """`title` and `tip` (of the head) are English, marked. Without `sort_key` rows are sorted by their text."""
+
+    title: str
+    text: Callable[[Row], str]
+    sort_key: Callable[[Row], float | str] | None = None
+    is_right: bool = False
+    picture: Callable[[Row], QIcon | None] = lambda _row: None
+    ink: Callable[[Row], Meaning | None] = lambda _row: None
+    tip: str = ""
+
+
+class RowsModel(QAbstractTableModel, Generic[Row]):
+    """`identify`: what stays the same of a row while its figures change. `tell`: the row as a sentence."""
+
+    def __init__(
+        self,
+        columns: Sequence[TableColumn[Row]],
+        identify: Callable[[Row], object],
+        tell: Callable[[Row], str],
+        parent: QObject | None = None,
+        *,
+        aligns_heads: bool = False,
+    ) -> None:
+        super().__init__(parent)
+        self.rows: tuple[Row, ...] = ()
+        self._aligns_heads = aligns_heads
+        self.columns, self.tell = columns, tell
+        self._identify = identify
+
+    def show_rows(self, rows: tuple[Row, ...]) -> None:
+        """Only what is different is told: the same rows with other figures keep what is selected."""
+        if rows == self.rows:
+            return
+        if [self._identify(row) for row in rows] == [self._identify(row) for row in self.rows]:
+            self.rows = rows
+            self._tell_of_figures()
+            return
+        self.beginResetModel()
+        self.rows = rows
+        self.endResetModel()
+
+    def retranslate(self) -> None:
+        self.headerDataChanged.emit(Qt.Orientation.Horizontal, 0, len(self.columns) - 1)
+        if self.rows:
+            self._tell_of_figures()
+
+    def rowCount(self, parent: Index = QModelIndex()) -> int:  # noqa: B008  Qt's own signature
+        return 0 if parent.isValid() else len(self.rows)
+
+    def columnCount(self, parent: Index = QModelIndex()) -> int:  # noqa: B008
+        return 0 if parent.isValid() else len(self.columns)
+
+    def headerData(self, section: int, orientation: Qt.Orientation, role: int = Qt.ItemDataRole.DisplayRole) -> Any:
+        if orientation is not Qt.Orientation.Horizontal:
+            return None
+        column = self.columns[section]
+        match role:
+            case Qt.ItemDataRole.DisplayRole:
+                return tr(column.title)
+            case Qt.ItemDataRole.TextAlignmentRole if self._aligns_heads:
+                return aligned(is_right=column.is_right)
+            case Qt.ItemDataRole.ToolTipRole if column.tip:
+                return tr(column.tip)
+        return None
+
+    def data(self, index: Index, role: int = Qt.ItemDataRole.DisplayRole) -> Any:
+        if not index.isValid() or index.row() >= len(self.rows):
+            return None
+        row, column = self.rows[index.row()], self.columns[index.column()]
+        match role:
+            case Qt.ItemDataRole.DisplayRole:
+                return column.text(row)
+            case Qt.ItemDataRole.DecorationRole:
+                return column.picture(row)
+            case Qt.ItemDataRole.ForegroundRole:
+                meaning = column.ink(row)
+                return None if meaning is None else QColor(current().ink(meaning))
+            case Qt.ItemDataRole.TextAlignmentRole:
+                return aligned(is_right=column.is_right)
+            case Qt.ItemDataRole.ToolTipRole | Qt.ItemDataRole.AccessibleDescriptionRole:
+                return self.tell(row)
+            case _ if role == SORT_ROLE:
+                return column.text(row).casefold() if column.sort_key is None else column.sort_key(row)
+            case _ if role == ROW_ROLE:
+                return row
+        return None
+
+    def _tell_of_figures(self) -> None:
+        self.dataChanged.emit(self.index(0, 0), self.index(len(self.rows) - 1, len(self.columns) - 1))
+
+
+class RowsFilter(QSortFilterProxyModel, Generic[Row]):
+    """Shows the rows that are wanted and in which all searched words are found, sorted by a column."""
+
+    def __init__(
+        self, model: RowsModel[Row], parent: QObject | None = None, *, searches_sentence: bool = False
+    ) -> None:
+        super().__init__(parent)
+        self._model, self._searches_sentence = model, searches_sentence
+        self._words: tuple[str, ...] = ()
+        self._is_wanted: Callable[[Row], bool] = lambda _row: True
+        self.setSortRole(SORT_ROLE)
+        self.setSourceModel(model)
+
+    def use(self, text: str, is_wanted: Callable[[Row], bool] | None = None) -> None:
+        self.beginFilterChange()
+        self._words = tuple(text.casefold().split())
+        self._is_wanted = is_wanted or self._is_wanted
+        self.endFilterChange(QSortFilterProxyModel.Direction.Rows)
+
+    def filterAcceptsRow(self, source_row: int, _source_parent: Index) -> bool:
+        row = self._model.rows[source_row]
+        if not self._is_wanted(row):
+            return False
+        texts = [column.text(row) for column in self._model.columns]
+        if self._searches_sentence:
+            texts.append(self._model.tell(row))
+        text = " ".join(texts).casefold()
+        return all(word in text for word in self._words)
+
+    def row_at(self, place: int) -> Row:
+        """Raises `IndexError` where none is shown."""
+        if not 0 <= place < self.rowCount():
+            raise IndexError(place)
+        row: Row = self.index(place, 0).data(ROW_ROLE)
+        return row
+
+    def shown(self) -> tuple[Row, ...]:
+        """In the order in which they stand on the page."""
+        return tuple(self.row_at(place) for place in range(self.rowCount()))
+
+
+def aligned(*, is_right: bool) -> int:
+    """For the role of that name."""
+    side = Qt.AlignmentFlag.AlignRight if is_right else Qt.AlignmentFlag.AlignLeft
+    return int(side | Qt.AlignmentFlag.AlignVCenter)
+
+
+def list_rows(table: QTableView, *, row_px: int) -> None:
+    """Rows of one height without numbers, chosen whole; Tab leaves the table, so that the keyboard is never caught."""
+    table.setSelectionBehavior(QAbstractItemView.SelectionBehavior.SelectRows)
+    table.setSelectionMode(QAbstractItemView.SelectionMode.ExtendedSelection)
+    table.setVerticalScrollMode(QAbstractItemView.ScrollMode.ScrollPerPixel)
+    table.setHorizontalScrollMode(QAbstractItemView.ScrollMode.ScrollPerPixel)
+    table.setEditTriggers(QAbstractItemView.EditTrigger.NoEditTriggers)
+    table.setShowGrid(False)
+    table.setWordWrap(False)
+    table.setTabKeyNavigation(False)
+    rows = table.verticalHeader()
+    rows.hide()
+    rows.setSectionResizeMode(QHeaderView.ResizeMode.Fixed)
+    rows.setDefaultSectionSize(row_px)
+    table.horizontalHeader().setHighlightSections(False)
