@@ -1,7 +1,7 @@
 """Guided tour through the real window on a simulated module."""
 
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Final, cast
+from typing import TYPE_CHECKING, Final
 
 from PySide6.QtCore import QEvent, QObject, QPoint, QRect, QTimer, Signal
 from PySide6.QtWidgets import QWidget
@@ -140,7 +140,9 @@ class Tour(QObject):
         if self._window.navigation.chosen == self.step.page:
             return None
         back: Callable[[], None] = lambda: self._window.go_to(self.step.page)  # noqa: E731  read as one value
-        return Scene(tr("This step of the tour is on another page."), ("navigation",), tr("Back to the tour"), back)
+        return Scene(
+            tr("This step of the tour is on another page."), (self._window.navigation,), tr("Back to the tour"), back
+        )
 
     def _put_back(self) -> None:
         window, desk = self._window, self.desk
@@ -166,7 +168,7 @@ class Tour(QObject):
         card.show_words(count, tr(self.step.title), scene.text, main=scene.act)
         top, below = _within(window, window.top_bar), _within(window, window.centre)
         area = top.united(below)
-        spots = [rect for name in scene.spots if (rect := self._spot(name)).isValid()]
+        spots = [rect for widget in scene.spots if (rect := self._seen(widget)).isValid()]
         self._light.setGeometry(area)
         self._light.show_spots(
             [spot.translated(-area.topLeft()) for spot in spots], bright=top.translated(-area.topLeft())
@@ -176,10 +178,9 @@ class Tour(QObject):
             widget.show()
             widget.raise_()
 
-    def _spot(self, name: str) -> QRect:
-        """Where a widget is to be seen, in the window; nothing where it is not."""
-        widget = cast("QWidget | None", self._window.findChild(QWidget, name))
-        if widget is None or not widget.isVisible():
+    def _seen(self, widget: QWidget) -> QRect:
+        """Where it is to be seen, in the window; nothing where it is not."""
+        if not widget.isVisible():
             return QRect()
         seen, around = _within(self._window, widget), widget.parentWidget()
         while around is not None and around is not self._window:

@@ -14,6 +14,7 @@ from ui.core.connector import Connector
 from ui.services.tour_port import TOUR_NAME, TOUR_PORT, is_tour
 
 if TYPE_CHECKING:
+    from ui.pages.live.page import LivePage
     from ui.shell.main_window import MainWindow
 
 TIPPED_DEG: Final = 70
@@ -63,16 +64,18 @@ class TourSetup:
             raise LookupError(f"no {kind.__name__}")
         return found
 
-    def leave_recording(self) -> bool:
-        """What the Live page shows in the tour is the tour's module; whether a recording was looked at instead."""
+    @property
+    def live(self) -> "LivePage":
         from ui.pages.live.page import (
             LivePage,  # takes the plots with it, which the window fetches after its first paint
         )
 
-        live = cast("LivePage | None", self.window.findChild(LivePage))
-        was_open = live is not None and live.recording is not None
-        if live is not None:
-            live.back_to_live()
+        return self.page(LivePage)
+
+    def leave_recording(self) -> bool:
+        """What the Live page shows in the tour is the tour's module; whether a recording was looked at instead."""
+        was_open = self.live.recording is not None
+        self.live.back_to_live()
         return was_open
 
     # What a person would do to a module on the bench

@@ -8,6 +8,8 @@ from dataclasses import dataclass
 from functools import partial
 from typing import Final
 
+from PySide6.QtWidgets import QWidget
+
 from app.settings.form import RowState
 from app.text.i18n import tr
 from protocol.translatable import marked
@@ -27,10 +29,10 @@ _FIRES_DEG: Final = 45
 @dataclass(frozen=True, slots=True)
 class Scene:
     """One moment of a step, in the language in use. `act` is what the main button says and `do` what it does; without
-    them the main button goes on. `spots`: names of the widgets to look at."""
+    them the main button goes on. `spots`: the widgets to look at."""
 
     text: str
-    spots: tuple[str, ...]
+    spots: tuple[QWidget, ...]
     act: str = ""
     do: Callable[[], object] | None = None
     is_done: bool = False
@@ -49,7 +51,7 @@ class TourStep:
 
 
 def _connect(desk: TourSetup) -> Scene:
-    spots = ("port_button",)
+    spots = (desk.window.top_bar.port,)
     if desk.is_online:
         text = tr(
             "Connected: this button says which port is open and how the link stands, on every page. Your own module is "
@@ -73,7 +75,7 @@ def _connect(desk: TourSetup) -> Scene:
 
 
 def _values(desk: TourSetup) -> Scene:
-    spots = ("live_panel",)
+    spots = (desk.live.panel,)
     if desk.bench.state().values["mute"]:
         text = tr(
             "Nothing comes any more. Watch the numbers: each says how old it is as soon as it is not fresh, here and "
@@ -88,7 +90,7 @@ def _values(desk: TourSetup) -> Scene:
 
 
 def _tip(desk: TourSetup) -> Scene:
-    spots = ("live_gauge", "live_plots")
+    spots = (desk.live.panel.gauge, desk.live.plots_card)
     tilt = desk.known("tilt_deg")
     if tilt is not None and not tilt.is_stale and float(tilt.value) >= _FIRES_DEG:
         desk.has_been_tipped = True
@@ -108,12 +110,12 @@ def _tip(desk: TourSetup) -> Scene:
 def _settings(desk: TourSetup) -> Scene:
     page = desk.page(SettingsPage)
     row, work = page.rows[_FALL_KEY].row, page.work
-    spots = ("row_freefall_time",)
+    spots: tuple[QWidget, ...] = (page.rows[_FALL_KEY],)
     state = None if row is None else row.state
     match state:
         case RowState.EDITED:
             text = tr("Edited, not sent: the module still holds the old value. The line below says what it means.")
-            return Scene(text, (*spots, "settings_write"), tr("Write it"), page.write.click)
+            return Scene(text, (*spots, page.write), tr("Write it"), page.write.click)
         case RowState.UNFIT:
             return Scene(tr("The module cannot hold that value; the row says why."), spots)
         case RowState.WRITING:
@@ -152,28 +154,28 @@ def _leave_settings(desk: TourSetup) -> None:
 def _triggers(desk: TourSetup) -> Scene:
     page = desk.page(TriggersPage)
     if page.work.is_busy:
-        return Scene(tr("Asking until two readings agree …"), ("triggers_table", "triggers_read"))
+        return Scene(tr("Asking until two readings agree …"), (page.table, page.read))
     if page.work.reading is not None:
         text = tr(
             "Why it fired, when, and what was set and measured at that moment. Choose a record to say what it was: "
             "bench test, real or false."
         )
-        return Scene(text, ("triggers_table",), is_done=True)
+        return Scene(text, (page.table,), is_done=True)
     text = tr("The module remembers its last nine triggers. They are read only when you ask, and nothing is deleted.")
-    return Scene(text, ("triggers_read",), tr("Read the records"), page.read.click)
+    return Scene(text, (page.read,), tr("Read the records"), page.read.click)
 
 
 def _preflight(desk: TourSetup) -> Scene:
     page = desk.page(PreflightPage)
     match page.work.standing:
         case Standing.CHECKING:
-            return Scene(tr("Questions only, for a few seconds. The module must lie still."), ("verdict",))
+            return Scene(tr("Questions only, for a few seconds. The module must lie still."), (page.banner,))
         case Standing.READY | Standing.GO:
             text = tr(
                 "READY: all checks hold and the module is locked. Activated, it becomes GO. A restart, a lost link or "
                 "any change makes it void by itself, and so do fifteen minutes."
             )
-            return Scene(text, ("verdict",), is_done=True)
+            return Scene(text, (page.banner,), is_done=True)
         case Standing.NO_GO:
             return _no_go(page)
         case _:
@@ -183,7 +185,7 @@ def _preflight(desk: TourSetup) -> Scene:
         "this button enables them and checks everything."
     )
     statement = Statement(is_enabling=True)
-    return Scene(text, ("preflight_enable",), tr("Enable triggers and check"), partial(page.check, statement))
+    return Scene(text, (page.buttons.enable,), tr("Enable triggers and check"), partial(page.check, statement))
 
 
 def _no_go(page: PreflightPage) -> Scene:
@@ -195,10 +197,10 @@ def _no_go(page: PreflightPage) -> Scene:
             "say so in that row."
         )
         statement = Statement(are_records_looked_at=True)
-        return Scene(text, ("check_trigger_records",), tr("I looked at them"), partial(page.check, statement))
+        return Scene(text, (page.list.rows["trigger_records"],), tr("I looked at them"), partial(page.check, statement))
     text = tr("NO-GO names everything that stands against it. Each row below says why it matters and what to do.")
     again = Statement(is_enabling=True, are_records_looked_at="trigger_records" not in against)
-    return Scene(text, ("verdict",), tr("Check again"), partial(page.check, again))
+    return Scene(text, (page.banner,), tr("Check again"), partial(page.check, again))
 
 
 def _show_preflight(desk: TourSetup) -> None:
@@ -207,7 +209,7 @@ def _show_preflight(desk: TourSetup) -> None:
 
 
 def _lock(desk: TourSetup) -> Scene:
-    spots = ("lock_button", "activation_chip")
+    spots = (desk.window.top_bar.lock, desk.window.top_bar.activation)
     active = desk.known("active")
     if active is not None and active.value is True:
         desk.has_been_active = True
@@ -227,7 +229,9 @@ def _lock(desk: TourSetup) -> Scene:
 
 
 def _diagnosis(desk: TourSetup) -> Scene:
-    spots = ("why_card",)
+    from ui.pages.diagnosis.page import DiagnosisPage
+
+    spots = (desk.page(DiagnosisPage).why.card,)
     if not desk.bench.is_plugged_in:
         text = tr(
             "One cause and one next step. The values at the top have become stale and say how old they are. Now put "
@@ -243,7 +247,7 @@ def _diagnosis(desk: TourSetup) -> Scene:
         "Back again, and everything was read again. That was the tour: plug your module in, choose its port, compare "
         "the settings with the advice, and check before each flight."
     )
-    return Scene(text, ("port_button",), is_done=True)
+    return Scene(text, (desk.window.top_bar.port,), is_done=True)
 
 
 def _pull(desk: TourSetup) -> None:

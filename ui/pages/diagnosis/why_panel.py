@@ -261,7 +261,7 @@ class WhyPanel(QScrollArea):
     # Making
 
     def _lay_out(self) -> None:
-        card = named(QFrame(), "why_card", "card")
+        card = self.card = named(QFrame(), "why_card", "card")
         said = QVBoxLayout()
         said.setSpacing(Space.S)
         for label in (self.what, self.next_step, self.command):

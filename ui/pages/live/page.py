@@ -258,9 +258,7 @@ class LivePage(StreamPage):
     # Making
 
     def _lay_out(self) -> QWidget:
-        card = QFrame()
-        card.setObjectName("live_plots")
-        card.setProperty("role", "card")
+        card = self.plots_card = named(QFrame(), "live_plots", "card")
         right = QVBoxLayout(card)
         right.setContentsMargins(Space.S, Space.S, Space.S, Space.S)
         self._plots.addWidget(self._live_plot)
