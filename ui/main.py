@@ -177,8 +177,7 @@ def assemble(
     connector.remember_stream(storage.stream_memory)
     services.naming.follow(connector, storage)
     storage.sessions.follow(connector)
-    naming = services.naming
-    naming.changed.connect(lambda: storage.sessions.name_module(naming.name))
+    services.naming.changed.connect(lambda: storage.sessions.name_module(services.naming.name))
     window = MainWindow(services, ports, language_switch, preferences, entries=entries)
     help_actions = HelpActions(window, services, entries)
     load = _load_pages if entries is PAGES else None

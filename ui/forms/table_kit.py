@@ -17,7 +17,7 @@ SORT_ROLE: Final = Qt.ItemDataRole.UserRole
 ROW_ROLE: Final = Qt.ItemDataRole.UserRole + 1
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True)
 class TableColumn(Generic[Row]):
     """`title` and `tip` (of the head) are English, marked. Without `sort_key` rows are sorted by their text."""
 
