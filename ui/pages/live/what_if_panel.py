@@ -27,11 +27,11 @@ from protocol.fields import Value
 from ui.pages.live import what_if_words as fired_words
 from ui.pages.live.what_if_fields import WhatIfFields
 from ui.pages.live.what_if_lines import DraftLines
-from ui.pages.live.what_if_words import WhatIfRow, WhatIfVerdict
+from ui.pages.live.what_if_words import WhatIfKind, WhatIfRow, WhatIfVerdict
 from ui.plots.axis import clock_text
 from ui.services.context import Services
 from ui.style.icons import Icon, icon
-from ui.style.theme import Space
+from ui.style.theme import Meaning, Space
 from ui.widgets.controls import control
 from ui.widgets.flow_row import FlowRow
 from ui.widgets.icon_label import IconLabel
@@ -41,6 +41,16 @@ from ui.widgets.text_labels import text_label
 
 WIDTH_PX: Final = 352
 _LIST_PX: Final = 116
+_LOOKS: Final = {
+    WhatIfKind.JUDGING: (Icon.CLOCK, Meaning.INFORMATION),
+    WhatIfKind.UNJUDGED: (Icon.UNKNOWN, Meaning.UNKNOWN),
+    WhatIfKind.UNANSWERED: (Icon.UNKNOWN, Meaning.ATTENTION),
+    WhatIfKind.DOUBTFUL: (Icon.WARNING, Meaning.ATTENTION),
+    WhatIfKind.FIRES: (Icon.PARACHUTE, Meaning.DANGER),
+    WhatIfKind.HOLDS: (Icon.NOT_TRIGGERED, None),
+    WhatIfKind.NEAR: (Icon.INFORMATION, None),
+    WhatIfKind.UNREADABLE: (Icon.WARNING, None),
+}
 _ROW_ROLE: Final = Qt.ItemDataRole.UserRole
 
 
@@ -91,7 +101,7 @@ class WhatIfPanel(QFrame):
         self.judgement.step()
         finding, clock = self.judgement.finding, self._clock
         if self.judgement.error is not None:
-            said = WhatIfVerdict(Icon.WARNING, None, tr("The recording cannot be read any more."))
+            said = WhatIfVerdict(WhatIfKind.UNREADABLE, tr("The recording cannot be read any more."))
         else:
             said = fired_words.verdict(finding, question, clock=clock, progress=self.judgement.progress)
         self._say(said)
@@ -147,7 +157,7 @@ class WhatIfPanel(QFrame):
         self.details.setVisible(bool(said.lines))
         self.head.setAccessibleName(said.head)
         self.details.setAccessibleName("\n".join(said.lines))
-        self._icon.show_icon(said.icon, said.meaning)
+        self._icon.show_icon(*_LOOKS[said.kind])
 
     def _list(self, rows: tuple[WhatIfRow, ...]) -> None:
         """Only what is new is added, so that a chosen row stays chosen while it goes on."""
@@ -161,7 +171,7 @@ class WhatIfPanel(QFrame):
             while self.list.count() > common:
                 self.list.takeItem(common)
             for row in rows[common:]:
-                item = QListWidgetItem(icon(row.icon, row.meaning), row.text)
+                item = QListWidgetItem(icon(*_LOOKS[row.kind]), row.text)
                 item.setData(_ROW_ROLE, row.at_s)
                 item.setToolTip(row.text)
                 self.list.addItem(item)

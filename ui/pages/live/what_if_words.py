@@ -1,6 +1,7 @@
 """Texts of "Would it have fired?": verdict, margins, what was not judged."""
 
 from collections.abc import Callable
+from enum import Enum
 from typing import Final, NamedTuple
 
 from app.diagnosis.link_state import duration
@@ -11,8 +12,6 @@ from app.firing.would_fire import Pauses, WhatIfFinding
 from app.text.i18n import tr
 from protocol.messages import Source
 from protocol.translatable import marked
-from ui.style.icons import Icon
-from ui.style.theme import Meaning
 
 Clock = Callable[[float], str]
 """The time of day of a monotonic time."""
@@ -29,11 +28,24 @@ ABOUT: Final = (
 """How it is judged, sentence by sentence."""
 
 
+class WhatIfKind(Enum):
+    """What kind of answer it is; the window has a look for each."""
+
+    JUDGING = "judging"
+    UNJUDGED = "unjudged"
+    UNANSWERED = "unanswered"
+    """A threshold has to be named first."""
+    DOUBTFUL = "doubtful"
+    FIRES = "fires"
+    HOLDS = "holds"
+    NEAR = "near"
+    UNREADABLE = "unreadable"
+
+
 class WhatIfVerdict(NamedTuple):
     """In the language in use."""
 
-    icon: Icon
-    meaning: Meaning | None
+    kind: WhatIfKind
     head: str
     lines: tuple[str, ...] = ()
 
@@ -42,17 +54,14 @@ class WhatIfRow(NamedTuple):
     """Something that can be looked at in the plots."""
 
     at_s: float
-    icon: Icon
-    meaning: Meaning | None
+    kind: WhatIfKind
     text: str
 
 
 def verdict(finding: WhatIfFinding | None, question: Question, *, clock: Clock, progress: float = 0.0) -> WhatIfVerdict:
     """`finding` is None while it is being judged."""
     if finding is None:
-        return WhatIfVerdict(
-            Icon.CLOCK, Meaning.INFORMATION, tr("Judging … {percent} %", percent=f"{100 * progress:.0f}")
-        )
+        return WhatIfVerdict(WhatIfKind.JUDGING, tr("Judging … {percent} %", percent=f"{100 * progress:.0f}"))
     limits = finding.limits
     said = tuple(
         line
@@ -64,27 +73,25 @@ def verdict(finding: WhatIfFinding | None, question: Question, *, clock: Clock, 
         if line
     )
     if not finding.report_count:
-        return WhatIfVerdict(Icon.UNKNOWN, Meaning.UNKNOWN, tr("There is nothing to judge yet."), said)
+        return WhatIfVerdict(WhatIfKind.UNJUDGED, tr("There is nothing to judge yet."), said)
     if not (limits.attitude_is_enabled or limits.freefall_is_enabled):
         is_open = bool(question.unknown or question.invalid)
         head = tr("Nothing to judge: both triggers are disabled.")
         if is_open:
             head = tr("Not judged: name the thresholds.")
-        return WhatIfVerdict(Icon.UNKNOWN if is_open else Icon.WARNING, Meaning.ATTENTION, head, said)
+        return WhatIfVerdict(WhatIfKind.UNANSWERED if is_open else WhatIfKind.DOUBTFUL, head, said)
     if finding.firing_count:
         count = finding.firing_count
         head = tr("Would have fired {count} times.", count=count) if count > 1 else tr("Would have fired once.")
-        return WhatIfVerdict(Icon.PARACHUTE, Meaning.DANGER, head, said)
+        return WhatIfVerdict(WhatIfKind.FIRES, head, said)
     if not finding.is_judged:
-        return WhatIfVerdict(
-            Icon.UNKNOWN, Meaning.UNKNOWN, tr("Not judged: the reports are more than 0.5 s apart."), said
-        )
+        return WhatIfVerdict(WhatIfKind.UNJUDGED, tr("Not judged: the reports are more than 0.5 s apart."), said)
     judged = duration(finding.judged_s)
     if _is_close(finding):
         head = tr("Too close to tell in the {time} that were judged.", time=judged)
-        return WhatIfVerdict(Icon.WARNING, Meaning.ATTENTION, head, said)
+        return WhatIfVerdict(WhatIfKind.DOUBTFUL, head, said)
     head = tr("Would not have fired in the {time} that were judged.", time=judged)
-    return WhatIfVerdict(Icon.NOT_TRIGGERED, None, head, said)
+    return WhatIfVerdict(WhatIfKind.HOLDS, head, said)
 
 
 def rows(finding: WhatIfFinding | None, *, clock: Clock) -> tuple[WhatIfRow, ...]:
@@ -112,16 +119,16 @@ def firing_text(firing: Firing) -> str:
 def _firing_row(firing: Firing, clock: Clock) -> WhatIfRow:
     at_s = firing.sample.at_s
     text = tr("{time} would fire: {why}", time=clock(at_s), why=firing_text(firing))
-    return WhatIfRow(at_s, Icon.PARACHUTE, Meaning.DANGER, text)
+    return WhatIfRow(at_s, WhatIfKind.FIRES, text)
 
 
 def _tilt_row(near: NearTilt, clock: Clock) -> WhatIfRow:
     values = {"time": clock(near.at_s), "tilt": near.tilt_deg, "margin": near.margin_deg}
     if near.may_have_fired:
         text = tr("{time} too close to tell: {tilt:.0f}°, {margin:.0f}° below", **values)
-        return WhatIfRow(near.at_s, Icon.WARNING, Meaning.ATTENTION, text)
+        return WhatIfRow(near.at_s, WhatIfKind.DOUBTFUL, text)
     text = tr("{time} near miss: {tilt:.0f}°, {margin:.0f}° below", **values)
-    return WhatIfRow(near.at_s, Icon.INFORMATION, None, text)
+    return WhatIfRow(near.at_s, WhatIfKind.NEAR, text)
 
 
 def _fall_row(near: NearFall, clock: Clock) -> WhatIfRow:
@@ -129,9 +136,9 @@ def _fall_row(near: NearFall, clock: Clock) -> WhatIfRow:
     values = {"time": clock(at_s), "lasted": near.lasted_s, "margin": near.margin_s}
     if near.may_have_fired:
         text = tr("{time} too close to tell: fell {lasted:.2f} s, {margin:.2f} s short", **values)
-        return WhatIfRow(at_s, Icon.WARNING, Meaning.ATTENTION, text)
+        return WhatIfRow(at_s, WhatIfKind.DOUBTFUL, text)
     text = tr("{time} near miss: fell {lasted:.2f} s, {margin:.2f} s short", **values)
-    return WhatIfRow(at_s, Icon.INFORMATION, None, text)
+    return WhatIfRow(at_s, WhatIfKind.NEAR, text)
 
 
 def _is_close(finding: WhatIfFinding) -> bool:
