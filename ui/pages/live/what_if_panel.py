@@ -19,15 +19,15 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
+from app.firing import what_if_texts as fired_words
 from app.firing.what_if_drafts import ATTITUDE_THRESHOLD, FREEFALL_ACCELERATION, SettingSource, Wanted
 from app.firing.what_if_series import Measured, WhatIfJudgement
+from app.firing.what_if_texts import WhatIfKind, WhatIfRow, WhatIfVerdict
 from app.text.i18n import tr
 from protocol.catalogue import Command
 from protocol.fields import Value
-from ui.pages.live import what_if_words as fired_words
 from ui.pages.live.what_if_fields import WhatIfFields
 from ui.pages.live.what_if_lines import DraftLines
-from ui.pages.live.what_if_words import WhatIfKind, WhatIfRow, WhatIfVerdict
 from ui.plots.axis import clock_text
 from ui.services.context import Services
 from ui.style.icons import Icon, icon
