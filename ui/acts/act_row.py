@@ -18,8 +18,8 @@ from ui.acts.confirm import Confirm
 from ui.acts.outcomes import SameModule, asking, motion_text, not_begun, open_conditions, outcome_notice
 from ui.services.context import Services
 from ui.style.theme import Space
+from ui.widgets.labels import text_label
 from ui.widgets.notice_bar import Notice, NoticeBar
-from ui.widgets.text_labels import text_label
 
 ASK_WORDS: Final[Mapping[Act, str]] = {
     Act.ACTIVATE: marked("Activate …"),

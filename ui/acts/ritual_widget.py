@@ -32,9 +32,9 @@ from ui.style.theme import Meaning, Space
 from ui.widgets.controls import control
 from ui.widgets.flow_row import FlowRow
 from ui.widgets.gestures import gestures
+from ui.widgets.labels import text_label
 from ui.widgets.notice_bar import Notice, NoticeBar
 from ui.widgets.step_button import StepButton, is_in_sight, leave_focus
-from ui.widgets.text_labels import text_label
 
 TICK_MS: Final = 20
 _BAR_PX: Final = 8

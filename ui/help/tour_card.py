@@ -22,8 +22,8 @@ from PySide6.QtWidgets import QFrame, QHBoxLayout, QPushButton, QSizePolicy, QVB
 
 from ui.core.texts import Texts
 from ui.style.theme import Space, current
+from ui.widgets.labels import text_label
 from ui.widgets.naming import named
-from ui.widgets.text_labels import text_label
 
 CARD_PX: Final = 360
 _RING_PX: Final = 3

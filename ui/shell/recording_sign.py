@@ -10,7 +10,7 @@ from app.text.i18n import tr
 from ui.services.session_recording import Sign
 from ui.style.icons import Icon
 from ui.style.theme import Meaning, Space
-from ui.widgets.icon_label import IconLabel
+from ui.widgets.labels import IconLabel
 from ui.widgets.naming import named
 from ui.widgets.notice_bar import Choice, Notice
 

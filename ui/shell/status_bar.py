@@ -13,8 +13,7 @@ from ui.core.texts import Texts
 from ui.style.icons import Icon
 from ui.style.theme import Meaning, Space
 from ui.widgets.controls import control
-from ui.widgets.elided_label import ElidedLabel
-from ui.widgets.icon_label import IconLabel
+from ui.widgets.labels import ElidedLabel, IconLabel
 from ui.widgets.naming import named
 
 RATE_OVER_S = 1.0

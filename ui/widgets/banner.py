@@ -6,7 +6,7 @@ from PySide6.QtWidgets import QHBoxLayout, QWidget
 from ui.style.icons import Icon
 from ui.style.painted_widget import paint_banner
 from ui.style.theme import Meaning, Space
-from ui.widgets.icon_label import IconLabel
+from ui.widgets.labels import IconLabel
 
 
 class Banner(QWidget):

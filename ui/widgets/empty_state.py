@@ -7,7 +7,7 @@ from PySide6.QtWidgets import QLabel, QVBoxLayout, QWidget
 
 from ui.style.icons import Icon
 from ui.style.theme import Space
-from ui.widgets.icon_label import IconLabel
+from ui.widgets.labels import IconLabel
 from ui.widgets.naming import named
 
 _MARGIN_PX: Final = 120

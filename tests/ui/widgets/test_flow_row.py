@@ -4,8 +4,8 @@ from PySide6.QtWidgets import QVBoxLayout, QWidget
 from pytestqt.qtbot import QtBot
 
 from ui.style.theme import Space
-from ui.widgets.elided_label import ElidedLabel
 from ui.widgets.flow_row import FlowRow
+from ui.widgets.labels import ElidedLabel
 
 WIDTH, HEIGHT = 100, 30
 

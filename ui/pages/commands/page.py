@@ -15,11 +15,11 @@ from ui.style.icons import Icon
 from ui.style.theme import Meaning, Size, Space
 from ui.widgets.controls import control
 from ui.widgets.flow_row import FlowRow
+from ui.widgets.labels import text_label
 from ui.widgets.naming import named
 from ui.widgets.notice_bar import Notice, NoticeBar
 from ui.widgets.readout import StateChip
 from ui.widgets.state_chips import show_activation, show_known_trigger
-from ui.widgets.text_labels import text_label
 from ui.widgets.visibility_timer import VisibilityTimer
 
 REFRESH_EVERY_MS: Final = 200

@@ -26,9 +26,8 @@ from ui.services.context import Services
 from ui.style.icons import MEANING_ICONS, Icon, icon
 from ui.style.theme import Meaning, Size, Space
 from ui.widgets.controls import control
-from ui.widgets.icon_label import IconLabel
+from ui.widgets.labels import IconLabel, text_label
 from ui.widgets.naming import named
-from ui.widgets.text_labels import text_label
 from ui.widgets.visibility_timer import VisibilityTimer
 
 REFRESH_EVERY_MS: Final = 500

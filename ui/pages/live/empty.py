@@ -16,7 +16,7 @@ from ui.services.page import Page
 from ui.style.icons import Icon
 from ui.style.theme import Space
 from ui.widgets.controls import control
-from ui.widgets.icon_label import IconLabel
+from ui.widgets.labels import IconLabel
 from ui.widgets.naming import named
 
 _TEXT_PX: Final = 500

@@ -8,7 +8,7 @@ from ui.services.context import Services
 from ui.style.icons import Icon
 from ui.style.theme import Space
 from ui.widgets.controls import control
-from ui.widgets.text_labels import text_label
+from ui.widgets.labels import text_label
 
 
 class TourOffer(QFrame):

@@ -34,10 +34,9 @@ from ui.style.icons import Icon, icon
 from ui.style.theme import Meaning, Space
 from ui.widgets.controls import control
 from ui.widgets.flow_row import FlowRow
-from ui.widgets.icon_label import IconLabel
+from ui.widgets.labels import IconLabel, text_label
 from ui.widgets.naming import named
 from ui.widgets.sliders import WheelGuard
-from ui.widgets.text_labels import text_label
 
 WIDTH_PX: Final = 352
 _LIST_PX: Final = 116

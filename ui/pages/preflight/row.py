@@ -17,10 +17,10 @@ from ui.core.texts import Texts
 from ui.style.icons import Icon
 from ui.style.theme import Meaning, Size, Space
 from ui.widgets.controls import control
+from ui.widgets.labels import text_label
 from ui.widgets.naming import named
 from ui.widgets.readout import StateChip
 from ui.widgets.step_button import StepButton
-from ui.widgets.text_labels import text_label
 
 CHIP_PX: Final = 112
 TITLE_PX: Final = 180

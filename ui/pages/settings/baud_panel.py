@@ -21,9 +21,9 @@ from ui.forms.value_label import ValueLabel
 from ui.services.context import Services
 from ui.style.theme import Meaning, Space
 from ui.widgets.controls import control
+from ui.widgets.labels import text_label
 from ui.widgets.notice_bar import Choice, Notice, NoticeBar
 from ui.widgets.sliders import WheelGuard
-from ui.widgets.text_labels import text_label
 
 
 class BaudPanel(QFrame):

@@ -15,8 +15,8 @@ from ui.services.context import Services
 from ui.style.icons import Icon, icon
 from ui.style.theme import Space
 from ui.widgets.controls import control
+from ui.widgets.labels import text_label
 from ui.widgets.naming import named
-from ui.widgets.text_labels import text_label
 
 CLOSED, OPEN = "closed", "open"
 

@@ -5,8 +5,8 @@ from PySide6.QtWidgets import QLabel, QVBoxLayout, QWidget
 from app.engine.device import DeviceView
 from app.settings.fingerprint import fingerprint_of
 from app.text.i18n import tr
+from ui.widgets.labels import text_label
 from ui.widgets.naming import named
-from ui.widgets.text_labels import text_label
 
 
 class FingerprintView(QWidget):

@@ -30,9 +30,9 @@ from ui.forms.value_label import ValueLabel
 from ui.style.icons import Icon
 from ui.style.theme import Meaning, Size, Space
 from ui.widgets.controls import control
+from ui.widgets.labels import text_label
 from ui.widgets.naming import named
 from ui.widgets.readout import StateChip
-from ui.widgets.text_labels import text_label
 
 _CHIPS: Final[Mapping[Match, tuple[Icon, Meaning | None]]] = {
     Match.SAME: (Icon.CHECK, None),

@@ -22,10 +22,10 @@ from ui.forms.value_label import ValueLabel
 from ui.style.icons import Icon
 from ui.style.theme import Meaning, Size, Space
 from ui.widgets.controls import control
+from ui.widgets.labels import text_label
 from ui.widgets.naming import named
 from ui.widgets.readout import StateChip
 from ui.widgets.sliders import WheelGuard
-from ui.widgets.text_labels import text_label
 
 NAME_PX: Final = 148
 EDITOR_PX: Final = 200

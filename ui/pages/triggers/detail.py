@@ -16,8 +16,8 @@ from ui.core.texts import Texts
 from ui.pages.triggers.controller import TriggerRow
 from ui.style.theme import Size, Space
 from ui.widgets.controls import control
+from ui.widgets.labels import text_label
 from ui.widgets.naming import named
-from ui.widgets.text_labels import text_label
 
 JUDGEMENTS: Final = (None, *Judgement)
 

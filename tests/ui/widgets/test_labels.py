@@ -8,7 +8,7 @@ from tests.support.window.fakes_ui import WAIT_MS
 from ui.style import appearance
 from ui.style.icons import Icon
 from ui.style.theme import DARK, LIGHT, Meaning, Theme
-from ui.widgets.icon_label import IconLabel
+from ui.widgets.labels import IconLabel
 
 
 def colours(label: IconLabel) -> set[str]:

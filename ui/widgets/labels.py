@@ -1,0 +1,82 @@
+"""Labels: running text, one line that gives way, and an icon in the theme's colours."""
+
+from typing import Final
+
+from PySide6.QtCore import QEvent, QSize, Qt
+from PySide6.QtGui import QFontMetrics, QPainter, QPaintEvent, QResizeEvent
+from PySide6.QtWidgets import QLabel
+
+from ui.style.icons import Icon, pixmap
+from ui.style.theme import Meaning, current
+from ui.widgets.naming import named
+
+_REDRAWN_AT: Final = (QEvent.Type.PaletteChange, QEvent.Type.StyleChange, QEvent.Type.DevicePixelRatioChange)
+
+
+def text_label(name: str, role: str = "", *, is_selectable: bool = False) -> QLabel:
+    """Plain text that wraps; `role` is one of the style sheet's."""
+    label = named(QLabel(), name, role)
+    label.setWordWrap(True)
+    label.setTextFormat(Qt.TextFormat.PlainText)
+    if is_selectable:
+        flags = Qt.TextInteractionFlag
+        label.setTextInteractionFlags(flags.TextSelectableByMouse | flags.TextSelectableByKeyboard)
+    return label
+
+
+class ElidedLabel(QLabel):
+    """One line of plain text, shortened with "…" where it has no room, and then whole in its tooltip.
+
+    `text()` is always the whole text.
+    """
+
+    def setText(self, text: str) -> None:
+        super().setText(text)
+        self._tell()
+
+    def minimumSizeHint(self) -> QSize:
+        return QSize(0, super().minimumSizeHint().height())
+
+    def paintEvent(self, _event: QPaintEvent) -> None:
+        painter = QPainter(self)
+        painter.setPen(self.palette().color(self.foregroundRole()))
+        painter.drawText(self.contentsRect(), self.alignment(), self._fitting())
+        painter.end()
+
+    def resizeEvent(self, event: QResizeEvent) -> None:
+        super().resizeEvent(event)
+        self._tell()
+
+    def _fitting(self) -> str:
+        room_px = self.contentsRect().width()
+        return QFontMetrics(self.font()).elidedText(self.text(), Qt.TextElideMode.ElideRight, room_px)
+
+    def _tell(self) -> None:
+        self.setToolTip("" if self._fitting() == self.text() else self.text())
+
+
+class IconLabel(QLabel):
+    """An icon beside a text. Empty until one is shown."""
+
+    def __init__(self, name: str, size_px: int) -> None:
+        self._size_px = size_px
+        self._shown: tuple[Icon, Meaning | None, bool] | None = None
+        super().__init__()
+        named(self, name)
+
+    def show_icon(self, picture: Icon, meaning: Meaning | None = None, *, is_muted: bool = False) -> None:
+        """In the colour of its meaning, of muted text, or of plain text."""
+        if self._shown != (picture, meaning, is_muted):
+            self._shown = (picture, meaning, is_muted)
+            self._draw()
+
+    def _draw(self) -> None:
+        if self._shown is not None:
+            picture, meaning, is_muted = self._shown
+            ink = current().muted if is_muted else current().ink(meaning)
+            self.setPixmap(pixmap(picture, self._size_px, ink, ratio=self.devicePixelRatioF()))
+
+    def event(self, event: QEvent) -> bool:
+        if event.type() in _REDRAWN_AT:
+            self._draw()
+        return super().event(event)
