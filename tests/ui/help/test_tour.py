@@ -222,7 +222,7 @@ def test_escape_ends_and_left_goes_back(qtbot: QtBot, qapp: QApplication, tmp_pa
         one.press(Keys.Key_Left)
         assert one.tour.number == 0
         main.go_to("commands")
-        qtbot.waitUntil(lambda: one.scene.spots == ("navigation",), timeout=WAIT_MS)
+        qtbot.waitUntil(lambda: one.scene.spots == (main.navigation,), timeout=WAIT_MS)
         one.tour.card.main.click()
         assert main.navigation.chosen == "live"
         one.tour.card.take_focus()
