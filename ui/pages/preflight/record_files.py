@@ -1,10 +1,7 @@
 """Exports reports; verifies dropped records."""
 
 import logging
-import threading
 from collections.abc import Callable
-from contextlib import suppress
-from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 from typing import Final
@@ -22,6 +19,7 @@ from app.stations.station import fingerprint_of, station_to_sign
 from app.store.store import Store
 from app.text.i18n import tr
 from app.text.messages import clean
+from ui.core.background_task import BackgroundTask
 from ui.files.file_dialogs import AskPath, ask_path
 from ui.pages.preflight.report_printer import print_report
 from ui.pages.preflight.stations_row import AskName, ask_name
@@ -47,7 +45,6 @@ class RecordFiles(QObject):
 
     said = Signal(object)
     stations_changed = Signal()
-    _verified = Signal(object)
 
     def __init__(self, storage: Storage, parent: QWidget) -> None:
         super().__init__(parent)
@@ -57,8 +54,7 @@ class RecordFiles(QObject):
         self.printer: Printer = print_report
         self._keeping, self._window = storage, parent
         self._folder = Path.home()
-        self._thread: threading.Thread | None = None
-        self._verified.connect(self._say_verified)
+        self._verifying: BackgroundTask[Verification] = BackgroundTask("dps-s verify", self)
 
     # Printing
 
@@ -90,44 +86,42 @@ class RecordFiles(QObject):
 
     def verify(self, path: Path) -> None:
         """In a thread of its own: the file may be large, and on a slow disk."""
-        if self._thread is not None:
+        if self._verifying.is_running:
             return
         self._say(Meaning.INFORMATION, tr("Reading {file} …", file=path.name))
         store = self._keeping.store
         kept = CheckStore(store.database) if isinstance(store, Store) else None
         stations = Stations(self._keeping.folder)
 
-        def work() -> None:
-            try:
-                outcome: Verification | str = verify_file(path, kept, stations.find)
-            except (OSError, ValueError) as error:  # ValueError: a NUL in the name
-                outcome = getattr(error, "strerror", None) or str(error)
-            except Exception as error:  # noqa: BLE001  the page must be told whatever happens in this thread
-                _log.exception("%s could not be verified", path)
-                outcome = type(error).__name__
-            with suppress(RuntimeError):  # the window was closed meanwhile
-                self._verified.emit(_Verified(path, outcome))
+        self._verifying.run(
+            lambda _is_wanted: verify_file(path, kept, stations.find),
+            partial(self._say_verified, path),
+            partial(self._say_unread, path),
+        )
 
-        self._thread = threading.Thread(target=work, name="dps-s verify", daemon=True)
-        self._thread.start()
+    def _say_unread(self, path: Path, error: Exception) -> None:
+        if isinstance(error, OSError | ValueError):  # ValueError: a NUL in the name
+            why = getattr(error, "strerror", None) or str(error)
+        else:
+            _log.error("%s could not be verified", path, exc_info=error)
+            why = type(error).__name__
+        file = clean(path.name, longest=60)
+        self._say(Meaning.ATTENTION, tr("{file} cannot be read: {why}.", file=file, why=why))
 
-    def _say_verified(self, done: "_Verified") -> None:
-        self._thread = None
-        file = clean(done.path.name, longest=60)
-        if isinstance(done.outcome, str):
-            self._say(Meaning.ATTENTION, tr("{file} cannot be read: {why}.", file=file, why=done.outcome))
-            return
-        told = " ".join(one.in_words() for one in done.outcome.sentences())
-        meaning = _MEANINGS[done.outcome.state]
-        if meaning is Meaning.GOOD and recorded_verdict(done.outcome.record or {}) is not Verdict.GO:
+    def _say_verified(self, path: Path, done: Verification) -> None:
+        file = clean(path.name, longest=60)
+        told = " ".join(one.in_words() for one in done.sentences())
+        meaning = _MEANINGS[done.state]
+        if meaning is Meaning.GOOD and recorded_verdict(done.record or {}) is not Verdict.GO:
             meaning = Meaning.INFORMATION  # an intact NO-GO is not good news
         choices: tuple[Choice, ...] = ()
-        if done.outcome.state is RecordState.UNKNOWN_STATION:
-            choices = (Choice("trust_station", tr("Trust this station…"), partial(self._ask_to_trust, done)),)
+        if done.state is RecordState.UNKNOWN_STATION:
+            choices = (
+                Choice("trust_station", tr("Trust this station…"), partial(self._ask_to_trust, path, done.signer)),
+            )
         self.said.emit(Notice(meaning, f"{file} — {told}", choices))
 
-    def _ask_to_trust(self, done: "_Verified") -> None:
-        public = done.outcome.signer if isinstance(done.outcome, Verification) else None
+    def _ask_to_trust(self, path: Path, public: bytes | None) -> None:
         name = None if public is None else self.ask_name(self._window, fingerprint_of(public))
         if public is None or name is None:
             return
@@ -137,18 +131,10 @@ class RecordFiles(QObject):
             self._say(Meaning.DANGER, tr("The list of known stations cannot be written: {why}.", why=error.strerror))
             return
         self.stations_changed.emit()
-        self.verify(done.path)
+        self.verify(path)
 
     def _say(self, meaning: Meaning, text: str) -> None:
         self.said.emit(Notice(meaning, text))
-
-
-@dataclass(frozen=True, slots=True)
-class _Verified:
-    """`outcome`: a text where the file could not be read."""
-
-    path: Path
-    outcome: Verification | str
 
 
 _MEANINGS: Final = {
