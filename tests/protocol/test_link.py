@@ -257,6 +257,12 @@ def test_rejected_bytes_are_counted_by_reason(bench: Bench) -> None:
     bench.wait(0.3)
     counted = {reason.value: count for reason, count in bench.link.counters.rejected_bytes.items()}
     assert counted == {"checksum": 6, "no_header": 2}
+    assert bench.link.counters.frames == 0
+
+
+def test_every_valid_frame_is_counted(bench: Bench) -> None:
+    bench.hear(PULSE, STREAMED, STREAMED)
+    assert bench.link.counters.frames == 3
 
 
 def test_a_heartbeat_that_answers_is_a_heartbeat(bench: Bench) -> None:

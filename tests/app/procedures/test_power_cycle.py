@@ -8,6 +8,7 @@ import pytest
 from app.engine.procedure import Report
 from app.engine.session import Run
 from app.procedures.power_cycle import Ending, PowerCycleResult, Retention, SettingRetention, survives_power_cycle
+from protocol.catalogue import BY_NAME
 from protocol.fields import Value
 from tests.support.line.sim_line import Rig
 
@@ -48,6 +49,19 @@ def test_a_value_that_is_gone_is_lost() -> None:
 
     survival = survive(rig, forgets)
     assert survival.stamps["freefall_time_s"] == SettingRetention(1.6, Retention.LOST, 1.0)
+    assert not survival.is_fine
+
+
+def test_a_value_that_is_not_answered_afterwards_is_neither_kept_nor_lost() -> None:
+    rig = Rig()
+
+    def falls_silent() -> None:
+        rig.bench.change(mute_codes=frozenset((BY_NAME["freefall_time"].code,)))
+        rig.bench.restart()
+
+    survival = survive(rig, falls_silent)
+    assert survival.stamps["freefall_time_s"] == SettingRetention(1.6, Retention.NOT_READ)
+    assert survival.stamps["attitude_threshold_deg"].fate is Retention.KEPT
     assert not survival.is_fine
 
 
