@@ -5,7 +5,7 @@ Events go to the window's `QWindow`, as a platform sends them: Qt finds the widg
 
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from functools import partial
+from functools import cached_property, partial
 from pathlib import Path
 from queue import Empty
 from unittest.mock import patch
@@ -136,19 +136,19 @@ class GestureBench:
         assert handle is not None
         return handle
 
-    @property
+    @cached_property
     def commands(self) -> CommandsPage:
         found = self.window.findChild(CommandsPage)
         assert isinstance(found, CommandsPage)
         return found
 
-    @property
+    @cached_property
     def settings(self) -> SettingsPage:
         found = self.window.findChild(SettingsPage)
         assert isinstance(found, SettingsPage)
         return found
 
-    @property
+    @cached_property
     def preflight(self) -> PreflightPage:
         found = self.window.findChild(PreflightPage)
         assert isinstance(found, PreflightPage)
@@ -185,11 +185,11 @@ class GestureBench:
         QApplication.processEvents()
         QCoreApplication.sendEvent(self.window, QEvent(QEvent.Type.UpdateRequest))
 
-    def wait(self, seconds: float) -> None:
+    def wait(self, seconds: float, *, tick_s: float = TICK_S) -> None:
         """Both clocks; the line works and the window looks at what it has to."""
         left_s = seconds
         while left_s > 1e-9:
-            step_s = min(TICK_S, left_s)
+            step_s = min(tick_s, left_s)
             left_s -= step_s
             self.hand_s += step_s
             self.worker.work(step_s)

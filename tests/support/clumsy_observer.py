@@ -1,7 +1,7 @@
 """A second account of what the hands at a window did: it grants a dangerous frame only for a whole gesture of its own.
 
 It sees the buttons on the screen and the events that the hands make, and asks the code that it judges nothing but
-whether the release of a key has reached the button.
+whether the release of a key has reached the button, and whether a check runs.
 """
 
 from collections import defaultdict
@@ -13,6 +13,7 @@ from PySide6.QtWidgets import QApplication
 
 from protocol.catalogue import STATUS, Request
 from tests.gestures.gesture_bench import GestureBench
+from ui.pages.preflight.controller import Standing
 from ui.widgets.gestures import gestures
 
 DEAD_S: Final = 0.5
@@ -37,7 +38,9 @@ GO: Final = {
 DEPLOY: Final = "11 02 01"
 ENABLE: Final = frozenset({"preflight_enable", "check_attitude_trigger_act", "check_freefall_trigger_act"})
 ENABLED: Final = ("16 02", "17 02")
-"""Each of these enables both triggers."""
+"""Each of these buttons begins a check that enables both triggers, once."""
+CHECK_LASTS_S: Final = 60.0
+"""At most, until it has come to the triggers: it waits for the line, and can be cancelled meanwhile."""
 UNLOCK: Final = "notice_unlock_once"
 UNLOCKED: Final = "unlocked write"
 HOLD: Final = "ritual_hold"
@@ -197,7 +200,8 @@ class Observer:
                 self._grant(f"{UNLOCKED} {change.command.code:02x}", COUNTS_FOR_S)
         elif name in ENABLE:
             for kind in ENABLED:
-                self._grant(kind, COUNTS_FOR_S)
+                self._grants[kind].clear()
+                self._grant(kind, CHECK_LASTS_S)
         elif name not in GO:
             self.chosen[name] = self._now(name)
         elif first and self._now(name) - self.chosen.pop(first) < ASKED_S:
@@ -219,7 +223,9 @@ class Observer:
         is_write = self.bench.bench.module.state.is_active and could_know and frame[6:8] != "10"
         if is_write:
             return f"{UNLOCKED} {frame[6:8]}"
-        return frame[6:11] if frame[6:11] in ENABLED else ""
+        # Settings writes the triggers of a locked module, too, as any other setting.
+        is_checking = self.bench.preflight.work.standing is Standing.CHECKING
+        return frame[6:11] if frame[6:11] in ENABLED and is_checking else ""
 
     def asked(self, request: Request) -> None:
         """A question leaves: how the module stands now is what it says."""
