@@ -178,7 +178,18 @@ def test_a_held_space_bar_completes_and_then_counts_for_nothing(bench: GestureBe
         bench.key(Qt.Key.Key_Space, is_press=True)
         bench.wait(0.1)
     assert ritual.ritual.stage in (Stage.FIRED, Stage.IDLE)
+    clicked: list[bool] = []
+    other = QPushButton("any other", bench.window)
+    other.clicked.connect(lambda: clicked.append(True))
+    other.show()
+    other.setFocus()
+    bench.key(Qt.Key.Key_Space, is_press=True)
     bench.key(Qt.Key.Key_Space, is_press=False)
+    assert clicked == []
+    bench.key(Qt.Key.Key_Space, is_press=True)
+    bench.key(Qt.Key.Key_Space, is_press=False)
+    assert len(clicked) == 1
+    other.hide()
     bench.wait(3.0)
     assert ritual.ritual.stage is Stage.IDLE
     bench.hand_s += 1.0
