@@ -19,7 +19,7 @@ FRAME = re.compile(r"`((?:41 75|42 61)(?: [0-9A-F]{2})+)`")
 
 @pytest.fixture(scope="module")
 def protocol_page() -> ModuleType:
-    """packaging/ is no package: the tool is loaded from its file."""
+    """docs/ is no package: the tool is loaded from its file."""
     spec = spec_from_file_location("dps_s_protocol_page", ROOT / "docs" / "generate" / "protocol_page.py")
     assert spec is not None
     assert spec.loader is not None
