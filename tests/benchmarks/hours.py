@@ -15,12 +15,20 @@ from pathlib import Path
 from typing import Any, Final
 
 import numpy as np
-from PySide6.QtWidgets import QApplication
+from PySide6.QtWidgets import QApplication, QWidget
 
 from app.engine.session import Session
 from app.engine.worker import Batch, Connection, PortState
 from tests.benchmarks.parser import stream
-from tests.benchmarks.window.window import LIMIT_S, assemble_apart, live_page, reserve, resident_mb, turn_until
+from tests.benchmarks.window.window import (
+    LIMIT_S,
+    assemble_apart,
+    fill_capture,
+    live_page,
+    reserve,
+    resident_mb,
+    turn_until,
+)
 from ui.main import Assembly, WindowOptions, kept_tidy, start
 
 _LINE_HZ: Final = 1440
@@ -116,7 +124,9 @@ def main(words: list[str]) -> int:
         assembly = assemble_apart(app, options, Path(folder))
         with kept_tidy(assembly):
             start(assembly, options)
+            turn_until(lambda: assembly.window.findChild(QWidget, "diagnosis_page") is not None, LIMIT_S)
             turn_until(lambda: live_page(assembly) is not None, LIMIT_S)
+            fill_capture(assembly.window.findChild(QWidget, "diagnosis_page"))
             memory = [resident_mb()]
             simulated = Hours(app, assembly)
             for _ in range(hours):

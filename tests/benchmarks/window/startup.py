@@ -7,7 +7,7 @@ from typing import Final
 from tests.benchmarks.figures import Figure
 from tests.benchmarks.runs import measured
 
-AIM_S: Final = 0.6
+AIM_S: Final = 0.5
 
 
 def figures(runs: int = 5) -> list[Figure]:

@@ -22,6 +22,7 @@ from PySide6.QtCore import QEventLoop, QTimer
 from PySide6.QtGui import QPaintEvent
 from PySide6.QtWidgets import QApplication, QWidget
 
+from app.captures.entries import CaptureEntry, Way
 from app.engine.worker import Batch, PortState
 from protocol.catalogue import STATUS
 from protocol.events import Event, Received, Sent
@@ -29,6 +30,7 @@ from protocol.messages import Status
 from tests.benchmarks.figures import quantile
 from ui.core.preferences import Preferences
 from ui.main import Assembly, WindowOptions, assemble, kept_tidy, start
+from ui.pages.diagnosis.capture_files import KEPT_ENTRIES
 from ui.services.storage import Storage
 
 BEAT_MS: Final = 5
@@ -131,6 +133,13 @@ def reserve(page: Any) -> None:
     for series in (page.data.tilt, page.data.acceleration, page.data._flags):
         for column in (*series._exact._columns, *series._summary._columns):
             column.fill(0)
+
+
+def fill_capture(page: Any) -> None:
+    """The same for what the Diagnosis page keeps of the traffic for a capture: a ring that four minutes of a full line
+    fill, and ten simulated hours only by and by."""
+    raw = b"Au2\x07\x0a\x00\x01D" * 6
+    page.kept._entries.extend(CaptureEntry(at / 240, Way.IN, bytes(bytearray(raw))) for at in range(KEPT_ENTRIES))
 
 
 def resident_mb() -> float:
