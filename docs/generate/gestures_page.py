@@ -34,6 +34,26 @@ Nothing may be sent or begun by any of them. The same hands complete each act by
 **{tries} tries, {left} of them completed an act.**
 """
 
+CAMPAIGN = """\
+## Clumsy hands
+
+`tests/gestures/clumsy.py`: pointer, keys, scrolling, resizing and turning of pages at random, on the pages Commands,
+Settings and Pre-flight, on a module that becomes active and locked meanwhile. Beside it
+`tests/support/clumsy_observer.py` judges every dangerous frame as it leaves: one without a whole gesture of its own
+is a fault. Some gestures are made whole, so that frames do leave. Parts in which the observer itself was wrong (it
+did not know how long a check may wait, nor that Settings writes triggers, too) do not count; they were run again
+after it had been corrected.
+
+The last campaign, in parts of 1,000 sequences:
+
+- offscreen: 9,000 sequences, 76,895 events
+- X11 under Xvfb: 9,000 sequences, 76,792 events
+- left, each by its whole gesture: activate 38, forbid deploying 43, deploy 2, shut down 19, baud rate 8, zero 23,
+  attitude trigger enabled by a check 518, free-fall trigger enabled by a check 516, write to an active module 28
+
+**18,000 sequences, 153,687 events, 1,195 dangerous frames, 0 of them without a whole gesture.**
+"""
+
 
 def page(tallies: list[Tally], every: int) -> str:
     """The text of docs/gestures.md."""
@@ -46,17 +66,20 @@ def page(tallies: list[Tally], every: int) -> str:
     heads = ("Act", "Window", "Language", *GESTURES, "completed")
     lines = [heads, ["---"] * 3 + ["---:"] * (len(GESTURES) + 1)]
     lines += [[*key, *(f"{tries[gesture]:,}" for gesture in GESTURES), str(left[key])] for key, tries in rows.items()]
-    return INTRODUCTION.format(
-        grid=GRID_PX,
-        gestures=" · ".join(GESTURES),
-        gaps=", ".join(f"{gap * 1000:.0f}" for gap in GAPS_S),
-        sizes=" and ".join(f"{width}×{height}" for width, height in SIZES),
-        languages=", ".join(LANGUAGES),
-        scales=" and ".join(f"{scale * 100} %" for scale in SCALES),
-        every=every,
-        table="\n".join("| " + " | ".join(line) + " |" for line in lines),
-        tries=f"{sum(sum(tries.values()) for tries in rows.values()):,}",
-        left=sum(left.values()),
+    return (
+        INTRODUCTION.format(
+            grid=GRID_PX,
+            gestures=" · ".join(GESTURES),
+            gaps=", ".join(f"{gap * 1000:.0f}" for gap in GAPS_S),
+            sizes=" and ".join(f"{width}×{height}" for width, height in SIZES),
+            languages=", ".join(LANGUAGES),
+            scales=" and ".join(f"{scale * 100} %" for scale in SCALES),
+            every=every,
+            table="\n".join("| " + " | ".join(line) + " |" for line in lines),
+            tries=f"{sum(sum(tries.values()) for tries in rows.values()):,}",
+            left=sum(left.values()),
+        )
+        + CAMPAIGN
     )
 
 
