@@ -199,6 +199,20 @@ def test_a_held_space_bar_completes_and_then_counts_for_nothing(bench: GestureBe
     assert ritual.ritual.stage is Stage.CHOSEN
 
 
+@pytest.mark.parametrize("is_key", [False, True])
+def test_a_second_press_ends_a_hold(bench: GestureBench, is_key: bool) -> None:
+    hold_with_space(bench)
+    bench.wait(0.5)
+    if is_key:
+        bench.key(Qt.Key.Key_Return, is_press=True)
+    else:
+        bench.move(bench.at(bench.commands.ritual.hold))
+        bench.press()
+    assert bench.commands.ritual.ritual.stage is Stage.IDLE
+    bench.wait(2.5)
+    assert bench.sent == []
+
+
 @pytest.mark.parametrize("is_let_go", [False, True])
 def test_a_repeat_that_x11_does_not_mark_is_no_release(
     bench: GestureBench, monkeypatch: pytest.MonkeyPatch, is_let_go: bool
