@@ -28,7 +28,7 @@ def run(args: argparse.Namespace) -> int:
     if not ports:
         say(tr("There is no serial port. Plug the adapter in; if it stays away, try another cable or its driver."))
         return DONE
-    head = (tr("Port"), tr("Name"), tr("Maker"), tr("Serial number"), "USB")
+    head = (tr("Port"), tr("Name"), tr("Manufacturer"), tr("Serial number"), "USB")
     rows = [
         (
             port.device,

@@ -56,7 +56,7 @@ def add_parser(subparsers: "argparse._SubParsersAction[argparse.ArgumentParser]"
     parser.add_argument("--done", type=int, action="append", default=[], metavar="N",
                         help=tr("manual item N of the profile was looked at and is in order"))  # fmt: skip
     parser.add_argument("--records-looked-at", action="store_true",
-                        help=tr("the trigger records that the module keeps have been looked at"))  # fmt: skip
+                        help=tr("the trigger records in the module were reviewed"))  # fmt: skip
     parser.add_argument("--same-module", action="store_true",
                         help=tr("it is the named module, although its boot count says otherwise"))  # fmt: skip
     add_json_argument(parser)

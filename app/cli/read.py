@@ -51,7 +51,12 @@ def run(args: argparse.Namespace) -> int:
     if trouble is not None:
         say(trouble)
     elif findings.errors:
-        say(tr("Not had: {names}. Read again; if it stays so, check the wiring.", names=", ".join(findings.errors)))
+        say(
+            tr(
+                "Could not read: {names}. Read again; if it persists, check the wiring.",
+                names=", ".join(findings.errors),
+            )
+        )
     if trouble is not None and not has_something:
         return NO_LINK
     return PARTLY if findings.errors else DONE

@@ -77,9 +77,9 @@ def run_list(args: argparse.Namespace) -> int:
         write_lines([as_json({"folder": str(library.folder), "recordings": [json_of(one) for one in entries]})])
         return DONE
     if not entries:
-        say(tr("Nothing was recorded yet. The window records every session by itself."))
+        say(tr("No recordings yet. Every session is recorded automatically."))
         return DONE
-    head = (tr("Name"), tr("Began"), tr("Lasted"), tr("Reports"), tr("Size"), tr("Port"), tr("Module"), "")
+    head = (tr("Name"), tr("Started"), tr("Duration"), tr("Reports"), tr("Size"), tr("Port"), tr("Module"), "")
     write_lines(table(head, [_row(one) for one in entries]))
     return DONE
 
@@ -123,7 +123,7 @@ def _remarks(entry: "RecordingEntry") -> str:
     remarks = (
         (entry.part > 1, tr("part {number}", number=entry.part)),
         (entry.is_simulated, tr("simulated")),
-        (entry.is_kept, tr("kept")),
+        (entry.is_kept, tr("pinned")),
         (entry.is_running, tr("being recorded")),
         (entry.was_cut_off, tr("cut off")),
         (entry.is_trashed, tr("in the trash")),

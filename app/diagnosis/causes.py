@@ -227,7 +227,7 @@ CAUSES: tuple[CauseRow, ...] = (
     CauseRow(
         Cause.STUCK,
         lambda seen: trouble_of(seen) is PortTrouble.STUCK,
-        marked("{port} takes no bytes: the adapter or its driver hangs."),
+        marked("Write to {port} timed out: the adapter or its driver hangs."),
         marked("Unplug the adapter, wait two seconds, and plug it in again."),
     ),
     CauseRow(
@@ -303,7 +303,7 @@ CAUSES: tuple[CauseRow, ...] = (
     CauseRow(
         Cause.NOTHING,
         lambda seen: is_silent(seen) and not seen.bytes_received,
-        marked("Not a single byte has come on {port}, and it was asked {asked} times."),
+        marked("No data on {port} after {asked} requests."),
         marked("Switch the module on, connect ground, and cross the wires: TX to RX and RX to TX."),
     ),
     CauseRow(

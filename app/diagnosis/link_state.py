@@ -129,16 +129,16 @@ def words(state: LinkState, now: float) -> LinkWords:
                 Step.CHOOSE_PORT,
             )
         case Phase.OPENING:
-            return LinkWords(tr("Opening …"), tr("The port is being opened."), "", None)
+            return LinkWords(tr("Opening…"), tr("The port is being opened."), "", None)
         case Phase.FINDING:
             return LinkWords(
-                tr("Trying {rate} baud …", rate=state.baud_rate),
+                tr("Trying {rate} baud…", rate=state.baud_rate),
                 tr("Looking for the baud rate at which a module answers."),
                 "",
                 None,
             )
         case Phase.ASKING:
-            return LinkWords(tr("Asking …"), tr("The port is open, the module is being asked."), "", None)
+            return LinkWords(tr("Asking…"), tr("The port is open, the module is being asked."), "", None)
         case Phase.ONLINE:
             return LinkWords(tr("Connected"), tr("The module answers."), "", None)
         case Phase.LATE:

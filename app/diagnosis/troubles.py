@@ -28,5 +28,5 @@ def explain(error: Exception) -> Explanation:
         return Explanation(tr("The computer slept; what was under way has ended."), tr("Start it again."))
     return Explanation(
         tr("The program met an error that it did not expect: {error}.", error=error),
-        tr("Connect again; if it comes back, send us the log."),
+        tr("Connect again. If it fails again, save a support bundle on the Diagnosis page."),
     )

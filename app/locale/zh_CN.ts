@@ -138,8 +138,8 @@
         <translation>60 秒</translation>
     </message>
     <message>
-        <source>95 of 100 within</source>
-        <translation>95% 不超过</translation>
+        <source>95th percentile</source>
+        <translation>第 95 百分位</translation>
     </message>
     <message>
         <source>A calculation. Nothing is sent to the module.</source>
@@ -286,12 +286,12 @@
         <translation>立即激活</translation>
     </message>
     <message>
-        <source>Activate …</source>
-        <translation>激活…</translation>
-    </message>
-    <message>
         <source>Activates</source>
         <translation>能激活</translation>
+    </message>
+    <message>
+        <source>Activate…</source>
+        <translation>激活…</translation>
     </message>
     <message>
         <source>Activation</source>
@@ -308,10 +308,6 @@
     <message>
         <source>Active?</source>
         <translation>是否激活</translation>
-    </message>
-    <message>
-        <source>After each start nobody knows how the module’s two triggers stand; only enabling them settles it.</source>
-        <translation>模块每次开机后，两个触发开关的状态都不可知；只有重新启用才能确定。</translation>
     </message>
     <message>
         <source>After power-on</source>
@@ -366,7 +362,7 @@
         <translation>所有串口及其制造商和序列号；新出现的有标记。“模拟模块”不需要硬件。双击或回车即可连接。</translation>
     </message>
     <message>
-        <source>All {count} checks hold; worth a look: {looks}.</source>
+        <source>All {count} checks hold; warnings: {looks}.</source>
         <translation>全部 {count} 项检查通过；警告：{looks} 项。</translation>
     </message>
     <message>
@@ -414,10 +410,6 @@
         <translation>重复应答的命令</translation>
     </message>
     <message>
-        <source>Answers, losses and rejected bytes over time.</source>
-        <translation>应答、丢失和无效字节随时间的变化。</translation>
-    </message>
-    <message>
         <source>Anything worth knowing about this trigger; kept with the record.</source>
         <translation>关于这次触发值得记下的事；与记录一起保存。</translation>
     </message>
@@ -446,16 +438,8 @@
         <translation>预备十秒钟。此时什么也不发送。</translation>
     </message>
     <message>
-        <source>As it was found</source>
-        <translation>恢复初始值</translation>
-    </message>
-    <message>
         <source>As the module has it</source>
         <translation>与模块相同</translation>
-    </message>
-    <message>
-        <source>As the system</source>
-        <translation>跟随系统</translation>
     </message>
     <message>
         <source>Ask the administrator of this computer for access to serial ports.</source>
@@ -470,15 +454,15 @@
         <translation>向模块读取触发记录</translation>
     </message>
     <message>
-        <source>Asking the module …</source>
+        <source>Asking the module…</source>
         <translation>正在询问模块…</translation>
     </message>
     <message>
-        <source>Asking until two readings agree …</source>
+        <source>Asking until two readings agree…</source>
         <translation>反复读取，直到两次结果一致…</translation>
     </message>
     <message>
-        <source>Asking …</source>
+        <source>Asking…</source>
         <translation>正在询问…</translation>
     </message>
     <message>
@@ -596,10 +580,6 @@
     <message>
         <source>Baud rate</source>
         <translation>波特率</translation>
-    </message>
-    <message>
-        <source>Began</source>
-        <translation>开始时间</translation>
     </message>
     <message>
         <source>Begin: choose, arm, then hold for two seconds</source>
@@ -770,7 +750,7 @@
         <translation>修改波特率</translation>
     </message>
     <message>
-        <source>Change the baud rate …</source>
+        <source>Change the baud rate…</source>
         <translation>更改波特率…</translation>
     </message>
     <message>
@@ -778,7 +758,7 @@
         <translation>未写入却发生变化：{names}。请查看参数页。</translation>
     </message>
     <message>
-        <source>Changing the baud rate …</source>
+        <source>Changing the baud rate…</source>
         <translation>正在更改波特率…</translation>
     </message>
     <message>
@@ -878,7 +858,7 @@
         <translation>选择串口</translation>
     </message>
     <message>
-        <source>Choose a port and connect. The list follows what is plugged in by itself.</source>
+        <source>Choose a port and connect. The list updates automatically.</source>
         <translation>选择串口并连接。列表会自动跟随插拔。</translation>
     </message>
     <message>
@@ -886,12 +866,12 @@
         <translation>在列表中选择串口或模拟模块，然后点“连接”。</translation>
     </message>
     <message>
-        <source>Choose a port …</source>
-        <translation>选择串口…</translation>
-    </message>
-    <message>
         <source>Choose a port, connect or disconnect (Ctrl+K)</source>
         <translation>选择串口、连接或断开（Ctrl+K）</translation>
+    </message>
+    <message>
+        <source>Choose a port…</source>
+        <translation>选择串口…</translation>
     </message>
     <message>
         <source>Choose a record to judge it or to see its bytes.</source>
@@ -1066,8 +1046,8 @@
         <translation>请重新连接。</translation>
     </message>
     <message>
-        <source>Connect again; if it comes back, send us the log.</source>
-        <translation>请重新连接；若再次出现，请把日志发给我们。</translation>
+        <source>Connect again. If it fails again, save a support bundle on the Diagnosis page.</source>
+        <translation>请重新连接。若再次失败，请在“诊断”页保存诊断包。</translation>
     </message>
     <message>
         <source>Connect opens the port and reads the module; that activates nothing.</source>
@@ -1082,10 +1062,6 @@
         <translation>连接模拟模块</translation>
     </message>
     <message>
-        <source>Connect …</source>
-        <translation>连接…</translation>
-    </message>
-    <message>
         <source>Connected</source>
         <translation>已连接</translation>
     </message>
@@ -1094,7 +1070,7 @@
         <translation>已连接：每一页上，这个按钮都显示打开的是哪个串口、连接状态如何。您自己的模块也在这里选择（Ctrl+K）。</translation>
     </message>
     <message>
-        <source>Connecting the simulated module …</source>
+        <source>Connecting the simulated module…</source>
         <translation>正在连接模拟模块…</translation>
     </message>
     <message>
@@ -1106,8 +1082,16 @@
         <translation>连接一个只存在于本程序中的模块。它按厂家协议表工作，没有连接降落伞。</translation>
     </message>
     <message>
+        <source>Connect…</source>
+        <translation>连接…</translation>
+    </message>
+    <message>
         <source>Contents of the chosen file</source>
         <translation>所选文件的内容</translation>
+    </message>
+    <message>
+        <source>Continue</source>
+        <translation>继续</translation>
     </message>
     <message>
         <source>Copies the chosen records as text.</source>
@@ -1146,8 +1130,16 @@
         <translation>复制所选行；未选择时复制全部</translation>
     </message>
     <message>
+        <source>Copy these values to the Settings page; nothing is sent until they are written there</source>
+        <translation>把这些值填到设置页；在那里写入之前不会发送</translation>
+    </message>
+    <message>
         <source>Could not be read again: {names}.</source>
         <translation>未能再次读取：{names}。</translation>
+    </message>
+    <message>
+        <source>Could not read: {names}. Read again; if it persists, check the wiring.</source>
+        <translation>无法读取：{names}。请重新读取；若依然如此，请检查接线。</translation>
     </message>
     <message>
         <source>Counted since the port was opened.</source>
@@ -1190,6 +1182,18 @@
         <translation>用于判断降落伞是否已出仓。</translation>
     </message>
     <message>
+        <source>Decrease</source>
+        <translation>减小</translation>
+    </message>
+    <message>
+        <source>Decrease (Down)</source>
+        <translation>减小（下箭头）</translation>
+    </message>
+    <message>
+        <source>Decreases the value by one step. Nothing is written yet.</source>
+        <translation>将值减小一步。尚未写入。</translation>
+    </message>
+    <message>
         <source>Default {value}</source>
         <translation>默认 {value}</translation>
     </message>
@@ -1222,11 +1226,11 @@
         <translation>永久删除 {count} 条数据记录（{size}）？</translation>
     </message>
     <message>
-        <source>Delete …</source>
+        <source>Delete…</source>
         <translation>删除…</translation>
     </message>
     <message>
-        <source>Deleting …</source>
+        <source>Deleting…</source>
         <translation>正在删除…</translation>
     </message>
     <message>
@@ -1238,7 +1242,7 @@
         <translation>串口触发开伞</translation>
     </message>
     <message>
-        <source>Deploy …</source>
+        <source>Deploy…</source>
         <translation>开伞…</translation>
     </message>
     <message>
@@ -1302,6 +1306,14 @@
         <translation>立即解除。不发送任何内容。</translation>
     </message>
     <message>
+        <source>Discard all edits</source>
+        <translation>放弃所有修改</translation>
+    </message>
+    <message>
+        <source>Discards all edits.</source>
+        <translation>放弃所有修改。</translation>
+    </message>
+    <message>
         <source>Disconnect</source>
         <translation>断开</translation>
     </message>
@@ -1314,16 +1326,8 @@
         <translation>断开，保持激活</translation>
     </message>
     <message>
-        <source>Do it again</source>
-        <translation>重做</translation>
-    </message>
-    <message>
         <source>Do not change it.</source>
         <translation>不要更改。</translation>
-    </message>
-    <message>
-        <source>Do not delete</source>
-        <translation>取消</translation>
     </message>
     <message>
         <source>Do not take the tour now</source>
@@ -1336,10 +1340,6 @@
     <message>
         <source>Do not touch the aircraft.</source>
         <translation>请勿触碰飞行器。</translation>
-    </message>
-    <message>
-        <source>Do not write</source>
-        <translation>取消</translation>
     </message>
     <message>
         <source>Does the edit again that was taken back. The module is not touched.</source>
@@ -1368,10 +1368,6 @@
     <message>
         <source>Drop {height} m</source>
         <translation>坠落 {height} m</translation>
-    </message>
-    <message>
-        <source>Drops all edits: wanted is what the module holds.</source>
-        <translation>放弃所有修改：以模块现有的值为准。</translation>
     </message>
     <message>
         <source>Duplicate replies</source>
@@ -1558,7 +1554,7 @@
         <translation>记录下来的每次会话。打开一个可在“实时”页查看。</translation>
     </message>
     <message>
-        <source>Everything that comes over the line is recorded by itself; see Recordings.</source>
+        <source>Everything received is recorded automatically; see Recordings.</source>
         <translation>线路上的所有内容都会自动记录，见“数据记录”页。</translation>
     </message>
     <message>
@@ -1582,12 +1578,24 @@
         <translation>解释每项检查</translation>
     </message>
     <message>
-        <source>Export CSV …</source>
+        <source>Export CSV…</source>
         <translation>导出 CSV…</translation>
     </message>
     <message>
-        <source>Export MCAP …</source>
+        <source>Export MCAP…</source>
         <translation>导出 MCAP…</translation>
+    </message>
+    <message>
+        <source>Export all…</source>
+        <translation>导出全部…</translation>
+    </message>
+    <message>
+        <source>Export report…</source>
+        <translation>导出报告…</translation>
+    </message>
+    <message>
+        <source>Export shown…</source>
+        <translation>导出所显示的…</translation>
     </message>
     <message>
         <source>Export the recording as CSV</source>
@@ -1602,8 +1610,24 @@
         <translation>导出 {when} 的数据记录</translation>
     </message>
     <message>
+        <source>Export the report</source>
+        <translation>导出报告</translation>
+    </message>
+    <message>
+        <source>Export the selected record as it was stored, with its time</source>
+        <translation>按保存时的内容和时间导出所选记录</translation>
+    </message>
+    <message>
+        <source>Export this record…</source>
+        <translation>导出此记录…</translation>
+    </message>
+    <message>
         <source>Exporting {name}</source>
         <translation>正在导出 {name}</translation>
+    </message>
+    <message>
+        <source>Exports the selected record as it was stored, with its time.</source>
+        <translation>按保存时的原样导出选中的记录，包括时间。</translation>
     </message>
     <message>
         <source>External power</source>
@@ -1620,14 +1644,6 @@
     <message>
         <source>Faults of the line</source>
         <translation>线路故障</translation>
-    </message>
-    <message>
-        <source>Figures</source>
-        <translation>数据</translation>
-    </message>
-    <message>
-        <source>Figures of the link</source>
-        <translation>链路数据</translation>
     </message>
     <message>
         <source>Files in the bundle</source>
@@ -1710,7 +1726,7 @@
         <translation>禁止串口触发开伞</translation>
     </message>
     <message>
-        <source>Forbid deploying …</source>
+        <source>Forbid deploying…</source>
         <translation>禁止串口触发…</translation>
     </message>
     <message>
@@ -1744,10 +1760,6 @@
     <message>
         <source>Forgets all rows of the list. Nothing on the module changes.</source>
         <translation>清空列表。模块上没有任何变化。</translation>
-    </message>
-    <message>
-        <source>Found</source>
-        <translation>实测</translation>
     </message>
     <message>
         <source>Frames a second, usual round trip and rejected bytes at the left; at the right how long ago the module was last heard.</source>
@@ -1850,10 +1862,6 @@
         <translation>请在 FILE、--stations、--forget 和 --log 中选择一个；--trust 须与 FILE 一起使用。</translation>
     </message>
     <message>
-        <source>Go on</source>
-        <translation>继续</translation>
-    </message>
-    <message>
         <source>Go through all baud rates until the module answers</source>
         <translation>逐一尝试所有波特率，直到模块应答</translation>
     </message>
@@ -1954,10 +1962,6 @@
         <translation>飞行器的姿态。红色：从这里起，激活的模块会开伞。蓝色：低 10°，在这里复位。</translation>
     </message>
     <message>
-        <source>How the link does, in figures and over time (Alt+3)</source>
-        <translation>通信质量：数值及随时间的变化（Alt+3）</translation>
-    </message>
-    <message>
         <source>How this check came out: pass, look, FAIL, or unknown. Unknown never counts as GO.</source>
         <translation>这项检查的结果：通过、警告、不通过或未知。未知绝不算作通过。</translation>
     </message>
@@ -1972,10 +1976,6 @@
     <message>
         <source>How well the line does: lost answers, round trips, rejected bytes, restarts.</source>
         <translation>线路状况：丢失的应答、往返时间、无效字节、重启。</translation>
-    </message>
-    <message>
-        <source>I looked at them</source>
-        <translation>我已查看</translation>
     </message>
     <message>
         <source>INTACT: signed by {station}, and every part is as it was recorded.</source>
@@ -1998,12 +1998,20 @@
         <translation>不可信</translation>
     </message>
     <message>
-        <source>In order</source>
-        <translation>正常</translation>
-    </message>
-    <message>
         <source>In the profile</source>
         <translation>配置文件中</translation>
+    </message>
+    <message>
+        <source>Increase</source>
+        <translation>增大</translation>
+    </message>
+    <message>
+        <source>Increase (Up)</source>
+        <translation>增大（上箭头）</translation>
+    </message>
+    <message>
+        <source>Increases the value by one step. Nothing is written yet.</source>
+        <translation>将值增大一步。尚未写入。</translation>
     </message>
     <message>
         <source>Interrupted: if the command had left already, it may have been carried out.</source>
@@ -2012,6 +2020,14 @@
     <message>
         <source>Invalid bytes</source>
         <translation>无效字节</translation>
+    </message>
+    <message>
+        <source>Invalid bytes, by reason</source>
+        <translation>无效字节，按原因</translation>
+    </message>
+    <message>
+        <source>Invalid bytes. {reasons}</source>
+        <translation>无效字节。{reasons}</translation>
     </message>
     <message>
         <source>It asks questions only and takes about six seconds. Set the aircraft level and do not touch it.</source>
@@ -2032,10 +2048,6 @@
     <message>
         <source>It comes back by its switch, held for 2 s, or by external power.</source>
         <translation>长按开关 2 秒或接通外接供电即可重新开机。</translation>
-    </message>
-    <message>
-        <source>It connects again by itself, and only to the same adapter.</source>
-        <translation>它会自动重新连接，而且只连接同一个适配器。</translation>
     </message>
     <message>
         <source>It decides whether the parachute counts as having left the bay.</source>
@@ -2082,7 +2094,7 @@
         <translation>是另一个模块</translation>
     </message>
     <message>
-        <source>It is being kept …</source>
+        <source>It is being kept…</source>
         <translation>正在保存…</translation>
     </message>
     <message>
@@ -2146,6 +2158,10 @@
         <translation>模块未静止：2 秒内 {low:.0f}° 至 {high:.0f}°，{weak:.1f} g 至 {strong:.1f} g。</translation>
     </message>
     <message>
+        <source>It reconnects automatically, and only to the same adapter.</source>
+        <translation>它会自动重新连接，而且只连接同一个适配器。</translation>
+    </message>
+    <message>
         <source>It says what the module should be like, and what a person looks at</source>
         <translation>配置文件说明模块应有的状态和人工检查项目</translation>
     </message>
@@ -2194,24 +2210,8 @@
         <translation>正在判断… {percent} %</translation>
     </message>
     <message>
-        <source>Keep</source>
-        <translation>保留</translation>
-    </message>
-    <message>
-        <source>Keep no longer</source>
-        <translation>不再保留</translation>
-    </message>
-    <message>
-        <source>Keep the chosen recordings for good</source>
-        <translation>永久保留所选数据记录</translation>
-    </message>
-    <message>
         <source>Keeps what is set</source>
         <translation>保存设置</translation>
-    </message>
-    <message>
-        <source>Kept</source>
-        <translation>保留</translation>
     </message>
     <message>
         <source>Kept over the power cycle.</source>
@@ -2314,10 +2314,6 @@
         <translation>语言</translation>
     </message>
     <message>
-        <source>Lasted</source>
-        <translation>时长</translation>
-    </message>
-    <message>
         <source>Length of the time line: {length}</source>
         <translation>时间轴长度：{length}</translation>
     </message>
@@ -2390,6 +2386,14 @@
         <translation>串口</translation>
     </message>
     <message>
+        <source>Link statistics</source>
+        <translation>链路统计</translation>
+    </message>
+    <message>
+        <source>Link statistics, also over time (Alt+3)</source>
+        <translation>链路统计及随时间的变化（Alt+3）</translation>
+    </message>
+    <message>
         <source>Link: answer time</source>
         <translation>链路：应答时间</translation>
     </message>
@@ -2410,6 +2414,10 @@
         <translation>实时</translation>
     </message>
     <message>
+        <source>Load the vendor's defaults; nothing is written yet</source>
+        <translation>载入厂家默认值；尚未写入</translation>
+    </message>
+    <message>
         <source>Lock</source>
         <translation>锁定</translation>
     </message>
@@ -2426,7 +2434,7 @@
         <translation>正在锁定</translation>
     </message>
     <message>
-        <source>Locking …</source>
+        <source>Locking…</source>
         <translation>正在锁定…</translation>
     </message>
     <message>
@@ -2466,15 +2474,11 @@
         <translation>查找该模块</translation>
     </message>
     <message>
-        <source>Looked at by a person</source>
-        <translation>人工检查项目</translation>
-    </message>
-    <message>
         <source>Looking at the triggers</source>
         <translation>正在检查触发开关</translation>
     </message>
     <message>
-        <source>Looking for ports …</source>
+        <source>Looking for ports…</source>
         <translation>正在查找串口…</translation>
     </message>
     <message>
@@ -2510,16 +2514,24 @@
         <translation>恢复线路正常；协议差异保持不变。</translation>
     </message>
     <message>
-        <source>Maker</source>
-        <translation>制造商</translation>
-    </message>
-    <message>
         <source>Making sure that nothing changed</source>
         <translation>正在确认没有变化</translation>
     </message>
     <message>
+        <source>Manual checks</source>
+        <translation>人工检查</translation>
+    </message>
+    <message>
+        <source>Manufacturer</source>
+        <translation>制造商</translation>
+    </message>
+    <message>
         <source>Mark</source>
         <translation>标记</translation>
+    </message>
+    <message>
+        <source>Mark as reviewed</source>
+        <translation>标记为已查看</translation>
     </message>
     <message>
         <source>Mark the selected rows</source>
@@ -2528,6 +2540,10 @@
     <message>
         <source>Mark the selected rows, or take their marks off</source>
         <translation>标记所选行，或取消其标记</translation>
+    </message>
+    <message>
+        <source>Mark the trigger records as reviewed, and check again</source>
+        <translation>确认已查看触发记录，并重新检查</translation>
     </message>
     <message>
         <source>Marks the selected rows, to find them again.</source>
@@ -2546,10 +2562,6 @@
         <translation>先后在伞仓关闭和打开时测量，取两者之间的阈值</translation>
     </message>
     <message>
-        <source>Measure …</source>
-        <translation>测量…</translation>
-    </message>
-    <message>
         <source>Measure, closed</source>
         <translation>测量（关闭）</translation>
     </message>
@@ -2558,12 +2570,20 @@
         <translation>测量（打开）</translation>
     </message>
     <message>
+        <source>Measured</source>
+        <translation>实测</translation>
+    </message>
+    <message>
         <source>Measured values</source>
         <translation>测量值</translation>
     </message>
     <message>
         <source>Measures the light with the bay closed and open and proposes a threshold in the middle. That also finds out which way light moves the reading.</source>
         <translation>分别在伞仓关闭和打开时测量光线，并建议取中间值作为阈值。同时也能确定光线使读数朝哪个方向变化。</translation>
+    </message>
+    <message>
+        <source>Measure…</source>
+        <translation>测量…</translation>
     </message>
     <message>
         <source>Measuring the light</source>
@@ -2698,7 +2718,7 @@
         <translation>下一步</translation>
     </message>
     <message>
-        <source>Next row found</source>
+        <source>Next match</source>
         <translation>下一个匹配行</translation>
     </message>
     <message>
@@ -2714,12 +2734,16 @@
         <translation>无应答</translation>
     </message>
     <message>
-        <source>No byte was rejected</source>
-        <translation>无效字节：无</translation>
-    </message>
-    <message>
         <source>No check is kept yet. A check is kept as soon as it has been run to its end.</source>
         <translation>尚未保存任何检查。检查完整结束后即保存。</translation>
+    </message>
+    <message>
+        <source>No data on {port} after {asked} requests.</source>
+        <translation>{port} 询问 {asked} 次后仍无数据。</translation>
+    </message>
+    <message>
+        <source>No invalid bytes</source>
+        <translation>无效字节：无</translation>
     </message>
     <message>
         <source>No longer known: {station}.</source>
@@ -2774,6 +2798,10 @@
         <translation>还没有数据记录</translation>
     </message>
     <message>
+        <source>No recordings yet. Every session is recorded automatically.</source>
+        <translation>还没有数据记录。窗口会自动记录每次会话。</translation>
+    </message>
+    <message>
         <source>No records came, and no two readings agreed. Read again, or check the line.</source>
         <translation>没有收到记录，且多次读取结果不一致。请重新读取或检查线路。</translation>
     </message>
@@ -2794,7 +2822,7 @@
         <translation>暂无记录</translation>
     </message>
     <message>
-        <source>No serial port found. Plug the adapter in: it appears here by itself.</source>
+        <source>No serial port found. Plug the adapter in: it appears here automatically.</source>
         <translation>未找到串口。请插入适配器，它会自动出现在这里。</translation>
     </message>
     <message>
@@ -2838,8 +2866,8 @@
         <translation>无：按厂家建议</translation>
     </message>
     <message>
-        <source>Not a single byte has come on {port}, and it was asked {asked} times.</source>
-        <translation>{port} 上没有收到任何字节，已询问 {asked} 次。</translation>
+        <source>Not OK</source>
+        <translation>不正常</translation>
     </message>
     <message>
         <source>Not answered</source>
@@ -2864,14 +2892,6 @@
     <message>
         <source>Not found</source>
         <translation>未找到</translation>
-    </message>
-    <message>
-        <source>Not had: {names}. Read again; if it stays so, check the wiring.</source>
-        <translation>未取得：{names}。请重新读取；若依然如此，请检查接线。</translation>
-    </message>
-    <message>
-        <source>Not in order</source>
-        <translation>不正常</translation>
     </message>
     <message>
         <source>Not judged yet</source>
@@ -3002,10 +3022,6 @@
         <translation>尚未保存。</translation>
     </message>
     <message>
-        <source>Nothing was recorded yet. The window records every session by itself.</source>
-        <translation>还没有数据记录。窗口会自动记录每次会话。</translation>
-    </message>
-    <message>
         <source>Nothing was sent.</source>
         <translation>没有发送任何内容。</translation>
     </message>
@@ -3036,6 +3052,10 @@
     <message>
         <source>Now: {tilt:.0f}°, {low:.1f} g to {high:.1f} g, moved by {change:.0f}° in 2 s.</source>
         <translation>当前：{tilt:.0f}°，{low:.1f} g 至 {high:.1f} g，2 秒内变化 {change:.0f}°。</translation>
+    </message>
+    <message>
+        <source>OK</source>
+        <translation>正常</translation>
     </message>
     <message>
         <source>Off and on again: one more boot, two heartbeats, locked.</source>
@@ -3078,30 +3098,6 @@
         <translation>{values} {unit} 之一。</translation>
     </message>
     <message>
-        <source>One step less</source>
-        <translation>减一档</translation>
-    </message>
-    <message>
-        <source>One step less (arrow down)</source>
-        <translation>减一档（下箭头）</translation>
-    </message>
-    <message>
-        <source>One step less than is wanted now. Nothing is written yet.</source>
-        <translation>比当前目标值减少一步。尚未写入。</translation>
-    </message>
-    <message>
-        <source>One step more</source>
-        <translation>加一档</translation>
-    </message>
-    <message>
-        <source>One step more (arrow up)</source>
-        <translation>加一档（上箭头）</translation>
-    </message>
-    <message>
-        <source>One step more than is wanted now. Nothing is written yet.</source>
-        <translation>比当前目标值增加一步。尚未写入。</translation>
-    </message>
-    <message>
         <source>One verdict before each flight. After each start the module cannot say whether its two triggers are enabled: this button enables them and checks everything.</source>
         <translation>每次飞行前给出一个结论。模块每次开机后无法报告两个触发是否启用：这个按钮会启用它们并检查全部项目。</translation>
     </message>
@@ -3118,6 +3114,10 @@
         <translation>只有回显</translation>
     </message>
     <message>
+        <source>Only invalid bytes</source>
+        <translation>仅无效字节</translation>
+    </message>
+    <message>
         <source>Only marked rows</source>
         <translation>仅标记的行</translation>
     </message>
@@ -3132,10 +3132,6 @@
     <message>
         <source>Only records in which all these words stand</source>
         <translation>只显示包含所有这些词的记录</translation>
-    </message>
-    <message>
-        <source>Only rejected bytes</source>
-        <translation>仅无效字节</translation>
     </message>
     <message>
         <source>Only the first {count} are listed.</source>
@@ -3162,15 +3158,15 @@
         <translation>打开配置文件并与模块比较（Ctrl+O）；也可拖放到此处</translation>
     </message>
     <message>
-        <source>Open a profile …</source>
+        <source>Open a profile…</source>
         <translation>打开配置文件…</translation>
     </message>
     <message>
-        <source>Open capture …</source>
+        <source>Open capture…</source>
         <translation>打开抓包…</translation>
     </message>
     <message>
-        <source>Open profile …</source>
+        <source>Open profile…</source>
         <translation>打开配置文件…</translation>
     </message>
     <message>
@@ -3190,11 +3186,11 @@
         <translation>打开时光线读数约 2.5 V；关闭时约 0.3 V。</translation>
     </message>
     <message>
-        <source>Opening the recording of {when} …</source>
+        <source>Opening the recording of {when}…</source>
         <translation>正在打开 {when} 的数据记录…</translation>
     </message>
     <message>
-        <source>Opening …</source>
+        <source>Opening…</source>
         <translation>正在打开…</translation>
     </message>
     <message>
@@ -3266,6 +3262,18 @@
         <translation>图片 (*.png)</translation>
     </message>
     <message>
+        <source>Pin</source>
+        <translation>固定</translation>
+    </message>
+    <message>
+        <source>Pin the selected recordings: they are never deleted automatically</source>
+        <translation>固定所选数据记录：不会被自动删除</translation>
+    </message>
+    <message>
+        <source>Pinned</source>
+        <translation>固定</translation>
+    </message>
+    <message>
         <source>Place in the recording</source>
         <translation>播放位置</translation>
     </message>
@@ -3302,7 +3310,7 @@
         <translation>请插入适配器；若没有出现新串口，说明缺少驱动程序。然后从列表中选择串口。</translation>
     </message>
     <message>
-        <source>Plug the same adapter in again: it is connected by itself.</source>
+        <source>Plug the same adapter in again: it is connected automatically.</source>
         <translation>请重新插入同一适配器，程序会自动连接。</translation>
     </message>
     <message>
@@ -3310,8 +3318,8 @@
         <translation>串口</translation>
     </message>
     <message>
-        <source>Port and figures of the link</source>
-        <translation>串口与通信数据</translation>
+        <source>Port and link statistics</source>
+        <translation>串口与链路统计</translation>
     </message>
     <message>
         <source>Port lost</source>
@@ -3350,10 +3358,6 @@
         <translation>按下模块开关</translation>
     </message>
     <message>
-        <source>Print report …</source>
-        <translation>导出报告…</translation>
-    </message>
-    <message>
         <source>Print the check as PDF, HTML and JSON</source>
         <translation>将检查打印为 PDF、HTML 和 JSON</translation>
     </message>
@@ -3362,24 +3366,8 @@
         <translation>打印所选记录</translation>
     </message>
     <message>
-        <source>Print the chosen record as it was kept, with its time</source>
-        <translation>按保存时的内容和时间打印所选记录</translation>
-    </message>
-    <message>
-        <source>Print the report</source>
-        <translation>导出报告</translation>
-    </message>
-    <message>
         <source>Print the status as it streams, or polled where the module does not stream, until Ctrl-C. The stream is switched on where it was off, and off again at the end. Times count from the first status.</source>
         <translation>持续输出模块的状态，直到按下 Ctrl-C；模块不主动输出时改为轮询。串口输出若原为关闭则打开，结束时再关闭。时间从第一个状态算起。</translation>
-    </message>
-    <message>
-        <source>Print this record …</source>
-        <translation>打印此记录…</translation>
-    </message>
-    <message>
-        <source>Prints the chosen record as it was kept, with its time.</source>
-        <translation>按保存时的原样打印选中的记录，包括时间。</translation>
     </message>
     <message>
         <source>Profile</source>
@@ -3546,7 +3534,7 @@
         <translation>伞仓内光线传感器的读数：用于判断伞仓是否打开。</translation>
     </message>
     <message>
-        <source>Reading the module again …</source>
+        <source>Reading the module again…</source>
         <translation>正在重新读取模块…</translation>
     </message>
     <message>
@@ -3558,11 +3546,11 @@
         <translation>正在读取触发记录</translation>
     </message>
     <message>
-        <source>Reading {file} …</source>
+        <source>Reading {file}…</source>
         <translation>正在读取 {file}…</translation>
     </message>
     <message>
-        <source>Reading {name}: {percent} % …</source>
+        <source>Reading {name}: {percent} %…</source>
         <translation>正在读取 {name}：{percent} %…</translation>
     </message>
     <message>
@@ -3658,20 +3646,8 @@
         <translation>演练：本应发送 {frame}。实际没有发送任何内容。</translation>
     </message>
     <message>
-        <source>Rehearse …</source>
+        <source>Rehearse…</source>
         <translation>演练…</translation>
-    </message>
-    <message>
-        <source>Rejected bytes</source>
-        <translation>无效字节</translation>
-    </message>
-    <message>
-        <source>Rejected bytes, by reason</source>
-        <translation>无效字节，按原因</translation>
-    </message>
-    <message>
-        <source>Rejected bytes. {reasons}</source>
-        <translation>无效字节。{reasons}</translation>
     </message>
     <message>
         <source>Remarks</source>
@@ -3684,6 +3660,10 @@
     <message>
         <source>Repeated after</source>
         <translation>重复应答延时</translation>
+    </message>
+    <message>
+        <source>Replies, losses and invalid bytes over time.</source>
+        <translation>应答、丢失和无效字节随时间的变化。</translation>
     </message>
     <message>
         <source>Report (*.pdf)</source>
@@ -3704,6 +3684,14 @@
     <message>
         <source>Restarts</source>
         <translation>重启</translation>
+    </message>
+    <message>
+        <source>Restore initial</source>
+        <translation>恢复初始值</translation>
+    </message>
+    <message>
+        <source>Restore the settings from before the first change of this session</source>
+        <translation>恢复本次会话首次更改之前的设置</translation>
     </message>
     <message>
         <source>Result</source>
@@ -3774,11 +3762,11 @@
         <translation>另存为配置文件</translation>
     </message>
     <message>
-        <source>Save as profile …</source>
+        <source>Save as profile…</source>
         <translation>另存为配置文件…</translation>
     </message>
     <message>
-        <source>Save capture …</source>
+        <source>Save capture…</source>
         <translation>保存抓包…</translation>
     </message>
     <message>
@@ -3802,16 +3790,12 @@
         <translation>保存图片</translation>
     </message>
     <message>
-        <source>Save picture …</source>
+        <source>Save picture…</source>
         <translation>保存图片…</translation>
     </message>
     <message>
-        <source>Save support bundle …</source>
+        <source>Save support bundle…</source>
         <translation>保存诊断包…</translation>
-    </message>
-    <message>
-        <source>Save the archive …</source>
-        <translation>保存全部…</translation>
     </message>
     <message>
         <source>Save the last 60,000 entries of what went over the line, as a text file (Ctrl+S). The session's recording, where it is on, holds all of them.</source>
@@ -3820,10 +3804,6 @@
     <message>
         <source>Save the module's settings as a profile</source>
         <translation>将模块的设置保存为配置文件</translation>
-    </message>
-    <message>
-        <source>Save the page …</source>
-        <translation>保存本页…</translation>
     </message>
     <message>
         <source>Save the records that are shown as CSV</source>
@@ -3850,7 +3830,7 @@
         <translation>保存数据</translation>
     </message>
     <message>
-        <source>Save values …</source>
+        <source>Save values…</source>
         <translation>保存数据…</translation>
     </message>
     <message>
@@ -3922,24 +3902,20 @@
         <translation>把这条线路上的数据保存为文本文件。</translation>
     </message>
     <message>
-        <source>Saving {name} …</source>
+        <source>Saving {name}…</source>
         <translation>正在保存 {name}…</translation>
-    </message>
-    <message>
-        <source>Saving …</source>
-        <translation>正在保存…</translation>
     </message>
     <message>
         <source>Saving … {percent} %</source>
         <translation>正在保存… {percent} %</translation>
     </message>
     <message>
-        <source>Say that it is the named module, and check again</source>
-        <translation>确认是所命名的模块，并重新检查</translation>
+        <source>Saving…</source>
+        <translation>正在保存…</translation>
     </message>
     <message>
-        <source>Say that you looked at the trigger records, and check again</source>
-        <translation>确认已查看触发记录，并重新检查</translation>
+        <source>Say that it is the named module, and check again</source>
+        <translation>确认是所命名的模块，并重新检查</translation>
     </message>
     <message>
         <source>Say why each check matters, also where it passes</source>
@@ -4082,6 +4058,10 @@
         <translation>请在适配器驱动程序的设置（端口，高级）中把延迟计时器设为 1 ms。</translation>
     </message>
     <message>
+        <source>Set to {value} s</source>
+        <translation>设为 {value} s</translation>
+    </message>
+    <message>
         <source>Setting</source>
         <translation>设置项</translation>
     </message>
@@ -4150,12 +4130,12 @@
         <translation>立即关机</translation>
     </message>
     <message>
-        <source>Shut down …</source>
-        <translation>关机…</translation>
-    </message>
-    <message>
         <source>Shut down. It comes back by its switch or by external power.</source>
         <translation>已关机。可通过开关或外接供电重新开机。</translation>
+    </message>
+    <message>
+        <source>Shut down…</source>
+        <translation>关机…</translation>
     </message>
     <message>
         <source>Shuts down</source>
@@ -4238,6 +4218,10 @@
         <translation>请重新开始。</translation>
     </message>
     <message>
+        <source>Started</source>
+        <translation>开始时间</translation>
+    </message>
+    <message>
         <source>State of the simulated module</source>
         <translation>模拟模块的状态</translation>
     </message>
@@ -4270,11 +4254,15 @@
         <translation>本机信任其签名的站点</translation>
     </message>
     <message>
+        <source>Statistics</source>
+        <translation>统计</translation>
+    </message>
+    <message>
         <source>Status</source>
         <translation>状态</translation>
     </message>
     <message>
-        <source>Status is fresh</source>
+        <source>Status is current</source>
         <translation>状态数据有效</translation>
     </message>
     <message>
@@ -4358,6 +4346,10 @@
         <translation>关机后使模块重新开机。</translation>
     </message>
     <message>
+        <source>System</source>
+        <translation>跟随系统</translation>
+    </message>
+    <message>
         <source>TRIGGERED</source>
         <translation>已触发！</translation>
     </message>
@@ -4368,10 +4360,6 @@
     <message>
         <source>Take back, close, or end what is begun; it never sends anything</source>
         <translation>收回、关闭或结束已开始的操作；绝不发送任何内容</translation>
-    </message>
-    <message>
-        <source>Take the last edit back</source>
-        <translation>撤销上一次修改</translation>
     </message>
     <message>
         <source>Take the tour</source>
@@ -4518,12 +4506,12 @@
         <translation>本站点的密钥无法使用：{why}。</translation>
     </message>
     <message>
-        <source>The last nine triggers, each with the settings and readings of its moment.</source>
-        <translation>最近九次触发，每条含触发时的设置和读数。</translation>
+        <source>The last invalid bytes</source>
+        <translation>最近无效字节</translation>
     </message>
     <message>
-        <source>The last rejected bytes</source>
-        <translation>最近无效字节</translation>
+        <source>The last nine triggers, each with the settings and readings of its moment.</source>
+        <translation>最近九次触发，每条含触发时的设置和读数。</translation>
     </message>
     <message>
         <source>The last status is {seconds:.1f} s old.</source>
@@ -5230,6 +5218,10 @@
         <translation>触发记录</translation>
     </message>
     <message>
+        <source>Trigger state is unknown after power-up. Enable the triggers to set it.</source>
+        <translation>模块上电后触发开关状态未知。请启用触发以确定状态。</translation>
+    </message>
+    <message>
         <source>Trigger unknown</source>
         <translation>触发状态未知</translation>
     </message>
@@ -5282,7 +5274,7 @@
         <translation>正在尝试 {rate} 波特率</translation>
     </message>
     <message>
-        <source>Trying {rate} baud …</source>
+        <source>Trying {rate} baud…</source>
         <translation>正在尝试波特率 {rate}…</translation>
     </message>
     <message>
@@ -5336,6 +5328,10 @@
     <message>
         <source>Unlock this one write</source>
         <translation>仅为本次写入解锁</translation>
+    </message>
+    <message>
+        <source>Unpin</source>
+        <translation>取消固定</translation>
     </message>
     <message>
         <source>Unplug</source>
@@ -5414,7 +5410,7 @@
         <translation>已验证：写入后再次读取，且值相同。否则会保持红色并说明原因。如果违背厂家建议，还会要求再次点击。</translation>
     </message>
     <message>
-        <source>Verify a file …</source>
+        <source>Verify a file…</source>
         <translation>校验文件…</translation>
     </message>
     <message>
@@ -5432,26 +5428,6 @@
     <message>
         <source>Voltage of the module's cell; with external power connected it is the charging voltage.</source>
         <translation>模块的电芯电压；接有外接供电时为充电电压。</translation>
-    </message>
-    <message>
-        <source>Want the settings from before the first change of this session</source>
-        <translation>填入本次会话首次更改之前的设置</translation>
-    </message>
-    <message>
-        <source>Want the vendor's defaults; nothing is written yet</source>
-        <translation>填入厂家默认值；尚未写入</translation>
-    </message>
-    <message>
-        <source>Want these values on the Settings page; nothing is sent until they are written there</source>
-        <translation>把这些值填到设置页；在那里写入之前不会发送</translation>
-    </message>
-    <message>
-        <source>Want what the module holds: drop all edits</source>
-        <translation>采用模块当前值：放弃所有修改</translation>
-    </message>
-    <message>
-        <source>Want {value} s</source>
-        <translation>设为 {value} s</translation>
     </message>
     <message>
         <source>Wants the defaults of the vendor's table in every row. Look at them, then write.</source>
@@ -5802,12 +5778,16 @@
         <translation>写入更改</translation>
     </message>
     <message>
-        <source>Write what is ticked to the module and read it back</source>
-        <translation>将勾选的项目写入模块并回读</translation>
+        <source>Write the changes to the module and verify them</source>
+        <translation>将更改写入模块并验证</translation>
     </message>
     <message>
-        <source>Write what is wanted to the module and prove it</source>
-        <translation>将目标值写入模块并验证</translation>
+        <source>Write to {port} timed out: the adapter or its driver hangs.</source>
+        <translation>写入 {port} 超时：适配器或其驱动程序无响应。</translation>
+    </message>
+    <message>
+        <source>Write what is ticked to the module and read it back</source>
+        <translation>将勾选的项目写入模块并回读</translation>
     </message>
     <message>
         <source>Write {count} changes</source>
@@ -5838,12 +5818,12 @@
         <translation>波特率不对？</translation>
     </message>
     <message>
-        <source>You looked at it and it is in order</source>
-        <translation>您已查看，情况正常</translation>
+        <source>You checked it: OK</source>
+        <translation>已检查：正常</translation>
     </message>
     <message>
-        <source>You looked at it and it is not in order</source>
-        <translation>您已查看，情况不正常</translation>
+        <source>You checked it: not OK</source>
+        <translation>已检查：不正常</translation>
     </message>
     <message>
         <source>You may not open {port}.</source>
@@ -5866,7 +5846,7 @@
         <translation>传感器置零</translation>
     </message>
     <message>
-        <source>Zero the sensor …</source>
+        <source>Zero the sensor…</source>
         <translation>传感器置零…</translation>
     </message>
     <message>
@@ -6016,6 +5996,10 @@
     <message>
         <source>after 1000 ms the vendor calls the module offline</source>
         <translation>厂家规定 1000 ms 无应答即模块离线</translation>
+    </message>
+    <message>
+        <source>all records reviewed</source>
+        <translation>全部记录已查看</translation>
     </message>
     <message>
         <source>all settings of this profile</source>
@@ -6310,7 +6294,7 @@
         <translation>检查模块是否可以飞行</translation>
     </message>
     <message>
-        <source>checking …</source>
+        <source>checking…</source>
         <translation>检查中…</translation>
     </message>
     <message>
@@ -6662,6 +6646,10 @@
         <translation>被中断</translation>
     </message>
     <message>
+        <source>invalid</source>
+        <translation>无效</translation>
+    </message>
+    <message>
         <source>invalid %(type)s value: %(value)r</source>
         <translation>%(type)s 的值无效：%(value)r</translation>
     </message>
@@ -6736,10 +6724,6 @@
     <message>
         <source>keeps the old setting and acknowledges that</source>
         <translation>保留旧设置，并以旧值应答</translation>
-    </message>
-    <message>
-        <source>kept</source>
-        <translation>已保留</translation>
     </message>
     <message>
         <source>lag {seconds} s</source>
@@ -6828,10 +6812,6 @@
     <message>
         <source>longer avoids false triggers, costs height</source>
         <translation>时间长可避免误触发，但损失开伞高度</translation>
-    </message>
-    <message>
-        <source>look</source>
-        <translation>警告</translation>
     </message>
     <message>
         <source>lost</source>
@@ -7040,10 +7020,6 @@
     <message>
         <source>none approved yet</source>
         <translation>尚无已批准的代码</translation>
-    </message>
-    <message>
-        <source>none that nobody has looked at</source>
-        <translation>没有未经查看的记录</translation>
     </message>
     <message>
         <source>none, the record is not signed</source>
@@ -7270,6 +7246,10 @@
         <translation>物理环境</translation>
     </message>
     <message>
+        <source>pinned</source>
+        <translation>已固定</translation>
+    </message>
+    <message>
         <source>plug or unplug external power</source>
         <translation>接通或断开外接供电</translation>
     </message>
@@ -7380,10 +7360,6 @@
     <message>
         <source>records: {count}</source>
         <translation>记录：{count}</translation>
-    </message>
-    <message>
-        <source>rejected</source>
-        <translation>无效</translation>
     </message>
     <message>
         <source>reply: {name}, a value or only “received”</source>
@@ -7818,7 +7794,7 @@
         <translation>时间倒退；以前一行的时间为准</translation>
     </message>
     <message>
-        <source>the trigger records that the module keeps have been looked at</source>
+        <source>the trigger records in the module were reviewed</source>
         <translation>模块中的触发记录已经查看</translation>
     </message>
     <message>
@@ -8006,6 +7982,10 @@
         <translation>电芯每小时下降的电压（V）</translation>
     </message>
     <message>
+        <source>warning</source>
+        <translation>警告</translation>
+    </message>
+    <message>
         <source>was ACTIVE</source>
         <translation>曾激活</translation>
     </message>
@@ -8102,7 +8082,7 @@
         <translation>已批准的 {code}</translation>
     </message>
     <message>
-        <source>{count} NOT as wanted: see the red rows.</source>
+        <source>{count} NOT as set: see the red rows.</source>
         <translation>{count} 项与期望不符：请看红色行。</translation>
     </message>
     <message>
@@ -8130,7 +8110,7 @@
         <translation>断电重启后有 {count} 项保持。{boots}</translation>
     </message>
     <message>
-        <source>{count} not verified, but read as wanted since.</source>
+        <source>{count} not verified, but read as set since.</source>
         <translation>{count} 项未验证，但此后读到的值与所需一致。</translation>
     </message>
     <message>
@@ -8370,7 +8350,7 @@
         <translation>{n}（{percent}）</translation>
     </message>
     <message>
-        <source>{n} bytes rejected</source>
+        <source>{n} invalid bytes</source>
         <translation>无效字节 {n}</translation>
     </message>
     <message>
@@ -8460,10 +8440,6 @@
     <message>
         <source>{port} is no address that this program opens.</source>
         <translation>本程序不支持地址 {port}。</translation>
-    </message>
-    <message>
-        <source>{port} takes no bytes: the adapter or its driver hangs.</source>
-        <translation>{port} 不接收字节：适配器或其驱动程序无响应。</translation>
     </message>
     <message>
         <source>{port} vanishes again: the driver for Braille displays (brltty) takes this adapter for one.</source>
@@ -8622,12 +8598,12 @@
         <translation>{title}：尚未测量</translation>
     </message>
     <message>
-        <source>{total}, looked at by a person now</source>
-        <translation>{total} 条，已由人员查看</translation>
-    </message>
-    <message>
         <source>{total}, none new</source>
         <translation>{total} 条，没有新记录</translation>
+    </message>
+    <message>
+        <source>{total}, reviewed by a person now</source>
+        <translation>{total} 条，已由人员查看</translation>
     </message>
     <message>
         <source>{used} used. Up to {size} or {days} days; then the oldest go to the trash.</source>

@@ -46,7 +46,7 @@ CHECKS: tuple[Check, ...] = (
     Check("round_trip", marked("Link: answer time"), line.round_trip,
           marked("A slow answer points to a bad adapter or a busy computer."),
           marked("Use another adapter or USB socket; close other programs.")),
-    Check("status", marked("Status is fresh"), line.status_fresh,
+    Check("status", marked("Status is current"), line.status_fresh,
           marked("An old status says nothing about the module now."),
           marked("Check power and cable, and check again.")),
     Check("triggered", marked("Not triggered"), line.not_triggered,

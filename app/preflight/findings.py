@@ -24,7 +24,7 @@ class CheckResult(Enum):
 RESULT_WORDS = {
     CheckResult.PASS: marked("pass"),
     CheckResult.FAIL: marked("FAIL"),
-    CheckResult.WARN: marked("look"),
+    CheckResult.WARN: marked("warning"),
     CheckResult.UNKNOWN: marked("UNKNOWN"),
 }
 

@@ -78,7 +78,7 @@ def _lock_first(case: Case) -> UserMessage | None:
 
 
 def trigger_records(case: Case) -> Finding:
-    limit = said(marked("none that nobody has looked at"))
+    limit = said(marked("all records reviewed"))
     history = case.evidence.history
     if history is None:
         return unknown(case.fault("trigger_records"), limit)
@@ -98,7 +98,7 @@ def trigger_records(case: Case) -> Finding:
     if not history.is_confirmed:
         return unknown(said(marked("no two readings agreed")), limit)
     if new:
-        return judged(0, said(marked("{total}, looked at by a person now"), total=total), limit, is_fine=True)
+        return judged(0, said(marked("{total}, reviewed by a person now"), total=total), limit, is_fine=True)
     return judged(0, said(marked("{total}, none new"), total=total), limit, is_fine=True)
 
 

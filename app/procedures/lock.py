@@ -85,7 +85,7 @@ class Locked:
 
 def waiting_sentence(sent: int) -> str:
     """While it goes on."""
-    return tr("LOCK sent {count} times, not yet reported", count=sent) if sent > 1 else tr("Locking …")
+    return tr("LOCK sent {count} times, not yet reported", count=sent) if sent > 1 else tr("Locking…")
 
 
 class _Proof:

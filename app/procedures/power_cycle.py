@@ -30,7 +30,7 @@ _BOOT_COUNT = BY_NAME["boot_count"]
 class Retention(Enum):
     """The value is its English, translatable word."""
 
-    KEPT = marked("kept")
+    KEPT = marked("pinned")
     LOST = marked("lost")
     UNREADABLE = marked("cannot be read: unknown after the restart")
     NOT_READ = marked("could not be read back")

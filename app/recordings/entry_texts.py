@@ -57,7 +57,7 @@ def told(entry: "RecordingEntry") -> str:
         samples=f"{entry.sample_count:,}",
         size=size_text(entry.size_bytes),
     )
-    more = [remarks(entry), tr("kept") if entry.is_kept else ""]
+    more = [remarks(entry), tr("pinned") if entry.is_kept else ""]
     if entry.was_cut_off:
         more.append(tr("the program or the computer ended in the middle; what arrived until then is there"))
     for one in filter(None, more):

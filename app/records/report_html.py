@@ -90,7 +90,7 @@ def _head(record: Record) -> str:
     skipped = sum(1 for one in _list(record, "manual") if isinstance(one, Mapping) and one.get("is_done") is None)
     if verdict is not Verdict.NO_GO and void is None:
         looks = sum(1 for one in _list(record, "checks") if _result(one) is CheckResult.WARN)
-        under = tr("All {count} checks hold; worth a look: {looks}.", count=len(_list(record, "checks")), looks=looks)
+        under = tr("All {count} checks hold; warnings: {looks}.", count=len(_list(record, "checks")), looks=looks)
     else:
         under = tr("{count} of {all} checks stand against it.", count=len(against), all=len(_list(record, "checks")))
     if void is not None:
@@ -145,7 +145,7 @@ def _checks(checks: list[Mapping[str, object]], *, is_crowded: bool) -> str:
     """Crowded, what to do is said and not why."""
     head = "".join(
         f'<td width="{width}" style="color:{PALE}">{_escaped(title)}</td>'
-        for title, width in ((tr("Result"), "13%"), (tr("Check"), "29%"), (tr("Found"), "29%"), (tr("Limit"), "29%"))
+        for title, width in ((tr("Result"), "13%"), (tr("Check"), "29%"), (tr("Measured"), "29%"), (tr("Limit"), "29%"))
     )
     rows = "".join(_row(one, is_crowded=is_crowded) for one in checks)
     return (f'<table width="100%" cellpadding="1" cellspacing="0" style="margin-top:4px">'
@@ -185,7 +185,7 @@ def _manual(manual: list[Mapping[str, object]]) -> str:
     half = -(-len(cells) // columns)
     pairs = zip_longest(*(cells[start : start + half] for start in range(0, len(cells), half)), fillvalue="<td></td>")
     rows = [f"<tr>{''.join(pair)}</tr>" for pair in pairs]
-    title = _escaped(tr("Looked at by a person"))
+    title = _escaped(tr("Manual checks"))
     return (f'<table width="100%" cellpadding="1" cellspacing="0" style="margin-top:4px">'
             f'<tr bgcolor="#eeeeee"><td colspan="{2 * columns}" style="color:{PALE}">{title}</td></tr>'
             f"{''.join(rows)}</table>")  # fmt: skip

@@ -22,10 +22,10 @@ from ui.widgets.labels import text_label
 from ui.widgets.notice_bar import Notice, NoticeBar
 
 ASK_WORDS: Final[Mapping[Act, str]] = {
-    Act.ACTIVATE: marked("Activate …"),
-    Act.ZERO: marked("Zero the sensor …"),
-    Act.SHUTDOWN: marked("Shut down …"),
-    Act.FORBID_DEPLOY: marked("Forbid deploying …"),
+    Act.ACTIVATE: marked("Activate…"),
+    Act.ZERO: marked("Zero the sensor…"),
+    Act.SHUTDOWN: marked("Shut down…"),
+    Act.FORBID_DEPLOY: marked("Forbid deploying…"),
 }
 GO_WORDS: Final[Mapping[Act, str]] = {
     Act.ACTIVATE: marked("Activate now"),

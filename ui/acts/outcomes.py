@@ -82,7 +82,7 @@ def motion_text(connector: Connector) -> str:
 
 
 def asking() -> Notice:
-    return Notice(Meaning.INFORMATION, tr("Asking the module …"))
+    return Notice(Meaning.INFORMATION, tr("Asking the module…"))
 
 
 def not_begun() -> Notice:

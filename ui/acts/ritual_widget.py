@@ -85,10 +85,10 @@ class RitualWidget(QFrame):
         policy = self.countdown.sizePolicy()
         policy.setRetainSizeWhenHidden(True)
         self.countdown.setSizePolicy(policy)
-        self.choose = control(StepButton(), texts, "ritual_choose", "Deploy …", role="danger",
+        self.choose = control(StepButton(), texts, "ritual_choose", "Deploy…", role="danger",
                               tip="Begin: choose, arm, then hold for two seconds",
                               slot=partial(self._choose, is_rehearsal=False))  # fmt: skip
-        self.rehearse = control(StepButton(), texts, "ritual_rehearse", "Rehearse …",
+        self.rehearse = control(StepButton(), texts, "ritual_rehearse", "Rehearse…",
                                 tip="The whole ritual; nothing is sent at its end",
                                 slot=partial(self._choose, is_rehearsal=True))  # fmt: skip
         self.arm = control(StepButton(), texts, "ritual_arm", "Arm for 10 s", role="danger",

@@ -124,10 +124,10 @@ class ConnectPanel(QFrame):
         if self._ports.has_looked and not self._ports.is_current:
             self.empty.setText(tr(NOT_LISTED))
         elif self._ports.has_looked:
-            nothing = tr("No serial port found. Plug the adapter in: it appears here by itself.")
+            nothing = tr("No serial port found. Plug the adapter in: it appears here automatically.")
             self.empty.setText(f"{nothing} {tr('If it does not, try another cable.')}")
         else:
-            self.empty.setText(tr("Looking for ports …"))
+            self.empty.setText(tr("Looking for ports…"))
         self._show_state()
 
     def chosen_target(self) -> Target | None:

@@ -142,10 +142,10 @@ class SaveBar(QWidget):
         self._saving: FileExport | None = None
         self._saved_text = ""
         self.note = Note()
-        self.csv = control(QPushButton(), texts, "live_save_csv", "Save values …",
+        self.csv = control(QPushButton(), texts, "live_save_csv", "Save values…",
                            says="Save the values in sight as CSV", tip="Save every sample in sight as a table, CSV",
                            key="Ctrl+S", picture=Icon.TABLE, slot=self.save_csv)  # fmt: skip
-        self.png = control(QPushButton(), texts, "live_save_png", "Save picture …", says="Save a picture as PNG",
+        self.png = control(QPushButton(), texts, "live_save_png", "Save picture…", says="Save a picture as PNG",
                            tip="Save a picture of what is in sight, PNG", key="Ctrl+Shift+S", picture=Icon.CAMERA,
                            slot=self.save_png)  # fmt: skip
         self.stop = control(QPushButton(), texts, "live_save_cancel", "Cancel", says="Cancel saving",

@@ -66,7 +66,7 @@ def _connect(desk: TourSetup) -> Scene:
         )
         return Scene(text, spots, tr("Disconnect"), desk.window.disconnect_port)
     if desk.is_ours:
-        return Scene(tr("Connecting the simulated module …"), spots)
+        return Scene(tr("Connecting the simulated module…"), spots)
     text = tr(
         "Here you choose the port of your module. For the tour there is a simulated one: nothing to plug in, and "
         "no parachute."
@@ -137,7 +137,7 @@ def _settings(desk: TourSetup) -> Scene:
     holds_first = row is not None and row.stands is not None and row.stands.value == float(_FALLS_WANTED[0])
     wanted = _FALLS_WANTED[1] if holds_first else _FALLS_WANTED[0]
     want = partial(work.edit, partial(work.form.type_text, _FALL_KEY, wanted))
-    return Scene(text, spots, tr("Want {value} s", value=wanted) if work.can_send else "", want)
+    return Scene(text, spots, tr("Set to {value} s", value=wanted) if work.can_send else "", want)
 
 
 def _show_settings(desk: TourSetup) -> None:
@@ -154,7 +154,7 @@ def _leave_settings(desk: TourSetup) -> None:
 def _triggers(desk: TourSetup) -> Scene:
     page = desk.page(TriggersPage)
     if page.work.is_busy:
-        return Scene(tr("Asking until two readings agree …"), (page.table, page.read))
+        return Scene(tr("Asking until two readings agree…"), (page.table, page.read))
     if page.work.reading is not None:
         text = tr(
             "Why it fired, when, and what was set and measured at that moment. Choose a record to say what it was: "
@@ -197,7 +197,7 @@ def _no_go(page: PreflightPage) -> Scene:
             "say so in that row."
         )
         statement = Statement(are_records_looked_at=True)
-        return Scene(text, (page.list.rows["trigger_records"],), tr("I looked at them"), partial(page.check, statement))
+        return Scene(text, (page.list.rows["trigger_records"],), tr("Mark as reviewed"), partial(page.check, statement))
     text = tr("NO-GO names everything that stands against it. Each row below says why it matters and what to do.")
     again = Statement(is_enabling=True, are_records_looked_at="trigger_records" not in against)
     return Scene(text, (page.banner,), tr("Check again"), partial(page.check, again))
@@ -242,7 +242,7 @@ def _diagnosis(desk: TourSetup) -> Scene:
         text = tr("When nothing answers, look here: it says why, and what to do next.")
         return Scene(text, spots, tr("Pull the cable"), partial(_pull, desk))
     if not desk.is_online:
-        return Scene(tr("It connects again by itself, and only to the same adapter."), spots)
+        return Scene(tr("It reconnects automatically, and only to the same adapter."), spots)
     text = tr(
         "Back again, and everything was read again. That was the tour: plug your module in, choose its port, compare "
         "the settings with the advice, and check before each flight."

@@ -32,7 +32,7 @@ ENTRIES: Final[tuple[HelpText, ...]] = tuple(
         ("status_line", marked("Frames a second, usual round trip and rejected bytes at the left; at the right how "
                                "long ago the module was last heard.")),
         # Connecting
-        ("connect_panel", marked("Choose a port and connect. The list follows what is plugged in by itself.")),
+        ("connect_panel", marked("Choose a port and connect. The list updates automatically.")),
         ("connect_close", marked("Closes the list of ports. A connection stays as it is.")),
         ("port_list", marked("All serial ports with maker and serial number; new ones are marked. “Simulated module” "
                              "needs no hardware. A double click or Enter connects.")),
@@ -67,8 +67,8 @@ ENTRIES: Final[tuple[HelpText, ...]] = tuple(
         ("live_save_cancel", marked("Stops saving; no half file is left.")),
         ("live_note", marked("What came of the last saving.")),
         # Settings
-        ("*_less", marked("One step less than is wanted now. Nothing is written yet.")),
-        ("*_more", marked("One step more than is wanted now. Nothing is written yet.")),
+        ("*_less", marked("Decreases the value by one step. Nothing is written yet.")),
+        ("*_more", marked("Increases the value by one step. Nothing is written yet.")),
         ("light_threshold_measure", marked("Measures the light with the bay closed and open and proposes a threshold "
                                            "in the middle. That also finds out which way light moves the reading.")),
         ("*_threshold_state|*_trigger_state|freefall_*_state|serial_output_state",
@@ -77,7 +77,7 @@ ENTRIES: Final[tuple[HelpText, ...]] = tuple(
         ("settings_read", marked("Asks the module for every setting that can be read. Changes nothing.")),
         ("settings_undo", marked("Takes the last edit in this form back. The module is not touched.")),
         ("settings_redo", marked("Does the edit again that was taken back. The module is not touched.")),
-        ("settings_revert", marked("Drops all edits: wanted is what the module holds.")),
+        ("settings_revert", marked("Discards all edits.")),
         ("settings_defaults", marked("Wants the defaults of the vendor's table in every row. Look at them, then "
                                      "write.")),
         ("settings_as_found", marked("Wants what the module held before this program first wrote to it in this "
@@ -151,7 +151,7 @@ ENTRIES: Final[tuple[HelpText, ...]] = tuple(
         ("check_history_filter", marked("Whose checks to show: those of one module, or of one aircraft.")),
         ("check_history_table", marked("Every kept check with its verdict. Choose one to print it as it was.")),
         ("check_history_back", marked("Back to the check.")),
-        ("check_history_print", marked("Prints the chosen record as it was kept, with its time.")),
+        ("check_history_print", marked("Exports the selected record as it was stored, with its time.")),
         ("trend_*", marked("How this measurement went from check to check, with its limit.")),
         # Commands
         ("commands_lock", marked("Puts the module into standby at once.")),
@@ -187,7 +187,7 @@ ENTRIES: Final[tuple[HelpText, ...]] = tuple(
         ("figures_trips", marked("How long answers took, and how often. One narrow peak is a good line.")),
         ("figures_reasons", marked("Why bytes were rejected: a bad checksum points to the line, unknown codes to "
                                    "another device.")),
-        ("figures_over_time", marked("Answers, losses and rejected bytes over time.")),
+        ("figures_over_time", marked("Replies, losses and invalid bytes over time.")),
         ("figures_*", marked("Counted since the port was opened.")),
         ("traffic_filter", marked("Which rows to show: all, or only one kind.")),
         ("traffic_search_text", marked("Bytes such as 41 75, or words. Enter goes to the next row.")),

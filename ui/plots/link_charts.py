@@ -126,7 +126,7 @@ class ReasonBars(PaintedWidget):
         if shown != self._counts or not self.accessibleName():
             self._counts = shown
             said = "; ".join(f"{tr(REASON_WORDS[reason])}: {count}" for reason, count in shown)
-            self.announce(tr("Rejected bytes. {reasons}", reasons=said) if shown else tr("No byte was rejected"))
+            self.announce(tr("Invalid bytes. {reasons}", reasons=said) if shown else tr("No invalid bytes"))
 
     def sizeHint(self) -> QSize:
         return QSize(320, 130)
@@ -142,7 +142,7 @@ class ReasonBars(PaintedWidget):
         metrics = QFontMetricsF(one)
         if not self._counts:
             painter.setPen(QColor(theme.muted))
-            painter.drawText(QRectF(self.rect()), _CENTRE, tr("No byte was rejected"))
+            painter.drawText(QRectF(self.rect()), _CENTRE, tr("No invalid bytes"))
             painter.end()
             return
         words = metrics.horizontalAdvance(max((tr(word) for word in REASON_WORDS.values()), key=len)) + Space.S
@@ -213,9 +213,7 @@ class OverTime(PaintedWidget):
         return (
             _Lane(tr("Slowest answer"), None, tuple(one.slowest_s for one in slices), worst),
             _Lane(tr("Without an answer"), Meaning.ATTENTION, tuple(one.time_outs for one in slices), f"{missed:,}"),
-            _Lane(
-                tr("Rejected bytes"), Meaning.ATTENTION, tuple(one.rejected_bytes for one in slices), f"{rejected:,}"
-            ),
+            _Lane(tr("Invalid bytes"), Meaning.ATTENTION, tuple(one.rejected_bytes for one in slices), f"{rejected:,}"),
         )
 
     def paintEvent(self, _event: QPaintEvent) -> None:

@@ -100,7 +100,7 @@ class RecordingJobs(QObject):
             self._end(None)
             self.opened.emit(recording)
 
-        self._begin(tr("Opening the recording of {when} …", when=when_text(entry)), work, show)
+        self._begin(tr("Opening the recording of {when}…", when=when_text(entry)), work, show)
 
     def export(self, entry: "RecordingEntry", path: Path, kind: ExportKind) -> None:
         """Write all of it into one file, which is there whole or not at all."""
@@ -138,7 +138,7 @@ class RecordingJobs(QObject):
             for one in chosen:
                 self.library.keep(one, is_kept=is_kept)
 
-        self._begin(tr("Saving …"), work, lambda _nothing: self._end(None))
+        self._begin(tr("Saving…"), work, lambda _nothing: self._end(None))
 
     def delete(self, entries: Iterable["RecordingEntry"]) -> None:
         """For good."""
@@ -157,7 +157,7 @@ class RecordingJobs(QObject):
             text = tr("1 recording was deleted.") if count == 1 else tr("{count} recordings were deleted.", count=count)
             self._end(JobEnded(Meaning.INFORMATION, text))
 
-        self._begin(tr("Deleting …"), work, tell)
+        self._begin(tr("Deleting…"), work, tell)
 
     def cancel(self) -> None:
         """Stop what is being done; no file is left of an export."""

@@ -16,7 +16,7 @@ from ui.style.theme import Choice
 from ui.widgets.naming import named
 
 _THEMES = (
-    (Choice.AUTO, marked("As the system")),
+    (Choice.AUTO, marked("System")),
     (Choice.LIGHT, marked("Bright")),
     (Choice.DARK, marked("Dark")),
     (Choice.SUNLIGHT, marked("Sunlight")),
@@ -33,7 +33,7 @@ class Actions:
         self._texts = texts
         file, module = self._menu("menu_file", marked("&File")), self._menu("menu_module", marked("&Module"))
         view, help_menu = self._menu("menu_view", marked("&View")), self._menu("menu_help", marked("&Help"))
-        self.connect = self._action(file, "act_connect", marked("Connect …"), "Ctrl+K")
+        self.connect = self._action(file, "act_connect", marked("Connect…"), "Ctrl+K")
         self.disconnect = self._action(file, "act_disconnect", marked("Disconnect"), "Ctrl+D")
         file.addSeparator()
         self.quit = self._action(file, "act_quit", marked("Quit"), "Ctrl+Q")

@@ -60,7 +60,7 @@ class RecordingSign(QWidget):
             text = whole = ""
         else:
             text = tr("Recorded since {time}", time=f"{sign.since.astimezone():%H:%M}")
-            whole = tr("Everything that comes over the line is recorded by itself; see Recordings.")
+            whole = tr("Everything received is recorded automatically; see Recordings.")
             if sign.dropped:
                 text = tr("Recorded since {time}, with gaps", time=f"{sign.since.astimezone():%H:%M}")
                 whole = tr("The disk was too slow: {count} reports are missing in the recording.", count=sign.dropped)

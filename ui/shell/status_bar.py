@@ -54,7 +54,7 @@ class StatusBar(QFrame):
         self.passing = named(ElidedLabel(), "passing_message")
         self.age = control(QLabel(), texts, "last_heard", tip="Time since the last frame")
         # Described, not named: a name would be read aloud in place of the text.
-        texts.bind(self.figures.setAccessibleDescription, "Figures of the link")
+        texts.bind(self.figures.setAccessibleDescription, "Link statistics")
         texts.bind(self.passing.setAccessibleDescription, "Message")
         texts.bind(self.age.setAccessibleDescription, "Time since the last frame")
         row = QHBoxLayout(self)
@@ -128,7 +128,7 @@ class StatusBar(QFrame):
                     tr("{rate} frames/s", rate=rate),
                     tr("{ms} ms", ms="–" if trip is None else f"{trip * 1000:.1f}"),
                     tr("lag {seconds} s", seconds=lag),
-                    tr("{n} bytes rejected", n=f"{link.counters.rejected:,}"),
+                    tr("{n} invalid bytes", n=f"{link.counters.rejected:,}"),
                 )
             )
         _write(self.figures, figures)

@@ -81,7 +81,7 @@ def test_the_window_goes_on_while_trigger_records_and_judgements_are_kept(
             qtbot.waitUntil(lambda: page.work.reading is not None, timeout=WAIT_MS)
             assert [row.is_kept for row in page.work.rows] == [False]
             page.table.selectRow(0)
-            assert page.detail.seen.text() == "It is being kept …"
+            assert page.detail.seen.text() == "It is being kept…"
             assert store.modules() == ()
             release()
         qtbot.waitUntil(lambda: not page.work.is_busy, timeout=WAIT_MS)

@@ -23,7 +23,7 @@ from ui.shell.actions import _LANGUAGES
 from ui.shell.main_window import SMALLEST
 
 SENTENCES = (
-    "Tilt", "Measure …", "&File", "{time} ago", "The module is ACTIVE: lock it first.", "Picture (*.png)", "a\nb word",
+    "Tilt", "Measure…", "&File", "{time} ago", "The module is ACTIVE: lock it first.", "Picture (*.png)", "a\nb word",
 )  # fmt: skip
 SPEAK_FOR_OTHERS = {"port_list", "bundle_text", "profile_title", "profile_about"}
 """Show what an adapter, a file or a profile says of itself; nobody translates that."""

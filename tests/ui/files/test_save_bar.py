@@ -127,7 +127,7 @@ def test_a_long_saving_can_be_cancelled(live: Bench, tmp_path: Path, monkeypatch
     live.click("live_save_csv")
     assert live.page.save.is_saving
     assert not live.page.save.png.isEnabled()
-    assert live.page.save.note.text.startswith("Saving …")
+    assert live.page.save.note.text.startswith("Saving…")
     live.click("live_save_cancel")
     live.qtbot.waitUntil(lambda: not live.page.save.is_saving)
     assert live.page.save.note.text == "Cancelled, nothing was saved."

@@ -40,7 +40,7 @@ CAPTURE_ENTRIES: Final = 20_000
 """The last ones: what happened shortly before somebody asked for help."""
 _PART_WORDS: Final = {
     "about.json": marked("Program and system"),
-    "link.json": marked("Port and figures of the link"),
+    "link.json": marked("Port and link statistics"),
     "module.json": marked("What is known of the module"),
     "preferences.json": marked("Preferences"),
     "log.txt": marked("Log"),
@@ -108,7 +108,7 @@ class BundlePreview(QWidget):
         self.text.setTextElideMode(Qt.TextElideMode.ElideNone)
         self.text.setHorizontalScrollMode(QListView.ScrollMode.ScrollPerPixel)
         self.text.setSelectionMode(QListView.SelectionMode.ExtendedSelection)
-        self.save = control(QPushButton(), texts, "bundle_save", "Save support bundle …",
+        self.save = control(QPushButton(), texts, "bundle_save", "Save support bundle…",
                             says="Save the support bundle",
                             tip="Save exactly what is shown here as one zip file, to send it to whoever helps",
                             picture=Icon.BUNDLE, role="primary", slot=self.choose_and_save)  # fmt: skip
@@ -172,7 +172,7 @@ class BundlePreview(QWidget):
             bundle.write(path)
             return path
 
-        self.said.emit(Notice(Meaning.INFORMATION, tr("Saving {name} …", name=path.name)))
+        self.said.emit(Notice(Meaning.INFORMATION, tr("Saving {name}…", name=path.name)))
         self._saving.run(write, self._tell_saved, lambda error: self._tell_not_saved(path, error))
 
     def _show(self, bundle: SupportBundle) -> None:

@@ -141,10 +141,10 @@ class CaptureFiles(QWidget):
         self._loading: Loading | None = None
         self._saved_text = ""
         texts = services.texts
-        self.open = control(QPushButton(), texts, "capture_open", "Open capture …", says="Open a capture",
+        self.open = control(QPushButton(), texts, "capture_open", "Open capture…", says="Open a capture",
                             tip="Look at what was recorded, and play it (Ctrl+O); or drop the file on the window",
                             picture=Icon.FOLDER, slot=self.choose)  # fmt: skip
-        self.save = control(QPushButton(), texts, "capture_save", "Save capture …", says="Save a capture",
+        self.save = control(QPushButton(), texts, "capture_save", "Save capture…", says="Save a capture",
                             tip="Save the last 60,000 entries of what went over the line, as a text file (Ctrl+S). "
                                 "The session's recording, where it is on, holds all of them.", picture=Icon.SAVE,
                             slot=self.choose_and_save)  # fmt: skip
@@ -214,7 +214,7 @@ class CaptureFiles(QWidget):
                 self._timer.stop()
         elif not saving.is_done:
             cancel = (Choice("capture_cancel", tr("Cancel"), saving.cancel),)
-            self.said.emit(Notice(Meaning.INFORMATION, tr("Saving {name} …", name=saving.path.name), cancel))
+            self.said.emit(Notice(Meaning.INFORMATION, tr("Saving {name}…", name=saving.path.name), cancel))
         else:
             self._end_saving(saving)
 
@@ -239,7 +239,7 @@ class CaptureFiles(QWidget):
 
     def _say_loading(self, loading: Loading) -> None:
         cancel = (Choice("capture_cancel", tr("Cancel"), self._cancel_loading),)
-        text = tr("Reading {name}: {percent} % …", name=loading.path.name, percent=round(loading.share * 100))
+        text = tr("Reading {name}: {percent} %…", name=loading.path.name, percent=round(loading.share * 100))
         self.said.emit(Notice(Meaning.INFORMATION, text, cancel))
 
     def _show(self, opened: Opened) -> None:

@@ -23,8 +23,8 @@ _NUMBERS: Final = (
     ("sent", marked("Sent")),
     ("lost", marked("Without an answer")),
     ("trip", marked("Usual round trip")),
-    ("late", marked("95 of 100 within")),
-    ("rejected", marked("Rejected bytes")),
+    ("late", marked("95th percentile")),
+    ("rejected", marked("Invalid bytes")),
     ("restarts", marked("Restarts")),
     ("losses", marked("Port lost")),
 )
@@ -80,7 +80,7 @@ class LinkStatisticsView(QScrollArea):
         self.shown = figures
         """Whose figures are shown: of the module, or of the recording that is played."""
         texts = services.texts
-        texts.bind(self.setAccessibleName, "Figures of the link")
+        texts.bind(self.setAccessibleName, "Link statistics")
         self.totals = {key: Total(f"figures_{key}") for key, _ in _NUMBERS}
         for key, title in _NUMBERS:
             texts.bind(self.totals[key].caption.setText, title)
@@ -156,7 +156,7 @@ class LinkStatisticsView(QScrollArea):
             numbers.addWidget(one, 1)
         title = marked("Round trips, by how many milliseconds they took")
         trips = self._caption(services, "figures_trips_title", title)
-        reasons = self._caption(services, "figures_reasons_title", marked("Rejected bytes, by reason"))
+        reasons = self._caption(services, "figures_reasons_title", marked("Invalid bytes, by reason"))
         pair = QHBoxLayout()
         pair.setSpacing(Space.S)
         pair.addWidget(self._card("figures_trips_card", trips, self.trips), 3)

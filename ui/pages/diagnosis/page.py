@@ -30,7 +30,7 @@ from ui.widgets.recording_bar import recording_target
 _VIEWS: Final = (
     ("why", marked("Connection"), marked("Why does it not connect? (Alt+1)")),
     ("traffic", marked("Traffic"), marked("Every frame sent and received (Alt+2)")),
-    ("figures", marked("Figures"), marked("How the link does, in figures and over time (Alt+3)")),
+    ("figures", marked("Statistics"), marked("Link statistics, also over time (Alt+3)")),
     ("bundle", marked("Support"), marked("What to send to whoever helps (Alt+4)")),
 )
 

@@ -41,7 +41,7 @@ _ROW_PX = 24
 _FILTERS = (
     (Filter.ALL, marked("All frames")),
     (Filter.WITHOUT_STREAM, marked("Without the stream")),
-    (Filter.REJECTED, marked("Only rejected bytes")),
+    (Filter.REJECTED, marked("Only invalid bytes")),
     (Filter.MARKED, marked("Only marked rows")),
 )
 
@@ -243,7 +243,7 @@ class TrafficPage(QWidget):
     def _pause(self, is_paused: bool) -> None:
         self._is_paused = is_paused
         self.pause.setIcon(icon(Icon.PLAY if is_paused else Icon.PAUSE))
-        self._texts.bind(self.pause.setText, "Go on" if is_paused else "Pause")
+        self._texts.bind(self.pause.setText, "Continue" if is_paused else "Pause")
         self.draw()
 
     def clear_rows(self) -> None:

@@ -55,7 +55,7 @@ class TrafficSearch(QWidget):
         self.clear = self.field.findChild(QToolButton)
         self.field.setMinimumWidth(120)
         self.field.setMaximumWidth(200)
-        self.next = control(QToolButton(), texts, "traffic_search_next", says="Next row found",
+        self.next = control(QToolButton(), texts, "traffic_search_next", says="Next match",
                             tip="Next row found (Enter)", picture=Icon.CHEVRON_DOWN, slot=self.find_next)  # fmt: skip
         self.before = control(QToolButton(), texts, "traffic_search_before", says="Row found before",
                               tip="Row found before (Shift+Enter)", picture=Icon.CHEVRON_UP,

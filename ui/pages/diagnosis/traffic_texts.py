@@ -45,7 +45,7 @@ def kind_of(row: Row) -> str:
     """One word for what it is, in the language in use."""
     match row:
         case Explained(piece=Noise()):
-            return tr("rejected")
+            return tr("invalid")
         case Explained(way=way, piece=Frame(direction=direction)):
             if way is Way.OUT:
                 return tr("sent")
@@ -55,7 +55,7 @@ def kind_of(row: Row) -> str:
         case Received():
             return tr(_ROLES[row.role])
         case Rejected():
-            return tr("rejected")
+            return tr("invalid")
         case _:
             return tr("link")
 

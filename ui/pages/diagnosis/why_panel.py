@@ -78,7 +78,7 @@ _SEEN: Final = (
     ("echo", marked("Echoed frames")),
     ("unanswered", marked("Questions without an answer")),
     ("trip", marked("Usual round trip")),
-    ("noise", marked("The last rejected bytes")),
+    ("noise", marked("The last invalid bytes")),
 )
 _NOISE_SHOWN: Final = 16
 

@@ -42,7 +42,7 @@ class EmptyPage(QWidget):
                             "activate; it must say GO.", role="muted")  # fmt: skip
         self._remembered = services.preferences
         self.offer = TourOffer(services, page.tour_wanted.emit)
-        self.choose = control(QPushButton(), texts, "live_choose_port", "Choose a port …", says="Choose a port",
+        self.choose = control(QPushButton(), texts, "live_choose_port", "Choose a port…", says="Choose a port",
                               tip="Choose the port that the module is plugged into", key="Ctrl+K", picture=Icon.PLUG,
                               role="primary", slot=page.ports_wanted)  # fmt: skip
         self.simulate = control(QPushButton(), texts, "live_simulate", "Simulated module",

@@ -201,7 +201,7 @@ class WhatIfPanel(QFrame):
                                      tip="Try what is wanted on the Settings page and not sent yet",
                                      slot=self._take_from_settings)  # fmt: skip
         self.use = control(QPushButton(), texts, "fired_use", "Use in Settings",
-                           tip="Want these values on the Settings page; nothing is sent until they are written there",
+                           tip="Copy these values to the Settings page; nothing is sent until they are written there",
                            slot=self._use)  # fmt: skip
         self.about = control(QToolButton(), texts, "fired_about", "How this is judged",
                              tip="What the vendor says of the triggers, and what is assumed", picture=Icon.INFORMATION,

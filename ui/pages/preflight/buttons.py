@@ -24,12 +24,12 @@ class PreflightButtons(QWidget):
                               tip="Enable both automatic triggers on the module, and check again")  # fmt: skip
         self.cancel = control(StepButton(is_safe=True), texts, "preflight_cancel", "Cancel",
                               tip="Break the check off; it is void then", key="Esc", picture=Icon.CROSS)  # fmt: skip
-        self.print = control(QPushButton(), texts, "preflight_print", "Print report …",
+        self.print = control(QPushButton(), texts, "preflight_print", "Export report…",
                              tip="Print the check as PDF, HTML and JSON", key="Ctrl+P", picture=Icon.SAVE)  # fmt: skip
         self.history = control(QPushButton(), texts, "preflight_history", "Past checks",
                                tip="All checks that are kept, and what they measured", key="Ctrl+H",
                                picture=Icon.HISTORY)  # fmt: skip
-        self.verify = control(QPushButton(), texts, "preflight_verify", "Verify a file …",
+        self.verify = control(QPushButton(), texts, "preflight_verify", "Verify a file…",
                               tip="Was a record or a report altered? Or drop the file here",
                               picture=Icon.DIAGNOSIS)  # fmt: skip
         row = FlowRow(self)

@@ -103,9 +103,9 @@ class CheckHistory(QWidget):
         self.trends = {one.name: Trend(f"trend_{one.name}") for one in FOLLOWED}
         self.back = control(QPushButton(), texts, "check_history_back", "Back to the check", tip="Back to the check",
                             key="Esc", picture=Icon.CHEVRON_LEFT, slot=self.closed)  # fmt: skip
-        self.print = control(QPushButton(), texts, "check_history_print", "Print this record …",
+        self.print = control(QPushButton(), texts, "check_history_print", "Export this record…",
                              says="Print the chosen record",
-                             tip="Print the chosen record as it was kept, with its time", picture=Icon.SAVE,
+                             tip="Export the selected record as it was stored, with its time", picture=Icon.SAVE,
                              slot=self._print)  # fmt: skip
         self.filter.activated.connect(self.refresh_rows)
         self.table.itemSelectionChanged.connect(self._enable)

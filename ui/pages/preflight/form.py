@@ -142,7 +142,7 @@ class PreflightForm(QWidget):
             action = partial(self.use_profile, Path(name))
             self._add(f"preflight_profile_{number}", Path(name).name.replace("&", "&&"), action, tip=name)
         self.menu.addSeparator()
-        self._add("preflight_profile_open", tr("Open a profile …"), self.choose_file)
+        self._add("preflight_profile_open", tr("Open a profile…"), self.choose_file)
 
     def _add(self, name: str, text: str, act: Callable[[], None], *, tip: str = "") -> None:
         action = named(self.menu.addAction(text), name)

@@ -61,7 +61,7 @@ class RecordFiles(QObject):
     def print_record(self, record: Record) -> None:
         """Ask where to, then write the report as PDF, HTML and JSON."""
         suggested = self._folder / f"{suggested_name(record)}.pdf"
-        path = self.ask_path(self._window, tr("Print the report"), suggested, tr("Report (*.pdf)"))
+        path = self.ask_path(self._window, tr("Export the report"), suggested, tr("Report (*.pdf)"))
         if path is None:
             return
         try:
@@ -88,7 +88,7 @@ class RecordFiles(QObject):
         """In a thread of its own: the file may be large, and on a slow disk."""
         if self._verifying.is_running:
             return
-        self._say(Meaning.INFORMATION, tr("Reading {file} …", file=path.name))
+        self._say(Meaning.INFORMATION, tr("Reading {file}…", file=path.name))
         store = self._keeping.store
         kept = CheckStore(store.database) if isinstance(store, Store) else None
         stations = Stations(self._keeping.folder)

@@ -46,8 +46,8 @@ ACTS: Final = {
     "attitude_trigger": _ENABLE,
     "freefall_trigger": _ENABLE,
     "trigger_records": (
-        marked("I looked at them"),
-        marked("Say that you looked at the trigger records, and check again"),
+        marked("Mark as reviewed"),
+        marked("Mark the trigger records as reviewed, and check again"),
     ),
     "boot_count": (marked("It is this module"), marked("Say that it is the named module, and check again")),
 }
@@ -89,7 +89,7 @@ class CheckRow(QFrame):
 
     def show_waiting(self, *, is_checking: bool, is_explained: bool) -> None:
         """Nothing is known."""
-        word = tr("checking …") if is_checking else tr("not checked")
+        word = tr("checking…") if is_checking else tr("not checked")
         self.chip.show_state(word, Icon.CONNECTING if is_checking else Icon.UNKNOWN, None)
         self.measured.setText("")
         self.limit.setText("")
@@ -149,12 +149,8 @@ class ManualRow(QFrame):
         self._text = text_label(f"{name}_text", "strong")
         self._text.setText(clean(line.text))
         self._need = text_label(f"{name}_need", "muted")
-        self.done = self._button(
-            f"{name}_done", marked("In order"), marked("You looked at it and it is in order"), texts
-        )
-        self.bad = self._button(
-            f"{name}_bad", marked("Not in order"), marked("You looked at it and it is not in order"), texts
-        )
+        self.done = self._button(f"{name}_done", marked("OK"), marked("You checked it: OK"), texts)
+        self.bad = self._button(f"{name}_bad", marked("Not OK"), marked("You checked it: not OK"), texts)
         grid = _grid(self)
         grid.setColumnMinimumWidth(2, 0)
         for column, stretch in ((1, 5), (2, 4), (3, 0)):

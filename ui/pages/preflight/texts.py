@@ -45,7 +45,7 @@ def _before(work: PreflightController, *, is_connected: bool) -> _Before:
         what = tr("The module was ACTIVE when it was last heard: treat it as ready to fire.")
         return _Before(tr("Run the check."), (what,))
     if is_connected and not work.are_triggers_known:
-        why = tr("After each start nobody knows how the module’s two triggers stand; only enabling them settles it.")
+        why = tr("Trigger state is unknown after power-up. Enable the triggers to set it.")
         return _Before(tr("Enable triggers and check."), (why, tr("Set the aircraft level and do not touch it.")))
     todo = tr("Run the check.") if is_connected else tr("Connect a module, then run the check.")
     what = tr("It asks questions only and takes about six seconds. Set the aircraft level and do not touch it.")
@@ -68,10 +68,10 @@ def _judged(work: PreflightController, standing: Standing) -> Announcement:
     word = tr(VERDICT_WORDS[verdict])
     head = begun(meaning_of(verdict, assessment.case.expectations.activated_by).in_words())
     if verdict is Verdict.READY and work.reported_active is not False:
-        head = tr("Reading the module again …")  # it may be active by now
+        head = tr("Reading the module again…")  # it may be active by now
     if verdict is not Verdict.NO_GO:
         looks = sum(one.finding.result is CheckResult.WARN for one in assessment.checks)
-        what = tr("All {count} checks hold; worth a look: {looks}.", count=len(CHECKS), looks=looks)
+        what = tr("All {count} checks hold; warnings: {looks}.", count=len(CHECKS), looks=looks)
         skipped = sum(item.is_done is None for item in assessment.manual)
         if skipped:
             what = together((what, tr("Skipped by a person: {count}.", count=skipped)))

@@ -20,14 +20,14 @@ class RecordingsButtons(QWidget):
         self.setObjectName("recordings_buttons")
         self._texts = texts
         self._releases: bool | None = None
-        self.csv = control(QPushButton(), texts, "recordings_csv", "Export CSV …", says="Export the recording as CSV",
+        self.csv = control(QPushButton(), texts, "recordings_csv", "Export CSV…", says="Export the recording as CSV",
                            tip="All of it as a table, CSV", key="Ctrl+S", picture=Icon.TABLE)  # fmt: skip
-        self.mcap = control(QPushButton(), texts, "recordings_mcap", "Export MCAP …",
+        self.mcap = control(QPushButton(), texts, "recordings_mcap", "Export MCAP…",
                             says="Export the recording as MCAP",
                             tip="All of it with the bytes of the line, for PlotJuggler and Foxglove",
                             key="Ctrl+Shift+S", picture=Icon.SAVE)  # fmt: skip
         self.keep = control(QPushButton(), texts, "recordings_keep", picture=Icon.BOOKMARK)
-        self.delete = control(QPushButton(), texts, "recordings_delete", "Delete …",
+        self.delete = control(QPushButton(), texts, "recordings_delete", "Delete…",
                               says="Delete the chosen recordings",
                               tip="Delete the chosen recordings for good, after a question", key="Del",
                               picture=Icon.ERASE)  # fmt: skip
@@ -58,12 +58,12 @@ class RecordingsButtons(QWidget):
         self._releases = releases
         bind, keep = self._texts.bind, self.keep
         if releases:
-            bind(keep.setText, "Keep no longer")
+            bind(keep.setText, "Unpin")
             bind(keep.setAccessibleName, "Let the chosen recordings go when there are too many")
             bind(keep.setToolTip, "Let the chosen recordings go when there are too many")
         else:
-            bind(keep.setText, "Keep")
-            bind(keep.setAccessibleName, "Keep the chosen recordings for good")
+            bind(keep.setText, "Pin")
+            bind(keep.setAccessibleName, "Pin the selected recordings: they are never deleted automatically")
             bind(keep.setToolTip, "Never delete the chosen recordings by itself; what is in the trash comes back")
 
 

@@ -75,8 +75,8 @@ COLUMNS: Final = (
         ink=_ink,
     ),
     TableColumn[RecordingEntry](
-        marked("Kept"),
-        lambda entry: tr("kept") if entry.is_kept else "",
+        marked("Pinned"),
+        lambda entry: tr("pinned") if entry.is_kept else "",
         picture=lambda entry: icon(Icon.BOOKMARK) if entry.is_kept else None,
         ink=_ink,
     ),

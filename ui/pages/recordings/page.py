@@ -131,7 +131,7 @@ class RecordingsPage(Page):
                 text += " " + tr("{count} of them are kept.", count=kept)
         choices = (
             Choice("delete_recordings", tr("Delete for good"), self._delete, is_step=True),
-            Choice("keep_recordings", tr("Do not delete"), self._spare, is_main=True),
+            Choice("keep_recordings", tr("Cancel"), self._spare, is_main=True),
         )
         return Notice(Meaning.ATTENTION, text, choices)
 

@@ -51,7 +51,7 @@ class RecordingsTable(QTableView):
             Column.DURATION: "00:00:00",
             Column.SAMPLES: "00,000,000",
             Column.SIZE: tr("{value:.1f} MB", value=88.8),
-            Column.KEPT: tr("kept"),
+            Column.KEPT: tr("pinned"),
             Column.REMARKS: tr("being recorded"),
         }
         self.horizontalHeader().setMinimumSectionSize(

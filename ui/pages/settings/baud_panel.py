@@ -47,7 +47,7 @@ class BaudPanel(QFrame):
         if not isinstance(editor, ChoiceEditor):
             raise TypeError("the baud rate is one of a few")
         self.editor = editor
-        self.confirm = Confirm("baud", texts, ask=marked("Change the baud rate …"), go=marked("Change it now"))
+        self.confirm = Confirm("baud", texts, ask=marked("Change the baud rate…"), go=marked("Change it now"))
         self.find_button = control(QPushButton(), texts, "baud_find", "Find my module",
                                    tip="Go through all baud rates until the module answers")  # fmt: skip
         self.said = NoticeBar(texts)
@@ -84,7 +84,7 @@ class BaudPanel(QFrame):
     def _notice(self) -> Notice | None:
         if self._job is None:
             return None if self._done is None else self._done()
-        report, said = self._progress, tr("Changing the baud rate …")
+        report, said = self._progress, tr("Changing the baud rate…")
         if report is not None:
             said = tr(report.doing, **dict(report.values))
         return Notice(Meaning.INFORMATION, said)

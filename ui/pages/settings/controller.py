@@ -81,7 +81,7 @@ class SettingsController(QObject):
         """What is being done, or was said last, in the language in use."""
         if self._job is not None:
             report = self._progress
-            said = tr("Asking the module …")
+            said = tr("Asking the module…")
             if report is not None:
                 said = tr(report.doing, **{name: _spoken(value) for name, value in report.values})
                 said = tr("{what} ({done} of {total})", what=said, done=report.done + 1, total=report.total)
@@ -224,7 +224,7 @@ class SettingsController(QObject):
         anyway, unlocked = partial(self.write, is_warned=True), partial(self.write, is_warned=True, is_unlocked=True)
         once = tr("Unlock this one write")
         return (
-            Choice("not_now", tr("Do not write"), self.dismiss),
+            Choice("not_now", tr("Cancel"), self.dismiss),
             Choice("write_anyway", tr("Write anyway"), anyway, is_step=True, is_shown=is_locked),
             Choice("unlock_once", once, unlocked, is_step=True, is_shown=not is_locked),
         )
@@ -265,14 +265,14 @@ class SettingsController(QObject):
         if received:
             parts.append(tr("{count} acknowledged; cannot be read back.", count=received))
         if bad:
-            parts.append(tr("{count} NOT as wanted: see the red rows.", count=bad))
+            parts.append(tr("{count} NOT as set: see the red rows.", count=bad))
         if moved:
             parts.append(tr("{count} changed without being written: see the red rows.", count=moved))
         if report.unread:
             titles = ", ".join(tr(command.title) for command in report.unread)
             parts.append(tr("Could not be read again: {names}.", names=titles))
         if since > 0:
-            parts.append(tr("{count} not verified, but read as wanted since.", count=since))
+            parts.append(tr("{count} not verified, but read as set since.", count=since))
         survive: tuple[Choice, ...] = ()
         if verified:
             survive = (Choice("survives", tr("Survives a power cycle?"), self.check_survival),)

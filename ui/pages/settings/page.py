@@ -160,24 +160,22 @@ class SettingsPage(Page):
     def _make_buttons(self) -> None:
         texts = self._services.texts
         self.write = control(QPushButton(), texts, "settings_write", says="Write the changes",
-                             tip="Write what is wanted to the module and prove it", key="Ctrl+Return",
+                             tip="Write the changes to the module and verify them", key="Ctrl+Return",
                              picture=Icon.DROP, role="primary", slot=self._write)  # fmt: skip
         self.read = control(QPushButton(), texts, "settings_read", "Read all", tip="Ask the module for everything",
                             key="F5", picture=Icon.AGAIN)  # fmt: skip
-        self.undo = control(QPushButton(), texts, "settings_undo", says="Undo", tip="Take the last edit back",
+        self.undo = control(QPushButton(), texts, "settings_undo", says="Undo", tip="Undo",
                             key="Ctrl+Z", picture=Icon.UNDO)  # fmt: skip
         self.redo = control(
-            QPushButton(), texts, "settings_redo", says="Redo", tip="Do it again", key="Ctrl+Shift+Z", picture=Icon.REDO
+            QPushButton(), texts, "settings_redo", says="Redo", tip="Redo", key="Ctrl+Shift+Z", picture=Icon.REDO
         )
-        self.revert = control(
-            QPushButton(), texts, "settings_revert", "Revert", tip="Want what the module holds: drop all edits"
-        )
+        self.revert = control(QPushButton(), texts, "settings_revert", "Revert", tip="Discard all edits")
         self.defaults = control(QPushButton(), texts, "settings_defaults", "Defaults",
-                                tip="Want the vendor's defaults; nothing is written yet")  # fmt: skip
+                                tip="Load the vendor's defaults; nothing is written yet")  # fmt: skip
         tip = marked("Would these values have fired on what was measured? Nothing is sent")
         self.try_out = control(QPushButton(), texts, "settings_try", "Try it out", tip=tip, slot=self._try_out)
-        self.as_found = control(QPushButton(), texts, "settings_as_found", "As it was found",
-                                tip="Want the settings from before the first change of this session")  # fmt: skip
+        self.as_found = control(QPushButton(), texts, "settings_as_found", "Restore initial",
+                                tip="Restore the settings from before the first change of this session")  # fmt: skip
 
     def _wire(self) -> None:
         work, form = self.work, self.work.form

@@ -38,10 +38,10 @@ class ProfileFiles(QWidget):
         self.ask_save: AskPath = ask_path
         self._connector, self._remembered = services.connector, services.preferences
         texts = services.texts
-        self.open = control(QPushButton(), texts, "profile_open", "Open profile …", says="Open a profile",
+        self.open = control(QPushButton(), texts, "profile_open", "Open profile…", says="Open a profile",
                             tip="Open a profile and compare it with the module (Ctrl+O); or drop it here",
                             picture=Icon.CHECKLIST, slot=self.choose)  # fmt: skip
-        self.save = control(QPushButton(), texts, "profile_save", "Save as profile …",
+        self.save = control(QPushButton(), texts, "profile_save", "Save as profile…",
                             says="Save the module's settings as a profile",
                             tip="Save what the module holds now as a profile; what is not known is left out",
                             picture=Icon.SAVE, slot=self.choose_and_save)  # fmt: skip

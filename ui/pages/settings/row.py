@@ -93,7 +93,7 @@ class SettingsRow(QFrame):
         self.state = named(StateChip("", size=Size.SMALL), f"{command.name}_state")
         self.reason = text_label(f"{command.name}_reason", "small")
         self.meaning = text_label(f"{command.name}_consequence", "small")
-        self.measure = control(QPushButton(), texts, f"{command.name}_measure", "Measure …",
+        self.measure = control(QPushButton(), texts, f"{command.name}_measure", "Measure…",
                                says="Find the light threshold by measuring",
                                tip="Measure with the bay closed, then open, and take a threshold between",
                                picture=Icon.LIGHT, slot=self.measure_wanted)  # fmt: skip

@@ -90,7 +90,7 @@ class TriggersDetail(QFrame):
         if row.is_seen_once:
             return tr("Seen once, not confirmed: it came in one reading only. Read again; it is not kept.")
         if row.is_being_kept:
-            return tr("It is being kept …")
+            return tr("It is being kept…")
         if not row.is_kept:
             return tr("Not kept: name the module to keep its records, to judge them, and to add a note.")
         seen = tr("First seen {time}.", time=local_time(row.seen.first_seen_at))

@@ -175,11 +175,11 @@ class TriggersPage(Page):
         self.copy = control(QPushButton(), texts, "triggers_copy", "Copy", says="Copy the chosen records",
                             tip="Copy the chosen records, or all that are shown", key="Ctrl+C", picture=Icon.TABLE,
                             slot=self.copy_rows)  # fmt: skip
-        self.save_page = control(QPushButton(), texts, "triggers_save_page", "Save the page …",
+        self.save_page = control(QPushButton(), texts, "triggers_save_page", "Export shown…",
                                  says="Save the records that are shown as CSV",
                                  tip="Save the records that are shown, in their order, as CSV", key="Ctrl+S",
                                  picture=Icon.SAVE)  # fmt: skip
-        self.save_archive = control(QPushButton(), texts, "triggers_save_archive", "Save the archive …",
+        self.save_archive = control(QPushButton(), texts, "triggers_save_archive", "Export all…",
                                     says="Save every record of this module as CSV",
                                     tip="Save every record ever seen of this module as CSV", key="Ctrl+Shift+S",
                                     picture=Icon.SAVE)  # fmt: skip

@@ -37,7 +37,7 @@ def empty_title(work: TriggersController) -> str:
 
 def empty_text(work: TriggersController, *, is_open: bool) -> str:
     if work.is_busy:
-        return tr("Asking until two readings agree …")
+        return tr("Asking until two readings agree…")
     if is_known_empty(work):
         return tr("The module keeps no trigger records: it has never fired, or its memory was cleared.")
     if work.reading is not None and not work.reading.history.is_answered:

@@ -493,7 +493,7 @@ def test_what_is_live_looks_enabled(qtbot: QtBot, qapp: QApplication) -> None:
     buttons = [PaintedWidget() for _ in range(12)]
     column = QVBoxLayout(window)
     for button in buttons:
-        button.setText("Activate …")
+        button.setText("Activate…")
         column.addWidget(button)
     appearance = Appearance(qapp, Look.LIGHT)
     appearance.apply_theme(window)
@@ -509,7 +509,7 @@ def test_what_is_live_looks_enabled(qtbot: QtBot, qapp: QApplication) -> None:
         qtbot.wait(round(DEAD_FOR_S * 1000) + 300)
         assert [button.looks_enabled for button in buttons] == [True] * len(buttons)
         fresh = StepButton()
-        fresh.setText("Activate …")
+        fresh.setText("Activate…")
         column.addWidget(fresh)
         qtbot.waitUntil(lambda: fresh.takes_pointer)  # noqa: B023  called before the next turn
         assert fresh.size() == buttons[0].size()

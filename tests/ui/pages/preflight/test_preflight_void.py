@@ -136,7 +136,7 @@ def test_a_new_check_shows_nothing_of_the_old_one(
         bench.click(page.buttons.run)
         assert page.banner.announcement.word == "CHECKING"
         assert "GO" not in page.banner.accessibleName()
-        assert {row.chip.word for row in page.list.rows.values()} == {"checking …"}
+        assert {row.chip.word for row in page.list.rows.values()} == {"checking…"}
         assert all(not row.measured.text() for row in page.list.rows.values())
         assert not page.buttons.print.isEnabled()
         bench.wait_standing(Standing.NO_GO)

@@ -238,7 +238,7 @@ def test_what_is_kept_says_so_and_can_be_let_go(one: Desk) -> None:
     assert one.page.buttons.keep.text() == "Keep"
     one.click(one.page.buttons.keep)
     one.wait(lambda: one.texts(Column.KEPT) == ["kept"])
-    assert one.page.buttons.keep.text() == "Keep no longer"  # what was chosen still is
+    assert one.page.buttons.keep.text() == "Unpin"  # what was chosen still is
     one.click(one.page.buttons.keep)
     one.wait(lambda: one.texts(Column.KEPT) == [""])
 
