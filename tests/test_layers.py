@@ -212,6 +212,17 @@ def test_a_circle_is_found() -> None:
     assert circle({"a": {"b"}, "b": {"c"}, "c": set()}) == []
 
 
+def test_no_class_name_means_two_things() -> None:
+    """Below the window. `Serial` is what pyserial looks for in a module that handles a scheme of URLs."""
+    named: dict[str, list[str]] = {}
+    for path in sources(("protocol", "app")):
+        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+            if isinstance(node, ast.ClassDef):
+                named.setdefault(node.name, []).append(path.relative_to(ROOT).as_posix())
+    twice = {name: places for name, places in named.items() if len(places) > 1}
+    assert twice == {"Serial": ["app/port_urls/protocol_capture.py", "app/port_urls/protocol_sim.py"]}
+
+
 def test_packaging_is_no_package() -> None:
     """A package of that name would hide PyPI's `packaging`, which pip, pytest and setuptools need."""
     assert (ROOT / "packaging").is_dir()

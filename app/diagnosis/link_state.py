@@ -36,7 +36,7 @@ class Phase(Enum):
     """Silent because it was shut down by command, which is no fault."""
 
 
-class Step(Enum):
+class NextStep(Enum):
     """What a click can do about it."""
 
     CHOOSE_PORT = "choose_port"
@@ -76,7 +76,7 @@ class LinkWords:
     word: str
     what: str
     next_step: str
-    step: Step | None
+    step: NextStep | None
 
 
 def link_state(
@@ -126,7 +126,7 @@ def words(state: LinkState, now: float) -> LinkWords:
                 tr("Not connected"),
                 tr("No port is open."),
                 tr("Choose the port that the module is plugged into."),
-                Step.CHOOSE_PORT,
+                NextStep.CHOOSE_PORT,
             )
         case Phase.OPENING:
             return LinkWords(tr("Opening…"), tr("The port is being opened."), "", None)
@@ -160,7 +160,7 @@ def words(state: LinkState, now: float) -> LinkWords:
                 tr("Port lost"),
                 tr("The port went away.") if state.trouble is None else explain(state.trouble).what,
                 tr((state.absence or Absence.AWAY).value),
-                Step.CHOOSE_PORT,
+                NextStep.CHOOSE_PORT,
             )
         case Phase.SWITCHED_OFF:
             at = time.strftime("%H:%M", time.localtime(state.off_at))
@@ -190,13 +190,13 @@ def _silent_words(state: LinkState) -> LinkWords:
     explanation = explain(NoAnswer(state.port, state.baud_rate, state.silence or Silence.NOTHING))
     match state.silence:
         case Silence.GARBAGE:
-            word, step = tr("Wrong rate?"), Step.FIND_RATE
+            word, step = tr("Wrong rate?"), NextStep.FIND_RATE
         case Silence.ECHO:
-            word, step = tr("Only an echo"), Step.CHOOSE_PORT
+            word, step = tr("Only an echo"), NextStep.CHOOSE_PORT
         case Silence.OTHER_FRAMES:
-            word, step = tr("No answer"), Step.CHOOSE_PORT
+            word, step = tr("No answer"), NextStep.CHOOSE_PORT
         case _:
-            word, step = tr("No module"), Step.FIND_RATE
+            word, step = tr("No module"), NextStep.FIND_RATE
     return LinkWords(word, explanation.what, explanation.next_step, step)
 
 
@@ -206,12 +206,12 @@ def _failed_words(trouble: PortError | None, absence: Absence | None) -> LinkWor
             tr("Closed"),
             tr("The port was closed by a fault of this program."),
             tr("Connect again."),
-            Step.CONNECT_AGAIN,
+            NextStep.CONNECT_AGAIN,
         )
     explanation = explain(trouble)
     word = tr("Not opened") if trouble.trouble not in LOSSES else tr("Port lost")
     next_step = explanation.next_step if absence is None else tr(absence.value)
-    return LinkWords(word, explanation.what, next_step, Step.CONNECT_AGAIN)
+    return LinkWords(word, explanation.what, next_step, NextStep.CONNECT_AGAIN)
 
 
 def duration(seconds: float) -> str:

@@ -11,7 +11,7 @@ from typing import Any
 
 from app.simulator.memory import Memory, invent_records
 from app.simulator.module import SimulatedModule
-from app.simulator.options import Setup, Target, fields_of, setup_from
+from app.simulator.options import OptionTarget, Setup, fields_of, setup_from
 from app.simulator.physics import Physics
 from app.simulator.wire import Faults, Wire
 from protocol.catalogue import BAUD
@@ -175,8 +175,8 @@ class SimulatedBench:
     def change(self, **values: Any) -> None:
         """Set options of the dialect, the faults, and `rate`, by option name."""
         with self._act():
-            self.module.quirks = replace(self.module.quirks, **fields_of(values, Target.DIALECT))
-            self.wire.faults = replace(self.wire.faults, **fields_of(values, Target.FAULTS))
+            self.module.quirks = replace(self.module.quirks, **fields_of(values, OptionTarget.DIALECT))
+            self.wire.faults = replace(self.wire.faults, **fields_of(values, OptionTarget.FAULTS))
             if "rate" in values:
                 self.module.rate_hz = values["rate"]
 

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from typing import TextIO
 
 from app.simulator.bench import SimulatedBench
-from app.simulator.options import BY_NAME, OptionRefused, Target, as_text, find_option, parse_value
+from app.simulator.options import BY_NAME, OptionRefused, OptionTarget, as_text, find_option, parse_value
 from app.text.i18n import tr
 from protocol.translatable import marked
 
@@ -107,8 +107,8 @@ def _pwm(bench: SimulatedBench, _words: list[str]) -> None:
 
 def _change(bench: SimulatedBench, words: list[str]) -> None:
     option = find_option(words[0])
-    if option.target is Target.SETUP and option.name != "rate":
-        changeable = ", ".join(one.name for one in BY_NAME.values() if one.target is not Target.SETUP)
+    if option.target is OptionTarget.SETUP and option.name != "rate":
+        changeable = ", ".join(one.name for one in BY_NAME.values() if one.target is not OptionTarget.SETUP)
         raise OptionRefused(tr("only these can be changed: {names}", names=f"rate, {changeable}"))
     bench.change(**{option.name: parse_value(option, words[1] if len(words) > 1 else "")})
 

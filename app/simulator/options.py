@@ -23,7 +23,7 @@ class OptionRefused(ValueError):
     """An option that does not exist, or a value that it does not take; the text says which and what it takes."""
 
 
-class Target(Enum):
+class OptionTarget(Enum):
     """What an option is a field of."""
 
     DIALECT = "dialect"
@@ -64,7 +64,7 @@ class Option:
 
     name: str
     group: Group
-    target: Target
+    target: OptionTarget
     text: str
     """English, translatable; begins with the E-number where there is one."""
     parse: Callable[[str], Any]
@@ -135,7 +135,7 @@ def _among(values: Mapping[str, object]) -> Callable[[str], object]:
     return parse
 
 
-def _option_of(one: "Field[Any]", target: Target) -> Option:
+def _option_of(one: "Field[Any]", target: OptionTarget) -> Option:
     kind = one.metadata["kind"]
     make = partial(
         Option,
@@ -160,7 +160,7 @@ def _option_of(one: "Field[Any]", target: Target) -> Option:
 
 
 def _options() -> Iterator[Option]:
-    for kind, target in ((Setup, Target.SETUP), (Quirks, Target.DIALECT), (Faults, Target.FAULTS)):
+    for kind, target in ((Setup, OptionTarget.SETUP), (Quirks, OptionTarget.DIALECT), (Faults, OptionTarget.FAULTS)):
         yield from (_option_of(one, target) for one in fields(kind) if one.metadata)
 
 
@@ -207,7 +207,7 @@ def parse_options(texts: Mapping[str, str] | Iterable[tuple[str, str]]) -> dict[
     return {option.name: parse_value(option, text) for option, text in found}
 
 
-def fields_of(values: Mapping[str, Any], target: Target) -> dict[str, Any]:
+def fields_of(values: Mapping[str, Any], target: OptionTarget) -> dict[str, Any]:
     """Those of `values` that belong to the dialect, the faults or the setup."""
     return {name: value for name, value in values.items() if BY_NAME[name].target is target}
 
@@ -215,7 +215,7 @@ def fields_of(values: Mapping[str, Any], target: Target) -> dict[str, Any]:
 def setup_from(values: Mapping[str, Any]) -> Setup:
     """A setup with these values (by option name), and the defaults for the rest."""
     return Setup(
-        quirks=Quirks(**fields_of(values, Target.DIALECT)),
-        faults=Faults(**fields_of(values, Target.FAULTS)),
-        **fields_of(values, Target.SETUP),
+        quirks=Quirks(**fields_of(values, OptionTarget.DIALECT)),
+        faults=Faults(**fields_of(values, OptionTarget.FAULTS)),
+        **fields_of(values, OptionTarget.SETUP),
     )

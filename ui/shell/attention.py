@@ -5,7 +5,7 @@ from dataclasses import replace
 
 from PySide6.QtCore import QObject
 
-from app.diagnosis.link_state import Phase, Step
+from app.diagnosis.link_state import NextStep, Phase
 from app.text.i18n import tr
 from ui.core.connector import Connector
 from ui.services.lock import LockControl
@@ -27,7 +27,7 @@ class Attention(QObject):
         bar: NoticeBar,
         lock: LockControl,
         *,
-        acts: dict[Step, Callable[[], None]],
+        acts: dict[NextStep, Callable[[], None]],
         pending_edits: PendingEdits | None = None,
         parent: QObject | None = None,
     ) -> None:

@@ -8,7 +8,7 @@ from PySide6.QtCore import QEvent, QPoint, QSize, Qt, QTimer, Signal
 from PySide6.QtGui import QCloseEvent, QKeyEvent, QResizeEvent
 from PySide6.QtWidgets import QHBoxLayout, QMainWindow, QStackedWidget, QToolBar, QVBoxLayout, QWidget
 
-from app.diagnosis.link_state import Step
+from app.diagnosis.link_state import NextStep
 from app.engine.target import Target
 from app.engine.worker import Batch
 from ui.connect.connect_panel import ConnectPanel
@@ -98,12 +98,12 @@ class MainWindow(QMainWindow):
         self.simulator.hide()
         self.menus = Actions(self, texts, entries)
         acts = {
-            Step.CHOOSE_PORT: self.toggle_panel,
-            Step.FIND_RATE: self._connector.find_rate,
-            Step.CONNECT_AGAIN: self._connect_again,
+            NextStep.CHOOSE_PORT: self.toggle_panel,
+            NextStep.FIND_RATE: self._connector.find_rate,
+            NextStep.CONNECT_AGAIN: self._connect_again,
         }
         if "diagnosis" in self._entries:
-            acts[Step.WHY] = self._show_why
+            acts[NextStep.WHY] = self._show_why
         self.attention = Attention(
             self._connector,
             self.notice_bar,

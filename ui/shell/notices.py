@@ -2,7 +2,7 @@
 
 from collections.abc import Callable
 
-from app.diagnosis.link_state import LinkState, Phase, Step, words
+from app.diagnosis.link_state import LinkState, NextStep, Phase, words
 from app.text.i18n import tr
 from ui.style.theme import Meaning
 from ui.widgets.notice_bar import Choice, Notice
@@ -11,7 +11,7 @@ _ASKS_WHY = (Phase.SILENT, Phase.LATE, Phase.OFFLINE, Phase.LOST, Phase.FAILED)
 
 
 def link_notice(
-    state: LinkState, now: float, acts: dict[Step, Callable[[], None]], *, was_active: bool
+    state: LinkState, now: float, acts: dict[NextStep, Callable[[], None]], *, was_active: bool
 ) -> Notice | None:
     """What is the matter with the link, and the one thing to do about it; None while nothing is."""
     if state.is_fine:
@@ -20,26 +20,26 @@ def link_notice(
     parts = [said.what, said.next_step]
     if was_active and state.phase in (Phase.LATE, Phase.OFFLINE, Phase.LOST, Phase.FAILED):
         parts.append(tr("The module was ACTIVE when it was last heard: treat it as ready to fire."))
-    steps: tuple[Step, ...] = () if said.step is None else (said.step,)
-    if said.step is Step.CONNECT_AGAIN:
-        steps = (Step.CONNECT_AGAIN, Step.CHOOSE_PORT)
-    if Step.WHY in acts and state.phase in _ASKS_WHY:
-        steps = (*steps, Step.WHY)
+    steps: tuple[NextStep, ...] = () if said.step is None else (said.step,)
+    if said.step is NextStep.CONNECT_AGAIN:
+        steps = (NextStep.CONNECT_AGAIN, NextStep.CHOOSE_PORT)
+    if NextStep.WHY in acts and state.phase in _ASKS_WHY:
+        steps = (*steps, NextStep.WHY)
     choices = tuple(Choice(step.value, _step_text(step), acts[step]) for step in steps)
     is_calm = state.phase in (Phase.CLOSED, Phase.SWITCHED_OFF)
     meaning = Meaning.INFORMATION if is_calm else Meaning.ATTENTION
     return Notice(meaning, " ".join(part for part in parts if part), choices)
 
 
-def _step_text(step: Step) -> str:
+def _step_text(step: NextStep) -> str:
     match step:
-        case Step.CHOOSE_PORT:
+        case NextStep.CHOOSE_PORT:
             return tr("Choose a port")
-        case Step.FIND_RATE:
+        case NextStep.FIND_RATE:
             return tr("Find the rate")
-        case Step.CONNECT_AGAIN:
+        case NextStep.CONNECT_AGAIN:
             return tr("Connect again")
-        case Step.WHY:
+        case NextStep.WHY:
             return tr("Why?")
 
 

@@ -10,7 +10,7 @@ from app.simulator.control_lines import VERBS, ControlLines, LineRefused, help_t
 from app.simulator.options import (
     OPTIONS,
     OptionRefused,
-    Target,
+    OptionTarget,
     default_text,
     find_option,
     parse_options,
@@ -41,7 +41,7 @@ def bench(clock: Clock) -> SimulatedBench:
 
 def test_every_field_of_dialect_and_faults_has_an_option() -> None:
     fields = set(Quirks.__slots__) | set(Faults.__slots__)
-    assert {option.name for option in OPTIONS if option.target is not Target.SETUP} == fields
+    assert {option.name for option in OPTIONS if option.target is not OptionTarget.SETUP} == fields
 
 
 def test_defaults_read_back_as_themselves() -> None:

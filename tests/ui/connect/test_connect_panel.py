@@ -11,7 +11,7 @@ from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QApplication
 from pytestqt.qtbot import QtBot
 
-from app.diagnosis.link_state import Phase, Step, duration, link_state, words
+from app.diagnosis.link_state import NextStep, Phase, duration, link_state, words
 from app.engine.device import DeviceView, How, Known
 from app.engine.identity import Identity, Trust
 from app.engine.target import Target
@@ -51,7 +51,7 @@ def test_each_trouble_is_a_sentence_with_a_next_step() -> None:
         assert state.phase is Phase.FAILED
         assert said.what
         assert said.next_step
-        assert said.step is Step.CONNECT_AGAIN
+        assert said.step is NextStep.CONNECT_AGAIN
         assert "driver's words" not in said.what
 
 
@@ -66,7 +66,7 @@ def test_each_silence_has_its_own_words() -> None:
 
 def test_garbage_offers_to_find_the_rate() -> None:
     state = link_state(OPEN, DeviceView(), Greeting(Silence.GARBAGE), is_finding=False)
-    assert words(state, 0.0).step is Step.FIND_RATE
+    assert words(state, 0.0).step is NextStep.FIND_RATE
 
 
 def test_offline_says_since_when() -> None:
