@@ -61,7 +61,7 @@ class WhatIfRow(NamedTuple):
 def verdict(finding: WhatIfFinding | None, question: Question, *, clock: Clock, progress: float = 0.0) -> WhatIfVerdict:
     """`finding` is None while it is being judged."""
     if finding is None:
-        return WhatIfVerdict(WhatIfKind.JUDGING, tr("Judging … {percent} %", percent=f"{100 * progress:.0f}"))
+        return WhatIfVerdict(WhatIfKind.JUDGING, tr("Judging… {percent} %", percent=f"{100 * progress:.0f}"))
     limits = finding.limits
     said = tuple(
         line

@@ -2206,7 +2206,7 @@
         <translation>判断</translation>
     </message>
     <message>
-        <source>Judging … {percent} %</source>
+        <source>Judging… {percent} %</source>
         <translation>正在判断… {percent} %</translation>
     </message>
     <message>
@@ -2530,7 +2530,7 @@
         <translation>标记</translation>
     </message>
     <message>
-        <source>Mark as reviewed</source>
+        <source>Mark reviewed</source>
         <translation>标记为已查看</translation>
     </message>
     <message>
@@ -3906,7 +3906,7 @@
         <translation>正在保存 {name}…</translation>
     </message>
     <message>
-        <source>Saving … {percent} %</source>
+        <source>Saving… {percent} %</source>
         <translation>正在保存… {percent} %</translation>
     </message>
     <message>
@@ -3950,7 +3950,7 @@
         <translation>搜索记录</translation>
     </message>
     <message>
-        <source>Searching … {percent} %</source>
+        <source>Searching… {percent} %</source>
         <translation>正在搜索 … {percent} %</translation>
     </message>
     <message>
@@ -6834,7 +6834,7 @@
         <translation>可跳过，打印时注明</translation>
     </message>
     <message>
-        <source>measuring … {done} readings</source>
+        <source>measuring… {done} readings</source>
         <translation>正在测量…已读 {done} 次</translation>
     </message>
     <message>

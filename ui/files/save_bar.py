@@ -197,7 +197,7 @@ class SaveBar(QWidget):
         if saving is None:
             return
         if not saving.is_done:
-            self.note.say(tr("Saving … {percent} %", percent=f"{saving.progress * 100:.0f}"))
+            self.note.say(tr("Saving… {percent} %", percent=f"{saving.progress * 100:.0f}"))
             return
         self._saving = None
         self._set_busy(is_busy=False)

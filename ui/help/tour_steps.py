@@ -197,7 +197,7 @@ def _no_go(page: PreflightPage) -> Scene:
             "say so in that row."
         )
         statement = Statement(are_records_looked_at=True)
-        return Scene(text, (page.list.rows["trigger_records"],), tr("Mark as reviewed"), partial(page.check, statement))
+        return Scene(text, (page.list.rows["trigger_records"],), tr("Mark reviewed"), partial(page.check, statement))
     text = tr("NO-GO names everything that stands against it. Each row below says why it matters and what to do.")
     again = Statement(is_enabling=True, are_records_looked_at="trigger_records" not in against)
     return Scene(text, (page.banner,), tr("Check again"), partial(page.check, again))

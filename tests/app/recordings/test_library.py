@@ -250,7 +250,7 @@ def kept_at(user_files: Path) -> Path:
 
 def test_the_list_for_people_and_for_programs(kept_at: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert program.main(["recordings", "list"]) == 0
-    assert Printed(capsys).err == "Nothing was recorded yet. The window records every session by itself.\n"
+    assert Printed(capsys).err == "No recordings yet. Every session is recorded automatically.\n"
     folder = recorded(kept_at, 2.0)
     RecordingLibrary().keep(RecordingLibrary().entries()[0], is_kept=True)
     assert program.main(["recordings", "list"]) == 0
@@ -259,7 +259,7 @@ def test_the_list_for_people_and_for_programs(kept_at: Path, capsys: pytest.Capt
     assert "0:02" in page
     assert "2880" in page
     assert "Bench 7" in page
-    assert page.rstrip().endswith("kept")
+    assert page.rstrip().endswith("pinned")
     assert program.main(["recordings", "list", "--json"]) == 0
     (listed,) = json.loads(Printed(capsys).out)["recordings"]
     assert listed == {

@@ -46,7 +46,7 @@ ACTS: Final = {
     "attitude_trigger": _ENABLE,
     "freefall_trigger": _ENABLE,
     "trigger_records": (
-        marked("Mark as reviewed"),
+        marked("Mark reviewed"),
         marked("Mark the trigger records as reviewed, and check again"),
     ),
     "boot_count": (marked("It is this module"), marked("Say that it is the named module, and check again")),
@@ -103,6 +103,7 @@ class CheckRow(QFrame):
         word = tr(RESULT_WORDS[finding.result])
         # Void: what was found is still there to read, but dimmed, and it says of itself that it is past.
         self.chip.show_state(word, look.icon, look.meaning, stale_age=tr("void") if is_void else "")
+        self.chip.setMinimumWidth(max(CHIP_PX, self.chip.sizeHint().width()))
         self.measured.setText(finding.shown.in_words())
         self.limit.setText(finding.limit.in_words())
         is_fine = finding.result is CheckResult.PASS

@@ -103,7 +103,7 @@ class CalibrationPanel(QWidget):
     def _side_text(self, name: str) -> str:
         if self._job is not None and self._measuring == name:
             done = 0 if self._progress is None else self._progress.done
-            return tr("measuring … {done} readings", done=done)
+            return tr("measuring… {done} readings", done=done)
         band = self._bands.get(name)
         if band is None:
             return tr("not measured yet")

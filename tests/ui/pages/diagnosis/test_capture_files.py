@@ -146,7 +146,7 @@ def test_a_capture_is_decoded_without_a_module(qtbot: QtBot, qapp: QApplication,
         assert page.traffic.isVisible()
         assert cell(model, 0, Column.TIME) == "0.000 s"
         assert cell(model, 0, Column.MEANING) == "heartbeat"
-        assert cell(model, model.rowCount() - 1, Column.KIND) == "rejected"
+        assert cell(model, model.rowCount() - 1, Column.KIND) == "invalid"
         assert "active" in cell(model, 20, Column.MEANING)
         page.traffic.model.keep(streamed(5))  # what goes over the line meanwhile is kept, out of sight
         page.traffic.draw()
@@ -218,7 +218,7 @@ def test_marks_of_a_capture_stay_with_their_rows(qtbot: QtBot, qapp: QApplicatio
         model.use_filter(Filter.REJECTED)
         assert model.rowCount() == 1
         assert model.is_marked(0)
-        assert cell(model, 0, Column.KIND) == "rejected"
+        assert cell(model, 0, Column.KIND) == "invalid"
         model.mark([0])
         model.use_filter(Filter.MARKED)
         assert [cell(model, row, Column.MEANING) for row in range(model.rowCount())] == ["heartbeat"]

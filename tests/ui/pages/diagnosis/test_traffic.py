@@ -77,7 +77,7 @@ def test_rejected_bytes_have_icon_word_colour_and_reason(qapp: QApplication) -> 
     model.keep(rejected(bad))
     model.show_new()
     index = model.index(0, Column.KIND.value)
-    assert index.data() == "rejected"
+    assert index.data() == "invalid"
     assert not index.data(Qt.ItemDataRole.DecorationRole).isNull()
     assert index.data(Qt.ItemDataRole.ForegroundRole) is not None
     assert "checksum" in cell(model, 0, Column.MEANING)
@@ -107,7 +107,7 @@ def test_filters(qapp: QApplication) -> None:
     model.use_filter(Filter.WITHOUT_STREAM)
     assert model.rowCount() == 2
     model.use_filter(Filter.REJECTED)
-    assert [cell(model, row, Column.KIND) for row in range(model.rowCount())] == ["rejected"]
+    assert [cell(model, row, Column.KIND) for row in range(model.rowCount())] == ["invalid"]
     model.keep([*streamed(5), *rejected(b"\x02")])
     model.show_new()
     assert model.rowCount() == 2

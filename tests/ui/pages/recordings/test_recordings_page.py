@@ -235,9 +235,9 @@ def test_a_long_export_shows_how_far_it_is_and_can_be_cancelled(
 
 def test_what_is_kept_says_so_and_can_be_let_go(one: Desk) -> None:
     one.page.table.selectRow(0)
-    assert one.page.buttons.keep.text() == "Keep"
+    assert one.page.buttons.keep.text() == "Pin"
     one.click(one.page.buttons.keep)
-    one.wait(lambda: one.texts(Column.KEPT) == ["kept"])
+    one.wait(lambda: one.texts(Column.KEPT) == ["pinned"])
     assert one.page.buttons.keep.text() == "Unpin"  # what was chosen still is
     one.click(one.page.buttons.keep)
     one.wait(lambda: one.texts(Column.KEPT) == [""])

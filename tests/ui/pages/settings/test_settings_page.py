@@ -64,7 +64,7 @@ def test_a_row_stays_red_with_the_reason_until_it_stands(
         assert why in reason(one, key)
         assert one.held(name) == stands
         assert one.settings.rows[key].state.meaning is Meaning.DANGER
-        assert "NOT as wanted" in notice(one)
+        assert "NOT as set" in notice(one)
         one.click("settings_read")
         one.until(lambda: not one.settings.work.is_busy)
         assert state(one, key) is RowState.FAILED
