@@ -79,6 +79,7 @@ def page(tallies: list[Tally], every: int) -> str:
             tries=f"{sum(sum(tries.values()) for tries in rows.values()):,}",
             left=sum(left.values()),
         )
+        + "\n"
         + CAMPAIGN
     )
 
