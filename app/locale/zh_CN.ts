@@ -846,6 +846,10 @@
         <translation>检查人</translation>
     </message>
     <message>
+        <source>Checking whether it is the same module…</source>
+        <translation>正在确认是否为同一模块…</translation>
+    </message>
+    <message>
         <source>Checks</source>
         <translation>检查项目</translation>
     </message>
@@ -3906,12 +3910,12 @@
         <translation>正在保存 {name}…</translation>
     </message>
     <message>
-        <source>Saving… {percent} %</source>
-        <translation>正在保存… {percent} %</translation>
-    </message>
-    <message>
         <source>Saving…</source>
         <translation>正在保存…</translation>
+    </message>
+    <message>
+        <source>Saving… {percent} %</source>
+        <translation>正在保存… {percent} %</translation>
     </message>
     <message>
         <source>Say that it is the named module, and check again</source>

@@ -7,6 +7,7 @@ from typing import Any
 
 from PySide6.QtCore import QObject, Signal
 
+from app.engine.identity import Trust
 from app.engine.procedure import Cancelled, Procedure, Report
 from app.engine.setting_changes import ChangedSetting
 from app.engine.snapshots import Snapshot
@@ -62,7 +63,12 @@ class SettingsController(QObject):
     @property
     def can_write(self) -> bool:
         """Else the engine would refuse it."""
-        return self.can_send and self._connector.device.presence is Presence.ONLINE
+        return self.can_send and self._connector.device.presence is Presence.ONLINE and not self.is_identifying
+
+    @property
+    def is_identifying(self) -> bool:
+        """It is being read which module answers; where that ends in doubt, writing is refused with the reason."""
+        return self._connector.is_open and self._connector.identity.trust is Trust.OPEN
 
     def count_unsent(self) -> int:
         return self.form.count_unsent(self._connector.device, self._connector.clock()) if self._whose else 0

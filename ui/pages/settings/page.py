@@ -23,6 +23,7 @@ from app.settings.profiles import Profile
 from app.text.i18n import tr
 from app.text.sentences import together
 from protocol.fields import Value
+from protocol.link_states import Presence
 from protocol.translatable import marked
 from ui.pages.settings.baud_panel import BaudPanel
 from ui.pages.settings.calibration_panel import CalibrationPanel
@@ -109,7 +110,10 @@ class SettingsPage(Page):
             invalid = [row for row in self.work.form.rows(self._connector.device, now) if row.state is RowState.UNFIT]
             said = [tr("{setting}: {why}.", setting=tr(row.command.title), why=row.reason) for row in invalid]
             if self._connector.is_open and not self.work.is_busy and not self.work.can_write:
-                said.append(tr("The module does not answer."))
+                is_there = self._connector.device.presence is Presence.ONLINE
+                said.append(
+                    tr("Checking whether it is the same module…") if is_there else tr("The module does not answer.")
+                )
             return Notice(Meaning.ATTENTION, together(said)) if said else None
         return Notice(Meaning.INFORMATION, tr("Connect a module to see and change its settings."))
 

@@ -5,8 +5,10 @@ from pathlib import Path
 from PySide6.QtWidgets import QApplication, QLineEdit
 from pytestqt.qtbot import QtBot
 
+from app.engine.identity import Trust
 from app.settings.form import RowState
-from tests.support.window.settings_bench import choose, desk, reason, state, type_into, write
+from protocol.link_states import Presence
+from tests.support.window.settings_bench import choose, desk, notice, reason, state, type_into, write
 from ui.style.painted_widget import Freshness
 
 TILT, TIME = "attitude_threshold_deg", "freefall_time_s"
@@ -68,6 +70,26 @@ def test_a_line_that_is_lost_keeps_the_edits_and_makes_everything_stale(
         write(one)
         one.until(lambda: state(one, TIME) is RowState.VERIFIED)
         assert len(one.changes()) == 1
+
+
+def test_nothing_can_be_written_until_it_is_known_which_module_came_back(
+    qtbot: QtBot, qapp: QApplication, tmp_path: Path
+) -> None:
+    with desk(qtbot, qapp, tmp_path) as one:
+        connector = one.assembly.connector
+        type_into(one, "freefall_time", "1.2")
+        one.bench.unplug()
+        one.until(lambda: not connector.is_open)
+        one.bench.change(delay_ms=100.0)
+        one.bench.plug()
+        one.until(lambda: connector.is_open and connector.device.presence is Presence.ONLINE)
+        assert connector.identity.trust is Trust.OPEN
+        one.settings.refresh()
+        assert not one.settings.write.isEnabled()
+        assert "same module" in notice(one)
+        one.until(lambda: connector.identity.is_proven)
+        one.settings.refresh()
+        assert one.settings.write.isEnabled()
 
 
 def test_a_module_that_falls_silent_while_it_is_written(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
