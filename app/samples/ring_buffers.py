@@ -82,6 +82,9 @@ class _Ring:
     def __len__(self) -> int:
         return self._stop - self._start
 
+    def clear(self) -> None:
+        self._start = self._stop = self._appended = 0
+
     def column(self, number: int) -> NDArray[np.floating]:
         return self._columns[number][self._start : self._stop]
 
@@ -300,9 +303,9 @@ class Series(Readable):
         self._summary.append(*batch)
 
     def clear(self) -> None:
-        """Forget everything."""
-        self._exact = _Ring(self._exact.capacity, np.float64, np.float32)
-        self._summary = _Ring(self._summary.capacity, np.float64, np.float64, np.float32, np.float32)
+        """Forget everything; the memory stays reserved."""
+        self._exact.clear()
+        self._summary.clear()
 
 
 def bucket_width_s(at_least_s: float) -> float:

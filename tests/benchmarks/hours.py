@@ -127,8 +127,8 @@ def main(words: list[str]) -> int:
             turn_until(lambda: assembly.window.findChild(QWidget, "diagnosis_page") is not None, LIMIT_S)
             turn_until(lambda: live_page(assembly) is not None, LIMIT_S)
             fill_capture(assembly.window.findChild(QWidget, "diagnosis_page"))
-            memory = [resident_mb()]
             simulated = Hours(app, assembly)
+            memory = [resident_mb()]
             for _ in range(hours):
                 simulated.stream_whole(full_s)
                 simulated.stream_samples(3600 - full_s)

@@ -218,6 +218,14 @@ def test_clear_forgets_everything() -> None:
     assert series.last == SeriesSample(1, 2)
 
 
+def test_clear_keeps_the_memory_that_was_reserved() -> None:
+    series = filled(3)
+    before = series.window(0, 1000).time_s
+    series.clear()
+    series.append(1, 2)
+    assert np.shares_memory(before, series.window(0, 1000).time_s)
+
+
 @given(st.floats(1e-4, 1e6))
 def test_bucket_widths_fit_and_are_hardly_wider_than_wanted(at_least_s: float) -> None:
     width_s = bucket_width_s(at_least_s)

@@ -130,7 +130,8 @@ def live_page(assembly: Assembly) -> Any:
 
 def reserve(page: Any) -> None:
     """Take the memory that the page's series fill little by little in ten hours now, so that growth is a leak."""
-    for series in (page.data.tilt, page.data.acceleration, page.data._flags):
+    data = page.data
+    for series in (data.tilt, data.acceleration, data.cell, data.light, data._flags):
         for column in (*series._exact._columns, *series._summary._columns):
             column.fill(0)
 
