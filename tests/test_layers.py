@@ -40,6 +40,8 @@ ROOMS = (
     "app/records",
     "app/recordings",
     "app/firing",
+    "app/flight_logs",
+    "app/flight_analysis",
     "app/simulator",
     "app/simulator/servers",
     "app/port_urls",

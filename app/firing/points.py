@@ -92,12 +92,15 @@ def _fall_turns(times: Floats, limits: TriggerLimits, falls: Falls, turns: Place
     return [
         falls.firsts[matters[falls.block]],
         stops[stops < len(times)],
-        _firing_places(times, limits.freefall_time_s, falls.firsts[is_long], falls.since_s[is_long]),
+        firing_places(times, limits.freefall_time_s, falls.firsts[is_long], falls.since_s[is_long]),
     ]
 
 
-def _firing_places(times: Floats, after_s: float, firsts: Places, since_s: Floats) -> Places:
-    """The first sample of each of these falls that is as late as the judge wants it, by its own reckoning."""
+def firing_places(times: Floats, after_s: float | Floats, firsts: Places, since_s: Floats) -> Places:
+    """The first sample of each of these falls that is as late as the judge wants it, by its own reckoning.
+
+    `after_s`: the free-fall time, one for all or one for each fall.
+    """
     places = np.maximum(firsts, np.searchsorted(times, since_s + (after_s - 2 * ROUNDING_S), "left"))
     while (is_early := times[places] - since_s < after_s - ROUNDING_S).any():
         places[is_early] += 1

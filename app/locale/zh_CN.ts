@@ -266,6 +266,14 @@
         <translation>加速度</translation>
     </message>
     <message>
+        <source>Acceleration sensor {number} lies at {median:.2f} g for {seconds:.0f} s from {start:.1f} s: a bad sensor, not a fall; not judged.</source>
+        <translation>加速度传感器 {number} 从 {start:.1f} s 起有 {seconds:.0f} s 停在 {median:.2f} g：是传感器故障，不是坠落；不作判断。</translation>
+    </message>
+    <message>
+        <source>Acceleration sensor {number} never rests at 1 g (half of it below {median:.2f} g): wrong scale or a bad sensor; not judged.</source>
+        <translation>加速度传感器 {number} 从未稳定在 1 g（中位数 {median:.2f} g）：单位有误或传感器故障；不作判断。</translation>
+    </message>
+    <message>
         <source>Acceleration: 1 g</source>
         <translation>加速度：1 g</translation>
     </message>
@@ -2042,6 +2050,14 @@
         <translation>可以设置并得到应答，但无法回读。</translation>
     </message>
     <message>
+        <source>It cannot be opened: {why}.</source>
+        <translation>无法打开：{why}。</translation>
+    </message>
+    <message>
+        <source>It cannot be read.</source>
+        <translation>无法读取。</translation>
+    </message>
+    <message>
         <source>It cannot be told whether this is the same module: too little was read.</source>
         <translation>无法判断是否为同一个模块：读到的数据不足。</translation>
     </message>
@@ -2058,8 +2074,16 @@
         <translation>用于判断降落伞是否已离开伞仓。</translation>
     </message>
     <message>
+        <source>It does not fire in time with {tilt}°, {acceleration:.1f} g and {time:.2f} s, the most sensitive thresholds that let the others pass.</source>
+        <translation>在不误触发其他飞行的最灵敏阈值 {tilt}°、{acceleration:.1f} g、{time:.2f} s 下，它不能及时触发。</translation>
+    </message>
+    <message>
         <source>It does not stand, and the row says why.</source>
         <translation>该值没有生效，本行说明了原因。</translation>
+    </message>
+    <message>
+        <source>It falls for longer than any free-fall time allows.</source>
+        <translation>它的坠落时间比可设的任何失重时间都长。</translation>
     </message>
     <message>
         <source>It fires in free fall. The module cannot be asked whether it is enabled.</source>
@@ -2072,6 +2096,10 @@
     <message>
         <source>It has happened {n} times.</source>
         <translation>已发生 {n} 次。</translation>
+    </message>
+    <message>
+        <source>It has more than {count} lines.</source>
+        <translation>超过 {count} 行。</translation>
     </message>
     <message>
         <source>It has no times: those shown are of bytes back to back.</source>
@@ -2090,6 +2118,10 @@
         <translation>尚未观察满 2 秒。</translation>
     </message>
     <message>
+        <source>It holds neither attitude nor acceleration.</source>
+        <translation>其中既没有姿态也没有加速度。</translation>
+    </message>
+    <message>
         <source>It is a new module</source>
         <translation>是新模块</translation>
     </message>
@@ -2104,6 +2136,18 @@
     <message>
         <source>It is being written now and cannot be deleted.</source>
         <translation>正在记录，无法删除。</translation>
+    </message>
+    <message>
+        <source>It is longer than 48 hours.</source>
+        <translation>时长超过 48 小时。</translation>
+    </message>
+    <message>
+        <source>It is no CSV file.</source>
+        <translation>不是 CSV 文件。</translation>
+    </message>
+    <message>
+        <source>It is no flight log that this program knows.</source>
+        <translation>不是本程序支持的飞行日志。</translation>
     </message>
     <message>
         <source>It is no recording of this program.</source>
@@ -2170,6 +2214,10 @@
         <translation>配置文件说明模块应有的状态和人工检查项目</translation>
     </message>
     <message>
+        <source>It tilts to {tilt}° or more: no threshold up to {most}° lets it pass.</source>
+        <translation>它的倾角达到 {tilt}° 以上：不超过 {most}° 的阈值都会触发。</translation>
+    </message>
+    <message>
         <source>It was locked for {time}: judged as if it had been active.</source>
         <translation>其中锁定 {time}：按激活状态判断。</translation>
     </message>
@@ -2188,6 +2236,10 @@
     <message>
         <source>It works, but the adapter holds every answer back ({ms} ms): its latency timer is long.</source>
         <translation>可以工作，但适配器延迟了每个应答（{ms} ms）：其延迟计时器过长。</translation>
+    </message>
+    <message>
+        <source>Its first line names no columns.</source>
+        <translation>首行没有列名。</translation>
     </message>
     <message>
         <source>Its heading is damaged.</source>
@@ -2734,8 +2786,16 @@
         <translation>导览的下一步</translation>
     </message>
     <message>
+        <source>No acceleration: the free-fall trigger is not judged.</source>
+        <translation>没有加速度：不判断失重触发。</translation>
+    </message>
+    <message>
         <source>No answer</source>
         <translation>无应答</translation>
+    </message>
+    <message>
+        <source>No attitude: the attitude trigger is not judged.</source>
+        <translation>没有姿态：不判断姿态触发。</translation>
     </message>
     <message>
         <source>No check is kept yet. A check is kept as soon as it has been run to its end.</source>
@@ -2926,6 +2986,10 @@
         <translation>未判断：锁定的 {time}。</translation>
     </message>
     <message>
+        <source>Not judged: {total:.1f} s before arming or after the landing.</source>
+        <translation>未判断：解锁电机前或着陆后的 {total:.1f} s。</translation>
+    </message>
+    <message>
         <source>Not kept: a capture was played, which is no visit of {module}.</source>
         <translation>未保存：播放的是捕获文件，不是 {module} 的一次连接。</translation>
     </message>
@@ -3096,6 +3160,10 @@
     <message>
         <source>One code stands for all settings that can be read.</source>
         <translation>一个代码代表所有可读取的设置。</translation>
+    </message>
+    <message>
+        <source>One column has to be the time: time_s, time_ms or time_us.</source>
+        <translation>须有一列时间：time_s、time_ms 或 time_us。</translation>
     </message>
     <message>
         <source>One of {values} {unit}.</source>
@@ -4462,6 +4530,14 @@
         <translation>选中的文件，与保存的内容完全一致。</translation>
     </message>
     <message>
+        <source>The clock of the log jumps back: {count} samples are left out.</source>
+        <translation>日志时钟回跳：略去 {count} 个采样。</translation>
+    </message>
+    <message>
+        <source>The columns give neither attitude nor acceleration.</source>
+        <translation>所选列既不含姿态也不含加速度。</translation>
+    </message>
+    <message>
         <source>The computer slept after this was confirmed: confirm again.</source>
         <translation>确认之后计算机休眠过：请重新确认。</translation>
     </message>
@@ -4834,6 +4910,10 @@
         <translation>串口已消失。</translation>
     </message>
     <message>
+        <source>The process that read it ended.</source>
+        <translation>读取它的进程已终止。</translation>
+    </message>
+    <message>
         <source>The profile has no manual item {number}.</source>
         <translation>配置文件没有第 {number} 项人工检查。</translation>
     </message>
@@ -5000,6 +5080,10 @@
     <message>
         <source>There are no bytes in {name}.</source>
         <translation>{name} 中没有字节。</translation>
+    </message>
+    <message>
+        <source>There is no column “{name}”.</source>
+        <translation>没有“{name}”列。</translation>
     </message>
     <message>
         <source>There is no folder {folder}.</source>
@@ -5292,6 +5376,10 @@
     <message>
         <source>Twenty readings, about two seconds</source>
         <translation>二十次读数，约两秒</translation>
+    </message>
+    <message>
+        <source>Two acceleration sensors disagree by more than {limit:.1f} g for {seconds:.1f} s; not judged.</source>
+        <translation>两个加速度传感器有 {seconds:.1f} s 相差超过 {limit:.1f} g；不作判断。</translation>
     </message>
     <message>
         <source>Type a new name, or choose a module that was here before.</source>
@@ -6862,6 +6950,14 @@
         <translation>噪声更大会中断失重判断</translation>
     </message>
     <message>
+        <source>must fire</source>
+        <translation>必须触发</translation>
+    </message>
+    <message>
+        <source>must not fire</source>
+        <translation>不得触发</translation>
+    </message>
+    <message>
         <source>new</source>
         <translation>新</translation>
     </message>
@@ -7140,6 +7236,10 @@
     <message>
         <source>not sent: {why}</source>
         <translation>未发送：{why}</translation>
+    </message>
+    <message>
+        <source>not sorted</source>
+        <translation>未分类</translation>
     </message>
     <message>
         <source>not stated</source>
@@ -7608,6 +7708,14 @@
     <message>
         <source>the aircraft it sits in</source>
         <translation>所在的飞行器</translation>
+    </message>
+    <message>
+        <source>the angle fires at once; the acceleration is not filtered</source>
+        <translation>倾角达到即触发；加速度不滤波</translation>
+    </message>
+    <message>
+        <source>the angle has to last 0.2 s; the acceleration is averaged over 0.2 s</source>
+        <translation>倾角须持续 0.2 s；加速度取 0.2 s 平均</translation>
     </message>
     <message>
         <source>the bytes are no pairs of hex digits</source>
@@ -8126,6 +8234,10 @@
         <translation>{all} 项检查中有 {count} 项不通过。</translation>
     </message>
     <message>
+        <source>{count} pauses in the log, {total:.1f} s in all, the longest {longest:.1f} s.</source>
+        <translation>日志中断 {count} 次，共 {total:.1f} s，最长 {longest:.1f} s。</translation>
+    </message>
+    <message>
         <source>{count} recordings</source>
         <translation>{count} 条数据记录</translation>
     </message>
@@ -8144,6 +8256,10 @@
     <message>
         <source>{count} rows written to {file}.</source>
         <translation>已将 {count} 行写入 {file}。</translation>
+    </message>
+    <message>
+        <source>{count} samples that are no numbers are left out.</source>
+        <translation>略去 {count} 个无效采样。</translation>
     </message>
     <message>
         <source>{count} slots are empty.</source>
@@ -8838,6 +8954,10 @@
     <message>
         <source>“{word}” is not of the form NAME=VALUE.</source>
         <translation>“{word}”不是 NAME=VALUE 的形式。</translation>
+    </message>
+    <message>
+        <source>“{word}” is not of the form ROLE=COLUMN; the roles are {roles}.</source>
+        <translation>“{word}”不是 ROLE=COLUMN 形式；可用的 ROLE：{roles}。</translation>
     </message>
     <message>
         <source>… {count} bytes: {words}</source>

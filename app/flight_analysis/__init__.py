@@ -1,0 +1,1 @@
+"""Thresholds from flights: when each threshold would have fired first, maps over thresholds, proposals."""

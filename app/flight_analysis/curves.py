@@ -1,0 +1,121 @@
+"""When a flight would have fired first, for every threshold in the vendor's steps, computed once.
+
+With these curves any thresholds are a look-up. `tests/app/flight_analysis/test_curves.py` holds them to the judge.
+"""
+
+import math
+from dataclasses import dataclass
+from typing import Final, NamedTuple
+
+import numpy as np
+
+from app.firing.judge import LONGEST_GAP_S, ROUNDING_S, TriggerLimits
+from app.firing.points import Stretch, firing_places
+from app.flight_logs.flight_log import Flags, FlightLog, Floats
+from app.flight_logs.module_view import RuleReading, attitude_view, freefall_view
+from protocol.catalogue import CENTISECOND, DEGREE, TENTH_G
+from protocol.messages import Source
+
+MOST_TILT_STEPS: Final = 180
+"""Whole degrees: no tilt is larger."""
+MOST_ACCELERATION_STEPS: Final = 15
+"""Tenths of g: above 1.5 g everything would be a fall."""
+MOST_TIME_STEPS: Final = 255
+"""Hundredths of a second: the byte's largest."""
+NEVER: Final = math.inf
+
+
+class FirstFiring(NamedTuple):
+    """The first row at which it would have fired; `at_s` is infinite and `sources` empty where it would not."""
+
+    at_s: float
+    sources: Source
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class FiringCurves:
+    """Of one flight under one reading. Times are seconds of the `FlightLog`, `NEVER` where it would not fire."""
+
+    attitude_s: Floats
+    """Shape (181,): when the attitude trigger fires first, by threshold in whole degrees."""
+    freefall_s: Floats
+    """Shape (16, 256): when the free-fall trigger fires first, by threshold in tenths of g and by free-fall time in
+    hundredths of a second."""
+    longest_fall_s: Floats
+    """Shape (16,): the longest fall, from its first report to its last, by threshold in tenths of g; -1 where there
+    is none."""
+
+    @property
+    def tilt_max_deg(self) -> int:
+        """The largest threshold that would fire, in whole degrees; -1 where no attitude was judged."""
+        return int(np.isfinite(self.attitude_s).sum()) - 1
+
+    def first(self, limits: TriggerLimits) -> FirstFiring:
+        """Raises LookupError for a free-fall acceleration above 1.5 g."""
+        attitude_s = freefall_s = NEVER
+        if limits.attitude_is_enabled:
+            tilt_step = steps_of(limits.attitude_threshold_deg, DEGREE.per_unit)
+            attitude_s = float(self.attitude_s[tilt_step]) if tilt_step <= MOST_TILT_STEPS else NEVER
+        if limits.freefall_is_enabled:
+            acceleration_step = steps_of(limits.freefall_acceleration_g, TENTH_G.per_unit)
+            if acceleration_step > MOST_ACCELERATION_STEPS:
+                raise LookupError(limits.freefall_acceleration_g)
+            freefall_s = float(
+                self.freefall_s[acceleration_step, steps_of(limits.freefall_time_s, CENTISECOND.per_unit)]
+            )
+        at_s = min(attitude_s, freefall_s)
+        if at_s == NEVER:
+            return FirstFiring(NEVER, Source(0))
+        sources = Source.ATTITUDE if attitude_s == at_s else Source(0)
+        return FirstFiring(at_s, sources | (Source.FREEFALL if freefall_s == at_s else Source(0)))
+
+
+def steps_of(value: float, per_unit: int) -> int:
+    """A setting in the vendor's steps."""
+    return round(value * per_unit)
+
+
+def firing_curves(log: FlightLog, reading: RuleReading) -> FiringCurves:
+    """A hundredth of a second for ten minutes."""
+    tilts, is_judged = attitude_view(log, reading)
+    attitude_s = _attitude_curve(tilts.time_s[is_judged], tilts.tilt_deg[is_judged])
+    weights, is_judged = freefall_view(log, reading)
+    return FiringCurves(attitude_s, *_freefall_curves(weights, is_judged, log.resets_s))
+
+
+def _attitude_curve(time_s: Floats, tilt_deg: Floats) -> Floats:
+    curve = np.full(MOST_TILT_STEPS + 1, NEVER)
+    if len(time_s):
+        highest = np.maximum.accumulate(tilt_deg)
+        rows = np.searchsorted(highest, np.arange(MOST_TILT_STEPS + 1), "left")
+        is_reached = rows < len(time_s)
+        curve[is_reached] = time_s[rows[is_reached]]
+    return curve
+
+
+def _freefall_curves(stretch: Stretch, is_judged: Flags, resets_s: tuple[float, ...]) -> tuple[Floats, Floats]:
+    firsts_s = np.full((MOST_ACCELERATION_STEPS + 1, MOST_TIME_STEPS + 1), NEVER)
+    longest_s = np.full(MOST_ACCELERATION_STEPS + 1, -1.0)
+    time_s = stretch.time_s
+    steps = np.rint(stretch.acceleration_g * TENTH_G.per_unit).astype(np.int64)
+    steps[~is_judged] = MOST_ACCELERATION_STEPS + 1
+    begins_anew = np.diff(time_s, prepend=-np.inf) > LONGEST_GAP_S
+    resets = np.searchsorted(time_s, resets_s, "left")
+    begins_anew[resets[resets < len(time_s)]] = True
+    wanted_s = np.arange(MOST_TIME_STEPS + 1) / CENTISECOND.per_unit
+    for step in range(1, MOST_ACCELERATION_STEPS + 1):
+        is_below = steps < step
+        if not is_below.any():
+            continue
+        goes_on = is_below & ~begins_anew
+        goes_on[1:] &= is_below[:-1]
+        firsts = np.flatnonzero(is_below & ~goes_on)
+        lasts = np.flatnonzero(is_below & ~np.append(goes_on[1:], np.False_))
+        lasted_s = time_s[lasts] - time_s[firsts]
+        longest_s[step] = lasted_s.max()
+        fall = np.searchsorted(np.maximum.accumulate(lasted_s), wanted_s - ROUNDING_S, "left")
+        count = int((fall < len(firsts)).sum())
+        since = firsts[fall[:count]]
+        rows = firing_places(time_s, wanted_s[:count], since, time_s[since])
+        firsts_s[step, :count] = time_s[rows]
+    return firsts_s, longest_s

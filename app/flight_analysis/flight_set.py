@@ -1,0 +1,225 @@
+"""Flights sorted into those that must not fire and those that must, and the map over thresholds."""
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from enum import Enum
+from typing import Final, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from app.firing.judge import TriggerLimits
+from app.flight_analysis.curves import MOST_ACCELERATION_STEPS, MOST_TILT_STEPS, MOST_TIME_STEPS, steps_of
+from app.flight_analysis.summary import FirstFire, FlightSummary
+from app.flight_logs.flight_log import Floats
+from app.flight_logs.module_view import RuleReading
+from protocol.catalogue import CENTISECOND, DEGREE, TENTH_G
+from protocol.translatable import marked
+
+Counts = NDArray[np.int64]
+ATTITUDE_AXIS: Final = np.arange(30, 121)
+"""Whole degrees."""
+TIME_AXIS: Final = np.arange(20, MOST_TIME_STEPS + 1, 5) / CENTISECOND.per_unit
+"""Seconds."""
+
+
+class FlightGroup(Enum):
+    """What a flight is expected to do; the value is its name for people."""
+
+    MUST_NOT = marked("must not fire")
+    MUST = marked("must fire")
+    UNSORTED = marked("not sorted")
+
+
+class FlightOutcome(NamedTuple):
+    """One flight with certain thresholds."""
+
+    flight: FlightSummary
+    group: FlightGroup
+    direct: FirstFire
+    damped: FirstFire
+
+    @property
+    def is_different(self) -> bool:
+        """The two readings of the vendor's rule disagree on whether it fires, or fires in time."""
+        return (bool(self.direct.sources), self.direct.is_in_time) != (
+            bool(self.damped.sources), self.damped.is_in_time,
+        )  # fmt: skip
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class FireMap:
+    """How many flights would fire, by attitude threshold (rows) and free-fall time (columns).
+
+    The free-fall acceleration threshold and what is enabled are those of `limits`; its other two values are not used.
+    """
+
+    limits: TriggerLimits
+    reading: RuleReading
+    attitude_thresholds_deg: NDArray[np.int64]
+    """Shape (rows,)."""
+    freefall_times_s: Floats
+    """Shape (columns,)."""
+    must_not_count: int
+    must_count: int
+    unsorted_count: int
+    must_not_fired: Counts
+    """Shape (rows, columns), like all below: false deployments."""
+    must_fired: Counts
+    """Fired, and before the impact."""
+    unsorted_fired: Counts
+    worst_delay_s: Floats
+    """After the loss of control, of the flights that must fire and fire in time; NaN where there is none."""
+    worst_drop_m: Floats
+    """How much lower than at the loss of control, likewise."""
+
+
+class FlightSet:
+    """Belongs to one thread. A flight is known by its `name`."""
+
+    def __init__(self) -> None:
+        self._flights: dict[str, FlightSummary] = {}
+        self._groups: dict[str, FlightGroup] = {}
+        self._stacked: dict[tuple[FlightGroup, RuleReading], _Stacked] = {}
+
+    def __len__(self) -> int:
+        return len(self._flights)
+
+    def add(self, flights: Iterable[FlightSummary], group: FlightGroup = FlightGroup.UNSORTED) -> None:
+        """One of the same name takes the place of the earlier one and keeps nothing of it."""
+        for flight in flights:
+            self._flights[flight.name] = flight
+            self._groups[flight.name] = group
+        self._stacked.clear()
+
+    def sort(self, name: str, group: FlightGroup) -> None:
+        """Raises KeyError."""
+        if name not in self._flights:
+            raise KeyError(name)
+        self._groups[name] = group
+        self._stacked.clear()
+
+    def remove(self, name: str) -> None:
+        """Raises KeyError."""
+        del self._flights[name]
+        del self._groups[name]
+        self._stacked.clear()
+
+    def clear(self) -> None:
+        self._flights.clear()
+        self._groups.clear()
+        self._stacked.clear()
+
+    def group(self, name: str) -> FlightGroup:
+        """Raises KeyError."""
+        return self._groups[name]
+
+    def flights(self, group: FlightGroup | None = None) -> tuple[FlightSummary, ...]:
+        """In the order in which they were added; None: all."""
+        return tuple(one for name, one in self._flights.items() if group in (None, self._groups[name]))
+
+    def outcomes(self, limits: TriggerLimits) -> tuple[FlightOutcome, ...]:
+        """Of every flight, in the order in which they were added. Raises LookupError above 1.5 g."""
+        return tuple(
+            FlightOutcome(
+                one,
+                self._groups[name],
+                one.first_fire(limits, RuleReading.DIRECT),
+                one.first_fire(limits, RuleReading.DAMPED),
+            )
+            for name, one in self._flights.items()
+        )
+
+    def fire_map(
+        self,
+        limits: TriggerLimits,
+        reading: RuleReading = RuleReading.DIRECT,
+        *,
+        attitude_thresholds_deg: Counts = ATTITUDE_AXIS,
+        freefall_times_s: Floats = TIME_AXIS,
+    ) -> FireMap:
+        """Some milliseconds for a thousand flights. Raises LookupError for an acceleration above 1.5 g."""
+        tilts = np.rint(np.asarray(attitude_thresholds_deg) * DEGREE.per_unit).astype(np.int64)
+        times = np.rint(np.asarray(freefall_times_s) * CENTISECOND.per_unit).astype(np.int64)
+        step = steps_of(limits.freefall_acceleration_g, TENTH_G.per_unit)
+        if step > MOST_ACCELERATION_STEPS:
+            raise LookupError(limits.freefall_acceleration_g)
+        of_group = {group: self._stack(group, reading).cut(tilts, step, times, limits) for group in FlightGroup}
+        must = of_group[FlightGroup.MUST]
+        ends_s = np.array([one.end_s for one in self.flights(FlightGroup.MUST)])
+        in_time = _Cut(
+            np.where(must.attitude_s <= ends_s[:, None], must.attitude_s, np.inf),
+            np.where(must.freefall_s <= ends_s[:, None], must.freefall_s, np.inf),
+        )
+        worst_delay_s, worst_drop_m = self._worst(in_time)
+        return FireMap(
+            limits=limits,
+            reading=reading,
+            attitude_thresholds_deg=np.asarray(attitude_thresholds_deg),
+            freefall_times_s=np.asarray(freefall_times_s),
+            must_not_count=len(of_group[FlightGroup.MUST_NOT].attitude_s),
+            must_count=len(must.attitude_s),
+            unsorted_count=len(of_group[FlightGroup.UNSORTED].attitude_s),
+            must_not_fired=of_group[FlightGroup.MUST_NOT].fired(),
+            must_fired=in_time.fired(),
+            unsorted_fired=of_group[FlightGroup.UNSORTED].fired(),
+            worst_delay_s=worst_delay_s,
+            worst_drop_m=worst_drop_m,
+        )
+
+    def _stack(self, group: FlightGroup, reading: RuleReading) -> "_Stacked":
+        key = (group, reading)
+        if key not in self._stacked:
+            curves = [one.curves(reading) for one in self.flights(group)]
+            self._stacked[key] = _Stacked(
+                np.array([one.attitude_s for one in curves]).reshape(-1, MOST_TILT_STEPS + 1),
+                np.array([one.freefall_s for one in curves]).reshape(
+                    -1, MOST_ACCELERATION_STEPS + 1, MOST_TIME_STEPS + 1
+                ),
+            )
+        return self._stacked[key]
+
+    def _worst(self, in_time: "_Cut") -> tuple[Floats, Floats]:
+        shape = (in_time.attitude_s.shape[1], in_time.freefall_s.shape[1])
+        delay_s, drop_m = np.full(shape, -np.inf), np.full(shape, -np.inf)
+        for number, flight in enumerate(self.flights(FlightGroup.MUST)):
+            if flight.loss_s is None:
+                continue
+            first_s = np.minimum(in_time.attitude_s[number][:, None], in_time.freefall_s[number][None, :])
+            fires = np.isfinite(first_s)
+            delay_s[fires] = np.maximum(delay_s[fires], first_s[fires] - flight.loss_s)
+            from_m = flight.altitude_at(flight.loss_s)
+            if np.isfinite(from_m):
+                to_m = np.interp(first_s[fires], flight.altitude_time_s, flight.altitude_m)
+                drop_m[fires] = np.maximum(drop_m[fires], from_m - to_m)
+        return np.where(np.isfinite(delay_s), delay_s, np.nan), np.where(np.isfinite(drop_m), drop_m, np.nan)
+
+
+class _Cut(NamedTuple):
+    """First firings of some flights by attitude threshold, shape (flights, rows), and by time, (flights, columns)."""
+
+    attitude_s: Floats
+    freefall_s: Floats
+
+    def fired(self) -> Counts:
+        """How many fire by either: all but those that neither fires."""
+        holds_tilt = np.isinf(self.attitude_s).astype(np.float32)
+        holds_fall = np.isinf(self.freefall_s).astype(np.float32)
+        fired: Counts = len(self.attitude_s) - np.rint(holds_tilt.T @ holds_fall).astype(np.int64)
+        return fired
+
+
+class _Stacked(NamedTuple):
+    """Curves of some flights: shapes (flights, 181) and (flights, 16, 256)."""
+
+    attitude_s: Floats
+    freefall_s: Floats
+
+    def cut(self, tilts: Counts, step: int, times: Counts, limits: TriggerLimits) -> _Cut:
+        """In vendor's steps; a trigger that is off never fires, and no tilt is above 180°."""
+        attitude_s = self.attitude_s[:, np.minimum(tilts, MOST_TILT_STEPS)]
+        attitude_s[:, (tilts > MOST_TILT_STEPS) | (not limits.attitude_is_enabled)] = np.inf
+        freefall_s = self.freefall_s[:, step, :][:, times]
+        if not limits.freefall_is_enabled:
+            freefall_s = np.full_like(freefall_s, np.inf)
+        return _Cut(attitude_s, freefall_s)

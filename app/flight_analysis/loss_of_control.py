@@ -1,0 +1,67 @@
+"""Estimates when control of a flight was lost and when it hit the ground, from tilt and specific force alone."""
+
+from typing import Final, NamedTuple
+
+import numpy as np
+
+from app.flight_logs.flight_log import Flags, FlightLog, Floats
+
+CALM_S: Final = 1.0
+CALM_TILT_DEG: Final = 30.0
+CALM_G: Final = (0.5, 1.5)
+IMPACT_G: Final = 3.0
+BOUNCE_S: Final = 2.0
+"""Blows that follow each other within this time are one impact."""
+
+
+class LossOfControl(NamedTuple):
+    """Times of the `FlightLog`; None: not to be told."""
+
+    loss_s: float | None
+    """The end of the last calm second before the impact: tilt up to 30°, 0.5 to 1.5 g. An estimate."""
+    impact_s: float | None
+    """The first of the last blows of 3 g or more, else when the log says that it touched the ground."""
+
+
+NOT_LOST: Final = LossOfControl(None, None)
+
+
+def loss_of_control(log: FlightLog) -> LossOfControl:
+    """`NOT_LOST` for a flight that was calm to its end."""
+    is_known = log.is_judged & np.isfinite(log.tilt_deg) & np.isfinite(log.specific_force_g)
+    time_s = log.time_s[is_known]
+    if not len(time_s):
+        return NOT_LOST
+    tilt_deg, force_g = log.tilt_deg[is_known], log.specific_force_g[is_known]
+    impact_s = _last_blow(time_s[force_g >= IMPACT_G])
+    if impact_s is None:
+        impact_s = _touchdown(log)
+    is_calm = (tilt_deg <= CALM_TILT_DEG) & (force_g >= CALM_G[0]) & (force_g <= CALM_G[1])
+    before = time_s <= impact_s if impact_s is not None else np.ones(len(time_s), np.bool_)
+    loss_s = _last_calm_end(time_s[before], is_calm[before])
+    if impact_s is None and loss_s == float(time_s[-1]):
+        return NOT_LOST
+    return LossOfControl(loss_s, impact_s)
+
+
+def _last_blow(blows_s: Floats) -> float | None:
+    if not len(blows_s):
+        return None
+    first = np.flatnonzero(np.diff(blows_s, prepend=-np.inf) > BOUNCE_S)[-1]
+    return float(blows_s[first])
+
+
+def _touchdown(log: FlightLog) -> float | None:
+    """The last time that the log says it came to the ground."""
+    if log.is_on_ground is None:
+        return None
+    touches = np.flatnonzero(log.is_on_ground[1:] & ~log.is_on_ground[:-1]) + 1
+    return float(log.time_s[touches[-1]]) if len(touches) else None
+
+
+def _last_calm_end(time_s: Floats, is_calm: Flags) -> float | None:
+    """The end of the last run of calm rows that lasted for a second."""
+    edges = np.flatnonzero(np.diff(is_calm, prepend=False, append=False))
+    starts, lasts = edges[::2], edges[1::2] - 1
+    is_long = time_s[lasts] - time_s[starts] >= CALM_S
+    return float(time_s[lasts[is_long][-1]]) if is_long.any() else None

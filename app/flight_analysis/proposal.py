@@ -1,0 +1,230 @@
+"""Proposes thresholds that let every flight pass that must, and fire at every one that has to, with their margins.
+
+Within the vendor's advice and steps, and under both readings of the vendor's rule: what must not fire does so under
+none of them, what must fire does so under each, before the impact.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Final, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from app.firing.judge import TriggerLimits
+from app.flight_analysis.curves import MOST_ACCELERATION_STEPS, steps_of
+from app.flight_analysis.flight_set import FlightGroup, FlightSet
+from app.flight_analysis.summary import FlightSummary
+from app.flight_logs.module_view import RuleReading
+from app.limits.limits import SETTING_BOUNDS
+from app.text.messages import UserMessage, said
+from protocol.catalogue import CENTISECOND, DEGREE, TENTH_G
+from protocol.translatable import marked
+
+Steps = NDArray[np.int64]
+FULL_MARGIN_DEG: Final = 10
+FULL_MARGIN_S: Final = 0.3
+"""More margin than this makes a proposal no better: between equals the one nearest to the vendor's defaults wins."""
+CONFLICTS_KEPT: Final = 20
+
+
+class FlightMargin(NamedTuple):
+    """How far one flight is from the other side of a proposal."""
+
+    name: str
+    group: FlightGroup
+    attitude_deg: int
+    """Must not fire: threshold less the largest tilt. Must fire: the tilt that was reached in time less the threshold,
+    negative where this trigger alone would not have fired."""
+    freefall_s: float
+    """Must not fire: free-fall time less the longest fall. Must fire: the longest fall in time less that time."""
+
+
+class SeparationConflict(NamedTuple):
+    """A flight that keeps the two lists from being told apart."""
+
+    name: str
+    group: FlightGroup
+    why: UserMessage
+
+
+@dataclass(frozen=True, slots=True)
+class ThresholdProposal:
+    """`limits` is None where no thresholds separate the lists; `conflicts` then says why."""
+
+    limits: TriggerLimits | None
+    margins: tuple[FlightMargin, ...] = ()
+    """One a flight, the nearest to the other side first, those that must not fire before those that must."""
+    conflicts: tuple[SeparationConflict, ...] = ()
+
+    def nearest(self, group: FlightGroup) -> FlightMargin | None:
+        """The flight of the group with the least margin; None where there is none of it."""
+        return next((one for one in self.margins if one.group is group), None)
+
+
+def propose(flights: FlightSet) -> ThresholdProposal:
+    """`FlightGroup.UNSORTED` does not count. A tenth of a second for hundreds of flights."""
+    must_not = _Reached.of(flights.flights(FlightGroup.MUST_NOT), FlightGroup.MUST_NOT)
+    must = _Reached.of(flights.flights(FlightGroup.MUST), FlightGroup.MUST)
+    best = _best(must_not, must)
+    if best is None:
+        return ThresholdProposal(None, conflicts=_conflicts(must_not, must))
+    limits = TriggerLimits(
+        attitude_threshold_deg=best.tilt / DEGREE.per_unit,
+        freefall_acceleration_g=best.acceleration / TENTH_G.per_unit,
+        freefall_time_s=best.time / CENTISECOND.per_unit,
+    )
+    return ThresholdProposal(limits, (*must_not.margins(best), *must.margins(best)))
+
+
+class _Thresholds(NamedTuple):
+    """In the vendor's steps."""
+
+    tilt: int
+    acceleration: int
+    time: int
+
+
+class _Reached(NamedTuple):
+    """The largest thresholds at which the flights of a group fire, in the vendor's steps; -1: at none."""
+
+    group: FlightGroup
+    names: tuple[str, ...]
+    tilt: Steps
+    """Shape (flights,)."""
+    fall: Steps
+    """Shape (flights, 16), by free-fall acceleration threshold: the largest free-fall time."""
+
+    @classmethod
+    def of(cls, flights: Sequence[FlightSummary], group: FlightGroup) -> "_Reached":
+        """The worse of both readings: for flights that must not fire the larger, for those that must the smaller."""
+        worse = max if group is FlightGroup.MUST_NOT else min
+        tilts, falls = [], []
+        for flight in flights:
+            end_s = flight.end_s if group is FlightGroup.MUST else np.finfo(np.float64).max
+            curves = [flight.curves(reading) for reading in RuleReading]
+            tilts.append(worse(int((one.attitude_s <= end_s).sum()) - 1 for one in curves))
+            both = np.stack([(one.freefall_s <= end_s).sum(axis=1) - 1 for one in curves])
+            falls.append(both.max(axis=0) if group is FlightGroup.MUST_NOT else both.min(axis=0))
+        return cls(
+            group,
+            tuple(one.name for one in flights),
+            np.array(tilts, np.int64),
+            np.array(falls, np.int64).reshape(-1, MOST_ACCELERATION_STEPS + 1),
+        )
+
+    def margins(self, thresholds: _Thresholds) -> list[FlightMargin]:
+        sign = 1 if self.group is FlightGroup.MUST_NOT else -1
+        tilt = sign * (thresholds.tilt - self.tilt)
+        fall = sign * (thresholds.time - self.fall[:, thresholds.acceleration])
+        worse = np.minimum if self.group is FlightGroup.MUST_NOT else np.maximum
+        nearness = worse(tilt / FULL_TILT_STEPS, fall / FULL_TIME_STEPS)
+        return [
+            FlightMargin(self.names[one], self.group, int(tilt[one]), int(fall[one]) / CENTISECOND.per_unit)
+            for one in np.argsort(nearness, kind="stable").tolist()
+        ]
+
+
+FULL_TILT_STEPS: Final = FULL_MARGIN_DEG * DEGREE.per_unit
+FULL_TIME_STEPS: Final = round(FULL_MARGIN_S * CENTISECOND.per_unit)
+
+
+def _advised(key: str, per_unit: int) -> Steps:
+    bound = SETTING_BOUNDS[key]
+    return np.arange(steps_of(bound.advised_low, per_unit), steps_of(bound.advised_high, per_unit) + 1)
+
+
+TILTS: Final = _advised("attitude_threshold_deg", DEGREE.per_unit)
+ACCELERATIONS: Final = _advised("freefall_acceleration_g", TENTH_G.per_unit)
+TIMES: Final = _advised("freefall_time_s", CENTISECOND.per_unit)
+
+
+def _best(must_not: _Reached, must: _Reached) -> _Thresholds | None:
+    """The thresholds with the largest least margin, as far as `FULL_MARGIN_*`; None where none separates."""
+    usual = TriggerLimits()
+    best: _Thresholds | None = None
+    best_score = (0.0, 0.0)
+    for acceleration in ACCELERATIONS.tolist():
+        least = np.minimum(
+            _share(TILTS - must_not.tilt.max(initial=-FULL_TILT_STEPS), FULL_TILT_STEPS)[:, None],
+            _share(TIMES - must_not.fall[:, acceleration].max(initial=-FULL_TIME_STEPS), FULL_TIME_STEPS)[None, :],
+        )
+        for tilt, fall in _hardest(must.tilt, must.fall[:, acceleration]):
+            # One step more than the margin: a flight that just reaches the threshold fires.
+            reached = np.maximum(
+                _share(tilt - TILTS + 1, FULL_TILT_STEPS)[:, None], _share(fall - TIMES + 1, FULL_TIME_STEPS)[None, :]
+            )
+            least = np.minimum(least, reached)
+        distance = (
+            np.abs(TILTS - steps_of(usual.attitude_threshold_deg, DEGREE.per_unit))[:, None] / FULL_TILT_STEPS
+            + np.abs(TIMES - steps_of(usual.freefall_time_s, CENTISECOND.per_unit))[None, :] / FULL_TIME_STEPS
+            + abs(acceleration - steps_of(usual.freefall_acceleration_g, TENTH_G.per_unit))
+        )
+        largest = float(least.max())
+        nearest = np.where(least == largest, -distance, -np.inf)
+        row, column = np.unravel_index(int(nearest.argmax()), nearest.shape)
+        score = (largest, float(nearest[row, column]))
+        if largest > 0 and (best is None or score > best_score):
+            best, best_score = _Thresholds(int(TILTS[row]), acceleration, int(TIMES[column])), score
+    return best
+
+
+def _share(steps: Steps, full: int) -> NDArray[np.float64]:
+    """0 where there is no margin, 1 where it is full."""
+    return np.clip(steps / full, 0.0, 1.0)
+
+
+def _hardest(tilt: Steps, fall: Steps) -> list[tuple[int, int]]:
+    """Of flights that must fire those that no other one is harder than: lower in tilt and shorter in fall."""
+    kept: list[tuple[int, int]] = []
+    shortest = None
+    for one in sorted(set(zip(tilt.tolist(), fall.tolist(), strict=True))):
+        if shortest is None or one[1] < shortest:
+            kept.append(one)
+            shortest = one[1]
+    return kept
+
+
+def _conflicts(must_not: _Reached, must: _Reached) -> tuple[SeparationConflict, ...]:
+    found: list[SeparationConflict] = []
+    most_deg, most_s = int(TILTS[-1]), int(TIMES[-1])
+    for name, tilt, falls in zip(must_not.names, must_not.tilt.tolist(), must_not.fall, strict=True):
+        if tilt >= most_deg:
+            why = said(marked("It tilts to {tilt}° or more: no threshold up to {most}° lets it pass."),
+                       tilt=tilt, most=most_deg)  # fmt: skip
+        elif int(falls[ACCELERATIONS].min()) >= most_s:
+            why = said(marked("It falls for longer than any free-fall time allows."))
+        else:
+            continue
+        found.append(SeparationConflict(name, FlightGroup.MUST_NOT, why))
+    if not found:
+        found += _missed(must_not, must)
+    return tuple(found[:CONFLICTS_KEPT])
+
+
+def _missed(must_not: _Reached, must: _Reached) -> list[SeparationConflict]:
+    """Flights that must fire and do not at the most sensitive thresholds that let the others pass."""
+    tilt = max(int(TILTS[0]), int(must_not.tilt.max(initial=-1)) + 1)
+    times = np.maximum(int(TIMES[0]), must_not.fall.max(axis=0, initial=-1) + 1)
+    best: NDArray[np.bool_] | None = None
+    best_acceleration = int(ACCELERATIONS[0])
+    for acceleration in ACCELERATIONS.tolist():
+        can_fall = int(times[acceleration]) <= int(TIMES[-1])
+        is_missed = (must.tilt < tilt) & ((must.fall[:, acceleration] < times[acceleration]) | (not can_fall))
+        if can_fall and (best is None or is_missed.sum() < best.sum()):
+            best, best_acceleration = is_missed, acceleration
+    if best is None:
+        return []
+    return [
+        SeparationConflict(
+            must.names[one],
+            FlightGroup.MUST,
+            said(
+                marked("It does not fire in time with {tilt}°, {acceleration:.1f} g and {time:.2f} s, the most "
+                       "sensitive thresholds that let the others pass."),
+                tilt=tilt, acceleration=best_acceleration / TENTH_G.per_unit,
+                time=int(times[best_acceleration]) / CENTISECOND.per_unit,
+            ),
+        )
+        for one in np.flatnonzero(best).tolist()
+    ]  # fmt: skip

@@ -1,0 +1,1 @@
+"""Flight logs of PX4, ArduPilot and others, read into one form."""

@@ -1,0 +1,181 @@
+"""Makes a `FlightLog` of raw channels: one clock, rows at the module's report rate, and nothing that cannot be true.
+
+A row carries the newest sample that is not after it. Over a pause nothing is carried on: there are no rows.
+"""
+
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from app.firing.judge import LONGEST_GAP_S
+from app.flight_logs.flight_log import REPORT_HZ, Flags, FlightLog, Floats, LogUnreadable, ModeChange
+from app.flight_logs.force_checks import believed_force
+from app.flight_logs.raw_log import Channel, FlagChannel, RawLog
+from app.text.messages import UserMessage, said
+from protocol.translatable import marked
+
+MOST_ROWS: Final = 48 * 3600 * REPORT_HZ
+"""Two days."""
+LATEST_S: Final = 1e10
+"""No clock of a flight controller tells more, since boot or since 1970."""
+AFTER_DISARM_S: Final = 5.0
+"""Judged after disarming too: an aircraft whose motors were stopped in the air still falls."""
+ALTITUDE_HOLDS_S: Final = 5.0
+MOST_MODES: Final = 10_000
+_TICK: Final = 1e-6
+
+
+def assembled(raw: RawLog) -> FlightLog:
+    """Raises `LogUnreadable` where there is neither attitude nor acceleration."""
+    problems = list(raw.problems)
+    tilt = next((one for one in (_cleaned(each, problems) for each in raw.tilts_deg) if len(one.time_s)), None)
+    forces = [one for one in (_cleaned(each, problems) for each in raw.forces_g) if len(one.time_s)]
+    sensed = [*((tilt,) if tilt else ()), *forces]
+    if not sensed:
+        raise LogUnreadable(said(marked("It holds neither attitude nor acceleration.")))
+    if tilt is None:
+        problems.append(said(marked("No attitude: the attitude trigger is not judged.")))
+    if not forces:
+        problems.append(said(marked("No acceleration: the free-fall trigger is not judged.")))
+    start_s = min(float(one.time_s[0]) for one in sensed)
+    end_s = max(float(one.time_s[-1]) for one in sensed)
+    held = [_held(one.time_s - start_s) for one in sensed]
+    ticks = np.unique(np.concatenate([one[0] for one in held]))
+    time_s = ticks / REPORT_HZ
+    columns = [_column(ticks, *places, one.values) for places, one in zip(held, sensed, strict=True)]
+    tilt_deg = columns.pop(0) if tilt is not None else np.full(len(ticks), np.nan)
+    force_g = believed_force(time_s, columns, problems) if columns else np.full(len(ticks), np.nan)
+    is_armed, is_on_ground = (
+        None if flags is None else _flags_at(flags, time_s + start_s) for flags in (raw.armed, raw.on_ground)
+    )
+    is_judged = _judged(time_s, is_armed, is_on_ground)
+    _note_pauses(time_s, is_judged, problems)
+    return FlightLog(
+        name=raw.name,
+        format=raw.format,
+        time_s=time_s,
+        tilt_deg=tilt_deg,
+        specific_force_g=force_g,
+        is_judged=is_judged,
+        duration_s=end_s - start_s,
+        is_armed=is_armed,
+        is_on_ground=is_on_ground,
+        altitude_m=None if raw.altitude_m is None else _altitude_at(raw.altitude_m, time_s + start_s),
+        modes=tuple(ModeChange(one.time_s - start_s, one.name) for one in raw.modes[:MOST_MODES]),
+        problems=tuple(dict.fromkeys(problems)),
+    )
+
+
+def _cleaned(channel: Channel, problems: list[UserMessage]) -> Channel:
+    """Only what is a number at a time, in order of time; says what was left out."""
+    time_s, values = (np.asarray(one, np.float64) for one in channel)
+    is_number = np.isfinite(time_s) & (np.abs(time_s) <= LATEST_S) & np.isfinite(values)
+    if not is_number.all():
+        count = int((~is_number).sum())
+        problems.append(said(marked("{count} samples that are no numbers are left out."), count=f"{count:,}"))
+        time_s, values = time_s[is_number], values[is_number]
+    kept = ascending(time_s)
+    if not kept.all():
+        problems.append(
+            said(
+                marked("The clock of the log jumps back: {count} samples are left out."),
+                count=f"{int((~kept).sum()):,}",
+            )
+        )
+        time_s, values = time_s[kept], values[kept]
+    return Channel(time_s, values)
+
+
+def ascending(time_s: Floats) -> Flags:
+    """The rows to keep so that times ascend: without those that lie behind the newest before them, or without those
+    that lie ahead of the oldest after them, whichever leaves more. Equal times keep the last row."""
+    if not len(time_s):
+        return np.ones(0, np.bool_)
+    is_last = np.append(np.diff(time_s) != 0, np.True_)
+    newest_before = np.concatenate(((-np.inf,), np.maximum.accumulate(time_s)[:-1]))
+    oldest_after = np.append(np.minimum.accumulate(time_s[::-1])[::-1][1:], np.inf)
+    forwards, backwards = (time_s >= newest_before) & is_last, (time_s <= oldest_after) & is_last
+    kept: Flags = forwards if forwards.sum() >= backwards.sum() else backwards
+    # Equal times that do not follow each other.
+    rows = np.flatnonzero(kept)
+    kept[rows[:-1][np.diff(time_s[rows]) <= 0]] = False
+    return kept
+
+
+def _held(time_s: Floats) -> tuple[NDArray[np.int64], NDArray[np.intp]]:
+    """Ticks of the report rate at which there is a sample that holds, and which sample that is."""
+    firsts = np.ceil(time_s * REPORT_HZ - _TICK).astype(np.int64)
+    counts = np.ones(len(firsts), np.int64)
+    holds = np.diff(time_s) <= LONGEST_GAP_S
+    counts[:-1][holds] = np.diff(firsts)[holds]
+    total = int(counts.sum())
+    if total > MOST_ROWS:
+        raise LogUnreadable(said(marked("It is longer than 48 hours.")))
+    samples = np.repeat(np.arange(len(firsts)), counts)
+    ramp = np.arange(total) - np.repeat(np.cumsum(counts) - counts, counts)
+    return firsts[samples] + ramp, samples
+
+
+def _column(
+    ticks: NDArray[np.int64], held: NDArray[np.int64], samples: NDArray[np.intp], values: Floats
+) -> Floats:  # fmt: skip
+    column = np.full(len(ticks), np.nan)
+    column[np.searchsorted(ticks, held)] = values[samples]
+    return column
+
+
+def _flags_at(flags: FlagChannel, time_s: Floats) -> Flags:
+    """Before the first row it counts as the opposite of it: the log says when it changed."""
+    order = np.argsort(flags.time_s, kind="stable")
+    known_s, values = flags.time_s[order], flags.values[order]
+    if not len(values):
+        return np.zeros(len(time_s), np.bool_)
+    places = np.searchsorted(known_s, time_s + _TICK, "right") - 1
+    return np.where(places < 0, ~values[0], values[np.maximum(places, 0)])
+
+
+def _judged(time_s: Floats, is_armed: Flags | None, is_on_ground: Flags | None) -> Flags:
+    """From the first arming on; after disarming for `AFTER_DISARM_S`, or until it is on the ground."""
+    if is_armed is None or not is_armed.any():
+        return np.ones(len(time_s), np.bool_)
+    armed_s = np.maximum.accumulate(np.where(is_armed, time_s, -np.inf))
+    is_judged: Flags = time_s - armed_s <= AFTER_DISARM_S
+    if is_on_ground is not None:
+        is_judged &= is_armed | ~is_on_ground
+    return is_judged
+
+
+def _altitude_at(altitude_m: Channel, time_s: Floats) -> Floats:
+    """Between two samples that are near enough; NaN elsewhere."""
+    channel = _cleaned(altitude_m, [])
+    if not len(channel.time_s):
+        return np.full(len(time_s), np.nan)
+    after = np.searchsorted(channel.time_s, time_s, "left")
+    before = np.maximum(after - 1, 0)
+    after = np.minimum(after, len(channel.time_s) - 1)
+    is_near = (np.abs(channel.time_s[after] - time_s) <= ALTITUDE_HOLDS_S) & (
+        np.abs(channel.time_s[before] - time_s) <= ALTITUDE_HOLDS_S
+    )
+    return np.where(is_near, np.interp(time_s, channel.time_s, channel.values), np.nan)
+
+
+def _note_pauses(time_s: Floats, is_judged: Flags, problems: list[UserMessage]) -> None:
+    steps = np.diff(time_s)
+    pauses = steps[steps > LONGEST_GAP_S]
+    if len(pauses):
+        problems.append(
+            said(
+                marked("{count} pauses in the log, {total:.1f} s in all, the longest {longest:.1f} s."),
+                count=len(pauses), total=float(pauses.sum()), longest=float(pauses.max()),
+            )
+        )  # fmt: skip
+    if not is_judged.all():
+        left_out = covered_part_s(time_s, ~is_judged)
+        problems.append(said(marked("Not judged: {total:.1f} s before arming or after the landing."), total=left_out))
+
+
+def covered_part_s(time_s: Floats, is_part: Flags) -> float:
+    """Time of the rows that are part of it, without the pauses."""
+    steps = np.diff(time_s)
+    return float(steps[(steps <= LONGEST_GAP_S) & is_part[1:]].sum())

@@ -1,0 +1,119 @@
+"""Which columns of a CSV file hold what: chosen by a person, or recognised by name."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from enum import Enum
+from typing import Final
+
+from app.flight_logs.flight_log import LogUnreadable
+from app.text.messages import UserMessage, clean, said
+from protocol.translatable import marked
+
+
+class CsvRole(Enum):
+    """What a column holds; the value is the word on the command line, with its unit."""
+
+    TIME_S = "time_s"
+    TIME_MS = "time_ms"
+    TIME_US = "time_us"
+    TILT_DEG = "tilt_deg"
+    ROLL_DEG = "roll_deg"
+    PITCH_DEG = "pitch_deg"
+    ROLL_RAD = "roll_rad"
+    PITCH_RAD = "pitch_rad"
+    QW = "qw"
+    QX = "qx"
+    QY = "qy"
+    QZ = "qz"
+    ACCELERATION_G = "acceleration_g"
+    """Length of the specific force."""
+    ACCELERATION_M_S2 = "acceleration_m_s2"
+    X_G = "x_g"
+    Y_G = "y_g"
+    Z_G = "z_g"
+    X_M_S2 = "x_m_s2"
+    Y_M_S2 = "y_m_s2"
+    Z_M_S2 = "z_m_s2"
+    ALTITUDE_M = "altitude_m"
+    ARMED = "armed"
+    """Not 0: armed."""
+
+
+TIMES: Final[Mapping[CsvRole, float]] = {CsvRole.TIME_S: 1.0, CsvRole.TIME_MS: 1e-3, CsvRole.TIME_US: 1e-6}
+"""Seconds of one."""
+ATTITUDES: Final = (
+    (CsvRole.TILT_DEG,),
+    (CsvRole.QW, CsvRole.QX, CsvRole.QY, CsvRole.QZ),
+    (CsvRole.ROLL_DEG, CsvRole.PITCH_DEG),
+    (CsvRole.ROLL_RAD, CsvRole.PITCH_RAD),
+)
+FORCES: Final = (
+    (CsvRole.ACCELERATION_G,),
+    (CsvRole.ACCELERATION_M_S2,),
+    (CsvRole.X_G, CsvRole.Y_G, CsvRole.Z_G),
+    (CsvRole.X_M_S2, CsvRole.Y_M_S2, CsvRole.Z_M_S2),
+)
+_USUAL: Final[Mapping[CsvRole, tuple[str, ...]]] = {
+    CsvRole.TIME_S: ("elapsed_s", "t_s", "time_s", "seconds"),
+    CsvRole.TIME_MS: ("t_ms", "time_ms", "timems"),
+    CsvRole.TIME_US: ("t_us", "time_us", "timeus", "timestamp"),
+    CsvRole.QW: ("qw", "q[0]"),
+    CsvRole.QX: ("qx", "q[1]"),
+    CsvRole.QY: ("qy", "q[2]"),
+    CsvRole.QZ: ("qz", "q[3]"),
+}
+"""Names that say what they are, besides the word itself. `timestamp`: microseconds, as in PX4's own exports."""
+
+
+@dataclass(frozen=True, slots=True)
+class CsvColumns:
+    """The name of the column for each role that is chosen. Raises `LogUnreadable` where that cannot be enough."""
+
+    names: Mapping[CsvRole, str]
+
+    def __post_init__(self) -> None:
+        if sum(role in self.names for role in TIMES) != 1:
+            raise LogUnreadable(said(marked("One column has to be the time: time_s, time_ms or time_us.")))
+        if not self.attitude and not self.force:
+            raise LogUnreadable(said(marked("The columns give neither attitude nor acceleration.")))
+
+    @property
+    def attitude(self) -> tuple[CsvRole, ...]:
+        """The roles that the tilt is computed from; empty where there are none."""
+        return next((roles for roles in ATTITUDES if all(role in self.names for role in roles)), ())
+
+    @property
+    def force(self) -> tuple[CsvRole, ...]:
+        """The roles that the specific force is computed from; empty where there are none."""
+        return next((roles for roles in FORCES if all(role in self.names for role in roles)), ())
+
+
+def parse_choice(words: Sequence[str]) -> CsvColumns:
+    """From words such as `roll_deg=ATT.Roll`. Raises `LogUnreadable`."""
+    names: dict[CsvRole, str] = {}
+    by_word = {role.value: role for role in CsvRole}
+    for word in words:
+        key, equals, name = word.partition("=")
+        role = by_word.get(key)
+        if role is None or not equals or not name:
+            raise LogUnreadable(_no_role(word))
+        names[role] = name
+    return CsvColumns(names)
+
+
+def recognised(head: Sequence[str]) -> CsvColumns:
+    """The columns whose names say what they are. Raises `LogUnreadable`."""
+    places = {name.strip().lower(): name for name in reversed(head)}
+    names: dict[CsvRole, str] = {}
+    for role in CsvRole:
+        found = next((places[name] for name in (role.value, *_USUAL.get(role, ())) if name in places), None)
+        if found is not None and not (role in TIMES and names.keys() & TIMES.keys()):
+            names[role] = found
+    return CsvColumns(names)
+
+
+def _no_role(word: str) -> UserMessage:
+    return said(
+        marked("“{word}” is not of the form ROLE=COLUMN; the roles are {roles}."),
+        word=clean(word, longest=60), roles=", ".join(role.value for role in CsvRole),
+    )  # fmt: skip

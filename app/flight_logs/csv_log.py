@@ -1,0 +1,146 @@
+"""Reads a CSV file with a head line: time, attitude, acceleration, altitude, arming."""
+
+import csv
+from collections.abc import Mapping
+from itertools import islice
+from pathlib import Path
+from typing import Final, TextIO
+
+import numpy as np
+
+from app.flight_logs.csv_columns import TIMES, CsvColumns, CsvRole, recognised
+from app.flight_logs.flight_log import Floats, LogFormat, LogUnreadable
+from app.flight_logs.raw_log import (
+    STANDARD_GRAVITY_M_S2,
+    Channel,
+    FlagChannel,
+    RawLog,
+    force_of_axes,
+    tilt_of_quaternion,
+    tilt_of_roll_and_pitch,
+)
+from app.text.messages import clean, said
+from protocol.translatable import marked
+
+MOST_COLUMNS: Final = 2000
+MOST_LINES: Final = 20_000_000
+LONGEST_LINE: Final = 256 * 1024
+_LINES_AT_ONCE: Final = 50_000
+
+
+def read_head(path: Path) -> list[str]:
+    """Names of the columns, for choosing among them. Raises `LogUnreadable`, OSError."""
+    with path.open("r", encoding="utf-8-sig", errors="replace", newline="") as file:
+        line = file.readline(LONGEST_LINE)
+    return _head_of(line)
+
+
+def read_csv(path: Path, columns: CsvColumns | None = None) -> RawLog:
+    """`columns`: None where they say themselves what they are. Raises `LogUnreadable`, OSError."""
+    raw = RawLog(name=str(path), format=LogFormat.CSV)
+    with path.open("r", encoding="utf-8-sig", errors="replace", newline="") as file:
+        first = file.readline(LONGEST_LINE)
+        head = _head_of(first)
+        chosen = recognised(head) if columns is None else columns
+        places = _places(head, chosen)
+        found = _numbers(file, _separator(first), places)
+    values = dict(zip(places, found, strict=True))
+    scale = next((role for role in TIMES if role in values), CsvRole.TIME_S)
+    time_s = values[scale] * TIMES[scale]
+    if chosen.attitude:
+        raw.tilts_deg.append(_known(time_s, _tilt(values, chosen.attitude)))
+    if chosen.force:
+        raw.forces_g.append(_known(time_s, _force(values, chosen.force)))
+    if CsvRole.ALTITUDE_M in values:
+        raw.altitude_m = _known(time_s, values[CsvRole.ALTITUDE_M])
+    if CsvRole.ARMED in values:
+        known = _known(time_s, values[CsvRole.ARMED])
+        raw.armed = FlagChannel(known.time_s, known.values != 0)
+    return raw
+
+
+def _known(time_s: Floats, values: Floats) -> Channel:
+    """Without the lines in which the cell is empty, as those of another quantity are."""
+    is_known = ~np.isnan(values)
+    return Channel(time_s[is_known], values[is_known])
+
+
+def _separator(line: str) -> str:
+    return max(",;\t", key=line.count)
+
+
+def _head_of(line: str) -> list[str]:
+    try:
+        head = next(csv.reader([line], delimiter=_separator(line)), [])
+    except csv.Error:
+        head = []
+    head = [name.strip() for name in head]
+    if not 2 <= len(head) <= MOST_COLUMNS:
+        raise LogUnreadable(said(marked("Its first line names no columns.")))
+    return head
+
+
+def _places(head: list[str], columns: CsvColumns) -> dict[CsvRole, int]:
+    wanted = [role for role in CsvRole if role in columns.names]
+    places = {}
+    for role in wanted:
+        name = columns.names[role]
+        if name not in head:
+            raise LogUnreadable(said(marked("There is no column “{name}”."), name=clean(name, longest=60)))
+        places[role] = head.index(name)
+    return places
+
+
+def _numbers(file: TextIO, separator: str, places: Mapping[CsvRole, int]) -> list[Floats]:
+    """The columns as numbers, NaN for what is none."""
+    wanted = list(places.values())
+    pieces = iter(lambda: file.readline(LONGEST_LINE), "")  # whatever a line is long
+    lines = csv.reader((line.replace("\0", "") for line in pieces), delimiter=separator)
+    parts: list[Floats] = []
+    count = 0
+    try:
+        while rows := list(islice(lines, _LINES_AT_ONCE)):
+            count += len(rows)
+            if count > MOST_LINES:
+                raise LogUnreadable(said(marked("It has more than {count} lines."), count=f"{MOST_LINES:,}"))
+            parts.append(
+                np.array([[_number(row[one]) if one < len(row) else np.nan for one in wanted] for row in rows])
+            )
+    except csv.Error as error:
+        raise LogUnreadable(said(marked("It is no CSV file."))) from error
+    table = np.concatenate(parts) if parts else np.empty((0, len(wanted)))
+    return list(table.T)
+
+
+def _number(cell: str) -> float:
+    """NaN for an empty cell and for text; true and false count as 1 and 0."""
+    try:
+        return float(cell)
+    except ValueError:
+        return {"true": 1.0, "false": 0.0}.get(cell.strip().lower(), np.nan)
+
+
+def _tilt(values: Mapping[CsvRole, Floats], roles: tuple[CsvRole, ...]) -> Floats:
+    columns = [values[role] for role in roles]
+    match roles[0]:
+        case CsvRole.TILT_DEG:
+            return np.abs(columns[0])
+        case CsvRole.QW:
+            return tilt_of_quaternion(*columns)
+        case CsvRole.ROLL_RAD:
+            return tilt_of_roll_and_pitch(np.degrees(columns[0]), np.degrees(columns[1]))
+        case _:
+            return tilt_of_roll_and_pitch(*columns)
+
+
+def _force(values: Mapping[CsvRole, Floats], roles: tuple[CsvRole, ...]) -> Floats:
+    columns = [values[role] for role in roles]
+    match roles[0]:
+        case CsvRole.ACCELERATION_G:
+            return np.abs(columns[0])
+        case CsvRole.ACCELERATION_M_S2:
+            return np.abs(columns[0]) / STANDARD_GRAVITY_M_S2
+        case CsvRole.X_M_S2:
+            return force_of_axes(*columns)
+        case _:
+            return force_of_axes(*(column * STANDARD_GRAVITY_M_S2 for column in columns))

@@ -1,0 +1,84 @@
+"""Which acceleration is to be believed: wrong scales, sensors that lie, two sensors that disagree."""
+
+from typing import Final
+
+import numpy as np
+
+from app.flight_logs.flight_log import Flags, Floats
+from app.flight_logs.module_view import averaged
+from app.text.messages import UserMessage, said
+from protocol.translatable import marked
+
+AVERAGED_S: Final = 1.0
+REST_G: Final = (0.8, 1.25)
+LEAST_REST: Final = 0.05
+"""Share of the log in which the average has to be at rest: whatever flies or falls for long feels 1 g."""
+LONGEST_FALL_S: Final = 10.0
+"""An average below 0.8 g for longer is a bad sensor: after 10 s of it an aircraft would be 100 m lower and faster than
+its own drag allows, after which it feels 1 g again."""
+DISAGREE_G: Final = 0.3
+
+
+def believed_force(time_s: Floats, sensors: list[Floats], problems: list[UserMessage]) -> Floats:
+    """One column of the sensors' columns (g, NaN where a sensor has no sample); NaN where none is to be believed."""
+    checked = [_checked(time_s, one, number, problems) for number, one in enumerate(sensors, 1)]
+    believed = max(checked, key=lambda one: int(np.isfinite(one).sum()))  # the first of equals
+    for other in checked:
+        if other is not believed:
+            believed = _agreed(time_s, believed, other, problems)
+    return believed
+
+
+def _checked(time_s: Floats, force_g: Floats, number: int, problems: list[UserMessage]) -> Floats:
+    rows = np.flatnonzero(np.isfinite(force_g))
+    if not len(rows):
+        return force_g
+    times, mean_g = time_s[rows], averaged(time_s[rows], force_g[rows], AVERAGED_S)
+    is_rest = (mean_g >= REST_G[0]) & (mean_g <= REST_G[1])
+    if is_rest.mean() < LEAST_REST:
+        problems.append(
+            said(
+                marked("Acceleration sensor {number} never rests at 1 g (half of it below {median:.2f} g): wrong scale "
+                       "or a bad sensor; not judged."),
+                number=number, median=float(np.median(force_g[rows])),
+            )
+        )  # fmt: skip
+        return np.full(len(force_g), np.nan)
+    believed = force_g.copy()
+    for start_s, end_s in _long_runs(times, mean_g < REST_G[0]):
+        is_bad = (time_s >= start_s - AVERAGED_S) & (time_s <= end_s)
+        problems.append(
+            said(
+                marked("Acceleration sensor {number} lies at {median:.2f} g for {seconds:.0f} s from {start:.1f} s: a "
+                       "bad sensor, not a fall; not judged."),
+                number=number, median=float(np.nanmedian(force_g[is_bad])), seconds=end_s - start_s, start=start_s,
+            )
+        )  # fmt: skip
+        believed[is_bad] = np.nan
+    return believed
+
+
+def _long_runs(time_s: Floats, is_low: Flags) -> list[tuple[float, float]]:
+    """Begin and end of the runs that last for longer than `LONGEST_FALL_S`."""
+    edges = np.flatnonzero(np.diff(is_low, prepend=False, append=False))
+    starts_s, ends_s = time_s[edges[::2]], time_s[edges[1::2] - 1]
+    is_long = ends_s - starts_s > LONGEST_FALL_S
+    return list(zip(starts_s[is_long].tolist(), ends_s[is_long].tolist(), strict=True))
+
+
+def _agreed(time_s: Floats, one: Floats, other: Floats, problems: list[UserMessage]) -> Floats:
+    rows = np.flatnonzero(np.isfinite(one) & np.isfinite(other))
+    if not len(rows):
+        return one
+    means_g = [averaged(time_s[rows], each[rows], AVERAGED_S) for each in (one, other)]
+    matters = np.minimum(*means_g) < REST_G[0]  # at which height two sensors clip a blow tells nothing about a fall
+    is_apart = np.zeros(len(one), np.bool_)
+    is_apart[rows[matters & (np.abs(means_g[0] - means_g[1]) > DISAGREE_G)]] = True
+    if not is_apart.any():
+        return one
+    seconds = float(np.diff(time_s, prepend=time_s[0])[is_apart].clip(max=AVERAGED_S).sum())
+    problems.append(
+        said(marked("Two acceleration sensors disagree by more than {limit:.1f} g for {seconds:.1f} s; not judged."),
+             limit=DISAGREE_G, seconds=seconds)
+    )  # fmt: skip
+    return np.where(is_apart, np.nan, one)

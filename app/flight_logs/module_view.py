@@ -1,0 +1,100 @@
+"""A flight through the module's eyes: its resolution, and both readings of what the vendor's table does not say."""
+
+from enum import Enum
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from app.firing.judge import LONGEST_GAP_S, ROUNDING_S
+from app.firing.points import Stretch
+from app.flight_logs.flight_log import Flags, FlightLog, Floats
+from protocol.catalogue import DEGREE, TENTH_G
+from protocol.translatable import marked
+
+DAMPING_S: Final = 0.2
+"""How long the angle has to last, and over how long the acceleration is averaged, in the damped reading."""
+
+
+class RuleReading(Enum):
+    """How the vendor's rule is read where it is silent; the value says it."""
+
+    DIRECT = marked("the angle fires at once; the acceleration is not filtered")
+    """As `app.firing.judge.Judge` reads it, like the simulated module."""
+    DAMPED = marked("the angle has to last 0.2 s; the acceleration is averaged over 0.2 s")
+
+
+def attitude_view(log: FlightLog, reading: RuleReading) -> tuple[Stretch, Flags]:
+    """The rows in which the attitude is known, in the module's resolution, with an acceleration that never falls.
+
+    The flags tell which of these rows are judged; the others end what the module remembers.
+    """
+    rows = np.isfinite(log.tilt_deg)
+    time_s, tilt_deg = log.time_s[rows], log.tilt_deg[rows]
+    if reading is RuleReading.DAMPED:
+        tilt_deg = lasting(time_s, tilt_deg)
+        is_known = np.isfinite(tilt_deg)
+        time_s, tilt_deg, rows = time_s[is_known], tilt_deg[is_known], np.flatnonzero(rows)[is_known]
+    seen = to_steps(tilt_deg, DEGREE.per_unit)
+    return Stretch(time_s, seen, np.ones(len(seen))), log.is_judged[rows]
+
+
+def freefall_view(log: FlightLog, reading: RuleReading) -> tuple[Stretch, Flags]:
+    """Like `attitude_view`: the rows in which the acceleration is known, lying level."""
+    rows = np.isfinite(log.specific_force_g)
+    time_s, force_g = log.time_s[rows], log.specific_force_g[rows]
+    if reading is RuleReading.DAMPED:
+        force_g = averaged(time_s, force_g)
+    seen = to_steps(force_g, TENTH_G.per_unit)
+    return Stretch(time_s, np.zeros(len(seen)), seen), log.is_judged[rows]
+
+
+def to_steps(values: Floats, per_unit: int) -> Floats:
+    """The nearest steps, as the module reports them in a byte: 0.30000000000000004 g is 0.3 g."""
+    steps: Floats = np.clip(np.rint(values * per_unit), 0, 255) / per_unit
+    return steps
+
+
+def _window_starts(time_s: Floats, over_s: float) -> NDArray[np.intp]:
+    """For each row the first row of the last `over_s`, not reaching back over a pause."""
+    starts = np.searchsorted(time_s, time_s - (over_s + ROUNDING_S), "left")
+    return np.maximum(starts, _stretch_starts(time_s))
+
+
+def lasting(time_s: Floats, tilt_deg: Floats) -> Floats:
+    """The angle that was not fallen below during the last `DAMPING_S`; NaN until a stretch has lasted for that."""
+    if not len(time_s):
+        return tilt_deg
+    starts = _window_starts(time_s, DAMPING_S)
+    places = np.arange(len(time_s))
+    lengths = places - starts + 1
+    # Minimum over two windows of a power of two that cover it together.
+    level = np.floor(np.log2(lengths)).astype(np.intp)
+    found = np.empty_like(tilt_deg)
+    lowest = tilt_deg
+    for power in range(int(level.max()) + 1):
+        if power:
+            half = 1 << (power - 1)
+            lowest = np.minimum(lowest[:-half], lowest[half:])
+        rows = np.flatnonzero(level == power)
+        found[rows] = np.minimum(lowest[starts[rows]], lowest[places[rows] - (1 << power) + 1])
+    found[time_s - time_s[_stretch_starts(time_s)] < DAMPING_S - ROUNDING_S] = np.nan
+    return found
+
+
+def averaged(time_s: Floats, values: Floats, over_s: float = DAMPING_S) -> Floats:
+    """Mean of the last `over_s`, both ends included, within a stretch without pauses."""
+    if not len(time_s):
+        return values
+    sums = np.concatenate(((0.0,), np.cumsum(values)))
+    starts = _window_starts(time_s, over_s)
+    stops = np.arange(1, len(values) + 1)
+    mean: Floats = (sums[stops] - sums[starts]) / (stops - starts)
+    return mean
+
+
+def _stretch_starts(time_s: Floats) -> NDArray[np.intp]:
+    """For each row the first row since the last pause."""
+    is_first = np.diff(time_s, prepend=-np.inf) > LONGEST_GAP_S
+    starts: NDArray[np.intp] = np.maximum.accumulate(np.where(is_first, np.arange(len(time_s)), 0))
+    return starts

@@ -1,0 +1,68 @@
+"""Reads any flight log; finds the logs in folders."""
+
+import os
+from collections.abc import Iterable, Iterator
+from pathlib import Path
+from typing import Final
+
+from app.flight_logs.assembly import assembled
+from app.flight_logs.csv_columns import CsvColumns
+from app.flight_logs.flight_log import FlightLog, LogFormat, LogUnreadable
+from app.recordings.file_layout import SESSION
+from app.text.messages import said
+from protocol.translatable import marked
+
+SUFFIXES: Final = {".ulg": LogFormat.ULOG, ".bin": LogFormat.DATAFLASH, ".csv": LogFormat.CSV, ".mcap": LogFormat.MCAP}
+_BEGINNINGS: Final = {
+    b"ULog\x01\x12\x35": LogFormat.ULOG,
+    b"\xa3\x95": LogFormat.DATAFLASH,
+    b"\x89MCAP0\r\n": LogFormat.MCAP,
+}
+
+
+def read_flight_log(path: Path, columns: CsvColumns | None = None) -> FlightLog:
+    """A file, or the folder of a recording. `columns`: of a CSV file, None where its names say what they are.
+
+    Slow for a large file: not for the window's thread. Raises `LogUnreadable` and nothing else.
+    """
+    try:
+        return _read(path, columns)
+    except OSError as error:
+        raise LogUnreadable(said(marked("It cannot be opened: {why}."), why=error.strerror or str(error))) from error
+    except (ValueError, MemoryError) as error:  # ValueError: a NUL in the name
+        raise LogUnreadable(said(marked("It cannot be read."))) from error
+
+
+def _read(path: Path, columns: CsvColumns | None) -> FlightLog:
+    match format_of(path):
+        case LogFormat.CSV:
+            from app.flight_logs.csv_log import read_csv
+
+            return assembled(read_csv(path, columns))
+        case _:
+            raise LogUnreadable(said(marked("It is no flight log that this program knows.")))
+
+
+def format_of(path: Path) -> LogFormat | None:
+    """By its first bytes, else by its ending. Raises OSError."""
+    if path.is_dir():
+        return LogFormat.RECORDING if (path / SESSION).is_file() else None
+    with path.open("rb") as file:
+        start = file.read(16)
+    found = next((kind for begin, kind in _BEGINNINGS.items() if start.startswith(begin)), None)
+    return LogFormat.CSV if found is None and path.suffix.lower() == ".csv" else found
+
+
+def find_logs(paths: Iterable[Path]) -> Iterator[Path]:
+    """Files as they are, and of each folder the logs and recordings in it and below it, by name. Raises OSError."""
+    for path in paths:
+        if not path.is_dir() or (path / SESSION).is_file():
+            yield path
+            continue
+        for folder, names, files in os.walk(path):
+            names.sort()
+            if SESSION in files:
+                names.clear()
+                yield Path(folder)
+                continue
+            yield from (Path(folder) / name for name in sorted(files) if Path(name).suffix.lower() in SUFFIXES)

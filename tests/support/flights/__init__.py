@@ -1,0 +1,1 @@
+"""Flights and flight logs made for tests."""
