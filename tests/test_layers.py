@@ -29,6 +29,7 @@ ROOMS = (
     "app/safety",
     "app/store",
     "app/procedures",
+    "app/guided",
     "app/settings",
     "app/limits",
     "app/trigger_records",

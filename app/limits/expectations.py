@@ -4,6 +4,8 @@ from collections import Counter
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 
+from app.guided.guided_store import KeptTest
+from app.guided.results import GuidedKind
 from app.settings.fingerprint import fingerprint
 from app.settings.profiles import ActivatedBy, Profile
 from protocol.fields import Value
@@ -53,6 +55,16 @@ class Expectations:
     is_light_inverted: bool = False
     """A calibration found that more light reads lower (E11)."""
     manual: tuple[ManualItem, ...] = ()
+    tests_within_days: Mapping[GuidedKind, int] = field(default_factory=dict)
+    """Guided tests that must have passed, and how old they may be."""
+
+
+@dataclass(frozen=True, slots=True)
+class LastTested:
+    """The last result of a guided test. `age_days`: at the check; None where it cannot be told."""
+
+    kept: KeptTest
+    age_days: float | None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -70,6 +82,8 @@ class Past:
     """False where the records it keeps now do not follow those it kept before."""
     fingerprint: str | None = None
     """Of its last GO."""
+    tests: Mapping[GuidedKind, LastTested] = field(default_factory=dict)
+    """The last result of each guided test; of simulated modules only where this one is simulated."""
 
 
 def settings_code(settings: Mapping[str, Value]) -> str:
@@ -90,6 +104,7 @@ def expectations_of(profile: Profile, ticked: Mapping[int, bool] | None = None) 
         approved_fingerprint=profile.approved_fingerprint,
         activated_by=profile.activated_by,
         is_light_inverted=profile.is_light_inverted,
+        tests_within_days=profile.tests_within_days,
         manual=tuple(
             ManualItem(line.text, said.get(number), line.is_required) for number, line in enumerate(profile.manual, 1)
         ),

@@ -218,6 +218,10 @@
         <translation>每项设置一行：模块现在的值、目标值、旁边的厂家默认值和建议，以及它在空中意味着什么。</translation>
     </message>
     <message>
+        <source>A setting that the test goes by could not be read.</source>
+        <translation>测试所依据的参数无法读取。</translation>
+    </message>
+    <message>
         <source>A simulated module, written from the vendor's table. Prints the port to open as its first line and runs until it is stopped (Ctrl-C). The same options go into the query of sim://NAME?option=value.</source>
         <translation>按厂家协议表编写的模拟模块。第一行打印要打开的串口，一直运行到被停止（Ctrl-C）。同样的选项也可写入 sim://NAME?option=value 的查询部分。</translation>
     </message>
@@ -292,6 +296,10 @@
     <message>
         <source>Activate now</source>
         <translation>立即激活</translation>
+    </message>
+    <message>
+        <source>Activate the module</source>
+        <translation>激活模块</translation>
     </message>
     <message>
         <source>Activates</source>
@@ -486,12 +494,20 @@
         <translation>读取模块最近九次触发记录，直到两次结果一致。模块上什么也不会删除。</translation>
     </message>
     <message>
+        <source>At a threshold of {threshold:.0f}° this cannot be tested by hand.</source>
+        <translation>阈值为 {threshold:.0f}° 时无法手动测试。</translation>
+    </message>
+    <message>
         <source>At its first visit: go on. Else the records of this computer were lost: compare by hand.</source>
         <translation>首次连接时可继续；否则本机的记录已丢失，请人工核对。</translation>
     </message>
     <message>
         <source>At rest the sensor must read 1 g, else free fall is judged wrongly.</source>
         <translation>静止时传感器必须读 1 g，否则会误判失重。</translation>
+    </message>
+    <message>
+        <source>At which angle does it fire and rearm?</source>
+        <translation>在多大角度触发，又在多大角度复位？</translation>
     </message>
     <message>
         <source>At {port} there is a computer that wants somebody to log in, not a module.</source>
@@ -590,6 +606,22 @@
         <translation>波特率</translation>
     </message>
     <message>
+        <source>Bay closed</source>
+        <translation>伞仓关闭</translation>
+    </message>
+    <message>
+        <source>Bay is closed</source>
+        <translation>伞仓已关闭</translation>
+    </message>
+    <message>
+        <source>Bay is open</source>
+        <translation>伞仓已打开</translation>
+    </message>
+    <message>
+        <source>Bay open</source>
+        <translation>伞仓打开</translation>
+    </message>
+    <message>
         <source>Begin: choose, arm, then hold for two seconds</source>
         <translation>开始：选择、预备，然后按住两秒</translation>
     </message>
@@ -604,6 +636,10 @@
     <message>
         <source>Below 0.7 g.</source>
         <translation>低于 0.7 g。</translation>
+    </message>
+    <message>
+        <source>Below the threshold</source>
+        <translation>低于阈值的时间</translation>
     </message>
     <message>
         <source>Below this acceleration the module counts itself as falling.</source>
@@ -690,6 +726,10 @@
         <translation>在伞仓关闭和打开时校准，并保存到配置文件。</translation>
     </message>
     <message>
+        <source>Calibrate the light threshold on the Settings page.</source>
+        <translation>请在“参数”页面校准光线阈值。</translation>
+    </message>
+    <message>
         <source>Cancel</source>
         <translation>取消</translation>
     </message>
@@ -740,6 +780,10 @@
     <message>
         <source>Cell voltage and charge</source>
         <translation>电芯电压与充电</translation>
+    </message>
+    <message>
+        <source>Cell voltage, unplugged</source>
+        <translation>电芯电压（未接外部电源）</translation>
     </message>
     <message>
         <source>Chain: {what}.</source>
@@ -812,6 +856,10 @@
     <message>
         <source>Check its power and the cable; it is asked again every 2 s.</source>
         <translation>请检查模块供电和接线；每 2 秒重新询问一次。</translation>
+    </message>
+    <message>
+        <source>Check plug, cable and adapter, and test again.</source>
+        <translation>检查插头、线缆和转接器，然后重新测试。</translation>
     </message>
     <message>
         <source>Check plugs, ground and cable length, and check again.</source>
@@ -956,6 +1004,14 @@
     <message>
         <source>Close profile</source>
         <translation>关闭配置文件</translation>
+    </message>
+    <message>
+        <source>Close the bay</source>
+        <translation>关闭伞仓</translation>
+    </message>
+    <message>
+        <source>Close the bay, then press “Bay is closed”.</source>
+        <translation>关闭伞仓，然后点击“伞仓已关闭”。</translation>
     </message>
     <message>
         <source>Close the bay; if it is closed, calibrate the light threshold.</source>
@@ -1354,8 +1410,28 @@
         <translation>请勿触碰飞行器。</translation>
     </message>
     <message>
+        <source>Do them on the Tests page, with the module named.</source>
+        <translation>填写模块名称后，在“测试”页面进行。</translation>
+    </message>
+    <message>
+        <source>Does it charge, and only when it is plugged in?</source>
+        <translation>是否只在接通外部电源时充电？</translation>
+    </message>
+    <message>
+        <source>Does it notice a fall?</source>
+        <translation>能否检测到坠落？</translation>
+    </message>
+    <message>
         <source>Does the edit again that was taken back. The module is not touched.</source>
         <translation>重做刚才撤销的修改。不触及模块。</translation>
+    </message>
+    <message>
+        <source>Does the light tell an open bay from a closed one?</source>
+        <translation>光线能否区分伞仓打开与关闭？</translation>
+    </message>
+    <message>
+        <source>Does the plug hold when it is shaken?</source>
+        <translation>晃动插头时连接是否可靠？</translation>
     </message>
     <message>
         <source>Does what its words say about the message beside it.</source>
@@ -1492,6 +1568,10 @@
     <message>
         <source>Enable now</source>
         <translation>立即启用</translation>
+    </message>
+    <message>
+        <source>Enable the attitude trigger with a pre-flight check, and test again.</source>
+        <translation>请在飞行前检查中使能姿态触发，然后重新测试。</translation>
     </message>
     <message>
         <source>Enable triggers and check</source>
@@ -1650,6 +1730,10 @@
         <translation>不通过</translation>
     </message>
     <message>
+        <source>FAILED</source>
+        <translation>不通过</translation>
+    </message>
+    <message>
         <source>Fall</source>
         <translation>坠落</translation>
     </message>
@@ -1728,6 +1812,10 @@
     <message>
         <source>Fires the parachute. 00 forbids it; for how long, the vendor does not say.</source>
         <translation>触发开伞。00 为禁止触发；禁止多久，厂家未说明。</translation>
+    </message>
+    <message>
+        <source>Fires, {direction}</source>
+        <translation>触发角度，{direction}</translation>
     </message>
     <message>
         <source>First seen {time}.</source>
@@ -1882,6 +1970,14 @@
         <translation>逐行查看含有所查文字的行。</translation>
     </message>
     <message>
+        <source>Guided tests</source>
+        <translation>引导测试</translation>
+    </message>
+    <message>
+        <source>Guided tests, last done</source>
+        <translation>引导测试（最近一次）</translation>
+    </message>
+    <message>
         <source>Half duplex</source>
         <translation>半双工</translation>
     </message>
@@ -1916,6 +2012,18 @@
     <message>
         <source>Hold for two seconds, by mouse or by the space bar; letting go cancels</source>
         <translation>用鼠标或空格键按住两秒；松开即取消</translation>
+    </message>
+    <message>
+        <source>Hold it level and still, half a metre above the cushion.</source>
+        <translation>在软垫上方半米处水平拿稳。</translation>
+    </message>
+    <message>
+        <source>Hold it level, half a metre above the cushion</source>
+        <translation>在软垫上方半米处水平拿稳</translation>
+    </message>
+    <message>
+        <source>Hold it level.</source>
+        <translation>保持水平。</translation>
     </message>
     <message>
         <source>Hold its switch for two seconds, or connect external power.</source>
@@ -2042,6 +2150,10 @@
         <translation>无效字节。{reasons}</translation>
     </message>
     <message>
+        <source>Is level reported as 0°?</source>
+        <translation>水平放置时是否显示 0°？</translation>
+    </message>
+    <message>
         <source>It asks questions only and takes about six seconds. Set the aircraft level and do not touch it.</source>
         <translation>检查只发送查询，约需六秒。请将飞行器放平，不要触碰。</translation>
     </message>
@@ -2086,12 +2198,24 @@
         <translation>它的坠落时间比可设的任何失重时间都长。</translation>
     </message>
     <message>
+        <source>It fell longer than the free-fall time of {seconds:.2f} s: active, it would have fired.</source>
+        <translation>坠落时间超过失重时间 {seconds:.2f} s：若已激活则会开伞。</translation>
+    </message>
+    <message>
+        <source>It fired. Tilt it slowly back to level.</source>
+        <translation>已触发。缓慢转回水平。</translation>
+    </message>
+    <message>
         <source>It fires in free fall. The module cannot be asked whether it is enabled.</source>
         <translation>失重时开伞。是否启用无法向模块查询。</translation>
     </message>
     <message>
         <source>It fires when the aircraft tips over. The module cannot be asked whether it is enabled.</source>
         <translation>飞行器倾覆时开伞。是否启用无法向模块查询。</translation>
+    </message>
+    <message>
+        <source>It has fallen. Leave it there.</source>
+        <translation>已落下。请勿移动。</translation>
     </message>
     <message>
         <source>It has happened {n} times.</source>
@@ -2178,6 +2302,10 @@
         <translation>尚未确认这就是所指的模块：仅发送查询命令。</translation>
     </message>
     <message>
+        <source>It is plugged in</source>
+        <translation>已接通</translation>
+    </message>
+    <message>
         <source>It is signed by {found}, not by {given}: no station is taken over.</source>
         <translation>签名站点是 {found}，不是 {given}：未添加站点。</translation>
     </message>
@@ -2188,6 +2316,10 @@
     <message>
         <source>It is this module</source>
         <translation>是该模块</translation>
+    </message>
+    <message>
+        <source>It is unplugged</source>
+        <translation>已断开</translation>
     </message>
     <message>
         <source>It is {module}</source>
@@ -2214,6 +2346,10 @@
         <translation>配置文件说明模块应有的状态和人工检查项目</translation>
     </message>
     <message>
+        <source>It stays triggered until it is locked: the other directions were not tested.</source>
+        <translation>锁定前一直处于触发状态：其他方向未测试。</translation>
+    </message>
+    <message>
         <source>It tilts to {tilt}° or more: no threshold up to {most}° lets it pass.</source>
         <translation>它的倾角达到 {tilt}° 以上：不超过 {most}° 的阈值都会触发。</translation>
     </message>
@@ -2232,6 +2368,10 @@
     <message>
         <source>It was {before} and reads {after} now, without being written here.</source>
         <translation>原为 {before}，现读出 {after}，并非在此写入。</translation>
+    </message>
+    <message>
+        <source>It will FIRE four times. Take the ejector (pyro or spring) off the module and the rotors off the aircraft. It is locked afterwards; each firing stays in its trigger records.</source>
+        <translation>模块将触发四次。请先从模块上拆下弹射装置（火工品或弹簧），并拆下飞行器的桨叶。测试后自动锁定；每次触发都会写入触发记录。</translation>
     </message>
     <message>
         <source>It works, but the adapter holds every answer back ({ms} ms): its latency timer is long.</source>
@@ -2370,6 +2510,18 @@
         <translation>语言</translation>
     </message>
     <message>
+        <source>Leave it there</source>
+        <translation>请勿移动</translation>
+    </message>
+    <message>
+        <source>Leave the plug alone</source>
+        <translation>不要碰插头</translation>
+    </message>
+    <message>
+        <source>Leave the plug alone for a moment.</source>
+        <translation>暂时不要碰插头。</translation>
+    </message>
+    <message>
         <source>Length of the time line: {length}</source>
         <translation>时间轴长度：{length}</translation>
     </message>
@@ -2378,8 +2530,16 @@
         <translation>未按满 2 秒即松开。未发送任何内容。</translation>
     </message>
     <message>
+        <source>Let it fall</source>
+        <translation>松手落下</translation>
+    </message>
+    <message>
         <source>Let it fall from this height. Active, it fires by free fall.</source>
         <translation>让模块从该高度坠落。激活时会因失重触发。</translation>
+    </message>
+    <message>
+        <source>Let it fall onto the cushion.</source>
+        <translation>松手，让它落到软垫上。</translation>
     </message>
     <message>
         <source>Let it fall silent</source>
@@ -2550,8 +2710,20 @@
         <translation>应答丢失</translation>
     </message>
     <message>
+        <source>Lost at rest</source>
+        <translation>静止时丢失</translation>
+    </message>
+    <message>
         <source>Lost bytes</source>
         <translation>字节丢失</translation>
+    </message>
+    <message>
+        <source>Lost while shaken</source>
+        <translation>晃动时丢失</translation>
+    </message>
+    <message>
+        <source>Lowest acceleration</source>
+        <translation>最小加速度</translation>
     </message>
     <message>
         <source>MCAP (*.mcap)</source>
@@ -2644,6 +2816,10 @@
     <message>
         <source>Measuring the light</source>
         <translation>正在测量光线</translation>
+    </message>
+    <message>
+        <source>Measuring the tilt again.</source>
+        <translation>正在重新测量倾角。</translation>
     </message>
     <message>
         <source>Message</source>
@@ -2918,6 +3094,10 @@
         <translation>{adapter} 的第 {number} 条</translation>
     </message>
     <message>
+        <source>Nobody did the next step within {seconds:.0f} s.</source>
+        <translation>{seconds:.0f} s 内没有人完成下一步。</translation>
+    </message>
+    <message>
         <source>Noise at rest can end or fake a free fall.</source>
         <translation>静止时的噪声可能中断或误报失重。</translation>
     </message>
@@ -3174,6 +3354,10 @@
         <translation>每次飞行前给出一个结论。模块每次开机后无法报告两个触发是否启用：这个按钮会启用它们并检查全部项目。</translation>
     </message>
     <message>
+        <source>Only a test by hand shows that tilt, fall, bay and charger are noticed.</source>
+        <translation>只有手动测试才能证明倾斜、坠落、伞仓和充电都能被检测到。</translation>
+    </message>
+    <message>
         <source>Only an active module fires; a locked one is in standby.</source>
         <translation>只有激活的模块才会开伞；锁定的模块处于待机状态。</translation>
     </message>
@@ -3240,6 +3424,14 @@
     <message>
         <source>Open profile…</source>
         <translation>打开配置文件…</translation>
+    </message>
+    <message>
+        <source>Open the bay fully</source>
+        <translation>完全打开伞仓</translation>
+    </message>
+    <message>
+        <source>Open the bay fully, then press “Bay is open”.</source>
+        <translation>完全打开伞仓，然后点击“伞仓已打开”。</translation>
     </message>
     <message>
         <source>Open the chosen port (Enter)</source>
@@ -3310,6 +3502,10 @@
         <translation>页面</translation>
     </message>
     <message>
+        <source>Parachute bay</source>
+        <translation>伞仓</translation>
+    </message>
+    <message>
         <source>Parachute bay closed</source>
         <translation>伞仓已关闭</translation>
     </message>
@@ -3370,6 +3566,10 @@
         <translation>随时间变化的曲线</translation>
     </message>
     <message>
+        <source>Plug and cable</source>
+        <translation>插头与线缆</translation>
+    </message>
+    <message>
         <source>Plug in</source>
         <translation>插入</translation>
     </message>
@@ -3382,8 +3582,16 @@
         <translation>请插入适配器；若没有出现新串口，说明缺少驱动程序。然后从列表中选择串口。</translation>
     </message>
     <message>
+        <source>Plug the external power in.</source>
+        <translation>接通外部电源。</translation>
+    </message>
+    <message>
         <source>Plug the same adapter in again: it is connected automatically.</source>
         <translation>请重新插入同一适配器，程序会自动连接。</translation>
+    </message>
+    <message>
+        <source>Plugged in</source>
+        <translation>接通时</translation>
     </message>
     <message>
         <source>Port</source>
@@ -3630,6 +3838,10 @@
         <translation>正在读取：{what}</translation>
     </message>
     <message>
+        <source>Rearms, {direction}</source>
+        <translation>复位角度，{direction}</translation>
+    </message>
+    <message>
         <source>Received; it cannot be read back.</source>
         <translation>模块已收到；无法回读。</translation>
     </message>
@@ -3742,6 +3954,10 @@
         <translation>报告 (*.pdf)</translation>
     </message>
     <message>
+        <source>Reported</source>
+        <translation>模块报告</translation>
+    </message>
+    <message>
         <source>Reports</source>
         <translation>状态报告</translation>
     </message>
@@ -3750,12 +3966,20 @@
         <translation>激活状态延迟上报</translation>
     </message>
     <message>
+        <source>Reports during the fall</source>
+        <translation>坠落期间的状态报告</translation>
+    </message>
+    <message>
         <source>Restart</source>
         <translation>重启</translation>
     </message>
     <message>
         <source>Restarts</source>
         <translation>重启</translation>
+    </message>
+    <message>
+        <source>Restarts of the module</source>
+        <translation>模块重启次数</translation>
     </message>
     <message>
         <source>Restore initial</source>
@@ -4110,12 +4334,20 @@
         <translation>放平</translation>
     </message>
     <message>
+        <source>Set it level, and do not touch it.</source>
+        <translation>水平放置，请勿触碰。</translation>
+    </message>
+    <message>
         <source>Set it to the reading with the bay fully open.</source>
         <translation>设置为伞仓完全打开时的读数。</translation>
     </message>
     <message>
         <source>Set the aircraft down and check again; if it stays, the sensor is faulty: do not fly.</source>
         <translation>放下飞行器后重新检查；若仍如此，传感器有故障：禁止飞行。</translation>
+    </message>
+    <message>
+        <source>Set the aircraft level</source>
+        <translation>将飞行器放平</translation>
     </message>
     <message>
         <source>Set the aircraft level and do not touch it.</source>
@@ -4156,6 +4388,14 @@
     <message>
         <source>Several adapters look the same: choose the port that the module is plugged into.</source>
         <translation>有多个适配器无法区分：请选择伞降模块所接的串口。</translation>
+    </message>
+    <message>
+        <source>Shake the plug and the cable</source>
+        <translation>晃动插头和线缆</translation>
+    </message>
+    <message>
+        <source>Shake the plug and the cable, gently, in all directions.</source>
+        <translation>朝各个方向轻轻晃动插头和线缆。</translation>
     </message>
     <message>
         <source>Show the newest samples again (End, or a double click on the plots)</source>
@@ -4514,6 +4754,10 @@
         <translation>记录链在第 {entry} 条处断开。</translation>
     </message>
     <message>
+        <source>The charge state could not be read.</source>
+        <translation>无法读取充电状态。</translation>
+    </message>
+    <message>
         <source>The check was not kept.</source>
         <translation>本次检查未保存。</translation>
     </message>
@@ -4570,6 +4814,10 @@
         <translation>磁盘太慢：记录中缺少 {count} 条报告。</translation>
     </message>
     <message>
+        <source>The ejector is disconnected and the rotors are off</source>
+        <translation>弹射装置已断开，桨叶已拆下</translation>
+    </message>
+    <message>
         <source>The file is larger than {kilobytes} KB.</source>
         <translation>文件大于 {kilobytes} KB。</translation>
     </message>
@@ -4620,6 +4868,10 @@
     <message>
         <source>The last twelve hours, minute by minute.</source>
         <translation>最近十二小时，逐分钟显示。</translation>
+    </message>
+    <message>
+        <source>The light could not be read often enough.</source>
+        <translation>光线值读取次数不足。</translation>
     </message>
     <message>
         <source>The link was lost since.</source>
@@ -4682,6 +4934,10 @@
         <translation>模块已应答。接下来：左侧的“设置”，然后“飞行前检查”。</translation>
     </message>
     <message>
+        <source>The module became ACTIVE during a test that needs it locked.</source>
+        <translation>该测试要求模块锁定，但模块已变为激活状态。</translation>
+    </message>
+    <message>
         <source>The module becomes ready: from then on it fires by itself when it tips over or falls.</source>
         <translation>模块进入激活状态：此后翻倒或坠落时会自动开伞。</translation>
     </message>
@@ -4708,6 +4964,10 @@
     <message>
         <source>The module does not answer.</source>
         <translation>模块没有应答。</translation>
+    </message>
+    <message>
+        <source>The module does not say now how it stands.</source>
+        <translation>模块目前没有报告状态。</translation>
     </message>
     <message>
         <source>The module fires the parachute.</source>
@@ -4756,6 +5016,10 @@
     <message>
         <source>The module is LOCKED: activate it first.</source>
         <translation>模块已锁定：请先激活。</translation>
+    </message>
+    <message>
+        <source>The module is locked</source>
+        <translation>模块已锁定</translation>
     </message>
     <message>
         <source>The module keeps no trigger records.</source>
@@ -4818,6 +5082,10 @@
         <translation>模块已重启，此后尚未报告状态。</translation>
     </message>
     <message>
+        <source>The module restarted during the test.</source>
+        <translation>测试期间模块重启。</translation>
+    </message>
+    <message>
         <source>The module restarted since.</source>
         <translation>此后模块已重启。</translation>
     </message>
@@ -4830,12 +5098,36 @@
         <translation>模块已重启：此前的激活状态、触发开关和串口输出不再有效。</translation>
     </message>
     <message>
+        <source>The module stays locked and does not fire. A spring under the lid is still loaded: secure it before you open the bay.</source>
+        <translation>模块保持锁定，不会触发。盖板下的弹簧仍处于压缩状态：打开伞仓前请先固定。</translation>
+    </message>
+    <message>
+        <source>The module stays locked and does not fire. Take the rotors off if plugging in powers the aircraft.</source>
+        <translation>模块保持锁定，不会触发。若接通电源会给飞行器供电，请先拆下桨叶。</translation>
+    </message>
+    <message>
+        <source>The module stays locked and does not fire. Take the rotors off the aircraft, or the module out of it. Use a thick cushion.</source>
+        <translation>模块保持锁定，不会触发。请拆下飞行器的桨叶，或将模块取出。请使用厚软垫。</translation>
+    </message>
+    <message>
+        <source>The module stays locked and does not fire. Take the rotors off the aircraft.</source>
+        <translation>模块保持锁定，不会触发。请拆下飞行器的桨叶。</translation>
+    </message>
+    <message>
+        <source>The module stays locked and does not fire. Zeroing changes what it takes as level: for small mounting errors only.</source>
+        <translation>模块保持锁定，不会触发。置零会改变水平基准：仅用于修正小角度安装误差。</translation>
+    </message>
+    <message>
         <source>The module still answers: it is not switched off.</source>
         <translation>模块仍有应答：没有关机。</translation>
     </message>
     <message>
         <source>The module still keeps it.</source>
         <translation>模块中仍保存。</translation>
+    </message>
+    <message>
+        <source>The module stopped answering.</source>
+        <translation>模块停止应答。</translation>
     </message>
     <message>
         <source>The module stopped answering. What came is shown and nothing was kept; read again.</source>
@@ -4852,6 +5144,14 @@
     <message>
         <source>The module was ACTIVE when it was last heard: treat it as ready to fire.</source>
         <translation>最后一次收到数据时模块处于激活状态：请按随时可能开伞对待。</translation>
+    </message>
+    <message>
+        <source>The module was active for {seconds:.0f} s: long enough.</source>
+        <translation>模块激活已达 {seconds:.0f} s 的上限。</translation>
+    </message>
+    <message>
+        <source>The module was locked during the test.</source>
+        <translation>测试期间模块被锁定。</translation>
     </message>
     <message>
         <source>The module was not found. Switch it off and on, then use “Find my module”.</source>
@@ -5030,6 +5330,10 @@
         <translation>无法读取倾角：使用前请先确认。</translation>
     </message>
     <message>
+        <source>The tilt is measured again</source>
+        <translation>重新测量倾角</translation>
+    </message>
+    <message>
         <source>The tilt is not known.</source>
         <translation>倾角未知。</translation>
     </message>
@@ -5182,8 +5486,36 @@
         <translation>倾角</translation>
     </message>
     <message>
+        <source>Tilt after</source>
+        <translation>置零后倾角</translation>
+    </message>
+    <message>
         <source>Tilt at rest</source>
         <translation>静止倾角</translation>
+    </message>
+    <message>
+        <source>Tilt before</source>
+        <translation>置零前倾角</translation>
+    </message>
+    <message>
+        <source>Tilt it back until it fires, and back</source>
+        <translation>向后倾斜至触发，再转回水平</translation>
+    </message>
+    <message>
+        <source>Tilt it forward until it fires, and back</source>
+        <translation>向前倾斜至触发，再转回水平</translation>
+    </message>
+    <message>
+        <source>Tilt it slowly {direction}, until it fires.</source>
+        <translation>缓慢{direction}倾斜，直到触发。</translation>
+    </message>
+    <message>
+        <source>Tilt it to the left until it fires, and back</source>
+        <translation>向左倾斜至触发，再转回水平</translation>
+    </message>
+    <message>
+        <source>Tilt it to the right until it fires, and back</source>
+        <translation>向右倾斜至触发，再转回水平</translation>
     </message>
     <message>
         <source>Tilt now {tilt:.0f}°, not 0°: check the mounting.</source>
@@ -5192,6 +5524,10 @@
     <message>
         <source>Tilt now {tilt:.0f}°.</source>
         <translation>当前倾角 {tilt:.0f}°。</translation>
+    </message>
+    <message>
+        <source>Tilt to the trigger</source>
+        <translation>倾斜触发</translation>
     </message>
     <message>
         <source>Tilt, acceleration and cell voltage over time, with the limits at which the module fires. Where nothing was heard the line is broken, never filled in.</source>
@@ -5260,6 +5596,10 @@
     <message>
         <source>Too close to tell in the {time} that were judged.</source>
         <translation>在已判断的 {time} 内过于接近，无法确定。</translation>
+    </message>
+    <message>
+        <source>Too fast: hold it level, then tilt it {direction} slowly.</source>
+        <translation>太快：先保持水平，再缓慢{direction}倾斜。</translation>
     </message>
     <message>
         <source>Too few readings with the bay closed: measure again.</source>
@@ -5430,6 +5770,10 @@
         <translation>拔出</translation>
     </message>
     <message>
+        <source>Unplug it again</source>
+        <translation>再次断开</translation>
+    </message>
+    <message>
         <source>Unplug the adapter, plug it in again and try again.</source>
         <translation>请拔下适配器，重新插上后再试。</translation>
     </message>
@@ -5438,12 +5782,28 @@
         <translation>请拔出适配器，等待两秒，再插入。</translation>
     </message>
     <message>
+        <source>Unplug the external power</source>
+        <translation>断开外部电源</translation>
+    </message>
+    <message>
+        <source>Unplug the external power again.</source>
+        <translation>再次断开外部电源。</translation>
+    </message>
+    <message>
         <source>Unplug the external power and check again.</source>
         <translation>断开外接供电后重新检查。</translation>
     </message>
     <message>
+        <source>Unplug the external power.</source>
+        <translation>断开外部电源。</translation>
+    </message>
+    <message>
         <source>Unplugged</source>
         <translation>已拔出</translation>
+    </message>
+    <message>
+        <source>Unplugged again</source>
+        <translation>再次断开后</translation>
     </message>
     <message>
         <source>Until you decide, only queries are sent.</source>
@@ -5616,6 +5976,10 @@
     <message>
         <source>What the module says arrives late.</source>
         <translation>模块的数据到达过晚。</translation>
+    </message>
+    <message>
+        <source>What the module says arrives more than {seconds:.0f} s late.</source>
+        <translation>模块数据的延迟超过 {seconds:.0f} s。</translation>
     </message>
     <message>
         <source>What the module says arrives {seconds:.1f} s late.</source>
@@ -5930,6 +6294,10 @@
         <translation>您的姓名，将写入记录</translation>
     </message>
     <message>
+        <source>Zero</source>
+        <translation>置零</translation>
+    </message>
+    <message>
         <source>Zero now</source>
         <translation>立即置零</translation>
     </message>
@@ -6154,8 +6522,20 @@
         <translation>重启后生效</translation>
     </message>
     <message>
+        <source>at an unknown time</source>
+        <translation>时间未知</translation>
+    </message>
+    <message>
+        <source>at least {count}</source>
+        <translation>至少 {count}</translation>
+    </message>
+    <message>
         <source>at least {limit}</source>
         <translation>不低于 {limit}</translation>
+    </message>
+    <message>
+        <source>at most {angle:.0f}°</source>
+        <translation>不超过 {angle:.0f}°</translation>
     </message>
     <message>
         <source>at most {count} characters</source>
@@ -6212,6 +6592,10 @@
     <message>
         <source>attitude, {tilt:.0f}°</source>
         <translation>姿态，{tilt:.0f}°</translation>
+    </message>
+    <message>
+        <source>back</source>
+        <translation>向后</translation>
     </message>
     <message>
         <source>baud</source>
@@ -6280,6 +6664,10 @@
     <message>
         <source>below the threshold, {limit}</source>
         <translation>低于阈值 {limit}</translation>
+    </message>
+    <message>
+        <source>below {value:.1f} g</source>
+        <translation>低于 {value:.1f} g</translation>
     </message>
     <message>
         <source>bench test</source>
@@ -6652,6 +7040,10 @@
     <message>
         <source>forces settings into the vendor's advice and acknowledges what it kept</source>
         <translation>将设置限制在厂家建议范围内，并以实际保存值应答</translation>
+    </message>
+    <message>
+        <source>forward</source>
+        <translation>向前</translation>
     </message>
     <message>
         <source>free fall</source>
@@ -7122,6 +7514,14 @@
         <translation>尚无已批准的代码</translation>
     </message>
     <message>
+        <source>none demanded</source>
+        <translation>无要求</translation>
+    </message>
+    <message>
+        <source>none done yet</source>
+        <translation>尚未进行</translation>
+    </message>
+    <message>
         <source>none, the record is not signed</source>
         <translation>无，记录未签名</translation>
     </message>
@@ -7152,6 +7552,10 @@
     <message>
         <source>not asked: the module stopped answering</source>
         <translation>未询问：模块不再应答</translation>
+    </message>
+    <message>
+        <source>not at level</source>
+        <translation>水平时仍未复位</translation>
     </message>
     <message>
         <source>not before {count}, where {module} was last</source>
@@ -7246,8 +7650,20 @@
         <translation>未填写</translation>
     </message>
     <message>
+        <source>not tested</source>
+        <translation>未测试</translation>
+    </message>
+    <message>
         <source>not triggered</source>
         <translation>未触发</translation>
+    </message>
+    <message>
+        <source>not triggered: it is locked</source>
+        <translation>未触发（已锁定）</translation>
+    </message>
+    <message>
+        <source>not up to {angle:.0f}°</source>
+        <translation>到 {angle:.0f}° 仍未触发</translation>
     </message>
     <message>
         <source>nothing happens to the module or the link meanwhile</source>
@@ -7335,6 +7751,10 @@
     </message>
     <message>
         <source>pass</source>
+        <translation>通过</translation>
+    </message>
+    <message>
+        <source>passed</source>
         <translation>通过</translation>
     </message>
     <message>
@@ -7654,6 +8074,14 @@
         <translation>状态：倾角 {tilt}°，{acceleration:.1f} g，{triggered}，{active}</translation>
     </message>
     <message>
+        <source>stayed open</source>
+        <translation>保持打开</translation>
+    </message>
+    <message>
+        <source>stays open</source>
+        <translation>保持打开</translation>
+    </message>
+    <message>
         <source>stream</source>
         <translation>串口输出</translation>
     </message>
@@ -7788,6 +8216,10 @@
     <message>
         <source>the module gives different answers to the same question</source>
         <translation>模块对同一询问给出不同的应答</translation>
+    </message>
+    <message>
+        <source>the module has no name</source>
+        <translation>模块没有名称</translation>
     </message>
     <message>
         <source>the module held it at first and then changed it by itself</source>
@@ -7926,6 +8358,10 @@
         <translation>一行中的点太多。</translation>
     </message>
     <message>
+        <source>there is no guided test “{name}”.</source>
+        <translation>没有名为“{name}”的引导测试。</translation>
+    </message>
+    <message>
         <source>there is no limit “{name}”.</source>
         <translation>没有名为“{name}”的限值。</translation>
     </message>
@@ -7978,8 +8414,20 @@
         <translation>发往上位机</translation>
     </message>
     <message>
+        <source>to the left</source>
+        <translation>向左</translation>
+    </message>
+    <message>
         <source>to the module</source>
         <translation>发往模块</translation>
+    </message>
+    <message>
+        <source>to the right</source>
+        <translation>向右</translation>
+    </message>
+    <message>
+        <source>today</source>
+        <translation>今天</translation>
     </message>
     <message>
         <source>too high</source>
@@ -8024,6 +8472,10 @@
     <message>
         <source>unasked</source>
         <translation>主动</translation>
+    </message>
+    <message>
+        <source>unclear</source>
+        <translation>不明确</translation>
     </message>
     <message>
         <source>unknown</source>
@@ -8186,6 +8638,14 @@
         <translation>{address} 不是 HOST:PORT 的形式，例如 127.0.0.1:5000</translation>
     </message>
     <message>
+        <source>{angle:.0f}°</source>
+        <translation>{angle:.0f}°</translation>
+    </message>
+    <message>
+        <source>{angle:.0f}° ± {tolerance:.0f}°</source>
+        <translation>{angle:.0f}° ± {tolerance:.0f}°</translation>
+    </message>
+    <message>
         <source>{check}: judged {measured}, read {read}</source>
         <translation>{check}：判定值 {measured}，读取值 {read}</translation>
     </message>
@@ -8298,6 +8758,10 @@
         <translation>{count}；模块尚未命名</translation>
     </message>
     <message>
+        <source>{days:.0f} days ago</source>
+        <translation>{days:.0f} 天前</translation>
+    </message>
+    <message>
         <source>{file} cannot be read: {why}.</source>
         <translation>无法读取 {file}：{why}。</translation>
     </message>
@@ -8330,8 +8794,20 @@
         <translation>{hours} 小时 {minutes} 分 {seconds} 秒</translation>
     </message>
     <message>
+        <source>{light:.1f} V, on the wrong side</source>
+        <translation>{light:.1f} V，位于阈值的另一侧</translation>
+    </message>
+    <message>
+        <source>{light:.1f} V, {margin:.1f} V away</source>
+        <translation>{light:.1f} V，余量 {margin:.1f} V</translation>
+    </message>
+    <message>
         <source>{limit}, softer than advised: {advised}</source>
         <translation>{limit}，比建议宽松：{advised}</translation>
+    </message>
+    <message>
+        <source>{lost} of {asked}</source>
+        <translation>{asked} 次中 {lost} 次</translation>
     </message>
     <message>
         <source>{lost} of {sent}</source>
@@ -8342,8 +8818,24 @@
         <translation>{sent} 次中丢失 {lost} 次，损坏字节 {bytes} 个</translation>
     </message>
     <message>
+        <source>{low:.0f}° to {high:.0f}°</source>
+        <translation>{low:.0f}° 至 {high:.0f}°</translation>
+    </message>
+    <message>
+        <source>{low:.2f} V to {high:.2f} V</source>
+        <translation>{low:.2f} V 至 {high:.2f} V</translation>
+    </message>
+    <message>
+        <source>{low:.2f} s to {high:.2f} s</source>
+        <translation>{low:.2f} s 至 {high:.2f} s</translation>
+    </message>
+    <message>
         <source>{low} to {high}</source>
         <translation>{low} 至 {high}</translation>
+    </message>
+    <message>
+        <source>{margin:.1f} V or more from {threshold:.1f} V</source>
+        <translation>与 {threshold:.1f} V 相差至少 {margin:.1f} V</translation>
     </message>
     <message>
         <source>{median:.1f} V ({count} readings, {low:.1f} to {high:.1f} V)</source>
@@ -8436,6 +8928,10 @@
     <message>
         <source>{name}: a text in quotation marks is needed.</source>
         <translation>{name}：需要带引号的文本。</translation>
+    </message>
+    <message>
+        <source>{name}: a whole number of days from 1 to {most} is needed.</source>
+        <translation>{name}：需要 1 到 {most} 之间的整数天数。</translation>
     </message>
     <message>
         <source>{name}: at most {count} characters.</source>
@@ -8654,6 +9150,26 @@
         <translation>最慢 {slowest} ms，通常 {median} ms</translation>
     </message>
     <message>
+        <source>{test} FAILED {when}</source>
+        <translation>{test}{when}不通过</translation>
+    </message>
+    <message>
+        <source>{test} never</source>
+        <translation>{test}从未进行</translation>
+    </message>
+    <message>
+        <source>{test} unclear {when}</source>
+        <translation>{test}{when}不明确</translation>
+    </message>
+    <message>
+        <source>{test} within {days} days</source>
+        <translation>{test}在 {days} 天内</translation>
+    </message>
+    <message>
+        <source>{test} {when}</source>
+        <translation>{test}{when}</translation>
+    </message>
+    <message>
         <source>{text} (default: {default})</source>
         <translation>{text}（默认：{default}）</translation>
     </message>
@@ -8758,8 +9274,16 @@
         <translation>{value:.1f} MB</translation>
     </message>
     <message>
+        <source>{value:.1f} g</source>
+        <translation>{value:.1f} g</translation>
+    </message>
+    <message>
         <source>{value:.1f} s</source>
         <translation>{value:.1f} 秒</translation>
+    </message>
+    <message>
+        <source>{value:.2f} V</source>
+        <translation>{value:.2f} V</translation>
     </message>
     <message>
         <source>{value} (!) {fault}, limit {limit}</source>

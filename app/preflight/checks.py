@@ -100,4 +100,7 @@ CHECKS: tuple[Check, ...] = (
     Check("fingerprint", marked("Settings as approved"), module.settings_fingerprint,
           marked("One code stands for all settings that can be read."),
           marked("Compare the settings with the profile and write what differs; or approve them.")),
+    Check("guided_tests", marked("Guided tests"), module.guided_tests,
+          marked("Only a test by hand shows that tilt, fall, bay and charger are noticed."),
+          marked("Do them on the Tests page, with the module named.")),
 )  # fmt: skip

@@ -3,12 +3,14 @@
 from collections import Counter
 
 from app.engine.identity import went_back
+from app.guided.results import TITLES, GuidedKind, GuidedVerdict
+from app.limits.expectations import LastTested
 from app.limits.limits import SETTING_BOUNDS
 from app.preflight.evidence import FlagFate
 from app.preflight.findings import Case, CheckResult, Finding, judged, unknown
 from app.settings.fingerprint import COVERED
 from app.settings.setting_texts import value_text
-from app.text.messages import UserMessage, said
+from app.text.messages import UserMessage, listed, said
 from protocol.catalogue import BY_NAME
 from protocol.translatable import marked
 
@@ -143,3 +145,52 @@ def settings_fingerprint(case: Case) -> Finding:
     if approved is None:
         return Finding(CheckResult.WARN, code, UserMessage(code), limit)
     return judged(code, code, limit, is_fine=code == approved)
+
+
+def guided_tests(case: Case) -> Finding:
+    """What the profile demands; without a demand, a test that failed last is worth a look."""
+    wanted, past = case.expectations.tests_within_days, case.past
+    demands = [_demand(kind, days) for kind, days in wanted.items()]
+    limit = listed(demands) if demands else said(marked("none demanded"))
+    if wanted and past.module is None:
+        return unknown(said(marked("the module has no name")), limit)
+    against = [kind for kind, days in wanted.items() if not _holds(past.tests.get(kind), days)]
+    if against:
+        shown = listed([_last_tested(kind, past.tests.get(kind)) for kind in against])
+        return Finding(CheckResult.FAIL, len(against), shown, limit)
+    failed = [kind for kind, last in past.tests.items() if last.kept.verdict is GuidedVerdict.FAILED]
+    if failed:
+        shown = listed([_last_tested(kind, past.tests[kind]) for kind in failed])
+        return Finding(CheckResult.WARN, 0, shown, limit)
+    done = [kind for kind in GuidedKind if kind in past.tests]
+    shown = listed([_last_tested(kind, past.tests[kind]) for kind in done]) if done else said(marked("none done yet"))
+    return Finding(CheckResult.PASS, 0, shown, limit)
+
+
+def _holds(last: LastTested | None, days: int) -> bool:
+    is_passed = last is not None and last.kept.verdict is GuidedVerdict.PASSED
+    return is_passed and last is not None and last.age_days is not None and last.age_days <= days
+
+
+def _demand(kind: GuidedKind, days: int) -> UserMessage:
+    return said(marked("{test} within {days} days"), test=UserMessage(TITLES[kind]), days=str(days))
+
+
+def _last_tested(kind: GuidedKind, last: LastTested | None) -> UserMessage:
+    test = UserMessage(TITLES[kind])
+    if last is None:
+        return said(marked("{test} never"), test=test)
+    when = _days_ago(last.age_days)
+    match last.kept.verdict:
+        case GuidedVerdict.PASSED:
+            return said(marked("{test} {when}"), test=test, when=when)
+        case GuidedVerdict.FAILED:
+            return said(marked("{test} FAILED {when}"), test=test, when=when)
+        case GuidedVerdict.UNCLEAR:
+            return said(marked("{test} unclear {when}"), test=test, when=when)
+
+
+def _days_ago(days: float | None) -> UserMessage:
+    if days is None:
+        return said(marked("at an unknown time"))
+    return said(marked("today")) if days < 1 else said(marked("{days:.0f} days ago"), days=int(days))

@@ -4,18 +4,20 @@ The window and the command line do the same. A store that fails costs the keepin
 """
 
 import logging
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from datetime import UTC, datetime
 
-from app.limits.expectations import Expectations, Past, settings_code
+from app.guided.guided_store import GuidedStore
+from app.guided.results import GuidedKind
+from app.limits.expectations import Expectations, LastTested, Past, settings_code
 from app.preflight.evidence import Evidence, FrameLog
 from app.preflight.findings import Case, CheckResult
 from app.preflight.logged_flags import with_logged_flags
 from app.preflight.verdict import Assessment, assess
 from app.records.check_store import CheckStore, MakeRecord
-from app.records.record import NOT_KEPT, Circumstances, Record, make_record
+from app.records.record import NOT_KEPT, Circumstances, Record, is_simulated, make_record
 from app.stations.station import Station, StationTrouble, own_station
 from app.store.database import StoreFault, StoreTrouble
 from app.store.store import Store, data_folder
@@ -82,7 +84,9 @@ def file_check(
             module_id = next((one.id for one in store.modules() if one.name == name), None)
             if module_id is not None and known is None:
                 with _damage_as_trouble(store):
-                    past = _past(checks, module_id, name, evidence)
+                    past = replace(
+                        _past(checks, module_id, name, evidence), tests=_tests(store, module_id, evidence, at)
+                    )
     except StoreTrouble as error:
         trouble, checks = error, None
     case = Case(
@@ -134,6 +138,12 @@ def _past(checks: CheckStore, module_id: int, name: str | None, evidence: Eviden
         return checks.past(module_id, name)
     slots = [one.raw for one in history.records]
     return checks.past(module_id, name, slots, is_confirmed=history.is_confirmed)
+
+
+def _tests(store: Store, module_id: int, evidence: Evidence, at: datetime) -> Mapping[GuidedKind, LastTested]:
+    """A test of a simulated module never counts for a real one."""
+    last = GuidedStore(store.database).last(module_id, counts_simulated=is_simulated(evidence.port))
+    return {kind: LastTested(kept, kept.age_days(at)) for kind, kept in last.items()}
 
 
 def _keep(

@@ -17,6 +17,7 @@ from dataclasses import dataclass
 from datetime import datetime
 
 from app.engine.device import STATUS_KEYS
+from app.guided.results import GuidedKind
 from app.preflight.evidence import FlagFate, FrameLog
 from app.preflight.findings import Case, CheckResult
 from app.preflight.judging_module import FINGERPRINT_KEYS
@@ -29,9 +30,10 @@ from protocol.fields import Value
 from protocol.translatable import marked
 
 FORMAT = "dps-s pre-flight record"
-VERSION = 2
-"""2: READY beside GO and NO-GO, and who activates the module. In 1 a locked module could be GO."""
-READABLE_VERSIONS = (1, 2)
+VERSION = 3
+"""3: the last guided tests. 2: READY beside GO and NO-GO, and who activates the module. In 1 a locked module could
+be GO."""
+READABLE_VERSIONS = (1, 2, 3)
 PARTS_OF = {"checks": "id", "manual": "text"}
 """Lists whose entries get a digest each, and the key that names an entry."""
 SEALS = ("digests", "hash", "signature")
@@ -91,6 +93,7 @@ def make_record(
             {"text": clean(item.text), "is_done": item.is_done, "is_required": item.is_required}
             for item in assessment.manual
         ],
+        "tests": [case.past.tests[kind].kept.plain() for kind in GuidedKind if kind in case.past.tests],
         "read": readings_of(case),
         "trigger_records": [] if evidence.history is None else [one.raw.hex() for one in evidence.history.records],
         "frames": [[round(frame.at - began_at, 4), frame.way, frame.raw.hex(" ").upper()] for frame in log.frames],

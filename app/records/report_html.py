@@ -12,6 +12,7 @@ from collections.abc import Mapping
 from datetime import datetime
 from itertools import zip_longest
 
+from app.guided.results import TITLES, VERDICT_WORDS, GuidedKind, GuidedVerdict
 from app.preflight.evidence import Disturbance
 from app.preflight.findings import RESULT_WORDS, CheckResult
 from app.preflight.verdict import MANUAL_WORDS, Verdict, verdict_sentence
@@ -35,6 +36,11 @@ _MARKS = {
     CheckResult.UNKNOWN: ("?", RED),
 }
 _VERDICT_LOOKS = {Verdict.GO: ("√", GREEN), Verdict.READY: ("■", BLUE), Verdict.NO_GO: ("×", RED)}
+_TEST_MARKS = {
+    GuidedVerdict.PASSED: ("√", GREEN),
+    GuidedVerdict.FAILED: ("×", RED),
+    GuidedVerdict.UNCLEAR: ("?", RED),
+}
 _VOID = marked("VOID: not a valid check")
 _VOID_WHY: Mapping[str, str] = {one.name.lower(): one.value for one in Disturbance}
 
@@ -76,7 +82,7 @@ def body(record: Record) -> str:
     checks = [one for one in _list(record, "checks") if isinstance(one, Mapping)][:_MOST_ROWS]
     manual = [one for one in _list(record, "manual") if isinstance(one, Mapping)][:_MOST_ROWS]
     is_crowded = len(manual) > _ONE_COLUMN and sum(_result(one) is not CheckResult.PASS for one in checks) > _ONE_COLUMN
-    middle = _checks(checks, is_crowded=is_crowded), _manual(manual)
+    middle = _checks(checks, is_crowded=is_crowded), _manual(manual), _tests(record)
     return "\n".join((_head(record), _circumstances(record), *middle, _foot(record)))
 
 
@@ -189,6 +195,42 @@ def _manual(manual: list[Mapping[str, object]]) -> str:
     return (f'<table width="100%" cellpadding="1" cellspacing="0" style="margin-top:4px">'
             f'<tr bgcolor="#eeeeee"><td colspan="{2 * columns}" style="color:{PALE}">{title}</td></tr>'
             f"{''.join(rows)}</table>")  # fmt: skip
+
+
+def _tests(record: Record) -> str:
+    """The last guided tests, as they were known at the check."""
+    tests = [one for one in _list(record, "tests") if isinstance(one, Mapping)][: len(GuidedKind)]
+    rows = [row for one in tests if (row := _test_row(one))]
+    if not rows:
+        return ""
+    title = _escaped(tr("Guided tests, last done"))
+    return (f'<table width="100%" cellpadding="1" cellspacing="0" style="margin-top:4px">'
+            f'<tr bgcolor="#eeeeee"><td colspan="4" style="color:{PALE}">{title}</td></tr>'
+            f"{''.join(rows)}</table>")  # fmt: skip
+
+
+def _test_row(one: Mapping[str, object]) -> str:
+    try:
+        verdict, kind = GuidedVerdict(one.get("verdict")), GuidedKind(one.get("test"))
+    except ValueError:
+        return ""
+    mark, colour = _TEST_MARKS[verdict]
+    who = str(one.get("who") or tr("not stated"))
+    when = f"{str(one.get('at'))[:10]}, {who}"
+    if one.get("is_simulated") is True:
+        when = f"{when}, {tr('simulated')}"
+    measured = one.get("measured")
+    values = [_measured_text(row) for row in measured if isinstance(row, Mapping)] if isinstance(measured, list) else []
+    return (
+        f'<tr><td width="13%" style="color:{colour}"><b>{mark}&nbsp;{_escaped(tr(VERDICT_WORDS[verdict]))}</b></td>'
+        f'<td width="17%">{_escaped(tr(TITLES[kind]))}</td><td width="20%">{_cell(when, longest=_LONGEST_ITEM)}</td>'
+        f"<td><small>{_escaped('; '.join(values[:10]))}</small></td></tr>"
+    )
+
+
+def _measured_text(row: Mapping[object, object]) -> str:
+    name, shown, tolerance = (said_from(row.get(key)).in_words() for key in ("name", "shown", "tolerance"))
+    return f"{name}: {shown} ({tolerance})"
 
 
 def _foot(record: Record) -> str:

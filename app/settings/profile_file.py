@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
+from app.guided.results import GuidedKind
 from app.settings.fingerprint import is_fingerprint
 from app.settings.profile_lines import key_lines
 from app.settings.profiles import (
@@ -16,6 +17,7 @@ from app.settings.profiles import (
     LONGEST_NAME,
     LONGEST_NOTES,
     MOST_ITEMS,
+    MOST_TEST_DAYS,
     SETTINGS_BY_KEY,
     ActivatedBy,
     ManualLine,
@@ -45,6 +47,7 @@ _KEYS = frozenset(
         "approved_fingerprint",
         "light_inverted",
         "expectations",
+        "tests",
         "expect_active",  # of older files
     )
 )
@@ -114,6 +117,8 @@ def profile_text(profile: Profile) -> str:
         tables["expectations"] = {"activated_by": profile.activated_by.value}
     if profile.limits:
         tables["limits"] = {name: profile.limits[name] for name in LIMITS if name in profile.limits}
+    if profile.tests_within_days:
+        tables["tests"] = {kind.value: days for kind, days in profile.tests_within_days.items()}
     if profile.manual:
         tables["manual"] = [{"text": line.text, "required": line.is_required} for line in profile.manual]
     return toml_text(tables)
@@ -195,6 +200,7 @@ class _Reader:
             approved_fingerprint=fingerprint,
             is_light_inverted=self._flag(tables, ("light_inverted",)),
             activated_by=self._activated_by(self._table(tables, "expectations")),
+            tests_within_days=dict(self._tests(self._table(tables, "tests"))),
         )
 
     def _all_settings(self, tables: dict[str, Any]) -> dict[str, Value]:
@@ -242,6 +248,18 @@ class _Reader:
                 name="activated_by", first='"person"', second='"aircraft"',
             )  # fmt: skip
         return found or ActivatedBy.PERSON
+
+    def _tests(self, table: dict[str, Any]) -> Iterator[tuple[GuidedKind, int]]:
+        for name, value in table.items():
+            kind = next((one for one in GuidedKind if one.value == name), None)
+            is_number = isinstance(value, int) and not isinstance(value, bool)
+            if kind is None:
+                self._refuse(("tests", name), marked("there is no guided test “{name}”."), name=shortened(name))
+            elif not is_number or not 1 <= value <= MOST_TEST_DAYS:
+                why = marked("{name}: a whole number of days from 1 to {most} is needed.")
+                self._refuse(("tests", name), why, name=name, most=MOST_TEST_DAYS)
+            else:
+                yield kind, value
 
     def _manual(self, items: object) -> Iterator[ManualLine]:
         if not isinstance(items, list) or len(items) > MOST_ITEMS:

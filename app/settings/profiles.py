@@ -16,6 +16,9 @@
     [limits]                        of the pre-flight check; what is left out is the program's own limit
     cell_voltage_min_v = 3.8
 
+    [tests]                         guided tests that must have passed, at most so many days ago
+    tilt = 180                      tilt, free_fall, bay, charger, zero, link
+
     [[manual]]                      what a person looks at before the flight
     text = "Bridle free"
     required = true
@@ -32,6 +35,7 @@ from types import MappingProxyType
 from typing import NamedTuple
 
 from app.engine.device import DeviceView, Known
+from app.guided.results import GuidedKind
 from protocol.catalogue import SERIAL_OUTPUT, SETTINGS, Command
 from protocol.fields import Value
 from protocol.translatable import marked
@@ -40,6 +44,7 @@ FORMAT = 1
 LONGEST_NAME = 200
 LONGEST_NOTES = 8_000
 MOST_ITEMS = 40
+MOST_TEST_DAYS = 3650
 
 SETTINGS_BY_KEY: Mapping[str, Command] = MappingProxyType({command.key: command for command in SETTINGS})
 
@@ -95,6 +100,8 @@ class Profile:
     is_light_inverted: bool = False
     """A calibration found that more light reads lower (E11)."""
     activated_by: ActivatedBy = ActivatedBy.PERSON
+    tests_within_days: Mapping[GuidedKind, int] = field(default_factory=dict)
+    """Guided tests that the pre-flight check demands, and how old the last one that passed may be."""
 
 
 class Match(Enum):

@@ -5,6 +5,7 @@ file's `user_version`. Times are ISO 8601 in UTC.
 """
 
 from app.store.audit_chain import AUDIT_CHAIN_TABLES
+from app.store.guided_schema import GUIDED_TABLES
 from app.store.preflight_schema import PREFLIGHT_ADAPTERS, PREFLIGHT_TABLES
 
 APPLICATION_ID = 0x44505353
@@ -83,4 +84,5 @@ MIGRATIONS: tuple[tuple[str, ...], ...] = (
     AUDIT_CHAIN_TABLES,
     MODULE_STATE_TABLES,
     ("ALTER TABLE streams_left_on ADD COLUMN boot_count INTEGER",),
+    GUIDED_TABLES,
 )

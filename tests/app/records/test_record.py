@@ -167,7 +167,7 @@ def test_whoever_recomputes_the_hash_breaks_the_chain_or_differs_from_the_store(
 @pytest.mark.parametrize("data", [
     b"", b"{", b"[]", b"null", b"\xff\xfe", b'{"format": 1}', b"%PDF-1.4 nothing", b"<html></html>", b"[" * 100_000,
     b'{"format": "dps-s pre-flight record", "version": 1, "version": 1}',
-    b'{"format": "dps-s pre-flight record", "version": 3}',
+    b'{"format": "dps-s pre-flight record", "version": 4}',
     b'{"format": "dps-s pre-flight record", "version": 1, "at": NaN}',
     b'%PDF-1.4 stream\n{"dps-s pre-flight record": \nendstream', b"x" * 1000,
 ])  # fmt: skip

@@ -1,0 +1,78 @@
+"""Parachute bay closed and open: the light of both, and its margin to the threshold."""
+
+from app.engine.procedure import EngineView, Inspect, Procedure, Report
+from app.guided.results import BreakOff, GuidedKind, GuidedResult, MeasuredValue, passed_if
+from app.guided.status_watch import (
+    GuidedSetup,
+    PersonSteps,
+    read_setting,
+    require_locked,
+    require_start,
+    wait_for_person,
+)
+from app.procedures.light_calibration import Band, LightDirection, measure_light
+from app.text.messages import UserMessage, said
+from protocol.translatable import marked
+
+LEAST_MARGIN_V = 0.1
+"""One step of the sensor: a threshold on a reading is none."""
+ROUNDING_V = 1e-6
+STEPS = 2
+
+
+def prepare_bay() -> Procedure[GuidedSetup]:
+    restarts = yield from require_locked()
+    threshold = yield from read_setting("light_threshold")
+    return GuidedSetup(restarts=restarts, light_threshold_v=threshold)
+
+
+def measure_bay(setup: GuidedSetup, steps: PersonSteps) -> Procedure[GuidedResult]:
+    yield Report(0, STEPS, marked("Close the bay, then press “Bay is closed”."))
+    closed = yield from _measure(setup, steps)
+    yield Report(1, STEPS, marked("Open the bay fully, then press “Bay is open”."))
+    opened = yield from _measure(setup, steps)
+    yield from require_locked()
+    return _result(closed, opened, setup.light_threshold_v)
+
+
+def _measure(setup: GuidedSetup, steps: PersonSteps) -> Procedure[Band]:
+    yield from wait_for_person(steps)
+    view: EngineView = yield Inspect()
+    require_start(view, setup.restarts)
+    band = yield from measure_light()
+    if not band.is_enough:
+        raise BreakOff(marked("The light could not be read often enough."))
+    return band
+
+
+def _result(closed: Band, opened: Band, threshold: float) -> GuidedResult:
+    rises = opened.median_v > closed.median_v
+    margins = (
+        (threshold - closed.high_v, opened.low_v - threshold)
+        if rises
+        else (closed.low_v - threshold, threshold - opened.high_v)
+    )
+    tolerance = said(marked("{margin:.1f} V or more from {threshold:.1f} V"), margin=LEAST_MARGIN_V,
+                     threshold=threshold)  # fmt: skip
+    measured = tuple(
+        MeasuredValue(
+            said(name), _band_text(band, margin), tolerance, passed_if(margin >= LEAST_MARGIN_V - ROUNDING_V), margin
+        )
+        for name, band, margin in (
+            (marked("Bay closed"), closed, margins[0]),
+            (marked("Bay open"), opened, margins[1]),
+        )
+    )
+    result = GuidedResult(GuidedKind.BAY, measured)
+    if any(margin < LEAST_MARGIN_V - ROUNDING_V for margin in margins):
+        advice = said(marked("Calibrate the light threshold on the Settings page."))
+        return GuidedResult(GuidedKind.BAY, measured, advice)
+    if not rises:
+        return GuidedResult(GuidedKind.BAY, measured, said(LightDirection.FALLS.value))
+    return result
+
+
+def _band_text(band: Band, margin: float) -> UserMessage:
+    if margin < 0:
+        return said(marked("{light:.1f} V, on the wrong side"), light=band.median_v)
+    return said(marked("{light:.1f} V, {margin:.1f} V away"), light=band.median_v, margin=margin)

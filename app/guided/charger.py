@@ -1,0 +1,120 @@
+"""Charger unplugged, plugged and unplugged again: what the module reports each time.
+
+A step is done as soon as the module reports it. Where it does not, the person says that it is done, and what it still
+reports a little later is the result.
+"""
+
+from typing import NamedTuple
+
+from app.engine.procedure import Ask, EngineView, Inspect, Pause, Procedure, Report
+from app.guided.results import BreakOff, GuidedKind, GuidedResult, MeasuredValue, passed_if
+from app.guided.status_watch import (
+    AGREEING,
+    NOBODY,
+    PERSON_LIMIT_S,
+    SILENT_S,
+    GuidedSetup,
+    PersonSteps,
+    require_locked,
+    require_start,
+)
+from app.text.messages import said
+from protocol.catalogue import BY_NAME, Request
+from protocol.events import Answered
+from protocol.fields import Value
+from protocol.messages import HIGHEST_CELL_V, Reading
+from protocol.translatable import marked
+
+LOWEST_CELL_V = 3.5
+"""Below it a lithium cell is nearly empty."""
+ASK_EVERY_S = 0.2
+SETTLES_S = 1.0
+"""From the report until the voltage is read."""
+REPORTED_WITHIN_S = 5.0
+"""After the person says that it is done."""
+STEPS = 3
+_CHARGING, _VOLTAGE = BY_NAME["charging"].query(), BY_NAME["cell_voltage"].query()
+
+
+class _Seen(NamedTuple):
+    is_charging: bool
+    voltage_v: float
+
+
+def prepare_charger() -> Procedure[GuidedSetup]:
+    restarts = yield from require_locked()
+    return GuidedSetup(restarts=restarts)
+
+
+def measure_charger(setup: GuidedSetup, steps: PersonSteps) -> Procedure[GuidedResult]:
+    texts = (
+        (False, marked("Unplug the external power.")),
+        (True, marked("Plug the external power in.")),
+        (False, marked("Unplug the external power again.")),
+    )
+    seen: list[_Seen] = []
+    for number, (is_plugged_in, text) in enumerate(texts):
+        yield Report(number, STEPS, text)
+        seen.append((yield from _until(setup, steps, is_charging=is_plugged_in)))
+    steps.done()
+    yield from require_locked()
+    return _result(seen)
+
+
+def _until(setup: GuidedSetup, steps: PersonSteps, *, is_charging: bool) -> Procedure[_Seen]:
+    view: EngineView = yield Inspect()
+    began, heard_at, said_at = view.now, view.now, None
+    confirmed, agreeing = steps.ask(), 0
+    while agreeing < AGREEING:
+        value = yield from _read(_CHARGING)
+        view = yield Inspect()
+        require_start(view, setup.restarts)
+        now = view.now
+        heard_at = now if value is not None else heard_at
+        agreeing = agreeing + 1 if value is not None and bool(value) is is_charging else 0
+        if confirmed.done():
+            said_at = said_at if said_at is not None else now
+            if now - said_at > REPORTED_WITHIN_S:
+                break
+        if now - heard_at > SILENT_S:
+            raise BreakOff(marked("The charge state could not be read."))
+        if now - began > PERSON_LIMIT_S:
+            raise BreakOff(NOBODY, seconds=PERSON_LIMIT_S)
+        yield Pause(ASK_EVERY_S)
+    steps.done()
+    yield Pause(SETTLES_S)
+    charging, voltage = (yield from _read(_CHARGING)), (yield from _read(_VOLTAGE))
+    if charging is None or voltage is None:
+        raise BreakOff(marked("The charge state could not be read."))
+    return _Seen(bool(charging), float(voltage))
+
+
+def _read(request: Request) -> Procedure[Value | None]:
+    outcome = yield Ask(request)
+    reading = outcome.messages[0] if isinstance(outcome, Answered) else None
+    return reading.value if isinstance(reading, Reading) else None
+
+
+def _result(seen: list[_Seen]) -> GuidedResult:
+    names = (marked("Unplugged"), marked("Plugged in"), marked("Unplugged again"))
+    measured = [
+        MeasuredValue(
+            said(name),
+            said(marked("charging") if one.is_charging else marked("not charging")),
+            said(marked("charging") if is_plugged_in else marked("not charging")),
+            passed_if(one.is_charging is is_plugged_in),
+            float(one.is_charging),
+        )
+        for name, one, is_plugged_in in zip(names, seen, (False, True, False), strict=True)
+    ]
+    cell = seen[-1].voltage_v
+    measured.append(
+        MeasuredValue(
+            said(marked("Cell voltage, unplugged")),
+            said(marked("{value:.2f} V"), value=cell),
+            said(marked("{low:.2f} V to {high:.2f} V"), low=LOWEST_CELL_V, high=HIGHEST_CELL_V),
+            passed_if(LOWEST_CELL_V <= cell <= HIGHEST_CELL_V),
+            cell,
+        )
+    )
+    return GuidedResult(GuidedKind.CHARGER, tuple(measured))

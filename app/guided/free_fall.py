@@ -1,0 +1,155 @@
+"""Free fall onto a cushion from a hand's height, on a locked module: how long it reports to be below the threshold.
+
+A fall of half a metre lasts 0.32 s, far less than any free-fall time that makes sense: what is proven is that the
+sensor and the line show a fall. The duration lies between the first and the last report below the threshold, and the
+reports around them.
+"""
+
+from dataclasses import dataclass, field
+
+from app.engine.procedure import EngineView, Inspect, Procedure, Report
+from app.guided.results import BreakOff, GuidedKind, GuidedResult, GuidedVerdict, MeasuredValue, passed_if
+from app.guided.status_watch import (
+    NOBODY,
+    PERSON_LIMIT_S,
+    GuidedSetup,
+    PersonSteps,
+    StatusReport,
+    StatusWatch,
+    read_setting,
+    require_locked,
+)
+from app.text.messages import said
+from protocol.translatable import marked
+
+SHORTEST_S, LONGEST_FALL_S = 0.20, 0.60
+"""Of a fall from a hand's height: 0.2 m to 1.8 m."""
+JERK_S = 0.10
+"""Shorter, it is a jerk and no fall."""
+COARSEST_S = 0.15
+"""More doubt about the duration than this, and it is none."""
+ENOUGH_REPORTS = 5
+STILL_FROM_G, STILL_TO_G = 0.8, 1.2
+STILL_S = 1.0
+AFTERWARDS_S = 1.0
+"""How long it is watched after the fall whether a trigger is reported."""
+STEPS = 3
+
+
+@dataclass(slots=True)
+class MeasuredFall:
+    """The reports below the threshold, and those around them."""
+
+    before_at: float
+    below: list[StatusReport] = field(default_factory=list)
+    after_at: float = 0.0
+
+    @property
+    def shortest_s(self) -> float:
+        return self.below[-1].at - self.below[0].at
+
+    @property
+    def longest_s(self) -> float:
+        return self.after_at - self.before_at
+
+    @property
+    def lowest_g(self) -> float:
+        return min(one.status.acceleration_g for one in self.below)
+
+
+def prepare_free_fall() -> Procedure[GuidedSetup]:
+    restarts = yield from require_locked()
+    threshold = yield from read_setting("freefall_acceleration")
+    seconds = yield from read_setting("freefall_time")
+    return GuidedSetup(restarts=restarts, freefall_acceleration_g=threshold, freefall_time_s=seconds)
+
+
+def measure_free_fall(setup: GuidedSetup, _steps: PersonSteps) -> Procedure[GuidedResult]:
+    watch = StatusWatch(setup.restarts, may_trigger=True)
+    yield from _until_still(watch)
+    fall = yield from _fall(watch, setup.freefall_acceleration_g)
+    now: float = yield Report(2, STEPS, marked("It has fallen. Leave it there."))
+    has_fired, ends_at = False, now + AFTERWARDS_S
+    while now < ends_at:
+        reports = yield from watch.next_reports()
+        has_fired = has_fired or any(one.status.triggered for one in reports)
+        view: EngineView = yield Inspect()
+        now = view.now
+    has_fired = has_fired or any(one.status.triggered for one in fall.below)
+    return _result(fall, setup, has_fired=has_fired)
+
+
+def _until_still(watch: StatusWatch) -> Procedure[None]:
+    began: float = yield Report(0, STEPS, marked("Hold it level and still, half a metre above the cushion."))
+    since: float | None = None
+    while True:
+        for report in (yield from watch.next_reports()):
+            is_still = STILL_FROM_G <= report.status.acceleration_g <= STILL_TO_G
+            since = (since if since is not None else report.at) if is_still else None
+            if since is not None and report.at - since >= STILL_S:
+                return
+            _require_person(began, report.at)
+
+
+def _fall(watch: StatusWatch, threshold_g: float) -> Procedure[MeasuredFall]:
+    began: float = yield Report(1, STEPS, marked("Let it fall onto the cushion."))
+    before_at: float | None = None
+    fall: MeasuredFall | None = None
+    while True:
+        for report in (yield from watch.next_reports()):
+            _require_person(began, report.at)
+            if report.status.acceleration_g < threshold_g:
+                fall = fall or MeasuredFall(before_at if before_at is not None else report.at)
+                fall.below.append(report)
+                continue
+            before_at = report.at
+            if fall is not None:
+                fall.after_at = report.at
+                if fall.longest_s >= SHORTEST_S or fall.shortest_s >= JERK_S:
+                    return fall
+                fall = None
+
+
+def _require_person(began: float, now: float) -> None:
+    if now - began > PERSON_LIMIT_S:
+        raise BreakOff(NOBODY, seconds=PERSON_LIMIT_S)
+
+
+def _result(fall: MeasuredFall, setup: GuidedSetup, *, has_fired: bool) -> GuidedResult:
+    shortest, longest = fall.shortest_s, fall.longest_s
+    is_clear = longest - shortest <= COARSEST_S and len(fall.below) >= ENOUGH_REPORTS
+    verdict = passed_if(shortest <= LONGEST_FALL_S and longest >= SHORTEST_S)
+    if verdict is GuidedVerdict.PASSED and not is_clear:
+        verdict = GuidedVerdict.UNCLEAR
+    count = len(fall.below)
+    tolerance = said(marked("{low:.2f} s to {high:.2f} s"), low=SHORTEST_S, high=LONGEST_FALL_S)
+    measured = (
+        MeasuredValue(
+            said(marked("Below the threshold")),
+            said(marked("{low:.2f} s to {high:.2f} s"), low=shortest, high=longest),
+            tolerance, verdict, (shortest + longest) / 2,
+        ),
+        MeasuredValue(
+            said(marked("Lowest acceleration")),
+            said(marked("{value:.1f} g"), value=fall.lowest_g),
+            said(marked("below {value:.1f} g"), value=setup.freefall_acceleration_g),
+            GuidedVerdict.PASSED, fall.lowest_g,
+        ),
+        MeasuredValue(
+            said(marked("Reports during the fall")),
+            said("{count}", count=count),
+            said(marked("at least {count}"), count=ENOUGH_REPORTS),
+            GuidedVerdict.PASSED if count >= ENOUGH_REPORTS else GuidedVerdict.UNCLEAR, count,
+        ),
+        MeasuredValue(
+            said(marked("Reported")),
+            said(marked("triggered")) if has_fired else said(marked("not triggered")),
+            said(marked("not triggered: it is locked")),
+            passed_if(not has_fired), float(has_fired),
+        ),
+    )  # fmt: skip
+    advice = None
+    if shortest >= setup.freefall_time_s:
+        advice = said(marked("It fell longer than the free-fall time of {seconds:.2f} s: active, it would have fired."),
+                      seconds=setup.freefall_time_s)  # fmt: skip
+    return GuidedResult(GuidedKind.FREE_FALL, measured, advice)

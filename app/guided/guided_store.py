@@ -1,0 +1,101 @@
+"""Results of guided tests in the store. They are only ever added. Every method raises `StoreTrouble`."""
+
+import json
+from collections.abc import Mapping
+from dataclasses import dataclass
+from datetime import UTC, datetime
+
+from app.guided.results import GuidedKind, GuidedResult, GuidedVerdict
+from app.store.database import Database
+from app.text.messages import clean
+
+SECONDS_A_DAY = 86_400.0
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class KeptTest:
+    """One result. `at`: ISO 8601 in UTC; `measured`: as `MeasuredValue.plain` gives it."""
+
+    kind: GuidedKind
+    verdict: GuidedVerdict
+    at: str
+    who: str
+    is_simulated: bool = False
+    measured: tuple[Mapping[str, object], ...] = ()
+
+    def age_days(self, now: datetime) -> float | None:
+        """None for a time that cannot be read, or that lies ahead by more than a day: no age to go by."""
+        try:
+            at = datetime.fromisoformat(self.at)
+        except ValueError:
+            return None
+        at = at if at.tzinfo is not None else at.replace(tzinfo=UTC)
+        days = (now - at).total_seconds() / SECONDS_A_DAY
+        return None if days < -1 else max(0.0, days)
+
+    def plain(self) -> dict[str, object]:
+        """For a record."""
+        return {
+            "test": self.kind.value,
+            "verdict": self.verdict.value,
+            "at": self.at,
+            "who": self.who,
+            "is_simulated": self.is_simulated,
+            "measured": [dict(one) for one in self.measured],
+        }
+
+
+class GuidedStore:
+    """Over the same file as the store; its table is `guided_schema`."""
+
+    def __init__(self, database: Database) -> None:
+        self._database = database
+
+    def add(
+        self,
+        result: GuidedResult,
+        *,
+        module_id: int | None,
+        adapter: str,
+        who: str,
+        is_simulated: bool,
+        program: str,
+    ) -> int:
+        """Durable when it returns. Without a name of the module it is kept, and counts for none."""
+        measured = json.dumps([one.plain() for one in result.measured], ensure_ascii=False, sort_keys=True)
+        return self._database.write(
+            "INSERT INTO guided_tests (module_id, adapter, at, who, kind, verdict, is_simulated, program, measured) "
+            "VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?)",
+            (
+                module_id, clean(adapter), self._database.now(), clean(who), result.kind.value, result.verdict.value,
+                is_simulated, program, measured,
+            ),
+        )  # fmt: skip
+
+    def last(self, module_id: int | None, *, counts_simulated: bool) -> Mapping[GuidedKind, KeptTest]:
+        """The newest result of each test of a module. `counts_simulated`: those of a simulated module too."""
+        if module_id is None:
+            return {}
+        rows = self._database.read(
+            "SELECT kind, verdict, at, who, is_simulated, measured FROM guided_tests WHERE id IN "
+            "(SELECT max(id) FROM guided_tests WHERE module_id = ? AND is_simulated <= ? GROUP BY kind)",
+            (module_id, counts_simulated),
+        )
+        found = [kept for row in rows if (kept := _kept(*row)) is not None]
+        return {one.kind: one for one in found}
+
+
+def _kept(kind: str, verdict: str, at: str, who: str, is_simulated: int, measured: str) -> KeptTest | None:
+    """None for what a newer version wrote, or nobody."""
+    try:
+        rows = json.loads(measured)
+        return KeptTest(
+            kind=GuidedKind(kind),
+            verdict=GuidedVerdict(verdict),
+            at=at,
+            who=who,
+            is_simulated=bool(is_simulated),
+            measured=tuple(row for row in rows if isinstance(row, dict)) if isinstance(rows, list) else (),
+        )
+    except ValueError:
+        return None

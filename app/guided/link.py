@@ -1,0 +1,93 @@
+"""Plug and cable: what is lost while the plug is shaken. Only questions are asked; the module stays locked.
+
+A port that goes away while it is shaken is a result, not an accident.
+"""
+
+from dataclasses import dataclass
+
+from app.engine.procedure import Ask, EngineView, Inspect, Pause, PortLost, Procedure, Report
+from app.engine.transport import PortError
+from app.guided.results import GuidedKind, GuidedResult, GuidedVerdict, MeasuredValue, passed_if
+from app.guided.status_watch import GuidedSetup, PersonSteps, require_locked
+from app.text.messages import UserMessage, said
+from protocol.catalogue import HEARTBEAT
+from protocol.events import Answered
+from protocol.translatable import marked
+
+REST_S, SHAKEN_S = 3.0, 15.0
+ASK_EVERY_S = 0.02
+WAITS_S = (0.3,)
+"""A heartbeat that takes longer is lost: the usual one takes some milliseconds."""
+STEPS = 2
+
+
+@dataclass(slots=True)
+class _Counts:
+    asked: int = 0
+    lost: int = 0
+    rejected: int = 0
+    restarts: int = 0
+    is_port_lost: bool = False
+
+
+def prepare_link() -> Procedure[GuidedSetup]:
+    restarts = yield from require_locked()
+    return GuidedSetup(restarts=restarts)
+
+
+def measure_link(setup: GuidedSetup, _steps: PersonSteps) -> Procedure[GuidedResult]:
+    rest, shaken = _Counts(), _Counts()
+    try:
+        yield from _count(rest, 0, marked("Leave the plug alone for a moment."), REST_S, setup.restarts)
+        text = marked("Shake the plug and the cable, gently, in all directions.")
+        yield from _count(shaken, 1, text, SHAKEN_S, setup.restarts)
+    except (PortLost, PortError):
+        shaken.is_port_lost = True
+    else:
+        yield from require_locked()
+    return _result(rest, shaken)
+
+
+def _count(counts: _Counts, number: int, text: str, seconds: float, restarts: int) -> Procedure[None]:
+    view: EngineView = yield Inspect()
+    ends_at, rejected = view.now + seconds, view.link.counters.rejected
+    while view.now < ends_at:
+        yield Report(number, STEPS, text, (("asked", counts.asked), ("lost", counts.lost)))
+        outcome = yield Ask(HEARTBEAT.query(), WAITS_S, attempts=1)
+        counts.asked += 1
+        counts.lost += not isinstance(outcome, Answered)
+        view = yield Inspect()
+        counts.rejected = view.link.counters.rejected - rejected
+        counts.restarts = view.device.restarts - restarts
+        yield Pause(ASK_EVERY_S)
+
+
+def _result(rest: _Counts, shaken: _Counts) -> GuidedResult:
+    none = said(marked("none"))
+    measured = [
+        _lost(said(marked("Lost at rest")), rest),
+        _lost(said(marked("Lost while shaken")), shaken),
+        _row(said(marked("Invalid bytes")), rest.rejected + shaken.rejected, none),
+        _row(said(marked("Restarts of the module")), max(rest.restarts, shaken.restarts), none),
+        MeasuredValue(
+            said(marked("Port")),
+            said(marked("lost")) if shaken.is_port_lost else said(marked("stayed open")),
+            said(marked("stays open")), passed_if(not shaken.is_port_lost), float(shaken.is_port_lost),
+        ),
+    ]  # fmt: skip
+    result = GuidedResult(GuidedKind.LINK, tuple(measured))
+    if result.verdict is GuidedVerdict.PASSED:
+        return result
+    return GuidedResult(
+        GuidedKind.LINK, tuple(measured), said(marked("Check plug, cable and adapter, and test again."))
+    )
+
+
+def _lost(name: UserMessage, counts: _Counts) -> MeasuredValue:
+    shown = said(marked("{lost} of {asked}"), lost=counts.lost, asked=counts.asked)
+    verdict = passed_if(counts.lost == 0) if counts.asked else GuidedVerdict.UNCLEAR
+    return MeasuredValue(name, shown, said(marked("none")), verdict, counts.lost)
+
+
+def _row(name: UserMessage, count: int, tolerance: UserMessage) -> MeasuredValue:
+    return MeasuredValue(name, said("{count}", count=count), tolerance, passed_if(count == 0), count)

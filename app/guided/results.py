@@ -1,0 +1,101 @@
+"""Results of guided tests: what was measured against which tolerance, and the verdict."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from enum import Enum
+
+from app.text.messages import UserMessage, said
+from protocol.translatable import marked
+
+
+class GuidedKind(Enum):
+    """The value is its name in the store, in records and in profiles."""
+
+    TILT = "tilt"
+    FREE_FALL = "free_fall"
+    BAY = "bay"
+    CHARGER = "charger"
+    ZERO = "zero"
+    LINK = "link"
+
+
+TITLES: Mapping[GuidedKind, str] = {
+    GuidedKind.TILT: marked("Tilt to the trigger"),
+    GuidedKind.FREE_FALL: marked("Free fall"),
+    GuidedKind.BAY: marked("Parachute bay"),
+    GuidedKind.CHARGER: marked("Charger"),
+    GuidedKind.ZERO: marked("Zero"),
+    GuidedKind.LINK: marked("Plug and cable"),
+}
+
+
+class GuidedVerdict(Enum):
+    """The value is its name in the store and in records."""
+
+    PASSED = "passed"
+    FAILED = "failed"
+    UNCLEAR = "unclear"
+    """MeasuredValue too coarsely, or not at all: as good as not tested."""
+
+
+VERDICT_WORDS: Mapping[GuidedVerdict, str] = {
+    GuidedVerdict.PASSED: marked("passed"),
+    GuidedVerdict.FAILED: marked("FAILED"),
+    GuidedVerdict.UNCLEAR: marked("unclear"),
+}
+
+
+@dataclass(frozen=True, slots=True)
+class MeasuredValue:
+    """One measured value. `value` is for programs, in the unit of `shown`; None where it is not known."""
+
+    name: UserMessage
+    shown: UserMessage
+    tolerance: UserMessage
+    verdict: GuidedVerdict
+    value: float | None = None
+
+    def plain(self) -> dict[str, object]:
+        """For the store and for records."""
+        return {
+            "name": self.name.plain(),
+            "shown": self.shown.plain(),
+            "tolerance": self.tolerance.plain(),
+            "verdict": self.verdict.value,
+            "value": self.value,
+        }
+
+
+@dataclass(frozen=True, slots=True)
+class GuidedResult:
+    """A test that came to its end. `advice`: what to do about it."""
+
+    kind: GuidedKind
+    measured: tuple[MeasuredValue, ...]
+    advice: UserMessage | None = None
+
+    @property
+    def verdict(self) -> GuidedVerdict:
+        found = {one.verdict for one in self.measured}
+        if GuidedVerdict.FAILED in found:
+            return GuidedVerdict.FAILED
+        return GuidedVerdict.PASSED if found == {GuidedVerdict.PASSED} else GuidedVerdict.UNCLEAR
+
+
+@dataclass(frozen=True, slots=True)
+class BrokenOff:
+    """A test that did not come to its end: nothing of it counts or is kept."""
+
+    reason: UserMessage
+
+
+class BreakOff(Exception):
+    """Raised within a guided test; `breaking_off` makes the result of it."""
+
+    def __init__(self, text: str, **values: object) -> None:
+        super().__init__(text)
+        self.reason = said(text, **values)
+
+
+def passed_if(is_fine: bool) -> GuidedVerdict:
+    return GuidedVerdict.PASSED if is_fine else GuidedVerdict.FAILED

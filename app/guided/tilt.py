@@ -1,0 +1,237 @@
+"""Tilt to the trigger: at which angle an active module fires and rearms, in four directions.
+
+    level  ->  tilted until it reports that it has fired  ->  back until it reports that no longer
+
+The module reports an angle, not a direction: which side it was is what the person was told to do. An angle is known as
+well as the reports lie close together, so each is a span: above the last report before, up to the first one after.
+Moved so fast that the span is too wide, the direction is done again.
+"""
+
+from dataclasses import dataclass
+from enum import Enum
+
+from app.engine.procedure import EngineView, Inspect, Procedure, Report
+from app.guided.results import BreakOff, GuidedKind, GuidedResult, GuidedVerdict, MeasuredValue, passed_if
+from app.guided.status_watch import (
+    AGREEING,
+    NOBODY,
+    PERSON_LIMIT_S,
+    GuidedSetup,
+    PersonSteps,
+    StatusReport,
+    StatusWatch,
+    read_setting,
+    require_locked,
+)
+from app.text.messages import UserMessage, said
+from protocol.catalogue import RESET_BELOW_THRESHOLD_DEG
+from protocol.translatable import marked
+
+LEVEL_WITHIN_DEG = 10.0
+TOLERANCE_DEG = 3.0
+"""Ours: the vendor names none. The module reports whole degrees, and a hand moves between two reports."""
+WIDEST_SPAN_DEG = 6.0
+MISSED_BY_DEG = 20.0
+"""Tilted so far beyond the threshold, or upside down, without firing: it does not fire."""
+HIGHEST_DEG = 170.0
+REARMS_WITHIN_S = 3.0
+"""Level again for so long and still reported as triggered: it does not rearm by itself."""
+TRIES = 3
+STEPS = 6
+"""Activating, the four directions, locking."""
+LONGEST_S = 300.0
+"""The module is active for no longer than this."""
+
+
+class TiltDirection(Enum):
+    """The value is English, translatable."""
+
+    FORWARD = marked("forward")
+    RIGHT = marked("to the right")
+    BACK = marked("back")
+    LEFT = marked("to the left")
+
+
+class Span:
+    """An angle that lies between two reports."""
+
+    def __init__(self, one_deg: float, other_deg: float) -> None:
+        self.low_deg, self.high_deg = sorted((one_deg, other_deg))
+
+    @property
+    def is_sharp(self) -> bool:
+        return self.high_deg - self.low_deg <= WIDEST_SPAN_DEG
+
+    def is_near(self, wanted_deg: float) -> bool:
+        return self.low_deg <= wanted_deg + TOLERANCE_DEG and self.high_deg >= wanted_deg - TOLERANCE_DEG
+
+    def message(self) -> UserMessage:
+        if self.high_deg - self.low_deg <= 1:
+            return said(marked("{angle:.0f}°"), angle=self.high_deg)
+        return said(marked("{low:.0f}° to {high:.0f}°"), low=self.low_deg, high=self.high_deg)
+
+
+@dataclass(frozen=True, slots=True)
+class Turn:
+    """One direction. `fired` None: it did not fire; `rearmed` None: it stayed triggered."""
+
+    direction: TiltDirection
+    reached_deg: float = 0.0
+    fired: Span | None = None
+    rearmed: Span | None = None
+
+
+def prepare_tilt() -> Procedure[GuidedSetup]:
+    restarts = yield from require_locked()
+    threshold = yield from read_setting("attitude_threshold")
+    if threshold <= LEVEL_WITHIN_DEG + RESET_BELOW_THRESHOLD_DEG or threshold + TOLERANCE_DEG > HIGHEST_DEG:
+        raise BreakOff(marked("At a threshold of {threshold:.0f}° this cannot be tested by hand."), threshold=threshold)
+    return GuidedSetup(restarts=restarts, attitude_threshold_deg=threshold)
+
+
+def measure_tilt(setup: GuidedSetup, _steps: PersonSteps) -> Procedure[GuidedResult]:
+    """On an active module. Whoever runs it locks the module afterwards, whatever came of it."""
+    watch = _TiltWatch(setup)
+    view: EngineView = yield Inspect()
+    watch.ends_at = view.now + LONGEST_S
+    turns: list[Turn] = []
+    for number, direction in enumerate(TiltDirection):
+        turn = yield from _turn(watch, number, direction)
+        turns.append(turn)
+        if turn.fired is not None and turn.rearmed is None:
+            break  # the others cannot be told from this one
+    return _result(turns, setup)
+
+
+def _turn(watch: "_TiltWatch", number: int, direction: TiltDirection) -> Procedure[Turn]:
+    """Done again while it was moved too fast; the last try counts."""
+    turn = Turn(direction)
+    for number_of_try in range(TRIES):
+        too_fast = marked("Too fast: hold it level, then tilt it {direction} slowly.")
+        level = marked("Hold it level.") if number_of_try == 0 else too_fast
+        yield from watch.level(number, level, direction)
+        turn = yield from watch.one_turn(number, direction)
+        is_sharp = all(span is None or span.is_sharp for span in (turn.fired, turn.rearmed))
+        if is_sharp or (turn.fired is not None and turn.rearmed is None):
+            break
+    return turn
+
+
+class _TiltWatch:
+    """Follows the reports, one after the other."""
+
+    def __init__(self, setup: GuidedSetup) -> None:
+        self._setup = setup
+        self._watch = StatusWatch(setup.restarts, is_active=True, may_trigger=True)
+        self._waiting: list[StatusReport] = []
+        self.ends_at = 0.0
+        self._step_ends_at = 0.0
+
+    def level(self, number: int, text: str, direction: TiltDirection) -> Procedure[None]:
+        yield from self._begin(number, text, direction)
+        agreeing = 0
+        while agreeing < AGREEING:
+            status = (yield from self._next()).status
+            is_level = status.tilt_deg <= LEVEL_WITHIN_DEG and not status.triggered
+            agreeing = agreeing + 1 if is_level else 0
+
+    def one_turn(self, number: int, direction: TiltDirection) -> Procedure[Turn]:
+        """From level until it has fired and rearmed."""
+        yield from self._begin(number, marked("Tilt it slowly {direction}, until it fires."), direction)
+        limit = min(HIGHEST_DEG, self._setup.attitude_threshold_deg + MISSED_BY_DEG)
+        before, first, reached = 0.0, 0.0, 0.0
+        agreeing = beyond = 0
+        while agreeing < AGREEING:
+            status = (yield from self._next()).status
+            reached = max(reached, status.tilt_deg)
+            if not status.triggered:
+                before, agreeing = status.tilt_deg, 0
+            else:
+                first, agreeing = (status.tilt_deg if agreeing == 0 else first), agreeing + 1
+            beyond = beyond + 1 if status.tilt_deg >= limit and not status.triggered else 0
+            if beyond > 2 * AGREEING:
+                return Turn(direction, reached)
+        rearmed = yield from self._back(number, direction)
+        return Turn(direction, reached, Span(before, first), rearmed)
+
+    def _back(self, number: int, direction: TiltDirection) -> Procedure[Span | None]:
+        yield from self._begin(number, marked("It fired. Tilt it slowly back to level."), direction)
+        before, first, agreeing = HIGHEST_DEG, 0.0, 0
+        level_since: float | None = None
+        while agreeing < AGREEING:
+            report = yield from self._next()
+            status = report.status
+            if status.triggered:
+                before, agreeing = status.tilt_deg, 0
+                is_level = status.tilt_deg <= LEVEL_WITHIN_DEG
+                level_since = (level_since or report.at) if is_level else None
+                if level_since is not None and report.at - level_since > REARMS_WITHIN_S:
+                    return None
+            else:
+                first, agreeing = (status.tilt_deg if agreeing == 0 else first), agreeing + 1
+        return Span(before, first)
+
+    def _begin(self, number: int, text: str, direction: TiltDirection) -> Procedure[None]:
+        now: float = yield Report(number + 1, STEPS, text, (("direction", said(direction.value)),))
+        self._step_ends_at = now + PERSON_LIMIT_S
+
+    def _next(self) -> Procedure[StatusReport]:
+        while not self._waiting:
+            self._waiting += yield from self._watch.next_reports()
+            view: EngineView = yield Inspect()
+            if view.now > self.ends_at:
+                raise BreakOff(marked("The module was active for {seconds:.0f} s: long enough."), seconds=LONGEST_S)
+            if view.now > self._step_ends_at:
+                raise BreakOff(NOBODY, seconds=PERSON_LIMIT_S)
+        return self._waiting.pop(0)
+
+
+def _result(turns: list[Turn], setup: GuidedSetup) -> GuidedResult:
+    threshold = setup.attitude_threshold_deg
+    measured: list[MeasuredValue] = []
+    for direction in TiltDirection:
+        turn = next((one for one in turns if one.direction is direction), None)
+        side = said(direction.value)
+        measured.append(_fired(side, turn, threshold))
+        measured.append(_rearmed(side, turn, threshold - RESET_BELOW_THRESHOLD_DEG))
+    advice = None
+    if any(turn.fired is None for turn in turns):
+        advice = said(marked("Enable the attitude trigger with a pre-flight check, and test again."))
+    elif any(turn.rearmed is None for turn in turns):
+        advice = said(marked("It stays triggered until it is locked: the other directions were not tested."))
+    return GuidedResult(GuidedKind.TILT, tuple(measured), advice)
+
+
+def _fired(side: UserMessage, turn: Turn | None, threshold: float) -> MeasuredValue:
+    name = said(marked("Fires, {direction}"), direction=side)
+    if turn is None:
+        return _not_tested(name, threshold)
+    if turn.fired is None:
+        shown = said(marked("not up to {angle:.0f}°"), angle=turn.reached_deg)
+        return MeasuredValue(name, shown, _tolerance(threshold), GuidedVerdict.FAILED)
+    return _judged(name, turn.fired, threshold, turn.fired.high_deg)
+
+
+def _rearmed(side: UserMessage, turn: Turn | None, reset: float) -> MeasuredValue:
+    name = said(marked("Rearms, {direction}"), direction=side)
+    if turn is None or turn.fired is None:
+        return _not_tested(name, reset)
+    if turn.rearmed is None:
+        return MeasuredValue(name, said(marked("not at level")), _tolerance(reset), GuidedVerdict.FAILED)
+    return _judged(name, turn.rearmed, reset, turn.rearmed.low_deg)
+
+
+def _judged(name: UserMessage, span: Span, wanted: float, first_deg: float) -> MeasuredValue:
+    """`first_deg`: of the first report that said so."""
+    verdict = passed_if(span.is_near(wanted))
+    if verdict is GuidedVerdict.PASSED and not span.is_sharp:
+        verdict = GuidedVerdict.UNCLEAR
+    return MeasuredValue(name, span.message(), _tolerance(wanted), verdict, first_deg)
+
+
+def _not_tested(name: UserMessage, wanted: float) -> MeasuredValue:
+    return MeasuredValue(name, said(marked("not tested")), _tolerance(wanted), GuidedVerdict.UNCLEAR)
+
+
+def _tolerance(wanted: float) -> UserMessage:
+    return said(marked("{angle:.0f}° ± {tolerance:.0f}°"), angle=wanted, tolerance=TOLERANCE_DEG)

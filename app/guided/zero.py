@@ -1,0 +1,50 @@
+"""Zeroing the sensor: the tilt before and after. The zeroing itself is `app.procedures.act`."""
+
+from statistics import median
+
+from app.engine.procedure import EngineView, Inspect, Procedure, Report
+from app.guided.results import GuidedKind, GuidedResult, MeasuredValue, passed_if
+from app.guided.status_watch import GuidedSetup, PersonSteps, StatusWatch, require_locked
+from app.procedures.act import ZEROED_WITHIN_DEG
+from app.safety.interlocks import LEVEL_WITHIN_DEG
+from app.text.messages import said
+from protocol.translatable import marked
+
+WATCHED_S = 1.0
+STEPS = 3
+
+
+def prepare_zero() -> Procedure[GuidedSetup]:
+    restarts = yield from require_locked()
+    yield Report(0, STEPS, marked("Set it level, and do not touch it."))
+    tilt = yield from _tilt(restarts)
+    return GuidedSetup(restarts=restarts, tilt_deg=tilt)
+
+
+def measure_zero(setup: GuidedSetup, _steps: PersonSteps) -> Procedure[GuidedResult]:
+    yield Report(2, STEPS, marked("Measuring the tilt again."))
+    after = yield from _tilt(setup.restarts)
+    yield from require_locked()
+    before = setup.tilt_deg
+    measured = (
+        MeasuredValue(
+            said(marked("Tilt before")), said(marked("{angle:.0f}°"), angle=before),
+            said(marked("at most {angle:.0f}°"), angle=LEVEL_WITHIN_DEG), passed_if(before <= LEVEL_WITHIN_DEG), before,
+        ),
+        MeasuredValue(
+            said(marked("Tilt after")), said(marked("{angle:.0f}°"), angle=after),
+            said(marked("at most {angle:.0f}°"), angle=ZEROED_WITHIN_DEG), passed_if(after <= ZEROED_WITHIN_DEG), after,
+        ),
+    )  # fmt: skip
+    return GuidedResult(GuidedKind.ZERO, measured)
+
+
+def _tilt(restarts: int) -> Procedure[float]:
+    """The median of a second."""
+    watch = StatusWatch(restarts)
+    view: EngineView = yield Inspect()
+    ends_at, tilts = view.now + WATCHED_S, list[float]()
+    while view.now < ends_at or not tilts:
+        tilts += [float(one.status.tilt_deg) for one in (yield from watch.next_reports())]
+        view = yield Inspect()
+    return float(median(tilts))

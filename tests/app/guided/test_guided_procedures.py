@@ -1,0 +1,280 @@
+"""The guided tests on the simulated module, with hands that do what they are told, and with some that do not."""
+
+import pytest
+
+from app.engine.run import Run
+from app.engine.transport import PortError
+from app.guided.catalogue import GUIDED_BY_KIND, GUIDED_TESTS, measure
+from app.guided.results import BrokenOff, GuidedKind, GuidedResult, GuidedVerdict
+from app.guided.status_watch import GuidedSetup, PersonSteps
+from app.simulator.bench import SimulatedBench
+from protocol.catalogue import Hazard
+from tests.support.hands import Hands, drive, guided
+from tests.support.line.sim_line import Rig, settled_rig, watched
+
+
+def streaming(**options: object) -> Rig:
+    """A module that streams its status, as while the page is in sight."""
+    rig = settled_rig(**options)
+    watched(rig)
+    rig.step_for(4.0)
+    return rig
+
+
+def result(done: GuidedResult | BrokenOff) -> GuidedResult:
+    assert isinstance(done, GuidedResult), done
+    return done
+
+
+def reason(done: GuidedResult | BrokenOff) -> str:
+    assert isinstance(done, BrokenOff), done
+    return done.reason.in_english()
+
+
+def rows(done: GuidedResult | BrokenOff) -> dict[str, tuple[str, str]]:
+    return {one.name.in_english(): (one.shown.in_english(), one.verdict.value) for one in result(done).measured}
+
+
+@pytest.mark.parametrize("kind", list(GuidedKind))
+@pytest.mark.parametrize("is_streaming", [True, False])
+def test_a_module_in_order_passes(kind: GuidedKind, is_streaming: bool) -> None:
+    rig = streaming() if is_streaming else settled_rig()
+    sent = len(rig.line.requests)
+    done = result(guided(rig, kind))
+    assert done.verdict is GuidedVerdict.PASSED, [one.shown.in_english() for one in done.measured]
+    assert done.kind is kind
+    assert all(one.hazard is Hazard.NONE for one in rig.line.requests[sent:])
+
+
+def test_the_angle_at_which_it_fired_and_rearmed_is_measured_in_four_directions() -> None:
+    rig = streaming()
+    rig.bench.module.memory.attitude_threshold = 70
+    before = len(rig.bench.module.memory.records)
+    done = result(guided(rig, GuidedKind.TILT))
+    values = [one.value for one in done.measured]
+    assert len(values) == 8
+    assert all(value is not None and abs(value - 70) <= 1 for value in values[::2])
+    assert all(value is not None and abs(value - 60) <= 1 for value in values[1::2])
+    assert len(rig.bench.module.memory.records) - before == 4
+
+
+@pytest.mark.parametrize(("zero", "verdict"), [(2.0, GuidedVerdict.PASSED), (9.0, GuidedVerdict.FAILED)])
+def test_a_sensor_that_is_off_fires_too_late(zero: float, verdict: GuidedVerdict) -> None:
+    """It judges by an angle of its own and reports another one."""
+    rig = streaming()
+    rig.bench.module.memory.attitude_threshold = 60
+    done = rows(guided(rig, GuidedKind.TILT, act=lambda: _activate_with(rig.bench, 60 + zero)))
+    assert done["Fires, forward"][1] == verdict.value
+
+
+def _activate_with(bench: SimulatedBench, threshold: float) -> None:
+    bench.module.memory.attitude_threshold = round(threshold)
+    bench.module.activate(is_active=True)
+
+
+def test_moved_too_fast_it_is_done_again_and_stays_unclear() -> None:
+    rig = streaming(rate=5)
+    done = result(guided(rig, GuidedKind.TILT, speed_deg_s=900.0))
+    assert done.verdict is GuidedVerdict.UNCLEAR
+    assert rows(done)["Fires, forward"][1] == "unclear"
+
+
+def test_a_disabled_trigger_does_not_fire_and_fails() -> None:
+    rig = streaming()
+    rig.bench.module.state.attitude_is_enabled = False
+    done = result(guided(rig, GuidedKind.TILT))
+    assert done.verdict is GuidedVerdict.FAILED
+    assert rows(done)["Fires, forward"][0].startswith("not up to 8")
+    assert done.advice is not None
+
+
+def test_a_module_that_stays_triggered_fails_and_is_not_tilted_further(monkeypatch: pytest.MonkeyPatch) -> None:
+    rig = streaming()
+    module = rig.bench.module
+    sense = module._sense
+
+    def sense_and_stay(at_s: float) -> None:
+        before = module._fired
+        sense(at_s)
+        module._fired |= before
+
+    monkeypatch.setattr(module, "_sense", sense_and_stay)
+    done = result(guided(rig, GuidedKind.TILT))
+    assert rows(done)["Rearms, forward"] == ("not at level", "failed")
+    assert rows(done)["Fires, to the left"] == ("not tested", "unclear")
+    assert len(module.memory.records) == 1
+
+
+@pytest.mark.parametrize(("height_m", "verdict"), [(0.3, "passed"), (1.0, "passed"), (5.0, "failed")])
+def test_the_fall_is_measured_between_the_reports_around_it(height_m: float, verdict: str) -> None:
+    rig = streaming()
+    done = result(guided(rig, GuidedKind.FREE_FALL, height_m=height_m))
+    seconds = (2 * height_m / 9.81) ** 0.5
+    first = done.measured[0]
+    low, high = (float(part.removesuffix(" s")) for part in first.shown.in_english().split(" to "))
+    assert low <= seconds <= high + 0.01
+    assert high - low <= 0.06
+    assert first.verdict.value == verdict
+    assert rows(done)["Reported"] == ("not triggered", "passed")
+
+
+def test_a_fall_of_few_reports_is_unclear() -> None:
+    done = result(guided(streaming(rate=8, mute_codes="32"), GuidedKind.FREE_FALL, height_m=1.0))
+    assert done.verdict is GuidedVerdict.UNCLEAR
+
+
+def test_a_jerk_is_no_fall() -> None:
+    """It was only lowered: then it falls."""
+    rig = streaming()
+    bench, start = rig.bench, rig.clock.now_s
+    fallen: list[float] = []
+
+    def fall_later() -> None:
+        if not fallen and rig.clock.now_s > start + 4.0:
+            fallen.append(rig.clock.now_s)
+            bench.drop(0.5)
+
+    done = result(guided(rig, GuidedKind.FREE_FALL, height_m=0.02, each=fall_later))
+    assert fallen
+    assert done.measured[0].value == pytest.approx(0.32, abs=0.05)
+
+
+@pytest.mark.parametrize(
+    ("threshold", "open_row"), [(18, "passed"), (30, "failed"), (25, "failed"), (24, "passed"), (2, "passed")]
+)
+def test_the_light_and_its_margin(threshold: int, open_row: str) -> None:
+    rig = settled_rig()
+    rig.bench.module.memory.light_threshold = threshold
+    done = guided(rig, GuidedKind.BAY)
+    assert rows(done)["Bay open"][1] == open_row
+    assert rows(done)["Bay closed"][1] == ("failed" if threshold == 2 else "passed")
+
+
+def test_light_that_reads_lower_is_said() -> None:
+    done = result(guided(settled_rig(light_inverted=True), GuidedKind.BAY))
+    assert done.verdict is GuidedVerdict.PASSED
+    assert done.advice is not None
+    assert done.advice.in_english() == "More light reads lower."
+
+
+def test_a_charger_that_does_not_charge_fails(monkeypatch: pytest.MonkeyPatch) -> None:
+    rig = settled_rig()
+    monkeypatch.setattr(rig.bench.module, "plug_charger", lambda _now_s: None)
+    steps = PersonSteps()
+    hands = Hands(rig.bench, steps)
+
+    def confirm() -> None:
+        if hands.said[-1:] == ["Plug the external power in."]:
+            steps.confirm()
+
+    done = drive(rig, measure(GUIDED_BY_KIND[GuidedKind.CHARGER], GuidedSetup(), steps), hands, confirm)
+    assert isinstance(done, GuidedResult)
+    assert rows(done)["Plugged in"] == ("not charging", "failed")
+
+
+def test_a_plug_that_loses_answers_fails() -> None:
+    rig = settled_rig()
+    start = rig.clock.now_s
+
+    def shake() -> None:
+        if start + 8 < rig.clock.now_s < start + 8.1:
+            rig.bench.change(drop=0.5)
+        elif rig.clock.now_s > start + 10:
+            rig.bench.heal()
+
+    done = rows(guided(rig, GuidedKind.LINK, each=shake))
+    assert done["Lost at rest"][1] == "passed"
+    assert done["Lost while shaken"][1] == "failed"
+
+
+def test_a_port_that_goes_away_while_it_is_shaken_is_a_result() -> None:
+    """The session ends the procedure with the error, and it says so."""
+    rig = settled_rig()
+    run = Run(measure(GUIDED_BY_KIND[GuidedKind.LINK], GuidedSetup(), PersonSteps()))
+    rig.session.run(run)
+    rig.step_for(6.0)
+    rig.bench.unplug()
+    with pytest.raises(PortError) as lost:
+        rig.step_for(1.0)
+    rig.session.close(why=lost.value)
+    assert run.error is None
+    assert isinstance(run.result, GuidedResult)
+    assert rows(run.result)["Port"] == ("lost", "failed")
+
+
+@pytest.mark.parametrize("kind", list(GuidedKind))
+def test_an_active_module_is_not_tested(kind: GuidedKind) -> None:
+    rig = settled_rig(active=True)
+    assert reason(guided(rig, kind)) == "The module is ACTIVE: lock it first."
+    assert all(one.hazard is Hazard.NONE for one in rig.line.requests)
+
+
+@pytest.mark.parametrize("kind", [kind for kind in GuidedKind if kind is not GuidedKind.TILT])
+def test_a_module_that_becomes_active_meanwhile_breaks_it_off(kind: GuidedKind) -> None:
+    rig = settled_rig()
+    done = guided(rig, kind, act=lambda: rig.bench.module.activate(is_active=True))
+    assert "ACTIVE" in reason(done)
+
+
+@pytest.mark.parametrize("kind", [GuidedKind.TILT, GuidedKind.FREE_FALL, GuidedKind.BAY, GuidedKind.ZERO])
+def test_a_restart_breaks_it_off(kind: GuidedKind) -> None:
+    rig = streaming()
+    assert reason(guided(rig, kind, act=lambda: _restart(rig))) == "The module restarted during the test."
+
+
+def _restart(rig: Rig) -> None:
+    """Until it has been noticed."""
+    rig.bench.restart()
+    rig.step_for(1.0)
+
+
+def test_a_restart_by_the_charger_breaks_it_off(monkeypatch: pytest.MonkeyPatch) -> None:
+    rig = settled_rig()
+    monkeypatch.setattr(rig.bench.module, "plug_charger", lambda _now_s: rig.bench.restart())
+    assert reason(guided(rig, GuidedKind.CHARGER)) == "The module restarted during the test."
+
+
+def test_a_module_that_is_locked_meanwhile_breaks_the_tilt_off() -> None:
+    rig = streaming()
+    start = rig.clock.now_s
+
+    def lock() -> None:
+        if rig.clock.now_s > start + 4:
+            rig.bench.module.activate(is_active=False)
+
+    assert reason(guided(rig, GuidedKind.TILT, each=lock)) == "The module was locked during the test."
+
+
+@pytest.mark.parametrize("kind", [GuidedKind.TILT, GuidedKind.FREE_FALL, GuidedKind.BAY, GuidedKind.CHARGER])
+def test_nobody_there_ends_it(kind: GuidedKind, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(Hands, "hear", lambda _hands, _report: None)
+    for module in ("status_watch", "tilt", "free_fall", "charger"):
+        monkeypatch.setattr(f"app.guided.{module}.PERSON_LIMIT_S", 5.0)
+    rig = settled_rig(charger=kind is GuidedKind.CHARGER)
+    assert reason(guided(rig, kind)) == "Nobody did the next step within 5 s."
+
+
+@pytest.mark.parametrize("kind", [GuidedKind.TILT, GuidedKind.FREE_FALL, GuidedKind.CHARGER, GuidedKind.ZERO])
+def test_a_module_that_falls_silent_breaks_it_off(kind: GuidedKind) -> None:
+    rig = settled_rig()
+
+    def silence() -> None:
+        if rig.clock.now_s > start + 4:
+            rig.bench.change(drop=1.0, direction="both")
+
+    height_m = 0.0 if kind is GuidedKind.FREE_FALL else 0.5
+    start = rig.clock.now_s
+    if kind is GuidedKind.ZERO:
+        done = guided(rig, kind, act=lambda: rig.bench.change(drop=1.0, direction="both"))
+    else:
+        done = guided(rig, kind, each=silence, height_m=height_m)
+    assert "stopped answering" in reason(done) or "could not be read" in reason(done)
+
+
+def test_only_the_tilt_needs_an_active_module_and_says_what_must_be_removed() -> None:
+    assert [test.kind for test in GUIDED_TESTS] == list(GuidedKind)
+    assert [test.kind for test in GUIDED_TESTS if test.is_active] == [GuidedKind.TILT]
+    for test in GUIDED_TESTS:
+        assert test.safety
+        assert bool(test.statement) is test.is_active
+        assert ("stays locked" in test.safety) is not test.is_active

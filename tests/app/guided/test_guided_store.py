@@ -1,0 +1,212 @@
+"""Results of guided tests: only ever added, simulated ones apart, on the report and in the next pre-flight check."""
+
+import json
+from collections.abc import Iterator
+from contextlib import closing
+from datetime import UTC, datetime, timedelta
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from app.guided.guided_store import GuidedStore, KeptTest
+from app.guided.results import GuidedKind, GuidedResult, GuidedVerdict, MeasuredValue
+from app.limits.expectations import Expectations, LastTested, Past, expectations_of, settings_code
+from app.preflight.evidence import FrameLog
+from app.preflight.findings import Case, CheckResult
+from app.preflight.judging_module import guided_tests
+from app.preflight.verdict import assess
+from app.records.filing import Person, file_check
+from app.records.report_html import body, page
+from app.records.verification import RecordState, verify_bytes
+from app.settings.profile_file import ProfileRefused, parse_profile, profile_text
+from app.store.database import StoreTrouble
+from app.store.schema import MIGRATIONS
+from app.store.store import Store, open_store
+from app.text.messages import said
+from tests.support.records.preflight_rig import check
+
+NOW = datetime(2026, 5, 1, 12, tzinfo=UTC)
+PASSED, FAILED, UNCLEAR = GuidedVerdict.PASSED, GuidedVerdict.FAILED, GuidedVerdict.UNCLEAR
+
+
+def result(kind: GuidedKind, verdict: GuidedVerdict = PASSED) -> GuidedResult:
+    shown, tolerance = said("{angle:.0f}°", angle=61), said("{angle:.0f}°", angle=60)
+    return GuidedResult(kind, (MeasuredValue(said("Fires"), shown, tolerance, verdict, 61.0),))
+
+
+@pytest.fixture
+def store(tmp_path: Path) -> Iterator[Store]:
+    with closing(open_store(tmp_path, clock=lambda: NOW)) as one:
+        yield one
+
+
+def add(
+    store: Store, kind: GuidedKind, verdict: GuidedVerdict = PASSED, *, module: str = "M-07", sim: bool = False
+) -> None:
+    module_id = store.meet_module(module).id if module else None
+    GuidedStore(store.database).add(
+        result(kind, verdict), module_id=module_id, adapter="usb", who="Li", is_simulated=sim, program="1"
+    )
+
+
+def last(store: Store, *, sim: bool = False) -> dict[GuidedKind, GuidedVerdict]:
+    module_id = store.meet_module("M-07").id
+    found = GuidedStore(store.database).last(module_id, counts_simulated=sim)
+    return {kind: one.verdict for kind, one in found.items()}
+
+
+def test_the_newest_result_of_each_test_counts(store: Store) -> None:
+    add(store, GuidedKind.TILT)
+    add(store, GuidedKind.TILT, FAILED)
+    add(store, GuidedKind.BAY, UNCLEAR)
+    add(store, GuidedKind.ZERO, module="M-08")
+    add(store, GuidedKind.LINK, module="")
+    assert last(store) == {GuidedKind.TILT: FAILED, GuidedKind.BAY: UNCLEAR}
+    assert GuidedStore(store.database).last(None, counts_simulated=True) == {}
+
+
+def test_a_simulated_run_never_counts_for_a_real_module(store: Store) -> None:
+    add(store, GuidedKind.TILT, FAILED)
+    add(store, GuidedKind.TILT, PASSED, sim=True)
+    assert last(store) == {GuidedKind.TILT: FAILED}
+    assert last(store, sim=True) == {GuidedKind.TILT: PASSED}
+
+
+@pytest.mark.parametrize("statement", ["DELETE FROM guided_tests", "UPDATE guided_tests SET verdict = 'passed'"])
+def test_results_are_only_ever_added(store: Store, statement: str) -> None:
+    add(store, GuidedKind.TILT, FAILED)
+    with pytest.raises(StoreTrouble):
+        store.database.write(statement)
+    assert last(store) == {GuidedKind.TILT: FAILED}
+
+
+def test_a_store_from_before_is_migrated(tmp_path: Path) -> None:
+    from app.store.database import open_database
+
+    with closing(open_database(tmp_path, migrations=MIGRATIONS[:-1]).database) as old:
+        old.write("INSERT INTO modules (name, adapter, first_seen_at, last_seen_at) VALUES ('M-07', '', 't', 't')")
+    with closing(open_store(tmp_path)) as new:
+        add(new, GuidedKind.TILT)
+        assert last(new) == {GuidedKind.TILT: PASSED}
+
+
+def test_what_a_newer_version_wrote_is_left_out(store: Store) -> None:
+    add(store, GuidedKind.TILT)
+    store.database.write(
+        "INSERT INTO guided_tests (module_id, adapter, at, who, kind, verdict, is_simulated, program, measured) "
+        "VALUES (1, '', 't', '', 'spin', 'passed', 0, '9', '[]'), (1, '', 't', '', 'bay', 'passed', 0, '9', '{')"
+    )
+    assert last(store) == {GuidedKind.TILT: PASSED}
+
+
+# The profile
+
+
+def test_a_profile_demands_tests_not_older_than_so_many_days() -> None:
+    profile = parse_profile(b'name = "H6"\n[tests]\ntilt = 180\nfree_fall = 365\n')
+    assert profile.tests_within_days == {GuidedKind.TILT: 180, GuidedKind.FREE_FALL: 365}
+    assert parse_profile(profile_text(profile).encode()) == profile
+    assert expectations_of(profile).tests_within_days == profile.tests_within_days
+
+
+@pytest.mark.parametrize(
+    "bad", ["spin = 3", "tilt = 0", "tilt = -1", "tilt = 1.5", "tilt = true", 'tilt = "x"', "tilt = 3651"]
+)
+def test_a_demand_that_makes_no_sense_is_refused_with_its_line(bad: str) -> None:
+    with pytest.raises(ProfileRefused) as refused:
+        parse_profile(f"[tests]\n{bad}\n".encode())
+    assert [fault.line for fault in refused.value.faults] == [2]
+
+
+def test_tests_must_be_a_table() -> None:
+    with pytest.raises(ProfileRefused):
+        parse_profile(b"tests = 3\n")
+
+
+# The pre-flight check
+
+
+def _tested(kind: GuidedKind, days: float | None, verdict: GuidedVerdict = PASSED) -> dict[GuidedKind, LastTested]:
+    return {kind: LastTested(KeptTest(kind=kind, verdict=verdict, at="2026-01-01", who="Li"), days)}
+
+
+@pytest.mark.parametrize(
+    ("within", "past", "expected"),
+    [
+        ({}, {}, CheckResult.PASS),
+        ({}, _tested(GuidedKind.TILT, 400.0), CheckResult.PASS),
+        ({}, _tested(GuidedKind.TILT, 4.0, FAILED), CheckResult.WARN),
+        ({GuidedKind.TILT: 30}, {}, CheckResult.FAIL),
+        ({GuidedKind.TILT: 30}, _tested(GuidedKind.TILT, 30.0), CheckResult.PASS),
+        ({GuidedKind.TILT: 30}, _tested(GuidedKind.TILT, 30.1), CheckResult.FAIL),
+        ({GuidedKind.TILT: 30}, _tested(GuidedKind.TILT, None), CheckResult.FAIL),
+        ({GuidedKind.TILT: 30}, _tested(GuidedKind.TILT, 1.0, FAILED), CheckResult.FAIL),
+        ({GuidedKind.TILT: 30}, _tested(GuidedKind.TILT, 1.0, UNCLEAR), CheckResult.FAIL),
+        ({GuidedKind.TILT: 30}, _tested(GuidedKind.BAY, 1.0), CheckResult.FAIL),
+    ],
+)
+def test_a_demanded_test_that_is_missing_failed_or_too_old_fails_the_check(
+    within: dict[GuidedKind, int], past: dict[GuidedKind, LastTested], expected: CheckResult
+) -> None:
+    expectations = Expectations(tests_within_days=within)
+    case = Case(evidence=check().assessment.case.evidence, expectations=expectations, past=Past(module="M", tests=past))
+    assert guided_tests(case).result is expected
+    unnamed = Case(evidence=case.evidence, expectations=expectations, past=Past(tests=past))
+    assert guided_tests(unnamed).result is (CheckResult.UNKNOWN if within else expected)
+
+
+@pytest.mark.parametrize(
+    ("ahead", "age"), [(timedelta(hours=3), 0.0), (timedelta(days=2), None), (-timedelta(days=2), 2.0)]
+)
+def test_a_time_that_lies_ahead_is_no_age(ahead: timedelta, age: float | None) -> None:
+    kept = KeptTest(kind=GuidedKind.TILT, verdict=PASSED, at=(NOW + ahead).isoformat(), who="")
+    assert kept.age_days(NOW) == age
+    assert KeptTest(kind=GuidedKind.TILT, verdict=PASSED, at="soon", who="").age_days(NOW) is None
+
+
+@pytest.mark.parametrize(
+    ("port", "is_simulated", "expected"),
+    [
+        ("/dev/ttyUSB0", False, CheckResult.PASS),
+        ("/dev/ttyUSB0", True, CheckResult.FAIL),
+        ("sim://x", True, CheckResult.PASS),
+    ],
+)
+def test_the_filed_check_knows_the_tests_and_prints_them(
+    store: Store, port: str, is_simulated: bool, expected: CheckResult
+) -> None:
+    add(store, GuidedKind.TILT, sim=is_simulated)
+    evidence = check().assessment.case.evidence
+    evidence.port = port
+    expectations = Expectations(profile="H6", tests_within_days={GuidedKind.TILT: 10})
+    filed = file_check(
+        evidence, expectations, Person(who="Li", module="M-07", aircraft="A"), FrameLog(), store=store,
+        program_version="1", at=NOW + timedelta(days=3),
+    )  # fmt: skip
+    assert filed.assessment.result("guided_tests") is expected
+    tests: Any = filed.record["tests"]
+    assert len(tests) == (expected is CheckResult.PASS)
+    text = body(filed.record)
+    if tests:
+        assert tests[0]["who"] == "Li"
+        assert "Tilt to the trigger" in text
+        assert "Fires: 61° (60°)" in text
+        assert ("simulated" in text.lower()) is is_simulated
+    else:
+        assert "last done" not in text
+    assert verify_bytes(page(filed.record)).state is not RecordState.ALTERED
+
+
+def test_a_hostile_list_of_tests_is_printed_harmlessly() -> None:
+    case = Case(
+        evidence=check().assessment.case.evidence, expectations=Expectations(), past=Past(), fingerprint=settings_code
+    )
+    assert assess(case).result("guided_tests") is CheckResult.PASS
+    rows: list[object] = [
+        None, 3, {"test": "spin"}, {"test": "tilt", "verdict": "passed", "who": "<b>", "at": None, "measured": [1, {}]},
+        {"test": "bay", "verdict": "failed", "measured": "x"},
+    ]  # fmt: skip
+    text = body({"tests": json.loads(json.dumps(rows)), "checks": []})
+    assert "<b>," not in text
+    assert "&lt;b&gt;" in text

@@ -1,0 +1,95 @@
+"""Hands of a person on the simulated module, for guided tests: they do what the procedure says, on the fake clock."""
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+
+from app.engine.procedure import Procedure, Report
+from app.engine.run import Run
+from app.guided.catalogue import GUIDED_BY_KIND, measure, prepare
+from app.guided.results import BrokenOff, GuidedKind, GuidedResult
+from app.guided.status_watch import GuidedSetup, PersonSteps
+from app.simulator.bench import SimulatedBench
+from tests.support.line.sim_line import Rig
+
+SLOWLY_DEG_S = 25.0
+
+
+@dataclass
+class Hands:
+    """Called with every report of the procedure, and with the time at every step of the session."""
+
+    bench: SimulatedBench
+    steps: PersonSteps
+    speed_deg_s: float = SLOWLY_DEG_S
+    height_m: float = 0.5
+    goes_to_deg: float = 0.0
+    said: list[str] = field(default_factory=list)
+    _at: float | None = None
+
+    def hear(self, report: Report) -> None:
+        text = report.doing
+        if text in self.said[-1:]:
+            return
+        self.said.append(text)
+        if text.startswith("Tilt it slowly {direction}"):
+            self.goes_to_deg = 100.0
+        elif text.startswith(("It fired", "Hold it level.", "Too fast")):
+            self.goes_to_deg = 0.0
+        elif text.startswith("Let it fall"):
+            self.bench.drop(self.height_m)
+        elif text.startswith(("Close the bay", "Open the bay")):
+            self.bench.set_bay(is_open=text.startswith("Open"))
+        elif "external power" in text:
+            self.bench.set_charger(is_plugged_in=text.startswith("Plug"))
+
+    def move(self, now: float) -> None:
+        """Turn the module on its way; confirm the step that waits."""
+        passed_s = 0.0 if self._at is None else now - self._at
+        self._at = now
+        tilt, step = self.bench.world.tilt_deg, self.speed_deg_s * passed_s
+        if tilt != self.goes_to_deg:
+            way = self.goes_to_deg - tilt
+            self.bench.set_tilt(self.goes_to_deg if abs(way) <= step else tilt + (step if way > 0 else -step))
+        if self.said and self.said[-1].startswith(("Close the bay", "Open the bay")):
+            self.steps.confirm()
+
+
+def drive(rig: Rig, procedure: Procedure[object], hands: Hands, each: Callable[[], None] = lambda: None) -> object:
+    """To its end, with the hands at work."""
+    run: Run[object] = Run(procedure, hands.hear)
+    rig.session.run(run)
+    ends_at = rig.clock.now_s + 900.0
+    while not run.is_done:
+        assert rig.clock.now_s < ends_at, "it takes too long"
+        rig.session.step()
+        hands.move(rig.clock.now_s)
+        each()
+    if run.error is not None:
+        raise run.error
+    return run.result
+
+
+def guided(
+    rig: Rig,
+    kind: GuidedKind,
+    *,
+    each: Callable[[], None] = lambda: None,
+    act: Callable[[], None] | None = None,
+    speed_deg_s: float = SLOWLY_DEG_S,
+    height_m: float = 0.5,
+) -> GuidedResult | BrokenOff:
+    """A whole test. `act`: what happens between preparing and measuring, in place of the confirmed act."""
+    test, steps = GUIDED_BY_KIND[kind], PersonSteps()
+    person = Hands(rig.bench, steps, speed_deg_s, height_m)
+    setup = drive(rig, prepare(test), person, each)
+    if not isinstance(setup, GuidedSetup):
+        assert isinstance(setup, BrokenOff)
+        return setup
+    if act is not None:
+        act()
+    elif test.is_active:
+        rig.bench.module.activate(is_active=True)
+        rig.step_for(0.1)
+    result = drive(rig, measure(test, setup, steps), person, each)
+    assert isinstance(result, GuidedResult | BrokenOff)
+    return result
