@@ -783,7 +783,7 @@
     </message>
     <message>
         <source>Cell voltage, unplugged</source>
-        <translation>电芯电压（未接外部电源）</translation>
+        <translation>电芯电压（未接外接供电）</translation>
     </message>
     <message>
         <source>Chain: {what}.</source>
@@ -859,7 +859,7 @@
     </message>
     <message>
         <source>Check plug, cable and adapter, and test again.</source>
-        <translation>检查插头、线缆和转接器，然后重新测试。</translation>
+        <translation>检查插头、线缆和适配器，然后重新测试。</translation>
     </message>
     <message>
         <source>Check plugs, ground and cable length, and check again.</source>
@@ -1415,7 +1415,7 @@
     </message>
     <message>
         <source>Does it charge, and only when it is plugged in?</source>
-        <translation>是否只在接通外部电源时充电？</translation>
+        <translation>是否只在接通外接供电时充电？</translation>
     </message>
     <message>
         <source>Does it notice a fall?</source>
@@ -2203,7 +2203,7 @@
     </message>
     <message>
         <source>It fired. Tilt it slowly back to level.</source>
-        <translation>已触发。缓慢转回水平。</translation>
+        <translation>已触发。缓慢反向倾斜，回到水平。</translation>
     </message>
     <message>
         <source>It fires in free fall. The module cannot be asked whether it is enabled.</source>
@@ -3583,7 +3583,7 @@
     </message>
     <message>
         <source>Plug the external power in.</source>
-        <translation>接通外部电源。</translation>
+        <translation>接通外接供电。</translation>
     </message>
     <message>
         <source>Plug the same adapter in again: it is connected automatically.</source>
@@ -5783,11 +5783,11 @@
     </message>
     <message>
         <source>Unplug the external power</source>
-        <translation>断开外部电源</translation>
+        <translation>断开外接供电</translation>
     </message>
     <message>
         <source>Unplug the external power again.</source>
-        <translation>再次断开外部电源。</translation>
+        <translation>再次断开外接供电。</translation>
     </message>
     <message>
         <source>Unplug the external power and check again.</source>
@@ -5795,7 +5795,7 @@
     </message>
     <message>
         <source>Unplug the external power.</source>
-        <translation>断开外部电源。</translation>
+        <translation>断开外接供电。</translation>
     </message>
     <message>
         <source>Unplugged</source>
