@@ -10,6 +10,8 @@ CALM_S: Final = 1.0
 CALM_TILT_DEG: Final = 30.0
 CALM_G: Final = (0.5, 1.5)
 IMPACT_G: Final = 3.0
+LEAST_LOSS_S: Final = 0.3
+"""A calm flight up to a shorter time before the impact was a landing, if a hard one."""
 BOUNCE_S: Final = 2.0
 """Blows that follow each other within this time are one impact."""
 
@@ -27,7 +29,7 @@ NOT_LOST: Final = LossOfControl(None, None)
 
 
 def loss_of_control(log: FlightLog) -> LossOfControl:
-    """`NOT_LOST` for a flight that was calm to its end."""
+    """No time of loss for a flight that was calm to its end or its landing."""
     is_known = log.is_judged & np.isfinite(log.tilt_deg) & np.isfinite(log.specific_force_g)
     time_s = log.time_s[is_known]
     if not len(time_s):
@@ -39,8 +41,9 @@ def loss_of_control(log: FlightLog) -> LossOfControl:
     is_calm = (tilt_deg <= CALM_TILT_DEG) & (force_g >= CALM_G[0]) & (force_g <= CALM_G[1])
     before = time_s <= impact_s if impact_s is not None else np.ones(len(time_s), np.bool_)
     loss_s = _last_calm_end(time_s[before], is_calm[before])
-    if impact_s is None and loss_s == float(time_s[-1]):
-        return NOT_LOST
+    end_s = float(time_s[-1]) if impact_s is None else impact_s
+    if loss_s is not None and end_s - loss_s < LEAST_LOSS_S:
+        loss_s = None
     return LossOfControl(loss_s, impact_s)
 
 

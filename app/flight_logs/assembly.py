@@ -3,13 +3,13 @@
 A row carries the newest sample that is not after it. Over a pause nothing is carried on: there are no rows.
 """
 
-from typing import Final
+from typing import Final, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from app.firing.judge import LONGEST_GAP_S
-from app.flight_logs.flight_log import REPORT_HZ, Flags, FlightLog, Floats, LogUnreadable, ModeChange
+from app.flight_logs.flight_log import REPORT_HZ, Flags, FlightLog, Floats, LogFormat, LogUnreadable, ModeChange
 from app.flight_logs.force_checks import believed_force
 from app.flight_logs.raw_log import Channel, FlagChannel, RawLog
 from app.text.messages import UserMessage, said
@@ -24,6 +24,8 @@ AFTER_DISARM_S: Final = 5.0
 ALTITUDE_HOLDS_S: Final = 5.0
 MOST_MODES: Final = 10_000
 _TICK: Final = 1e-6
+_DECIMALS: Final = 3
+"""Undoes what was lost by keeping values as 32-bit floats."""
 
 
 def assembled(raw: RawLog) -> FlightLog:
@@ -50,7 +52,7 @@ def assembled(raw: RawLog) -> FlightLog:
         None if flags is None else _flags_at(flags, time_s + start_s) for flags in (raw.armed, raw.on_ground)
     )
     is_judged = _judged(time_s, is_armed, is_on_ground)
-    _note_pauses(time_s, is_judged, problems)
+    note_pauses(time_s, is_judged, problems)
     return FlightLog(
         name=raw.name,
         format=raw.format,
@@ -160,7 +162,7 @@ def _altitude_at(altitude_m: Channel, time_s: Floats) -> Floats:
     return np.where(is_near, np.interp(time_s, channel.time_s, channel.values), np.nan)
 
 
-def _note_pauses(time_s: Floats, is_judged: Flags, problems: list[UserMessage]) -> None:
+def note_pauses(time_s: Floats, is_judged: Flags, problems: list[UserMessage]) -> None:
     steps = np.diff(time_s)
     pauses = steps[steps > LONGEST_GAP_S]
     if len(pauses):
@@ -179,3 +181,41 @@ def covered_part_s(time_s: Floats, is_part: Flags) -> float:
     """Time of the rows that are part of it, without the pauses."""
     steps = np.diff(time_s)
     return float(steps[(steps <= LONGEST_GAP_S) & is_part[1:]].sum())
+
+
+class Reports(NamedTuple):
+    """Status reports in their order, and times of restarts; seconds of any one clock."""
+
+    time_s: Floats
+    tilt_deg: Floats
+    acceleration_g: Floats
+    resets_s: tuple[float, ...] = ()
+
+
+def flight_of_reports(name: str, kind: LogFormat, reports: Reports, problems: list[UserMessage]) -> FlightLog:
+    """Every report is a row, as it came. Raises `LogUnreadable` where there is none."""
+    time_s, tilt_deg, acceleration_g, resets_s = reports
+    is_good = np.isfinite(time_s) & (np.abs(time_s) <= LATEST_S) & np.isfinite(tilt_deg) & np.isfinite(acceleration_g)
+    newest = np.maximum.accumulate(np.where(is_good, time_s, -np.inf)) if len(time_s) else time_s
+    is_good &= time_s >= newest
+    if not is_good.all():
+        count = int((~is_good).sum())
+        problems.append(said(marked("{count} reports that cannot be true are left out."), count=f"{count:,}"))
+    time_s, tilt_deg, acceleration_g = time_s[is_good], tilt_deg[is_good], acceleration_g[is_good]
+    if not len(time_s):
+        raise LogUnreadable(said(marked("It holds no status reports.")))
+    start_s = float(time_s[0])
+    is_judged = np.ones(len(time_s), np.bool_)
+    note_pauses(time_s, is_judged, problems)
+    return FlightLog(
+        name=name,
+        format=kind,
+        time_s=time_s - start_s,
+        tilt_deg=tilt_deg.round(_DECIMALS),
+        specific_force_g=acceleration_g.round(_DECIMALS),
+        is_judged=is_judged,
+        duration_s=float(time_s[-1]) - start_s,
+        resets_s=tuple(one - start_s for one in resets_s),
+        has_module_resolution=True,
+        problems=tuple(dict.fromkeys(problems)),
+    )

@@ -8,8 +8,9 @@ from typing import Final, TextIO
 
 import numpy as np
 
+from app.flight_logs.assembly import Reports, assembled, flight_of_reports
 from app.flight_logs.csv_columns import TIMES, CsvColumns, CsvRole, recognised
-from app.flight_logs.flight_log import Floats, LogFormat, LogUnreadable
+from app.flight_logs.flight_log import FlightLog, Floats, LogFormat, LogUnreadable
 from app.flight_logs.raw_log import (
     STANDARD_GRAVITY_M_S2,
     Channel,
@@ -19,6 +20,7 @@ from app.flight_logs.raw_log import (
     tilt_of_quaternion,
     tilt_of_roll_and_pitch,
 )
+from app.recordings.table import HEAD
 from app.text.messages import clean, said
 from protocol.translatable import marked
 
@@ -35,8 +37,11 @@ def read_head(path: Path) -> list[str]:
     return _head_of(line)
 
 
-def read_csv(path: Path, columns: CsvColumns | None = None) -> RawLog:
-    """`columns`: None where they say themselves what they are. Raises `LogUnreadable`, OSError."""
+def read_csv(path: Path, columns: CsvColumns | None = None) -> FlightLog:
+    """`columns`: None where they say themselves what they are. Raises `LogUnreadable`, OSError.
+
+    What this program has exported is taken report by report; anything else is seen at the module's report rate.
+    """
     raw = RawLog(name=str(path), format=LogFormat.CSV)
     with path.open("r", encoding="utf-8-sig", errors="replace", newline="") as file:
         first = file.readline(LONGEST_LINE)
@@ -47,6 +52,10 @@ def read_csv(path: Path, columns: CsvColumns | None = None) -> RawLog:
     values = dict(zip(places, found, strict=True))
     scale = next((role for role in TIMES if role in values), CsvRole.TIME_S)
     time_s = values[scale] * TIMES[scale]
+    if columns is None and head == HEAD.split(","):
+        is_report = ~(np.isnan(values[CsvRole.TILT_DEG]) | np.isnan(values[CsvRole.ACCELERATION_G]))
+        tilt_deg, acceleration_g = (values[role][is_report] for role in (CsvRole.TILT_DEG, CsvRole.ACCELERATION_G))
+        return flight_of_reports(raw.name, raw.format, Reports(time_s[is_report], tilt_deg, acceleration_g), [])
     if chosen.attitude:
         raw.tilts_deg.append(_known(time_s, _tilt(values, chosen.attitude)))
     if chosen.force:
@@ -56,7 +65,7 @@ def read_csv(path: Path, columns: CsvColumns | None = None) -> RawLog:
     if CsvRole.ARMED in values:
         known = _known(time_s, values[CsvRole.ARMED])
         raw.armed = FlagChannel(known.time_s, known.values != 0)
-    return raw
+    return assembled(raw)
 
 
 def _known(time_s: Floats, values: Floats) -> Channel:

@@ -61,7 +61,7 @@ class FlightLog:
     """Path of the file, as it was given."""
     format: LogFormat
     time_s: Floats
-    """Strictly ascending seconds since the first sample."""
+    """Ascending seconds since the first sample."""
     tilt_deg: Floats
     """0 level, 180 upside down; NaN where the attitude is not known."""
     specific_force_g: Floats

@@ -38,8 +38,24 @@ def _read(path: Path, columns: CsvColumns | None) -> FlightLog:
         case LogFormat.CSV:
             from app.flight_logs.csv_log import read_csv
 
-            return assembled(read_csv(path, columns))
-        case _:
+            return read_csv(path, columns)
+        case LogFormat.ULOG:
+            from app.flight_logs.ulog import read_ulog
+
+            return assembled(read_ulog(path))
+        case LogFormat.DATAFLASH:
+            from app.flight_logs.dataflash import read_dataflash
+
+            return assembled(read_dataflash(path))
+        case LogFormat.MCAP:
+            from app.flight_logs.module_reports import read_mcap
+
+            return read_mcap(path)
+        case LogFormat.RECORDING:
+            from app.flight_logs.module_reports import read_recording
+
+            return read_recording(path)
+        case None:
             raise LogUnreadable(said(marked("It is no flight log that this program knows.")))
 
 

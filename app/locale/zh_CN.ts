@@ -154,6 +154,10 @@
         <translation>{port} 上从 {old} 到 {new} 波特的更改曾被中断。模块可能处于其中任一波特率。</translation>
     </message>
     <message>
+        <source>A damaged part of the file is left out.</source>
+        <translation>略去文件中损坏的部分。</translation>
+    </message>
+    <message>
         <source>A fall does not go on over a pause of more than 0.5 s without reports.</source>
         <translation>超过 0.5 秒没有上报时，失重不再延续计算。</translation>
     </message>
@@ -1234,8 +1238,16 @@
         <translation>DPS-S 上位机 {version}</translation>
     </message>
     <message>
+        <source>Damaged or altered since it was recorded: some rows are left out.</source>
+        <translation>记录后已损坏或被改动：略去部分行。</translation>
+    </message>
+    <message>
         <source>Damaged or altered since it was recorded: {rows} rows are left out.</source>
         <translation>记录后被损坏或修改：已略去 {rows} 行。</translation>
+    </message>
+    <message>
+        <source>Damaged: {count} bytes are left out.</source>
+        <translation>文件损坏：略去 {count} 字节。</translation>
     </message>
     <message>
         <source>Dangerous: each asks again, is written into the log first, and is sent once</source>
@@ -2246,6 +2258,10 @@
         <translation>其中既没有姿态也没有加速度。</translation>
     </message>
     <message>
+        <source>It holds no status reports.</source>
+        <translation>其中没有状态报告。</translation>
+    </message>
+    <message>
         <source>It is a new module</source>
         <translation>是新模块</translation>
     </message>
@@ -2262,12 +2278,32 @@
         <translation>正在记录，无法删除。</translation>
     </message>
     <message>
+        <source>It is larger than 1 GB.</source>
+        <translation>文件超过 1 GB。</translation>
+    </message>
+    <message>
         <source>It is longer than 48 hours.</source>
         <translation>时长超过 48 小时。</translation>
     </message>
     <message>
         <source>It is no CSV file.</source>
         <translation>不是 CSV 文件。</translation>
+    </message>
+    <message>
+        <source>It is no DataFlash log.</source>
+        <translation>不是 DataFlash 日志。</translation>
+    </message>
+    <message>
+        <source>It is no MCAP file that this program has written.</source>
+        <translation>不是由本程序写出的 MCAP 文件。</translation>
+    </message>
+    <message>
+        <source>It is no MCAP file.</source>
+        <translation>不是 MCAP 文件。</translation>
+    </message>
+    <message>
+        <source>It is no ULog file.</source>
+        <translation>不是 ULog 文件。</translation>
     </message>
     <message>
         <source>It is no flight log that this program knows.</source>
@@ -2366,6 +2402,10 @@
         <translation>它由本程序的更新版本记录。</translation>
     </message>
     <message>
+        <source>It was written in a newer form of ULog.</source>
+        <translation>由更新版本的 ULog 格式写出。</translation>
+    </message>
+    <message>
         <source>It was {before} and reads {after} now, without being written here.</source>
         <translation>原为 {before}，现读出 {after}，并非在此写入。</translation>
     </message>
@@ -2384,6 +2424,10 @@
     <message>
         <source>Its heading is damaged.</source>
         <translation>其头部信息已损坏。</translation>
+    </message>
+    <message>
+        <source>Its records have no times: it is from before 2014.</source>
+        <translation>其记录不含时间：是 2014 年以前的日志。</translation>
     </message>
     <message>
         <source>Jitter</source>
@@ -4818,6 +4862,10 @@
         <translation>弹射装置已断开，桨叶已拆下</translation>
     </message>
     <message>
+        <source>The file is cut off: it is judged up to there.</source>
+        <translation>文件不完整：只判断到中断处。</translation>
+    </message>
+    <message>
         <source>The file is larger than {kilobytes} KB.</source>
         <translation>文件大于 {kilobytes} KB。</translation>
     </message>
@@ -4828,6 +4876,10 @@
     <message>
         <source>The first {n} of {all} rows were copied.</source>
         <translation>共 {all} 行，已复制前 {n} 行。</translation>
+    </message>
+    <message>
+        <source>The flight controller could not log for {seconds:.1f} s.</source>
+        <translation>飞控有 {seconds:.1f} s 未能写入日志。</translation>
     </message>
     <message>
         <source>The key of this station cannot be used: {why}.</source>
@@ -8712,6 +8764,10 @@
     <message>
         <source>{count} records are chosen.</source>
         <translation>已选择 {count} 条记录。</translation>
+    </message>
+    <message>
+        <source>{count} reports that cannot be true are left out.</source>
+        <translation>略去 {count} 个不可能为真的报告。</translation>
     </message>
     <message>
         <source>{count} rows written to {file}.</source>

@@ -1,0 +1,131 @@
+"""The container of ArduPilot's DataFlash logs (`.bin`): it describes its own records.
+
+Read here and not with pymavlink, which is larger than the rest of the program together: see docs/flight-logs.md.
+"""
+
+from array import array
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Final, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from app.flight_logs.flight_log import Floats, LogUnreadable
+from app.flight_logs.records import MOST_RECORDS, gathered, gathered_floats
+from app.text.messages import said
+from protocol.translatable import marked
+
+MAGIC: Final = b"\xa3\x95"
+_FORMAT_KIND: Final = 128
+_FORMAT_BYTES: Final = 89
+_HEAD_BYTES: Final = 3
+
+
+class _Type(NamedTuple):
+    kind: str
+    scale: float = 1.0
+
+
+_TYPES: Final[Mapping[str, _Type]] = {
+    "a": _Type("S64"), "b": _Type("<i1"), "B": _Type("<u1"), "h": _Type("<i2"), "H": _Type("<u2"), "i": _Type("<i4"),
+    "I": _Type("<u4"), "f": _Type("<f4"), "d": _Type("<f8"), "n": _Type("S4"), "N": _Type("S16"), "Z": _Type("S64"),
+    "c": _Type("<i2", 0.01), "C": _Type("<u2", 0.01), "e": _Type("<i4", 0.01), "E": _Type("<u4", 0.01),
+    "L": _Type("<i4", 1e-7), "M": _Type("<u1"), "q": _Type("<i8"), "Q": _Type("<u8"), "g": _Type("<f2"),
+}  # fmt: skip
+
+
+class DataflashField(NamedTuple):
+    """Where a value stands in a record, its numpy type, and what its number is multiplied with."""
+
+    offset: int
+    kind: str
+    scale: float
+
+
+@dataclass(slots=True)
+class DataflashTable:
+    """All records of one name."""
+
+    name: str
+    fields: Mapping[str, DataflashField]
+    places: "array[int]" = field(default_factory=lambda: array("q"))
+    """Where the records begin."""
+
+    def has(self, *names: str) -> bool:
+        return len(self.places) > 0 and all(name in self.fields for name in names)
+
+
+class DataflashFile:
+    """`tables` holds, by name, those of `wanted` that the file has records of. Raises `LogUnreadable`."""
+
+    def __init__(self, data: bytes, wanted: frozenset[str]) -> None:
+        if not data.startswith(MAGIC):
+            raise LogUnreadable(said(marked("It is no DataFlash log.")))
+        self._data = data
+        self._wanted = wanted
+        self.tables: dict[str, DataflashTable] = {}
+        self.skipped_bytes = 0
+        """That were no records: damage."""
+        self._lengths = [0] * 256
+        self._lengths[_FORMAT_KIND] = _FORMAT_BYTES
+        self._table_of: list[array[int] | None] = [None] * 256
+        self._walk()
+
+    def column(self, table: DataflashTable, name: str) -> Floats:
+        """In the unit that the log's format gives it, as floating point."""
+        offset, kind, scale = table.fields[name]
+        if kind.startswith("S"):
+            return np.full(len(table.places), np.nan)
+        return gathered_floats(self._data, self._places(table) + offset, kind, scale)
+
+    def texts(self, table: DataflashTable, name: str) -> list[str]:
+        """Texts up to their first NUL."""
+        offset, kind, _ = table.fields[name]
+        if not kind.startswith("S"):
+            return [""] * len(table.places)
+        found = gathered(self._data, self._places(table) + offset, kind)
+        return [one.split(b"\0")[0].decode("latin-1") for one in found.tolist()]
+
+    def _places(self, table: DataflashTable) -> NDArray[np.int64]:
+        return np.frombuffer(table.places, np.int64)
+
+    def _walk(self) -> None:
+        data, lengths, table_of = self._data, self._lengths, self._table_of
+        place, stop = 0, len(data)
+        while place + _HEAD_BYTES <= stop:
+            kind = data[place + 2]
+            length = lengths[kind]
+            if data[place] != 0xA3 or data[place + 1] != 0x95 or not length or place + length > stop:
+                found = data.find(MAGIC, place + 1)
+                found = stop if found < 0 else found
+                self.skipped_bytes += found - place
+                place = found
+                continue
+            places = table_of[kind]
+            if places is not None and len(places) < MOST_RECORDS:
+                places.append(place)
+            elif kind == _FORMAT_KIND:
+                self._define(data[place + _HEAD_BYTES : place + _FORMAT_BYTES])
+            place += length
+
+    def _define(self, body: bytes) -> None:
+        """Of records that were defined before in another way, the later definition does not count."""
+        kind, length = body[0], body[1]
+        name, types, labels = (part.split(b"\0")[0].decode("latin-1") for part in (body[2:6], body[6:22], body[22:86]))
+        if kind == _FORMAT_KIND or self._lengths[kind] or length < _HEAD_BYTES:
+            return
+        self._lengths[kind] = length
+        fields: dict[str, DataflashField] = {}
+        offset = _HEAD_BYTES
+        for letter, label in zip(types, labels.split(","), strict=False):
+            found = _TYPES.get(letter)
+            if found is None:
+                return
+            fields[label.strip()] = DataflashField(offset, found.kind, found.scale)
+            offset += np.dtype(found.kind).itemsize
+        if offset > length or name not in self._wanted or name in self.tables:
+            return
+        table = DataflashTable(name, fields)
+        self.tables[name] = table
+        self._table_of[kind] = table.places

@@ -1,0 +1,182 @@
+"""Flights that a module measured itself: recordings of this program, as folders and as MCAP."""
+
+import json
+import struct
+import zlib
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+from typing import Final
+
+import numpy as np
+
+from app.flight_logs.assembly import Reports, flight_of_reports
+from app.flight_logs.flight_log import FlightLog, LogFormat, LogUnreadable
+from app.flight_logs.records import read_bytes
+from app.recordings.file_layout import Unreadable
+from app.recordings.markers import MarkerKind
+from app.text.messages import UserMessage, said
+from protocol.translatable import marked
+
+MCAP_MAGIC: Final = b"\x89MCAP0\r\n"
+MOST_CHUNK_BYTES: Final = 1 << 26
+MOST_UNPACKED_BYTES: Final = 1 << 30
+_FORGETTING: Final = frozenset({MarkerKind.RESTARTED, MarkerKind.CONNECTED, MarkerKind.RECORDING})
+_CHANNEL, _MESSAGE, _CHUNK, _DATA_END, _FOOTER = 0x04, 0x05, 0x06, 0x0F, 0x02
+_RECORD_HEAD: Final = 9
+_NANOSECOND: Final = 1e-9
+
+
+def read_recording(folder: Path) -> FlightLog:
+    """Raises `LogUnreadable`."""
+    from app.recordings.recording import RecordingUnreadable, open_recording
+
+    try:
+        with open_recording(folder) as recording:
+            excerpt = recording.excerpt(recording.start_s, recording.end_s)
+            reports = Reports(
+                np.array(excerpt.time_s, np.float64),
+                np.array(excerpt.tilt_deg, np.float64),
+                np.array(excerpt.acceleration_g, np.float64),
+                tuple(one.time_s for one in excerpt.markers if one.kind in _FORGETTING),
+            )
+            is_damaged = recording.damage is not None
+    except RecordingUnreadable as error:
+        cause = error.__cause__
+        raise LogUnreadable(said(str(cause)) if isinstance(cause, Unreadable) else cannot_be_read()) from error
+    problems = [said(marked("Damaged or altered since it was recorded: some rows are left out."))] if is_damaged else []
+    return flight_of_reports(str(folder), LogFormat.RECORDING, reports, problems)
+
+
+def cannot_be_read() -> UserMessage:
+    return said(marked("It cannot be read."))
+
+
+# MCAP, as this program writes it: https://mcap.dev/spec
+
+
+def read_mcap(path: Path) -> FlightLog:
+    """Raises `LogUnreadable`, OSError."""
+    data = read_bytes(path)
+    if not data.startswith(MCAP_MAGIC):
+        raise LogUnreadable(said(marked("It is no MCAP file.")))
+    reader = _McapReader()
+    reader.read(data)
+    if not reader.topics.keys() & {"/status"}:
+        raise LogUnreadable(said(marked("It is no MCAP file that this program has written.")))
+    return flight_of_reports(str(path), LogFormat.MCAP, reader.reports(), reader.problems)
+
+
+class _McapReader:
+    """Takes apart a whole file, without its indexes; bounded whatever the file claims."""
+
+    def __init__(self) -> None:
+        self.topics: dict[str, int] = {}
+        self.problems: list[UserMessage] = []
+        self._status: list[tuple[int, float, float]] = []
+        self._resets_ns: list[int] = []
+        self._unpacked = 0
+        self._unread = 0
+
+    def reports(self) -> Reports:
+        if self._unread:
+            self.problems.append(
+                said(marked("{count} reports that cannot be true are left out."), count=f"{self._unread:,}")
+            )
+        start = self._status[0][0] if self._status else 0
+        return Reports(
+            np.array([(one[0] - start) * _NANOSECOND for one in self._status], np.float64),
+            np.array([one[1] for one in self._status], np.float64),
+            np.array([one[2] for one in self._status], np.float64),
+            tuple((one - start) * _NANOSECOND for one in self._resets_ns),
+        )
+
+    def read(self, data: bytes) -> None:
+        is_ended = False
+        for kind, body in self._records(data, len(MCAP_MAGIC)):
+            if kind in (_DATA_END, _FOOTER):
+                is_ended = True
+                break
+            if kind == _CHUNK:
+                self._read_chunk(body)
+            else:
+                self._read_record(kind, body)
+        if not is_ended:
+            self.problems.append(said(marked("The file is cut off: it is judged up to there.")))
+
+    def _records(self, data: bytes, place: int) -> Iterator[tuple[int, bytes]]:
+        while place + _RECORD_HEAD <= len(data):
+            kind = data[place]
+            length = int.from_bytes(data[place + 1 : place + _RECORD_HEAD], "little")
+            place += _RECORD_HEAD
+            if place + length > len(data):
+                return
+            yield kind, data[place : place + length]
+            place += length
+
+    def _read_chunk(self, body: bytes) -> None:
+        unpacked = self._unpack(body)
+        if unpacked is None:
+            text = marked("A damaged part of the file is left out.")
+            self.problems.append(said(text))
+            return
+        for kind, record in self._records(unpacked, 0):
+            self._read_record(kind, record)
+
+    def _unpack(self, body: bytes) -> bytes | None:
+        import zstandard
+
+        try:
+            _, _, size, checksum, name_length = struct.unpack_from("<QQQII", body)
+            compression = body[32 : 32 + name_length]
+            (length,) = struct.unpack_from("<Q", body, 32 + name_length)
+        except struct.error:
+            return None
+        packed = body[40 + name_length : 40 + name_length + length]
+        self._unpacked += size
+        if size > MOST_CHUNK_BYTES or self._unpacked > MOST_UNPACKED_BYTES or len(packed) != length:
+            return None
+        if compression == b"zstd":
+            try:
+                with zstandard.ZstdDecompressor(max_window_size=MOST_CHUNK_BYTES).stream_reader(packed) as stream:
+                    packed = stream.read(size + 1)
+            except zstandard.ZstdError:
+                return None
+        elif compression:
+            return None
+        is_whole = len(packed) == size and checksum in (0, zlib.crc32(packed))
+        return packed if is_whole else None
+
+    def _read_record(self, kind: int, body: bytes) -> None:
+        if kind == _CHANNEL and len(body) >= 8:
+            length = int.from_bytes(body[4:8], "little")
+            topic = body[8 : 8 + min(length, 256)].decode("utf-8", "replace")
+            self.topics[topic] = int.from_bytes(body[:2], "little")
+        elif kind == _MESSAGE and len(body) >= 22:
+            channel, _, at_ns = struct.unpack_from("<HIQ", body)
+            if channel == self.topics.get("/status"):
+                self._read_status(at_ns, _fields(body[22:]))
+            elif channel == self.topics.get("/events") and _fields(body[22:]).get("event") in _FORGETTING_WORDS:
+                self._resets_ns.append(at_ns)
+
+    def _read_status(self, at_ns: int, fields: Mapping[str, object]) -> None:
+        values = [fields.get(key) for key in ("tilt_deg", "acceleration_g")]
+        numbers = [float(one) for one in values if isinstance(one, float | int) and abs(one) < _LARGEST_VALUE]
+        if len(numbers) == len(values):
+            self._status.append((at_ns, numbers[0], numbers[1]))
+        else:
+            self._unread += 1
+
+
+_LARGEST_VALUE: Final = 1e6
+_FORGETTING_WORDS: Final = frozenset(one.value for one in _FORGETTING)
+
+
+def _fields(text: bytes) -> Mapping[str, object]:
+    """Of a JSON object; empty where it is none. What is no plain value is text."""
+    try:
+        found = json.loads(text)
+    except (ValueError, RecursionError):
+        return {}
+    if not isinstance(found, dict):
+        return {}
+    return {key: value if isinstance(value, float | int | str) else str(type(value)) for key, value in found.items()}

@@ -1,0 +1,39 @@
+"""Columns of binary records: gathered from where they stand in the file, without copying the rest."""
+
+from pathlib import Path
+from typing import Any, Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from app.flight_logs.flight_log import Floats, LogUnreadable
+from app.text.messages import said
+from protocol.translatable import marked
+
+MOST_BYTES: Final = 1 << 30
+MOST_RECORDS: Final = 20_000_000
+"""Of one kind; a flight of a day at 200 Hz."""
+
+
+def read_bytes(path: Path) -> bytes:
+    """The whole file. Raises `LogUnreadable` for one of more than 1 GiB, OSError."""
+    with path.open("rb") as file:
+        data = file.read(MOST_BYTES + 1)
+    if len(data) > MOST_BYTES:
+        raise LogUnreadable(said(marked("It is larger than 1 GB.")))
+    return data
+
+
+def gathered(data: bytes, places: NDArray[np.int64], kind: str) -> NDArray[Any]:
+    """The values of type `kind` at these places of `data`; all of them have to lie within it."""
+    wanted = np.dtype(kind)
+    raw = np.frombuffer(data, np.uint8)
+    found = raw[places[:, None] + np.arange(wanted.itemsize)]
+    return np.ascontiguousarray(found).view(wanted).reshape(len(places))
+
+
+def gathered_floats(data: bytes, places: NDArray[np.int64], kind: str, scale: float = 1.0) -> Floats:
+    """Like `gathered`, as floating point, times `scale`. What overflows is infinite."""
+    with np.errstate(all="ignore"):
+        values: Floats = gathered(data, places, kind).astype(np.float64) * scale
+    return values

@@ -1,0 +1,188 @@
+"""The container of PX4's ULog files (https://docs.px4.io/main/en/dev_log/ulog_file_format.html), versions 0 and 1.
+
+Finds where the samples of the topics that are asked for stand. Read here and not with pyulog, which reads every topic
+into objects of Python: see docs/flight-logs.md for the figures.
+"""
+
+import re
+import struct
+from array import array
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Final, NamedTuple
+
+import numpy as np
+
+from app.flight_logs.flight_log import Floats, LogUnreadable
+from app.flight_logs.records import MOST_RECORDS, gathered_floats
+from app.text.messages import said
+from protocol.translatable import marked
+
+MAGIC: Final = b"ULog\x01\x12\x35"
+_HEADER_BYTES: Final = 16
+_SYNC: Final = b"\x08\x00S\x2f\x73\x13\x20\x25\x0c\xbb\x12"
+_KINDS: Final = frozenset(b"BFIMPQARDLCSO")
+_TYPES: Final[Mapping[str, str]] = {
+    "int8_t": "<i1", "uint8_t": "<u1", "bool": "<u1", "char": "<u1",
+    "int16_t": "<i2", "uint16_t": "<u2", "int32_t": "<i4", "uint32_t": "<u4",
+    "int64_t": "<i8", "uint64_t": "<u8", "float": "<f4", "double": "<f8",
+}  # fmt: skip
+_FIELD: Final = re.compile(r"([A-Za-z_][A-Za-z0-9_/]*)(?:\[(\d{1,5})\])? ([A-Za-z_][A-Za-z0-9_]*)")
+_APPENDED: Final = 0x01
+"""The one flag of data that an older reader would misread and this one knows."""
+_DEEPEST: Final = 8
+_LARGEST: Final = 0xFFFF
+_ID_BYTES: Final = 2
+_RECORD_HEAD: Final = 3
+
+
+class UlogField(NamedTuple):
+    """Where a number stands in a sample, and its numpy type."""
+
+    offset: int
+    kind: str
+
+
+@dataclass(slots=True)
+class UlogTopic:
+    """One instance of a topic."""
+
+    name: str
+    instance: int
+    fields: Mapping[str, UlogField]
+    """By name, elements of arrays as `q[0]`."""
+    size: int
+    """Bytes of a sample."""
+    least_size: int
+    """Without the padding at its end, which is not written."""
+    places: "array[int]" = field(default_factory=lambda: array("q"))
+    """Where samples begin."""
+
+    def has(self, *names: str) -> bool:
+        return len(self.places) > 0 and all(name in self.fields for name in names)
+
+
+class UlogFile:
+    """`topics` holds those of `wanted` that the file has samples of. Raises `LogUnreadable`."""
+
+    def __init__(self, data: bytes, wanted: frozenset[str]) -> None:
+        if not data.startswith(MAGIC) or len(data) < _HEADER_BYTES:
+            raise LogUnreadable(said(marked("It is no ULog file.")))
+        self._data = data
+        self._wanted = wanted
+        self._formats: dict[str, str] = {}
+        self._subscribed: dict[int, UlogTopic] = {}
+        self._appended: tuple[int, ...] = ()
+        self.topics: list[UlogTopic] = []
+        self.skipped_bytes = 0
+        """That were no records: damage."""
+        self.dropout_s = 0.0
+        """Time that the flight controller could not log, as it says itself."""
+        self._walk_all()
+
+    def column(self, topic: UlogTopic, name: str, scale: float = 1.0) -> Floats:
+        """A column of the topic's samples, as floating point."""
+        offset, kind = topic.fields[name]
+        places = np.frombuffer(topic.places, np.int64) + offset
+        return gathered_floats(self._data, places, kind, scale)
+
+    def _walk_all(self) -> None:
+        place = self._walk(_HEADER_BYTES, len(self._data), is_head=True)
+        bounds = [one for one in self._appended if place <= one < len(self._data)]
+        for start, stop in zip([place, *bounds], [*bounds, len(self._data)], strict=True):
+            self._walk(start, stop)
+
+    def _walk(self, place: int, stop: int, *, is_head: bool = False) -> int:
+        """Go through the records; the head ends with the first one that is no definition."""
+        data, subscribed = self._data, self._subscribed
+        head = struct.Struct("<HBH").unpack_from
+        while place + _RECORD_HEAD + _ID_BYTES <= stop:
+            size, kind, number = head(data, place)
+            end = place + _RECORD_HEAD + size
+            if kind == 68 and end <= stop:  # D, a sample: most are of these
+                if is_head:
+                    return place
+                topic = subscribed.get(number)
+                if topic is not None:
+                    if not topic.least_size <= size - _ID_BYTES <= topic.size or len(topic.places) >= MOST_RECORDS:
+                        place = self._resync(place, stop)
+                        continue
+                    topic.places.append(place + _RECORD_HEAD + _ID_BYTES)
+                place = end
+                continue
+            if kind not in _KINDS or end > stop:
+                if is_head:
+                    return place
+                place = self._resync(place, stop)
+                continue
+            if is_head and kind not in b"BFIMPQ":
+                return place
+            self._read(kind, data[place + _RECORD_HEAD : end])
+            place = end
+        return place
+
+    def _resync(self, place: int, stop: int) -> int:
+        """The next record that is known to be one."""
+        found = self._data.find(_SYNC, place + 1, stop)
+        found = stop if found < 0 else found
+        self.skipped_bytes += found - place
+        return found
+
+    def _read(self, kind: int, body: bytes) -> None:
+        match chr(kind):
+            case "B" if len(body) >= 40:
+                unknown = body[8] & ~_APPENDED or any(body[9:16])
+                if unknown:
+                    raise LogUnreadable(said(marked("It was written in a newer form of ULog.")))
+                self._appended = tuple(sorted(one for one in struct.unpack_from("<3Q", body, 16) if one))
+            case "F":
+                name, _, fields = body.decode("latin-1").partition(":")
+                self._formats[name] = fields
+            case "A" if len(body) > 3:
+                self._subscribe(body[0], int.from_bytes(body[1:3], "little"), body[3:].decode("latin-1"))
+            case "O" if len(body) >= 2:
+                self.dropout_s += int.from_bytes(body[:2], "little") / 1000
+            case _:
+                pass
+
+    def _subscribe(self, instance: int, number: int, name: str) -> None:
+        self._subscribed.pop(number, None)
+        if name not in self._wanted:
+            return
+        layout = self._layout(name)
+        if layout is None:
+            return
+        fields, size, least_size = layout
+        topic = UlogTopic(name, instance, fields, size, least_size)
+        self._subscribed[number] = topic
+        self.topics.append(topic)
+
+    def _layout(self, name: str, depth: int = 0) -> tuple[dict[str, UlogField], int, int] | None:
+        """Fields, size, and size without the padding at the end; None where the format makes no sense."""
+        if name not in self._formats or depth > _DEEPEST:
+            return None
+        fields: dict[str, UlogField] = {}
+        offset = least = 0
+        for text in self._formats[name].split(";"):
+            if not text:
+                continue
+            found = _FIELD.fullmatch(text)
+            if found is None:
+                return None
+            kind, count, label = found[1], int(found[2] or 1), found[3]
+            if kind in _TYPES:
+                size = np.dtype(_TYPES[kind]).itemsize
+                for one in range(count if kind != "char" and count <= 32 else 0):
+                    key = label if found[2] is None else f"{label}[{one}]"
+                    fields[key] = UlogField(offset + one * size, _TYPES[kind])
+            else:
+                nested = self._layout(kind, depth + 1)
+                if nested is None:
+                    return None
+                size = nested[1]
+            offset += size * count
+            if offset > _LARGEST:
+                return None
+            if not label.startswith("_padding"):
+                least = offset
+        return fields, offset, least
