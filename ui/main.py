@@ -179,6 +179,8 @@ def assemble(
     storage.sessions.follow(connector)
     services.naming.changed.connect(lambda: storage.sessions.name_module(services.naming.name))
     window = MainWindow(services, ports, language_switch, preferences, entries=entries)
+    for owned in (connector, services.naming):  # else what is connected to their signals lives for ever, and they by it
+        owned.setParent(window)
     help_actions = HelpActions(window, services, entries)
     load = _load_pages if entries is PAGES else None
     return Assembly(

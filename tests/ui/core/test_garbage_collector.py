@@ -4,13 +4,16 @@ import gc
 import threading
 import weakref
 from collections.abc import Iterator
+from pathlib import Path
 
 import pytest
-from PySide6.QtWidgets import QVBoxLayout, QWidget
+from PySide6.QtCore import QCoreApplication, QEvent
+from PySide6.QtWidgets import QApplication, QVBoxLayout, QWidget
 from pytestqt.qtbot import QtBot
 
 from tests.support.garbage import living_garbage
 from tests.support.window.controls import tab_chain
+from tests.support.window.settings_bench import desk
 from ui.core.garbage_collector import GarbageCollector, garbage_freed_here
 
 
@@ -142,3 +145,13 @@ def test_looking_at_the_order_of_tab_leaves_the_parents_alone(qtbot: QtBot) -> N
     tab_chain(window)
     assert not living_garbage(window)
     assert len(window.findChildren(QWidget)) == 3
+
+
+def test_nothing_of_a_closed_window_stays_in_memory(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
+    with desk(qtbot, qapp, tmp_path) as one:
+        parts = (one.assembly.window, one.assembly.connector, one.assembly.storage, one.settings, one.settings.work)
+        left = {type(part).__name__: weakref.ref(part) for part in parts}
+    del one, parts
+    QCoreApplication.sendPostedEvents(None, QEvent.Type.DeferredDelete)
+    gc.collect()
+    assert [name for name, part in left.items() if part() is not None] == []

@@ -21,6 +21,7 @@ from ui.main import Assembly
 from ui.pages.diagnosis.traffic import TrafficPage
 from ui.pages.diagnosis.traffic_model import KEPT_ROWS, LONGEST_ROW_BYTES, Column, Filter, TrafficModel
 from ui.pages.diagnosis.traffic_texts import at_of
+from ui.shell.page_maker import PageMaker
 
 LINE_RATE = 1440
 STREAMED = Status(7, 1.0, triggered=False, active=False).encode()
@@ -56,6 +57,10 @@ def page(qtbot: QtBot, assembly: Assembly) -> TrafficPage:
     found = shell.findChild(TrafficPage)
     assert isinstance(found, TrafficPage)
     qtbot.waitUntil(found.isVisible, timeout=WAIT_MS)
+    maker = shell.findChild(PageMaker)
+    assert maker is not None
+    qtbot.waitUntil(lambda: maker.is_done, timeout=WAIT_MS)
+    QApplication.processEvents()  # what shows it is done with it
     return found
 
 
@@ -170,9 +175,10 @@ def test_it_follows_the_end_only_from_the_end(qtbot: QtBot, qapp: QApplication, 
         traffic.on_batch(batch(streamed(200)))
         traffic.draw()
         qtbot.waitUntil(lambda: bar.maximum() > 0 and bar.value() == bar.maximum(), timeout=WAIT_MS)
+        before = bar.maximum()
         traffic.on_batch(batch(streamed(50)))
         traffic.draw()
-        qtbot.waitUntil(lambda: bar.value() == bar.maximum(), timeout=WAIT_MS)
+        qtbot.waitUntil(lambda: bar.value() == bar.maximum() > before, timeout=WAIT_MS)
         bar.setValue(100)
         traffic.on_batch(batch(streamed(50)))
         traffic.draw()
