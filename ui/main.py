@@ -202,7 +202,7 @@ def start(assembly: Assembly, options: WindowOptions) -> None:
         if load is None:
             make_pages()
         else:  # plots take half a second to load, the store what the disk takes: the window would stand still
-            loading.run(lambda _is_wanted: prepare(load), lambda _: make_pages(), lambda _error: make_pages())
+            loading.run(lambda _running: prepare(load), lambda _: make_pages(), lambda _error: make_pages())
         assembly.ports.refresh()
 
     def prepare(load: Callable[[], object]) -> None:

@@ -288,7 +288,7 @@ class GestureBench:
             confirm.withdraw()
         if page.ritual.is_under_way:
             page.ritual.cancel.click()
-        self.settings.work.dismiss()
+        self.settings.work.job.dismiss()
         self.move(QPoint(1, 1))
         self.turn()
         self.hand_s += 1.0

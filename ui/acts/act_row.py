@@ -1,6 +1,6 @@
 """Row of one dangerous act: description, unmet conditions, confirmation, outcome."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from functools import partial
 from typing import Final
 
@@ -15,11 +15,12 @@ from app.safety.journal import Outcome
 from app.safety.permit import Origin, Permit
 from protocol.translatable import marked
 from ui.acts.confirm import Confirm
-from ui.acts.outcomes import SameModule, asking, motion_text, not_begun, open_conditions, outcome_notice
+from ui.acts.outcomes import ASKING, SameModule, motion_text, not_begun, open_conditions, outcome_notice
 from ui.services.context import Services
+from ui.services.running_job import RunningJob
 from ui.style.theme import Space
 from ui.widgets.labels import text_label
-from ui.widgets.notice_bar import Notice, NoticeBar
+from ui.widgets.notice_bar import NoticeBar
 
 ASK_WORDS: Final[Mapping[Act, str]] = {
     Act.ACTIVATE: marked("Activate…"),
@@ -45,9 +46,8 @@ class ActRow(QFrame):
         self.setProperty("role", "row")
         self.act = act
         self._services, self._connector = services, services.connector
-        self._done: Callable[[], Notice] | None = None
+        self._job = RunningJob(services.connector, self)
         self._performed: Performed | None = None
-        self._is_busy = False
         self._module = SameModule(services.connector)
         texts = services.texts
         self._title = text_label(f"{name}_title", "strong")
@@ -64,10 +64,11 @@ class ActRow(QFrame):
         self.confirm.confirmed.connect(self._perform)
         self.confirm.asked.connect(self._forget)
         self._lay_out()
+        self._job.changed.connect(self.refresh)
 
     def refresh(self) -> None:
         if self._module.is_another() or self._module.has_turned(self._performed):
-            self._done = self._performed = None
+            self._forget()
         found = open_conditions(self._services, self.act)
         # What is armed is in sight on this page; a line more in each row would move the button under the hand.
         told = [one for one in found if one.condition is not Interlock.NOTHING_ELSE_ARMED]
@@ -77,34 +78,30 @@ class ActRow(QFrame):
         in_the_way = [one for one in found if one.condition is not Interlock.FRESH_STATUS]
         if self.act is Act.ZERO:
             self.live.setText(motion_text(self._connector))
-        self.confirm.set_possible(not in_the_way and not self._is_busy)
-        self.said.show_notice(None if self._done is None else self._done())
+        self.confirm.set_possible(not in_the_way and not self._job.is_running)
+        self.said.show_notice(self._job.notice(ASKING, can_cancel=False))
 
     def _perform(self) -> None:
         connector, act = self._connector, self.act
         permit = Permit(act, Origin.CONFIRMATION, connector.clock())
         journal = self._services.storage.journal(connector.target)
-        self._is_busy = True
-        self._done, self._performed = asking, None
+        self._performed = None
         if act is Act.ACTIVATE:
             self._services.lock.end()
-        connector.run(perform(act, journal, permit=permit, armed=self._services.armed), self._end)
-        self.refresh()
+        self._job.run(perform(act, journal, permit=permit, armed=self._services.armed), self._end)
 
     def _end(self, job: Job[Performed]) -> None:
-        self._is_busy, connector = False, self._connector
         if job.run.error is not None:
-            self._done = not_begun
+            self._job.say(not_begun)
         else:
             self._performed = done = job.outcome()
             if done.act is Act.SHUTDOWN and done.outcome is Outcome.CONFIRMED and not done.is_rehearsal:
-                connector.note_shutdown()
-            self._done = partial(outcome_notice, self._performed, self._forget)
-        self.refresh()
+                self._connector.note_shutdown()
+            self._job.say(partial(outcome_notice, done, self._forget))
 
     def _forget(self) -> None:
-        self._done = self._performed = None
-        self.refresh()
+        self._performed = None
+        self._job.dismiss()
 
     def _lay_out(self) -> None:
         words = QVBoxLayout()

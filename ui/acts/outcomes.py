@@ -8,11 +8,13 @@ from app.safety.acts import Act
 from app.safety.interlocks import Interlock, Refusal, interlock_inputs, refusals
 from app.safety.journal import Outcome
 from app.text.i18n import tr
+from protocol.translatable import marked
 from ui.core.connector import Connector
 from ui.services.context import Services
 from ui.style.theme import Meaning
 from ui.widgets.notice_bar import Notice
 
+ASKING: Final = marked("Asking the module…")
 _ASKED_ANYWAY: Final = (Interlock.CONFIRMED, Interlock.RITUAL_DONE)
 """What the person is about to do; not shown as standing against it."""
 
@@ -79,10 +81,6 @@ def motion_text(connector: Connector) -> str:
         high=motion.acceleration_high_g,
         change=motion.tilt_change_deg,
     )
-
-
-def asking() -> Notice:
-    return Notice(Meaning.INFORMATION, tr("Asking the module…"))
 
 
 def not_begun() -> Notice:

@@ -25,9 +25,10 @@ from app.text.i18n import tr
 from protocol.link_states import Presence
 from protocol.translatable import marked
 from ui.acts.hold_button import HoldButton
-from ui.acts.outcomes import SameModule, asking, not_begun, open_conditions, outcome_notice
+from ui.acts.outcomes import ASKING, SameModule, not_begun, open_conditions, outcome_notice
 from ui.acts.ritual_guard import RitualGuard
 from ui.services.context import Services
+from ui.services.running_job import RunningJob
 from ui.style.theme import Meaning, Space
 from ui.widgets.controls import control
 from ui.widgets.flow_row import FlowRow
@@ -67,12 +68,11 @@ class RitualWidget(QFrame):
         self._services, self._connector = services, services.connector
         self._restarts = 0
         self._was_online = False
-        self._is_busy = False
+        self._job = RunningJob(services.connector, self)
         self._module = SameModule(services.connector)
         self.clock_with_sleep = sleepless_clock()
         """The clock that the ritual runs on may stand still while the computer sleeps: this one goes on."""
         self._sleeps = SleepDetector()
-        self._done: Callable[[], Notice] | None = None
         texts = services.texts
         self._title = text_label("ritual_title", "strong")
         self._effect = text_label("ritual_effect", "small")
@@ -114,6 +114,7 @@ class RitualWidget(QFrame):
         self._timer.setTimerType(Qt.TimerType.PreciseTimer)
         self._timer.timeout.connect(self._tick)
         self._lay_out()
+        self._job.changed.connect(self._show)
         self._show()
 
     @property
@@ -122,17 +123,17 @@ class RitualWidget(QFrame):
 
     def refresh(self) -> None:
         if self._module.is_another() and not self.is_under_way:
-            self._done = None
+            self._job.dismiss()
         found = open_conditions(self._services, Act.DEPLOY)
         self.conditions.setText(" ".join(one.sentence for one in found))
         self.conditions.setVisible(bool(found))
-        is_free = not self.is_under_way and not self._is_busy
+        is_free = not self.is_under_way and not self._job.is_running
         # An old status alone does not hinder: the engine asks for a new one before it decides.
         in_the_way = [one for one in found if one.condition is not Interlock.FRESH_STATUS]
         self.choose.setEnabled(is_free and not in_the_way)
         self.rehearse.setEnabled(is_free)
         self.arm.setEnabled(self.ritual.stage is Stage.CHOSEN and (self.ritual.is_rehearsal or not found))
-        self.said.show_notice(None if self._done is None else self._done())
+        self.said.show_notice(self._job.notice(ASKING, can_cancel=False))
 
     def disarm(self, why: Input) -> None:
         """Back to the beginning; nothing is sent."""
@@ -144,9 +145,8 @@ class RitualWidget(QFrame):
 
     def _choose(self, *, is_rehearsal: bool) -> None:
         self.ritual.choose(is_rehearsal=is_rehearsal)
-        self._done = None
         self._take_focus()
-        self._show()
+        self._job.dismiss()
         self._begin_watching()
 
     def _arm(self) -> None:
@@ -229,34 +229,23 @@ class RitualWidget(QFrame):
             leave_focus(self)
             why = self.ritual.ended_by
             if self.ritual.stage is Stage.IDLE and why is not None and why in _ENDED:
-                self._done = partial(_ended_notice, why, self._forget)
+                self._job.say(partial(_ended_notice, why, self._job.dismiss))
         self._show()
 
     # The end of it
 
     def _fire(self, permit: Permit) -> None:
         if permit.is_rehearsal:
-            self._done = partial(outcome_notice, rehearse(Act.DEPLOY, permit), self._forget)
             self.ritual.disarm(Input.FINISHED)
+            self._job.say(partial(outcome_notice, rehearse(Act.DEPLOY, permit), self._job.dismiss))
             return
-        connector = self._connector
-        self._is_busy = True
-        self._done = asking
-        journal = self._services.storage.journal(connector.target)
-        connector.run(perform(Act.DEPLOY, journal, permit=permit, armed=self._services.armed), self._end)
+        journal = self._services.storage.journal(self._connector.target)
+        self._job.run(perform(Act.DEPLOY, journal, permit=permit, armed=self._services.armed), self._end)
 
     def _end(self, job: Job[Performed]) -> None:
-        self._is_busy = False
-        if job.run.error is not None:
-            self._done = not_begun
-        else:
-            self._done = partial(outcome_notice, job.outcome(), self._forget)
         self.ritual.disarm(Input.FINISHED)
-        self._show()
-
-    def _forget(self) -> None:
-        self._done = None
-        self._show()
+        done = None if job.run.error is not None else job.outcome()
+        self._job.say(not_begun if done is None else partial(outcome_notice, done, self._job.dismiss))
 
     def _show(self) -> None:
         ritual, now = self.ritual, self._connector.clock()

@@ -1,7 +1,6 @@
 """Offers to find the module after an unfinished change of baud rate, at the next start."""
 
 from collections.abc import Callable
-from concurrent.futures import Future
 from functools import partial
 
 from app.engine.target import Target
@@ -10,10 +9,10 @@ from app.procedures.baud import BaudEnd, look_for
 from app.store.database import StoreTrouble
 from app.store.store import PendingBaud, Store
 from app.text.i18n import tr
+from ui.core.background_task import BackgroundTask
 from ui.core.connector import Connector
 from ui.core.port_watcher import PortWatcher
 from ui.services.storage import Storage
-from ui.services.store_work import StoreWork
 from ui.style.theme import Meaning
 from ui.widgets.notice_bar import Choice, Notice
 
@@ -34,7 +33,7 @@ class BaudRecovery:
     ) -> None:
         self._connector, self._ports, self._keeping = connector, ports, storage
         self._close, self._leave, self._say = close, leave, say
-        self._store_work = StoreWork()
+        self._settling: BackgroundTask[None] = BackgroundTask("dps-s baud rate", connector)
 
     def pending(self) -> tuple[PendingBaud, ...]:
         store = self._keeping.store
@@ -78,10 +77,5 @@ class BaudRecovery:
     def _settle(self, pending: PendingBaud, end: str) -> None:
         store = self._keeping.store
         if isinstance(store, Store):
-            self._store_work.run(store, partial(store.settle_baud, pending.id, end), self._end_settling)
-
-    def _end_settling(self, future: "Future[None]") -> None:
-        try:
-            future.result()
-        except StoreTrouble as trouble:
-            self._say(trouble.sentence)
+            settle = partial(store.settle_baud, pending.id, end)
+            self._settling.run_in(store.queue, settle, lambda _none: None, lambda trouble: self._say(trouble.sentence))

@@ -1,6 +1,6 @@
 """Save bar of the Live page: CSV, picture, and the outcome of saving."""
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from pathlib import Path
@@ -12,9 +12,10 @@ from PySide6.QtWidgets import QHBoxLayout, QPushButton, QSizePolicy, QWidget
 
 from app import version
 from app.recordings.excerpt import Excerpt
-from app.recordings.file_export import ExportCancelled, FileExport
+from app.recordings.export import ExportCancelled, not_saved_text, write_parts
 from app.recordings.table import csv_parts, part_count
 from app.text.i18n import tr
+from ui.core.background_task import BackgroundTask, Running
 from ui.core.texts import Texts
 from ui.files.file_dialogs import AskPath, ask_path, default_name
 from ui.style import icons
@@ -139,8 +140,7 @@ class SaveBar(QWidget):
         self.ask_path: AskPath = ask_path
         self._take_excerpt, self._take_picture, self._find_origin = take_excerpt, take_picture, find_origin
         self._folder: Path | None = None
-        self._saving: FileExport | None = None
-        self._saved_text = ""
+        self._saving: BackgroundTask[None] = BackgroundTask("dps-s save", self, finished_at_close=True)
         self.note = Note()
         self.csv = control(QPushButton(), texts, "live_save_csv", "Save values…",
                            says="Save the values in sight as CSV", tip="Save every sample in sight as a table, CSV",
@@ -149,7 +149,7 @@ class SaveBar(QWidget):
                            tip="Save a picture of what is in sight, PNG", key="Ctrl+Shift+S", picture=Icon.CAMERA,
                            slot=self.save_png)  # fmt: skip
         self.stop = control(QPushButton(), texts, "live_save_cancel", "Cancel", says="Cancel saving",
-                            tip="Stop saving; no file is left", picture=Icon.CROSS, slot=self._cancel)  # fmt: skip
+                            tip="Stop saving; no file is left", picture=Icon.CROSS, slot=self._saving.stop)  # fmt: skip
         self.stop.hide()
         buttons = FlowRow()
         buttons.add_right(self.stop, self.csv, self.png)
@@ -161,7 +161,7 @@ class SaveBar(QWidget):
 
     @property
     def is_saving(self) -> bool:
-        return self._saving is not None
+        return self._saving.is_running
 
     def save_csv(self) -> None:
         """Save the samples in sight, as they are at this moment."""
@@ -172,13 +172,12 @@ class SaveBar(QWidget):
         if path is None:
             return
         rows = f"{excerpt.row_count:,}"
-        self._saved_text = (
+        saved = (
             tr("Saved {rows} rows to {path}", rows=rows, path=path)
             if excerpt.is_whole
             else tr("Saved {rows} rows to {path}. What is older is no longer kept.", rows=rows, path=path)
         )
-        offset_s = origin.wall_offset_s
-        self._begin(FileExport(path, lambda: csv_parts(excerpt, wall_offset_s=offset_s), part_count(excerpt)))
+        self._save(path, csv_parts(excerpt, wall_offset_s=origin.wall_offset_s), part_count(excerpt), saved)
 
     def save_png(self) -> None:
         """Save a picture of what is in sight."""
@@ -188,49 +187,34 @@ class SaveBar(QWidget):
         path = self._choose(tr("Save picture"), ".png", tr("Picture (*.png)"))
         if path is None:
             return
-        self._saved_text = tr("Saved the picture to {path}", path=path)
-        self._begin(FileExport(path, lambda: png_parts(image)))
+        self._save(path, png_parts(image), 1, tr("Saved the picture to {path}", path=path))
 
     def refresh(self) -> None:
         """Say how the saving gets on; called by the page's timer."""
-        saving = self._saving
-        if saving is None:
-            return
-        if not saving.is_done:
-            self.note.say(tr("Saving… {percent} %", percent=f"{saving.progress * 100:.0f}"))
-            return
-        self._saving = None
-        self._set_busy(is_busy=False)
-        match saving.error:
-            case None:
-                self.note.say(self._saved_text, Meaning.GOOD)
-            case ExportCancelled():
-                self.note.say(tr("Cancelled, nothing was saved."))
-            case OSError() as error:
-                why = error.strerror or str(error)
-                text = tr("Not saved to {path}: {why}. Choose another folder.", path=saving.path, why=why)
-                self.note.say(text, Meaning.ATTENTION)
-            case error:
-                text = tr("Not saved to {path}: {why}. Choose another folder.", path=saving.path, why=error)
-                self.note.say(text, Meaning.ATTENTION)
+        if self.is_saving:
+            self.note.say(tr("Saving… {percent} %", percent=f"{(self._saving.share or 0.0) * 100:.0f}"))
 
-    def finish(self, timeout_s: float) -> bool:
-        """Wait for a saving under way; whether none is left."""
-        return self._saving is None or self._saving.wait(timeout_s)
+    def _save(self, path: Path, parts: Iterable[bytes], count: int, saved: str) -> None:
+        """`parts` is first looked at in the background."""
 
-    def _begin(self, saving: FileExport) -> None:
-        self._saving = saving
+        def write(running: Running) -> None:
+            write_parts(path, parts, count, on_progress=running.tell, is_cancelled=running.is_cancelled)
+
+        def fail(error: Exception) -> None:
+            self._end(not_saved_text(path, error), None if isinstance(error, ExportCancelled) else Meaning.ATTENTION)
+
+        self._saving.run(write, lambda _none: self._end(saved, Meaning.GOOD), fail)
         self._set_busy(is_busy=True)
         self.refresh()
+
+    def _end(self, text: str, meaning: Meaning | None) -> None:
+        self._set_busy(is_busy=False)
+        self.note.say(text, meaning)
 
     def _set_busy(self, *, is_busy: bool) -> None:
         self.csv.setEnabled(not is_busy)
         self.png.setEnabled(not is_busy)
         self.stop.setVisible(is_busy)
-
-    def _cancel(self) -> None:
-        if self._saving is not None:
-            self._saving.cancel()
 
     def _choose(self, title: str, suffix: str, name_filter: str) -> Path | None:
         folder = self._folder or _documents()

@@ -137,7 +137,7 @@ def _settings(desk: TourSetup) -> Scene:
     holds_first = row is not None and row.stands is not None and row.stands.value == float(_FALLS_WANTED[0])
     wanted = _FALLS_WANTED[1] if holds_first else _FALLS_WANTED[0]
     want = partial(work.edit, partial(work.form.type_text, _FALL_KEY, wanted))
-    return Scene(text, spots, tr("Set to {value} s", value=wanted) if work.can_send else "", want)
+    return Scene(text, spots, tr("Set to {value} s", value=wanted) if work.job.can_run else "", want)
 
 
 def _show_settings(desk: TourSetup) -> None:

@@ -1,7 +1,6 @@
 """Name of the connected module, given once by a technician and used on every page."""
 
 import logging
-from concurrent.futures import Future
 from functools import partial
 
 from PySide6.QtCore import QObject, Signal
@@ -13,9 +12,9 @@ from app.store.database import StoreTrouble
 from app.store.store import Module, Store
 from app.text.i18n import tr
 from app.text.messages import clean
+from ui.core.background_task import BackgroundTask
 from ui.core.connector import Connector
 from ui.services.storage import Storage
-from ui.services.store_work import StoreWork
 
 _log = logging.getLogger(__name__)
 LONGEST_NAME = 60
@@ -39,8 +38,8 @@ class ModuleName(QObject):
         self._adapter = ""
         self._read: dict[str, IdentityEvidence] = {}
         """What was last read of the modules of this session, by name."""
-        self._store_work = StoreWork(self)
-        self._is_saving = False
+        self._meeting: BackgroundTask[Module] = BackgroundTask("dps-s module", self)
+        self._saving: BackgroundTask[None] = BackgroundTask("dps-s evidence", self)
 
     def follow(self, connector: Connector, storage: Storage) -> None:
         """Once for a window; a second time does nothing."""
@@ -100,15 +99,24 @@ class ModuleName(QObject):
         """So that the module is known again where it is plugged in."""
         store = self._store
         if store is not None and self.name:
-            self._store_work.run(store, partial(store.meet_module, self.name, self._adapter), self._end_meeting)
+            meet = partial(store.meet_module, self.name, self._adapter)
+            self._meeting.run_in(
+                store.queue,
+                meet,
+                lambda _module: self.keep_evidence(),
+                lambda trouble: _log.warning("The adapter of a module cannot be kept: %s", trouble),
+            )
 
     def keep_evidence(self) -> None:
         """What was last read of the module of this name, once it is in the store."""
         store, module_id, evidence = self._store, self.module_id, self._read.get(self.name)
-        if store is not None and module_id is not None and evidence is not None and not self._is_saving:
-            self._is_saving = True
-            work = partial(store.keep_evidence, module_id, evidence)
-            self._store_work.run(store, work, partial(self._end_saving, evidence))
+        if store is not None and module_id is not None and evidence is not None and not self._saving.is_running:
+            self._saving.run_in(
+                store.queue,
+                partial(store.keep_evidence, module_id, evidence),
+                lambda _none: self._end_saving(evidence),
+                lambda trouble: _log.warning("What was read of a module cannot be kept: %s", trouble),
+            )
 
     @property
     def _store(self) -> Store | None:
@@ -169,23 +177,9 @@ class ModuleName(QObject):
             self._read[self.name] = evidence
             self.keep_evidence()
 
-    def _end_meeting(self, future: "Future[Module]") -> None:
-        try:
-            future.result()
-        except StoreTrouble as trouble:
-            _log.warning("The adapter of a module cannot be kept: %s", trouble)
-        else:
+    def _end_saving(self, evidence: IdentityEvidence) -> None:
+        if self._read.get(self.name) != evidence:
             self.keep_evidence()
-
-    def _end_saving(self, evidence: IdentityEvidence, future: "Future[None]") -> None:
-        self._is_saving = False
-        try:
-            future.result()
-        except StoreTrouble as trouble:
-            _log.warning("What was read of a module cannot be kept: %s", trouble)
-        else:
-            if self._read.get(self.name) != evidence:
-                self.keep_evidence()
 
 
 def whose(name: str) -> str:

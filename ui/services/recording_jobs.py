@@ -10,7 +10,7 @@ from PySide6.QtCore import QObject, Signal
 
 from app.recordings.entry_texts import when_text
 from app.text.i18n import tr
-from ui.core.background_task import BackgroundTask
+from ui.core.background_task import BackgroundTask, Running
 from ui.services.session_recording import SessionRecording
 from ui.style.theme import Meaning
 
@@ -67,7 +67,6 @@ class RecordingJobs(QObject):
         self.said: JobEnded | None = None
         self._is_list_old = False
         self._doing = ""
-        self._share: float | None = None
         self._listing: BackgroundTask[tuple[RecordingEntry, ...]] = BackgroundTask("dps-s recordings", self)
         self._job: BackgroundTask[object] = BackgroundTask("dps-s recording", self)
 
@@ -77,13 +76,13 @@ class RecordingJobs(QObject):
 
     @property
     def doing(self) -> Doing | None:
-        return Doing(self._doing, self._share) if self._doing else None
+        return Doing(self._doing, self._job.share) if self._doing else None
 
     def refresh(self) -> None:
         """Read the list again."""
         self._is_list_old = self._listing.is_running  # what it has not come to yet may be another by now
         if not self._is_list_old:
-            self._listing.run(lambda _is_wanted: self._listed(), self._show_list, self._fail_list)
+            self._listing.run(lambda _running: self._listed(), self._show_list, self._fail_list)
 
     def _listed(self) -> "tuple[RecordingEntry, ...]":
         return (*self.library.entries(), *self.library.trashed())
@@ -91,7 +90,7 @@ class RecordingJobs(QObject):
     def open(self, entry: "RecordingEntry") -> None:
         """`opened` gives it, else `said` tells why not."""
 
-        def work(_is_wanted: Callable[[], bool]) -> object:
+        def work(_running: Running) -> object:
             from app.recordings.recording import open_recording
 
             return open_recording(entry.folder)
@@ -105,16 +104,13 @@ class RecordingJobs(QObject):
     def export(self, entry: "RecordingEntry", path: Path, kind: ExportKind) -> None:
         """Write all of it into one file, which is there whole or not at all."""
 
-        def work(is_wanted: Callable[[], bool]) -> _Exported:
-            def note(share: float) -> None:
-                self._share = share  # read by whoever draws it; a float is written in one step
-
+        def work(running: Running) -> _Exported:
             from app.recordings.export import export_csv, export_mcap
             from app.recordings.recording import open_recording
 
             export = export_csv if kind is ExportKind.CSV else export_mcap
             with open_recording(entry.folder) as recording:
-                count = export(recording, path, on_progress=note, is_cancelled=lambda: not is_wanted())
+                count = export(recording, path, on_progress=running.tell, is_cancelled=running.is_cancelled)
                 return _Exported(count, recording.damage)
 
         def tell(done: object) -> None:
@@ -134,7 +130,7 @@ class RecordingJobs(QObject):
         """Never let them go by themselves, or do."""
         chosen = tuple(entries)
 
-        def work(_is_wanted: Callable[[], bool]) -> None:
+        def work(_running: Running) -> None:
             for one in chosen:
                 self.library.keep(one, is_kept=is_kept)
 
@@ -145,12 +141,12 @@ class RecordingJobs(QObject):
         chosen = tuple(entries)
         self.closing.emit(frozenset(one.folder for one in chosen))
 
-        def work(is_wanted: Callable[[], bool]) -> int:
+        def work(running: Running) -> int:
             for count, one in enumerate(chosen):
-                if not is_wanted():
+                if running.is_cancelled():
                     return count
                 self.library.delete(one)
-                self._share = (count + 1) / len(chosen)
+                running.tell((count + 1) / len(chosen))
             return len(chosen)
 
         def tell(count: object) -> None:
@@ -177,19 +173,19 @@ class RecordingJobs(QObject):
     def _begin(
         self,
         text: str,
-        work: Callable[[Callable[[], bool]], object],
+        work: Callable[[Running], object],
         then: Callable[[object], None],
         *,
         path: Path | None = None,
     ) -> None:
         if self._job.is_running:
             return
-        self._doing, self._share, self.said = text, None, None
+        self._doing, self.said = text, None
         self._job.run(work, then, lambda error: self._end(JobEnded(Meaning.ATTENTION, _why_not(error, path))))
         self.changed.emit()
 
     def _end(self, said: JobEnded | None) -> None:
-        self._doing, self._share, self.said = "", None, said
+        self._doing, self.said = "", said
         self.changed.emit()
         self.refresh()
 
@@ -207,7 +203,7 @@ class RecordingJobs(QObject):
 
 
 def _why_not(error: Exception, path: Path | None) -> str:
-    from app.recordings.export import ExportCancelled
+    from app.recordings.export import not_saved_text
     from app.recordings.library import RecordingInUse
     from app.recordings.recording import RecordingUnreadable
 
@@ -215,9 +211,7 @@ def _why_not(error: Exception, path: Path | None) -> str:
         return error.sentence
     if isinstance(error, RecordingInUse):
         return tr("It is being written now and cannot be deleted.")
-    if isinstance(error, ExportCancelled):
-        return tr("Cancelled, nothing was saved.")
-    why = getattr(error, "strerror", None) or error
     if path is not None:
-        return tr("Not saved to {path}: {why}. Choose another folder.", path=path, why=why)
+        return not_saved_text(path, error)
+    why = getattr(error, "strerror", None) or error
     return tr("That did not work: {why}.", why=why)

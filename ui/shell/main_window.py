@@ -386,7 +386,7 @@ class MainWindow(QMainWindow):
         self._timer.stop()
         self._maker.end()
         for work in self.findChildren(BackgroundTask):
-            work.cancel()  # else its thread would go on, and outlive the window
+            work.close()  # else its thread would go on, and outlive the window
         self.closing.emit()
         self.panel.hide()
         preferences = self._remembered

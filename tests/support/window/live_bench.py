@@ -124,7 +124,7 @@ def live_bench(qtbot: QtBot, qapp: QApplication) -> Iterator[Bench]:
     page.resize(876, 500)
     page.show()
     yield bench
-    page.save.finish(5.0)
+    qtbot.waitUntil(lambda: not page.save.is_saving)
     page.hide()
     appearance.choose(Choice.LIGHT)
     appearance.deleteLater()  # what is connected to it keeps the page

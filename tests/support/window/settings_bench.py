@@ -148,7 +148,7 @@ def reason(one: Desk, key: str) -> str:
 
 def write(one: Desk) -> None:
     """Once what was begun before has ended: a write ends with all settings read again."""
-    one.until(lambda: not one.settings.work.is_busy, 30_000)
+    one.until(lambda: not one.settings.work.job.is_running, 30_000)
 
     def may_write() -> bool:
         one.settings.refresh()

@@ -34,7 +34,7 @@ def save(live: Bench, name: str, path: Path | None) -> list[Path]:
 
     live.page.save.ask_path = choose
     live.click(name)
-    assert live.page.save.finish(5.0)
+    live.qtbot.waitUntil(lambda: not live.page.save.is_saving)
     live.page.refresh()
     return suggested
 
@@ -68,7 +68,7 @@ def test_what_is_saved_is_what_was_seen_when_it_was_asked_for(live: Bench, tmp_p
 
     live.page.save.ask_path = choose_late
     live.qtbot.keyClick(live.page, Qt.Key.Key_S, Qt.KeyboardModifier.ControlModifier)
-    assert live.page.save.finish(5.0)
+    live.qtbot.waitUntil(lambda: not live.page.save.is_saving)
     assert ",99," not in path.read_text("utf-8-sig")
     assert ",12," in path.read_text("utf-8-sig")
 
@@ -110,7 +110,7 @@ def test_the_picture_has_its_key(live: Bench, tmp_path: Path) -> None:
     live.page.save.ask_path = lambda *_: path
     both = Qt.KeyboardModifier.ControlModifier | Qt.KeyboardModifier.ShiftModifier
     live.qtbot.keyClick(live.page, Qt.Key.Key_S, both)
-    assert live.page.save.finish(5.0)
+    live.qtbot.waitUntil(lambda: not live.page.save.is_saving)
     assert path.read_bytes().startswith(b"\x89PNG")
 
 

@@ -22,11 +22,12 @@ from PySide6.QtWidgets import (
 from app import version
 from app.diagnosis.link_statistics import LinkStatistics
 from app.diagnosis.support_bundle import BundleFile, Contents, SupportBundle
+from app.recordings.export import not_saved_text
 from app.system.logs import Log, text_of
 from app.text import i18n
 from app.text.i18n import tr
 from protocol.translatable import marked
-from ui.core.background_task import BackgroundTask
+from ui.core.background_task import BackgroundTask, Running
 from ui.files.file_dialogs import AskPath, ask_path, default_name
 from ui.pages.diagnosis.capture_files import Kept
 from ui.services.context import Services
@@ -88,7 +89,7 @@ class BundlePreview(QWidget):
         self._figures, self._kept, self._log = figures, kept, log
         self.bundle: SupportBundle | None = None
         self._making: BackgroundTask[SupportBundle] = BackgroundTask("dps-s support bundle", self)
-        self._saving: BackgroundTask[Path] = BackgroundTask("dps-s save bundle", self)
+        self._saving: BackgroundTask[None] = BackgroundTask("dps-s save bundle", self)
         self._folder = Path.home()
         texts = services.texts
         self._promise = control(QLabel(), texts, "bundle_promise",
@@ -127,7 +128,7 @@ class BundlePreview(QWidget):
         log = self._log
         self.save.setEnabled(False)
 
-        def pack(_is_wanted: Callable[[], bool]) -> SupportBundle:
+        def pack(_running: Running) -> SupportBundle:
             text = "" if log is None else text_of(log)
             return SupportBundle(contents(text))
 
@@ -168,12 +169,13 @@ class BundlePreview(QWidget):
             return
         self._folder = path.parent
 
-        def write(_is_wanted: Callable[[], bool]) -> Path:
-            bundle.write(path)
-            return path
-
         self.said.emit(Notice(Meaning.INFORMATION, tr("Saving {name}…", name=path.name)))
-        self._saving.run(write, self._tell_saved, lambda error: self._tell_not_saved(path, error))
+
+        def fail(error: Exception) -> None:
+            self._say(Meaning.ATTENTION, not_saved_text(path, error))
+
+        saved = tr("Saved as {path}.", path=path)
+        self._saving.run(lambda _running: bundle.write(path), lambda _none: self._say(Meaning.GOOD, saved), fail)
 
     def _show(self, bundle: SupportBundle) -> None:
         self.bundle = bundle
@@ -203,13 +205,6 @@ class BundlePreview(QWidget):
             self._where.setText(tr("There is no log file: {why}", why=trouble) if trouble is not None else "")
         else:
             self._where.setText(tr("Log file: {path}", path=log.path))
-
-    def _tell_saved(self, path: Path) -> None:
-        self._say(Meaning.GOOD, tr("Saved as {path}.", path=path))
-
-    def _tell_not_saved(self, path: Path, error: Exception) -> None:
-        why = getattr(error, "strerror", None) or error
-        self._say(Meaning.ATTENTION, tr("Not saved to {path}: {why}. Choose another folder.", path=path, why=why))
 
     def _tell_failure(self, error: Exception) -> None:
         self._say(Meaning.ATTENTION, tr("The bundle could not be put together: {why}.", why=error))

@@ -1,31 +1,33 @@
 """Saves traffic as a capture; opens captures by dialog or drop."""
 
 from collections import deque
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from datetime import UTC, datetime
+from functools import partial
 from itertools import islice
 from pathlib import Path
 
-from PySide6.QtCore import QTimer, Signal
+from PySide6.QtCore import Signal
 from PySide6.QtWidgets import QHBoxLayout, QPushButton, QWidget
 
 from app import version
 from app.captures.explained import Explainer
 from app.captures.reader import CaptureEntry, CaptureRefused, Header, LineFault, OpenCapture, entries_of, lines_of
 from app.captures.rows import CaptureRows
-from app.recordings.file_export import ExportCancelled, FileExport
+from app.recordings.export import ExportCancelled, not_saved_text, write_parts
 from app.system.gil_yield import GilYield
 from app.system.wall_clock import WallClock
 from app.text.i18n import tr
 from protocol.events import Event
-from ui.core.background_task import BackgroundTask
+from ui.core.background_task import BackgroundTask, Running
 from ui.files.file_dialogs import AskOpen, AskPath, ask_open, ask_path, default_name
 from ui.services.context import Services
 from ui.style.icons import Icon
 from ui.style.theme import Meaning, Space
 from ui.widgets.controls import control
 from ui.widgets.notice_bar import Choice, Notice
+from ui.widgets.visibility_timer import VisibilityTimer
 
 SUFFIX = ".dpscap"
 OPENED_SUFFIXES = (SUFFIX, ".hex", ".txt", ".log")
@@ -96,31 +98,23 @@ class Opened:
     is_timed: bool
 
 
-class Loading:
-    """Reads and explains a file, beside the window; `share` is looked at meanwhile."""
-
-    def __init__(self, path: Path) -> None:
-        self.path = path
-        self.share = 0.0
-        """How much of the file has been read, 0 … 1."""
-
-    def run(self, is_wanted: Callable[[], bool]) -> Opened:
-        """Raises OSError, `CaptureRefused` or `ExportCancelled`."""
-        rows, explainer, pace = CaptureRows(), Explainer(), GilYield()
-        with self.path.open("rb") as file:
-            capture = OpenCapture(file)
-            for entries in capture.steps():
-                if not is_wanted():
-                    raise ExportCancelled
-                for entry in entries:
-                    for row in explainer.feed(entry):
-                        rows.append(row)
-                self.share = capture.share_read
-                pace.checkpoint()
-            for row in explainer.end():
-                rows.append(row)
-            reader = capture.reader
-            return Opened(self.path, rows, tuple(reader.faults), is_timed=not reader.is_plain)
+def load_capture(path: Path, running: Running) -> Opened:
+    """Read and explain a file. Raises OSError, `CaptureRefused` or `ExportCancelled`."""
+    rows, explainer, pace = CaptureRows(), Explainer(), GilYield()
+    with path.open("rb") as file:
+        capture = OpenCapture(file)
+        for entries in capture.steps():
+            if running.is_cancelled():
+                raise ExportCancelled
+            for entry in entries:
+                for row in explainer.feed(entry):
+                    rows.append(row)
+            running.tell(capture.share_read)
+            pace.checkpoint()
+        for row in explainer.end():
+            rows.append(row)
+        reader = capture.reader
+        return Opened(path, rows, tuple(reader.faults), is_timed=not reader.is_plain)
 
 
 class CaptureFiles(QWidget):
@@ -136,10 +130,10 @@ class CaptureFiles(QWidget):
         self.ask_save: AskPath = ask_path
         self._connector, self._kept = services.connector, kept
         self._folder = Path.home()
-        self._saving: FileExport | None = None
-        self._beside: BackgroundTask[Opened] = BackgroundTask("dps-s open capture", self)
-        self._loading: Loading | None = None
-        self._saved_text = ""
+        self._saving: BackgroundTask[None] = BackgroundTask("dps-s save", self, finished_at_close=True)
+        self._loading: BackgroundTask[Opened] = BackgroundTask("dps-s open capture", self)
+        self._names = {self._saving: "", self._loading: ""}
+        """Of the files under way."""
         texts = services.texts
         self.open = control(QPushButton(), texts, "capture_open", "Open capture…", says="Open a capture",
                             tip="Look at what was recorded, and play it (Ctrl+O); or drop the file on the window",
@@ -153,16 +147,14 @@ class CaptureFiles(QWidget):
         row.setSpacing(Space.S)
         row.addWidget(self.open)
         row.addWidget(self.save)
-        self._timer = QTimer(self)
-        self._timer.setInterval(_LOOK_EVERY_MS)
-        self._timer.timeout.connect(self._look)
+        VisibilityTimer(self, self._say_progress, every_ms=_LOOK_EVERY_MS)
 
     @property
     def is_busy(self) -> bool:
-        return self._saving is not None or self._beside.is_running
+        return self._saving.is_running or self._loading.is_running
 
     def refresh(self) -> None:
-        self.save.setEnabled(len(self._kept) > 0 and self._saving is None)
+        self.save.setEnabled(len(self._kept) > 0 and not self._saving.is_running)
 
     def choose(self) -> None:
         path = self.ask_open(self, self._folder)
@@ -172,19 +164,15 @@ class CaptureFiles(QWidget):
     def open_file(self, path: Path) -> None:
         """Whatever comes of it is told by a signal."""
         self._folder = path.parent
-        self._loading = Loading(path)
-
-        def refuse(error: Exception) -> None:
-            self._loading = None
-            self._say(Meaning.ATTENTION, _refusal(path, error))
-
-        self._beside.run(self._loading.run, self._show, refuse)
-        self._say_loading(self._loading)
-        self._timer.start()
+        self._names[self._loading] = path.name
+        self._loading.run(
+            partial(load_capture, path), self._show, lambda error: self._say(Meaning.ATTENTION, _refusal(path, error))
+        )
+        self._say_progress()
 
     def choose_and_save(self) -> None:
         """What is kept at this moment, before anybody chooses a file."""
-        if not len(self._kept) or self._saving is not None:
+        if not len(self._kept) or self._saving.is_running:
             return
         connection = self._connector.connection
         entries = self._kept.entries()
@@ -196,54 +184,43 @@ class CaptureFiles(QWidget):
             return
         self._folder = path.parent
         count = f"{len(entries):,}"
-        self._saved_text = (
+        saved = (
             tr("Saved {count} entries to {path}.", count=count, path=path)
             if is_whole
             else tr("Saved the last {count} entries to {path}; older ones are no longer kept.", count=count, path=path)
         )
-        self._saving = FileExport(path, lambda: capture_parts(entries, header), len(entries) // _ENTRIES_AT_ONCE + 2)
-        self._timer.start()
-        self.refresh()
+        self._names[self._saving] = path.name
 
-    def _look(self) -> None:
-        saving = self._saving
-        if self._loading is not None:
-            self._say_loading(self._loading)
-        if saving is None:
-            if self._loading is None:
-                self._timer.stop()
-        elif not saving.is_done:
-            cancel = (Choice("capture_cancel", tr("Cancel"), saving.cancel),)
-            self.said.emit(Notice(Meaning.INFORMATION, tr("Saving {name}…", name=saving.path.name), cancel))
-        else:
-            self._end_saving(saving)
+        def write(running: Running) -> None:
+            parts, number = capture_parts(entries, header), len(entries) // _ENTRIES_AT_ONCE + 2
+            write_parts(path, parts, number, on_progress=running.tell, is_cancelled=running.is_cancelled)
 
-    def _end_saving(self, saving: FileExport) -> None:
-        self._saving = None
+        def end(error: Exception | None = None) -> None:
+            self.refresh()
+            is_cancelled = isinstance(error, ExportCancelled)
+            bad = Meaning.INFORMATION if is_cancelled else Meaning.ATTENTION
+            self._say(Meaning.GOOD, saved) if error is None else self._say(bad, not_saved_text(path, error))
+
+        self._saving.run(write, lambda _none: end(), end)
         self.refresh()
-        if saving.error is None:
-            self._say(Meaning.GOOD, self._saved_text)
-        elif isinstance(saving.error, ExportCancelled):
-            self._say(Meaning.INFORMATION, tr("Cancelled, nothing was saved."))
-        else:
-            why = getattr(saving.error, "strerror", None) or saving.error
-            self._say(
-                Meaning.ATTENTION,
-                tr("Not saved to {path}: {why}. Choose another folder.", path=saving.path, why=why),
-            )
+        self._say_progress()
 
     def _cancel_loading(self) -> None:
-        self._beside.cancel()
-        self._loading = None
+        self._loading.cancel()
         self.said.emit(None)
 
-    def _say_loading(self, loading: Loading) -> None:
-        cancel = (Choice("capture_cancel", tr("Cancel"), self._cancel_loading),)
-        text = tr("Reading {name}: {percent} %…", name=loading.path.name, percent=round(loading.share * 100))
-        self.said.emit(Notice(Meaning.INFORMATION, text, cancel))
+    def _say_progress(self) -> None:
+        """Of the file that is read, else of the one that is written."""
+        if self._loading.is_running:
+            share, cancel = self._loading.share or 0.0, self._cancel_loading
+            text = tr("Reading {name}: {percent} %…", name=self._names[self._loading], percent=round(share * 100))
+        elif self._saving.is_running:
+            text, cancel = tr("Saving {name}…", name=self._names[self._saving]), self._saving.stop
+        else:
+            return
+        self.said.emit(Notice(Meaning.INFORMATION, text, (Choice("capture_cancel", tr("Cancel"), cancel),)))
 
     def _show(self, opened: Opened) -> None:
-        self._loading = None
         if not opened.rows:
             self._say(Meaning.ATTENTION, tr("There are no bytes in {name}.", name=opened.path.name))
             return

@@ -191,7 +191,7 @@ class WhyPanel(QScrollArea):
         port = target.device
         self._facts_at = now
         find = self._find_facts
-        self._asking.run(lambda _is_wanted: find(port), partial(self._take_facts, port), lambda _error: None)
+        self._asking.run(lambda _running: find(port), partial(self._take_facts, port), lambda _error: None)
 
     def _take_facts(self, port: str, facts: AdapterFacts) -> None:
         self._facts, self._facts_port = facts, port

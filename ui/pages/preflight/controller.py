@@ -30,8 +30,9 @@ from app.store.store import Store
 from app.text.messages import said
 from protocol.link_states import Presence
 from protocol.translatable import marked
+from ui.core.background_task import BackgroundTask
 from ui.services.context import Services
-from ui.services.store_work import StoreWork
+from ui.services.running_job import RunningJob
 
 
 class Standing(Enum):
@@ -84,19 +85,16 @@ class PreflightController(QObject):
         self.void: Void | None = None
         self.trouble: StoreTrouble | None = None
         """Why the last check was not kept."""
-        self._job: Job[Any] | None = None
+        self._job = RunningJob(services.connector, self)
+        self._job.changed.connect(self.changed)
         self._evidence = Evidence()
         self._log = FrameLog()
         self._statement = Statement()
-        self._progress: Report | None = None
         self._is_port_broken = False
         self._is_entered_again = False
         """While a check ran."""
-        self._store_work = StoreWork(self)
-        self._filing = 0
-        """Names the filing under way; 0 while there is none."""
-        self._filings = 0
-        self._rereading: Job[StateReading] | None = None
+        self._filing: BackgroundTask[Filed] = BackgroundTask("dps-s check", self)
+        self._rereading = RunningJob(services.connector, self)
         self._by_verdict: dict[Verdict, Filed] = {}
         """Of this check: activated, READY becomes GO; locked again, READY."""
         self._reread_timer = QTimer(self)
@@ -113,7 +111,7 @@ class PreflightController(QObject):
     @property
     def _is_checking(self) -> bool:
         """Until its record is in the store, or cannot be."""
-        return self._job is not None or (bool(self._filing) and self.filed is None)
+        return self._job.is_running or (self._filing.is_running and self.filed is None)
 
     @property
     def standing(self) -> Standing:
@@ -137,13 +135,13 @@ class PreflightController(QObject):
 
     @property
     def progress(self) -> Report | None:
-        return self._progress
+        return self._job.progress
 
     @property
     def can_check(self) -> bool:
         is_settled = self._connector.state.phase not in (Phase.OPENING, Phase.FINDING)
         is_there = self._connector.is_open and not self._connector.is_recording
-        return is_there and is_settled and self._job is None and not self._filing
+        return is_there and is_settled and not self._job.is_running and not self._filing.is_running
 
     @property
     def can_enable(self) -> bool:
@@ -193,7 +191,8 @@ class PreflightController(QObject):
             return
         target = self._connector.target
         self._statement = statement or Statement()
-        self.filed = self.void = self.trouble = self._progress = self._rereading = None
+        self.filed = self.void = self.trouble = None
+        self._rereading.forget()
         self._by_verdict.clear()
         self._checked_name = self._naming.name
         self._evidence = Evidence(port=self._connector.connection.port)
@@ -201,12 +200,10 @@ class PreflightController(QObject):
         self._is_port_broken = False
         journal = self._services.storage.journal(target, self._naming.name)
         procedure = run_preflight(self._evidence, is_enabling=self._statement.is_enabling, journal=journal)
-        self._job = self._connector.run(procedure, self._end, on_progress=self._remember_progress)
-        self.changed.emit()
+        self._job.run(procedure, self._end)
 
     def cancel(self) -> None:
-        if self._job is not None:
-            self._job.cancel()
+        self._job.cancel()
 
     def enter(self) -> None:
         """Something that belongs to the record was filled in otherwise: the record no longer says what is entered."""
@@ -223,9 +220,10 @@ class PreflightController(QObject):
 
     def forget(self) -> None:
         """Nothing was checked: what was found is of no module that anybody has."""
-        if self._job is None:
-            self._filing = 0
-            self.filed = self.void = self.trouble = self._progress = None
+        if not self._job.is_running:
+            self._filing.cancel()
+            self._job.forget()
+            self.filed = self.void = self.trouble = None
             self.changed.emit()
 
     def poll(self) -> None:
@@ -247,12 +245,12 @@ class PreflightController(QObject):
         """Everything that decides, in the background: whatever differs ends the verdict."""
         if self.standing not in _STANDS:
             self._reread_timer.stop()
-        elif self._rereading is None:
-            self._rereading = self._connector.run(read_state(), self._end_rereading)
+        elif not self._rereading.is_running:
+            self._rereading.run(read_state(), self._end_rereading)
 
     def _follow_activation(self) -> None:
         """Seen locked, GO is READY at once; seen active, READY is GO once everything was read again."""
-        if self.standing not in _STANDS or self._filing:
+        if self.standing not in _STANDS or self._filing.is_running:
             return
         reported, was = self.reported_active, self._evidence.is_active
         if reported and not was:
@@ -262,9 +260,6 @@ class PreflightController(QObject):
             self._stand(replace(self._evidence, status=status))
 
     def _end_rereading(self, job: Job[StateReading]) -> None:
-        if job is not self._rereading:
-            return
-        self._rereading = None
         self.poll()
         evidence = self._evidence
         if self.standing not in _STANDS:
@@ -281,7 +276,7 @@ class PreflightController(QObject):
 
     def _stand(self, evidence: Evidence) -> None:
         """The verdict of the same check, with the module as it reports itself now."""
-        if self.filed is None or self._filing:
+        if self.filed is None or self._filing.is_running:
             return
         case = self.filed.assessment.case
         earlier = self._by_verdict.get(assess(replace(case, evidence=evidence)).verdict)
@@ -298,17 +293,10 @@ class PreflightController(QObject):
 
     # How it ends
 
-    def _remember_progress(self, report: Report) -> None:
-        """In the worker's thread."""
-        self._progress = report
-
     def _end(self, job: Job[Any]) -> None:
-        if job is not self._job:
-            return
         evidence = self._evidence
         if self._connector.last is not None:
             self._keep_frames(self._connector.last)
-        self._job = None
         if job.run.error is not None and evidence.disturbance is None:
             is_cancelled = isinstance(job.run.error, Cancelled)
             evidence.disturbance = Disturbance.INTERRUPTED if is_cancelled else Disturbance.DISCONNECTED
@@ -348,13 +336,8 @@ class PreflightController(QObject):
             past=past,
             adapter="" if self._connector.target is None else self._connector.target.identity,
         )
-        self._filings += 1
-        number = self._filing = self._filings
 
         def end(filed: Filed) -> None:
-            if number != self._filing:
-                return
-            self._filing = 0
             self.filed = filed
             self._by_verdict[filed.assessment.verdict] = filed
             self.trouble = store if isinstance(store, StoreTrouble) else filed.trouble
@@ -366,12 +349,13 @@ class PreflightController(QObject):
             then()
 
         if isinstance(store, Store) and is_kept:
-            self._store_work.run(store, work, lambda future: end(future.result()))
+            self._filing.run_in(store.queue, work, end)
         else:
+            self._filing.cancel()
             end(work())
 
     def _take(self, batch: Batch) -> None:
-        if self._job is not None:
+        if self._job.is_running:
             self._keep_frames(batch)
         else:
             self.poll()

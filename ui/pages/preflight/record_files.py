@@ -94,7 +94,7 @@ class RecordFiles(QObject):
         stations = Stations(self._keeping.folder)
 
         self._verifying.run(
-            lambda _is_wanted: verify_file(path, kept, stations.find),
+            lambda _running: verify_file(path, kept, stations.find),
             partial(self._say_verified, path),
             partial(self._say_unread, path),
         )

@@ -5,7 +5,6 @@ from functools import partial
 
 from PySide6.QtWidgets import QFrame, QHBoxLayout, QPushButton, QVBoxLayout
 
-from app.engine.procedure import Report
 from app.engine.worker import Job
 from app.procedures.baud import BaudChanged, BaudEnd, change_baud
 from app.safety.acts import Act
@@ -19,6 +18,7 @@ from ui.acts.outcomes import SameModule, open_conditions
 from ui.forms.field_editors import ChoiceEditor, make_editor
 from ui.forms.value_label import ValueLabel
 from ui.services.context import Services
+from ui.services.running_job import RunningJob
 from ui.style.theme import Meaning, Space
 from ui.widgets.controls import control
 from ui.widgets.labels import text_label
@@ -34,9 +34,7 @@ class BaudPanel(QFrame):
         self.setObjectName("baud_panel")
         self.setProperty("role", "danger-corner")
         self._services, self._connector = services, services.connector
-        self._job: Job[BaudChanged] | None = None
-        self._progress: Report | None = None
-        self._done: Callable[[], Notice] | None = None
+        self._job = RunningJob(services.connector, self)
         self._module = SameModule(services.connector)
         texts = services.texts
         self._title = text_label("baud_title", "strong")
@@ -60,13 +58,14 @@ class BaudPanel(QFrame):
         )
         self.find_button.clicked.connect(self._connector.find_rate)
         self.editor.chosen.connect(lambda _value: self.confirm.withdraw())
-        self.confirm.asked.connect(self._forget)
+        self.confirm.asked.connect(self._job.dismiss)
         self.confirm.confirmed.connect(self._change)
         self._lay_out()
+        self._job.changed.connect(self.refresh)
 
     def refresh(self) -> None:
         if self._module.is_another():
-            self._done = None
+            self._job.dismiss()
         connector = self._connector
         now = connector.clock()
         self.stands.show_known(connector.device.known("baud_rate", now), now)
@@ -75,19 +74,11 @@ class BaudPanel(QFrame):
         self.conditions.setVisible(bool(found))
         in_the_way = [one for one in found if one.condition is not Interlock.FRESH_STATUS]
         is_another = self.editor.value is not None and self.editor.value != connector.connection.baud_rate
-        is_free = connector.is_open and self._job is None
+        is_free = self._job.can_run
         self.editor.setEnabled(is_free)
         self.find_button.setEnabled(is_free)
         self.confirm.set_possible(is_free and is_another and not in_the_way)
-        self.said.show_notice(self._notice())
-
-    def _notice(self) -> Notice | None:
-        if self._job is None:
-            return None if self._done is None else self._done()
-        report, said = self._progress, tr("Changing the baud rate…")
-        if report is not None:
-            said = tr(report.doing, **dict(report.values))
-        return Notice(Meaning.INFORMATION, said)
+        self.said.show_notice(self._job.notice(marked("Changing the baud rate…"), can_cancel=False))
 
     def _change(self) -> None:
         rate = self.editor.value
@@ -96,25 +87,15 @@ class BaudPanel(QFrame):
         connector = self._connector
         permit = Permit(Act.CHANGE_BAUD, Origin.CONFIRMATION, connector.clock())
         journal = self._services.storage.journal(connector.target)
-        self._progress = None
-        self._job = connector.run(
-            change_baud(rate, journal, permit=permit, armed=self._services.armed),
-            partial(self._end, rate),
-            on_progress=self._remember_progress,
-        )
-        self.refresh()
-
-    def _remember_progress(self, report: Report) -> None:
-        self._progress = report
+        change = change_baud(rate, journal, permit=permit, armed=self._services.armed)
+        self._job.run(change, partial(self._end, rate))
 
     def _end(self, rate: int, job: Job[BaudChanged]) -> None:
-        self._job = None
-        if job.run.error is not None:
-            self._done = partial(_broken_off, rate, self._forget)
-        else:
-            self._done = partial(self._ended, job.outcome())
         self.editor.show_draft(None, None)
-        self.refresh()
+        if job.run.error is not None:
+            self._job.say(partial(_broken_off, rate, self._job.dismiss))
+        else:
+            self._job.say(partial(self._ended, job.outcome()))
 
     def _ended(self, changed: BaudChanged) -> Notice:
         meaning = {
@@ -125,11 +106,7 @@ class BaudPanel(QFrame):
         find: tuple[Choice, ...] = ()
         if changed.end is BaudEnd.LOST:
             find = (Choice("find_lost", tr("Find my module"), self._connector.find_rate, is_main=True),)
-        return Notice(meaning, changed.sentence, find, self._forget)
-
-    def _forget(self) -> None:
-        self._done = None
-        self.refresh()
+        return Notice(meaning, changed.sentence, find, self._job.dismiss)
 
     def _lay_out(self) -> None:
         column = QVBoxLayout(self)

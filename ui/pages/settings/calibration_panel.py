@@ -5,13 +5,13 @@ from functools import partial
 from PySide6.QtCore import QSize, Qt, Signal
 from PySide6.QtWidgets import QFrame, QHBoxLayout, QLabel, QPushButton, QVBoxLayout, QWidget
 
-from app.engine.procedure import Report
 from app.engine.worker import Job
 from app.procedures.light_calibration import Band, Obstacle, Proposal, measure_light, propose
 from app.text.i18n import tr
 from protocol.translatable import marked
 from ui.acts.outcomes import SameModule
 from ui.services.context import Services
+from ui.services.running_job import RunningJob
 from ui.style.icons import Icon, icon
 from ui.style.theme import Space
 from ui.widgets.controls import control
@@ -30,11 +30,10 @@ class CalibrationPanel(QWidget):
     def __init__(self, services: Services) -> None:
         super().__init__()
         self.setObjectName("calibration_panel")
-        self._services, self._connector = services, services.connector
+        self._services = services
         self._bands: dict[str, Band] = {}
-        self._job: Job[Band] | None = None
+        self._job = RunningJob(services.connector, self)
         self._measuring = ""
-        self._progress: Report | None = None
         self._trouble = False
         self._module = SameModule(services.connector)
         texts = services.texts
@@ -61,6 +60,7 @@ class CalibrationPanel(QWidget):
                             says="Back to the settings; nothing is changed", tip="Nothing is changed", key="Esc",
                             slot=self._leave)  # fmt: skip
         self._lay_out()
+        self._job.changed.connect(self.refresh)
 
     @property
     def proposal(self) -> Proposal | Obstacle | None:
@@ -76,9 +76,8 @@ class CalibrationPanel(QWidget):
     def refresh(self) -> None:
         if self._module.is_another():
             self._bands.clear()  # one side of one module says nothing about the other side of another
-        can = self._connector.is_open and self._job is None
         for name, side in self.sides.items():
-            side.button.setEnabled(can)
+            side.button.setEnabled(self._job.can_run)
             side.text.setText(self._side_text(name))
         found = self.proposal
         self.take.setEnabled(isinstance(found, Proposal))
@@ -101,8 +100,8 @@ class CalibrationPanel(QWidget):
                 self.detail.setText(lost)
 
     def _side_text(self, name: str) -> str:
-        if self._job is not None and self._measuring == name:
-            done = 0 if self._progress is None else self._progress.done
+        if self._job.is_running and self._measuring == name:
+            done = 0 if self._job.progress is None else self._job.progress.done
             return tr("measuring… {done} readings", done=done)
         band = self._bands.get(name)
         if band is None:
@@ -115,28 +114,18 @@ class CalibrationPanel(QWidget):
         )  # fmt: skip
 
     def _measure(self, name: str, _is_checked: bool = False) -> None:
-        if self._job is None:
-            self._measuring, self._progress, self._trouble = name, None, False
+        if not self._job.is_running:
+            self._measuring, self._trouble = name, False
             self._bands.pop(name, None)
-            self._job = self._connector.run(
-                measure_light(), partial(self._end, name), on_progress=self._remember_progress
-            )
-            self.refresh()
-
-    def _remember_progress(self, report: Report) -> None:
-        self._progress = report
+            self._job.run(measure_light(), partial(self._end, name))
 
     def _end(self, name: str, job: Job[Band]) -> None:
-        if job is not self._job:
-            return
-        self._job = None
         if job.run.error is None:
             self._bands[name] = job.outcome()
             if name == CLOSED:
                 self.sides[OPEN].button.setFocus()
         else:
             self._trouble = True
-        self.refresh()
 
     def _take(self) -> None:
         found = self.proposal
@@ -144,8 +133,7 @@ class CalibrationPanel(QWidget):
             self.proposed.emit(found.threshold_v)
 
     def _leave(self) -> None:
-        if self._job is not None:
-            self._job.cancel()
+        self._job.cancel()
         self.closed.emit()
 
     def _bind_side(self, name: str, title: str, button: str) -> None:

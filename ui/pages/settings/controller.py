@@ -3,12 +3,11 @@
 from collections.abc import Callable
 from concurrent.futures import Future
 from functools import partial
-from typing import Any
 
 from PySide6.QtCore import QObject, Signal
 
 from app.engine.identity import Trust
-from app.engine.procedure import Cancelled, Procedure, Report
+from app.engine.procedure import Cancelled
 from app.engine.setting_changes import ChangedSetting
 from app.engine.snapshots import Snapshot
 from app.engine.worker import Job
@@ -21,7 +20,9 @@ from app.settings.form import RowState, SettingsForm
 from app.text.i18n import tr
 from app.text.sentences import together
 from protocol.link_states import Presence
+from protocol.translatable import marked
 from ui.services.context import Services
+from ui.services.running_job import RunningJob
 from ui.style.theme import Meaning
 from ui.widgets.notice_bar import Choice, Notice
 
@@ -39,17 +40,12 @@ class SettingsController(QObject):
         self._services = services
         self._connector = services.connector
         services.pending_edits.changed = self._changed_settings
-        self._job: Job[Any] | None = None
-        self._progress: Report | None = None
-        self._notice: Callable[[], Notice | None] | None = None
+        self.job = RunningJob(services.connector, self)
+        self.job.changed.connect(self.changed)
         self._whose: str | None = None
         self._connector.changed.connect(self._watch_module)
         services.pending_edits.count = self.count_unsent
         services.pending_edits.discard = self.discard
-
-    @property
-    def is_busy(self) -> bool:
-        return self._job is not None
 
     @property
     def can_edit(self) -> bool:
@@ -57,13 +53,9 @@ class SettingsController(QObject):
         return self._connector.is_wanted and not self.form.is_writing
 
     @property
-    def can_send(self) -> bool:
-        return self._connector.is_open and not self.is_busy
-
-    @property
     def can_write(self) -> bool:
         """Else the engine would refuse it."""
-        return self.can_send and self._connector.device.presence is Presence.ONLINE and not self.is_identifying
+        return self.job.can_run and self._connector.device.presence is Presence.ONLINE and not self.is_identifying
 
     @property
     def is_identifying(self) -> bool:
@@ -85,21 +77,13 @@ class SettingsController(QObject):
 
     def notice(self) -> Notice | None:
         """What is being done, or was said last, in the language in use."""
-        if self._job is not None:
-            report = self._progress
-            said = tr("Asking the module…")
-            if report is not None:
-                said = tr(report.doing, **{name: _spoken(value) for name, value in report.values})
-                said = tr("{what} ({done} of {total})", what=said, done=report.done + 1, total=report.total)
-            return Notice(Meaning.INFORMATION, said, (Choice("cancel", tr("Cancel"), self.cancel),))
-        return None if self._notice is None else self._notice()
+        return self.job.notice(marked("Asking the module…"))
 
     # What a person does
 
     def read_all(self) -> None:
-        if self.can_send:
-            self._notice = None
-            self._run(read_everything(), self._end_reading)
+        if self.job.can_run:
+            self.job.run(read_everything(), self._end_reading)
 
     def write(self, *, is_warned: bool = False, is_unlocked: bool = False) -> None:
         """Write what is wanted and prove it. Warns first where that is needed, and says why where it is refused."""
@@ -108,11 +92,10 @@ class SettingsController(QObject):
         if not changes or not self.can_write:
             return
         if not is_warned and self._warnings():
-            self._notice = self._warning_notice
+            self.job.say(self._warning_notice)
         elif open_conditions := self._refusals(is_unlocked=is_unlocked):
-            self._notice = partial(self._refused_notice, open_conditions)
+            self.job.say(partial(self._refused_notice, open_conditions))
         else:
-            self._notice = None
             leave = Leave(
                 journal=self._services.storage.journal(connector.target),
                 armed=self._services.armed,
@@ -120,8 +103,7 @@ class SettingsController(QObject):
                 keep_snapshot=self._keep_snapshot if self.found is None else None,
             )
             self.form.begin_write(changes)
-            self._run(write_all(changes, leave), self._end_writing)
-        self.changed.emit()
+            self.job.run(write_all(changes, leave), self._end_writing)
 
     def want_as_found(self) -> None:
         if self.found is not None:
@@ -131,73 +113,45 @@ class SettingsController(QObject):
         """Do one thing to the form; what was said about its state before no longer holds."""
         if self.can_edit:
             act()
-            if self._job is None:
-                self._notice = None
-            self.changed.emit()
+            self.job.dismiss()
 
     def check_survival(self) -> None:
-        if self.can_send and self.form.written:
-            self._notice = None
-            self._run(survives_power_cycle(dict(self.form.written)), self._end_survival)
-
-    def cancel(self) -> None:
-        if self._job is not None:
-            self._job.cancel()
-
-    def say(self, make: Callable[[], Notice | None] | None) -> None:
-        self._notice = make
-        self.changed.emit()
-
-    def dismiss(self) -> None:
-        """Esc: take back a question; nothing is sent."""
-        self.say(None)
+        if self.job.can_run and self.form.written:
+            self.job.run(survives_power_cycle(dict(self.form.written)), self._end_survival)
 
     # How it ends
 
-    def _run(self, procedure: Procedure[Any], then: Callable[[Job[Any]], None]) -> None:
-        self._progress = None
-
-        def end(job: Job[Any]) -> None:
-            if job is self._job:
-                self._job = None
-            then(job)
-            self.changed.emit()
-
-        self._job = self._connector.run(procedure, end, on_progress=self._remember_progress)
-        self.changed.emit()
-
-    def _remember_progress(self, report: Report) -> None:
-        self._progress = report
-
     def _end_reading(self, job: Job[Everything]) -> None:
         if job.run.error is not None:
-            self._notice = partial(_broken_off_notice, job.run.error)
+            self.job.say(partial(_broken_off_notice, job.run.error))
             return
         self.form.watch.accept()  # a person asked for what stands now
         missing = len(job.outcome().errors)
-        self._notice = None if not missing else partial(self._unread_notice, missing)
+        if missing:
+            self.job.say(partial(self._unread_notice, missing))
 
     def _end_writing(self, job: Job[WriteReport]) -> None:
         if job.run.error is not None:
             self.form.lose_write()
-            self._notice = partial(_broken_off_notice, job.run.error)
-            if isinstance(job.run.error, Cancelled) and self.can_send:
-                self._run(read_everything(), lambda _job: None)  # what stands now is soon known
+            broken_off = partial(_broken_off_notice, job.run.error)
+            self.job.say(broken_off)
+            if isinstance(job.run.error, Cancelled) and self.job.can_run:  # what stands now is soon known
+                self.job.run(read_everything(), lambda _job: self.job.say(broken_off))
             return
         report = job.outcome()
         self.form.take_results(report.results)
         if report.refusals:
-            self._notice = partial(self._refused_notice, report.refusals)
+            self.job.say(partial(self._refused_notice, report.refusals))
         else:
-            self._notice = partial(self._written_notice, report)
+            self.job.say(partial(self._written_notice, report))
 
     def _end_survival(self, job: Job[PowerCycleResult]) -> None:
         if job.run.error is not None:
-            self._notice = partial(_broken_off_notice, job.run.error)
+            self.job.say(partial(_broken_off_notice, job.run.error))
             return
         survival = job.outcome()
         self.form.stamp(survival.stamps)
-        self._notice = partial(_survival_notice, survival)
+        self.job.say(partial(_survival_notice, survival))
 
     def _keep_snapshot(self, snapshot: Snapshot) -> Future[int] | None:
         """In the worker's thread."""
@@ -207,8 +161,9 @@ class SettingsController(QObject):
     def _watch_module(self) -> None:
         whose = self._connector.whose if self._connector.is_wanted else None
         if whose != self._whose:
-            self._whose, self.found, self._notice = whose, None, None
+            self._whose, self.found = whose, None
             self.form.forget()
+            self.job.dismiss()
         self.changed.emit()
 
     # What is said
@@ -230,7 +185,7 @@ class SettingsController(QObject):
         anyway, unlocked = partial(self.write, is_warned=True), partial(self.write, is_warned=True, is_unlocked=True)
         once = tr("Unlock this one write")
         return (
-            Choice("not_now", tr("Cancel"), self.dismiss),
+            Choice("not_now", tr("Cancel"), self.job.dismiss),
             Choice("write_anyway", tr("Write anyway"), anyway, is_step=True, is_shown=is_locked),
             Choice("unlock_once", once, unlocked, is_step=True, is_shown=not is_locked),
         )
@@ -254,7 +209,7 @@ class SettingsController(QObject):
         text = together([tr("Nothing was written."), *(one.sentence for one in open_conditions)])
         can_unlock = all(one.condition is Interlock.MAY_WRITE for one in open_conditions)
         choices = self._choices(is_locked=False) if can_unlock else ()
-        return Notice(Meaning.ATTENTION, text, choices, None if can_unlock else self.dismiss)
+        return Notice(Meaning.ATTENTION, text, choices, None if can_unlock else self.job.dismiss)
 
     def _written_notice(self, report: WriteReport) -> Notice:
         """What stands of it now: what was verified and changed since is no longer said to be verified."""
@@ -284,16 +239,12 @@ class SettingsController(QObject):
             survive = (Choice("survives", tr("Survives a power cycle?"), self.check_survival),)
         is_bad = bad or moved or report.unread
         meaning = Meaning.DANGER if is_bad else (Meaning.GOOD if verified else Meaning.INFORMATION)
-        return Notice(meaning, together(parts), survive, self.dismiss)
+        return Notice(meaning, together(parts), survive, self.job.dismiss)
 
     def _unread_notice(self, missing: int) -> Notice:
         text = tr("{count} could not be read; the rows say what is not known.", count=missing)
         again = Choice("read_again", tr("Read again"), self.read_all)
-        return Notice(Meaning.ATTENTION, text, (again,), self.dismiss)
-
-
-def _spoken(value: object) -> object:
-    return tr(value) if isinstance(value, str) else value
+        return Notice(Meaning.ATTENTION, text, (again,), self.job.dismiss)
 
 
 def _broken_off_notice(error: BaseException) -> Notice:

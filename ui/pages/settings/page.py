@@ -91,7 +91,7 @@ class SettingsPage(Page):
         self.write.setText(tr("Write {count} changes", count=count) if count != 1 else tr("Write 1 change"))
         has_unfit = form.count_unsent(device, now) > count
         self.write.setEnabled(work.can_write and count > 0 and not has_unfit)
-        self.read.setEnabled(work.can_send)
+        self.read.setEnabled(work.job.can_run)
         self.revert.setEnabled(work.can_edit and form.has_drafts)
         self.defaults.setEnabled(work.can_edit)
         self.as_found.setEnabled(work.can_edit and work.found is not None)
@@ -109,7 +109,7 @@ class SettingsPage(Page):
             now = self._connector.clock()
             invalid = [row for row in self.work.form.rows(self._connector.device, now) if row.state is RowState.UNFIT]
             said = [tr("{setting}: {why}.", setting=tr(row.command.title), why=row.reason) for row in invalid]
-            if self._connector.is_open and not self.work.is_busy and not self.work.can_write:
+            if self._connector.is_open and not self.work.job.is_running and not self.work.can_write:
                 is_there = self._connector.device.presence is Presence.ONLINE
                 said.append(
                     tr("Checking whether it is the same module…") if is_there else tr("The module does not answer.")
@@ -214,7 +214,7 @@ class SettingsPage(Page):
         exchange.used.connect(self._take_drafts)
 
     def _say(self, notice: Notice) -> None:
-        self.work.say(lambda: Notice(notice.meaning, notice.text, notice.choices, self.work.dismiss))
+        self.work.job.say(lambda: Notice(notice.meaning, notice.text, notice.choices, self.work.job.dismiss))
 
     def _lay_out(self) -> QWidget:
         texts = self._services.texts
@@ -263,8 +263,8 @@ class SettingsPage(Page):
         """Take a question back, or leave a profile."""
         if self._stack.currentWidget() is not self._form:
             self.show_form()
-        elif not self.work.is_busy and self.work.notice() is not None:
-            self.work.dismiss()
+        elif not self.work.job.is_running and self.work.notice() is not None:
+            self.work.job.dismiss()
         else:
             return False
         return True

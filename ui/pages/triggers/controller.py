@@ -3,13 +3,12 @@ what a person says of them."""
 
 from collections import Counter
 from collections.abc import Callable
-from concurrent.futures import Future
 from dataclasses import dataclass, replace
 from functools import partial
 
 from PySide6.QtCore import QObject, Signal
 
-from app.engine.procedure import Cancelled, Procedure, Report
+from app.engine.procedure import Cancelled, Procedure
 from app.engine.worker import Job
 from app.procedures.history import read_history
 from app.procedures.write import read_back
@@ -21,8 +20,10 @@ from app.text.i18n import tr
 from app.trigger_records.history import Judgement, in_order, record_of
 from protocol.catalogue import BY_NAME
 from protocol.messages import TriggerRecord
+from protocol.translatable import marked
+from ui.core.background_task import BackgroundTask
 from ui.services.context import Services
-from ui.services.store_work import StoreWork
+from ui.services.running_job import RunningJob
 from ui.style.theme import Meaning
 from ui.widgets.notice_bar import Choice, Notice
 
@@ -69,14 +70,14 @@ class TriggersController(QObject):
         self.is_first_visit = True
         self._new: frozenset[int] = frozenset()
         self._is_kept = False
-        self._progress: Report | None = None
-        self._job: Job[TriggersReading] | None = None
-        self._notice: Callable[[], Notice | None] | None = None
+        self.job = RunningJob(services.connector, self)
+        self.job.changed.connect(self.changed)
         self._whose: str | None = None
-        self._store_work = StoreWork(self)
-        self._filing: Filing | None = None
+        self._filing: BackgroundTask[Visit | Doubtful] = BackgroundTask("dps-s triggers", self)
         self._judging: dict[int, tuple[Judgement | None, str]] = {}
         """What a person has said and is not in the store yet, by record."""
+        self._keepers: dict[int, BackgroundTask[None]] = {}
+        """What puts it there, by record."""
         self._connector.changed.connect(self._watch_port)
         self._naming.changed.connect(self._take_name)
         self._show_archive()
@@ -84,7 +85,7 @@ class TriggersController(QObject):
     @property
     def is_busy(self) -> bool:
         """Until what was read is kept, or cannot be."""
-        return self._job is not None or self._filing is not None
+        return self.job.is_running or self._filing.is_running
 
     @property
     def can_read(self) -> bool:
@@ -96,32 +97,13 @@ class TriggersController(QObject):
 
     def notice(self) -> Notice | None:
         """Progress, or what was said last, in the language in use."""
-        if self._job is not None:
-            said = tr("Reading the trigger records") if self._progress is None else tr(self._progress.doing)
-            if self._progress is not None:
-                done, total = self._progress.done + 1, self._progress.total
-                said = tr("{what} ({done} of {total})", what=said, done=done, total=total)
-            return Notice(Meaning.INFORMATION, said, (Choice("cancel", tr("Cancel"), self.cancel),))
-        return None if self._notice is None else self._notice()
+        return self.job.notice(marked("Reading the trigger records"))
 
     # What a person does
 
     def read(self) -> None:
         if self.can_read:
-            self._notice = self._progress = None
-            self._job = self._connector.run(read_triggers(), self._end, on_progress=self._remember_progress)
-            self.changed.emit()
-
-    def cancel(self) -> None:
-        if self._job is not None:
-            self._job.cancel()
-
-    def say(self, make: Callable[[], Notice | None] | None) -> None:
-        self._notice = make
-        self.changed.emit()
-
-    def dismiss(self) -> None:
-        self.say(None)
+            self.job.run(read_triggers(), self._end)
 
     def judge(self, record_id: int, judgement: Judgement | None, note: str) -> None:
         """Kept at once; where that fails it can be tried again."""
@@ -129,8 +111,13 @@ class TriggersController(QObject):
         if store is None:
             return
         judged = self._judging[record_id] = judgement, note
+        keeper = self._keepers.setdefault(record_id, BackgroundTask("dps-s judgement", self))
+
+        def fail(trouble: StoreTrouble) -> None:
+            self._end_judging(record_id, partial(self._offer_to_judge_again, trouble, record_id, judged))
+
         work = partial(CheckStore(store.database).judge, record_id, judgement, note)
-        self._store_work.run(store, work, partial(self._end_judging, record_id, judged))
+        keeper.run_in(store.queue, work, lambda _none: self._end_judging(record_id), fail)
         self._show_archive()
         self.changed.emit()
 
@@ -141,78 +128,62 @@ class TriggersController(QObject):
         store = self._services.storage.store
         return store if isinstance(store, Store) else None
 
-    def _remember_progress(self, report: Report) -> None:
-        """In the worker's thread."""
-        self._progress = report
-
     def _end(self, job: Job[TriggersReading]) -> None:
-        if job is not self._job:
-            return
-        self._job = None
         if job.run.error is not None:
-            is_cancelled = isinstance(job.run.error, Cancelled)
-            self._say(Meaning.INFORMATION if is_cancelled else Meaning.DANGER, partial(_broken_off, job.run.error))
+            meaning = Meaning.INFORMATION if isinstance(job.run.error, Cancelled) else Meaning.DANGER
+            self.job.say_text(meaning, partial(_broken_off, job.run.error))
         elif job.outcome().history.is_line_dead:
             self._forget_visit()
             self.reading = job.outcome()
             self._show_archive()
-            self._say(Meaning.DANGER, lambda: tr(
+            self.job.say_text(Meaning.DANGER, lambda: tr(
                 "The module stopped answering. What came is shown and nothing was kept; read again."
             ))  # fmt: skip
         else:
             self.reading = job.outcome()
             self._keep()
-        self.changed.emit()
 
     def _keep(self, *, is_same_module: bool = False) -> None:
         """Put the reading into the store, where there is one and the module has a name."""
         reading, store, name = self.reading, self._store, self._naming.name
         self._forget_visit()
         if reading is not None and reading.history.is_answered and store is not None and name:
-            self._notice = None
+            self.job.dismiss()
             port = self._connector.connection.port
-            self._filing = Filing(store, reading, name, self._naming.adapter, port, is_same_module)
-            self._store_work.run(store, self._filing.run, partial(self._end_filing, self._filing))
+            filing = Filing(store, reading, name, self._naming.adapter, port, is_same_module)
+            self._filing.run_in(store.queue, filing.run, partial(self._end_filing, reading), self._fail_filing)
         if reading is not None and not reading.history.is_confirmed:
-            self._say(Meaning.ATTENTION, lambda: tr(
+            self.job.say_text(Meaning.ATTENTION, lambda: tr(
                 "The readings did not agree: records may be missing, or be doubtful. Read again, or check the line."
             ))  # fmt: skip
         if reading is not None and not reading.history.is_answered:
-            self._say(Meaning.ATTENTION, lambda: tr(
+            self.job.say_text(Meaning.ATTENTION, lambda: tr(
                 "The module did not answer the query for trigger records: whether it keeps any is not known."
             ))  # fmt: skip
         self._show_archive()
 
     def _forget_visit(self) -> None:
-        self._filing, self._is_kept, self._new = None, False, frozenset()
+        self._filing.cancel()
+        self._is_kept, self._new = False, frozenset()
 
-    def _end_filing(self, filing: Filing, future: "Future[Visit | Doubtful]") -> None:
-        if filing is not self._filing:
-            return  # of a reading, or a name, that is shown no longer
-        self._filing = None
-        try:
-            filed = future.result()
-        except StoreTrouble as trouble:
-            self._say(Meaning.DANGER, partial(_not_kept, trouble))
+    def _end_filing(self, reading: TriggersReading, filed: Visit | Doubtful) -> None:
+        if isinstance(filed, Doubtful):
+            self.job.say(partial(self._ask_whose, reading.boot_count, filed.boot_count))
         else:
-            if isinstance(filed, Doubtful):
-                self._notice = partial(self._ask_whose, filing.reading.boot_count, filed.boot_count)
-            else:
-                self._is_kept, self.is_first_visit, self._new = True, filed.new is None, filed.new or frozenset()
-                self._naming.keep_evidence()
+            self._is_kept, self.is_first_visit, self._new = True, filed.new is None, filed.new or frozenset()
+            self._naming.keep_evidence()
         self._show_archive()
         self.changed.emit()
 
-    def _end_judging(
-        self, record_id: int, judged: tuple[Judgement | None, str], future: "Future[None]"
-    ) -> None:  # fmt: skip
-        if self._judging.get(record_id) is not judged:
-            return  # something else was said of it since
+    def _fail_filing(self, trouble: StoreTrouble) -> None:
+        self.job.say_text(Meaning.DANGER, partial(_not_kept, trouble))
+        self._show_archive()
+        self.changed.emit()
+
+    def _end_judging(self, record_id: int, offer: Callable[[], Notice] | None = None) -> None:
         del self._judging[record_id]
-        try:
-            future.result()
-        except StoreTrouble as trouble:
-            self._notice = partial(self._offer_to_judge_again, trouble, partial(self.judge, record_id, *judged))
+        if offer is not None:
+            self.job.say(offer)
         self._show_archive()
         self.changed.emit()
 
@@ -230,21 +201,23 @@ class TriggersController(QObject):
         return Notice(Meaning.ATTENTION, f"{text} {tr('Nothing was kept yet.')}", choices)
 
     def _keep_anyway(self) -> None:
-        self._notice = None
+        self.job.dismiss()
         self._keep(is_same_module=True)
         self.changed.emit()
 
-    def _offer_to_judge_again(self, trouble: StoreTrouble, judge: Callable[[], None]) -> Notice:
+    def _offer_to_judge_again(
+        self, trouble: StoreTrouble, record_id: int, judged: tuple[Judgement | None, str]
+    ) -> Notice:
         def again() -> None:
-            self._notice = None
-            judge()
+            self.job.dismiss()
+            self.judge(record_id, *judged)
 
         choices = (Choice("judge_again", tr("Try again"), again),)
-        return Notice(Meaning.DANGER, _not_kept(trouble), choices, dismiss=self.dismiss)
+        return Notice(Meaning.DANGER, _not_kept(trouble), choices, dismiss=self.job.dismiss)
 
     def _take_name(self) -> None:
         """The module has another name: what was read belongs to that one."""
-        self._notice = None
+        self.job.dismiss()
         self._keep()
         self.changed.emit()
 
@@ -266,9 +239,9 @@ class TriggersController(QObject):
             try:
                 kept = CheckStore(store.database).records(module_id)
             except StoreTrouble as trouble:
-                self._say(Meaning.DANGER, partial(_not_kept, trouble))
+                self.job.say_text(Meaning.DANGER, partial(_not_kept, trouble))
         if not kept and self.reading is not None:
-            is_filing, unkept = self._filing is not None, self._unkept_rows(self.reading)
+            is_filing, unkept = self._filing.is_running, self._unkept_rows(self.reading)
             self.rows = tuple(replace(row, is_being_kept=is_filing) for row in unkept)
             return
         rows = []
@@ -297,9 +270,6 @@ class TriggersController(QObject):
         return tuple(
             _unkept_row(-1 - place, raw, is_seen_once=is_seen_once) for place, (raw, is_seen_once) in enumerate(ordered)
         )
-
-    def _say(self, meaning: Meaning, make: Callable[[], str]) -> None:
-        self._notice = lambda: Notice(meaning, make(), dismiss=self.dismiss)
 
 
 def _unkept_row(number: int, raw: bytes, *, is_seen_once: bool) -> TriggerRow:

@@ -140,11 +140,11 @@ class TriggersPage(Page):
         except OSError as error:
             why = error.strerror or str(error)
             text = tr("Not saved to {path}: {why}. Choose another folder.", path=path, why=why)
-            self.work.say(lambda: Notice(Meaning.DANGER, text, dismiss=self.work.dismiss))
+            self.work.job.say_text(Meaning.DANGER, lambda: text)
             return
         self._folder = path.parent
         text = tr("Saved {rows} rows to {path}", rows=len(rows), path=path)
-        self.work.say(lambda: Notice(Meaning.GOOD, text, dismiss=self.work.dismiss))
+        self.work.job.say_text(Meaning.GOOD, lambda: text)
 
     def _use_filter(self) -> None:
         self.filter.use(self.search.text(), partial(is_chosen, self.show_box.currentData()))
@@ -229,9 +229,9 @@ class TriggersPage(Page):
     def on_escape(self) -> bool:
         """Break the reading off, or close a message."""
         if self.work.is_busy:
-            self.work.cancel()
+            self.work.job.cancel()
         elif self.work.notice() is not None:
-            self.work.dismiss()
+            self.work.job.dismiss()
         else:
             return False
         return True

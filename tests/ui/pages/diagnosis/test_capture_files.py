@@ -1,7 +1,6 @@
 """Captures in the window: search and marks, save and open, decoded without a module, and played as a recording."""
 
 import threading
-from collections.abc import Callable
 from pathlib import Path
 
 import pytest
@@ -13,12 +12,13 @@ from pytestqt.qtbot import QtBot
 from app.captures.explained import explained
 from app.captures.reader import read_capture
 from app.engine.target import Target
-from app.recordings.file_export import ExportCancelled
+from app.recordings.export import ExportCancelled
 from tests.support.window.capture_window import opened, strip_button, write_capture
 from tests.support.window.fakes_ui import WAIT_MS, simulated, wait_online
 from tests.ui.pages.diagnosis.test_diagnosis_page import click, diagnosis
 from tests.ui.pages.diagnosis.test_traffic import cell, sent, streamed
-from ui.pages.diagnosis.capture_files import SUFFIX, Kept, Loading, Opened
+from ui.core.background_task import Running
+from ui.pages.diagnosis.capture_files import SUFFIX, Kept, Opened, load_capture
 from ui.pages.diagnosis.traffic import MOST_COPIED
 from ui.pages.diagnosis.traffic_model import KEPT_MARKS, KEPT_ROWS, Column, Filter, TrafficModel
 from ui.pages.diagnosis.traffic_search import hex_part, matches
@@ -231,15 +231,14 @@ def test_opening_can_be_cancelled_and_says_how_far_it_is(
     qtbot: QtBot, qapp: QApplication, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     seen, may_go_on = threading.Event(), threading.Event()
-    run = Loading.run
 
-    def held(loading: Loading, is_wanted: Callable[[], bool]) -> Opened:
-        loading.share = 0.43
+    def held(path: Path, running: Running) -> Opened:
+        running.tell(0.43)
         seen.set()
         may_go_on.wait(WAIT_MS / 1000)
-        return run(loading, is_wanted)
+        return load_capture(path, running)
 
-    monkeypatch.setattr(Loading, "run", held)
+    monkeypatch.setattr("ui.pages.diagnosis.capture_files.load_capture", held)
     path = write_capture(tmp_path / f"cancelled{SUFFIX}", seconds=100)
     with diagnosis(qtbot, qapp, tmp_path) as (_assembly, page):
         page.open_file(path)
@@ -248,7 +247,8 @@ def test_opening_can_be_cancelled_and_says_how_far_it_is(
         assert page.strip.isHidden()
         assert not page.files.is_busy
         may_go_on.set()
-        qtbot.waitUntil(lambda: not page.files._timer.isActive(), timeout=WAIT_MS)
+        qtbot.waitUntil(lambda: all(one.name != "dps-s open capture" for one in threading.enumerate()), timeout=WAIT_MS)
+        qapp.processEvents()
         assert page.opened is None
 
 
@@ -257,13 +257,13 @@ def test_opening_ends_with_the_window(
 ) -> None:
     begun, may_go_on, still_wanted = threading.Event(), threading.Event(), list[bool]()
 
-    def held(_loading: Loading, is_wanted: Callable[[], bool]) -> Opened:
+    def held(_path: Path, running: Running) -> Opened:
         begun.set()
         may_go_on.wait(WAIT_MS / 1000)
-        still_wanted.append(is_wanted())
+        still_wanted.append(running.is_wanted)
         raise ExportCancelled
 
-    monkeypatch.setattr(Loading, "run", held)
+    monkeypatch.setattr("ui.pages.diagnosis.capture_files.load_capture", held)
     with diagnosis(qtbot, qapp, tmp_path) as (assembly, page):
         page.open_file(tmp_path / f"any{SUFFIX}")
         assert begun.wait(WAIT_MS / 1000)

@@ -5,6 +5,7 @@ import io
 from collections.abc import Iterator
 from dataclasses import replace
 from datetime import datetime
+from itertools import repeat
 from pathlib import Path
 from types import MappingProxyType
 
@@ -15,7 +16,7 @@ from app.engine.device import DeviceView, How, Known, StaleReason, StatusSample
 from app.engine.transport import PortError, PortTrouble
 from app.engine.worker import Batch, Connection, PortState
 from app.limits.out_of_limits import LimitsInUse
-from app.recordings.file_export import ExportCancelled, FileExport
+from app.recordings.export import ExportCancelled, write_parts
 from app.recordings.markers import Marker, MarkerKind
 from app.recordings.table import HEAD, TimeCells, csv_parts, part_count
 from protocol.events import Restarted
@@ -334,42 +335,27 @@ def test_a_file_is_replaced_only_by_a_whole_one(tmp_path: Path) -> None:
         assert path.read_bytes() == b"before"
         raise OSError("the disk is full")
 
-    failed = FileExport(path, broken, 2)
-    assert failed.wait(WAIT_S)
-    assert isinstance(failed.error, OSError)
+    with pytest.raises(OSError, match="full"):
+        write_parts(path, broken(), 2)
     assert (path.read_bytes(), names_in(tmp_path)) == (b"before", ["values.csv"])
-    whole = FileExport(path, lambda: [b"whole ", b"file"])
-    assert whole.wait(WAIT_S)
-    assert whole.error is None
+    write_parts(path, [b"whole ", b"file"], 2)
     assert (path.read_bytes(), names_in(tmp_path)) == (b"whole file", ["values.csv"])
 
 
 def test_saving_reports_what_went_wrong(tmp_path: Path) -> None:
-    saving = FileExport(tmp_path / "missing" / "values.csv", lambda: [b"x"])
-    assert saving.wait(WAIT_S)
-    assert isinstance(saving.error, FileNotFoundError)
+    with pytest.raises(FileNotFoundError):
+        write_parts(tmp_path / "missing" / "values.csv", [b"x"], 1)
 
 
 def test_saving_can_be_cancelled(tmp_path: Path) -> None:
-    def endless() -> "Parts":
-        return Parts()
-
-    saving = FileExport(tmp_path / "values.csv", endless, 1_000_000)
-    saving.cancel()
-    assert saving.wait(WAIT_S)
-    assert isinstance(saving.error, ExportCancelled)
+    told: list[float] = []
+    with pytest.raises(ExportCancelled):
+        write_parts(
+            tmp_path / "values.csv", repeat(b"x"), 100, on_progress=told.append, is_cancelled=lambda: len(told) > 2
+        )
+    assert told == [0.01, 0.02, 0.03]
     assert names_in(tmp_path) == []
 
 
 def names_in(folder: Path) -> list[str]:
     return [one.name for one in folder.iterdir()]
-
-
-class Parts:
-    """As many as anybody takes."""
-
-    def __iter__(self) -> "Parts":
-        return self
-
-    def __next__(self) -> bytes:
-        return b"x"

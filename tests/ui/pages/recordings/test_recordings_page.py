@@ -165,7 +165,7 @@ def test_what_is_seen_of_it_is_saved(opened: Desk, tmp_path: Path) -> None:
 
     saving.ask_path = choose
     opened.click(saving.csv)
-    assert saving.finish(5.0)
+    opened.qtbot.waitUntil(lambda: not saving.is_saving)
     lines = path.read_text("utf-8-sig").splitlines()[1:]
     assert 100 <= len([line for line in lines if line.split(",")[2]]) <= 101
     assert lines[0].startswith(f"{NOON.astimezone():%Y-%m-%dT%H:}")

@@ -69,7 +69,7 @@ def test_compare_tick_apply_verify(qtbot: QtBot, qapp: QApplication, tmp_path: P
         assert ticked == {"attitude_threshold", "attitude_trigger"}
         assert not tick(one, "baud_rate").isEnabled()  # it has its own place
         one.click("profile_apply")
-        one.until(lambda: not one.settings.work.is_busy)
+        one.until(lambda: not one.settings.work.job.is_running)
         one.settings.refresh()
         rows = one.settings.rows
         assert rows["attitude_threshold_deg"].row is not None
@@ -87,7 +87,7 @@ def test_only_what_is_ticked_is_applied(qtbot: QtBot, qapp: QApplication, tmp_pa
         assert one.settings.compare.apply.text() == "Apply 1 ticked"
         assert not tick(one, "attitude_threshold").isChecked()  # it stays as the person left it
         one.click("profile_apply")
-        one.until(lambda: not one.settings.work.is_busy)
+        one.until(lambda: not one.settings.work.job.is_running)
         assert one.held("attitude_threshold") == 60
         assert len(one.changes("attitude_trigger")) == 1
 

@@ -66,7 +66,7 @@ def test_a_row_stays_red_with_the_reason_until_it_stands(
         assert one.settings.rows[key].state.meaning is Meaning.DANGER
         assert "NOT as set" in notice(one)
         one.click("settings_read")
-        one.until(lambda: not one.settings.work.is_busy)
+        one.until(lambda: not one.settings.work.job.is_running)
         assert state(one, key) is RowState.FAILED
         one.bench.change(clamps=False, keeps=True, refuses=False)
         write(one)
@@ -132,7 +132,7 @@ def test_what_no_byte_carries_cannot_be_written(qtbot: QtBot, qapp: QApplication
         one.settings.refresh()
         assert "0.0 g to 25.5 g" in reason(one, "freefall_acceleration_g")
         one.qtbot.keyClick(one.settings, Qt.Key.Key_Return, Qt.KeyboardModifier.ControlModifier)
-        assert not one.settings.work.is_busy
+        assert not one.settings.work.job.is_running
 
 
 def test_the_line_beside_a_field_begins_with_a_capital_whichever_part_is_first(
@@ -151,7 +151,7 @@ def test_against_the_advice_needs_a_second_click(qtbot: QtBot, qapp: QApplicatio
         assert "55° or more" in notice(one)
         write(one)  # the same button again is no second click
         one.qtbot.mouseDClick(one.settings.write, Qt.MouseButton.LeftButton)
-        assert not one.settings.work.is_busy
+        assert not one.settings.work.job.is_running
         qtbot.keyClick(one.settings, Qt.Key.Key_Escape)
         assert notice(one) == ""
         write(one)
@@ -224,7 +224,7 @@ def test_survives_a_power_cycle(qtbot: QtBot, qapp: QApplication, tmp_path: Path
         if not remembers:
             one.bench.module.memory.freefall_time = 160  # a module that forgets
         one.bench.restart()
-        one.until(lambda: not one.settings.work.is_busy)
+        one.until(lambda: not one.settings.work.job.is_running)
         stamped = reason(one, TIME)
         assert stamped == ("Kept over the power cycle." if remembers else "LOST at the power cycle: it holds 1.60 s.")
         assert ("37 → 38" in notice(one)) is True

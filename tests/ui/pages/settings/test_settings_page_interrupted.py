@@ -111,7 +111,7 @@ def test_writing_can_be_cancelled_at_once(qtbot: QtBot, qapp: QApplication, tmp_
         choose(one, "cancel")
         one.until(lambda: not one.settings.work.form.is_writing, 1000)
         one.bench.heal()
-        one.until(lambda: not one.settings.work.is_busy)
+        one.until(lambda: not one.settings.work.job.is_running)
         assert state(one, TILT) is not RowState.VERIFIED
         for name, key in (("freefall_time", TIME), ("attitude_threshold", TILT)):
             row = one.settings.rows[key].row

@@ -1,0 +1,100 @@
+"""One procedure on the module as a page shows it: progress, cancel, its end, what is said."""
+
+from collections.abc import Callable
+from typing import Any, cast
+
+from pytestqt.qtbot import QtBot
+
+from app.engine.procedure import Cancelled, Procedure, Report
+from app.engine.worker import Job
+from ui.core.connector import Connector
+from ui.services.running_job import RunningJob
+from ui.style.theme import Meaning
+from ui.widgets.notice_bar import Notice
+
+
+class Line:
+    """In place of the connector: runs what it is given when the test says so."""
+
+    is_open = True
+
+    def __init__(self) -> None:
+        self.jobs: list[tuple[Job[Any], Callable[[Job[Any]], None]]] = []
+
+    def run(self, procedure: Procedure[Any], then: Callable[[Job[Any]], None], **more: Any) -> Job[Any]:
+        job = Job(procedure, more["on_progress"])
+        self.jobs.append((job, then))
+        job.run.start(0.0)
+        return job
+
+    def end(self, number: int = -1) -> None:
+        job, then = self.jobs[number]
+        then(job)
+
+
+def reading() -> Procedure[int]:
+    yield Report(1, 5, "Reading: {what}", (("what", "Deploy delay"),))
+    return 7
+
+
+def made() -> tuple[RunningJob, Line, list[Job[int]]]:
+    line = Line()
+    return RunningJob(cast("Connector", line)), line, []
+
+
+def test_progress_is_said_until_it_ends(qtbot: QtBot) -> None:
+    job, line, ended = made()
+    job.say_text(Meaning.GOOD, lambda: "before")
+    with qtbot.waitSignal(job.changed):
+        job.run(reading(), ended.append)
+    assert not job.can_run
+    notice = job.notice("Asking")
+    assert notice is not None
+    assert (notice.meaning, notice.text) == (Meaning.INFORMATION, "Reading: Deploy delay (2 of 5)")
+    assert [one.key for one in notice.choices] == ["cancel"]
+    assert (job.notice("Asking", can_cancel=False) or notice).choices == ()
+    with qtbot.waitSignal(job.changed):
+        line.end()
+    assert [one.outcome() for one in ended] == [7]
+    assert job.can_run
+    assert job.notice("Asking") is None
+
+
+def test_what_is_said_at_its_end_stands_until_it_is_closed(qtbot: QtBot) -> None:
+    job, line, _ended = made()
+    job.run(reading(), lambda _job: job.say_text(Meaning.GOOD, lambda: "done"))
+    line.end()
+    notice = job.notice("Asking")
+    assert notice is not None
+    assert (notice.meaning, notice.text) == (Meaning.GOOD, "done")
+    assert notice.dismiss is not None
+    notice.dismiss()
+    assert job.notice("Asking") is None
+
+
+def test_the_end_of_one_that_was_replaced_or_forgotten_is_told_nobody(qtbot: QtBot) -> None:
+    job, line, ended = made()
+    job.run(reading(), ended.append)
+    job.run(reading(), ended.append)
+    line.end(0)
+    assert ended == []
+    assert job.is_running
+    line.end(1)
+    assert len(ended) == 1
+    job.run(reading(), ended.append)
+    job.forget()
+    line.end()
+    assert (len(ended), job.progress) == (1, None)
+
+
+def test_it_can_be_cancelled(qtbot: QtBot) -> None:
+    job, line, ended = made()
+    job.cancel()  # nothing runs: nothing happens
+    job.run(reading(), ended.append)
+    notice = job.notice("Asking")
+    assert isinstance(notice, Notice)
+    notice.choices[0].act()
+    assert line.jobs[0][0].run.is_cancelled
+    line.jobs[0][0].run.error = Cancelled()
+    line.end()
+    assert isinstance(ended[0].run.error, Cancelled)
