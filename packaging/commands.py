@@ -52,10 +52,15 @@ def _take_none(arguments: list[str]) -> None:
 
 
 def _test(arguments: list[str]) -> int:
-    """Several at a time: most of them wait for a line, not for the processor. `-n 0` runs one after the other."""
+    """Several at a time: most of them wait for a line, not for the processor. `-n 0` runs one after the other.
+
+    On a busy machine a window or a pseudo-terminal may be too late once: a failed test is tried once more, three in a
+    run at most, and what had failed is printed. It is a fault to look for.
+    """
     at_a_time = min(8, 2 * (os.cpu_count() or 1))
     side_by_side = ("-n", str(at_a_time), "--dist", "worksteal")
-    return call(_python("-m", "pytest", *side_by_side, *arguments), QT_QPA_PLATFORM="offscreen")
+    once_more = ("--reruns", "1", "--max-suite-reruns", "3", "--rerun-show-tracebacks")
+    return call(_python("-m", "pytest", *side_by_side, *once_more, *arguments), QT_QPA_PLATFORM="offscreen")
 
 
 def _check(arguments: list[str]) -> int:
