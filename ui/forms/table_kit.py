@@ -43,7 +43,7 @@ class RowsModel(QAbstractTableModel, Generic[Row]):
         aligns_heads: bool = False,
     ) -> None:
         super().__init__(parent)
-        self.rows: tuple[Row, ...] = ()
+        self.rows: Sequence[Row] = ()
         self._aligns_heads = aligns_heads
         self.columns, self.tell = columns, tell
         self._identify = identify

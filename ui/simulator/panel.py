@@ -2,8 +2,7 @@
 
 from collections.abc import Callable
 
-from PySide6.QtCore import QEvent, Qt, QTimer
-from PySide6.QtGui import QHideEvent, QShowEvent
+from PySide6.QtCore import QEvent, Qt
 from PySide6.QtWidgets import (
     QCheckBox,
     QFormLayout,
@@ -27,6 +26,7 @@ from ui.style.theme import Space
 from ui.widgets.controls import control
 from ui.widgets.naming import named
 from ui.widgets.sliders import NUMBER_PX, Dial, WheelGuard, describe, label_for
+from ui.widgets.visibility_timer import VisibilityTimer
 
 REFRESH_MS = 200
 USUAL_HEIGHT_M = 20
@@ -63,9 +63,7 @@ class SimulatorPanel(QWidget):
         self._connect()
         self._name()
         self._lay_out()
-        self._timer = QTimer(self)
-        self._timer.setInterval(REFRESH_MS)
-        self._timer.timeout.connect(self.refresh)
+        VisibilityTimer(self, self._fit, tick=self.refresh, every_ms=REFRESH_MS)
         self._is_made = True
         self.use_bench(bench)
 
@@ -93,25 +91,14 @@ class SimulatorPanel(QWidget):
         self._name_plug(is_plugged_in=state.is_plugged_in)
         self.options.show_values(state.values, rate_hz=state.rate_hz)
 
-    def showEvent(self, event: QShowEvent) -> None:
-        super().showEvent(event)
+    def _fit(self) -> None:
         self._fit_width()
         self.refresh()
-        self._timer.start()
-
-    def hideEvent(self, event: QHideEvent) -> None:
-        super().hideEvent(event)
-        self._timer.stop()
 
     def changeEvent(self, event: QEvent) -> None:
         super().changeEvent(event)
-        if self._is_made and event.type() in (
-            QEvent.Type.LanguageChange,
-            QEvent.Type.StyleChange,
-            QEvent.Type.FontChange,
-        ):
-            self._fit_width()
-            self.refresh()
+        if self._is_made and event.type() in (QEvent.Type.StyleChange, QEvent.Type.FontChange):
+            self._fit()
 
     # Making
 

@@ -7,7 +7,8 @@ from PySide6.QtWidgets import QWidget
 
 
 class VisibilityTimer(QObject):
-    """Calls `refresh` when `widget` is shown, and `tick` (as a rule the same) every `every_ms` until it is hidden.
+    """Calls `refresh` when `widget` is shown, and `tick` (as a rule the same) every `every_ms` until it is hidden;
+    without `every_ms` only when it is shown.
 
     A change of language calls `retranslate` (as a rule `refresh`), seen or not.
     """
@@ -17,24 +18,27 @@ class VisibilityTimer(QObject):
         widget: QWidget,
         refresh: Callable[[], object],
         *,
-        every_ms: int,
+        every_ms: int | None = None,
         tick: Callable[[], object] | None = None,
         retranslate: Callable[[], object] | None = None,
     ) -> None:
         super().__init__(widget)
         self._refresh, self._retranslate = refresh, retranslate or refresh
-        self._timer = QTimer(self)
-        self._timer.setInterval(every_ms)
-        self._timer.timeout.connect(tick or refresh)
+        self._timer: QTimer | None = None
+        if every_ms is not None:
+            self._timer = QTimer(self, interval=every_ms)
+            self._timer.timeout.connect(tick or refresh)
         widget.installEventFilter(self)
 
     def eventFilter(self, _watched: QObject, event: QEvent) -> bool:
         match event.type():
             case QEvent.Type.Show:
-                self._timer.start()
+                if self._timer is not None:
+                    self._timer.start()
                 self._refresh()
             case QEvent.Type.Hide:
-                self._timer.stop()
+                if self._timer is not None:
+                    self._timer.stop()
             case QEvent.Type.LanguageChange:
                 self._retranslate()
         return False

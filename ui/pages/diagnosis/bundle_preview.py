@@ -6,8 +6,8 @@ from datetime import datetime
 from pathlib import Path
 from typing import Any, Final
 
-from PySide6.QtCore import QAbstractListModel, QEvent, QModelIndex, QPersistentModelIndex, QSize, Qt, Signal
-from PySide6.QtGui import QFont, QFontDatabase, QFontMetrics, QShowEvent
+from PySide6.QtCore import QAbstractListModel, QModelIndex, QPersistentModelIndex, QSize, Qt, Signal
+from PySide6.QtGui import QFont, QFontDatabase, QFontMetrics
 from PySide6.QtWidgets import (
     QHBoxLayout,
     QLabel,
@@ -36,6 +36,7 @@ from ui.style.theme import Meaning, Size, Space
 from ui.widgets.controls import control
 from ui.widgets.naming import named
 from ui.widgets.notice_bar import Notice
+from ui.widgets.visibility_timer import VisibilityTimer
 
 CAPTURE_ENTRIES: Final = 20_000
 """The last ones: what happened shortly before somebody asked for help."""
@@ -119,6 +120,7 @@ class BundlePreview(QWidget):
         self._where = named(QLabel(), "bundle_log_path", "small")
         self._where.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
         self._lay_out()
+        VisibilityTimer(self, self.make, retranslate=self._retranslate)
         services.appearance.changed.connect(self._follow_theme)
         self._follow_theme()
 
@@ -237,15 +239,8 @@ class BundlePreview(QWidget):
         self.text.setFont(fixed)
         self._show_part(self.parts.currentRow())
 
-    # Qt
-
-    def showEvent(self, event: QShowEvent) -> None:
-        super().showEvent(event)
-        self.make()
-
-    def changeEvent(self, event: QEvent) -> None:
-        super().changeEvent(event)
-        if event.type() == QEvent.Type.LanguageChange and hasattr(self, "bundle") and self.bundle is not None:
+    def _retranslate(self) -> None:
+        if self.bundle is not None:
             self._show(self.bundle)
 
 

@@ -3,8 +3,8 @@
 from functools import partial
 from itertools import chain, islice
 
-from PySide6.QtCore import QEvent, QItemSelectionModel, QSize, Qt, QTimer
-from PySide6.QtGui import QFontDatabase, QFontMetrics, QGuiApplication, QHideEvent, QShowEvent
+from PySide6.QtCore import QItemSelectionModel, QSize, Qt
+from PySide6.QtGui import QFontDatabase, QFontMetrics, QGuiApplication
 from PySide6.QtWidgets import (
     QAbstractItemView,
     QComboBox,
@@ -32,6 +32,7 @@ from ui.style.theme import Size, Space, font
 from ui.widgets.controls import Shortcut, control
 from ui.widgets.naming import named
 from ui.widgets.sliders import WheelGuard
+from ui.widgets.visibility_timer import VisibilityTimer
 
 DRAW_EVERY_MS = 160
 """Rows are added six times a second: more cannot be read, and each repaint costs."""
@@ -93,9 +94,7 @@ class TrafficPage(QWidget):
         layout.addLayout(self._make_bar())
         layout.addWidget(self.table, 1)
         layout.addWidget(self.detail)
-        self._timer = QTimer(self)
-        self._timer.setInterval(DRAW_EVERY_MS)
-        self._timer.timeout.connect(self.draw)
+        VisibilityTimer(self, self._show_again, tick=self.draw, every_ms=DRAW_EVERY_MS, retranslate=self._retranslate)
         services.appearance.changed.connect(self._follow_theme)
         self._follow_theme()
         self._show_detail()
@@ -293,23 +292,13 @@ class TrafficPage(QWidget):
         self.table.setColumnWidth(Column.BYTES.value, eight_bytes + Space.XL + Space.L)
         self.table.viewport().update()
 
-    # Qt
-
-    def showEvent(self, event: QShowEvent) -> None:
-        super().showEvent(event)
+    def _show_again(self) -> None:
         if not self._is_paused and not self.model.is_recorded:
             self.model.rebuild()
             self.table.scrollToBottom()
         self._show_count()
-        self._timer.start()
 
-    def hideEvent(self, event: QHideEvent) -> None:
-        super().hideEvent(event)
-        self._timer.stop()
-
-    def changeEvent(self, event: QEvent) -> None:
-        super().changeEvent(event)
-        if event.type() == QEvent.Type.LanguageChange:
-            self.model.retranslate()
-            self._show_count()
-            self._show_detail()
+    def _retranslate(self) -> None:
+        self.model.retranslate()
+        self._show_count()
+        self._show_detail()

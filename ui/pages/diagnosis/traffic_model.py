@@ -6,7 +6,7 @@ from enum import Enum
 from itertools import islice
 from typing import Any
 
-from PySide6.QtCore import QAbstractTableModel, QModelIndex, QObject, QPersistentModelIndex, Qt
+from PySide6.QtCore import QModelIndex, QObject, Qt
 from PySide6.QtGui import QFont
 
 from app.captures.rows import CaptureRows, ChosenRows, Rows
@@ -15,6 +15,7 @@ from app.text.i18n import tr
 from protocol.events import Event, Rejected
 from protocol.frame import Noise
 from protocol.translatable import marked
+from ui.forms.table_kit import Index, RowsModel, TableColumn
 from ui.pages.diagnosis.traffic_texts import (
     Row,
     at_of,
@@ -40,7 +41,6 @@ LONGEST_ROW_BYTES = 1024
 """So that a line full of garbage cannot fill the memory: a longer run of rejected bytes takes several rows."""
 SHOWN_BYTES = 32
 _ANY_INDEX = QModelIndex()
-_Index = QModelIndex | QPersistentModelIndex
 
 
 class Column(Enum):
@@ -64,12 +64,6 @@ _DECORATION, _FONT, _FOREGROUND = (
 _SPOKEN = int(Qt.ItemDataRole.AccessibleTextRole)
 _TOLD = int(Qt.ItemDataRole.ToolTipRole)
 _ANSWERED_ROLES = frozenset((_DECORATION, _FONT, _FOREGROUND, int(Qt.ItemDataRole.DisplayRole), _SPOKEN, _TOLD))
-_HEADERS = {
-    Column.TIME: marked("Time"),
-    Column.KIND: marked("Kind"),
-    Column.BYTES: marked("Bytes"),
-    Column.MEANING: marked("Meaning"),
-}
 
 
 def is_shown(row: Row, wanted: Filter) -> bool:
@@ -79,7 +73,7 @@ def is_shown(row: Row, wanted: Filter) -> bool:
     return wanted is not Filter.WITHOUT_STREAM or not is_streamed(row)
 
 
-class TrafficModel(QAbstractTableModel):
+class TrafficModel(RowsModel[Row]):
     """The last `KEPT_ROWS` events; of them the ones that pass the filter are rows.
 
     `keep` only remembers. `show_new` turns what came since into rows: the owner calls it as often as it wants to draw.
@@ -87,13 +81,19 @@ class TrafficModel(QAbstractTableModel):
     """
 
     def __init__(self, parent: QObject | None = None) -> None:
-        super().__init__(parent)
+        columns = (
+            TableColumn[Row](marked("Time"), self.time_of),
+            TableColumn[Row](marked("Kind"), kind_of),
+            TableColumn[Row](marked("Bytes"), lambda row: hex_of(raw_of(row), SHOWN_BYTES)),
+            TableColumn[Row](marked("Meaning"), meaning_of),
+        )
+        super().__init__(columns, id, words_of, parent)
         self.bytes_font: QFont | None = None
         self._kept: deque[Event] = deque(maxlen=KEPT_ROWS)
         self._recorded: CaptureRows | None = None
         self._live: deque[Row] = deque(maxlen=KEPT_ROWS)
         """The rows, as long as they are those of now."""
-        self._rows: Sequence[Row] = self._live
+        self.rows = self._live
         self._keys: Sequence[int] | None = None
         """By which marked rows are known; None: their identity."""
         self._marks: dict[int, Row] = {}
@@ -154,13 +154,13 @@ class TrafficModel(QAbstractTableModel):
         self._live.clear()
         if self._filter is Filter.MARKED:
             marked_ones = sorted(self._marks.items(), key=lambda one: at_of(one[1]))
-            self._keys, self._rows = [key for key, _ in marked_ones], [row for _, row in marked_ones]
+            self._keys, self.rows = [key for key, _ in marked_ones], [row for _, row in marked_ones]
         elif self._recorded is not None:
-            self._keys, self._rows = self._passing(self._recorded)
+            self._keys, self.rows = self._passing(self._recorded)
         else:
             self._unseen = 0
             self._live.extend(event for event in self._kept if is_shown(event, self._filter))
-            self._keys, self._rows = None, self._live
+            self._keys, self.rows = None, self._live
         self.endResetModel()
 
     def _passing(self, recorded: CaptureRows) -> tuple[Sequence[int], Sequence[Row]]:
@@ -184,7 +184,7 @@ class TrafficModel(QAbstractTableModel):
         self.rebuild()
 
     def event_at(self, row: int) -> Row:
-        return self._rows[row]
+        return self.rows[row]
 
     # Marks
 
@@ -192,7 +192,7 @@ class TrafficModel(QAbstractTableModel):
         return self._key(row) in self._marks
 
     def _key(self, row: int) -> int:
-        return id(self._rows[row]) if self._keys is None else self._keys[row]
+        return id(self.rows[row]) if self._keys is None else self._keys[row]
 
     def mark(self, rows: Sequence[int]) -> None:
         """Mark these rows, or take the marks off where all of them have one. A marked row stays under "marked" also
@@ -204,18 +204,17 @@ class TrafficModel(QAbstractTableModel):
         else:
             new = [(key, row) for key, row in zip(keys, rows, strict=True) if key not in self._marks]
             for key, row in new[: KEPT_MARKS - len(self._marks)]:
-                self._marks[key] = self._rows[row]
+                self._marks[key] = self.rows[row]
         if self._filter is Filter.MARKED:
             self.rebuild()
         elif rows:
-            last = len(Column) - 1
-            self.dataChanged.emit(self.index(min(rows), 0), self.index(max(rows), last))
+            self.dataChanged.emit(self.index(min(rows), 0), self.index(max(rows), len(self.columns) - 1))
 
     # Words
 
     def said_at(self, row: int) -> Hashable | None:
         """Equal for two rows that say the same, at whatever time; None where only the rows themselves tell."""
-        return self._rows.said(row) if isinstance(self._rows, Rows) else None
+        return self.rows.said(row) if isinstance(self.rows, Rows) else None
 
     def time_of(self, row: Row) -> str:
         """Time of day to the millisecond; in a capture, seconds since it began."""
@@ -226,9 +225,9 @@ class TrafficModel(QAbstractTableModel):
 
     def as_text(self, rows: Sequence[int]) -> str:
         """Rows as lines of tab-separated text, with all their bytes."""
-        recorded = self._rows
+        recorded = self.rows
         if not isinstance(recorded, Rows):
-            chosen = (self._rows[number] for number in rows)
+            chosen = (self.rows[number] for number in rows)
             return "\n".join(f"{self.time_of(row)}\t{words_of(row)}" for row in chosen)
         told: dict[Hashable, str] = {}
         lines = []
@@ -240,28 +239,10 @@ class TrafficModel(QAbstractTableModel):
             lines.append(f"{since_start(recorded.at_s(number))}\t{words}")
         return "\n".join(lines)
 
-    def retranslate(self) -> None:
-        self.headerDataChanged.emit(Qt.Orientation.Horizontal, 0, len(Column) - 1)
-        if self._rows:
-            self.dataChanged.emit(self.index(0, 0), self.index(len(self._rows) - 1, len(Column) - 1))
-
-    # QAbstractTableModel
-
-    def rowCount(self, parent: _Index = _ANY_INDEX) -> int:
-        return 0 if parent.isValid() else len(self._rows)
-
-    def columnCount(self, parent: _Index = _ANY_INDEX) -> int:
-        return 0 if parent.isValid() else len(Column)
-
-    def headerData(self, section: int, orientation: Qt.Orientation, role: int = Qt.ItemDataRole.DisplayRole) -> Any:
-        if orientation is Qt.Orientation.Horizontal and role == Qt.ItemDataRole.DisplayRole:
-            return tr(_HEADERS[Column(section)])
-        return None
-
-    def data(self, index: _Index, role: int = Qt.ItemDataRole.DisplayRole) -> Any:
+    def data(self, index: Index, role: int = Qt.ItemDataRole.DisplayRole) -> Any:
         if role not in _ANSWERED_ROLES:  # most calls: a view asks for seven roles of each cell
             return None
-        row = self._rows[index.row()]
+        row = self.rows[index.row()]
         column = _COLUMNS[index.column()]
         if role == _DECORATION:
             return self._picture(row, column, is_marked=self._key(index.row()) in self._marks)
@@ -269,7 +250,7 @@ class TrafficModel(QAbstractTableModel):
             return self.bytes_font if column is Column.BYTES else None
         if role == _FOREGROUND:
             return colour_of(row, is_time=column is Column.TIME)
-        text = self._text(row, column)
+        text = self.columns[index.column()].text(row)
         if role == _TOLD and column is Column.BYTES:
             return hex_of(raw_of(row))
         if role == _SPOKEN and column is Column.TIME and self.is_marked(index.row()):
@@ -280,17 +261,6 @@ class TrafficModel(QAbstractTableModel):
         if column is Column.KIND:
             return icon_of(row)
         return _MARK if column is Column.TIME and is_marked else None
-
-    def _text(self, row: Row, column: Column) -> str:
-        match column:
-            case Column.TIME:
-                return self.time_of(row)
-            case Column.KIND:
-                return kind_of(row)
-            case Column.BYTES:
-                return hex_of(raw_of(row), SHOWN_BYTES)
-            case Column.MEANING:
-                return meaning_of(row)
 
 
 _MARK = icon(Icon.BOOKMARK, Meaning.INFORMATION)

@@ -1,9 +1,9 @@
 """Past checks of a module or an aircraft, with trends of what they measured."""
 
-from enum import IntEnum
 from typing import Final, NamedTuple
 
 from PySide6.QtCore import QItemSelectionModel, Qt, Signal
+from PySide6.QtGui import QIcon
 from PySide6.QtWidgets import (
     QAbstractItemView,
     QComboBox,
@@ -11,8 +11,7 @@ from PySide6.QtWidgets import (
     QHBoxLayout,
     QLabel,
     QPushButton,
-    QTableWidget,
-    QTableWidgetItem,
+    QTableView,
     QVBoxLayout,
     QWidget,
 )
@@ -24,7 +23,7 @@ from app.store.store import Store
 from app.system.wall_clock import local_time
 from app.text.i18n import tr
 from protocol.translatable import marked
-from ui.forms.table_kit import list_rows
+from ui.forms.table_kit import RowsModel, TableColumn, list_rows
 from ui.pages.preflight.form import known_aircraft
 from ui.pages.preflight.stations_row import StationsRow
 from ui.plots.trend import Trend
@@ -55,31 +54,34 @@ FOLLOWED: Final = (
 )
 
 
-class Column(IntEnum):
-    TIME = 0
-    VERDICT = 1
-    MODULE = 2
-    AIRCRAFT = 3
-    WHO = 4
-    CODE = 5
-
-
-_HEADS: Final = (
-    marked("When"),
-    marked("Verdict"),
-    marked("Module"),
-    marked("Aircraft"),
-    marked("Checked by"),
-    marked("Settings code"),
-)
-
-
 _LOOKS: Final = {
     Verdict.GO: (Icon.CHECK, Meaning.GOOD),
     Verdict.READY: (Icon.LOCK, Meaning.INFORMATION),
     Verdict.NO_GO: (Icon.CROSS, Meaning.DANGER),
 }
 _VOID_LOOK: Final = (Icon.CROSS, Meaning.UNKNOWN)
+
+
+def _verdict(check: KeptCheck) -> str:
+    return tr("void") if check.is_void else tr(VERDICT_WORDS[verdict_named(check.verdict)])
+
+
+def _verdict_icon(check: KeptCheck) -> QIcon:
+    return icon(*_VOID_LOOK if check.is_void else _LOOKS[verdict_named(check.verdict)])
+
+
+_COLUMNS: Final = (
+    TableColumn[KeptCheck](marked("When"), lambda check: local_time(check.at)),
+    TableColumn[KeptCheck](marked("Verdict"), _verdict, picture=_verdict_icon),
+    TableColumn[KeptCheck](marked("Module"), lambda check: check.module or "—"),
+    TableColumn[KeptCheck](marked("Aircraft"), lambda check: check.aircraft or "—"),
+    TableColumn[KeptCheck](marked("Checked by"), lambda check: check.who or "—"),
+    TableColumn[KeptCheck](marked("Settings code"), lambda check: check.fingerprint or "—"),
+)
+
+
+def _told(check: KeptCheck) -> str:
+    return " · ".join(column.text(check) for column in _COLUMNS)
 
 
 class CheckHistory(QWidget):
@@ -99,6 +101,7 @@ class CheckHistory(QWidget):
         self.filter.setSizeAdjustPolicy(QComboBox.SizeAdjustPolicy.AdjustToContents)
         guard.guard(self.filter)
         self.count = named(QLabel(), "check_history_count", "muted")
+        self.model = RowsModel(_COLUMNS, lambda check: check.id, _told, self)
         self.table = self._make_table()
         self.trends = {one.name: Trend(f"trend_{one.name}") for one in FOLLOWED}
         self.back = control(QPushButton(), texts, "check_history_back", "Back to the check", tip="Back to the check",
@@ -108,7 +111,7 @@ class CheckHistory(QWidget):
                              tip="Export the selected record as it was stored, with its time", picture=Icon.SAVE,
                              slot=self._print)  # fmt: skip
         self.filter.activated.connect(self.refresh_rows)
-        self.table.itemSelectionChanged.connect(self._enable)
+        self.table.selectionModel().selectionChanged.connect(self._enable)
         self.stations = StationsRow(lambda: services.storage.folder, texts, guard)
         self._lay_out()
 
@@ -161,22 +164,15 @@ class CheckHistory(QWidget):
         return tr("{count} checks", count=len(self.checks)) if len(self.checks) != 1 else tr("1 check")
 
     def _fill(self) -> None:
-        heads = [tr(text) for text in _HEADS]
-        self.table.setHorizontalHeaderLabels(heads)
         columns = self.table.horizontalHeader()
         columns.ensurePolished()
-        columns.setMinimumSectionSize(max(map(columns.fontMetrics().horizontalAdvance, heads)) + Space.L)
-        self.table.setRowCount(len(self.checks))
-        for row, check in enumerate(self.checks):
-            for column, text in enumerate(_cells(check)):
-                item = QTableWidgetItem(text)
-                item.setToolTip(text)
-                if column == Column.VERDICT:
-                    item.setIcon(icon(*_VOID_LOOK if check.is_void else _LOOKS[verdict_named(check.verdict)]))
-                self.table.setItem(row, column, item)
+        width = columns.fontMetrics().horizontalAdvance
+        columns.setMinimumSectionSize(max(width(tr(column.title)) for column in _COLUMNS) + Space.L)
+        self.model.retranslate()
+        self.model.show_rows(self.checks)
         if self.checks:
             flags = QItemSelectionModel.SelectionFlag.ClearAndSelect | QItemSelectionModel.SelectionFlag.Rows
-            self.table.selectionModel().select(self.table.model().index(0, 0), flags)
+            self.table.selectionModel().select(self.model.index(0, 0), flags)
         self._enable()
 
     def _enable(self) -> None:
@@ -194,10 +190,9 @@ class CheckHistory(QWidget):
 
     # Making
 
-    def _make_table(self) -> QTableWidget:
-        table = control(
-            QTableWidget(0, len(Column)), self._services.texts, "check_history_table", says="Checks that are kept"
-        )
+    def _make_table(self) -> QTableView:
+        table = control(QTableView(), self._services.texts, "check_history_table", says="Checks that are kept")
+        table.setModel(self.model)
         list_rows(table, row_px=_ROW_PX)
         table.setSelectionMode(QAbstractItemView.SelectionMode.SingleSelection)
         table.setFont(font(Size.SMALL))
@@ -231,11 +226,3 @@ class CheckHistory(QWidget):
         whole.addLayout(trends)
         whole.addWidget(self.stations)
         whole.addLayout(foot)
-
-
-def _cells(check: KeptCheck) -> tuple[str, ...]:
-    verdict = tr("void") if check.is_void else tr(VERDICT_WORDS[verdict_named(check.verdict)])
-    return (
-        local_time(check.at), verdict, check.module or "—", check.aircraft or "—", check.who or "—",
-        check.fingerprint or "—",
-    )  # fmt: skip

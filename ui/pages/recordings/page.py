@@ -4,8 +4,6 @@ from functools import partial
 from pathlib import Path
 from typing import Final
 
-from PySide6.QtCore import QEvent, QTimer
-from PySide6.QtGui import QHideEvent, QShowEvent
 from PySide6.QtWidgets import QHBoxLayout, QLabel, QLineEdit, QStackedWidget, QVBoxLayout, QWidget
 
 from app.recordings.entry_texts import size_text, told, when_text
@@ -23,6 +21,7 @@ from ui.style.theme import Meaning, Space
 from ui.widgets.controls import Shortcut, control
 from ui.widgets.naming import named
 from ui.widgets.notice_bar import Choice, Notice, NoticeBar
+from ui.widgets.visibility_timer import VisibilityTimer
 
 _SEARCH_PX: Final = 200
 _LIST_EVERY_MS: Final = 2000
@@ -63,9 +62,8 @@ class RecordingsPage(Page):
         self._stack.addWidget(self.empty)
         self._stack.addWidget(self.table)
         self._lay_out()
-        self._listing, self._drawing = QTimer(self), QTimer(self)
-        self._listing.setInterval(_LIST_EVERY_MS)
-        self._drawing.setInterval(_DRAW_EVERY_MS)
+        VisibilityTimer(self, self.work.refresh, every_ms=_LIST_EVERY_MS, retranslate=self._retranslate)
+        VisibilityTimer(self, self._refresh_notice, every_ms=_DRAW_EVERY_MS)
         self._wire()
         self.refresh()
 
@@ -81,14 +79,10 @@ class RecordingsPage(Page):
         self.count.setText(tr("1 recording") if count == 1 else tr("{count} recordings", count=f"{count:,}"))
         self.bounds.setText(self._bounds_text())
         self.search.setEnabled(has_entries)
-        if work.doing is not None and not self._drawing.isActive():
-            self._drawing.start()
         self._refresh_notice()
         self._refresh_buttons()
 
     def _refresh_notice(self) -> None:
-        if self.work.doing is None:
-            self._drawing.stop()
         self.strip.show_notice(self._notice())
 
     def _refresh_buttons(self) -> None:
@@ -189,8 +183,6 @@ class RecordingsPage(Page):
     # Making
 
     def _wire(self) -> None:
-        self._listing.timeout.connect(self.work.refresh)
-        self._drawing.timeout.connect(self._refresh_notice)
         self.work.changed.connect(self.refresh)
         self.work.opened.connect(self._go_to_live)
         self.buttons.open.clicked.connect(self._open_chosen)
@@ -238,18 +230,7 @@ class RecordingsPage(Page):
             return False
         return True
 
-    def showEvent(self, event: QShowEvent) -> None:
-        super().showEvent(event)
-        self.work.refresh()
-        self._listing.start()
-
-    def hideEvent(self, event: QHideEvent) -> None:
-        super().hideEvent(event)
-        self._listing.stop()
-
-    def changeEvent(self, event: QEvent) -> None:
-        super().changeEvent(event)
-        if event.type() == QEvent.Type.LanguageChange and hasattr(self, "_listing"):
-            self.model.retranslate()
-            self.table.measure()
-            self.refresh()
+    def _retranslate(self) -> None:
+        self.model.retranslate()
+        self.table.measure()
+        self.refresh()

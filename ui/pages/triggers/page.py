@@ -4,8 +4,7 @@ from functools import partial
 from pathlib import Path
 from typing import Final
 
-from PySide6.QtCore import QEvent
-from PySide6.QtGui import QGuiApplication, QShowEvent
+from PySide6.QtGui import QGuiApplication
 from PySide6.QtWidgets import (
     QComboBox,
     QHBoxLayout,
@@ -38,6 +37,7 @@ from ui.widgets.flow_row import FlowRow
 from ui.widgets.naming import named
 from ui.widgets.notice_bar import Choice, Notice, NoticeBar
 from ui.widgets.sliders import WheelGuard
+from ui.widgets.visibility_timer import VisibilityTimer
 
 _FIELD_PX: Final = 180
 
@@ -79,6 +79,7 @@ class TriggersPage(Page):
         self._stack.addWidget(self.table)
         self._lay_out()
         self._wire()
+        VisibilityTimer(self, self.refresh, retranslate=self._retranslate)
         self.refresh()
 
     def refresh(self) -> None:
@@ -236,13 +237,7 @@ class TriggersPage(Page):
             return False
         return True
 
-    def showEvent(self, event: QShowEvent) -> None:
-        super().showEvent(event)
+    def _retranslate(self) -> None:
+        self.model.retranslate()
+        self.table.measure()
         self.refresh()
-
-    def changeEvent(self, event: QEvent) -> None:
-        super().changeEvent(event)
-        if event.type() == QEvent.Type.LanguageChange and hasattr(self, "empty"):
-            self.model.retranslate()
-            self.table.measure()
-            self.refresh()
