@@ -11,8 +11,9 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from functools import partial
+from importlib import import_module
 from pathlib import Path
-from types import FrameType
+from types import FrameType, ModuleType
 
 from PySide6.QtCore import QEvent, QObject, QTimer
 from PySide6.QtWidgets import QApplication, QWidget
@@ -69,68 +70,35 @@ class WindowOptions:
     evidence: Path | None = None
 
 
-def _live(services: Services) -> Page:
-    from ui.pages.live.page import LivePage
+def _page(key: str, title: str, picture: Icon, *, wants_stream: bool = False) -> PageEntry:
+    """The page of the room `ui/pages/<key>`. Its module is loaded when the page is made, or by `_load_pages`."""
 
-    return LivePage(services)
+    def make(services: Services) -> Page:
+        page: Page = getattr(_module(key), f"{key.capitalize()}Page")(services)
+        return page
 
-
-def _diagnosis(services: Services) -> Page:
-    from ui.pages.diagnosis.page import DiagnosisPage
-
-    return DiagnosisPage(services)
+    return PageEntry(key, title, picture, make, wants_stream)
 
 
-def _settings(services: Services) -> Page:
-    from ui.pages.settings.page import SettingsPage
-
-    return SettingsPage(services)
-
-
-def _triggers(services: Services) -> Page:
-    from ui.pages.triggers.page import TriggersPage
-
-    return TriggersPage(services)
-
-
-def _preflight(services: Services) -> Page:
-    from ui.pages.preflight.page import PreflightPage
-
-    return PreflightPage(services)
-
-
-def _recordings(services: Services) -> Page:
-    from ui.pages.recordings.page import RecordingsPage
-
-    return RecordingsPage(services)
-
-
-def _commands(services: Services) -> Page:
-    from ui.pages.commands.page import CommandsPage
-
-    return CommandsPage(services)
+def _module(key: str) -> ModuleType:
+    return import_module(f"ui.pages.{key}.page")
 
 
 PAGES: tuple[PageEntry, ...] = (
-    PageEntry("live", marked("Live"), Icon.LIVE, _live, wants_stream=True),
-    PageEntry("settings", marked("Settings"), Icon.SETTINGS, _settings),
-    PageEntry("triggers", marked("Triggers"), Icon.HISTORY, _triggers),
-    PageEntry("preflight", marked("Pre-flight"), Icon.CHECKLIST, _preflight),
-    PageEntry("commands", marked("Commands"), Icon.ACTIVE, _commands, wants_stream=True),
-    PageEntry("recordings", marked("Recordings"), Icon.RECORDINGS, _recordings),
-    PageEntry("diagnosis", marked("Diagnosis"), Icon.DIAGNOSIS, _diagnosis),
+    _page("live", marked("Live"), Icon.LIVE, wants_stream=True),
+    _page("settings", marked("Settings"), Icon.SETTINGS),
+    _page("triggers", marked("Triggers"), Icon.HISTORY),
+    _page("preflight", marked("Pre-flight"), Icon.CHECKLIST),
+    _page("commands", marked("Commands"), Icon.ACTIVE, wants_stream=True),
+    _page("recordings", marked("Recordings"), Icon.RECORDINGS),
+    _page("diagnosis", marked("Diagnosis"), Icon.DIAGNOSIS),
 )
 
 
 def _load_pages() -> None:
     """What the pages' modules load, so that making a page takes no longer than a turn of the event loop should."""
-    import ui.pages.commands.page
-    import ui.pages.diagnosis.page
-    import ui.pages.live.page
-    import ui.pages.preflight.page
-    import ui.pages.recordings.page
-    import ui.pages.settings.page
-    import ui.pages.triggers.page  # noqa: F401  they stay loaded
+    for entry in PAGES:
+        _module(entry.key)
 
 
 @dataclass(slots=True)
