@@ -50,6 +50,7 @@ ENTRIES = (
     SubCommand("preflight", "app.cli.preflight", marked("check whether the module is fit to fly")),
     SubCommand("verify", "app.cli.verify", marked("tell whether a pre-flight record was altered")),
     SubCommand("recordings", "app.cli.recordings", marked("list, export and delete recorded sessions")),
+    SubCommand("fired", "app.cli.fired", marked("tell whether thresholds would have fired in flight logs")),
     SubCommand("decode", "app.cli.decode", marked("explain captured bytes")),
     SubCommand("simulate", "app.cli.simulate", marked("run a simulated module")),
 )

@@ -8,6 +8,7 @@ import io
 import os
 import sys
 from collections.abc import Sequence
+from multiprocessing import freeze_support
 from pathlib import Path
 
 WINDOW = "gui"
@@ -103,4 +104,5 @@ def begin() -> int:
 
 
 if __name__ == "__main__":
+    freeze_support()  # a worker process is this program too; it never gets further than here
     sys.exit(begin())

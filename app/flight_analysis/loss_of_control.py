@@ -39,9 +39,13 @@ def loss_of_control(log: FlightLog) -> LossOfControl:
     if impact_s is None:
         impact_s = _touchdown(log)
     is_calm = (tilt_deg <= CALM_TILT_DEG) & (force_g >= CALM_G[0]) & (force_g <= CALM_G[1])
-    before = time_s <= impact_s if impact_s is not None else np.ones(len(time_s), np.bool_)
-    loss_s = _last_calm_end(time_s[before], is_calm[before])
-    end_s = float(time_s[-1]) if impact_s is None else impact_s
+    loss_s = _last_calm_end(time_s, is_calm)
+    end_s = float(time_s[-1])
+    if impact_s is not None and (loss_s is None or loss_s <= impact_s or end_s - loss_s < LEAST_LOSS_S):
+        before = time_s <= impact_s
+        loss_s, end_s = _last_calm_end(time_s[before], is_calm[before]), impact_s
+    else:  # it flew on after that blow
+        impact_s = None
     if loss_s is not None and end_s - loss_s < LEAST_LOSS_S:
         loss_s = None
     return LossOfControl(loss_s, impact_s)

@@ -2,21 +2,30 @@
 
 import multiprocessing
 import os
-from collections.abc import Callable, Iterator, Sequence
+import signal
+from collections import deque
+from collections.abc import Callable, Generator, Iterator, Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
 from concurrent.futures.process import BrokenProcessPool
 from pathlib import Path
 from typing import Final, NamedTuple
 
+from app.firing.judge import TriggerLimits
+from app.flight_analysis.judged_flight import JudgedFlight, judge_flight
 from app.flight_analysis.summary import FlightSummary, summarise
 from app.flight_logs.csv_columns import CsvColumns
 from app.flight_logs.flight_log import LogUnreadable
+from app.flight_logs.module_view import RuleReading
 from app.flight_logs.read_log import read_flight_log
 from app.text.messages import UserMessage, said
 from protocol.translatable import marked
 
 FEW_LOGS: Final = 4
 """Read one after the other in this process: starting others would take longer."""
+AHEAD: Final = 16
+"""Logs handed to the processes at a time, so that a cancellation finds few that have begun."""
+MOST_PROCESSES: Final = 60
+"""Windows waits for no more."""
 POLLED_S: Final = 0.1
 """How soon a cancellation is seen."""
 
@@ -27,19 +36,37 @@ class SummarisedLog(NamedTuple):
     path: Path
     flight: FlightSummary | None
     why_not: UserMessage | None = None
+    judged: tuple[JudgedFlight, ...] = ()
+    """One for each `RuleReading`, where `limits` were asked for."""
 
 
-def summarise_log(path: Path, columns: CsvColumns | None = None) -> SummarisedLog:
+class LogOrder(NamedTuple):
+    """What is to be done with every log."""
+
+    columns: CsvColumns | None = None
+    """Of CSV files; None: their names say what they are."""
+    limits: TriggerLimits | None = None
+    """Judge each log with these too, firing by firing; None: the curves are enough."""
+
+
+PLAIN: Final = LogOrder()
+
+
+def summarise_log(path: Path, order: LogOrder = PLAIN) -> SummarisedLog:
     """Raises nothing."""
     try:
-        return SummarisedLog(path, summarise(read_flight_log(path, columns)))
+        log = read_flight_log(path, order.columns)
+        summary = summarise(log)
+        limits = order.limits
+        judged = () if limits is None else tuple(judge_flight(log, limits, one) for one in RuleReading)
+        return SummarisedLog(path, summary, judged=judged)
     except LogUnreadable as error:
         return SummarisedLog(path, None, error.why)
 
 
 def summarise_logs(
     paths: Sequence[Path],
-    columns: CsvColumns | None = None,
+    order: LogOrder = PLAIN,
     *,
     is_cancelled: Callable[[], bool] = lambda: False,
     processes: int | None = None,
@@ -47,34 +74,58 @@ def summarise_logs(
     """One result a log, in the order in which they are done; fewer where it was cancelled.
 
     Blocks: call it in a thread of its own. `is_cancelled` is asked in that thread, some ten times a second.
-    `processes`: as many as there are processors.
+    `processes`: None for as many as there are processors.
     """
     count = processes if processes is not None else os.cpu_count() or 1
     if len(paths) < FEW_LOGS or count < 2:
         for path in paths:
             if is_cancelled():
                 return
-            yield summarise_log(path, columns)
+            yield summarise_log(path, order)
         return
+    waiting = deque(paths)
+    while waiting and not is_cancelled():
+        suspects = yield from _in_processes(waiting, order, is_cancelled, min(count, MOST_PROCESSES, len(paths)))
+        for path in suspects:  # one of them ended its process: alone it harms no other
+            if is_cancelled():
+                return
+            if (yield from _in_processes(deque((path,)), order, is_cancelled, 1)):
+                yield SummarisedLog(path, None, said(marked("The process that read it ended.")))
+
+
+def _in_processes(
+    waiting: deque[Path], order: LogOrder, is_cancelled: Callable[[], bool], processes: int
+) -> Generator[SummarisedLog, None, list[Path]]:
+    """Takes from `waiting` until it is empty or a process ended; returns the logs that were being read then."""
     # Started from nothing: a copy of a process with threads may hang, and Windows knows no copies.
-    pool = ProcessPoolExecutor(min(count, len(paths)), multiprocessing.get_context("spawn"))
+    context = multiprocessing.get_context("spawn")
+    pool = ProcessPoolExecutor(processes, context, initializer=_leave_interrupts)
+    path_of: dict[Future[SummarisedLog], Path] = {}
+    suspects: list[Path] = []
     try:
-        yield from _gathered(pool, paths, columns, is_cancelled)
+        while (waiting and not suspects) or path_of:
+            if is_cancelled():
+                return []
+            while waiting and not suspects and len(path_of) < AHEAD:
+                try:
+                    path_of[pool.submit(summarise_log, waiting[0], order)] = waiting[0]
+                except BrokenProcessPool:  # the logs that are being read say so too
+                    if not path_of:
+                        suspects.append(waiting.popleft())
+                    break
+                waiting.popleft()
+            done, _ = wait(path_of, POLLED_S, FIRST_COMPLETED)
+            for future in done:
+                path = path_of.pop(future)
+                try:
+                    yield future.result()
+                except BrokenProcessPool:
+                    suspects.append(path)
+        return suspects
     finally:
         pool.shutdown(wait=True, cancel_futures=True)
 
 
-def _gathered(
-    pool: ProcessPoolExecutor, paths: Sequence[Path], columns: CsvColumns | None, is_cancelled: Callable[[], bool]
-) -> Iterator[SummarisedLog]:
-    path_of: dict[Future[SummarisedLog], Path] = {pool.submit(summarise_log, path, columns): path for path in paths}
-    open_ones = set(path_of)
-    while open_ones:
-        if is_cancelled():
-            return
-        done, open_ones = wait(open_ones, POLLED_S, FIRST_COMPLETED)
-        for future in done:
-            try:
-                yield future.result()
-            except BrokenProcessPool:
-                yield SummarisedLog(path_of[future], None, said(marked("The process that read it ended.")))
+def _leave_interrupts() -> None:
+    """Ctrl-C is for the program that started this process, which then ends it."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)

@@ -190,7 +190,7 @@ def _conflicts(must_not: _Reached, must: _Reached) -> tuple[SeparationConflict, 
     most_deg, most_s = int(TILTS[-1]), int(TIMES[-1])
     for name, tilt, falls in zip(must_not.names, must_not.tilt.tolist(), must_not.fall, strict=True):
         if tilt >= most_deg:
-            why = said(marked("It tilts to {tilt}° or more: no threshold up to {most}° lets it pass."),
+            why = said(marked("It tilts to {tilt}°: no threshold up to {most}° lets it pass."),
                        tilt=tilt, most=most_deg)  # fmt: skip
         elif int(falls[ACCELERATIONS].min()) >= most_s:
             why = said(marked("It falls for longer than any free-fall time allows."))

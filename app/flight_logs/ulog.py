@@ -40,7 +40,7 @@ def read_ulog(path: Path) -> RawLog:
         raw.problems.append(said(marked("Damaged: {count} bytes are left out."), count=f"{file.skipped_bytes:,}"))
     if file.dropout_s:
         raw.problems.append(
-            said(marked("The flight controller could not log for {seconds:.1f} s."), seconds=file.dropout_s)
+            said(marked("The flight controller could not log for {seconds:.2f} s."), seconds=file.dropout_s)
         )
     return raw
 

@@ -1794,6 +1794,10 @@
         <translation>完成</translation>
     </message>
     <message>
+        <source>Fires</source>
+        <translation>触发</translation>
+    </message>
+    <message>
         <source>Fires as soon as it is activated, however it lies.</source>
         <translation>无论姿态如何，一激活就会开伞。</translation>
     </message>
@@ -2386,8 +2390,8 @@
         <translation>锁定前一直处于触发状态：其他方向未测试。</translation>
     </message>
     <message>
-        <source>It tilts to {tilt}° or more: no threshold up to {most}° lets it pass.</source>
-        <translation>它的倾角达到 {tilt}° 以上：不超过 {most}° 的阈值都会触发。</translation>
+        <source>It tilts to {tilt}°: no threshold up to {most}° lets it pass.</source>
+        <translation>它的倾角达到 {tilt}°：不超过 {most}° 的阈值都会触发。</translation>
     </message>
     <message>
         <source>It was locked for {time}: judged as if it had been active.</source>
@@ -2554,6 +2558,14 @@
         <translation>语言</translation>
     </message>
     <message>
+        <source>Largest tilt</source>
+        <translation>最大倾角</translation>
+    </message>
+    <message>
+        <source>Least margin: {tilt}°, {fall:.2f} s in {file}.</source>
+        <translation>最小裕量：{tilt}°、{fall:.2f} s（{file}）。</translation>
+    </message>
+    <message>
         <source>Leave it there</source>
         <translation>请勿移动</translation>
     </message>
@@ -2712,6 +2724,10 @@
     <message>
         <source>Log out and in again; on some systems only a restart helps.</source>
         <translation>请注销后重新登录；有些系统需要重启。</translation>
+    </message>
+    <message>
+        <source>Longest fall</source>
+        <translation>最长坠落</translation>
     </message>
     <message>
         <source>Look at it (Triggers) and judge it: bench test, real or false.</source>
@@ -3126,6 +3142,10 @@
         <translation>不给出阈值建议。</translation>
     </message>
     <message>
+        <source>No thresholds within the vendor's advice do this for all of them.</source>
+        <translation>在厂家建议范围内，没有阈值能对所有飞行都做到。</translation>
+    </message>
+    <message>
         <source>No trigger records</source>
         <translation>没有触发记录</translation>
     </message>
@@ -3180,6 +3200,10 @@
     <message>
         <source>Not found</source>
         <translation>未找到</translation>
+    </message>
+    <message>
+        <source>Not judged</source>
+        <translation>未判断</translation>
     </message>
     <message>
         <source>Not judged yet</source>
@@ -3720,6 +3744,10 @@
     <message>
         <source>Program and system</source>
         <translation>程序与系统</translation>
+    </message>
+    <message>
+        <source>Proposed: {values}</source>
+        <translation>建议：{values}</translation>
     </message>
     <message>
         <source>Protocol differences</source>
@@ -4738,6 +4766,10 @@
         <translation>将当前安装方式作为水平面。仅用于修正小角度安装误差。</translation>
     </message>
     <message>
+        <source>Tell whether a module with these thresholds would have fired in flight logs: PX4 ULog, ArduPilot DataFlash, CSV, recordings and MCAP of this program. Exit code 0 where none would have fired, 4 where one or more would, 2 where a log cannot be read.</source>
+        <translation>判断采用这些阈值的模块在飞行日志中是否会触发：PX4 ULog、ArduPilot DataFlash、CSV、本程序的数据记录和 MCAP。退出码：0 均不触发；4 有触发；2 有日志无法读取。</translation>
+    </message>
+    <message>
         <source>Tell whether a pre-flight record was altered, where, who signed it, and whether it agrees with itself. Exit code 0 only for an intact record signed by a station you know.</source>
         <translation>判断飞行前检查记录是否被修改、何处被修改、由谁签名以及内容是否一致。仅当记录完好且由已知站点签名时退出码为 0。</translation>
     </message>
@@ -4878,8 +4910,8 @@
         <translation>共 {all} 行，已复制前 {n} 行。</translation>
     </message>
     <message>
-        <source>The flight controller could not log for {seconds:.1f} s.</source>
-        <translation>飞控有 {seconds:.1f} s 未能写入日志。</translation>
+        <source>The flight controller could not log for {seconds:.2f} s.</source>
+        <translation>飞控有 {seconds:.2f} s 未能写入日志。</translation>
     </message>
     <message>
         <source>The key of this station cannot be used: {why}.</source>
@@ -5442,6 +5474,10 @@
         <translation>没有“{name}”列。</translation>
     </message>
     <message>
+        <source>There is no flight log: give a file, or a folder that holds some.</source>
+        <translation>没有飞行日志：请给出文件，或含有日志的文件夹。</translation>
+    </message>
+    <message>
         <source>There is no folder {folder}.</source>
         <translation>没有文件夹 {folder}。</translation>
     </message>
@@ -5800,6 +5836,14 @@
     <message>
         <source>UNSIGNED: {missing}.</source>
         <translation>未签署：{missing}。</translation>
+    </message>
+    <message>
+        <source>Under the other reading ({reading}) it would first fire at {time:.2f} s.</source>
+        <translation>按另一种解读（{reading}），首次触发在 {time:.2f} s。</translation>
+    </message>
+    <message>
+        <source>Under the other reading ({reading}) it would not fire.</source>
+        <translation>按另一种解读（{reading}），不会触发。</translation>
     </message>
     <message>
         <source>Undo</source>
@@ -6406,6 +6450,10 @@
         <translation>需要由 [[manual]] 表组成的列表，最多 {count} 个。</translation>
     </message>
     <message>
+        <source>a log, a recording, or a folder of them</source>
+        <translation>日志、数据记录，或其所在文件夹</translation>
+    </message>
+    <message>
         <source>a module without a name</source>
         <translation>未命名的模块</translation>
     </message>
@@ -6508,6 +6556,10 @@
     <message>
         <source>after 1000 ms the vendor calls the module offline</source>
         <translation>厂家规定 1000 ms 无应答即模块离线</translation>
+    </message>
+    <message>
+        <source>after the impact</source>
+        <translation>已在撞击之后</translation>
     </message>
     <message>
         <source>all records reviewed</source>
@@ -6624,6 +6676,10 @@
     <message>
         <source>at the old rate</source>
         <translation>以旧速率应答</translation>
+    </message>
+    <message>
+        <source>at {time:.2f} s: {why}</source>
+        <translation>{time:.2f} s：{why}</translation>
     </message>
     <message>
         <source>attitude</source>
@@ -7120,6 +7176,10 @@
     <message>
         <source>free-fall trigger enabled</source>
         <translation>失重触发已启用</translation>
+    </message>
+    <message>
+        <source>freefall_acceleration_g: above 1.5 g everything is a fall.</source>
+        <translation>freefall_acceleration_g：超过 1.5 g 时一切都算坠落。</translation>
     </message>
     <message>
         <source>heartbeat</source>
@@ -7734,6 +7794,10 @@
         <translation>共 20 次；丢失超过十分之一的线路可能丢失参数</translation>
     </message>
     <message>
+        <source>of CSV files: which column holds what, for example roll_deg=ATT.Roll</source>
+        <translation>用于 CSV 文件：各列的含义，例如 roll_deg=ATT.Roll</translation>
+    </message>
+    <message>
         <source>off</source>
         <translation>关</translation>
     </message>
@@ -7872,6 +7936,14 @@
     <message>
         <source>prints the port to open, for example /dev/pts/5</source>
         <translation>打印要打开的串口，例如 /dev/pts/5</translation>
+    </message>
+    <message>
+        <source>propose thresholds that fire in all of these flights</source>
+        <translation>建议使这些飞行均触发的阈值</translation>
+    </message>
+    <message>
+        <source>propose thresholds that let all of these flights pass</source>
+        <translation>建议使这些飞行均不触发的阈值</translation>
     </message>
     <message>
         <source>pull the serial adapter, for good or for some seconds</source>
@@ -8180,6 +8252,10 @@
     <message>
         <source>tell whether the audit log was altered</source>
         <translation>检查操作记录是否被修改</translation>
+    </message>
+    <message>
+        <source>tell whether thresholds would have fired in flight logs</source>
+        <translation>判断这些阈值在飞行日志中是否会触发</translation>
     </message>
     <message>
         <source>the aircraft activates it</source>
@@ -8746,6 +8822,14 @@
         <translation>{all} 项检查中有 {count} 项不通过。</translation>
     </message>
     <message>
+        <source>{count} of {total} logs</source>
+        <translation>{count}/{total} 个日志</translation>
+    </message>
+    <message>
+        <source>{count} of {total} would have fired.</source>
+        <translation>{total} 个中有 {count} 个会触发。</translation>
+    </message>
+    <message>
         <source>{count} pauses in the log, {total:.1f} s in all, the longest {longest:.1f} s.</source>
         <translation>日志中断 {count} 次，共 {total:.1f} s，最长 {longest:.1f} s。</translation>
     </message>
@@ -8818,6 +8902,10 @@
         <translation>{days:.0f} 天前</translation>
     </message>
     <message>
+        <source>{delay:.2f} s after the loss of control</source>
+        <translation>失控后 {delay:.2f} s</translation>
+    </message>
+    <message>
         <source>{file} cannot be read: {why}.</source>
         <translation>无法读取 {file}：{why}。</translation>
     </message>
@@ -8846,8 +8934,16 @@
         <translation>{file}：报告文件名必须以 .pdf 结尾。</translation>
     </message>
     <message>
+        <source>{file}: {why}</source>
+        <translation>{file}：{why}</translation>
+    </message>
+    <message>
         <source>{hours} h {minutes} min {seconds} s</source>
         <translation>{hours} 小时 {minutes} 分 {seconds} 秒</translation>
+    </message>
+    <message>
+        <source>{late}, {drop:.0f} m lower</source>
+        <translation>{late}，低 {drop:.0f} m</translation>
     </message>
     <message>
         <source>{light:.1f} V, on the wrong side</source>
@@ -8928,6 +9024,10 @@
     <message>
         <source>{names} and {count} more</source>
         <translation>{names} 及另外 {count} 项</translation>
+    </message>
+    <message>
+        <source>{names}; default: the vendor's values</source>
+        <translation>{names}；默认为厂家值</translation>
     </message>
     <message>
         <source>{name} cannot be deleted: {why}.</source>

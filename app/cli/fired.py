@@ -1,0 +1,279 @@
+"""`dps-s fired LOG…`: would these thresholds have fired in flight logs and recordings?
+
+Exit code 0 where none would have fired, 4 where one or more would, 2 where a log cannot be read.
+"""
+
+import argparse
+import math
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from app.terminal.console import (
+    DONE,
+    PARTLY,
+    USED_WRONGLY,
+    add_json_argument,
+    as_json,
+    end_passing,
+    say,
+    say_in_passing,
+    table,
+    write_lines,
+)
+from app.text.i18n import tr
+from protocol.translatable import marked
+
+if TYPE_CHECKING:
+    from app.firing.judge import TriggerLimits
+    from app.flight_analysis.judged_flight import JudgedFlight, LogFiring
+    from app.flight_analysis.many_logs import LogOrder, SummarisedLog
+    from app.flight_analysis.summary import FlightSummary
+    from app.text.messages import UserMessage
+    from protocol.fields import Value
+
+THRESHOLDS = (
+    "attitude_threshold_deg", "freefall_acceleration_g", "freefall_time_s", "attitude_trigger", "freefall_trigger",
+)  # fmt: skip
+MOST_ACCELERATION_G = 1.5
+ALIKE_S = 0.25
+"""Readings that fire within this time of each other agree: one of them waits for 0.2 s."""
+_LATER = marked("Under the other reading ({reading}) it would first fire at {time:.2f} s.")
+_NEVER = marked("Under the other reading ({reading}) it would not fire.")
+
+
+class _WrongWords(ValueError):
+    """The text is a sentence for people."""
+
+
+def add_parser(subparsers: "argparse._SubParsersAction[argparse.ArgumentParser]") -> None:
+    parser = subparsers.add_parser(
+        "fired",
+        description=tr(
+            "Tell whether a module with these thresholds would have fired in flight logs: PX4 ULog, ArduPilot "
+            "DataFlash, CSV, recordings and MCAP of this program. Exit code 0 where none would have fired, 4 where one "
+            "or more would, 2 where a log cannot be read."
+        ),
+    )
+    parser.add_argument("logs", nargs="*", metavar="LOG", help=tr("a log, a recording, or a folder of them"))
+    parser.add_argument("--thresholds", nargs="+", action="extend", default=[], metavar="NAME=VALUE",
+                        help=tr("{names}; default: the vendor's values", names=", ".join(THRESHOLDS)))  # fmt: skip
+    parser.add_argument("--column", action="append", default=[], metavar="ROLE=COLUMN",
+                        help=tr("of CSV files: which column holds what, for example roll_deg=ATT.Roll"))  # fmt: skip
+    groups = parser.add_mutually_exclusive_group()
+    groups.add_argument("--must-not", action="store_true",
+                        help=tr("propose thresholds that let all of these flights pass"))  # fmt: skip
+    groups.add_argument("--must", action="store_true",
+                        help=tr("propose thresholds that fire in all of these flights"))  # fmt: skip
+    add_json_argument(parser)
+    parser.set_defaults(run=run)
+
+
+def run(args: argparse.Namespace) -> int:
+    from app.flight_analysis.many_logs import LogOrder
+    from app.flight_logs.csv_columns import parse_choice
+    from app.flight_logs.flight_log import LogUnreadable
+
+    known = [word for word in args.thresholds if word.partition("=")[0] in THRESHOLDS]
+    others = [word for word in args.thresholds if word not in known]  # --thresholds NAME=VALUE LOG
+    try:
+        limits = parse_limits(known)
+        paths = _found([*args.logs, *others])
+        columns = parse_choice(args.column) if args.column else None
+    except _WrongWords as error:
+        say(str(error))
+        return USED_WRONGLY
+    except LogUnreadable as error:
+        say(error.why.in_words())
+        return USED_WRONGLY
+    logs = _judged(paths, LogOrder(columns, limits))
+    read = [(one, one.flight) for one in logs if one.flight is not None]
+    if args.json:
+        write_lines([as_json(json_of(one, flight)) for one, flight in read])
+    elif read:
+        write_lines(_page(read, is_must=args.must))
+    for one in logs:
+        if one.why_not is not None:
+            say(tr("{file}: {why}", file=one.path, why=one.why_not.in_words()))
+    if args.must or args.must_not:
+        (_say_all if args.json else write_lines)(_proposal_lines([flight for _, flight in read], is_must=args.must))
+    if len(read) < len(logs):
+        return USED_WRONGLY
+    return PARTLY if any(one.judged[0].firings for one, _ in read) else DONE
+
+
+def _say_all(lines: Sequence[str]) -> None:
+    for line in lines:
+        say(line)
+
+
+def parse_limits(words: Sequence[str]) -> "TriggerLimits":
+    """Of the vendor's defaults and these. Raises `_WrongWords` with all that is wrong."""
+    from app.firing.judge import TriggerLimits
+    from app.settings.values import NotAValue, parse_value
+    from protocol.catalogue import SETTINGS
+
+    values: dict[str, Value] = {}
+    faults: list[str] = []
+    by_key = {command.key: command for command in SETTINGS}
+    for word in words:
+        name, _, text = word.partition("=")
+        write = by_key[name].write
+        if name in values:
+            faults.append(tr("{name} is given twice.", name=name))
+        elif write is not None:
+            try:
+                values[name] = parse_value(write, text)
+            except NotAValue as error:
+                faults.append(tr("{name}: {why}.", name=name, why=error.why.in_words()))
+    usual = TriggerLimits()
+    limits = TriggerLimits(
+        float(values.get("attitude_threshold_deg", usual.attitude_threshold_deg)),
+        float(values.get("freefall_acceleration_g", usual.freefall_acceleration_g)),
+        float(values.get("freefall_time_s", usual.freefall_time_s)),
+        bool(values.get("attitude_trigger", True)),
+        bool(values.get("freefall_trigger", True)),
+    )
+    if limits.freefall_acceleration_g > MOST_ACCELERATION_G:
+        faults.append(tr("freefall_acceleration_g: above 1.5 g everything is a fall."))
+    if faults:
+        raise _WrongWords("\n".join(faults))
+    return limits
+
+
+def _found(words: Sequence[str]) -> list[Path]:
+    from app.flight_logs.read_log import find_logs
+
+    try:
+        paths = list(find_logs(map(Path, words)))
+    except (OSError, ValueError):  # ValueError: a NUL in the name
+        paths = [Path(word) for word in words]
+    if not paths:
+        raise _WrongWords(tr("There is no flight log: give a file, or a folder that holds some."))
+    return paths
+
+
+def _judged(paths: Sequence[Path], order: "LogOrder") -> "list[SummarisedLog]":
+    """In the order of `paths`."""
+    from app.flight_analysis.many_logs import summarise_logs
+
+    place = {path: number for number, path in reversed(list(enumerate(paths)))}
+    logs = []
+    for one in summarise_logs(paths, order):
+        logs.append(one)
+        say_in_passing(tr("{count} of {total} logs", count=len(logs), total=len(paths)))
+    end_passing()
+    return sorted(logs, key=lambda one: place[one.path])
+
+
+# What is printed
+
+
+def json_of(log: "SummarisedLog", flight: "FlightSummary") -> dict[str, object]:
+    """Always in English."""
+    return {
+        "log": str(log.path),
+        "fires": [fire for firing in log.judged[0].firings for fire in _fires(firing)],
+        "tilt_max_deg": _number(flight.tilt_max_deg, 1),
+        "longest_fall_s": _number(_longest_fall_s(flight, log.judged[0].limits), 2),
+        "not_judged_s": _number(flight.not_judged_s, 2),
+        "problems": [one.in_english() for one in _problems(log, flight)],
+    }
+
+
+def _fires(firing: "LogFiring") -> list[dict[str, object]]:
+    from protocol.messages import Source
+
+    names = {Source.ATTITUDE: "attitude", Source.FREEFALL: "freefall"}
+    tilt_deg = _number(firing.tilt_deg, 0)
+    return [
+        {"t_s": round(firing.at_s, 3), "source": name, "tilt_deg": None if tilt_deg is None else int(tilt_deg)}
+        for source, name in names.items()
+        if source in firing.sources
+    ]
+
+
+def _number(value: float, digits: int) -> float | None:
+    return round(value, digits) if math.isfinite(value) else None
+
+
+def _longest_fall_s(flight: "FlightSummary", limits: "TriggerLimits") -> float:
+    longest_s = flight.direct.longest_fall_s[round(limits.freefall_acceleration_g * 10)]
+    return max(0.0, float(longest_s))
+
+
+def _problems(log: "SummarisedLog", flight: "FlightSummary") -> "list[UserMessage]":
+    """Also where the readings of the vendor's rule differ."""
+    from app.text.messages import said
+
+    direct, damped = log.judged
+    found = list(flight.problems)
+    first_s, other_s = (one.firings[0].at_s if one.firings else math.inf for one in (direct, damped))
+    if first_s != other_s and not abs(first_s - other_s) <= ALIKE_S:
+        text = _NEVER if other_s == math.inf else _LATER
+        found.append(said(text, reading=said(damped.reading.value), time=other_s))
+    return found
+
+
+def _page(read: "Sequence[tuple[SummarisedLog, FlightSummary]]", *, is_must: bool) -> list[str]:
+    head = (tr("Log"), tr("Fires"), tr("Largest tilt"), tr("Longest fall"), tr("Not judged"))
+    rows = [
+        (
+            log.path.name,
+            _verdict(log.judged[0], flight, is_must=is_must),
+            f"{flight.tilt_max_deg:.0f}°" if math.isfinite(flight.tilt_max_deg) else "–",
+            f"{_longest_fall_s(flight, log.judged[0].limits):.2f} s",
+            f"{flight.not_judged_s:.1f} s",
+        )
+        for log, flight in read
+    ]
+    fired = sum(bool(log.judged[0].firings) for log, _ in read)
+    problems = [
+        tr("{file}: {why}", file=log.path.name, why=one.in_words())
+        for log, flight in read
+        for one in _problems(log, flight)
+    ]
+    counted = tr("{count} of {total} would have fired.", count=fired, total=len(read))
+    return [*table(head, rows), "", counted, *(["", *problems] if problems else [])]
+
+
+def _verdict(judged: "JudgedFlight", flight: "FlightSummary", *, is_must: bool) -> str:
+    from app.firing.judge import Firing, SensorSample
+    from app.firing.what_if_texts import firing_text
+
+    if not judged.firings:
+        return tr("no")
+    first = judged.firings[0]
+    why = firing_text(Firing(SensorSample(first.at_s, first.tilt_deg, first.acceleration_g), first.sources))
+    said = tr("at {time:.2f} s: {why}", time=first.at_s, why=why)
+    fire = flight.first_fire(judged.limits)
+    if not is_must or not math.isfinite(fire.delay_s):
+        return said
+    late = tr("{delay:.2f} s after the loss of control", delay=fire.delay_s)
+    if math.isfinite(fire.drop_m):
+        late = tr("{late}, {drop:.0f} m lower", late=late, drop=fire.drop_m)
+    return f"{said}; {late}" if fire.is_in_time else f"{said}; {late}; {tr('after the impact')}"
+
+
+def _proposal_lines(flights: "Sequence[FlightSummary]", *, is_must: bool) -> list[str]:
+    """Thresholds as `dps-s set` takes them, and the flight with the least margin."""
+    from app.flight_analysis.flight_set import FlightGroup, FlightSet
+    from app.flight_analysis.proposal import propose
+
+    group = FlightGroup.MUST if is_must else FlightGroup.MUST_NOT
+    sorted_flights = FlightSet()
+    sorted_flights.add(flights, group)
+    proposal = propose(sorted_flights)
+    limits, nearest = proposal.limits, proposal.nearest(group)
+    if limits is None:
+        lines = [tr("{file}: {why}", file=one.name, why=one.why.in_words()) for one in proposal.conflicts]
+        return ["", tr("No thresholds within the vendor's advice do this for all of them."), *lines]
+    if nearest is None:
+        return []
+    values = (
+        f"attitude_threshold_deg={limits.attitude_threshold_deg:.0f} "
+        f"freefall_acceleration_g={limits.freefall_acceleration_g:.1f} freefall_time_s={limits.freefall_time_s:.2f}"
+    )
+    margins = tr("Least margin: {tilt}°, {fall:.2f} s in {file}.",
+                 tilt=nearest.attitude_deg, fall=nearest.freefall_s, file=nearest.name)  # fmt: skip
+    return ["", tr("Proposed: {values}", values=values), margins]
