@@ -7179,7 +7179,7 @@
     </message>
     <message>
         <source>freefall_acceleration_g: above 1.5 g everything is a fall.</source>
-        <translation>freefall_acceleration_g：超过 1.5 g 时一切都算坠落。</translation>
+        <translation>freefall_acceleration_g：加速度阈值超过 1.5 g 时一切都算坠落。</translation>
     </message>
     <message>
         <source>heartbeat</source>
