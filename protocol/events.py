@@ -137,6 +137,13 @@ class Counters:
         """Bytes, all reasons together."""
         return self.rejected_bytes.total()
 
+    def copy(self) -> "Counters":
+        """The same totals, which stay as they are."""
+        return Counters(
+            self.sent, self.frames, self.by_role.copy(), self.rejected_bytes.copy(), self.time_outs, self.retries,
+            self.restarts,
+        )  # fmt: skip
+
     def __add__(self, other: "Counters") -> "Counters":
         return Counters(*(getattr(self, one.name) + getattr(other, one.name) for one in fields(self)))
 

@@ -43,16 +43,18 @@ class RoundTrips:
 
     def __init__(self, kept: int = 256) -> None:
         self._samples: deque[float] = deque(maxlen=kept)
+        self._ordered: list[float] | None = None
 
     def __len__(self) -> int:
         return len(self._samples)
 
     def add(self, round_trip_s: float) -> None:
         self._samples.append(round_trip_s)
+        self._ordered = None
 
     @property
     def minimum_s(self) -> float | None:
-        return min(self._samples, default=None)
+        return self.quantile_s(0.0)
 
     @property
     def median_s(self) -> float | None:
@@ -62,7 +64,9 @@ class RoundTrips:
         """The sample that `share` (0 … 1) of all samples do not exceed; None without samples."""
         if not self._samples:
             return None
-        ordered = sorted(self._samples)
+        if self._ordered is None:
+            self._ordered = sorted(self._samples)
+        ordered = self._ordered
         return ordered[min(len(ordered) - 1, int(share * len(ordered)))]
 
     def waits_s(self, timing: Timing) -> tuple[float, ...]:

@@ -60,11 +60,7 @@ class MotionWatch:
             slots.popleft()
         if not slots:
             return None
+        since, until, tilt_low, tilt_high, acceleration_low, acceleration_high = zip(*slots, strict=True)
         return MotionExtremes(
-            slots[0].since,
-            slots[-1].until,
-            min(slot.tilt_low_deg for slot in slots),
-            max(slot.tilt_high_deg for slot in slots),
-            min(slot.acceleration_low_g for slot in slots),
-            max(slot.acceleration_high_g for slot in slots),
+            since[0], until[-1], min(tilt_low), max(tilt_high), min(acceleration_low), max(acceleration_high)
         )

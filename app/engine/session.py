@@ -17,7 +17,7 @@ from app.engine.procedure import Ask, Cancelled, EngineView, LinkView, PortLost,
 from app.engine.run import Run
 from app.engine.transport import Line
 from protocol.catalogue import ACTIVATION, Hazard
-from protocol.events import Answered, Counters, Event, OutcomeUnknown, Received, Unanswered, WentOffline, WentOnline
+from protocol.events import Answered, Event, OutcomeUnknown, Received, Unanswered, WentOffline, WentOnline
 from protocol.link import Link
 from protocol.round_trips import Timing
 
@@ -25,7 +25,11 @@ __all__ = ["Run", "Session", "Slept"]
 LOCK = ACTIVATION.set(False)
 LONGEST_STEP_S = 0.02
 GATHER_S = 0.008
-"""How long to let streamed bytes pile up while no answer is awaited."""
+"""How long to let a fast stream pile up while no answer is awaited."""
+GATHER_FRAME_S = 0.002
+"""The same of a slow one: the rest of a frame, and nothing that has to be waited for."""
+FAST_BYTES_PER_S = 1000
+"""A frame for each `GATHER_S`."""
 AWAIT_POLL_S = 0.002
 """How often it is looked whether what a procedure awaits has come."""
 AWAIT_GRACE_S = 0.1
@@ -58,6 +62,8 @@ class Session:
         self.opened_at = clock()
         self.identity = IdentityCheck(expected)
         self.bytes_received = 0
+        self._heard_at = self.opened_at
+        self._is_fast = True
         self._timing = timing or Timing()
         self._link = Link(self.opened_at, timing=self._timing)
         self.device = Device(line.baud_rate, self._link.lag)
@@ -130,8 +136,7 @@ class Session:
 
     def link_view(self) -> LinkView:
         trips, lag_s = self._link.round_trips, self._link.lag.seconds(self.clock())
-        counters = self._link.counters + Counters()  # a copy
-        return LinkView(counters, trips.minimum_s, trips.median_s, self.bytes_received, lag_s)
+        return LinkView(self._link.counters.copy(), trips.minimum_s, trips.median_s, self.bytes_received, lag_s)
 
     # The wheel
 
@@ -141,10 +146,15 @@ class Session:
         self._notice_sleep(now)
         self._serve(now)
         wait_s = max(0.0, min(longest_s, self._next_due(now) - now))
-        gather_s = GATHER_S if self._link.is_idle else 0.0
+        gather_s = 0.0
+        if self._link.is_idle:
+            gather_s = GATHER_S if self._is_fast else GATHER_FRAME_S
         data = self.line.read(wait_s, gather_s)
         began, now = now, self.clock()
-        self.bytes_received += len(data)
+        if data:
+            self.bytes_received += len(data)
+            self._is_fast = len(data) > FAST_BYTES_PER_S * (now - self._heard_at)
+            self._heard_at = now
         slept_s = self._asleep_s()
         if slept_s:
             self._digest(self._link.receive(data, began), began)  # it may have come before the sleep

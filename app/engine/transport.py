@@ -17,6 +17,7 @@ of them are `PortTrouble.LOST` here.
 import errno
 import os
 import re
+import select
 import sys
 from collections.abc import Mapping
 from contextlib import suppress
@@ -37,7 +38,7 @@ else:
     _DRIVER_ERRORS = (OSError, ValueError, TypeError, AttributeError, termios.error)
 
 READ_SLICE_S = 0.01
-"""Longest time that a read blocks: how soon the owner can do something else."""
+"""Longest time that a read blocks where it cannot be told for how long: pyserial's time-out."""
 WRITE_LIMIT_S = 0.3
 """Longest time that a write blocks: closing waits for it, and must take half a second at most."""
 READ_CHUNK = 65536
@@ -174,6 +175,8 @@ class SerialLine:
     def __init__(self, port: str, opened: serial.Serial) -> None:
         self.port = port
         self._serial = opened
+        self._interrupts: int | None = getattr(opened, "pipe_abort_read_r", None)
+        """Readable when `interrupt` was called; only POSIX has it."""
         self._woken = Event()
         self._closing = Lock()
         self._is_closed = False
@@ -184,12 +187,14 @@ class SerialLine:
         return int(self._serial.baudrate)
 
     def read(self, longest_s: float, gather_s: float) -> bytes:
-        """Bytes that came within `longest_s` (at most `READ_SLICE_S`), b"" if none did.
+        """Bytes that came within `longest_s`, b"" if none did.
 
         With `gather_s` it lingers that long after the first byte, so that a stream costs a hundred wake-ups a second
-        and not a thousand. Raises `PortError` LOST.
+        and not a thousand. `interrupt` ends both. Raises `PortError` LOST.
         """
         try:
+            if self._interrupts is not None:
+                return self._read_in_time(longest_s, gather_s, self._interrupts)
             if longest_s <= 0 and not self._serial.in_waiting:
                 return b""
             first: bytes = self._serial.read(1)
@@ -200,6 +205,20 @@ class SerialLine:
             return first + self._read_waiting()
         except _DRIVER_ERRORS as error:
             raise PortError(PortTrouble.LOST, self.port, str(error)) from error
+
+    def _read_in_time(self, longest_s: float, gather_s: float, interrupts: int) -> bytes:
+        """One wait for the first byte and one for the rest: pyserial waits in slices, and for each byte count anew."""
+        port = self._serial.fileno()
+        ready, _, _ = select.select([port, interrupts], [], [], max(0.0, longest_s))
+        if port not in ready:
+            if ready:
+                os.read(interrupts, READ_CHUNK)
+            return b""
+        if gather_s > 0:
+            select.select([interrupts], [], [], gather_s)
+        # Of a port that went away nothing waits, and pyserial's read says so.
+        data: bytes = self._serial.read(min(self._serial.in_waiting or 1, READ_CHUNK))
+        return data
 
     def _read_waiting(self) -> bytes:
         """What is there now, without waiting."""

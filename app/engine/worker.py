@@ -1,7 +1,8 @@
 """The thread that owns the port, from open to close.
 
-It is told what to do through a queue and says what happened through one callback, in batches, at most sixty times a
-second: a signal for each frame of a stream would cost more than the stream. Nothing else ever touches the port.
+It is told what to do through a queue and says what happened through one callback, in batches: at once where something
+changed, else at most thirty times a second, for a signal for each frame of a stream would cost more than the stream.
+Nothing else ever touches the port.
 Nobody waits for it: `stop` gives it a deadline.
 """
 
@@ -21,9 +22,13 @@ from app.engine.session import Run, Session
 from app.engine.transport import PortError, SerialLine, open_line
 from app.system.sleep_detector import Clock, SleepDetector, sleepless_clock
 from app.system.uncaught import report_uncaught_error
-from protocol.events import Event
+from protocol.events import Event, Received, Rejected, Sent
+from protocol.messages import Status
 
-PUBLISH_EVERY_S = 1 / 60
+PUBLISH_EVERY_S = 1 / 30
+"""What only adds to what was said before: reports of a module whose state is the same."""
+LONGEST_STEP_S = 0.05
+"""An order ends the wait, and whatever is due earlier; see `SerialLine.interrupt`."""
 CLOSING_LIMIT_S = 0.3
 """How long a background procedure may take to put right what it changed (stream off) before the port closes."""
 ABORT_AFTER_S = 0.33
@@ -132,6 +137,12 @@ class _Pending:
     is_urgent: bool = False
 
 
+def _is_news(event: Event) -> bool:
+    """It may change more than the numbers of the last report."""
+    is_report = isinstance(event, Received) and isinstance(event.message, Status)
+    return not is_report and not isinstance(event, Sent | Rejected)
+
+
 class Worker:
     """See the module's docstring. The public methods may be called from any thread and return at once."""
 
@@ -155,6 +166,8 @@ class Worker:
         self._jobs: list[Job[Any]] = []
         self._pending = _Pending()
         self._published_at = 0.0
+        self._reported: tuple[bool, bool] | None = None
+        """Whether the module had triggered and was active, by its last report."""
         self._is_stopping = False
 
     def start(self) -> None:
@@ -238,13 +251,19 @@ class Worker:
             self._obey(order)
             return
         if session is not None:
-            session.step()
+            session.step(LONGEST_STEP_S)
             self._gather(session)
             self._collect_finished()
 
     def _gather(self, session: Session) -> None:
-        self._pending.events += session.take_events()
-        self._pending.samples += session.device.take_samples()
+        events, samples = session.take_events(), session.device.take_samples()
+        self._pending.events += events
+        self._pending.samples += samples
+        self._pending.is_urgent |= any(map(_is_news, events))
+        for sample in samples:
+            if (sample.triggered, sample.active) != self._reported:
+                self._reported = sample.triggered, sample.active
+                self._pending.is_urgent = True
 
     def _obey(self, order: _Order) -> None:
         match order:

@@ -30,6 +30,8 @@ BOOT_EVERY_S = 10.0
 SETTINGS_EVERY_S = 10.0
 """Settings are read again while connected: what was verified and changed since is found within this time."""
 TURN_S = 0.01
+REST_S = 0.1
+"""Longest pause between two looks while no question is due."""
 HEARTBEAT_WAITS_S = (1.0,)
 """The vendor's second: unanswered within it, the module is offline."""
 OFF_ATTEMPTS = 3
@@ -69,6 +71,8 @@ class _StreamProgress:
     """Of a restart: the boot count is asked for at once."""
     due: dict[Request, float] = field(default_factory=dict)
     """When each polled question is due next."""
+    rests_until: float = 0.0
+    """Nothing is due before."""
 
 
 def watch(switch: StreamSwitch, *, read_all: bool = True, memory: StreamMemory | None = None) -> Procedure[None]:
@@ -83,7 +87,7 @@ def watch(switch: StreamSwitch, *, read_all: bool = True, memory: StreamMemory |
         while True:
             sight: EngineView = yield Inspect()
             yield from _turn(course, switch, sight, read_all=read_all)
-            yield Pause(TURN_S)
+            yield Pause(min(REST_S, max(TURN_S, course.rests_until - sight.now)))
     except Cancelled:  # not where the port was lost: there is nobody left to tell
         yield from _switch_off(course)
         raise
@@ -116,6 +120,7 @@ def _turn(course: _StreamProgress, switch: StreamSwitch, sight: EngineView, *, r
         course.due[request] = sight.now + every_s
         yield from _ask(request, attempts=1)  # it is asked again soon anyway
         yield from _confirm_change(course, request, sight)
+    course.rests_until = min(course.due.get(request, 0.0) for request, _ in polled)
 
 
 def _confirm_change(course: _StreamProgress, request: Request, before: EngineView) -> Procedure[None]:

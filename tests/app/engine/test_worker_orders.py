@@ -5,15 +5,17 @@ from collections.abc import Callable
 
 import pytest
 
-from app.engine import transport
+from app.engine import transport, worker
 from app.engine.worker import Batch, Job, Worker
 from app.procedures.greet import greet
 from app.procedures.lock import lock
 from app.procedures.read import read_everything
 from app.simulator import bench
 from tests.support.processes import run_module
+from tests.support.terminals import STATUS_FRAME, Terminal
 
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="there are no pseudo-terminals on Windows")
+pytest_plugins = ["tests.support.port_fixtures"]
 
 LIMIT_S = 3.0
 _FOR_EVER_S = 20.0
@@ -27,6 +29,7 @@ def ignore(_: Batch) -> None:
 def patient_reads(monkeypatch: pytest.MonkeyPatch) -> None:
     """A read of a quiet port would wait far longer than the tests do."""
     monkeypatch.setattr(transport, "READ_SLICE_S", _FOR_EVER_S)
+    monkeypatch.setattr(worker, "LONGEST_STEP_S", _FOR_EVER_S)
 
 
 @pytest.mark.usefixtures("patient_reads")
@@ -41,6 +44,15 @@ def test_orders_are_obeyed_while_the_port_is_quiet() -> None:
             assert job.outcome().is_answered
         worker.close()
         assert worker.stop(LIMIT_S)
+
+
+def test_an_interrupt_ends_the_lingering_after_the_first_byte_and_loses_none(terminal: Terminal) -> None:
+    line = transport.open_line(terminal.name, 115200)
+    terminal.send(STATUS_FRAME)
+    line.interrupt()
+    assert line.read(LIMIT_S, _FOR_EVER_S) == b""
+    assert line.read(LIMIT_S, 0.0) == STATUS_FRAME
+    line.close()
 
 
 def test_interrupting_a_closed_line_does_nothing() -> None:

@@ -1,0 +1,91 @@
+"""When the worker hands a batch over: reports that say the same in their time, whatever changed at once."""
+
+from itertools import pairwise
+
+import pytest
+
+from app.engine import worker as worker_module
+from app.engine.worker import PUBLISH_EVERY_S, Batch, Worker
+from app.procedures.stream import StreamSwitch, watch
+from protocol.link_states import Presence
+from tests.support.line.sim_line import FakeClock, SimulatedLine
+
+_STEP_S = 0.02
+_STREAM_HZ = 50
+
+
+class _Line(SimulatedLine):
+    def interrupt(self) -> None: ...
+
+    def abort(self) -> None: ...
+
+
+class _TurnedWorker(Worker):
+    """Turned by the test, on a simulated module that streams."""
+
+    def __init__(self, monkeypatch: pytest.MonkeyPatch) -> None:
+        self.clock = FakeClock()
+        self.batches: list[Batch] = []
+        super().__init__(self.batches.append, clock=self.clock, with_sleep=None)
+        options = {"uptime": 60, "noise": 0, "active": "yes", "rate": _STREAM_HZ}
+        self.line = _Line(self.clock, options)
+        monkeypatch.setattr(worker_module, "open_line", lambda _port, _baud_rate: self.line)
+        switch = StreamSwitch()
+        self.open("sim", 115200, lambda: watch(switch))
+        self.turn_for(6.0)
+        assert self.batches[-1].device.is_streaming
+        self.batches.clear()
+
+    def turn_for(self, seconds: float) -> None:
+        end_s = self.clock.now_s + seconds
+        while self.clock.now_s < end_s:
+            self._turn()
+            self._publish()
+
+
+def _is_calm(batch: Batch) -> bool:
+    return all(worker_module._is_news(event) is False for event in batch.events)
+
+
+def test_reports_that_say_the_same_come_thirty_times_a_second_at_most(monkeypatch: pytest.MonkeyPatch) -> None:
+    worker = _TurnedWorker(monkeypatch)
+    worker.turn_for(10.0)
+    calm = [batch for batch in worker.batches if _is_calm(batch)]
+    assert len(calm) > 150  # nearly all of them
+    assert all(later.at - one.at >= PUBLISH_EVERY_S for one, later in pairwise(worker.batches) if _is_calm(later))
+    assert sum(len(batch.samples) for batch in worker.batches) > 9.9 * _STREAM_HZ
+
+
+def test_no_report_waits_longer_than_a_batch_may_take(monkeypatch: pytest.MonkeyPatch) -> None:
+    worker = _TurnedWorker(monkeypatch)
+    worker.turn_for(10.0)
+    waits_s = [batch.at - sample.at for batch in worker.batches for sample in batch.samples]
+    assert max(waits_s) <= PUBLISH_EVERY_S + 1 / _STREAM_HZ
+
+
+def test_the_report_of_a_trigger_is_handed_over_at_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    worker = _TurnedWorker(monkeypatch)
+    worker.line.bench.set_tilt(120)
+    worker.turn_for(5.0)
+    batch = next(batch for batch in worker.batches if any(sample.triggered for sample in batch.samples))
+    assert [sample.triggered for sample in batch.samples].index(True) == len(batch.samples) - 1
+    assert batch.at == batch.samples[-1].at
+
+
+def test_the_report_of_another_activation_is_handed_over_at_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    worker = _TurnedWorker(monkeypatch)
+    for is_active in (False, True):
+        worker.batches.clear()
+        worker.line.bench.module.state.is_active = is_active
+        worker.turn_for(0.5)
+        batch = next(batch for batch in worker.batches if any(one.active is is_active for one in batch.samples))
+        assert [sample.active for sample in batch.samples].index(is_active) == len(batch.samples) - 1
+        assert batch.at == batch.samples[-1].at
+
+
+def test_a_lost_module_is_told_at_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    worker = _TurnedWorker(monkeypatch)
+    worker.line.bench.power_off()
+    worker.turn_for(20.0)
+    batch = next(batch for batch in worker.batches if batch.device.presence is Presence.OFFLINE)
+    assert batch.device.presence_since == batch.at
