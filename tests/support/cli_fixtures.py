@@ -8,6 +8,7 @@ import pytest
 import app.__main__ as program
 from app.engine import transport
 from protocol.round_trips import Timing
+from tests.support.check_pace import hurry_check
 
 _numbers = count(1)
 
@@ -41,6 +42,12 @@ def port() -> str:
 @pytest.fixture
 def hasty(monkeypatch: pytest.MonkeyPatch) -> None:
     """Waits shorter than the vendor's, where only what comes after them is looked at."""
-    monkeypatch.setattr("protocol.link.Timing", partial(Timing, answer_s=0.3, records_quiet_s=0.1))
+    monkeypatch.setattr("protocol.link.Timing", partial(Timing, answer_s=0.6, records_quiet_s=0.1))
     monkeypatch.setattr("app.procedures.greet.GREETING_WAITS_S", (0.2, 0.2))
     monkeypatch.setattr("app.procedures.stream.LISTEN_FIRST_S", 0.3)
+
+
+@pytest.fixture
+def brief(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Half a second of watching instead of two."""
+    hurry_check(monkeypatch)

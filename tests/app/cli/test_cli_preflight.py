@@ -33,14 +33,6 @@ text = "Hatch free"
 
 
 @pytest.fixture
-def brief(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Half a second of watching instead of two; as many reports."""
-    monkeypatch.setattr("app.preflight.run.STILL_S", 0.5)
-    monkeypatch.setattr("app.preflight.run.TRIAL_EVERY_S", 0.012)
-    monkeypatch.setattr("app.preflight.judging_line.STILL_S", 0.5)
-
-
-@pytest.fixture
 def kept() -> Iterator[Database]:
     """The store of this test, after the command."""
     database = open_database(data_folder()).database

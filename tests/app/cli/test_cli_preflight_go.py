@@ -17,14 +17,6 @@ TRIGGER = BY_NAME["attitude_trigger"]
 NAMED = ("--module", "M-07", "--who", "Li Wei")
 
 
-@pytest.fixture
-def brief(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Less watching, and as many reports."""
-    monkeypatch.setattr("app.preflight.run.STILL_S", 0.5)
-    monkeypatch.setattr("app.preflight.run.TRIAL_EVERY_S", 0.012)
-    monkeypatch.setattr("app.preflight.judging_line.STILL_S", 0.5)
-
-
 def _ready(port: str, capsys: pytest.CaptureFixture[str]) -> None:
     assert program.main(["preflight", "--enable-triggers", "--port", port, *NAMED]) == 0
     assert Printed(capsys).out.startswith("READY")

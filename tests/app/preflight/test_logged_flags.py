@@ -20,8 +20,9 @@ from app.text.messages import UserMessage
 from protocol.catalogue import BAUD_RATE, BY_NAME
 from protocol.fields import Value
 from protocol.messages import Status
+from tests.support.check_pace import hurry_check
 from tests.support.journals import FakeJournal
-from tests.support.window.preflight_window import hurry, name_module, on_bench
+from tests.support.window.preflight_window import name_module, on_bench
 from ui.pages.preflight.controller import Standing
 
 PORT, ADAPTER = "/dev/ttyUSB0", "0403:6001 A1"
@@ -165,7 +166,7 @@ def test_what_never_left_and_what_was_done_to_another_module_change_nothing(stor
 def test_in_the_window_it_becomes_go_and_an_unconfirmed_set_ends_it(
     qtbot: QtBot, qapp: QApplication, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    hurry(monkeypatch)
+    hurry_check(monkeypatch, still_s=0.2)
     with on_bench(qtbot, qapp, tmp_path, "logged") as bench:
         work, connector = bench.preflight.work, bench.assembly.connector
         name_module(bench, "M-07")

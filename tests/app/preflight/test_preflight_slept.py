@@ -18,8 +18,9 @@ from app.preflight.run import run_preflight
 from app.preflight.verdict import Assessment, assess, void_reason
 from app.procedures.greet import greet
 from app.system.sleep_detector import SleepDetector
+from tests.support.check_pace import hurry_check
 from tests.support.line.sim_line import INSTANT_S, Rig
-from tests.support.window.preflight_window import hurry, on_bench
+from tests.support.window.preflight_window import on_bench
 from ui.pages.preflight.controller import Standing
 
 NIGHT_S = 8 * 3600.0
@@ -93,7 +94,7 @@ def test_a_heartbeat_that_may_be_a_restarts_voids_only_once_that_is_decided() ->
 
 
 def test_the_window_says_so(qtbot: QtBot, qapp: QApplication, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    hurry(monkeypatch)
+    hurry_check(monkeypatch, still_s=0.2)
     leap = {"s": 0.0}
     defaults = Worker.__init__.__kwdefaults__
     assert defaults is not None

@@ -6,7 +6,6 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TypeVar
 
-import pytest
 from PySide6.QtCore import QMimeData, QPointF, Qt, QUrl
 from PySide6.QtGui import QDragEnterEvent, QDropEvent
 from PySide6.QtWidgets import QApplication, QLineEdit, QWidget
@@ -15,7 +14,6 @@ from pytestqt.qtbot import QtBot
 from app.diagnosis.link_state import Phase
 from app.engine.target import Target
 from app.engine.worker import Batch
-from app.preflight import judging_line, run
 from app.records.check_store import CheckStore
 from app.records.verification import FindStation
 from app.simulator.bench import SimulatedBench
@@ -34,13 +32,6 @@ ENTRIES = tuple(entry for entry in PAGES if entry.key in ("triggers", "preflight
 CHECK_MS = 20_000
 VERDICTS = (Standing.GO, Standing.READY, Standing.NO_GO, Standing.VOID)
 Found = TypeVar("Found", bound=QWidget)
-
-
-def hurry(patch: pytest.MonkeyPatch) -> None:
-    """Watch tilt and acceleration for a tenth of the time: what is tested is the window."""
-    patch.setattr(run, "STILL_S", 0.2)
-    patch.setattr(judging_line, "STILL_S", 0.1)
-    patch.setattr(judging_line, "TRIALS_NEEDED", 2)
 
 
 @dataclass(slots=True)

@@ -18,8 +18,8 @@ from pytestqt.qtbot import QtBot
 
 from app.engine.target import Target
 from app.simulator.bench import SimulatedBench
+from tests.support.check_pace import hurry_check
 from tests.support.window.fakes_ui import ADAPTER, SECOND_ADAPTER, WAIT_MS, Ports, simulated, wait_online, window
-from tests.support.window.preflight_window import hurry
 from tests.support.window.steps import settle
 from ui.main import PAGES, Assembly, WindowOptions
 from ui.pages.commands.page import CommandsPage
@@ -237,7 +237,7 @@ def walking(
         simulated(name, history=3) as bench,
         window(qapp, folder, ports=Ports(ADAPTER, SECOND_ADAPTER), options=options, entries=PAGES) as assembly,
     ):
-        hurry(patch)
+        hurry_check(patch, still_s=0.2)
         assembly.appearance.choose(theme)
         with qtbot.waitSignal(assembly.window.pages_made, timeout=WAIT_MS):
             assembly.window.resize(size)

@@ -9,8 +9,9 @@ from pytestqt.qtbot import QtBot
 
 from app.diagnosis.link_state import Phase
 from app.simulator import bench as benches
+from tests.support.check_pace import hurry_check
 from tests.support.window.fakes_ui import WAIT_MS, Ports, wait_online, window
-from tests.support.window.preflight_window import CHECK_MS, VERDICTS, hurry
+from tests.support.window.preflight_window import CHECK_MS, VERDICTS
 from tests.support.window.steps import settle
 from ui.main import PAGES, Assembly
 from ui.pages.preflight.controller import Standing
@@ -30,7 +31,7 @@ def click(qtbot: QtBot, assembly: Assembly, name: str) -> None:
 
 
 def test_from_the_icon_to_go(qtbot: QtBot, qapp: QApplication, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    hurry(monkeypatch)
+    hurry_check(monkeypatch, still_s=0.2)
     benches.forget("demo")
     with window(qapp, tmp_path, ports=Ports(), entries=PAGES) as assembly:
         main, connector = assembly.window, assembly.connector

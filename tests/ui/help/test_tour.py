@@ -19,9 +19,10 @@ from app.settings.form import RowState
 from app.simulator import bench as benches
 from app.store.store import Store
 from app.text.i18n import CHINESE, tr
+from tests.support.check_pace import hurry_check
 from tests.support.records.recordings_desk import record
 from tests.support.window.fakes_ui import WAIT_MS, simulated, wait_online, window
-from tests.support.window.preflight_window import CHECK_MS, hurry
+from tests.support.window.preflight_window import CHECK_MS
 from tests.support.window.steps import let_lay_out, settle
 from ui.core.preferences import Preferences
 from ui.help.tour import Tour
@@ -126,7 +127,7 @@ def guest(qtbot: QtBot, qapp: QApplication, folder: Path) -> Iterator[Guest]:
 def test_by_keys_alone_it_goes_to_go_and_leaves_nothing(
     qtbot: QtBot, qapp: QApplication, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    hurry(monkeypatch)
+    hurry_check(monkeypatch, still_s=0.2)
     with guest(qtbot, qapp, tmp_path) as one:
         main, connector = one.assembly.window, one.assembly.connector
         main.go_to("diagnosis")

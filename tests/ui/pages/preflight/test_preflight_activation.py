@@ -9,14 +9,15 @@ from PySide6.QtWidgets import QApplication, QLabel
 from pytestqt.qtbot import QtBot
 
 from app.records.verification import RecordState, verify
-from tests.support.window.preflight_window import OnBench, find_in, hurry, kept, name_module, on_bench
+from tests.support.check_pace import hurry_check
+from tests.support.window.preflight_window import OnBench, find_in, kept, name_module, on_bench
 from tests.support.window.steps import settle
 from ui.pages.preflight.controller import Standing
 
 
 @pytest.fixture
 def quick(monkeypatch: pytest.MonkeyPatch) -> None:
-    hurry(monkeypatch)
+    hurry_check(monkeypatch, still_s=0.2)
 
 
 def activate(bench: OnBench) -> None:

@@ -9,7 +9,8 @@ from PySide6.QtWidgets import QApplication
 from pytestqt.qtbot import QtBot
 
 from app.store.store import Store
-from tests.support.window.preflight_window import hurry, kept, name_module, on_bench
+from tests.support.check_pace import hurry_check
+from tests.support.window.preflight_window import kept, name_module, on_bench
 from ui.pages.preflight.controller import Standing
 
 LIMIT_S = 60.0
@@ -18,7 +19,7 @@ LIMIT_S = 60.0
 def test_the_window_does_not_wait_while_a_check_is_filed(
     qtbot: QtBot, qapp: QApplication, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    hurry(monkeypatch)
+    hurry_check(monkeypatch, still_s=0.2)
     release = threading.Event()
     with on_bench(qtbot, qapp, tmp_path, "filing") as bench:
         page, store = bench.preflight, bench.assembly.storage.store

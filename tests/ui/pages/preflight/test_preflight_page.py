@@ -12,8 +12,9 @@ from pytestqt.qtbot import QtBot
 from app.preflight.findings import CheckResult
 from app.records.verification import RecordState, verify_file
 from protocol.catalogue import BY_NAME
+from tests.support.check_pace import hurry_check
 from tests.support.window.fakes_ui import WAIT_MS
-from tests.support.window.preflight_window import VERDICTS, find_in, hurry, kept, name_module, on_bench, said
+from tests.support.window.preflight_window import VERDICTS, find_in, kept, name_module, on_bench, said
 from ui.pages.preflight.controller import Standing
 from ui.style.theme import Meaning
 
@@ -30,7 +31,7 @@ text = "<b>Pack date</b>"
 
 @pytest.fixture
 def quick(monkeypatch: pytest.MonkeyPatch) -> None:
-    hurry(monkeypatch)
+    hurry_check(monkeypatch, still_s=0.2)
 
 
 def test_run_fail_repair_run_again_print(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
