@@ -4,7 +4,7 @@ from collections import Counter
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 
-from app.guided.guided_store import KeptTest
+from app.guided.kept_test import KeptTest
 from app.guided.results import GuidedKind
 from app.settings.fingerprint import fingerprint
 from app.settings.profiles import ActivatedBy, Profile

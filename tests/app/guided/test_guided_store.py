@@ -9,7 +9,8 @@ from typing import Any
 
 import pytest
 
-from app.guided.guided_store import GuidedStore, KeptTest
+from app.guided.guided_store import GuidedStore
+from app.guided.kept_test import KeptTest
 from app.guided.results import GuidedKind, GuidedResult, GuidedVerdict, MeasuredValue
 from app.limits.expectations import Expectations, LastTested, Past, expectations_of, settings_code
 from app.preflight.evidence import FrameLog
