@@ -1,0 +1,144 @@
+"""Proposals for flights of which it is known whether any thresholds tell them apart."""
+
+from typing import NamedTuple
+
+import numpy as np
+import pytest
+
+from app.firing.judge import TriggerLimits
+from app.flight_analysis.flight_set import FlightGroup, FlightSet
+from app.flight_analysis.judged_flight import judge_flight
+from app.flight_analysis.proposal import ThresholdProposal, propose
+from app.flight_analysis.summary import summarise
+from app.flight_logs.flight_log import REPORT_HZ, FlightLog
+from app.flight_logs.module_view import RuleReading
+from tests.support.flights.made_flights import made_flight
+
+SETS, FLIGHTS_A_SET = 40, 5
+CALM_S, IMPACT_S = 1.5, 0.1
+
+
+class Event(NamedTuple):
+    """What happens in a flight: it tilts for a second, then falls."""
+
+    tilt_deg: float
+    fall_g: float
+    fall_s: float
+
+
+def flown(name: str, event: Event, *, hits_the_ground: bool) -> FlightLog:
+    lengths = [round(one * REPORT_HZ) for one in (CALM_S, 1.0, event.fall_s, IMPACT_S, 1.0)]
+    blow = 9.0 if hits_the_ground else 1.0
+    tilt = np.repeat([3.0, event.tilt_deg, min(event.tilt_deg, 20.0), 20.0, 3.0], lengths)
+    force = np.repeat([1.0, 1.0, event.fall_g, blow, 1.0], lengths)
+    return made_flight(tilt, force, name=name)
+
+
+def proposed(must_not: list[FlightLog], must: list[FlightLog]) -> ThresholdProposal:
+    flights = FlightSet()
+    flights.add(map(summarise, must_not), FlightGroup.MUST_NOT)
+    flights.add(map(summarise, must), FlightGroup.MUST)
+    return propose(flights)
+
+
+def impact_of(log: FlightLog) -> float:
+    return float(log.time_s[np.argmax(log.specific_force_g >= 3.0)])
+
+
+def is_right(limits: TriggerLimits, must_not: list[FlightLog], must: list[FlightLog]) -> bool:
+    """By the judge, row by row, under both readings."""
+    for reading in RuleReading:
+        if any(judge_flight(log, limits, reading).firings for log in must_not):
+            return False
+        for log in must:
+            firings = judge_flight(log, limits, reading).firings
+            if not firings or firings[0].at_s > impact_of(log):
+                return False
+    return True
+
+
+def test_two_hundred_flights_whose_truth_is_known() -> None:
+    random = np.random.default_rng(200)
+    separable = 0
+    for number in range(SETS):
+        tilt, acceleration = int(random.integers(57, 88)), int(random.integers(1, 7)) / 10
+        time_s = int(random.integers(60, 220)) / 100
+        harmless = [
+            Event(random.uniform(5, tilt - 2), random.uniform(0, acceleration), random.uniform(0, time_s - 0.2)),
+            Event(random.uniform(5, tilt - 2), acceleration + 0.1, random.uniform(0, 3)),
+        ]
+        fatal = [
+            Event(random.uniform(tilt + 2, 170), 1.0, random.uniform(0, 1)),
+            Event(random.uniform(5, 50), random.uniform(0, acceleration - 0.06), time_s + 0.3),
+        ]
+        can_be_told_apart = bool(number % 2)
+        if not can_be_told_apart:  # an ordinary flight that is worse than a crash in every respect
+            crash = fatal[int(random.integers(0, 2))]
+            harmless.append(Event(crash.tilt_deg + 3, max(0.0, crash.fall_g - 0.05), crash.fall_s + 0.5))
+        else:
+            harmless.append(Event(random.uniform(5, 50), 1.0, 1.0))
+        must_not = [flown(f"calm {one}", event, hits_the_ground=False) for one, event in enumerate(harmless)]
+        must = [flown(f"crash {one}", event, hits_the_ground=True) for one, event in enumerate(fatal)]
+        assert len(must_not) + len(must) == FLIGHTS_A_SET
+        proposal = proposed(must_not, must)
+        if can_be_told_apart:
+            assert proposal.limits is not None, number
+            assert is_right(proposal.limits, must_not, must), number
+            assert proposal.conflicts == ()
+            separable += 1
+        else:
+            assert proposal.limits is None, number
+            assert proposal.conflicts, number
+    assert separable == SETS // 2
+
+
+def test_margins_are_in_the_vendors_steps() -> None:
+    calm = [flown("calm", Event(52.3, 0.34, 0.98), hits_the_ground=False)]
+    crash = [flown("crash", Event(84.6, 1.0, 0.5), hits_the_ground=True)]
+    proposal = proposed(calm, crash)
+    limits = proposal.limits
+    assert limits is not None
+    # 52.3° is reported as 52°, 84.6° as 85°; ten degrees to each side are a full margin, so 62° to 76° are alike.
+    assert limits == TriggerLimits(attitude_threshold_deg=62, freefall_acceleration_g=0.5, freefall_time_s=1.6)
+    must_not, must = proposal.nearest(FlightGroup.MUST_NOT), proposal.nearest(FlightGroup.MUST)
+    assert must_not is not None
+    assert must is not None
+    assert (must_not.name, must_not.attitude_deg) == ("calm", 10)
+    assert must_not.freefall_s == pytest.approx(1.6 - 0.96)  # of 49 reports, from the first to the last
+    assert (must.name, must.attitude_deg) == ("crash", 85 - 62)
+
+
+def test_an_acceleration_step_alone_can_separate() -> None:
+    """Both fall for two seconds; one of them less deep."""
+    calm = [flown("calm", Event(5, 0.35, 2.2), hits_the_ground=False)]
+    crash = [flown("crash", Event(5, 0.05, 2.2), hits_the_ground=True)]
+    limits = proposed(calm, crash).limits
+    assert limits is not None
+    assert is_right(limits, calm, crash)
+
+
+def test_a_flight_that_is_upside_down_lets_no_attitude_threshold_pass() -> None:
+    proposal = proposed([flown("aerobatics", Event(178.2, 1.0, 0.5), hits_the_ground=False)], [])
+    assert proposal.limits is None
+    (conflict,) = proposal.conflicts
+    assert (conflict.name, conflict.group) == ("aerobatics", FlightGroup.MUST_NOT)
+    assert conflict.why.in_english() == "It tilts to 178°: no threshold up to 90° lets it pass."
+
+
+def test_a_crash_that_fires_only_after_the_impact_does_not_count() -> None:
+    log = flown("crash", Event(5, 1.0, 0.5), hits_the_ground=True)
+    log.tilt_deg[-30:] = 95.0  # lies on its side
+    assert judge_flight(log, TriggerLimits()).firings
+    proposal = proposed([], [log])
+    assert proposal.limits is None
+    assert [one.name for one in proposal.conflicts] == ["crash"]
+
+
+def test_without_flights_the_vendors_defaults_stay() -> None:
+    assert proposed([], []) == ThresholdProposal(TriggerLimits())
+
+
+def test_what_is_not_sorted_does_not_count() -> None:
+    flights = FlightSet()
+    flights.add([summarise(flown("x", Event(170, 0.0, 3.0), hits_the_ground=True))])
+    assert propose(flights).limits == TriggerLimits()
