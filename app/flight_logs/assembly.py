@@ -22,7 +22,6 @@ LATEST_S: Final = 1e10
 AFTER_DISARM_S: Final = 5.0
 """Judged after disarming too: an aircraft whose motors were stopped in the air still falls."""
 ALTITUDE_HOLDS_S: Final = 5.0
-MOST_MODES: Final = 10_000
 _TICK: Final = 1e-6
 _DECIMALS: Final = 3
 """Undoes what was lost by keeping values as 32-bit floats."""
@@ -64,7 +63,7 @@ def assembled(raw: RawLog) -> FlightLog:
         is_armed=is_armed,
         is_on_ground=is_on_ground,
         altitude_m=None if raw.altitude_m is None else _altitude_at(raw.altitude_m, time_s + start_s),
-        modes=tuple(ModeChange(one.time_s - start_s, one.name) for one in raw.modes[:MOST_MODES]),
+        modes=tuple(ModeChange(one.time_s - start_s, one.name) for one in raw.modes),
         problems=tuple(dict.fromkeys(problems)),
     )
 
@@ -168,7 +167,7 @@ def note_pauses(time_s: Floats, is_judged: Flags, problems: list[UserMessage]) -
     if len(pauses):
         problems.append(
             said(
-                marked("{count} pauses in the log, {total:.1f} s in all, the longest {longest:.1f} s."),
+                marked("Pauses in the log: {count}, {total:.1f} s in all, the longest {longest:.1f} s."),
                 count=len(pauses), total=float(pauses.sum()), longest=float(pauses.max()),
             )
         )  # fmt: skip

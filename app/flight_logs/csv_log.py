@@ -1,8 +1,9 @@
 """Reads a CSV file with a head line: time, attitude, acceleration, altitude, arming."""
 
 import csv
+import math
+from array import array
 from collections.abc import Mapping
-from itertools import islice
 from pathlib import Path
 from typing import Final, TextIO
 
@@ -25,9 +26,8 @@ from app.text.messages import clean, said
 from protocol.translatable import marked
 
 MOST_COLUMNS: Final = 2000
-MOST_LINES: Final = 20_000_000
+MOST_CELLS: Final = 100_000_000
 LONGEST_LINE: Final = 256 * 1024
-_LINES_AT_ONCE: Final = 50_000
 
 
 def read_head(path: Path) -> list[str]:
@@ -105,20 +105,15 @@ def _numbers(file: TextIO, separator: str, places: Mapping[CsvRole, int]) -> lis
     wanted = list(places.values())
     pieces = iter(lambda: file.readline(LONGEST_LINE), "")  # whatever a line is long
     lines = csv.reader((line.replace("\0", "") for line in pieces), delimiter=separator)
-    parts: list[Floats] = []
-    count = 0
+    cells = array("d")
     try:
-        while rows := list(islice(lines, _LINES_AT_ONCE)):
-            count += len(rows)
-            if count > MOST_LINES:
-                raise LogUnreadable(said(marked("It has more than {count} lines."), count=f"{MOST_LINES:,}"))
-            parts.append(
-                np.array([[_number(row[one]) if one < len(row) else np.nan for one in wanted] for row in rows])
-            )
+        for row in lines:
+            cells.extend([_number(row[one]) if one < len(row) else math.nan for one in wanted])
+            if len(cells) > MOST_CELLS:
+                raise LogUnreadable(said(marked("It has more than {count} numbers."), count=f"{MOST_CELLS:,}"))
     except csv.Error as error:
         raise LogUnreadable(said(marked("It is no CSV file."))) from error
-    table = np.concatenate(parts) if parts else np.empty((0, len(wanted)))
-    return list(table.T)
+    return list(np.frombuffer(cells).reshape(-1, len(wanted)).T)
 
 
 def _number(cell: str) -> float:
@@ -126,7 +121,7 @@ def _number(cell: str) -> float:
     try:
         return float(cell)
     except ValueError:
-        return {"true": 1.0, "false": 0.0}.get(cell.strip().lower(), np.nan)
+        return {"true": 1.0, "false": 0.0}.get(cell.strip().lower(), math.nan)
 
 
 def _tilt(values: Mapping[CsvRole, Floats], roles: tuple[CsvRole, ...]) -> Floats:

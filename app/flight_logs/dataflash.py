@@ -7,7 +7,7 @@ import numpy as np
 
 from app.flight_logs.dataflash_file import DataflashFile, DataflashTable
 from app.flight_logs.flight_log import Floats, LogFormat, LogUnreadable, ModeChange
-from app.flight_logs.raw_log import Channel, FlagChannel, RawLog, force_of_axes, tilt_of_roll_and_pitch
+from app.flight_logs.raw_log import MOST_MODES, Channel, FlagChannel, RawLog, force_of_axes, tilt_of_roll_and_pitch
 from app.flight_logs.records import read_bytes
 from app.text.messages import said
 from protocol.translatable import marked
@@ -123,6 +123,6 @@ def _read_modes(file: DataflashFile, raw: RawLog) -> None:
     numbers = file.column(table, "Mode")
     raw.modes = [
         ModeChange(float(at_s), names.get(int(number), f"mode {int(number)}"))
-        for at_s, number in zip(_times(file, table), numbers, strict=True)
+        for at_s, number in zip(_times(file, table)[:MOST_MODES], numbers[:MOST_MODES], strict=True)
         if np.isfinite(number)
     ]

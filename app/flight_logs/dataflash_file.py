@@ -12,11 +12,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from app.flight_logs.flight_log import Floats, LogUnreadable
-from app.flight_logs.records import MOST_RECORDS, gathered, gathered_floats
+from app.flight_logs.records import MOST_DAMAGES, MOST_RECORDS, MOST_WALKED, gathered, gathered_floats
 from app.text.messages import said
 from protocol.translatable import marked
 
 MAGIC: Final = b"\xa3\x95"
+MOST_TEXTS: Final = 1000
 _FORMAT_KIND: Final = 128
 _FORMAT_BYTES: Final = 89
 _HEAD_BYTES: Final = 3
@@ -80,11 +81,11 @@ class DataflashFile:
         return gathered_floats(self._data, self._places(table) + offset, kind, scale)
 
     def texts(self, table: DataflashTable, name: str) -> list[str]:
-        """Texts up to their first NUL."""
+        """The first thousand texts, up to the first NUL of each."""
         offset, kind, _ = table.fields[name]
         if not kind.startswith("S"):
-            return [""] * len(table.places)
-        found = gathered(self._data, self._places(table) + offset, kind)
+            return []
+        found = gathered(self._data, self._places(table)[:MOST_TEXTS] + offset, kind)
         return [one.split(b"\0")[0].decode("latin-1") for one in found.tolist()]
 
     def _places(self, table: DataflashTable) -> NDArray[np.int64]:
@@ -92,8 +93,10 @@ class DataflashFile:
 
     def _walk(self) -> None:
         data, lengths, table_of = self._data, self._lengths, self._table_of
-        place, stop = 0, len(data)
-        while place + _HEAD_BYTES <= stop:
+        place, stop, damages = 0, len(data), 0
+        for _ in range(MOST_WALKED):
+            if place + _HEAD_BYTES > stop or damages > MOST_DAMAGES:
+                break
             kind = data[place + 2]
             length = lengths[kind]
             if data[place] != 0xA3 or data[place + 1] != 0x95 or not length or place + length > stop:
@@ -101,6 +104,7 @@ class DataflashFile:
                 found = stop if found < 0 else found
                 self.skipped_bytes += found - place
                 place = found
+                damages += 1
                 continue
             places = table_of[kind]
             if places is not None and len(places) < MOST_RECORDS:
@@ -108,6 +112,7 @@ class DataflashFile:
             elif kind == _FORMAT_KIND:
                 self._define(data[place + _HEAD_BYTES : place + _FORMAT_BYTES])
             place += length
+        self.skipped_bytes += stop - place
 
     def _define(self, body: bytes) -> None:
         """Of records that were defined before in another way, the later definition does not count."""

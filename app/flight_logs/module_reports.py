@@ -3,14 +3,15 @@
 import json
 import struct
 import zlib
+from array import array
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Final
 
 import numpy as np
 
-from app.flight_logs.assembly import Reports, flight_of_reports
-from app.flight_logs.flight_log import FlightLog, LogFormat, LogUnreadable
+from app.flight_logs.assembly import MOST_ROWS, Reports, flight_of_reports
+from app.flight_logs.flight_log import FlightLog, Floats, LogFormat, LogUnreadable
 from app.flight_logs.records import read_bytes
 from app.recordings.file_layout import Unreadable
 from app.recordings.markers import MarkerKind
@@ -72,7 +73,7 @@ class _McapReader:
     def __init__(self) -> None:
         self.topics: dict[str, int] = {}
         self.problems: list[UserMessage] = []
-        self._status: list[tuple[int, float, float]] = []
+        self._times_ns, self._tilts, self._accelerations = array("Q"), array("d"), array("d")
         self._resets_ns: list[int] = []
         self._unpacked = 0
         self._unread = 0
@@ -82,11 +83,13 @@ class _McapReader:
             self.problems.append(
                 said(marked("{count} reports that cannot be true are left out."), count=f"{self._unread:,}")
             )
-        start = self._status[0][0] if self._status else 0
+        start = self._times_ns[0] if self._times_ns else 0
+        since_ns = np.frombuffer(self._times_ns, np.uint64) - np.uint64(start)  # a time before wraps around
+        time_s: Floats = np.multiply(since_ns.astype(np.int64), _NANOSECOND, dtype=np.float64)
         return Reports(
-            np.array([(one[0] - start) * _NANOSECOND for one in self._status], np.float64),
-            np.array([one[1] for one in self._status], np.float64),
-            np.array([one[2] for one in self._status], np.float64),
+            time_s,
+            np.frombuffer(self._tilts),
+            np.frombuffer(self._accelerations),
             tuple((one - start) * _NANOSECOND for one in self._resets_ns),
         )
 
@@ -161,8 +164,10 @@ class _McapReader:
     def _read_status(self, at_ns: int, fields: Mapping[str, object]) -> None:
         values = [fields.get(key) for key in ("tilt_deg", "acceleration_g")]
         numbers = [float(one) for one in values if isinstance(one, float | int) and abs(one) < _LARGEST_VALUE]
-        if len(numbers) == len(values):
-            self._status.append((at_ns, numbers[0], numbers[1]))
+        if len(numbers) == len(values) and len(self._tilts) < MOST_ROWS:
+            self._times_ns.append(at_ns)
+            self._tilts.append(numbers[0])
+            self._accelerations.append(numbers[1])
         else:
             self._unread += 1
 

@@ -1,14 +1,15 @@
 """What a reader finds in a file, before it becomes a flight: channels with clocks of their own."""
 
 from dataclasses import dataclass, field
-from typing import NamedTuple
+from typing import Final, NamedTuple
 
 import numpy as np
 
 from app.flight_logs.flight_log import Flags, Floats, LogFormat, ModeChange
 from app.text.messages import UserMessage
 
-STANDARD_GRAVITY_M_S2 = 9.80665
+STANDARD_GRAVITY_M_S2: Final = 9.80665
+MOST_MODES: Final = 10_000
 
 
 class Channel(NamedTuple):

@@ -63,6 +63,8 @@ def format_of(path: Path) -> LogFormat | None:
     """By its first bytes, else by its ending. Raises OSError."""
     if path.is_dir():
         return LogFormat.RECORDING if (path / SESSION).is_file() else None
+    if path.exists() and not path.is_file():  # a pipe or a device: opening it might never end
+        return None
     with path.open("rb") as file:
         start = file.read(16)
     found = next((kind for begin, kind in _BEGINNINGS.items() if start.startswith(begin)), None)

@@ -1,5 +1,6 @@
 """Columns of binary records: gathered from where they stand in the file, without copying the rest."""
 
+import os
 from pathlib import Path
 from typing import Any, Final
 
@@ -13,15 +14,19 @@ from protocol.translatable import marked
 MOST_BYTES: Final = 1 << 30
 MOST_RECORDS: Final = 20_000_000
 """Of one kind; a flight of a day at 200 Hz."""
+MOST_WALKED: Final = 100_000_000
+"""Records of all kinds; what comes after them is not read."""
+MOST_DAMAGES: Final = 1_000_000
+"""Places at which a record was expected and none was; what comes after them is not read."""
 
 
 def read_bytes(path: Path) -> bytes:
     """The whole file. Raises `LogUnreadable` for one of more than 1 GiB, OSError."""
     with path.open("rb") as file:
-        data = file.read(MOST_BYTES + 1)
-    if len(data) > MOST_BYTES:
-        raise LogUnreadable(said(marked("It is larger than 1 GB.")))
-    return data
+        size = os.fstat(file.fileno()).st_size
+        if size > MOST_BYTES:
+            raise LogUnreadable(said(marked("It is larger than 1 GB.")))
+        return file.read(size)
 
 
 def gathered(data: bytes, places: NDArray[np.int64], kind: str) -> NDArray[Any]:

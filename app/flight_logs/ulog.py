@@ -6,7 +6,7 @@ from typing import Final
 import numpy as np
 
 from app.flight_logs.flight_log import Floats, LogFormat, ModeChange
-from app.flight_logs.raw_log import Channel, FlagChannel, RawLog, force_of_axes, tilt_of_quaternion
+from app.flight_logs.raw_log import MOST_MODES, Channel, FlagChannel, RawLog, force_of_axes, tilt_of_quaternion
 from app.flight_logs.records import read_bytes
 from app.flight_logs.ulog_file import UlogFile, UlogTopic
 from app.text.messages import said
@@ -102,7 +102,7 @@ def _over_time(file: UlogFile, topic: UlogTopic, axes: list[Floats]) -> list[Flo
 
 
 def _modes(time_s: Floats, states: Floats) -> list[ModeChange]:
-    changes = np.flatnonzero(np.diff(states, prepend=-1.0) != 0)
+    changes = np.flatnonzero(np.diff(states, prepend=-1.0) != 0)[:MOST_MODES]
     return [
         ModeChange(float(time_s[one]), NAV_STATES.get(int(states[one]), f"mode {int(states[one])}")) for one in changes
     ]

@@ -14,7 +14,7 @@ from typing import Final, NamedTuple
 import numpy as np
 
 from app.flight_logs.flight_log import Floats, LogUnreadable
-from app.flight_logs.records import MOST_RECORDS, gathered_floats
+from app.flight_logs.records import MOST_DAMAGES, MOST_RECORDS, MOST_WALKED, gathered_floats
 from app.text.messages import said
 from protocol.translatable import marked
 
@@ -30,6 +30,7 @@ _TYPES: Final[Mapping[str, str]] = {
 _FIELD: Final = re.compile(r"([A-Za-z_][A-Za-z0-9_/]*)(?:\[(\d{1,5})\])? ([A-Za-z_][A-Za-z0-9_]*)")
 _APPENDED: Final = 0x01
 """The one flag of data that an older reader would misread and this one knows."""
+MOST_TOPICS: Final = 200
 _DEEPEST: Final = 8
 _LARGEST: Final = 0xFFFF
 _ID_BYTES: Final = 2
@@ -62,6 +63,14 @@ class UlogTopic:
         return len(self.places) > 0 and all(name in self.fields for name in names)
 
 
+class _Layout(NamedTuple):
+    """See `UlogTopic`."""
+
+    fields: Mapping[str, UlogField]
+    size: int
+    least_size: int
+
+
 class UlogFile:
     """`topics` holds those of `wanted` that the file has samples of. Raises `LogUnreadable`."""
 
@@ -72,7 +81,9 @@ class UlogFile:
         self._wanted = wanted
         self._formats: dict[str, str] = {}
         self._subscribed: dict[int, UlogTopic] = {}
+        self._layouts: dict[str, _Layout | None] = {}
         self._appended: tuple[int, ...] = ()
+        self._damages = 0
         self.topics: list[UlogTopic] = []
         self.skipped_bytes = 0
         """That were no records: damage."""
@@ -96,7 +107,9 @@ class UlogFile:
         """Go through the records; the head ends with the first one that is no definition."""
         data, subscribed = self._data, self._subscribed
         head = struct.Struct("<HBH").unpack_from
-        while place + _RECORD_HEAD + _ID_BYTES <= stop:
+        for _ in range(MOST_WALKED):
+            if place + _RECORD_HEAD + _ID_BYTES > stop or self._damages > MOST_DAMAGES:
+                break
             size, kind, number = head(data, place)
             end = place + _RECORD_HEAD + size
             if kind == 68 and end <= stop:  # D, a sample: most are of these
@@ -126,6 +139,7 @@ class UlogFile:
         found = self._data.find(_SYNC, place + 1, stop)
         found = stop if found < 0 else found
         self.skipped_bytes += found - place
+        self._damages += 1
         return found
 
     def _read(self, kind: int, body: bytes) -> None:
@@ -147,20 +161,23 @@ class UlogFile:
 
     def _subscribe(self, instance: int, number: int, name: str) -> None:
         self._subscribed.pop(number, None)
-        if name not in self._wanted:
+        if name not in self._wanted or len(self.topics) >= MOST_TOPICS:
             return
         layout = self._layout(name)
         if layout is None:
             return
-        fields, size, least_size = layout
-        topic = UlogTopic(name, instance, fields, size, least_size)
+        topic = UlogTopic(name, instance, layout.fields, layout.size, layout.least_size)
         self._subscribed[number] = topic
         self.topics.append(topic)
 
-    def _layout(self, name: str, depth: int = 0) -> tuple[dict[str, UlogField], int, int] | None:
-        """Fields, size, and size without the padding at the end; None where the format makes no sense."""
-        if name not in self._formats or depth > _DEEPEST:
-            return None
+    def _layout(self, name: str, depth: int = 0) -> "_Layout | None":
+        """None where the format makes no sense. Each is worked out once, however often it is nested."""
+        if name not in self._layouts:
+            is_known = name in self._formats and depth <= _DEEPEST
+            self._layouts[name] = self._worked_out(name, depth) if is_known else None
+        return self._layouts[name]
+
+    def _worked_out(self, name: str, depth: int) -> "_Layout | None":
         fields: dict[str, UlogField] = {}
         offset = least = 0
         for text in self._formats[name].split(";"):
@@ -179,10 +196,10 @@ class UlogFile:
                 nested = self._layout(kind, depth + 1)
                 if nested is None:
                     return None
-                size = nested[1]
+                size = nested.size
             offset += size * count
             if offset > _LARGEST:
                 return None
             if not label.startswith("_padding"):
                 least = offset
-        return fields, offset, least
+        return _Layout(fields, offset, least)

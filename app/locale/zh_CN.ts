@@ -2238,8 +2238,8 @@
         <translation>已发生 {n} 次。</translation>
     </message>
     <message>
-        <source>It has more than {count} lines.</source>
-        <translation>超过 {count} 行。</translation>
+        <source>It has more than {count} numbers.</source>
+        <translation>超过 {count} 个数值。</translation>
     </message>
     <message>
         <source>It has no times: those shown are of bytes back to back.</source>
@@ -3592,6 +3592,10 @@
     <message>
         <source>Pause the list</source>
         <translation>暂停列表</translation>
+    </message>
+    <message>
+        <source>Pauses in the log: {count}, {total:.1f} s in all, the longest {longest:.1f} s.</source>
+        <translation>日志中断 {count} 次，共 {total:.1f} s，最长 {longest:.1f} s。</translation>
     </message>
     <message>
         <source>Picture (*.png)</source>
@@ -8828,10 +8832,6 @@
     <message>
         <source>{count} of {total} would have fired.</source>
         <translation>{total} 个中有 {count} 个会触发。</translation>
-    </message>
-    <message>
-        <source>{count} pauses in the log, {total:.1f} s in all, the longest {longest:.1f} s.</source>
-        <translation>日志中断 {count} 次，共 {total:.1f} s，最长 {longest:.1f} s。</translation>
     </message>
     <message>
         <source>{count} recordings</source>

@@ -1,0 +1,258 @@
+"""Cut, damaged and malicious files: a flight or a sentence, never a traceback, never memory without bound."""
+
+import json
+import os
+import struct
+import tracemalloc
+import zlib
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+import zstandard
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+
+from app.flight_analysis.many_logs import summarise_log
+from app.flight_analysis.summary import FlightSummary
+from app.flight_logs.flight_log import FlightLog, LogUnreadable
+from app.flight_logs.read_log import read_flight_log
+from app.recordings.export import export_csv, export_mcap
+from app.recordings.recording import open_recording
+from tests.support.flights import log_bytes as made
+from tests.support.flights.recorded_flight import recorded_reports
+
+TIMES = np.arange(60) / 20
+MEGABYTE = 1 << 20
+Insertions = st.lists(st.tuples(st.floats(0, 1), st.binary(min_size=1, max_size=8)), max_size=4)
+
+
+def ulog(_folder: Path) -> bytes:
+    rows = made.ulog_attitude(TIMES, 20 * TIMES) + made.ulog_force(TIMES, 1.0) + made.ulog_second_force(TIMES, 1.0)
+    rows += made.ulog_status((0.0, 2, 1), (2.0, 1, 2)) + made.ulog_landed((1.0, True))
+    return made.ulog_bytes(rows + made.ulog_altitude(TIMES, 5.0))
+
+
+def dataflash(_folder: Path) -> bytes:
+    rows = made.dataflash_attitude(TIMES, 20 * TIMES) + made.dataflash_force(TIMES, 1.0)
+    rows += made.dataflash_events((0.5, 10), (2.0, 11)) + made.dataflash_modes((0.1, 3))
+    return made.dataflash_bytes(rows + made.dataflash_altitude(TIMES, 5.0) + made.dataflash_message(0.0, "ArduCopter"))
+
+
+def exported(folder: Path, ending: str) -> bytes:
+    reports = recorded_reports(folder, [(float(at_s), 20 * float(at_s), 1.0) for at_s in TIMES])
+    with open_recording(reports) as recording:
+        (export_csv if ending == "csv" else export_mcap)(recording, folder / f"out.{ending}")
+    return (folder / f"out.{ending}").read_bytes()
+
+
+def mcap(folder: Path) -> bytes:
+    return exported(folder, "mcap")
+
+
+def csv(folder: Path) -> bytes:
+    return exported(folder, "csv")
+
+
+@pytest.fixture(scope="module")
+def originals(tmp_path_factory: pytest.TempPathFactory) -> dict[str, bytes]:
+    kinds: tuple[Callable[[Path], bytes], ...] = (ulog, dataflash, mcap, csv)
+    return {kind.__name__: kind(tmp_path_factory.mktemp(kind.__name__)) for kind in kinds}
+
+
+def damaged(data: bytes, cut: float, changes: list[tuple[float, bytes]]) -> bytes:
+    changed = bytearray(data[: int(len(data) * cut)])
+    for place, new in changes:
+        start = int(len(changed) * place)
+        changed[start : start + len(new)] = new
+    return bytes(changed)
+
+
+def check(path: Path) -> FlightSummary | None:
+    """What has to hold of whatever is read."""
+    found = summarise_log(path)
+    if found.flight is None:
+        assert found.why_not is not None
+        assert found.why_not.in_english().endswith(".")
+        return None
+    log = read_flight_log(path)
+    assert isinstance(log, FlightLog)
+    assert (np.diff(log.time_s) >= 0).all()
+    assert len({len(log.time_s), len(log.tilt_deg), len(log.specific_force_g), len(log.is_judged)}) == 1
+    known = log.tilt_deg[np.isfinite(log.tilt_deg)]
+    assert len(known) == 0 or (known.min() >= 0)
+    assert 0 <= log.not_judged_s <= log.duration_s + 1e-6
+    assert len(log.time_s) <= 60 * len(path.read_bytes())
+    return found.flight
+
+
+@pytest.mark.parametrize("kind", ["ulog", "dataflash", "mcap", "csv"])
+@settings(max_examples=120, suppress_health_check=[HealthCheck.function_scoped_fixture], deadline=None)
+@given(cut=st.one_of(st.just(1.0), st.floats(0, 1)), changes=Insertions)
+def test_cut_and_damaged_files(
+    kind: str, originals: dict[str, bytes], tmp_path: Path, cut: float, changes: list[tuple[float, bytes]]
+) -> None:
+    path = tmp_path / ("log.csv" if kind == "csv" else "log")
+    path.write_bytes(damaged(originals[kind], cut, changes))
+    check(path)
+
+
+@pytest.mark.parametrize("kind", ["ulog", "dataflash", "mcap", "csv"])
+def test_a_file_that_is_cut_in_the_middle_is_judged_up_to_there(
+    kind: str, originals: dict[str, bytes], tmp_path: Path
+) -> None:
+    path = tmp_path / ("log.csv" if kind == "csv" else "log")
+    path.write_bytes(originals[kind][: len(originals[kind]) * 7 // (14 if kind == "mcap" else 8)])
+    flight = check(path)
+    assert flight is not None
+    assert 1 < flight.duration_s < 3
+    if kind == "mcap":
+        assert flight.problems[0].in_english() == "The file is cut off: it is judged up to there."
+
+
+@given(
+    st.binary(max_size=400), st.sampled_from([b"ULog\x01\x12\x35\x01" + bytes(8), b"\xa3\x95", b"\x89MCAP0\r\n", b""])
+)
+@settings(max_examples=150, suppress_health_check=[HealthCheck.function_scoped_fixture], deadline=None)
+def test_files_that_only_begin_like_a_log(tmp_path: Path, data: bytes, begin: bytes) -> None:
+    path = tmp_path / "log.csv"
+    path.write_bytes(begin + data)
+    check(path)
+
+
+def peak_bytes(path: Path) -> int:
+    tracemalloc.start()
+    try:
+        check(path)
+        return tracemalloc.get_traced_memory()[1]
+    finally:
+        tracemalloc.stop()
+
+
+def mcap_record(kind: int, body: bytes) -> bytes:
+    return bytes((kind,)) + struct.pack("<Q", len(body)) + body
+
+
+def mcap_chunk(unpacked: bytes, *, claims: int | None = None) -> bytes:
+    packed = zstandard.ZstdCompressor(level=1).compress(unpacked)
+    size = len(unpacked) if claims is None else claims
+    head = struct.pack("<QQQI", 0, 0, size, zlib.crc32(unpacked)) + struct.pack("<I4s", 4, b"zstd")
+    return mcap_record(6, head + struct.pack("<Q", len(packed)) + packed)
+
+
+@pytest.mark.parametrize("claims", [None, 10, 1 << 60])
+def test_a_chunk_that_unpacks_to_more_than_it_may(tmp_path: Path, claims: int | None) -> None:
+    path = tmp_path / "bomb.mcap"
+    path.write_bytes(b"\x89MCAP0\r\n" + mcap_chunk(bytes(80 * MEGABYTE), claims=claims))
+    assert peak_bytes(path) < 8 * MEGABYTE
+
+
+def test_an_mcap_file_of_another_program(tmp_path: Path) -> None:
+    channel = struct.pack("<HHI4s", 1, 0, 4, b"/imu") + bytes(8)
+    path = tmp_path / "other.mcap"
+    path.write_bytes(b"\x89MCAP0\r\n" + mcap_record(4, channel))
+    with pytest.raises(LogUnreadable, match="that this program has written"):
+        read_flight_log(path)
+
+
+@pytest.mark.parametrize("value", ['"x"', "null", "1e999", "[1]", "NaN", "true", "9" * 400])
+def test_a_report_that_says_nothing_sensible_is_left_out(tmp_path: Path, value: str) -> None:
+    channel = struct.pack("<HHI7s", 1, 0, 7, b"/status") + bytes(8)
+    texts = [
+        json.dumps({"tilt_deg": 5, "acceleration_g": 1}),
+        f'{{"tilt_deg": {value}, "acceleration_g": 1}}',
+        "[",
+        "3",
+    ]
+    messages = b"".join(
+        mcap_record(5, struct.pack("<HIQQ", 1, 0, number * 10**7, 0) + text.encode())
+        for number, text in enumerate(texts)
+    )
+    path = tmp_path / "odd.mcap"
+    path.write_bytes(b"\x89MCAP0\r\n" + mcap_record(4, channel) + messages + mcap_record(15, bytes(4)))
+    log = read_flight_log(path)
+    assert log.tilt_deg.tolist() in ([5.0], [5.0, 1.0])
+    assert "that cannot be true are left out." in log.problems[0].in_english()
+
+
+def test_formats_within_formats_within_formats(tmp_path: Path) -> None:
+    """Each level asks for the next one thousands of times."""
+    records = b"".join(
+        made.ulog_record("F", f"t{level}:{''.join(f't{level + 1} f{n};' for n in range(4000))}".encode())
+        for level in range(20)
+    )
+    records += made.ulog_record("F", b"t20:") + made.ulog_record("F", b"vehicle_attitude:uint64_t timestamp;t0 a;")
+    records += made.ulog_record("A", struct.pack("<BH", 0, 1) + b"vehicle_attitude") * 1000
+    path = tmp_path / "deep.ulg"
+    path.write_bytes(b"ULog\x01\x12\x35\x01" + bytes(8) + records)
+    assert peak_bytes(path) < 16 * MEGABYTE
+
+
+def test_thousands_of_subscriptions(tmp_path: Path) -> None:
+    records = made.ulog_record("F", b"vehicle_attitude:uint64_t timestamp;float[4] q;")
+    records += made.ulog_record("A", struct.pack("<BH", 0, 1) + b"vehicle_attitude") * 20_000
+    path = tmp_path / "many.ulg"
+    path.write_bytes(b"ULog\x01\x12\x35\x01" + bytes(8) + records)
+    assert peak_bytes(path) < 8 * MEGABYTE
+
+
+def test_times_that_are_years_apart_take_no_memory(tmp_path: Path) -> None:
+    times = np.arange(200) * 3e7
+    path = tmp_path / "apart.ulg"
+    path.write_bytes(made.ulog_bytes(made.ulog_attitude(times, 5.0) + made.ulog_force(times, 1.0)))
+    assert peak_bytes(path) < 8 * MEGABYTE
+    assert read_flight_log(path).judged_s == 0
+
+
+def test_a_line_without_an_end(tmp_path: Path) -> None:
+    path = tmp_path / "long.csv"
+    path.write_bytes(b"t_s,tilt_deg\n" + b"1,2," * (2 * MEGABYTE))
+    assert peak_bytes(path) < 60 * MEGABYTE
+
+
+@pytest.mark.skipif(os.name == "nt", reason="Windows has no named pipes in folders")
+def test_a_pipe_is_not_waited_for(tmp_path: Path) -> None:
+    os.mkfifo(tmp_path / "log.bin")
+    with pytest.raises(LogUnreadable):
+        read_flight_log(tmp_path / "log.bin")
+
+
+def test_a_file_that_is_too_large_is_not_read(tmp_path: Path) -> None:
+    path = tmp_path / "large.ulg"
+    path.write_bytes(b"ULog\x01\x12\x35\x01")
+    os.truncate(path, (1 << 30) + 1)  # holes: it takes no space
+    with pytest.raises(LogUnreadable, match="larger than 1 GB"):
+        read_flight_log(path)
+
+
+def test_a_newer_ulog_is_refused(tmp_path: Path) -> None:
+    path = tmp_path / "new.ulg"
+    path.write_bytes(b"ULog\x01\x12\x35\x01" + bytes(8) + made.ulog_record("B", bytes(8) + b"\x02" + bytes(31)))
+    with pytest.raises(LogUnreadable, match="newer form"):
+        read_flight_log(path)
+
+
+def test_a_ulog_whose_data_go_on_at_its_end(tmp_path: Path) -> None:
+    """As PX4 appends after a crash of its logger: the record that was being written is cut."""
+    rows = made.ulog_attitude(TIMES, 5.0) + made.ulog_force(TIMES, 1.0)
+    data = made.ulog_bytes(rows)
+    cut = data[:-7]
+    more = b"".join(row for _, row in made.ulog_attitude(TIMES + 3.05, 70.0) + made.ulog_force(TIMES + 3.05, 1.0))
+    appended = cut.replace(bytes(40), bytes(8) + b"\x01" + bytes(7) + struct.pack("<3Q", len(cut), 0, 0), 1)
+    path = tmp_path / "appended.ulg"
+    path.write_bytes(appended + more)
+    flight = check(path)
+    assert flight is not None
+    assert flight.duration_s == pytest.approx(6.0, abs=0.1)
+    assert flight.tilt_max_deg == pytest.approx(70)
+
+
+def test_a_folder_that_is_no_recording_and_a_recording_that_is_damaged(tmp_path: Path) -> None:
+    (tmp_path / "empty").mkdir()
+    with pytest.raises(LogUnreadable):
+        read_flight_log(tmp_path / "empty")
+    folder = recorded_reports(tmp_path / "rec", [(float(at_s), 5.0, 1.0) for at_s in TIMES])
+    (folder / "session.json").write_text("{", encoding="utf-8")
+    with pytest.raises(LogUnreadable, match="heading is damaged"):
+        read_flight_log(folder)
