@@ -12,10 +12,12 @@ import os
 import sys
 from collections.abc import Callable, Sequence
 from importlib import import_module
+from itertools import takewhile
 from typing import NamedTuple
 
 from app.terminal import console
 from app.terminal.argparse_words import translate_argparse
+from app.terminal.port_choice import NoPortChosen, choose_port
 from app.text.i18n import set_language, system_language, tr
 from protocol.translatable import marked
 
@@ -55,6 +57,8 @@ ENTRIES = (
     SubCommand("simulate", "app.cli.simulate", marked("run a simulated module")),
 )
 _BY_NAME = {entry.name: entry for entry in ENTRIES}
+_ANYWHERE = ("-v", "-vv", "--verbose", "--quiet")
+"""Options that may stand before the command, too."""
 
 
 def main(argv: Sequence[str] | None = None) -> int:
@@ -88,6 +92,9 @@ def _run_or_refuse(words: list[str]) -> int:
         return _run(words)
     except SystemExit as end:  # argparse: help, or used wrongly
         return end.code if isinstance(end.code, int) else console.USED_WRONGLY
+    except NoPortChosen as error:
+        console.say(error.sentence)
+        return error.exit_code
 
 
 def _run(words: list[str]) -> int:
@@ -99,6 +106,9 @@ def _run(words: list[str]) -> int:
 
         print(f"DPS-S Configurator {version()}")
         return console.DONE
+    leading = list(takewhile(lambda word: word in _ANYWHERE, words))
+    if words[len(leading) : len(leading) + 1] and words[len(leading)] in _BY_NAME:  # dps-s -v read
+        words = [words[len(leading)], *leading, *words[len(leading) + 1 :]]
     if not words or words[0].startswith("-"):
         words = [WINDOW, *words]
     entry = _BY_NAME.get(words[0])
@@ -107,10 +117,15 @@ def _run(words: list[str]) -> int:
         raise AssertionError(words)
     parser = _bare_parser()
     import_module(entry.module).add_parser(parser.add_subparsers(dest="command", metavar="COMMAND"))
+    console.add_verbosity_arguments(parser)
     args = parser.parse_args(words)
-    _prepare_log(is_window=entry.name == WINDOW)
-    if entry.name == WINDOW:
+    console.set_verbosity(args)
+    is_window = entry.name == WINDOW
+    _prepare_log(is_wanted=is_window and console.verbosity() > 0, is_window=is_window)
+    if is_window:
         return _open_window(args)
+    if getattr(args, "port", "") is None and getattr(args, "yes", True):
+        args.port = choose_port()
     if getattr(args, "json", False):
         _write_utf8()
     if entry.name == "preflight":
@@ -178,9 +193,9 @@ def _write_utf8() -> None:
         sys.stdout.reconfigure(encoding="utf-8", errors="backslashreplace")
 
 
-def _prepare_log(*, is_window: bool) -> None:
+def _prepare_log(*, is_wanted: bool, is_window: bool) -> None:
     """On the command line the log is for whoever asks for it; the window looks after its own."""
-    if os.environ.get(DEBUG) == "1":
+    if is_wanted or os.environ.get(DEBUG) == "1":
         logging.basicConfig(level=logging.DEBUG)
     elif not is_window:
         logging.getLogger().addHandler(logging.NullHandler())  # else Python prints warnings and tracebacks

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING
 
 from app.terminal.console import DONE, NO_LINK, SAID_NO, USED_WRONGLY, add_port_arguments, say, write_lines
 from app.text.i18n import tr
+from app.text.sentences import together
 
 if TYPE_CHECKING:
     from app.procedures.act import Performed
@@ -27,7 +28,7 @@ def add_parser(subparsers: "argparse._SubParsersAction[argparse.ArgumentParser]"
     for name in NAMES:
         effect = tr(EFFECTS[Act(name)])
         more = tr("Without --yes it says so and sends nothing (exit code 2). What is done is written to the audit log.")
-        parser = subparsers.add_parser(name, description=f"{effect} {more}")
+        parser = subparsers.add_parser(name, description=together((effect, more)))
         add_port_arguments(parser)
         parser.add_argument("--yes", action="store_true", help=tr("really do it"))
         parser.set_defaults(run=run, act=name)
@@ -39,8 +40,9 @@ def run(args: argparse.Namespace) -> int:
     act = Act(args.act)
     if not args.yes:
         write_lines([tr(EFFECTS[act])])
-        port = shlex.quote(args.port)  # a URL may hold what a shell takes for its own
-        say(tr("Nothing was sent. To do it, say dps-s {name} --port {port} --yes.", name=args.act, port=port))
+        # A URL may hold what a shell takes for its own.
+        port = "" if args.port is None else f"--port {shlex.quote(args.port)} "
+        say(tr("Nothing was sent. To do it, say {command}.", command=f"dps-s {args.act} {port}--yes"))
         return USED_WRONGLY
     from app.procedures.act import perform
     from app.procedures.lock import lock

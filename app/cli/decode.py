@@ -16,6 +16,7 @@ from app.captures.explain import Asked, meaning, sentence
 from app.terminal import console
 from app.text.hex_text import HexText, NotHex
 from app.text.i18n import tr
+from app.text.sentences import listed
 from app.trigger_records.fields import JsonValue
 from protocol.catalogue import BY_NAME, Command
 from protocol.frame import Direction, Frame, Noise, decode_request
@@ -50,7 +51,7 @@ def add_parser(subparsers: "argparse._SubParsersAction[argparse.ArgumentParser]"
         "--asked",
         metavar="NAME",
         choices=sorted(BY_NAME),
-        help=tr("the command that the module's frames answer: {names}", names=", ".join(BY_NAME)),
+        help=tr("the command that the module's frames answer: {names}", names=listed(BY_NAME)),
     )
     console.add_json_argument(parser)
     parser.set_defaults(run=run)

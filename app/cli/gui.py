@@ -5,6 +5,7 @@ from pathlib import Path
 
 from app.terminal.console import RATES, USUAL_RATE, seconds
 from app.text.i18n import LANGUAGES, PSEUDO, tr
+from app.text.sentences import listed
 
 
 def add_parser(subparsers: "argparse._SubParsersAction[argparse.ArgumentParser]") -> None:
@@ -18,7 +19,7 @@ def add_parser(subparsers: "argparse._SubParsersAction[argparse.ArgumentParser]"
         "--lang",
         choices=(*LANGUAGES, PSEUDO),
         metavar="L",
-        help=tr("language of the window: {names}", names=", ".join(LANGUAGES)),
+        help=tr("language of the window: {names}", names=listed(LANGUAGES)),
     )
     unseen = parser.add_argument_group(tr("without a screen"))
     unseen.add_argument(

@@ -21,6 +21,7 @@ from app.terminal.console import (
     as_json,
     display_width,
     fitted,
+    note,
     padded,
     say,
     seconds,
@@ -117,7 +118,7 @@ def _stream_memory(port: str) -> "Iterator[StreamMemory]":
         memory = StoredStreamMemory(store, adapter or port)
         yield memory
         if memory.is_taken_over:
-            say(tr(LEFT_ON))
+            note(tr(LEFT_ON))
     finally:
         store.close()
 

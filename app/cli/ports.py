@@ -2,7 +2,7 @@
 
 import argparse
 
-from app.terminal.console import DONE, NO_LINK, add_json_argument, say, table, write_lines
+from app.terminal.console import DONE, NO_LINK, add_json_argument, note, say, table, write_lines
 from app.text.i18n import tr
 
 
@@ -26,7 +26,7 @@ def run(args: argparse.Namespace) -> int:
         write_lines([to_json(ports)])
         return DONE
     if not ports:
-        say(tr("There is no serial port. Plug the adapter in; if it stays away, try another cable or its driver."))
+        note(tr("There is no serial port. Plug the adapter in; if it stays away, try another cable or its driver."))
         return DONE
     head = (tr("Port"), tr("Name"), tr("Manufacturer"), tr("Serial number"), "USB")
     rows = [

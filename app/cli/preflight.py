@@ -18,11 +18,13 @@ from app.terminal.console import (
     add_json_argument,
     add_port_arguments,
     as_json,
+    note,
     padded,
     say,
     write_lines,
 )
 from app.text.i18n import tr
+from app.text.sentences import aside, listed, together
 
 if TYPE_CHECKING:
     from app.limits.expectations import Expectations
@@ -103,9 +105,9 @@ def _conclude(args: argparse.Namespace, filed: "Filed", trouble: str | None) -> 
     lines = [as_json(contract_of(filed.assessment))] if args.json else page_of(filed)
     write_lines(lines)
     if filed.trouble is not None:
-        say(f"{filed.trouble.sentence} {tr('The check was not kept.')}")
+        say(together((filed.trouble.sentence, tr("The check was not kept."))))
     if filed.station_trouble is not None:
-        say(f"{filed.station_trouble.sentence} {tr('The record is not signed.')}")
+        say(together((filed.station_trouble.sentence, tr("The record is not signed."))))
     is_reported = args.report is None or _report(args.report, filed.record, args.printer)
     if trouble is not None:
         say(trouble)
@@ -148,7 +150,7 @@ def _store() -> "Store | None":
     try:
         store = open_store()
     except StoreTrouble as error:
-        say(f"{error.sentence} {tr('The check will not be kept.')}")
+        say(together((error.sentence, tr("The check will not be kept."))))
         return None
     if store.notice is not None:
         say(store.notice)
@@ -198,7 +200,7 @@ def _report(path: Path, record: "Record", printer: "Printer | None") -> bool:
     except (OSError, RuntimeError, ImportError) as error:
         say(tr("The report cannot be written: {why}.", why=error))
         return False
-    say(tr("Written: {files}.", files=", ".join(map(str, written))))
+    note(tr("Written: {files}.", files=listed(map(str, written))))
     return path in written
 
 
@@ -228,7 +230,7 @@ def page_of(filed: "Filed") -> list[str]:
     rows: list[_Line] = []
     for one in assessment.checks:
         word = tr(RESULT_WORDS[one.finding.result])
-        shown = f"{one.finding.shown.in_words()} ({one.finding.limit.in_words()})"
+        shown = one.finding.shown.in_words() + aside(one.finding.limit.in_words())
         rows.append(_Line(word, UserMessage(one.check.title).in_words(), shown))
         if one.finding.result is not CheckResult.PASS:
             rows.append(_Line("", "", f"{UserMessage(one.check.why).in_words()} → {one.do.in_words()}"))

@@ -17,6 +17,7 @@ from app.terminal.console import (
     write_lines,
 )
 from app.text.i18n import tr
+from app.text.sentences import listed
 
 if TYPE_CHECKING:
     from app.engine.procedure import Procedure
@@ -54,7 +55,7 @@ def run(args: argparse.Namespace) -> int:
         say(
             tr(
                 "Could not read: {names}. Read again; if it persists, check the wiring.",
-                names=", ".join(findings.errors),
+                names=listed(findings.errors),
             )
         )
     if trouble is not None and not has_something:

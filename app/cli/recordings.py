@@ -17,6 +17,7 @@ from app.terminal.console import (
     add_json_argument,
     as_json,
     end_passing,
+    note,
     say,
     say_in_passing,
     table,
@@ -24,6 +25,7 @@ from app.terminal.console import (
 )
 from app.text.durations import stopwatch
 from app.text.i18n import tr
+from app.text.sentences import listed
 
 if TYPE_CHECKING:
     from app.recordings.library import RecordingEntry, RecordingLibrary
@@ -77,7 +79,7 @@ def run_list(args: argparse.Namespace) -> int:
         write_lines([as_json({"folder": str(library.folder), "recordings": [json_of(one) for one in entries]})])
         return DONE
     if not entries:
-        say(tr("No recordings yet. Every session is recorded automatically."))
+        note(tr("No recordings yet. Every session is recorded automatically."))
         return DONE
     head = (tr("Name"), tr("Started"), tr("Duration"), tr("Reports"), tr("Size"), tr("Port"), tr("Module"), "")
     write_lines(table(head, [_row(one) for one in entries]))
@@ -128,7 +130,7 @@ def _remarks(entry: "RecordingEntry") -> str:
         (entry.was_cut_off, tr("cut off")),
         (entry.is_trashed, tr("in the trash")),
     )
-    return ", ".join(text for is_so, text in remarks if is_so)
+    return listed(text for is_so, text in remarks if is_so)
 
 
 def run_export(args: argparse.Namespace) -> int:

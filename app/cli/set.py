@@ -26,6 +26,7 @@ from app.terminal.console import (
     write_lines,
 )
 from app.text.i18n import tr
+from app.text.sentences import listed
 from protocol.translatable import marked
 
 if TYPE_CHECKING:
@@ -269,4 +270,4 @@ def _typed(value: "Value") -> str:
 def _names() -> str:
     from app.preflight.reading_object import SETTING_KEYS
 
-    return ", ".join(SETTING_KEYS)
+    return listed(SETTING_KEYS)

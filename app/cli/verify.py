@@ -8,7 +8,7 @@ import argparse
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from app.terminal.console import DONE, SAID_NO, USED_WRONGLY, say, write_lines
+from app.terminal.console import DONE, SAID_NO, USED_WRONGLY, note, say, write_lines
 from app.text.i18n import tr
 
 if TYPE_CHECKING:
@@ -90,7 +90,7 @@ def _trust(stations: "Stations", verification: "Verification", fingerprint: str,
     if not is_same_fingerprint(found, fingerprint):
         say(tr("It is signed by {found}, not by {given}: no station is taken over.", found=found, given=fingerprint))
         return False
-    say(tr("Known from now on: {station}.", station=_line(stations.trust(verification.signer, name))))
+    note(tr("Known from now on: {station}.", station=_line(stations.trust(verification.signer, name))))
     return True
 
 
@@ -99,7 +99,7 @@ def _forget(stations: "Stations", fingerprint: str) -> int:
     if found is None:
         say(tr("No station that you know has this fingerprint."))
         return SAID_NO
-    say(tr("No longer known: {station}.", station=_line(found)))
+    note(tr("No longer known: {station}.", station=_line(found)))
     return DONE
 
 

@@ -28,6 +28,7 @@ from app.diagnosis.symptoms import (
 from app.engine.transport import PortTrouble
 from app.procedures.greet import Silence
 from app.text.i18n import tr
+from app.text.sentences import aside, together
 from protocol.translatable import marked
 
 
@@ -66,10 +67,10 @@ class Explanation:
 
     @property
     def terminal_sentence(self) -> str:
-        sentence = f"{self.what} {self.next_step}".strip()
+        sentence = together((self.what, self.next_step))
         if not self.terminal_command:
             return sentence
-        return f"{sentence[:-1]} ({self.terminal_command}){sentence[-1]}"  # before the full stop
+        return sentence[:-1] + aside(self.terminal_command) + sentence[-1]  # before the full stop
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

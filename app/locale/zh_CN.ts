@@ -35,7 +35,7 @@
     </message>
     <message>
         <source>(?) seen once, not confirmed: it came in one reading only.</source>
-        <translation>(?) 仅读到一次，未确认：只在一次读取中出现。</translation>
+        <translation>（?）仅读到一次，未确认：只在一次读取中出现。</translation>
     </message>
     <message>
         <source>({fault}) below {limit}, the least for a flight.</source>
@@ -3342,8 +3342,8 @@
         <translation>没有发送任何内容。</translation>
     </message>
     <message>
-        <source>Nothing was sent. To do it, say dps-s {name} --port {port} --yes.</source>
-        <translation>没有发送任何内容。要执行，请使用 dps-s {name} --port {port} --yes。</translation>
+        <source>Nothing was sent. To do it, say {command}.</source>
+        <translation>未发送任何内容。如需执行，请运行 {command}。</translation>
     </message>
     <message>
         <source>Nothing was sent: the connection was lost before.</source>
@@ -3676,6 +3676,14 @@
     <message>
         <source>Port lost</source>
         <translation>串口断开</translation>
+    </message>
+    <message>
+        <source>Port {port}, from {variable}.</source>
+        <translation>串口 {port}，取自 {variable}。</translation>
+    </message>
+    <message>
+        <source>Port {port}, the only adapter ({name}).</source>
+        <translation>串口 {port}，唯一的适配器（{name}）。</translation>
     </message>
     <message>
         <source>Port {port}: {state}</source>
@@ -5474,6 +5482,14 @@
         <translation>{name} 中没有字节。</translation>
     </message>
     <message>
+        <source>There are several adapters: {names}. Choose one: --port P or {variable}.</source>
+        <translation>有多个适配器：{names}。请选择一个：--port P 或 {variable}。</translation>
+    </message>
+    <message>
+        <source>There is no USB adapter. Plug it in, or name the port: --port P or {variable}.</source>
+        <translation>没有 USB 适配器。请插入，或指定串口：--port P 或 {variable}。</translation>
+    </message>
+    <message>
         <source>There is no column “{name}”.</source>
         <translation>没有“{name}”列。</translation>
     </message>
@@ -6434,8 +6450,8 @@
         <translation>一条质量差的线路，每次都相同</translation>
     </message>
     <message>
-        <source>a device name (see dps-s ports), a pseudo-terminal or a URL: socket://HOST:PORT, sim://</source>
-        <translation>设备名（见 dps-s ports）、伪终端或 URL：socket://HOST:PORT、sim://</translation>
+        <source>a device name (see dps-s ports), a pseudo-terminal or a URL: socket://HOST:PORT, sim://; default: DPS_S_PORT, or the only adapter</source>
+        <translation>设备名（见 dps-s ports）、伪终端或 URL：socket://主机:端口、sim://；默认：DPS_S_PORT，或唯一的适配器</translation>
     </message>
     <message>
         <source>a finite number is needed</source>
@@ -8058,6 +8074,14 @@
         <translation>相同</translation>
     </message>
     <message>
+        <source>say nothing but errors and warnings</source>
+        <translation>只显示错误和警告</translation>
+    </message>
+    <message>
+        <source>say what is done; twice: every frame</source>
+        <translation>显示执行过程；重复两次则显示每一帧</translation>
+    </message>
+    <message>
         <source>seconds since it was switched on; 0 lets the two heartbeats be seen</source>
         <translation>已开机的秒数；0 可看到两次开机心跳</translation>
     </message>
@@ -8326,6 +8350,10 @@
         <translation>模块已应答，但没有保存</translation>
     </message>
     <message>
+        <source>the module answers</source>
+        <translation>模块已应答</translation>
+    </message>
+    <message>
         <source>the module answers at no rate</source>
         <translation>模块在任何波特率下都没有应答</translation>
     </message>
@@ -8340,6 +8368,10 @@
     <message>
         <source>the module did not answer when it was enabled</source>
         <translation>启用时模块没有应答</translation>
+    </message>
+    <message>
+        <source>the module does not answer</source>
+        <translation>模块无应答</translation>
     </message>
     <message>
         <source>the module does not hear what arrives while it is sending</source>
@@ -9090,8 +9122,24 @@
         <translation>{name}：需要 1 到 {most} 之间的整数天数。</translation>
     </message>
     <message>
+        <source>{name}: answered</source>
+        <translation>{name}：已应答</translation>
+    </message>
+    <message>
+        <source>{name}: answered in {time:.1f} ms</source>
+        <translation>{name}：已应答，用时 {time:.1f} ms</translation>
+    </message>
+    <message>
         <source>{name}: at most {count} characters.</source>
         <translation>{name}：最多 {count} 个字符。</translation>
+    </message>
+    <message>
+        <source>{name}: no answer (attempts: {count})</source>
+        <translation>{name}：无应答（已尝试 {count} 次）</translation>
+    </message>
+    <message>
+        <source>{name}: no answer, outcome unknown</source>
+        <translation>{name}：无应答，结果未知</translation>
     </message>
     <message>
         <source>{name}: the character {code} is not allowed.</source>
@@ -9198,6 +9246,10 @@
         <translation>{port} 在 {seconds:.0f} 秒内未能打开。</translation>
     </message>
     <message>
+        <source>{port} is closed</source>
+        <translation>{port} 已关闭</translation>
+    </message>
+    <message>
         <source>{port} is connected. The tour works on a simulated module of its own and never touches a real one: disconnect first. The module stays as it is.</source>
         <translation>{port} 已连接。导览只使用自己的模拟模块，绝不触及真实模块：请先断开。模块保持原样。</translation>
     </message>
@@ -9212,6 +9264,10 @@
     <message>
         <source>{port} is no address that this program opens.</source>
         <translation>本程序不支持地址 {port}。</translation>
+    </message>
+    <message>
+        <source>{port} is open, {rate} baud</source>
+        <translation>{port} 已打开，波特率 {rate}</translation>
     </message>
     <message>
         <source>{port} vanishes again: the driver for Braille displays (brltty) takes this adapter for one.</source>
@@ -9443,7 +9499,7 @@
     </message>
     <message>
         <source>{value} (!) {fault}, limit {limit}</source>
-        <translation>{value} (!) {fault}，限值 {limit}</translation>
+        <translation>{value}（!）{fault}，限值 {limit}</translation>
     </message>
     <message>
         <source>{value} g draft</source>

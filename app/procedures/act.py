@@ -22,6 +22,7 @@ from app.safety.journal import Journal, JournalFailed, Outcome, durable
 from app.safety.permit import Permit
 from app.text.i18n import tr
 from app.text.messages import said
+from app.text.sentences import together
 from protocol.catalogue import BY_NAME, HEARTBEAT, STATUS
 from protocol.events import Answered, Unanswered
 from protocol.events import Outcome as Reply
@@ -84,11 +85,11 @@ class Performed:
             return tr("Rehearsal: {frame} would have been sent. Nothing was.", frame=self.frame.hex(" ").upper())
         if self.outcome is not Outcome.NOT_SENT:
             words = tr(SENTENCES[self.act, self.outcome])
-            return f"{words} {self._tilt_sentence}" if self.act is Act.ZERO else words
+            return together((words, self._tilt_sentence)) if self.act is Act.ZERO else words
         parts = [tr(_NOT_SENT), *(refusal.sentence for refusal in self.refusals)]
         if self.trouble:
             parts.append(self.trouble)
-        return " ".join(parts)
+        return together(parts)
 
     @property
     def is_level(self) -> bool:

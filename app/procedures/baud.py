@@ -36,6 +36,7 @@ from app.safety.journal import Entry, Journal, JournalFailed, Outcome, durable
 from app.safety.permit import Permit
 from app.text.i18n import tr
 from app.text.messages import said
+from app.text.sentences import together
 from protocol.catalogue import BAUD_RATE, BAUD_RATES
 from protocol.translatable import marked
 
@@ -97,7 +98,7 @@ class BaudChanged:
         text = SENTENCES[self.end]
         rates = {"old": self.old_rate, "new": self.new_rate, "found": self.found_rate}
         words = tr(text, **{name: rate for name, rate in rates.items() if f"{{{name}}}" in text})
-        return " ".join([words, *(refusal.sentence for refusal in self.refusals), self.trouble or ""]).strip()
+        return together([words, *(refusal.sentence for refusal in self.refusals), self.trouble or ""])
 
 
 def change_baud(

@@ -32,6 +32,7 @@ from app.recordings.markers import KIND_OF_WORD, Marker, MarkerKind, ModuleLimit
 from app.samples.ring_buffers import Readable
 from app.samples.step_function import StepFunction
 from app.text.i18n import tr
+from app.text.sentences import together
 
 _LIMITS_KEPT = 1_000_000
 
@@ -165,7 +166,7 @@ class Recording:
             f"{datetime.fromtimestamp(at_s + self.wall_offset_s).astimezone():%H:%M:%S}"
             for at_s in (self.damaged[0].first.at_s, self.damaged[-1].last.at_s)
         )
-        return f"{said} {tr('They lie between {first} and {last}.', first=first, last=last)}"
+        return together((said, tr("They lie between {first} and {last}.", first=first, last=last)))
 
     def close(self) -> None:
         """Let go of the files. What was taken out of it before (series, excerpts) still holds on to them."""

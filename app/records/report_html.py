@@ -21,6 +21,7 @@ from app.records.record import NOT_KEPT, Record, activated_by, caveats, recorded
 from app.stations.station import KEY_BYTES, Station, decoded, fingerprint_of
 from app.text.i18n import CHINESE, ENGLISH, language, speaking, tr
 from app.text.messages import UserMessage, clean, said_from
+from app.text.sentences import aside, together
 from protocol.translatable import marked
 
 INK, PALE, GREEN, BLUE, RED, AMBER = "#111111", "#555555", "#0b5d1e", "#0b4a9e", "#a4001d", "#7a4b00"
@@ -101,10 +102,10 @@ def _head(record: Record) -> str:
         under = tr("{count} of {all} checks stand against it.", count=len(against), all=len(_list(record, "checks")))
     if void is not None:
         why = _VOID_WHY.get(str(void), str(void))
-        under = f"{under} {tr('Void: {why}.', why=tr(why))}"
+        under = together((under, tr("Void: {why}.", why=tr(why))))
     if skipped:
-        under = f"{under} {tr('Skipped by a person: {count}.', count=skipped)}"
-    under = " ".join([*(one.in_words() for one in caveats(record)), under])
+        under = together((under, tr("Skipped by a person: {count}.", count=skipped)))
+    under = together([*(one.in_words() for one in caveats(record)), under])
     return (
         f'<p style="margin:0"><font size="5"><b>{_escaped(tr("Pre-flight check of a parachute module"))}</b></font>'
         f' <span style="color:{PALE}">DPS-S</span></p>'
@@ -230,7 +231,7 @@ def _test_row(one: Mapping[str, object]) -> str:
 
 def _measured_text(row: Mapping[object, object]) -> str:
     name, shown, tolerance = (said_from(row.get(key)).in_words() for key in ("name", "shown", "tolerance"))
-    return f"{name}: {shown} ({tolerance})"
+    return f"{name}: {shown}{aside(tolerance)}"
 
 
 def _foot(record: Record) -> str:

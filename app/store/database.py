@@ -30,6 +30,7 @@ from app.store.copies import Copier, copied_at, restore
 from app.store.schema import APPLICATION_ID, MIGRATIONS
 from app.system.files import draft_of
 from app.text.i18n import tr
+from app.text.sentences import together
 from protocol.translatable import marked
 
 FILE_NAME = "dps-s.sqlite"
@@ -90,9 +91,9 @@ class SetAside:
             when = f"{self.restored_at.astimezone():%Y-%m-%d %H:%M}"
             restored = tr("They were restored from the copy of {when}: what was recorded since is missing.", when=when)
             if self.path is None:
-                return f"{tr('The program’s records were gone.')} {restored}"
+                return together((tr("The program’s records were gone."), restored))
             damaged = tr("The program’s records were damaged. The damaged file was kept as {path}.", path=self.path)
-            return f"{damaged} {restored}"
+            return together((damaged, restored))
         if self.was_damaged:
             return tr("The program's records were damaged. They were kept as {path}; new ones begin.", path=self.path)
         return tr("A file of another program was in the way. It was kept as {path}.", path=self.path)

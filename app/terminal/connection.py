@@ -8,7 +8,7 @@ import queue
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
-from typing import TypeVar
+from typing import TYPE_CHECKING, TypeVar
 
 from app.engine.device import DeviceView
 from app.engine.procedure import LinkView, PortLost, Procedure, Report, Slept
@@ -16,10 +16,14 @@ from app.engine.transport import PortError
 from app.engine.worker import Batch, Connection, Job, PortState, Worker
 from app.procedures.find import find_rate
 from app.procedures.greet import NoAnswer, greet
-from app.terminal.console import USUAL_RATE, end_passing, say_in_passing
+from app.terminal.console import USUAL_RATE, end_passing, say_in_passing, verbosity
 from app.terminal.interruption import Interruption
 from app.text.i18n import tr
+from app.text.sentences import together
 from protocol.link_states import Presence
+
+if TYPE_CHECKING:
+    from app.terminal.trace import Trace
 
 OPENING_LIMIT_S = 2.0
 CANCEL_LIMIT_S = 1.5
@@ -50,6 +54,7 @@ class Conversation:
     def __init__(self, interruption: Interruption, on_batch: Callable[[Batch], None] | None = None) -> None:
         self._interruption = interruption
         self._on_batch = on_batch
+        self._trace = _trace()
         self._batches: queue.SimpleQueue[Batch] = queue.SimpleQueue()
         self._worker = Worker(self._batches.put)
         self._reports: queue.SimpleQueue[Report] = queue.SimpleQueue()
@@ -74,7 +79,7 @@ class Conversation:
             if time.monotonic() > deadline and not self._is_open():
                 what = tr("{port} does not open within {seconds:.0f} s.", port=port, seconds=OPENING_LIMIT_S)
                 step = tr("Unplug the adapter, plug it in again and try again.")
-                raise NoLink(f"{what} {step}")
+                raise NoLink(together((what, step)))
         opened_at = time.monotonic()
         while time.monotonic() <= opened_at:  # Windows' clock stands still for 16 ms: nothing was confirmed meanwhile
             self.wait()
@@ -136,6 +141,8 @@ class Conversation:
         if batch.link is not None:
             self.link = batch.link
         self.device = batch.device
+        if self._trace is not None:
+            self._trace.on_batch(batch)
         if self._on_batch is not None:
             self._on_batch(batch)
 
@@ -162,6 +169,15 @@ class Conversation:
             doing = report.doing
             values = {name: tr(value) if isinstance(value, str) else value for name, value in report.values}
             say_in_passing(f"{tr(doing, **values)} ({report.done + 1}/{report.total})")
+
+
+def _trace() -> "Trace | None":
+    """What -v wants said."""
+    if verbosity() < 1:
+        return None
+    from app.terminal.trace import Trace
+
+    return Trace(has_frames=verbosity() > 1)
 
 
 @contextmanager
@@ -201,7 +217,7 @@ def _greet(conversation: Conversation, port: str, baud_rate: int | None) -> None
 def no_module_anywhere(port: str) -> str:
     what = tr("No module answers on {port} at any baud rate.", port=port)
     step = tr("Check that it is switched on, that TX and RX are crossed, and that ground is connected.")
-    return f"{what} {step}"
+    return together((what, step))
 
 
 def link_trouble(error: Exception) -> str | None:

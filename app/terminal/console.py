@@ -7,6 +7,7 @@ and nothing else: English, UTF-8, whatever language the computer speaks.
 import argparse
 import math
 import os
+import re
 import shutil
 import sys
 import unicodedata
@@ -14,7 +15,8 @@ from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, NamedTuple
 
-from app.text.i18n import tr
+from app.text.i18n import CHINESE, language, tr
+from app.text.sentences import listed
 from app.text.visible_text import visible, visible_json
 
 if TYPE_CHECKING:
@@ -30,6 +32,7 @@ PARTLY = 4
 """Some of it could not be had."""
 
 NEWLINE = "\n"
+_HEADING = re.compile(r"^(\S.*):$", re.MULTILINE)
 AUTO = "auto"
 RATES = (115200, 57600, 38400, 19200, 9600, 4800)
 """`protocol.catalogue.BAUD_RATES`, written out so that the help needs no catalogue; a test holds them equal."""
@@ -38,6 +41,11 @@ USUAL_RATE = 115200
 
 class Parser(argparse.ArgumentParser):
     """Its messages repeat what was typed, and cannot steer a terminal."""
+
+    def format_help(self) -> str:
+        """With the colon behind a heading, which argparse writes itself, as wide as the language has it."""
+        text = super().format_help()
+        return _HEADING.sub(r"\1：", text) if language() == CHINESE else text
 
     def _print_message(self, message: str, file: "SupportsWrite[str] | None" = None) -> None:
         super()._print_message(visible(message, keep=NEWLINE) if message else message, file)
@@ -50,17 +58,34 @@ class OutputLost(Exception):
 def add_port_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--port",
-        required=True,
         type=_port,
         metavar="P",
-        help=tr("a device name (see dps-s ports), a pseudo-terminal or a URL: socket://HOST:PORT, sim://"),
+        help=tr(
+            "a device name (see dps-s ports), a pseudo-terminal or a URL: socket://HOST:PORT, sim://; default: "
+            "DPS_S_PORT, or the only adapter"
+        ),
     )
     parser.add_argument(
         "--baud",
         type=_rate,
         default=USUAL_RATE,
         metavar="N",
-        help=tr("baud rate: {rates}, or auto to try them all; default 115200", rates=", ".join(map(str, RATES))),
+        help=tr("baud rate: {rates}, or auto to try them all; default 115200", rates=listed(map(str, RATES))),
+    )
+
+
+def add_verbosity_arguments(parser: argparse.ArgumentParser) -> None:
+    """To `parser` and to those of its sub-commands."""
+    for action in parser._actions:
+        if isinstance(action, argparse._SubParsersAction):
+            for one in action.choices.values():
+                add_verbosity_arguments(one)
+    # Without a default: that of a sub-command's parser would replace what was said before it.
+    parser.add_argument(
+        "-v", "--verbose", action="count", default=argparse.SUPPRESS, help=tr("say what is done; twice: every frame")
+    )
+    parser.add_argument(
+        "--quiet", action="store_true", default=argparse.SUPPRESS, help=tr("say nothing but errors and warnings")
     )
 
 
@@ -80,8 +105,9 @@ def _rate(text: str) -> int | None:
         return None
     if text.isdecimal() and int(text) in RATES:
         return int(text)
-    listed = ", ".join(map(str, RATES))
-    raise argparse.ArgumentTypeError(tr("“{text}” is none of {rates} or auto", text=text, rates=listed))
+    raise argparse.ArgumentTypeError(
+        tr("“{text}” is none of {rates} or auto", text=text, rates=listed(map(str, RATES)))
+    )
 
 
 def seconds(text: str) -> float:
@@ -98,6 +124,28 @@ def seconds(text: str) -> float:
 # Printing
 
 
+class _Verbosity:
+    """How much is said on standard error."""
+
+    level = 0
+    """-1 with --quiet, else how often -v was given."""
+
+
+def set_verbosity(args: argparse.Namespace) -> None:
+    """By the arguments of `add_verbosity_arguments`."""
+    _Verbosity.level = -1 if getattr(args, "quiet", False) else getattr(args, "verbose", 0)
+
+
+def verbosity() -> int:
+    return _Verbosity.level
+
+
+def note(sentence: str) -> None:
+    """`say`, for what is neither an error nor a warning: nothing with --quiet."""
+    if _Verbosity.level >= 0:
+        say(sentence)
+
+
 def say(sentence: str) -> None:
     """One line on standard error. A broken standard error is nobody's concern."""
     with _unheard():
@@ -106,7 +154,7 @@ def say(sentence: str) -> None:
 
 def say_in_passing(words: str) -> None:
     """Progress: one line on standard error that the next one replaces; nothing where that is no terminal."""
-    if sys.stderr is not None and sys.stderr.isatty():
+    if _Verbosity.level >= 0 and sys.stderr is not None and sys.stderr.isatty():
         with _unheard():
             print(f"\r{fitted(visible(words))}\x1b[K", end="", file=sys.stderr, flush=True)
 

@@ -11,6 +11,7 @@ from app.terminal.console import table
 from app.text.csv_cells import BYTE_ORDER_MARK, cell
 from app.text.durations import stopwatch
 from app.text.i18n import tr
+from app.text.sentences import aside, listed
 from app.trigger_records.fields import FIELDS, fields_of, source_word
 from protocol.messages import TriggerRecord
 
@@ -71,9 +72,9 @@ def page_of(history: History) -> list[str]:
 def _row(record: TriggerRecord, *, is_certain: bool) -> tuple[str, ...]:
     cell, outside = f"{record.cell_voltage_v:.2f} V", record_outside(record)
     if outside is not None:
-        cell = f"{cell} ({tr(outside.fault.value)})"
+        cell = f"{cell}{aside(tr(outside.fault.value))}"
     return (
-        str(record.boot_count) if is_certain else f"{record.boot_count} (?)",
+        str(record.boot_count) if is_certain else f"{record.boot_count}{aside('?')}",
         stopwatch(record.uptime_s),
         sources_in_words(record.sources),
         f"{record.attitude_threshold_deg}°",
@@ -81,12 +82,12 @@ def _row(record: TriggerRecord, *, is_certain: bool) -> tuple[str, ...]:
         tr("connected") if record.serial_connected else tr("not connected"),
         tr("yes") if record.charging else tr("no"),
         f"{record.light_v:.1f} V",
-        f"{cell} (!)" if "cell_voltage_v" in record.implausible else cell,
+        f"{cell}{aside('!')}" if "cell_voltage_v" in record.implausible else cell,
     )
 
 
 def sources_in_words(sources: tuple[str, ...]) -> str:
-    return ", ".join(source_word(name) for name in sources) or tr("unknown")
+    return listed(source_word(name) for name in sources) or tr("unknown")
 
 
 def _remarks(history: History) -> list[str]:

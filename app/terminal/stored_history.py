@@ -4,8 +4,9 @@ from typing import TYPE_CHECKING
 
 from app.engine.procedure import Procedure
 from app.procedures.history import History
-from app.terminal.console import say
+from app.terminal.console import note, say
 from app.text.i18n import tr
+from app.text.sentences import listed
 
 if TYPE_CHECKING:
     from app.engine.identity import IdentityEvidence
@@ -71,7 +72,7 @@ def keep_visit(
                 against = _against(store, known[name], name, slots, found, history)
                 if against:
                     say(tr("Not kept: this may be another module than {module} ({differences}).", module=name,
-                           differences=", ".join(against)))  # fmt: skip
+                           differences=listed(against)))  # fmt: skip
                     say(tr("If it is {module}, add --same-module.", module=name))
                     return False
             module_id = store.meet_module(name).id
@@ -86,9 +87,9 @@ def keep_visit(
         say(error.sentence)
         return True
     if visit.new is None:
-        say(tr("{module}: the first visit; {count} records are kept.", module=name, count=len(visit.records)))
+        note(tr("{module}: the first visit; {count} records are kept.", module=name, count=len(visit.records)))
     else:
-        say(tr("{module}: {new} new since the last visit; {count} records are kept.", module=name,
+        note(tr("{module}: {new} new since the last visit; {count} records are kept.", module=name,
                new=len(visit.new), count=len(visit.records)))  # fmt: skip
 
     return True

@@ -1,8 +1,12 @@
 """Joins and capitalises sentences in the current language."""
 
+import re
 from collections.abc import Iterable
+from typing import Final
 
 from app.text.i18n import CHINESE, language
+
+_WIDE_STOP_AND_SPACE: Final = re.compile("([。！？；：]) ")
 
 
 def begun(text: str) -> str:
@@ -12,9 +16,14 @@ def begun(text: str) -> str:
 
 def together(sentences: Iterable[str]) -> str:
     """One after the other. Behind a Chinese full stop, which is as wide as a letter, stands no space."""
-    return " ".join(one for one in sentences if one).replace("。 ", "。")
+    return _WIDE_STOP_AND_SPACE.sub(r"\1", " ".join(one for one in sentences if one))
 
 
 def listed(names: Iterable[str]) -> str:
     """Names one after the other; Chinese has a comma of its own for that."""
     return ("、" if language() == CHINESE else ", ").join(names)
+
+
+def aside(text: str) -> str:
+    """In brackets, to be put behind a word."""
+    return f"（{text}）" if language() == CHINESE else f" ({text})"

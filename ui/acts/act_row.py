@@ -13,6 +13,7 @@ from app.safety.acts import EFFECTS, TITLES, Act
 from app.safety.interlocks import Interlock
 from app.safety.journal import Outcome
 from app.safety.permit import Origin, Permit
+from app.text.sentences import together
 from protocol.translatable import marked
 from ui.acts.confirm import Confirm
 from ui.acts.outcomes import ASKING, SameModule, motion_text, not_begun, open_conditions, outcome_notice
@@ -72,7 +73,7 @@ class ActRow(QFrame):
         found = open_conditions(self._services, self.act)
         # What is armed is in sight on this page; a line more in each row would move the button under the hand.
         told = [one for one in found if one.condition is not Interlock.NOTHING_ELSE_ARMED]
-        self.conditions.setText(" ".join(one.sentence for one in told))
+        self.conditions.setText(together(one.sentence for one in told))
         self.conditions.setVisible(bool(told))
         # An old status alone does not hinder: the engine asks for a new one before it decides.
         in_the_way = [one for one in found if one.condition is not Interlock.FRESH_STATUS]

@@ -22,6 +22,7 @@ from app.safety.permit import Permit
 from app.safety.ritual import ARMED_FOR_S, HOLD_S, Input, Ritual, Stage
 from app.system.sleep_detector import SleepDetector, sleepless_clock
 from app.text.i18n import tr
+from app.text.sentences import together
 from protocol.link_states import Presence
 from protocol.translatable import marked
 from ui.acts.hold_button import HoldButton
@@ -125,7 +126,7 @@ class RitualWidget(QFrame):
         if self._module.is_another() and not self.is_under_way:
             self._job.dismiss()
         found = open_conditions(self._services, Act.DEPLOY)
-        self.conditions.setText(" ".join(one.sentence for one in found))
+        self.conditions.setText(together(one.sentence for one in found))
         self.conditions.setVisible(bool(found))
         is_free = not self.is_under_way and not self._job.is_running
         # An old status alone does not hinder: the engine asks for a new one before it decides.

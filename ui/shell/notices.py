@@ -4,6 +4,7 @@ from collections.abc import Callable
 
 from app.diagnosis.link_state import LinkState, NextStep, Phase, words
 from app.text.i18n import tr
+from app.text.sentences import together
 from ui.style.theme import Meaning
 from ui.widgets.notice_bar import Choice, Notice
 
@@ -28,7 +29,7 @@ def link_notice(
     choices = tuple(Choice(step.value, _step_text(step), acts[step]) for step in steps)
     is_calm = state.phase in (Phase.CLOSED, Phase.SWITCHED_OFF)
     meaning = Meaning.INFORMATION if is_calm else Meaning.ATTENTION
-    return Notice(meaning, " ".join(part for part in parts if part), choices)
+    return Notice(meaning, together(parts), choices)
 
 
 def _step_text(step: NextStep) -> str:

@@ -78,7 +78,6 @@ def test_the_wrong_rate_names_the_way_out(port: str, hasty: None, capsys: pytest
     "words",
     [
         ["deploy", "--port", "sim://"],
-        ["read"],
         ["read", "--port", ""],
         ["read", "--port", "sim://", "--baud", "7"],
         ["history", "--port", "sim://", "--json", "--csv", "x.csv"],

@@ -19,6 +19,7 @@ from app.stations.station import fingerprint_of, station_to_sign
 from app.store.store import Store
 from app.text.i18n import tr
 from app.text.messages import clean
+from app.text.sentences import together
 from ui.core.background_task import BackgroundTask
 from ui.files.file_dialogs import AskPath, ask_path
 from ui.pages.preflight.report_printer import print_report
@@ -110,7 +111,7 @@ class RecordFiles(QObject):
 
     def _say_verified(self, path: Path, done: Verification) -> None:
         file = clean(path.name, longest=60)
-        told = " ".join(one.in_words() for one in done.sentences())
+        told = together(one.in_words() for one in done.sentences())
         meaning = _MEANINGS[done.state]
         if meaning is Meaning.GOOD and recorded_verdict(done.record or {}) is not Verdict.GO:
             meaning = Meaning.INFORMATION  # an intact NO-GO is not good news

@@ -11,6 +11,7 @@ from app.safety.acts import Act
 from app.safety.interlocks import Interlock
 from app.safety.permit import Origin, Permit
 from app.text.i18n import tr
+from app.text.sentences import together
 from protocol.catalogue import BAUD_RATE
 from protocol.translatable import marked
 from ui.acts.confirm import Confirm
@@ -70,7 +71,7 @@ class BaudPanel(QFrame):
         now = connector.clock()
         self.stands.show_known(connector.device.known("baud_rate", now), now)
         found = open_conditions(self._services, Act.CHANGE_BAUD)
-        self.conditions.setText(" ".join(one.sentence for one in found))
+        self.conditions.setText(together(one.sentence for one in found))
         self.conditions.setVisible(bool(found))
         in_the_way = [one for one in found if one.condition is not Interlock.FRESH_STATUS]
         is_another = self.editor.value is not None and self.editor.value != connector.connection.baud_rate

@@ -8,6 +8,7 @@ from PySide6.QtWidgets import QFrame, QHBoxLayout, QLabel, QPushButton, QVBoxLay
 from app.engine.worker import Job
 from app.procedures.light_calibration import Band, Obstacle, Proposal, measure_light, propose
 from app.text.i18n import tr
+from app.text.sentences import together
 from protocol.translatable import marked
 from ui.acts.outcomes import SameModule
 from ui.services.context import Services
@@ -90,7 +91,7 @@ class CalibrationPanel(QWidget):
                 parts.append(vendors)
                 if not found.is_steady:
                     parts.append(tr("The readings are spread wide: measure again in steady light."))
-                self.detail.setText(" ".join(parts))
+                self.detail.setText(together(parts))
             case Obstacle():
                 self.result.setText(tr(found.value))
                 self.detail.setText(tr("No threshold is proposed."))

@@ -1,0 +1,65 @@
+"""What -v says on standard error: requests and their outcomes; with -vv every frame."""
+
+from app.captures.explain import sentence
+from app.captures.explained import Explainer
+from app.captures.writer import entries_of
+from app.engine.worker import Batch, PortState
+from app.terminal.console import say
+from app.text.i18n import tr
+from protocol.events import Answered, Event, OutcomeUnknown, Restarted, Unanswered, WentOffline, WentOnline
+
+
+class Trace:
+    """Takes the batches of one connection, in order. Times count from the opening of the port."""
+
+    def __init__(self, *, has_frames: bool) -> None:
+        self._has_frames = has_frames
+        self._explainer = Explainer()
+        self._started_at: float | None = None
+        self._state: tuple[PortState, int] = (PortState.CLOSED, 0)
+
+    def on_batch(self, batch: Batch) -> None:
+        connection = batch.connection
+        if self._started_at is None:
+            self._started_at = min((event.at for event in batch.events), default=batch.at)
+        state = connection.state, connection.baud_rate
+        if state != self._state:
+            self._state = state
+            if connection.state is PortState.OPEN:
+                self._say(batch.at, tr("{port} is open, {rate} baud", port=connection.port, rate=connection.baud_rate))
+            elif connection.state is PortState.CLOSED:
+                self._say(batch.at, tr("{port} is closed", port=connection.port))
+        for event in batch.events:
+            if self._has_frames:
+                self._say_frames(event, self._started_at)
+            words = _words(event)
+            if words is not None:
+                self._say(event.at, words)
+
+    def _say_frames(self, event: Event, started_at: float) -> None:
+        for entry in entries_of((event,), started_at):
+            for row in self._explainer.feed(entry):
+                raw = row.piece.raw.hex(" ").upper()
+                say(f"{row.at_s:9.3f} {row.way.value} {raw}  {sentence(row.piece, row.asked)}")
+
+    def _say(self, at: float, words: str) -> None:
+        say(f"{max(0.0, at - (self._started_at or at)):9.3f}   {words}")
+
+
+def _words(event: Event) -> str | None:
+    match event:
+        case Answered(request=request, round_trip_s=None):
+            return tr("{name}: answered", name=tr(request.command.title))
+        case Answered(request=request, round_trip_s=float(seconds)):
+            return tr("{name}: answered in {time:.1f} ms", name=tr(request.command.title), time=1000 * seconds)
+        case Unanswered(request=request, attempts=attempts):
+            return tr("{name}: no answer (attempts: {count})", name=tr(request.command.title), count=attempts)
+        case OutcomeUnknown(request=request):
+            return tr("{name}: no answer, outcome unknown", name=tr(request.command.title))
+        case Restarted():
+            return tr("the module restarted")
+        case WentOnline():
+            return tr("the module answers")
+        case WentOffline():
+            return tr("the module does not answer")
+    return None

@@ -1,0 +1,110 @@
+"""Port of a command that was given none, and what is said on standard error."""
+
+import json
+
+import pytest
+
+import app.__main__ as program
+from app.engine import ports as port_list
+from app.engine.ports import PortInfo, PortsUnknown
+from app.terminal.port_choice import PORT
+from tests.support.cli_line import Printed
+
+pytest_plugins = ["tests.support.cli_fixtures"]
+pytestmark = pytest.mark.usefixtures("speaks_english", "user_files")
+
+ADAPTER = PortInfo("sim://only", "CP2102", vid=0x10C4, pid=0xEA60)
+OTHER = PortInfo("/dev/ttyUSB9", "CH340", vid=0x1A86, pid=0x7523)
+BOARD = PortInfo("/dev/ttyS0")
+
+
+def found(monkeypatch: pytest.MonkeyPatch, *ports: PortInfo) -> None:
+    monkeypatch.delenv(PORT, raising=False)
+    monkeypatch.setattr(port_list, "list_ports", lambda: list(ports))
+
+
+def test_the_only_adapter_is_taken_and_named(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    found(monkeypatch, BOARD, ADAPTER)
+    assert program.main(["find", "--json"]) == 0
+    printed = Printed(capsys)
+    assert json.loads(printed.out)["baud_rate"] == 115200
+    assert printed.err == "Port sim://only, the only adapter (CP2102).\n"
+
+
+def test_the_environment_names_it(
+    port: str, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    found(monkeypatch, ADAPTER, OTHER)
+    monkeypatch.setenv(PORT, port)
+    assert program.main(["find"]) == 0
+    printed = Printed(capsys)
+    assert printed.out == f"A module answers on {port} at 115200 baud.\n"
+    assert printed.err == f"Port {port}, from DPS_S_PORT.\n"
+    assert program.main(["find", "--quiet"]) == 0
+    assert Printed(capsys).err == ""
+
+
+def test_of_several_none_is_taken(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
+    found(monkeypatch, ADAPTER, OTHER)
+    assert program.main(["activate", "--yes"]) == 2
+    assert Printed(capsys).err == (
+        "There are several adapters: sim://only, /dev/ttyUSB9. Choose one: --port P or DPS_S_PORT.\n"
+    )
+
+
+@pytest.mark.parametrize("ports", [(), (BOARD,)])
+def test_without_an_adapter_there_is_no_link(
+    ports: tuple[PortInfo, ...], monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    found(monkeypatch, *ports)
+    assert program.main(["read"]) == 3
+    assert "There is no USB adapter." in Printed(capsys).err
+
+
+def test_where_the_system_lists_none_nothing_is_taken(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    def refuse() -> list[PortInfo]:
+        raise PortsUnknown
+
+    found(monkeypatch)
+    monkeypatch.setattr(port_list, "list_ports", refuse)
+    assert program.main(["read"]) == 3
+    assert "did not list its serial ports" in Printed(capsys).err
+
+
+def test_an_act_without_yes_looks_for_no_port(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    found(monkeypatch)
+    assert program.main(["lock"]) == 2
+    assert Printed(capsys).err == "Nothing was sent. To do it, say dps-s lock --yes.\n"
+
+
+@pytest.mark.parametrize("words", [["-v", "find"], ["find", "-v"], ["find", "--verbose", "--json"]])
+def test_verbose_says_what_is_asked(words: list[str], port: str, capsys: pytest.CaptureFixture[str]) -> None:
+    assert program.main([*words, "--port", port]) == 0
+    printed = Printed(capsys)
+    assert f"{port} is open, 115200 baud" in printed.err
+    assert "Heartbeat: answered in" in printed.err
+    assert "41 75" not in printed.err
+    assert printed.out.count("\n") == 1
+
+
+def test_twice_verbose_shows_every_frame_once(port: str, wire: list[bytes], capsys: pytest.CaptureFixture[str]) -> None:
+    assert program.main(["-vv", "read", "--port", port, "--json"]) == 0
+    lines = Printed(capsys).err.splitlines()
+    sent = [line for line in lines if " > 42 61 " in line]
+    assert [bytes.fromhex(line.split(" > ")[1][:17]) for line in sent] == wire
+    assert sum(" < 41 75 " in line for line in lines) == len(wire)
+    assert any("status: tilt 0°" in line for line in lines)
+
+
+def test_nested_commands_take_them_too(capsys: pytest.CaptureFixture[str]) -> None:
+    assert program.main(["recordings", "list"]) == 0
+    assert "No recordings yet" in Printed(capsys).err
+    assert program.main(["recordings", "list", "--quiet"]) == 0
+    assert program.main(["--quiet", "recordings", "list"]) == 0
+    assert Printed(capsys).err == ""
