@@ -9,7 +9,7 @@ from itertools import islice
 from pathlib import Path
 
 from PySide6.QtCore import Signal
-from PySide6.QtWidgets import QHBoxLayout, QPushButton, QWidget
+from PySide6.QtWidgets import QPushButton, QWidget
 
 from app import version
 from app.captures.explained import Explainer
@@ -26,6 +26,7 @@ from ui.services.context import Services
 from ui.style.icons import Icon
 from ui.style.theme import Meaning, Space
 from ui.widgets.controls import control
+from ui.widgets.layouts import in_row
 from ui.widgets.notice_bar import Choice, Notice
 from ui.widgets.visibility_timer import VisibilityTimer
 
@@ -142,11 +143,7 @@ class CaptureFiles(QWidget):
                             tip="Save the last 60,000 entries of what went over the line, as a text file (Ctrl+S). "
                                 "The session's recording, where it is on, holds all of them.", picture=Icon.SAVE,
                             slot=self.choose_and_save)  # fmt: skip
-        row = QHBoxLayout(self)
-        row.setContentsMargins(0, 0, 0, 0)
-        row.setSpacing(Space.S)
-        row.addWidget(self.open)
-        row.addWidget(self.save)
+        in_row(self.open, self.save, of=self, spacing=Space.S, margins=0)
         VisibilityTimer(self, self._say_progress, every_ms=_LOOK_EVERY_MS)
 
     @property

@@ -7,12 +7,10 @@ from typing import Final
 from PySide6.QtGui import QGuiApplication
 from PySide6.QtWidgets import (
     QComboBox,
-    QHBoxLayout,
     QLabel,
     QLineEdit,
     QPushButton,
     QStackedWidget,
-    QVBoxLayout,
     QWidget,
 )
 
@@ -34,6 +32,7 @@ from ui.style.theme import Meaning, Space
 from ui.widgets.controls import Shortcut, control
 from ui.widgets.empty_state import EmptyState
 from ui.widgets.flow_row import FlowRow
+from ui.widgets.layouts import in_column, in_row
 from ui.widgets.naming import named
 from ui.widgets.notice_bar import Choice, Notice, NoticeBar
 from ui.widgets.sliders import WheelGuard
@@ -206,24 +205,13 @@ class TriggersPage(Page):
         Shortcut("triggers_search_key", self, self.search, self.search.setFocus)
 
     def _lay_out(self) -> None:
-        head, titles, foot = QHBoxLayout(), QVBoxLayout(), FlowRow()
-        head.setSpacing(Space.S)
-        titles.setSpacing(0)
-        titles.addWidget(self.count)
-        titles.addWidget(self.news)
-        head.addLayout(titles, 1)
-        for widget in (self.search, self.show_box, self.module):
-            head.addWidget(widget)
+        titles = in_column(self.count, self.news, spacing=0)
+        head, foot = in_row((titles, 1), self.search, self.show_box, self.module, spacing=Space.S), FlowRow()
         foot.add(self.copy, self.save_page, self.save_archive)
         foot.add_right(self.read)
-        whole = QVBoxLayout(self)
-        whole.setContentsMargins(Space.M, Space.S, Space.M, Space.S)
-        whole.setSpacing(Space.S)
-        whole.addLayout(head)
-        whole.addWidget(self._stack, 1)
-        whole.addWidget(self.detail)
-        whole.addWidget(self.strip)
-        whole.addLayout(foot)
+        in_column(
+            head, (self._stack, 1), self.detail, self.strip, foot, of=self, spacing=Space.S, margins=(Space.M, Space.S)
+        )
 
     # Qt
 
