@@ -8,8 +8,8 @@ from PySide6.QtWidgets import QWidget
 
 from ui.core.texts import Texts
 from ui.widgets.controls import control
-from ui.widgets.flow_row import FlowRow
 from ui.widgets.gestures import gestures
+from ui.widgets.layouts import FlowRow
 from ui.widgets.step_button import StepButton, bring_into_sight, is_in_sight, leave_focus
 
 ASKS_FOR_S: Final = 10.0

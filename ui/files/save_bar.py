@@ -23,8 +23,7 @@ from ui.style.icons import MEANING_ICONS, Icon
 from ui.style.painted_widget import PaintedWidget
 from ui.style.theme import Meaning, Size, Space, current, font
 from ui.widgets.controls import control
-from ui.widgets.flow_row import FlowRow
-from ui.widgets.layouts import in_row
+from ui.widgets.layouts import FlowRow, in_row
 
 _ICON_PX: Final = 16
 _FOOT_PX: Final = 28

@@ -14,9 +14,8 @@ from ui.services.page import Page
 from ui.style.icons import Icon
 from ui.style.theme import Meaning, Size, Space
 from ui.widgets.controls import control
-from ui.widgets.flow_row import FlowRow
 from ui.widgets.labels import text_label
-from ui.widgets.layouts import Gap, in_column
+from ui.widgets.layouts import FlowRow, Gap, in_column
 from ui.widgets.naming import named
 from ui.widgets.notice_bar import Notice, NoticeBar
 from ui.widgets.readout import StateChip

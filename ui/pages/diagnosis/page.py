@@ -23,8 +23,7 @@ from ui.services.context import Services
 from ui.services.page import StreamPage
 from ui.style.theme import Meaning, Space
 from ui.widgets.controls import Shortcut, control
-from ui.widgets.flow_row import FlowRow
-from ui.widgets.layouts import in_column
+from ui.widgets.layouts import FlowRow, in_column
 from ui.widgets.notice_bar import Choice, Notice, NoticeBar
 from ui.widgets.recording_bar import recording_target
 

@@ -13,7 +13,7 @@ from protocol.catalogue import Command
 from ui.core.texts import Texts
 from ui.forms.field_editors import FieldEditor, FlagEditor, make_editor
 from ui.style.theme import Space
-from ui.widgets.flow_row import FlowRow
+from ui.widgets.layouts import FlowRow
 from ui.widgets.naming import named
 from ui.widgets.sliders import WheelGuard
 

@@ -33,8 +33,8 @@ from ui.services.context import Services
 from ui.style.icons import Icon, icon
 from ui.style.theme import Meaning, Space
 from ui.widgets.controls import control
-from ui.widgets.flow_row import FlowRow
 from ui.widgets.labels import IconLabel, text_label
+from ui.widgets.layouts import FlowRow
 from ui.widgets.naming import named
 from ui.widgets.sliders import WheelGuard
 

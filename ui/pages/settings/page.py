@@ -35,8 +35,7 @@ from ui.services.page import Page
 from ui.style.icons import Icon
 from ui.style.theme import Meaning, Space
 from ui.widgets.controls import Shortcut, control
-from ui.widgets.flow_row import FlowRow
-from ui.widgets.layouts import in_column, in_row
+from ui.widgets.layouts import FlowRow, in_column, in_row
 from ui.widgets.notice_bar import Notice, NoticeBar
 from ui.widgets.sliders import WheelGuard
 from ui.widgets.visibility_timer import VisibilityTimer
