@@ -73,6 +73,9 @@ def test_there_are_never_more_empty_slots_than_the_records_leave() -> None:
     history = history_of([Pass((ONE, TWO, *[empty] * 7)), Pass((ONE, *[empty] * 8)), Pass((TWO, *[empty] * 8))])
     assert len(history.all) == 2
     assert history.empty_slots == 7
+    history = history_of([Pass((ONE, *[empty] * 8)), Pass((TWO, *[empty] * 8))])
+    assert len(history.seen_once) == 2
+    assert history.empty_slots == 7
 
 
 def test_records_that_come_after_their_query_was_given_up_are_listed() -> None:
