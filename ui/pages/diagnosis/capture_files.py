@@ -19,6 +19,7 @@ from app.recordings.export import ExportCancelled, not_saved_text, write_parts
 from app.system.gil_yield import GilYield
 from app.system.wall_clock import WallClock
 from app.text.i18n import tr
+from app.text.sentences import reason_of
 from protocol.events import Event
 from ui.core.background_task import BackgroundTask, Running
 from ui.files.file_dialogs import AskOpen, AskPath, ask_open, ask_path, default_name
@@ -231,5 +232,5 @@ class CaptureFiles(QWidget):
 def _refusal(path: Path, error: Exception) -> str:
     if isinstance(error, CaptureRefused):
         return tr("{name} was not opened: {why}.", name=path.name, why=tr(error.args[0]))
-    why = getattr(error, "strerror", None) or error
+    why = reason_of(error)
     return tr("{name} was not opened: {why}.", name=path.name, why=why)

@@ -9,6 +9,7 @@ from PySide6.QtWidgets import QComboBox, QInputDialog, QLabel, QPushButton, QWid
 from app.stations.known import KnownStation, Stations
 from app.stations.station import StationTrouble
 from app.text.i18n import tr
+from app.text.sentences import reason_of
 from ui.core.texts import Texts
 from ui.style.theme import Space
 from ui.widgets.controls import control
@@ -71,6 +72,6 @@ class StationsRow(QWidget):
             try:
                 Stations(self._folder()).forget(chosen.fingerprint)
             except OSError as error:
-                self.own.setText(error.strerror or str(error))
+                self.own.setText(reason_of(error))
                 return
             self.refresh()

@@ -17,6 +17,7 @@ from PySide6.QtWidgets import (
 from app.records.trigger_archive import write_archive
 from app.store.database import StoreTrouble
 from app.text.i18n import tr
+from app.text.sentences import reason_of
 from ui.connect.module_field import ModuleField
 from ui.files.file_dialogs import AskPath, ask_path
 from ui.forms.table_kit import RowsFilter
@@ -137,7 +138,7 @@ class TriggersPage(Page):
             once = frozenset(row.seen.id for row in rows if row.is_seen_once)
             write_archive(path, name, [row.seen for row in rows], new=new if has_past else None, seen_once=once)
         except OSError as error:
-            why = error.strerror or str(error)
+            why = reason_of(error)
             text = tr("Not saved to {path}: {why}. Choose another folder.", path=path, why=why)
             self.work.job.say_text(Meaning.DANGER, lambda: text)
             return
