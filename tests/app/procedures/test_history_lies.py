@@ -12,7 +12,7 @@ from app.engine.procedure import EngineView, LinkView
 from app.limits.expectations import Expectations, Past
 from app.preflight.evidence import Evidence
 from app.preflight.findings import Case, CheckResult
-from app.preflight.judging_module import trigger_records
+from app.preflight.module_checks import trigger_records
 from app.procedures.history import History, Pass, _read_once, _with_strays, history_of, read_history
 from app.simulator.memory import record_frame
 from protocol.catalogue import TRIGGER_RECORDS

@@ -6,8 +6,7 @@ from typing import Final, NamedTuple
 from PySide6.QtCore import Qt, Signal
 from PySide6.QtWidgets import QButtonGroup, QFrame, QGridLayout, QToolButton, QWidget
 
-from app.preflight.checks import Check
-from app.preflight.findings import RESULT_WORDS, CheckResult
+from app.preflight.findings import RESULT_WORDS, Check, CheckResult
 from app.preflight.verdict import MANUAL_WORDS, Judged
 from app.settings.profiles import ManualLine
 from app.text.i18n import tr
