@@ -91,6 +91,7 @@ PAGES: tuple[PageEntry, ...] = (
     _page("preflight", marked("Pre-flight"), Icon.CHECKLIST),
     _page("commands", marked("Commands"), Icon.ACTIVE, wants_stream=True),
     _page("recordings", marked("Recordings"), Icon.RECORDINGS),
+    _page("flights", marked("Flight logs"), Icon.MAP),
     _page("diagnosis", marked("Diagnosis"), Icon.DIAGNOSIS),
 )
 

@@ -9,7 +9,7 @@ import sys
 import time
 from abc import ABC, abstractmethod
 from collections.abc import Iterator
-from contextlib import AbstractContextManager, contextmanager, nullcontext
+from contextlib import contextmanager
 from typing import TYPE_CHECKING
 
 from app.terminal.console import (
@@ -60,11 +60,10 @@ def add_parser(subparsers: "argparse._SubParsersAction[argparse.ArgumentParser]"
 
 def run(args: argparse.Namespace) -> int:
     from app.terminal.connection import connected, link_trouble
-    from app.terminal.interruption import Interrupted, last_words
+    from app.terminal.interruption import Interrupted
 
     printer = JsonLines(args.seconds) if args.json else WordLines(args.seconds)
     trouble: str | None = None
-    closing: AbstractContextManager[None] = nullcontext()
     try:
         with (
             _stream_memory(args.port) as memory,
@@ -75,14 +74,13 @@ def run(args: argparse.Namespace) -> int:
     except Interrupted:
         if not printer.count and not printer.has_news:
             raise
-        closing = last_words()
     except Exception as error:
         trouble = link_trouble(error)
         if trouble is None:
             raise
-    with closing:  # what came while the stream was being switched off belongs to it, too
-        printer.print_news()
-        printer.finish()
+    # What came while the stream was being switched off belongs to it, too.
+    printer.print_news()
+    printer.finish()
     if trouble is not None:
         say(trouble)
         return NO_LINK

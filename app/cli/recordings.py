@@ -25,7 +25,7 @@ from app.terminal.console import (
 )
 from app.text.durations import stopwatch
 from app.text.i18n import tr
-from app.text.sentences import listed, reason_of
+from app.text.sentences import listed
 
 if TYPE_CHECKING:
     from app.recordings.library import RecordingEntry, RecordingLibrary
@@ -151,7 +151,7 @@ def run_export(args: argparse.Namespace) -> int:
         return SAID_NO
     except (OSError, ValueError) as error:  # ValueError: a NUL in the name
         end_passing()
-        why = reason_of(error)
+        why = getattr(error, "strerror", None) or str(error)
         say(tr("{file} cannot be written: {why}.", file=path, why=why))
         return PARTLY
     end_passing()
@@ -180,7 +180,7 @@ def run_restore(args: argparse.Namespace) -> int:
     try:
         library.keep(entry, is_kept=True)
     except OSError as error:
-        say(tr("{name} cannot be restored: {why}.", name=name, why=reason_of(error)))
+        say(tr("{name} cannot be restored: {why}.", name=name, why=error.strerror or str(error)))
         return SAID_NO
     write_lines([tr("{name} was restored.", name=name)])
     return DONE
@@ -203,7 +203,7 @@ def run_delete(args: argparse.Namespace) -> int:
         say(tr("{name} is being recorded: close the port in the window first.", name=name))
         return SAID_NO
     except OSError as error:
-        say(tr("{name} cannot be deleted: {why}.", name=name, why=reason_of(error)))
+        say(tr("{name} cannot be deleted: {why}.", name=name, why=error.strerror or str(error)))
         return SAID_NO
     write_lines([tr("{name} was deleted.", name=name)])
     return DONE

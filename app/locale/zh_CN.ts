@@ -82,6 +82,10 @@
         <translation>1 次检查</translation>
     </message>
     <message>
+        <source>1 flight</source>
+        <translation>1 个飞行日志</translation>
+    </message>
+    <message>
         <source>1 g at rest, near 0 g in free fall</source>
         <translation>静止时为 1 g，失重时接近 0 g</translation>
     </message>
@@ -190,6 +194,10 @@
         <translation>模块锁定或重启后，已开始的失重不再计入。</translation>
     </message>
     <message>
+        <source>A port that is not in the list: a device, a pseudo-terminal of “dps-s simulate”, or socket://host:port.</source>
+        <translation>列表中没有的串口：设备名、“dps-s simulate”的伪终端，或 socket://主机:端口。</translation>
+    </message>
+    <message>
         <source>A port that is not in the list: a device, a pseudo-terminal or socket://host:port</source>
         <translation>列表中没有的串口：设备名、伪终端或 socket://主机:端口</translation>
     </message>
@@ -270,6 +278,10 @@
         <translation>加速度</translation>
     </message>
     <message>
+        <source>Acceleration as</source>
+        <translation>加速度形式</translation>
+    </message>
+    <message>
         <source>Acceleration sensor {number} lies at {median:.2f} g for {seconds:.0f} s from {start:.1f} s: a bad sensor, not a fall; not judged.</source>
         <translation>加速度传感器 {number} 从 {start:.1f} s 起有 {seconds:.0f} s 停在 {median:.2f} g：是传感器故障，不是坠落；不作判断。</translation>
     </message>
@@ -326,6 +338,10 @@
         <translation>是否激活</translation>
     </message>
     <message>
+        <source>Add to a profile…</source>
+        <translation>写入已有配置文件…</translation>
+    </message>
+    <message>
         <source>After power-on</source>
         <translation>开机后时间</translation>
     </message>
@@ -350,8 +366,16 @@
         <translation>本机保存的所有检查及其实测值</translation>
     </message>
     <message>
+        <source>All checks that were kept, and how what they measured went over time.</source>
+        <translation>所有保存下来的检查，以及测量值随时间的变化。</translation>
+    </message>
+    <message>
         <source>All files (*)</source>
         <translation>所有文件 (*)</translation>
+    </message>
+    <message>
+        <source>All flights</source>
+        <translation>全部飞行日志</translation>
     </message>
     <message>
         <source>All frames</source>
@@ -378,8 +402,20 @@
         <translation>全部 {count} 项检查通过；警告：{looks} 项。</translation>
     </message>
     <message>
+        <source>Also the other files with the same columns</source>
+        <translation>列名相同的其他文件也一并读取</translation>
+    </message>
+    <message>
         <source>Also while it was locked</source>
         <translation>锁定期间也判断</translation>
+    </message>
+    <message>
+        <source>Altitude</source>
+        <translation>高度</translation>
+    </message>
+    <message>
+        <source>Altitude in m</source>
+        <translation>高度（m）</translation>
     </message>
     <message>
         <source>An active module fires by its thresholds; a locked one is in standby.</source>
@@ -422,6 +458,10 @@
         <translation>重复应答的命令</translation>
     </message>
     <message>
+        <source>Anything worth knowing about this trigger; kept with the record.</source>
+        <translation>关于这次触发值得记下的事；与记录一起保存。</translation>
+    </message>
+    <message>
         <source>Apart from LOCK, acts are refused meanwhile. Use a cable, or bring the wireless bridge closer.</source>
         <translation>期间除锁定外的操作均被拒绝。请改用线缆，或将无线透传靠近。</translation>
     </message>
@@ -440,6 +480,10 @@
     <message>
         <source>Arm: the next ten seconds it can be held</source>
         <translation>预备：接下来十秒内可以按住</translation>
+    </message>
+    <message>
+        <source>Arming state</source>
+        <translation>解锁状态</translation>
     </message>
     <message>
         <source>Arms for ten seconds. Nothing is sent yet.</source>
@@ -510,6 +554,10 @@
         <translation>姿态</translation>
     </message>
     <message>
+        <source>Attitude as</source>
+        <translation>姿态形式</translation>
+    </message>
+    <message>
         <source>Attitude fires at its threshold and rearms 10° below it.</source>
         <translation>姿态达到阈值时触发，低于阈值 10° 时复位。</translation>
     </message>
@@ -546,12 +594,28 @@
         <translation>已恢复，并重新读取了全部内容。导览到此结束：插上您的模块，选择串口，把设置与建议对照，每次飞行前做检查。</translation>
     </message>
     <message>
+        <source>Back to all flights</source>
+        <translation>返回全部飞行日志</translation>
+    </message>
+    <message>
         <source>Back to live</source>
         <translation>返回实时</translation>
     </message>
     <message>
         <source>Back to the check</source>
         <translation>返回检查</translation>
+    </message>
+    <message>
+        <source>Back to the check.</source>
+        <translation>返回检查。</translation>
+    </message>
+    <message>
+        <source>Back to the form; nothing is applied.</source>
+        <translation>返回表单；不应用任何内容。</translation>
+    </message>
+    <message>
+        <source>Back to the form; nothing is changed.</source>
+        <translation>返回表单；不作任何更改。</translation>
     </message>
     <message>
         <source>Back to the line</source>
@@ -650,6 +714,10 @@
         <translation>中断检查；检查随即作废</translation>
     </message>
     <message>
+        <source>Breaks the check off. There is no verdict then.</source>
+        <translation>中止检查。此时没有结论。</translation>
+    </message>
+    <message>
         <source>Bright</source>
         <translation>浅色</translation>
     </message>
@@ -732,6 +800,14 @@
     <message>
         <source>Cancelled. What was not read back is not known.</source>
         <translation>已取消。未回读的内容未知。</translation>
+    </message>
+    <message>
+        <source>Cancelled: no log was read.</source>
+        <translation>已取消：未读取任何日志。</translation>
+    </message>
+    <message>
+        <source>Cancelled: {done} of {total} logs were read.</source>
+        <translation>已取消：已读取 {done}/{total} 个日志。</translation>
     </message>
     <message>
         <source>Capture (*.dpscap)</source>
@@ -890,6 +966,10 @@
         <translation>已保存的检查</translation>
     </message>
     <message>
+        <source>Choose a column in each row.</source>
+        <translation>请在每一行选择一列。</translation>
+    </message>
+    <message>
         <source>Choose a port</source>
         <translation>选择串口</translation>
     </message>
@@ -920,6 +1000,10 @@
     <message>
         <source>Choose another port from the list.</source>
         <translation>请从列表中选择其他串口。</translation>
+    </message>
+    <message>
+        <source>Choose columns…</source>
+        <translation>选择列…</translation>
     </message>
     <message>
         <source>Choose the adapter that the module is connected to.</source>
@@ -1046,6 +1130,22 @@
         <translation>关闭此消息。不发送任何内容。</translation>
     </message>
     <message>
+        <source>Column of the acceleration</source>
+        <translation>加速度列</translation>
+    </message>
+    <message>
+        <source>Column of the attitude</source>
+        <translation>姿态列</translation>
+    </message>
+    <message>
+        <source>Columns of a CSV file</source>
+        <translation>CSV 文件的列</translation>
+    </message>
+    <message>
+        <source>Columns of {name}</source>
+        <translation>{name} 的列</translation>
+    </message>
+    <message>
         <source>Commands</source>
         <translation>命令</translation>
     </message>
@@ -1138,6 +1238,14 @@
         <translation>继续</translation>
     </message>
     <message>
+        <source>Copies the chosen records as text.</source>
+        <translation>把选中的记录复制为文本。</translation>
+    </message>
+    <message>
+        <source>Copies the selected rows, or all, as text.</source>
+        <translation>把选中的行或全部行复制为文本。</translation>
+    </message>
+    <message>
         <source>Copy</source>
         <translation>复制</translation>
     </message>
@@ -1152,6 +1260,10 @@
     <message>
         <source>Copy the chosen records, or all that are shown</source>
         <translation>复制所选记录，未选择时复制全部显示的记录</translation>
+    </message>
+    <message>
+        <source>Copy the chosen thresholds to the Settings page; nothing is sent until they are written there</source>
+        <translation>把所选阈值填到设置页；在那里写入之前不会发送</translation>
     </message>
     <message>
         <source>Copy the command</source>
@@ -1346,8 +1458,16 @@
         <translation>已解除：离开了窗口。未发送任何内容。</translation>
     </message>
     <message>
+        <source>Disarms at once. Nothing is sent.</source>
+        <translation>立即解除。不发送任何内容。</translation>
+    </message>
+    <message>
         <source>Discard all edits</source>
         <translation>放弃所有修改</translation>
+    </message>
+    <message>
+        <source>Discards all edits.</source>
+        <translation>放弃所有修改。</translation>
     </message>
     <message>
         <source>Disconnect</source>
@@ -1388,6 +1508,10 @@
     <message>
         <source>Does it notice a fall?</source>
         <translation>能否检测到坠落？</translation>
+    </message>
+    <message>
+        <source>Does not fire</source>
+        <translation>不触发</translation>
     </message>
     <message>
         <source>Does the edit again that was taken back. The module is not touched.</source>
@@ -1578,6 +1702,10 @@
         <translation>结束导览；一切恢复原样（Esc）</translation>
     </message>
     <message>
+        <source>Ends the recording; a module can be connected then.</source>
+        <translation>结束回放；之后可以连接模块。</translation>
+    </message>
+    <message>
         <source>Entry {entry} was added from outside.</source>
         <translation>第 {entry} 条由外部添加。</translation>
     </message>
@@ -1682,6 +1810,10 @@
         <translation>正在导出 {name}</translation>
     </message>
     <message>
+        <source>Exports the selected record as it was stored, with its time.</source>
+        <translation>按保存时的原样导出选中的记录，包括时间。</translation>
+    </message>
+    <message>
         <source>External power</source>
         <translation>外接供电</translation>
     </message>
@@ -1762,6 +1894,10 @@
         <translation>在 {fires:.0f}° 开伞，在 {rearms:.0f}° 复位。</translation>
     </message>
     <message>
+        <source>Fires at {time} by {why}</source>
+        <translation>{time} 触发（{why}）</translation>
+    </message>
+    <message>
         <source>Fires by itself in free fall.</source>
         <translation>失重时自动开伞。</translation>
     </message>
@@ -1784,6 +1920,34 @@
     <message>
         <source>First seen {time}.</source>
         <translation>首次读到：{time}。</translation>
+    </message>
+    <message>
+        <source>Flight</source>
+        <translation>飞行日志</translation>
+    </message>
+    <message>
+        <source>Flight logs</source>
+        <translation>飞行日志</translation>
+    </message>
+    <message>
+        <source>Flight logs (*.ulg *.bin *.csv *.mcap)</source>
+        <translation>飞行日志 (*.ulg *.bin *.csv *.mcap)</translation>
+    </message>
+    <message>
+        <source>Flights in which the parachute must stay packed. Enter opens a flight, M moves it to the other list, Del removes it from this page.</source>
+        <translation>这些飞行中不得开伞。回车打开，M 移到另一列表，Del 从本页移除。</translation>
+    </message>
+    <message>
+        <source>Flights in which the parachute should have come. Enter opens a flight, M moves it to the other list, Del removes it from this page.</source>
+        <translation>这些飞行中本应开伞。回车打开，M 移到另一列表，Del 从本页移除。</translation>
+    </message>
+    <message>
+        <source>Flights that must fire</source>
+        <translation>必须触发的飞行日志</translation>
+    </message>
+    <message>
+        <source>Flights that must not fire</source>
+        <translation>不得触发的飞行日志</translation>
     </message>
     <message>
         <source>Forbid deploying</source>
@@ -1822,6 +1986,10 @@
         <translation>移除所选站点</translation>
     </message>
     <message>
+        <source>Forgets all rows of the list. Nothing on the module changes.</source>
+        <translation>清空列表。模块上没有任何变化。</translation>
+    </message>
+    <message>
         <source>Frames a second, usual round trip and rejected bytes at the left; at the right how long ago the module was last heard.</source>
         <translation>左侧是每秒帧数、通常的往返时间和无效字节；右侧是最后一次收到模块数据距今多久。</translation>
     </message>
@@ -1844,6 +2012,10 @@
     <message>
         <source>Free fall</source>
         <translation>失重</translation>
+    </message>
+    <message>
+        <source>Free fall below</source>
+        <translation>失重加速度</translation>
     </message>
     <message>
         <source>Free fall fires when the acceleration has stayed below its threshold for the free-fall time.</source>
@@ -2006,6 +2178,10 @@
         <translation>按住演练</translation>
     </message>
     <message>
+        <source>Holds the list still; frames go on being recorded.</source>
+        <translation>列表停住不动；帧继续记录。</translation>
+    </message>
+    <message>
         <source>Holds the picture still. What the module says goes on being recorded.</source>
         <translation>画面停住不动。模块的数据继续记录。</translation>
     </message>
@@ -2028,6 +2204,10 @@
     <message>
         <source>How quick it is played; another speed begins from the start</source>
         <translation>播放速度；更改速度后从头开始</translation>
+    </message>
+    <message>
+        <source>How quick the recording is played; another speed begins from the start.</source>
+        <translation>回放的速度；更改速度会从头开始。</translation>
     </message>
     <message>
         <source>How the aircraft lies. Red: from here on an active module fires. Blue: here it rearms, 10° below.</source>
@@ -2112,6 +2292,10 @@
     <message>
         <source>It can be set and acknowledged, not read back.</source>
         <translation>可以设置并得到应答，但无法回读。</translation>
+    </message>
+    <message>
+        <source>It can no longer be read: {why}</source>
+        <translation>已无法读取：{why}</translation>
     </message>
     <message>
         <source>It cannot be opened: {why}.</source>
@@ -2358,6 +2542,10 @@
         <translation>可以工作，但适配器延迟了每个应答（{ms} ms）：其延迟计时器过长。</translation>
     </message>
     <message>
+        <source>Its approved fingerprint belonged to other settings and was removed.</source>
+        <translation>其中已批准的参数校验码属于其他参数，已移除。</translation>
+    </message>
+    <message>
         <source>Its first line names no columns.</source>
         <translation>首行没有列名。</translation>
     </message>
@@ -2514,6 +2702,14 @@
         <translation>暂时不要碰插头。</translation>
     </message>
     <message>
+        <source>Length in g</source>
+        <translation>合加速度（g）</translation>
+    </message>
+    <message>
+        <source>Length in m/s²</source>
+        <translation>合加速度（m/s²）</translation>
+    </message>
+    <message>
         <source>Length of the time line: {length}</source>
         <translation>时间轴长度：{length}</translation>
     </message>
@@ -2544,6 +2740,10 @@
     <message>
         <source>Let the chosen recordings go when there are too many</source>
         <translation>数据记录过多时允许删除所选数据记录</translation>
+    </message>
+    <message>
+        <source>Lets the simulated module fall from this height. Active, it fires by free fall.</source>
+        <translation>让模拟模块从这个高度坠落。激活时会因失重开伞。</translation>
     </message>
     <message>
         <source>Level again. The blue mark, 10° below the red one, is where it rearms.</source>
@@ -2686,6 +2886,10 @@
         <translation>正在检查触发开关</translation>
     </message>
     <message>
+        <source>Looking for logs…</source>
+        <translation>正在查找日志…</translation>
+    </message>
+    <message>
         <source>Looking for ports…</source>
         <translation>正在查找串口…</translation>
     </message>
@@ -2696,6 +2900,10 @@
     <message>
         <source>Looking for the module at {rate} baud</source>
         <translation>正在以 {rate} 波特率查找模块</translation>
+    </message>
+    <message>
+        <source>Looking for thresholds…</source>
+        <translation>正在计算阈值…</translation>
     </message>
     <message>
         <source>Lost answers</source>
@@ -2746,6 +2954,10 @@
         <translation>制造商</translation>
     </message>
     <message>
+        <source>Map at {limits}: {what}</source>
+        <translation>阈值图，{limits}：{what}</translation>
+    </message>
+    <message>
         <source>Mark</source>
         <translation>标记</translation>
     </message>
@@ -2764,6 +2976,10 @@
     <message>
         <source>Mark the trigger records as reviewed, and check again</source>
         <translation>确认已查看触发记录，并重新检查</translation>
+    </message>
+    <message>
+        <source>Marks the selected rows, to find them again.</source>
+        <translation>标记选中的行，便于再次找到。</translation>
     </message>
     <message>
         <source>Meaning</source>
@@ -2818,6 +3034,14 @@
         <translation>消息：{text}</translation>
     </message>
     <message>
+        <source>Microseconds</source>
+        <translation>微秒</translation>
+    </message>
+    <message>
+        <source>Milliseconds</source>
+        <translation>毫秒</translation>
+    </message>
+    <message>
         <source>Minimum gap</source>
         <translation>最小间隔</translation>
     </message>
@@ -2858,8 +3082,60 @@
         <translation>模块很可能使用其他波特率：请查找波特率。</translation>
     </message>
     <message>
+        <source>Move</source>
+        <translation>移动</translation>
+    </message>
+    <message>
+        <source>Move flights here: choose them, press M</source>
+        <translation>选中日志后按 M 移到这里</translation>
+    </message>
+    <message>
+        <source>Move the chosen flights to “must fire”</source>
+        <translation>将选中的飞行日志移到“必须触发”</translation>
+    </message>
+    <message>
+        <source>Move the chosen flights to “must not fire”</source>
+        <translation>将选中的飞行日志移到“不得触发”</translation>
+    </message>
+    <message>
+        <source>Move the thresholds on this page to the proposal</source>
+        <translation>将本页阈值设为建议值</translation>
+    </message>
+    <message>
+        <source>Move to “must fire”</source>
+        <translation>移到“必须触发”</translation>
+    </message>
+    <message>
+        <source>Move to “must not fire”</source>
+        <translation>移到“不得触发”</translation>
+    </message>
+    <message>
         <source>Moves by a few degrees, as in the wind.</source>
         <translation>像在风中一样晃动几度。</translation>
+    </message>
+    <message>
+        <source>Must fire: none yet</source>
+        <translation>必须触发：暂无</translation>
+    </message>
+    <message>
+        <source>Must fire: {count} of {total} fire in time</source>
+        <translation>必须触发：{total} 个中 {count} 个及时触发</translation>
+    </message>
+    <message>
+        <source>Must fire: {what} ({name})</source>
+        <translation>必须触发：{what}（{name}）</translation>
+    </message>
+    <message>
+        <source>Must not fire: none yet</source>
+        <translation>不得触发：暂无</translation>
+    </message>
+    <message>
+        <source>Must not fire: {count} of {total} fire</source>
+        <translation>不得触发：{total} 个中 {count} 个触发</translation>
+    </message>
+    <message>
+        <source>Must not fire: {degrees}° and {seconds:.2f} s to spare ({name})</source>
+        <translation>不得触发：余量 {degrees}° 和 {seconds:.2f} s（{name}）</translation>
     </message>
     <message>
         <source>Mute</source>
@@ -2970,6 +3246,18 @@
         <translation>{port} 询问 {asked} 次后仍无数据。</translation>
     </message>
     <message>
+        <source>No flight logs yet</source>
+        <translation>还没有飞行日志</translation>
+    </message>
+    <message>
+        <source>No flight that must fire: only false triggers count.</source>
+        <translation>没有必须触发的飞行日志：仅考虑误触发。</translation>
+    </message>
+    <message>
+        <source>No flight that must not fire: only missing triggers count.</source>
+        <translation>没有不得触发的飞行日志：仅考虑漏触发。</translation>
+    </message>
+    <message>
         <source>No invalid bytes</source>
         <translation>无效字节：无</translation>
     </message>
@@ -2994,6 +3282,10 @@
         <translation>未连接模块</translation>
     </message>
     <message>
+        <source>No new flight logs there.</source>
+        <translation>其中没有新的飞行日志。</translation>
+    </message>
+    <message>
         <source>No new trigger record</source>
         <translation>没有新的触发记录</translation>
     </message>
@@ -3008,6 +3300,10 @@
     <message>
         <source>No pre-flight record can be read in it: {why}.</source>
         <translation>其中读不出飞行前检查记录：{why}。</translation>
+    </message>
+    <message>
+        <source>No proposal yet</source>
+        <translation>暂无建议</translation>
     </message>
     <message>
         <source>No protection in free fall: this trigger is off.</source>
@@ -3068,6 +3364,14 @@
     <message>
         <source>No threshold is proposed.</source>
         <translation>不给出阈值建议。</translation>
+    </message>
+    <message>
+        <source>No thresholds let all of these pass</source>
+        <translation>没有阈值能使其全部不触发</translation>
+    </message>
+    <message>
+        <source>No thresholds separate these two lists</source>
+        <translation>没有阈值能区分这两个列表</translation>
     </message>
     <message>
         <source>No thresholds within the vendor's advice do this for all of them.</source>
@@ -3390,6 +3694,10 @@
         <translation>只列出前 {count} 次。</translation>
     </message>
     <message>
+        <source>Only those that fire</source>
+        <translation>仅显示触发的</translation>
+    </message>
+    <message>
         <source>Open</source>
         <translation>打开</translation>
     </message>
@@ -3400,6 +3708,10 @@
     <message>
         <source>Open a capture</source>
         <translation>打开抓包文件</translation>
+    </message>
+    <message>
+        <source>Open a folder of flight logs</source>
+        <translation>打开飞行日志文件夹</translation>
     </message>
     <message>
         <source>Open a profile</source>
@@ -3416,6 +3728,22 @@
     <message>
         <source>Open capture…</source>
         <translation>打开抓包…</translation>
+    </message>
+    <message>
+        <source>Open files…</source>
+        <translation>打开文件…</translation>
+    </message>
+    <message>
+        <source>Open flight logs</source>
+        <translation>打开飞行日志</translation>
+    </message>
+    <message>
+        <source>Open folder…</source>
+        <translation>打开文件夹…</translation>
+    </message>
+    <message>
+        <source>Open logs of PX4, ArduPilot, CSV files or recordings, or drop them here. The page shows which thresholds would have fired in them.</source>
+        <translation>打开 PX4、ArduPilot 日志、CSV 文件或数据记录，也可以拖放到这里。本页显示哪些阈值会在其中触发。</translation>
     </message>
     <message>
         <source>Open profile…</source>
@@ -3456,6 +3784,10 @@
     <message>
         <source>Opens a file with settings and compares it row by row. Nothing is written before you tick rows and apply.</source>
         <translation>打开设置文件并逐行比较。在您勾选并应用之前，什么也不写入。</translation>
+    </message>
+    <message>
+        <source>Opens a record or a report and says whether it was altered since.</source>
+        <translation>打开记录或报告，并判断它是否被改动过。</translation>
     </message>
     <message>
         <source>Opens the chosen port and reads everything that can be read. That activates nothing.</source>
@@ -3538,6 +3870,10 @@
         <translation>固定</translation>
     </message>
     <message>
+        <source>Pitch</source>
+        <translation>俯仰</translation>
+    </message>
+    <message>
         <source>Place in the recording</source>
         <translation>播放位置</translation>
     </message>
@@ -3548,6 +3884,10 @@
     <message>
         <source>Play the recording from the start</source>
         <translation>从头回放</translation>
+    </message>
+    <message>
+        <source>Plays the recording from the start.</source>
+        <translation>从头回放。</translation>
     </message>
     <message>
         <source>Plots</source>
@@ -3650,6 +3990,10 @@
         <translation>持续输出模块的状态，直到按下 Ctrl-C；模块不主动输出时改为轮询。串口输出若原为关闭则打开，结束时再关闭。时间从第一个状态算起。</translation>
     </message>
     <message>
+        <source>Problems</source>
+        <translation>问题</translation>
+    </message>
+    <message>
         <source>Profile</source>
         <translation>配置文件</translation>
     </message>
@@ -3666,12 +4010,20 @@
         <translation>以前打开或保存过的配置文件</translation>
     </message>
     <message>
+        <source>Profiles that were opened or saved before.</source>
+        <translation>以前打开或保存过的配置文件。</translation>
+    </message>
+    <message>
         <source>Program</source>
         <translation>程序</translation>
     </message>
     <message>
         <source>Program and system</source>
         <translation>程序与系统</translation>
+    </message>
+    <message>
+        <source>Proposal: {limits}</source>
+        <translation>建议：{limits}</translation>
     </message>
     <message>
         <source>Proposed: {values}</source>
@@ -3710,8 +4062,20 @@
         <translation>填入表单；与其他更改一起写入</translation>
     </message>
     <message>
+        <source>Puts the measured threshold into the form; it is written with the other changes.</source>
+        <translation>把测得的阈值填入表单；与其他修改一起写入。</translation>
+    </message>
+    <message>
+        <source>Puts the module into standby at once.</source>
+        <translation>立即使模块进入待机。</translation>
+    </message>
+    <message>
         <source>Puts the module into standby at once. Always allowed, never asked twice, sent before everything else. The chips beside it show what the module says afterwards.</source>
         <translation>立即使模块进入待机。始终允许，从不二次询问，优先于其他一切发送。旁边的标签显示模块随后报告的状态。</translation>
+    </message>
+    <message>
+        <source>Quaternion</source>
+        <translation>四元数</translation>
     </message>
     <message>
         <source>Query changes</source>
@@ -3798,12 +4162,32 @@
         <translation>两次读取一致</translation>
     </message>
     <message>
+        <source>Read with these columns</source>
+        <translation>按这些列读取</translation>
+    </message>
+    <message>
+        <source>Reading</source>
+        <translation>规则解读</translation>
+    </message>
+    <message>
         <source>Reading cell, charge and light</source>
         <translation>正在读取电芯、充电和光线</translation>
     </message>
     <message>
+        <source>Reading logs: {done} of {total}</source>
+        <translation>正在读取日志：{done}/{total}</translation>
+    </message>
+    <message>
         <source>Reading of the light sensor in the parachute bay: tells whether the bay is open.</source>
         <translation>伞仓内光线传感器的读数：用于判断伞仓是否打开。</translation>
+    </message>
+    <message>
+        <source>Reading of the vendor's rule</source>
+        <translation>厂家规则的解读</translation>
+    </message>
+    <message>
+        <source>Reading the log…</source>
+        <translation>正在读取日志…</translation>
     </message>
     <message>
         <source>Reading the module again…</source>
@@ -3906,6 +4290,10 @@
         <translation>重新生成预览，包含此后发生的内容</translation>
     </message>
     <message>
+        <source>Refreshes the bundle with what happened since.</source>
+        <translation>刷新诊断包，包含此后发生的内容。</translation>
+    </message>
+    <message>
         <source>Refuses what is set</source>
         <translation>拒绝设置</translation>
     </message>
@@ -3924,6 +4312,10 @@
     <message>
         <source>Remarks</source>
         <translation>备注</translation>
+    </message>
+    <message>
+        <source>Remove from this page</source>
+        <translation>从本页移除</translation>
     </message>
     <message>
         <source>Renew</source>
@@ -3988,6 +4380,18 @@
     <message>
         <source>Reverts after</source>
         <translation>延时恢复</translation>
+    </message>
+    <message>
+        <source>Roll</source>
+        <translation>横滚</translation>
+    </message>
+    <message>
+        <source>Roll and pitch in rad</source>
+        <translation>横滚和俯仰（rad）</translation>
+    </message>
+    <message>
+        <source>Roll and pitch in °</source>
+        <translation>横滚和俯仰（°）</translation>
     </message>
     <message>
         <source>Round trips, by how many milliseconds they took</source>
@@ -4082,12 +4486,20 @@
         <translation>保存诊断包…</translation>
     </message>
     <message>
+        <source>Save the chosen thresholds in a profile</source>
+        <translation>将所选阈值保存到配置文件</translation>
+    </message>
+    <message>
         <source>Save the last 60,000 entries of what went over the line, as a text file (Ctrl+S). The session's recording, where it is on, holds all of them.</source>
         <translation>将最近 60,000 条通信保存为文本文件（Ctrl+S）。本次会话的数据记录（若已开启）保存全部内容。</translation>
     </message>
     <message>
         <source>Save the module's settings as a profile</source>
         <translation>将模块的设置保存为配置文件</translation>
+    </message>
+    <message>
+        <source>Save the profile</source>
+        <translation>保存配置文件</translation>
     </message>
     <message>
         <source>Save the records that are shown as CSV</source>
@@ -4154,8 +4566,28 @@
         <translation>已保存 {rows} 行到 {path}。更早的数据已不再保留。</translation>
     </message>
     <message>
+        <source>Saves a picture of the plots and numbers, with port and time below.</source>
+        <translation>保存曲线和数字的图片，下方注明串口和时间。</translation>
+    </message>
+    <message>
+        <source>Saves every record that was ever seen of this module as a table.</source>
+        <translation>把这个模块曾经读到的所有记录保存为表格。</translation>
+    </message>
+    <message>
+        <source>Saves every sample in sight as a table, with the time of each.</source>
+        <translation>把画面中的每个采样及其时间保存为表格。</translation>
+    </message>
+    <message>
         <source>Saves the bundle as one zip file on this computer. Nothing is sent anywhere.</source>
         <translation>把诊断包保存为本机上的一个 zip 文件。不会发送到任何地方。</translation>
+    </message>
+    <message>
+        <source>Saves the check as PDF, HTML and JSON, while it holds.</source>
+        <translation>在检查有效期内，把它保存为 PDF、HTML 和 JSON。</translation>
+    </message>
+    <message>
+        <source>Saves the records that are shown, in their order, as a table.</source>
+        <translation>按显示的顺序，把显示的记录保存为表格。</translation>
     </message>
     <message>
         <source>Saves what the module holds now as a file, to set up others alike.</source>
@@ -4194,6 +4626,10 @@
         <translation>确认您已在“触发记录”页看过旧记录，并重新检查。检查记录会注明由人确认。</translation>
     </message>
     <message>
+        <source>Says why each check matters, also where it passes.</source>
+        <translation>说明每项检查为什么重要，通过的项目也说明。</translation>
+    </message>
+    <message>
         <source>Search</source>
         <translation>搜索</translation>
     </message>
@@ -4212,6 +4648,10 @@
     <message>
         <source>Searching… {percent} %</source>
         <translation>正在搜索 … {percent} %</translation>
+    </message>
+    <message>
+        <source>Seconds</source>
+        <translation>秒</translation>
     </message>
     <message>
         <source>Seen once, not confirmed: it came in one reading only. Read again; it is not kept.</source>
@@ -4362,6 +4802,10 @@
         <translation>朝各个方向轻轻晃动插头和线缆。</translation>
     </message>
     <message>
+        <source>Show only the flights that fire with the chosen thresholds</source>
+        <translation>仅显示按所选阈值会触发的飞行日志</translation>
+    </message>
+    <message>
         <source>Show the newest samples again (End, or a double click on the plots)</source>
         <translation>重新显示最新数据（End 键，或双击曲线）</translation>
     </message>
@@ -4384,6 +4828,14 @@
     <message>
         <source>Show the whole recording (End, or a double click on the plots)</source>
         <translation>显示整段数据记录（End 键，或双击曲线）</translation>
+    </message>
+    <message>
+        <source>Shows only the recordings in which all these words stand.</source>
+        <translation>只显示包含所有这些词的数据记录。</translation>
+    </message>
+    <message>
+        <source>Shows only the records in which all these words stand.</source>
+        <translation>只显示包含所有这些词的记录。</translation>
     </message>
     <message>
         <source>Shows the whole recording again after zooming in.</source>
@@ -4562,6 +5014,10 @@
         <translation>停止保存，不留下文件</translation>
     </message>
     <message>
+        <source>Stops saving; no half file is left.</source>
+        <translation>停止保存；不会留下半个文件。</translation>
+    </message>
+    <message>
         <source>Stream rate</source>
         <translation>输出速率</translation>
     </message>
@@ -4636,6 +5092,10 @@
     <message>
         <source>Takes the last edit in this form back. The module is not touched.</source>
         <translation>撤销表单中的最后一次修改。不触及模块。</translation>
+    </message>
+    <message>
+        <source>Takes this offer away. The tour stays in the Help menu.</source>
+        <translation>关闭此提示。导览仍可在“帮助”菜单中找到。</translation>
     </message>
     <message>
         <source>Takes today's mounting as level. For small mounting errors only.</source>
@@ -4794,6 +5254,10 @@
         <translation>本站点的密钥无法使用：{why}。</translation>
     </message>
     <message>
+        <source>The largest tilt</source>
+        <translation>最大倾角</translation>
+    </message>
+    <message>
         <source>The last invalid bytes</source>
         <translation>最近无效字节</translation>
     </message>
@@ -4844,6 +5308,10 @@
     <message>
         <source>The list of known stations cannot be written: {why}.</source>
         <translation>无法写入已知站点列表：{why}。</translation>
+    </message>
+    <message>
+        <source>The longest time below the chosen free-fall acceleration</source>
+        <translation>低于所选失重加速度的最长时间</translation>
     </message>
     <message>
         <source>The module acknowledged and is silent now.</source>
@@ -5246,6 +5714,10 @@
         <translation>报告无法写入：{why}。</translation>
     </message>
     <message>
+        <source>The same ritual from beginning to end; it shows the bytes and sends nothing.</source>
+        <translation>同样的流程从头走到尾；显示字节，但不发送。</translation>
+    </message>
+    <message>
         <source>The selected row in full</source>
         <translation>所选行的完整内容</translation>
     </message>
@@ -5270,12 +5742,20 @@
         <translation>模拟模块没有静止：它在晃动或倾斜，见其面板（F4）。</translation>
     </message>
     <message>
+        <source>The sixteen bytes as the module sent them.</source>
+        <translation>模块发来的原始十六个字节。</translation>
+    </message>
+    <message>
         <source>The system did not list its serial ports. Switch Bluetooth off and try again.</source>
         <translation>系统未能列出串口。请关闭蓝牙后重试。</translation>
     </message>
     <message>
         <source>The ten seconds are over. Nothing was sent.</source>
         <translation>十秒已过。未发送任何内容。</translation>
+    </message>
+    <message>
+        <source>The thresholds with the largest margin to both lists, within the vendor's advice, for both readings of his rule.</source>
+        <translation>在厂家建议范围内、两种规则解读下，与两个列表余量最大的阈值。</translation>
     </message>
     <message>
         <source>The tilt could not be read: check it before you rely on it.</source>
@@ -5322,8 +5802,16 @@
         <translation>厂家建议不要更改。程序会先以新波特率、再以旧波特率、然后以全部波特率查找模块；若找不到，请将模块关机再开机，并使用“查找模块”。</translation>
     </message>
     <message>
+        <source>The vendor does not say whether an angle has to last, or whether the acceleration is filtered</source>
+        <translation>厂家未说明倾角是否须持续、加速度是否经过滤波</translation>
+    </message>
+    <message>
         <source>The vendor's advice, the reading with the bay fully open, would be {volts:.1f} V.</source>
         <translation>厂家建议取伞仓完全打开时的读数，即 {volts:.1f} V。</translation>
+    </message>
+    <message>
+        <source>The vendor's rule can be read in two ways, and they disagree:</source>
+        <translation>厂家规则有两种解读，结果不同：</translation>
     </message>
     <message>
         <source>The whole ritual; nothing is sent at its end</source>
@@ -5442,6 +5930,14 @@
         <translation>导览的这一步在另一页上。</translation>
     </message>
     <message>
+        <source>Three axes in g</source>
+        <translation>三轴（g）</translation>
+    </message>
+    <message>
+        <source>Three axes in m/s²</source>
+        <translation>三轴（m/s²）</translation>
+    </message>
+    <message>
         <source>Ticked settings are written to the module</source>
         <translation>勾选的设置将写入模块</translation>
     </message>
@@ -5460,6 +5956,10 @@
     <message>
         <source>Tilt before</source>
         <translation>置零前倾角</translation>
+    </message>
+    <message>
+        <source>Tilt in °</source>
+        <translation>倾角（°）</translation>
     </message>
     <message>
         <source>Tilt it back until it fires, and back</source>
@@ -5512,6 +6012,10 @@
     <message>
         <source>Time</source>
         <translation>时间</translation>
+    </message>
+    <message>
+        <source>Time column</source>
+        <translation>时间列</translation>
     </message>
     <message>
         <source>Time of day</source>
@@ -5598,6 +6102,10 @@
         <translation>请将模块视为已激活：模块未报告锁定。</translation>
     </message>
     <message>
+        <source>Tries every speed until the module answers, with questions only.</source>
+        <translation>逐个尝试所有波特率直到模块应答，只发送查询。</translation>
+    </message>
+    <message>
         <source>Trigger</source>
         <translation>触发状态</translation>
     </message>
@@ -5626,6 +6134,14 @@
         <translation>触发记录</translation>
     </message>
     <message>
+        <source>Triggers after 0.2 s</source>
+        <translation>持续 0.2 s 后触发</translation>
+    </message>
+    <message>
+        <source>Triggers at once</source>
+        <translation>立即触发</translation>
+    </message>
+    <message>
         <source>Trust a station</source>
         <translation>信任站点</translation>
     </message>
@@ -5646,6 +6162,10 @@
         <translation>试算</translation>
     </message>
     <message>
+        <source>Try proposal</source>
+        <translation>试用建议</translation>
+    </message>
+    <message>
         <source>Try thresholds on what was measured; nothing is sent</source>
         <translation>用测得的数据试算阈值；不发送任何内容</translation>
     </message>
@@ -5664,6 +6184,14 @@
     <message>
         <source>Trying {rate} baud…</source>
         <translation>正在尝试波特率 {rate}…</translation>
+    </message>
+    <message>
+        <source>Twenty readings of the light sensor with the bay closed.</source>
+        <translation>伞仓关闭时，光线传感器的二十次读数。</translation>
+    </message>
+    <message>
+        <source>Twenty readings of the light sensor with the bay fully open.</source>
+        <translation>伞仓完全打开时，光线传感器的二十次读数。</translation>
     </message>
     <message>
         <source>Twenty readings, about two seconds</source>
@@ -5712,6 +6240,10 @@
     <message>
         <source>Undo</source>
         <translation>撤销</translation>
+    </message>
+    <message>
+        <source>Unit of the time</source>
+        <translation>时间单位</translation>
     </message>
     <message>
         <source>Unknown, read, edited, writing, verified or failed. “Verified” means: written, asked for again, and equal.</source>
@@ -5978,6 +6510,10 @@
         <translation>下面的结果已不能说明模块现在的状态。请重新检查。</translation>
     </message>
     <message>
+        <source>What was left out of the log or looks wrong in it</source>
+        <translation>日志中被略去或异常的内容</translation>
+    </message>
+    <message>
         <source>What was measured after a real trigger was measured under an open parachute.</source>
         <translation>真实触发之后的数据是在降落伞打开的情况下测得的。</translation>
     </message>
@@ -6016,6 +6552,10 @@
     <message>
         <source>When the module would have fired with the thresholds wanted here, and what came near. Choose one to see it in the plots.</source>
         <translation>按此处的目标阈值，模块会在何时开伞，以及哪些时刻接近开伞。选择一项可在曲线中查看。</translation>
+    </message>
+    <message>
+        <source>Whether and when it would have fired first with the chosen thresholds</source>
+        <translation>按所选阈值是否触发、首次触发的时间</translation>
     </message>
     <message>
         <source>Whether external power is charging the module.</source>
@@ -6058,8 +6598,20 @@
         <translation>显示哪些记录</translation>
     </message>
     <message>
+        <source>Which records to show.</source>
+        <translation>显示哪些记录。</translation>
+    </message>
+    <message>
         <source>Which rows to show</source>
         <translation>显示哪些行</translation>
+    </message>
+    <message>
+        <source>Which rows to show: all, or only one kind.</source>
+        <translation>显示哪些行：全部或只显示一类。</translation>
+    </message>
+    <message>
+        <source>Which thresholds separate the two lists: shaded where a flight fires that must not, hatched where a flight does not fire that must. Click, drag or arrow keys choose thresholds; Enter shows the flights that fire there.</source>
+        <translation>哪些阈值能区分两个列表：着色处有不得触发的飞行会触发，斜线处有必须触发的飞行不触发。点击、拖动或用方向键选择阈值；按回车显示该处触发的飞行日志。</translation>
     </message>
     <message>
         <source>Who answers for this check. It stands in the record and on the report.</source>
@@ -6072,6 +6624,10 @@
     <message>
         <source>Whose checks</source>
         <translation>谁的检查</translation>
+    </message>
+    <message>
+        <source>Whose checks to show: those of one module, or of one aircraft.</source>
+        <translation>显示谁的检查：某个模块的，或某架飞行器的。</translation>
     </message>
     <message>
         <source>Why</source>
@@ -6196,6 +6752,10 @@
     <message>
         <source>Write {count} changes</source>
         <translation>写入 {count} 项更改</translation>
+    </message>
+    <message>
+        <source>Writes the ticked rows to the module and reads each back.</source>
+        <translation>把勾选的行写入模块并逐一读回。</translation>
     </message>
     <message>
         <source>Writing: {what}</source>
@@ -6432,6 +6992,10 @@
     <message>
         <source>an answer to another command comes first: 20:22, with a value 20:22=05, or 500 ms later 20:22@500</source>
         <translation>先发送其他命令的应答：20:22；指定值：20:22=05；延时 500 ms：20:22@500</translation>
+    </message>
+    <message>
+        <source>and {count} more</source>
+        <translation>另有 {count} 项</translation>
     </message>
     <message>
         <source>angle against the horizontal plane, in degrees</source>
@@ -6778,6 +7342,10 @@
         <translation>控制字符为 {control}，应为 01</translation>
     </message>
     <message>
+        <source>control lost (estimate)</source>
+        <translation>失控（估计）</translation>
+    </message>
+    <message>
         <source>could not be read back</source>
         <translation>无法回读</translation>
     </message>
@@ -6808,6 +7376,10 @@
     <message>
         <source>delete one for good (asks for --yes)</source>
         <translation>永久删除一条数据记录（需要 --yes）</translation>
+    </message>
+    <message>
+        <source>depends on the reading</source>
+        <translation>取决于规则解读</translation>
     </message>
     <message>
         <source>deploy the parachute</source>
@@ -6974,6 +7546,18 @@
         <translation>触发，原因未注明</translation>
     </message>
     <message>
+        <source>fires</source>
+        <translation>触发</translation>
+    </message>
+    <message>
+        <source>fires after 0.2 s</source>
+        <translation>持续 0.2 s 后触发</translation>
+    </message>
+    <message>
+        <source>fires at once</source>
+        <translation>立即触发</translation>
+    </message>
+    <message>
         <source>fit to fly</source>
         <translation>已激活，检查全部通过</translation>
     </message>
@@ -7068,6 +7652,10 @@
     <message>
         <source>ignored explicit argument %r</source>
         <translation>多余的参数值 %r</translation>
+    </message>
+    <message>
+        <source>impact</source>
+        <translation>撞地</translation>
     </message>
     <message>
         <source>impossible value</source>
@@ -7180,6 +7768,14 @@
     <message>
         <source>late</source>
         <translation>响应延迟</translation>
+    </message>
+    <message>
+        <source>latest after {seconds:.1f} s</source>
+        <translation>最迟 {seconds:.1f} s</translation>
+    </message>
+    <message>
+        <source>latest after {seconds:.1f} s, {metres:.0f} m lower</source>
+        <translation>最迟 {seconds:.1f} s，下降 {metres:.0f} m</translation>
     </message>
     <message>
         <source>lay it at this angle</source>
@@ -7426,6 +8022,10 @@
         <translation>没有时间、方向和字节</translation>
     </message>
     <message>
+        <source>no trigger</source>
+        <translation>漏触发</translation>
+    </message>
+    <message>
         <source>no two readings agreed</source>
         <translation>多次读取结果不一致</translation>
     </message>
@@ -7564,6 +8164,10 @@
     <message>
         <source>not named yet</source>
         <translation>尚未命名</translation>
+    </message>
+    <message>
+        <source>not read</source>
+        <translation>未读取</translation>
     </message>
     <message>
         <source>not read yet</source>
@@ -7952,6 +8556,10 @@
     <message>
         <source>sent, {n}.</source>
         <translation>发送，第 {n} 次</translation>
+    </message>
+    <message>
+        <source>separates</source>
+        <translation>可区分</translation>
     </message>
     <message>
         <source>serial</source>
@@ -8426,6 +9034,10 @@
         <translation>过高</translation>
     </message>
     <message>
+        <source>too late</source>
+        <translation>过晚</translation>
+    </message>
+    <message>
         <source>too old</source>
         <translation>已过期</translation>
     </message>
@@ -8670,8 +9282,16 @@
         <translation>有 {count} 项无法读取；各行会标明未知项。</translation>
     </message>
     <message>
+        <source>{count} flights</source>
+        <translation>{count} 个飞行日志</translation>
+    </message>
+    <message>
         <source>{count} kept over the power cycle. {boots}</source>
         <translation>断电重启后有 {count} 项保持。{boots}</translation>
+    </message>
+    <message>
+        <source>{count} not read. {name}: {why}</source>
+        <translation>{count} 个未读取。{name}：{why}</translation>
     </message>
     <message>
         <source>{count} not verified, but read as set since.</source>
@@ -8734,6 +9354,10 @@
         <translation>已将 {count} 条触发记录写入 {file}。</translation>
     </message>
     <message>
+        <source>{count} unclear</source>
+        <translation>{count} 个不明确</translation>
+    </message>
+    <message>
         <source>{count} written and read back equal: verified.</source>
         <translation>{count} 项已写入且回读一致：已验证。</translation>
     </message>
@@ -8760,6 +9384,10 @@
     <message>
         <source>{days:.0f} days ago</source>
         <translation>{days:.0f} 天前</translation>
+    </message>
+    <message>
+        <source>{degrees}° above the threshold</source>
+        <translation>高于阈值 {degrees}°</translation>
     </message>
     <message>
         <source>{delay:.2f} s after the loss of control</source>
@@ -8894,6 +9522,10 @@
         <translation>无法删除 {name}：{why}。</translation>
     </message>
     <message>
+        <source>{name} cannot be read: {why}</source>
+        <translation>无法读取 {name}：{why}</translation>
+    </message>
+    <message>
         <source>{name} cannot be restored: {why}.</source>
         <translation>无法恢复 {name}：{why}。</translation>
     </message>
@@ -8970,6 +9602,10 @@
         <translation>{name}：无应答，结果未知</translation>
     </message>
     <message>
+        <source>{name}: not read. {why}</source>
+        <translation>{name}：未读取。{why}</translation>
+    </message>
+    <message>
         <source>{name}: the character {code} is not allowed.</source>
         <translation>{name}：不允许使用字符 {code}。</translation>
     </message>
@@ -8980,6 +9616,10 @@
     <message>
         <source>{name}: {first} or {second} is needed.</source>
         <translation>{name}：应为 {first} 或 {second}。</translation>
+    </message>
+    <message>
+        <source>{name}: {why}</source>
+        <translation>{name}：{why}</translation>
     </message>
     <message>
         <source>{name}: {why}.</source>
@@ -9126,12 +9766,24 @@
         <translation>{rate} 帧/秒</translation>
     </message>
     <message>
+        <source>{reading}: {what}</source>
+        <translation>{reading}：{what}</translation>
+    </message>
+    <message>
         <source>{reason}: {what}</source>
         <translation>{reason}：{what}</translation>
     </message>
     <message>
         <source>{rows} rows</source>
         <translation>{rows} 行</translation>
+    </message>
+    <message>
+        <source>{seconds:.1f} s</source>
+        <translation>{seconds:.1f} s</translation>
+    </message>
+    <message>
+        <source>{seconds:.2f} s longer than the free-fall time</source>
+        <translation>比失重时间长 {seconds:.2f} s</translation>
     </message>
     <message>
         <source>{seconds:.2f} s of free fall is {height:.1f} m before it fires, at {speed:.0f} km/h (from rest, without drag).</source>
@@ -9226,6 +9878,10 @@
         <translation>{threshold:.1f} V，与伞仓关闭时相差 {closed:.1f} V，与打开时相差 {open:.1f} V。</translation>
     </message>
     <message>
+        <source>{tilt:.0f}° · {acceleration:.1f} g · {time:.2f} s</source>
+        <translation>{tilt:.0f}° · {acceleration:.1f} g · {time:.2f} s</translation>
+    </message>
+    <message>
         <source>{time} ago</source>
         <translation>{time}前</translation>
     </message>
@@ -9306,6 +9962,10 @@
         <translation>{value:.0f} 秒</translation>
     </message>
     <message>
+        <source>{value:.0f}°</source>
+        <translation>{value:.0f}°</translation>
+    </message>
+    <message>
         <source>{value:.1f} GB</source>
         <translation>{value:.1f} GB</translation>
     </message>
@@ -9324,6 +9984,10 @@
     <message>
         <source>{value:.2f} V</source>
         <translation>{value:.2f} V</translation>
+    </message>
+    <message>
+        <source>{value:.2f} s</source>
+        <translation>{value:.2f} s</translation>
     </message>
     <message>
         <source>{value} (!) {fault}, limit {limit}</source>
@@ -9458,6 +10122,22 @@
     <message>
         <source>{what} {uptime} after power-on of boot {boot}, {link}, {voltage}</source>
         <translation>第 {boot} 次开机后 {uptime}：{what}，{link}，{voltage}</translation>
+    </message>
+    <message>
+        <source>{what}, after the impact</source>
+        <translation>{what}，在撞地之后</translation>
+    </message>
+    <message>
+        <source>{what}, {metres:.0f} m lower</source>
+        <translation>{what}，下降 {metres:.0f} m</translation>
+    </message>
+    <message>
+        <source>{what}, {seconds:.1f} s after control was lost</source>
+        <translation>{what}，失控后 {seconds:.1f} s</translation>
+    </message>
+    <message>
+        <source>{what}, {seconds:.1f} s before control was lost</source>
+        <translation>{what}，失控前 {seconds:.1f} s</translation>
     </message>
     <message>
         <source>{what}: {before}, then {after}</source>

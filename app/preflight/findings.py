@@ -1,6 +1,5 @@
-"""What a check is: its entry, what it looks at, and its result with measurement and limit."""
+"""Result of one check with its measurement and limit."""
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from enum import Enum
 
@@ -60,17 +59,6 @@ class Finding:
     shown: UserMessage
     limit: UserMessage
     do: UserMessage | None = None
-
-
-@dataclass(frozen=True, slots=True)
-class Check:
-    """One line of the check. `id` is the contract's; texts are English, translatable."""
-
-    id: str
-    title: str
-    judge: Callable[[Case], Finding]
-    why: str
-    do: str
 
 
 def unknown(why: UserMessage, limit: UserMessage, *, do: UserMessage | None = None) -> Finding:

@@ -20,7 +20,6 @@ from app.recordings.file_layout import (
 )
 from app.system.files import private_opener
 from app.text.i18n import tr
-from app.text.sentences import reason_of
 
 MOST_BYTES = 2 * 1024**3
 MOST_DAYS = 90
@@ -267,7 +266,7 @@ def stopped_sentence(error: Exception, folder: Path) -> str:
             "The session is no longer recorded: the disk is full. Delete old recordings or free some space; "
             "the next connection is recorded again."
         )
-    why = reason_of(error)
+    why = getattr(error, "strerror", None) or str(error)
     return tr("The session is no longer recorded in {folder}: {why}.", folder=folder, why=why)
 
 

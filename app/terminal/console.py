@@ -16,7 +16,7 @@ from contextlib import contextmanager
 from typing import TYPE_CHECKING, NamedTuple
 
 from app.text.i18n import CHINESE, language, tr
-from app.text.sentences import listed, reason_of
+from app.text.sentences import listed
 from app.text.visible_text import visible, visible_json
 
 if TYPE_CHECKING:
@@ -175,7 +175,7 @@ def write(text: str) -> None:
     except BrokenPipeError:
         raise
     except OSError as error:
-        raise OutputLost(reason_of(error)) from error
+        raise OutputLost(error.strerror or str(error)) from error
 
 
 def write_lines(lines: Iterable[str]) -> None:

@@ -1,6 +1,6 @@
 """File dialogs and suggested file names."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from datetime import datetime
 from pathlib import Path
 from typing import Final
@@ -16,11 +16,27 @@ AskPath = Callable[[QWidget, str, Path, str], Path | None]
 AskOpen = Callable[[QWidget, Path], Path | None]
 """Parent and folder; None where nobody chose."""
 
+AskMany = Callable[[QWidget, Path], Sequence[Path]]
+"""Parent and folder; empty where nobody chose."""
+
 
 def ask_open(parent: QWidget, folder: Path, title: str, name_filter: str) -> Path | None:
     """Let a person choose an existing file; None where nobody chose."""
     name, _filter = QFileDialog.getOpenFileName(parent, title, str(folder), name_filter)
     return Path(name) if name else None
+
+
+def ask_flight_logs(parent: QWidget, folder: Path) -> Sequence[Path]:
+    """Existing files, one or many."""
+    kinds = tr("Flight logs (*.ulg *.bin *.csv *.mcap)")
+    names, _filter = QFileDialog.getOpenFileNames(parent, tr("Open flight logs"), str(folder), kinds)
+    return [Path(name) for name in names]
+
+
+def ask_folder(parent: QWidget, folder: Path) -> Sequence[Path]:
+    """One existing folder."""
+    name = QFileDialog.getExistingDirectory(parent, tr("Open a folder of flight logs"), str(folder))
+    return [Path(name)] if name else []
 
 
 def ask_profile(parent: QWidget, folder: Path) -> Path | None:

@@ -1,12 +1,11 @@
 """Sliders with a number field, and the guard against accidental wheel events."""
 
 from PySide6.QtCore import QEvent, QObject, QSignalBlocker, Qt, Signal
-from PySide6.QtWidgets import QDoubleSpinBox, QLabel, QSlider, QWidget
+from PySide6.QtWidgets import QDoubleSpinBox, QHBoxLayout, QLabel, QSlider, QWidget
 
 from ui.core.texts import Texts
 from ui.style.theme import Space
 from ui.widgets.controls import control
-from ui.widgets.layouts import in_row
 from ui.widgets.naming import named
 
 NUMBER_PX = 104
@@ -27,6 +26,13 @@ class WheelGuard(QObject):
         return False
 
 
+def describe(texts: Texts, widget: QWidget, title: str, explanation: str) -> None:
+    """Accessible name, tooltip and What's This from two English texts."""
+    texts.bind(widget.setAccessibleName, title)
+    texts.bind(widget.setToolTip, explanation)
+    texts.bind(widget.setWhatsThis, explanation)
+
+
 def label_for(texts: Texts, widget: QWidget, title: str) -> QLabel:
     """The label of a form's row."""
     label = control(QLabel(), texts, f"{widget.objectName()}_label", title)
@@ -40,11 +46,22 @@ class Dial(QWidget):
 
     turned = Signal(float)
 
-    def __init__(self, name: str, *, minimum: float, maximum: float, step: float, unit: str, guard: WheelGuard) -> None:
+    def __init__(
+        self,
+        name: str,
+        *,
+        minimum: float,
+        maximum: float,
+        step: float,
+        unit: str,
+        guard: WheelGuard,
+        decimals: int | None = None,
+    ) -> None:
         super().__init__()
         self.setObjectName(name)
         self._step = step
-        decimals = 0 if step >= 1 else 2
+        if decimals is None:
+            decimals = 0 if step >= 1 else 2
         self.slider = named(QSlider(Qt.Orientation.Horizontal), f"{name}_slider")
         self.slider.setRange(round(minimum / step), round(maximum / step))
         self.box = named(QDoubleSpinBox(), f"{name}_box")
@@ -57,14 +74,18 @@ class Dial(QWidget):
         self.box.setFixedWidth(NUMBER_PX)
         for widget in (self.slider, self.box):
             guard.guard(widget)
-        in_row((self.slider, 1), self.box, of=self, spacing=Space.S, margins=0)
+        row = QHBoxLayout(self)
+        row.setContentsMargins(0, 0, 0, 0)
+        row.setSpacing(Space.S)
+        row.addWidget(self.slider, 1)
+        row.addWidget(self.box)
         self.setFocusProxy(self.slider)
         self.slider.valueChanged.connect(self._slid)
         self.box.valueChanged.connect(self._typed)
 
     def describe(self, texts: Texts, title: str, explanation: str) -> None:
         for widget in (self.slider, self.box):
-            control(widget, texts, widget.objectName(), says=title, tip=explanation)
+            describe(texts, widget, title, explanation)
 
     @property
     def value(self) -> float:
@@ -74,6 +95,10 @@ class Dial(QWidget):
         """Follow the module, unless a person is at it."""
         if not (self.slider.isSliderDown() or self.box.hasFocus()):
             self._show(value)
+
+    def set_value(self, value: float) -> None:
+        """Show this, whoever is at it."""
+        self._show(value)
 
     def _show(self, value: float) -> None:
         with QSignalBlocker(self.slider), QSignalBlocker(self.box):

@@ -17,12 +17,15 @@ from PySide6.QtWidgets import QApplication, QMessageBox, QPushButton, QToolButto
 from pytestqt.qtbot import QtBot
 
 from app.engine.target import Target
+from app.flight_analysis.flight_set import FlightGroup
 from app.simulator.bench import SimulatedBench
 from tests.support.check_pace import hurry_check
+from tests.support.flights.many_flights import write_logs
 from tests.support.window.fakes_ui import ADAPTER, SECOND_ADAPTER, WAIT_MS, Ports, simulated, wait_online, window
 from tests.support.window.steps import settle
 from ui.main import PAGES, Assembly, WindowOptions
 from ui.pages.commands.page import CommandsPage
+from ui.pages.flights.page import FlightsPage
 from ui.pages.live.page import LivePage
 from ui.pages.preflight.controller import Standing
 from ui.pages.preflight.page import PreflightPage
@@ -172,6 +175,28 @@ class Walk:
         yield self._stop("commands, ritual armed")
         self.press("ritual_cancel")
         yield self._stop("commands, ritual ended")
+
+    def _on_flights(self) -> Iterator[Stop]:
+        page = self.find(FlightsPage)
+        page.open_paths(write_logs(self.folder / "logs"))
+        self.qtbot.waitUntil(lambda: not page.work.loading.is_running, timeout=WAIT_MS)
+        yield self._stop("flights, one not read")
+        page.work.move([one.name for one in page.work.flights.flights()][:1], FlightGroup.MUST)
+        self.qtbot.waitUntil(lambda: not page.work.is_proposing, timeout=WAIT_MS)
+        page.on_escape()
+        page.lists.of[FlightGroup.MUST].table.selectRow(0)
+        page.map.setFocus()
+        yield self._stop("flights, sorted")
+        page.open_flight(page.lists.of[FlightGroup.MUST].filter.row_at(0))
+        self.qtbot.waitUntil(lambda: page.flight.plot is not None, timeout=WAIT_MS)
+        yield self._stop("flights, one flight")
+        page.flight.close_flight()
+        page.open_flight(next(row for row in page.lists.of[FlightGroup.MUST_NOT].filter.shown() if row.unread))
+        page.form.attitude.setCurrentIndex(2)
+        page.form.read.click()
+        yield self._stop("flights, columns")
+        page.on_escape()
+        page.work.remove([*page.lists.names()])
 
     def _on_diagnosis(self) -> Iterator[Stop]:
         for key in ("traffic", "figures", "bundle", "why"):

@@ -9,7 +9,7 @@ from typing import Final, cast
 
 from PySide6.QtCore import QEvent, Qt, QTimer, Signal
 from PySide6.QtGui import QHideEvent, QImage, QShowEvent, QWindow
-from PySide6.QtWidgets import QFrame, QStackedLayout, QStackedWidget, QWidget
+from PySide6.QtWidgets import QFrame, QHBoxLayout, QStackedLayout, QStackedWidget, QVBoxLayout, QWidget
 
 from app.engine.worker import Batch
 from app.recordings.excerpt import Excerpt
@@ -28,7 +28,6 @@ from ui.services.page import StreamPage
 from ui.services.session_recording import SessionTracker
 from ui.style.theme import Space
 from ui.widgets.controls import Shortcut
-from ui.widgets.layouts import in_column, in_row
 from ui.widgets.naming import named
 
 DRAW_EVERY_MS: Final = 33
@@ -260,22 +259,31 @@ class LivePage(StreamPage):
 
     def _lay_out(self) -> QWidget:
         card = self.plots_card = named(QFrame(), "live_plots", "card")
+        right = QVBoxLayout(card)
+        right.setContentsMargins(Space.S, Space.S, Space.S, Space.S)
         self._plots.addWidget(self._live_plot)
-        in_column((self._plots, 1), of=card, margins=Space.S)
+        right.addWidget(self._plots, 1)
         self._seen = QWidget()
         self._seen.setObjectName("live_seen")
-        in_row(
-            self.panel,
-            self.fired.panel,
-            (card, 1),
-            of=self._seen,
-            spacing=Space.S,
-            margins=(Space.M, Space.S, Space.S, Space.XS),
-        )
+        row = QHBoxLayout(self._seen)
+        row.setContentsMargins(Space.M, Space.S, Space.S, Space.XS)
+        row.setSpacing(Space.S)
+        row.addWidget(self.panel)
+        row.addWidget(self.fired.panel)
+        row.addWidget(card, 1)
         content = QWidget()
         content.setObjectName("live_content")
-        foot = in_row(self.fired.button, (self.save, 1), spacing=Space.M, margins=(Space.M, 0, Space.S, Space.S))
-        in_column(self.banner, (self._seen, 1), foot, of=content, spacing=0, margins=0)
+        column = QVBoxLayout(content)
+        column.setContentsMargins(0, 0, 0, 0)
+        column.setSpacing(0)
+        column.addWidget(self.banner)
+        column.addWidget(self._seen, 1)
+        foot = QHBoxLayout()
+        foot.setContentsMargins(Space.M, 0, Space.S, Space.S)
+        foot.setSpacing(Space.M)
+        foot.addWidget(self.fired.button)
+        foot.addWidget(self.save, 1)
+        column.addLayout(foot)
         return content
 
     # Qt

@@ -14,7 +14,6 @@ from ui.pages.preflight.controller import PreflightController, Standing, Stateme
 from ui.pages.preflight.row import CheckRow, ManualRow
 from ui.style.theme import Space
 from ui.widgets.controls import control
-from ui.widgets.layouts import in_column
 from ui.widgets.naming import named
 
 STATEMENTS: Final = {
@@ -50,15 +49,13 @@ class CheckList(QScrollArea):
             row.act_wanted.connect(self._act)
         content = QWidget()
         content.setObjectName("preflight_content")
-        in_column(
-            self._manual_card,
-            self.explain,
-            card,
-            1,
-            of=content,
-            spacing=Space.S,
-            margins=(Space.M, 0, Space.M, Space.S),
-        )
+        column = QVBoxLayout(content)
+        column.setContentsMargins(Space.M, 0, Space.M, Space.S)
+        column.setSpacing(Space.S)
+        column.addWidget(self._manual_card)
+        column.addWidget(self.explain)
+        column.addWidget(card)
+        column.addStretch(1)
         self.setWidgetResizable(True)
         self.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
         self.setWidget(content)
@@ -127,4 +124,7 @@ class CheckList(QScrollArea):
 
 def _card(name: str) -> tuple[QFrame, QVBoxLayout]:
     card = named(QFrame(), name, "card")
-    return card, in_column(of=card, spacing=0, margins=1)
+    rows = QVBoxLayout(card)
+    rows.setContentsMargins(1, 1, 1, 1)
+    rows.setSpacing(0)
+    return card, rows

@@ -1,0 +1,381 @@
+"""The Flight logs page: reading, lists, map, proposal, what becomes of thresholds."""
+
+import ast
+import threading
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import pytest
+from PySide6.QtCore import QMimeData, QPoint, QPointF, Qt, QUrl
+from PySide6.QtGui import QDropEvent
+from PySide6.QtWidgets import QApplication
+from pytestqt.qtbot import QtBot
+
+from app.firing.judge import TriggerLimits
+from app.flight_analysis.flight_set import FlightGroup
+from app.flight_analysis.many_logs import SummarisedLog
+from app.flight_analysis.summary import summarise
+from app.flight_logs.csv_columns import CsvRole
+from app.flight_logs.flight_log import FlightLog
+from app.flight_logs.module_view import RuleReading
+from app.settings.fingerprint import fingerprint
+from app.settings.profile_file import read_profile
+from tests.support.flights.made_flights import made_flight
+from tests.support.flights.many_flights import crash, ordinary_flight, write_csv, write_logs
+from tests.support.window.fakes_ui import WAIT_MS, window
+from ui.main import PAGES, Assembly
+from ui.pages.flights import loading
+from ui.pages.flights.page import FlightsPage
+
+ROOM = Path(loading.__file__).parent
+ENTRIES = tuple(entry for entry in PAGES if entry.key == "flights")
+MUST_NOT, MUST = FlightGroup.MUST_NOT, FlightGroup.MUST
+
+
+@dataclass
+class Desk:
+    qtbot: QtBot
+    assembly: Assembly
+    page: FlightsPage
+
+    def add(self, *logs: FlightLog, group: FlightGroup = MUST_NOT) -> None:
+        """As if they had been read."""
+        self.page.work.flights.add([summarise(one) for one in logs], group)
+        self.page.work.move([one.name for one in logs], group)
+        self.wait_proposal()
+
+    def wait_proposal(self) -> None:
+        self.qtbot.waitUntil(lambda: not self.page.work.is_proposing, timeout=WAIT_MS)
+
+    def wait_read(self) -> None:
+        self.qtbot.waitUntil(lambda: not self.page.work.loading.is_running, timeout=WAIT_MS)
+        self.wait_proposal()
+
+    def shown(self, group: FlightGroup) -> list[str]:
+        return [row.name for row in self.page.lists.of[group].filter.shown()]
+
+    def caption(self, group: FlightGroup) -> str:
+        return self.page.lists.of[group].caption.text()
+
+    def notice(self) -> str:
+        notice = self.page.strip.notice
+        return "" if notice is None else notice.text
+
+
+@contextmanager
+def opened(qtbot: QtBot, qapp: QApplication, folder: Path) -> Iterator[Desk]:
+    with window(qapp, folder, entries=ENTRIES) as assembly:
+        qtbot.waitUntil(lambda: assembly.window.findChild(FlightsPage) is not None, timeout=WAIT_MS)
+        page = assembly.window.findChild(FlightsPage)
+        assert page is not None
+        assembly.window.panel.hide()
+        yield Desk(qtbot, assembly, page)
+
+
+@pytest.fixture
+def desk(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> Iterator[Desk]:
+    with opened(qtbot, qapp, tmp_path) as one:
+        yield one
+
+
+def tilted(name: str, tilt_deg: float, seconds: float = 2.0) -> FlightLog:
+    """Level, tilted for a while, level; an acceleration of 1 g."""
+    tilt = np.concatenate([np.zeros(100), np.full(round(seconds * 50), tilt_deg), np.zeros(100)])
+    return made_flight(tilt, 1.0, name=name)
+
+
+def test_logs_are_read_and_a_table_asks_for_its_columns(desk: Desk, tmp_path: Path) -> None:
+    page = desk.page
+    assert page.empty.isVisible()
+    paths = write_logs(tmp_path / "logs")
+    page.open_paths([tmp_path / "logs"])
+    desk.wait_read()
+    assert sorted(desk.shown(MUST_NOT)) == sorted(str(one) for one in paths)
+    assert desk.shown(MUST) == []
+    assert page.count.text() == "2 flights"
+    assert "1 not read. bench:" in desk.notice()
+    choose = page.strip.button("columns")
+    assert choose is not None
+    choose.click()
+    form = page.form
+    assert form.isVisible()
+    form.read.click()
+    assert form.fault.text() == "Choose a column in each row."
+    form.time.setCurrentText("when")
+    form.attitude.setCurrentIndex(1)
+    form.attitude_parts[0].setCurrentText("angle")
+    form.force.setCurrentIndex(1)
+    form.force_parts[0].setCurrentText("g")
+    assert form.columns().names == {
+        CsvRole.TIME_S: "when", CsvRole.TILT_DEG: "angle", CsvRole.ACCELERATION_G: "g",
+    }  # fmt: skip
+    form.read.click()
+    desk.wait_read()
+    assert page.count.text() == "3 flights"
+    assert page.work.unread() == ()
+    assert desk.notice() == ""
+
+
+def test_what_is_there_already_keeps_its_list(desk: Desk, tmp_path: Path) -> None:
+    path = write_csv(tmp_path / "one.csv", tilted("", 20))
+    desk.page.open_paths([path])
+    desk.wait_read()
+    desk.page.work.move([str(path)], MUST)
+    desk.page.open_paths([path])
+    desk.wait_read()
+    assert desk.shown(MUST) == [str(path)]
+    assert desk.notice() == "No new flight logs there."
+
+
+def test_a_drop_opens_files_and_folders(desk: Desk, tmp_path: Path) -> None:
+    write_logs(tmp_path / "logs")
+    single = write_csv(tmp_path / "single.csv", tilted("", 20))
+    data = QMimeData()
+    data.setUrls([QUrl.fromLocalFile(str(tmp_path / "logs")), QUrl.fromLocalFile(str(single))])
+    drop = QDropEvent(QPointF(5, 5), Qt.DropAction.CopyAction, data, Qt.MouseButton.LeftButton,
+                      Qt.KeyboardModifier.NoModifier)  # fmt: skip
+    desk.page.dropEvent(drop)
+    desk.wait_read()
+    assert str(single) in desk.shown(MUST_NOT)
+    assert desk.page.count.text() == "3 flights"
+
+
+def test_cancel_answers_at_once_and_late_results_change_nothing(
+    desk: Desk, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The reading stands still in the middle of a log, whatever is asked of it."""
+    may_end, has_begun, has_ended = threading.Event(), threading.Event(), threading.Event()
+    paths = [write_csv(tmp_path / f"{number}.csv", tilted("", 20)) for number in range(3)]
+
+    def slowly(logs: list[Path], _order: object, *, is_cancelled: object) -> Iterator[SummarisedLog]:
+        yield SummarisedLog(logs[0], summarise(tilted(str(logs[0]), 20)))
+        has_begun.set()
+        assert may_end.wait(30)
+        yield SummarisedLog(logs[1], summarise(tilted(str(logs[1]), 20)))
+        has_ended.set()
+
+    monkeypatch.setattr(loading, "summarise_logs", slowly)
+    desk.page.open_paths(paths)
+    assert has_begun.wait(30)
+    desk.qtbot.waitUntil(lambda: desk.notice() == "Reading logs: 1 of 3", timeout=WAIT_MS)
+    button = desk.page.strip.button("cancel_flights")
+    assert button is not None
+    button.click()  # nothing is waited for
+    assert desk.notice() == "Cancelled: 1 of 3 logs were read."
+    assert desk.shown(MUST_NOT) == [str(paths[0])]
+    may_end.set()
+    assert has_ended.wait(30)
+    QApplication.processEvents()
+    desk.page.work.poll()
+    assert desk.shown(MUST_NOT) == [str(paths[0])]
+
+
+def test_closing_ends_the_reading(qtbot: QtBot, qapp: QApplication, tmp_path: Path,
+                                  monkeypatch: pytest.MonkeyPatch) -> None:  # fmt: skip
+    has_begun, was_told = threading.Event(), threading.Event()
+    path = write_csv(tmp_path / "one.csv", tilted("", 20))
+
+    def endless(_logs: list[Path], _order: object, *, is_cancelled: Callable[[], bool]) -> Iterator[SummarisedLog]:
+        has_begun.set()
+        while not is_cancelled():
+            was_told.wait(0.01)
+        was_told.set()
+        yield from ()
+
+    monkeypatch.setattr(loading, "summarise_logs", endless)
+    with opened(qtbot, qapp, tmp_path / "home") as one:
+        one.page.open_paths([path])
+        assert has_begun.wait(30)
+        one.assembly.window.close_now()
+        assert was_told.wait(30)
+
+
+def test_flights_move_by_button_key_and_menu(desk: Desk) -> None:
+    desk.add(tilted("a", 20), tilted("b", 30))
+    first, second = desk.page.lists.of[MUST_NOT], desk.page.lists.of[MUST]
+    assert not first.move_button.isEnabled()
+    first.table.choose({"a"})
+    desk.qtbot.mouseClick(first.move_button, Qt.MouseButton.LeftButton)
+    assert (desk.shown(MUST_NOT), desk.shown(MUST)) == (["b"], ["a"])
+    second.table.choose({"a"})
+    desk.qtbot.keyClick(second.table, Qt.Key.Key_M)
+    assert sorted(desk.shown(MUST_NOT)) == ["a", "b"]
+    first.table.choose({"a", "b"})
+    menu = first.table.menu()
+    actions = {one.objectName().rpartition("_")[2]: one for one in menu.actions()}
+    assert not actions["open"].isEnabled()
+    actions["move"].trigger()
+    assert sorted(desk.shown(MUST)) == ["a", "b"]
+    second.table.choose({"a"})
+    desk.qtbot.keyClick(second.table, Qt.Key.Key_Delete)
+    assert desk.shown(MUST) == ["b"]
+    desk.wait_proposal()
+
+
+def test_map_and_lists_follow_a_threshold(desk: Desk) -> None:
+    desk.add(tilted("calm", 20), tilted("turn", 50))
+    page = desk.page
+    assert desk.caption(MUST_NOT) == "Must not fire: 0 of 2 fire"
+    page.thresholds.tilt.box.setValue(45)
+    assert page.work.limits.attitude_threshold_deg == 45
+    assert desk.caption(MUST_NOT) == "Must not fire: 1 of 2 fire"
+    assert "1 of 2" in page.map.accessibleName()
+    assert "45°" in page.map.accessibleName()
+    page.fired_only.setChecked(True)
+    assert desk.shown(MUST_NOT) == ["turn"]
+    page.thresholds.tilt.slider.setValue(60)
+    assert desk.shown(MUST_NOT) == []
+    page.on_escape()
+    assert len(desk.shown(MUST_NOT)) == 2
+
+
+def test_the_map_is_dragged_and_has_keys(desk: Desk) -> None:
+    desk.add(tilted("turn", 50))
+    page = desk.page
+    place = page.map.place_of(40, 1.0).toPoint()
+    desk.qtbot.mouseClick(page.map, Qt.MouseButton.LeftButton, pos=place)
+    limits = page.work.limits
+    assert abs(limits.attitude_threshold_deg - 40) <= 1
+    assert abs(limits.freefall_time_s - 1.0) <= 0.05
+    assert page.thresholds.time.value == pytest.approx(limits.freefall_time_s)
+    page.work.choose(TriggerLimits())
+    for key in (Qt.Key.Key_Up, Qt.Key.Key_PageDown, Qt.Key.Key_Right):
+        desk.qtbot.keyClick(page.map, key)
+    assert (page.work.limits.attitude_threshold_deg, page.work.limits.freefall_time_s) == (51, 1.65)
+    desk.qtbot.mouseClick(page.map, Qt.MouseButton.LeftButton, pos=QPoint(-500, 5000))
+    page.map.chosen.emit(*page.map.thresholds_at(QPointF(-500, 5000)))
+    assert (page.work.limits.attitude_threshold_deg, page.work.limits.freefall_time_s) == (30, 0.2)
+    desk.qtbot.keyClick(page.map, Qt.Key.Key_Return)
+    assert page.fired_only.isChecked()
+    assert desk.shown(MUST_NOT) == ["turn"]
+
+
+def test_the_proposal_separates_and_is_tried(desk: Desk) -> None:
+    random = np.random.default_rng(1)
+    desk.add(*(ordinary_flight(f"survey {number}", random, seconds=30) for number in range(3)))
+    desk.add(*(crash(f"crash {number}", random, seconds=20) for number in range(2)), group=MUST)
+    page = desk.page
+    proposal = page.work.proposal
+    assert proposal is not None
+    assert proposal.limits is not None
+    assert page.proposal.head.text().startswith("Proposal: ")
+    assert [one.text().partition(":")[0] for one in page.proposal.lines] == ["Must not fire", "Must fire"]
+    page.work.choose(TriggerLimits(attitude_threshold_deg=30))
+    page.proposal.take.click()
+    assert page.work.limits == proposal.limits
+    assert desk.caption(MUST_NOT) == "Must not fire: 0 of 3 fire"
+    assert desk.caption(MUST) == "Must fire: 2 of 2 fire in time"
+    assert not page.proposal.take.isEnabled()
+
+
+def test_it_says_when_nothing_separates(desk: Desk) -> None:
+    desk.add(tilted("rolls", 120))
+    desk.add(tilted("crash", 40), group=MUST)
+    assert desk.page.proposal.head.text() == "No thresholds separate these two lists"
+    assert "rolls: " in desk.page.proposal.lines[0].text()
+    assert not desk.page.proposal.take.isEnabled()
+
+
+def test_what_depends_on_the_reading_is_shown(desk: Desk) -> None:
+    """70° for a tenth of a second: at once or not at all."""
+    desk.add(tilted("bump", 70, seconds=0.1))
+    page = desk.page
+    table = page.lists.of[MUST_NOT]
+    assert table.filter.index(0, 1).data() == "unclear"
+    assert table.detail.text() == "1 unclear"
+    assert desk.caption(MUST_NOT) == "Must not fire: 1 of 1 fire"
+    page.thresholds.reading.setCurrentIndex(1)
+    page.thresholds.reading.activated.emit(1)
+    assert page.work.reading is RuleReading.DAMPED
+    shown, other = page.work.maps()
+    assert (shown.must_not_fired != other.must_not_fired).any()
+
+
+def test_a_flight_shows_its_moment(desk: Desk, tmp_path: Path) -> None:
+    path = write_csv(tmp_path / "crash.csv", crash("", np.random.default_rng(2), seconds=30))
+    desk.page.open_paths([path])
+    desk.wait_read()
+    page = desk.page
+    page.work.move([str(path)], MUST)
+    page.lists.of[MUST].table.selectRow(0)
+    desk.qtbot.keyClick(page.lists.of[MUST].table, Qt.Key.Key_Return)
+    desk.qtbot.waitUntil(lambda: page.flight.plot is not None, timeout=WAIT_MS)
+    plot = page.flight.plot
+    assert plot is not None
+    outcome = page.work.outcomes()[0]
+    assert "after control was lost" in page.flight.verdict.text()
+    assert "m lower" in page.flight.verdict.text()
+    assert plot.cursor_s == pytest.approx(outcome.direct.at_s, abs=0.05)
+    assert plot.span.start_s < outcome.direct.at_s < plot.span.end_s
+    assert page.on_escape()
+    assert page.flight.plot is None
+    assert page.map.isVisible()
+
+
+def test_a_log_that_is_gone_is_said(desk: Desk, tmp_path: Path) -> None:
+    path = write_csv(tmp_path / "gone.csv", tilted("", 20))
+    desk.page.open_paths([path])
+    desk.wait_read()
+    path.unlink()
+    desk.page.open_flight(desk.page.lists.of[MUST_NOT].filter.row_at(0))
+    waiting = desk.page.flight.waiting
+    desk.qtbot.waitUntil(lambda: waiting.text().startswith("It can no longer be read"), timeout=WAIT_MS)
+
+
+def test_thresholds_go_to_settings_as_edits(desk: Desk) -> None:
+    exchange, page = desk.page._services.exchange, desk.page
+    desk.add(tilted("turn", 50))
+    page.proposal.refresh()
+    assert not page.proposal.use.isEnabled()  # there is no module to write to
+    exchange.can_use = lambda: True
+    page.proposal.refresh()
+    used: list[object] = []
+    wanted: list[str] = []
+    exchange.used.connect(used.append)
+    page.page_wanted.connect(wanted.append)
+    page.work.choose(TriggerLimits(62, 0.4, 1.25))
+    page.proposal.use.click()
+    assert used == [
+        {"attitude_threshold_deg": 62, "freefall_acceleration_g": 0.4, "freefall_time_s": 1.25},
+    ]
+    assert wanted == ["settings"]
+
+
+def test_thresholds_go_into_profiles(desk: Desk, tmp_path: Path) -> None:
+    bar = desk.page.proposal
+    path = tmp_path / "new.toml"
+    bar.ask_save = lambda *_: path
+    desk.page.work.choose(TriggerLimits(62, 0.4, 1.25))
+    bar.save_profile()
+    assert read_profile(path).settings == {
+        "attitude_threshold_deg": 62, "freefall_acceleration_g": 0.4, "freefall_time_s": 1.25,
+    }  # fmt: skip
+    assert desk.notice() == f"Saved as {path}."
+    code = fingerprint({"attitude_threshold_deg": 70}).code
+    path.write_text(
+        f'format = 1\nname = "H6"\nairframe = "H6"\napproved_fingerprint = "{code}"\n'
+        "[settings]\nattitude_threshold_deg = 70\nlight_threshold_v = 1.8\n[limits]\ncell_voltage_min_v = 3.9\n",
+        encoding="utf-8",
+    )
+    before = read_profile(path)
+    bar.ask_open = lambda *_: path
+    bar.add_to_profile()
+    after = read_profile(path)
+    assert after.settings == {**before.settings, **desk.page.work.settings()}
+    assert after.settings["light_threshold_v"] == 1.8
+    assert (after.name, after.airframe, after.limits) == (before.name, before.airframe, before.limits)
+    assert after.approved_fingerprint is None
+    assert "fingerprint belonged to other settings" in desk.notice()
+
+
+def test_nothing_on_the_page_can_reach_a_module() -> None:
+    """Neither the connection nor the engine is in its hands."""
+    for path in ROOM.glob("*.py"):
+        tree = ast.parse(path.read_text(encoding="utf-8"))
+        names = {node.attr for node in ast.walk(tree) if isinstance(node, ast.Attribute)}
+        assert not names & {"connector", "lock"}, path.name
+        modules = {node.module or "" for node in ast.walk(tree) if isinstance(node, ast.ImportFrom)}
+        assert not any(one.startswith(("app.engine", "app.procedures", "app.safety", "ui.acts")) for one in modules)

@@ -1,0 +1,1 @@
+"""Thresholds from flight logs: map, lists, proposal."""

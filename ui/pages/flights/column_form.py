@@ -1,0 +1,218 @@
+"""Which columns of a CSV file hold what, where its names do not say."""
+
+from collections.abc import Sequence
+from typing import Any, Final
+
+from PySide6.QtCore import Signal
+from PySide6.QtWidgets import (
+    QComboBox,
+    QFormLayout,
+    QFrame,
+    QHBoxLayout,
+    QLabel,
+    QPushButton,
+    QScrollArea,
+    QVBoxLayout,
+    QWidget,
+)
+
+from app.flight_logs.csv_columns import ATTITUDES, FORCES, CsvColumns, CsvRole
+from app.flight_logs.flight_log import LogUnreadable
+from app.text.i18n import tr
+from app.text.messages import said
+from protocol.translatable import marked
+from ui.core.texts import Texts
+from ui.pages.flights.texts import short_name
+from ui.style.icons import Icon
+from ui.style.theme import Space
+from ui.widgets.controls import control
+from ui.widgets.labels import text_label
+from ui.widgets.naming import named
+from ui.widgets.sliders import WheelGuard, label_for
+
+NONE: Final[tuple[CsvRole, ...]] = ()
+_TIME_WORDS: Final = {
+    CsvRole.TIME_S: marked("Seconds"), CsvRole.TIME_MS: marked("Milliseconds"), CsvRole.TIME_US: marked("Microseconds"),
+}  # fmt: skip
+_ATTITUDE_WORDS: Final = dict(zip(
+    ATTITUDES,
+    (marked("Tilt in °"), marked("Quaternion"), marked("Roll and pitch in °"), marked("Roll and pitch in rad")),
+    strict=True,
+))  # fmt: skip
+_FORCE_WORDS: Final = dict(zip(
+    FORCES,
+    (marked("Length in g"), marked("Length in m/s²"), marked("Three axes in g"), marked("Three axes in m/s²")),
+    strict=True,
+))  # fmt: skip
+_AXES: Final = {
+    "tilt_deg": marked("Tilt"), "roll_deg": marked("Roll"), "pitch_deg": marked("Pitch"), "roll_rad": marked("Roll"),
+    "pitch_rad": marked("Pitch"), "acceleration_g": marked("Acceleration"), "acceleration_m_s2": marked("Acceleration"),
+}  # fmt: skip
+_MOST_PARTS: Final = 4
+_CARD_PX: Final = 560
+
+
+class ColumnForm(QWidget):
+    """`chosen` gives the name of the file and its `CsvColumns`."""
+
+    chosen = Signal(str, object)
+    closed = Signal()
+
+    def __init__(self, texts: Texts) -> None:
+        super().__init__()
+        self.setObjectName("csv_form")
+        self._texts = texts
+        self._name = ""
+        self._head: tuple[str, ...] = ()
+        self._guard = WheelGuard(self)
+        self.title = text_label("csv_title", "title")
+        self.fault = text_label("csv_fault", "danger")
+        self.time = self._box("csv_time", marked("Time column"))
+        self.unit = self._box("csv_time_unit", marked("Unit of the time"))
+        self.attitude = self._box("csv_attitude", marked("Attitude as"))
+        self.force = self._box("csv_force", marked("Acceleration as"))
+        self.altitude = self._box("csv_altitude", marked("Altitude in m"))
+        self.armed = self._box("csv_armed", marked("Arming state"))
+        self.attitude_parts = [self._box(f"csv_attitude_{one}", marked("Column of the attitude"))
+                               for one in range(_MOST_PARTS)]  # fmt: skip
+        self.force_parts = [self._box(f"csv_force_{one}", marked("Column of the acceleration"))
+                            for one in range(_MOST_PARTS - 1)]  # fmt: skip
+        self._labels = {box: named(QLabel(), f"{box.objectName()}_label")
+                        for box in (*self.attitude_parts, *self.force_parts)}  # fmt: skip
+        self.read = control(QPushButton(), texts, "csv_read", "Read with these columns",
+                            tip="Also the other files with the same columns", picture=Icon.CHECK, role="primary",
+                            slot=self._choose)  # fmt: skip
+        self.cancel = control(QPushButton(), texts, "csv_cancel", "Cancel", tip="Back to all flights", key="Esc",
+                              slot=self.closed)  # fmt: skip
+        self._lay_out()
+        self.attitude.currentIndexChanged.connect(self._show_parts)
+        self.force.currentIndexChanged.connect(self._show_parts)
+
+    def show_file(self, name: str, head: Sequence[str]) -> None:
+        self._name, self._head = name, tuple(head)
+        self.fault.hide()
+        self.retranslate()
+        self.time.setFocus()
+
+    def retranslate(self) -> None:
+        """Fills the boxes; what is chosen stays."""
+        self.title.setText(tr("Columns of {name}", name=short_name(self._name)))
+        self._fill(self.unit, [(tr(word), role) for role, word in _TIME_WORDS.items()])
+        none = (tr("none"), NONE)
+        self._fill(self.attitude, [none, *((tr(word), roles) for roles, word in _ATTITUDE_WORDS.items())])
+        self._fill(self.force, [none, *((tr(word), roles) for roles, word in _FORCE_WORDS.items())])
+        columns = [(name, name) for name in self._head]
+        for box in (self.time, *self.attitude_parts, *self.force_parts):
+            self._fill(box, columns, is_open=True)
+        for box in (self.altitude, self.armed):
+            self._fill(box, [(tr("none"), ""), *columns])
+        self._show_parts()
+
+    def columns(self) -> CsvColumns:
+        """Raises `LogUnreadable` where that cannot be enough."""
+        names = {self.unit.currentData(): self.time.currentData()}
+        for kind, parts in ((self.attitude, self.attitude_parts), (self.force, self.force_parts)):
+            names |= {role: box.currentData() for role, box in zip(kind.currentData(), parts, strict=False)}
+        for role, box in ((CsvRole.ALTITUDE_M, self.altitude), (CsvRole.ARMED, self.armed)):
+            if box.currentData():
+                names[role] = box.currentData()
+        if None in names.values():
+            raise LogUnreadable(said(marked("Choose a column in each row.")))
+        return CsvColumns(names)
+
+    # What happens
+
+    def _choose(self) -> None:
+        try:
+            columns = self.columns()
+        except LogUnreadable as error:
+            self.fault.setText(error.why.in_words())
+            self.fault.show()
+            return
+        self.chosen.emit(self._name, columns)
+
+    def _fill(self, box: QComboBox, entries: Sequence[tuple[str, Any]], *, is_open: bool = False) -> None:
+        """`is_open`: nothing is chosen until a person does."""
+        row = box.currentIndex()
+        if [(box.itemText(one), box.itemData(one)) for one in range(box.count())] == list(entries):
+            return
+        was = box.currentData()
+        box.blockSignals(True)
+        box.clear()
+        for text, data in entries:
+            box.addItem(text, data)
+        first = -1 if is_open else 0
+        box.setCurrentIndex(
+            next((number for number, (_, data) in enumerate(entries) if data == was and row >= 0), first)
+        )
+        box.blockSignals(False)
+
+    def _show_parts(self) -> None:
+        """As many columns as the kind needs, each with what it is."""
+        for kind, parts in ((self.attitude, self.attitude_parts), (self.force, self.force_parts)):
+            roles = kind.currentData() or NONE
+            for number, box in enumerate(parts):
+                is_needed = number < len(roles)
+                self._rows.setRowVisible(box, is_needed)
+                if is_needed:
+                    text = _part_text(roles[number])
+                    box.setAccessibleName(text)
+                    self._labels[box].setText(text)
+
+    # Making
+
+    def _box(self, name: str, says: str) -> QComboBox:
+        box = control(QComboBox(), self._texts, name, says=says, tip=says)
+        box.setProperty("title", says)
+        self._texts.bind(box.setPlaceholderText, "choose")
+        box.setMinimumContentsLength(18)
+        box.setSizeAdjustPolicy(QComboBox.SizeAdjustPolicy.AdjustToMinimumContentsLengthWithIcon)
+        self._guard.guard(box)
+        return box
+
+    def _lay_out(self) -> None:
+        card = QFrame()
+        card.setObjectName("csv_card")
+        card.setProperty("role", "card")
+        card.setMaximumWidth(_CARD_PX)
+        self._rows = QFormLayout(card)
+        self._rows.setContentsMargins(Space.M, Space.M, Space.M, Space.M)
+        self._rows.setVerticalSpacing(Space.XS)
+        boxes = (
+            self.time, self.unit, self.attitude, *self.attitude_parts, self.force, *self.force_parts, self.altitude,
+            self.armed,
+        )  # fmt: skip
+        for box in boxes:
+            if box in self._labels:  # says what the kind that is chosen needs
+                self._labels[box].setBuddy(box)
+                self._labels[box].setMinimumHeight(box.sizeHint().height())
+                self._rows.addRow(self._labels[box], box)
+            else:
+                self._rows.addRow(label_for(self._texts, box, str(box.property("title"))), box)
+        content = named(QWidget(), "csv_content")
+        column = QVBoxLayout(content)
+        column.setContentsMargins(0, 0, 0, 0)
+        column.addWidget(card)
+        column.addStretch(1)
+        scroll = control(QScrollArea(), self._texts, "csv_scroll", says="Columns of a CSV file")
+        scroll.setWidgetResizable(True)
+        scroll.setWidget(content)
+        buttons = QHBoxLayout()
+        buttons.setSpacing(Space.S)
+        buttons.addWidget(self.fault, 1)
+        buttons.addStretch(0)
+        buttons.addWidget(self.cancel)
+        buttons.addWidget(self.read)
+        whole = QVBoxLayout(self)
+        whole.setContentsMargins(0, 0, 0, 0)
+        whole.setSpacing(Space.S)
+        whole.addWidget(self.title)
+        whole.addWidget(scroll, 1)
+        whole.addLayout(buttons)
+        self.fault.hide()
+
+
+def _part_text(role: CsvRole) -> str:
+    """What a column is: a translated word, or the letter of an axis."""
+    word = _AXES.get(role.value)
+    return tr(word) if word is not None else role.value.partition("_")[0].upper()

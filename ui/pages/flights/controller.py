@@ -1,0 +1,199 @@
+"""Flights, lists, thresholds and proposal behind the Flight logs page. Nothing here can send anything."""
+
+from collections.abc import Iterable, Mapping
+from dataclasses import replace
+from pathlib import Path
+from typing import Final, NamedTuple
+
+from PySide6.QtCore import QObject, Signal
+
+from app.firing.judge import TriggerLimits
+from app.flight_analysis.curves import steps_of
+from app.flight_analysis.flight_set import FireMap, FlightGroup, FlightOutcome, FlightSet
+from app.flight_analysis.proposal import ThresholdProposal, propose
+from app.flight_logs.csv_columns import CsvColumns
+from app.flight_logs.module_view import RuleReading
+from app.text.messages import UserMessage
+from protocol.catalogue import TENTH_G
+from protocol.fields import Value
+from ui.core.background_task import BackgroundTask
+from ui.pages.flights.loading import FlightLoading, LoadedLog, LoadEnded, LoadOrder
+
+GROUPS: Final = (FlightGroup.MUST_NOT, FlightGroup.MUST)
+
+
+class UnreadLog(NamedTuple):
+    """A file that could not be read. `head`: see `LoadedLog`."""
+
+    name: str
+    group: FlightGroup
+    why: UserMessage
+    head: tuple[str, ...] = ()
+
+
+class FlightRow(NamedTuple):
+    """A line of a list; `outcome` is None where the file could not be read."""
+
+    name: str
+    group: FlightGroup
+    outcome: FlightOutcome | None
+    longest_fall_s: float
+    """Below the chosen acceleration; -1 where there is none."""
+    unread: UnreadLog | None = None
+
+
+class FlightsWork(QObject):
+    flights_changed = Signal()
+    """Other flights, or in other lists."""
+    thresholds_changed = Signal()
+    proposal_changed = Signal()
+    loading_ended = Signal(object)
+    """`LoadEnded`."""
+
+    def __init__(self, parent: QObject) -> None:
+        super().__init__(parent)
+        self.flights = FlightSet()
+        self.limits = TriggerLimits()
+        self.reading = RuleReading.DIRECT
+        """Of the map; lists and proposal take both into account."""
+        self.proposal: ThresholdProposal | None = None
+        self.loading = FlightLoading(self)
+        self.loading.ended.connect(self._end_loading)
+        self._unread: dict[str, UnreadLog] = {}
+        self._columns: dict[str, CsvColumns | None] = {}
+        self._proposing: BackgroundTask[ThresholdProposal] = BackgroundTask("dps-s thresholds", self)
+
+    # What there is
+
+    @property
+    def is_empty(self) -> bool:
+        return not len(self.flights) and not self._unread
+
+    @property
+    def is_proposing(self) -> bool:
+        return self._proposing.is_running
+
+    def counts(self) -> tuple[int, int]:
+        """Flights that must not fire, and that must; without the files that could not be read."""
+        return len(self.flights.flights(FlightGroup.MUST_NOT)), len(self.flights.flights(FlightGroup.MUST))
+
+    def unread(self) -> tuple[UnreadLog, ...]:
+        return tuple(self._unread.values())
+
+    def columns_of(self, name: str) -> CsvColumns | None:
+        """With which it was read."""
+        return self._columns.get(name)
+
+    def outcomes(self) -> tuple[FlightOutcome, ...]:
+        return self.flights.outcomes(self.limits)
+
+    def rows(self, outcomes: Iterable[FlightOutcome]) -> dict[FlightGroup, list[FlightRow]]:
+        """By list; what could not be read comes first."""
+        found: dict[FlightGroup, list[FlightRow]] = {group: [] for group in GROUPS}
+        for unread in self._unread.values():
+            found[unread.group].append(FlightRow(unread.name, unread.group, None, -1.0, unread))
+        step = steps_of(self.limits.freefall_acceleration_g, TENTH_G.per_unit)
+        for one in outcomes:
+            fall_s = float(one.flight.direct.longest_fall_s[step])
+            found[one.group].append(FlightRow(one.flight.name, one.group, one, fall_s))
+        return found
+
+    def maps(self) -> tuple[FireMap, FireMap]:
+        """Of the reading that is shown, and of the other one."""
+        other = RuleReading.DAMPED if self.reading is RuleReading.DIRECT else RuleReading.DIRECT
+        return self.flights.fire_map(self.limits, self.reading), self.flights.fire_map(self.limits, other)
+
+    def settings(self) -> Mapping[str, Value]:
+        """The chosen thresholds by the setting's key."""
+        limits = self.limits
+        return {
+            "attitude_threshold_deg": round(limits.attitude_threshold_deg),
+            "freefall_acceleration_g": round(limits.freefall_acceleration_g, 1),
+            "freefall_time_s": round(limits.freefall_time_s, 2),
+        }
+
+    # What a person does
+
+    def open(self, paths: Iterable[Path], columns: CsvColumns | None = None) -> None:
+        """Files and folders; flights that are there already stay as they are."""
+        known = frozenset(one.name for one in self.flights.flights())
+        self.loading.open(LoadOrder(tuple(paths), columns, known))
+
+    def poll(self) -> None:
+        """Take over what was read meanwhile."""
+        logs = self.loading.poll()
+        if logs:
+            for one in logs:
+                self._take(one)
+            self.flights_changed.emit()
+
+    def choose(self, limits: TriggerLimits) -> None:
+        if limits != self.limits:
+            self.limits = limits
+            self.thresholds_changed.emit()
+
+    def choose_values(self, **values: float) -> None:
+        """Some of the thresholds, by the name of the field of `TriggerLimits`."""
+        self.choose(replace(self.limits, **values))  # type: ignore[arg-type]
+
+    def choose_reading(self, reading: RuleReading) -> None:
+        if reading is not self.reading:
+            self.reading = reading
+            self.thresholds_changed.emit()
+
+    def move(self, names: Iterable[str], group: FlightGroup) -> None:
+        for name in names:
+            if name in self._unread:
+                self._unread[name] = self._unread[name]._replace(group=group)
+            else:
+                self.flights.sort(name, group)
+        self._change()
+
+    def remove(self, names: Iterable[str]) -> None:
+        """From the page; the file stays."""
+        for name in names:
+            self._columns.pop(name, None)
+            if self._unread.pop(name, None) is None:
+                self.flights.remove(name)
+        self._change()
+
+    # What happens
+
+    def _take(self, one: LoadedLog) -> None:
+        name, flight, why = str(one.log.path), one.log.flight, one.log.why_not
+        before = self._unread.pop(name, None)
+        group = FlightGroup.MUST_NOT if before is None else before.group
+        self._columns[name] = one.columns
+        if flight is not None:
+            self.flights.add((flight,), group)
+        elif why is not None:
+            self._unread[name] = UnreadLog(name, group, why, one.head)
+
+    def _end_loading(self, ended: LoadEnded) -> None:
+        self.poll()
+        self._change()
+        self.loading_ended.emit(ended)
+
+    def _change(self) -> None:
+        self._propose()
+        self.flights_changed.emit()
+
+    def _propose(self) -> None:
+        """In the background, on flights of its own: a set belongs to one thread."""
+        self.proposal = None
+        if not len(self.flights):
+            self._proposing.cancel()
+            self.proposal_changed.emit()
+            return
+        mine = FlightSet()
+        for group in GROUPS:
+            mine.add(self.flights.flights(group), group)
+        self._proposing.run(lambda _running: propose(mine), self._take_proposal, self._fail)
+        self.proposal_changed.emit()
+
+    def _take_proposal(self, proposal: ThresholdProposal) -> None:
+        self.proposal = proposal
+        self.proposal_changed.emit()
+
+    def _fail(self, error: Exception) -> None:
+        raise error

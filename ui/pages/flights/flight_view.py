@@ -1,0 +1,215 @@
+"""One flight over time: tilt and acceleration with the chosen thresholds, where it fires, where control was lost."""
+
+import time
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Final
+
+import numpy as np
+from PySide6.QtCore import Qt, Signal
+from PySide6.QtWidgets import QHBoxLayout, QPushButton, QVBoxLayout, QWidget
+
+from app.firing.judge import LONGEST_GAP_S, TriggerLimits
+from app.flight_analysis.flight_set import FlightOutcome
+from app.flight_logs.csv_columns import CsvColumns
+from app.flight_logs.flight_log import FlightLog, Floats, LogUnreadable
+from app.flight_logs.read_log import read_flight_log
+from app.recordings.columns import RecordedSeries, beginnings
+from app.samples.step_function import StepFunction
+from app.text.i18n import tr
+from app.text.messages import clean
+from protocol.translatable import marked
+from ui.core.background_task import BackgroundTask
+from ui.core.texts import Texts
+from ui.pages.flights.texts import look_of, outcome_lines, short_name, verdict_of
+from ui.plots.time_plot import TimePlot
+from ui.plots.view import Lane, Limit, Mark, Scale, Span
+from ui.style.icons import Icon
+from ui.style.theme import Meaning, Space
+from ui.widgets.controls import control
+from ui.widgets.labels import ElidedLabel, IconLabel, text_label
+from ui.widgets.naming import named
+
+_ICON_PX: Final = 20
+_PROBLEMS_SHOWN: Final = 3
+_WINDOW_S: Final = 10.0
+_SAME_S: Final = 0.05
+"""Two marks nearer than this are one."""
+_MIDNIGHT_S: Final = time.mktime((2001, 1, 1, 0, 0, 0, 0, 0, -1))
+"""The plots tell the time of day; so they tell the time since the log began."""
+
+
+class FlightView(QWidget):
+    closed = Signal()
+
+    def __init__(self, texts: Texts) -> None:
+        super().__init__()
+        self.setObjectName("flight_view")
+        self._texts = texts
+        self.plot: TimePlot | None = None
+        self._outcome: FlightOutcome | None = None
+        self._limits = TriggerLimits()
+        self._reading: BackgroundTask[FlightLog] = BackgroundTask("dps-s flight", self)
+        self.back = control(QPushButton(), texts, "flight_back", "All flights", says="All flights",
+                            tip="Back to all flights", key="Esc", picture=Icon.CHEVRON_LEFT,
+                            slot=self.close_flight)  # fmt: skip
+        self.name = named(ElidedLabel(), "flight_name", "title")
+        self.picture = IconLabel("flight_icon", _ICON_PX)
+        self.verdict = text_label("flight_verdict", "strong", is_selectable=True)
+        self.problems = text_label("flight_problems", "small", is_selectable=True)
+        self.waiting = text_label("flight_waiting", "muted")
+        self.waiting.setAlignment(Qt.AlignmentFlag.AlignCenter)
+        head = QHBoxLayout()
+        head.setSpacing(Space.M)
+        head.addWidget(self.back)
+        head.addWidget(self.name, 1)
+        said = QHBoxLayout()
+        said.setSpacing(Space.S)
+        said.addWidget(self.picture, 0, Qt.AlignmentFlag.AlignTop)
+        said.addWidget(self.verdict, 1)
+        self._room = QVBoxLayout()
+        whole = QVBoxLayout(self)
+        whole.setContentsMargins(0, 0, 0, 0)
+        whole.setSpacing(Space.XS)
+        whole.addLayout(head)
+        whole.addLayout(said)
+        whole.addWidget(self.problems)
+        whole.addLayout(self._room, 1)
+        self._room.addWidget(self.waiting, 1)
+
+    def show_flight(self, outcome: FlightOutcome, limits: TriggerLimits, columns: CsvColumns | None) -> None:
+        """The file is read again in the background."""
+        self._outcome, self._limits = outcome, limits
+        self._remove_plot()
+        self.retranslate()
+        self.waiting.setText(tr("Reading the log…"))
+        self.waiting.show()
+        path = Path(outcome.flight.name)
+        self._reading.run(lambda _running: read_flight_log(path, columns), self._show_log, self._fail)
+
+    def close_flight(self) -> None:
+        self._reading.cancel()
+        self._remove_plot()
+        self._outcome = None
+        self.closed.emit()
+
+    def retranslate(self) -> None:
+        outcome = self._outcome
+        if outcome is None:
+            return
+        look = look_of(outcome.group, verdict_of(outcome))
+        self.picture.show_icon(look.icon, look.meaning)
+        self.name.setText(f"{short_name(outcome.flight.name)} · {tr(outcome.group.value)}")
+        self.verdict.setText("\n".join(outcome_lines(outcome)))
+        problems = [one.in_words() for one in outcome.flight.problems]
+        shown = problems[:_PROBLEMS_SHOWN]
+        if len(problems) > len(shown):
+            shown.append(tr("and {count} more", count=len(problems) - len(shown)))
+        self.problems.setText("\n".join(clean(one) for one in shown))
+        self.problems.setToolTip("\n".join(problems))
+        self.problems.setVisible(bool(problems))
+
+    # What happens
+
+    def _show_log(self, log: FlightLog) -> None:
+        if self._outcome is None:
+            return
+        self.waiting.hide()
+        end_s = max(log.duration_s, float(log.time_s[-1]))
+        plot = TimePlot(lanes_of(log, self._limits), self._texts, wall_offset_s=_MIDNIGHT_S, bounds=Span(0.0, end_s))
+        plot.add_marks(marks_of(self._outcome, log.resets_s))
+        self._room.addWidget(plot, 1)
+        self.plot = plot
+        moment_s = _moment(self._outcome)
+        if moment_s is not None and end_s > _WINDOW_S:
+            plot.choose_window(_WINDOW_S)
+            plot.look_at(moment_s)
+        plot.draw(end_s)
+
+    def _fail(self, error: Exception) -> None:
+        if not isinstance(error, LogUnreadable):
+            raise error
+        self.waiting.setText(tr("It can no longer be read: {why}", why=error.why.in_words()))
+
+    def _remove_plot(self) -> None:
+        if self.plot is not None:
+            self._room.removeWidget(self.plot)
+            self.plot.hide()
+            self.plot.deleteLater()
+            self.plot = None
+
+
+def lanes_of(log: FlightLog, limits: TriggerLimits) -> Sequence[Lane]:
+    """What the log has, with the thresholds in the lane of what they judge."""
+    start_s = float(log.time_s[0])
+    lanes = [
+        Lane(
+            marked("Tilt"), "°", _series(log.time_s, log.tilt_deg), (Scale(0, 90, 30), Scale(0, 180, 45)),
+            (
+                Limit(_standing(start_s, limits.attitude_threshold_deg), marked("{value}° fires"), Meaning.DANGER),
+                Limit(_standing(start_s, limits.reset_angle_deg), marked("{value}° rearms"), Meaning.INFORMATION),
+            ),
+            weight=3, gap_s=LONGEST_GAP_S,
+        ),
+        Lane(
+            marked("Acceleration"), "g", _series(log.time_s, log.specific_force_g),
+            (Scale(0, 2, 1), Scale(0, 4, 2), Scale(0, 8, 4), Scale(0, 16, 8), Scale(0, 26, 13)),
+            (Limit(_standing(start_s, limits.freefall_acceleration_g), marked("{value} g free fall"), Meaning.DANGER,
+                   1),),
+            decimals=1, weight=2, gap_s=LONGEST_GAP_S,
+        ),
+    ]  # fmt: skip
+    if log.altitude_m is not None and np.isfinite(log.altitude_m).any():
+        known = log.altitude_m[np.isfinite(log.altitude_m)]
+        series = _series(log.time_s, log.altitude_m)
+        lanes.append(Lane(marked("Altitude"), "m", series, (_scale_of(known),), weight=1.2, gap_s=1.0))
+    return lanes
+
+
+def marks_of(outcome: FlightOutcome, resets_s: Sequence[float] = ()) -> list[Mark]:
+    """In order of time."""
+    flight = outcome.flight
+    meaning = look_of(outcome.group, verdict_of(outcome)).meaning
+    marks = [Mark(at_s, marked("restarted"), Icon.RESTART, Meaning.ATTENTION) for at_s in resets_s]
+    direct_s, damped_s = outcome.direct.at_s, outcome.damped.at_s
+    is_one = abs(direct_s - damped_s) < _SAME_S if outcome.direct.sources and outcome.damped.sources else False
+    if outcome.direct.sources:
+        word = marked("fires") if is_one else marked("fires at once")
+        marks.append(Mark(direct_s, word, Icon.PARACHUTE, meaning))
+    if outcome.damped.sources and not is_one:
+        marks.append(Mark(damped_s, marked("fires after 0.2 s"), Icon.PARACHUTE, meaning))
+    if flight.loss_s is not None:
+        marks.append(Mark(flight.loss_s, marked("control lost (estimate)"), Icon.WARNING, Meaning.ATTENTION))
+    if flight.impact_s is not None:
+        marks.append(Mark(flight.impact_s, marked("impact"), Icon.DROP, None))
+    return sorted(marks, key=lambda one: one.time_s)
+
+
+def _moment(outcome: FlightOutcome) -> float | None:
+    """What to look at first."""
+    fires = [fire.at_s for fire in (outcome.direct, outcome.damped) if fire.sources]
+    return min(fires) if fires else outcome.flight.loss_s
+
+
+def _series(time_s: Floats, values: Floats) -> RecordedSeries:
+    is_known = np.isfinite(values)
+    times, known = time_s[is_known], values[is_known].astype(np.float32)
+    return RecordedSeries(times, known, beginnings(times, known).firsts)
+
+
+def _standing(start_s: float, value: float) -> StepFunction:
+    steps = StepFunction()
+    steps.put(start_s, value)
+    return steps
+
+
+def _scale_of(values: Floats) -> Scale:
+    """A round one that holds all of them."""
+    low, high = float(values.min()), float(values.max())
+    step = next(one for one in _STEPS_M if (high - low) / one <= 3)
+    first = np.floor(low / step) * step
+    count = max(1.0, float(np.ceil((high - first) / step + 0.1)))  # not on the edge
+    return Scale(float(first), float(first + count * step), step)
+
+
+_STEPS_M: Final = (1.0, 2.0, 5.0, 10.0, 20.0, 50.0, 100.0, 200.0, 500.0, 1000.0, 5000.0, 1e5, 1e7, 1e9, 1e300)

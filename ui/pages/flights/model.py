@@ -1,0 +1,103 @@
+"""Columns of the two lists of flights."""
+
+import math
+from enum import IntEnum
+from typing import Final
+
+from PySide6.QtCore import QObject
+from PySide6.QtGui import QIcon
+
+from app.text.durations import stopwatch
+from app.text.i18n import tr
+from protocol.translatable import marked
+from ui.forms.table_kit import RowsModel, TableColumn
+from ui.pages.flights.controller import FlightRow
+from ui.pages.flights.texts import look_of, problem_count, short_name, told, verdict_of, verdict_text
+from ui.style.icons import Icon, icon
+from ui.style.theme import Meaning
+
+
+class FlightColumn(IntEnum):
+    NAME = 0
+    FIRES = 1
+    TILT = 2
+    FALL = 3
+    DURATION = 4
+    PROBLEMS = 5
+
+
+def _fires_icon(row: FlightRow) -> QIcon:
+    look = look_of(row.group, verdict_of(row.outcome))
+    return icon(look.icon, look.meaning)
+
+
+def _fires_ink(row: FlightRow) -> Meaning | None:
+    return look_of(row.group, verdict_of(row.outcome)).meaning
+
+
+def _fires_key(row: FlightRow) -> float:
+    """What is not as it should be first, then by time."""
+    is_fine = _fires_ink(row) is None
+    at_s = math.inf if row.outcome is None else min(row.outcome.direct.at_s, row.outcome.damped.at_s)
+    return (1e9 if is_fine else 0.0) + min(at_s, 1e8)
+
+
+def _tilt(row: FlightRow) -> float:
+    return math.nan if row.outcome is None else row.outcome.flight.tilt_max_deg
+
+
+def _tilt_text(row: FlightRow) -> str:
+    return "—" if math.isnan(_tilt(row)) else tr("{value:.0f}°", value=_tilt(row))
+
+
+def _fall_text(row: FlightRow) -> str:
+    return "—" if row.longest_fall_s < 0 else tr("{value:.2f} s", value=row.longest_fall_s)
+
+
+def _duration(row: FlightRow) -> float:
+    return -1.0 if row.outcome is None else row.outcome.flight.duration_s
+
+
+COLUMNS: Final = (
+    TableColumn[FlightRow](marked("Flight"), lambda row: short_name(row.name)),
+    TableColumn[FlightRow](
+        marked("Fires"),
+        lambda row: verdict_text(row.outcome),
+        _fires_key,
+        picture=_fires_icon,
+        ink=_fires_ink,
+        tip=marked("Whether and when it would have fired first with the chosen thresholds"),
+    ),
+    TableColumn[FlightRow](
+        marked("Tilt"),
+        _tilt_text,
+        lambda row: -1.0 if math.isnan(_tilt(row)) else _tilt(row),
+        is_right=True,
+        tip=marked("The largest tilt"),
+    ),
+    TableColumn[FlightRow](
+        marked("Fall"),
+        _fall_text,
+        lambda row: row.longest_fall_s,
+        is_right=True,
+        tip=marked("The longest time below the chosen free-fall acceleration"),
+    ),
+    TableColumn[FlightRow](
+        marked("Duration"),
+        lambda row: "—" if row.outcome is None else stopwatch(_duration(row)),
+        _duration,
+        is_right=True,
+    ),
+    TableColumn[FlightRow](
+        marked("Problems"),
+        lambda row: str(problem_count(row)) if problem_count(row) else "",
+        lambda row: float(problem_count(row)),
+        picture=lambda row: icon(Icon.WARNING, Meaning.ATTENTION) if problem_count(row) else None,
+        ink=lambda row: Meaning.ATTENTION if problem_count(row) else None,
+        tip=marked("What was left out of the log or looks wrong in it"),
+    ),
+)
+
+
+def flights_model(parent: QObject) -> RowsModel[FlightRow]:
+    return RowsModel(COLUMNS, lambda row: row.name, told, parent, aligns_heads=True)

@@ -1,0 +1,361 @@
+"""Flight logs page: which thresholds would have fired in which flights. It never sends anything to a module."""
+
+from collections.abc import Sequence
+from functools import partial
+from pathlib import Path
+from typing import Final
+
+from PySide6.QtCore import QMimeData, Qt
+from PySide6.QtGui import QDragEnterEvent, QDropEvent
+from PySide6.QtWidgets import (
+    QCheckBox,
+    QHBoxLayout,
+    QLabel,
+    QPushButton,
+    QScrollArea,
+    QStackedWidget,
+    QVBoxLayout,
+    QWidget,
+)
+
+from app.flight_logs.csv_columns import CsvColumns
+from app.flight_logs.read_log import SUFFIXES
+from app.text.i18n import tr
+from app.text.messages import clean
+from ui.files.file_dialogs import AskMany, ask_flight_logs, ask_folder
+from ui.pages.flights.column_form import ColumnForm
+from ui.pages.flights.controller import FlightRow, FlightsWork, UnreadLog
+from ui.pages.flights.empty import NoFlights
+from ui.pages.flights.fire_map import FireMapView
+from ui.pages.flights.flight_view import FlightView
+from ui.pages.flights.lists import FlightLists
+from ui.pages.flights.loading import LoadEnded
+from ui.pages.flights.proposal_bar import ProposalBar
+from ui.pages.flights.texts import limits_text, short_name
+from ui.pages.flights.thresholds import ThresholdPanel
+from ui.services.context import Services
+from ui.services.page import Page
+from ui.style.icons import Icon
+from ui.style.theme import Meaning, Space
+from ui.widgets.controls import Shortcut, control
+from ui.widgets.naming import named
+from ui.widgets.notice_bar import Choice, Notice, NoticeBar
+from ui.widgets.visibility_timer import VisibilityTimer
+
+_POLL_MS: Final = 200
+"""While the page is in sight: logs that are being read."""
+_MAP_PX: Final = 300
+
+
+class FlightsPage(Page):
+    """See the module's docstring."""
+
+    suffixes = tuple(SUFFIXES)
+
+    def __init__(self, services: Services, parent: QWidget | None = None) -> None:
+        super().__init__("flights", parent)
+        self._services = services
+        self.work = FlightsWork(self)
+        self.ask_files: AskMany = ask_flight_logs
+        self.ask_folder: AskMany = ask_folder
+        self._folder = Path.home()
+        self._said: Notice | None = None
+        self._ended: LoadEnded | None = None
+        texts = services.texts
+        self.count = named(QLabel(), "flights_count", "title")
+        self.fired_only = control(QCheckBox(), texts, "flights_fired_only", "Only those that fire",
+                                  tip="Show only the flights that fire with the chosen thresholds")  # fmt: skip
+        self.open_files = control(QPushButton(), texts, "flights_open", "Open files…", says="Open flight logs",
+                                  tip="Open flight logs", key="Ctrl+O", picture=Icon.FOLDER,
+                                  slot=self.choose_files)  # fmt: skip
+        self.open_folder = control(QPushButton(), texts, "flights_open_folder", "Open folder…",
+                                   says="Open a folder of flight logs", tip="Open a folder of flight logs",
+                                   key="Ctrl+Shift+O", slot=self.choose_folder)  # fmt: skip
+        self.strip = NoticeBar(texts)
+        self.strip.setObjectName("flights_notice")
+        self.thresholds = ThresholdPanel(texts)
+        self.map = FireMapView()
+        self.lists = FlightLists(texts)
+        self.proposal = ProposalBar(services, self.work)
+        self.flight = FlightView(texts)
+        self.form = ColumnForm(texts)
+        self.empty = NoFlights(texts)
+        self._stack = named(QStackedWidget(), "flights_stack")
+        self._overview = self._make_overview()
+        for widget in (self.empty, self._overview, self.flight, self.form):
+            self._stack.addWidget(widget)
+        self._lay_out()
+        self._wire()
+        self.setAcceptDrops(True)
+        VisibilityTimer(self, self._tick, every_ms=_POLL_MS, retranslate=self._retranslate)
+        self.refresh()
+
+    # What a person does
+
+    def choose_files(self) -> None:
+        self.open_paths(self.ask_files(self, self._folder))
+
+    def choose_folder(self) -> None:
+        self.open_paths(self.ask_folder(self, self._folder))
+
+    def open_file(self, path: Path) -> None:
+        self.open_paths([path])
+
+    def open_paths(self, paths: Sequence[Path], columns: CsvColumns | None = None) -> None:
+        """Files and folders."""
+        if not paths:
+            return
+        self._folder = paths[0].parent
+        self._said = self._ended = None
+        self.work.open(paths, columns)
+        self.refresh()
+
+    def open_flight(self, row: FlightRow) -> None:
+        """One flight with its plots; of a table whose columns are not known, the form for them."""
+        if row.unread is not None:
+            if row.unread.head:
+                self._show_form(row.unread)
+        elif row.outcome is not None:
+            self.flight.show_flight(row.outcome, self.work.limits, self.work.columns_of(row.name))
+            self._show(self.flight)
+            self.flight.back.setFocus()
+
+    def _show_form(self, unread: UnreadLog) -> None:
+        self.form.show_file(unread.name, unread.head)
+        self._show(self.form)
+
+    def _read_with(self, name: str, columns: CsvColumns) -> None:
+        """Every file with the same columns."""
+        unread = self.work.unread()
+        heads = {one.name: one.head for one in unread}
+        self._show_overview()
+        self.open_paths([Path(one.name) for one in unread if one.head == heads.get(name)], columns)
+
+    def _cancel(self) -> None:
+        self.work.loading.cancel()
+
+    def _show_fired(self) -> None:
+        """The flights of a cell of the map."""
+        self.fired_only.setChecked(True)
+        first = next((one for one in self.lists.of.values() if one.filter.rowCount()), None)
+        if first is not None:
+            first.table.setFocus()
+            first.table.selectRow(0)
+
+    def _dismiss(self) -> None:
+        self._said = self._ended = None
+        self._refresh_notice()
+
+    # Showing
+
+    def refresh(self) -> None:
+        """Everything as it is now."""
+        work = self.work
+        if not work.is_empty:
+            self.map.show_maps(*work.maps())
+        self._refresh_lists()
+        self.thresholds.show_limits(work.limits, work.reading)
+        self._refresh_proposal()
+        self._refresh_notice()
+        if self._stack.currentWidget() in (self.empty, self._overview):
+            self._show_overview()
+
+    def _refresh_lists(self) -> None:
+        work = self.work
+        outcomes = work.outcomes()
+        self.lists.show_rows(work.rows(outcomes))
+        counts = tuple(one.caption.text() for one in self.lists.of.values())
+        self.map.show_limits(work.limits, tr("Map at {limits}: {what}", limits=limits_text(work.limits),
+                                             what=" · ".join(counts)))  # fmt: skip
+        total = len(work.flights)
+        self.count.setText(tr("1 flight") if total == 1 else tr("{count} flights", count=f"{total:,}"))
+        if self.fired_only.isChecked():
+            self._filter(is_wanted=True)
+
+    def _refresh_thresholds(self) -> None:
+        """Map and lists after a threshold or the reading changed."""
+        work = self.work
+        if not work.is_empty:
+            self.map.show_maps(*work.maps())
+        self._refresh_lists()
+        self.thresholds.show_limits(work.limits, work.reading)
+        self._refresh_proposal()
+
+    def _refresh_proposal(self) -> None:
+        self.proposal.refresh()
+
+    def _refresh_notice(self) -> None:
+        self.strip.show_notice(self._notice())
+
+    def _notice(self) -> Notice | None:
+        loading = self.work.loading
+        if loading.is_running:
+            text = tr("Looking for logs…")
+            if loading.total is not None:
+                text = tr("Reading logs: {done} of {total}", done=loading.read, total=loading.total)
+            return Notice(Meaning.INFORMATION, text, (Choice("cancel_flights", tr("Cancel"), self._cancel),))
+        if self._said is not None:
+            return self._said
+        return None if self._ended is None else self._ended_notice(self._ended)
+
+    def _ended_notice(self, ended: LoadEnded) -> Notice | None:
+        """Nothing is said where everything was read."""
+        if ended.why:
+            return Notice(Meaning.ATTENTION, tr("That did not work: {why}.", why=ended.why), dismiss=self._dismiss)
+        if ended.was_cancelled:
+            if ended.total is None:
+                text = tr("Cancelled: no log was read.")
+            else:
+                text = tr("Cancelled: {done} of {total} logs were read.", done=ended.read, total=ended.total)
+            return Notice(Meaning.INFORMATION, text, dismiss=self._dismiss)
+        unread = self.work.unread()
+        if ended.total == 0:
+            return Notice(Meaning.INFORMATION, tr("No new flight logs there."), dismiss=self._dismiss)
+        if not unread:
+            return None
+        first = unread[0]
+        text = tr("{count} not read. {name}: {why}", count=len(unread), name=short_name(first.name),
+                  why=clean(first.why.in_words()))  # fmt: skip
+        table = next((one for one in unread if one.head), None)
+        choices = () if table is None else (
+            Choice("columns", tr("Choose columns…"), partial(self._show_form, table)),
+        )  # fmt: skip
+        return Notice(Meaning.ATTENTION, text, choices, dismiss=self._dismiss)
+
+    def _say(self, notice: Notice | None) -> None:
+        self._said = notice
+        self._refresh_notice()
+
+    def _show_overview(self) -> None:
+        self._show(self.empty if self.work.is_empty else self._overview)
+
+    def _show(self, widget: QWidget) -> None:
+        self._stack.setCurrentWidget(widget)
+        self._head.setVisible(widget is self._overview)
+
+    def _filter(self, *, is_wanted: bool) -> None:
+        for one in self.lists.of.values():
+            one.show_only_fired(is_wanted=is_wanted)
+
+    def _tick(self) -> None:
+        self.work.poll()
+        self._refresh_notice()
+        self.proposal.refresh()
+
+    def _end_loading(self, ended: LoadEnded) -> None:
+        self._ended = ended
+        self.refresh()
+
+    def _retranslate(self) -> None:
+        self._said = None
+        for one in self.lists.of.values():
+            one.model.retranslate()
+            one.table.measure()
+        self.flight.retranslate()
+        self.form.retranslate()
+        self.refresh()
+
+    # Making
+
+    def _wire(self) -> None:
+        work = self.work
+        work.flights_changed.connect(self.refresh)
+        work.thresholds_changed.connect(self._refresh_thresholds)
+        work.proposal_changed.connect(self._refresh_proposal)
+        work.loading_ended.connect(self._end_loading)
+        self.thresholds.chosen.connect(work.choose)
+        self.thresholds.reading_chosen.connect(work.choose_reading)
+        self.map.chosen.connect(
+            lambda tilt, time_s: work.choose_values(attitude_threshold_deg=tilt, freefall_time_s=time_s)
+        )
+        self.map.opened.connect(self._show_fired)
+        self.fired_only.toggled.connect(lambda is_on: self._filter(is_wanted=is_on))
+        for one in self.lists.of.values():
+            one.opened.connect(self.open_flight)
+            one.move_wanted.connect(work.move)
+            one.remove_wanted.connect(work.remove)
+            self._services.appearance.changed.connect(one.table.measure)
+        self.flight.closed.connect(self._show_overview)
+        self.form.closed.connect(self._show_overview)
+        self.form.chosen.connect(self._read_with)
+        self.proposal.said.connect(self._say)
+        self.proposal.settings_wanted.connect(lambda: self.page_wanted.emit("settings"))
+        self.empty.files.clicked.connect(self.choose_files)
+        self.empty.folder.clicked.connect(self.choose_folder)
+        Shortcut("flights_open_key", self, self.open_files, self.choose_files)
+        Shortcut("flights_folder_key", self, self.open_folder, self.choose_folder)
+
+    def _make_overview(self) -> QWidget:
+        content = named(QWidget(), "flights_content")
+        left = QVBoxLayout()
+        left.setSpacing(Space.S)
+        left.addWidget(self.thresholds)
+        left.addWidget(self.map, 1)
+        both = QHBoxLayout(content)
+        both.setContentsMargins(0, 0, 0, 0)
+        both.setSpacing(Space.M)
+        both.addLayout(left, 3)
+        both.addWidget(self.lists, 5)
+        self.map.setMinimumWidth(_MAP_PX)
+        scroll = control(QScrollArea(), self._services.texts, "flights_scroll", says="Flight logs")
+        scroll.setWidgetResizable(True)
+        scroll.setWidget(content)
+        scroll.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
+        overview = named(QWidget(), "flights_overview")
+        whole = QVBoxLayout(overview)
+        whole.setContentsMargins(0, 0, 0, 0)
+        whole.setSpacing(Space.S)
+        whole.addWidget(scroll, 1)
+        whole.addWidget(self.proposal)
+        return overview
+
+    def _lay_out(self) -> None:
+        self._head = named(QWidget(), "flights_head")
+        head = QHBoxLayout(self._head)
+        head.setContentsMargins(0, 0, 0, 0)
+        head.setSpacing(Space.S)
+        head.addWidget(self.count, 1)
+        head.addWidget(self.thresholds.reading)
+        head.addWidget(self.fired_only)
+        head.addWidget(self.open_files)
+        head.addWidget(self.open_folder)
+        whole = QVBoxLayout(self)
+        whole.setContentsMargins(Space.M, Space.S, Space.M, Space.S)
+        whole.setSpacing(Space.S)
+        whole.addWidget(self._head)
+        whole.addWidget(self._stack, 1)
+        whole.addWidget(self.strip)
+
+    # Qt
+
+    def on_escape(self) -> bool:
+        """Leave a flight or the form, end the reading, or close a message."""
+        if self._stack.currentWidget() is self.flight:
+            self.flight.close_flight()
+        elif self._stack.currentWidget() is self.form:
+            self._show_overview()
+        elif self.work.loading.is_running:
+            self._cancel()
+        elif self._said is not None or self._ended is not None:
+            self._dismiss()
+        elif self.fired_only.isChecked():
+            self.fired_only.setChecked(False)
+        else:
+            return False
+        return True
+
+    def dragEnterEvent(self, event: QDragEnterEvent) -> None:
+        if _dropped(event.mimeData()):
+            event.acceptProposedAction()
+
+    def dropEvent(self, event: QDropEvent) -> None:
+        paths = _dropped(event.mimeData())
+        if paths:
+            event.acceptProposedAction()
+            self.open_paths(paths)
+
+
+def _dropped(data: QMimeData) -> list[Path]:
+    """Files and folders that may hold logs; all of them, or none where a file is something else."""
+    paths = [Path(url.toLocalFile()) for url in data.urls() if url.isLocalFile()]
+    return paths if all(not one.suffix or one.suffix.lower() in SUFFIXES or one.is_dir() for one in paths) else []

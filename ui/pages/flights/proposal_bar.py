@@ -1,0 +1,149 @@
+"""The proposal and what becomes of thresholds: into Settings as edits, into a profile. Nothing is sent."""
+
+from dataclasses import replace
+from pathlib import Path
+from typing import Final
+
+from PySide6.QtCore import Qt, Signal
+from PySide6.QtWidgets import QFrame, QHBoxLayout, QMenu, QPushButton, QToolButton, QVBoxLayout
+
+from app.settings.profile_file import ProfileRefused, read_profile, save_profile
+from app.settings.profiles import Profile
+from app.text.i18n import tr
+from ui.files.file_dialogs import AskOpen, AskPath, ask_path, ask_profile
+from ui.pages.flights.controller import FlightsWork
+from ui.pages.flights.texts import proposal_text
+from ui.services.context import Services
+from ui.style.icons import Icon
+from ui.style.theme import Meaning, Space
+from ui.widgets.controls import control
+from ui.widgets.flow_row import FlowRow
+from ui.widgets.labels import ElidedLabel, IconLabel
+from ui.widgets.naming import named
+from ui.widgets.notice_bar import Notice
+
+SUFFIX: Final = ".toml"
+_ICON_PX: Final = 20
+_LINES: Final = 2
+
+
+class ProposalBar(QFrame):
+    said = Signal(object)
+    """A `Notice`, or None."""
+    settings_wanted = Signal()
+
+    def __init__(self, services: Services, work: FlightsWork) -> None:
+        super().__init__()
+        self.setObjectName("flights_proposal")
+        self.setProperty("role", "card")
+        self.ask_open: AskOpen = ask_profile
+        self.ask_save: AskPath = ask_path
+        self._work, self._exchange, self._remembered = work, services.exchange, services.preferences
+        texts = services.texts
+        self.picture = IconLabel("flights_proposal_icon", _ICON_PX)
+        self.head = named(ElidedLabel(), "flights_proposal_head", "strong")
+        self.lines = [named(ElidedLabel(), f"flights_proposal_line_{one}", "small") for one in range(_LINES)]
+        self.take = control(QPushButton(), texts, "flights_take", "Try proposal",
+                            says="Try proposal", tip="Move the thresholds on this page to the proposal",
+                            picture=Icon.CHECK, slot=self._take)  # fmt: skip
+        self.profile = control(QToolButton(), texts, "flights_profile", "Profile", says="Profile",
+                               tip="Save the chosen thresholds in a profile", picture=Icon.CHECKLIST)  # fmt: skip
+        self.profile.setPopupMode(QToolButton.ToolButtonPopupMode.InstantPopup)
+        menu = named(QMenu(self.profile), "flights_profile_menu")
+        self.save_as = named(menu.addAction(""), "flights_profile_save")
+        self.put_into = named(menu.addAction(""), "flights_profile_put")
+        texts.bind(self.save_as.setText, "Save as profile…")
+        texts.bind(self.put_into.setText, "Add to a profile…")
+        self.save_as.triggered.connect(self.save_profile)
+        self.put_into.triggered.connect(self.add_to_profile)
+        self.profile.setMenu(menu)
+        self.use = control(QPushButton(), texts, "flights_use", "Use in Settings",
+                           tip="Copy the chosen thresholds to the Settings page; nothing is sent until they are "
+                               "written there",
+                           picture=Icon.SETTINGS, role="primary", slot=self._use)  # fmt: skip
+        said = QVBoxLayout()
+        said.setSpacing(0)
+        said.addWidget(self.head)
+        for line in self.lines:
+            said.addWidget(line)
+        buttons = FlowRow()
+        buttons.add_right(self.take, self.profile, self.use)
+        row = QHBoxLayout(self)
+        row.setContentsMargins(Space.M, Space.XS, Space.M, Space.XS)
+        row.setSpacing(Space.S)
+        row.addWidget(self.picture, 0, Qt.AlignmentFlag.AlignTop)
+        row.addLayout(said, 1)
+        row.addLayout(buttons)
+
+    def refresh(self) -> None:
+        work = self._work
+        proposal = work.proposal
+        text = proposal_text(proposal, is_busy=work.is_proposing, counts=work.counts())
+        self.picture.show_icon(text.icon, text.meaning, is_muted=text.meaning is None)
+        self.head.setText(text.head)
+        shown = list(text.lines[:_LINES])
+        more = len(text.lines) - _LINES
+        if more > 0:
+            shown[-1] = tr("and {count} more", count=more + 1)
+        for number, label in enumerate(self.lines):
+            label.setText(shown[number] if number < len(shown) else "")
+            label.setVisible(number < len(shown))
+        self.setToolTip("\n".join(text.lines) if more > 0 else "")
+        limits = None if proposal is None else proposal.limits
+        self.take.setEnabled(limits is not None and limits != work.limits)
+        self.use.setEnabled(self._exchange.can_use())
+
+    # What a person does
+
+    def _take(self) -> None:
+        proposal = self._work.proposal
+        if proposal is not None and proposal.limits is not None:
+            self._work.choose(proposal.limits)
+
+    def _use(self) -> None:
+        self._exchange.used.emit(self._work.settings())
+        self.settings_wanted.emit()
+
+    def save_profile(self) -> None:
+        """A new one that holds the three thresholds and nothing else."""
+        path = self.ask_save(self, tr("Save as a profile"), self._folder() / f"profile{SUFFIX}", _kinds())
+        if path is not None:
+            self._write(path, Profile(name=path.stem or tr("Profile"), settings=self._work.settings()))
+
+    def add_to_profile(self) -> None:
+        """Everything else in the profile stays; the file is asked for again before it is replaced."""
+        path = self.ask_open(self, self._folder())
+        if path is None:
+            return
+        try:
+            profile = read_profile(path)
+        except ProfileRefused as refusal:
+            self._say(Meaning.ATTENTION, tr("{name} cannot be read: {why}", name=path.name, why=refusal.sentences[0]))
+            return
+        settings = {**profile.settings, **self._work.settings()}
+        loses_approval = profile.approved_fingerprint is not None and settings != dict(profile.settings)
+        approved = None if loses_approval else profile.approved_fingerprint
+        target = self.ask_save(self, tr("Save the profile"), path, _kinds())
+        if target is not None:
+            note = tr("Its approved fingerprint belonged to other settings and was removed.") if loses_approval else ""
+            self._write(target, replace(profile, settings=settings, approved_fingerprint=approved), note)
+
+    def _write(self, path: Path, profile: Profile, note: str = "") -> None:
+        try:
+            save_profile(path, profile)
+        except (OSError, ProfileRefused) as error:
+            self._say(Meaning.DANGER, tr("{path} was not saved: {why}.", path=path, why=error))
+            return
+        self._remembered.add_profile(path)
+        self._say(Meaning.GOOD, f"{tr('Saved as {path}.', path=path)} {note}".strip())
+
+    def _say(self, meaning: Meaning, text: str) -> None:
+        self.said.emit(Notice(meaning, text, dismiss=lambda: self.said.emit(None)))
+
+    def _folder(self) -> Path:
+        recent = self._remembered.recent_profiles
+        return Path(recent[0]).parent if recent else Path.home()
+
+
+def _kinds() -> str:
+    return tr("Profile (*.toml)")

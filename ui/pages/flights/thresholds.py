@@ -1,0 +1,87 @@
+"""The chosen thresholds as sliders, and how the vendor's rule is read."""
+
+from dataclasses import replace
+from typing import Final
+
+from PySide6.QtCore import QSignalBlocker, Qt, Signal
+from PySide6.QtWidgets import QComboBox, QGridLayout, QLabel, QSizePolicy, QWidget
+
+from app.firing.judge import TriggerLimits
+from app.flight_logs.module_view import RuleReading
+from app.text.i18n import tr
+from protocol.catalogue import BY_NAME
+from protocol.translatable import marked
+from ui.core.texts import Texts
+from ui.pages.flights.texts import READING_WORDS
+from ui.style.theme import Space
+from ui.widgets.controls import control
+from ui.widgets.sliders import Dial, WheelGuard
+
+_TILTS_DEG: Final = (30, 120)
+_ACCELERATIONS_G: Final = (0.1, 1.5)
+_TIMES_S: Final = (0.2, 2.55)
+
+
+class ThresholdPanel(QWidget):
+    chosen = Signal(object)
+    """`TriggerLimits` that a person wants to try."""
+    reading_chosen = Signal(object)
+    """`RuleReading`."""
+
+    def __init__(self, texts: Texts) -> None:
+        super().__init__()
+        self.setObjectName("flights_thresholds")
+        self.setSizePolicy(QSizePolicy.Policy.Preferred, QSizePolicy.Policy.Fixed)
+        self._limits = TriggerLimits()
+        guard = WheelGuard(self)
+        self.tilt = Dial("flights_tilt", minimum=_TILTS_DEG[0], maximum=_TILTS_DEG[1], step=1, unit="°", guard=guard)
+        self.acceleration = Dial("flights_acceleration", minimum=_ACCELERATIONS_G[0], maximum=_ACCELERATIONS_G[1],
+                                 step=0.1, unit=" g", guard=guard, decimals=1)  # fmt: skip
+        self.time = Dial("flights_time", minimum=_TIMES_S[0], maximum=_TIMES_S[1], step=0.01, unit=" s", guard=guard)
+        self.reading = control(QComboBox(), texts, "flights_reading", says="Reading of the vendor's rule",
+                               tip="The vendor does not say whether an angle has to last, or whether the acceleration "
+                                   "is filtered")  # fmt: skip
+        for reading in RuleReading:
+            self.reading.addItem("", reading)
+        guard.guard(self.reading)
+        grid = QGridLayout(self)
+        grid.setContentsMargins(0, 0, 0, 0)
+        grid.setHorizontalSpacing(Space.S)
+        grid.setVerticalSpacing(Space.XS)
+        rows = (
+            ("attitude_threshold", marked("Attitude"), self.tilt),
+            ("freefall_acceleration", marked("Free fall below"), self.acceleration),
+            ("freefall_time", marked("Free-fall time"), self.time),
+        )
+        for row, (name, title, dial) in enumerate(rows):
+            label = control(QLabel(), texts, f"{dial.objectName()}_label", title)
+            label.setBuddy(dial)
+            dial.describe(texts, BY_NAME[name].title, BY_NAME[name].explanation)
+            grid.addWidget(label, row, 0)
+            grid.addWidget(dial, row, 1)
+        grid.setColumnStretch(1, 1)
+        self.tilt.turned.connect(lambda value: self._choose(replace(self._limits, attitude_threshold_deg=value)))
+        self.acceleration.turned.connect(
+            lambda value: self._choose(replace(self._limits, freefall_acceleration_g=round(value, 1)))
+        )
+        self.time.turned.connect(lambda value: self._choose(replace(self._limits, freefall_time_s=round(value, 2))))
+        self.reading.activated.connect(lambda _row: self.reading_chosen.emit(self.reading.currentData()))
+        texts.bind(self._name_readings, "Reading")
+
+    def show_limits(self, limits: TriggerLimits, reading: RuleReading) -> None:
+        self._limits = limits
+        self.tilt.set_value(limits.attitude_threshold_deg)
+        self.acceleration.set_value(limits.freefall_acceleration_g)
+        self.time.set_value(limits.freefall_time_s)
+        with QSignalBlocker(self.reading):
+            self.reading.setCurrentIndex(self.reading.findData(reading, Qt.ItemDataRole.UserRole))
+
+    def _choose(self, limits: TriggerLimits) -> None:
+        self._limits = limits
+        self.chosen.emit(limits)
+
+    def _name_readings(self, _text: str) -> None:
+        """In the language in use."""
+        for row, reading in enumerate(RuleReading):
+            self.reading.setItemText(row, tr(READING_WORDS[reading]))
+            self.reading.setItemData(row, tr(reading.value), Qt.ItemDataRole.ToolTipRole)
