@@ -76,6 +76,8 @@ def _cleaned(channel: Channel, problems: list[UserMessage]) -> Channel:
         count = int((~is_number).sum())
         problems.append(said(marked("{count} samples that are no numbers are left out."), count=f"{count:,}"))
         time_s, values = time_s[is_number], values[is_number]
+    is_newest = np.diff(time_s, append=np.inf) != 0  # of samples with one time: no clock counts that finely
+    time_s, values = time_s[is_newest], values[is_newest]
     kept = ascending(time_s)
     if not kept.all():
         problems.append(

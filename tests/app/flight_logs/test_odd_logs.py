@@ -100,6 +100,15 @@ def test_a_clock_that_jumps_leaves_out_the_smaller_part() -> None:
         assert first_fires(log) == []
 
 
+def test_two_samples_of_one_time_are_no_jump() -> None:
+    times, tilt = np.repeat(TIMES[::2], 2), LEVEL.copy()
+    tilt[1001::2] = 70.0
+    tilt[1000::2] = 10.0
+    log = assembled(raw_log(tilt=Channel(times, tilt)))
+    assert problems(log) == []
+    assert first_fires(log)[0] == pytest.approx(20.0)  # the newer of the two counts
+
+
 def test_times_that_ascend_are_kept_whatever_comes() -> None:
     assert ascending(np.array([0.0, 1, 2, 900, 3, 4])).tolist() == [True, True, True, False, True, True]
     assert ascending(np.array([5.0, 6, 7, 8, 0, 9])).tolist() == [True, True, True, True, False, True]
