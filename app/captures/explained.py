@@ -4,7 +4,8 @@ from collections.abc import Iterable, Iterator
 from typing import Final, NamedTuple
 
 from app.captures.entries import CaptureEntry, Way
-from protocol.catalogue import Request
+from app.captures.explain import Asked
+from protocol.catalogue import Command
 from protocol.frame import Direction, Frame, Noise, decode_request
 from protocol.stream import Piece, StreamParser
 
@@ -18,7 +19,7 @@ class Explained(NamedTuple):
     at_s: float
     way: Way
     piece: Frame | Noise
-    asked: Request | None
+    asked: Asked
 
 
 class _Side:
@@ -29,7 +30,7 @@ class _Side:
         self.parser = StreamParser()
         self.last_s = 0.0
 
-    def flush(self, asked: Request | None) -> list[Explained]:
+    def flush(self, asked: Asked) -> list[Explained]:
         return [_row(self.last_s, self.way, piece, asked) for piece in self.parser.flush()]
 
 
@@ -37,9 +38,11 @@ class Explainer:
     """Entries in, every byte of them out in exactly one piece, as `dps-s decode` explains them; each way has its own
     parser."""
 
-    def __init__(self) -> None:
+    def __init__(self, asked: Command | None = None) -> None:
+        """`asked`: what the module's frames answer until the host asks."""
         self._out, self._in = _Side(Way.OUT), _Side(Way.IN)
-        self._asked: Request | None = None
+        self._asked: Asked = asked
+        self._in.parser.asked = asked.query() if asked is not None and asked.can_be_asked else None
 
     def feed(self, entry: CaptureEntry) -> list[Explained]:
         """What the entry completes, and what the silence before it ended."""
@@ -73,5 +76,5 @@ def explained(entries: Iterable[CaptureEntry]) -> Iterator[Explained]:
     yield from explainer.end()
 
 
-def _row(at_s: float, way: Way, piece: Piece, asked: Request | None) -> Explained:
+def _row(at_s: float, way: Way, piece: Piece, asked: Asked) -> Explained:
     return Explained(at_s, way, piece, asked if isinstance(piece, Frame) else None)

@@ -9,8 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from app.captures.entries import Way
+from app.captures.explain import Asked
 from app.captures.explained import Explained
-from protocol.catalogue import Layout, Request
+from protocol.catalogue import Layout
 from protocol.frame import Direction, Fault, Frame, Noise
 
 Places = NDArray[np.intp]
@@ -55,7 +56,7 @@ class CaptureRows(Rows):
         self._notes = array("L")
         """What a row says beside its bytes: its place in `_known`."""
         self._raw = bytearray()
-        self._known: list[Fault | Request | None] = []
+        self._known: list[Fault | Asked] = []
         self._places: dict[object, int] = {}
         self._last_note: tuple[object, int] = object(), 0
         self._last: tuple[int, Explained] | None = None
@@ -67,7 +68,7 @@ class CaptureRows(Rows):
         flags = _OUT if row.way is Way.OUT else 0
         if isinstance(piece, Noise):
             flags |= _NOISE
-            note: Fault | Request | None = piece.fault
+            note: Fault | Asked = piece.fault
         else:
             from_host = piece.direction is Direction.HOST_TO_MODULE
             flags |= (_FROM_HOST if from_host else 0) | (_STATUS if len(piece.raw) == Layout.STATUS.value else 0)
@@ -79,7 +80,7 @@ class CaptureRows(Rows):
         self._offsets.append(piece.offset)
         self._notes.append(self._last_note[1] if self._last_note[0] is note else self._place(note))
 
-    def _place(self, note: Fault | Request | None) -> int:
+    def _place(self, note: Fault | Asked) -> int:
         """Of what is known already, or at the end."""
         key = (note.text, *note.values.values()) if isinstance(note, Fault) else note
         place = self._places.get(key)

@@ -13,6 +13,7 @@ MAGIC = "# DPS-S capture 1"
 LONGEST_FILE_BYTES = 64 * 1024 * 1024
 """A file is not written beyond it (a quarter of an hour of a full line, hours of a usual one), nor read."""
 BYTES_A_LINE = 4096
+FULL = "# the file is full: what came afterwards is not in it"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -33,6 +34,8 @@ class Header:
             yield f"# baud_rate: {self.baud_rate}"
         if self.started:
             yield f"# started: {_one_line(self.started)}"
+        if self.port.startswith("sim:"):
+            yield "# simulated: yes"
 
 
 def _one_line(text: str) -> str:
@@ -126,6 +129,6 @@ class CaptureWriter:
             return
         if self._bytes + len(line) + 1 > self._limit_bytes:
             self.is_full = True
-            line = "# the file is full: what came afterwards is not in it"
+            line = FULL
         file.write(line + "\n")
         self._bytes += len(line) + 1

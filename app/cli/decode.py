@@ -1,9 +1,12 @@
 """`dps-s decode`: explains captured bytes. Every byte belongs to exactly one line of the output, in order.
 
     dps-s decode 41 75 32 07 0A 00 01 44          bytes as arguments
-    dps-s decode --json - < capture.txt           hex text from standard input, explained while it comes
+    dps-s decode session.dpscap                   a capture of this program, or a file of hex text
+    dps-s decode --json - < capture.txt           either from standard input, explained while it comes
 
-Exit code 0; 2 for text that is not hex; 4 where some bytes were no frame.
+In a capture each direction is decoded by itself, so that frames that crossed on the wire are whole: `offset` counts the
+bytes of that direction, and a line carries its time. Exit code 0; 2 for text that is neither; 4 where some bytes were
+no frame, or lines of the file could not be read.
 """
 
 import argparse
@@ -11,8 +14,13 @@ import sys
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
 from itertools import chain
+from pathlib import Path
 
+from app.captures.entries import Way
 from app.captures.explain import Asked, meaning, sentence
+from app.captures.explained import Explained, Explainer
+from app.captures.reader import CaptureReader, CaptureRefused
+from app.captures.survey import ENTRY_LINE, LONGEST_LINE, MAGIC_LINE
 from app.terminal import console
 from app.text.hex_text import HexText, NotHex
 from app.text.i18n import tr
@@ -26,7 +34,10 @@ LONGEST_RUN = 4096
 """Rejected bytes in one line at most; a longer run goes on in the next line, so that memory stays bounded."""
 SHOWN_BYTES = 16
 """Bytes that a line for people shows: the longest frame."""
-_READ_CHARACTERS = 65536
+LINES_AT_ONCE = 500
+"""Of a file; standard input is printed as it comes."""
+_READ_CHARACTERS = LONGEST_LINE + 1
+_DIRECTIONS = {Way.OUT: Direction.HOST_TO_MODULE, Way.IN: Direction.MODULE_TO_HOST}
 
 
 @dataclass(frozen=True, slots=True)
@@ -35,6 +46,10 @@ class DecodedLine:
 
     piece: Piece
     asked: Asked
+    at_s: float | None = None
+    """Of a capture: seconds since its beginning."""
+    way: Way | None = None
+    """Of a capture: which way the bytes went."""
 
 
 def add_parser(subparsers: "argparse._SubParsersAction[argparse.ArgumentParser]") -> None:
@@ -46,7 +61,10 @@ def add_parser(subparsers: "argparse._SubParsersAction[argparse.ArgumentParser]"
             "with neither, a whole trigger record of 16 bytes wins over a reply of six."
         ),
     )
-    parser.add_argument("hex", nargs="*", metavar="HEX", help=tr("bytes in hex; - reads hex text from standard input"))
+    parser.add_argument(
+        "hex", nargs="*", metavar="HEX",
+        help=tr("bytes in hex, or one file: a capture or hex text; - reads either from standard input"),
+    )  # fmt: skip
     parser.add_argument(
         "--asked",
         metavar="NAME",
@@ -62,27 +80,82 @@ def run(args: argparse.Namespace) -> int:
     if not words:
         return _refuse(tr("Nothing to decode: give the bytes in hex, or - to read them from standard input."))
     asked = BY_NAME[args.asked] if args.asked else None
-    pieces = _bytes_of_input() if words == ["-"] else _bytes_of_words(words)
+    printer = _Printer(_json_text if args.json else _text_for_people)
     try:
-        return _print_all(pieces, asked, _json_text if args.json else _text_for_people)
+        if words == ["-"]:
+            _decode_text(iter(lambda: sys.stdin.readline(_READ_CHARACTERS), ""), asked, printer)
+        elif len(words) == 1 and not _is_hex(words[0]) and Path(words[0]).is_file():
+            with Path(words[0]).open(encoding="utf-8-sig") as file:
+                _decode_text(iter(lambda: file.readline(_READ_CHARACTERS), ""), asked, printer, at_once=LINES_AT_ONCE)
+        else:
+            _decode_hex(_bytes_of_words(words), asked, printer)
     except NotHex as error:
         return _refuse(
-            tr("“{word}” is no pair of hex digits; bytes look like 41 75 32, 417532 or 0x41,0x75.", word=error.word)
+            tr(
+                "“{word}” is no pair of hex digits, and no file; bytes look like 41 75 32, 417532 or 0x41,0x75.",
+                word=error.word,
+            )
         )
     except UnicodeDecodeError:
-        return _refuse(tr("Standard input is not text; decode reads bytes written in hex, such as 41 75 32."))
+        return _refuse(tr("The input is not text; decode reads captures and bytes written in hex, such as 41 75 32."))
+    except CaptureRefused as error:
+        text = str(error)
+        return _refuse(tr(text))
+    except BrokenPipeError:
+        raise
+    except OSError as error:
+        return _refuse(tr("{file} cannot be read: {why}.", file=words[0], why=error.strerror or str(error)))
+    return console.PARTLY if printer.has_rejected else console.DONE
 
 
-def _print_all(data: Iterable[bytes], asked: Command | None, text_of: Callable[[DecodedLine], str]) -> int:
-    capture = CaptureDecoder(asked)
-    has_rejected = False
-    for lines in chain(map(capture.feed, data), (capture.finish(),)):
+class _Printer:
+    """Prints decoded lines."""
+
+    def __init__(self, text_of: Callable[[DecodedLine], str]) -> None:
+        self._text_of = text_of
+        self.has_rejected = False
+
+    def print(self, lines: Iterable[DecodedLine]) -> None:
         texts = []
         for line in lines:
-            has_rejected |= isinstance(line.piece, Noise)
-            texts.append(text_of(line))
+            self.has_rejected |= isinstance(line.piece, Noise)
+            texts.append(self._text_of(line))
         console.write_lines(texts)
-    return console.PARTLY if has_rejected else console.DONE
+
+
+def _decode_text(lines: Iterator[str], asked: Command | None, printer: _Printer, *, at_once: int = 1) -> None:
+    """The first line that is not empty tells whether it is a capture or hex text. Prints after `at_once` lines."""
+    first = next((line for line in lines if line.strip()), "").removeprefix("\ufeff")
+    if MAGIC_LINE.fullmatch(first.strip()) or ENTRY_LINE.fullmatch(first.strip()):
+        _decode_capture(chain((first,), lines), asked, printer, at_once)
+    else:
+        _decode_hex(_bytes_of_text(chain((first,), lines)), asked, printer)
+
+
+def _decode_capture(lines: Iterator[str], asked: Command | None, printer: _Printer, at_once: int) -> None:
+    reader, explainer = CaptureReader(), Explainer(asked)
+    waiting: list[Explained] = []
+    for number, line in enumerate(lines, start=1):
+        goes_on = len(line) >= _READ_CHARACTERS and not line.endswith("\n")
+        for entry in reader.feed(line, goes_on=goes_on):
+            waiting += explainer.feed(entry)
+        if number % at_once == 0:
+            printer.print(map(_line_of, waiting))
+            waiting.clear()
+    printer.print(map(_line_of, [*waiting, *explainer.end()]))
+    for fault in reader.faults:
+        console.say(tr("Line {number} is left out: {why}.", number=fault.line, why=tr(fault.text)))
+    printer.has_rejected |= bool(reader.faults)
+
+
+def _line_of(row: Explained) -> DecodedLine:
+    return DecodedLine(row.piece, row.asked, row.at_s, row.way)
+
+
+def _decode_hex(data: Iterable[bytes], asked: Command | None, printer: _Printer) -> None:
+    capture = CaptureDecoder(asked)
+    for lines in chain(map(capture.feed, data), (capture.finish(),)):
+        printer.print(lines)
 
 
 class CaptureDecoder:
@@ -135,8 +208,11 @@ def as_json(line: DecodedLine) -> dict[str, JsonValue]:
     """The object of one line of `decode --json`; always in English."""
     piece = line.piece
     place: dict[str, JsonValue] = {"offset": piece.offset, "hex": _hex(piece.raw), "valid": isinstance(piece, Frame)}
+    if line.at_s is not None:
+        place = {"t_s": round(line.at_s, 6), **place}
     if isinstance(piece, Noise):
-        return place | {"reason": piece.detail}
+        direction: dict[str, JsonValue] = {} if line.way is None else {"direction": _DIRECTIONS[line.way].value}
+        return place | direction | {"reason": piece.detail}
     return place | {"direction": piece.direction.value} | meaning(piece, line.asked)
 
 
@@ -146,15 +222,14 @@ def _json_text(line: DecodedLine) -> str:
 
 def _text_for_people(line: DecodedLine) -> str:
     piece = line.piece
-    if isinstance(piece, Noise):
-        sender = "-"
-    else:
-        sender = tr("host") if piece.direction is Direction.HOST_TO_MODULE else tr("module")
+    direction = piece.direction if isinstance(piece, Frame) else _DIRECTIONS[line.way] if line.way else None
+    sender = "-" if direction is None else tr("host") if direction is Direction.HOST_TO_MODULE else tr("module")
     shown = _hex(piece.raw[:SHOWN_BYTES])
     words = sentence(piece, line.asked)
     if len(piece.raw) > SHOWN_BYTES:
         words = tr("… {count} bytes: {words}", count=len(piece.raw), words=words)
-    return f"{piece.offset:6}  {sender:6}  {shown:{3 * SHOWN_BYTES - 1}}  {words}"
+    place = f"{piece.offset:6}" if line.at_s is None else f"{line.at_s:11.6f}"
+    return f"{place}  {sender:6}  {shown:{3 * SHOWN_BYTES - 1}}  {words}"
 
 
 def _bytes_of_words(words: list[str]) -> Iterator[bytes]:
@@ -165,12 +240,22 @@ def _bytes_of_words(words: list[str]) -> Iterator[bytes]:
     yield data
 
 
-def _bytes_of_input() -> Iterator[bytes]:
-    """Standard input line by line, as it comes; a line without an end in pieces."""
+def _bytes_of_text(lines: Iterable[str]) -> Iterator[bytes]:
+    """Line by line, as it comes; a line without an end in pieces."""
     text = HexText()
-    while characters := sys.stdin.readline(_READ_CHARACTERS):
+    for characters in lines:
         yield text.feed(characters)
     text.finish()
+
+
+def _is_hex(word: str) -> bool:
+    text = HexText()
+    try:
+        text.feed(word)
+        text.finish()
+    except NotHex:
+        return False
+    return True
 
 
 def _hex(raw: bytes) -> str:

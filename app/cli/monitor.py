@@ -8,8 +8,6 @@ import argparse
 import sys
 import time
 from abc import ABC, abstractmethod
-from collections.abc import Iterator
-from contextlib import contextmanager
 from typing import TYPE_CHECKING
 
 from app.terminal.console import (
@@ -21,26 +19,21 @@ from app.terminal.console import (
     as_json,
     display_width,
     fitted,
-    note,
     padded,
     say,
     seconds,
     write,
 )
 from app.text.i18n import tr
-from protocol.translatable import marked
 
 if TYPE_CHECKING:
     from app.engine.device import StatusSample
     from app.engine.procedure import LinkView
     from app.engine.worker import Batch
     from app.limits.out_of_limits import Outside
-    from app.store.stream_memory import StreamMemory
     from app.terminal.connection import Conversation
+    from app.terminal.streaming import StreamSpan
 
-LEFT_ON = marked("An earlier session had left the serial output on; it is switched off when this one ends.")
-WITHOUT_STATUS_S = 5.0
-"""With --seconds: how long to wait for a first status, beyond the time wanted."""
 LINE_EVERY_S = 0.1
 
 
@@ -53,31 +46,19 @@ def add_parser(subparsers: "argparse._SubParsersAction[argparse.ArgumentParser]"
         ),
     )
     add_port_arguments(parser)
-    parser.add_argument("--seconds", type=seconds, metavar="S", help=tr("end S seconds after the first status"))
+    parser.add_argument("--seconds", type=seconds, metavar="S", help=tr("end after S seconds of the stream"))
     add_json_argument(parser)
     parser.set_defaults(run=run)
 
 
 def run(args: argparse.Namespace) -> int:
-    from app.terminal.connection import connected, link_trouble
-    from app.terminal.interruption import Interrupted
+    from app.terminal.streaming import StreamSpan, stream
 
-    printer = JsonLines(args.seconds) if args.json else WordLines(args.seconds)
-    trouble: str | None = None
-    try:
-        with (
-            _stream_memory(args.port) as memory,
-            connected(args.port, args.baud, on_batch=printer.on_batch) as conversation,
-        ):
-            printer.begin()
-            trouble = _watch(conversation, printer, args, memory)
-    except Interrupted:
-        if not printer.count and not printer.has_news:
-            raise
-    except Exception as error:
-        trouble = link_trouble(error)
-        if trouble is None:
-            raise
+    span = StreamSpan(args.seconds)
+    printer = JsonLines(span) if args.json else WordLines(span)
+    trouble = stream(
+        args.port, args.baud, span, on_begin=printer.begin, on_batch=printer.on_batch, on_turn=printer.on_turn
+    )
     # What came while the stream was being switched off belongs to it, too.
     printer.print_news()
     printer.finish()
@@ -90,80 +71,28 @@ def run(args: argparse.Namespace) -> int:
     return DONE
 
 
-@contextmanager
-def _stream_memory(port: str) -> "Iterator[StreamMemory]":
-    """Where it is kept that the serial output is switched on; of no use for what is simulated or played."""
-    from app.engine.ports import PortsUnknown, list_ports
-    from app.engine.reconnect import address_of
-    from app.store.database import StoreTrouble
-    from app.store.store import open_store
-    from app.store.stream_memory import StoredStreamMemory, StreamMemory
-
-    if port.startswith(("sim:", "capture:", "loop:")):
-        yield StreamMemory()
-        return
-    try:
-        adapter = address_of(port, list_ports()).identity
-    except PortsUnknown:
-        adapter = ""
-    try:
-        store = open_store()
-    except StoreTrouble as error:
-        say(error.sentence)
-        yield StreamMemory()
-        return
-    try:
-        if store.notice is not None:
-            say(store.notice)
-        memory = StoredStreamMemory(store, adapter or port)
-        yield memory
-        if memory.is_taken_over:
-            note(tr(LEFT_ON))
-    finally:
-        store.close()
-
-
-def _watch(
-    conversation: "Conversation", printer: "Printer", args: argparse.Namespace, memory: "StreamMemory"
-) -> str | None:
-    """Until the time is over: None; or the line went dead: the sentence that says so."""
-    from app.procedures.stream import StreamSwitch, watch
-    from protocol.link_states import Presence
-
-    conversation.keep_running(watch(StreamSwitch(), read_all=False, memory=memory))
-    gives_up_at = None if args.seconds is None else time.monotonic() + args.seconds + WITHOUT_STATUS_S
-    while not printer.is_full:
-        printer.stream_hz = conversation.device.stream_hz
-        printer.look_at_line(conversation.link)
-        printer.print_news()
-        conversation.wait()
-        conversation.check_running()
-        if conversation.device.presence is Presence.OFFLINE:
-            return tr("The module on {port} stopped answering. Check its power and the wiring.", port=args.port)
-        if gives_up_at is not None and time.monotonic() > gives_up_at:
-            break
-    return None
-
-
 class Printer(ABC):
     """Takes samples from the batches and prints them, all of the time wanted and none twice."""
 
-    def __init__(self, seconds: float | None) -> None:
-        self._seconds = seconds
+    def __init__(self, span: "StreamSpan") -> None:
+        self._span = span
         self._news: list[StatusSample] = []
         self._first_at: float | None = None
         self._is_begun = False
         self.count = 0
-        self.is_full = False
-        """The time wanted is over."""
         self.stream_hz = 0.0
         self.line: Outside | None = None
         self._rejected = 0
         self._damaged_at: float | None = None
 
-    def begin(self) -> None:
+    def begin(self, _conversation: "Conversation") -> None:
         """From here on samples count; before it was only found out whether a module is there."""
         self._is_begun = True
+
+    def on_turn(self, conversation: "Conversation") -> None:
+        self.stream_hz = conversation.device.stream_hz
+        self.look_at_line(conversation.link)
+        self.print_news()
 
     def look_at_line(self, link: "LinkView | None") -> None:
         """How the line is from now on."""
@@ -181,16 +110,11 @@ class Printer(ABC):
             in_use=LimitsInUse(),
         )
 
-    @property
-    def has_news(self) -> bool:
-        return bool(self._news)
-
     def on_batch(self, batch: "Batch") -> None:
         for sample in batch.samples if self._is_begun else ():
             if self._first_at is None:
                 self._first_at = sample.at
-            if self._seconds is not None and sample.at - self._first_at > self._seconds:
-                self.is_full = True
+            if not self._span.holds(sample.at):
                 return
             self._news.append(sample)
 
@@ -237,8 +161,8 @@ class WordLines(Printer):
     A status in which it triggered, or was activated or locked, always keeps a line of its own.
     """
 
-    def __init__(self, seconds: float | None) -> None:
-        super().__init__(seconds)
+    def __init__(self, span: "StreamSpan") -> None:
+        super().__init__(span)
         self._is_rewriting = sys.stdout.isatty()
         self._before: StatusSample | None = None
         self._printed_at: float | None = None

@@ -6,7 +6,6 @@ the recording was damaged and is left out.
 """
 
 import argparse
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 from app.terminal.console import (
@@ -16,10 +15,8 @@ from app.terminal.console import (
     USED_WRONGLY,
     add_json_argument,
     as_json,
-    end_passing,
     note,
     say,
-    say_in_passing,
     table,
     write_lines,
 )
@@ -31,10 +28,11 @@ if TYPE_CHECKING:
     from app.recordings.library import RecordingEntry, RecordingLibrary
 
 LATEST = "latest"
-_ENDINGS = (".csv", ".mcap")
 
 
 def add_parser(subparsers: "argparse._SubParsersAction[argparse.ArgumentParser]") -> None:
+    from app.terminal.export_file import FORMATS, export_path
+
     parser = subparsers.add_parser(
         "recordings",
         description=tr(
@@ -45,10 +43,9 @@ def add_parser(subparsers: "argparse._SubParsersAction[argparse.ArgumentParser]"
     listing = acts.add_parser("list", help=tr("list them, the newest first"))
     add_json_argument(listing)
     listing.set_defaults(run=run_list)
-    export = acts.add_parser("export", help=tr("write one as CSV or as MCAP"))
+    export = acts.add_parser("export", help=tr("write one as CSV, MCAP or capture"))
     _add_name(export)
-    export.add_argument("file", type=_file, metavar="FILE",
-                        help=tr("ends with .csv (a table) or .mcap (PlotJuggler, Foxglove)"))  # fmt: skip
+    export.add_argument("file", type=export_path, metavar="FILE", help=tr(FORMATS))
     export.set_defaults(run=run_export)
     restoring = acts.add_parser("restore", help=tr("take one out of the trash and keep it"))
     _add_name(restoring)
@@ -61,13 +58,6 @@ def add_parser(subparsers: "argparse._SubParsersAction[argparse.ArgumentParser]"
 
 def _add_name(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("name", metavar="NAME", help=tr("the name, the beginning of it, or latest"))
-
-
-def _file(text: str) -> Path:
-    path = Path(text)
-    if path.suffix.lower() in _ENDINGS:
-        return path
-    raise argparse.ArgumentTypeError(tr("“{text}” ends neither with .csv nor with .mcap", text=text))
 
 
 def run_list(args: argparse.Namespace) -> int:
@@ -134,36 +124,25 @@ def _remarks(entry: "RecordingEntry") -> str:
 
 
 def run_export(args: argparse.Namespace) -> int:
-    from app.recordings.export import export_csv, export_mcap
     from app.recordings.library import RecordingLibrary
-    from app.recordings.recording import RecordingUnreadable, open_recording
+    from app.recordings.recording import RecordingUnreadable
+    from app.terminal.export_file import export_recording, not_written
 
     entry = _found(RecordingLibrary(), args.name)
     if entry is None:
         return USED_WRONGLY
-    path: Path = args.file
-    export = export_mcap if path.suffix.lower() == ".mcap" else export_csv
     try:
-        with open_recording(entry.folder) as recording:
-            count, damage = export(recording, path, on_progress=_show), recording.damage
+        done = export_recording(entry.folder, args.file)
     except RecordingUnreadable as error:
         say(error.sentence)
         return SAID_NO
     except (OSError, ValueError) as error:  # ValueError: a NUL in the name
-        end_passing()
-        why = getattr(error, "strerror", None) or str(error)
-        say(tr("{file} cannot be written: {why}.", file=path, why=why))
+        say(not_written(args.file, error))
         return PARTLY
-    end_passing()
-    write_lines([tr("{count} rows written to {file}.", count=count, file=path)])
-    if damage is None:
-        return DONE
-    say(damage)
-    return PARTLY
-
-
-def _show(share: float) -> None:
-    say_in_passing(tr("{percent} % written", percent=f"{share * 100:.0f}"))
+    write_lines([tr("{count} rows written to {file}.", count=done.rows, file=args.file)])
+    for sentence in done.missing:
+        say(sentence)
+    return PARTLY if done.missing else DONE
 
 
 def run_restore(args: argparse.Namespace) -> int:

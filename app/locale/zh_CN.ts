@@ -150,8 +150,16 @@
         <translation>仅为计算，不向模块发送任何内容。</translation>
     </message>
     <message>
+        <source>A capture holds no more: the rest is in the recording {name}.</source>
+        <translation>抓包文件已满：其余内容在数据记录 {name} 中。</translation>
+    </message>
+    <message>
         <source>A capture is played here: it answers questions, but there is no module to change or to check.</source>
         <translation>这里播放的是捕获文件：只能回答查询，没有模块可以更改或检查。</translation>
+    </message>
+    <message>
+        <source>A capture is played there; it is a file already.</source>
+        <translation>该处正在回放抓包文件；它本身已是文件。</translation>
     </message>
     <message>
         <source>A change from {old} to {new} baud at {port} was broken off. The module may be at either rate.</source>
@@ -2410,6 +2418,10 @@
         <translation>时长超过 48 小时。</translation>
     </message>
     <message>
+        <source>It is marked as simulated.</source>
+        <translation>已标记为模拟。</translation>
+    </message>
+    <message>
         <source>It is no CSV file.</source>
         <translation>不是 CSV 文件。</translation>
     </message>
@@ -2780,6 +2792,10 @@
     <message>
         <source>Line {line}: {what}</source>
         <translation>第 {line} 行：{what}</translation>
+    </message>
+    <message>
+        <source>Line {number} is left out: {why}.</source>
+        <translation>第 {number} 行已略过：{why}。</translation>
     </message>
     <message>
         <source>Lines on standard input while it runs:</source>
@@ -3522,6 +3538,10 @@
         <translation>对此次触发的备注</translation>
     </message>
     <message>
+        <source>Nothing can be added to an MCAP file; choose another name.</source>
+        <translation>MCAP 文件无法追加；请换一个名称。</translation>
+    </message>
+    <message>
         <source>Nothing comes any more. Watch the numbers: each says how old it is as soon as it is not fresh, here and at the top. An old value is never shown as a new one.</source>
         <translation>不再有数据了。请看数字：一旦不新鲜，这里和顶部都会注明距今多久。旧值绝不会当作新值显示。</translation>
     </message>
@@ -3568,6 +3588,10 @@
     <message>
         <source>Nothing was kept yet.</source>
         <translation>尚未保存。</translation>
+    </message>
+    <message>
+        <source>Nothing was recorded.</source>
+        <translation>未记录任何内容。</translation>
     </message>
     <message>
         <source>Nothing was sent.</source>
@@ -3776,6 +3800,10 @@
     <message>
         <source>Opening the recording of {when}…</source>
         <translation>正在打开 {when} 的数据记录…</translation>
+    </message>
+    <message>
+        <source>Opening {port}</source>
+        <translation>正在打开 {port}</translation>
     </message>
     <message>
         <source>Opening…</source>
@@ -4232,6 +4260,10 @@
     <message>
         <source>Record</source>
         <translation>记录</translation>
+    </message>
+    <message>
+        <source>Record a session until Ctrl-C: every status, and every byte of the line. The module streams meanwhile. It is kept among the recordings, too.</source>
+        <translation>记录会话，直到按下 Ctrl-C：包括每个状态和线路上的每个字节。期间模块的串口输出打开。会话同时保存在数据记录中。</translation>
     </message>
     <message>
         <source>Record before it</source>
@@ -4930,10 +4962,6 @@
         <translation>分段间隔</translation>
     </message>
     <message>
-        <source>Standard input is not text; decode reads bytes written in hex, such as 41 75 32.</source>
-        <translation>标准输入不是文本；decode 读取以十六进制书写的字节，例如 41 75 32。</translation>
-    </message>
-    <message>
         <source>Start it again.</source>
         <translation>请重新开始。</translation>
     </message>
@@ -5248,6 +5276,10 @@
     <message>
         <source>The flight controller could not log for {seconds:.2f} s.</source>
         <translation>飞控有 {seconds:.2f} s 未能写入日志。</translation>
+    </message>
+    <message>
+        <source>The input is not text; decode reads captures and bytes written in hex, such as 41 75 32.</source>
+        <translation>输入不是文本；decode 读取抓包文件和十六进制字节，例如 41 75 32。</translation>
     </message>
     <message>
         <source>The key of this station cannot be used: {why}.</source>
@@ -5724,6 +5756,14 @@
     <message>
         <source>The serial line gets another speed. The vendor advises not to change it.</source>
         <translation>串口改用另一速率。厂家建议不要修改。</translation>
+    </message>
+    <message>
+        <source>The serial output is off now. It streams too slowly to know whether it was on before; dps-s set serial_output=true switches it on.</source>
+        <translation>串口输出现已关闭。其输出太慢，无法得知之前是否已打开；如需打开，请运行 dps-s set serial_output=true。</translation>
+    </message>
+    <message>
+        <source>The session is kept as recording {name}.</source>
+        <translation>会话已保存为数据记录 {name}。</translation>
     </message>
     <message>
         <source>The session is no longer recorded in {folder}: {why}.</source>
@@ -6374,6 +6414,10 @@
         <translation>模块的电芯电压；接有外接供电时为充电电压。</translation>
     </message>
     <message>
+        <source>Waiting for the module</source>
+        <translation>正在等待模块</translation>
+    </message>
+    <message>
         <source>Wants the defaults of the vendor's table in every row. Look at them, then write.</source>
         <translation>在每一行填入厂家协议表的默认值。查看后再写入。</translation>
     </message>
@@ -6958,6 +7002,10 @@
         <translation>已激活：在标准输入中键入 tilt 70 即会触发</translation>
     </message>
     <message>
+        <source>add to the file (.csv and .dpscap)</source>
+        <translation>追加到该文件（.csv 和 .dpscap）</translation>
+    </message>
+    <message>
         <source>advised: {advice}</source>
         <translation>建议：{advice}</translation>
     </message>
@@ -7230,8 +7278,8 @@
         <translation>内置串口或无描述</translation>
     </message>
     <message>
-        <source>bytes in hex; - reads hex text from standard input</source>
-        <translation>十六进制字节；- 表示从标准输入读取十六进制文本</translation>
+        <source>bytes in hex, or one file: a capture or hex text; - reads either from standard input</source>
+        <translation>十六进制字节，或一个文件：抓包文件或十六进制文本；- 表示从标准输入读取</translation>
     </message>
     <message>
         <source>cannot be read</source>
@@ -7470,12 +7518,12 @@
         <translation>已启用：{age} 前模块已应答，此后模块未重启（操作记录第 {entry} 条）</translation>
     </message>
     <message>
-        <source>end S seconds after the first status</source>
-        <translation>在第一个状态之后 S 秒结束</translation>
+        <source>end after S seconds of the stream</source>
+        <translation>串口输出持续 S 秒后结束</translation>
     </message>
     <message>
-        <source>ends with .csv (a table) or .mcap (PlotJuggler, Foxglove)</source>
-        <translation>以 .csv（表格）或 .mcap（PlotJuggler、Foxglove）结尾</translation>
+        <source>ends with .csv (a table), .mcap (PlotJuggler, Foxglove) or .dpscap (a capture)</source>
+        <translation>以 .csv（表格）、.mcap（PlotJuggler、Foxglove）或 .dpscap（抓包文件）结尾</translation>
     </message>
     <message>
         <source>exactly {limit}</source>
@@ -8442,6 +8490,10 @@
         <translation>已重新连接</translation>
     </message>
     <message>
+        <source>record a session into a file</source>
+        <translation>将会话记录到文件</translation>
+    </message>
+    <message>
         <source>recorded</source>
         <translation>记录内容</translation>
     </message>
@@ -8460,6 +8512,10 @@
     <message>
         <source>records: {count}</source>
         <translation>记录：{count}</translation>
+    </message>
+    <message>
+        <source>replace the file</source>
+        <translation>替换该文件</translation>
     </message>
     <message>
         <source>reply: {name}, a value or only “received”</source>
@@ -9194,8 +9250,8 @@
         <translation>模块已激活或可能已激活时也写入：它可能开伞</translation>
     </message>
     <message>
-        <source>write one as CSV or as MCAP</source>
-        <translation>将一条数据记录导出为 CSV 或 MCAP</translation>
+        <source>write one as CSV, MCAP or capture</source>
+        <translation>将一条导出为 CSV、MCAP 或抓包文件</translation>
     </message>
     <message>
         <source>writing</source>
@@ -9330,6 +9386,10 @@
         <translation>已选择 {count} 条记录。</translation>
     </message>
     <message>
+        <source>{count} reports recorded; Ctrl-C ends it</source>
+        <translation>已记录 {count} 条状态；按 Ctrl-C 结束</translation>
+    </message>
+    <message>
         <source>{count} reports that cannot be true are left out.</source>
         <translation>略去 {count} 个不可能为真的报告。</translation>
     </message>
@@ -9402,6 +9462,10 @@
         <translation>无法写入 {file}：{why}。</translation>
     </message>
     <message>
+        <source>{file} exists: --append adds to it, --force replaces it.</source>
+        <translation>{file} 已存在：--append 追加，--force 替换。</translation>
+    </message>
+    <message>
         <source>{file} is damaged</source>
         <translation>{file} 已损坏</translation>
     </message>
@@ -9416,6 +9480,10 @@
     <message>
         <source>{file} is there and is no pre-flight report: choose another name.</source>
         <translation>{file} 已存在且不是飞行前检查报告：请换一个名称。</translation>
+    </message>
+    <message>
+        <source>{file} was not written by this program; nothing is added to it.</source>
+        <translation>{file} 不是由本程序写入的；不向其追加。</translation>
     </message>
     <message>
         <source>{file}: the name of the report must end in .pdf.</source>
@@ -10172,8 +10240,8 @@
         <translation>此处没有“{name}”这一项。</translation>
     </message>
     <message>
-        <source>“{text}” ends neither with .csv nor with .mcap</source>
-        <translation>“{text}”既不以 .csv 结尾，也不以 .mcap 结尾</translation>
+        <source>“{text}” ends with none of {endings}</source>
+        <translation>“{text}”不以 {endings} 之一结尾</translation>
     </message>
     <message>
         <source>“{text}” is no number of seconds above 0</source>
@@ -10192,8 +10260,8 @@
         <translation>“{value}”不是数字</translation>
     </message>
     <message>
-        <source>“{word}” is no pair of hex digits; bytes look like 41 75 32, 417532 or 0x41,0x75.</source>
-        <translation>“{word}”不是成对的十六进制数字；字节的写法如 41 75 32、417532 或 0x41,0x75。</translation>
+        <source>“{word}” is no pair of hex digits, and no file; bytes look like 41 75 32, 417532 or 0x41,0x75.</source>
+        <translation>“{word}”既不是成对的十六进制数字，也不是文件；字节的写法如 41 75 32、417532 或 0x41,0x75。</translation>
     </message>
     <message>
         <source>“{word}” is not of the form NAME=VALUE.</source>

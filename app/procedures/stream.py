@@ -8,7 +8,7 @@ from collections.abc import Iterator
 from concurrent.futures import Future
 from dataclasses import dataclass, field
 
-from app.engine.device import Sleep
+from app.engine.device import How, Sleep
 from app.engine.procedure import Ask, Cancelled, EngineView, Inspect, Pause, Procedure
 from app.engine.setting_changes import READABLE_SETTINGS
 from app.procedures.read import READABLE
@@ -20,6 +20,10 @@ from protocol.messages import Acknowledgement
 
 LISTEN_FIRST_S = 2.2
 """A stream that was on before shows two reports within this time, down to one a second."""
+BRIEF_LISTEN_S = 0.2
+"""Where the stream is what was asked for. Whether it was on before is known then from the rate at which it streams."""
+LEAST_EXPECTED = 3.0
+"""Reports that a stream would have sent meanwhile. One that is slower may have been on unnoticed."""
 STREAM_STARTS_S = 1.5
 """No report this long after a confirmed "on": this module does not stream."""
 POLL_EVERY_S = 0.1
@@ -48,6 +52,10 @@ class StreamSwitch:
     """A page that shows it is in sight."""
     is_recorded: bool = False
     """The session is recorded: it must have every report, whatever page is in sight."""
+    began_at: float | None = None
+    """Set by the procedure: from here on it streams, or polls for good."""
+    is_unknown_before: bool = False
+    """Set by the procedure: it streams so slowly that it may have done so before it was switched on."""
 
     @property
     def is_on(self) -> bool:
@@ -59,6 +67,13 @@ class _StreamProgress:
     """Where the procedure stands between two turns."""
 
     memory: StreamMemory
+    listens_briefly: bool = False
+    has_come: bool = False
+    """A report came unasked."""
+    listened_s: float = 0.0
+    """Before it was switched on."""
+    hz: float = 0.0
+    """At which it streamed since."""
     intent: Future[None] | None = None
     """That it is switched on is being written down."""
     switched_on_at: float | None = None
@@ -75,21 +90,23 @@ class _StreamProgress:
     """Nothing is due before."""
 
 
-def watch(switch: StreamSwitch, *, read_all: bool = True, memory: StreamMemory | None = None) -> Procedure[None]:
+def watch(
+    switch: StreamSwitch, *, read_all: bool = True, memory: StreamMemory | None = None, listens_briefly: bool = False
+) -> Procedure[None]:
     """Keep everything about the module fresh until cancelled.
 
     `read_all`: first ask for everything, and again after a restart, a lost link or a sleep. The stream is switched on
     only after listening for a while whether it was on already; until then the status is polled. `memory`: what an
-    earlier session left on is switched off.
+    earlier session left on is switched off. `listens_briefly`: switch it on as soon as a usual stream would have shown.
     """
-    course = _StreamProgress(memory or StreamMemory())
+    course = _StreamProgress(memory or StreamMemory(), listens_briefly)
     try:
         while True:
             sight: EngineView = yield Inspect()
             yield from _turn(course, switch, sight, read_all=read_all)
             yield Pause(min(REST_S, max(TURN_S, course.rests_until - sight.now)))
     except Cancelled:  # not where the port was lost: there is nobody left to tell
-        yield from _switch_off(course)
+        yield from _switch_off(course, switch)
         raise
 
 
@@ -113,6 +130,9 @@ def _turn(course: _StreamProgress, switch: StreamSwitch, sight: EngineView, *, r
         return
     yield from _steer_stream(course, switch, sight)
     polled = [*_polled(switch, sight), *(_SETTINGS if read_all else ())]
+    if course.listens_briefly and sight.now - sight.opened_at < BRIEF_LISTEN_S:
+        # Nothing that a streamed report could be mistaken for the answer of.
+        polled = [one for one in polled if one[0].command is not STATUS]
     due = [one for one in polled if sight.now >= course.due.get(one[0], 0.0)]
     if due:
         # The longest overdue by its own period: on a slow line the status does not keep everything else waiting.
@@ -159,27 +179,39 @@ def _steer_stream(course: _StreamProgress, switch: StreamSwitch, sight: EngineVi
         elif not sight.device.is_streaming and listened_s >= LISTEN_FIRST_S:
             memory.forget()
     if not switch.is_on:
-        yield from _switch_off(course)
+        yield from _switch_off(course, switch)
         return
+    if switch.began_at is None and sight.device.is_streaming:
+        switch.began_at = sight.opened_at
     if course.switched_on_at is not None:
         waited_s = sight.now - course.switched_on_at
+        course.hz = sight.device.stream_hz if sight.device.is_streaming else course.hz
         if not sight.device.is_streaming and waited_s > STREAM_STARTS_S:
             course.is_hopeless = True
         return
-    if sight.device.is_streaming or course.is_hopeless or listened_s < LISTEN_FIRST_S or not sight.is_proven:
+    if sight.device.is_streaming or course.is_hopeless or not sight.is_proven or _is_listening(course, sight):
         return
     if course.intent is None:
         course.intent = memory.note_on(None if boots is None else int(boots))
     if not course.intent.done():
         return
     # Unconfirmed counts as on, so that it is switched off again; also where this is cancelled before the answer came.
-    course.switched_on_at = sight.now
+    course.switched_on_at, course.listened_s, course.hz = sight.now, listened_s, 0.0
+    if switch.began_at is None:
+        switch.began_at = sight.now
     outcome = yield Ask(SERIAL_OUTPUT.set(True))
     refused = isinstance(outcome, Answered) and not _is_accepted(outcome)
     if refused or not isinstance(outcome, Answered | OutcomeUnknown):
         course.switched_on_at, course.intent = None, None
         course.is_hopeless = True
         memory.forget()
+
+
+def _is_listening(course: _StreamProgress, sight: EngineView) -> bool:
+    """Whether a stream was on already is not known yet."""
+    course.has_come |= any(known.how is How.STREAMED for known in sight.device.values.values())
+    limit_s = BRIEF_LISTEN_S if course.listens_briefly and not course.has_come else LISTEN_FIRST_S
+    return sight.now - sight.opened_at < min(limit_s, LISTEN_FIRST_S)
 
 
 def _is_accepted(outcome: Answered) -> bool:
@@ -195,10 +227,11 @@ def _polled(switch: StreamSwitch, sight: EngineView) -> Iterator[tuple[Request, 
     yield _BOOT_COUNT, BOOT_EVERY_S
 
 
-def _switch_off(course: _StreamProgress) -> Procedure[None]:
+def _switch_off(course: _StreamProgress, switch: StreamSwitch) -> Procedure[None]:
     """Only what this procedure switched on. Asked again when unanswered: off twice is still off."""
     if course.switched_on_at is None:
         return
+    switch.is_unknown_before = 0 < course.hz * course.listened_s < LEAST_EXPECTED and course.listens_briefly
     for _ in range(OFF_ATTEMPTS):
         outcome = yield Ask(SERIAL_OUTPUT.set(False), (0.12,))
         if isinstance(outcome, Answered) and _is_accepted(outcome):

@@ -120,6 +120,7 @@ def _about(recording: Recording) -> dict[str, str]:
         "baud_rate": str(entry.baud_rate),
         "module": entry.module,
         "part": str(entry.part),
+        "simulated": str(entry.is_simulated).lower(),
         "was_cut_off": str(entry.was_cut_off).lower(),
         "missing": str(recording.missing_count),
     }

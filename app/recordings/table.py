@@ -82,7 +82,10 @@ def event_text(happening: Marker) -> str:
         MarkerKind.RECONNECTED,
         MarkerKind.PORT_LOST,
     )
-    return f"{happening.kind.value}: {happening.port}" if names_port and happening.port else happening.kind.value
+    if not names_port or not happening.port:
+        return happening.kind.value
+    simulated = " (simulated)" if happening.port.startswith("sim:") else ""
+    return f"{happening.kind.value}: {happening.port}{simulated}"
 
 
 def _quoted(text: str) -> str:

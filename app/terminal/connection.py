@@ -74,12 +74,14 @@ class Conversation:
         self._worker.open(port, baud_rate)
         deadline = time.monotonic() + OPENING_LIMIT_S
         while not self._is_open():
+            say_in_passing(tr("Opening {port}", port=port))
             self.wait()
             self._raise_trouble()
             if time.monotonic() > deadline and not self._is_open():
                 what = tr("{port} does not open within {seconds:.0f} s.", port=port, seconds=OPENING_LIMIT_S)
                 step = tr("Unplug the adapter, plug it in again and try again.")
                 raise NoLink(together((what, step)))
+        end_passing()
         opened_at = time.monotonic()
         while time.monotonic() <= opened_at:  # Windows' clock stands still for 16 ms: nothing was confirmed meanwhile
             self.wait()
@@ -87,10 +89,12 @@ class Conversation:
     def run(self, procedure: Procedure[Result]) -> Result:
         """The procedure's result; raises what it raised, or `Interrupted`."""
         job = self._worker.submit(Job(procedure, self._reports.put))
+        doing = tr("Waiting for the module")
         try:
             while not job.is_done:
+                say_in_passing(doing)
                 self.wait()
-                self._show_progress()
+                doing = self._progress() or doing
         finally:
             end_passing()
         self.drain()
@@ -160,15 +164,17 @@ class Conversation:
             self._raise_trouble()
             raise RuntimeError("the connection ended without a reason") from error
 
-    def _show_progress(self) -> None:
+    def _progress(self) -> str | None:
+        """What is being done now, where that has changed."""
+        doing: str | None = None
         while True:
             try:
                 report = self._reports.get_nowait()
             except queue.Empty:
-                return
-            doing = report.doing
+                return doing
+            text = report.doing
             values = {name: tr(value) if isinstance(value, str) else value for name, value in report.values}
-            say_in_passing(f"{tr(doing, **values)} ({report.done + 1}/{report.total})")
+            doing = f"{tr(text, **values)} ({report.done + 1}/{report.total})"
 
 
 def _trace() -> "Trace | None":

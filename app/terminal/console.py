@@ -10,6 +10,7 @@ import os
 import re
 import shutil
 import sys
+import time
 import unicodedata
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
@@ -37,6 +38,8 @@ AUTO = "auto"
 RATES = (115200, 57600, 38400, 19200, 9600, 4800)
 """`protocol.catalogue.BAUD_RATES`, written out so that the help needs no catalogue; a test holds them equal."""
 USUAL_RATE = 115200
+PROGRESS_AFTER_S = 0.5
+"""What is done sooner shows no progress."""
 
 
 class Parser(argparse.ArgumentParser):
@@ -148,20 +151,44 @@ def note(sentence: str) -> None:
 
 def say(sentence: str) -> None:
     """One line on standard error. A broken standard error is nobody's concern."""
+    _clear_passing()
     with _unheard():
         print(visible(sentence, keep=NEWLINE), file=sys.stderr, flush=True)
 
 
+class _Passing:
+    """The line of progress."""
+
+    began_at: float | None = None
+    shown = ""
+
+
 def say_in_passing(words: str) -> None:
-    """Progress: one line on standard error that the next one replaces; nothing where that is no terminal."""
-    if _Verbosity.level >= 0 and sys.stderr is not None and sys.stderr.isatty():
+    """Progress: one line on standard error that the next one replaces, once it has lasted for half a second; nothing
+    where that is no terminal."""
+    if _Verbosity.level < 0 or sys.stderr is None or not sys.stderr.isatty():
+        return
+    now = time.monotonic()
+    if _Passing.began_at is None:
+        _Passing.began_at = now
+    line = fitted(visible(words))
+    if now - _Passing.began_at >= PROGRESS_AFTER_S and line != _Passing.shown:
+        _Passing.shown = line
         with _unheard():
-            print(f"\r{fitted(visible(words))}\x1b[K", end="", file=sys.stderr, flush=True)
+            print(f"\r{line}\x1b[K", end="", file=sys.stderr, flush=True)
 
 
 def end_passing() -> None:
-    """Take the line of `say_in_passing` away."""
-    say_in_passing("")
+    """What took so long is done: the line of `say_in_passing` is taken away."""
+    _Passing.began_at = None
+    _clear_passing()
+
+
+def _clear_passing() -> None:
+    if _Passing.shown:
+        _Passing.shown = ""
+        with _unheard():
+            print("\r\x1b[K", end="", file=sys.stderr, flush=True)
 
 
 def write(text: str) -> None:
@@ -169,6 +196,7 @@ def write(text: str) -> None:
 
     For what holds nothing from elsewhere; else `write_lines`, which a terminal cannot be steered through.
     """
+    _clear_passing()
     try:
         sys.stdout.write(text)
         sys.stdout.flush()

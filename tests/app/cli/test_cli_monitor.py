@@ -59,7 +59,7 @@ def test_monitor_polls_what_does_not_stream(
 
 def test_monitor_says_when_the_port_goes(port: str, capsys: pytest.CaptureFixture[str]) -> None:
     bench = bench_of(port)
-    with falls_after(bench, 5, bench.unplug):
+    with falls_after(bench, 9, bench.unplug):
         assert program.main(["monitor", "--port", port, "--json"]) == 3
     printed = Printed(capsys)
     assert len(printed.out.splitlines()) >= 1

@@ -1,0 +1,164 @@
+"""`dps-s record FILE`: records a session into .csv, .mcap or .dpscap.
+
+The session is recorded as the window records one, among the recordings, and exported at its end: where the file cannot
+be written nothing is lost. Exit code 0; 3 when the line went dead, with what came until then; 4 where the file could
+not be written, or something is missing in it.
+"""
+
+import argparse
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from app.terminal.console import (
+    DONE,
+    NO_LINK,
+    PARTLY,
+    USED_WRONGLY,
+    add_port_arguments,
+    end_passing,
+    note,
+    say,
+    say_in_passing,
+    seconds,
+    write_lines,
+)
+from app.text.i18n import tr
+
+if TYPE_CHECKING:
+    from app.engine.worker import Batch
+    from app.recordings.library import RecordingLibrary
+    from app.recordings.recorder import Recorder
+    from app.terminal.connection import Conversation
+    from app.terminal.streaming import StreamSpan
+
+SETTLE_LIMIT_S = 10.0
+"""How long the disk may take for the last of it."""
+
+
+def add_parser(subparsers: "argparse._SubParsersAction[argparse.ArgumentParser]") -> None:
+    from app.terminal.export_file import FORMATS, export_path
+
+    parser = subparsers.add_parser(
+        "record",
+        description=tr(
+            "Record a session until Ctrl-C: every status, and every byte of the line. The module streams meanwhile. It "
+            "is kept among the recordings, too."
+        ),
+    )
+    add_port_arguments(parser)
+    parser.add_argument("--seconds", type=seconds, metavar="S", help=tr("end after S seconds of the stream"))
+    way = parser.add_mutually_exclusive_group()
+    way.add_argument("--append", action="store_true", help=tr("add to the file (.csv and .dpscap)"))
+    way.add_argument("--force", action="store_true", help=tr("replace the file"))
+    parser.add_argument("file", type=export_path, metavar="FILE", help=tr(FORMATS))
+    parser.set_defaults(run=run)
+
+
+def run(args: argparse.Namespace) -> int:
+    from app.engine.playback import is_playback
+    from app.terminal.export_file import why_not_writable
+
+    why = why_not_writable(args.file, appends=args.append, replaces=args.force)
+    if is_playback(args.port):
+        why = tr("A capture is played there; it is a file already.")
+    if why is not None:
+        say(why)
+        return USED_WRONGLY
+    from app.recordings.library import RecordingLibrary
+    from app.recordings.recorder import Recorder
+    from app.terminal.streaming import StreamSpan, stream
+
+    library = RecordingLibrary()
+    span = StreamSpan(args.seconds)
+    session = RecordedSession(library, Recorder(library), span)
+    try:
+        trouble = stream(args.port, args.baud, span, on_begin=session.begin, on_batch=session.on_batch,
+                         on_turn=session.on_turn, reads_all=True)  # fmt: skip
+    finally:
+        session.close()
+    is_whole = export(session, library, args.file, appends=args.append)
+    if trouble is not None:
+        say(trouble)
+        return NO_LINK
+    return DONE if is_whole else PARTLY
+
+
+class RecordedSession:
+    """A recorder between `begin` and `close`."""
+
+    def __init__(self, library: "RecordingLibrary", recorder: "Recorder", span: "StreamSpan") -> None:
+        self._library, self._recorder, self._span = library, recorder, span
+        self._samples = 0
+        self.folders: list[Path] = []
+        """Of what was recorded: one, or one for each part."""
+
+    def begin(self, conversation: "Conversation") -> None:
+        from app import version
+        from app.recordings.recorder import Heading
+
+        connection = conversation.connection
+        program = f"DPS-S Configurator {version()}"
+        self._recorder.begin(Heading(connection.port, connection.baud_rate, program=program))
+
+    def on_batch(self, batch: "Batch") -> None:
+        from dataclasses import replace
+
+        if self._recorder.is_recording:
+            wanted = tuple(sample for sample in batch.samples if self._span.holds(sample.at))
+            self._samples += len(wanted)
+            self._recorder.on_batch(replace(batch, samples=wanted))
+
+    def on_turn(self, _conversation: "Conversation") -> None:
+        self._note_folder()
+        say_in_passing(tr("{count} reports recorded; Ctrl-C ends it", count=self._samples))
+
+    def close(self) -> None:
+        """Everything is on disk then, or given up, which is said. Idempotent."""
+        end_passing()
+        self._recorder.settle(SETTLE_LIMIT_S)
+        self._note_folder()
+        if self._recorder.trouble is not None:
+            say(self._recorder.trouble)
+        if self._recorder.dropped:
+            say(tr("The disk was too slow: {count} reports are missing in the recording.",
+                   count=self._recorder.dropped))  # fmt: skip
+        self._recorder.stop(SETTLE_LIMIT_S)
+
+    @property
+    def is_whole(self) -> bool:
+        return not self._recorder.dropped and self._recorder.trouble is None
+
+    def _note_folder(self) -> None:
+        entry = self._recorder.entry
+        if entry is not None and entry.folder not in self.folders:
+            self.folders.append(entry.folder)
+
+
+def export(session: RecordedSession, library: "RecordingLibrary", path: Path, *, appends: bool) -> bool:
+    """Write the file, or one for each part; whether everything is in it."""
+    from app.recordings.recording import RecordingUnreadable
+    from app.terminal.export_file import export_recording, not_written
+
+    is_whole = session.is_whole and bool(session.folders)
+    if not session.folders:
+        say(tr("Nothing was recorded."))
+    for number, folder in enumerate(session.folders, start=1):
+        target = path if number == 1 else path.with_name(f"{path.stem}-{number}{path.suffix}")
+        try:
+            done = export_recording(folder, target, appends=appends and number == 1)
+        except RecordingUnreadable as error:
+            say(error.sentence)
+            is_whole = False
+            continue
+        except (OSError, ValueError) as error:
+            say(not_written(target, error))
+            say(tr("The session is kept as recording {name}.", name=folder.name))
+            is_whole = False
+            continue
+        write_lines([tr("{count} rows written to {file}.", count=done.rows, file=target)])
+        if library.entry(folder).is_simulated:
+            note(tr("It is marked as simulated."))
+        for sentence in done.missing:
+            say(sentence)
+            is_whole = False
+    return is_whole

@@ -1,0 +1,86 @@
+"""Files that recordings are exported to, by the ending of their names."""
+
+import argparse
+from pathlib import Path
+from typing import NamedTuple
+
+from app.terminal.console import end_passing, say_in_passing
+from app.text.i18n import tr
+from app.text.sentences import listed
+from protocol.translatable import marked
+
+CSV, MCAP, CAPTURE = ".csv", ".mcap", ".dpscap"
+FORMATS = marked("ends with .csv (a table), .mcap (PlotJuggler, Foxglove) or .dpscap (a capture)")
+ENDINGS = (CSV, MCAP, CAPTURE)
+
+
+class Exported(NamedTuple):
+    """`missing`: what of the recording is not in the file, in sentences."""
+
+    rows: int
+    missing: tuple[str, ...]
+
+
+def export_path(text: str) -> Path:
+    """For argparse."""
+    path = Path(text)
+    if path.suffix.lower() in ENDINGS:
+        return path
+    raise argparse.ArgumentTypeError(tr("“{text}” ends with none of {endings}", text=text, endings=listed(ENDINGS)))
+
+
+def why_not_writable(path: Path, *, appends: bool, replaces: bool) -> str | None:
+    """Before anything is recorded: why this file will not do."""
+    from app.captures.writer import MAGIC
+    from app.recordings.table import HEAD
+
+    if not path.parent.is_dir():
+        return tr("There is no folder {folder}.", folder=path.parent)
+    if appends and path.suffix.lower() == MCAP:
+        return tr("Nothing can be added to an MCAP file; choose another name.")
+    if not path.exists() or replaces:
+        return None
+    if not appends:
+        return tr("{file} exists: --append adds to it, --force replaces it.", file=path)
+    try:
+        with path.open("rb") as file:
+            first = file.readline(1000).removeprefix(b"\xef\xbb\xbf").strip().decode("utf-8", "replace")
+    except OSError as error:
+        return not_written(path, error)
+    if first not in ("", HEAD if path.suffix.lower() == CSV else MAGIC):
+        return tr("{file} was not written by this program; nothing is added to it.", file=path)
+    return None
+
+
+def not_written(path: Path, error: Exception) -> str:
+    """`error`: OSError, or ValueError for a name that no file can have."""
+    return tr("{file} cannot be written: {why}.", file=path, why=getattr(error, "strerror", None) or str(error))
+
+
+def export_recording(folder: Path, path: Path, *, appends: bool = False) -> Exported:
+    """Raises OSError, ValueError, `RecordingUnreadable`; then the file is as it was."""
+    from app.recordings.export import export_capture, export_csv, export_mcap
+    from app.recordings.recording import open_recording
+
+    missing: list[str] = []
+    try:
+        with open_recording(folder) as recording:
+            match path.suffix.lower():
+                case ".mcap":
+                    rows = export_mcap(recording, path, on_progress=_show)
+                case ".dpscap":
+                    rows, is_full = export_capture(recording, path, appends=appends, on_progress=_show)
+                    if is_full:
+                        missing.append(tr("A capture holds no more: the rest is in the recording {name}.",
+                                          name=folder.name))  # fmt: skip
+                case _:
+                    rows = export_csv(recording, path, appends=appends, on_progress=_show)
+            if recording.damage is not None:
+                missing.append(recording.damage)
+    finally:
+        end_passing()
+    return Exported(rows, tuple(missing))
+
+
+def _show(share: float) -> None:
+    say_in_passing(tr("{percent} % written", percent=f"{share * 100:.0f}"))

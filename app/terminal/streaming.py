@@ -1,0 +1,134 @@
+"""Keeps a module streaming for a command, and leaves it as it was found."""
+
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+
+from app.engine.ports import PortsUnknown, list_ports
+from app.engine.reconnect import address_of
+from app.engine.worker import Batch
+from app.procedures.stream import StreamSwitch, watch
+from app.store.database import StoreTrouble
+from app.store.store import open_store
+from app.store.stream_memory import StoredStreamMemory, StreamMemory
+from app.terminal.connection import Conversation, connected, link_trouble
+from app.terminal.console import note, say
+from app.terminal.interruption import Interrupted
+from app.text.i18n import tr
+from protocol.link_states import Presence
+from protocol.translatable import marked
+
+LEFT_ON = marked("An earlier session had left the serial output on; it is switched off when this one ends.")
+UNKNOWN_BEFORE = marked(
+    "The serial output is off now. It streams too slowly to know whether it was on before; dps-s set "
+    "serial_output=true switches it on."
+)
+WITHOUT_STATUS_S = 5.0
+"""With a time limit: how long to wait for a first status, beyond the time wanted."""
+
+
+class StreamSpan:
+    """The part of a stream that is wanted: all, or `seconds` from its first report."""
+
+    def __init__(self, seconds: float | None) -> None:
+        self.seconds = seconds
+        self.switch = StreamSwitch(is_recorded=True)
+        self._earliest_at: float | None = None
+        self.is_over = False
+        self._first_at: float | None = None
+
+    @property
+    def has_begun(self) -> bool:
+        """A status came."""
+        return self._earliest_at is not None
+
+    def holds(self, at: float) -> bool:
+        """Whether a status of this moment is wanted; they come in order."""
+        if self._earliest_at is None:
+            self._earliest_at = at
+        began_at = self.switch.began_at
+        if self._first_at is None and began_at is not None and at > began_at:
+            # Where it streamed from the beginning that is found out after its first reports.
+            self._first_at = self._earliest_at if self._earliest_at > began_at else at
+        if self.seconds is not None and self._first_at is not None:
+            self.is_over |= at - self._first_at > self.seconds
+        return not self.is_over
+
+
+def stream(
+    port: str,
+    baud_rate: int | None,
+    span: StreamSpan,
+    *,
+    on_begin: Callable[[Conversation], None],
+    on_batch: Callable[[Batch], None],
+    on_turn: Callable[[Conversation], None],
+    reads_all: bool = False,
+) -> str | None:
+    """Until the span or the user ends it: None; where the line went dead the sentence that says so.
+
+    `on_begin` is called once a module has answered, `on_turn` ten times a second at least. What streamed because of it
+    is switched off at the end. Raises `Interrupted` where no status had come.
+    """
+    trouble: str | None = None
+    try:
+        with (
+            _stream_memory(port) as memory,
+            connected(port, baud_rate, on_batch=on_batch) as conversation,
+        ):
+            on_begin(conversation)
+            procedure = watch(span.switch, read_all=reads_all, memory=memory, listens_briefly=True)
+            conversation.keep_running(procedure)
+            trouble = _wait(conversation, port, span, on_turn)
+    except Interrupted:
+        if not span.has_begun:
+            raise
+    except Exception as error:
+        trouble = link_trouble(error)
+        if trouble is None:
+            raise
+    if span.switch.is_unknown_before:
+        say(tr(UNKNOWN_BEFORE))
+    return trouble
+
+
+def _wait(
+    conversation: Conversation, port: str, span: StreamSpan, on_turn: Callable[[Conversation], None]
+) -> str | None:
+    gives_up_at = None if span.seconds is None else time.monotonic() + span.seconds + WITHOUT_STATUS_S
+    while not span.is_over:
+        on_turn(conversation)
+        conversation.wait()
+        conversation.check_running()
+        if conversation.device.presence is Presence.OFFLINE:
+            return tr("The module on {port} stopped answering. Check its power and the wiring.", port=port)
+        if gives_up_at is not None and time.monotonic() > gives_up_at:
+            break
+    return None
+
+
+@contextmanager
+def _stream_memory(port: str) -> Iterator[StreamMemory]:
+    """Where it is kept that the serial output is switched on; of no use for what is simulated or played."""
+    if port.startswith(("sim:", "capture:", "loop:")):
+        yield StreamMemory()
+        return
+    try:
+        adapter = address_of(port, list_ports()).identity
+    except PortsUnknown:
+        adapter = ""
+    try:
+        store = open_store()
+    except StoreTrouble as error:
+        say(error.sentence)
+        yield StreamMemory()
+        return
+    try:
+        if store.notice is not None:
+            say(store.notice)
+        memory = StoredStreamMemory(store, adapter or port)
+        yield memory
+        if memory.is_taken_over:
+            note(tr(LEFT_ON))
+    finally:
+        store.close()

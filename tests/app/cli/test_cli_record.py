@@ -1,0 +1,158 @@
+"""`dps-s record`, and `dps-s decode` of what it wrote."""
+
+import csv
+import io
+import json
+from pathlib import Path
+
+import pytest
+
+import app.__main__ as program
+from app.captures.player import url_of
+from app.captures.reader import read_capture
+from app.recordings.library import RecordingLibrary
+from tests.support.cli_line import Printed, bench_of, falls_after
+
+pytest_plugins = ["tests.support.cli_fixtures"]
+pytestmark = pytest.mark.usefixtures("speaks_english", "hasty", "user_files")
+
+
+def record(port: str, path: Path, *more: str, seconds: str = "0.3") -> int:
+    return program.main(["record", "--port", f"{port}?rate=100", "--seconds", seconds, str(path), *more])
+
+
+def rows(path: Path) -> list[dict[str, str]]:
+    return list(csv.DictReader(io.StringIO(path.read_text(encoding="utf-8-sig"))))
+
+
+def test_csv_holds_the_stream_and_says_what_is_simulated(
+    port: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path = tmp_path / "a.csv"
+    assert record(port, path) == 0
+    found = rows(path)
+    assert any(row["event"] == f"connected: {port}?rate=100 (simulated)" for row in found)
+    assert sum(bool(row["tilt_deg"]) for row in found) > 20
+    printed = Printed(capsys)
+    assert printed.out == f"{len(found)} rows written to {path}.\n"
+    assert "simulated" in printed.err
+    (entry,) = RecordingLibrary().entries()
+    assert entry.is_simulated
+    assert not bench_of(port).state().is_streaming
+
+
+def test_a_file_is_never_replaced_unasked(port: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    path = tmp_path / "a.csv"
+    path.write_text("precious", encoding="utf-8")
+    assert record(port, path) == 2
+    assert "--append adds to it, --force replaces it" in Printed(capsys).err
+    assert record(port, path, "--append") == 2
+    assert "was not written by this program" in Printed(capsys).err
+    assert path.read_text(encoding="utf-8") == "precious"
+    assert record(port, path, "--force") == 0
+    assert rows(path)
+
+
+@pytest.mark.parametrize("name", ["a.csv", "a.dpscap"])
+def test_what_is_added_stands_behind_what_was_there(name: str, port: str, tmp_path: Path) -> None:
+    path = tmp_path / name
+    assert record(port, path, "--append") == 0
+    before = path.read_bytes()
+    assert record(port, path, "--append") == 0
+    assert path.read_bytes().startswith(before)
+    if path.suffix == ".csv":
+        assert not any(row["time"] == "time" for row in rows(path))
+    else:
+        capture = read_capture(path)
+        assert capture.faults == ()
+        assert capture.duration_s > 0.6
+
+
+@pytest.mark.parametrize(
+    "words", [["--append", "x.mcap"], ["x.txt"], ["no/folder/x.csv"], ["--append", "--force", "x.csv"]]
+)
+def test_used_wrongly(words: list[str], port: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    assert program.main(["record", "--port", port, *words]) == 2
+    assert list(tmp_path.iterdir()) == []
+    assert RecordingLibrary().entries() == ()
+
+
+def test_what_is_played_is_not_recorded_as_if_it_were_new(
+    port: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    capture = tmp_path / "a.dpscap"
+    assert record(port, capture) == 0
+    assert program.main(["record", "--port", url_of(str(capture)), str(tmp_path / "b.csv")]) == 2
+    assert "A capture is played there" in Printed(capsys).err
+
+
+def test_where_the_line_goes_dead_what_came_is_kept(
+    port: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path, bench = tmp_path / "a.mcap", bench_of(port)
+    with falls_after(bench, 20, bench.unplug):
+        assert program.main(["record", "--port", port, str(path)]) == 3
+    assert path.stat().st_size > 1000
+    assert "unplugged" in Printed(capsys).err
+
+
+def test_where_the_file_cannot_be_written_the_recording_is_kept(
+    port: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    def full(*_args: object, **_values: object) -> None:
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr("app.recordings.export.whole_file", full)
+    assert record(port, tmp_path / "a.dpscap") == 4
+    (entry,) = RecordingLibrary().entries()
+    assert f"kept as recording {entry.folder.name}" in Printed(capsys).err
+    assert entry.sample_count > 20
+
+
+def test_a_capture_is_decoded_from_its_file_and_from_standard_input(
+    port: str, wire: list[bytes], tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path = tmp_path / "a.dpscap"
+    assert record(port, path) == 0
+    assert "# simulated: yes" in path.read_text(encoding="utf-8")
+    Printed(capsys)
+    assert program.main(["decode", str(path), "--json"]) == 0
+    text = Printed(capsys).out
+    lines = [json.loads(line) for line in text.splitlines()]
+    capture = read_capture(path)
+    for direction, way in (("host_to_module", ">"), ("module_to_host", "<")):
+        raw = b"".join(bytes.fromhex(line["hex"]) for line in lines if line["direction"] == direction)
+        assert raw == b"".join(entry.raw for entry in capture.entries if entry.way.value == way)
+    host = [line["hex"] for line in lines if line["direction"] == "host_to_module"]
+    assert host == [frame.hex(" ").upper() for frame in wire[-len(host) :]]
+    assert [line["t_s"] for line in lines] == sorted(line["t_s"] for line in lines)
+    assert any(line["command"] == "cell_voltage" and "cell_voltage_v" in line for line in lines)
+    monkeypatch.setattr("sys.stdin", io.StringIO(path.read_text(encoding="utf-8")))
+    assert program.main(["decode", "-", "--json"]) == 0
+    assert Printed(capsys).out == text
+
+
+def test_bad_lines_and_bytes_of_a_capture_are_named(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    path = tmp_path / "a.dpscap"
+    path.write_text("# DPS-S capture 1\n0.1 < 41 75 32 07 0A 00 01 45\nrubbish\n0.2 > 42 61 32 01 00 33\n", "utf-8")
+    assert program.main(["decode", str(path), "--json"]) == 4
+    printed = Printed(capsys)
+    first, *_, last = (json.loads(line) for line in printed.out.splitlines())
+    assert (first["valid"], first["direction"]) == (False, "module_to_host")
+    assert last["command"] == "status"
+    assert printed.err == "Line 3 is left out: no time, direction and bytes.\n"
+
+
+def test_a_file_of_hex_text_is_decoded(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    path = tmp_path / "bytes.txt"
+    path.write_text("\n41 75 32 07 0A\n00 01 44\n", "utf-8")
+    assert program.main(["decode", str(path)]) == 0
+    assert "status: tilt 7°" in Printed(capsys).out
+
+
+def test_a_later_capture_is_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    path = tmp_path / "a.dpscap"
+    path.write_text("# DPS-S capture 2\n0.1 < 41\n", "utf-8")
+    assert program.main(["decode", str(path)]) == 2
+    assert "later version" in Printed(capsys).err

@@ -1,0 +1,91 @@
+"""A stream that is asked for: on within half a second, and left as it was found where that can be known."""
+
+import pytest
+
+from app.procedures.greet import greet
+from app.procedures.stream import BRIEF_LISTEN_S, LEAST_EXPECTED, StreamSwitch, watch
+from protocol.catalogue import SERIAL_OUTPUT
+from tests.support.line.sim_line import Rig, end_watch
+
+ON, OFF = SERIAL_OUTPUT.set(True), SERIAL_OUTPUT.set(False)
+
+
+def begun(**options: object) -> tuple[Rig, StreamSwitch]:
+    """Greeted and watched as the command line does; half a second after the port was opened."""
+    rig, switch = Rig({"uptime": 60, **options}), StreamSwitch(is_recorded=True)
+    rig.run(greet())
+    rig.session.run_in_background(watch(switch, read_all=False, listens_briefly=True))
+    rig.step_for(rig.session.opened_at + 0.5 - rig.clock.now_s)
+    return rig, switch
+
+
+def sets(rig: Rig) -> list[object]:
+    return [request for request in rig.line.requests if request.command is SERIAL_OUTPUT]
+
+
+@pytest.mark.parametrize("rate", [20, 50, 200, 1440])
+def test_it_streams_at_its_full_rate_within_half_a_second(rate: int) -> None:
+    rig, switch = begun(rate=rate)
+    assert sets(rig) == [ON]
+    rig.session.device.take_samples()
+    rig.step_for(1.0)
+    samples = rig.session.device.take_samples()
+    assert len(samples) == pytest.approx(rate, rel=0.01, abs=2)
+    assert switch.began_at is not None
+    assert switch.began_at - rig.session.opened_at < 0.4
+    end_watch(rig)
+    assert sets(rig) == [ON, OFF]
+    assert not switch.is_unknown_before
+
+
+@pytest.mark.parametrize("rate", [20, 50, 200, 1440])
+def test_one_that_was_on_is_left_on(rate: int) -> None:
+    assert rate * BRIEF_LISTEN_S > LEAST_EXPECTED
+    rig, switch = begun(rate=rate, **{"stream-at-boot": True})
+    assert switch.began_at == rig.session.opened_at
+    rig.step_for(3)
+    end_watch(rig)
+    assert sets(rig) == []
+    assert rig.bench.state().is_streaming
+
+
+def test_of_a_slow_one_it_is_said_that_it_may_have_been_on() -> None:
+    rig, switch = begun(rate=2)
+    rig.step_for(5)
+    assert not switch.is_unknown_before
+    end_watch(rig)
+    assert sets(rig) == [ON, OFF]
+    assert switch.is_unknown_before
+
+
+def test_one_report_is_enough_to_listen_longer() -> None:
+    """A slow stream that happens to show at once."""
+    rig = Rig({"uptime": 60, "rate": 3, "stream-at-boot": True})
+    rig.step_until(rig.session.device.take_samples)
+    switch = StreamSwitch(is_recorded=True)
+    rig.session.run_in_background(watch(switch, read_all=False, listens_briefly=True))
+    rig.step_for(4)
+    end_watch(rig)
+    assert sets(rig) == []
+    assert rig.bench.state().is_streaming
+
+
+@pytest.mark.parametrize("stream", ["acknowledged", "silent"])
+def test_one_that_does_not_stream_is_polled(stream: str) -> None:
+    rig, switch = begun(stream=stream)
+    rig.step_for(3)
+    rig.session.device.take_samples()
+    rig.step_for(2)
+    assert len(rig.session.device.take_samples()) > 15
+    assert switch.began_at is not None
+    end_watch(rig)
+    assert not switch.is_unknown_before
+
+
+def test_it_goes_on_listening_where_it_is_not_asked_for() -> None:
+    """The window, where a page shows the polled status meanwhile."""
+    rig = Rig({"uptime": 60})
+    rig.run(greet())
+    rig.session.run_in_background(watch(StreamSwitch(), read_all=False))
+    rig.step_for(2.0)
+    assert sets(rig) == []
