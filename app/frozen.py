@@ -56,7 +56,7 @@ def _is_screen_missing() -> bool:
 def _missing_libraries(*, is_window: bool) -> str | None:
     from app.system.qt_libraries import INSTALL, missing, package_manager, package_names, wanted_libraries
 
-    asked = (Path(sys._MEIPASS) / "system-libraries.txt").read_text().split()  # type: ignore[attr-defined]
+    asked = (Path(sys._MEIPASS) / "system-libraries.txt").read_text(encoding="utf-8").split()  # type: ignore[attr-defined]
     wanted = wanted_libraries(is_screen_wanted=is_window)
     lacking = missing(tuple(library for library in wanted if library.soname in asked))
     if not lacking:

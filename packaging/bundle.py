@@ -47,7 +47,9 @@ def make_bundle(release: Release, wheel: Path, *, work: Path, dist: Path) -> Pat
     if sys.platform.startswith("linux"):
         _strip(folder / "_internal")
         # Before Qt is loaded, app/frozen.py looks for those of them that it knows.
-        (folder / "_internal" / ASKED).write_text("".join(f"{one}\n" for one in sorted(outside_libraries(folder))))
+        (folder / "_internal" / ASKED).write_text(
+            "".join(f"{one}\n" for one in sorted(outside_libraries(folder))), encoding="utf-8"
+        )
         _write_linux_readme(folder, release)
         _set_rights(folder)
     elif sys.platform == "darwin":

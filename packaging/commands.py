@@ -117,6 +117,10 @@ def _package(arguments: list[str]) -> int:
     return call(_python("packaging/package.py", *arguments))
 
 
+def _windows(arguments: list[str]) -> int:
+    return call(_python("packaging/windows/lane.py", *arguments))
+
+
 def _setup(arguments: list[str]) -> int:
     _take_none(arguments)
     print(f"All is installed in {environment.VENV}.")
@@ -134,6 +138,7 @@ COMMANDS: dict[str, Command] = {
     "run": Command("run dps-s with the arguments", _run),
     "translations": Command("update, check or merge the translations", _translations),
     "package": Command("build all packages into dist/ and test them", _package),
+    "windows": Command("test and build for Windows, under Wine (Linux, as root)", _windows),
     "setup": Command("only install what is needed", _setup),
 }
 LEFTOVERS = ("build", "dist", ".pytest_cache", ".mypy_cache", ".ruff_cache", ".hypothesis")

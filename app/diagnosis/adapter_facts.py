@@ -71,7 +71,7 @@ def running(names: Iterable[str], *, root: Path = ROOT) -> tuple[str, ...]:
     with suppress(OSError):
         for comm in (root / "proc").glob("[0-9]*/comm"):
             with suppress(OSError):  # it has ended meanwhile
-                found.add(comm.read_text(errors="replace").strip())
+                found.add(comm.read_text(errors="replace", encoding="utf-8").strip())
     return tuple(sorted(wanted[name] for name in found & wanted.keys()))
 
 
@@ -106,7 +106,7 @@ def _latency_file(port: str, root: Path) -> Path | None:
 
 def _number_in(path: Path) -> int | None:
     with suppress(OSError, ValueError):
-        return int(path.read_text().strip())
+        return int(path.read_text(encoding="utf-8").strip())
     return None
 
 

@@ -74,7 +74,7 @@ def node_of(device: str) -> Node | None:
         found = os.stat(device)  # noqa: PTH116  the one call
     except (OSError, ValueError):
         return None
-    return found.st_dev, found.st_ino, found.st_rdev
+    return found.st_dev, found.st_ino, getattr(found, "st_rdev", 0)  # Windows has none
 
 
 def _behind(device: str) -> str:

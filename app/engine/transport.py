@@ -42,6 +42,9 @@ READ_SLICE_S = 0.01
 WRITE_LIMIT_S = 0.3
 """Longest time that a write blocks: closing waits for it, and must take half a second at most."""
 READ_CHUNK = 65536
+_NOTHING_CAME = re.compile(r"GetOverlappedResult failed .*, (?:1460|109)\)")
+"""pyserial's text for ERROR_TIMEOUT and ERROR_BROKEN_PIPE. Under Wine a read during which nothing came ends with
+either; Windows uses neither for a port."""
 URL_OPTIONS: Mapping[str, frozenset[str] | None] = MappingProxyType({
     "socket": frozenset(),
     "rfc2217": frozenset({"ign_set_control", "poll_modem", "timeout"}),
@@ -114,7 +117,7 @@ def holder_of(port: str, proc: Path = Path("/proc")) -> Holder | None:
             if int(process.name) == os.getpid() or not os.path.samestat(link.stat(), device):
                 continue
             started = _started(process)
-            name = (process / "comm").read_text(errors="replace").strip()
+            name = (process / "comm").read_text(errors="replace", encoding="utf-8").strip()
             # Unless it is the same process from the beginning to the end, the number has gone to another one.
             if os.path.samestat(link.stat(), device) and _started(process) == started:
                 holders[int(process.name)] = Holder(name, int(process.name))
@@ -125,7 +128,7 @@ def holder_of(port: str, proc: Path = Path("/proc")) -> Holder | None:
 def _locking(device: os.stat_result, proc: Path) -> set[int]:
     """The processes that have locked this file, by the system's own list."""
     try:
-        rows = [row.split() for row in (proc / "locks").read_text().splitlines()]
+        rows = [row.split() for row in (proc / "locks").read_text(encoding="utf-8").splitlines()]
     except OSError:
         return set()
     name = f"{os.major(device.st_dev):02x}:{os.minor(device.st_dev):02x}:{device.st_ino}"
@@ -134,7 +137,7 @@ def _locking(device: os.stat_result, proc: Path) -> set[int]:
 
 def _started(process: Path) -> str:
     """When it started, in ticks since the computer did."""
-    return (process / "stat").read_text(errors="replace").rpartition(")")[2].split()[19]
+    return (process / "stat").read_text(errors="replace", encoding="utf-8").rpartition(")")[2].split()[19]
 
 
 def refuse_unsupported(port: str) -> None:
@@ -197,7 +200,7 @@ class SerialLine:
                 return self._read_in_time(longest_s, gather_s, self._interrupts)
             if longest_s <= 0 and not self._serial.in_waiting:
                 return b""
-            first: bytes = self._serial.read(1)
+            first = self._read_one()
             if not first:
                 return b""
             if gather_s > 0:
@@ -219,6 +222,16 @@ class SerialLine:
         # Of a port that went away nothing waits, and pyserial's read says so.
         data: bytes = self._serial.read(min(self._serial.in_waiting or 1, READ_CHUNK))
         return data
+
+    def _read_one(self) -> bytes:
+        """One byte, b"" if none came in time."""
+        try:
+            first: bytes = self._serial.read(1)
+        except serial.SerialException as error:
+            if not _NOTHING_CAME.search(str(error)):
+                raise
+            first = self._serial.read(1) if self._serial.in_waiting else b""  # asking fails where the port is gone
+        return first
 
     def _read_waiting(self) -> bytes:
         """What is there now, without waiting."""

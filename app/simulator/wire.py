@@ -255,4 +255,4 @@ class Wire:
 
 def _garble(data: bytes, sent_baud: int, read_baud: int, source: random.Random) -> bytes:
     """What a receiver at another rate makes of it: as many wrong bytes as fit into the time."""
-    return source.randbytes(max(1, min(4 * len(data), len(data) * read_baud // sent_baud)))
+    return source.randbytes(max(1, min(4 * len(data), len(data) * read_baud // max(1, sent_baud))))

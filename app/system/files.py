@@ -11,7 +11,24 @@ from pathlib import Path
 from typing import IO
 
 if sys.platform == "win32":
+    import ctypes
     import msvcrt
+    from ctypes import wintypes
+
+    class _Overlapped(ctypes.Structure):
+        """Which byte is locked: one that no file has, because nobody else can read a locked one."""
+
+        _fields_ = (
+            ("internal", ctypes.c_void_p),
+            ("internal_high", ctypes.c_void_p),
+            ("offset", wintypes.DWORD),
+            ("offset_high", wintypes.DWORD),
+            ("event", wintypes.HANDLE),
+        )
+
+    _FAIL_AT_ONCE, _EXCLUSIVE = 1, 2
+    _LOCKED_BYTE = 0x7FFFFFFF
+    """In units of 4 GiB."""
 else:
     import fcntl
 
@@ -73,11 +90,15 @@ def private_opener(path: str, flags: int) -> int:
 def lock(file: IO[bytes], *, is_shared: bool = False) -> None:
     """Until the file is closed, at the latest when the program ends, however it ends. Never waits.
 
-    Raises OSError where another one holds it. On Windows every lock excludes every other.
+    Raises OSError where another one holds it.
     """
     if sys.platform == "win32":
-        file.seek(0)
-        msvcrt.locking(file.fileno(), msvcrt.LK_NBLCK, 1)
+        kernel = ctypes.WinDLL("kernel32", use_last_error=True)
+        flags = _FAIL_AT_ONCE | (0 if is_shared else _EXCLUSIVE)
+        where = _Overlapped(offset_high=_LOCKED_BYTE)
+        handle = wintypes.HANDLE(msvcrt.get_osfhandle(file.fileno()))
+        if not kernel.LockFileEx(handle, flags, 0, 1, 0, ctypes.byref(where)):
+            raise ctypes.WinError(ctypes.get_last_error())
     else:
         fcntl.flock(file, (fcntl.LOCK_SH if is_shared else fcntl.LOCK_EX) | fcntl.LOCK_NB)
 

@@ -143,6 +143,6 @@ def text_of(log: Log, *, longest_bytes: int = FILE_BYTES) -> str:
         with contextlib.suppress(OSError), log.path.open("rb") as file:
             size = file.seek(0, os.SEEK_END)
             file.seek(max(0, size - longest_bytes))
-            text = file.read(longest_bytes).decode("utf-8", "replace")
+            text = file.read(longest_bytes).decode("utf-8", "replace").replace("\r\n", "\n")
             return text if size <= longest_bytes else text.partition("\n")[2]
     return log.recent.text()

@@ -32,7 +32,7 @@ def test_a_window_without_a_screen_is_one_sentence(
 
 
 def test_missing_libraries_are_named_with_what_to_type(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
-    (tmp_path / "system-libraries.txt").write_text("libxcb-cursor.so.0\nlibc.so.6\n")
+    (tmp_path / "system-libraries.txt").write_text("libxcb-cursor.so.0\nlibc.so.6\n", encoding="utf-8")
     monkeypatch.setattr("sys.platform", "linux")
     monkeypatch.setattr("sys._MEIPASS", str(tmp_path), raising=False)
     monkeypatch.setenv("DISPLAY", ":0")

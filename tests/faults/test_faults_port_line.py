@@ -106,6 +106,27 @@ def test_whatever_pyserial_raises_is_a_lost_port(
     line.close()
 
 
+@pytest.mark.parametrize(
+    "error", ["OSError(22, 'Timeout.', None, 1460)", "BrokenPipeError(32, 'Broken pipe.', None, 109)"]
+)
+def test_a_read_that_wine_ends_with_a_time_out_is_no_lost_port(
+    error: str, terminal: Terminal, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def time_out(*_: object) -> bytes:
+        raise serial.SerialException(f"GetOverlappedResult failed ({error})")
+
+    line = open_line(terminal.name, 115200)
+    with monkeypatch.context() as patch:
+        patch.setattr(line, "_interrupts", None)  # as on Windows
+        patch.setattr(serial.Serial, "read", time_out)
+        assert line.read(0.01, 0.0) == b""
+        patch.setattr(serial.Serial, "in_waiting", property(time_out))
+        with pytest.raises(PortError) as lost:
+            line.read(0.01, 0.0)
+        assert lost.value.trouble is PortTrouble.LOST
+    line.close()
+
+
 def test_a_list_that_takes_ten_seconds_is_given_up_in_time(monkeypatch: pytest.MonkeyPatch) -> None:
     is_over = threading.Event()
 

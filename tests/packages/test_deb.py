@@ -143,7 +143,7 @@ def test_the_scripts_do_nothing_to_a_folder(tree: Path, deb: Path, tmp_path: Pat
     """With DPKG_ROOT set no device is touched: a udevadm on the search path is not called."""
     subprocess.run(["dpkg-deb", "--control", str(deb), str(tmp_path / "control")], check=True)
     tell = tmp_path / "udevadm"
-    tell.write_text(f"#!/bin/sh\ntouch {tmp_path}/called\n")
+    tell.write_text(f"#!/bin/sh\ntouch {tmp_path}/called\n", encoding="utf-8")
     tell.chmod(0o755)
     variables = {"PATH": f"{tmp_path}:{os.defpath}", "DPKG_ROOT": str(tmp_path)}
     for script, word in (("postinst", "configure"), ("postrm", "remove"), ("postrm", "purge")):

@@ -3,12 +3,14 @@
 import ast
 import sys
 import tomllib
+from collections import Counter
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
 import pytest
 from packaging.requirements import Requirement
-from packaging.utils import canonicalize_name
+from packaging.utils import NormalizedName, canonicalize_name
 
 from tests.support.setup_files import PACKAGING, ROOT, SetupFiles
 
@@ -185,8 +187,23 @@ def test_the_lock_is_exact_and_fits_the_project() -> None:
     locked = [Requirement(line) for line in lines if line and not line.startswith("#")]
     assert all(requirement.url is None and "--" not in str(requirement) for requirement in locked)
     assert all([one.operator for one in requirement.specifier] == ["=="] for requirement in locked)
-    versions = {canonicalize_name(one.name): next(iter(one.specifier)).version for one in locked}
-    assert len(versions) == len(locked)
+    names = [canonicalize_name(one.name) for one in locked]
+    for system in SYSTEMS:
+        fitting = [one for one in locked if one.marker is None or one.marker.evaluate(system)]
+        versions = {canonicalize_name(one.name): next(iter(one.specifier)).version for one in fitting}
+        assert len(versions) == len(fitting), system
+        assert set(names) - {name for name, count in Counter(names).items() if count == 1} <= set(versions)
+        _check_versions(versions)
+
+
+SYSTEMS = [
+    {"sys_platform": system, "python_version": version, "python_full_version": f"{version}.0"}
+    for system in ("linux", "win32", "darwin")
+    for version in ("3.11", "3.13", "3.14")
+]
+
+
+def _check_versions(versions: Mapping[NormalizedName, str]) -> None:
 
     project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
     wanted = [*project["project"]["dependencies"], *project["project"]["optional-dependencies"]["dev"]]

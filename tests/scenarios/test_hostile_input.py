@@ -83,7 +83,8 @@ def test_addresses_that_lead_to_a_module_are_opened() -> None:
 )
 def test_a_list_of_ports_that_fails_is_one_sentence(failing: str, tmp_path: Path) -> None:
     (tmp_path / "sitecustomize.py").write_text(
-        f"import serial.tools.list_ports as one\ndef comports(*_a, **_k):\n    {failing}\none.comports = comports\n"
+        f"import serial.tools.list_ports as one\ndef comports(*_a, **_k):\n    {failing}\none.comports = comports\n",
+        encoding="utf-8",
     )
     environment = {**os.environ, "PYTHONPATH": str(tmp_path), "LANGUAGE": "en", "LC_ALL": "C.UTF-8"}
     for words in ["ports"], ["ports", "--json", "--list-here"]:
@@ -122,8 +123,8 @@ def process(proc: Path, pid: int, opened: Path, name: str = "other") -> Path:
     folder = proc / str(pid)
     (folder / "fd").mkdir(parents=True)
     (folder / "fd" / "3").symlink_to(opened)
-    (folder / "comm").write_text(f"{name}\n")
-    (folder / "stat").write_text(f"{pid} (a b) c) " + " ".join(["0"] * 40))
+    (folder / "comm").write_text(f"{name}\n", encoding="utf-8")
+    (folder / "stat").write_text(f"{pid} (a b) c) " + " ".join(["0"] * 40), encoding="utf-8")
     return folder
 
 
@@ -148,7 +149,7 @@ def test_the_holder_is_named_only_where_it_is_certain(device: Path, tmp_path: Pa
     file = device.stat()
     name = f"{os.major(file.st_dev):02x}:{os.minor(file.st_dev):02x}:{file.st_ino}"
     (proc / "locks").write_text(
-        f"1: POSIX  ADVISORY  WRITE 43 {name} 0 EOF\n2: FLOCK  ADVISORY  WRITE 42 {name} 0 EOF\n"
+        f"1: POSIX  ADVISORY  WRITE 43 {name} 0 EOF\n2: FLOCK  ADVISORY  WRITE 42 {name} 0 EOF\n", encoding="utf-8"
     )
     holder = holder_of(str(device), proc)
     assert holder is not None
@@ -229,7 +230,7 @@ def test_every_message_of_argparse_goes_through_the_same(capsys: pytest.CaptureF
 def test_a_link_stays_and_what_it_leads_to_is_replaced(tmp_path: Path) -> None:
     """As QSaveFile and git do."""
     target, link = tmp_path / "real.toml", tmp_path / "link.toml"
-    target.write_text("old")
+    target.write_text("old", encoding="utf-8")
     link.symlink_to(target)
     save_profile(link, Profile(name="H6"))
     assert link.is_symlink()
@@ -248,7 +249,7 @@ def test_a_link_in_a_circle_and_one_of_a_stranger_in_a_shared_folder_are_refused
     shared.mkdir()
     shared.chmod(0o1777)
     victim, link = tmp_path / "victim", shared / "link"
-    victim.write_text("mine")
+    victim.write_text("mine", encoding="utf-8")
     link.symlink_to(victim)
     write_whole(link, b"mine, too")
     stranger = link.lstat().st_uid + 1
@@ -256,7 +257,7 @@ def test_a_link_in_a_circle_and_one_of_a_stranger_in_a_shared_folder_are_refused
     monkeypatch.setattr(Path, "lstat", lambda path: os.stat_result((*lstat(path)[:4], stranger, *lstat(path)[5:])))
     with pytest.raises(PermissionError):
         write_whole(link, b"theirs")
-    assert victim.read_text() == "mine, too"
+    assert victim.read_text(encoding="utf-8") == "mine, too"
 
 
 def test_a_name_of_82_chinese_characters_fits(tmp_path: Path) -> None:

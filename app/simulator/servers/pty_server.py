@@ -1,6 +1,7 @@
 """Serves the simulated module on a pseudo-terminal (Linux, macOS)."""
 
 import os
+import struct
 import sys
 from contextlib import suppress
 from pathlib import Path
@@ -8,10 +9,15 @@ from pathlib import Path
 from app.text.i18n import tr
 
 if sys.platform != "win32":
+    import fcntl
     import termios
     import tty
 
 READ_CHUNK = 65536
+_BOTHER = 0o10000
+"""Linux: the rate is no code but a number, as Wine and programs with rates of their own set it."""
+_TCGETS2 = 0x802C542A
+_TERMIOS2 = struct.Struct("4I20B2I")
 
 
 class LinkRefused(OSError):
@@ -72,7 +78,10 @@ class PtyEndpoint:
         """The rate that the host set on its side; 0 for one that no module has."""
         if self._master is None:
             return None
-        return self._bauds.get(termios.tcgetattr(self._master)[4], 0)
+        code = termios.tcgetattr(self._master)[4]
+        if code == _BOTHER and sys.platform == "linux":
+            return int(_TERMIOS2.unpack(fcntl.ioctl(self._master, _TCGETS2, bytes(_TERMIOS2.size)))[-1])
+        return self._bauds.get(code, 0)
 
     def receive(self, ready: list[int]) -> bytes:
         if self._master is None or self._master not in ready:

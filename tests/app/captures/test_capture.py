@@ -78,7 +78,7 @@ def test_it_stops_at_its_limit_and_says_so(tmp_path: Path) -> None:
     writer.write(ENTRIES)
     writer.close()
     writer.close()
-    text = path.read_text()
+    text = path.read_text(encoding="utf-8")
     assert len(text) < 1100
     assert text.endswith("# the file is full: what came afterwards is not in it\n")
     capture = read_capture(path)

@@ -225,7 +225,7 @@ def test_a_file_that_cannot_be_played_is_a_port_that_cannot_be_opened(
 ) -> None:
     path = tmp_path / "a"
     if text is not None:
-        path.write_text(text)
+        path.write_text(text, encoding="utf-8")
     with pytest.raises(PortError) as refused:
         open_line(url_of(str(path)), 115200)
     assert refused.value.trouble is trouble

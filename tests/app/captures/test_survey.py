@@ -75,7 +75,7 @@ def test_reading_goes_in_small_steps(tmp_path: Path) -> None:
 
 
 def test_a_file_of_which_nothing_is_read_is_left_in_small_steps_too(tmp_path: Path) -> None:
-    (tmp_path / "a").write_text("# DPS-S capture 1\n" + "?\n" * 100_000)
+    (tmp_path / "a").write_text("# DPS-S capture 1\n" + "?\n" * 100_000, encoding="utf-8")
     with (tmp_path / "a").open("rb") as file:
         opened = OpenCapture(file)
         assert sum(1 for _ in opened.steps()) > 40
@@ -95,7 +95,7 @@ def long_lines() -> Iterator[tuple[str, list[int], bytes]]:
     ("text", "faults", "raw"), list(long_lines()), ids=["alone", "first", "remark", "half a byte", "no hex"]
 )
 def test_a_line_of_hex_text_may_be_endless(tmp_path: Path, text: str, faults: list[int], raw: bytes) -> None:
-    (tmp_path / "a").write_text(text)
+    (tmp_path / "a").write_text(text, encoding="utf-8")
     capture = read_capture(tmp_path / "a")
     assert [fault.line for fault in capture.faults] == faults
     assert b"".join(entry.raw for entry in capture.entries) == raw
@@ -107,6 +107,6 @@ def test_an_endless_line_of_a_capture_is_one_fault(tmp_path: Path) -> None:
     with path.open("a") as file:
         file.write(f"4000.0 < {'41 75 ' * LONGEST_LINE}\n# {'x' * 3 * LONGEST_LINE}\n4001.0 < 41\n")
     capture = read_capture(path)
-    first = len(path.read_text().splitlines()) - 2
+    first = len(path.read_text(encoding="utf-8").splitlines()) - 2
     assert [(fault.line, fault.text) for fault in capture.faults] == [(first, "the line is too long")]
     assert capture.entries == (*ENTRIES, CaptureEntry(4001.0, Way.IN, b"A"))

@@ -86,7 +86,7 @@ def test_what_is_not_confirmed_is_not_done(port: str, hasty: None, capsys: pytes
 
 def test_without_a_store_only_locking_is_done(port: str, capsys: pytest.CaptureFixture[str], wire: list[bytes]) -> None:
     data_folder().parent.mkdir(parents=True)
-    data_folder().write_text("in the way")
+    data_folder().write_text("in the way", encoding="utf-8")
     assert program.main(["activate", "--port", port, "--yes"]) == 1
     assert "The audit log cannot be written, so nothing dangerous is sent." in Printed(capsys).err
     assert acts(wire) == []

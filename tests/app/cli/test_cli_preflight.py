@@ -111,7 +111,7 @@ def test_the_report_is_written_kept_chained_and_verified(
     port: str, capsys: pytest.CaptureFixture[str], tmp_path: Path, qapp: object, kept: Database
 ) -> None:
     profile, report = tmp_path / "h6.toml", tmp_path / "r.pdf"
-    profile.write_text(PROFILE)
+    profile.write_text(PROFILE, encoding="utf-8")
     words = ["preflight", "--port", port, "--enable-triggers", "--profile", str(profile), "--module", "M-07",
              "--aircraft", "B-1234", "--who", "Li Wei"]  # fmt: skip
     assert program.main([*words, "--json"]) == 1  # a required item was not ticked
@@ -121,7 +121,7 @@ def test_the_report_is_written_kept_chained_and_verified(
     ]  # fmt: skip
     assert program.main([*words, "--done", "1", "--report", str(report)]) == 0
     assert "Written: " in Printed(capsys).err
-    record = json.loads(report.with_suffix(".json").read_text())
+    record = json.loads(report.with_suffix(".json").read_text(encoding="utf-8"))
     assert (record["number"], record["module"], record["verdict"]) == (2, "M-07", "READY")
     for path in (report, report.with_suffix(".html"), report.with_suffix(".json")):
         assert program.main(["verify", str(path)]) == 0
@@ -131,7 +131,10 @@ def test_the_report_is_written_kept_chained_and_verified(
         assert "This computer keeps the same record." in out
         assert "M-07: READY" in out
     altered = tmp_path / "altered.json"
-    altered.write_text(report.with_suffix(".json").read_text().replace('"measured": 3.9', '"measured": 4.1', 1))
+    altered.write_text(
+        report.with_suffix(".json").read_text(encoding="utf-8").replace('"measured": 3.9', '"measured": 4.1', 1),
+        encoding="utf-8",
+    )
     assert program.main(["verify", str(altered)]) == 1
     assert Printed(capsys).out.startswith("ALTERED: checks.cell_voltage.")
     number = kept.read("SELECT id FROM modules WHERE name = 'M-07'")[0][0]
@@ -218,7 +221,7 @@ def test_verify_of_what_is_no_record(capsys: pytest.CaptureFixture[str], tmp_pat
     assert is_one_sentence(Printed(capsys).err)
     assert program.main(["verify", str(tmp_path)]) == 2
     assert program.main(["verify", "a\0b"]) == 2
-    (tmp_path / "x.json").write_text("{}")
+    (tmp_path / "x.json").write_text("{}", encoding="utf-8")
     assert program.main(["verify", str(tmp_path / "x.json")]) == 2
     assert "No pre-flight record can be read in it" in Printed(capsys).out
     assert not (data_folder() / FILE_NAME).exists()
@@ -227,7 +230,7 @@ def test_verify_of_what_is_no_record(capsys: pytest.CaptureFixture[str], tmp_pat
 def test_verify_says_what_became_of_a_damaged_store(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
     data_folder().mkdir(parents=True)
     (data_folder() / FILE_NAME).write_bytes(b"no database")
-    (tmp_path / "x.json").write_text("{}")
+    (tmp_path / "x.json").write_text("{}", encoding="utf-8")
     assert program.main(["verify", str(tmp_path / "x.json")]) == 2
     assert "It was kept as" in Printed(capsys).err
 

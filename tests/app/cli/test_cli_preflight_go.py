@@ -52,7 +52,7 @@ def test_ready_then_activated_is_go(
     shown = next(one["shown"] for one in record["checks"] if one["id"] == "attitude_trigger")
     assert shown["values"]["entry"] == "1"
     path = tmp_path_factory.mktemp("record") / "go.json"
-    path.write_text(json.dumps(record))
+    path.write_text(json.dumps(record), encoding="utf-8")
     assert program.main(["verify", str(path)]) == 0
     assert Printed(capsys).out.startswith("INTACT")
 

@@ -2,7 +2,9 @@
 
 import argparse
 import errno
+import io
 import json
+import sys
 import threading
 from importlib import import_module
 
@@ -155,6 +157,18 @@ def test_a_bug_in_the_worker_is_one_calm_line(
     printed = Printed(capsys)
     assert printed.err.startswith("The program met an error that it did not expect: ")
     assert printed.err.count("\n") == 1
+
+
+def test_redirected_output_on_windows_is_utf_8(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The ANSI code page, which Python takes there, lacks the dots in one country and the degrees in another."""
+    written = io.BytesIO()
+    monkeypatch.setattr(sys, "platform", "win32")
+    monkeypatch.setattr(sys, "stdout", io.TextIOWrapper(written, encoding="ascii"))
+    monkeypatch.delenv("PYTHONIOENCODING", raising=False)
+    program._prepare_output()
+    print("60° …")
+    sys.stdout.flush()
+    assert written.getvalue().decode("utf-8").strip() == "60° …"
 
 
 def test_ports_for_programs_and_people(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> None:

@@ -170,11 +170,11 @@ def test_all_errors_of_a_profile_are_said_and_nothing_is_sent(
     tmp_path: Path, port: str, capsys: pytest.CaptureFixture[str], wire: list[bytes]
 ) -> None:
     path = tmp_path / "H6.toml"
-    path.write_text("[settings]\nfreefall_acceleration_g = 0.55\nfreefall_tme_s = 1.6\n")
+    path.write_text("[settings]\nfreefall_acceleration_g = 0.55\nfreefall_tme_s = 1.6\n", encoding="utf-8")
     assert program.main(["set", "--profile", str(path), "--port", port]) == 2
     assert [line.partition(":")[0] for line in Printed(capsys).err.splitlines()] == ["Line 2", "Line 3"]
     assert wire == []
-    path.write_text('name = "empty"\n')
+    path.write_text('name = "empty"\n', encoding="utf-8")
     assert program.main(["set", "--profile", str(path), "--port", port]) == 2
 
 
@@ -198,7 +198,7 @@ def test_without_a_store_settings_are_written_and_the_rate_is_not(
     port: str, capsys: pytest.CaptureFixture[str], wire: list[bytes]
 ) -> None:
     data_folder().parent.mkdir(parents=True)
-    data_folder().write_text("in the way")
+    data_folder().write_text("in the way", encoding="utf-8")
     assert program.main(["set", "freefall_time_s=1.2", "baud_rate=9600", "--port", port, "--json"]) == 1
     printed = Printed(capsys)
     results = json.loads(printed.out)["results"]

@@ -20,7 +20,7 @@ def tree(root: Path, files: dict[str, str]) -> Path:
     for name, text in files.items():
         path = root / name
         path.parent.mkdir(parents=True, exist_ok=True)
-        path.write_text(text)
+        path.write_text(text, encoding="utf-8")
     return root
 
 
@@ -65,7 +65,7 @@ def test_a_url_has_no_facts() -> None:
 @pytest.mark.skipif(not hasattr(os, "getuid"), reason="groups are POSIX")
 def test_the_group_of_a_device_file(tmp_path: Path) -> None:
     device = tmp_path / "tty"
-    device.write_text("")
+    device.write_text("", encoding="utf-8")
     device.chmod(0o600)
     assert access_to(device) == Access()
     device.chmod(0o660)

@@ -3,6 +3,7 @@
 import json
 import shutil
 import sqlite3
+from contextlib import closing
 from pathlib import Path
 
 import pytest
@@ -75,7 +76,7 @@ def test_damage_in_the_store_never_costs_the_verdict(
 ) -> None:
     words = ["preflight", "--port", f"{port}?history=2", "--json", "--records-looked-at", *WORDS]
     assert program.main(words) == 0
-    with sqlite3.connect(data_folder() / FILE_NAME) as database:
+    with closing(sqlite3.connect(data_folder() / FILE_NAME)) as database, database:
         database.execute(damage)
     capsys.readouterr()
     program.main([*words, "--same-module"])

@@ -100,7 +100,9 @@ def test_a_missing_file_is_said(whole: Whole, tmp_path: Path) -> None:
     (folder / DATA_FILES[1]).unlink()
     with recorder_in(tmp_path) as bench:
         (entry,) = bench.library.entries()
-        assert entry.trouble == "This recording cannot be read. No such file or directory"
+        with pytest.raises(FileNotFoundError) as missing:
+            (folder / DATA_FILES[1]).stat()
+        assert entry.trouble == f"This recording cannot be read. {missing.value.strerror}"
 
 
 KILLED = """

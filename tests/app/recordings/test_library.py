@@ -193,7 +193,7 @@ def test_nothing_outside_of_the_shelf_is_deleted(tmp_path: Path) -> None:
 
 def test_what_is_no_recording_is_left_alone(tmp_path: Path) -> None:
     library = shelf_of(tmp_path, 1)
-    (tmp_path / "notes.txt").write_text("mine")
+    (tmp_path / "notes.txt").write_text("mine", encoding="utf-8")
     (tmp_path / "photos").mkdir()
     assert len(library.entries()) == 1
     library.prune(NOON)
@@ -203,7 +203,7 @@ def test_what_is_no_recording_is_left_alone(tmp_path: Path) -> None:
 def test_a_damaged_one_is_listed_with_its_trouble(tmp_path: Path) -> None:
     library = shelf_of(tmp_path, 1)
     (entry,) = library.entries()
-    (entry.folder / "session.json").write_text("{")
+    (entry.folder / "session.json").write_text("{", encoding="utf-8")
     (damaged,) = library.entries()
     assert damaged.trouble == "This recording cannot be read. Its heading is damaged."
     assert damaged.size_bytes > 0
@@ -305,7 +305,7 @@ def test_a_file_that_cannot_be_written(kept_at: Path, tmp_path: Path, capsys: py
 
 def test_one_that_cannot_be_read(kept_at: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     folder = recorded(kept_at, 0.1)
-    (folder / "session.json").write_text("{")
+    (folder / "session.json").write_text("{", encoding="utf-8")
     assert program.main(["recordings", "export", "latest", str(tmp_path / "x.csv")]) == 1
     assert "Its heading is damaged." in Printed(capsys).err
 

@@ -71,7 +71,7 @@ def test_the_last_of_the_room_is_left_to_the_computer(tmp_path: Path) -> None:
 
 
 def test_a_folder_that_cannot_be_made(tmp_path: Path) -> None:
-    (tmp_path / "file").write_text("in the way")
+    (tmp_path / "file").write_text("in the way", encoding="utf-8")
     with recorder_in(tmp_path / "file" / "shelf") as bench:
         bench.recorder.begin(HEADING)
         bench.feed(batch(1000.0, report(1000.0)))

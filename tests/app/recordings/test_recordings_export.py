@@ -178,11 +178,11 @@ def test_progress_goes_to_the_end(recording: Recording, tmp_path: Path, export: 
 def test_cancelled_means_as_it_was_before(recording: Recording, tmp_path: Path, export: Any, looks: int) -> None:
     path = tmp_path / "out" / "x"
     path.parent.mkdir()
-    path.write_text("before")
+    path.write_text("before", encoding="utf-8")
     left = iter([False] * looks)
     with pytest.raises(ExportCancelled):
         export(recording, path, is_cancelled=lambda: next(left, True))
-    assert path.read_text() == "before"
+    assert path.read_text(encoding="utf-8") == "before"
     assert [one.name for one in path.parent.iterdir()] == ["x"]
 
 

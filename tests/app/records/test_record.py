@@ -287,10 +287,10 @@ def test_the_target_is_looked_at_before_anything_is_sent(tmp_path: Path) -> None
     for wrong in (tmp_path / "r.txt", tmp_path / "none" / "r.pdf"):
         with pytest.raises(ReportRefused):
             check_target(wrong)
-    (tmp_path / "r.json").write_text('{"mine": 1}')
+    (tmp_path / "r.json").write_text('{"mine": 1}', encoding="utf-8")
     with pytest.raises(ReportRefused, match="another name"):
         check_target(tmp_path / "r.pdf")
-    (tmp_path / "r.json").write_text(as_text(_record()))
+    (tmp_path / "r.json").write_text(as_text(_record()), encoding="utf-8")
     check_target(tmp_path / "r.pdf")
 
 
@@ -301,7 +301,7 @@ def test_a_printer_that_fails_loses_nothing(tmp_path: Path) -> None:
     record = _record()
     with pytest.raises(RuntimeError):
         write_report(tmp_path / "r.pdf", record, broken)
-    assert json.loads((tmp_path / "r.json").read_text()) == record
+    assert json.loads((tmp_path / "r.json").read_text(encoding="utf-8")) == record
     assert sorted(path.name for path in tmp_path.iterdir()) == ["r.html", "r.json"]
 
 

@@ -172,7 +172,7 @@ def test_a_file_that_is_not_there_or_has_no_name(tmp_path: Path) -> None:
         read_profile(tmp_path)
     with pytest.raises(ProfileRefused):
         read_profile(Path("a\0b"))
-    (tmp_path / "H6.toml").write_text("freefall_time_s = 1.2\n")
+    (tmp_path / "H6.toml").write_text("freefall_time_s = 1.2\n", encoding="utf-8")
     assert read_profile(tmp_path / "H6.toml").name == "H6"
 
 

@@ -3,6 +3,7 @@
 import argparse
 import os
 import signal
+import struct
 import subprocess
 import sys
 import threading
@@ -130,6 +131,31 @@ def test_pty_serves_a_host_at_its_rate_only() -> None:
         assert exchange(address) == ANSWER
 
 
+@pytest.mark.skipif(sys.platform != "linux", reason="only Linux has rates as numbers")
+def test_a_rate_that_was_set_as_a_number_is_understood() -> None:
+    """As Wine sets every rate, and pyserial one of its own."""
+    with serving(SimulatedBench(), pty()) as (_, addresses):
+        address = addresses.get(timeout=5)
+        with serial.Serial(address, 12345, timeout=0.1) as port:
+            port.write(ASK)
+            assert port.read(8) != ANSWER
+            port.timeout = 5  # which sets the rate again
+            _set_rate_by_number(port.fileno(), 115200)
+            port.reset_input_buffer()
+            port.write(ASK)
+            assert port.read(len(ANSWER)) == ANSWER
+
+
+def _set_rate_by_number(file: int, baud_rate: int) -> None:
+    import fcntl
+
+    layout = struct.Struct("4I20B2I")
+    fields = list(layout.unpack(fcntl.ioctl(file, 0x802C542A, bytes(layout.size))))
+    fields[2] = fields[2] & ~0o10017 | 0o10000
+    fields[-2:] = [baud_rate, baud_rate]
+    fcntl.ioctl(file, 0x402C542B, layout.pack(*fields))
+
+
 @posix_only
 def test_pty_link_follows_the_port_and_goes_with_it(tmp_path: Path) -> None:
     link = tmp_path / "module"
@@ -152,12 +178,12 @@ def test_pty_link_follows_the_port_and_goes_with_it(tmp_path: Path) -> None:
 @posix_only
 def test_pty_never_takes_the_place_of_a_file(tmp_path: Path) -> None:
     taken = tmp_path / "precious"
-    taken.write_text("data")
+    taken.write_text("data", encoding="utf-8")
     endpoint = pty(taken)
     with pytest.raises(OSError, match="precious"):
         endpoint.plug()
     endpoint.unplug()
-    assert taken.read_text() == "data"
+    assert taken.read_text(encoding="utf-8") == "data"
 
 
 @posix_only
@@ -199,7 +225,7 @@ def test_each_way_to_the_module_has_the_gap_half_duplex_and_the_lag(
 
 
 def parse(*words: str) -> argparse.Namespace:
-    parser = argparse.ArgumentParser(exit_on_error=False)
+    parser = argparse.ArgumentParser()
     simulate.add_parser(parser.add_subparsers())
     return parser.parse_args(["simulate", *words])
 

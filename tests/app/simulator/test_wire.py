@@ -141,8 +141,9 @@ def test_mute() -> None:
     assert set(conversation(wire(mute=True), 5)) == {b""}
 
 
-def test_at_the_wrong_rate_nothing_is_understood() -> None:
-    line = wire(host_baud=9600)
+@pytest.mark.parametrize("rate", [9600, 0], ids=["another", "none that a module has"])
+def test_at_the_wrong_rate_nothing_is_understood(rate: int) -> None:
+    line = wire(host_baud=rate)
     assert b"Au" not in b"".join(conversation(line, 20))
     line.module.start_stream(1.0)
     garbled = line.read(2.0)

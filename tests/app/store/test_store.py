@@ -176,7 +176,7 @@ def test_a_migration_that_fails_changes_nothing(folder: Path) -> None:
 
 
 def test_a_folder_that_cannot_be_made_is_said(tmp_path: Path) -> None:
-    (tmp_path / "file").write_text("in the way")
+    (tmp_path / "file").write_text("in the way", encoding="utf-8")
     with pytest.raises(StoreTrouble) as trouble:
         open_store(tmp_path / "file" / "data")
     assert trouble.value.fault is StoreFault.READ_ONLY

@@ -311,7 +311,7 @@ def test_the_module_streams_only_for_a_page_that_wants_it(qtbot: QtBot, qapp: QA
             pass
         folder = assembly.storage.sessions.library.folder
         folder.parent.mkdir(parents=True, exist_ok=True)
-        folder.write_text("a file stands where the recordings should be")
+        folder.write_text("a file stands where the recordings should be", encoding="utf-8")
         assembly.connector.connect_to(Target("sim://stream", 115200))
         qtbot.waitUntil(lambda: bench.state().is_streaming, timeout=WAIT_MS)
         qtbot.keyClick(assembly.window, Qt.Key.Key_2, Qt.KeyboardModifier.ControlModifier)

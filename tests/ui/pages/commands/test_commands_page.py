@@ -419,7 +419,7 @@ def test_without_a_log_nothing_dangerous_is_sent_and_locking_is(
 
 def test_a_store_that_cannot_be_had_is_said(qtbot: QtBot, tmp_path: Path) -> None:
     blocked = tmp_path / "a file, not a folder"
-    blocked.write_text("")
+    blocked.write_text("", encoding="utf-8")
     storage = Storage(blocked)
     assert not storage.has_store
     assert str(blocked) in (storage.notice or "")

@@ -151,7 +151,7 @@ def test_a_new_name_is_written_down_with_the_session_it_belongs_to(bench: Bench)
 
 
 def test_a_recorder_in_trouble_costs_the_link_nothing(bench: Bench, tmp_path: Path, qtbot: QtBot) -> None:
-    (tmp_path / "recordings").write_text("a file stands where the folder should be")
+    (tmp_path / "recordings").write_text("a file stands where the folder should be", encoding="utf-8")
     sign = RecordingSign(lambda: bench.sessions.sign)
     qtbot.addWidget(sign)
     told: list[str] = []
@@ -263,7 +263,7 @@ def test_a_disk_that_takes_nothing_is_said_and_the_link_goes_on(
     with simulated("unkept"), window(qapp, tmp_path, entries=PAGES[:1]) as assembly:
         folder = assembly.storage.sessions.library.folder
         folder.parent.mkdir(parents=True, exist_ok=True)
-        folder.write_text("a file stands where the folder should be")
+        folder.write_text("a file stands where the folder should be", encoding="utf-8")
         assembly.connector.connect_to(Target("sim://unkept", 115200))
         wait_online(qtbot, assembly)
         bar, sign = assembly.window.notice_bar, assembly.window.recording_sign

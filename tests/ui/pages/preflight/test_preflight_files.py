@@ -44,7 +44,7 @@ def test_a_dropped_record_is_intact_or_altered(qtbot: QtBot, qapp: QApplication,
         assert page.strip.notice is not None
         assert page.strip.notice.meaning is Meaning.DANGER
         nonsense = tmp_path / "x.json"
-        nonsense.write_text("[" * 100_000)
+        nonsense.write_text("[" * 100_000, encoding="utf-8")
         bench.drop(nonsense)
         qtbot.waitUntil(lambda: "No pre-flight record" in said(bench), timeout=8000)
         bench.drop(tmp_path / "gone.pdf")

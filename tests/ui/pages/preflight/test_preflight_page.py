@@ -217,7 +217,7 @@ def test_without_a_store_the_verdict_stands_and_says_that_it_was_not_kept(
     qtbot: QtBot, qapp: QApplication, tmp_path: Path, quick: None, user_files: Path
 ) -> None:
     (user_files / "data").parent.mkdir(parents=True, exist_ok=True)
-    (user_files / "data").write_text("a file where the folder should be")
+    (user_files / "data").write_text("a file where the folder should be", encoding="utf-8")
     with on_bench(qtbot, qapp, tmp_path, "homeless") as bench:
         assert bench.check() is Standing.READY
         assert "The check was not kept." in said(bench)

@@ -76,7 +76,7 @@ def test_a_size_is_as_exact_as_wanted(size: int, text: str) -> None:
 
 def test_a_damaged_one_is_listed_and_says_why(one: Desk) -> None:
     broken = record(one.library.folder, seconds=2)
-    (broken / "session.json").write_text("{")
+    (broken / "session.json").write_text("{", encoding="utf-8")
     one.list_again(2)
     one.wait(lambda: "cannot be read" in one.texts(Column.REMARKS))
     one.page.table.selectRow(one.texts(Column.REMARKS).index("cannot be read"))

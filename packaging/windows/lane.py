@@ -1,0 +1,158 @@
+"""The tests of the program for Windows, under Wine:  python3 packaging/bootstrap.py windows [setup | quick | SUITE ...]
+
+Without arguments everything is run that suites.py names. `quick` runs a short part where Wine is prepared, and says so
+where it is not. The table of results is written to build/windows/results.md.
+"""
+
+import argparse
+import os
+import sys
+import time
+import xml.etree.ElementTree as ET
+from collections.abc import Sequence
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import Final, NamedTuple
+
+sys.path.insert(0, str(Path(__file__).parents[1]))
+
+from environment import ROOT, SetupError, say
+
+from windows import wine
+from windows.suites import CANNOT_BE_TOLD, QUICK, SUITES, Suite
+
+_OPTIONS: Final = ("-q", "-p", "no:cacheprovider", "-o", "faulthandler_timeout=120", "--tb=short")
+_SCREEN: Final = ("xvfb-run", "-a", "-s", "-screen 0 1920x1080x24")
+
+
+class Result(NamedTuple):
+    """What became of a suite; `note` is empty unless it did not come to its end."""
+
+    suite: Suite
+    passed: int = 0
+    failed: tuple[str, ...] = ()
+    untold: int = 0
+    not_for_windows: int = 0
+    seconds: float = 0.0
+    note: str = ""
+
+    @property
+    def is_well(self) -> bool:
+        return not self.failed and not self.note
+
+
+def run_suite(suite: Suite, limit_s: float) -> Result:
+    """Run it to its end, or for `limit_s`."""
+    report = wine.DRIVE / "report.xml"
+    report.unlink(missing_ok=True)
+    untold = [name for name in CANNOT_BE_TOLD if name.partition("::")[0].startswith(suite.tests)]
+    words = [*suite.tests, *_OPTIONS, *(f"--deselect={name}" for name in untold)]
+    started = time.monotonic()
+    said = _on_linux(words, report, limit_s) if suite.platform is None else _on_windows(words, suite.platform, limit_s)
+    seconds = time.monotonic() - started
+    (wine.PLACE / "logs").mkdir(exist_ok=True)
+    name = suite.title.replace(" ", "-").replace(",", "").replace("'", "").lower()
+    (wine.PLACE / "logs" / f"{name}.txt").write_text(said, encoding="utf-8")
+    if not report.is_file():
+        return Result(suite, untold=len(untold), seconds=seconds, note="did not come to its end")
+    return _read(suite, report, len(untold), seconds)
+
+
+def _on_windows(words: Sequence[str], platform: str, limit_s: float) -> str:
+    command = ["wine", wine.PYTHON, "-m", "pytest", *words, "--junitxml=C:\\report.xml"]
+    if platform == "windows":
+        command = [*_SCREEN, *command]
+    done = wine.inside(command, folder="/place/prefix/drive_c/source", limit_s=limit_s, QT_QPA_PLATFORM=platform)
+    wine.shut_down()
+    return done.stdout
+
+
+def _on_linux(words: Sequence[str], report: Path, limit_s: float) -> str:
+    import subprocess
+
+    command = ["timeout", f"{limit_s:.0f}", sys.executable, "-m", "pytest", "-n", "0", *words, f"--junitxml={report}"]
+    done = subprocess.run(
+        command, cwd=ROOT, env={**os.environ, "DPS_S_UNDER_WINE": "1"}, stdin=subprocess.DEVNULL,
+        stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, errors="replace", check=False,
+    )  # fmt: skip
+    return done.stdout
+
+
+def _read(suite: Suite, report: Path, untold: int, seconds: float) -> Result:
+    passed, skipped, failed = 0, 0, []
+    for case in ET.parse(report).iter("testcase"):  # noqa: S314  our own
+        name = f"{case.get('classname', '').replace('.', '/')}.py::{case.get('name')}"
+        if case.find("failure") is not None or case.find("error") is not None:
+            failed.append(name)
+        elif case.find("skipped") is not None:
+            skipped += 1
+        else:
+            passed += 1
+    return Result(suite, passed, tuple(dict.fromkeys(failed)), untold, skipped, seconds)
+
+
+def table(results: Sequence[Result], when: datetime) -> str:
+    """The results as Markdown."""
+    rows = [
+        f"| {one.suite.title} | {one.passed} | {len(one.failed)} | {one.untold} | {one.not_for_windows} "
+        f"| {one.seconds:.0f} s{f', {one.note}' if one.note else ''} |"
+        for one in results
+    ]
+    sums = [sum(column) for column in zip(*((one.passed, len(one.failed), one.untold, one.not_for_windows,
+                                            one.seconds) for one in results), strict=True)]  # fmt: skip
+    named = [f"- `{name}`" for one in results for name in one.failed]
+    return "\n".join([
+        f"{when:%Y-%m-%d}, Wine 10, Python 3.13 for Windows:",
+        "",
+        "| suite | passed | failed | cannot be told | not for Windows | time |",
+        "| --- | --- | --- | --- | --- | --- |",
+        *rows,
+        f"| **all** | **{sums[0]}** | **{sums[1]}** | **{sums[2]}** | **{sums[3]}** | **{sums[4]:.0f} s** |",
+        *(["", "Failed:", "", *named] if named else []),
+        "",
+    ])  # fmt: skip
+
+
+def run_suites(suites: Sequence[Suite]) -> int:
+    """Run them one after the other; 1 where something failed."""
+    wine.copy_source()
+    results = []
+    for suite in suites:
+        say(f"{suite.title} ...")
+        results.append(run_suite(suite, suite.limit_s))
+        one = results[-1]
+        say(f"  {one.passed} passed, {len(one.failed)} failed, {one.seconds:.0f} s {one.note}")
+        for name in one.failed:
+            say(f"  failed: {name}")
+    text = table(results, datetime.now(UTC))
+    (wine.PLACE / "results.md").write_text(text, encoding="utf-8")
+    say(text)
+    return 0 if all(one.is_well for one in results) else 1
+
+
+def main(arguments: list[str]) -> int:
+    parser = argparse.ArgumentParser(
+        prog="bootstrap.py windows", description="Test the program for Windows under Wine."
+    )
+    titles = [suite.title for suite in SUITES]
+    parser.add_argument("what", nargs="*", help=f"setup, quick, or suites by their titles: {', '.join(titles)}")
+    chosen = parser.parse_args(arguments).what
+    try:
+        if chosen == ["quick"]:
+            if not wine.is_prepared():
+                say("Wine is not prepared here (bootstrap.py windows setup does it), so nothing was run for Windows.")
+                return 0
+            return run_suites([QUICK])
+        started = time.monotonic()
+        wine.prepare()
+        say(f"Windows is ready in {wine.PLACE.name} ({time.monotonic() - started:.0f} s).")
+        if chosen == ["setup"]:
+            return 0
+        return run_suites([suite for suite in SUITES if not chosen or suite.title in chosen])
+    except SetupError as error:
+        print(error, file=sys.stderr)
+        return error.exit_code
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))

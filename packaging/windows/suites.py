@@ -1,0 +1,75 @@
+"""What is tried under Wine, and what cannot be told there."""
+
+from typing import Final, NamedTuple
+
+
+class Suite(NamedTuple):
+    """Tests that run together; `platform` is Qt's, None for those that run on Linux and start Windows programs."""
+
+    title: str
+    tests: tuple[str, ...]
+    platform: str | None
+    limit_s: int
+
+
+SUITES: Final = (
+    Suite("Protocol", ("tests/protocol",), "offscreen", 300),
+    Suite("Text and files", ("tests/app/text", "tests/app/system", "tests/test_text_files.py"), "offscreen", 300),
+    Suite(
+        "Engine and procedures",
+        ("tests/app/engine", "tests/app/procedures", "tests/app/safety", "tests/app/port_urls", "tests/app/samples"),
+        "offscreen",
+        600,
+    ),
+    Suite("Store", ("tests/app/store",), "offscreen", 600),
+    Suite("Profiles and limits", ("tests/app/settings", "tests/app/limits"), "offscreen", 600),
+    Suite("Recordings", ("tests/app/recordings", "tests/app/captures", "tests/app/firing"), "offscreen", 900),
+    Suite(
+        "Pre-flight check and records",
+        ("tests/app/preflight", "tests/app/records", "tests/app/trigger_records"),
+        "offscreen",
+        900,
+    ),
+    Suite("Diagnosis", ("tests/app/diagnosis",), "offscreen", 300),
+    Suite("Simulated module", ("tests/app/simulator",), "offscreen", 600),
+    Suite("Command line", ("tests/app/cli", "tests/app/terminal", "tests/app/test_frozen.py"), "offscreen", 1200),
+    Suite("Command line over a COM port", ("tests/windows/test_com_port.py",), None, 900),
+    Suite(
+        "Window, offscreen",
+        ("tests/ui/core", "tests/ui/connect", "tests/ui/files", "tests/ui/services", "tests/ui/style",
+         "tests/ui/widgets"),
+        "offscreen",
+        1200,
+    ),
+    Suite(
+        "Window, Qt's windows platform on a virtual screen",
+        ("tests/ui/widgets", "tests/ui/connect", "tests/ui/shell/test_shutdown.py", "tests/ui/shell/test_window.py"),
+        "windows",
+        1200,
+    ),
+)  # fmt: skip
+
+QUICK: Final = Suite(
+    "A short part",
+    ("tests/protocol/test_frame.py", "tests/protocol/test_messages.py", "tests/app/settings/test_profile_file.py",
+     "tests/app/system/test_file_locks.py"),
+    "offscreen",
+    150,
+)  # fmt: skip
+CANNOT_BE_TOLD: Final[dict[str, str]] = {
+    "tests/app/engine/test_reconnect.py::test_a_link_behind_which_an_adapter_has_come_is_left_alone": (
+        "a link into /dev, which Wine follows when it is deleted"
+    ),
+    "tests/app/engine/test_worker.py::test_reading_everything_over_a_pseudo_terminal": "needs a pseudo-terminal",
+    "tests/app/engine/test_worker.py::test_a_stream_at_line_rate_from_another_process_arrives_whole": (
+        "needs a pseudo-terminal"
+    ),
+    "tests/app/diagnosis/test_adapter_facts.py::test_the_latency_timer_and_the_rule_are_found": "a file of Linux'",
+    "tests/app/simulator/test_simulator_options.py::"
+    "test_lines_from_a_pipe_in_pieces_and_the_last_one_without_an_end": "pipes cannot be waited for on Windows",
+    "tests/windows/test_com_port.py::test_the_port_is_listed": "Wine keeps no list of ports as devices",
+    "tests/windows/test_com_port.py::test_a_second_program_is_told_that_the_port_is_taken": (
+        "Wine lets two programs open one pseudo-terminal"
+    ),
+}
+"""Left out of the run, each with the reason."""

