@@ -24,7 +24,7 @@ from app.captures.survey import ENTRY_LINE, LONGEST_LINE, MAGIC_LINE
 from app.terminal import console
 from app.text.hex_text import HexText, NotHex
 from app.text.i18n import tr
-from app.text.sentences import listed
+from app.text.sentences import listed, reason_of
 from app.trigger_records.fields import JsonValue
 from protocol.catalogue import BY_NAME, Command
 from protocol.frame import Direction, Frame, Noise, decode_request
@@ -104,7 +104,7 @@ def run(args: argparse.Namespace) -> int:
     except BrokenPipeError:
         raise
     except OSError as error:
-        return _refuse(tr("{file} cannot be read: {why}.", file=words[0], why=error.strerror or str(error)))
+        return _refuse(tr("{file} cannot be read: {why}.", file=words[0], why=reason_of(error)))
     return console.PARTLY if printer.has_rejected else console.DONE
 
 

@@ -264,16 +264,13 @@ def _proposal_lines(flights: "Sequence[FlightSummary]", *, is_must: bool) -> lis
     sorted_flights = FlightSet()
     sorted_flights.add(flights, group)
     proposal = propose(sorted_flights)
-    limits, nearest = proposal.limits, proposal.nearest(group)
-    if limits is None:
+    nearest = proposal.nearest(group)
+    if proposal.limits is None:
         lines = [tr("{file}: {why}", file=one.name, why=one.why.in_words()) for one in proposal.conflicts]
         return ["", tr("No thresholds within the vendor's advice do this for all of them."), *lines]
     if nearest is None:
         return []
-    values = (
-        f"attitude_threshold_deg={limits.attitude_threshold_deg:.0f} "
-        f"freefall_acceleration_g={limits.freefall_acceleration_g:.1f} freefall_time_s={limits.freefall_time_s:.2f}"
-    )
+    values = " ".join(f"{key}={value}" for key, value in proposal.settings.items())
     margins = tr("Least margin: {tilt}°, {fall:.2f} s in {file}.",
                  tilt=nearest.attitude_deg, fall=nearest.freefall_s, file=nearest.name)  # fmt: skip
     return ["", tr("Proposed: {values}", values=values), margins]

@@ -20,6 +20,7 @@ from app.terminal.console import (
     write_lines,
 )
 from app.text.i18n import tr
+from app.text.sentences import reason_of
 
 if TYPE_CHECKING:
     from app.engine.worker import Batch
@@ -125,7 +126,7 @@ def _print(history: "History", args: argparse.Namespace) -> bool:
         write_csv(args.csv, history)
     except OSError as error:
         write_lines(page_of(history))  # nothing that was read is lost
-        say(tr("{file} cannot be written: {why}.", file=args.csv, why=error.strerror or str(error)))
+        say(tr("{file} cannot be written: {why}.", file=args.csv, why=reason_of(error)))
         return False
     write_lines([tr("{count} trigger records written to {file}.", count=len(history.all), file=args.csv)])
     return True

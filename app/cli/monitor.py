@@ -8,6 +8,7 @@ import argparse
 import sys
 import time
 from abc import ABC, abstractmethod
+from contextlib import nullcontext
 from typing import TYPE_CHECKING
 
 from app.terminal.console import (
@@ -52,6 +53,7 @@ def add_parser(subparsers: "argparse._SubParsersAction[argparse.ArgumentParser]"
 
 
 def run(args: argparse.Namespace) -> int:
+    from app.terminal.interruption import last_words
     from app.terminal.streaming import StreamSpan, stream
 
     span = StreamSpan(args.seconds)
@@ -59,9 +61,10 @@ def run(args: argparse.Namespace) -> int:
     trouble = stream(
         args.port, args.baud, span, on_begin=printer.begin, on_batch=printer.on_batch, on_turn=printer.on_turn
     )
-    # What came while the stream was being switched off belongs to it, too.
-    printer.print_news()
-    printer.finish()
+    closing = last_words() if span.was_interrupted else nullcontext()
+    with closing:  # what came while the stream was being switched off belongs to it, too
+        printer.print_news()
+        printer.finish()
     if trouble is not None:
         say(trouble)
         return NO_LINK

@@ -22,7 +22,7 @@ from app.terminal.console import (
 )
 from app.text.durations import stopwatch
 from app.text.i18n import tr
-from app.text.sentences import listed
+from app.text.sentences import listed, reason_of
 
 if TYPE_CHECKING:
     from app.recordings.library import RecordingEntry, RecordingLibrary
@@ -159,7 +159,7 @@ def run_restore(args: argparse.Namespace) -> int:
     try:
         library.keep(entry, is_kept=True)
     except OSError as error:
-        say(tr("{name} cannot be restored: {why}.", name=name, why=error.strerror or str(error)))
+        say(tr("{name} cannot be restored: {why}.", name=name, why=reason_of(error)))
         return SAID_NO
     write_lines([tr("{name} was restored.", name=name)])
     return DONE
@@ -182,7 +182,7 @@ def run_delete(args: argparse.Namespace) -> int:
         say(tr("{name} is being recorded: close the port in the window first.", name=name))
         return SAID_NO
     except OSError as error:
-        say(tr("{name} cannot be deleted: {why}.", name=name, why=error.strerror or str(error)))
+        say(tr("{name} cannot be deleted: {why}.", name=name, why=reason_of(error)))
         return SAID_NO
     write_lines([tr("{name} was deleted.", name=name)])
     return DONE

@@ -15,6 +15,7 @@ from app.simulator.quirks import Group
 from app.simulator.servers.endpoint import Endpoint, Loop, complain
 from app.simulator.servers.tcp_server import TcpEndpoint
 from app.text.i18n import tr
+from app.text.sentences import reason_of
 from protocol.translatable import marked
 
 USED_WRONGLY = 2
@@ -108,7 +109,7 @@ def run(args: argparse.Namespace) -> int:
         )
         _serve(loop)
     except OSError as error:
-        why = error.strerror or str(error)
+        why = reason_of(error)
         reason = why if args.link is None else f"{args.link}: {why}"
         complain(tr("no port for the simulated module: {reason}", reason=reason))
         return NO_LINK

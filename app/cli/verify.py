@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 
 from app.terminal.console import DONE, SAID_NO, USED_WRONGLY, note, say, write_lines
 from app.text.i18n import tr
+from app.text.sentences import reason_of
 
 if TYPE_CHECKING:
     from app.records.verification import Verification
@@ -70,7 +71,7 @@ def _verify(args: argparse.Namespace, stations: "Stations", store: "Store | None
                 return SAID_NO
             verification = verify_file(args.file, kept, stations.find)
     except (OSError, ValueError) as error:  # ValueError: a NUL in the name
-        why = getattr(error, "strerror", None) or str(error)
+        why = reason_of(error)
         say(tr("{file} cannot be read: {why}.", file=args.file, why=why))
         return USED_WRONGLY
     write_lines([one.in_words() for one in verification.sentences()])

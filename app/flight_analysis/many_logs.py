@@ -22,8 +22,6 @@ from protocol.translatable import marked
 
 FEW_LOGS: Final = 4
 """Read one after the other in this process: starting others would take longer."""
-AHEAD: Final = 16
-"""Logs handed to the processes at a time, so that a cancellation finds few that have begun."""
 MOST_PROCESSES: Final = 60
 """Windows waits for no more."""
 POLLED_S: Final = 0.1
@@ -85,18 +83,20 @@ def summarise_logs(
         return
     waiting = deque(paths)
     while waiting and not is_cancelled():
-        suspects = yield from _in_processes(waiting, order, is_cancelled, min(count, MOST_PROCESSES, len(paths)))
-        for path in suspects:  # one of them ended its process: alone it harms no other
-            if is_cancelled():
-                return
-            if (yield from _in_processes(deque((path,)), order, is_cancelled, 1)):
+        processes = min(count, MOST_PROCESSES, len(waiting))
+        suspects = deque((yield from _in_processes(waiting, order, is_cancelled, processes, ahead=2 * processes)))
+        while suspects and not is_cancelled():  # one of them ended its process: one after the other tells which
+            for path in (yield from _in_processes(suspects, order, is_cancelled, 1, ahead=1)):
                 yield SummarisedLog(path, None, said(marked("The process that read it ended.")))
 
 
 def _in_processes(
-    waiting: deque[Path], order: LogOrder, is_cancelled: Callable[[], bool], processes: int
+    waiting: deque[Path], order: LogOrder, is_cancelled: Callable[[], bool], processes: int, *, ahead: int
 ) -> Generator[SummarisedLog, None, list[Path]]:
-    """Takes from `waiting` until it is empty or a process ended; returns the logs that were being read then."""
+    """Takes from `waiting` until it is empty or a process ended; returns the logs that were being read then.
+
+    `ahead`: logs that the processes have at a time; a cancellation waits for those that have begun.
+    """
     # Started from nothing: a copy of a process with threads may hang, and Windows knows no copies.
     context = multiprocessing.get_context("spawn")
     pool = ProcessPoolExecutor(processes, context, initializer=_leave_interrupts)
@@ -106,7 +106,7 @@ def _in_processes(
         while (waiting and not suspects) or path_of:
             if is_cancelled():
                 return []
-            while waiting and not suspects and len(path_of) < AHEAD:
+            while waiting and not suspects and len(path_of) < ahead:
                 try:
                     path_of[pool.submit(summarise_log, waiting[0], order)] = waiting[0]
                 except BrokenProcessPool:  # the logs that are being read say so too

@@ -19,6 +19,7 @@ from app.flight_logs.module_view import RuleReading
 from app.limits.limits import SETTING_BOUNDS
 from app.text.messages import UserMessage, said
 from protocol.catalogue import CENTISECOND, DEGREE, TENTH_G
+from protocol.fields import Value
 from protocol.translatable import marked
 
 Steps = NDArray[np.int64]
@@ -56,6 +57,17 @@ class ThresholdProposal:
     margins: tuple[FlightMargin, ...] = ()
     """One a flight, the nearest to the other side first, those that must not fire before those that must."""
     conflicts: tuple[SeparationConflict, ...] = ()
+
+    @property
+    def settings(self) -> dict[str, Value]:
+        """As profiles and `dps-s set` name them, in the vendor's steps; empty where there are no thresholds."""
+        if self.limits is None:
+            return {}
+        return {
+            "attitude_threshold_deg": round(self.limits.attitude_threshold_deg),
+            "freefall_acceleration_g": self.limits.freefall_acceleration_g,
+            "freefall_time_s": self.limits.freefall_time_s,
+        }
 
     def nearest(self, group: FlightGroup) -> FlightMargin | None:
         """The flight of the group with the least margin; None where there is none of it."""

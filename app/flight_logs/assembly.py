@@ -42,7 +42,7 @@ def assembled(raw: RawLog) -> FlightLog:
     start_s = min(float(one.time_s[0]) for one in sensed)
     end_s = max(float(one.time_s[-1]) for one in sensed)
     held = [_held(one.time_s - start_s) for one in sensed]
-    ticks = np.unique(np.concatenate([one[0] for one in held]))
+    ticks = _merged([one[0] for one in held])
     time_s = ticks / REPORT_HZ
     columns = [_column(ticks, *places, one.values) for places, one in zip(held, sensed, strict=True)]
     tilt_deg = columns.pop(0) if tilt is not None else np.full(len(ticks), np.nan)
@@ -118,6 +118,12 @@ def _held(time_s: Floats) -> tuple[NDArray[np.int64], NDArray[np.intp]]:
     samples = np.repeat(np.arange(len(firsts)), counts)
     ramp = np.arange(total) - np.repeat(np.cumsum(counts) - counts, counts)
     return firsts[samples] + ramp, samples
+
+
+def _merged(ticks: list[NDArray[np.int64]]) -> NDArray[np.int64]:
+    """Every tick once; each of the arrays ascends, so that this sorting only merges."""
+    merged = np.sort(np.concatenate(ticks), kind="stable")
+    return merged[np.diff(merged, prepend=merged[0] - 1) > 0]
 
 
 def _column(

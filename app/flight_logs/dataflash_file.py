@@ -12,7 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from app.flight_logs.flight_log import Floats, LogUnreadable
-from app.flight_logs.records import MOST_DAMAGES, MOST_RECORDS, MOST_WALKED, gathered, gathered_floats
+from app.flight_logs.record_chain import MOST_CHAINS, STEPS_BEFORE, RecordChain, merged_places, positions
+from app.flight_logs.records import MOST_DAMAGES, MOST_WALKED, gathered, gathered_floats
 from app.text.messages import said
 from protocol.translatable import marked
 
@@ -71,6 +72,9 @@ class DataflashFile:
         self._lengths = [0] * 256
         self._lengths[_FORMAT_KIND] = _FORMAT_BYTES
         self._table_of: list[array[int] | None] = [None] * 256
+        self._chains = 0
+        self._kinds = np.empty(0, np.uint8)
+        """Of the candidates of the chain that is in use."""
         self._walk()
 
     def column(self, table: DataflashTable, name: str) -> Floats:
@@ -93,10 +97,16 @@ class DataflashFile:
 
     def _walk(self) -> None:
         data, lengths, table_of = self._data, self._lengths, self._table_of
-        place, stop, damages = 0, len(data), 0
+        place, stop, damages, steps = 0, len(data), 0, 0
+        chain: RecordChain | None = None
         for _ in range(MOST_WALKED):
             if place + _HEAD_BYTES > stop or damages > MOST_DAMAGES:
                 break
+            steps += 1
+            if chain is not None:
+                place = chain.skip(place)
+            elif steps > STEPS_BEFORE and self._chains < MOST_CHAINS:
+                chain = self._chain()
             kind = data[place + 2]
             length = lengths[kind]
             if data[place] != 0xA3 or data[place + 1] != 0x95 or not length or place + length > stop:
@@ -107,30 +117,60 @@ class DataflashFile:
                 damages += 1
                 continue
             places = table_of[kind]
-            if places is not None and len(places) < MOST_RECORDS:
+            if places is not None:
                 places.append(place)
-            elif kind == _FORMAT_KIND:
-                self._define(data[place + _HEAD_BYTES : place + _FORMAT_BYTES])
+            elif kind == _FORMAT_KIND and self._define(data[place + _HEAD_BYTES : place + _FORMAT_BYTES]):
+                self._collect(chain)
+                chain, steps = None, 0
             place += length
         self.skipped_bytes += stop - place
+        self._collect(chain)
 
-    def _define(self, body: bytes) -> None:
-        """Of records that were defined before in another way, the later definition does not count."""
+    def _chain(self) -> RecordChain | None:
+        """Of all that begins like a record of a kind that is known, but for definitions: those are read one by one."""
+        self._chains += 1
+        starts = positions(self._data, 0, len(self._data), *MAGIC)
+        if starts is None:
+            self._chains = MOST_CHAINS
+            return None
+        starts = starts[starts + _HEAD_BYTES <= len(self._data)]
+        kinds = np.frombuffer(self._data, np.uint8)[starts + 2]
+        lengths = np.array(self._lengths, np.int64)
+        lengths[_FORMAT_KIND] = 0
+        is_known = lengths[kinds] > 0
+        starts, kinds = starts[is_known], kinds[is_known]
+        ends = starts + lengths[kinds]
+        self._kinds = kinds[ends <= len(self._data)]
+        return RecordChain(starts[ends <= len(self._data)], ends[ends <= len(self._data)])
+
+    def _collect(self, chain: RecordChain | None) -> None:
+        """What the chain skipped over goes where single steps would have put it."""
+        if chain is None:
+            return
+        records = chain.records
+        for kind, places in enumerate(self._table_of):
+            if places is not None:
+                skipped = chain.starts[records[self._kinds[records] == kind]]
+                places[:] = array("q", merged_places(np.array(places, np.int64), skipped).tobytes())
+
+    def _define(self, body: bytes) -> bool:
+        """Whether it is a new definition: where a kind was defined before, a later definition does not count."""
         kind, length = body[0], body[1]
         name, types, labels = (part.split(b"\0")[0].decode("latin-1") for part in (body[2:6], body[6:22], body[22:86]))
         if kind == _FORMAT_KIND or self._lengths[kind] or length < _HEAD_BYTES:
-            return
+            return False
         self._lengths[kind] = length
         fields: dict[str, DataflashField] = {}
         offset = _HEAD_BYTES
         for letter, label in zip(types, labels.split(","), strict=False):
             found = _TYPES.get(letter)
             if found is None:
-                return
+                return True
             fields[label.strip()] = DataflashField(offset, found.kind, found.scale)
             offset += np.dtype(found.kind).itemsize
         if offset > length or name not in self._wanted or name in self.tables:
-            return
+            return True
         table = DataflashTable(name, fields)
         self.tables[name] = table
         self._table_of[kind] = table.places
+        return True

@@ -10,6 +10,7 @@ from app.flight_logs.csv_columns import CsvColumns
 from app.flight_logs.flight_log import FlightLog, LogFormat, LogUnreadable
 from app.recordings.file_layout import SESSION
 from app.text.messages import said
+from app.text.sentences import reason_of
 from protocol.translatable import marked
 
 SUFFIXES: Final = {".ulg": LogFormat.ULOG, ".bin": LogFormat.DATAFLASH, ".csv": LogFormat.CSV, ".mcap": LogFormat.MCAP}
@@ -28,7 +29,7 @@ def read_flight_log(path: Path, columns: CsvColumns | None = None) -> FlightLog:
     try:
         return _read(path, columns)
     except OSError as error:
-        raise LogUnreadable(said(marked("It cannot be opened: {why}."), why=error.strerror or str(error))) from error
+        raise LogUnreadable(said(marked("It cannot be opened: {why}."), why=reason_of(error))) from error
     except (ValueError, MemoryError) as error:  # ValueError: a NUL in the name
         raise LogUnreadable(said(marked("It cannot be read."))) from error
 

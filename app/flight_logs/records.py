@@ -12,8 +12,6 @@ from app.text.messages import said
 from protocol.translatable import marked
 
 MOST_BYTES: Final = 1 << 30
-MOST_RECORDS: Final = 20_000_000
-"""Of one kind; a flight of a day at 200 Hz."""
 MOST_WALKED: Final = 100_000_000
 """Records of all kinds; what comes after them is not read."""
 MOST_DAMAGES: Final = 1_000_000

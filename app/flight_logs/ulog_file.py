@@ -14,7 +14,8 @@ from typing import Final, NamedTuple
 import numpy as np
 
 from app.flight_logs.flight_log import Floats, LogUnreadable
-from app.flight_logs.records import MOST_DAMAGES, MOST_RECORDS, MOST_WALKED, gathered_floats
+from app.flight_logs.record_chain import MOST_CHAINS, STEPS_BEFORE, RecordChain, merged_places, positions
+from app.flight_logs.records import MOST_DAMAGES, MOST_WALKED, gathered_floats
 from app.text.messages import said
 from protocol.translatable import marked
 
@@ -30,7 +31,7 @@ _TYPES: Final[Mapping[str, str]] = {
 _FIELD: Final = re.compile(r"([A-Za-z_][A-Za-z0-9_/]*)(?:\[(\d{1,5})\])? ([A-Za-z_][A-Za-z0-9_]*)")
 _APPENDED: Final = 0x01
 """The one flag of data that an older reader would misread and this one knows."""
-MOST_TOPICS: Final = 200
+MOST_TOPICS: Final = 1000
 _DEEPEST: Final = 8
 _LARGEST: Final = 0xFFFF
 _ID_BYTES: Final = 2
@@ -83,7 +84,11 @@ class UlogFile:
         self._subscribed: dict[int, UlogTopic] = {}
         self._layouts: dict[str, _Layout | None] = {}
         self._appended: tuple[int, ...] = ()
-        self._damages = 0
+        self._damages = self._chains = 0
+        self._other_sizes: dict[int, tuple[int, int]] = {}
+        """Least and full size of samples of topics that are not wanted, by their number."""
+        self._numbers = np.empty(0, np.int64)
+        """Of the candidates of the chain that is in use."""
         self.topics: list[UlogTopic] = []
         self.skipped_bytes = 0
         """That were no records: damage."""
@@ -107,9 +112,16 @@ class UlogFile:
         """Go through the records; the head ends with the first one that is no definition."""
         data, subscribed = self._data, self._subscribed
         head = struct.Struct("<HBH").unpack_from
+        chain: RecordChain | None = None
+        steps = 0
         for _ in range(MOST_WALKED):
             if place + _RECORD_HEAD + _ID_BYTES > stop or self._damages > MOST_DAMAGES:
                 break
+            steps += 1
+            if chain is not None:
+                place = chain.skip(place)
+            elif steps > STEPS_BEFORE and not is_head and self._chains < MOST_CHAINS:
+                chain = self._chain(place, stop)
             size, kind, number = head(data, place)
             end = place + _RECORD_HEAD + size
             if kind == 68 and end <= stop:  # D, a sample: most are of these
@@ -117,7 +129,7 @@ class UlogFile:
                     return place
                 topic = subscribed.get(number)
                 if topic is not None:
-                    if not topic.least_size <= size - _ID_BYTES <= topic.size or len(topic.places) >= MOST_RECORDS:
+                    if not topic.least_size <= size - _ID_BYTES <= topic.size:
                         place = self._resync(place, stop)
                         continue
                     topic.places.append(place + _RECORD_HEAD + _ID_BYTES)
@@ -130,9 +142,44 @@ class UlogFile:
                 continue
             if is_head and kind not in b"BFIMPQ":
                 return place
+            if chr(kind) == "A":  # from now on this number may stand for another topic
+                self._collect(chain)
+                chain, steps = None, 0
             self._read(kind, data[place + _RECORD_HEAD : end])
             place = end
+        self._collect(chain)
         return place
+
+    def _chain(self, start: int, stop: int) -> RecordChain | None:
+        """Of all that looks like a sample of a topic that is subscribed to."""
+        self._chains += 1
+        kinds = positions(self._data, start + 2, stop, ord("D"))
+        if kinds is None:
+            self._chains = MOST_CHAINS
+            return None
+        starts = kinds[kinds + 1 + _ID_BYTES <= stop] - 2
+        raw = np.frombuffer(self._data, np.uint8)
+        sizes, numbers = (
+            raw[starts + place].astype(np.int64) | raw[starts + place + 1].astype(np.int64) << 8 for place in (0, 3)
+        )
+        least, full = np.full(1 << 16, 1 << 16), np.full(1 << 16, -1)
+        for number, topic in self._subscribed.items():
+            least[number], full[number] = topic.least_size, topic.size
+        for number, (least_size, size) in self._other_sizes.items():
+            least[number], full[number] = least_size, size
+        ends = starts + _RECORD_HEAD + sizes
+        is_known = (sizes - _ID_BYTES >= least[numbers]) & (sizes - _ID_BYTES <= full[numbers]) & (ends <= stop)
+        self._numbers = numbers[is_known]
+        return RecordChain(starts[is_known], ends[is_known])
+
+    def _collect(self, chain: RecordChain | None) -> None:
+        """What the chain skipped over goes where single steps would have put it."""
+        if chain is None:
+            return
+        records = chain.records
+        for number, topic in self._subscribed.items():
+            skipped = chain.starts[records[self._numbers[records] == number]] + _RECORD_HEAD + _ID_BYTES
+            topic.places[:] = array("q", merged_places(np.array(topic.places, np.int64), skipped).tobytes())
 
     def _resync(self, place: int, stop: int) -> int:
         """The next record that is known to be one."""
@@ -161,10 +208,14 @@ class UlogFile:
 
     def _subscribe(self, instance: int, number: int, name: str) -> None:
         self._subscribed.pop(number, None)
-        if name not in self._wanted or len(self.topics) >= MOST_TOPICS:
+        self._other_sizes.pop(number, None)
+        if len(self.topics) >= MOST_TOPICS or len(self._other_sizes) >= MOST_TOPICS:
             return
         layout = self._layout(name)
         if layout is None:
+            return
+        if name not in self._wanted:
+            self._other_sizes[number] = (layout.least_size, layout.size)
             return
         topic = UlogTopic(name, instance, layout.fields, layout.size, layout.least_size)
         self._subscribed[number] = topic

@@ -202,10 +202,6 @@
         <translation>模块锁定或重启后，已开始的失重不再计入。</translation>
     </message>
     <message>
-        <source>A port that is not in the list: a device, a pseudo-terminal of “dps-s simulate”, or socket://host:port.</source>
-        <translation>列表中没有的串口：设备名、“dps-s simulate”的伪终端，或 socket://主机:端口。</translation>
-    </message>
-    <message>
         <source>A port that is not in the list: a device, a pseudo-terminal or socket://host:port</source>
         <translation>列表中没有的串口：设备名、伪终端或 socket://主机:端口</translation>
     </message>
@@ -374,10 +370,6 @@
         <translation>本机保存的所有检查及其实测值</translation>
     </message>
     <message>
-        <source>All checks that were kept, and how what they measured went over time.</source>
-        <translation>所有保存下来的检查，以及测量值随时间的变化。</translation>
-    </message>
-    <message>
         <source>All files (*)</source>
         <translation>所有文件 (*)</translation>
     </message>
@@ -464,10 +456,6 @@
     <message>
         <source>Answered twice</source>
         <translation>重复应答的命令</translation>
-    </message>
-    <message>
-        <source>Anything worth knowing about this trigger; kept with the record.</source>
-        <translation>关于这次触发值得记下的事；与记录一起保存。</translation>
     </message>
     <message>
         <source>Apart from LOCK, acts are refused meanwhile. Use a cable, or bring the wireless bridge closer.</source>
@@ -614,18 +602,6 @@
         <translation>返回检查</translation>
     </message>
     <message>
-        <source>Back to the check.</source>
-        <translation>返回检查。</translation>
-    </message>
-    <message>
-        <source>Back to the form; nothing is applied.</source>
-        <translation>返回表单；不应用任何内容。</translation>
-    </message>
-    <message>
-        <source>Back to the form; nothing is changed.</source>
-        <translation>返回表单；不作任何更改。</translation>
-    </message>
-    <message>
         <source>Back to the line</source>
         <translation>返回当前通信</translation>
     </message>
@@ -720,10 +696,6 @@
     <message>
         <source>Break the check off; it is void then</source>
         <translation>中断检查；检查随即作废</translation>
-    </message>
-    <message>
-        <source>Breaks the check off. There is no verdict then.</source>
-        <translation>中止检查。此时没有结论。</translation>
     </message>
     <message>
         <source>Bright</source>
@@ -1246,14 +1218,6 @@
         <translation>继续</translation>
     </message>
     <message>
-        <source>Copies the chosen records as text.</source>
-        <translation>把选中的记录复制为文本。</translation>
-    </message>
-    <message>
-        <source>Copies the selected rows, or all, as text.</source>
-        <translation>把选中的行或全部行复制为文本。</translation>
-    </message>
-    <message>
         <source>Copy</source>
         <translation>复制</translation>
     </message>
@@ -1466,16 +1430,8 @@
         <translation>已解除：离开了窗口。未发送任何内容。</translation>
     </message>
     <message>
-        <source>Disarms at once. Nothing is sent.</source>
-        <translation>立即解除。不发送任何内容。</translation>
-    </message>
-    <message>
         <source>Discard all edits</source>
         <translation>放弃所有修改</translation>
-    </message>
-    <message>
-        <source>Discards all edits.</source>
-        <translation>放弃所有修改。</translation>
     </message>
     <message>
         <source>Disconnect</source>
@@ -1710,10 +1666,6 @@
         <translation>结束导览；一切恢复原样（Esc）</translation>
     </message>
     <message>
-        <source>Ends the recording; a module can be connected then.</source>
-        <translation>结束回放；之后可以连接模块。</translation>
-    </message>
-    <message>
         <source>Entry {entry} was added from outside.</source>
         <translation>第 {entry} 条由外部添加。</translation>
     </message>
@@ -1816,10 +1768,6 @@
     <message>
         <source>Exporting {name}</source>
         <translation>正在导出 {name}</translation>
-    </message>
-    <message>
-        <source>Exports the selected record as it was stored, with its time.</source>
-        <translation>按保存时的原样导出选中的记录，包括时间。</translation>
     </message>
     <message>
         <source>External power</source>
@@ -1992,10 +1940,6 @@
     <message>
         <source>Forget the chosen station</source>
         <translation>移除所选站点</translation>
-    </message>
-    <message>
-        <source>Forgets all rows of the list. Nothing on the module changes.</source>
-        <translation>清空列表。模块上没有任何变化。</translation>
     </message>
     <message>
         <source>Frames a second, usual round trip and rejected bytes at the left; at the right how long ago the module was last heard.</source>
@@ -2186,10 +2130,6 @@
         <translation>按住演练</translation>
     </message>
     <message>
-        <source>Holds the list still; frames go on being recorded.</source>
-        <translation>列表停住不动；帧继续记录。</translation>
-    </message>
-    <message>
         <source>Holds the picture still. What the module says goes on being recorded.</source>
         <translation>画面停住不动。模块的数据继续记录。</translation>
     </message>
@@ -2212,10 +2152,6 @@
     <message>
         <source>How quick it is played; another speed begins from the start</source>
         <translation>播放速度；更改速度后从头开始</translation>
-    </message>
-    <message>
-        <source>How quick the recording is played; another speed begins from the start.</source>
-        <translation>回放的速度；更改速度会从头开始。</translation>
     </message>
     <message>
         <source>How the aircraft lies. Red: from here on an active module fires. Blue: here it rearms, 10° below.</source>
@@ -2754,10 +2690,6 @@
         <translation>数据记录过多时允许删除所选数据记录</translation>
     </message>
     <message>
-        <source>Lets the simulated module fall from this height. Active, it fires by free fall.</source>
-        <translation>让模拟模块从这个高度坠落。激活时会因失重开伞。</translation>
-    </message>
-    <message>
         <source>Level again. The blue mark, 10° below the red one, is where it rearms.</source>
         <translation>又放平了。蓝色标记比红色低 10°，是复位角度。</translation>
     </message>
@@ -2992,10 +2924,6 @@
     <message>
         <source>Mark the trigger records as reviewed, and check again</source>
         <translation>确认已查看触发记录，并重新检查</translation>
-    </message>
-    <message>
-        <source>Marks the selected rows, to find them again.</source>
-        <translation>标记选中的行，便于再次找到。</translation>
     </message>
     <message>
         <source>Meaning</source>
@@ -3814,10 +3742,6 @@
         <translation>打开设置文件并逐行比较。在您勾选并应用之前，什么也不写入。</translation>
     </message>
     <message>
-        <source>Opens a record or a report and says whether it was altered since.</source>
-        <translation>打开记录或报告，并判断它是否被改动过。</translation>
-    </message>
-    <message>
         <source>Opens the chosen port and reads everything that can be read. That activates nothing.</source>
         <translation>打开所选串口，读取所有可读内容。这不会激活模块。</translation>
     </message>
@@ -3912,10 +3836,6 @@
     <message>
         <source>Play the recording from the start</source>
         <translation>从头回放</translation>
-    </message>
-    <message>
-        <source>Plays the recording from the start.</source>
-        <translation>从头回放。</translation>
     </message>
     <message>
         <source>Plots</source>
@@ -4038,10 +3958,6 @@
         <translation>以前打开或保存过的配置文件</translation>
     </message>
     <message>
-        <source>Profiles that were opened or saved before.</source>
-        <translation>以前打开或保存过的配置文件。</translation>
-    </message>
-    <message>
         <source>Program</source>
         <translation>程序</translation>
     </message>
@@ -4088,14 +4004,6 @@
     <message>
         <source>Puts it into the form; it is written with the other changes</source>
         <translation>填入表单；与其他更改一起写入</translation>
-    </message>
-    <message>
-        <source>Puts the measured threshold into the form; it is written with the other changes.</source>
-        <translation>把测得的阈值填入表单；与其他修改一起写入。</translation>
-    </message>
-    <message>
-        <source>Puts the module into standby at once.</source>
-        <translation>立即使模块进入待机。</translation>
     </message>
     <message>
         <source>Puts the module into standby at once. Always allowed, never asked twice, sent before everything else. The chips beside it show what the module says afterwards.</source>
@@ -4320,10 +4228,6 @@
     <message>
         <source>Refresh the preview, with what happened since</source>
         <translation>重新生成预览，包含此后发生的内容</translation>
-    </message>
-    <message>
-        <source>Refreshes the bundle with what happened since.</source>
-        <translation>刷新诊断包，包含此后发生的内容。</translation>
     </message>
     <message>
         <source>Refuses what is set</source>
@@ -4598,28 +4502,8 @@
         <translation>已保存 {rows} 行到 {path}。更早的数据已不再保留。</translation>
     </message>
     <message>
-        <source>Saves a picture of the plots and numbers, with port and time below.</source>
-        <translation>保存曲线和数字的图片，下方注明串口和时间。</translation>
-    </message>
-    <message>
-        <source>Saves every record that was ever seen of this module as a table.</source>
-        <translation>把这个模块曾经读到的所有记录保存为表格。</translation>
-    </message>
-    <message>
-        <source>Saves every sample in sight as a table, with the time of each.</source>
-        <translation>把画面中的每个采样及其时间保存为表格。</translation>
-    </message>
-    <message>
         <source>Saves the bundle as one zip file on this computer. Nothing is sent anywhere.</source>
         <translation>把诊断包保存为本机上的一个 zip 文件。不会发送到任何地方。</translation>
-    </message>
-    <message>
-        <source>Saves the check as PDF, HTML and JSON, while it holds.</source>
-        <translation>在检查有效期内，把它保存为 PDF、HTML 和 JSON。</translation>
-    </message>
-    <message>
-        <source>Saves the records that are shown, in their order, as a table.</source>
-        <translation>按显示的顺序，把显示的记录保存为表格。</translation>
     </message>
     <message>
         <source>Saves what the module holds now as a file, to set up others alike.</source>
@@ -4656,10 +4540,6 @@
     <message>
         <source>Says that you looked at the old records on the Triggers page, and checks again. The record says that a person vouched for it.</source>
         <translation>确认您已在“触发记录”页看过旧记录，并重新检查。检查记录会注明由人确认。</translation>
-    </message>
-    <message>
-        <source>Says why each check matters, also where it passes.</source>
-        <translation>说明每项检查为什么重要，通过的项目也说明。</translation>
     </message>
     <message>
         <source>Search</source>
@@ -4862,14 +4742,6 @@
         <translation>显示整段数据记录（End 键，或双击曲线）</translation>
     </message>
     <message>
-        <source>Shows only the recordings in which all these words stand.</source>
-        <translation>只显示包含所有这些词的数据记录。</translation>
-    </message>
-    <message>
-        <source>Shows only the records in which all these words stand.</source>
-        <translation>只显示包含所有这些词的记录。</translation>
-    </message>
-    <message>
         <source>Shows the whole recording again after zooming in.</source>
         <translation>放大之后重新显示整段数据记录。</translation>
     </message>
@@ -5042,10 +4914,6 @@
         <translation>停止保存，不留下文件</translation>
     </message>
     <message>
-        <source>Stops saving; no half file is left.</source>
-        <translation>停止保存；不会留下半个文件。</translation>
-    </message>
-    <message>
         <source>Stream rate</source>
         <translation>输出速率</translation>
     </message>
@@ -5120,10 +4988,6 @@
     <message>
         <source>Takes the last edit in this form back. The module is not touched.</source>
         <translation>撤销表单中的最后一次修改。不触及模块。</translation>
-    </message>
-    <message>
-        <source>Takes this offer away. The tour stays in the Help menu.</source>
-        <translation>关闭此提示。导览仍可在“帮助”菜单中找到。</translation>
     </message>
     <message>
         <source>Takes today's mounting as level. For small mounting errors only.</source>
@@ -5746,10 +5610,6 @@
         <translation>报告无法写入：{why}。</translation>
     </message>
     <message>
-        <source>The same ritual from beginning to end; it shows the bytes and sends nothing.</source>
-        <translation>同样的流程从头走到尾；显示字节，但不发送。</translation>
-    </message>
-    <message>
         <source>The selected row in full</source>
         <translation>所选行的完整内容</translation>
     </message>
@@ -5780,10 +5640,6 @@
     <message>
         <source>The simulated module is not at rest: it wobbles, or lies tipped, as its panel (F4) says.</source>
         <translation>模拟模块没有静止：它在晃动或倾斜，见其面板（F4）。</translation>
-    </message>
-    <message>
-        <source>The sixteen bytes as the module sent them.</source>
-        <translation>模块发来的原始十六个字节。</translation>
     </message>
     <message>
         <source>The system did not list its serial ports. Switch Bluetooth off and try again.</source>
@@ -6142,10 +5998,6 @@
         <translation>请将模块视为已激活：模块未报告锁定。</translation>
     </message>
     <message>
-        <source>Tries every speed until the module answers, with questions only.</source>
-        <translation>逐个尝试所有波特率直到模块应答，只发送查询。</translation>
-    </message>
-    <message>
         <source>Trigger</source>
         <translation>触发状态</translation>
     </message>
@@ -6224,14 +6076,6 @@
     <message>
         <source>Trying {rate} baud…</source>
         <translation>正在尝试波特率 {rate}…</translation>
-    </message>
-    <message>
-        <source>Twenty readings of the light sensor with the bay closed.</source>
-        <translation>伞仓关闭时，光线传感器的二十次读数。</translation>
-    </message>
-    <message>
-        <source>Twenty readings of the light sensor with the bay fully open.</source>
-        <translation>伞仓完全打开时，光线传感器的二十次读数。</translation>
     </message>
     <message>
         <source>Twenty readings, about two seconds</source>
@@ -6642,16 +6486,8 @@
         <translation>显示哪些记录</translation>
     </message>
     <message>
-        <source>Which records to show.</source>
-        <translation>显示哪些记录。</translation>
-    </message>
-    <message>
         <source>Which rows to show</source>
         <translation>显示哪些行</translation>
-    </message>
-    <message>
-        <source>Which rows to show: all, or only one kind.</source>
-        <translation>显示哪些行：全部或只显示一类。</translation>
     </message>
     <message>
         <source>Which thresholds separate the two lists: shaded where a flight fires that must not, hatched where a flight does not fire that must. Click, drag or arrow keys choose thresholds; Enter shows the flights that fire there.</source>
@@ -6668,10 +6504,6 @@
     <message>
         <source>Whose checks</source>
         <translation>谁的检查</translation>
-    </message>
-    <message>
-        <source>Whose checks to show: those of one module, or of one aircraft.</source>
-        <translation>显示谁的检查：某个模块的，或某架飞行器的。</translation>
     </message>
     <message>
         <source>Why</source>
@@ -6796,10 +6628,6 @@
     <message>
         <source>Write {count} changes</source>
         <translation>写入 {count} 项更改</translation>
-    </message>
-    <message>
-        <source>Writes the ticked rows to the module and reads each back.</source>
-        <translation>把勾选的行写入模块并逐一读回。</translation>
     </message>
     <message>
         <source>Writing: {what}</source>

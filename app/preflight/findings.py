@@ -1,5 +1,6 @@
-"""Result of one check with its measurement and limit."""
+"""What a check is: its entry, what it looks at, and its result with measurement and limit."""
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from enum import Enum
 
@@ -59,6 +60,17 @@ class Finding:
     shown: UserMessage
     limit: UserMessage
     do: UserMessage | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Check:
+    """One line of the check. `id` is the contract's; texts are English, translatable."""
+
+    id: str
+    title: str
+    judge: Callable[[Case], Finding]
+    why: str
+    do: str
 
 
 def unknown(why: UserMessage, limit: UserMessage, *, do: UserMessage | None = None) -> Finding:

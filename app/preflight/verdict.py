@@ -14,10 +14,10 @@ from enum import Enum
 from app.engine.device import DeviceView
 from app.limits.expectations import ManualItem
 from app.limits.limits import softened
-from app.preflight.checks import CHECKS, Check
+from app.preflight.checks import CHECKS
 from app.preflight.evidence import Disturbance, FlagFate
-from app.preflight.findings import Case, CheckResult, Finding
-from app.preflight.judging_module import FINGERPRINT_KEYS
+from app.preflight.findings import Case, Check, CheckResult, Finding
+from app.preflight.module_checks import FINGERPRINT_KEYS
 from app.preflight.reread import TITLES
 from app.settings.profiles import ActivatedBy
 from app.text.messages import UserMessage, listed, said

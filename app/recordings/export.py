@@ -10,6 +10,7 @@ from app.recordings.recording import Recording
 from app.recordings.table import csv_parts, part_count
 from app.system.files import whole_file
 from app.text.i18n import tr
+from app.text.sentences import reason_of
 
 Progress = Callable[[float], None]
 
@@ -22,7 +23,7 @@ def not_saved_text(path: Path, error: Exception) -> str:
     """Why there is no such file, in the language in use."""
     if isinstance(error, ExportCancelled):
         return tr("Cancelled, nothing was saved.")
-    why = getattr(error, "strerror", None) or error
+    why = reason_of(error)
     return tr("Not saved to {path}: {why}. Choose another folder.", path=path, why=why)
 
 

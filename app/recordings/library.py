@@ -20,6 +20,7 @@ from app.recordings.file_layout import (
 )
 from app.system.files import private_opener
 from app.text.i18n import tr
+from app.text.sentences import reason_of
 
 MOST_BYTES = 2 * 1024**3
 MOST_DAYS = 90
@@ -266,7 +267,7 @@ def stopped_sentence(error: Exception, folder: Path) -> str:
             "The session is no longer recorded: the disk is full. Delete old recordings or free some space; "
             "the next connection is recorded again."
         )
-    why = getattr(error, "strerror", None) or str(error)
+    why = reason_of(error)
     return tr("The session is no longer recorded in {folder}: {why}.", folder=folder, why=why)
 
 

@@ -32,7 +32,7 @@ from app.recordings.markers import KIND_OF_WORD, Marker, MarkerKind, ModuleLimit
 from app.samples.ring_buffers import Readable
 from app.samples.step_function import StepFunction
 from app.text.i18n import tr
-from app.text.sentences import together
+from app.text.sentences import reason_of, together
 
 _LIMITS_KEPT = 1_000_000
 
@@ -259,7 +259,7 @@ def open_recording(folder: Path) -> Recording:
         text = str(error)
         raise RecordingUnreadable(tr(text)) from error
     except (OSError, ValueError) as error:  # ValueError: a file that shrank between two looks
-        raise RecordingUnreadable(getattr(error, "strerror", None) or str(error)) from error
+        raise RecordingUnreadable(reason_of(error)) from error
 
 
 def _number(value: object) -> float | None:

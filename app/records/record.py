@@ -20,7 +20,7 @@ from app.engine.device import STATUS_KEYS
 from app.guided.results import GuidedKind
 from app.preflight.evidence import FlagFate, FrameLog
 from app.preflight.findings import Case, CheckResult
-from app.preflight.judging_module import FINGERPRINT_KEYS
+from app.preflight.module_checks import FINGERPRINT_KEYS
 from app.preflight.reading_object import reading_object
 from app.preflight.verdict import Assessment, Verdict, unsigned, verdict_named
 from app.settings.profiles import ActivatedBy

@@ -28,6 +28,7 @@ from app.settings.values import NotAValue, fitting, number_text, shortened
 from app.system.files import write_whole
 from app.text.i18n import tr
 from app.text.messages import UserMessage, said
+from app.text.sentences import reason_of
 from protocol.fields import Value
 from protocol.translatable import marked
 
@@ -88,7 +89,7 @@ def read_profile(path: Path) -> Profile:
         with path.open("rb") as file:
             data = file.read(LARGEST_BYTES + 1)
     except (OSError, ValueError) as error:  # ValueError: a NUL in the name
-        why = said(str(getattr(error, "strerror", None) or error))
+        why = said(reason_of(error))
         fault = ProfileFault(None, said(marked("{path} cannot be read: {why}."), path=path, why=why))
         raise ProfileRefused((fault,)) from error
     profile = parse_profile(data)

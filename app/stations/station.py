@@ -17,6 +17,7 @@ from typing import TYPE_CHECKING, Final
 
 from app.system.files import draft_of, write_whole
 from app.text.i18n import tr
+from app.text.sentences import reason_of
 
 if TYPE_CHECKING:  # loaded when something is signed or verified, not when the program starts
     from cryptography.hazmat.primitives.asymmetric.ed25519 import Ed25519PrivateKey
@@ -100,7 +101,7 @@ def _troubles() -> Iterator[None]:
     try:
         yield
     except OSError as error:
-        raise StationTrouble(error.strerror or str(error)) from error
+        raise StationTrouble(reason_of(error)) from error
     except (ImportError, ValueError, TypeError) as error:
         raise StationTrouble(str(error)) from error
 

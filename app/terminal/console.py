@@ -17,7 +17,7 @@ from contextlib import contextmanager
 from typing import TYPE_CHECKING, NamedTuple
 
 from app.text.i18n import CHINESE, language, tr
-from app.text.sentences import listed
+from app.text.sentences import listed, reason_of
 from app.text.visible_text import visible, visible_json
 
 if TYPE_CHECKING:
@@ -203,7 +203,7 @@ def write(text: str) -> None:
     except BrokenPipeError:
         raise
     except OSError as error:
-        raise OutputLost(error.strerror or str(error)) from error
+        raise OutputLost(reason_of(error)) from error
 
 
 def write_lines(lines: Iterable[str]) -> None:

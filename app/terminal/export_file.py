@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 from app.terminal.console import end_passing, say_in_passing
 from app.text.i18n import tr
-from app.text.sentences import listed
+from app.text.sentences import listed, reason_of
 from protocol.translatable import marked
 
 CSV, MCAP, CAPTURE = ".csv", ".mcap", ".dpscap"
@@ -54,7 +54,7 @@ def why_not_writable(path: Path, *, appends: bool, replaces: bool) -> str | None
 
 def not_written(path: Path, error: Exception) -> str:
     """`error`: OSError, or ValueError for a name that no file can have."""
-    return tr("{file} cannot be written: {why}.", file=path, why=getattr(error, "strerror", None) or str(error))
+    return tr("{file} cannot be written: {why}.", file=path, why=reason_of(error))
 
 
 def export_recording(folder: Path, path: Path, *, appends: bool = False) -> Exported:

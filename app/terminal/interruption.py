@@ -7,8 +7,8 @@ thread is stuck writing into a pipe that nobody reads, an alarm breaks in after 
 
 import signal
 import threading
-from collections.abc import Callable
-from contextlib import AbstractContextManager
+from collections.abc import Callable, Iterator
+from contextlib import AbstractContextManager, contextmanager
 from types import FrameType, TracebackType
 from typing import Any, Self
 
@@ -77,3 +77,18 @@ class Interruption(AbstractContextManager["Interruption"]):
             self._is_patient = False
             abandon_output()
             raise Interrupted(self._number)
+
+
+@contextmanager
+def last_words() -> Iterator[None]:
+    """What is printed after a signal: where it does not fit into a pipe within a second, nobody reads it any more."""
+    if threading.current_thread() is not threading.main_thread() or not hasattr(signal, "SIGALRM"):
+        yield
+        return
+    before = signal.signal(signal.SIGALRM, lambda _number, _frame: abandon_output())
+    signal.setitimer(signal.ITIMER_REAL, PATIENCE_S)
+    try:
+        yield
+    finally:
+        signal.setitimer(signal.ITIMER_REAL, 0)
+        signal.signal(signal.SIGALRM, before)

@@ -35,6 +35,8 @@ class StreamSpan:
         self.switch = StreamSwitch(is_recorded=True)
         self._earliest_at: float | None = None
         self.is_over = False
+        self.was_interrupted = False
+        """A signal ended it after it had begun."""
         self._first_at: float | None = None
 
     @property
@@ -83,6 +85,7 @@ def stream(
     except Interrupted:
         if not span.has_begun:
             raise
+        span.was_interrupted = True
     except Exception as error:
         trouble = link_trouble(error)
         if trouble is None:

@@ -27,3 +27,8 @@ def listed(names: Iterable[str]) -> str:
 def aside(text: str) -> str:
     """In brackets, to be put behind a word."""
     return f"（{text}）" if language() == CHINESE else f" ({text})"
+
+
+def reason_of(error: Exception) -> str:
+    """What the system says of it, without its number and the path; else the error's own words."""
+    return getattr(error, "strerror", None) or str(error)

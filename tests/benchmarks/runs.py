@@ -25,6 +25,7 @@ MODULES: Final = {
     "cpu": "tests.benchmarks.cpu",
     "memory": "tests.benchmarks.memory",
     "recording": "tests.benchmarks.recording",
+    "flights": "tests.benchmarks.flights",
     "recordings_view": "tests.benchmarks.window.recordings_view",
 }
 """Each benchmark's module, which has `figures`, in the order of the page."""

@@ -8,13 +8,16 @@ import subprocess
 import sys
 from pathlib import Path
 
+import numpy as np
 import pytest
 from mcap.reader import make_reader
 
 from app.__main__ import ENTRIES
 from app.engine import ports
+from app.flight_analysis.many_logs import FEW_LOGS
 from app.recordings.library import recordings_folder
 from tests.packages.programs import ROOT, Program, check_reading, check_window, simulated
+from tests.support.flights import log_bytes as made
 from tests.support.records.recordings_made import recorded
 
 LARGEST_MB = 190
@@ -65,6 +68,19 @@ def test_listing_the_ports_in_a_process_of_its_own(
     window = "dps-s-window.exe" if sys.platform == "win32" else "dps-s"
     monkeypatch.setattr(sys, "executable", str(bundle / window))
     assert ports._scan_in_process(60) == ports.scan()
+
+
+def test_flight_logs_are_read_in_processes_of_its_own(program: Program, tmp_path: Path) -> None:
+    times = np.arange(0, 5, 0.05)
+    rows = made.ulog_attitude(times, 12 * times) + made.ulog_force(times, 1.0)
+    names = [f"{number}.ulg" for number in range(2 * FEW_LOGS)]
+    for name in names:
+        (tmp_path / name).write_bytes(made.ulog_bytes(rows))
+    done = program.run("fired", str(tmp_path), "--thresholds", "attitude_threshold_deg=55", "--json")
+    assert (done.returncode, done.stderr) == (4, "")
+    said = [json.loads(line) for line in done.stdout.splitlines()]
+    assert [Path(one["log"]).name for one in said] == names
+    assert all(one["fires"][0]["source"] == "attitude" for one in said)
 
 
 def test_mcap_and_its_compressions_are_inside(bundle: Path) -> None:

@@ -3,7 +3,7 @@
 import pytest
 
 from app.limits.expectations import CheckLimits
-from app.preflight import judging_line, run
+from app.preflight import line_checks, run
 
 STILL_S = 0.5
 TRIAL_EVERY_S = 0.012
@@ -14,7 +14,7 @@ def hurry_check(patch: pytest.MonkeyPatch, *, still_s: float = STILL_S, trials: 
     """Less watching, few reports needed, and a round trip may take as long as a stalled test process makes it."""
     patch.setattr(run, "STILL_S", still_s)
     patch.setattr(run, "TRIAL_EVERY_S", TRIAL_EVERY_S)
-    patch.setattr(judging_line, "STILL_S", still_s / 2)
-    patch.setattr(judging_line, "TRIALS_NEEDED", trials)
+    patch.setattr(line_checks, "STILL_S", still_s / 2)
+    patch.setattr(line_checks, "TRIALS_NEEDED", trials)
     assert CheckLimits.__init__.__kwdefaults__ is not None
     patch.setitem(CheckLimits.__init__.__kwdefaults__, "round_trip_max_ms", ROUND_TRIP_MAX_MS)

@@ -5,7 +5,7 @@ from functools import partial
 from typing import Final
 
 from PySide6.QtCore import Qt
-from PySide6.QtWidgets import QFrame, QGridLayout, QVBoxLayout
+from PySide6.QtWidgets import QFrame, QGridLayout
 
 from app.engine.worker import Job
 from app.procedures.act import Performed, perform
@@ -21,6 +21,7 @@ from ui.services.context import Services
 from ui.services.running_job import RunningJob
 from ui.style.theme import Space
 from ui.widgets.labels import text_label
+from ui.widgets.layouts import in_column
 from ui.widgets.notice_bar import NoticeBar
 
 ASK_WORDS: Final[Mapping[Act, str]] = {
@@ -105,10 +106,7 @@ class ActRow(QFrame):
         self._job.dismiss()
 
     def _lay_out(self) -> None:
-        words = QVBoxLayout()
-        words.setSpacing(2)
-        for label in (self._title, self._effect, self.live, self.conditions):
-            words.addWidget(label)
+        words = in_column(self._title, self._effect, self.live, self.conditions, spacing=2)
         grid = QGridLayout(self)
         grid.setContentsMargins(Space.M, Space.S, Space.M, Space.S)
         grid.setHorizontalSpacing(Space.L)

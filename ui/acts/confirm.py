@@ -8,9 +8,8 @@ from PySide6.QtWidgets import QWidget
 
 from ui.core.texts import Texts
 from ui.widgets.controls import control
-from ui.widgets.flow_row import FlowRow
 from ui.widgets.gestures import gestures
-from ui.widgets.naming import named
+from ui.widgets.layouts import FlowRow
 from ui.widgets.step_button import StepButton, bring_into_sight, is_in_sight, leave_focus
 
 ASKS_FOR_S: Final = 10.0
@@ -29,17 +28,10 @@ class Confirm(QWidget):
         super().__init__()
         self.setObjectName(f"{name}_confirm")
         self.is_asking = False
-        self.ask = named(StepButton(), f"{name}_ask")
-        self.go = named(StepButton(), f"{name}_go")
+        self.ask = control(StepButton(), texts, f"{name}_ask", ask, tip=ask, role="danger", slot=self._ask)
+        self.go = control(StepButton(), texts, f"{name}_go", go, tip=go, role="danger", slot=self._go)
         self.cancel = control(StepButton(is_safe=True), texts, f"{name}_cancel", "Cancel", tip="Send nothing",
                               key="Esc", slot=self.withdraw)  # fmt: skip
-        for button, english in ((self.ask, ask), (self.go, go)):
-            button.setProperty("role", "danger")
-            texts.bind(button.setText, english)
-            texts.bind(button.setAccessibleName, english)
-            texts.bind(button.setToolTip, english)
-        self.ask.chosen.connect(self._ask)
-        self.go.chosen.connect(self._go)
         row = FlowRow(self)
         row.add_right(self.go, self.cancel, self.ask)
         self.setTabOrder(self.ask, self.cancel)

@@ -12,7 +12,7 @@ from typing import Final
 
 from PySide6.QtCore import Qt, QTimer
 from PySide6.QtGui import QHideEvent, QKeyEvent
-from PySide6.QtWidgets import QFrame, QHBoxLayout, QProgressBar, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QFrame, QProgressBar, QWidget
 
 from app.engine.worker import Job
 from app.procedures.act import Performed, perform, rehearse
@@ -32,9 +32,9 @@ from ui.services.context import Services
 from ui.services.running_job import RunningJob
 from ui.style.theme import Meaning, Space
 from ui.widgets.controls import control
-from ui.widgets.flow_row import FlowRow
 from ui.widgets.gestures import gestures
 from ui.widgets.labels import text_label
+from ui.widgets.layouts import FlowRow, in_column, in_row
 from ui.widgets.notice_bar import Notice, NoticeBar
 from ui.widgets.step_button import StepButton, is_in_sight, leave_focus
 
@@ -292,30 +292,16 @@ class RitualWidget(QFrame):
         self.disarm(Input.WINDOW_LEFT)
 
     def _lay_out(self) -> None:
-        column = QVBoxLayout(self)
-        column.setContentsMargins(Space.M, Space.S, Space.M, Space.S)
-        column.setSpacing(Space.XS)
-        head = QHBoxLayout()
-        head.setSpacing(Space.M)
         self._title.setWordWrap(False)
-        head.addWidget(self._title)
-        head.addWidget(self._effect, 1)
+        head = in_row(self._title, (self._effect, 1), spacing=Space.M)
         text = QWidget()
-        words = QVBoxLayout(text)
-        words.setContentsMargins(0, 0, 0, 0)
-        words.setSpacing(Space.XS)
-        for label in (self.said, self.conditions, self.step):
-            words.addWidget(label)
-        words.addStretch(1)
+        in_column(self.said, self.conditions, self.step, 1, of=text, spacing=Space.XS, margins=0)
         # A step more or less does not change the height of the panel.
         text.setMinimumHeight(self.fontMetrics().lineSpacing() * _LINES + Space.XS)
-        column.addLayout(head)
-        column.addWidget(text)
-        column.addWidget(self.countdown)
         row = FlowRow()
         row.add(self.choose, self.rehearse)
         row.add_right(self.cancel, self.arm, self.hold)
-        column.addLayout(row)
+        in_column(head, text, self.countdown, row, of=self, spacing=Space.XS, margins=(Space.M, Space.S))
         # From Cancel, which has the focus at every step, one Tab leads to what comes next.
         for first, second in pairwise((self.rehearse, self.choose, self.cancel, self.arm, self.hold)):
             self.setTabOrder(first, second)

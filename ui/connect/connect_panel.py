@@ -8,13 +8,11 @@ from PySide6.QtWidgets import (
     QComboBox,
     QFrame,
     QGridLayout,
-    QHBoxLayout,
     QLabel,
     QLineEdit,
     QPushButton,
     QSizePolicy,
     QToolButton,
-    QVBoxLayout,
     QWidget,
 )
 
@@ -32,6 +30,7 @@ from ui.core.texts import Texts
 from ui.style.icons import Icon, icon
 from ui.style.theme import Space
 from ui.widgets.controls import control
+from ui.widgets.layouts import in_column, in_row
 from ui.widgets.naming import named
 from ui.widgets.sliders import WheelGuard
 
@@ -155,26 +154,13 @@ class ConnectPanel(QFrame):
     # Making
 
     def _build(self) -> None:
-        layout = self._layout = QVBoxLayout(self)
-        layout.setContentsMargins(Space.L, Space.M, Space.L, Space.L)
-        layout.setSpacing(Space.S)
-        head = QHBoxLayout()
         title = control(QLabel(), self._texts, "connect_title", "Connect", role="title")
         self._close.setIcon(icon(Icon.CROSS))
         self._close.setProperty("role", "quiet")
-        head.addWidget(title, 1)
-        head.addWidget(self._close)
-        layout.addLayout(head)
-        layout.addWidget(self.list, 1)
-        layout.addWidget(self.empty)
-        layout.addLayout(self._build_form())
-        layout.addWidget(self.said)
-        buttons = QHBoxLayout()
-        buttons.setSpacing(Space.S)
-        buttons.addStretch(1)
-        buttons.addWidget(self.disconnect_button)
-        buttons.addWidget(self.connect_button)
-        layout.addLayout(buttons)
+        head = in_row((title, 1), self._close)
+        buttons = in_row(1, self.disconnect_button, self.connect_button, spacing=Space.S)
+        parts = head, (self.list, 1), self.empty, self._build_form(), self.said, buttons
+        self._layout = in_column(*parts, of=self, spacing=Space.S, margins=(Space.L, Space.M, Space.L, Space.L))
         for label in (self.empty, self.said):
             label.setWordWrap(True)
             label.setTextFormat(Qt.TextFormat.PlainText)

@@ -8,7 +8,7 @@ from typing import Final
 
 from PySide6.QtCore import QBuffer, QByteArray, QIODevice, QRectF, QSize, QStandardPaths, Qt
 from PySide6.QtGui import QColor, QFontMetrics, QImage, QPainter, QPaintEvent, QPixmap
-from PySide6.QtWidgets import QHBoxLayout, QPushButton, QSizePolicy, QWidget
+from PySide6.QtWidgets import QPushButton, QSizePolicy, QWidget
 
 from app import version
 from app.recordings.excerpt import Excerpt
@@ -23,7 +23,7 @@ from ui.style.icons import MEANING_ICONS, Icon
 from ui.style.painted_widget import PaintedWidget
 from ui.style.theme import Meaning, Size, Space, current, font
 from ui.widgets.controls import control
-from ui.widgets.flow_row import FlowRow
+from ui.widgets.layouts import FlowRow, in_row
 
 _ICON_PX: Final = 16
 _FOOT_PX: Final = 28
@@ -153,11 +153,7 @@ class SaveBar(QWidget):
         self.stop.hide()
         buttons = FlowRow()
         buttons.add_right(self.stop, self.csv, self.png)
-        row = QHBoxLayout(self)
-        row.setContentsMargins(0, 0, 0, 0)
-        row.setSpacing(Space.S)
-        row.addWidget(self.note, 1)
-        row.addLayout(buttons, 3)
+        in_row((self.note, 1), (buttons, 3), of=self, spacing=Space.S, margins=0)
 
     @property
     def is_saving(self) -> bool:

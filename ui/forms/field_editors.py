@@ -5,7 +5,7 @@ from typing import Final
 
 from PySide6.QtCore import QEvent, QSignalBlocker, QSize, Qt, Signal
 from PySide6.QtGui import QIcon, QKeyEvent, QWheelEvent
-from PySide6.QtWidgets import QComboBox, QHBoxLayout, QLabel, QLineEdit, QToolButton, QWidget
+from PySide6.QtWidgets import QComboBox, QLabel, QLineEdit, QToolButton, QWidget
 
 from app.settings.drafts import Draft
 from app.settings.setting_texts import DEFAULTS, plain_text
@@ -17,8 +17,9 @@ from ui.core.texts import Texts
 from ui.style.icons import Icon, icon
 from ui.style.theme import Space
 from ui.widgets.controls import control
+from ui.widgets.layouts import in_row
 from ui.widgets.naming import named
-from ui.widgets.sliders import WheelGuard, describe
+from ui.widgets.sliders import WheelGuard
 
 _NUMBER_PX: Final = 72
 _STEP_PX: Final = 28
@@ -50,21 +51,14 @@ class NumberEditor(FieldEditor):
         self._draft: Draft | None = None
         self._stands: Value | None = None
         self.box = _Line(f"{command.name}_wanted", self)
-        self.less = self._stepper("less", "−", -1)
-        self.more = self._stepper("more", "+", 1)
+        self.less = self._stepper(texts, "less", "−", marked("Decrease (Down)"), -1)
+        self.more = self._stepper(texts, "more", "+", marked("Increase (Up)"), 1)
         texts.bind(partial(_name_after, self.less, command), "Decrease")
         texts.bind(partial(_name_after, self.more, command), "Increase")
-        texts.bind(self.less.setToolTip, "Decrease (Down)")
-        texts.bind(self.more.setToolTip, "Increase (Up)")
-        describe(texts, self.box, command.title, command.explanation)
+        control(self.box, texts, f"{command.name}_wanted", says=command.title, tip=command.explanation)
         unit = named(QLabel(field.unit), f"{command.name}_unit", "muted")
         unit.setMinimumWidth(14)
-        row = QHBoxLayout(self)
-        row.setContentsMargins(0, 0, 0, 0)
-        row.setSpacing(Space.XS)
-        for widget in (self.less, self.box, self.more, unit):
-            row.addWidget(widget)
-        row.addStretch(1)
+        in_row(self.less, self.box, self.more, unit, 1, of=self, spacing=Space.XS, margins=0)
         self.setFocusProxy(self.box)
         self.box.textEdited.connect(self.typed)
         self.box.editingFinished.connect(self.left)
@@ -87,8 +81,8 @@ class NumberEditor(FieldEditor):
             raw = min(255, max(0, raw + steps))
         self.chosen.emit(self._field.decode(raw))
 
-    def _stepper(self, name: str, text: str, steps: int) -> QToolButton:
-        button = named(QToolButton(), f"{self._command.name}_{name}", "segment")
+    def _stepper(self, texts: Texts, name: str, text: str, tip: str, steps: int) -> QToolButton:
+        button = control(QToolButton(), texts, f"{self._command.name}_{name}", tip=tip, role="segment")
         button.setText(text)
         button.setFixedWidth(_STEP_PX)
         button.setFocusPolicy(Qt.FocusPolicy.NoFocus)
@@ -146,12 +140,7 @@ class FlagEditor(FieldEditor):
         super().__init__()
         self.on = self._button(texts, command, "on", marked("Enabled"))
         self.off = self._button(texts, command, "off", marked("Disabled"))
-        row = QHBoxLayout(self)
-        row.setContentsMargins(0, 0, 0, 0)
-        row.setSpacing(Space.XS)
-        row.addWidget(self.on)
-        row.addWidget(self.off)
-        row.addStretch(1)
+        in_row(self.on, self.off, 1, of=self, spacing=Space.XS, margins=0)
         self.setFocusProxy(self.on)
         self.on.clicked.connect(lambda is_down: self._choose(True if is_down else None))
         self.off.clicked.connect(lambda is_down: self._choose(False if is_down else None))
@@ -170,13 +159,12 @@ class FlagEditor(FieldEditor):
             self.chosen.emit(value)
 
     def _button(self, texts: Texts, command: Command, name: str, english: str) -> QToolButton:
-        button = control(QToolButton(), texts, f"{command.name}_{name}", english)
-        button.setCheckable(True)
+        button = control(QToolButton(), texts, f"{command.name}_{name}", english, tip=command.explanation,
+                         is_checkable=True)  # fmt: skip
         button.setMinimumWidth(_FLAG_PX)
         button.setIconSize(QSize(14, 14))
         button.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonTextBesideIcon)
         button.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
-        describe(texts, button, english, command.explanation)
         texts.bind(partial(_name_after, button, command), english)
         return button
 
@@ -186,17 +174,14 @@ class ChoiceEditor(FieldEditor):
 
     def __init__(self, command: Command, field: Choice, texts: Texts, guard: WheelGuard) -> None:
         super().__init__()
-        self.box = named(QComboBox(), f"{command.name}_wanted")
+        self.box = control(QComboBox(), texts, f"{command.name}_wanted", says=command.title, tip=command.explanation)
         for number, value in enumerate(sorted(field.values.values(), reverse=True)):
             self.box.addItem("", value)
             texts.bind(partial(self._name_item, number, value), field.unit)
         self.box.setCurrentIndex(-1)
-        describe(texts, self.box, command.title, command.explanation)
         texts.bind(self.box.setPlaceholderText, "choose")
         guard.guard(self.box)
-        row = QHBoxLayout(self)
-        row.setContentsMargins(0, 0, 0, 0)
-        row.addWidget(self.box)
+        in_row(self.box, of=self, margins=0)
         self.setFocusProxy(self.box)
         self.box.activated.connect(lambda: self.chosen.emit(self.value))
 

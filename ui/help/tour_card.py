@@ -18,11 +18,13 @@ from PySide6.QtGui import (
     QPaintEvent,
     QPen,
 )
-from PySide6.QtWidgets import QFrame, QHBoxLayout, QPushButton, QSizePolicy, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QFrame, QPushButton, QSizePolicy, QWidget
 
 from ui.core.texts import Texts
 from ui.style.theme import Space, current
+from ui.widgets.controls import control
 from ui.widgets.labels import text_label
+from ui.widgets.layouts import in_column, in_row
 from ui.widgets.naming import named
 
 CARD_PX: Final = 360
@@ -96,28 +98,14 @@ class TourCard(QFrame):
         self.count = text_label("tour_count", "caption")
         self.title = text_label("tour_title", "title")
         self.text = text_label("tour_text", "")
-        self.main = named(_Way(), "tour_main")
-        self.main.setProperty("role", "primary")
-        self.next = named(_Way(), "tour_next")
-        self.back = named(_Way(), "tour_back")
-        self.end = named(_Way(), "tour_end")
-        self.end.setProperty("role", "quiet")
-        texts.bind(self.back.setText, "Back")
-        texts.bind(self.back.setAccessibleName, "Back to the step before")
-        texts.bind(self.back.setToolTip, "Back to the step before (arrow left)")
-        texts.bind(self.next.setText, "Next")
-        texts.bind(self.next.setAccessibleName, "Next step of the tour")
-        texts.bind(self.next.setToolTip, "On to the next step (arrow right)")
-        texts.bind(self.end.setText, "End the tour")
-        texts.bind(self.end.setAccessibleName, "End the tour")
-        texts.bind(self.end.setToolTip, "End the tour; everything is as it was before (Esc)")
-        for button, wanted in (
-            (self.main, self.main_wanted),
-            (self.next, self.next_wanted),
-            (self.back, self.back_wanted),
-            (self.end, self.end_wanted),
-        ):
-            button.clicked.connect(wanted)
+        self.main = named(_Way(), "tour_main", "primary")
+        self.main.clicked.connect(self.main_wanted)
+        self.next = control(_Way(), texts, "tour_next", "Next", says="Next step of the tour",
+                            tip="On to the next step (arrow right)", slot=self.next_wanted)  # fmt: skip
+        self.back = control(_Way(), texts, "tour_back", "Back", says="Back to the step before",
+                            tip="Back to the step before (arrow left)", slot=self.back_wanted)  # fmt: skip
+        self.end = control(_Way(), texts, "tour_end", "End the tour", role="quiet",
+                           tip="End the tour; everything is as it was before (Esc)", slot=self.end_wanted)  # fmt: skip
         self._lay_out()
 
     def show_words(self, count: str, title: str, text: str, *, main: str) -> None:
@@ -164,18 +152,10 @@ class TourCard(QFrame):
         self.text.setSizePolicy(QSizePolicy.Policy.Preferred, QSizePolicy.Policy.MinimumExpanding)
         for label in (self.count, self.title, self.text):
             label.setTextInteractionFlags(Qt.TextInteractionFlag.NoTextInteraction)
-        feet = QHBoxLayout()
-        feet.setSpacing(Space.S)
-        feet.addWidget(self.end)
-        feet.addStretch(1)
-        feet.addWidget(self.back)
-        feet.addWidget(self.next)
-        column = QVBoxLayout(self)
-        column.setContentsMargins(Space.L, Space.M, Space.L, Space.M)
-        column.setSpacing(Space.S)
-        for widget in (self.count, self.title, self.text, self.main):
-            column.addWidget(widget)
-        column.addLayout(feet)
+        feet = in_row(self.end, 1, self.back, self.next, spacing=Space.S)
+        in_column(
+            self.count, self.title, self.text, self.main, feet, of=self, spacing=Space.S, margins=(Space.L, Space.M)
+        )
         for one, other in ((self.main, self.next), (self.next, self.back), (self.back, self.end)):
             QWidget.setTabOrder(one, other)
 

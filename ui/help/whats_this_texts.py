@@ -36,8 +36,6 @@ ENTRIES: Final[tuple[HelpText, ...]] = tuple(
         ("connect_close", marked("Closes the list of ports. A connection stays as it is.")),
         ("port_list", marked("All serial ports with maker and serial number; new ones are marked. “Simulated module” "
                              "needs no hardware. A double click or Enter connects.")),
-        ("port_address", marked("A port that is not in the list: a device, a pseudo-terminal of “dps-s simulate”, or "
-                                "socket://host:port.")),
         ("rate_box", marked("The module's speed: 115200 as delivered. “Find the rate” tries all that the vendor "
                             "names, one after the other, with questions only.")),
         ("connect_button", marked("Opens the chosen port and reads everything that can be read. That activates "
@@ -50,7 +48,6 @@ ENTRIES: Final[tuple[HelpText, ...]] = tuple(
                                  "says; no parachute is connected to it.")),
         ("live_tour", marked("A guided round on a simulated module: from the first connection to GO, in a few "
                              "minutes. Everything stays as it was.")),
-        ("live_tour_decline", marked("Takes this offer away. The tour stays in the Help menu.")),
         ("live_gauge", marked("How the aircraft lies. Red: from here on an active module fires. Blue: here it rearms, "
                               "10° below.")),
         ("live_panel", marked("What the module says now. A dimmed number with an age is stale; a hatched “unknown” was "
@@ -62,9 +59,6 @@ ENTRIES: Final[tuple[HelpText, ...]] = tuple(
         ("time-plot-pause", marked("Holds the picture still. What the module says goes on being recorded.")),
         ("time-plot*", marked("Tilt, acceleration and cell voltage over time, with the limits at which the module "
                               "fires. Where nothing was heard the line is broken, never filled in.")),
-        ("live_save_csv", marked("Saves every sample in sight as a table, with the time of each.")),
-        ("live_save_png", marked("Saves a picture of the plots and numbers, with port and time below.")),
-        ("live_save_cancel", marked("Stops saving; no half file is left.")),
         ("live_note", marked("What came of the last saving.")),
         # Settings
         ("*_less", marked("Decreases the value by one step. Nothing is written yet.")),
@@ -77,7 +71,6 @@ ENTRIES: Final[tuple[HelpText, ...]] = tuple(
         ("settings_read", marked("Asks the module for every setting that can be read. Changes nothing.")),
         ("settings_undo", marked("Takes the last edit in this form back. The module is not touched.")),
         ("settings_redo", marked("Does the edit again that was taken back. The module is not touched.")),
-        ("settings_revert", marked("Discards all edits.")),
         ("settings_defaults", marked("Wants the defaults of the vendor's table in every row. Look at them, then "
                                      "write.")),
         ("settings_as_found", marked("Wants what the module held before this program first wrote to it in this "
@@ -89,25 +82,14 @@ ENTRIES: Final[tuple[HelpText, ...]] = tuple(
                                     "on every module.")),
         ("profile_open", marked("Opens a file with settings and compares it row by row. Nothing is written before you "
                                 "tick rows and apply.")),
-        ("profile_recent", marked("Profiles that were opened or saved before.")),
         ("profile_save", marked("Saves what the module holds now as a file, to set up others alike.")),
-        ("profile_close", marked("Back to the form; nothing is applied.")),
-        ("profile_apply", marked("Writes the ticked rows to the module and reads each back.")),
         ("profile_match_*", marked("Whether the profile and the module agree in this setting.")),
-        ("calibration_closed*", marked("Twenty readings of the light sensor with the bay closed.")),
-        ("calibration_open*", marked("Twenty readings of the light sensor with the bay fully open.")),
-        ("calibration_back", marked("Back to the form; nothing is changed.")),
-        ("calibration_take", marked("Puts the measured threshold into the form; it is written with the other "
-                                    "changes.")),
-        ("baud_find", marked("Tries every speed until the module answers, with questions only.")),
         ("baud_ask", marked("Begins the change of the module's speed; it asks once more. The vendor advises not to "
                             "change it: whoever talks to the module must use the new speed from then on.")),
         ("baud_go", marked("Sends the change once, then looks for the module at the new speed, the old one, and all "
                            "others.")),
         ("baud_cancel", marked("Takes it back. Nothing is sent.")),
         # Triggers
-        ("triggers_search", marked("Shows only the records in which all these words stand.")),
-        ("triggers_show", marked("Which records to show.")),
         ("*_module", marked("The module has no serial number. A name, given once, ties its records and checks "
                             "together; it is recognised again by its adapter and its boot count.")),
         ("*_module_edit", marked("Type a new name, or choose a module that was here before.")),
@@ -115,11 +97,6 @@ ENTRIES: Final[tuple[HelpText, ...]] = tuple(
                                   "were. What cannot be true is marked, not hidden.")),
         ("triggers_judge_*", marked("What this trigger was, as far as you know. It is kept with the record and "
                                     "pre-flight asks about those that nobody judged.")),
-        ("triggers_note", marked("Anything worth knowing about this trigger; kept with the record.")),
-        ("triggers_raw", marked("The sixteen bytes as the module sent them.")),
-        ("triggers_copy", marked("Copies the chosen records as text.")),
-        ("triggers_save_page", marked("Saves the records that are shown, in their order, as a table.")),
-        ("triggers_save_archive", marked("Saves every record that was ever seen of this module as a table.")),
         ("triggers_read", marked("Asks the module for its last nine trigger records, until two readings agree. "
                                  "Nothing is deleted on the module.")),
         # Pre-flight
@@ -129,7 +106,6 @@ ENTRIES: Final[tuple[HelpText, ...]] = tuple(
         ("preflight_aircraft*", marked("Which aircraft the module sits in. It stands in the record.")),
         ("preflight_profile", marked("What the settings are compared with: the vendor's advice, or a profile of yours, "
                                      "which can also ask a person to look at things.")),
-        ("preflight_explain", marked("Says why each check matters, also where it passes.")),
         ("check_trigger_records_act", marked("Says that you looked at the old records on the Triggers page, and checks "
                                              "again. The record says that a person vouched for it.")),
         ("check_boot_count_act", marked("Says that it is the named module although its boot count does not follow, and "
@@ -140,21 +116,13 @@ ENTRIES: Final[tuple[HelpText, ...]] = tuple(
         ("check_*_result", marked("How this check came out: pass, look, FAIL, or unknown. Unknown never counts as "
                                   "GO.")),
         ("manual_*", marked("What only a person can look at. It counts for this flight only.")),
-        ("preflight_history", marked("All checks that were kept, and how what they measured went over time.")),
-        ("preflight_verify", marked("Opens a record or a report and says whether it was altered since.")),
-        ("preflight_print", marked("Saves the check as PDF, HTML and JSON, while it holds.")),
-        ("preflight_cancel", marked("Breaks the check off. There is no verdict then.")),
         ("preflight_enable", marked("Enables both automatic triggers on the module, then runs all checks. Needed once "
                                     "after each start of the module: it cannot be asked how they stand.")),
         ("preflight_run", marked("Runs all checks, with questions only: nothing on the module is changed. Takes about "
                                  "six seconds.")),
-        ("check_history_filter", marked("Whose checks to show: those of one module, or of one aircraft.")),
         ("check_history_table", marked("Every kept check with its verdict. Choose one to print it as it was.")),
-        ("check_history_back", marked("Back to the check.")),
-        ("check_history_print", marked("Exports the selected record as it was stored, with its time.")),
         ("trend_*", marked("How this measurement went from check to check, with its limit.")),
         # Commands
-        ("commands_lock", marked("Puts the module into standby at once.")),
         ("commands_activation", marked("ACTIVE: the module fires by its thresholds. LOCKED: it reports standby.")),
         ("commands_trigger", marked("Whether the module says that it has fired.")),
         ("act_*_ask", marked("Asks once more before anything is sent. What still stands against it is named in the "
@@ -164,11 +132,9 @@ ENTRIES: Final[tuple[HelpText, ...]] = tuple(
         ("act_*_cancel", marked("Takes it back. Nothing is sent.")),
         ("ritual_choose", marked("Begins the ritual that fires the parachute: arm, then hold for two seconds. Letting "
                                  "go, Esc, or leaving the page ends it and sends nothing.")),
-        ("ritual_rehearse", marked("The same ritual from beginning to end; it shows the bytes and sends nothing.")),
         ("ritual_arm", marked("Arms for ten seconds. Nothing is sent yet.")),
         ("ritual_hold", marked("Held for two seconds, by mouse or space bar, it sends the command once. Letting go "
                                "before sends nothing.")),
-        ("ritual_cancel", marked("Disarms at once. Nothing is sent.")),
         # Diagnosis
         ("diagnosis_why", marked("Why it does not connect: one cause, one next step.")),
         ("diagnosis_traffic", marked("Every frame that was sent and received, decoded, with rejected bytes and the "
@@ -180,7 +146,6 @@ ENTRIES: Final[tuple[HelpText, ...]] = tuple(
         ("capture_save", marked("Saves what went over this line as a text file.")),
         ("bundle_parts", marked("The files of the bundle. What is not listed is not sent.")),
         ("bundle_text", marked("The chosen file, exactly as it will be saved.")),
-        ("bundle_renew", marked("Refreshes the bundle with what happened since.")),
         ("bundle_save", marked("Saves the bundle as one zip file on this computer. Nothing is sent anywhere.")),
         ("figures_minutes", marked("The last ten minutes, second by second.")),
         ("figures_hours", marked("The last twelve hours, minute by minute.")),
@@ -189,13 +154,8 @@ ENTRIES: Final[tuple[HelpText, ...]] = tuple(
                                    "another device.")),
         ("figures_over_time", marked("Replies, losses and invalid bytes over time.")),
         ("figures_*", marked("Counted since the port was opened.")),
-        ("traffic_filter", marked("Which rows to show: all, or only one kind.")),
         ("traffic_search_text", marked("Bytes such as 41 75, or words. Enter goes to the next row.")),
         ("traffic_search_*", marked("Goes through the rows in which the searched text stands.")),
-        ("traffic_pause", marked("Holds the list still; frames go on being recorded.")),
-        ("traffic_mark", marked("Marks the selected rows, to find them again.")),
-        ("traffic_copy", marked("Copies the selected rows, or all, as text.")),
-        ("traffic_clear", marked("Forgets all rows of the list. Nothing on the module changes.")),
         ("traffic_table", marked("Time, direction, bytes and meaning of every frame. Choose a row to see what each "
                                  "byte says.")),
         ("why_act", marked("Does what its words say, where the program can; else it copies the command to type.")),
@@ -203,7 +163,6 @@ ENTRIES: Final[tuple[HelpText, ...]] = tuple(
         # Recordings
         ("session_sign", marked("Whether this session is being recorded. Everything that comes over the line is, by "
                                 "itself, within limits of size and age.")),
-        ("recordings_search", marked("Shows only the recordings in which all these words stand.")),
         ("recordings_table", marked("Every session that was recorded. Open one to look at it on the Live page.")),
         # Flight logs
         ("flights_map", marked("Which thresholds separate the two lists: shaded where a flight fires that must not, "
@@ -218,10 +177,6 @@ ENTRIES: Final[tuple[HelpText, ...]] = tuple(
         ("fired_list", marked("When the module would have fired with the thresholds wanted here, and what came near. "
                               "Choose one to see it in the plots.")),
         # A recording that is played, and the simulated module
-        ("recording_speed", marked("How quick the recording is played; another speed begins from the start.")),
-        ("recording_again", marked("Plays the recording from the start.")),
-        ("recording_stop", marked("Ends the recording; a module can be connected then.")),
-        ("simulator_drop", marked("Lets the simulated module fall from this height. Active, it fires by free fall.")),
         ("simulator_dock", marked("What a person could do to a real module on the bench, done to the simulated one.")),
     )
 )  # fmt: skip

@@ -14,7 +14,7 @@ from ui.plots.view import WINDOWS_S, TimeView
 from ui.style.icons import Icon, icon
 from ui.style.theme import Meaning, Space
 from ui.widgets.controls import control
-from ui.widgets.flow_row import FlowRow
+from ui.widgets.layouts import FlowRow
 from ui.widgets.naming import named
 from ui.widgets.readout import StateChip
 

@@ -12,7 +12,7 @@ from typing import Final
 
 from PySide6.QtCore import QEvent, Signal
 from PySide6.QtGui import QPixmap
-from PySide6.QtWidgets import QVBoxLayout, QWidget
+from PySide6.QtWidgets import QWidget
 
 from app.text.i18n import tr
 from ui.core.texts import Texts
@@ -22,6 +22,7 @@ from ui.plots.header import PlotHeader
 from ui.plots.paint import Picture, cursor_time, reading
 from ui.plots.view import Lane, Mark, Span, TimeView
 from ui.style.theme import Space, current
+from ui.widgets.layouts import in_column
 
 # Marks that are kept; at ten hours one every 36 s.
 _MARKS_KEPT: Final = 1000
@@ -63,11 +64,7 @@ class TimePlot(QWidget):
         self._canvas.keeps_cursor = bounds is not None
         self._head = PlotHeader(texts, self._view)
         self.header, self.pause = self._head.row, self._head.pause
-        layout = QVBoxLayout(self)
-        layout.setContentsMargins(0, 0, 0, 0)
-        layout.setSpacing(Space.XS)
-        layout.addWidget(self._head)
-        layout.addWidget(self._canvas, 1)
+        in_column(self._head, (self._canvas, 1), of=self, spacing=Space.XS, margins=0)
         self.setMinimumHeight(200)
         self._connect(texts)
         self.apply_theme()

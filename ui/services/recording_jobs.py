@@ -10,6 +10,7 @@ from PySide6.QtCore import QObject, Signal
 
 from app.recordings.entry_texts import when_text
 from app.text.i18n import tr
+from app.text.sentences import reason_of
 from ui.core.background_task import BackgroundTask, Running
 from ui.services.session_recording import SessionRecording
 from ui.style.theme import Meaning
@@ -213,5 +214,5 @@ def _why_not(error: Exception, path: Path | None) -> str:
         return tr("It is being written now and cannot be deleted.")
     if path is not None:
         return not_saved_text(path, error)
-    why = getattr(error, "strerror", None) or error
+    why = reason_of(error)
     return tr("That did not work: {why}.", why=why)

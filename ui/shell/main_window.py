@@ -6,7 +6,7 @@ from functools import partial
 
 from PySide6.QtCore import QEvent, QPoint, QSize, Qt, QTimer, Signal
 from PySide6.QtGui import QCloseEvent, QKeyEvent, QResizeEvent
-from PySide6.QtWidgets import QHBoxLayout, QMainWindow, QStackedWidget, QToolBar, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QMainWindow, QStackedWidget, QToolBar, QWidget
 
 from app.diagnosis.link_state import NextStep
 from app.engine.target import Target
@@ -34,6 +34,7 @@ from ui.shell.top_bar import TopBar
 from ui.simulator.dock import SimulatorDock
 from ui.style.icons import app_icon
 from ui.style.theme import Choice, Space
+from ui.widgets.layouts import in_column, in_row
 from ui.widgets.naming import named
 from ui.widgets.notice_bar import NoticeBar
 from ui.widgets.recording_bar import RecordingBar
@@ -128,16 +129,8 @@ class MainWindow(QMainWindow):
     def _lay_out(self) -> None:
         centre = self.centre = QWidget()
         centre.setObjectName("centre")
-        layout = QVBoxLayout(centre)
-        layout.setContentsMargins(0, 0, 0, 0)
-        layout.setSpacing(0)
-        body = QHBoxLayout()
-        body.setSpacing(0)
-        body.addWidget(self.navigation)
-        body.addWidget(self.stack, 1)
-        layout.addWidget(self.recording_bar)
-        layout.addWidget(self.notice_bar)
-        layout.addLayout(body, 1)
+        body = in_row(self.navigation, (self.stack, 1), spacing=0)
+        in_column(self.recording_bar, self.notice_bar, (body, 1), of=centre, spacing=0, margins=0)
         self._add_bar("head", Qt.ToolBarArea.TopToolBarArea, self.top_bar)
         self.setCentralWidget(centre)
         self._add_bar("foot", Qt.ToolBarArea.BottomToolBarArea, self.status_bar)

@@ -4,13 +4,14 @@ from collections.abc import Callable
 from typing import Final
 
 from PySide6.QtCore import QEvent, Qt, Signal
-from PySide6.QtWidgets import QHBoxLayout, QLabel, QWidget
+from PySide6.QtWidgets import QLabel, QWidget
 
 from app.text.i18n import tr
 from ui.services.session_recording import Sign
 from ui.style.icons import Icon
 from ui.style.theme import Meaning, Space
 from ui.widgets.labels import IconLabel
+from ui.widgets.layouts import in_row
 from ui.widgets.naming import named
 from ui.widgets.notice_bar import Choice, Notice
 
@@ -30,11 +31,7 @@ class RecordingSign(QWidget):
         self._picture = IconLabel("session_sign_icon", _ICON_PX)
         self.label = named(QLabel(), "session_sign_text", "small")
         self.label.setTextFormat(Qt.TextFormat.PlainText)
-        row = QHBoxLayout(self)
-        row.setContentsMargins(0, 0, 0, 0)
-        row.setSpacing(Space.XS)
-        row.addWidget(self._picture)
-        row.addWidget(self.label)
+        in_row(self._picture, self.label, of=self, spacing=Space.XS, margins=0)
         self._shown: Sign | None = None
         self._is_told = False
         self.refresh()

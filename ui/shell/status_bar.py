@@ -1,7 +1,7 @@
 """Status bar: link statistics."""
 
 from PySide6.QtCore import QEvent, Qt
-from PySide6.QtWidgets import QFrame, QHBoxLayout, QLabel, QWidget
+from PySide6.QtWidgets import QFrame, QLabel, QWidget
 
 from app.diagnosis.link_state import duration
 from app.engine.device import LONGEST_LAG_S
@@ -14,6 +14,7 @@ from ui.style.icons import Icon
 from ui.style.theme import Meaning, Space
 from ui.widgets.controls import control
 from ui.widgets.labels import ElidedLabel, IconLabel
+from ui.widgets.layouts import in_row
 from ui.widgets.naming import named
 
 RATE_OVER_S = 1.0
@@ -57,17 +58,9 @@ class StatusBar(QFrame):
         texts.bind(self.figures.setAccessibleDescription, "Link statistics")
         texts.bind(self.passing.setAccessibleDescription, "Message")
         texts.bind(self.age.setAccessibleDescription, "Time since the last frame")
-        row = QHBoxLayout(self)
-        row.setContentsMargins(Space.M, Space.XS, Space.M, Space.XS)
-        row.setSpacing(Space.L)
-        marked = QHBoxLayout()
-        marked.setSpacing(Space.XS)
-        for widget in (self.figures, self.sign, self.fault):
-            marked.addWidget(widget)
-        row.addLayout(marked)
+        marked = in_row(self.figures, self.sign, self.fault, spacing=Space.XS)
         self.passing.setAlignment(Qt.AlignmentFlag.AlignCenter)
-        row.addWidget(self.passing, 1)
-        row.addWidget(self.age)
+        row = in_row(marked, (self.passing, 1), self.age, of=self, spacing=Space.L, margins=(Space.M, Space.XS))
         self._row = row
         for label in (self.figures, self.passing, self.age):
             label.setProperty("role", "small")

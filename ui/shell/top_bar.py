@@ -4,7 +4,7 @@ from functools import partial
 
 from PySide6.QtCore import QEvent, QSize, Qt, Signal
 from PySide6.QtGui import QColor, QFontMetrics, QPainter, QPaintEvent
-from PySide6.QtWidgets import QFrame, QHBoxLayout, QPushButton, QSizePolicy, QWidget
+from PySide6.QtWidgets import QFrame, QPushButton, QSizePolicy, QWidget
 
 from app.diagnosis.link_state import LinkState, LinkWords, Phase, words
 from app.engine.device import DeviceView
@@ -19,6 +19,7 @@ from ui.services.module_name import ModuleName
 from ui.style.icons import Icon, battery, draw, icon
 from ui.style.theme import Meaning, Size, Space, current, font
 from ui.widgets.controls import control
+from ui.widgets.layouts import in_row
 from ui.widgets.readout import StateChip
 from ui.widgets.recording_bar import recording_name, recording_word
 from ui.widgets.state_chips import age_of, show_activation, show_known_trigger
@@ -181,13 +182,16 @@ class TopBar(QFrame):
         for chip, name in explained:
             _explain(texts, chip, BY_NAME[name])
         self.lock = self._make_lock(texts, lock)
-        row = QHBoxLayout(self)
-        row.setContentsMargins(Space.S, Space.XS, Space.M, Space.XS)
-        row.setSpacing(Space.S)
-        row.addWidget(self.port, 1)
-        row.addStretch(0)
-        for widget in (self.activation, self.trigger, self.cell):
-            row.addWidget(widget)
+        row = in_row(
+            (self.port, 1),
+            0,
+            self.activation,
+            self.trigger,
+            self.cell,
+            of=self,
+            spacing=Space.S,
+            margins=(Space.S, Space.XS, Space.M, Space.XS),
+        )
         row.addSpacing(Space.S)
         row.addWidget(self.lock)
         self._reserve()

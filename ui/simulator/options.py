@@ -25,7 +25,7 @@ from ui.core.texts import Texts
 from ui.style.theme import Space
 from ui.widgets.controls import control
 from ui.widgets.naming import named
-from ui.widgets.sliders import NUMBER_PX, WheelGuard, describe, label_for
+from ui.widgets.sliders import NUMBER_PX, WheelGuard, label_for
 
 PERCENT = 100.0
 Rows = tuple[tuple[str, str], ...]
@@ -209,7 +209,7 @@ class OptionRows(QWidget):
 
     def _add(self, option: Option, title: str, widget: QWidget, show: Callable[[Any], None]) -> None:
         self._guard.guard(widget)
-        describe(self._texts, widget, title, option.text)
+        control(widget, self._texts, widget.objectName(), says=title, tip=option.text)
         self._show[option.name] = show
         show(parse_value(option, default_text(option)))
         if isinstance(widget, QCheckBox):
@@ -238,13 +238,10 @@ class SimulatorOptions(QWidget):
         layout.setContentsMargins(0, 0, 0, 0)
         layout.setSpacing(Space.S)
         for name, title, explanation, rows in _SECTIONS:
-            fold = named(QToolButton(), f"simulator_fold_{name}")
-            fold.setCheckable(True)
-            fold.setProperty("role", "quiet")
+            fold = control(QToolButton(), texts, f"simulator_fold_{name}", title, tip=explanation, role="quiet",
+                           is_checkable=True)  # fmt: skip
             fold.setArrowType(Qt.ArrowType.RightArrow)
             fold.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonTextBesideIcon)
-            texts.bind(fold.setText, title)
-            describe(texts, fold, title, explanation)
             body = named(OptionRows(texts, guard, rows), f"simulator_{name}_rows")
             body.changed.connect(self._change)
             body.hide()
@@ -253,8 +250,8 @@ class SimulatorOptions(QWidget):
             layout.addWidget(body)
             self.folds[name] = fold
             self._rows.append(body)
-        self.heal = control(QPushButton(), texts, "simulator_heal", "End all faults", slot=self._heal)
-        describe(texts, self.heal, marked("End all faults"), marked("Make the line perfect again; the dialect stays."))
+        self.heal = control(QPushButton(), texts, "simulator_heal", "End all faults", slot=self._heal,
+                            tip="Make the line perfect again; the dialect stays.")  # fmt: skip
         self._rows[0].form.addRow(self.heal)
 
     @property

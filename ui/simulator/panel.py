@@ -8,12 +8,10 @@ from PySide6.QtWidgets import (
     QFormLayout,
     QFrame,
     QGridLayout,
-    QHBoxLayout,
     QLabel,
     QPushButton,
     QScrollArea,
     QSpinBox,
-    QVBoxLayout,
     QWidget,
 )
 
@@ -24,8 +22,9 @@ from ui.core.texts import Texts
 from ui.simulator.options import SimulatorOptions
 from ui.style.theme import Space
 from ui.widgets.controls import control
+from ui.widgets.layouts import in_column, in_row
 from ui.widgets.naming import named
-from ui.widgets.sliders import NUMBER_PX, Dial, WheelGuard, describe, label_for
+from ui.widgets.sliders import NUMBER_PX, Dial, WheelGuard, label_for
 from ui.widgets.visibility_timer import VisibilityTimer
 
 REFRESH_MS = 200
@@ -48,17 +47,23 @@ class SimulatorPanel(QWidget):
         self._bench: SimulatedBench | None = None
         self.summary = self._make_summary()
         self.tilt = Dial("simulator_tilt", minimum=0, maximum=180, step=1, unit="°", guard=self._guard)
-        self.fall_height = named(QSpinBox(), "simulator_height")
+        self.fall_height = control(QSpinBox(), texts, "simulator_height", says="Height of the fall",
+                                   tip="From 13 m on a fall lasts longer than 1.60 s.")  # fmt: skip
         self.drop = control(
             QPushButton(), texts, "simulator_drop", tip="Let it fall from this height. Active, it fires by free fall."
         )
-        self.bay = named(QCheckBox(), "simulator_bay")
+        self.bay = control(QCheckBox(), texts, "simulator_bay", "Parachute bay open",
+                           tip="Open, the light sensor reads about 2.5 V; closed, about 0.3 V.")  # fmt: skip
         self.cell = Dial("simulator_cell", minimum=3.0, maximum=4.3, step=0.02, unit=" V", guard=self._guard)
-        self.charger = named(QCheckBox(), "simulator_charger")
-        self.lifelike = named(QCheckBox(), "simulator_lifelike")
-        self.restart = named(QPushButton(), "simulator_restart")
-        self.press = named(QPushButton(), "simulator_press")
-        self.plug = named(QPushButton(), "simulator_plug")
+        self.charger = control(QCheckBox(), texts, "simulator_charger", "External power",
+                               tip="Charges the cell, and wakes a module that was shut down.")  # fmt: skip
+        self.lifelike = control(QCheckBox(), texts, "simulator_lifelike", "Wobbles a little",
+                                tip="Moves by a few degrees, as in the wind.")  # fmt: skip
+        self.restart = control(QPushButton(), texts, "simulator_restart", "Restart",
+                               tip="Off and on again: one more boot, two heartbeats, locked.")  # fmt: skip
+        self.press = control(QPushButton(), texts, "simulator_press", "Press its switch",
+                             tip="Switches the module on after it was shut down.")  # fmt: skip
+        self.plug = QPushButton()
         self.options = SimulatorOptions(texts, self._guard)
         self._connect()
         self._name()
@@ -135,33 +140,6 @@ class SimulatorPanel(QWidget):
         self.cell.describe(
             texts, marked("Cell voltage"), marked("Voltage of the module's cell. It drains slowly by itself.")
         )
-        describe(
-            texts,
-            self.fall_height,
-            marked("Height of the fall"),
-            marked("From 13 m on a fall lasts longer than 1.60 s."),
-        )
-        for box, title, explanation in (
-            (
-                self.bay,
-                marked("Parachute bay open"),
-                marked("Open, the light sensor reads about 2.5 V; closed, about 0.3 V."),
-            ),
-            (
-                self.charger,
-                marked("External power"),
-                marked("Charges the cell, and wakes a module that was shut down."),
-            ),
-            (self.lifelike, marked("Wobbles a little"), marked("Moves by a few degrees, as in the wind.")),
-        ):
-            texts.bind(box.setText, title)
-            describe(texts, box, title, explanation)
-        for button, title, explanation in (
-            (self.restart, marked("Restart"), marked("Off and on again: one more boot, two heartbeats, locked.")),
-            (self.press, marked("Press its switch"), marked("Switches the module on after it was shut down.")),
-        ):
-            texts.bind(button.setText, title)
-            describe(texts, button, title, explanation)
         self._name_drop(self.fall_height.value())
         self._name_plug(is_plugged_in=True)
 
@@ -173,12 +151,12 @@ class SimulatorPanel(QWidget):
         if self.plug.property("is_plugged_in") is is_plugged_in:
             return
         self.plug.setProperty("is_plugged_in", is_plugged_in)
-        if is_plugged_in:
-            self._texts.bind(self.plug.setText, "Unplug")
-            describe(self._texts, self.plug, marked("Unplug"), marked("Pull the serial adapter out."))
-        else:
-            self._texts.bind(self.plug.setText, "Plug in")
-            describe(self._texts, self.plug, marked("Plug in"), marked("Put the serial adapter back."))
+        text, tip = (
+            (marked("Unplug"), marked("Pull the serial adapter out."))
+            if is_plugged_in
+            else (marked("Plug in"), marked("Put the serial adapter back."))
+        )
+        control(self.plug, self._texts, "simulator_plug", text, tip=tip)
 
     def _lay_out(self) -> None:
         form = QFormLayout()
@@ -187,10 +165,7 @@ class SimulatorPanel(QWidget):
         form.setFieldGrowthPolicy(QFormLayout.FieldGrowthPolicy.AllNonFixedFieldsGrow)
         form.addRow(label_for(self._texts, self.tilt, marked("Tilt")), self.tilt)
         form.addRow(label_for(self._texts, self.cell, marked("Cell")), self.cell)
-        fall = QHBoxLayout()
-        fall.setSpacing(Space.S)
-        fall.addWidget(self.drop, 1)
-        fall.addWidget(self.fall_height)
+        fall = in_row((self.drop, 1), self.fall_height, spacing=Space.S)
         form.addRow(label_for(self._texts, self.fall_height, marked("Fall")), fall)
         for box in (self.bay, self.charger, self.lifelike):
             form.addRow(box)
@@ -200,22 +175,13 @@ class SimulatorPanel(QWidget):
         buttons.addWidget(self.plug, 0, 1)
         buttons.addWidget(self.press, 1, 0, 1, 2)
         self._body = named(QWidget(), "simulator_body")
-        body = QVBoxLayout(self._body)
-        body.setContentsMargins(Space.M, Space.M, Space.M, Space.M)
-        body.setSpacing(Space.M)
-        body.addWidget(self.summary)
-        body.addLayout(form)
-        body.addLayout(buttons)
-        body.addWidget(self.options)
-        body.addStretch(1)
+        in_column(self.summary, form, buttons, self.options, 1, of=self._body, spacing=Space.M, margins=Space.M)
         self._area = control(QScrollArea(), self._texts, "simulator_scroll", says="Simulated module")
         self._area.setWidgetResizable(True)
         self._area.setFrameShape(QFrame.Shape.NoFrame)
         self._area.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
         self._area.setWidget(self._body)
-        layout = QVBoxLayout(self)
-        layout.setContentsMargins(0, 0, 0, 0)
-        layout.addWidget(self._area)
+        in_column(self._area, of=self, margins=0)
 
     def _fit_width(self) -> None:
         """As wide as the widest row, also of the fold, so that opening it moves nothing and cuts nothing off."""

@@ -38,6 +38,7 @@ def control(
     key: str = "",
     picture: Icon | None = None,
     role: str = "",
+    is_checkable: bool = False,
     slot: object = None,
 ) -> Control:
     """`one`, complete. `text`, `says` (the accessible name; a button's is else its text) and `tip` are English.
@@ -48,6 +49,8 @@ def control(
     named(one, name, role)
     if isinstance(one, QAbstractButton):
         says = says or text
+        if is_checkable:
+            one.setCheckable(True)
         if picture is not None:
             one.setIcon(icon(picture, is_on_primary=role == "primary"))
             one.setIconSize(QSize(ICON_PX, ICON_PX))

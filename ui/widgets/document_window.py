@@ -2,11 +2,12 @@
 
 from PySide6.QtCore import QSize, Qt, QUrl
 from PySide6.QtGui import QTextBlockFormat, QTextCursor
-from PySide6.QtWidgets import QDialog, QDialogButtonBox, QTextBrowser, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QDialog, QDialogButtonBox, QTextBrowser, QWidget
 
 from ui.core.texts import Texts
 from ui.style.theme import Space
 from ui.widgets.controls import control
+from ui.widgets.layouts import in_column
 from ui.widgets.naming import named
 
 _SIZE = QSize(760, 520)
@@ -26,15 +27,9 @@ class DocumentWindow(QDialog):
         self.buttons.rejected.connect(self.reject)
         texts.bind(self.setWindowTitle, title)
         texts.bind(self.setAccessibleName, title)
-        close = named(self.buttons.button(QDialogButtonBox.StandardButton.Close), f"{name}_close")
-        texts.bind(close.setText, "Close")
-        texts.bind(close.setAccessibleName, "Close")
-        texts.bind(close.setToolTip, "Close (Esc)")
-        column = QVBoxLayout(self)
-        column.setContentsMargins(Space.M, Space.M, Space.M, Space.M)
-        column.setSpacing(Space.S)
-        column.addWidget(self.text, 1)
-        column.addWidget(self.buttons)
+        close = self.buttons.button(QDialogButtonBox.StandardButton.Close)
+        control(close, texts, f"{name}_close", "Close", tip="Close (Esc)")
+        in_column((self.text, 1), self.buttons, of=self, spacing=Space.S, margins=Space.M)
 
     def show_markdown(self, text: str, base: QUrl | None = None) -> None:
         """`base`: the folder, with a slash at its end, in which pictures and other pages are found."""

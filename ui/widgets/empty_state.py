@@ -3,11 +3,12 @@
 from typing import Final
 
 from PySide6.QtCore import Qt
-from PySide6.QtWidgets import QLabel, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QLabel, QWidget
 
 from ui.style.icons import Icon
 from ui.style.theme import Space
 from ui.widgets.labels import IconLabel
+from ui.widgets.layouts import in_column
 from ui.widgets.naming import named
 
 _MARGIN_PX: Final = 120
@@ -24,11 +25,7 @@ class EmptyState(QWidget):
         self._picture.show_icon(picture, is_muted=True)
         self._picture.setAlignment(Qt.AlignmentFlag.AlignHCenter)
         self.title, self.text = named(QLabel(), f"{name}_title", "title"), named(QLabel(), f"{name}_text", "muted")
-        column = self.column = QVBoxLayout(self)
-        column.setContentsMargins(_MARGIN_PX, 0, _MARGIN_PX, 0)
-        column.setSpacing(Space.S)
-        column.addStretch(2)
-        column.addWidget(self._picture)
+        column = self.column = in_column(2, self._picture, of=self, spacing=Space.S, margins=(_MARGIN_PX, 0))
         for label in (self.title, self.text):
             label.setAlignment(Qt.AlignmentFlag.AlignHCenter)
             label.setWordWrap(True)

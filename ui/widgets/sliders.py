@@ -1,11 +1,12 @@
 """Sliders with a number field, and the guard against accidental wheel events."""
 
 from PySide6.QtCore import QEvent, QObject, QSignalBlocker, Qt, Signal
-from PySide6.QtWidgets import QDoubleSpinBox, QHBoxLayout, QLabel, QSlider, QWidget
+from PySide6.QtWidgets import QDoubleSpinBox, QLabel, QSlider, QWidget
 
 from ui.core.texts import Texts
 from ui.style.theme import Space
 from ui.widgets.controls import control
+from ui.widgets.layouts import in_row
 from ui.widgets.naming import named
 
 NUMBER_PX = 104
@@ -24,13 +25,6 @@ class WheelGuard(QObject):
             event.ignore()  # so that it goes on to the scroll area
             return True
         return False
-
-
-def describe(texts: Texts, widget: QWidget, title: str, explanation: str) -> None:
-    """Accessible name, tooltip and What's This from two English texts."""
-    texts.bind(widget.setAccessibleName, title)
-    texts.bind(widget.setToolTip, explanation)
-    texts.bind(widget.setWhatsThis, explanation)
 
 
 def label_for(texts: Texts, widget: QWidget, title: str) -> QLabel:
@@ -74,18 +68,14 @@ class Dial(QWidget):
         self.box.setFixedWidth(NUMBER_PX)
         for widget in (self.slider, self.box):
             guard.guard(widget)
-        row = QHBoxLayout(self)
-        row.setContentsMargins(0, 0, 0, 0)
-        row.setSpacing(Space.S)
-        row.addWidget(self.slider, 1)
-        row.addWidget(self.box)
+        in_row((self.slider, 1), self.box, of=self, spacing=Space.S, margins=0)
         self.setFocusProxy(self.slider)
         self.slider.valueChanged.connect(self._slid)
         self.box.valueChanged.connect(self._typed)
 
     def describe(self, texts: Texts, title: str, explanation: str) -> None:
         for widget in (self.slider, self.box):
-            describe(texts, widget, title, explanation)
+            control(widget, texts, widget.objectName(), says=title, tip=explanation)
 
     @property
     def value(self) -> float:

@@ -15,7 +15,7 @@ from app.guided.results import GuidedKind, GuidedResult, GuidedVerdict, Measured
 from app.limits.expectations import Expectations, LastTested, Past, expectations_of, settings_code
 from app.preflight.evidence import FrameLog
 from app.preflight.findings import Case, CheckResult
-from app.preflight.judging_module import guided_tests
+from app.preflight.module_checks import guided_tests
 from app.preflight.verdict import assess
 from app.records.filing import Person, file_check
 from app.records.report_html import body, page

@@ -8,6 +8,7 @@ import pytest
 from app.engine.procedure import Cancelled, PortLost
 from app.engine.session import Run
 from app.procedures.act import SENTENCES, Armed, Performed, perform, rehearse
+from app.procedures.ask_status import ask_status
 from app.procedures.read import read_everything
 from app.procedures.stream import StreamSwitch, watch
 from app.safety.acts import REQUESTS, Act
@@ -90,6 +91,17 @@ def test_an_act_that_is_allowed_is_done_once_and_confirmed(act: Act) -> None:
     assert module.is_on is (act is not Act.SHUTDOWN)
     assert module.state.is_forbidden is (act is Act.FORBID_DEPLOY)
     assert module.memory.zero_tilt_deg == (4 if act is Act.ZERO else 0)
+
+
+@pytest.mark.parametrize("act", READY)
+def test_what_came_of_it_is_known_at_once_on_a_good_line(act: Act) -> None:
+    rig = Rig(READY[act])
+    rig.run(ask_status())
+    begun = rig.clock()
+    assert do(rig, act).outcome is Outcome.CONFIRMED
+    took_s = rig.clock() - begun
+    # Before zeroing it has to lie still for two seconds; a second report of firing, and a silence, take their time.
+    assert took_s < {Act.ZERO: 2.4, Act.DEPLOY: 1.5, Act.SHUTDOWN: 4.0}.get(act, 0.5), took_s
 
 
 @pytest.mark.parametrize("act", READY)

@@ -12,7 +12,7 @@ from app.engine.procedure import EngineView, LinkView
 from app.limits.expectations import Expectations, Past
 from app.preflight.evidence import Evidence
 from app.preflight.findings import Case, CheckResult
-from app.preflight.judging_module import trigger_records
+from app.preflight.module_checks import trigger_records
 from app.procedures.history import History, Pass, _read_once, _with_strays, history_of, read_history
 from app.simulator.memory import record_frame
 from protocol.catalogue import TRIGGER_RECORDS
@@ -72,6 +72,9 @@ def test_there_are_never_more_empty_slots_than_the_records_leave() -> None:
     empty = EmptySlot(b"")
     history = history_of([Pass((ONE, TWO, *[empty] * 7)), Pass((ONE, *[empty] * 8)), Pass((TWO, *[empty] * 8))])
     assert len(history.all) == 2
+    assert history.empty_slots == 7
+    history = history_of([Pass((ONE, *[empty] * 8)), Pass((TWO, *[empty] * 8))])
+    assert len(history.seen_once) == 2
     assert history.empty_slots == 7
 
 

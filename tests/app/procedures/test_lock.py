@@ -236,7 +236,9 @@ def test_every_outcome_has_its_sentence() -> None:
     assert set(SENTENCES) == set(Outcome)
     for outcome in Outcome:
         for sent in (0, 1, 2):
-            assert Locked(outcome=outcome, sent=sent).sentence
+            sentence = Locked(outcome=outcome, sent=sent).sentence
+            assert sentence
+            assert "{" not in sentence
     assert waiting_sentence(3) == "LOCK sent 3 times, not yet reported"
 
 

@@ -3,7 +3,7 @@
 from typing import Final
 
 from PySide6.QtCore import QSize
-from PySide6.QtWidgets import QFrame, QPushButton, QScrollArea, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QFrame, QPushButton, QScrollArea, QWidget
 
 from app.safety.acts import EFFECTS, Act
 from app.text.i18n import tr
@@ -14,8 +14,8 @@ from ui.services.page import Page
 from ui.style.icons import Icon
 from ui.style.theme import Meaning, Size, Space
 from ui.widgets.controls import control
-from ui.widgets.flow_row import FlowRow
 from ui.widgets.labels import text_label
+from ui.widgets.layouts import FlowRow, Gap, in_column
 from ui.widgets.naming import named
 from ui.widgets.notice_bar import Notice, NoticeBar
 from ui.widgets.readout import StateChip
@@ -75,42 +75,20 @@ class CommandsPage(Page):
     def _lay_out(self) -> None:
         texts = self._services.texts
         card = named(QFrame(), "commands_state", "card")
-        inner = QVBoxLayout(card)
-        inner.setContentsMargins(Space.M, Space.M, Space.M, Space.M)
-        inner.setSpacing(Space.XS)
         row = FlowRow(spacing_px=Space.M)
         row.add(self.activation, self.trigger)
         row.add_right(self.lock)
-        inner.addLayout(row)
         effect = text_label("commands_lock_effect", "small")
         texts.bind(effect.setText, EFFECTS[Act.LOCK])
-        inner.addWidget(effect)
-        inner.addWidget(self.said)
+        in_column(row, effect, self.said, of=card, spacing=Space.XS, margins=Space.M)
         heading = text_label("commands_danger_heading", "caption")
         texts.bind(heading.setText, "Dangerous: each asks again, is written into the log first, and is sent once")
         corner = named(QFrame(), "commands_danger", "danger-corner")
-        rows = QVBoxLayout(corner)
-        rows.setContentsMargins(2, 2, 2, 2)
-        rows.setSpacing(0)
-        for act in self.acts.values():
-            rows.addWidget(act)
+        in_column(*self.acts.values(), of=corner, spacing=0, margins=2)
         content = named(QWidget(), "commands_content")
-        column = QVBoxLayout(content)
-        column.setContentsMargins(Space.M, Space.S, Space.M, Space.S)
-        column.setSpacing(Space.S)
-        column.addWidget(card)
-        column.addSpacing(Space.M)
-        column.addWidget(heading)
-        column.addWidget(corner)
-        column.addStretch(1)
+        in_column(card, Gap(Space.M), heading, corner, 1, of=content, spacing=Space.S, margins=(Space.M, Space.S))
         scroll = control(QScrollArea(), texts, "commands_scroll", says="Commands")
         scroll.setWidgetResizable(True)
         scroll.setWidget(content)
-        docked = QVBoxLayout()
-        docked.setContentsMargins(Space.M, Space.XS, Space.M, Space.S)
-        docked.addWidget(self.ritual)
-        whole = QVBoxLayout(self)
-        whole.setContentsMargins(0, 0, 0, 0)
-        whole.setSpacing(0)
-        whole.addWidget(scroll, 1)
-        whole.addLayout(docked)
+        docked = in_column(self.ritual, margins=(Space.M, Space.XS, Space.M, Space.S))
+        in_column((scroll, 1), docked, of=self, spacing=0, margins=0)

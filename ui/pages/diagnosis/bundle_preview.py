@@ -9,13 +9,11 @@ from typing import Any, Final
 from PySide6.QtCore import QAbstractListModel, QModelIndex, QPersistentModelIndex, QSize, Qt, Signal
 from PySide6.QtGui import QFont, QFontDatabase, QFontMetrics
 from PySide6.QtWidgets import (
-    QHBoxLayout,
     QLabel,
     QListView,
     QListWidget,
     QListWidgetItem,
     QPushButton,
-    QVBoxLayout,
     QWidget,
 )
 
@@ -34,6 +32,7 @@ from ui.services.context import Services
 from ui.style.icons import Icon
 from ui.style.theme import Meaning, Size, Space
 from ui.widgets.controls import control
+from ui.widgets.layouts import in_column, in_row
 from ui.widgets.naming import named
 from ui.widgets.notice_bar import Notice
 from ui.widgets.visibility_timer import VisibilityTimer
@@ -217,21 +216,9 @@ class BundlePreview(QWidget):
     # Making
 
     def _lay_out(self) -> None:
-        body = QHBoxLayout()
-        body.setSpacing(Space.S)
-        body.addWidget(self.parts)
-        body.addWidget(self.text, 1)
-        foot = QHBoxLayout()
-        foot.setSpacing(Space.S)
-        foot.addWidget(self._where, 1)
-        foot.addWidget(self.renew)
-        foot.addWidget(self.save)
-        column = QVBoxLayout(self)
-        column.setContentsMargins(Space.M, Space.S, Space.M, Space.S)
-        column.setSpacing(Space.S)
-        column.addWidget(self._promise)
-        column.addLayout(body, 1)
-        column.addLayout(foot)
+        body = in_row(self.parts, (self.text, 1), spacing=Space.S)
+        foot = in_row((self._where, 1), self.renew, self.save, spacing=Space.S)
+        in_column(self._promise, (body, 1), foot, of=self, spacing=Space.S, margins=(Space.M, Space.S))
 
     def _follow_theme(self) -> None:
         fixed = QFontDatabase.systemFont(QFontDatabase.SystemFont.FixedFont)

@@ -9,7 +9,7 @@ from itertools import islice
 from pathlib import Path
 
 from PySide6.QtCore import Signal
-from PySide6.QtWidgets import QHBoxLayout, QPushButton, QWidget
+from PySide6.QtWidgets import QPushButton, QWidget
 
 from app import version
 from app.captures.explained import Explainer
@@ -19,6 +19,7 @@ from app.recordings.export import ExportCancelled, not_saved_text, write_parts
 from app.system.gil_yield import GilYield
 from app.system.wall_clock import WallClock
 from app.text.i18n import tr
+from app.text.sentences import reason_of
 from protocol.events import Event
 from ui.core.background_task import BackgroundTask, Running
 from ui.files.file_dialogs import AskOpen, AskPath, ask_open, ask_path, default_name
@@ -26,6 +27,7 @@ from ui.services.context import Services
 from ui.style.icons import Icon
 from ui.style.theme import Meaning, Space
 from ui.widgets.controls import control
+from ui.widgets.layouts import in_row
 from ui.widgets.notice_bar import Choice, Notice
 from ui.widgets.visibility_timer import VisibilityTimer
 
@@ -142,11 +144,7 @@ class CaptureFiles(QWidget):
                             tip="Save the last 60,000 entries of what went over the line, as a text file (Ctrl+S). "
                                 "The session's recording, where it is on, holds all of them.", picture=Icon.SAVE,
                             slot=self.choose_and_save)  # fmt: skip
-        row = QHBoxLayout(self)
-        row.setContentsMargins(0, 0, 0, 0)
-        row.setSpacing(Space.S)
-        row.addWidget(self.open)
-        row.addWidget(self.save)
+        in_row(self.open, self.save, of=self, spacing=Space.S, margins=0)
         VisibilityTimer(self, self._say_progress, every_ms=_LOOK_EVERY_MS)
 
     @property
@@ -234,5 +232,5 @@ class CaptureFiles(QWidget):
 def _refusal(path: Path, error: Exception) -> str:
     if isinstance(error, CaptureRefused):
         return tr("{name} was not opened: {why}.", name=path.name, why=tr(error.args[0]))
-    why = getattr(error, "strerror", None) or error
+    why = reason_of(error)
     return tr("{name} was not opened: {why}.", name=path.name, why=why)

@@ -3,7 +3,7 @@
 from typing import Final
 
 from PySide6.QtCore import QSize, Qt
-from PySide6.QtWidgets import QFrame, QHBoxLayout, QLabel, QScrollArea, QToolButton, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QFrame, QLabel, QScrollArea, QToolButton, QWidget
 
 from app.diagnosis.link_statistics import COARSE_KEPT, COARSE_S, FINE_KEPT, FINE_S, LinkStatistics
 from app.text.i18n import tr
@@ -13,6 +13,7 @@ from ui.services.context import Services
 from ui.style.icons import Icon, pixmap
 from ui.style.theme import Meaning, Space, current
 from ui.widgets.controls import control
+from ui.widgets.layouts import Gap, in_column, in_row
 from ui.widgets.naming import named
 from ui.widgets.visibility_timer import VisibilityTimer
 
@@ -47,16 +48,8 @@ class Total(QWidget):
         policy.setRetainSizeWhenHidden(True)
         self._sign.setSizePolicy(policy)
         self._sign.hide()
-        row = QHBoxLayout()
-        row.setSpacing(Space.XS)
-        row.addWidget(self.number)
-        row.addWidget(self._sign)
-        row.addStretch(1)
-        column = QVBoxLayout(self)
-        column.setContentsMargins(0, 0, 0, 0)
-        column.setSpacing(0)
-        column.addWidget(self.caption)
-        column.addLayout(row)
+        row = in_row(self.number, self._sign, 1, spacing=Space.XS)
+        in_column(self.caption, row, of=self, spacing=0, margins=0)
 
     def show_total(self, text: str, *, needs_look: bool = False) -> None:
         if needs_look:
@@ -85,18 +78,17 @@ class LinkStatisticsView(QScrollArea):
         for key, title in _NUMBERS:
             texts.bind(self.totals[key].caption.setText, title)
         self.trips, self.reasons, self.over_time = Histogram(), ReasonBars(), OverTime()
-        self.fine = self._segment("figures_minutes")
-        self.coarse = self._segment("figures_hours")
-        texts.bind(self.fine.setText, "10 min")
-        texts.bind(self.fine.setAccessibleName, "The last ten minutes")
-        texts.bind(self.fine.setToolTip, "The last ten minutes, second by second")
-        texts.bind(self.coarse.setText, "12 h")
-        texts.bind(self.coarse.setAccessibleName, "The last twelve hours")
-        texts.bind(self.coarse.setToolTip, "The last twelve hours, minute by minute")
+        self.fine = control(QToolButton(), texts, "figures_minutes", "10 min", says="The last ten minutes",
+                            tip="The last ten minutes, second by second", role="segment",
+                            is_checkable=True)  # fmt: skip
+        self.coarse = control(QToolButton(), texts, "figures_hours", "12 h", says="The last twelve hours",
+                              tip="The last twelve hours, minute by minute", role="segment",
+                              is_checkable=True)  # fmt: skip
         self.fine.setChecked(True)
         self._legend = self._caption(services, "figures_legend", marked("▼ module restarted   ■ port lost"))
         self._lay_out(services)
         for segment in (self.fine, self.coarse):
+            segment.setAutoExclusive(True)
             segment.toggled.connect(self.refresh)
         VisibilityTimer(self, self.refresh, every_ms=REFRESH_EVERY_MS)
 
@@ -128,12 +120,6 @@ class LinkStatisticsView(QScrollArea):
 
     # Making
 
-    def _segment(self, name: str) -> QToolButton:
-        button = named(QToolButton(), name, "segment")
-        button.setCheckable(True)
-        button.setAutoExclusive(True)
-        return button
-
     @staticmethod
     def _caption(services: Services, name: str, english: str) -> QLabel:
         return control(QLabel(), services.texts, name, english, role="caption")
@@ -141,43 +127,41 @@ class LinkStatisticsView(QScrollArea):
     @staticmethod
     def _card(name: str, *parts: QWidget) -> QFrame:
         card = named(QFrame(), name, "card")
-        column = QVBoxLayout(card)
-        column.setContentsMargins(Space.M, Space.S, Space.M, Space.S)
-        column.setSpacing(Space.XS)
-        for part in parts:
-            column.addWidget(part)
+        column = in_column(*parts, of=card, spacing=Space.XS, margins=(Space.M, Space.S))
         column.setStretch(len(parts) - 1, 1)
         return card
 
     def _lay_out(self, services: Services) -> None:
-        numbers = QHBoxLayout()
-        numbers.setSpacing(Space.L)
-        for one in self.totals.values():
-            numbers.addWidget(one, 1)
+        numbers = in_row(*((one, 1) for one in self.totals.values()), spacing=Space.L)
         title = marked("Round trips, by how many milliseconds they took")
         trips = self._caption(services, "figures_trips_title", title)
         reasons = self._caption(services, "figures_reasons_title", marked("Invalid bytes, by reason"))
-        pair = QHBoxLayout()
-        pair.setSpacing(Space.S)
-        pair.addWidget(self._card("figures_trips_card", trips, self.trips), 3)
-        pair.addWidget(self._card("figures_reasons_card", reasons, self.reasons), 2)
+        pair = in_row(
+            (self._card("figures_trips_card", trips, self.trips), 3),
+            (self._card("figures_reasons_card", reasons, self.reasons), 2),
+            spacing=Space.S,
+        )
         head = QWidget()
         head.setObjectName("figures_time_head")
-        row = QHBoxLayout(head)
-        row.setContentsMargins(0, 0, 0, 0)
-        row.setSpacing(Space.XS)
-        row.addWidget(self._caption(services, "figures_time_title", marked("Over time")))
-        row.addStretch(1)
-        row.addWidget(self._legend)
-        row.addSpacing(Space.M)
-        row.addWidget(self.fine)
-        row.addWidget(self.coarse)
+        in_row(
+            self._caption(services, "figures_time_title", marked("Over time")),
+            1,
+            self._legend,
+            Gap(Space.M),
+            self.fine,
+            self.coarse,
+            of=head,
+            spacing=Space.XS,
+            margins=0,
+        )
         content = QWidget()
         content.setObjectName("figures_content")
-        column = QVBoxLayout(content)
-        column.setContentsMargins(Space.M, Space.S, Space.M, Space.S)
-        column.setSpacing(Space.S)
-        column.addLayout(numbers)
-        column.addLayout(pair, 1)
-        column.addWidget(self._card("figures_time_card", head, self.over_time), 1)
+        in_column(
+            numbers,
+            (pair, 1),
+            (self._card("figures_time_card", head, self.over_time), 1),
+            of=content,
+            spacing=Space.S,
+            margins=(Space.M, Space.S),
+        )
         self.setWidget(content)

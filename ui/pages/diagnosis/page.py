@@ -6,7 +6,7 @@ Out of sight it only remembers: the frames, the figures and what is seen of the 
 from pathlib import Path
 from typing import Final
 
-from PySide6.QtWidgets import QButtonGroup, QStackedWidget, QToolButton, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QButtonGroup, QStackedWidget, QToolButton, QWidget
 
 from app.captures.reader import FAULTS_KEPT
 from app.diagnosis.link_statistics import LinkStatistics
@@ -23,7 +23,7 @@ from ui.services.context import Services
 from ui.services.page import StreamPage
 from ui.style.theme import Meaning, Space
 from ui.widgets.controls import Shortcut, control
-from ui.widgets.flow_row import FlowRow
+from ui.widgets.layouts import FlowRow, in_column
 from ui.widgets.notice_bar import Choice, Notice, NoticeBar
 from ui.widgets.recording_bar import recording_target
 
@@ -177,9 +177,4 @@ class DiagnosisPage(StreamPage):
         bar.setContentsMargins(Space.M, Space.S, Space.M, 0)
         bar.add(*self.segments.values())
         bar.add_right(self.files)
-        column = QVBoxLayout(self)
-        column.setContentsMargins(0, 0, 0, 0)
-        column.setSpacing(Space.XS)
-        column.addLayout(bar)
-        column.addWidget(self.strip)
-        column.addWidget(self.stack, 1)
+        in_column(bar, self.strip, (self.stack, 1), of=self, spacing=Space.XS, margins=0)

@@ -13,7 +13,6 @@ from PySide6.QtWidgets import (
     QSizePolicy,
     QTableView,
     QToolButton,
-    QVBoxLayout,
     QWidget,
 )
 
@@ -30,6 +29,7 @@ from ui.services.context import Services
 from ui.style.icons import Icon, icon
 from ui.style.theme import Size, Space, font
 from ui.widgets.controls import Shortcut, control
+from ui.widgets.layouts import in_column, in_row
 from ui.widgets.naming import named
 from ui.widgets.sliders import WheelGuard
 from ui.widgets.visibility_timer import VisibilityTimer
@@ -88,12 +88,7 @@ class TrafficPage(QWidget):
         Shortcut("traffic_search_key", self, self.search.field, self._go_to_search)
         Shortcut("traffic_copy_key", self, self.copy)
         Shortcut("traffic_clear_key", self, self.clear)
-        layout = QVBoxLayout(self)
-        layout.setContentsMargins(Space.M, Space.S, Space.M, Space.S)
-        layout.setSpacing(Space.S)
-        layout.addLayout(self._make_bar())
-        layout.addWidget(self.table, 1)
-        layout.addWidget(self.detail)
+        in_column(self._make_bar(), (self.table, 1), self.detail, of=self, spacing=Space.S, margins=(Space.M, Space.S))
         VisibilityTimer(self, self._show_again, tick=self.draw, every_ms=DRAW_EVERY_MS, retranslate=self._retranslate)
         services.appearance.changed.connect(self._follow_theme)
         self._follow_theme()
@@ -167,14 +162,9 @@ class TrafficPage(QWidget):
         return box
 
     def _make_bar(self) -> QHBoxLayout:
-        bar = QHBoxLayout()
-        bar.setSpacing(Space.S)
-        bar.addWidget(self.filter)
-        bar.addWidget(self.search)
-        bar.addWidget(self._count, 1)
-        for button in (self.pause, self.mark, self.copy, self.clear):
-            bar.addWidget(button)
-        return bar
+        return in_row(
+            self.filter, self.search, (self._count, 1), self.pause, self.mark, self.copy, self.clear, spacing=Space.S
+        )
 
     # Doing
 

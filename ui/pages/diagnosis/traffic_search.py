@@ -5,7 +5,7 @@ from collections.abc import Callable, Hashable
 
 from PySide6.QtCore import QSize, Qt, QTimer
 from PySide6.QtGui import QKeyEvent
-from PySide6.QtWidgets import QHBoxLayout, QLineEdit, QToolButton, QWidget
+from PySide6.QtWidgets import QLineEdit, QToolButton, QWidget
 
 from ui.core.texts import Texts
 from ui.pages.diagnosis.traffic_model import TrafficModel
@@ -13,6 +13,7 @@ from ui.pages.diagnosis.traffic_texts import Row, kind_of, meaning_of, raw_of
 from ui.style.icons import Icon
 from ui.style.theme import Space
 from ui.widgets.controls import control
+from ui.widgets.layouts import in_row
 
 _LOOKS_FOR_S = 0.01
 """Before the window gets its turn again."""
@@ -68,12 +69,7 @@ class TrafficSearch(QWidget):
             control(self.clear, texts, "traffic_search_clear", says="Clear the search", tip="Clear the search")
             self.clear.setStyleSheet("QToolButton { border: none; background: transparent; padding: 0; margin: 0; }")
         self.field.textEdited.connect(self._reset)
-        row = QHBoxLayout(self)
-        row.setContentsMargins(0, 0, 0, 0)
-        row.setSpacing(Space.XS)
-        row.addWidget(self.field, 1)
-        row.addWidget(self.next)
-        row.addWidget(self.before)
+        in_row((self.field, 1), self.next, self.before, of=self, spacing=Space.XS, margins=0)
         self._left = 0
         self._place = 0
         self._step = 1

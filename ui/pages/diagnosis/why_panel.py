@@ -9,7 +9,7 @@ from typing import Final
 
 from PySide6.QtCore import QSize, Qt, Signal
 from PySide6.QtGui import QFontDatabase, QGuiApplication
-from PySide6.QtWidgets import QFrame, QGridLayout, QHBoxLayout, QLabel, QPushButton, QScrollArea, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QFrame, QGridLayout, QLabel, QPushButton, QScrollArea, QWidget
 
 from app.diagnosis.adapter_facts import AdapterFacts, PortHistory, facts_about
 from app.diagnosis.causes import Cause, Diagnosis, diagnose
@@ -27,6 +27,7 @@ from ui.style.icons import MEANING_ICONS, Icon, icon
 from ui.style.theme import Meaning, Size, Space
 from ui.widgets.controls import control
 from ui.widgets.labels import IconLabel, text_label
+from ui.widgets.layouts import in_column, in_row
 from ui.widgets.naming import named
 from ui.widgets.visibility_timer import VisibilityTimer
 
@@ -261,21 +262,11 @@ class WhyPanel(QScrollArea):
 
     def _lay_out(self) -> None:
         card = self.card = named(QFrame(), "why_card", "card")
-        said = QVBoxLayout()
-        said.setSpacing(Space.S)
-        for label in (self.what, self.next_step, self.command):
-            said.addWidget(label)
         self.act.setIcon(icon(Icon.CHEVRON_RIGHT, is_on_primary=True))
         self.act.setIconSize(QSize(16, 16))
-        button = QHBoxLayout()
-        button.addWidget(self.act)
-        button.addStretch(1)
-        said.addLayout(button)
-        row = QHBoxLayout(card)
-        row.setContentsMargins(Space.L, Space.L, Space.L, Space.L)
-        row.setSpacing(Space.L)
-        row.addWidget(self._picture, 0, Qt.AlignmentFlag.AlignTop)
-        row.addLayout(said, 1)
+        button = in_row(self.act, 1)
+        said = in_column(self.what, self.next_step, self.command, button, spacing=Space.S)
+        in_row((self._picture, Qt.AlignmentFlag.AlignTop), (said, 1), of=card, spacing=Space.L, margins=Space.L)
         title = control(QLabel(), self._texts, "why_seen_title", "What was seen", role="caption")
         grid = QGridLayout()
         grid.setHorizontalSpacing(Space.XL)
@@ -290,13 +281,7 @@ class WhyPanel(QScrollArea):
             grid.addWidget(self.seen[key], number, 1)
         content = QWidget()
         content.setObjectName("why_content")
-        column = QVBoxLayout(content)
-        column.setContentsMargins(Space.M, Space.S, Space.M, Space.S)
-        column.setSpacing(Space.M)
-        column.addWidget(card)
-        column.addWidget(title)
-        column.addLayout(grid)
-        column.addStretch(1)
+        in_column(card, title, grid, 1, of=content, spacing=Space.M, margins=(Space.M, Space.S))
         self.setWidget(content)
 
 

@@ -17,8 +17,8 @@ from ui.services.context import Services
 from ui.style.icons import Icon
 from ui.style.theme import Meaning, Space
 from ui.widgets.controls import control
-from ui.widgets.flow_row import FlowRow
 from ui.widgets.labels import ElidedLabel, IconLabel
+from ui.widgets.layouts import FlowRow
 from ui.widgets.naming import named
 from ui.widgets.notice_bar import Notice
 

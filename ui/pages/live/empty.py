@@ -3,7 +3,7 @@
 from typing import Final
 
 from PySide6.QtCore import QSize, Qt
-from PySide6.QtWidgets import QHBoxLayout, QLabel, QPushButton, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QHBoxLayout, QLabel, QPushButton, QWidget
 
 from app.diagnosis.link_state import Phase, words
 from app.engine.target import Target
@@ -17,6 +17,7 @@ from ui.style.icons import Icon
 from ui.style.theme import Space
 from ui.widgets.controls import control
 from ui.widgets.labels import IconLabel
+from ui.widgets.layouts import in_column, in_row
 from ui.widgets.naming import named
 
 _TEXT_PX: Final = 500
@@ -88,18 +89,8 @@ class EmptyPage(QWidget):
         self._connector.connect_to(Target(SIMULATED_PORT, DEFAULT_BAUD_RATE))
 
     def _lay_out(self) -> None:
-        buttons = QHBoxLayout()
-        buttons.setSpacing(Space.S)
-        buttons.addStretch(1)
-        buttons.addWidget(self.choose)
-        buttons.addWidget(self.simulate)
-        buttons.addWidget(self.recordings)
-        buttons.addStretch(1)
-        column = QVBoxLayout()
-        column.setSpacing(Space.S)
-        column.addStretch(2)
-        for label in (self._picture, self._title, self.text):
-            column.addWidget(label)
+        buttons = in_row(1, self.choose, self.simulate, self.recordings, 1, spacing=Space.S)
+        column = in_column(2, self._picture, self._title, self.text, spacing=Space.S)
         column.addSpacing(Space.S)
         column.addWidget(self._way)
         column.addSpacing(Space.S)

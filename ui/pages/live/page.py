@@ -9,7 +9,7 @@ from typing import Final, cast
 
 from PySide6.QtCore import QEvent, Qt, QTimer, Signal
 from PySide6.QtGui import QHideEvent, QImage, QShowEvent, QWindow
-from PySide6.QtWidgets import QFrame, QHBoxLayout, QStackedLayout, QStackedWidget, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QFrame, QStackedLayout, QStackedWidget, QWidget
 
 from app.engine.worker import Batch
 from app.recordings.excerpt import Excerpt
@@ -28,6 +28,7 @@ from ui.services.page import StreamPage
 from ui.services.session_recording import SessionTracker
 from ui.style.theme import Space
 from ui.widgets.controls import Shortcut
+from ui.widgets.layouts import in_column, in_row
 from ui.widgets.naming import named
 
 DRAW_EVERY_MS: Final = 33
@@ -259,31 +260,22 @@ class LivePage(StreamPage):
 
     def _lay_out(self) -> QWidget:
         card = self.plots_card = named(QFrame(), "live_plots", "card")
-        right = QVBoxLayout(card)
-        right.setContentsMargins(Space.S, Space.S, Space.S, Space.S)
         self._plots.addWidget(self._live_plot)
-        right.addWidget(self._plots, 1)
+        in_column((self._plots, 1), of=card, margins=Space.S)
         self._seen = QWidget()
         self._seen.setObjectName("live_seen")
-        row = QHBoxLayout(self._seen)
-        row.setContentsMargins(Space.M, Space.S, Space.S, Space.XS)
-        row.setSpacing(Space.S)
-        row.addWidget(self.panel)
-        row.addWidget(self.fired.panel)
-        row.addWidget(card, 1)
+        in_row(
+            self.panel,
+            self.fired.panel,
+            (card, 1),
+            of=self._seen,
+            spacing=Space.S,
+            margins=(Space.M, Space.S, Space.S, Space.XS),
+        )
         content = QWidget()
         content.setObjectName("live_content")
-        column = QVBoxLayout(content)
-        column.setContentsMargins(0, 0, 0, 0)
-        column.setSpacing(0)
-        column.addWidget(self.banner)
-        column.addWidget(self._seen, 1)
-        foot = QHBoxLayout()
-        foot.setContentsMargins(Space.M, 0, Space.S, Space.S)
-        foot.setSpacing(Space.M)
-        foot.addWidget(self.fired.button)
-        foot.addWidget(self.save, 1)
-        column.addLayout(foot)
+        foot = in_row(self.fired.button, (self.save, 1), spacing=Space.M, margins=(Space.M, 0, Space.S, Space.S))
+        in_column(self.banner, (self._seen, 1), foot, of=content, spacing=0, margins=0)
         return content
 
     # Qt

@@ -11,7 +11,7 @@ from typing import Final
 
 from PySide6.QtCore import QEvent, Qt
 from PySide6.QtGui import QFontMetricsF
-from PySide6.QtWidgets import QFrame, QGridLayout, QHBoxLayout, QScrollArea, QSizePolicy, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QFrame, QGridLayout, QScrollArea, QSizePolicy, QVBoxLayout, QWidget
 
 from app.diagnosis.link_state import duration
 from app.engine.device import DeviceView, Known
@@ -23,6 +23,7 @@ from protocol.translatable import marked
 from ui.core.texts import Texts
 from ui.plots.gauge import TiltGauge
 from ui.style.theme import Meaning, Size, Space, font
+from ui.widgets.layouts import in_column, in_row
 from ui.widgets.readout import Readout, StateChip
 
 _SCROLL_BAR_PX: Final = 12
@@ -220,11 +221,7 @@ class LivePanel(QFrame):
         for number, readout in enumerate(self._cells):
             self._grid.addWidget(readout, number // 2, number % 2, _TOP_LEFT)
         column.addLayout(self._grid)
-        chips = QHBoxLayout()
-        chips.setSpacing(Space.S)
-        chips.addWidget(self.activation)
-        chips.addWidget(self.trigger)
-        chips.addStretch(1)
+        chips = in_row(self.activation, self.trigger, 1, spacing=Space.S)
         column.addLayout(chips)
         column.addStretch(0)
         area = QScrollArea()
@@ -235,9 +232,7 @@ class LivePanel(QFrame):
         area.setWidget(self.body)
         area.viewport().setAutoFillBackground(False)
         self.body.setAutoFillBackground(False)
-        outer = QVBoxLayout(self)
-        outer.setContentsMargins(1, 1, 1, 1)
-        outer.addWidget(area)
+        in_column(area, of=self, margins=1)
 
     @property
     def _cells(self) -> tuple[Readout, ...]:

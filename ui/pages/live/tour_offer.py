@@ -2,13 +2,14 @@
 
 from collections.abc import Callable
 
-from PySide6.QtWidgets import QFrame, QHBoxLayout, QPushButton, QVBoxLayout
+from PySide6.QtWidgets import QFrame, QPushButton
 
 from ui.services.context import Services
 from ui.style.icons import Icon
 from ui.style.theme import Space
 from ui.widgets.controls import control
 from ui.widgets.labels import text_label
+from ui.widgets.layouts import in_column, in_row
 
 
 class TourOffer(QFrame):
@@ -31,16 +32,8 @@ class TourOffer(QFrame):
             self.text.setText,
             "New here? The tour goes from the first connection to GO in a few minutes, on a simulated module.",
         )
-        buttons = QHBoxLayout()
-        buttons.setSpacing(Space.S)
-        buttons.addStretch(1)
-        buttons.addWidget(self.decline)
-        buttons.addWidget(self.take)
-        column = QVBoxLayout(self)
-        column.setContentsMargins(Space.M, Space.S, Space.M, Space.S)
-        column.setSpacing(Space.S)
-        column.addWidget(self.text)
-        column.addLayout(buttons)
+        buttons = in_row(1, self.decline, self.take, spacing=Space.S)
+        in_column(self.text, buttons, of=self, spacing=Space.S, margins=(Space.M, Space.S))
 
     def _take(self) -> None:
         self.hide()

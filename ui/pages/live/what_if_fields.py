@@ -5,7 +5,7 @@ from functools import partial
 from typing import Final
 
 from PySide6.QtCore import Signal
-from PySide6.QtWidgets import QHBoxLayout, QLabel, QLayout, QSizePolicy, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QLabel, QLayout, QSizePolicy, QVBoxLayout, QWidget
 
 from app.firing.what_if_drafts import TRIED, SettingSource, Wanted
 from app.settings.drafts import Draft
@@ -13,7 +13,7 @@ from protocol.catalogue import Command
 from ui.core.texts import Texts
 from ui.forms.field_editors import FieldEditor, FlagEditor, make_editor
 from ui.style.theme import Space
-from ui.widgets.flow_row import FlowRow
+from ui.widgets.layouts import FlowRow, in_row
 from ui.widgets.naming import named
 from ui.widgets.sliders import WheelGuard
 
@@ -90,8 +90,4 @@ def _row(label: QLabel, editor: FieldEditor) -> QLayout:
         return flow
     label.setWordWrap(True)
     label.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Preferred)
-    row = QHBoxLayout()
-    row.setSpacing(Space.S)
-    row.addWidget(label, 1)
-    row.addWidget(editor)
-    return row
+    return in_row((label, 1), editor, spacing=Space.S)

@@ -15,7 +15,6 @@ from PySide6.QtWidgets import (
     QPushButton,
     QScrollArea,
     QToolButton,
-    QVBoxLayout,
     QWidget,
 )
 
@@ -33,8 +32,8 @@ from ui.services.context import Services
 from ui.style.icons import Icon, icon
 from ui.style.theme import Meaning, Space
 from ui.widgets.controls import control
-from ui.widgets.flow_row import FlowRow
 from ui.widgets.labels import IconLabel, text_label
+from ui.widgets.layouts import FlowRow, in_column, in_row
 from ui.widgets.naming import named
 from ui.widgets.sliders import WheelGuard
 
@@ -226,9 +225,7 @@ class WhatIfPanel(QFrame):
                         picture=Icon.CROSS, role="quiet", slot=self._close)  # fmt: skip
         note = text_label("fired_note", "small")
         texts.bind(note.setText, "A calculation. Nothing is sent to the module.")
-        head = QHBoxLayout()
-        head.addWidget(title, 1)
-        head.addWidget(close)
+        head = in_row((title, 1), close)
         said = QHBoxLayout()
         said.setSpacing(Space.S)
         said.addWidget(self._icon, 0, Qt.AlignmentFlag.AlignTop)
@@ -236,14 +233,16 @@ class WhatIfPanel(QFrame):
         starts = FlowRow()
         starts.add(self.as_module, self.from_settings, self.use)
         content = named(QWidget(), "fired_content")
-        column = QVBoxLayout(content)
-        column.setContentsMargins(0, Space.XS, 2, 0)
-        column.setSpacing(Space.S)
-        column.addWidget(self.fields)
-        column.addWidget(self.details)
-        column.addWidget(self.list)
-        column.addWidget(self.locked)
-        column.addLayout(starts)
+        column = in_column(
+            self.fields,
+            self.details,
+            self.list,
+            self.locked,
+            starts,
+            of=content,
+            spacing=Space.S,
+            margins=(0, Space.XS, 2, 0),
+        )
         column.addWidget(self.about, 0, Qt.AlignmentFlag.AlignLeft)
         column.addWidget(self.rules)
         column.addStretch(1)
@@ -253,13 +252,9 @@ class WhatIfPanel(QFrame):
         for ground in (scroll.viewport(), content):
             ground.setAutoFillBackground(False)  # the card's shows
         scroll.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
-        whole = QVBoxLayout(self)
-        whole.setContentsMargins(Space.M, Space.S, Space.XS, Space.S)
-        whole.setSpacing(Space.XS)
-        whole.addLayout(head)
-        whole.addWidget(note)
-        whole.addLayout(said)
-        whole.addWidget(scroll, 1)
+        in_column(
+            head, note, said, (scroll, 1), of=self, spacing=Space.XS, margins=(Space.M, Space.S, Space.XS, Space.S)
+        )
 
     # What changes while it runs
 

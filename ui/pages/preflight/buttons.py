@@ -7,7 +7,7 @@ from ui.pages.preflight.controller import PreflightController, Standing
 from ui.style.icons import Icon, icon
 from ui.style.theme import Space
 from ui.widgets.controls import control
-from ui.widgets.flow_row import FlowRow
+from ui.widgets.layouts import FlowRow
 from ui.widgets.step_button import StepButton
 
 

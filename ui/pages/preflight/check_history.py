@@ -8,11 +8,9 @@ from PySide6.QtWidgets import (
     QAbstractItemView,
     QComboBox,
     QGridLayout,
-    QHBoxLayout,
     QLabel,
     QPushButton,
     QTableView,
-    QVBoxLayout,
     QWidget,
 )
 
@@ -31,6 +29,7 @@ from ui.services.context import Services
 from ui.style.icons import Icon, icon
 from ui.style.theme import Meaning, Size, Space, font
 from ui.widgets.controls import control
+from ui.widgets.layouts import in_column, in_row
 from ui.widgets.naming import named
 from ui.widgets.sliders import WheelGuard
 
@@ -205,24 +204,12 @@ class CheckHistory(QWidget):
         return table
 
     def _lay_out(self) -> None:
-        head = QHBoxLayout()
-        head.setSpacing(Space.M)
-        head.addWidget(self.filter)
-        head.addWidget(self.count, 1)
+        head = in_row(self.filter, (self.count, 1), spacing=Space.M)
         trends = QGridLayout()
         trends.setSpacing(Space.M)
         for number, one in enumerate(FOLLOWED):
             trends.addWidget(self.trends[one.name], number // 3, number % 3)
-        foot = QHBoxLayout()
-        foot.setSpacing(Space.S)
-        foot.addWidget(self.back)
-        foot.addStretch(1)
-        foot.addWidget(self.print)
-        whole = QVBoxLayout(self)
-        whole.setContentsMargins(Space.M, Space.S, Space.M, Space.S)
-        whole.setSpacing(Space.S)
-        whole.addLayout(head)
-        whole.addWidget(self.table, 1)
-        whole.addLayout(trends)
-        whole.addWidget(self.stations)
-        whole.addLayout(foot)
+        foot = in_row(self.back, 1, self.print, spacing=Space.S)
+        in_column(
+            head, (self.table, 1), trends, self.stations, foot, of=self, spacing=Space.S, margins=(Space.M, Space.S)
+        )

@@ -14,6 +14,7 @@ from ui.pages.preflight.controller import PreflightController, Standing, Stateme
 from ui.pages.preflight.row import CheckRow, ManualRow
 from ui.style.theme import Space
 from ui.widgets.controls import control
+from ui.widgets.layouts import in_column
 from ui.widgets.naming import named
 
 STATEMENTS: Final = {
@@ -49,13 +50,15 @@ class CheckList(QScrollArea):
             row.act_wanted.connect(self._act)
         content = QWidget()
         content.setObjectName("preflight_content")
-        column = QVBoxLayout(content)
-        column.setContentsMargins(Space.M, 0, Space.M, Space.S)
-        column.setSpacing(Space.S)
-        column.addWidget(self._manual_card)
-        column.addWidget(self.explain)
-        column.addWidget(card)
-        column.addStretch(1)
+        in_column(
+            self._manual_card,
+            self.explain,
+            card,
+            1,
+            of=content,
+            spacing=Space.S,
+            margins=(Space.M, 0, Space.M, Space.S),
+        )
         self.setWidgetResizable(True)
         self.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
         self.setWidget(content)
@@ -124,7 +127,4 @@ class CheckList(QScrollArea):
 
 def _card(name: str) -> tuple[QFrame, QVBoxLayout]:
     card = named(QFrame(), name, "card")
-    rows = QVBoxLayout(card)
-    rows.setContentsMargins(1, 1, 1, 1)
-    rows.setSpacing(0)
-    return card, rows
+    return card, in_column(of=card, spacing=0, margins=1)

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Final
 
 from PySide6.QtCore import QTimer
-from PySide6.QtWidgets import QStackedLayout, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QStackedLayout, QWidget
 
 from app.records.check_store import CheckStore
 from app.safety.acts import Act
@@ -29,6 +29,7 @@ from ui.services.page import Page
 from ui.simulator.level_offer import rest_notice
 from ui.style.theme import Meaning, Space
 from ui.widgets.controls import Shortcut
+from ui.widgets.layouts import in_column
 from ui.widgets.notice_bar import Notice, NoticeBar
 from ui.widgets.sliders import WheelGuard
 from ui.widgets.visibility_timer import VisibilityTimer
@@ -233,21 +234,10 @@ class PreflightPage(Page):
         Shortcut("preflight_history_key", self, buttons.history, self.show_history)
 
     def _lay_out(self) -> QWidget:
-        head = QVBoxLayout()
-        head.setContentsMargins(Space.M, Space.S, Space.M, Space.S)
-        head.setSpacing(Space.S)
-        head.addWidget(self.banner)
-        head.addWidget(self.form)
+        head = in_column(self.banner, self.form, spacing=Space.S, margins=(Space.M, Space.S))
         view = QWidget()
         view.setObjectName("preflight_check")
-        whole = QVBoxLayout(view)
-        whole.setContentsMargins(0, 0, 0, 0)
-        whole.setSpacing(0)
-        whole.addLayout(head)
-        whole.addWidget(self.activation)
-        whole.addWidget(self.list, 1)
-        whole.addWidget(self.strip)
-        whole.addWidget(self.buttons)
+        in_column(head, self.activation, (self.list, 1), self.strip, self.buttons, of=view, spacing=0, margins=0)
         return view
 
     # Qt

@@ -19,7 +19,7 @@ from app.stations.station import fingerprint_of, station_to_sign
 from app.store.store import Store
 from app.text.i18n import tr
 from app.text.messages import clean
-from app.text.sentences import together
+from app.text.sentences import reason_of, together
 from ui.core.background_task import BackgroundTask
 from ui.files.file_dialogs import AskPath, ask_path
 from ui.pages.preflight.report_printer import print_report
@@ -71,7 +71,7 @@ class RecordFiles(QObject):
         except ReportRefused as refused:
             self._say(Meaning.ATTENTION, str(refused))
         except (OSError, RuntimeError) as error:
-            why = getattr(error, "strerror", None) or str(error)
+            why = reason_of(error)
             self._say(Meaning.DANGER, tr("The report cannot be written: {why}.", why=why))
         else:
             self._folder = path.parent
@@ -102,7 +102,7 @@ class RecordFiles(QObject):
 
     def _say_unread(self, path: Path, error: Exception) -> None:
         if isinstance(error, OSError | ValueError):  # ValueError: a NUL in the name
-            why = getattr(error, "strerror", None) or str(error)
+            why = reason_of(error)
         else:
             _log.error("%s could not be verified", path, exc_info=error)
             why = type(error).__name__
@@ -129,7 +129,7 @@ class RecordFiles(QObject):
         try:
             Stations(self._keeping.folder).trust(public, name)
         except OSError as error:
-            self._say(Meaning.DANGER, tr("The list of known stations cannot be written: {why}.", why=error.strerror))
+            self._say(Meaning.DANGER, tr("The list of known stations cannot be written: {why}.", why=reason_of(error)))
             return
         self.stations_changed.emit()
         self.verify(path)

@@ -6,8 +6,7 @@ from typing import Final, NamedTuple
 from PySide6.QtCore import Qt, Signal
 from PySide6.QtWidgets import QButtonGroup, QFrame, QGridLayout, QToolButton, QWidget
 
-from app.preflight.checks import Check
-from app.preflight.findings import RESULT_WORDS, CheckResult
+from app.preflight.findings import RESULT_WORDS, Check, CheckResult
 from app.preflight.verdict import MANUAL_WORDS, Judged
 from app.settings.profiles import ManualLine
 from app.text.i18n import tr
@@ -150,8 +149,10 @@ class ManualRow(QFrame):
         self._text = text_label(f"{name}_text", "strong")
         self._text.setText(clean(line.text))
         self._need = text_label(f"{name}_need", "muted")
-        self.done = self._button(f"{name}_done", marked("OK"), marked("You checked it: OK"), texts)
-        self.bad = self._button(f"{name}_bad", marked("Not OK"), marked("You checked it: not OK"), texts)
+        self.done = control(QToolButton(), texts, f"{name}_done", "OK", tip="You checked it: OK", is_checkable=True)
+        self.bad = control(
+            QToolButton(), texts, f"{name}_bad", "Not OK", tip="You checked it: not OK", is_checkable=True
+        )
         grid = _grid(self)
         grid.setColumnMinimumWidth(2, 0)
         for column, stretch in ((1, 5), (2, 4), (3, 0)):
@@ -187,12 +188,6 @@ class ManualRow(QFrame):
     def _tick(self, state: bool | None) -> None:
         self.show_state(state)
         self.ticked.emit(self.number, state)
-
-    @staticmethod
-    def _button(name: str, english: str, tip: str, texts: Texts) -> QToolButton:
-        button = control(QToolButton(), texts, name, english, tip=tip)
-        button.setCheckable(True)
-        return button
 
 
 def _grid(row: QFrame) -> QGridLayout:

@@ -4,14 +4,16 @@ from collections.abc import Callable
 from pathlib import Path
 
 from PySide6.QtCore import Qt
-from PySide6.QtWidgets import QComboBox, QHBoxLayout, QInputDialog, QLabel, QPushButton, QWidget
+from PySide6.QtWidgets import QComboBox, QInputDialog, QLabel, QPushButton, QWidget
 
 from app.stations.known import KnownStation, Stations
 from app.stations.station import StationTrouble
 from app.text.i18n import tr
+from app.text.sentences import reason_of
 from ui.core.texts import Texts
 from ui.style.theme import Space
 from ui.widgets.controls import control
+from ui.widgets.layouts import in_row
 from ui.widgets.naming import named
 from ui.widgets.sliders import WheelGuard
 
@@ -45,12 +47,7 @@ class StationsRow(QWidget):
         self.forget = control(QPushButton(), texts, "stations_forget", "Forget", says="Forget the chosen station",
                               tip="Records that the chosen station signed no longer count as known",
                               slot=self._forget)  # fmt: skip
-        row = QHBoxLayout(self)
-        row.setContentsMargins(0, 0, 0, 0)
-        row.setSpacing(Space.S)
-        row.addWidget(self.own, 1)
-        row.addWidget(self.known)
-        row.addWidget(self.forget)
+        in_row((self.own, 1), self.known, self.forget, of=self, spacing=Space.S, margins=0)
 
     def refresh(self) -> None:
         stations = Stations(self._folder())
@@ -75,6 +72,6 @@ class StationsRow(QWidget):
             try:
                 Stations(self._folder()).forget(chosen.fingerprint)
             except OSError as error:
-                self.own.setText(error.strerror or str(error))
+                self.own.setText(reason_of(error))
                 return
             self.refresh()

@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 
-from PySide6.QtWidgets import QHBoxLayout, QPushButton, QWidget
+from PySide6.QtWidgets import QPushButton, QWidget
 
 from app.recordings.library import RecordingEntry
 from ui.core.texts import Texts
@@ -10,6 +10,7 @@ from ui.style.icons import Icon
 from ui.style.theme import Space
 from ui.widgets.controls import control
 from ui.widgets.empty_state import EmptyState
+from ui.widgets.layouts import in_row
 
 
 class RecordingsButtons(QWidget):
@@ -34,13 +35,7 @@ class RecordingsButtons(QWidget):
         self.open = control(QPushButton(), texts, "recordings_open", "Open", says="Open the recording on the Live page",
                             tip="Look at the recording on the Live page", key="Enter", picture=Icon.LIVE,
                             role="primary")  # fmt: skip
-        row = QHBoxLayout(self)
-        row.setContentsMargins(0, 0, 0, 0)
-        row.setSpacing(Space.S)
-        for button in (self.csv, self.mcap, self.keep, self.delete):
-            row.addWidget(button)
-        row.addStretch(1)
-        row.addWidget(self.open)
+        in_row(self.csv, self.mcap, self.keep, self.delete, 1, self.open, of=self, spacing=Space.S, margins=0)
         self.show_chosen((), is_idle=True)
 
     def show_chosen(self, chosen: Sequence[RecordingEntry], *, is_idle: bool) -> None:

@@ -4,7 +4,7 @@ from functools import partial
 from pathlib import Path
 from typing import Final
 
-from PySide6.QtWidgets import QHBoxLayout, QLabel, QLineEdit, QStackedWidget, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QLabel, QLineEdit, QStackedWidget, QWidget
 
 from app.recordings.entry_texts import size_text, told, when_text
 from app.recordings.library import RecordingEntry
@@ -19,6 +19,7 @@ from ui.services.page import Page
 from ui.services.recording_jobs import ExportKind
 from ui.style.theme import Meaning, Space
 from ui.widgets.controls import Shortcut, control
+from ui.widgets.layouts import in_column, in_row
 from ui.widgets.naming import named
 from ui.widgets.notice_bar import Choice, Notice, NoticeBar
 from ui.widgets.visibility_timer import VisibilityTimer
@@ -201,20 +202,10 @@ class RecordingsPage(Page):
         self.table.measure()
 
     def _lay_out(self) -> None:
-        head, titles = QHBoxLayout(), QVBoxLayout()
-        head.setSpacing(Space.S)
-        titles.setSpacing(0)
-        titles.addWidget(self.count)
-        titles.addWidget(self.bounds)
-        head.addLayout(titles, 1)
-        head.addWidget(self.search)
-        whole = QVBoxLayout(self)
-        whole.setContentsMargins(Space.M, Space.S, Space.M, Space.S)
-        whole.setSpacing(Space.S)
-        whole.addLayout(head)
-        whole.addWidget(self._stack, 1)
-        whole.addWidget(self.strip)
-        whole.addWidget(self.buttons)
+        head = in_row((in_column(self.count, self.bounds, spacing=0), 1), self.search, spacing=Space.S)
+        in_column(
+            head, (self._stack, 1), self.strip, self.buttons, of=self, spacing=Space.S, margins=(Space.M, Space.S)
+        )
 
     # Qt
 

@@ -3,7 +3,7 @@
 from collections.abc import Callable
 from functools import partial
 
-from PySide6.QtWidgets import QFrame, QHBoxLayout, QPushButton, QVBoxLayout
+from PySide6.QtWidgets import QFrame, QPushButton
 
 from app.engine.worker import Job
 from app.procedures.baud import BaudChanged, BaudEnd, change_baud
@@ -23,6 +23,7 @@ from ui.services.running_job import RunningJob
 from ui.style.theme import Meaning, Space
 from ui.widgets.controls import control
 from ui.widgets.labels import text_label
+from ui.widgets.layouts import in_column, in_row
 from ui.widgets.notice_bar import Choice, Notice, NoticeBar
 from ui.widgets.sliders import WheelGuard
 
@@ -110,21 +111,10 @@ class BaudPanel(QFrame):
         return Notice(meaning, changed.sentence, find, self._job.dismiss)
 
     def _lay_out(self) -> None:
-        column = QVBoxLayout(self)
-        column.setContentsMargins(Space.M, Space.M, Space.M, Space.M)
-        column.setSpacing(Space.XS)
-        for label in (self._title, self._warning):
-            column.addWidget(label)
-        row = QHBoxLayout()
-        row.setSpacing(Space.M)
-        row.addWidget(self.stands)
-        row.addWidget(self.editor)
-        row.addStretch(1)
-        row.addWidget(self.find_button)
-        row.addWidget(self.confirm)
-        column.addLayout(row)
-        column.addWidget(self.conditions)
-        column.addWidget(self.said)
+        row = in_row(self.stands, self.editor, 1, self.find_button, self.confirm, spacing=Space.M)
+        in_column(
+            self._title, self._warning, row, self.conditions, self.said, of=self, spacing=Space.XS, margins=Space.M
+        )
 
 
 def _broken_off(rate: int, dismiss: Callable[[], None]) -> Notice:

@@ -3,7 +3,7 @@
 from functools import partial
 
 from PySide6.QtCore import QSize, Qt, Signal
-from PySide6.QtWidgets import QFrame, QHBoxLayout, QLabel, QPushButton, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QFrame, QLabel, QPushButton, QWidget
 
 from app.engine.worker import Job
 from app.procedures.light_calibration import Band, Obstacle, Proposal, measure_light, propose
@@ -11,12 +11,14 @@ from app.text.i18n import tr
 from app.text.sentences import together
 from protocol.translatable import marked
 from ui.acts.outcomes import SameModule
+from ui.core.texts import Texts
 from ui.services.context import Services
 from ui.services.running_job import RunningJob
-from ui.style.icons import Icon, icon
+from ui.style.icons import Icon
 from ui.style.theme import Space
 from ui.widgets.controls import control
 from ui.widgets.labels import text_label
+from ui.widgets.layouts import Gap, in_column, in_row
 from ui.widgets.naming import named
 
 CLOSED, OPEN = "closed", "open"
@@ -40,18 +42,18 @@ class CalibrationPanel(QWidget):
         texts = services.texts
         self._title = text_label("calibration_title", "title")
         self._intro = text_label("calibration_intro", "muted")
-        self.sides = {CLOSED: _Side(CLOSED, Icon.BAY_CLOSED), OPEN: _Side(OPEN, Icon.BAY_OPEN)}
+        self.sides = {
+            CLOSED: _Side(CLOSED, texts, marked("1. Bay closed"), marked("Measure, closed"), Icon.BAY_CLOSED),
+            OPEN: _Side(OPEN, texts, marked("2. Bay open"), marked("Measure, open"), Icon.BAY_OPEN),
+        }
         for name, side in self.sides.items():
             side.button.clicked.connect(partial(self._measure, name))
-            texts.bind(side.button.setToolTip, "Twenty readings, about two seconds")
         texts.bind(self._title.setText, "Light threshold by measurement")
         texts.bind(
             self._intro.setText,
             "The module counts the parachute as gone by the light in its bay. Measure in the light of the day on which "
             "it flies, with nobody's hand before the sensor.",
         )
-        self._bind_side(CLOSED, marked("1. Bay closed"), marked("Measure, closed"))
-        self._bind_side(OPEN, marked("2. Bay open"), marked("Measure, open"))
         self.result = text_label("calibration_result", "strong")
         self.detail = text_label("calibration_detail", "small")
         self.take = control(QPushButton(), texts, "calibration_take", "Use this threshold",
@@ -137,51 +139,25 @@ class CalibrationPanel(QWidget):
         self._job.cancel()
         self.closed.emit()
 
-    def _bind_side(self, name: str, title: str, button: str) -> None:
-        side, texts = self.sides[name], self._services.texts
-        texts.bind(side.title.setText, title)
-        texts.bind(side.button.setText, button)
-        texts.bind(side.button.setAccessibleName, button)
-
     def _lay_out(self) -> None:
-        column = QVBoxLayout(self)
-        column.setContentsMargins(Space.M, Space.M, Space.M, Space.S)
-        column.setSpacing(Space.S)
-        column.addWidget(self._title)
-        column.addWidget(self._intro)
-        sides = QHBoxLayout()
-        sides.setSpacing(Space.M)
-        for side in self.sides.values():
-            sides.addWidget(side, 1)
-        column.addLayout(sides)
-        column.addSpacing(Space.S)
-        column.addWidget(self.result)
-        column.addWidget(self.detail)
-        column.addStretch(1)
-        foot = QHBoxLayout()
-        foot.setSpacing(Space.S)
-        foot.addStretch(1)
-        foot.addWidget(self.back)
-        foot.addWidget(self.take)
-        column.addLayout(foot)
+        sides = in_row(*((side, 1) for side in self.sides.values()), spacing=Space.M)
+        words = in_column(self._title, self._intro, sides, Gap(Space.S), self.result, self.detail, spacing=Space.S)
+        foot = in_row(1, self.back, self.take, spacing=Space.S)
+        in_column(words, 1, foot, of=self, spacing=Space.S, margins=(Space.M, Space.M, Space.M, Space.S))
 
 
 class _Side(QFrame):
     """One position of the bay."""
 
-    def __init__(self, name: str, picture: Icon) -> None:
+    def __init__(self, name: str, texts: Texts, title: str, measure: str, picture: Icon) -> None:
         super().__init__()
-        self.setObjectName(f"calibration_{name}")
-        self.setProperty("role", "card")
-        self.title = named(QLabel(), f"calibration_{name}_title", "strong")
+        named(self, f"calibration_{name}", "card")
+        self.title = control(QLabel(), texts, f"calibration_{name}_title", title, role="strong")
         self.text = named(QLabel(), f"calibration_{name}_text")
         self.text.setWordWrap(True)
-        self.button = named(QPushButton(), f"calibration_{name}_measure")
-        self.button.setIcon(icon(picture))
+        self.button = control(QPushButton(), texts, f"calibration_{name}_measure", measure,
+                              tip="Twenty readings, about two seconds", picture=picture)  # fmt: skip
         self.button.setIconSize(QSize(20, 20))
-        column = QVBoxLayout(self)
-        column.setContentsMargins(Space.M, Space.M, Space.M, Space.M)
-        column.setSpacing(Space.S)
-        for widget in (self.title, self.text):
-            column.addWidget(widget)
-        column.addWidget(self.button, alignment=Qt.AlignmentFlag.AlignLeft)
+        in_column(
+            self.title, self.text, (self.button, Qt.AlignmentFlag.AlignLeft), of=self, spacing=Space.S, margins=Space.M
+        )

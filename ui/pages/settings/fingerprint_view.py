@@ -1,11 +1,12 @@
 """Shows the checksum of the settings, large enough to be read out over the radio."""
 
-from PySide6.QtWidgets import QLabel, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QLabel, QWidget
 
 from app.engine.device import DeviceView
 from app.settings.fingerprint import fingerprint_of
 from app.text.i18n import tr
 from ui.widgets.labels import text_label
+from ui.widgets.layouts import in_column
 from ui.widgets.naming import named
 
 
@@ -18,11 +19,7 @@ class FingerprintView(QWidget):
         self.code = named(QLabel(), "fingerprint")
         self.code.setProperty("role", "heading")
         self.note = text_label("fingerprint_note", "small")
-        column = QVBoxLayout(self)
-        column.setContentsMargins(0, 0, 0, 0)
-        column.setSpacing(0)
-        column.addWidget(self.code)
-        column.addWidget(self.note)
+        in_column(self.code, self.note, of=self, spacing=0, margins=0)
 
     def show_device(self, device: DeviceView, now: float) -> None:
         found = fingerprint_of(device, now)

@@ -10,11 +10,9 @@ from typing import Final
 
 from PySide6.QtWidgets import (
     QFrame,
-    QHBoxLayout,
     QPushButton,
     QScrollArea,
     QStackedLayout,
-    QVBoxLayout,
     QWidget,
 )
 
@@ -37,7 +35,7 @@ from ui.services.page import Page
 from ui.style.icons import Icon
 from ui.style.theme import Meaning, Space
 from ui.widgets.controls import Shortcut, control
-from ui.widgets.flow_row import FlowRow
+from ui.widgets.layouts import FlowRow, in_column, in_row
 from ui.widgets.notice_bar import Notice, NoticeBar
 from ui.widgets.sliders import WheelGuard
 from ui.widgets.visibility_timer import VisibilityTimer
@@ -218,27 +216,14 @@ class SettingsPage(Page):
 
     def _lay_out(self) -> QWidget:
         texts = self._services.texts
-        head = QHBoxLayout()
-        head.setContentsMargins(Space.M, Space.S, Space.M, Space.XS)
-        head.setSpacing(Space.M)
-        head.addWidget(self.fingerprint, 1)
-        head.addWidget(self.files)
+        head = in_row((self.fingerprint, 1), self.files, spacing=Space.M, margins=(Space.M, Space.S, Space.M, Space.XS))
         card = QFrame()
         card.setObjectName("settings_card")
         card.setProperty("role", "card")
-        rows = QVBoxLayout(card)
-        rows.setContentsMargins(1, 1, 1, 1)
-        rows.setSpacing(0)
-        for row in self.rows.values():
-            rows.addWidget(row)
+        in_column(*self.rows.values(), of=card, spacing=0, margins=1)
         content = QWidget()
         content.setObjectName("settings_content")
-        column = QVBoxLayout(content)
-        column.setContentsMargins(Space.M, 0, Space.M, Space.S)
-        column.setSpacing(Space.XL)
-        column.addWidget(card)
-        column.addWidget(self.baud)
-        column.addStretch(1)
+        in_column(card, self.baud, 1, of=content, spacing=Space.XL, margins=(Space.M, 0, Space.M, Space.S))
         self.scroll_area = control(QScrollArea(), texts, "settings_scroll", says="Settings")
         self.scroll_area.setWidgetResizable(True)
         self.scroll_area.setWidget(content)
@@ -248,13 +233,7 @@ class SettingsPage(Page):
         foot.add_right(self.write)
         form = QWidget()
         form.setObjectName("settings_form")
-        whole = QVBoxLayout(form)
-        whole.setContentsMargins(0, 0, 0, 0)
-        whole.setSpacing(0)
-        whole.addLayout(head)
-        whole.addWidget(self.scroll_area, 1)
-        whole.addWidget(self.strip)
-        whole.addLayout(foot)
+        in_column(head, (self.scroll_area, 1), self.strip, foot, of=form, spacing=0, margins=0)
         return form
 
     # Qt

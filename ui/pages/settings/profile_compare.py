@@ -10,11 +10,9 @@ from PySide6.QtWidgets import (
     QCheckBox,
     QFrame,
     QGridLayout,
-    QHBoxLayout,
     QLabel,
     QPushButton,
     QScrollArea,
-    QVBoxLayout,
     QWidget,
 )
 
@@ -31,6 +29,7 @@ from ui.style.icons import Icon
 from ui.style.theme import Meaning, Size, Space
 from ui.widgets.controls import control
 from ui.widgets.labels import text_label
+from ui.widgets.layouts import in_column, in_row
 from ui.widgets.naming import named
 from ui.widgets.readout import StateChip
 
@@ -131,26 +130,22 @@ class ProfileCompare(QWidget):
         grid.setColumnStretch(0, 1)
         content = QWidget()
         content.setObjectName("profile_content")
-        body = QVBoxLayout(content)
-        body.setContentsMargins(Space.M, Space.S, Space.S, Space.S)
-        body.setSpacing(Space.S)
-        for widget in (self.title, self.about, self.faults, self._table, self.note):
-            body.addWidget(widget)
-        body.addStretch(1)
+        in_column(
+            self.title,
+            self.about,
+            self.faults,
+            self._table,
+            self.note,
+            1,
+            of=content,
+            spacing=Space.S,
+            margins=(Space.M, Space.S, Space.S, Space.S),
+        )
         scroll = control(QScrollArea(), texts, "profile_scroll", says="Profile")
         scroll.setWidgetResizable(True)
         scroll.setWidget(content)
-        foot = QHBoxLayout()
-        foot.setContentsMargins(Space.M, Space.S, Space.M, Space.S)
-        foot.setSpacing(Space.S)
-        foot.addStretch(1)
-        foot.addWidget(self.close_button)
-        foot.addWidget(self.apply)
-        whole = QVBoxLayout(self)
-        whole.setContentsMargins(0, 0, 0, 0)
-        whole.setSpacing(0)
-        whole.addWidget(scroll, 1)
-        whole.addLayout(foot)
+        foot = in_row(1, self.close_button, self.apply, spacing=Space.S, margins=(Space.M, Space.S))
+        in_column((scroll, 1), foot, of=self, spacing=0, margins=0)
 
 
 class _CompareRow:

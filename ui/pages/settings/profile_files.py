@@ -5,7 +5,7 @@ from functools import partial
 from pathlib import Path
 
 from PySide6.QtCore import Signal
-from PySide6.QtWidgets import QHBoxLayout, QMenu, QPushButton, QToolButton, QWidget
+from PySide6.QtWidgets import QMenu, QPushButton, QToolButton, QWidget
 
 from app.settings.profile_file import ProfileRefused, read_profile, save_profile
 from app.settings.profiles import Profile, profile_of
@@ -16,6 +16,7 @@ from ui.services.context import Services
 from ui.style.icons import Icon
 from ui.style.theme import Meaning, Space
 from ui.widgets.controls import control
+from ui.widgets.layouts import in_row
 from ui.widgets.naming import named
 from ui.widgets.notice_bar import Notice
 
@@ -51,11 +52,7 @@ class ProfileFiles(QWidget):
         self.menu = named(QMenu(self.recent), "profile_recent_menu")
         self.recent.setMenu(self.menu)
         self.menu.aboutToShow.connect(self._fill_menu)
-        row = QHBoxLayout(self)
-        row.setContentsMargins(0, 0, 0, 0)
-        row.setSpacing(Space.S)
-        for button in (self.open, self.recent, self.save):
-            row.addWidget(button)
+        in_row(self.open, self.recent, self.save, of=self, spacing=Space.S, margins=0)
 
     def refresh(self) -> None:
         self.recent.setEnabled(bool(self._remembered.recent_profiles))

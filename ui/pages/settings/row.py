@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from typing import Final, NamedTuple
 
 from PySide6.QtCore import Qt, Signal
-from PySide6.QtWidgets import QFrame, QGridLayout, QHBoxLayout, QLabel, QPushButton, QSizePolicy, QVBoxLayout
+from PySide6.QtWidgets import QFrame, QGridLayout, QLabel, QPushButton, QSizePolicy
 
 from app.diagnosis.link_state import duration
 from app.engine.device import How, StaleReason
@@ -23,6 +23,7 @@ from ui.style.icons import Icon
 from ui.style.theme import Meaning, Size, Space
 from ui.widgets.controls import control
 from ui.widgets.labels import text_label
+from ui.widgets.layouts import in_column, in_row
 from ui.widgets.naming import named
 from ui.widgets.readout import StateChip
 from ui.widgets.sliders import WheelGuard
@@ -165,29 +166,15 @@ class SettingsRow(QFrame):
         grid.setContentsMargins(Space.M, Space.S, Space.M, Space.S)
         grid.setHorizontalSpacing(Space.M)
         grid.setVerticalSpacing(Space.XS)
-        names = QVBoxLayout()
-        names.setSpacing(0)
-        names.addWidget(self._name)
-        names.addWidget(self._vendor)
-        names.addStretch(1)
-        wanted = QVBoxLayout()
-        wanted.setSpacing(2)
-        wanted.addWidget(self.editor)
-        wanted.addWidget(self.advice)
-        wanted.addStretch(1)
-        state = QVBoxLayout()
-        state.setSpacing(2)
-        state.addWidget(self.state)
-        state.addWidget(self.reason)
-        state.addStretch(1)
+        names = in_column(self._name, self._vendor, 1, spacing=0)
+        wanted = in_column(self.editor, self.advice, 1, spacing=2)
+        state = in_column(self.state, self.reason, 1, spacing=2)
         top = Qt.AlignmentFlag.AlignTop
         grid.addLayout(names, 0, 0)
         grid.addWidget(self.stands, 0, 1, alignment=top)
         grid.addLayout(wanted, 0, 2)
         grid.addLayout(state, 0, 3)
-        below = QHBoxLayout()
-        below.setSpacing(Space.M)
-        below.addWidget(self.meaning, 1)
+        below = in_row((self.meaning, 1), spacing=Space.M)
         below.addWidget(self.measure, alignment=Qt.AlignmentFlag.AlignTop | Qt.AlignmentFlag.AlignRight)
         grid.addLayout(below, 1, 0, 1, 4)
         for column, (width, stretch) in enumerate(((NAME_PX, 2), (0, 0), (EDITOR_PX, 1), (STATE_PX, 4))):

@@ -5,7 +5,7 @@ from typing import Final
 
 from PySide6.QtCore import Signal
 from PySide6.QtGui import QFontDatabase
-from PySide6.QtWidgets import QFrame, QHBoxLayout, QLineEdit, QToolButton, QVBoxLayout
+from PySide6.QtWidgets import QFrame, QLineEdit, QToolButton
 
 from app.records.check_store import LONGEST_NOTE
 from app.system.wall_clock import local_time
@@ -17,6 +17,7 @@ from ui.pages.triggers.controller import TriggerRow
 from ui.style.theme import Size, Space
 from ui.widgets.controls import control
 from ui.widgets.labels import text_label
+from ui.widgets.layouts import in_column, in_row
 from ui.widgets.naming import named
 
 JUDGEMENTS: Final = (None, *Judgement)
@@ -110,16 +111,5 @@ class TriggersDetail(QFrame):
             self.judged.emit(row.seen.id, row.seen.judgement, self.note.text())
 
     def _lay_out(self) -> None:
-        judging = QHBoxLayout()
-        judging.setSpacing(Space.XS)
-        for button in self.buttons.values():
-            judging.addWidget(button)
-        judging.addWidget(self.note, 1)
-        judging.addWidget(self.raw)
-        column = QVBoxLayout(self)
-        column.setContentsMargins(Space.M, Space.S, Space.M, Space.S)
-        column.setSpacing(Space.XS)
-        column.addWidget(self.told)
-        column.addWidget(self.bytes)
-        column.addWidget(self.seen)
-        column.addLayout(judging)
+        judging = in_row(*self.buttons.values(), (self.note, 1), self.raw, spacing=Space.XS)
+        in_column(self.told, self.bytes, self.seen, judging, of=self, spacing=Space.XS, margins=(Space.M, Space.S))

@@ -7,18 +7,17 @@ from typing import Final
 from PySide6.QtGui import QGuiApplication
 from PySide6.QtWidgets import (
     QComboBox,
-    QHBoxLayout,
     QLabel,
     QLineEdit,
     QPushButton,
     QStackedWidget,
-    QVBoxLayout,
     QWidget,
 )
 
 from app.records.trigger_archive import write_archive
 from app.store.database import StoreTrouble
 from app.text.i18n import tr
+from app.text.sentences import reason_of
 from ui.connect.module_field import ModuleField
 from ui.files.file_dialogs import AskPath, ask_path
 from ui.forms.table_kit import RowsFilter
@@ -33,7 +32,7 @@ from ui.style.icons import Icon
 from ui.style.theme import Meaning, Space
 from ui.widgets.controls import Shortcut, control
 from ui.widgets.empty_state import EmptyState
-from ui.widgets.flow_row import FlowRow
+from ui.widgets.layouts import FlowRow, in_column, in_row
 from ui.widgets.naming import named
 from ui.widgets.notice_bar import Choice, Notice, NoticeBar
 from ui.widgets.sliders import WheelGuard
@@ -139,7 +138,7 @@ class TriggersPage(Page):
             once = frozenset(row.seen.id for row in rows if row.is_seen_once)
             write_archive(path, name, [row.seen for row in rows], new=new if has_past else None, seen_once=once)
         except OSError as error:
-            why = error.strerror or str(error)
+            why = reason_of(error)
             text = tr("Not saved to {path}: {why}. Choose another folder.", path=path, why=why)
             self.work.job.say_text(Meaning.DANGER, lambda: text)
             return
@@ -206,24 +205,13 @@ class TriggersPage(Page):
         Shortcut("triggers_search_key", self, self.search, self.search.setFocus)
 
     def _lay_out(self) -> None:
-        head, titles, foot = QHBoxLayout(), QVBoxLayout(), FlowRow()
-        head.setSpacing(Space.S)
-        titles.setSpacing(0)
-        titles.addWidget(self.count)
-        titles.addWidget(self.news)
-        head.addLayout(titles, 1)
-        for widget in (self.search, self.show_box, self.module):
-            head.addWidget(widget)
+        titles = in_column(self.count, self.news, spacing=0)
+        head, foot = in_row((titles, 1), self.search, self.show_box, self.module, spacing=Space.S), FlowRow()
         foot.add(self.copy, self.save_page, self.save_archive)
         foot.add_right(self.read)
-        whole = QVBoxLayout(self)
-        whole.setContentsMargins(Space.M, Space.S, Space.M, Space.S)
-        whole.setSpacing(Space.S)
-        whole.addLayout(head)
-        whole.addWidget(self._stack, 1)
-        whole.addWidget(self.detail)
-        whole.addWidget(self.strip)
-        whole.addLayout(foot)
+        in_column(
+            head, (self._stack, 1), self.detail, self.strip, foot, of=self, spacing=Space.S, margins=(Space.M, Space.S)
+        )
 
     # Qt
 

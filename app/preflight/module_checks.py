@@ -1,13 +1,16 @@
-"""Judges the settings, the triggers and the identity of the module."""
+"""Checks of the settings, the triggers and the identity of the module: how each judges, then its entry."""
 
 from collections import Counter
+from collections.abc import Callable
+from functools import partial
+from typing import Final
 
 from app.engine.identity import went_back
 from app.guided.results import TITLES, GuidedKind, GuidedVerdict
 from app.limits.expectations import LastTested
 from app.limits.limits import SETTING_BOUNDS
 from app.preflight.evidence import FlagFate
-from app.preflight.findings import Case, CheckResult, Finding, judged, unknown
+from app.preflight.findings import Case, Check, CheckResult, Finding, judged, unknown
 from app.settings.fingerprint import COVERED
 from app.settings.setting_texts import value_text
 from app.text.messages import UserMessage, listed, said
@@ -194,3 +197,41 @@ def _days_ago(days: float | None) -> UserMessage:
     if days is None:
         return said(marked("at an unknown time"))
     return said(marked("today")) if days < 1 else said(marked("{days:.0f} days ago"), days=int(days))
+
+
+_SETTING = marked("Open Settings, write the value wanted, and see it verified.")
+_TRIGGER = marked("Choose “enable now” (--enable-triggers): only an acknowledged set says how it stands.")
+
+
+def _setting(name: str, low: str, high: str) -> Callable[[Case], Finding]:
+    return partial(setting, name=name, advice=said(marked("{low} to {high}"), low=low, high=high))
+
+
+MODULE_CHECKS: Final = (
+    Check("attitude_threshold", marked("Attitude threshold"), _setting("attitude_threshold", "55°", "90°"),
+          marked("The angle at which it fires: too small fires in a turn, too large too late."), _SETTING),
+    Check("freefall_acceleration", marked("Free-fall acceleration threshold"),
+          _setting("freefall_acceleration", "0.1 g", "0.6 g"),
+          marked("Too high fires in a descent, too low detects no fall."), _SETTING),
+    Check("freefall_time", marked("Free-fall time"), _setting("freefall_time", "0.50 s", "2.55 s"),
+          marked("Too short fires falsely, too long costs height."), _SETTING),
+    Check("light_threshold", marked("Light threshold"), light_threshold,
+          marked("It decides whether the parachute counts as having left the bay."),
+          marked("Calibrate it with the bay closed and open, and keep it in a profile.")),
+    Check("attitude_trigger", marked("Attitude trigger enabled"), partial(trigger, key="attitude_trigger"),
+          marked("It fires when the aircraft tips over. The module cannot be asked whether it is enabled."), _TRIGGER),
+    Check("freefall_trigger", marked("Free-fall trigger enabled"), partial(trigger, key="freefall_trigger"),
+          marked("It fires in free fall. The module cannot be asked whether it is enabled."), _TRIGGER),
+    Check("trigger_records", marked("No new trigger record"), trigger_records,
+          marked("A trigger that nobody has explained can happen again in flight."),
+          marked("Look at it (Triggers) and judge it: bench test, real or false.")),
+    Check("boot_count", marked("Boot count fits the module"), boot_count,
+          marked("The module has no serial number; its boot count only grows."),
+          marked("Make sure which module this is, and name it.")),
+    Check("fingerprint", marked("Settings as approved"), settings_fingerprint,
+          marked("One code stands for all settings that can be read."),
+          marked("Compare the settings with the profile and write what differs; or approve them.")),
+    Check("guided_tests", marked("Guided tests"), guided_tests,
+          marked("Only a test by hand shows that tilt, fall, bay and charger are noticed."),
+          marked("Do them on the Tests page, with the module named.")),
+)  # fmt: skip

@@ -1,11 +1,11 @@
-"""Judges the link, the module's state and its sensors."""
+"""Checks of the link, the module's state and its sensors: how each judges, then its entry with its texts."""
 
 from collections.abc import Sequence
-from typing import NamedTuple
+from typing import Final, NamedTuple
 
 from app.limits.out_of_limits import bay_outside, cell_outside
 from app.preflight.evidence import HEARTBEATS, STILL_S, Trial
-from app.preflight.findings import NO, YES, Case, CheckResult, Finding, judged, unknown
+from app.preflight.findings import NO, YES, Case, Check, CheckResult, Finding, judged, unknown
 from app.text.messages import UserMessage, listed, said
 from protocol.fields import Value
 from protocol.translatable import marked
@@ -221,3 +221,50 @@ def bay_closed(case: Case) -> Finding:
     worst = min(lights) if is_inverted else max(lights)
     is_dark = bay_outside(worst, float(threshold), is_inverted=is_inverted) is None
     return judged(worst, f"{worst:.1f} V", limit, is_fine=is_dark)
+
+
+LINE_CHECKS: Final = (
+    Check("undisturbed", marked("Check ran undisturbed"), undisturbed,
+          marked("What was seen before a restart or a break says nothing about the module now."),
+          marked("Check cable and power, and check again.")),
+    Check("read_twice", marked("Read twice: the same"), read_twice,
+          marked("What changes by itself, or when something else is set, cannot be relied on."),
+          marked("Read the settings, write what is wrong, and check again. If it changes again, do not fly.")),
+    Check("link_loss", marked("Link: loss"), link_loss,
+          marked("Over a bad line a value may be missing or wrong."),
+          marked("Check plugs, ground and cable length, and check again.")),
+    Check("round_trip", marked("Link: answer time"), round_trip,
+          marked("A slow answer points to a bad adapter or a busy computer."),
+          marked("Use another adapter or USB socket; close other programs.")),
+    Check("status", marked("Status is current"), status_fresh,
+          marked("An old status says nothing about the module now."),
+          marked("Check power and cable, and check again.")),
+    Check("triggered", marked("Not triggered"), not_triggered,
+          marked("A module that has fired has no parachute left."),
+          marked("Find out why it fired (Triggers), repack the parachute, lock and restart the module.")),
+    Check("activation", marked("Activation"), activation,
+          marked("An active module fires by itself when it tips over or falls; a locked one must be activated."),
+          marked("Send no commands meanwhile, and check again.")),
+    Check("tilt", marked("Tilt: level"), tilt_level,
+          marked("The attitude trigger counts from level; a wrong zero fires early on one side and late on the other."),
+          marked("Set the aircraft level. If it is level, correct the mounting and zero the sensor.")),
+    Check("tilt_spread", marked("Tilt: steady"), tilt_still,
+          marked("A reading that wanders while the aircraft stands still comes from a loose or failing sensor."),
+          marked("Do not touch the aircraft meanwhile; check how the module is fixed.")),
+    Check("acceleration", marked("Acceleration: 1 g"), acceleration_one_g,
+          marked("At rest the sensor must read 1 g, else free fall is judged wrongly."),
+          marked("Set the aircraft down and check again; if it stays, the sensor is faulty: do not fly.")),
+    Check("acceleration_spread", marked("Acceleration: steady"), acceleration_still,
+          marked("Noise at rest can end or fake a free fall."),
+          marked("Stop motors and fans, do not touch the aircraft, and check again.")),
+    Check("cell_voltage", marked("Cell voltage"), cell_voltage,
+          marked("A weak cell may not deploy the parachute, and falls further in the cold."),
+          marked("Charge the module, unplug it, wait a minute and check again.")),
+    Check("charging", marked("Not charging"), not_charging,
+          marked("With external power the voltage that is read is not the cell's."),
+          marked("Unplug the external power and check again.")),
+    Check("light", marked("Parachute bay closed"), bay_closed,
+          marked("Light in the bay means that it is open; without a calibration, that more light reads higher "
+                 "is an assumption."),
+          marked("Close the bay; if it is closed, calibrate the light threshold.")),
+)  # fmt: skip

@@ -1,11 +1,12 @@
-"""Rows of buttons and lines of text in less room than they would like."""
+"""Rows and columns; rows of buttons and lines of text in less room than they would like."""
 
+from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QVBoxLayout, QWidget
 from pytestqt.qtbot import QtBot
 
 from ui.style.theme import Space
-from ui.widgets.flow_row import FlowRow
 from ui.widgets.labels import ElidedLabel
+from ui.widgets.layouts import FlowRow, Gap, in_column, in_row
 
 WIDTH, HEIGHT = 100, 30
 
@@ -84,3 +85,28 @@ def test_a_line_that_is_shortened_is_whole_in_its_tooltip(qtbot: QtBot) -> None:
     label.setText("The module")
     assert label.toolTip() == ""
     assert label.grab().toImage() != wide
+
+
+def test_a_column_fills_its_widget_in_the_order_said(qtbot: QtBot) -> None:
+    page, first, second, third = QWidget(), QWidget(), QWidget(), QWidget()
+    qtbot.addWidget(page)
+    inner = in_row(second, (third, Qt.AlignmentFlag.AlignRight), spacing=3)
+    column = in_column(first, Gap(7), (inner, 2), 1, of=page, spacing=5, margins=(4, 6))
+    assert page.layout() is column
+    margins = column.contentsMargins()
+    assert (margins.left(), margins.top(), margins.right(), margins.bottom()) == (4, 6, 4, 6)
+    assert (column.spacing(), inner.spacing()) == (5, 3)
+    items = [item for place in range(column.count()) if (item := column.itemAt(place)) is not None]
+    assert [items[0].widget(), items[2].layout()] == [first, inner]
+    assert items[1].sizeHint().height() == 7
+    assert [column.stretch(place) for place in range(4)] == [0, 0, 2, 1]
+    last = inner.itemAt(1)
+    assert last is not None
+    assert last.alignment() == Qt.AlignmentFlag.AlignRight
+    assert all(one.parentWidget() is page for one in (first, second, third))
+
+
+def test_margins_are_the_same_all_round_or_each_its_own(qtbot: QtBot) -> None:
+    even, odd = in_row(1, margins=2).contentsMargins(), in_row(1, margins=(1, 2, 3, 4)).contentsMargins()
+    assert (even.left(), even.bottom()) == (2, 2)
+    assert (odd.left(), odd.top(), odd.right(), odd.bottom()) == (1, 2, 3, 4)

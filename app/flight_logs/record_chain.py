@@ -1,0 +1,70 @@
+"""Finds runs of records that follow each other, with numpy: one step after the other in Python takes longer.
+
+Exact: a run is what stepping would have found. Whoever uses it steps over what lies between two runs.
+"""
+
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+STEPS_BEFORE: Final = 500
+"""Steps without a new definition after which a chain is worth building."""
+MOST_CHAINS: Final = 20
+"""Of one file."""
+LEAST_BYTES: Final = 8
+"""Of a record on the average; a file with more candidates is no log, and would take much memory."""
+_AT_ONCE: Final = 1 << 24
+_SHORT_RUN: Final = 8
+_WAIT_STEPS: Final = 32
+
+
+class RecordChain:
+    """Candidates for records, by where they begin and end; `starts` ascends."""
+
+    def __init__(self, starts: NDArray[np.int64], ends: NDArray[np.int64]) -> None:
+        self.starts = starts
+        self._breaks = np.append(np.flatnonzero(ends[:-1] != starts[1:]), max(0, len(starts) - 1))
+        self._is_record = np.zeros(len(starts), np.bool_)
+        self._waits = 0
+
+    @property
+    def records(self) -> NDArray[np.intp]:
+        """The candidates that were skipped over: they are records."""
+        return np.flatnonzero(self._is_record)
+
+    def skip(self, place: int) -> int:
+        """The last record of the run of records that begins at `place`; `place` itself where there is no run."""
+        if self._waits:  # where runs are short, looking for them costs more than it saves
+            self._waits -= 1
+            return place
+        first = int(np.searchsorted(self.starts, place))
+        if first >= len(self.starts) or self.starts[first] != place:
+            self._waits = _WAIT_STEPS
+            return place
+        last = int(self._breaks[np.searchsorted(self._breaks, first)])
+        self._is_record[first:last] = True
+        if last - first < _SHORT_RUN:
+            self._waits = _WAIT_STEPS
+        return int(self.starts[last])
+
+
+def positions(data: bytes, start: int, stop: int, first: int, second: int | None = None) -> NDArray[np.int64] | None:
+    """Where a byte stands, followed by another one where that is given; None where there are too many to be a log."""
+    raw = np.frombuffer(data, np.uint8)
+    found: list[NDArray[np.int64]] = []
+    for begin in range(start, stop, _AT_ONCE):
+        part = raw[begin : min(stop, begin + _AT_ONCE)]
+        places = np.flatnonzero(part == first) + begin
+        if second is not None:
+            places = places[places + 1 < stop]
+            places = places[raw[places + 1] == second]
+        found.append(places)
+        if sum(map(len, found)) > (stop - start) // LEAST_BYTES:
+            return None
+    return np.concatenate(found) if found else np.empty(0, np.int64)
+
+
+def merged_places(*parts: "NDArray[np.int64]") -> NDArray[np.int64]:
+    """All of them in order."""
+    return np.sort(np.concatenate(parts), kind="stable")

@@ -1,0 +1,158 @@
+"""The map over thresholds counts what every single flight comes to."""
+
+import math
+
+import numpy as np
+import pytest
+
+from app.firing.judge import TriggerLimits
+from app.flight_analysis.flight_set import FlightGroup, FlightSet
+from app.flight_analysis.loss_of_control import LossOfControl, loss_of_control
+from app.flight_analysis.summary import summarise
+from app.flight_logs.flight_log import FlightLog
+from app.flight_logs.module_view import RuleReading
+from protocol.messages import Source
+from tests.support.flights.made_flights import made_flight, random_flight
+
+ROWS = 500
+TIMES = np.arange(ROWS) / 50
+LOST_S, IMPACT_S, FROM_M = 3.0, 6.0, 45.0
+
+
+def crash(name: str = "crash") -> FlightLog:
+    """Tips over from 3.0 s on by 30° a second, falls from 3.5 s on, hits the ground at 6.0 s from 45 m."""
+    tilt = np.clip(30 * (TIMES - LOST_S), 0, 88)
+    force = np.select([TIMES < 3.5, TIMES < IMPACT_S, TIMES < IMPACT_S + 0.06], [1.0, 0.2, 12.0], 1.0)
+    altitude = FROM_M - 5 * np.clip(TIMES - LOST_S, 0, IMPACT_S - LOST_S) ** 2
+    return made_flight(tilt, force, name=name, altitude_m=altitude)
+
+
+def test_the_map_is_what_every_flight_comes_to() -> None:
+    random = np.random.default_rng(5)
+    flights = FlightSet()
+    for group in FlightGroup:
+        flights.add((summarise(random_flight(random)) for _ in range(0)), group)
+        for number in range(7):
+            log = random_flight(random)
+            named = made_flight(log.tilt_deg, log.specific_force_g, name=f"{group.name} {number}", time_s=log.time_s,
+                                altitude_m=100 - log.time_s)  # fmt: skip
+            flights.add([summarise(named)], group)
+    flights.add([summarise(crash())], FlightGroup.MUST)
+    tilts, times = np.array([20, 45, 60, 90, 185]), np.array([0.0, 0.2, 1.0, 1.6, 2.55])
+    for reading in RuleReading:
+        for limits in (
+            TriggerLimits(),
+            TriggerLimits(freefall_acceleration_g=0.3, attitude_is_enabled=False),
+            TriggerLimits(freefall_acceleration_g=1.5, freefall_is_enabled=False),
+        ):
+            found = flights.fire_map(limits, reading, attitude_thresholds_deg=tilts, freefall_times_s=times)
+            assert (found.must_not_count, found.must_count, found.unsorted_count) == (7, 8, 7)
+            for row, tilt in enumerate(tilts):
+                for column, time_s in enumerate(times):
+                    at = TriggerLimits(
+                        float(tilt), limits.freefall_acceleration_g, float(time_s),
+                        limits.attitude_is_enabled, limits.freefall_is_enabled,
+                    )  # fmt: skip
+                    check_cell(flights, at, reading, found, row, column)
+
+
+def check_cell(
+    flights: FlightSet, at: TriggerLimits, reading: RuleReading, found: "object", row: int, column: int
+) -> None:
+    from app.flight_analysis.flight_set import FireMap
+
+    assert isinstance(found, FireMap)
+    fires = {group: [one.first_fire(at, reading) for one in flights.flights(group)] for group in FlightGroup}
+    counts = {group: sum(bool(one.sources) for one in fires[group]) for group in FlightGroup}
+    assert found.must_not_fired[row, column] == counts[FlightGroup.MUST_NOT]
+    assert found.unsorted_fired[row, column] == counts[FlightGroup.UNSORTED]
+    in_time = [one for one in fires[FlightGroup.MUST] if one.is_in_time]
+    assert found.must_fired[row, column] == len(in_time)
+    delays = [one.delay_s for one in in_time if not math.isnan(one.delay_s)]
+    drops = [one.drop_m for one in in_time if not math.isnan(one.drop_m)]
+    assert found.worst_delay_s[row, column] == pytest.approx(max(delays, default=math.nan), nan_ok=True)
+    assert found.worst_drop_m[row, column] == pytest.approx(max(drops, default=math.nan), nan_ok=True, abs=0.01)
+
+
+def test_how_late_and_how_much_lower() -> None:
+    flight = summarise(crash())
+    assert flight.loss_s == pytest.approx(3.48)  # the last row of weight, at a tilt below 30°
+    assert flight.impact_s == IMPACT_S
+    fire = flight.first_fire(TriggerLimits())
+    assert (fire.at_s, fire.sources, fire.is_in_time) == (5.0, Source.ATTITUDE, True)
+    assert fire.delay_s == pytest.approx(5.0 - 3.48)
+    assert fire.drop_m == pytest.approx(5 * 2.0**2 - 5 * 0.48**2, abs=0.2)
+    never = flight.first_fire(TriggerLimits(attitude_threshold_deg=89, freefall_time_s=2.55))
+    assert (never.at_s, never.is_in_time) == (math.inf, False)
+    fell = flight.first_fire(TriggerLimits(attitude_is_enabled=False))
+    assert (fell.at_s, fell.sources) == (pytest.approx(3.5 + 1.6), Source.FREEFALL)
+
+
+def test_a_firing_after_the_impact_is_not_in_time() -> None:
+    log = crash()
+    log.tilt_deg[TIMES > IMPACT_S] = 120.0
+    fire = summarise(log).first_fire(TriggerLimits(attitude_threshold_deg=100, freefall_is_enabled=False))
+    assert (fire.at_s, fire.is_in_time) == (pytest.approx(IMPACT_S + 0.02), False)
+
+
+def test_outcomes_say_where_the_readings_differ() -> None:
+    tilt = np.zeros(ROWS)
+    tilt[100:104] = 75
+    flights = FlightSet()
+    flights.add([summarise(made_flight(tilt, 1.0, name="bump")), summarise(crash())])
+    bump, fell = flights.outcomes(TriggerLimits())
+    assert (bump.is_different, bool(bump.direct.sources), bool(bump.damped.sources)) == (True, True, False)
+    assert not fell.is_different
+
+
+def test_flights_are_sorted_and_taken_out() -> None:
+    flights = FlightSet()
+    flights.add([summarise(crash("a")), summarise(crash("b"))])
+    flights.sort("a", FlightGroup.MUST)
+    assert flights.fire_map(TriggerLimits()).must_count == 1
+    flights.sort("a", FlightGroup.MUST_NOT)
+    assert flights.fire_map(TriggerLimits()).must_count == 0
+    assert flights.group("a") is FlightGroup.MUST_NOT
+    assert [one.name for one in flights.flights(FlightGroup.UNSORTED)] == ["b"]
+    flights.remove("a")
+    assert len(flights) == 1
+    assert flights.fire_map(TriggerLimits()).must_not_count == 0
+    flights.clear()
+    assert flights.fire_map(TriggerLimits()).unsorted_count == 0
+    with pytest.raises(KeyError):
+        flights.sort("a", FlightGroup.MUST)
+    with pytest.raises(LookupError):
+        flights.fire_map(TriggerLimits(freefall_acceleration_g=1.6))
+
+
+def test_a_flight_that_ends_calm_was_not_lost() -> None:
+    assert loss_of_control(made_flight(np.full(ROWS, 5.0), 1.0)) == LossOfControl(None, None)
+    assert loss_of_control(made_flight(np.full(0, 5.0), np.ones(0))) == LossOfControl(None, None)
+
+
+def test_a_hard_landing_is_no_loss_of_control() -> None:
+    force = np.ones(ROWS)
+    force[400] = 4.0
+    assert loss_of_control(made_flight(5.0, force)) == LossOfControl(None, 8.0)
+
+
+def test_a_blow_in_the_air_is_no_impact() -> None:
+    """Half a second of it, then a calm flight, then it tips over until the log ends."""
+    force, tilt = np.ones(ROWS), np.zeros(ROWS)
+    force[100:125] = 4.0
+    tilt[300:] = 80.0
+    assert loss_of_control(made_flight(tilt, force)) == LossOfControl(pytest.approx(5.98), None)  # type: ignore[arg-type]
+
+
+def test_blows_that_follow_each_other_are_one_impact() -> None:
+    force, tilt = np.ones(ROWS), np.zeros(ROWS)
+    tilt[200:] = 80.0
+    force[[100, 250, 280, 340]] = 5.0
+    lost = loss_of_control(made_flight(tilt, force))
+    assert lost == LossOfControl(pytest.approx(3.98), 5.0)  # type: ignore[arg-type]
+
+
+def test_the_ground_that_the_log_tells_of() -> None:
+    tilt = np.where(TIMES >= 4, 70.0, 0.0)
+    lost = loss_of_control(made_flight(tilt, 1.0, is_on_ground=TIMES >= 7))
+    assert lost == LossOfControl(pytest.approx(3.98), 7.0)  # type: ignore[arg-type]

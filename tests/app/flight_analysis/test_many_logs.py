@@ -1,0 +1,67 @@
+"""Many logs at once, in processes of their own: all come back, a cancellation ends it, a lost process is no loss."""
+
+import os
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from app.firing.judge import TriggerLimits
+from app.flight_analysis.many_logs import LogOrder, SummarisedLog, summarise_logs
+from app.flight_logs.module_view import RuleReading
+from tests.support.flights import log_bytes as made
+
+TIMES = np.arange(0, 10, 0.1)
+
+
+@pytest.fixture
+def logs(tmp_path: Path) -> list[Path]:
+    """The n-th tilts to 50° + n; the one before the last cannot be read."""
+    paths = [tmp_path / f"{number:02}.ulg" for number in range(12)]
+    for number, path in enumerate(paths):
+        path.write_bytes(made.ulog_bytes(made.ulog_attitude(TIMES, 50.0 + number) + made.ulog_force(TIMES, 1.0)))
+    paths[-2].write_bytes(b"no log")
+    return paths
+
+
+def fired(found: list[SummarisedLog]) -> list[str]:
+    return [one.path.stem for one in sorted(found) if one.judged and one.judged[0].firings]
+
+
+def test_every_log_comes_back_once(logs: list[Path]) -> None:
+    order = LogOrder(limits=TriggerLimits(attitude_threshold_deg=58))
+    for processes in (1, 2):
+        found = list(summarise_logs(logs, order, processes=processes))
+        assert sorted(one.path for one in found) == logs
+        assert [one.path for one in found if one.flight is None] == [logs[-2]]
+        assert all((one.why_not is None) == (one.flight is not None) for one in found)
+        assert fired(found) == ["08", "09", "11"]
+        assert all(len(one.judged) == len(RuleReading) for one in found if one.flight is not None)
+
+
+@pytest.mark.parametrize("processes", [1, 2])
+def test_a_cancellation_ends_it(logs: list[Path], processes: int) -> None:
+    found: list[SummarisedLog] = []
+    found.extend(summarise_logs(logs, is_cancelled=lambda: bool(found), processes=processes))
+    assert 1 <= len(found) < len(logs)
+
+
+def test_a_process_that_ends_takes_no_other_log_with_it(logs: list[Path]) -> None:
+    logs = logs[:4]
+    order = LogOrder(columns=EndsProcess())  # type: ignore[arg-type]
+    logs[3].unlink()
+    logs[3] = logs[3].with_suffix(".csv")
+    logs[3].write_text("a,b\n1,2\n", encoding="utf-8")
+    found = {one.path: one for one in summarise_logs(logs, order, processes=2)}
+    assert sorted(found) == logs
+    assert [path for path, one in found.items() if one.flight is None] == [logs[3]]
+    assert found[logs[3]].why_not is not None
+    assert found[logs[3]].why_not.in_english() == "The process that read it ended."  # type: ignore[union-attr]
+
+
+class EndsProcess:
+    """Where a reader looks for its columns, the process is gone."""
+
+    @property
+    def names(self) -> None:
+        os._exit(9)

@@ -1,0 +1,36 @@
+"""What is printed after a signal takes a second at most, though nobody reads the pipe."""
+
+import os
+import signal
+import sys
+import threading
+
+import pytest
+
+from app.terminal import interruption
+from app.terminal.console import write
+from app.terminal.interruption import last_words
+
+MORE_THAN_A_PIPE_HOLDS = "x" * 2_000_000
+
+
+@pytest.mark.skipif(not hasattr(signal, "SIGALRM"), reason="Windows has no alarm")
+def test_a_pipe_that_nobody_reads_is_given_up(monkeypatch: pytest.MonkeyPatch) -> None:
+    assert threading.current_thread() is threading.main_thread()
+    monkeypatch.setattr(interruption, "PATIENCE_S", 0.1)
+    reading, writing = os.pipe()
+    before = signal.getsignal(signal.SIGALRM)
+    with open(writing, "w", encoding="utf-8") as out:  # noqa: PTH123
+        monkeypatch.setattr(sys, "stdout", out)
+        with last_words():
+            write(MORE_THAN_A_PIPE_HOLDS)
+        monkeypatch.undo()
+    assert signal.getsignal(signal.SIGALRM) is before
+    assert signal.getitimer(signal.ITIMER_REAL)[0] == 0
+    os.close(reading)
+
+
+def test_what_is_read_arrives_whole(capfd: pytest.CaptureFixture[str]) -> None:
+    with last_words():
+        write("the end\n")
+    assert capfd.readouterr().out == "the end\n"

@@ -1,0 +1,266 @@
+"""The steps of an act: which presses count, by mouse, by key and by both at once."""
+
+from collections.abc import Iterator
+from itertools import product
+from pathlib import Path
+
+import pytest
+from PySide6.QtCore import QPoint, Qt
+from PySide6.QtWidgets import (
+    QApplication,
+    QStyle,
+    QStyleOptionButton,
+    QVBoxLayout,
+    QWidget,
+)
+from pytestqt.qtbot import QtBot
+
+from app.safety.acts import Act
+from protocol.link_states import Presence
+from tests.gestures.clumsy import run
+from tests.gestures.gesture_bench import GestureBench, gesture_bench
+from tests.gestures.gesture_table import ACTS, first_button, go_to
+from ui.pages.preflight.controller import Standing
+from ui.style.appearance import Appearance
+from ui.style.theme import Choice as Look
+from ui.widgets.gestures import gestures
+from ui.widgets.step_button import DEAD_FOR_S, StepButton
+
+
+@pytest.fixture
+def bench(qapp: QApplication, tmp_path: Path) -> Iterator[GestureBench]:
+    with gesture_bench(qapp, tmp_path) as made:
+        yield made
+
+
+def ask_to_forbid(bench: GestureBench) -> StepButton:
+    """Its last button, which takes both hands."""
+    bench.window.resize(1366, 768)
+    go_to(bench, ACTS[3])
+    bench.go_and_click(first_button(bench, ACTS[3]))
+    confirm = bench.commands.acts[Act.FORBID_DEPLOY].confirm
+    assert confirm.is_asking
+    bench.hand_s += 1.0
+    bench.sent.clear()
+    bench.worker.submitted = 0
+    return confirm.go
+
+
+def is_nothing_sent(bench: GestureBench) -> bool:
+    bench.wait(0.5)
+    return not bench.sent and not bench.worker.submitted
+
+
+@pytest.mark.parametrize("is_double", [False, True])
+def test_a_click_that_does_not_count_completes_nothing_that_a_key_pressed(bench: GestureBench, is_double: bool) -> None:
+    go = ask_to_forbid(bench)
+    bench.move(bench.at(go))
+    if not is_double:
+        go.block_pointer()  # as where a layout brought it there
+    go.setFocus()
+    bench.key(Qt.Key.Key_Space, is_press=True)
+    (bench.double_press if is_double else bench.press)()
+    bench.release()
+    bench.key(Qt.Key.Key_Space, is_press=False)
+    assert is_nothing_sent(bench)
+
+
+def test_two_hands_on_one_step_cancel_each_other(bench: GestureBench) -> None:
+    go = ask_to_forbid(bench)
+    bench.move(bench.at(go))
+    go.setFocus()
+    bench.key(Qt.Key.Key_Space, is_press=True)
+    bench.press()
+    bench.release()
+    bench.key(Qt.Key.Key_Space, is_press=False)
+    assert is_nothing_sent(bench)
+    bench.press()
+    bench.key(Qt.Key.Key_Space, is_press=True)
+    bench.release()
+    bench.key(Qt.Key.Key_Space, is_press=False)
+    assert is_nothing_sent(bench)
+    bench.click()
+    assert not is_nothing_sent(bench)
+
+
+def test_the_release_of_a_key_pressed_elsewhere_completes_no_click(bench: GestureBench) -> None:
+    go = ask_to_forbid(bench)
+    bench.move(bench.at(go))
+    bench.commands.lock.setFocus()
+    bench.key(Qt.Key.Key_Return, is_press=True)
+    bench.press()
+    bench.key(Qt.Key.Key_Space, is_press=False)
+    assert is_nothing_sent(bench)
+    bench.release()
+    bench.key(Qt.Key.Key_Return, is_press=False)
+    assert not is_nothing_sent(bench)
+
+
+def test_a_press_that_left_the_step_completes_nothing(bench: GestureBench) -> None:
+    go = ask_to_forbid(bench)
+    bench.move(bench.at(go))
+    bench.press()
+    bench.move(QPoint(1, 1))
+    bench.move(bench.at(go))
+    assert not go.isDown()
+    bench.release()
+    assert is_nothing_sent(bench)
+
+
+def test_a_press_that_began_before_the_step_moved_completes_nothing(bench: GestureBench) -> None:
+    go = ask_to_forbid(bench)
+    bench.move(bench.at(go))
+    bench.press()
+    bench.window.resize(1180, 720)
+    bench.turn()
+    go.check_place()
+    bench.move(QPoint(1, 1))
+    bench.hand_s += 1.0
+    bench.move(bench.at(go))
+    bench.release()
+    assert is_nothing_sent(bench)
+
+
+@pytest.mark.parametrize("is_marked", [True, False])
+def test_a_held_key_and_a_held_mouse_complete_nothing(
+    bench: GestureBench, monkeypatch: pytest.MonkeyPatch, is_marked: bool
+) -> None:
+    """What X11 repeats is neither the release of the key nor a press of its own, in whichever order they are let go."""
+    monkeypatch.setattr(gestures(), "has_paired_repeats", True)
+    go = ask_to_forbid(bench)
+    bench.move(bench.at(go))
+
+    def repeat() -> None:
+        for _ in range(10):
+            bench.hand_s += 0.04
+            bench.key(Qt.Key.Key_Space, is_press=False, is_repeat=True, is_marked=is_marked)
+            bench.key(Qt.Key.Key_Space, is_press=True, is_repeat=True, is_marked=is_marked)
+
+    for is_key_first, is_key_last in product((False, True), repeat=2):
+        go.setFocus()
+        if is_key_first:
+            bench.key(Qt.Key.Key_Space, is_press=True)
+            repeat()
+        bench.press()
+        if not is_key_first:
+            bench.key(Qt.Key.Key_Space, is_press=True)
+        repeat()
+        if is_key_last:
+            bench.release()
+            repeat()
+        bench.key(Qt.Key.Key_Space, is_press=False)
+        bench.wait(0.1)
+        if not is_key_last:
+            bench.release()
+        assert is_nothing_sent(bench), (is_key_first, is_key_last)
+    bench.click()
+    assert not is_nothing_sent(bench)
+
+
+def test_enable_now_in_a_row_counts_only_a_press_that_was_meant_for_it(bench: GestureBench) -> None:
+    """The end of a check scrolls its rows: what comes to lie under the pointer then is no choice."""
+    bench.window.go_to("preflight")
+    page = bench.preflight
+    bench.go_and_click(page.buttons.run)
+    bench.until(lambda: page.work.standing is Standing.NO_GO)
+    enable, bar = page.list.rows["attitude_trigger"].act, page.list.verticalScrollBar()
+    page.list.ensureWidgetVisible(enable)
+    bench.turn()
+    place = bench.at(enable)
+    for step in (-60, 60):
+        bar.setValue(bar.value() + step)
+        bench.wait(1.0)
+        if step < 0:
+            bench.move(place)
+    assert bench.window.childAt(place) is enable
+    bench.click()
+    assert page.work.standing is Standing.NO_GO
+    bench.move(QPoint(1, 1))
+    bench.move(place)
+    bench.click()
+    assert page.work.standing is Standing.CHECKING
+    bench.wait(2.0)
+    assert [one.encode()[2:5].hex() for one in bench.sent] == ["160200", "170200"]
+
+
+def test_cancel_takes_any_click(bench: GestureBench) -> None:
+    ask_to_forbid(bench)
+    confirm = bench.commands.acts[Act.FORBID_DEPLOY].confirm
+    bench.move(bench.at(confirm.cancel))
+    confirm.cancel.setFocus()
+    bench.key(Qt.Key.Key_Space, is_press=True)
+    bench.press()
+    bench.move(QPoint(1, 1))
+    bench.move(bench.at(confirm.cancel))
+    bench.release()
+    assert not confirm.is_asking
+    bench.key(Qt.Key.Key_Space, is_press=False)
+    assert is_nothing_sent(bench)
+
+
+def test_what_is_refused_anyway_is_disabled_and_says_why(bench: GestureBench) -> None:
+    act = ACTS[5]
+    go_to(bench, act)
+    assert first_button(bench, act).isEnabled()
+    bench.bench.power_off()
+    bench.until(lambda: bench.device.presence is Presence.OFFLINE, 90)
+    bench.settings.refresh()
+    bench.commands.refresh()
+    assert not bench.settings.write.isEnabled()
+    assert bench.settings.strip.notice is not None
+    assert "does not answer" in bench.settings.strip.notice.text
+    assert "does not answer" in bench.settings.baud.conditions.text()
+    bench.window.go_to("commands")
+    bench.commands.refresh()
+    for row in bench.commands.acts.values():
+        assert not row.confirm.ask.isEnabled()
+        assert "does not answer" in row.conditions.text()
+    assert not bench.commands.ritual.choose.isEnabled()
+
+
+def test_a_clumsy_person_completes_nothing_by_accident(qapp: QApplication) -> None:
+    report = run(qapp, 40, 7)
+    assert report.faults == []
+    assert report.events > 200
+
+
+class PaintedWidget(StepButton):
+    """Remembers whether it was painted as enabled the last time."""
+
+    looks_enabled = False
+
+    def _option(self) -> QStyleOptionButton:
+        option = super()._option()
+        self.looks_enabled = bool(option.state & QStyle.StateFlag.State_Enabled)
+        return option
+
+
+def test_what_is_live_looks_enabled(qtbot: QtBot, qapp: QApplication) -> None:
+    """By what was painted of its own accord: grabbing it would repaint it."""
+    gestures().reset()
+    window = QWidget()
+    qtbot.addWidget(window)
+    buttons = [PaintedWidget() for _ in range(12)]
+    column = QVBoxLayout(window)
+    for button in buttons:
+        button.setText("Activate…")
+        column.addWidget(button)
+    appearance = Appearance(qapp, Look.LIGHT)
+    appearance.apply_theme(window)
+    window.show()
+    qtbot.waitUntil(lambda: all(button.looks_enabled for button in buttons))
+    for look in (Look.DARK, Look.LIGHT):
+        for number, button in enumerate(buttons):
+            button.setEnabled(False)
+            qtbot.wait(7 + number)
+            button.setEnabled(True)  # at different times: a timer may be early at some of them
+        appearance.choose(look)
+        assert not buttons[-1].is_live
+        qtbot.wait(round(DEAD_FOR_S * 1000) + 300)
+        assert [button.looks_enabled for button in buttons] == [True] * len(buttons)
+        fresh = StepButton()
+        fresh.setText("Activate…")
+        column.addWidget(fresh)
+        qtbot.waitUntil(lambda: fresh.takes_pointer)  # noqa: B023  called before the next turn
+        assert fresh.size() == buttons[0].size()
+        assert fresh.grab().toImage() == buttons[0].grab().toImage()
