@@ -137,6 +137,12 @@ class DeviceView:
     def is_late(self) -> bool:
         return self.lag_s is not None and self.lag_s > LONGEST_LAG_S
 
+    @property
+    def reported(self) -> tuple[Value | None, ...]:
+        """Triggered and active, as the module last said; None while unknown."""
+        known = (self.values.get(key) for key in ("triggered", "active"))
+        return tuple(None if one is None else one.value for one in known)
+
     def known(self, key: str, now: float) -> Known | None:
         """The value with the doubt that its age casts on it at `now`; None while unknown."""
         known = self.values.get(key)

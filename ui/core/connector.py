@@ -37,7 +37,7 @@ class Connector(QObject):
     """Owns the worker. Reconnects by itself after a loss, by the rules of `app.engine.reconnect`."""
 
     changed = Signal()
-    """Something about the link is different from before."""
+    """Something about the link, or whether the module has triggered or is active, is different from before."""
     batch = Signal(object)
     """Each `Batch`, after the state was brought up to date with it."""
     forgotten = Signal()
@@ -289,6 +289,7 @@ class Connector(QObject):
             self.stream_left_on.emit()
         self._is_left_on_said = is_left_on
         before, last, was_online, identity = self.state, self._last, self._is_online(), self.identity
+        reported = self.device.reported
         is_news = last is None or batch.connection != last.connection
         if is_news:
             _log.info("Port: %s", batch.connection)
@@ -312,7 +313,7 @@ class Connector(QObject):
             _log.info("The computer slept for %.0f s", sleep.lasted_s)
             self.slept.emit(sleep.lasted_s)
         self.batch.emit(batch)
-        if self.state != before or self.identity != identity:
+        if self.state != before or self.identity != identity or self.device.reported != reported:
             self.changed.emit()
 
     def _is_online(self) -> bool:

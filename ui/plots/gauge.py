@@ -5,10 +5,11 @@ attitude threshold is where the module fires, a mark before it where the trigger
 """
 
 import math
+from collections.abc import Hashable
 from typing import Final
 
 from PySide6.QtCore import QPointF, QRectF, QSize, Qt
-from PySide6.QtGui import QColor, QFontMetricsF, QPainter, QPainterPath, QPaintEvent
+from PySide6.QtGui import QColor, QFontMetricsF, QPainter, QPainterPath, QPaintEvent, QPixmap
 from PySide6.QtWidgets import QSizePolicy
 
 from app.text.i18n import tr
@@ -32,6 +33,8 @@ class TiltGauge(PaintedWidget):
         self._reset_deg: float | None = None
         self._freshness = Freshness.UNKNOWN
         self._age = ""
+        self._face = QPixmap()
+        self._face_of: Hashable = None
         policy = QSizePolicy(QSizePolicy.Policy.Preferred, QSizePolicy.Policy.Preferred)
         policy.setHeightForWidth(True)
         self.setSizePolicy(policy)
@@ -92,12 +95,10 @@ class TiltGauge(PaintedWidget):
 
     def paintEvent(self, _event: QPaintEvent) -> None:
         theme = current()
-        painter = QPainter(self)
-        painter.setRenderHint(QPainter.RenderHint.Antialiasing)
+        painter = self.begin_paint()
         radius = self._radius()
+        painter.drawPixmap(0, 0, self._painted_face(theme, radius))
         painter.translate(self.width() / 2, _margin() + radius)
-        self._paint_ground(painter, theme, radius)
-        self._paint_scale(painter, theme, radius)
         if self._tilt_deg is None:
             disc = QRectF(-radius * _DISC, -radius * _DISC, 2 * radius * _DISC, 2 * radius * _DISC)
             cleared_word(painter, theme, disc, tr("unknown"), font(Size.BODY, is_bold=True))
@@ -107,6 +108,23 @@ class TiltGauge(PaintedWidget):
             below = QRectF(-radius, radius * 0.36, 2 * radius, 24)
             cleared_word(painter, theme, below, self._age, font(Size.SMALL, is_bold=True))
         painter.end()
+
+    def _painted_face(self, theme: Theme, radius: float) -> QPixmap:
+        """All that does not move with the tilt, painted once."""
+        ratio = self.devicePixelRatioF()
+        small = font(Size.SMALL).key()
+        face_of = theme.name, small, ratio, self.size(), self._freshness, self._fire_deg, self._reset_deg
+        if face_of != self._face_of:
+            self._face_of, self._face = face_of, QPixmap(self.size() * ratio)
+            self._face.setDevicePixelRatio(ratio)
+            self._face.fill(Qt.GlobalColor.transparent)
+            painter = QPainter(self._face)
+            painter.setRenderHint(QPainter.RenderHint.Antialiasing)
+            painter.translate(self.width() / 2, _margin() + radius)
+            self._paint_ground(painter, theme, radius)
+            self._paint_scale(painter, theme, radius)
+            painter.end()
+        return self._face
 
     def _paint_ground(self, painter: QPainter, theme: Theme, radius: float) -> None:
         """The disc: sky above the horizon, ground below, both quiet."""

@@ -78,6 +78,7 @@ class MainWindow(QMainWindow):
         self._pages = self._maker.pages
         self._waiting_target: Target | None = None
         self._is_leaving = self._is_over = False
+        self._refreshed_at = 0.0
         self.on_escape: Callable[[], bool] = lambda: False
         """Asked before Escape answers a question; True where it was used."""
         texts = services.texts
@@ -261,9 +262,13 @@ class MainWindow(QMainWindow):
             if isinstance(page, StreamPage):
                 page.on_batch(batch)
         self.status_bar.on_batch(batch)
+        if self._connector.clock() - self._refreshed_at >= REFRESH_EVERY_MS / 1000 and not self._is_over:
+            self._timer.start()  # it wakes the window only where no batch does
+            self.refresh()
 
     def refresh(self) -> None:
         """Bring everything that shows the link or an age up to date."""
+        self._refreshed_at = self._connector.clock()
         self.top_bar.refresh()
         self.recording_bar.refresh()
         self.status_bar.refresh()

@@ -2,7 +2,7 @@
 
 from enum import Enum
 
-from PySide6.QtCore import QEvent
+from PySide6.QtCore import QEvent, Qt
 from PySide6.QtGui import QAccessible, QAccessibleEvent, QColor, QPainter
 from PySide6.QtWidgets import QWidget
 
@@ -27,6 +27,18 @@ class PaintedWidget(QWidget):
             self.updateGeometry()
             self.update()
         super().changeEvent(event)
+
+    def lie_on_surface(self) -> None:
+        """Paint the surface of a card too: else all that lies below would be painted with each change."""
+        self.setAttribute(Qt.WidgetAttribute.WA_OpaquePaintEvent)
+
+    def begin_paint(self) -> QPainter:
+        """A smooth painter for `paintEvent`, on the surface where the widget lies on one."""
+        painter = QPainter(self)
+        painter.setRenderHint(QPainter.RenderHint.Antialiasing)
+        if self.testAttribute(Qt.WidgetAttribute.WA_OpaquePaintEvent):
+            painter.fillRect(self.rect(), QColor(current().surface))
+        return painter
 
     def announce(self, name: str) -> None:
         """Give the widget its name, tell screen readers if that is a new one, and paint again."""

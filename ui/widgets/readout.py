@@ -116,8 +116,7 @@ class Readout(PaintedWidget):
 
     def paintEvent(self, _event: QPaintEvent) -> None:
         theme = current()
-        painter = QPainter(self)
-        painter.setRenderHint(QPainter.RenderHint.Antialiasing)
+        painter = self.begin_paint()
         small = font(Size.SMALL)
         metrics = QFontMetricsF(small)
         head = QRectF(0, 0, self.width(), metrics.height())

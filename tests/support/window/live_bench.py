@@ -73,6 +73,16 @@ class Bench:
 
     def say(self, *samples: StatusSample, is_streaming: bool = True, leave_out: str = "", **values: Value) -> None:
         """A batch in which all of this is known now, with a sample of it where none is given."""
+        taken = len(self.page.data.tilt)
+        self.hand_over(*samples, is_streaming=is_streaming, leave_out=leave_out, **values)
+        self.qtbot.waitUntil(lambda: len(self.page.data.tilt) > taken)
+        self.page.refresh()
+        self.page.draw()
+
+    def hand_over(
+        self, *samples: StatusSample, is_streaming: bool = True, leave_out: str = "", **values: Value
+    ) -> None:
+        """The same, left to the window's own turns."""
         known = {key: value for key, value in (KNOWN | values).items() if key != leave_out}
         device = DeviceView(
             MappingProxyType({key: Known(value, How.READ, self.now_s) for key, value in known.items()}),
@@ -83,11 +93,7 @@ class Bench:
         )
         state = known.get("triggered") is True, known.get("active") is True
         one = StatusSample(self.now_s, int(known["tilt_deg"]), float(known["acceleration_g"]), *state)
-        taken = len(self.page.data.tilt)
         self.worker.callback(Batch(self.now_s, OPEN, device, None, samples or (one,)))
-        self.qtbot.waitUntil(lambda: len(self.page.data.tilt) > taken)
-        self.page.refresh()
-        self.page.draw()
 
     def pass_time(self, seconds: float) -> None:
         self.now_s += seconds

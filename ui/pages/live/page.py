@@ -1,13 +1,14 @@
 """Live page: values at the left, plots at the right.
 
-One timer draws while the page is in sight, the plots only when they have moved by a pixel.  Batches are taken all the
-time: acquisition never depends on what is looked at.  A recording is looked at here too: its plots lie over those of
+Each batch draws while the page is in sight, or a timer where none comes: the plots only when they have moved by a
+pixel, the numbers some fifteen times a second and whenever the module's state changes.  Batches are taken all the time:
+acquisition never depends on what is looked at.  A recording is looked at here too: its plots lie over those of
 the module, which go on below.
 """
 
 from typing import Final, cast
 
-from PySide6.QtCore import QEvent, Qt, QTimer, Signal
+from PySide6.QtCore import QEvent, QTimer, Signal
 from PySide6.QtGui import QHideEvent, QImage, QShowEvent, QWindow
 from PySide6.QtWidgets import QFrame, QStackedLayout, QStackedWidget, QWidget
 
@@ -31,12 +32,12 @@ from ui.widgets.controls import Shortcut
 from ui.widgets.layouts import in_column, in_row
 from ui.widgets.naming import named
 
-DRAW_EVERY_MS: Final = 33
-"""Looks whether the plots have moved by a pixel; on 10 min that is about once a second."""
-_TICKS_PER_REFRESH: Final = 3
-"""Numbers change ten times a second at most: faster cannot be read."""
+DRAW_EVERY_MS: Final = 100
+"""While no batch comes: ages go on, and the picture moves."""
+REFRESH_EVERY_S: Final = 0.06
+"""Numbers: with every other batch at most. Faster cannot be read."""
 _WAITING_MOST: Final = 15
-"""Batches, a quarter of a second: out of sight that is often enough."""
+"""Batches, half a second: out of sight that is often enough."""
 
 _CLOSE_UP_S: Final = 60.0
 """Length of the time line to look at one event, where it is longer."""
@@ -74,12 +75,12 @@ class LivePage(StreamPage):
         Shortcut("live_save_png_key", self, self.save.png, self._save_png)
         Shortcut("live_pause_key", self, self._live_plot.pause, self._pause, keys=("Ctrl+P",))
         Shortcut("live_would_fire_key", self, self.fired.button, self._try_thresholds)
-        self._ticks = 0
+        self._refreshed_at = 0.0
         self._waiting: list[Batch] = []
+        self._last: Batch | None = None
         self._timer = QTimer(self)
         self._timer.setInterval(DRAW_EVERY_MS)
-        self._timer.setTimerType(Qt.TimerType.PreciseTimer)
-        self._timer.timeout.connect(self._tick)
+        self._timer.timeout.connect(self._tick_alone)
         self._connector.changed.connect(self._follow_link)
         self._connector.forgotten.connect(self._reset)
         self.banner.left.connect(self.back_to_live)
@@ -114,11 +115,16 @@ class LivePage(StreamPage):
             self._live_plot.be_at(self.wall.offset_s)
         if self._sitting.begins(batch.connection, self._connector.target) or has_jumped:
             self._reset()
-        if self._waiting and not _is_alike(self._waiting[-1], batch):
+        if self._last is not None and not _is_alike(self._last, batch):
             self._digest()
+            self._refreshed_at = 0.0  # numbers and colours at once
+        self._last = batch
         self._waiting.append(batch)
         if len(self._waiting) >= _WAITING_MOST:
             self._digest()
+        if self.isVisible():
+            self._timer.start()
+            self._tick()
 
     def draw(self) -> None:
         """The plots as they are now."""
@@ -153,6 +159,7 @@ class LivePage(StreamPage):
         """Numbers, ages and words as they are now."""
         self._digest()
         now_s, device, data = self._connector.clock(), self._connector.device, self.data
+        self._refreshed_at = now_s
         self.save.refresh()
         self.fired.refresh()
         if self.recording is not None:
@@ -168,15 +175,19 @@ class LivePage(StreamPage):
         rate = data.reports_per_s(now_s)
         self.panel.show_device(device, now_s, limits=limits, in_use=self._in_use, reports_per_s=rate)
 
+    def _tick_alone(self) -> None:
+        """No batch came for a while."""
+        self._refreshed_at = 0.0
+        self._tick()
+
     def _tick(self) -> None:
         window = cast("QWindow | None", self.window().windowHandle())
         if window is not None and not window.isExposed():
             return
-        self._ticks += 1
-        is_turn = self._ticks % _TICKS_PER_REFRESH == 0
+        now_s = self._connector.clock()
+        is_turn = now_s - self._refreshed_at >= REFRESH_EVERY_S
         if is_turn:
             self.refresh()
-        now_s = self._connector.clock()
         if not self.is_empty and self.plot.is_due(now_s):
             self.draw()
         elif is_turn:
@@ -304,9 +315,10 @@ class LivePage(StreamPage):
 
 
 def _is_alike(one: Batch, other: Batch) -> bool:
-    """Nothing happened to the link in between."""
+    """Nothing happened to the link or the module's state in between."""
     return (
         one.connection == other.connection
         and one.device.presence is other.device.presence
         and one.device.restarts == other.device.restarts
+        and one.device.reported == other.device.reported
     )

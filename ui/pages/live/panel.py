@@ -73,6 +73,8 @@ class LivePanel(QFrame):
         self.activation.setObjectName("live_activation")
         self.trigger = StateChip("", size=Size.SMALL)
         self.trigger.setObjectName("live_trigger")
+        for widget in (self.gauge, self.tilt, *self._cells):
+            widget.lie_on_surface()
         self._is_recorded = False
         self._cell_caption = CELL
         self._texts = texts

@@ -1,4 +1,4 @@
-"""The plots are painted when their picture is another one, while the numbers follow ten times a second."""
+"""The plots are painted when their picture is another one, while the numbers follow ten to thirty times a second."""
 
 from collections.abc import Iterator
 
@@ -8,13 +8,13 @@ from PySide6.QtWidgets import QApplication, QToolButton
 from pytestqt.qtbot import QtBot
 
 from tests.support.window.live_bench import Bench, live_bench
-from ui.pages.live.page import DRAW_EVERY_MS
 from ui.plots.canvas import Canvas
 from ui.plots.view import Mark
 from ui.style.icons import Icon
 from ui.widgets.readout import StateChip
 
-_TICK_S = DRAW_EVERY_MS / 1000
+_TICK_S = 1 / 30
+"""As often as batches come."""
 
 
 class Watched:
@@ -78,8 +78,8 @@ def test_numbers_follow_between_two_paints(watched: Watched, monkeypatch: pytest
     watched.choose(600)
     shown: list[object] = []
     monkeypatch.setattr(watched.bench.page.panel, "show_device", lambda *_, **__: shown.append(1))
-    assert watched.run(0.99) <= 2
-    assert len(shown) == 10
+    assert watched.run(1.0) <= 2
+    assert 10 <= len(shown) <= 30
 
 
 def test_what_is_not_time_is_painted_at_once(watched: Watched) -> None:

@@ -1,0 +1,103 @@
+"""What a report changes is painted and nothing else; a change of the module's state is shown at once."""
+
+from collections.abc import Iterator
+from typing import Any
+
+import pytest
+from PySide6.QtCore import QEvent, QObject
+from PySide6.QtWidgets import QApplication
+from pytestqt.qtbot import QtBot
+
+from tests.support.window.live_bench import Bench, live_bench
+
+_NUMBERS = {
+    "live_gauge", "live_tilt", "live_acceleration", "live_light", "live_cell", "live_charge", "live_boot_count",
+    "live_stream",
+}  # fmt: skip
+_BELOW_THEM = {"live_numbers", "live_scroll", "live_panel", "live_seen", "live_content", "live_page"}
+
+
+class Paints(QObject):
+    """The names of all widgets that were painted."""
+
+    def __init__(self, qapp: QApplication) -> None:
+        super().__init__()
+        self.names: list[str] = []
+        self._qapp = qapp
+        qapp.installEventFilter(self)
+
+    def eventFilter(self, watched: QObject, event: QEvent) -> bool:
+        if event.type() is QEvent.Type.Paint:
+            self.names.append(watched.objectName())
+        return False
+
+    def of(self, bench: Bench, **values: Any) -> set[str]:
+        """Those that a report of these values leads to, a moment later."""
+        bench.now_s += 0.1
+        bench.say(**values)
+        self._qapp.processEvents()
+        found, self.names = set(self.names), []
+        return found
+
+
+@pytest.fixture
+def bench(qtbot: QtBot, qapp: QApplication) -> Iterator[Bench]:
+    with live_bench(qtbot, qapp) as made:
+        made.say()
+        made.page._timer.stop()
+        qapp.processEvents()
+        yield made
+
+
+@pytest.fixture
+def paints(bench: Bench, qapp: QApplication) -> Iterator[Paints]:
+    made = Paints(qapp)
+    made.of(bench)
+    yield made
+    qapp.removeEventFilter(made)
+
+
+def test_reports_that_say_the_same_paint_no_number(bench: Bench, paints: Paints) -> None:
+    for _ in range(10):
+        assert not paints.of(bench) & (_NUMBERS | _BELOW_THEM)
+
+
+@pytest.mark.parametrize(
+    ("values", "painted"),
+    [
+        ({"tilt_deg": 31}, {"live_gauge", "live_tilt"}),
+        ({"acceleration_g": 1.3}, {"live_acceleration"}),
+        ({"cell_voltage_v": 3.91}, {"live_cell"}),
+        ({"light_v": 0.5}, {"live_light"}),
+    ],
+)
+def test_a_number_that_changes_is_painted_and_nothing_below_it(
+    bench: Bench, paints: Paints, values: dict[str, float], painted: set[str]
+) -> None:
+    assert paints.of(bench, **values) & (_NUMBERS | _BELOW_THEM) == painted
+
+
+def test_the_numbers_follow_some_batches_and_a_change_of_state_at_once(
+    bench: Bench, qapp: QApplication, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    shown: list[object] = []
+    monkeypatch.setattr(bench.page.panel, "show_device", lambda device, *_, **__: shown.append(device.reported))
+    bench.now_s += 0.01
+    for _ in range(3):  # too soon for other numbers
+        bench.hand_over()
+        qapp.processEvents()
+    assert shown == []
+    bench.hand_over(triggered=True, active=False)
+    qapp.processEvents()
+    bench.hand_over(triggered=True, active=True)
+    qapp.processEvents()
+    assert shown == [(True, False), (True, True)]
+
+
+def test_a_trigger_and_an_activation_are_changes_that_everybody_hears_of(bench: Bench, qapp: QApplication) -> None:
+    heard: list[object] = []
+    bench.connector.changed.connect(lambda: heard.append(bench.connector.device.reported))
+    for state in ((False, False), (True, False), (True, False), (True, True)):
+        bench.hand_over(triggered=state[0], active=state[1])
+        qapp.processEvents()
+    assert heard == [(True, False), (True, True)]
