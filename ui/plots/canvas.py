@@ -21,13 +21,12 @@ _STRIP_PX = 22.0
 
 
 class _Layer(QGraphicsItem):
-    """One painter behind or before the curves, over the whole scene."""
+    """One painter over the whole scene."""
 
-    def __init__(self, paint: Callable[[QPainter], None], *, depth: float) -> None:
+    def __init__(self, paint: Callable[[QPainter], None]) -> None:
         super().__init__()
         self._paint = paint
         self._box = QRectF(0, 0, 1, 1)
-        self.setZValue(depth)
 
     def cover(self, box: QRectF) -> None:
         self.prepareGeometryChange()
@@ -69,11 +68,9 @@ class Canvas(pg.GraphicsView):  # type: ignore[misc]  # pyqtgraph has no types
         self._ground = PlotBackground()
         self._left = self._right = 0.0
         scene: Any = self.scene()
-        self.lanes = [LaneCurve(lane, number, scene) for number, lane in enumerate(lanes)]
-        self._back = _Layer(self._paint_back, depth=-200)  # a view box is at -100
-        self._front = _Layer(self._paint_front, depth=100)
-        scene.addItem(self._back)
-        scene.addItem(self._front)
+        self.lanes = [LaneCurve(lane, number) for number, lane in enumerate(lanes)]
+        self._layer = _Layer(self._paint_picture)
+        scene.addItem(self._layer)
         self.strip = QRectF()
 
     def apply_theme(self, theme: Theme) -> None:
@@ -99,14 +96,12 @@ class Canvas(pg.GraphicsView):  # type: ignore[misc]  # pyqtgraph has no types
             lane.place(QRectF(left, top + title, right - left, height))
             top += title + height
         self.strip = QRectF(left, top, right - left, _STRIP_PX)
-        for layer in (self._back, self._front):
-            layer.cover(whole)
+        self._layer.cover(whole)
 
     def show_picture(self, picture: Picture) -> None:
         """Draw; the curves have been given their points before."""
         self._picture = picture
-        self._back.update()
-        self._front.update()
+        self._layer.update()
 
     @property
     def shown(self) -> Span | None:
@@ -116,15 +111,16 @@ class Canvas(pg.GraphicsView):  # type: ignore[misc]  # pyqtgraph has no types
     def draw_curves(self, span: Span) -> None:
         """Give every curve the points of a span."""
         for lane in self.lanes:
-            lane.draw(span, ratio=self.devicePixelRatio())
+            lane.draw(span)
 
-    def _paint_back(self, painter: QPainter) -> None:
-        if self._picture is not None:
-            self._ground.paint(painter, self._picture, self._back.boundingRect())
-
-    def _paint_front(self, painter: QPainter) -> None:
-        if self._picture is not None:
-            paint_front(painter, self._picture)
+    def _paint_picture(self, painter: QPainter) -> None:
+        picture = self._picture
+        if picture is None:
+            return
+        self._ground.paint(painter, picture, self._layer.boundingRect())
+        for lane in self.lanes:
+            lane.paint(painter, ratio=painter.device().devicePixelRatioF())
+        paint_front(painter, picture)
 
     def _part(self, position: QPointF) -> float | None:
         """Where in the view's width a point is, None outside of the lanes."""

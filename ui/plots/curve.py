@@ -1,17 +1,18 @@
-"""One curve in its lane, drawn with pyqtgraph.
+"""One curve in its lane.
 
-Curves are made once and given new points at every draw.  The points are those of an envelope of at most a
-thousand buckets, counted from the left end of the view, so that pyqtgraph's range never moves.  Pens are
-cosmetic and one pixel wide, without antialiasing: anything else costs several times as much.
+It is given new points at every draw, those of an envelope of at most a thousand buckets.  Pens are cosmetic and one
+pixel wide, without antialiasing: anything else costs several times as much.  The lines are pyqtgraph's arrays of
+points, painted without its items: a curve item with its view box takes as long again to keep its own bounds.
 """
 
-from typing import Any, Final, NamedTuple
+from itertools import pairwise
+from typing import Final, NamedTuple
 
 import numpy as np
 import pyqtgraph as pg
 from numpy.typing import NDArray
 from PySide6.QtCore import QRectF, Qt
-from PySide6.QtWidgets import QGraphicsScene
+from PySide6.QtGui import QColor, QPainter, QPen, QPolygonF
 
 from app.samples.ring_buffers import Envelope
 from ui.plots.view import Lane, Scale, Span, fitting_scale
@@ -48,41 +49,40 @@ def points(envelope: Envelope, *, origin_s: float, gap_s: float) -> Points:
     return Points(flat_x, flat_y, gaps)
 
 
-class LaneCurve:
-    """The view box and the curve of a lane, inside a scene."""
+def _line(x: NDArray[np.float64], y: NDArray[np.float64]) -> QPolygonF:
+    line: QPolygonF = pg.functions.create_qpolygonf(len(x))
+    if len(x):
+        places = pg.functions.ndarray_from_qpolygonf(line)
+        places[:, 0], places[:, 1] = x, y
+    return line
 
-    def __init__(self, lane: Lane, number: int, scene: QGraphicsScene) -> None:
+
+class LaneCurve:
+    """The place and the curve of a lane, in scene coordinates."""
+
+    def __init__(self, lane: Lane, number: int) -> None:
         self.lane = lane
         self.number = number
         self.box = QRectF()
         self.scale: Scale = lane.scales[0]
         self.gaps: list[Span] = []
-        self._length_s = 0.0
         self._line_px = 1
-        self._view: Any = pg.ViewBox(enableMouse=False, enableMenu=False)
-        self._view.disableAutoRange()
-        self._curves: list[Any] = [pg.PlotCurveItem(antialias=False) for _ in range(_MOST_COPIES)]
-        for curve in self._curves:
-            self._view.addItem(curve, ignoreBounds=True)
-        scene.addItem(self._view)
+        self._pen = QPen()
+        self._lines: list[QPolygonF] = []
 
     def apply_theme(self, theme: Theme) -> None:
         """Take the colours of a theme."""
-        one = pg.mkPen(theme.curves[self.number % len(theme.curves)], width=1)
-        one.setCosmetic(True)
-        one.setCapStyle(Qt.PenCapStyle.SquareCap)
-        for curve in self._curves:
-            curve.setPen(one)
+        self._pen = QPen(QColor(theme.curves[self.number % len(theme.curves)]), 1)
+        self._pen.setCosmetic(True)
+        self._pen.setCapStyle(Qt.PenCapStyle.SquareCap)
         self._line_px = theme.line_px
 
     def place(self, box: QRectF) -> None:
-        """Put the lane where it belongs, in scene coordinates."""
-        if box != self.box:
-            self.box = box
-            self._view.setGeometry(box)
+        """Put the lane where it belongs."""
+        self.box = box
 
-    def draw(self, span: Span, *, ratio: float) -> None:
-        """Show a span of time on a screen of ``ratio`` device pixels for each logical one."""
+    def draw(self, span: Span) -> None:
+        """Make the lines of a span of time."""
         lane = self.lane
         buckets = min(MOST_BUCKETS, max(50, int(self.box.width())))
         envelope = lane.series.decimated(span.start_s, span.end_s, buckets)
@@ -91,19 +91,23 @@ class LaneCurve:
         if newest is not None and newest.time_s < span.end_s - lane.gap_s:
             what.gaps.append(Span(newest.time_s, span.end_s))
         self.gaps = what.gaps
-        scale = fitting_scale(lane.scales, *self._extremes(envelope, span))
-        if (scale, span.length_s) != (self.scale, self._length_s):
-            self.scale, self._length_s = scale, span.length_s
-            self._view.setRange(xRange=(0.0, span.length_s), yRange=(scale.low, scale.high), padding=0)
-        connect = "finite" if what.gaps else "all"
+        self.scale = scale = fitting_scale(lane.scales, *self._extremes(envelope, span))
+        x = self.box.left() + what.x * (self.box.width() / span.length_s)
+        y = self.box.bottom() - (what.y - scale.low) * (self.box.height() / (scale.high - scale.low))
+        breaks = [-1, *np.flatnonzero(np.isnan(x)).tolist(), len(x)] if what.gaps else [-1, len(x)]
+        self._lines = [_line(x[before + 1 : at], y[before + 1 : at]) for before, at in pairwise(breaks)]
+
+    def paint(self, painter: QPainter, *, ratio: float) -> None:
+        """Paint them on a screen of ``ratio`` device pixels for each logical one."""
+        painter.save()
+        painter.setClipRect(self.box)
+        painter.setPen(self._pen)
         # A wider line is the same again, moved by one pixel of the screen each: a wider pen costs far more.
-        copies = min(_MOST_COPIES, max(1, round(self._line_px * ratio)))
-        right = span.length_s / max(1.0, self.box.width() * ratio)
-        down = (scale.high - scale.low) / max(1.0, self.box.height() * ratio)
-        for number, curve in enumerate(self._curves):
-            curve.setVisible(number < copies)
-            if number < copies:
-                curve.setData(what.x + number * right, what.y - number * down, connect=connect, skipFiniteCheck=True)
+        for _ in range(min(_MOST_COPIES, max(1, round(self._line_px * ratio)))):
+            for line in self._lines:
+                painter.drawPolyline(line)
+            painter.translate(1 / ratio, 1 / ratio)
+        painter.restore()
 
     def _extremes(self, envelope: Envelope, span: Span) -> tuple[float, float]:
         """Of the samples and the limits in sight."""

@@ -132,6 +132,8 @@ def paint_front(painter: QPainter, picture: Picture) -> None:
 
 def _paint_gaps(painter: QPainter, picture: Picture, lane: LaneCurve) -> None:
     """A word where samples are missing, if it has room."""
+    if not lane.gaps:
+        return
     small = font(Size.SMALL)
     word = tr("no data")
     width = QFontMetricsF(small).horizontalAdvance(word) + 12
