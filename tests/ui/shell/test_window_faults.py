@@ -149,7 +149,7 @@ def test_on_a_full_disk_it_goes_on_and_sends_nothing_dangerous(
 def test_an_error_of_ours_beside_the_window_closes_the_port_and_is_said(
     qtbot: QtBot, qapp: QApplication, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    def fail(_session: Session) -> None:
+    def fail(_session: Session, _longest_s: float) -> None:
         monkeypatch.undo()
         raise KeyError("bug")
 
