@@ -101,10 +101,6 @@ class Storage:
         store = self.store
         return store.notice if isinstance(store, Store) else store.sentence
 
-    @property
-    def has_store(self) -> bool:
-        return isinstance(self.store, Store)
-
     def journal(self, target: Target | None, module: str = "") -> Journal:
         """For one connection. `module`: its name, where it has one."""
         if target is None or target.is_recording:

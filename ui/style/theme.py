@@ -93,11 +93,6 @@ class Theme:
     border_px: int
 
     @property
-    def surfaces(self) -> tuple[str, str, str, str]:
-        """Everything that text may stand on."""
-        return (self.window, self.surface, self.sunken, self.raised)
-
-    @property
     def danger(self) -> Tint:
         """What can fire, and what went wrong."""
         return self.meanings[Meaning.DANGER]
@@ -230,18 +225,3 @@ def font(size: Size = Size.BODY, *, is_bold: bool = False) -> QFont:
     strong = QFont.Weight.Medium if _in_use.line_px == 1 else QFont.Weight.Bold
     one.setWeight(strong if is_bold else QFont.Weight.Normal)
     return one
-
-
-def contrast(one: str, other: str) -> float:
-    """The contrast of two colours, 1 to 21, as WCAG 2.1 defines it (success criterion 1.4.3)."""
-    brighter, darker = sorted((_luminance(one), _luminance(other)), reverse=True)
-    return (brighter + 0.05) / (darker + 0.05)
-
-
-def _luminance(colour: str) -> float:
-    one = QColor(colour)
-    red, green, blue = (
-        part / 12.92 if part <= 0.04045 else ((part + 0.055) / 1.055) ** 2.4
-        for part in (one.redF(), one.greenF(), one.blueF())
-    )
-    return 0.2126 * red + 0.7152 * green + 0.0722 * blue

@@ -190,6 +190,6 @@ def test_the_store_is_opened_beside_the_window(
         finally:
             may_open.set()
         qtbot.waitUntil(lambda: assembly.window.findChild(TrafficPage) is not None, timeout=WAIT_MS)
-        assert assembly.storage.has_store
+        assert isinstance(assembly.storage.store, Store)
     assert opened_in == [opened_in[0]]
     assert opened_in[0] is not threading.main_thread()

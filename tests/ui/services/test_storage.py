@@ -25,7 +25,7 @@ def test_a_closed_storage_opens_no_store_again(tmp_path: Path) -> None:
     assert kept.result(0) > 0
     assert isinstance(storage.store, StoreTrouble)
     assert storage.keep_snapshot(SNAPSHOT, "/dev/ttyUSB0") is None
-    assert not storage.has_store
+    assert not isinstance(storage.store, Store)
     storage.close()
 
 

@@ -10,10 +10,11 @@ from PySide6.QtCore import QPoint, QRect
 from PySide6.QtWidgets import QAbstractButton, QApplication, QComboBox, QLabel, QLineEdit, QWidget
 from pytestqt.qtbot import QtBot
 
+from tests.support.window.contrast import contrast, surfaces_of
 from tests.support.window.painted_text import Drawn, Pixels, colours_in, picture_of, watching
 from tests.support.window.walk import walking
 from ui.style.style_sheet import style_sheet
-from ui.style.theme import SUNLIGHT, THEMES, Choice, Theme, contrast, current
+from ui.style.theme import SUNLIGHT, THEMES, Choice, Theme, current
 
 DISABLED = 3.0
 """WCAG asks nothing of what cannot be used now; it should still be read."""
@@ -151,7 +152,7 @@ def test_every_state_in_the_style_sheet_is_readable(theme: Theme) -> None:
 @pytest.mark.parametrize("theme", THEMES, ids=lambda theme: theme.name)
 def test_what_has_the_focus_or_is_ticked_stands_out(theme: Theme) -> None:
     """Graphics that say something: 3:1 against what is beside them (WCAG 1.4.11)."""
-    for ground in theme.surfaces:
+    for ground in surfaces_of(theme):
         for graphic in (theme.information.ink, theme.border, theme.primary):
             assert contrast(graphic, ground) >= 3, (graphic, ground)
     assert contrast(theme.on_primary, theme.primary) >= 3  # the tick in its box

@@ -18,11 +18,12 @@ from PySide6.QtWidgets import (
 )
 from pytestqt.qtbot import QtBot
 
+from tests.support.window.contrast import contrast, surfaces_of
 from ui.style import appearance, theme
 from ui.style.appearance import Appearance
 from ui.style.icons import MEANING_ICONS, Icon, app_icon, battery, icon, pixmap
 from ui.style.style_sheet import style_sheet
-from ui.style.theme import DARK, LIGHT, SUNLIGHT, THEMES, Choice, Meaning, Size, Theme, contrast
+from ui.style.theme import DARK, LIGHT, SUNLIGHT, THEMES, Choice, Meaning, Size, Theme
 
 # Qt's offscreen platform says so at every window with a least size.
 each_theme = pytest.mark.parametrize("one", THEMES, ids=lambda one: one.name)
@@ -47,7 +48,7 @@ def test_contrast_is_that_of_wcag() -> None:
 def test_every_text_is_readable_on_every_surface(one: Theme) -> None:
     texts = [one.text, one.muted, *(tint.ink for tint in one.meanings.values())]
     for text in texts:
-        for surface in one.surfaces:
+        for surface in surfaces_of(one):
             assert contrast(text, surface) >= text_contrast(one), (text, surface)
     pairs = [(one.text, one.selection), (one.on_primary, one.primary), (one.window, one.text)]
     for tint in one.meanings.values():
@@ -61,7 +62,7 @@ def test_every_text_is_readable_on_every_surface(one: Theme) -> None:
 def test_lines_and_icons_stand_out(one: Theme) -> None:
     lines = [one.border, *one.curves, *(tint.ink for tint in one.meanings.values())]
     for line in lines:
-        for surface in one.surfaces:
+        for surface in surfaces_of(one):
             assert contrast(line, surface) >= 3, (line, surface)
 
 
@@ -82,7 +83,7 @@ def test_sunlight_is_black_on_white_with_thick_lines() -> None:
 @each_theme
 def test_the_style_sheet_uses_only_colours_of_the_theme(one: Theme) -> None:
     known = {one.text, one.muted, one.border, one.divider, one.selection, one.primary, one.on_primary}
-    known |= set(one.surfaces) | {one.danger.ink, one.danger.fill, one.danger.on_fill, one.danger.wash}
+    known |= set(surfaces_of(one)) | {one.danger.ink, one.danger.fill, one.danger.on_fill, one.danger.wash}
     known |= {one.information.ink, one.attention.ink}
     used = set(re.findall(r"#[0-9A-Fa-f]{6}\b", style_sheet(one)))
     assert used <= known

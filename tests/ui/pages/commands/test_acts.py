@@ -113,6 +113,6 @@ def test_a_store_that_cannot_be_had_is_said(qtbot: QtBot, tmp_path: Path) -> Non
     blocked = tmp_path / "a file, not a folder"
     blocked.write_text("", encoding="utf-8")
     storage = Storage(blocked)
-    assert not storage.has_store
+    assert not isinstance(storage.store, Store)
     assert str(blocked) in (storage.notice or "")
     assert not storage.journal(None).is_ready

@@ -79,7 +79,7 @@ def test_nothing_of_a_recording_is_remembered_or_kept_as_the_modules(
         assert page.live_figures.totals.sent == 0
         assert not assembly.storage.journal(assembly.connector.target).is_ready
         assert isinstance(assembly.storage.store, StoreTrouble)
-        assert not assembly.storage.has_store
+        assert not isinstance(assembly.storage.store, Store)
         click(qtbot, assembly.window.recording_bar.stop)
         assert isinstance(assembly.storage.store, Store)
 

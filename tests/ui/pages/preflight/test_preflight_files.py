@@ -14,11 +14,12 @@ from app.stations.station import fingerprint_of
 from tests.app.records.test_record import checked_record
 from tests.support.check_pace import hurry_check
 from tests.support.records.stations_made import station
+from tests.support.window.contrast import contrast
 from tests.support.window.preflight_window import find_in, name_module, on_bench, said
 from ui.pages.preflight.controller import Standing
 from ui.pages.preflight.row import CheckRow
 from ui.pages.preflight.verdict import Announcement, VerdictBanner
-from ui.style.theme import THEMES, Meaning, contrast
+from ui.style.theme import THEMES, Meaning
 
 
 @pytest.fixture
