@@ -78,7 +78,7 @@ def _agreed(time_s: Floats, one: Floats, other: Floats, problems: list[UserMessa
         return one
     seconds = float(np.diff(time_s, prepend=time_s[0])[is_apart].clip(max=AVERAGED_S).sum())
     problems.append(
-        said(marked("Two acceleration sensors disagree by more than {limit:.1f} g for {seconds:.1f} s; not judged."),
+        said(marked("Two acceleration sensors disagree by more than {limit:.1f} g for {seconds:.2f} s; not judged."),
              limit=DISAGREE_G, seconds=seconds)
     )  # fmt: skip
     return np.where(is_apart, np.nan, one)

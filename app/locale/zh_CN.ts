@@ -6082,8 +6082,8 @@
         <translation>二十次读数，约两秒</translation>
     </message>
     <message>
-        <source>Two acceleration sensors disagree by more than {limit:.1f} g for {seconds:.1f} s; not judged.</source>
-        <translation>两个加速度传感器有 {seconds:.1f} s 相差超过 {limit:.1f} g；不作判断。</translation>
+        <source>Two acceleration sensors disagree by more than {limit:.1f} g for {seconds:.2f} s; not judged.</source>
+        <translation>两个加速度传感器有 {seconds:.2f} s 相差超过 {limit:.1f} g；不作判断。</translation>
     </message>
     <message>
         <source>Type a new name, or choose a module that was here before.</source>
