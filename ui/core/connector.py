@@ -288,8 +288,7 @@ class Connector(QObject):
         if is_left_on and not self._is_left_on_said:
             self.stream_left_on.emit()
         self._is_left_on_said = is_left_on
-        before, last, was_online, identity = self.state, self._last, self._is_online(), self.identity
-        reported = self.device.reported
+        last, was_online, before = self._last, self._is_online(), (self.state, self.identity, self.device.reported)
         is_news = last is None or batch.connection != last.connection
         if is_news:
             _log.info("Port: %s", batch.connection)
@@ -313,7 +312,7 @@ class Connector(QObject):
             _log.info("The computer slept for %.0f s", sleep.lasted_s)
             self.slept.emit(sleep.lasted_s)
         self.batch.emit(batch)
-        if self.state != before or self.identity != identity or self.device.reported != reported:
+        if (self.state, self.identity, self.device.reported) != before:
             self.changed.emit()
 
     def _is_online(self) -> bool:
