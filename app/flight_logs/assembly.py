@@ -135,13 +135,13 @@ def _column(
 
 
 def _flags_at(flags: FlagChannel, time_s: Floats) -> Flags:
-    """Before the first row it counts as the opposite of it: the log says when it changed."""
     order = np.argsort(flags.time_s, kind="stable")
     known_s, values = flags.time_s[order], flags.values[order]
     if not len(values):
         return np.zeros(len(time_s), np.bool_)
     places = np.searchsorted(known_s, time_s + _TICK, "right") - 1
-    return np.where(places < 0, ~values[0], values[np.maximum(places, 0)])
+    before = values[0] != flags.is_changes
+    return np.where(places < 0, before, values[np.maximum(places, 0)])
 
 
 def _judged(time_s: Floats, is_armed: Flags | None, is_on_ground: Flags | None) -> Flags:

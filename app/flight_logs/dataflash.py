@@ -105,12 +105,12 @@ def _read_events(file: DataflashFile, raw: RawLog) -> None:
         raw.armed = _switched(time_s, numbers, EVENT_ARMED, EVENT_DISARMED)
         raw.on_ground = _switched(time_s, numbers, EVENT_LANDED, EVENT_NOT_LANDED)
     if arming is not None and arming.has("TimeUS", "ArmState"):
-        raw.armed = FlagChannel(_times(file, arming), file.column(arming, "ArmState") != 0)
+        raw.armed = FlagChannel(_times(file, arming), file.column(arming, "ArmState") != 0, is_changes=True)
 
 
 def _switched(time_s: Floats, numbers: Floats, turns_on: int, turns_off: int) -> FlagChannel | None:
     rows = np.isin(numbers, (turns_on, turns_off))
-    return FlagChannel(time_s[rows], numbers[rows] == turns_on) if rows.any() else None
+    return FlagChannel(time_s[rows], numbers[rows] == turns_on, is_changes=True) if rows.any() else None
 
 
 def _read_modes(file: DataflashFile, raw: RawLog) -> None:

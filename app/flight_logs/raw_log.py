@@ -24,6 +24,8 @@ class FlagChannel(NamedTuple):
 
     time_s: Floats
     values: Flags
+    is_changes: bool = False
+    """Each row says that it has just changed: before the first one it was the other way round, not the same."""
 
 
 @dataclass(slots=True, kw_only=True)

@@ -141,9 +141,12 @@ def test_only_from_arming_to_the_landing_is_judged() -> None:
     carried = np.where((TIMES < 20) | (TIMES > 180), 90.0, 5.0)
     raw = raw_log(tilt=Channel(TIMES, carried))
     assert len(first_fires(assembled(raw))) == 4
-    raw.armed = FlagChannel(np.array([25.0, 170.0]), np.array([True, False]))
+    raw.armed = FlagChannel(np.array([25.0, 170.0]), np.array([True, False]), is_changes=True)
     log = assembled(raw)
     assert first_fires(log) == []
+    state = FlagChannel(np.array([1.0, 25.0, 170.0]), np.array([False, True, False]))
+    raw.armed = state
+    assert assembled(raw).is_judged.tolist() == log.is_judged.tolist()
     assert log.not_judged_s == pytest.approx(50.0, abs=0.1)
     assert problems(log) == ["Not judged: 50.0 s before arming or after the landing."]
 
@@ -151,7 +154,7 @@ def test_only_from_arming_to_the_landing_is_judged() -> None:
 def test_an_aircraft_that_was_disarmed_in_the_air_still_falls() -> None:
     force = np.where((TIMES >= 100.5) & (TIMES < 104), 0.1, 1.0)
     raw = raw_log(Channel(TIMES, force))
-    raw.armed = FlagChannel(np.array([10.0, 100.0]), np.array([True, False]))
+    raw.armed = FlagChannel(np.array([10.0, 100.0]), np.array([True, False]), is_changes=True)
     assert first_fires(assembled(raw))[0] == pytest.approx(102.1)
     raw.on_ground = FlagChannel(np.array([12.0, 99.0]), np.array([False, True]))
     assert first_fires(assembled(raw)) == []
@@ -188,7 +191,9 @@ def test_two_sensors_of_one_table_and_the_landing_of_a_dataflash_log(tmp_path: P
 def test_two_sensors_of_a_ulog(tmp_path: Path) -> None:
     times = np.arange(0, 60, 0.02)
     rows = made.ulog_attitude(times, 5.0) + made.ulog_force(times, 0.02) + made.ulog_second_force(times, 1.0)
-    rows += made.ulog_landed((0.0, True), (3.0, False), (50.0, True)) + made.ulog_status((2.0, 2, 4), (51.0, 1, 4))
+    rows += made.ulog_landed((0.0, True), (3.0, False), (50.0, True)) + made.ulog_status(
+        (0.0, 1, 4), (2.0, 2, 4), (51.0, 1, 4)
+    )
     path = tmp_path / "two.ulg"
     path.write_bytes(made.ulog_bytes(rows))
     log = read_flight_log(path)
