@@ -55,6 +55,13 @@ class TripClass:
     count: int
 
 
+class _Seen(NamedTuple):
+    """What the link counted up to a batch."""
+
+    at: float
+    link: LinkView
+
+
 class _Growth(NamedTuple):
     counters: Counters
     bytes_received: int
@@ -125,8 +132,17 @@ class _Series:
         return (*self._done, *last)
 
 
+def _goes_on(seen: _Seen, at: float, link: LinkView) -> bool:
+    """Whether `link` tells all that `seen` does, of the same second and the same opening."""
+    is_same_opening = link.bytes_received >= seen.link.bytes_received and link.counters.sent >= seen.link.counters.sent
+    return is_same_opening and at // FINE_S == seen.at // FINE_S
+
+
 class LinkStatistics:
-    """See the module's docstring. One thread. Counts on over every reconnection."""
+    """See the module's docstring. One thread. Counts on over every reconnection.
+
+    What the link counted is added up once a second, or when somebody looks: its totals tell all that came between.
+    """
 
     def __init__(self) -> None:
         self._fine = _Series(FINE_S, FINE_KEPT)
@@ -134,15 +150,20 @@ class LinkStatistics:
         self._last = Counters()
         self._last_bytes = 0
         self._was_open = False
+        self._pending: _Seen | None = None
         self._trips_s: deque[float] = deque(maxlen=TRIPS_KEPT)
         self._classes: Counter[int] = Counter()
-        self.totals = Counters()
-        self.bytes_received = 0
+        self._totals = Counters()
+        self._bytes_received = 0
         self.losses = 0
 
     def on_batch(self, batch: Batch) -> None:
         """Take in one batch; every batch, in order."""
-        if batch.connection.state is not PortState.OPEN:
+        pending = self._pending
+        is_open, link = batch.connection.state is PortState.OPEN, batch.link
+        if pending is not None and not (is_open and link is not None and _goes_on(pending, batch.at, link)):
+            self._settle()
+        if not is_open:
             lost = int(self._was_open and batch.connection.trouble is not None)
             self._was_open = False
             self._add(batch.at, *_counted(batch.events), lost, ())  # the last moments, of which no link tells
@@ -151,16 +172,41 @@ class LinkStatistics:
         self._was_open = True
         trips = [event.round_trip_s for event in batch.events if isinstance(event, Answered)]
         trips_s = [trip for trip in trips if trip is not None]
-        self._add(batch.at, *self._growth(batch.link), 0, trips_s)
+        if link is None:
+            self._add(batch.at, Counters(), 0, 0, trips_s)
+            return
+        self._pending = _Seen(batch.at, link)
+        if trips_s:
+            self._settle(trips_s)
+
+    def _settle(self, trips_s: Iterable[float] = ()) -> None:
+        """Add up what the link counted since the last time."""
+        pending, self._pending = self._pending, None
+        if pending is not None:
+            self._add(pending.at, *self._growth(pending.link), 0, trips_s)
+
+    @property
+    def totals(self) -> Counters:
+        """Since the program started."""
+        self._settle()
+        return self._totals
+
+    @property
+    def bytes_received(self) -> int:
+        """Since the program started."""
+        self._settle()
+        return self._bytes_received
 
     @property
     def seconds(self) -> tuple[Slice, ...]:
         """The last ten minutes, oldest first."""
+        self._settle()
         return self._fine.slices()
 
     @property
     def minutes(self) -> tuple[Slice, ...]:
         """The last twelve hours, oldest first."""
+        self._settle()
         return self._coarse.slices()
 
     def round_trips(self) -> tuple[TripClass, ...]:
@@ -173,9 +219,7 @@ class LinkStatistics:
         ordered = sorted(self._trips_s)
         return ordered[min(len(ordered) - 1, int(share * len(ordered)))] if ordered else None
 
-    def _growth(self, link: LinkView | None) -> _Growth:
-        if link is None:
-            return _Growth(Counters(), 0)
+    def _growth(self, link: LinkView) -> _Growth:
         if link.bytes_received < self._last_bytes or link.counters.sent < self._last.sent:
             self._last, self._last_bytes = Counters(), 0  # another opening, of which no batch told
         grown = link.counters - self._last
@@ -190,6 +234,6 @@ class LinkStatistics:
         for trip_s in trips_s:
             self._trips_s.append(trip_s)
             self._classes[bisect_left(BOUNDS_MS, round(trip_s * 1000, 6))] += 1
-        self.totals += grown
-        self.bytes_received += byte_count
+        self._totals += grown
+        self._bytes_received += byte_count
         self.losses += losses

@@ -111,3 +111,19 @@ def test_they_agree_with_the_link_on_a_bad_line() -> None:
     assert figures.totals.by_role[Role.ANSWER] > 0
     assert figures.bytes_received == rig.session.bytes_received
     assert sum(one.count for one in figures.round_trips()) > 5
+
+
+def test_it_is_the_same_whether_somebody_looks_at_each_batch_or_at_the_end() -> None:
+    watched, alone = LinkStatistics(), LinkStatistics()
+    for number in range(1, 400):
+        at, opened = number * 0.033, number % 150  # every five seconds another opening, of which no batch tells
+        link = view(opened * 8, sent=opened, frames=opened, time_outs=opened // 40)
+        events = (answered(0.004),) if number % 30 == 0 else ()
+        connection = Connection(PortState.CLOSED) if number == 225 else OPEN
+        for statistics in (watched, alone):
+            statistics.on_batch(batch(at, None if number == 225 else link, *events, connection=connection))
+        watched.seconds  # noqa: B018  looking is what is tried
+    assert alone.seconds == watched.seconds
+    assert alone.minutes == watched.minutes
+    assert (alone.totals, alone.bytes_received) == (watched.totals, watched.bytes_received)
+    assert alone.totals.sent == 149 + 74 + 149 + 99  # the last before each end
