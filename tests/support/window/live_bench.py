@@ -70,6 +70,7 @@ class Bench:
     appearance: Appearance
     worker: SilentWorker
     now_s: float = 1000.0
+    stream_hz: float = 50.0
 
     def say(self, *samples: StatusSample, is_streaming: bool = True, leave_out: str = "", **values: Value) -> None:
         """A batch in which all of this is known now, with a sample of it where none is given."""
@@ -89,7 +90,7 @@ class Bench:
             Presence.ONLINE,
             self.now_s,
             is_streaming,
-            50.0 if is_streaming else 0.0,
+            self.stream_hz if is_streaming else 0.0,
         )
         state = known.get("triggered") is True, known.get("active") is True
         one = StatusSample(self.now_s, int(known["tilt_deg"]), float(known["acceleration_g"]), *state)

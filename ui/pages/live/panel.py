@@ -28,6 +28,8 @@ from ui.widgets.readout import Readout, StateChip
 
 _SCROLL_BAR_PX: Final = 12
 _GAUGE_PX: Final = 280
+_COUNT_EVERY_S: Final = 0.5
+"""A rate of reports that trembles by one is nothing to follow."""
 # A column grows up to this for the ages beside the captions; beyond it, only captions and values count.
 _NOTED_PX: Final = 168
 _TOP_LEFT: Final = Qt.AlignmentFlag.AlignTop | Qt.AlignmentFlag.AlignLeft
@@ -75,6 +77,8 @@ class LivePanel(QFrame):
         self.trigger.setObjectName("live_trigger")
         for widget in (self.gauge, self.tilt, *self._cells):
             widget.lie_on_surface()
+        self._stream_kind: tuple[bool, Presence] | None = None
+        self._counted_at = 0.0
         self._is_recorded = False
         self._cell_caption = CELL
         self._texts = texts
@@ -121,7 +125,7 @@ class LivePanel(QFrame):
         _show_outside(self.cell, device.known("cell_voltage_v", now_s), now_s, 2, cell)
         self._show_charge(charging, now_s)
         _show(self.boot_count, device.known("boot_count", now_s), now_s, 0)
-        self._show_stream(device, reports_per_s)
+        self._show_stream(device, now_s, reports_per_s)
 
     def _show_tilt(self, known: Known | None, now_s: float, fires_deg: float | None) -> None:
         self.gauge.set_threshold(
@@ -153,7 +157,11 @@ class LivePanel(QFrame):
         else:
             self.charge.show_value(word)
 
-    def _show_stream(self, device: DeviceView, reports_per_s: float) -> None:
+    def _show_stream(self, device: DeviceView, now_s: float, reports_per_s: float) -> None:
+        kind = device.is_streaming, device.presence
+        if kind == self._stream_kind and now_s - self._counted_at < _COUNT_EVERY_S:
+            return
+        self._stream_kind, self._counted_at = kind, now_s
         if device.is_streaming:
             self.stream.show_value(f"{device.stream_hz:.0f}", note=tr(_STREAMED))
         elif device.presence is Presence.ONLINE and reports_per_s > 0:
@@ -281,6 +289,7 @@ class LivePanel(QFrame):
             if hasattr(self, "_grid"):
                 self._reserve()
             if event.type() is QEvent.Type.LanguageChange:
+                self._stream_kind = None
                 self._name(self._texts)
 
 

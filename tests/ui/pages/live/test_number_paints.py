@@ -77,6 +77,18 @@ def test_a_number_that_changes_is_painted_and_nothing_below_it(
     assert paints.of(bench, **values) & (_NUMBERS | _BELOW_THEM) == painted
 
 
+def test_a_rate_that_trembles_is_painted_twice_a_second_and_the_end_of_a_stream_at_once(
+    bench: Bench, paints: Paints
+) -> None:
+    painted = []
+    for number in range(20):  # two seconds
+        bench.stream_hz = 1440.0 + number % 2 * 3
+        painted += [name for name in paints.of(bench) if name == "live_stream"]
+    assert len(painted) <= 4
+    paints.of(bench)
+    assert "live_stream" in paints.of(bench, is_streaming=False)
+
+
 def test_the_numbers_follow_some_batches_and_a_change_of_state_at_once(
     bench: Bench, qapp: QApplication, monkeypatch: pytest.MonkeyPatch
 ) -> None:
