@@ -8,11 +8,9 @@ from PySide6.QtWidgets import (
     QComboBox,
     QFormLayout,
     QFrame,
-    QHBoxLayout,
     QLabel,
     QPushButton,
     QScrollArea,
-    QVBoxLayout,
     QWidget,
 )
 
@@ -27,6 +25,7 @@ from ui.style.icons import Icon
 from ui.style.theme import Space
 from ui.widgets.controls import control
 from ui.widgets.labels import text_label
+from ui.widgets.layouts import in_column, in_row
 from ui.widgets.naming import named
 from ui.widgets.sliders import WheelGuard, label_for
 
@@ -190,25 +189,12 @@ class ColumnForm(QWidget):
             else:
                 self._rows.addRow(label_for(self._texts, box, str(box.property("title"))), box)
         content = named(QWidget(), "csv_content")
-        column = QVBoxLayout(content)
-        column.setContentsMargins(0, 0, 0, 0)
-        column.addWidget(card)
-        column.addStretch(1)
+        in_column(card, 1, of=content, margins=0)
         scroll = control(QScrollArea(), self._texts, "csv_scroll", says="Columns of a CSV file")
         scroll.setWidgetResizable(True)
         scroll.setWidget(content)
-        buttons = QHBoxLayout()
-        buttons.setSpacing(Space.S)
-        buttons.addWidget(self.fault, 1)
-        buttons.addStretch(0)
-        buttons.addWidget(self.cancel)
-        buttons.addWidget(self.read)
-        whole = QVBoxLayout(self)
-        whole.setContentsMargins(0, 0, 0, 0)
-        whole.setSpacing(Space.S)
-        whole.addWidget(self.title)
-        whole.addWidget(scroll, 1)
-        whole.addLayout(buttons)
+        buttons = in_row((self.fault, 1), 0, self.cancel, self.read, spacing=Space.S)
+        in_column(self.title, (scroll, 1), buttons, of=self, spacing=Space.S, margins=0)
         self.fault.hide()
 
 

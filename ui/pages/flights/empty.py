@@ -1,12 +1,13 @@
 """The Flight logs page before the first file."""
 
-from PySide6.QtWidgets import QHBoxLayout, QPushButton
+from PySide6.QtWidgets import QPushButton
 
 from ui.core.texts import Texts
 from ui.style.icons import Icon
 from ui.style.theme import Space
 from ui.widgets.controls import control
 from ui.widgets.empty_state import EmptyState
+from ui.widgets.layouts import in_row
 
 
 class NoFlights(EmptyState):
@@ -22,11 +23,6 @@ class NoFlights(EmptyState):
                              tip="Open flight logs", picture=Icon.FOLDER, role="primary")  # fmt: skip
         self.folder = control(QPushButton(), texts, "flights_empty_folder", "Open folder…",
                               says="Open a folder of flight logs", tip="Open a folder of flight logs")  # fmt: skip
-        row = QHBoxLayout()
-        row.setSpacing(Space.S)
-        row.addStretch(1)
-        row.addWidget(self.files)
-        row.addWidget(self.folder)
-        row.addStretch(1)
+        row = in_row(1, self.files, self.folder, 1, spacing=Space.S)
         self.column.insertSpacing(self.column.count() - 1, Space.S)
         self.column.insertLayout(self.column.count() - 1, row)

@@ -28,6 +28,7 @@ from ui.style.icons import Icon
 from ui.style.theme import Meaning, Space
 from ui.widgets.controls import control
 from ui.widgets.labels import ElidedLabel, IconLabel, text_label
+from ui.widgets.layouts import in_column, in_row
 from ui.widgets.naming import named
 
 _ICON_PX: Final = 20
@@ -59,22 +60,13 @@ class FlightView(QWidget):
         self.problems = text_label("flight_problems", "small", is_selectable=True)
         self.waiting = text_label("flight_waiting", "muted")
         self.waiting.setAlignment(Qt.AlignmentFlag.AlignCenter)
-        head = QHBoxLayout()
-        head.setSpacing(Space.M)
-        head.addWidget(self.back)
-        head.addWidget(self.name, 1)
+        head = in_row(self.back, (self.name, 1), spacing=Space.M)
         said = QHBoxLayout()
         said.setSpacing(Space.S)
         said.addWidget(self.picture, 0, Qt.AlignmentFlag.AlignTop)
         said.addWidget(self.verdict, 1)
         self._room = QVBoxLayout()
-        whole = QVBoxLayout(self)
-        whole.setContentsMargins(0, 0, 0, 0)
-        whole.setSpacing(Space.XS)
-        whole.addLayout(head)
-        whole.addLayout(said)
-        whole.addWidget(self.problems)
-        whole.addLayout(self._room, 1)
+        in_column(head, said, self.problems, (self._room, 1), of=self, spacing=Space.XS, margins=0)
         self._room.addWidget(self.waiting, 1)
 
     def show_flight(self, outcome: FlightOutcome, limits: TriggerLimits, columns: CsvColumns | None) -> None:

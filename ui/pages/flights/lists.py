@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from typing import Final
 
 from PySide6.QtCore import Signal
-from PySide6.QtWidgets import QHBoxLayout, QLabel, QPushButton, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QLabel, QPushButton, QWidget
 
 from app.flight_analysis.flight_set import FlightGroup, FlightOutcome
 from protocol.translatable import marked
@@ -18,6 +18,7 @@ from ui.style.icons import Icon
 from ui.style.theme import Space
 from ui.widgets.controls import control
 from ui.widgets.labels import ElidedLabel, IconLabel
+from ui.widgets.layouts import in_column, in_row
 from ui.widgets.naming import named
 
 _NAMES: Final = {FlightGroup.MUST_NOT: "flights_must_not", FlightGroup.MUST: "flights_must"}
@@ -56,18 +57,11 @@ class FlightList(QWidget):
                                    slot=self.move_chosen)  # fmt: skip
         spoken = marked("Flights that must not fire") if is_first else marked("Flights that must fire")
         texts.bind(self.table.setAccessibleName, spoken)
-        head = QHBoxLayout()
-        head.setSpacing(Space.XS)
-        head.addWidget(self.picture)
-        head.addWidget(self.caption)
+        head = in_row(self.picture, self.caption, spacing=Space.XS)
         head.addSpacing(Space.XS)
         head.addWidget(self.detail, 1)
         head.addWidget(self.move_button)
-        whole = QVBoxLayout(self)
-        whole.setContentsMargins(0, 0, 0, 0)
-        whole.setSpacing(Space.XS)
-        whole.addLayout(head)
-        whole.addWidget(self.table, 1)
+        in_column(head, (self.table, 1), of=self, spacing=Space.XS, margins=0)
         self.table.opened.connect(self._open)
         self.table.move_wanted.connect(self.move_chosen)
         self.table.remove_wanted.connect(lambda: self.remove_wanted.emit(self._names()))
@@ -117,11 +111,7 @@ class FlightLists(QWidget):
         super().__init__()
         self.setObjectName("flights_lists")
         self.of: dict[FlightGroup, FlightList] = {group: FlightList(group, texts) for group in GROUPS}
-        column = QVBoxLayout(self)
-        column.setContentsMargins(0, 0, 0, 0)
-        column.setSpacing(Space.S)
-        for one in self.of.values():
-            column.addWidget(one, 1)
+        in_column(*((one, 1) for one in self.of.values()), of=self, spacing=Space.S, margins=0)
 
     def show_rows(self, rows: dict[FlightGroup, list[FlightRow]]) -> None:
         for group, one in self.of.items():

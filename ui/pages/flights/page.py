@@ -9,12 +9,10 @@ from PySide6.QtCore import QMimeData, Qt
 from PySide6.QtGui import QDragEnterEvent, QDropEvent
 from PySide6.QtWidgets import (
     QCheckBox,
-    QHBoxLayout,
     QLabel,
     QPushButton,
     QScrollArea,
     QStackedWidget,
-    QVBoxLayout,
     QWidget,
 )
 
@@ -38,6 +36,7 @@ from ui.services.page import Page
 from ui.style.icons import Icon
 from ui.style.theme import Meaning, Space
 from ui.widgets.controls import Shortcut, control
+from ui.widgets.layouts import in_column, in_row
 from ui.widgets.naming import named
 from ui.widgets.notice_bar import Choice, Notice, NoticeBar
 from ui.widgets.visibility_timer import VisibilityTimer
@@ -287,44 +286,30 @@ class FlightsPage(Page):
 
     def _make_overview(self) -> QWidget:
         content = named(QWidget(), "flights_content")
-        left = QVBoxLayout()
-        left.setSpacing(Space.S)
-        left.addWidget(self.thresholds)
-        left.addWidget(self.map, 1)
-        both = QHBoxLayout(content)
-        both.setContentsMargins(0, 0, 0, 0)
-        both.setSpacing(Space.M)
-        both.addLayout(left, 3)
-        both.addWidget(self.lists, 5)
+        left = in_column(self.thresholds, (self.map, 1), spacing=Space.S)
+        in_row((left, 3), (self.lists, 5), of=content, spacing=Space.M, margins=0)
         self.map.setMinimumWidth(_MAP_PX)
         scroll = control(QScrollArea(), self._services.texts, "flights_scroll", says="Flight logs")
         scroll.setWidgetResizable(True)
         scroll.setWidget(content)
         scroll.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
         overview = named(QWidget(), "flights_overview")
-        whole = QVBoxLayout(overview)
-        whole.setContentsMargins(0, 0, 0, 0)
-        whole.setSpacing(Space.S)
-        whole.addWidget(scroll, 1)
-        whole.addWidget(self.proposal)
+        in_column((scroll, 1), self.proposal, of=overview, spacing=Space.S, margins=0)
         return overview
 
     def _lay_out(self) -> None:
         self._head = named(QWidget(), "flights_head")
-        head = QHBoxLayout(self._head)
-        head.setContentsMargins(0, 0, 0, 0)
-        head.setSpacing(Space.S)
-        head.addWidget(self.count, 1)
-        head.addWidget(self.thresholds.reading)
-        head.addWidget(self.fired_only)
-        head.addWidget(self.open_files)
-        head.addWidget(self.open_folder)
-        whole = QVBoxLayout(self)
-        whole.setContentsMargins(Space.M, Space.S, Space.M, Space.S)
-        whole.setSpacing(Space.S)
-        whole.addWidget(self._head)
-        whole.addWidget(self._stack, 1)
-        whole.addWidget(self.strip)
+        in_row(
+            (self.count, 1),
+            self.thresholds.reading,
+            self.fired_only,
+            self.open_files,
+            self.open_folder,
+            of=self._head,
+            spacing=Space.S,
+            margins=0,
+        )
+        in_column(self._head, (self._stack, 1), self.strip, of=self, spacing=Space.S, margins=(Space.M, Space.S))
 
     # Qt
 

@@ -5,7 +5,7 @@ from pathlib import Path
 from typing import Final
 
 from PySide6.QtCore import Qt, Signal
-from PySide6.QtWidgets import QFrame, QHBoxLayout, QMenu, QPushButton, QToolButton, QVBoxLayout
+from PySide6.QtWidgets import QFrame, QHBoxLayout, QMenu, QPushButton, QToolButton
 
 from app.settings.profile_file import ProfileRefused, read_profile, save_profile
 from app.settings.profiles import Profile
@@ -18,7 +18,7 @@ from ui.style.icons import Icon
 from ui.style.theme import Meaning, Space
 from ui.widgets.controls import control
 from ui.widgets.labels import ElidedLabel, IconLabel
-from ui.widgets.layouts import FlowRow
+from ui.widgets.layouts import FlowRow, in_column
 from ui.widgets.naming import named
 from ui.widgets.notice_bar import Notice
 
@@ -61,11 +61,7 @@ class ProposalBar(QFrame):
                            tip="Copy the chosen thresholds to the Settings page; nothing is sent until they are "
                                "written there",
                            picture=Icon.SETTINGS, role="primary", slot=self._use)  # fmt: skip
-        said = QVBoxLayout()
-        said.setSpacing(0)
-        said.addWidget(self.head)
-        for line in self.lines:
-            said.addWidget(line)
+        said = in_column(self.head, *self.lines, spacing=0)
         buttons = FlowRow()
         buttons.add_right(self.take, self.profile, self.use)
         row = QHBoxLayout(self)
