@@ -66,6 +66,7 @@ ROOMS = (
     "ui/pages/settings",
     "ui/pages/triggers",
     "ui/pages/preflight",
+    "ui/pages/tests",
     "ui/pages/commands",
     "ui/pages/recordings",
     "ui/pages/flights",

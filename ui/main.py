@@ -89,6 +89,7 @@ PAGES: tuple[PageEntry, ...] = (
     _page("settings", marked("Settings"), Icon.SETTINGS),
     _page("triggers", marked("Triggers"), Icon.HISTORY),
     _page("preflight", marked("Pre-flight"), Icon.CHECKLIST),
+    _page("tests", marked("Tests"), Icon.TESTS, wants_stream=True),
     _page("commands", marked("Commands"), Icon.ACTIVE, wants_stream=True),
     _page("recordings", marked("Recordings"), Icon.RECORDINGS),
     _page("flights", marked("Flight logs"), Icon.MAP),

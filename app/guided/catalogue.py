@@ -63,16 +63,16 @@ GUIDED_TESTS: tuple[GuidedTest, ...] = (
     GuidedTest(
         GuidedKind.FREE_FALL,
         marked("Does it notice a fall?"),
-        marked("The module stays locked and does not fire. Take the rotors off the aircraft, or the module out of it. "
-               "Use a thick cushion."),
+        marked("The module stays locked; keep clear of its opening all the same. "
+               "Take the rotors off the aircraft, or the module out of it. Use a thick cushion."),
         (marked("Hold it level, half a metre above the cushion"), marked("Let it fall"), marked("Leave it there")),
         prepare_free_fall, measure_free_fall,
     ),
     GuidedTest(
         GuidedKind.BAY,
         marked("Does the light tell an open bay from a closed one?"),
-        marked("The module stays locked and does not fire. A spring under the lid is still loaded: secure it before "
-               "you open the bay."),
+        marked("The module stays locked; keep clear of its opening all the same. "
+               "A spring under the lid is still loaded: secure it before you open the bay."),
         (marked("Close the bay"), marked("Open the bay fully")),
         prepare_bay, measure_bay,
         confirms=(marked("Bay is closed"), marked("Bay is open")),
@@ -80,7 +80,8 @@ GUIDED_TESTS: tuple[GuidedTest, ...] = (
     GuidedTest(
         GuidedKind.CHARGER,
         marked("Does it charge, and only when it is plugged in?"),
-        marked("The module stays locked and does not fire. Take the rotors off if plugging in powers the aircraft."),
+        marked("The module stays locked; keep clear of its opening all the same. "
+               "Take the rotors off if plugging in powers the aircraft."),
         (marked("Unplug the external power"), marked("Plug it in"), marked("Unplug it again")),
         prepare_charger, measure_charger,
         confirms=(marked("It is unplugged"), marked("It is plugged in"), marked("It is unplugged")),
@@ -88,15 +89,15 @@ GUIDED_TESTS: tuple[GuidedTest, ...] = (
     GuidedTest(
         GuidedKind.ZERO,
         marked("Is level reported as 0°?"),
-        marked("The module stays locked and does not fire. Zeroing changes what it takes as level: for small mounting "
-               "errors only."),
+        marked("The module stays locked; keep clear of its opening all the same. "
+               "Zeroing changes what it takes as level: for small mounting errors only."),
         (marked("Set the aircraft level"), marked("Zero the sensor"), marked("The tilt is measured again")),
         prepare_zero, measure_zero, Act.ZERO,
     ),
     GuidedTest(
         GuidedKind.LINK,
         marked("Does the plug hold when it is shaken?"),
-        marked("The module stays locked and does not fire. Take the rotors off the aircraft."),
+        marked("The module stays locked; keep clear of its opening all the same. Take the rotors off the aircraft."),
         (marked("Leave the plug alone"), marked("Shake the plug and the cable")),
         prepare_link, measure_link,
     ),

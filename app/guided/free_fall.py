@@ -136,7 +136,7 @@ def _result(fall: MeasuredFall, setup: GuidedSetup, *, has_fired: bool) -> Guide
             GuidedVerdict.PASSED, fall.lowest_g,
         ),
         MeasuredValue(
-            said(marked("Reports during the fall")),
+            said(marked("Reports in the fall")),
             said("{count}", count=count),
             said(marked("at least {count}"), count=ENOUGH_REPORTS),
             GuidedVerdict.PASSED if count >= ENOUGH_REPORTS else GuidedVerdict.UNCLEAR, count,
@@ -144,7 +144,7 @@ def _result(fall: MeasuredFall, setup: GuidedSetup, *, has_fired: bool) -> Guide
         MeasuredValue(
             said(marked("Reported")),
             said(marked("triggered")) if has_fired else said(marked("not triggered")),
-            said(marked("not triggered: it is locked")),
+            said(marked("not triggered")),
             passed_if(not has_fired), float(has_fired),
         ),
     )  # fmt: skip

@@ -3,8 +3,8 @@
 from statistics import median
 
 from app.engine.procedure import EngineView, Inspect, Procedure, Report
-from app.guided.results import GuidedKind, GuidedResult, MeasuredValue, passed_if
-from app.guided.status_watch import GuidedSetup, PersonSteps, StatusWatch, require_locked
+from app.guided.results import BreakOff, GuidedKind, GuidedResult, MeasuredValue, passed_if
+from app.guided.status_watch import NOBODY, PERSON_LIMIT_S, GuidedSetup, PersonSteps, StatusWatch, require_locked
 from app.procedures.act import ZEROED_WITHIN_DEG
 from app.safety.interlocks import LEVEL_WITHIN_DEG
 from app.text.messages import said
@@ -16,8 +16,13 @@ STEPS = 3
 
 def prepare_zero() -> Procedure[GuidedSetup]:
     restarts = yield from require_locked()
-    yield Report(0, STEPS, marked("Set it level, and do not touch it."))
+    began: float = yield Report(0, STEPS, marked("Set it level, and do not touch it."))
     tilt = yield from _tilt(restarts)
+    while tilt > LEVEL_WITHIN_DEG:
+        tilt = yield from _tilt(restarts)
+        view: EngineView = yield Inspect()
+        if view.now - began > PERSON_LIMIT_S:
+            raise BreakOff(NOBODY, seconds=PERSON_LIMIT_S)
     return GuidedSetup(restarts=restarts, tilt_deg=tilt)
 
 

@@ -318,6 +318,10 @@
         <translation>激活模块</translation>
     </message>
     <message>
+        <source>Activate the module.</source>
+        <translation>激活模块。</translation>
+    </message>
+    <message>
         <source>Activates</source>
         <translation>能激活</translation>
     </message>
@@ -432,6 +436,10 @@
     <message>
         <source>An earlier session had left the serial output on; it is switched off when this one ends.</source>
         <translation>上次运行异常退出时未关闭串口输出；本次结束时将关闭。</translation>
+    </message>
+    <message>
+        <source>An error in the program ended the test: nothing of it is kept.</source>
+        <translation>程序出错，测试已终止：不保存任何结果。</translation>
     </message>
     <message>
         <source>An old status says nothing about the module now.</source>
@@ -784,6 +792,10 @@
     <message>
         <source>Cancelled: no log was read.</source>
         <translation>已取消：未读取任何日志。</translation>
+    </message>
+    <message>
+        <source>Cancelled: nothing of it is kept.</source>
+        <translation>已取消：不保存任何结果。</translation>
     </message>
     <message>
         <source>Cancelled: {done} of {total} logs were read.</source>
@@ -1658,12 +1670,20 @@
         <translation>结束所有故障</translation>
     </message>
     <message>
+        <source>End the test; the module is locked where it was activated</source>
+        <translation>结束测试；若已激活模块则将其锁定</translation>
+    </message>
+    <message>
         <source>End the tour</source>
         <translation>结束导览</translation>
     </message>
     <message>
         <source>End the tour; everything is as it was before (Esc)</source>
         <translation>结束导览；一切恢复原样（Esc）</translation>
+    </message>
+    <message>
+        <source>Ends the test at once. A module that was activated for it is locked; nothing is kept.</source>
+        <translation>立即结束测试。为测试而激活的模块会被锁定；不保存任何结果。</translation>
     </message>
     <message>
         <source>Entry {entry} was added from outside.</source>
@@ -2052,6 +2072,10 @@
     <message>
         <source>Goes through the rows in which the searched text stands.</source>
         <translation>逐行查看含有所查文字的行。</translation>
+    </message>
+    <message>
+        <source>Guided test</source>
+        <translation>引导测试</translation>
     </message>
     <message>
         <source>Guided tests</source>
@@ -2574,6 +2598,10 @@
         <translation>锁定并断开</translation>
     </message>
     <message>
+        <source>LOCK could not be sent: treat the module as ACTIVE. It is sent when the port comes back.</source>
+        <translation>无法发送锁定指令：请将模块视为已激活。串口恢复后将自动发送。</translation>
+    </message>
+    <message>
         <source>LOCK is not reported yet. It is sent again when the port comes back.</source>
         <translation>模块尚未报告锁定。串口恢复后将再次发送锁定命令。</translation>
     </message>
@@ -2700,6 +2728,10 @@
     <message>
         <source>Light</source>
         <translation>光线</translation>
+    </message>
+    <message>
+        <source>Light in the bay</source>
+        <translation>伞仓光线</translation>
     </message>
     <message>
         <source>Light in the bay means that it is open; without a calibration, that more light reads higher is an assumption.</source>
@@ -3790,6 +3822,10 @@
         <translation>伞仓打开</translation>
     </message>
     <message>
+        <source>Passed</source>
+        <translation>通过</translation>
+    </message>
+    <message>
         <source>Past checks</source>
         <translation>历次检查</translation>
     </message>
@@ -3808,6 +3844,10 @@
     <message>
         <source>Picture (*.png)</source>
         <translation>图片 (*.png)</translation>
+    </message>
+    <message>
+        <source>Picture: {what}</source>
+        <translation>示意图：{what}</translation>
     </message>
     <message>
         <source>Pin</source>
@@ -4282,8 +4322,8 @@
         <translation>激活状态延迟上报</translation>
     </message>
     <message>
-        <source>Reports during the fall</source>
-        <translation>坠落期间的状态报告</translation>
+        <source>Reports in the fall</source>
+        <translation>坠落中的报告数</translation>
     </message>
     <message>
         <source>Restart</source>
@@ -4834,12 +4874,24 @@
         <translation>分段间隔</translation>
     </message>
     <message>
+        <source>Start</source>
+        <translation>开始</translation>
+    </message>
+    <message>
         <source>Start it again.</source>
         <translation>请重新开始。</translation>
     </message>
     <message>
+        <source>Start the test, or go on to the next step</source>
+        <translation>开始测试，或进入下一步</translation>
+    </message>
+    <message>
         <source>Started</source>
         <translation>开始时间</translation>
+    </message>
+    <message>
+        <source>Starts the test, or confirms the step that you have done. It never activates.</source>
+        <translation>开始测试，或确认已完成的步骤。绝不会激活模块。</translation>
     </message>
     <message>
         <source>State of the simulated module</source>
@@ -5002,8 +5054,24 @@
         <translation>判断飞行前检查记录是否被修改、何处被修改、由谁签名以及内容是否一致。仅当记录完好且由已知站点签名时退出码为 0。</translation>
     </message>
     <message>
+        <source>Test again</source>
+        <translation>重新测试</translation>
+    </message>
+    <message>
+        <source>Tested by</source>
+        <translation>测试人</translation>
+    </message>
+    <message>
+        <source>Tests</source>
+        <translation>测试</translation>
+    </message>
+    <message>
         <source>That did not work: {why}.</source>
         <translation>操作失败：{why}。</translation>
+    </message>
+    <message>
+        <source>The act was not confirmed: nothing of it is kept.</source>
+        <translation>操作未得到确认：不保存任何结果。</translation>
     </message>
     <message>
         <source>The adapter at {port} has come and gone {visits} times: it loses its power or its contact.</source>
@@ -5078,6 +5146,10 @@
         <translation>选中的文件，与保存的内容完全一致。</translation>
     </message>
     <message>
+        <source>The chosen test: what to do now, and what the module says meanwhile.</source>
+        <translation>所选的测试：现在该做什么，以及模块的实时数据。</translation>
+    </message>
+    <message>
         <source>The clock of the log jumps back: {count} samples are left out.</source>
         <translation>日志时钟回跳：略去 {count} 个采样。</translation>
     </message>
@@ -5094,12 +5166,20 @@
         <translation>计算机休眠了 {time}；所有数据正在重新读取。</translation>
     </message>
     <message>
+        <source>The computer slept: nothing of it is kept.</source>
+        <translation>电脑曾休眠：不保存任何结果。</translation>
+    </message>
+    <message>
         <source>The computer slept; what was under way has ended.</source>
         <translation>计算机休眠过，正在进行的操作已结束。</translation>
     </message>
     <message>
         <source>The confirmation is {seconds:.1f} s old: confirm again.</source>
         <translation>确认是 {seconds:.1f} 秒前的：请重新确认。</translation>
+    </message>
+    <message>
+        <source>The connection was lost: nothing of it is kept.</source>
+        <translation>连接中断：不保存任何结果。</translation>
     </message>
     <message>
         <source>The details are on the clipboard.</source>
@@ -5140,6 +5220,10 @@
     <message>
         <source>The flight controller could not log for {seconds:.2f} s.</source>
         <translation>飞控有 {seconds:.2f} s 未能写入日志。</translation>
+    </message>
+    <message>
+        <source>The guided tests, with when each was last done on this module, by whom, and what came of it.</source>
+        <translation>引导测试列表，显示各项最近一次在该模块上进行的时间、测试人和结果。</translation>
     </message>
     <message>
         <source>The input is not text; decode reads captures and bytes written in hex, such as 41 75 32.</source>
@@ -5326,6 +5410,10 @@
         <translation>模块处于激活状态：无论本程序是否运行，达到阈值都会开伞。</translation>
     </message>
     <message>
+        <source>The module is ACTIVE: lock it before a test.</source>
+        <translation>模块已激活：测试前请先锁定。</translation>
+    </message>
+    <message>
         <source>The module is ACTIVE: lock it before changing settings, or unlock this one write.</source>
         <translation>模块已激活：请先锁定再修改设置，或仅为本次写入解锁。</translation>
     </message>
@@ -5422,24 +5510,24 @@
         <translation>模块已重启：此前的激活状态、触发开关和串口输出不再有效。</translation>
     </message>
     <message>
-        <source>The module stays locked and does not fire. A spring under the lid is still loaded: secure it before you open the bay.</source>
-        <translation>模块保持锁定，不会触发。盖板下的弹簧仍处于压缩状态：打开伞仓前请先固定。</translation>
+        <source>The module stays locked; keep clear of its opening all the same. A spring under the lid is still loaded: secure it before you open the bay.</source>
+        <translation>模块保持锁定；仍请远离伞仓开口。盖板下的弹簧仍处于压缩状态：打开伞仓前请先固定。</translation>
     </message>
     <message>
-        <source>The module stays locked and does not fire. Take the rotors off if plugging in powers the aircraft.</source>
-        <translation>模块保持锁定，不会触发。若接通电源会给飞行器供电，请先拆下桨叶。</translation>
+        <source>The module stays locked; keep clear of its opening all the same. Take the rotors off if plugging in powers the aircraft.</source>
+        <translation>模块保持锁定；仍请远离伞仓开口。若接通电源会给飞行器供电，请先拆下桨叶。</translation>
     </message>
     <message>
-        <source>The module stays locked and does not fire. Take the rotors off the aircraft, or the module out of it. Use a thick cushion.</source>
-        <translation>模块保持锁定，不会触发。请拆下飞行器的桨叶，或将模块取出。请使用厚软垫。</translation>
+        <source>The module stays locked; keep clear of its opening all the same. Take the rotors off the aircraft, or the module out of it. Use a thick cushion.</source>
+        <translation>模块保持锁定；仍请远离伞仓开口。请拆下飞行器的桨叶，或将模块取出。请使用厚软垫。</translation>
     </message>
     <message>
-        <source>The module stays locked and does not fire. Take the rotors off the aircraft.</source>
-        <translation>模块保持锁定，不会触发。请拆下飞行器的桨叶。</translation>
+        <source>The module stays locked; keep clear of its opening all the same. Take the rotors off the aircraft.</source>
+        <translation>模块保持锁定；仍请远离伞仓开口。请拆下飞行器的桨叶。</translation>
     </message>
     <message>
-        <source>The module stays locked and does not fire. Zeroing changes what it takes as level: for small mounting errors only.</source>
-        <translation>模块保持锁定，不会触发。置零会改变水平基准：仅用于修正小角度安装误差。</translation>
+        <source>The module stays locked; keep clear of its opening all the same. Zeroing changes what it takes as level: for small mounting errors only.</source>
+        <translation>模块保持锁定；仍请远离伞仓开口。置零会改变水平基准：仅用于修正小角度安装误差。</translation>
     </message>
     <message>
         <source>The module still answers: it is not switched off.</source>
@@ -5610,6 +5698,10 @@
         <translation>报告无法写入：{why}。</translation>
     </message>
     <message>
+        <source>The result was not kept.</source>
+        <translation>结果未保存。</translation>
+    </message>
+    <message>
         <source>The selected row in full</source>
         <translation>所选行的完整内容</translation>
     </message>
@@ -5648,6 +5740,10 @@
     <message>
         <source>The ten seconds are over. Nothing was sent.</source>
         <translation>十秒已过。未发送任何内容。</translation>
+    </message>
+    <message>
+        <source>The test makes the module fire: it begins only after you say that nothing can be ejected.</source>
+        <translation>该测试会使模块触发：只有在您确认不会弹射任何物品后才能开始。</translation>
     </message>
     <message>
         <source>The thresholds with the largest margin to both lists, within the vendor's advice, for both readings of his rule.</source>
@@ -5890,12 +5986,20 @@
         <translation>倾斜触发</translation>
     </message>
     <message>
+        <source>Tilt, TRIGGERED</source>
+        <translation>倾角，已触发</translation>
+    </message>
+    <message>
         <source>Tilt, acceleration and cell voltage over time, with the limits at which the module fires. Where nothing was heard the line is broken, never filled in.</source>
         <translation>倾角、加速度和电芯电压随时间的变化，以及模块开伞的限值。没有收到数据的地方曲线断开，绝不填补。</translation>
     </message>
     <message>
         <source>Tilt, acceleration, trigger and activation in one report; also what is streamed.</source>
         <translation>一次报告倾角、加速度、触发状态和激活状态；实时输出的内容与此相同。</translation>
+    </message>
+    <message>
+        <source>Tilt, not triggered</source>
+        <translation>倾角，未触发</translation>
     </message>
     <message>
         <source>Tilt: level</source>
@@ -5956,6 +6060,10 @@
     <message>
         <source>Told</source>
         <translation>说明</translation>
+    </message>
+    <message>
+        <source>Tolerance</source>
+        <translation>允差</translation>
     </message>
     <message>
         <source>Too close to tell in the {time} that were judged.</source>
@@ -6114,6 +6222,10 @@
         <translation>未签署：{missing}。</translation>
     </message>
     <message>
+        <source>Unclear: test again</source>
+        <translation>不明确：请重新测试</translation>
+    </message>
+    <message>
         <source>Under the other reading ({reading}) it would first fire at {time:.2f} s.</source>
         <translation>按另一种解读（{reading}），首次触发在 {time:.2f} s。</translation>
     </message>
@@ -6224,6 +6336,10 @@
     <message>
         <source>VOID: not a valid check</source>
         <translation>作废：检查无效</translation>
+    </message>
+    <message>
+        <source>Value</source>
+        <translation>项目</translation>
     </message>
     <message>
         <source>Vendor's advice</source>
@@ -6406,6 +6522,10 @@
         <translation>真实触发之后的数据是在降落伞打开的情况下测得的。</translation>
     </message>
     <message>
+        <source>What was measured, what is allowed, and whether it passed.</source>
+        <translation>测量值、允许范围以及是否通过。</translation>
+    </message>
+    <message>
         <source>What was read cannot be written: {error}.</source>
         <translation>读到的内容无法写出：{error}。</translation>
     </message>
@@ -6498,6 +6618,10 @@
         <translation>由谁负责这次检查。会写入记录和报告。</translation>
     </message>
     <message>
+        <source>Who does the test. It is kept with the result and printed on the report.</source>
+        <translation>进行测试的人员。随结果保存，并打印在报告上。</translation>
+    </message>
+    <message>
         <source>Whoever talks to the module, also the flight controller, must use {rate} baud from then on.</source>
         <translation>此后与模块通信的各方（包括飞控）都必须使用 {rate} 波特率。</translation>
     </message>
@@ -6556,6 +6680,10 @@
     <message>
         <source>Without a command the window opens. Exit code: 0 done; 1 done and the answer is no; 2 used wrongly; 3 no link (no such port, busy, no permission, no answer); 4 some of it could not be had; 130 or 143 interrupted before there was a result.</source>
         <translation>不带命令时打开窗口。退出码：0 完成；1 完成，但结果为否；2 用法错误；3 无连接（无此串口、被占用、无权限、无应答）；4 部分内容未能取得；130 或 143 在得到结果之前被中断。</translation>
+    </message>
+    <message>
+        <source>Without a name of the module the result counts for no pre-flight check.</source>
+        <translation>模块没有名称，该结果不计入飞行前检查。</translation>
     </message>
     <message>
         <source>Without an answer</source>
@@ -6666,6 +6794,10 @@
         <translation>您有权打开 {port}，但当前登录会话尚未生效。</translation>
     </message>
     <message>
+        <source>Your name, as it is kept with the result</source>
+        <translation>您的姓名，将与结果一起保存</translation>
+    </message>
+    <message>
         <source>Your name, as it will stand in the record</source>
         <translation>您的姓名，将写入记录</translation>
     </message>
@@ -6680,6 +6812,10 @@
     <message>
         <source>Zero the sensor</source>
         <translation>传感器置零</translation>
+    </message>
+    <message>
+        <source>Zero the sensor.</source>
+        <translation>传感器置零。</translation>
     </message>
     <message>
         <source>Zero the sensor…</source>
@@ -7150,6 +7286,10 @@
         <translation>观察期间发生变化</translation>
     </message>
     <message>
+        <source>charge state unknown</source>
+        <translation>充电状态未知</translation>
+    </message>
+    <message>
         <source>charger connected</source>
         <translation>外接供电已接通</translation>
     </message>
@@ -7390,6 +7530,10 @@
         <translation>失败</translation>
     </message>
     <message>
+        <source>falls below {value:.1f} g</source>
+        <translation>低于 {value:.1f} g 为坠落</translation>
+    </message>
+    <message>
         <source>false trigger</source>
         <translation>误触发</translation>
     </message>
@@ -7432,6 +7576,10 @@
     <message>
         <source>fires at once</source>
         <translation>立即触发</translation>
+    </message>
+    <message>
+        <source>fires at {angle:.0f}°</source>
+        <translation>{angle:.0f}° 触发</translation>
     </message>
     <message>
         <source>fit to fly</source>
@@ -7488,6 +7636,14 @@
     <message>
         <source>freefall_acceleration_g: above 1.5 g everything is a fall.</source>
         <translation>freefall_acceleration_g：加速度阈值超过 1.5 g 时一切都算坠落。</translation>
+    </message>
+    <message>
+        <source>from behind</source>
+        <translation>从后方看</translation>
+    </message>
+    <message>
+        <source>from the side</source>
+        <translation>从侧面看</translation>
     </message>
     <message>
         <source>heartbeat</source>
@@ -7780,6 +7936,10 @@
     <message>
         <source>must not fire</source>
         <translation>不得触发</translation>
+    </message>
+    <message>
+        <source>never tested</source>
+        <translation>从未测试</translation>
     </message>
     <message>
         <source>new</source>
@@ -8098,10 +8258,6 @@
         <translation>未触发</translation>
     </message>
     <message>
-        <source>not triggered: it is locked</source>
-        <translation>未触发（已锁定）</translation>
-    </message>
-    <message>
         <source>not up to {angle:.0f}°</source>
         <translation>到 {angle:.0f}° 仍未触发</translation>
     </message>
@@ -8308,6 +8464,10 @@
     <message>
         <source>really do it</source>
         <translation>确认执行</translation>
+    </message>
+    <message>
+        <source>rearms at {angle:.0f}°</source>
+        <translation>{angle:.0f}° 复位</translation>
     </message>
     <message>
         <source>received</source>
@@ -8882,6 +9042,10 @@
         <translation>这不是 UTF-8 文本。</translation>
     </message>
     <message>
+        <source>threshold {value:.1f} V</source>
+        <translation>阈值 {value:.1f} V</translation>
+    </message>
+    <message>
         <source>tilt, 1°</source>
         <translation>倾角，1°</translation>
     </message>
@@ -8892,6 +9056,10 @@
     <message>
         <source>tipped past {threshold}</source>
         <translation>倾斜超过 {threshold}</translation>
+    </message>
+    <message>
+        <source>to do</source>
+        <translation>待完成</translation>
     </message>
     <message>
         <source>to the host</source>
@@ -9868,6 +10036,10 @@
     <message>
         <source>{value:.1f} MB</source>
         <translation>{value:.1f} MB</translation>
+    </message>
+    <message>
+        <source>{value:.1f} V</source>
+        <translation>{value:.1f} V</translation>
     </message>
     <message>
         <source>{value:.1f} g</source>

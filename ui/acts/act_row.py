@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from functools import partial
 from typing import Final
 
-from PySide6.QtCore import Qt
+from PySide6.QtCore import Qt, Signal
 from PySide6.QtWidgets import QFrame, QGridLayout
 
 from app.engine.worker import Job
@@ -40,6 +40,11 @@ GO_WORDS: Final[Mapping[Act, str]] = {
 
 class ActRow(QFrame):
     """`refresh` brings the open conditions up to date. `place` tells the rows of one act on several pages apart."""
+
+    begun = Signal()
+    """The act was confirmed and is on its way."""
+    ended = Signal(object)
+    """The `Performed`; None where the connection was lost before."""
 
     def __init__(self, services: Services, act: Act, *, place: str = "act") -> None:
         super().__init__()
@@ -90,6 +95,7 @@ class ActRow(QFrame):
         self._performed = None
         if act is Act.ACTIVATE:
             self._services.lock.end()
+        self.begun.emit()
         self._job.run(perform(act, journal, permit=permit, armed=self._services.armed), self._end)
 
     def _end(self, job: Job[Performed]) -> None:
@@ -100,6 +106,7 @@ class ActRow(QFrame):
             if done.act is Act.SHUTDOWN and done.outcome is Outcome.CONFIRMED and not done.is_rehearsal:
                 self._connector.note_shutdown()
             self._job.say(partial(outcome_notice, done, self._forget))
+        self.ended.emit(None if job.run.error is not None else self._performed)
 
     def _forget(self) -> None:
         self._performed = None

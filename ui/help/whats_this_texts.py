@@ -125,11 +125,23 @@ ENTRIES: Final[tuple[HelpText, ...]] = tuple(
         # Commands
         ("commands_activation", marked("ACTIVE: the module fires by its thresholds. LOCKED: it reports standby.")),
         ("commands_trigger", marked("Whether the module says that it has fired.")),
-        ("act_*_ask", marked("Asks once more before anything is sent. What still stands against it is named in the "
-                             "row.")),
-        ("act_*_go", marked("Sends it once: never repeated, never kept for later. It is in the audit log before it is "
-                            "sent.")),
-        ("act_*_cancel", marked("Takes it back. Nothing is sent.")),
+        # Tests
+        ("tests_list", marked("The guided tests, with when each was last done on this module, by whom, and what came "
+                              "of it.")),
+        ("tests_who", marked("Who does the test. It is kept with the result and printed on the report.")),
+        ("tests_made_safe", marked("The test makes the module fire: it begins only after you say that nothing can be "
+                                   "ejected.")),
+        ("tests_run", marked("Starts the test, or confirms the step that you have done. It never activates.")),
+        ("tests_cancel", marked("Ends the test at once. A module that was activated for it is locked; nothing is "
+                                "kept.")),
+        ("tests_table", marked("What was measured, what is allowed, and whether it passed.")),
+        ("tests_scroll", marked("The chosen test: what to do now, and what the module says meanwhile.")),
+        # Commands
+        ("act_*_ask|tests_*_ask", marked("Asks once more before anything is sent. What still stands against it is "
+                                         "named in the row.")),
+        ("act_*_go|tests_*_go", marked("Sends it once: never repeated, never kept for later. It is in the audit log "
+                                       "before it is sent.")),
+        ("act_*_cancel|tests_activate_cancel|tests_zero_cancel", marked("Takes it back. Nothing is sent.")),
         ("ritual_choose", marked("Begins the ritual that fires the parachute: arm, then hold for two seconds. Letting "
                                  "go, Esc, or leaving the page ends it and sends nothing.")),
         ("ritual_arm", marked("Arms for ten seconds. Nothing is sent yet.")),

@@ -90,6 +90,16 @@ class LockControl(QObject):
         self.said.emit(waiting_sentence(1))
         self.changed.emit()
 
+    def ensure_locked(self) -> None:
+        """`press`; without a port LOCK leaves as soon as the same one is open again, and that it did not is said."""
+        if self.is_possible:
+            self.press()
+            return
+        self.failed = self.confirmed = None
+        self._whose, self._shown_count, self._job = self._connector.whose, 0, None
+        self._repeat = LockRepeat()
+        self._watch()
+
     def end(self) -> None:
         """Repeat it no more: somebody activates the module on purpose."""
         self.failed = None
@@ -100,12 +110,17 @@ class LockControl(QObject):
 
     def notice(self, more: tuple[Choice, ...] = ()) -> Notice | None:
         """While the module does not report that it is locked; None where there is nothing to say."""
-        if self.is_going_on:
+        repeat = self._repeat
+        if repeat is not None:
             if self._shown_count < _SHOWN_FROM and self._job is not None:
                 return None
             text = waiting_sentence(self._shown_count)
             if self._job is None:
-                text = tr("LOCK is not reported yet. It is sent again when the port comes back.")
+                text = (
+                    tr("LOCK is not reported yet. It is sent again when the port comes back.")
+                    if repeat.sent
+                    else tr("LOCK could not be sent: treat the module as ACTIVE. It is sent when the port comes back.")
+                )
             return Notice(Meaning.ATTENTION, text, more)
         if self.failed is None:
             return None

@@ -74,6 +74,10 @@ class Icon(Enum):
     HISTORY = '<path d="M3.6 12a8.6 8.6 0 1 0 2.7-6.3L3.5 8.2M3.5 3.8v4.4h4.4M12 7.5V12l3.2 2.2"/>'
     CLOCK = '<circle cx="12" cy="12" r="8.8"/><path d="M12 7v5.2l3.4 2"/>'
     CHECKLIST = '<path d="m3.5 6 1.7 1.7L8.4 4.5M3.5 16.5l1.7 1.7 3.2-3.2M12 6.2h8.5M12 16.7h8.5"/>'
+    # A box that is being tipped.
+    TESTS = (
+        '<path d="m8 9.5 9-3.3 3.3 9-9 3.3Z"/><path d="M3 13.5a9.5 9.5 0 0 1 6.5-9.6M3 13.5l-1.2-3.6M3 13.5l3.3-1.8"/>'
+    )
     DIAGNOSIS = '<circle cx="10.5" cy="10.5" r="6.8"/><path d="m15.6 15.6 5 5M7.4 10.8h1.8l1.3-2.6 1.3 4.3 1-1.7h1"/>'
     SIMULATOR = (
         '<rect x="6.5" y="6.5" width="11" height="11" rx="1.5" stroke-dasharray="3 2"/>'

@@ -70,6 +70,11 @@ class IconLabel(QLabel):
             self._shown = (picture, meaning, is_muted)
             self._draw()
 
+    def clear_icon(self) -> None:
+        """Empty again."""
+        self._shown = None
+        self.clear()
+
     def _draw(self) -> None:
         if self._shown is not None:
             picture, meaning, is_muted = self._shown

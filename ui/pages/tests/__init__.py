@@ -1,0 +1,1 @@
+"""Guided tests: what needs a person as one of its parts."""

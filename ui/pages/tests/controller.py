@@ -1,0 +1,306 @@
+"""Controller of the Tests page: runs a guided test, locks the module whatever came of it, keeps the result.
+
+    READY -> PREPARING -> (CONFIRMING the act) -> MEASURING -> DONE
+
+From the moment at which an activation is confirmed the module is owed a LOCK: it is pressed when the test ends, is
+cancelled, breaks off or loses the link, and when the page or the window is left.
+"""
+
+from collections.abc import Mapping
+from enum import Enum
+from functools import partial
+from typing import Any
+
+from PySide6.QtCore import QObject, Signal
+
+from app import version
+from app.engine.procedure import Cancelled, Report, Slept
+from app.engine.worker import Batch, Job
+from app.guided.catalogue import GUIDED_BY_KIND, GuidedTest, measure, prepare
+from app.guided.guided_store import GuidedStore, KeptTest
+from app.guided.results import BrokenOff, GuidedKind, GuidedResult
+from app.guided.status_watch import GuidedSetup, PersonSteps
+from app.procedures.act import Performed
+from app.safety.journal import Outcome
+from app.store.database import StoreTrouble
+from app.store.store import Store
+from app.text.messages import said
+from protocol.link_states import Presence
+from protocol.translatable import marked
+from ui.core.background_task import BackgroundTask
+from ui.services.context import Services
+from ui.services.running_job import RunningJob
+
+CANCELLED = marked("Cancelled: nothing of it is kept.")
+LOST = marked("The connection was lost: nothing of it is kept.")
+SLEPT = marked("The computer slept: nothing of it is kept.")
+FAILED = marked("An error in the program ended the test: nothing of it is kept.")
+UNPROVEN = marked("The act was not confirmed: nothing of it is kept.")
+BECAME_ACTIVE = marked("The module became ACTIVE during a test that needs it locked.")
+
+
+class Stage(Enum):
+    """How far the test is."""
+
+    READY = "ready"
+    PREPARING = "preparing"
+    CONFIRMING = "confirming"
+    MEASURING = "measuring"
+    DONE = "done"
+
+
+RUNNING = (Stage.PREPARING, Stage.CONFIRMING, Stage.MEASURING)
+
+
+class GuidedController(QObject):
+    """`changed`: the stage, the step or what is known of earlier tests is different."""
+
+    changed = Signal()
+
+    def __init__(self, services: Services, parent: QObject | None = None) -> None:
+        super().__init__(parent)
+        self._services, self._connector, self._lock = services, services.connector, services.lock
+        self.kind = GuidedKind.TILT
+        self.stage = Stage.READY
+        self.is_made_safe = False
+        """The person says so, for the next test."""
+        self.steps = PersonSteps()
+        self.setup: GuidedSetup | None = None
+        self.outcome: GuidedResult | BrokenOff | None = None
+        self.trouble: StoreTrouble | None = None
+        """Why the last result was not kept."""
+        self.owes_lock = False
+        self.last: Mapping[GuidedKind, KeptTest] = {}
+        """What is known of earlier tests of this module."""
+        self._shown: Report | None = None
+        self._job = RunningJob(services.connector, self)
+        self._whose = services.connector.whose
+        self._keeping: BackgroundTask[int] = BackgroundTask("dps-s guided test", self)
+        self._loading: BackgroundTask[Mapping[GuidedKind, KeptTest]] = BackgroundTask("dps-s last tests", self)
+        self._connector.changed.connect(self._watch)
+        self._connector.batch.connect(self._on_batch)
+        self._connector.forgotten.connect(self._forget)
+        self._lock.changed.connect(self._on_lock)
+        services.naming.changed.connect(self.load_last)
+
+    # What is known
+
+    @property
+    def test(self) -> GuidedTest:
+        return GUIDED_BY_KIND[self.kind]
+
+    @property
+    def is_running(self) -> bool:
+        return self.stage in RUNNING
+
+    @property
+    def report(self) -> Report | None:
+        """The progress of what runs."""
+        return self._job.progress if self.is_running else None
+
+    @property
+    def step(self) -> int:
+        """Index of the step that is being done; the number of steps when all are."""
+        match self.stage:
+            case Stage.DONE:
+                return len(self.test.steps) if isinstance(self.outcome, GuidedResult) else 0
+            case Stage.CONFIRMING:
+                return 0 if self.test.is_active else 1
+            case Stage.MEASURING:
+                return 0 if self.report is None else self.report.done
+            case _:
+                return 0
+
+    @property
+    def can_start(self) -> bool:
+        connector = self._connector
+        is_there = connector.is_open and not connector.is_recording and connector.device.presence is Presence.ONLINE
+        is_safe = self.is_made_safe or not self.test.statement
+        return is_there and is_safe and not self.is_running and not self.owes_lock and not connector.is_active
+
+    @property
+    def confirm_words(self) -> str:
+        """Of the step that waits for the person; empty where none does."""
+        confirms = self.test.confirms
+        is_waiting = self.stage is Stage.MEASURING and self.steps.is_waiting and self.step < len(confirms)
+        return confirms[self.step] if is_waiting else ""
+
+    # What a person does
+
+    def choose(self, kind: GuidedKind) -> None:
+        if not self.is_running:
+            self.kind, self.stage, self.outcome, self.trouble = kind, Stage.READY, None, None
+            self.setup, self.is_made_safe = None, False
+            self.changed.emit()
+
+    def state_safe(self, is_safe: bool) -> None:
+        self.is_made_safe = is_safe
+        self.changed.emit()
+
+    def start(self) -> None:
+        if not self.can_start:
+            return
+        self.outcome = self.trouble = self.setup = None
+        self.stage = Stage.PREPARING
+        self._job.run(prepare(self.test), self._end_preparing)
+        self.changed.emit()
+
+    def confirm(self) -> None:
+        """The step that waits for the person is done."""
+        self.steps.confirm()
+        self.changed.emit()
+
+    def cancel(self, why: str = CANCELLED) -> None:
+        """Break it off; the module is locked where it may be active through it."""
+        if self.is_running:
+            self._finish(BrokenOff(said(why)))
+
+    # How it goes on
+
+    def act_begun(self) -> None:
+        """The act was confirmed: from here on the module may be active."""
+        if self.stage is Stage.CONFIRMING:
+            self.owes_lock = self.test.is_active
+
+    def act_ended(self, performed: Performed | None) -> None:
+        if self.stage is not Stage.CONFIRMING:
+            return  # cancelled meanwhile
+        match None if performed is None else performed.outcome:
+            case Outcome.CONFIRMED:
+                self._measure()
+            case None:
+                self._finish(BrokenOff(said(LOST)))
+            case Outcome.NOT_SENT:
+                self.owes_lock = False
+                self.changed.emit()
+            case _:
+                self._finish(BrokenOff(said(UNPROVEN)))
+
+    def _end_preparing(self, job: Job[GuidedSetup | BrokenOff]) -> None:
+        found = self._taken(job)
+        if isinstance(found, GuidedSetup):
+            self.setup = found
+            if self.test.act is not None:
+                self.stage = Stage.CONFIRMING
+                self.changed.emit()
+            else:
+                self._measure()
+
+    def _measure(self) -> None:
+        if self.setup is not None:
+            self.steps = PersonSteps()
+            self.stage = Stage.MEASURING
+            self._job.run(measure(self.test, self.setup, self.steps), self._end_measuring)
+            self.changed.emit()
+
+    def _end_measuring(self, job: Job[GuidedResult | BrokenOff]) -> None:
+        found = self._taken(job)
+        if isinstance(found, GuidedResult):
+            self._finish(found)
+
+    def _taken(self, job: Job[Any]) -> object:
+        """What came of the job; None where the test has ended with it."""
+        error = job.run.error
+        if error is not None:
+            why = SLEPT if isinstance(error, Slept) else CANCELLED if isinstance(error, Cancelled) else LOST
+            self._finish(BrokenOff(said(why)))
+            return None
+        found = job.outcome()
+        if isinstance(found, BrokenOff):
+            self._finish(found)
+            return None
+        return found
+
+    def _finish(self, outcome: GuidedResult | BrokenOff) -> None:
+        self._job.cancel()
+        self._job.forget()
+        self.stage, self.outcome, self.is_made_safe = Stage.DONE, outcome, False
+        if self.owes_lock:
+            self._lock.ensure_locked()
+        if isinstance(outcome, GuidedResult):
+            self._keep(outcome)
+        self.changed.emit()
+
+    # The lock
+
+    def _on_lock(self) -> None:
+        if self._lock.confirmed is not None:
+            self.owes_lock = False
+        elif self._lock.failed is not None and not self.is_running:
+            self.owes_lock = False  # said, on every page, until the module reports that it is locked
+        self.changed.emit()
+
+    # What happens
+
+    def _on_batch(self, batch: Batch) -> None:
+        if self.is_running and not self.test.is_active and batch.device.fresh("active", batch.at) is True:
+            self.owes_lock = True
+            self.cancel(BECAME_ACTIVE)
+        elif self.report is not self._shown:
+            self._shown = self.report
+            self.changed.emit()
+
+    def _watch(self) -> None:
+        is_another, self._whose = self._whose != self._connector.whose, self._connector.whose
+        if is_another:
+            self.owes_lock = False  # another module: LOCK is not for it
+            self.cancel(LOST)
+        elif self.stage is Stage.CONFIRMING and not self._connector.is_open:
+            self.cancel(LOST)
+        self.changed.emit()
+
+    def _forget(self) -> None:
+        self.last = {}
+        self.cancel(LOST)
+        if not self.is_running:
+            self.stage, self.outcome = Stage.READY, None
+        self.load_last()
+
+    # The store
+
+    def load_last(self) -> None:
+        """What is known of earlier tests of this module, from the store."""
+        store, name = self._services.storage.store, self._services.naming.name
+        if not isinstance(store, Store) or not name:
+            self._loading.cancel()
+            self._take_last({})
+            return
+        work = partial(_last, store, name, counts_simulated=self._is_simulated)
+        self._loading.run_in(store.queue, work, self._take_last, lambda _trouble: self._take_last({}))
+
+    def _take_last(self, last: Mapping[GuidedKind, KeptTest]) -> None:
+        self.last = last
+        self.changed.emit()
+
+    @property
+    def _is_simulated(self) -> bool:
+        target = self._connector.target
+        return target is not None and target.is_simulated
+
+    def _keep(self, result: GuidedResult) -> None:
+        store, target = self._services.storage.store, self._connector.target
+        if not isinstance(store, Store):
+            self.trouble = store
+            return
+        adapter = "" if target is None else target.key
+        work = partial(
+            _keep, store, result, name=self._services.naming.name, adapter=adapter,
+            who=self._services.preferences.who, is_simulated=self._is_simulated,
+        )  # fmt: skip
+        self._keeping.run_in(store.queue, work, lambda _number: self.load_last(), self._say_trouble)
+
+    def _say_trouble(self, trouble: StoreTrouble) -> None:
+        self.trouble = trouble
+        self.changed.emit()
+
+
+def _last(store: Store, name: str, *, counts_simulated: bool) -> Mapping[GuidedKind, KeptTest]:
+    module_id = next((one.id for one in store.modules() if one.name == name), None)
+    return GuidedStore(store.database).last(module_id, counts_simulated=counts_simulated)
+
+
+def _keep(store: Store, result: GuidedResult, *, name: str, adapter: str, who: str, is_simulated: bool) -> int:
+    module_id = store.meet_module(name).id if name else None
+    return GuidedStore(store.database).add(
+        result, module_id=module_id, adapter=adapter, who=who, is_simulated=is_simulated, program=version()
+    )

@@ -1,0 +1,346 @@
+"""Tests page: the guided tests at the left, the chosen one at the right, step by step.
+
+Whatever leaves it while a test runs (another page, a closed or minimised window, an error of the program) ends the
+test, and locks the module where the test may have made it active.
+"""
+
+from typing import Final
+
+from PySide6.QtCore import QEvent, QObject, QSignalBlocker, QSize, Qt
+from PySide6.QtGui import QHideEvent, QShowEvent
+from PySide6.QtWidgets import (
+    QApplication,
+    QCheckBox,
+    QFrame,
+    QHBoxLayout,
+    QLabel,
+    QLineEdit,
+    QListWidget,
+    QListWidgetItem,
+    QScrollArea,
+    QStackedLayout,
+    QVBoxLayout,
+    QWidget,
+)
+
+from app.guided.catalogue import GUIDED_TESTS
+from app.guided.results import GuidedKind, GuidedResult
+from app.safety.acts import Act
+from app.safety.ritual import Input
+from app.text.i18n import tr
+from app.text.messages import clean
+from protocol.translatable import marked
+from ui.acts.act_row import ActRow
+from ui.acts.ritual_guard import RitualGuard
+from ui.connect.module_field import ModuleField
+from ui.pages.tests.controller import FAILED, GuidedController, Stage
+from ui.pages.tests.result_view import ResultView
+from ui.pages.tests.texts import VERDICT_MEANINGS, instruction, last_text, live_reading
+from ui.pages.tests.widgets import GuidedPicture, Instruction, LiveValue, StepList
+from ui.services.context import Services
+from ui.services.page import Page
+from ui.style.icons import MEANING_ICONS, icon
+from ui.style.theme import Meaning, Space
+from ui.widgets.controls import Shortcut, control
+from ui.widgets.labels import IconLabel, text_label
+from ui.widgets.naming import named
+from ui.widgets.notice_bar import Notice, NoticeBar
+from ui.widgets.sliders import WheelGuard
+from ui.widgets.step_button import StepButton
+from ui.widgets.visibility_timer import VisibilityTimer
+
+REFRESH_EVERY_MS: Final = 100
+LONGEST_NAME: Final = 80
+_LIST_PX: Final = 216
+_ROW_PX: Final = 28
+
+
+class TestsPage(Page):
+    """See the module's docstring."""
+
+    def __init__(self, services: Services, parent: QWidget | None = None) -> None:
+        super().__init__("tests", parent)
+        self._services, self._connector = services, services.connector
+        services.naming.follow(services.connector, services.storage)
+        texts, guard = services.texts, WheelGuard(self)
+        self.work = GuidedController(services, self)
+        self._guard = RitualGuard(self)
+        self._watched: QWidget | None = None
+        self.list = control(QListWidget(), texts, "tests_list", says="Guided tests")
+        self.who = control(QLineEdit(), texts, "tests_who", says="Tested by",
+                           tip="Your name, as it is kept with the result")  # fmt: skip
+        self.who.setMaxLength(LONGEST_NAME)
+        texts.bind(self.who.setPlaceholderText, "your name")
+        self.module = ModuleField("tests_module", services.naming, texts, guard)
+        self.title = text_label("tests_title", "title")
+        self.picture, self.steps, self.instruction = GuidedPicture(), StepList(), Instruction()
+        self.safety = text_label("tests_safety")
+        self.made_safe = named(QCheckBox(), "tests_made_safe")
+        self.acts = {act: ActRow(services, act, place="tests") for act in (Act.ACTIVATE, Act.ZERO)}
+        self.live = LiveValue()
+        self.result = ResultView(texts)
+        self.said = NoticeBar(texts)
+        self.said.setObjectName("tests_said")
+        self.cancel = control(StepButton(is_safe=True), texts, "tests_cancel", "Cancel",
+                              tip="End the test; the module is locked where it was activated", key="Esc",
+                              slot=self.work.cancel)  # fmt: skip
+        self.primary = control(StepButton(), texts, "tests_run", "Start",
+                               tip="Start the test, or go on to the next step", key="Ctrl+Return", role="primary",
+                               slot=self._go_on)  # fmt: skip
+        self._lay_out()
+        self._wire()
+        VisibilityTimer(self, self.refresh, every_ms=REFRESH_EVERY_MS, tick=self.tick, retranslate=self._retranslate)
+        self.refresh()
+
+    # What is shown
+
+    def refresh(self) -> None:
+        self._show_list()
+        self._show_stage()
+        self.tick()
+
+    def tick(self) -> None:
+        """What changes by itself."""
+        work = self.work
+        if work.is_running:
+            self.live.show_reading(live_reading(work, self._connector))
+        if work.stage is Stage.CONFIRMING and work.test.act is not None:
+            self.acts[work.test.act].refresh()
+        self.said.show_notice(self._notice())
+        self.primary.setEnabled(self._can_go_on)
+
+    @property
+    def _can_go_on(self) -> bool:
+        work = self.work
+        is_asked_again = work.stage is Stage.DONE and bool(work.test.statement) and not work.owes_lock
+        return work.can_start or bool(work.confirm_words) or is_asked_again
+
+    def _show_list(self) -> None:
+        for row, test in enumerate(GUIDED_TESTS):
+            item, last = self.list.item(row), self.work.last.get(test.kind)
+            title, when = tr(test.title), last_text(last)
+            item.setText(f"{title}\n{when}")
+            item.setData(Qt.ItemDataRole.AccessibleTextRole, f"{title}: {when}")
+            item.setToolTip(f"{title}: {when}")
+            meaning = Meaning.UNKNOWN if last is None else VERDICT_MEANINGS[last.verdict]
+            item.setIcon(icon(MEANING_ICONS[meaning], meaning))
+        with QSignalBlocker(self.list):
+            self.list.setCurrentRow([test.kind for test in GUIDED_TESTS].index(self.work.kind))
+        self.list.setEnabled(not self.work.is_running)
+
+    def _show_stage(self) -> None:
+        work, test = self.work, self.work.test
+        self.title.setText(tr(test.title))
+        steps = tuple(tr(step) for step in test.steps)
+        step = work.step
+        shown = steps[min(step, len(steps) - 1)]
+        self.picture.show_step(work.kind, min(step, len(steps) - 1), shown)
+        self.steps.show_steps(steps, step, is_running=work.is_running)
+        self.instruction.say(instruction(work))
+        self._show_safety()
+        places = {Stage.READY: self._ready, Stage.PREPARING: self.live, Stage.MEASURING: self.live}
+        act = None if test.act is None else self.acts[test.act]
+        is_asked = work.stage is Stage.CONFIRMING and act is not None
+        for row in self.acts.values():
+            row.setVisible(row is act)
+        place = self._act_corner if is_asked else places.get(work.stage, self._ready)
+        self._region.setCurrentWidget(place)
+        self._views.setCurrentWidget(self.result if work.stage is Stage.DONE else self._doing)
+        self.result.show_outcome(work.outcome)
+        self._name_buttons()
+        for one in (self.who, self.module):
+            one.setEnabled(not work.is_running)
+        if work.stage is Stage.CONFIRMING:
+            self._guard.begin()
+        elif not work.is_running:
+            self._guard.end()
+
+    def _show_safety(self) -> None:
+        test = self.work.test
+        self.safety.setText(tr(test.safety))
+        self._safety_mark.show_icon(
+            MEANING_ICONS[Meaning.DANGER if test.is_active else Meaning.INFORMATION],
+            Meaning.DANGER if test.is_active else Meaning.INFORMATION,
+        )
+        self.made_safe.setVisible(bool(test.statement))
+        self.made_safe.setText(tr(test.statement) if test.statement else "")
+        self.made_safe.setAccessibleName(self.made_safe.text())
+        with QSignalBlocker(self.made_safe):
+            self.made_safe.setChecked(self.work.is_made_safe)
+
+    def _name_buttons(self) -> None:
+        work, texts = self.work, self._services.texts
+        words = {Stage.READY: marked("Start"), Stage.DONE: marked("Test again")}.get(work.stage, marked("Next"))
+        words = work.confirm_words or words
+        texts.bind(self.primary.setText, words)
+        texts.bind(self.primary.setAccessibleName, words)
+        self.cancel.setEnabled(work.is_running)
+        self.primary.setEnabled(self._can_go_on)
+        if self.isVisible() and self.primary.isEnabled() and QApplication.focusWidget() is None:
+            self.primary.setFocus()
+
+    def _notice(self) -> Notice | None:
+        work, lock = self.work, self._services.lock
+        locking = lock.notice()
+        if locking is not None:
+            return locking
+        if work.stage is Stage.DONE and lock.confirmed is not None and work.test.is_active:
+            return Notice(Meaning.GOOD, lock.confirmed.sentence)
+        if work.trouble is not None:
+            return Notice(Meaning.ATTENTION, f"{work.trouble.sentence} {tr('The result was not kept.')}")
+        if self._connector.is_active and not work.is_running:
+            return Notice(Meaning.DANGER, tr("The module is ACTIVE: lock it before a test."))
+        if work.stage is Stage.DONE and isinstance(work.outcome, GuidedResult) and not self._services.naming.name:
+            return Notice(
+                Meaning.ATTENTION, tr("Without a name of the module the result counts for no pre-flight check.")
+            )
+        return None
+
+    def _retranslate(self) -> None:
+        self.result.model.retranslate()
+        self.refresh()
+
+    # What a person does
+
+    def _choose(self, row: int) -> None:
+        if 0 <= row < len(GUIDED_TESTS):
+            self.work.choose(GUIDED_TESTS[row].kind)
+
+    def _go_on(self) -> None:
+        if self.work.stage is Stage.DONE and self.work.test.statement:
+            self.work.choose(self.work.kind)  # what was made safe is asked again
+        elif self.work.confirm_words:
+            self.work.confirm()
+        else:
+            self._take_who()
+            self.work.start()
+
+    def _take_who(self) -> None:
+        self._services.naming.choose(self.module.currentText())
+        self._services.preferences.who = clean(self.who.text().strip())
+
+    def go_to(self, view: str) -> None:
+        """`view`: the name of a test."""
+        self._choose([test.kind for test in GUIDED_TESTS].index(GuidedKind(view)))
+
+    def on_escape(self) -> bool:
+        """Cancel the test."""
+        if not self.work.is_running:
+            return False
+        self.work.cancel()
+        return True
+
+    # Leaving it
+
+    def showEvent(self, event: QShowEvent) -> None:
+        super().showEvent(event)
+        window = self.window()
+        if self._watched is not window:
+            window.installEventFilter(self)
+            self._watched = window
+        self.who.setText(self._services.preferences.who)
+        self.work.load_last()
+
+    def hideEvent(self, event: QHideEvent) -> None:
+        super().hideEvent(event)
+        self.work.cancel()
+
+    def eventFilter(self, watched: QObject, event: QEvent) -> bool:
+        is_minimised = event.type() == QEvent.Type.WindowStateChange and self.window().isMinimized()
+        if watched is self._watched and (event.type() == QEvent.Type.Close or is_minimised):
+            self.work.cancel()
+        return False
+
+    def _on_broken(self, why: Input) -> None:
+        """Another window in front is no reason: the hands are on the module, not on the keyboard."""
+        if why is Input.FAILED:
+            self.work.cancel(FAILED)
+
+    # Making
+
+    def _wire(self) -> None:
+        work = self.work
+        self.list.currentRowChanged.connect(self._choose)
+        self.made_safe.toggled.connect(work.state_safe)
+        self.who.editingFinished.connect(self._take_who)
+        for row in self.acts.values():
+            row.begun.connect(work.act_begun)
+            row.ended.connect(work.act_ended)
+        self._guard.broken.connect(self._on_broken)
+        work.changed.connect(self.refresh)
+        self._connector.changed.connect(self.tick)
+        Shortcut("tests_run_key", self, self.primary)
+
+    def _lay_out(self) -> None:
+        self.list.setFixedWidth(_LIST_PX)
+        self.list.setIconSize(QSize(18, 18))
+        self.list.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
+        self.list.setSpacing(2)
+        for _test in GUIDED_TESTS:
+            self.list.addItem(QListWidgetItem())
+        head = QHBoxLayout()
+        head.setSpacing(Space.S)
+        head.addWidget(self.title, 1)
+        for caption, field in ((marked("Tested by"), self.who), (marked("Module"), self.module)):
+            label = named(QLabel(), f"{field.objectName()}_caption", "small")
+            label.setBuddy(field)
+            self._services.texts.bind(label.setText, caption)
+            field.setFixedWidth(140)
+            head.addWidget(label)
+            head.addWidget(field)
+        self._make_doing()
+        content = named(QWidget(), "tests_content")
+        self._views = QStackedLayout(content)
+        self._views.addWidget(self._doing)
+        self._views.addWidget(self.result)
+        scroll = control(QScrollArea(), self._services.texts, "tests_scroll", says="Guided test")
+        scroll.setWidgetResizable(True)
+        scroll.setWidget(content)
+        foot = QHBoxLayout()
+        foot.setSpacing(Space.S)
+        foot.addStretch(1)
+        foot.addWidget(self.cancel)
+        foot.addWidget(self.primary)
+        pane = QVBoxLayout()
+        pane.setSpacing(Space.S)
+        pane.addLayout(head)
+        pane.addWidget(scroll, 1)
+        pane.addWidget(self.said)
+        pane.addLayout(foot)
+        whole = QHBoxLayout(self)
+        whole.setContentsMargins(Space.M, Space.S, Space.M, Space.S)
+        whole.setSpacing(Space.M)
+        whole.addWidget(self.list)
+        whole.addLayout(pane, 1)
+
+    def _make_doing(self) -> None:
+        """What to do: picture and steps, the instruction, and below it what belongs to the stage."""
+        self._safety_mark = IconLabel("tests_safety_mark", 20)
+        self._ready = named(QFrame(), "tests_ready", "card")
+        ready = QHBoxLayout(self._ready)
+        ready.setSpacing(Space.S)
+        ready.addWidget(self._safety_mark, alignment=Qt.AlignmentFlag.AlignTop)
+        words = QVBoxLayout()
+        words.addWidget(self.safety)
+        words.addWidget(self.made_safe)
+        ready.addLayout(words, 1)
+        self._act_corner = named(QFrame(), "tests_act", "danger-corner")
+        corner = QVBoxLayout(self._act_corner)
+        corner.setContentsMargins(2, 2, 2, 2)
+        for row in self.acts.values():
+            corner.addWidget(row)
+        self._region = QStackedLayout()
+        for one in (self._ready, self.live, self._act_corner):
+            self._region.addWidget(one)
+        top = QHBoxLayout()
+        top.setSpacing(Space.L)
+        top.addWidget(self.picture, alignment=Qt.AlignmentFlag.AlignTop)
+        top.addWidget(self.steps, 1)
+        self._doing = named(QWidget(), "tests_doing")
+        column = QVBoxLayout(self._doing)
+        column.setContentsMargins(0, 0, 0, 0)
+        column.setSpacing(Space.M)
+        column.addLayout(top)
+        column.addWidget(self.instruction)
+        column.addLayout(self._region)
+        column.addStretch(1)

@@ -1,0 +1,88 @@
+"""What came of a guided test: the verdict, what to do about it, and the measured values with their tolerances."""
+
+from typing import Final
+
+from PySide6.QtCore import Qt
+from PySide6.QtWidgets import QHBoxLayout, QHeaderView, QTableView, QVBoxLayout, QWidget
+
+from app.guided.results import VERDICT_WORDS, BrokenOff, GuidedResult, MeasuredValue
+from app.text.i18n import tr
+from protocol.translatable import marked
+from ui.core.texts import Texts
+from ui.forms.table_kit import RowsModel, TableColumn, list_rows
+from ui.pages.tests.texts import VERDICT_MEANINGS, outcome_text
+from ui.style.icons import MEANING_ICONS, icon
+from ui.style.theme import Space
+from ui.widgets.controls import control
+from ui.widgets.labels import IconLabel, text_label
+from ui.widgets.naming import named
+
+_ROW_PX: Final = 28
+_PAD_PX: Final = 5
+
+COLUMNS: Final[tuple[TableColumn[MeasuredValue], ...]] = (
+    TableColumn(marked("Value"), lambda one: one.name.in_words()),
+    TableColumn(marked("Measured"), lambda one: one.shown.in_words()),
+    TableColumn(marked("Tolerance"), lambda one: one.tolerance.in_words()),
+    TableColumn(
+        marked("Result"),
+        lambda one: tr(VERDICT_WORDS[one.verdict]),
+        picture=lambda one: icon(MEANING_ICONS[VERDICT_MEANINGS[one.verdict]], VERDICT_MEANINGS[one.verdict]),
+        ink=lambda one: VERDICT_MEANINGS[one.verdict],
+    ),
+)
+
+
+class ResultView(QWidget):
+    """Shows one outcome."""
+
+    def __init__(self, texts: Texts) -> None:
+        super().__init__()
+        named(self, "tests_result")
+        self.mark, self.verdict = IconLabel("tests_verdict_mark", 24), text_label("tests_verdict", "heading")
+        self.advice = text_label("tests_advice")
+        self.model = RowsModel(COLUMNS, lambda one: one.name, _row_sentence, self, aligns_heads=True)
+        self.table = control(QTableView(), texts, "tests_table", says="Measured values")
+        self.table.setModel(self.model)
+        list_rows(self.table, row_px=_ROW_PX)
+        self.table.setStyleSheet(f"QTableView::item {{ padding: 0 {_PAD_PX}px; border: none; }}")
+        self.table.setSelectionMode(QTableView.SelectionMode.SingleSelection)
+        self.table.setVerticalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
+        header = self.table.horizontalHeader()
+        header.setSectionResizeMode(QHeaderView.ResizeMode.Stretch)
+        header.setSectionResizeMode(len(COLUMNS) - 1, QHeaderView.ResizeMode.ResizeToContents)
+        row = QHBoxLayout()
+        row.setSpacing(Space.S)
+        row.addWidget(self.mark)
+        row.addWidget(self.verdict, 1)
+        column = QVBoxLayout(self)
+        column.setContentsMargins(0, 0, 0, 0)
+        column.setSpacing(Space.S)
+        column.addLayout(row)
+        column.addWidget(self.advice)
+        column.addWidget(self.table)
+        column.addStretch(1)
+
+    def show_outcome(self, outcome: GuidedResult | BrokenOff | None) -> None:
+        meaning, text = outcome_text(outcome)
+        is_result = isinstance(outcome, GuidedResult)
+        if outcome is not None:
+            self.mark.show_icon(MEANING_ICONS[meaning], meaning)
+        role = "heading" if is_result else "title"
+        if self.verdict.property("role") != role:
+            self.verdict.setProperty("role", role)
+            self.verdict.style().unpolish(self.verdict)
+            self.verdict.style().polish(self.verdict)
+        self.verdict.setText(text)
+        self.verdict.setAccessibleName(text)
+        measured = outcome.measured if isinstance(outcome, GuidedResult) else ()
+        self.model.show_rows(measured)
+        self.table.setVisible(bool(measured))
+        self.table.setFixedHeight(self.table.horizontalHeader().sizeHint().height() + _ROW_PX * len(measured) + 4)
+        advice = outcome.advice if isinstance(outcome, GuidedResult) else None
+        self.advice.setText("" if advice is None else advice.in_words())
+        self.advice.setVisible(advice is not None)
+
+
+def _row_sentence(one: MeasuredValue) -> str:
+    return ", ".join(column.text(one) for column in COLUMNS)

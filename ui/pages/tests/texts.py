@@ -1,0 +1,146 @@
+"""Texts of the Tests page: what to do now, what the module says now, what came of it."""
+
+from datetime import datetime
+
+from app.guided.guided_store import KeptTest
+from app.guided.results import VERDICT_WORDS, BrokenOff, GuidedKind, GuidedResult, GuidedVerdict
+from app.text.i18n import tr
+from app.text.messages import UserMessage
+from protocol.catalogue import RESET_BELOW_THRESHOLD_DEG
+from ui.core.connector import Connector
+from ui.pages.tests.controller import GuidedController, Stage
+from ui.pages.tests.widgets import LiveMark, LiveReading
+from ui.style.theme import Meaning
+
+VERDICT_MEANINGS = {
+    GuidedVerdict.PASSED: Meaning.GOOD,
+    GuidedVerdict.FAILED: Meaning.DANGER,
+    GuidedVerdict.UNCLEAR: Meaning.ATTENTION,
+}
+_UNKNOWN = "–"
+
+
+def instruction(work: GuidedController) -> str:
+    """The one thing to do now."""
+    match work.stage:
+        case Stage.READY:
+            return tr(work.test.purpose)
+        case Stage.PREPARING:
+            report = work.report
+            return _said(report.doing, report.values) if report is not None else tr("Asking the module…")
+        case Stage.CONFIRMING if work.test.is_active:
+            return tr("Activate the module.")
+        case Stage.CONFIRMING:
+            return tr("Zero the sensor.")
+        case Stage.MEASURING:
+            report = work.report
+            return _said(report.doing, report.values) if report is not None else tr("Asking the module…")
+        case Stage.DONE:
+            return ""
+
+
+def _said(text: str, values: tuple[tuple[str, object], ...]) -> str:
+    words = {name: value.in_words() if isinstance(value, UserMessage) else value for name, value in values}
+    return tr(text, **words) if "{" in text else tr(text)
+
+
+def outcome_text(outcome: GuidedResult | BrokenOff | None) -> tuple[Meaning, str]:
+    """The verdict in a line."""
+    if isinstance(outcome, GuidedResult):
+        words = {
+            GuidedVerdict.PASSED: tr("Passed"),
+            GuidedVerdict.FAILED: tr("FAILED"),
+            GuidedVerdict.UNCLEAR: tr("Unclear: test again"),
+        }
+        return VERDICT_MEANINGS[outcome.verdict], words[outcome.verdict]
+    if isinstance(outcome, BrokenOff):
+        return Meaning.ATTENTION, outcome.reason.in_words()
+    return Meaning.UNKNOWN, ""
+
+
+def last_text(last: KeptTest | None) -> str:
+    """When a test was last done, by whom, and what came of it."""
+    if last is None:
+        return tr("never tested")
+    try:
+        when = f"{datetime.fromisoformat(last.at).astimezone():%Y-%m-%d}"
+    except ValueError:
+        when = last.at
+    verdict = tr(VERDICT_WORDS[last.verdict])
+    return f"{verdict} {when}, {last.who or tr('no name')}"
+
+
+def live_reading(work: GuidedController, connector: Connector) -> LiveReading:
+    """What the module says now, against the limits of the test."""
+    match work.kind:
+        case GuidedKind.TILT:
+            return _tilt(connector, _limit(connector, "attitude_threshold_deg"))
+        case GuidedKind.FREE_FALL:
+            return _acceleration(connector, _limit(connector, "freefall_acceleration_g"))
+        case GuidedKind.BAY:
+            return _light(connector, _limit(connector, "light_threshold_v"))
+        case GuidedKind.CHARGER:
+            return _charge(connector)
+        case GuidedKind.ZERO:
+            value = _value(connector, "tilt_deg")
+            shown = _UNKNOWN if value is None else tr("{angle:.0f}°", angle=value)
+            return LiveReading(tr("Tilt"), shown, value, 20.0, (LiveMark(1.0, "1°", Meaning.GOOD),))
+        case GuidedKind.LINK:
+            return _losses(work)
+
+
+def _value(connector: Connector, key: str) -> float | None:
+    value = connector.device.fresh(key, connector.clock())
+    return None if value is None else float(value)
+
+
+_limit = _value
+
+
+def _tilt(connector: Connector, threshold: float | None) -> LiveReading:
+    value = _value(connector, "tilt_deg")
+    shown = _UNKNOWN if value is None else tr("{angle:.0f}°", angle=value)
+    if threshold is None:
+        return LiveReading(tr("Tilt"), shown, value, 180.0)
+    reset = threshold - RESET_BELOW_THRESHOLD_DEG
+    marks = (
+        LiveMark(reset, tr("rearms at {angle:.0f}°", angle=reset), Meaning.INFORMATION),
+        LiveMark(threshold, tr("fires at {angle:.0f}°", angle=threshold), Meaning.DANGER),
+    )
+    has_fired = connector.device.fresh("triggered", connector.clock())
+    caption = tr("Tilt, TRIGGERED") if has_fired else tr("Tilt, not triggered")
+    return LiveReading(caption, shown, value, 120.0, marks)
+
+
+def _acceleration(connector: Connector, threshold: float | None) -> LiveReading:
+    value = _value(connector, "acceleration_g")
+    shown = _UNKNOWN if value is None else tr("{value:.1f} g", value=value)
+    marks: tuple[LiveMark, ...] = ()
+    if threshold is not None:
+        marks = (LiveMark(threshold, tr("falls below {value:.1f} g", value=threshold), Meaning.INFORMATION),)
+    return LiveReading(tr("Acceleration"), shown, value, 2.0, marks)
+
+
+def _light(connector: Connector, threshold: float | None) -> LiveReading:
+    value = _value(connector, "light_v")
+    shown = _UNKNOWN if value is None else tr("{value:.1f} V", value=value)
+    marks: tuple[LiveMark, ...] = ()
+    if threshold is not None:
+        marks = (LiveMark(threshold, tr("threshold {value:.1f} V", value=threshold), Meaning.INFORMATION),)
+    highest = max(3.0, 1.5 * (threshold or 0.0), value or 0.0)
+    return LiveReading(tr("Light in the bay"), shown, value, highest, marks)
+
+
+def _charge(connector: Connector) -> LiveReading:
+    voltage, charging = _value(connector, "cell_voltage_v"), connector.device.fresh("charging", connector.clock())
+    shown = _UNKNOWN if voltage is None else tr("{value:.2f} V", value=voltage)
+    caption = tr("charge state unknown") if charging is None else tr("charging") if charging else tr("not charging")
+    return LiveReading(caption, shown, voltage)
+
+
+def _losses(work: GuidedController) -> LiveReading:
+    values = dict(work.report.values) if work.report is not None else {}
+    asked, lost = values.get("asked"), values.get("lost")
+    if not isinstance(asked, int) or not isinstance(lost, int):
+        return LiveReading(tr("lost"), _UNKNOWN)
+    return LiveReading(tr("lost"), tr("{lost} of {asked}", lost=lost, asked=asked), float(lost))

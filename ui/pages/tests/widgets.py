@@ -1,0 +1,202 @@
+"""Widgets of the Tests page: the picture, the steps with their marks, the live value against its limits."""
+
+from dataclasses import dataclass
+from typing import Final
+
+from PySide6.QtCore import QPointF, QRectF, QSize, Qt
+from PySide6.QtGui import QAccessible, QAccessibleEvent, QColor, QFontMetricsF, QPainter, QPaintEvent
+from PySide6.QtWidgets import QGridLayout, QLabel, QSizePolicy, QWidget
+
+from app.guided.results import GuidedKind
+from app.text.i18n import tr
+from ui.pages.tests.pictures import HEIGHT, WIDTH, ground, paint_picture
+from ui.style.icons import Icon
+from ui.style.painted_widget import PaintedWidget
+from ui.style.shapes import pen
+from ui.style.theme import Meaning, Size, Space, current, font
+from ui.widgets.labels import IconLabel, text_label
+from ui.widgets.naming import named
+
+_MARK_PX: Final = 18
+_BAR_PX: Final = 12
+_MOST_STEPS: Final = 6
+
+
+class GuidedPicture(PaintedWidget):
+    """What to do in this step."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        named(self, "tests_picture")
+        self._kind, self._step = GuidedKind.TILT, 0
+        self.setSizePolicy(QSizePolicy.Policy.Fixed, QSizePolicy.Policy.Fixed)
+
+    def show_step(self, kind: GuidedKind, step: int, what: str) -> None:
+        """`what`: the step in words, for those who do not see it."""
+        self._kind, self._step = kind, step
+        self.announce(tr("Picture: {what}", what=what))
+
+    def sizeHint(self) -> QSize:
+        return QSize(round(WIDTH), round(HEIGHT))
+
+    def paintEvent(self, _event: QPaintEvent) -> None:
+        theme = current()
+        painter = QPainter(self)
+        painter.setRenderHint(QPainter.RenderHint.Antialiasing)
+        painter.setPen(pen(theme.divider, theme.border_px))
+        painter.setBrush(ground(theme))
+        box = QRectF(self.rect()).adjusted(1, 1, -1, -1)
+        painter.drawRoundedRect(box, 8, 8)
+        paint_picture(painter, box, self._kind, self._step)
+        painter.end()
+
+
+class StepList(QWidget):
+    """Numbered, each with a mark: done, now, to come."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        named(self, "tests_steps")
+        grid = QGridLayout(self)
+        grid.setContentsMargins(0, 0, 0, 0)
+        grid.setHorizontalSpacing(Space.S)
+        grid.setVerticalSpacing(Space.XS)
+        grid.setColumnStretch(1, 1)
+        self.rows: list[tuple[IconLabel, QLabel]] = []
+        for number in range(_MOST_STEPS):
+            mark = IconLabel(f"tests_step_{number}_mark", _MARK_PX)
+            mark.setFixedWidth(_MARK_PX)
+            text = text_label(f"tests_step_{number}")
+            grid.addWidget(mark, number, 0, Qt.AlignmentFlag.AlignTop)
+            grid.addWidget(text, number, 1)
+            self.rows.append((mark, text))
+        grid.setRowStretch(_MOST_STEPS, 1)
+
+    def show_steps(self, steps: tuple[str, ...], step: int, *, is_running: bool) -> None:
+        """`steps` in the language in use; those before `step` are done."""
+        for number, (mark, label) in enumerate(self.rows):
+            is_there = number < len(steps)
+            mark.setVisible(is_there)
+            label.setVisible(is_there)
+            if not is_there:
+                continue
+            is_done, is_now = number < step, is_running and number == step
+            state = tr("done") if is_done else tr("now") if is_now else tr("to do")
+            text = f"{number + 1}. {steps[number]}"
+            if label.text() != text:
+                label.setText(text)
+            label.setAccessibleName(f"{text} ({state})")
+            role = "strong" if is_now else "" if is_done else "muted"
+            if label.property("role") != role:
+                label.setProperty("role", role)
+                label.style().unpolish(label)
+                label.style().polish(label)
+            if is_done:
+                mark.show_icon(Icon.CHECK, Meaning.GOOD)
+            elif is_now:
+                mark.show_icon(Icon.CHEVRON_RIGHT, Meaning.INFORMATION)
+            else:
+                mark.clear_icon()
+
+
+class Instruction(QLabel):
+    """The one thing to do now; a new one is told to screen readers."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        named(self, "tests_instruction", "title")
+        self.setWordWrap(True)
+        self.setTextFormat(Qt.TextFormat.PlainText)
+
+    def say(self, text: str) -> None:
+        if text != self.text():
+            self.setText(text)
+            self.setAccessibleName(text)
+            QAccessible.updateAccessibility(QAccessibleEvent(self, QAccessible.Event.NameChanged))
+
+
+@dataclass(frozen=True, slots=True)
+class LiveMark:
+    """A limit on the bar."""
+
+    value: float
+    text: str
+    meaning: Meaning
+
+
+@dataclass(frozen=True, slots=True)
+class LiveReading:
+    """What the module says now. `value` None: not known. `shown` in the language in use."""
+
+    caption: str
+    shown: str
+    value: float | None = None
+    highest: float = 0.0
+    """Of the bar; 0: there is none."""
+    marks: tuple[LiveMark, ...] = ()
+
+
+class LiveValue(PaintedWidget):
+    """A number with its caption, over a bar with the limits."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        named(self, "tests_live")
+        self._reading = LiveReading("", "")
+        self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Fixed)
+
+    def show_reading(self, reading: LiveReading) -> None:
+        if reading != self._reading or not self.accessibleName():
+            self._reading = reading
+            # The caption and the limits only: numbers change all the time.
+            limits = ", ".join(mark.text for mark in reading.marks)
+            self.announce(f"{reading.caption}: {limits}" if limits else reading.caption)
+
+    def sizeHint(self) -> QSize:
+        return QSize(320, 84)
+
+    def minimumSizeHint(self) -> QSize:
+        return QSize(200, 84)
+
+    def paintEvent(self, _event: QPaintEvent) -> None:
+        theme, reading = current(), self._reading
+        painter = QPainter(self)
+        painter.setRenderHint(QPainter.RenderHint.Antialiasing)
+        number = font(Size.NUMBER, is_bold=True)
+        painter.setFont(number)
+        painter.setPen(QColor(theme.text if reading.value is not None else theme.muted))
+        painter.drawText(QRectF(0, 0, self.width(), 36), Qt.AlignmentFlag.AlignVCenter, reading.shown)
+        width = QFontMetricsF(number).horizontalAdvance(reading.shown)
+        painter.setFont(font(Size.BODY))
+        painter.setPen(QColor(theme.muted))
+        caption = QRectF(width + Space.M, 4, max(0.0, self.width() - width - Space.M), 32)
+        painter.drawText(caption, Qt.AlignmentFlag.AlignVCenter, reading.caption)
+        if reading.highest > 0:
+            self._paint_bar(painter, QRectF(1, 44, self.width() - 2, _BAR_PX))
+        painter.end()
+
+    def _paint_bar(self, painter: QPainter, bar: QRectF) -> None:
+        theme, reading = current(), self._reading
+        painter.setPen(pen(theme.border, theme.border_px))
+        painter.setBrush(QColor(theme.sunken))
+        painter.drawRoundedRect(bar, 5, 5)
+        if reading.value is not None:
+            part = min(1.0, max(0.0, reading.value / reading.highest))
+            painter.setPen(Qt.PenStyle.NoPen)
+            painter.setBrush(QColor(theme.information.ink))
+            filled = bar.adjusted(1, 1, -1, -1)
+            filled.setWidth(max(3.0, filled.width() * part))
+            painter.drawRoundedRect(filled, 4, 4)
+        painter.setFont(font(Size.SMALL))
+        metrics = QFontMetricsF(painter.font())
+        taken = -1.0
+        for mark in sorted(reading.marks, key=lambda one: one.value):
+            x = bar.left() + bar.width() * min(1.0, max(0.0, mark.value / reading.highest))
+            ink = theme.tint(mark.meaning).ink
+            painter.setPen(pen(ink, theme.line_px + 1))
+            painter.drawLine(QPointF(x, bar.top() - 4), QPointF(x, bar.bottom() + 4))
+            wide = metrics.horizontalAdvance(mark.text)
+            left = min(max(taken + Space.S, x - wide / 2), bar.right() - wide)
+            painter.setPen(QColor(ink))
+            painter.drawText(QRectF(left, bar.bottom() + 4, wide + 2, 18), Qt.AlignmentFlag.AlignVCenter, mark.text)
+            taken = left + wide
