@@ -21,6 +21,7 @@ from PySide6.QtCore import QEvent, QPoint, QPointF, Qt
 from PySide6.QtGui import QWheelEvent
 from PySide6.QtWidgets import QApplication, QPushButton, QWidget
 
+from app.guided.results import GuidedKind
 from protocol.catalogue import Hazard, Request
 from protocol.link_states import Presence
 from tests.gestures.gesture_bench import TICK_S, GestureBench, gesture_bench
@@ -71,7 +72,7 @@ class Clumsy:
             (self._go_somewhere, 6), (self._click, 7), (self._double_click, 3), (self._down, 2), (self._up, 2),
             (self._pause, 6), (self._press_key, 4), (self._key_up, 3), (self._repeat_key, 2), (self._scroll, 1),
             (self._resize, 1), (self._turn_page, 1), (self._edit, 1), (self._change_module, 1),
-            (self._whole_gesture, 1), (self._check, 0.15),
+            (self._whole_gesture, 1), (self._check, 0.15), (self._guided_test, 0.5),
         )  # fmt: skip
         action = self.dice.choices([one for one, _ in actions], [weight for _, weight in actions])[0]
         self.trail.append(action.__name__)
@@ -186,7 +187,9 @@ class Clumsy:
         self.bench.window.resize(*self.dice.choice(SIZES))
 
     def _turn_page(self) -> None:
-        self.bench.window.go_to(self.dice.choice(("commands", "commands", "settings", "preflight", "preflight")))
+        self.bench.window.go_to(
+            self.dice.choice(("commands", "commands", "settings", "preflight", "preflight", "tests"))
+        )
         self.bench.preflight.show_check()
 
     def _edit(self) -> None:
@@ -233,6 +236,21 @@ class Clumsy:
             self.wait(CHECK_S)
         self._do_whole(enable)
         self.wait(CHECK_S)
+
+    def _guided_test(self) -> None:
+        """Up to where it asks for the activation or the zeroing: that takes a whole gesture, too."""
+        if self._is_down or self._key is not None or not self.bench.assembly.connector.is_open:
+            return
+        if not self.bench.bench.module.is_on or self.bench.bench.module.is_triggered:
+            return
+        self.bench.window.go_to("tests")
+        page, kind = self.bench.guided, self.dice.choice((GuidedKind.TILT, GuidedKind.TILT, GuidedKind.ZERO))
+        self.bench.bench.module.activate(is_active=False)
+        page.work.choose(kind)
+        page.work.state_safe(True)
+        self.wait(1.0)
+        page.work.start()
+        self.wait(3.0)
 
     def _judge(self, request: Request) -> None:
         """As it leaves: what the module was told is compared with what the hands did before."""

@@ -19,6 +19,7 @@ from app.engine.procedure import PortLost
 from app.engine.target import Target
 from app.engine.transport import PortError
 from app.engine.worker import Job, Worker, _Start
+from app.guided.results import GuidedKind
 from app.simulator.bench import SimulatedBench
 from protocol.catalogue import Hazard, Request
 from protocol.frame import decode_request
@@ -34,11 +35,13 @@ from ui.main import PAGES, Assembly, WindowOptions, assemble
 from ui.pages.commands.page import CommandsPage
 from ui.pages.preflight.page import PreflightPage
 from ui.pages.settings.page import SettingsPage
+from ui.pages.tests.controller import Stage
+from ui.pages.tests.page import TestsPage
 from ui.services.storage import Storage
 from ui.widgets.gestures import REPEATS_WITHIN_MS, gestures
 
 LEFT, NO_BUTTON = Qt.MouseButton.LeftButton, Qt.MouseButton.NoButton
-ENTRIES = tuple(entry for entry in PAGES if entry.key in ("settings", "preflight", "commands"))
+ENTRIES = tuple(entry for entry in PAGES if entry.key in ("settings", "preflight", "tests", "commands"))
 """The pages that change the module."""
 TICK_S = 0.1
 READS_FOR_S = 0.04
@@ -154,6 +157,12 @@ class GestureBench:
         assert isinstance(found, PreflightPage)
         return found
 
+    @cached_property
+    def guided(self) -> TestsPage:
+        found = self.window.findChild(TestsPage)
+        assert isinstance(found, TestsPage)
+        return found
+
     def heard(self, data: bytes) -> None:
         for at in range(0, len(data), 6):
             request = decode_request(data[at : at + 6])
@@ -169,12 +178,13 @@ class GestureBench:
         ritual = [page.ritual.choose, page.ritual.rehearse, page.ritual.arm, page.ritual.hold, page.ritual.cancel]
         check = [preflight.buttons.enable, preflight.buttons.cancel, preflight.buttons.run]
         check += [row.act for row in preflight.list.rows.values()]
+        check += [self.guided.primary, self.guided.cancel]
         found = [*asked, *ritual, *check, settings.write, *settings.strip.findChildren(QPushButton)]
         return [one for one in found if one.isVisible()]
 
     def confirms(self) -> list[Confirm]:
         """Every question that leads to an act."""
-        rows = [*self.commands.acts.values(), self.preflight.activation]
+        rows = [*self.commands.acts.values(), *self.guided.acts.values(), self.preflight.activation]
         return [*(row.confirm for row in rows), self.settings.baud.confirm]
 
     # Time
@@ -207,7 +217,8 @@ class GestureBench:
             page.ritual._tick()
 
     def refresh(self) -> None:
-        next(page for page in (self.commands, self.preflight, self.settings) if page.isVisible()).refresh()
+        pages = (self.commands, self.preflight, self.settings, self.guided)
+        next(page for page in pages if page.isVisible()).refresh()
         self.turn()
 
     # Hands
@@ -275,6 +286,20 @@ class GestureBench:
             self.wait(TICK_S)
             self.refresh()
 
+    def prepare_test(self, kind: GuidedKind) -> None:
+        """On the Tests page, up to where it waits for what a person confirms."""
+        page = self.guided
+        self.window.go_to("tests")
+        page.work.cancel()
+        self.until(lambda: not page.work.owes_lock)
+        page.work.choose(kind)
+        page.work.state_safe(True)
+        self.settle_module(is_active=False)
+        self.until(lambda: page.work.can_start)
+        page.work.start()
+        self.until(lambda: page.work.stage is not Stage.PREPARING)
+        self.refresh()
+
     def settle_module(self, *, is_active: bool) -> None:
         self.bench.module.activate(is_active=is_active)
         self.until(lambda: self.device.fresh("active", self.clock()) is is_active)
@@ -284,6 +309,7 @@ class GestureBench:
         if self._is_down:
             self.release()
         page = self.commands
+        self.guided.work.cancel()
         for confirm in self.confirms():
             confirm.withdraw()
         if page.ritual.is_under_way:
@@ -335,7 +361,9 @@ def gesture_bench(
             window.make_pages()
             window.resize(*size)
             window.show()
-            while any(window.findChild(page) is None for page in (CommandsPage, SettingsPage, PreflightPage)):
+            while any(
+                window.findChild(page) is None for page in (CommandsPage, SettingsPage, PreflightPage, TestsPage)
+            ):
                 made.turn()
             # A dialog of the platform's would wait for a person.
             made.settings.files.ask_open = lambda _parent, _folder: None

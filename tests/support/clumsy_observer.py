@@ -30,7 +30,9 @@ TOLD_S: Final = 1.1
 GO: Final = {
     "act_activate_go": "10 02 01",
     "preflight_activate_go": "10 02 01",
+    "tests_activate_go": "10 02 01",
     "act_zero_go": "25 01 00",
+    "tests_zero_go": "25 01 00",
     "act_shutdown_go": "12 02 01",
     "act_forbid_deploy_go": "11 02 00",
     "baud_go": "24 02",
@@ -47,6 +49,8 @@ HOLD: Final = "ritual_hold"
 _BEFORE: Final = {
     "act_activate_go": "act_activate_ask",
     "preflight_activate_go": "preflight_activate_ask",
+    "tests_activate_go": "tests_activate_ask",
+    "tests_zero_go": "tests_zero_ask",
     "act_zero_go": "act_zero_ask",
     "act_shutdown_go": "act_shutdown_ask",
     "act_forbid_deploy_go": "act_forbid_deploy_ask",

@@ -44,7 +44,7 @@ class Page(QWidget):
         raise LookupError(f"{self.objectName()} has no view {view}")
 
     def on_escape(self) -> bool:
-        """Esc was pressed: go back one step; whether there was one. It never sends anything."""
+        """Esc was pressed: go back one step; whether there was one. It never sends anything but LOCK."""
         return False
 
     def keyPressEvent(self, event: QKeyEvent) -> None:

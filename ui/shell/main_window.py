@@ -350,12 +350,13 @@ class MainWindow(QMainWindow):
     # Qt
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
-        """Esc that nobody else wanted: close the sheet, or stay where one is. It never sends anything."""
+        """Esc that nobody else wanted: close the sheet, the page's step back, or stay where one is."""
+        page = self.stack.currentWidget()
         if event.key() != Qt.Key.Key_Escape:
             super().keyPressEvent(event)
         elif self.panel.isVisible():
             self.toggle_panel()
-        elif not self.on_escape():
+        elif not self.on_escape() and not (isinstance(page, Page) and page.on_escape()):
             self.attention.stay()
 
     def resizeEvent(self, event: QResizeEvent) -> None:

@@ -14,10 +14,12 @@ from typing import Any
 from PySide6.QtCore import QObject, Signal
 
 from app import version
-from app.engine.procedure import Cancelled, Report, Slept
+from app.engine.procedure import Cancelled, PortLost, Report, Slept
+from app.engine.transport import PortError
 from app.engine.worker import Batch, Job
 from app.guided.catalogue import GUIDED_BY_KIND, GuidedTest, measure, prepare
-from app.guided.guided_store import GuidedStore, KeptTest
+from app.guided.guided_store import GuidedStore
+from app.guided.kept_test import KeptTest
 from app.guided.results import BrokenOff, GuidedKind, GuidedResult
 from app.guided.status_watch import GuidedSetup, PersonSteps
 from app.procedures.act import Performed
@@ -202,8 +204,7 @@ class GuidedController(QObject):
         """What came of the job; None where the test has ended with it."""
         error = job.run.error
         if error is not None:
-            why = SLEPT if isinstance(error, Slept) else CANCELLED if isinstance(error, Cancelled) else LOST
-            self._finish(BrokenOff(said(why)))
+            self._finish(BrokenOff(said(_why(error))))
             return None
         found = job.outcome()
         if isinstance(found, BrokenOff):
@@ -214,6 +215,8 @@ class GuidedController(QObject):
     def _finish(self, outcome: GuidedResult | BrokenOff) -> None:
         self._job.cancel()
         self._job.forget()
+        if self.stage is not Stage.PREPARING and self._connector.device.fresh("active", self._connector.clock()):
+            self.owes_lock = True  # whoever activated it: there are hands on it
         self.stage, self.outcome, self.is_made_safe = Stage.DONE, outcome, False
         if self.owes_lock:
             self._lock.ensure_locked()
@@ -234,7 +237,6 @@ class GuidedController(QObject):
 
     def _on_batch(self, batch: Batch) -> None:
         if self.is_running and not self.test.is_active and batch.device.fresh("active", batch.at) is True:
-            self.owes_lock = True
             self.cancel(BECAME_ACTIVE)
         elif self.report is not self._shown:
             self._shown = self.report
@@ -292,6 +294,18 @@ class GuidedController(QObject):
     def _say_trouble(self, trouble: StoreTrouble) -> None:
         self.trouble = trouble
         self.changed.emit()
+
+
+def _why(error: BaseException) -> str:
+    match error:
+        case Slept():
+            return SLEPT
+        case Cancelled():
+            return CANCELLED
+        case PortLost() | PortError():
+            return LOST
+        case _:
+            return FAILED
 
 
 def _last(store: Store, name: str, *, counts_simulated: bool) -> Mapping[GuidedKind, KeptTest]:

@@ -2,7 +2,7 @@
 
 from datetime import datetime
 
-from app.guided.guided_store import KeptTest
+from app.guided.kept_test import KeptTest
 from app.guided.results import VERDICT_WORDS, BrokenOff, GuidedKind, GuidedResult, GuidedVerdict
 from app.text.i18n import tr
 from app.text.messages import UserMessage

@@ -1,0 +1,353 @@
+"""The Tests page on a simulated module: each test end to end, and LOCK whatever happens to the one that activates."""
+
+from collections.abc import Iterator
+from pathlib import Path
+from unittest.mock import patch
+
+import pytest
+from PySide6.QtCore import QPoint, Qt, QTimer
+from PySide6.QtGui import QCloseEvent
+from PySide6.QtWidgets import QApplication
+from pytestqt.qtbot import QtBot
+
+from app.guided.results import BrokenOff, GuidedKind, GuidedResult, GuidedVerdict
+from app.guided.status_watch import PersonSteps, StatusWatch
+from app.safety.acts import REQUESTS, Act
+from tests.gestures.gesture_bench import GestureBench, gesture_bench
+from tests.support.hands import Hands
+from tests.support.window.steps import settle
+from ui.acts.act_row import ActRow
+from ui.pages.tests.controller import Stage
+from ui.widgets.step_button import bring_into_sight
+
+LOCK, ACTIVATE = REQUESTS[Act.LOCK], REQUESTS[Act.ACTIVATE]
+
+
+@pytest.fixture
+def bench(qapp: QApplication, tmp_path: Path) -> Iterator[GestureBench]:
+    with gesture_bench(qapp, tmp_path) as made:
+        made.assembly.storage.open_store()
+        made.guided._services.preferences.who = "Li"
+        made.guided._services.naming.choose("M-07")
+        yield made
+
+
+def confirm(bench: GestureBench, act: Act) -> None:
+    """As a careful person does it: ask, then confirm, each by a press of its own."""
+    row: ActRow = bench.guided.acts[act]
+    bench.until(row.confirm.ask.isEnabled)
+    for button in (row.confirm.ask, row.confirm.go):
+        bring_into_sight(row)
+        bench.until(button.isVisible)
+        bench.hand_s += 1.0
+        bench.go_and_click(button)
+
+
+def run(bench: GestureBench, kind: GuidedKind, *, height_m: float = 0.5) -> GuidedResult:
+    """From Start to the result, with hands that do what the page says."""
+    page = bench.guided
+    start(bench, kind)
+    if page.work.test.act is not None:
+        confirm(bench, page.work.test.act)
+    hands = Hands(bench.bench, PersonSteps(), height_m=height_m)
+    ends_at = bench.clock.now_s + 300.0
+    while page.work.stage is not Stage.DONE:
+        assert bench.clock.now_s < ends_at, page.instruction.text()
+        report = page.work.report
+        if report is not None:
+            hands.hear(report)
+        hands.move(bench.clock.now_s)
+        if page.work.confirm_words and page.work.kind is GuidedKind.BAY:
+            bench.wait(0.6)
+            settle(page.primary)
+            page.primary.click()
+        bench.wait(0.05, tick_s=0.05)
+    outcome = page.work.outcome
+    assert isinstance(outcome, GuidedResult), outcome
+    return outcome
+
+
+def start(bench: GestureBench, kind: GuidedKind) -> None:
+    page = bench.guided
+    bench.window.go_to("tests")
+    page.go_to(kind.value)
+    bench.wait(0.3)
+    if page.made_safe.isVisible():
+        assert not page.primary.isEnabled()
+        page.made_safe.click()
+    bench.until(page.primary.isEnabled)
+    bench.hand_s += 1.0
+    bench.go_and_click(page.primary)
+    bench.until(lambda: page.work.stage is not Stage.PREPARING)
+
+
+def activated(bench: GestureBench) -> None:
+    """In the middle of the tilt, on an active module."""
+    start(bench, GuidedKind.TILT)
+    confirm(bench, Act.ACTIVATE)
+    bench.until(lambda: bench.guided.work.stage is Stage.MEASURING)
+    assert bench.bench.state().is_active
+
+
+def is_locked(bench: GestureBench) -> bool:
+    return not bench.bench.state().is_active
+
+
+def said(bench: GestureBench) -> str:
+    notice = bench.guided.said.notice
+    return "" if notice is None else notice.text
+
+
+def kept(bench: GestureBench, kind: GuidedKind) -> None:
+    """Until the store's thread has told the page."""
+    bench.until(lambda: kind in bench.guided.work.last, limit_s=10_000.0)
+
+
+@pytest.mark.parametrize("kind", list(GuidedKind))
+def test_each_test_can_be_done_on_the_simulated_module(bench: GestureBench, kind: GuidedKind) -> None:
+    outcome = run(bench, kind)
+    assert outcome.verdict is GuidedVerdict.PASSED, outcome
+    bench.until(lambda: not bench.guided.work.owes_lock)
+    assert is_locked(bench)
+    acts = {GuidedKind.TILT: [ACTIVATE, LOCK], GuidedKind.ZERO: [REQUESTS[Act.ZERO]]}
+    assert list(dict.fromkeys(bench.sent)) == acts.get(kind, [])
+    kept(bench, kind)
+    last = bench.guided.work.last[kind]
+    assert (last.verdict, last.who, last.is_simulated) == (GuidedVerdict.PASSED, "Li", True)
+    assert list(bench.guided.work.last) == [kind]
+    assert "passed" in bench.guided.list.currentItem().text()
+    assert bench.guided.result.verdict.text() == "Passed"
+    assert bench.guided.result.table.isVisible()
+
+
+def test_what_can_fire_is_said_and_confirmed_each_time(bench: GestureBench) -> None:
+    page = bench.guided
+    bench.window.go_to("tests")
+    for kind in GuidedKind:
+        page.go_to(kind.value)
+        assert page.safety.text()
+        assert page.made_safe.isVisible() is (kind is GuidedKind.TILT)
+    page.go_to("tilt")
+    bench.wait(0.3)
+    assert not page.primary.isEnabled()
+    page.made_safe.click()
+    bench.until(page.primary.isEnabled)
+    page.go_to("bay")
+    page.go_to("tilt")
+    assert not page.made_safe.isChecked()
+    assert bench.sent == []
+
+
+def test_start_sends_nothing_but_questions(bench: GestureBench) -> None:
+    for kind in GuidedKind:
+        start(bench, kind)
+        assert bench.sent == []
+        bench.guided.work.cancel()
+    assert bench.guided.work.owes_lock is False
+
+
+def test_an_active_module_is_not_tested(bench: GestureBench) -> None:
+    bench.settle_module(is_active=True)
+    bench.window.go_to("tests")
+    bench.guided.go_to("bay")
+    bench.wait(0.5)
+    assert not bench.guided.primary.isEnabled()
+    notice = bench.guided.said.notice
+    assert notice is not None
+    assert "ACTIVE" in notice.text
+    bench.settle_module(is_active=False)
+    bench.until(bench.guided.primary.isEnabled)
+
+
+def _cancel(bench: GestureBench) -> None:
+    bench.guided.cancel.click()
+
+
+def _escape(bench: GestureBench) -> None:
+    bench.key(Qt.Key.Key_Escape, is_press=True)
+    bench.key(Qt.Key.Key_Escape, is_press=False)
+
+
+def _another_page(bench: GestureBench) -> None:
+    bench.window.go_to("settings")
+
+
+def _close(bench: GestureBench) -> None:
+    QApplication.sendEvent(bench.window, QCloseEvent())
+
+
+def _minimise(bench: GestureBench) -> None:
+    bench.window.setWindowState(Qt.WindowState.WindowMinimized)
+    bench.turn()
+    bench.window.setWindowState(Qt.WindowState.WindowNoState)
+
+
+def _error_in_the_procedure(bench: GestureBench) -> None:
+    with patch.object(StatusWatch, "_check", side_effect=RuntimeError("a mistake of ours")):
+        bench.wait(0.5)
+    assert "error in the program" in bench.guided.result.verdict.text()
+
+
+def _nobody(bench: GestureBench) -> None:
+    bench.wait(125.0, tick_s=0.5)
+
+
+def _done(bench: GestureBench) -> None:
+    bench.bench.module.state.attitude_is_enabled = False
+    bench.bench.module.activate(is_active=True)
+    hands = Hands(bench.bench, PersonSteps())
+    while bench.guided.work.is_running:
+        report = bench.guided.work.report
+        if report is not None:
+            hands.hear(report)
+        hands.move(bench.clock.now_s)
+        bench.wait(0.05, tick_s=0.05)
+
+
+@pytest.mark.parametrize(
+    "leave",
+    [_cancel, _escape, _another_page, _close, _minimise, _error_in_the_procedure, _nobody, _done],
+    ids=lambda leave: leave.__name__.strip("_"),
+)
+def test_the_module_is_locked_whatever_ends_the_tilt(bench: GestureBench, leave: object) -> None:
+    activated(bench)
+    leave(bench)  # type: ignore[operator]
+    bench.wait(1.0)
+    assert is_locked(bench)
+    assert LOCK in bench.sent
+    assert not bench.guided.work.is_running
+    bench.until(lambda: not bench.guided.work.owes_lock)
+    assert bench.sent.count(ACTIVATE) == 1
+
+
+def test_an_error_anywhere_in_the_window_locks(bench: GestureBench, qtbot: QtBot) -> None:
+    def fail() -> None:
+        raise RuntimeError("a mistake of ours")
+
+    with qtbot.capture_exceptions() as errors:
+        activated(bench)
+        QTimer.singleShot(0, fail)
+        qtbot.waitUntil(lambda: bool(errors), timeout=8000)
+        bench.wait(1.0)
+    assert [str(one[1]) for one in errors] == ["a mistake of ours"]
+    assert is_locked(bench)
+    assert "error in the program" in bench.guided.result.verdict.text()
+
+
+def test_cancelled_between_the_confirmation_and_the_frame_it_is_never_activated(bench: GestureBench) -> None:
+    start(bench, GuidedKind.TILT)
+    confirm(bench, Act.ACTIVATE)
+    bench.guided.work.cancel()
+    bench.wait(3.0)
+    assert ACTIVATE not in bench.sent
+    assert is_locked(bench)
+
+
+def test_a_lost_link_is_locked_as_soon_as_it_is_back_and_that_is_said(bench: GestureBench) -> None:
+    activated(bench)
+    bench.bench.change(drop=1.0, direction="both")
+    bench.wait(8.0)
+    assert isinstance(bench.guided.work.outcome, BrokenOff)
+    assert bench.bench.state().is_active
+    bench.wait(10.0)
+    failed = bench.assembly.lock.failed
+    assert failed is not None
+    assert "treat the module as ACTIVE" in failed.sentence
+    notice = bench.guided.said.notice
+    assert notice is not None
+    assert failed.sentence in notice.text
+
+
+def test_a_pulled_plug_is_said_and_lock_waits_for_the_port(bench: GestureBench) -> None:
+    activated(bench)
+    bench.bench.unplug()
+    bench.wait(1.0)
+    work = bench.guided.work
+    assert isinstance(work.outcome, BrokenOff)
+    assert work.owes_lock
+    # The window looks for the port by itself meanwhile: while it tries, it says nothing of LOCK for a moment.
+    bench.until(lambda: "LOCK could not be sent" in said(bench))
+    assert LOCK not in bench.sent
+    bench.bench.plug()
+    target = bench.assembly.connector.target
+    assert target is not None
+    bench.assembly.connector.connect_to(target)
+    bench.until(lambda: is_locked(bench))
+    bench.until(lambda: not work.owes_lock)
+
+
+def test_an_activation_that_is_not_confirmed_locks(bench: GestureBench) -> None:
+    start(bench, GuidedKind.TILT)
+    write = bench.line.write
+
+    def deaf_after(data: bytes) -> None:
+        write(data)
+        if data == ACTIVATE.encode():
+            bench.bench.change(drop=1.0, direction="to-host")
+
+    bench.line.write = deaf_after  # type: ignore[method-assign]
+    confirm(bench, Act.ACTIVATE)
+    bench.wait(12.0)
+    assert isinstance(bench.guided.work.outcome, BrokenOff)
+    assert bench.sent.count(LOCK) > 1
+    assert is_locked(bench)
+    assert bench.assembly.lock.failed is not None
+
+
+@pytest.mark.parametrize("kind", [GuidedKind.FREE_FALL, GuidedKind.BAY, GuidedKind.CHARGER, GuidedKind.ZERO])
+def test_a_module_that_becomes_active_in_somebodys_hands_is_locked(bench: GestureBench, kind: GuidedKind) -> None:
+    start(bench, kind)
+    bench.bench.module.activate(is_active=True)
+    bench.until(lambda: not bench.guided.work.is_running)
+    bench.wait(1.0)
+    assert is_locked(bench)
+    assert "ACTIVE" in bench.guided.result.verdict.text()
+
+
+def test_an_order_that_was_refused_leaves_the_test_where_it_is(bench: GestureBench) -> None:
+    """Tilted beyond the threshold it may not be activated; levelled it may."""
+    start(bench, GuidedKind.TILT)
+    row = bench.guided.acts[Act.ACTIVATE]
+    bench.bench.set_tilt(80)
+    bench.until(lambda: not row.confirm.ask.isEnabled())
+    assert "80°" in row.conditions.text()
+    bench.bench.set_tilt(0)
+    bench.until(row.confirm.ask.isEnabled)
+    assert bench.guided.work.stage is Stage.CONFIRMING
+    assert bench.sent == []
+
+
+def test_another_module_gets_no_lock_of_this_test(bench: GestureBench) -> None:
+    activated(bench)
+    bench.bench.unplug()
+    bench.wait(1.0)
+    assert bench.guided.work.owes_lock
+    bench.assembly.connector.take_as_new()
+    bench.wait(0.5)
+    assert not bench.guided.work.owes_lock
+
+
+def test_a_result_without_a_name_is_said_to_count_for_nothing(bench: GestureBench) -> None:
+    bench.guided._services.naming.choose("")
+    bench.guided.module.setCurrentText("")
+    run(bench, GuidedKind.LINK)
+    bench.wait(0.3)
+    notice = bench.guided.said.notice
+    assert notice is not None
+    assert "name" in notice.text
+    assert dict(bench.guided.work.last) == {}
+
+
+def test_nothing_is_cut_off_at_the_smallest_size_in_either_language(bench: GestureBench) -> None:
+    page = bench.guided
+    bench.window.go_to("tests")
+    for language in ("en", "zh_CN"):
+        bench.assembly.language_switch.use(language)
+        for kind in GuidedKind:
+            page.go_to(kind.value)
+            bench.wait(0.2)
+            for label in (page.title, page.safety, page.instruction):
+                assert label.height() >= label.heightForWidth(label.width()), (kind, label.text())
+            place = page.primary.mapTo(page, QPoint(0, 0))
+            assert page.rect().contains(place + QPoint(page.primary.width() - 1, page.primary.height() - 1))
+    bench.assembly.language_switch.use("en")
