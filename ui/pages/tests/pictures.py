@@ -237,7 +237,6 @@ def _link(pencil: Pencil, step: int) -> None:
     pencil.text(QRectF(14, 84, 34, 32), "USB")
     if step >= 1:
         pencil.arrow((141, 110), (141, 82))
-        pencil.arrow((112, 152), (112, 160))
         pencil.arrow((141, 82), (141, 108))
         pencil.arrow((118, 66), (92, 66))
         pencil.arrow((92, 66), (118, 66))

@@ -243,7 +243,7 @@ def test_cancelled_between_the_confirmation_and_the_frame_it_is_never_activated(
     assert is_locked(bench)
 
 
-def test_a_lost_link_is_locked_as_soon_as_it_is_back_and_that_is_said(bench: GestureBench) -> None:
+def test_a_lost_link_is_said_and_not_taken_for_locked(bench: GestureBench) -> None:
     activated(bench)
     bench.bench.change(drop=1.0, direction="both")
     bench.wait(8.0)
