@@ -55,6 +55,8 @@ ENTRIES = (
     SubCommand("recordings", "app.cli.recordings", marked("list, export and delete recorded sessions")),
     SubCommand("fired", "app.cli.fired", marked("tell whether thresholds would have fired in flight logs")),
     SubCommand("decode", "app.cli.decode", marked("explain captured bytes")),
+    SubCommand("completion", "app.cli.reference.completion", marked("print a completion script for a shell")),
+    SubCommand("schema", "app.cli.reference.schema", marked("print the JSON Schema of an output")),
     SubCommand("simulate", "app.cli.simulate", marked("run a simulated module")),
 )
 _BY_NAME = {entry.name: entry for entry in ENTRIES}
@@ -131,6 +133,8 @@ def _run(words: list[str]) -> int:
         _write_utf8()
     if entry.name == "preflight":
         args.printer = _print_report
+    if entry.name == "completion":
+        args.parser = _complete_parser()
     run: Callable[[argparse.Namespace], int] = args.run
     return run(args)
 
@@ -157,6 +161,17 @@ def _whole_parser() -> argparse.ArgumentParser:
     for entry in ENTRIES:
         subparsers.add_parser(entry.name, help=tr(entry.summary))
     parser.usage = "dps-s [-h] [--version] [COMMAND] …"  # without one the window opens
+    return parser
+
+
+def _complete_parser() -> argparse.ArgumentParser:
+    """Knows every command with all of its options."""
+    parser = _bare_parser()
+    parser.add_argument("--version", action="store_true", help=tr("print the version"))
+    subparsers = parser.add_subparsers(metavar="COMMAND")
+    for module in dict.fromkeys(entry.module for entry in ENTRIES):
+        import_module(module).add_parser(subparsers)
+    console.add_verbosity_arguments(parser)
     return parser
 
 

@@ -59,7 +59,12 @@ def run(args: argparse.Namespace) -> int:
     span = StreamSpan(args.seconds)
     printer = JsonLines(span) if args.json else WordLines(span)
     trouble = stream(
-        args.port, args.baud, span, on_begin=printer.begin, on_batch=printer.on_batch, on_turn=printer.on_turn
+        args.port,
+        args.baud,
+        span,
+        on_begin=lambda _: printer.begin(),
+        on_batch=printer.on_batch,
+        on_turn=printer.on_turn,
     )
     closing = last_words() if span.was_interrupted else nullcontext()
     with closing:  # what came while the stream was being switched off belongs to it, too
@@ -88,7 +93,7 @@ class Printer(ABC):
         self._rejected = 0
         self._damaged_at: float | None = None
 
-    def begin(self, _conversation: "Conversation") -> None:
+    def begin(self) -> None:
         """From here on samples count; before it was only found out whether a module is there."""
         self._is_begun = True
 

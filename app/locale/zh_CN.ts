@@ -2222,6 +2222,10 @@
         <translation>配置文件中</translation>
     </message>
     <message>
+        <source>In zsh ~/.zfunc has to be in $fpath before compinit.</source>
+        <translation>使用 zsh 时，~/.zfunc 须在 compinit 之前加入 $fpath。</translation>
+    </message>
+    <message>
         <source>Increase</source>
         <translation>增大</translation>
     </message>
@@ -3964,6 +3968,14 @@
     <message>
         <source>Press its switch</source>
         <translation>按下模块开关</translation>
+    </message>
+    <message>
+        <source>Print a script with which a shell completes commands, options, settings and files.</source>
+        <translation>输出脚本，供 shell 补全命令、选项、参数名和文件。</translation>
+    </message>
+    <message>
+        <source>Print the JSON Schema of what a command prints with --json, or of the record of a check.</source>
+        <translation>输出命令 --json 结果的 JSON Schema，或检查记录的 JSON Schema。</translation>
     </message>
     <message>
         <source>Print the check as PDF, HTML and JSON</source>
@@ -8406,8 +8418,16 @@
         <translation>标准输出只输出 JSON</translation>
     </message>
     <message>
+        <source>print a completion script for a shell</source>
+        <translation>输出 shell 补全脚本</translation>
+    </message>
+    <message>
         <source>print a report; the same as HTML and the record as JSON go beside it</source>
         <translation>导出报告；同名的 HTML 和 JSON 记录放在旁边</translation>
+    </message>
+    <message>
+        <source>print the JSON Schema of an output</source>
+        <translation>输出某项结果的 JSON Schema</translation>
     </message>
     <message>
         <source>print the status as it comes</source>
@@ -8794,6 +8814,10 @@
         <translation>模块的帧所应答的命令：{names}</translation>
     </message>
     <message>
+        <source>the command, or record</source>
+        <translation>命令名，或 record</translation>
+    </message>
+    <message>
         <source>the computer slept</source>
         <translation>计算机曾休眠</translation>
     </message>
@@ -8972,6 +8996,10 @@
     <message>
         <source>the same throughout; GO needs it active</source>
         <translation>检查期间不变；激活后才可以飞行</translation>
+    </message>
+    <message>
+        <source>the shell</source>
+        <translation>shell 名称</translation>
     </message>
     <message>
         <source>the simulated module has no option {name}</source>

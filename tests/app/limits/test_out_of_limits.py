@@ -32,6 +32,7 @@ from app.recordings.markers import Marker, MarkerKind, charging_at
 from app.settings.profiles import Profile
 from app.terminal.read_report import Findings, page_of
 from app.terminal.record_table import page_of as records_page
+from app.terminal.streaming import StreamSpan
 from app.text.i18n import CHINESE, ENGLISH, speaking
 from app.trigger_records.history import sentence
 from protocol.events import Counters
@@ -165,7 +166,7 @@ def test_a_trigger_record_marks_a_low_cell_and_not_the_chargers() -> None:
 
 
 def test_monitor_marks_the_line(capsys: pytest.CaptureFixture[str]) -> None:
-    printer = WordLines(None)
+    printer = WordLines(StreamSpan(None))
     printer.begin()
     link = LinkView(Counters(), 0.15, 0.15, 0)
     for at, seen in enumerate((replace(link, round_trip_median_s=0.02), link, replace(link, lag_s=1.2))):

@@ -1,0 +1,1 @@
+"""What describes the command line to other programs: completion scripts and JSON Schemas."""

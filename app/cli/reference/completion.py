@@ -1,0 +1,51 @@
+"""`dps-s completion bash|zsh|fish`: prints a completion script."""
+
+import argparse
+import shutil
+import textwrap
+
+from app.terminal.console import DONE, write
+from app.text.i18n import tr
+
+SHELLS = ("bash", "zsh", "fish")
+
+
+def add_parser(subparsers: "argparse._SubParsersAction[argparse.ArgumentParser]") -> None:
+    parser = subparsers.add_parser(
+        "completion",
+        description=tr("Print a script with which a shell completes commands, options, settings and files."),
+        epilog=_epilog(),
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    parser.add_argument("shell", choices=SHELLS, help=tr("the shell"))
+    parser.set_defaults(run=run, parser=None)
+
+
+def _epilog() -> str:
+    lines = (
+        "bash   dps-s completion bash > ~/.local/share/bash-completion/completions/dps-s",
+        "zsh    dps-s completion zsh > ~/.zfunc/_dps-s",
+        "fish   dps-s completion fish > ~/.config/fish/completions/dps-s.fish",
+    )
+    note = tr("In zsh ~/.zfunc has to be in $fpath before compinit.")
+    return "\n".join((*lines, "", *textwrap.wrap(note, max(20, shutil.get_terminal_size().columns - 2))))
+
+
+def run(args: argparse.Namespace) -> int:
+    """`args.parser` knows all commands; `app.__main__` puts it there."""
+    from app.cli.reference import completion_scripts
+    from app.cli.reference.command_tree import tree_of
+    from app.preflight.reading_object import SETTING_KEYS
+    from protocol.catalogue import SETTINGS
+    from protocol.fields import Choice, Flag
+
+    values: dict[str, tuple[str, ...]] = dict.fromkeys(SETTING_KEYS, ())
+    for command in SETTINGS:
+        match command.write:
+            case Flag():
+                values[command.key] = ("true", "false")
+            case Choice(values=choices):
+                values[command.key] = tuple(str(one) for one in choices.values())
+    script = {"bash": completion_scripts.bash, "zsh": completion_scripts.zsh, "fish": completion_scripts.fish}
+    write(script[args.shell](tree_of(args.parser), values))
+    return DONE

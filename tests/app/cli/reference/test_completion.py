@@ -1,0 +1,93 @@
+"""Completion scripts know every command, option and setting; the one for bash is run by bash."""
+
+import os
+import shutil
+import subprocess
+from pathlib import Path
+
+import pytest
+
+import app.__main__ as program
+from app.__main__ import ENTRIES
+from app.cli.reference.command_tree import CommandNode, tree_of
+from app.preflight.reading_object import SETTING_KEYS
+from tests.support.cli_line import Printed
+
+pytest_plugins = ["tests.support.cli_fixtures"]
+pytestmark = pytest.mark.usefixtures("speaks_english")
+
+_ASK = """
+source "$1"; shift
+COMP_WORDS=(dps-s "$@"); COMP_CWORD=$(($#))
+_dps_s 2>/dev/null
+printf '%s\\n' "${COMPREPLY[@]}"
+"""
+
+
+def printed(shell: str, capsys: pytest.CaptureFixture[str]) -> str:
+    assert program.main(["completion", shell]) == 0
+    return Printed(capsys).out
+
+
+@pytest.fixture
+def tree() -> CommandNode:
+    return tree_of(program._complete_parser())
+
+
+def test_the_tree_holds_every_command(tree: CommandNode) -> None:
+    assert sorted(one.name for one in tree.commands) == sorted(entry.name for entry in ENTRIES)
+    for one in tree.commands:
+        assert one.help, one.path
+        last = one.commands[0] if one.commands else one
+        assert {"--help", "--verbose", "--quiet"} <= {name for option in last.options for name in option.names}
+
+
+@pytest.mark.parametrize("shell", ["bash", "zsh", "fish"])
+def test_every_script_names_every_command_option_and_setting(
+    shell: str, tree: CommandNode, capsys: pytest.CaptureFixture[str]
+) -> None:
+    script = printed(shell, capsys)
+    for node in tree.all():
+        assert node.path in script
+        for option in node.options:
+            for name in option.names:
+                assert (f"-l {name[2:]} " if shell == "fish" and name.startswith("--") else name.lstrip("-")) in script
+    for name in SETTING_KEYS:
+        assert f"{name}=" in script
+
+
+@pytest.mark.skipif(os.name == "nt", reason="bash is no shell of Windows")
+def test_bash_completes(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    bash = shutil.which("bash")
+    assert bash is not None
+    script = tmp_path / "dps-s"
+    script.write_text(printed("bash", capsys), encoding="utf-8")
+    (tmp_path / "my profile.toml").touch()
+
+    def completed(*words: str) -> list[str]:
+        done = subprocess.run(
+            [bash, "--norc", "-c", _ASK, "bash", str(script), *words],
+            cwd=tmp_path, text=True, capture_output=True, timeout=60, check=True,
+        )  # fmt: skip
+        assert done.stderr == ""
+        return [line for line in done.stdout.splitlines() if line]
+
+    assert sorted(completed("")) == sorted(entry.name for entry in ENTRIES)
+    assert completed("mon") == ["monitor"]
+    assert completed("recordings", "ex") == ["export"]
+    assert completed("recordings", "export", "--q") == ["--quiet"]
+    assert completed("read", "--baud", "9") == ["9600"]
+    assert completed("read", "--j") == ["--json"]
+    assert completed("set", "freefall_t") == ["freefall_time_s=", "freefall_trigger="]
+    assert completed("set", "freefall_trigger", "=") == ["true", "false"]
+    assert completed("set", "freefall_trigger", "=", "f") == ["false"]
+    assert completed("set", "freefall_time_s", "=", "") == []
+    assert completed("set", "--profile", "my") == ["my profile.toml"]
+    assert completed("completion", "z") == ["zsh"]
+    assert completed("decode", "--asked", "cell") == ["cell_voltage"]
+    assert completed("schema", "mo") == ["monitor"]
+
+
+def test_another_shell_is_refused(capsys: pytest.CaptureFixture[str]) -> None:
+    assert program.main(["completion", "csh"]) == 2
+    assert "csh" in Printed(capsys).err

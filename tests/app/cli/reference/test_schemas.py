@@ -1,0 +1,113 @@
+"""Every --json, and the record of a check, is as its published schema says."""
+
+import json
+from pathlib import Path
+from typing import Any
+
+import pytest
+from jsonschema import Draft202012Validator
+
+import app.__main__ as program
+from app.cli.reference.schema import text_of
+from app.cli.reference.schemas import NAMES, schema_of
+from app.store.store import open_store
+from tests.support.cli_line import Printed
+
+pytest_plugins = ["tests.support.cli_fixtures"]
+pytestmark = pytest.mark.usefixtures("speaks_english", "user_files", "hasty")
+
+MIXED = "41753501010C3C05A00001020CEB7E42613401003541753501CA0042611102011441751101011341751601C8DD"
+PUBLISHED = Path(__file__).parents[4] / "docs" / "schemas"
+
+
+def faults(name: str, value: object) -> list[str]:
+    validator = Draft202012Validator(schema_of(name), format_checker=Draft202012Validator.FORMAT_CHECKER)
+    return [f"{error.json_path}: {error.message}" for error in validator.iter_errors(value)]
+
+
+def lines(capsys: pytest.CaptureFixture[str]) -> list[Any]:
+    return [json.loads(line) for line in Printed(capsys).out.splitlines()]
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_what_is_published_is_what_the_command_prints(name: str, capsys: pytest.CaptureFixture[str]) -> None:
+    """To renew: dps-s schema NAME > docs/schemas/NAME.json"""
+    Draft202012Validator.check_schema(schema_of(name))
+    assert program.main(["schema", name]) == 0
+    assert Printed(capsys).out == text_of(name) == (PUBLISHED / f"{name}.json").read_text(encoding="utf-8")
+
+
+def test_nothing_else_is_published() -> None:
+    assert sorted(path.stem for path in PUBLISHED.iterdir()) == sorted(NAMES)
+
+
+@pytest.mark.parametrize(
+    ("name", "words", "code"),
+    [
+        ("read", ["read", "--port", "PORT"], 0),
+        ("read", ["read", "--port", "PORT?mute_codes=34"], 4),
+        ("set", ["set", "freefall_time_s=1.4", "attitude_trigger=true", "baud_rate=9600", "--port", "PORT"], 0),
+        ("set", ["set", "freefall_time_s=1.4", "--port", "PORT?active=yes"], 1),
+        ("history", ["history", "--port", "PORT?history=9"], 0),
+        ("monitor", ["monitor", "--port", "PORT", "--seconds", "0.2"], 0),
+        ("find", ["find", "--port", "PORT"], 0),
+        ("find", ["find", "--port", "PORT?mute=yes"], 3),
+        ("preflight", ["preflight", "--port", "PORT?history=1", "--enable-triggers"], 1),
+        ("decode", ["decode", "41", "75", "32", "07", "0A", "00", "01", "44", "FF"], 4),
+        (
+            "decode",
+            ["decode", MIXED],
+            4,
+        ),
+        ("ports", ["ports"], 0),
+        ("recordings", ["recordings", "list"], 0),
+    ],
+)
+def test_what_a_command_prints_is_as_its_schema_says(
+    name: str, words: list[str], code: int, port: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    if name == "recordings":
+        assert program.main(["record", "--port", port, "--seconds", "0.1", str(tmp_path / "a.csv")]) == 0
+        Printed(capsys)
+    assert program.main([*(word.replace("PORT", port) for word in words), "--json"]) == code
+    found = lines(capsys)
+    assert found
+    for one in found:
+        assert faults(name, one) == []
+
+
+def test_a_decoded_capture_is_as_its_schema_says(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    path = tmp_path / "a.dpscap"
+    path.write_text("# DPS-S capture 1\n0.1 > 42 61 32 01 00 33\n0.2 < 41 75 32 07 0A 00 01 44 FF\n", "utf-8")
+    assert program.main(["decode", str(path), "--json"]) == 4
+    found = lines(capsys)
+    assert len(found) == 3
+    assert [fault for one in found for fault in faults("decode", one)] == []
+
+
+def test_the_record_of_a_check_is_as_its_schema_says(port: str, capsys: pytest.CaptureFixture[str]) -> None:
+    words = ["preflight", "--port", f"{port}?history=2", "--enable-triggers", "--module", "M-07", "--json"]
+    for _ in range(2):
+        assert program.main(words) == 1
+    store = open_store()
+    rows = store.database.read("SELECT record FROM preflight_checks ORDER BY id")
+    store.close()
+    records = [json.loads(row[0]) for row in rows]
+    assert len(records) == 2
+    assert [fault for record in records for fault in faults("record", record)] == []
+    Printed(capsys)
+
+
+@pytest.mark.parametrize(
+    ("name", "value"),
+    [
+        ("monitor", {"t_s": 0, "tilt_deg": 7, "acceleration_g": 1.0, "triggered": False}),
+        ("monitor", {"t_s": 0, "tilt_deg": 7, "acceleration_g": 1.0, "triggered": 0, "active": False}),
+        ("find", {"baud_rate": "9600", "tried": []}),
+        ("find", {"baud_rate": 9600, "tried": [], "more": 1}),
+        ("decode", {"offset": 0, "hex": "41", "valid": False}),
+        ("set", {"results": {"tilt": {}}, "changed": {}, "unread": []}),
+    ],
+)
+def test_what_is_wrong_is_found(name: str, value: object) -> None:
+    assert faults(name, value)
