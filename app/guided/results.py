@@ -35,7 +35,7 @@ class GuidedVerdict(Enum):
     PASSED = "passed"
     FAILED = "failed"
     UNCLEAR = "unclear"
-    """MeasuredValue too coarsely, or not at all: as good as not tested."""
+    """Measured too coarsely, or not at all: as good as not tested."""
 
 
 VERDICT_WORDS: Mapping[GuidedVerdict, str] = {

@@ -284,3 +284,10 @@ def test_every_state_can_be_left_for_idle() -> None:
                     reachable.add(target)
                     frontier.append(target)
         assert Exchange.IDLE in reachable
+
+
+def test_the_rest_of_a_frame_that_never_comes_is_given_up_when_the_line_is_quiet(bench: Bench) -> None:
+    bench.hear(STREAMED[:4])
+    assert bench.link.next_deadline() == pytest.approx(bench.now + bench.link.timing.quiet_s)
+    bench.wait(bench.link.timing.quiet_s + 0.001)
+    assert bench.link.counters.rejected == 4

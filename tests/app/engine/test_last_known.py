@@ -107,6 +107,7 @@ def test_a_shut_down_by_command_is_calm_until_it_answers() -> None:
     last.feed(silent, "a")
     assert offline(last, silent).phase is Phase.OFFLINE
     last.note_shutdown(NOW + 2, 1_700_000_000.0)
+    last.feed(DeviceView({"active": Known(False, How.READ, NOW + 2)}, Presence.OFFLINE, NOW + 2), "a")  # its answer
     last.feed(silent, "a")
     state = offline(last, silent)
     said = words(state, NOW + 60)

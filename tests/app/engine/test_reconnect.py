@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from app.engine.ports import PortInfo
+from app.engine.ports import PortInfo, PortsUnknown, scan
 from app.engine.reconnect import (
     EAGER_FOR_S,
     EAGER_S,
@@ -381,3 +381,12 @@ def is_complete(batch: Batch) -> bool:
 
 def sent(batches: Batches) -> list[Request]:
     return [event.request for batch in batches.all for event in batch.events if isinstance(event, Sent)]
+
+
+def test_whatever_fails_while_the_ports_are_listed_has_one_name(monkeypatch: pytest.MonkeyPatch) -> None:
+    def comports() -> list[object]:
+        raise AttributeError("function 'CM_MapCrToWin32Err' not found")
+
+    monkeypatch.setattr("serial.tools.list_ports.comports", comports)
+    with pytest.raises(PortsUnknown):
+        scan()
