@@ -232,7 +232,7 @@ def _missed(must_not: _Reached, must: _Reached) -> list[SeparationConflict]:
             must.names[one],
             FlightGroup.MUST,
             said(
-                marked("It does not fire in time with {tilt}°, {acceleration:.1f} g and {time:.2f} s, the most "
+                marked("It would be missed with {tilt}°, {acceleration:.1f} g and {time:.2f} s, the most "
                        "sensitive thresholds that let the others pass."),
                 tilt=tilt, acceleration=best_acceleration / TENTH_G.per_unit,
                 time=int(times[best_acceleration]) / CENTISECOND.per_unit,

@@ -1486,10 +1486,6 @@
         <translation>能否检测到坠落？</translation>
     </message>
     <message>
-        <source>Does not fire</source>
-        <translation>不触发</translation>
-    </message>
-    <message>
         <source>Does the edit again that was taken back. The module is not touched.</source>
         <translation>重做刚才撤销的修改。不触及模块。</translation>
     </message>
@@ -2294,10 +2290,6 @@
         <translation>用于判断降落伞是否已离开伞仓。</translation>
     </message>
     <message>
-        <source>It does not fire in time with {tilt}°, {acceleration:.1f} g and {time:.2f} s, the most sensitive thresholds that let the others pass.</source>
-        <translation>在不误触发其他飞行的最灵敏阈值 {tilt}°、{acceleration:.1f} g、{time:.2f} s 下，它不能及时触发。</translation>
-    </message>
-    <message>
         <source>It does not stand, and the row says why.</source>
         <translation>该值没有生效，本行说明了原因。</translation>
     </message>
@@ -2516,6 +2508,10 @@
     <message>
         <source>It works, but the adapter holds every answer back ({ms} ms): its latency timer is long.</source>
         <translation>可以工作，但适配器延迟了每个应答（{ms} ms）：其延迟计时器过长。</translation>
+    </message>
+    <message>
+        <source>It would be missed with {tilt}°, {acceleration:.1f} g and {time:.2f} s, the most sensitive thresholds that let the others pass.</source>
+        <translation>在不误触发其他飞行的最灵敏阈值 {tilt}°、{acceleration:.1f} g、{time:.2f} s 下，该飞行会被漏掉。</translation>
     </message>
     <message>
         <source>Its approved fingerprint belonged to other settings and was removed.</source>
@@ -3356,6 +3352,10 @@
     <message>
         <source>No thresholds within the vendor's advice do this for all of them.</source>
         <translation>在厂家建议范围内，没有阈值能对所有飞行都做到。</translation>
+    </message>
+    <message>
+        <source>No trigger</source>
+        <translation>无触发</translation>
     </message>
     <message>
         <source>No trigger records</source>
@@ -6243,7 +6243,7 @@
     </message>
     <message>
         <source>Under the other reading ({reading}) it would not fire.</source>
-        <translation>按另一种解读（{reading}），不会触发。</translation>
+        <translation>按另一种解读（{reading}），没有触发。</translation>
     </message>
     <message>
         <source>Undo</source>
@@ -6622,8 +6622,8 @@
         <translation>显示哪些行</translation>
     </message>
     <message>
-        <source>Which thresholds separate the two lists: shaded where a flight fires that must not, hatched where a flight does not fire that must. Click, drag or arrow keys choose thresholds; Enter shows the flights that fire there.</source>
-        <translation>哪些阈值能区分两个列表：着色处有不得触发的飞行会触发，斜线处有必须触发的飞行不触发。点击、拖动或用方向键选择阈值；按回车显示该处触发的飞行日志。</translation>
+        <source>Which thresholds separate the two lists: shaded where a flight fires that must not, hatched where one that must is missed. Click, drag or arrow keys choose thresholds; Enter shows the flights that fire there.</source>
+        <translation>哪些阈值能区分两个列表：着色处有不得触发的飞行会触发，斜线处有必须触发的飞行被漏掉。点击、拖动或用方向键选择阈值；按回车显示该处触发的飞行日志。</translation>
     </message>
     <message>
         <source>Who answers for this check. It stands in the record and on the report.</source>

@@ -178,7 +178,7 @@ ENTRIES: Final[tuple[HelpText, ...]] = tuple(
         ("recordings_table", marked("Every session that was recorded. Open one to look at it on the Live page.")),
         # Flight logs
         ("flights_map", marked("Which thresholds separate the two lists: shaded where a flight fires that must not, "
-                               "hatched where a flight does not fire that must. Click, drag or arrow keys choose "
+                               "hatched where one that must is missed. Click, drag or arrow keys choose "
                                "thresholds; Enter shows the flights that fire there.")),
         ("flights_must_not_table", marked("Flights in which the parachute must stay packed. Enter opens a flight, M "
                                           "moves it to the other list, Del removes it from this page.")),

@@ -103,7 +103,7 @@ def sources_text(sources: Source) -> str:
 def fire_text(fire: FirstFire) -> str:
     """Of one reading: whether and when, why, how late and how much lower."""
     if not fire.sources:
-        return tr("Does not fire")
+        return tr("No trigger")
     text = tr("Fires at {time} by {why}", time=moment_text(fire.at_s), why=sources_text(fire.sources))
     if not fire.is_in_time:
         return tr("{what}, after the impact", what=text)
