@@ -1530,6 +1530,10 @@
         <translation>时长</translation>
     </message>
     <message>
+        <source>Duration: {time}</source>
+        <translation>时长：{time}</translation>
+    </message>
+    <message>
         <source>E11: light the other way round</source>
         <translation>E11：光线读数反向</translation>
     </message>

@@ -26,6 +26,7 @@ MODULES: Final = {
     "memory": "tests.benchmarks.memory",
     "recording": "tests.benchmarks.recording",
     "flights": "tests.benchmarks.flights",
+    "flights_page": "tests.benchmarks.window.flights_page",
     "recordings_view": "tests.benchmarks.window.recordings_view",
 }
 """Each benchmark's module, which has `figures`, in the order of the page."""

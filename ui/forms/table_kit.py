@@ -133,6 +133,8 @@ class RowsFilter(QSortFilterProxyModel, Generic[Row]):
         row = self._model.rows[source_row]
         if not self._is_wanted(row):
             return False
+        if not self._words:
+            return True
         texts = [column.text(row) for column in self._model.columns]
         if self._searches_sentence:
             texts.append(self._model.tell(row))

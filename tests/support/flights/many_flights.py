@@ -56,12 +56,12 @@ def write_csv(path: Path, log: FlightLog, head: str = "time_s,tilt_deg,accelerat
 
 
 def write_logs(folder: Path) -> list[Path]:
-    """A crash, an ordinary flight, and a table whose columns do not say what they are; few enough to be read
-    without other processes."""
+    """A crash, an ordinary flight, and a table whose columns do not say what they are; few enough to be read without
+    other processes. No name passes for a word."""
     folder.mkdir(parents=True)
     random = np.random.default_rng(7)
     return [
-        write_csv(folder / "crash.csv", crash("", random, seconds=20)),
-        write_csv(folder / "survey.csv", ordinary_flight("", random, seconds=20)),
-        write_csv(folder / "bench.csv", ordinary_flight("", random, seconds=5), "when,angle,g,h"),
+        write_csv(folder / "c1.csv", crash("", random, seconds=20)),
+        write_csv(folder / "s1.csv", ordinary_flight("", random, seconds=20)),
+        write_csv(folder / "t1.csv", ordinary_flight("", random, seconds=5), "w,a,g,h"),
     ]

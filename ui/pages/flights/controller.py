@@ -18,6 +18,7 @@ from protocol.catalogue import TENTH_G
 from protocol.fields import Value
 from ui.core.background_task import BackgroundTask
 from ui.pages.flights.loading import FlightLoading, LoadedLog, LoadEnded, LoadOrder
+from ui.pages.flights.verdicts import order_of
 
 GROUPS: Final = (FlightGroup.MUST_NOT, FlightGroup.MUST)
 
@@ -39,6 +40,8 @@ class FlightRow(NamedTuple):
     outcome: FlightOutcome | None
     longest_fall_s: float
     """Below the chosen acceleration; -1 where there is none."""
+    order: float = 0.0
+    """By what is shown of it: see `order_of`."""
     unread: UnreadLog | None = None
 
 
@@ -59,6 +62,8 @@ class FlightsWork(QObject):
         self.proposal: ThresholdProposal | None = None
         self.loading = FlightLoading(self)
         self.loading.ended.connect(self._end_loading)
+        self._maps: tuple[FireMap, FireMap] | None = None
+        self._maps_of: tuple[float, RuleReading] | None = None
         self._unread: dict[str, UnreadLog] = {}
         self._columns: dict[str, CsvColumns | None] = {}
         self._proposing: BackgroundTask[ThresholdProposal] = BackgroundTask("dps-s thresholds", self)
@@ -91,17 +96,23 @@ class FlightsWork(QObject):
         """By list; what could not be read comes first."""
         found: dict[FlightGroup, list[FlightRow]] = {group: [] for group in GROUPS}
         for unread in self._unread.values():
-            found[unread.group].append(FlightRow(unread.name, unread.group, None, -1.0, unread))
+            found[unread.group].append(
+                FlightRow(unread.name, unread.group, None, -1.0, order_of(unread.group, None), unread)
+            )
         step = steps_of(self.limits.freefall_acceleration_g, TENTH_G.per_unit)
         for one in outcomes:
             fall_s = float(one.flight.direct.longest_fall_s[step])
-            found[one.group].append(FlightRow(one.flight.name, one.group, one, fall_s))
+            found[one.group].append(FlightRow(one.flight.name, one.group, one, fall_s, order_of(one.group, one)))
         return found
 
     def maps(self) -> tuple[FireMap, FireMap]:
-        """Of the reading that is shown, and of the other one."""
-        other = RuleReading.DAMPED if self.reading is RuleReading.DIRECT else RuleReading.DIRECT
-        return self.flights.fire_map(self.limits, self.reading), self.flights.fire_map(self.limits, other)
+        """Of the reading that is shown, and of the other one; the same ones again where they have not changed."""
+        wanted = (self.limits.freefall_acceleration_g, self.reading)
+        if self._maps is None or self._maps_of != wanted:
+            other = RuleReading.DAMPED if self.reading is RuleReading.DIRECT else RuleReading.DIRECT
+            self._maps = self.flights.fire_map(self.limits, self.reading), self.flights.fire_map(self.limits, other)
+            self._maps_of = wanted
+        return self._maps
 
     def settings(self) -> Mapping[str, Value]:
         """The chosen thresholds by the setting's key."""
@@ -125,6 +136,7 @@ class FlightsWork(QObject):
         if logs:
             for one in logs:
                 self._take(one)
+            self._maps = None
             self.flights_changed.emit()
 
     def choose(self, limits: TriggerLimits) -> None:
@@ -175,6 +187,7 @@ class FlightsWork(QObject):
         self.loading_ended.emit(ended)
 
     def _change(self) -> None:
+        self._maps = None
         self._propose()
         self.flights_changed.emit()
 

@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import Final, NamedTuple
 
 import numpy as np
@@ -76,8 +77,10 @@ def map_pixels(cells: MapCells, theme: Theme, size: QSize, ratio: float, *, has_
     rows = ((height - 1 - np.arange(height)) * count_y // height)[:, None]
     columns = (np.arange(width) * count_x // width)[None, :]
     good = theme.tint(Meaning.GOOD).wash if has_must else theme.surface
-    shades = np.array([_rgb(good if not n else _mixed(theme, n / 255)) for n in range(256)], np.uint32)
-    missed_shades = np.array([_rgb(theme.surface)] + [int(one) for one in shades[1:]], np.uint32)
+    shades = _shades(theme.danger.wash, theme.danger.fill).copy()
+    shades[0] = _rgb(good)
+    missed_shades = shades.copy()
+    missed_shades[0] = _rgb(theme.surface)
     levels = np.ceil(np.clip(cells.wrong, 0, 1) * 255).astype(np.intp)
     colours = np.where(cells.missed > 0, missed_shades[levels], shades[levels])
     pixels = colours[rows, columns]
@@ -93,13 +96,19 @@ def map_pixels(cells: MapCells, theme: Theme, size: QSize, ratio: float, *, has_
     return found
 
 
+@lru_cache(maxsize=4)
+def _shades(wash: str, fill: str) -> NDArray[np.uint32]:
+    """By the share of false triggers, of 255."""
+    return np.array([_rgb(_mixed(wash, fill, number / 255)) for number in range(256)], np.uint32)
+
+
 def _rgb(colour: str) -> int:
     return QColor(colour).rgb()
 
 
-def _mixed(theme: Theme, share: float) -> str:
+def _mixed(wash: str, fill: str, share: float) -> str:
     """From the quiet to the loud colour of danger."""
-    ends = (QColor(theme.danger.wash), QColor(theme.danger.fill))
+    ends = (QColor(wash), QColor(fill))
     part = _LEAST_SHADE + (1 - _LEAST_SHADE) * share
     parts = [
         round(one + (other - one) * part)
@@ -136,9 +145,10 @@ class FireMapView(PaintedWidget):
     # What it shows
 
     def show_maps(self, shown: FireMap, other: FireMap) -> None:
-        self._map, self._cells = shown, cells_of(shown, other)
-        self._image_of = None
-        self.update()
+        if shown is not self._map:
+            self._map, self._cells = shown, cells_of(shown, other)
+            self._image_of = None
+            self.update()
 
     def show_limits(self, limits: TriggerLimits, told: str) -> None:
         """The cross; `told` is what a screen reader says."""

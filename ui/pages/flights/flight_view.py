@@ -21,7 +21,8 @@ from app.text.messages import clean
 from protocol.translatable import marked
 from ui.core.background_task import BackgroundTask
 from ui.core.texts import Texts
-from ui.pages.flights.texts import look_of, outcome_lines, short_name, verdict_of
+from ui.pages.flights.texts import outcome_lines, short_name
+from ui.pages.flights.verdicts import look_of, verdict_of
 from ui.plots.time_plot import TimePlot
 from ui.plots.view import Lane, Limit, Mark, Scale, Span
 from ui.style.icons import Icon

@@ -13,7 +13,8 @@ from ui.forms.table_kit import RowsFilter
 from ui.pages.flights.controller import GROUPS, FlightRow
 from ui.pages.flights.model import flights_model
 from ui.pages.flights.table import FlightTable
-from ui.pages.flights.texts import OTHER_LIST, Verdict, list_caption, list_detail, verdict_of
+from ui.pages.flights.texts import OTHER_LIST, list_caption, list_detail
+from ui.pages.flights.verdicts import Verdict, verdict_of
 from ui.style.icons import Icon
 from ui.style.theme import Space
 from ui.widgets.controls import control

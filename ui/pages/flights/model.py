@@ -12,7 +12,8 @@ from app.text.i18n import tr
 from protocol.translatable import marked
 from ui.forms.table_kit import RowsModel, TableColumn
 from ui.pages.flights.controller import FlightRow
-from ui.pages.flights.texts import look_of, problem_count, short_name, told, verdict_of, verdict_text
+from ui.pages.flights.texts import problem_count, short_name, told, verdict_text
+from ui.pages.flights.verdicts import look_of, verdict_of
 from ui.style.icons import Icon, icon
 from ui.style.theme import Meaning
 
@@ -33,13 +34,6 @@ def _fires_icon(row: FlightRow) -> QIcon:
 
 def _fires_ink(row: FlightRow) -> Meaning | None:
     return look_of(row.group, verdict_of(row.outcome)).meaning
-
-
-def _fires_key(row: FlightRow) -> float:
-    """What is not as it should be first, then by time."""
-    is_fine = _fires_ink(row) is None
-    at_s = math.inf if row.outcome is None else min(row.outcome.direct.at_s, row.outcome.damped.at_s)
-    return (1e9 if is_fine else 0.0) + min(at_s, 1e8)
 
 
 def _tilt(row: FlightRow) -> float:
@@ -63,7 +57,7 @@ COLUMNS: Final = (
     TableColumn[FlightRow](
         marked("Fires"),
         lambda row: verdict_text(row.outcome),
-        _fires_key,
+        lambda row: row.order,
         picture=_fires_icon,
         ink=_fires_ink,
         tip=marked("Whether and when it would have fired first with the chosen thresholds"),

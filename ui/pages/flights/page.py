@@ -36,7 +36,7 @@ from ui.services.page import Page
 from ui.style.icons import Icon
 from ui.style.theme import Meaning, Space
 from ui.widgets.controls import Shortcut, control
-from ui.widgets.layouts import in_column, in_row
+from ui.widgets.layouts import FlowRow, in_column, in_row
 from ui.widgets.naming import named
 from ui.widgets.notice_bar import Choice, Notice, NoticeBar
 from ui.widgets.visibility_timer import VisibilityTimer
@@ -299,16 +299,9 @@ class FlightsPage(Page):
 
     def _lay_out(self) -> None:
         self._head = named(QWidget(), "flights_head")
-        in_row(
-            (self.count, 1),
-            self.thresholds.reading,
-            self.fired_only,
-            self.open_files,
-            self.open_folder,
-            of=self._head,
-            spacing=Space.S,
-            margins=0,
-        )
+        head = FlowRow(self._head)
+        head.add(self.count)
+        head.add_right(self.thresholds.reading, self.fired_only, self.open_files, self.open_folder)
         in_column(self._head, (self._stack, 1), self.strip, of=self, spacing=Space.S, margins=(Space.M, Space.S))
 
     # Qt

@@ -3,7 +3,7 @@
 from typing import Final
 
 from PySide6.QtCore import QModelIndex, QPoint, Qt, Signal
-from PySide6.QtGui import QFontMetrics, QKeyEvent
+from PySide6.QtGui import QFontMetrics, QKeyEvent, QResizeEvent
 from PySide6.QtWidgets import QHeaderView, QMenu, QTableView
 
 from app.flight_analysis.flight_set import FlightGroup
@@ -20,6 +20,7 @@ _PAD_PX: Final = 5
 _FRAME_PX: Final = 8
 """What the style takes at both sides of a cell."""
 _ICON_PX: Final = 22
+_NAME_PX: Final = 96
 
 
 class FlightTable(QTableView):
@@ -31,6 +32,7 @@ class FlightTable(QTableView):
         super().__init__()
         named(self, name)
         self._filter, self._group = model, group
+        self._duration_px = 0
         self.setModel(model)
         self.setSortingEnabled(True)
         self.sortByColumn(FlightColumn.FIRES, Qt.SortOrder.AscendingOrder)
@@ -61,7 +63,21 @@ class FlightTable(QTableView):
         for column, text in texts.items():
             head = strong.horizontalAdvance(tr(COLUMNS[column].title)) + Space.XL + 2  # with the arrow of the order
             extra = _ICON_PX if column in (FlightColumn.FIRES, FlightColumn.PROBLEMS) else 0
-            self.setColumnWidth(column, max(body.horizontalAdvance(text) + extra + 2 * _PAD_PX + _FRAME_PX, head))
+            width = max(body.horizontalAdvance(text) + extra + 2 * _PAD_PX + _FRAME_PX, head)
+            self.setColumnWidth(column, width)
+            if column is FlightColumn.DURATION:
+                self._duration_px = width
+        self._share_width()
+
+    def resizeEvent(self, event: QResizeEvent) -> None:
+        super().resizeEvent(event)
+        self._share_width()
+
+    def _share_width(self) -> None:
+        """The name keeps its room; where there is little, the duration is in the row's tooltip alone."""
+        others = [column for column in FlightColumn if column not in (FlightColumn.NAME, FlightColumn.DURATION)]
+        taken = sum(self.columnWidth(column) for column in others) + self._duration_px
+        self.setColumnHidden(FlightColumn.DURATION, self.viewport().width() - taken < _NAME_PX)
 
     def chosen(self) -> tuple[FlightRow, ...]:
         """In the order in which they stand."""

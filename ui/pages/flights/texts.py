@@ -1,7 +1,6 @@
 """What the Flight logs page says: verdicts, sentences about a flight, captions, the proposal."""
 
 import math
-from enum import Enum
 from pathlib import Path
 from typing import Final, NamedTuple
 
@@ -16,6 +15,7 @@ from app.text.messages import clean
 from protocol.messages import Source
 from protocol.translatable import marked
 from ui.pages.flights.controller import FlightRow
+from ui.pages.flights.verdicts import Verdict, verdict_of
 from ui.style.icons import Icon
 from ui.style.theme import Meaning
 
@@ -24,51 +24,6 @@ READING_WORDS: Final = {
     RuleReading.DAMPED: marked("Triggers after 0.2 s"),
 }
 OTHER_LIST: Final = {FlightGroup.MUST_NOT: FlightGroup.MUST, FlightGroup.MUST: FlightGroup.MUST_NOT}
-
-
-class Verdict(Enum):
-    """What a flight comes to with the chosen thresholds."""
-
-    UNREAD = 0
-    DIFFERS = 1
-    """The two readings of the vendor's rule disagree."""
-    LATE = 2
-    """Only after the impact."""
-    FIRES = 3
-    HOLDS = 4
-
-
-class Look(NamedTuple):
-    icon: Icon
-    meaning: Meaning | None
-    """None: as it should be."""
-
-
-def verdict_of(outcome: FlightOutcome | None) -> Verdict:
-    if outcome is None:
-        return Verdict.UNREAD
-    if outcome.is_different:
-        return Verdict.DIFFERS
-    if not outcome.direct.sources:
-        return Verdict.HOLDS
-    return Verdict.FIRES if outcome.direct.is_in_time or outcome.group is not FlightGroup.MUST else Verdict.LATE
-
-
-def look_of(group: FlightGroup, verdict: Verdict) -> Look:
-    """Colour only for what is not as it should be."""
-    match verdict:
-        case Verdict.UNREAD:
-            return Look(Icon.WARNING, Meaning.ATTENTION)
-        case Verdict.DIFFERS:
-            return Look(Icon.UNKNOWN, Meaning.ATTENTION)
-        case Verdict.LATE:
-            return Look(Icon.CLOCK, Meaning.DANGER)
-        case Verdict.FIRES:
-            return Look(Icon.PARACHUTE, None if group is FlightGroup.MUST else Meaning.DANGER)
-        case Verdict.HOLDS if group is FlightGroup.MUST:
-            return Look(Icon.CROSS, Meaning.DANGER)
-        case _:
-            return Look(Icon.NOT_TRIGGERED, None)
 
 
 def verdict_text(outcome: FlightOutcome | None) -> str:
@@ -143,6 +98,7 @@ def told(row: FlightRow) -> str:
         return tr("{name}: not read. {why}", name=name, why=row.unread.why.in_words())
     lines = [f"{name} ({tr(row.group.value)})"]
     if row.outcome is not None:
+        lines.append(tr("Duration: {time}", time=stopwatch(row.outcome.flight.duration_s)))
         lines += [*outcome_lines(row.outcome), *(one.in_words() for one in row.outcome.flight.problems)]
     return "\n".join(lines)
 

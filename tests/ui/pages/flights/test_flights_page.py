@@ -96,7 +96,7 @@ def test_logs_are_read_and_a_table_asks_for_its_columns(desk: Desk, tmp_path: Pa
     assert sorted(desk.shown(MUST_NOT)) == sorted(str(one) for one in paths)
     assert desk.shown(MUST) == []
     assert page.count.text() == "2 flights"
-    assert "1 not read. bench:" in desk.notice()
+    assert "1 not read. t1:" in desk.notice()
     choose = page.strip.button("columns")
     assert choose is not None
     choose.click()
@@ -104,13 +104,13 @@ def test_logs_are_read_and_a_table_asks_for_its_columns(desk: Desk, tmp_path: Pa
     assert form.isVisible()
     form.read.click()
     assert form.fault.text() == "Choose a column in each row."
-    form.time.setCurrentText("when")
+    form.time.setCurrentText("w")
     form.attitude.setCurrentIndex(1)
-    form.attitude_parts[0].setCurrentText("angle")
+    form.attitude_parts[0].setCurrentText("a")
     form.force.setCurrentIndex(1)
     form.force_parts[0].setCurrentText("g")
     assert form.columns().names == {
-        CsvRole.TIME_S: "when", CsvRole.TILT_DEG: "angle", CsvRole.ACCELERATION_G: "g",
+        CsvRole.TIME_S: "w", CsvRole.TILT_DEG: "a", CsvRole.ACCELERATION_G: "g",
     }  # fmt: skip
     form.read.click()
     desk.wait_read()
