@@ -15,6 +15,7 @@ from importlib import import_module
 from itertools import takewhile
 from typing import NamedTuple
 
+from app.cli.gui import is_file_name
 from app.terminal import console
 from app.terminal.argparse_words import translate_argparse
 from app.terminal.port_choice import NoPortChosen, choose_port
@@ -112,7 +113,7 @@ def _run(words: list[str]) -> int:
     leading = list(takewhile(lambda word: word in _ANYWHERE, words))
     if words[len(leading) : len(leading) + 1] and words[len(leading)] in _BY_NAME:  # dps-s -v read
         words = [words[len(leading)], *leading, *words[len(leading) + 1 :]]
-    if not words or words[0].startswith("-"):
+    if not words or words[0].startswith("-") or is_file_name(words[0], _BY_NAME):
         words = [WINDOW, *words]
     entry = _BY_NAME.get(words[0])
     if entry is None:
@@ -176,6 +177,9 @@ def _complete_parser() -> argparse.ArgumentParser:
 
 
 def _open_window(args: argparse.Namespace) -> int:
+    if args.file is not None and not args.file.is_file():
+        console.say(tr("{file} cannot be read: {why}.", file=args.file, why=tr("there is no such file")))
+        return console.USED_WRONGLY
     from ui.main import WindowOptions, run
 
     return run(
@@ -186,6 +190,7 @@ def _open_window(args: argparse.Namespace) -> int:
             language=args.lang,
             offscreen_seconds=args.offscreen_seconds,
             evidence=args.evidence,
+            file=args.file,
         )
     )
 

@@ -34,6 +34,7 @@ def what_qt_lacks(words: Sequence[str]) -> str | None:
     `words` are the command line's. Nothing is looked for where Qt is not wanted.
     """
     is_window = not words or words[0] == WINDOW or (words[0].startswith("-") and words[0] not in _ANSWERED_AT_ONCE)
+    is_window |= bool(words) and Path(words[0]).is_file()
     asks_for_help = "-h" in words or "--help" in words
     if not sys.platform.startswith("linux") or asks_for_help or not (is_window or words[0] in NEEDS_QT):
         return None

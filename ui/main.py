@@ -68,6 +68,8 @@ class WindowOptions:
     language: str | None = None
     offscreen_seconds: float | None = None
     evidence: Path | None = None
+    file: Path | None = None
+    """Opened in the page of its type."""
 
 
 def _page(key: str, title: str, picture: Icon, *, wants_stream: bool = False) -> PageEntry:
@@ -185,7 +187,9 @@ def start(assembly: Assembly, options: WindowOptions) -> None:
         if target is not None:
             window.connect_to(target)
 
-    if target is None:
+    if options.file is not None:
+        window.pages_made.connect(partial(window.files.open, options.file))
+    elif target is None:
         QTimer.singleShot(0, window, window.toggle_panel)
     _AfterPaint(window, fill)
     window.show()

@@ -46,7 +46,7 @@ def add_parser(subparsers: "argparse._SubParsersAction[argparse.ArgumentParser]"
             "Nothing is ever activated, zeroed or deployed."
         ),
     )
-    add_port_arguments(parser)
+    add_port_arguments(parser, takes_several=True)
     parser.add_argument("--profile", type=Path, metavar="FILE", help=tr("the profile that says what it should be like"))
     parser.add_argument("--enable-triggers", action="store_true",
                         help=tr("enable both automatic triggers first: they cannot be read"))  # fmt: skip
@@ -72,6 +72,35 @@ def _name(text: str) -> str:
 
 
 def run(args: argparse.Namespace) -> int:
+    ports = [args.port] if isinstance(args.port, str) else list(dict.fromkeys(args.port))
+    if len(ports) == 1:
+        return _check(argparse.Namespace(**{**vars(args), "port": ports[0]}))
+    if args.module is not None or args.report is not None:
+        say(tr("With several ports neither --module nor --report: they are of one module."))
+        return USED_WRONGLY
+    codes: list[int] = []
+    for port in ports:
+        if not args.json:
+            write_lines([*([""] if codes else []), port])
+        codes.append(_check_or_say(argparse.Namespace(**{**vars(args), "port": port})))
+    return next((code for code in (USED_WRONGLY, SAID_NO, NO_LINK, PARTLY) if code in codes), DONE)
+
+
+def _check_or_say(args: argparse.Namespace) -> int:
+    """A module that cannot be reached keeps no other one from being checked."""
+    from app.terminal.connection import link_trouble
+
+    try:
+        return _check(args)
+    except Exception as error:
+        trouble = link_trouble(error)
+        if trouble is None:
+            raise
+        say(trouble)
+        return NO_LINK
+
+
+def _check(args: argparse.Namespace) -> int:
     from app import version
     from app.preflight.evidence import Evidence, FrameLog
     from app.records.filing import Person, file_check

@@ -1814,6 +1814,10 @@
         <translation>诊断包中的文件</translation>
     </message>
     <message>
+        <source>Files of this program ({endings})</source>
+        <translation>本程序的文件 ({endings})</translation>
+    </message>
+    <message>
         <source>Find my module</source>
         <translation>查找模块</translation>
     </message>
@@ -3274,6 +3278,10 @@
         <translation>没有其他已知站点</translation>
     </message>
     <message>
+        <source>No page opens {file}.</source>
+        <translation>没有页面可以打开 {file}。</translation>
+    </message>
+    <message>
         <source>No port is open.</source>
         <translation>没有打开的串口。</translation>
     </message>
@@ -3296,6 +3304,10 @@
     <message>
         <source>No protection: no aircraft tilts by {fires:.0f}°.</source>
         <translation>没有保护：没有飞行器会倾斜到 {fires:.0f}°。</translation>
+    </message>
+    <message>
+        <source>No recent files</source>
+        <translation>没有最近的文件</translation>
     </message>
     <message>
         <source>No recordings yet</source>
@@ -3794,6 +3806,10 @@
         <translation>打开以前保存的线路数据，可以查看，也可以在窗口中回放。</translation>
     </message>
     <message>
+        <source>Open…</source>
+        <translation>打开…</translation>
+    </message>
+    <message>
         <source>Other port</source>
         <translation>其他串口</translation>
     </message>
@@ -4216,6 +4232,10 @@
     <message>
         <source>Recent</source>
         <translation>最近</translation>
+    </message>
+    <message>
+        <source>Recent files</source>
+        <translation>最近的文件</translation>
     </message>
     <message>
         <source>Recent profiles</source>
@@ -6690,6 +6710,10 @@
         <translation>接有外接供电时，读到的不是电芯电压。</translation>
     </message>
     <message>
+        <source>With several ports neither --module nor --report: they are of one module.</source>
+        <translation>指定多个串口时不能使用 --module 或 --report：它们只属于一个模块。</translation>
+    </message>
+    <message>
         <source>Without --yes it says so and sends nothing (exit code 2). What is done is written to the audit log.</source>
         <translation>不带 --yes 时只作说明，不发送任何内容（退出码 2）。所做的操作会写入操作记录。</translation>
     </message>
@@ -8350,6 +8374,10 @@
         <translation>打开窗口</translation>
     </message>
     <message>
+        <source>open this profile, capture, recording or check</source>
+        <translation>打开此配置文件、抓包文件、数据记录或检查记录</translation>
+    </message>
+    <message>
         <source>options</source>
         <translation>选项</translation>
     </message>
@@ -9044,6 +9072,10 @@
     <message>
         <source>there is no setting “{name}”.</source>
         <translation>没有名为“{name}”的设置。</translation>
+    </message>
+    <message>
+        <source>there is no such file</source>
+        <translation>没有此文件</translation>
     </message>
     <message>
         <source>these checks are missing: {checks}</source>

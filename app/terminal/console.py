@@ -58,10 +58,12 @@ class OutputLost(Exception):
     """Standard output takes no more: a full disk."""
 
 
-def add_port_arguments(parser: argparse.ArgumentParser) -> None:
+def add_port_arguments(parser: argparse.ArgumentParser, *, takes_several: bool = False) -> None:
+    """`takes_several`: `port` becomes a list where it is given."""
     parser.add_argument(
         "--port",
         type=_port,
+        action="append" if takes_several else "store",
         metavar="P",
         help=tr(
             "a device name (see dps-s ports), a pseudo-terminal or a URL: socket://HOST:PORT, sim://; default: "

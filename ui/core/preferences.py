@@ -91,6 +91,17 @@ class Preferences:
         self.recent_profiles = (name, *others)[:MOST_RECENT]
 
     @property
+    def recent_files(self) -> tuple[str, ...]:
+        """Paths of files of any type, the last opened first."""
+        return tuple(filter(None, (self._text("files/recent") or "").split("\n")))
+
+    def add_file(self, path: Path) -> None:
+        """At the head of the recent ones; the oldest is dropped."""
+        name = str(path.absolute())
+        names = (name, *(one for one in self.recent_files if one != name))[:MOST_RECENT]
+        self._settings.setValue("files/recent", "\n".join(names))
+
+    @property
     def who(self) -> str:
         """Who checked last."""
         return self._text("preflight/who") or ""

@@ -18,7 +18,7 @@ from ui.core.connector import Connector
 from ui.core.language_switch import LanguageSwitch
 from ui.core.port_watcher import PortWatcher
 from ui.core.preferences import LastPort, Preferences
-from ui.files.file_drops import FileDrops, FilePage
+from ui.files.file_opener import FileOpener, FilePage
 from ui.services.context import PageEntry, Services
 from ui.services.page import Page, StreamPage
 from ui.services.tour_port import is_tour
@@ -115,7 +115,7 @@ class MainWindow(QMainWindow):
             parent=self,
         )
         self.attention.find_identity = lambda: identity_notice(self._connector.identity, services.naming)
-        self._drops = FileDrops(self, self._page_for, self.go_to)
+        self.files = FileOpener(self, self._file_pages, self.go_to, preferences=self._remembered, say=self.say)
         services.appearance.apply_theme(self, self.centre, self.stack)
         self._wire()
         self._restore()
@@ -156,6 +156,8 @@ class MainWindow(QMainWindow):
         self.panel.connect_wanted.connect(self.connect_to)
         self.panel.disconnect_wanted.connect(self.disconnect_port)
         self.navigation.page_wanted.connect(self._show_page)
+        menus.open.triggered.connect(self.files.ask)
+        menus.recent.aboutToShow.connect(partial(self.files.fill, menus.recent))
         menus.connect.triggered.connect(self.toggle_panel)
         menus.disconnect.triggered.connect(self.disconnect_port)
         menus.quit.triggered.connect(self.close)
@@ -207,9 +209,9 @@ class MainWindow(QMainWindow):
         if key == self.navigation.chosen:
             self.stack.setCurrentWidget(page)
 
-    def _page_for(self, suffix: str) -> FilePage | None:
+    def _file_pages(self) -> list[FilePage]:
         pages = ((key, self._pages[key]) for key in self._entries if key in self._pages)
-        return next((FilePage(key, page.open_file) for key, page in pages if suffix in page.suffixes), None)
+        return [FilePage(key, page.suffixes, page.open_file) for key, page in pages if page.suffixes]
 
     def _covered_px(self) -> int:
         """How much of a page's left lies under the sheet with the ports."""

@@ -286,3 +286,17 @@ def test_a_module_by_the_name_of_another_is_not_set(
     assert "Nothing was set" in printed.err
     found = {one["id"]: one["result"] for one in json.loads(printed.out.splitlines()[-1])["checks"]}
     assert (found["attitude_trigger"], found["boot_count"]) == ("unknown", "fail")
+
+
+def test_several_ports_are_checked_one_after_the_other(port: str, capsys: pytest.CaptureFixture[str]) -> None:
+    """One object a line; the worst decides."""
+    words = ["preflight", "--enable-triggers", "--records-looked-at", "--json"]
+    ports = [f"{port}-a", f"{port}-b?cell=3.5", f"{port}-c?mute=yes"]
+    assert program.main([*words, *(word for one in ports for word in ("--port", one))]) == 1
+    printed = Printed(capsys)
+    found = [json.loads(line) for line in printed.out.splitlines()]
+    assert [one["read"]["link"]["port"] for one in found] == ports[:2]
+    assert [one["verdict"] for one in found] == ["READY", "NO-GO"]
+    assert f"No module answers on {ports[2]}" in printed.err
+    assert program.main([*words, "--port", ports[0], "--port", ports[2]]) == 3
+    assert program.main([*words, "--port", ports[0], "--port", ports[1], "--module", "M-07"]) == 2

@@ -138,7 +138,8 @@ def test_a_recording_marks_them_under_the_cursor(
         assert "1.8 V" in light
         assert "3.80 V" in cell
         comma = "，限值" if is_chinese else ", limit"
-        assert f"3.52 V (!) {low}{comma} 3.80 V" in plot.reading
+        mark = "（!）" if is_chinese else " (!) "
+        assert f"3.52 V{mark}{low}{comma} 3.80 V" in plot.reading
 
 
 def reading_of(round_trip_s: float = 0.003, **values: Value) -> str:

@@ -1,0 +1,97 @@
+"""Files named on the command line or chosen in the menu go to the page of their type, as dropped ones do."""
+
+from pathlib import Path
+
+import pytest
+from PySide6.QtWidgets import QApplication, QWidget
+from pytestqt.qtbot import QtBot
+
+import app.__main__ as program
+from app.cli.gui import is_file_name
+from tests.support.window.capture_window import write_capture
+from tests.support.window.fakes_ui import WAIT_MS
+from tests.ui.pages.diagnosis.test_diagnosis_page import diagnosis
+from ui.main import WindowOptions
+from ui.pages.diagnosis.capture_files import SUFFIX
+
+
+def test_open_and_recent_files(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
+    path = write_capture(tmp_path / f"chosen{SUFFIX}", seconds=1)
+    with diagnosis(qtbot, qapp, tmp_path) as (assembly, page):
+        window = assembly.window
+        asked: list[str] = []
+
+        def choose(_parent: QWidget, _folder: Path, _title: str, kinds: str) -> Path:
+            asked.append(kinds)
+            return path
+
+        window.files.choose = choose
+        window.menus.open.trigger()
+        qtbot.waitUntil(lambda: page.opened is not None, timeout=WAIT_MS)
+        assert f"*{SUFFIX}" in asked[0]
+        window.menus.recent.aboutToShow.emit()
+        (recent,) = window.menus.recent.actions()
+        assert recent.text() == path.name
+        first = page.opened
+        recent.trigger()
+        qtbot.waitUntil(lambda: page.opened is not None and page.opened is not first, timeout=WAIT_MS)
+
+
+def test_the_window_begins_with_the_file(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
+    path = write_capture(tmp_path / f"begun{SUFFIX}", seconds=1)
+    options = WindowOptions(language="en", file=path)
+    with diagnosis(qtbot, qapp, tmp_path, options=options) as (assembly, page):
+        qtbot.waitUntil(lambda: page.opened is not None, timeout=WAIT_MS)
+        assert not assembly.window.panel.isVisible()
+
+
+def test_a_file_of_no_page_is_said(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
+    with diagnosis(qtbot, qapp, tmp_path) as (assembly, page):
+        said: list[str] = []
+        assembly.window.files.say = said.append
+        assert not assembly.window.files.open(tmp_path / "a.xyz")
+        assert said == ["No page opens a.xyz."]
+        assert page.opened is None
+        assembly.window.menus.recent.aboutToShow.emit()
+        (none,) = assembly.window.menus.recent.actions()
+        assert not none.isEnabled()
+
+
+@pytest.mark.parametrize(
+    ("words", "name"),
+    [(["a.toml"], "a.toml"), (["gui", "b.dpscap"], "b.dpscap"), (["a.toml", "--demo"], "a.toml")],
+)
+def test_dps_s_file_opens_the_window_on_it(
+    words: list[str], name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    seen: list[WindowOptions] = []
+
+    def run(options: WindowOptions) -> int:
+        seen.append(options)
+        return 0
+
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr("ui.main.run", run)
+    Path(name).touch()
+    assert program.main(words) == 0
+    assert [one.file for one in seen] == [Path(name)]
+
+
+def test_a_file_that_is_not_there_opens_no_window(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    assert program.main(["nowhere.toml"]) == 2
+    assert "nowhere.toml cannot be read: there is no such file." in capsys.readouterr().err
+    assert program.main(["bogus"]) == 2
+    assert "invalid choice" in capsys.readouterr().err
+
+
+def test_a_command_is_no_file(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    Path("read").touch()
+    Path("flight").touch()
+    assert not is_file_name("read", {"read"})
+    assert is_file_name("flight", {"read"})
+    assert is_file_name("later.toml", {"read"})
+    assert not is_file_name("raed", {"read"})

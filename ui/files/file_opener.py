@@ -1,0 +1,97 @@
+"""Opens files in the page of their type: dropped, chosen in the menu, or named on the command line."""
+
+from collections.abc import Callable
+from functools import partial
+from pathlib import Path
+from typing import NamedTuple
+
+from PySide6.QtCore import QEvent, QMimeData, QObject
+from PySide6.QtGui import QDragEnterEvent, QDropEvent
+from PySide6.QtWidgets import QMenu, QWidget
+
+from app.text.i18n import tr
+from app.text.visible_text import visible
+from ui.core.preferences import Preferences
+from ui.files.file_dialogs import ask_open
+
+
+class FilePage(NamedTuple):
+    """A page's key, the endings of its files, and what it does with one."""
+
+    key: str
+    suffixes: tuple[str, ...]
+    open_file: Callable[[Path], None]
+
+
+class FileOpener(QObject):
+    """`pages` gives those that open files; `go_to` brings one into sight; `say` shows a line."""
+
+    def __init__(
+        self,
+        window: QWidget,
+        pages: Callable[[], list[FilePage]],
+        go_to: Callable[[str], None],
+        *,
+        preferences: Preferences,
+        say: Callable[[str], None],
+    ) -> None:
+        super().__init__(window)
+        self._window, self._pages, self._go_to = window, pages, go_to
+        self._preferences, self.say = preferences, say
+        self.choose: Callable[[QWidget, Path, str, str], Path | None] = ask_open
+        """Asks a person for a file."""
+        window.setAcceptDrops(True)
+        window.installEventFilter(self)
+
+    def open(self, path: Path) -> bool:
+        """Whether some page opens files of this type; else that is said."""
+        page = self._page_of(path)
+        if page is None:
+            self.say(tr("No page opens {file}.", file=visible(path.name)))
+            return False
+        self._go_to(page.key)
+        page.open_file(path)
+        self._preferences.add_file(path)
+        return True
+
+    def ask(self) -> None:
+        """Let a person choose a file."""
+        endings = " ".join(f"*{suffix}" for page in self._pages() for suffix in page.suffixes)
+        recent = self._preferences.recent_files
+        folder = Path(recent[0]).parent if recent else Path.home()
+        path = self.choose(self._window, folder, tr("Open"), tr("Files of this program ({endings})", endings=endings))
+        if path is not None:
+            self.open(path)
+
+    def fill(self, menu: QMenu) -> None:
+        """With the files that were opened last."""
+        menu.clear()
+        for number, name in enumerate(self._preferences.recent_files):
+            action = menu.addAction(visible(Path(name).name).replace("&", "&&"))
+            action.setObjectName(f"act_recent_{number}")
+            action.setToolTip(visible(name))
+            action.triggered.connect(partial(self._reopen, Path(name)))
+        if not self._preferences.recent_files:
+            menu.addAction(tr("No recent files")).setEnabled(False)
+
+    def eventFilter(self, _watched: QObject, event: QEvent) -> bool:
+        if isinstance(event, QDragEnterEvent) and self._found(event.mimeData()) is not None:
+            event.acceptProposedAction()
+            return True
+        if isinstance(event, QDropEvent) and event.type() == QEvent.Type.Drop:
+            path = self._found(event.mimeData())
+            if path is not None:
+                event.acceptProposedAction()
+                return self.open(path)
+        return False
+
+    def _reopen(self, path: Path, _is_checked: bool = False) -> None:
+        self.open(path)
+
+    def _page_of(self, path: Path) -> FilePage | None:
+        return next((page for page in self._pages() if path.suffix.lower() in page.suffixes), None)
+
+    def _found(self, data: QMimeData) -> Path | None:
+        """The first file that some page takes."""
+        paths = (Path(url.toLocalFile()) for url in data.urls() if url.isLocalFile())
+        return next((path for path in paths if self._page_of(path) is not None), None)
