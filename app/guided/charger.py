@@ -36,7 +36,7 @@ STEPS = 3
 _CHARGING, _VOLTAGE = BY_NAME["charging"].query(), BY_NAME["cell_voltage"].query()
 
 
-class _Seen(NamedTuple):
+class _ChargeSeen(NamedTuple):
     is_charging: bool
     voltage_v: float
 
@@ -52,7 +52,7 @@ def measure_charger(setup: GuidedSetup, steps: PersonSteps) -> Procedure[GuidedR
         (True, marked("Plug the external power in.")),
         (False, marked("Unplug the external power again.")),
     )
-    seen: list[_Seen] = []
+    seen: list[_ChargeSeen] = []
     for number, (is_plugged_in, text) in enumerate(texts):
         yield Report(number, STEPS, text)
         seen.append((yield from _until(setup, steps, is_charging=is_plugged_in)))
@@ -61,7 +61,7 @@ def measure_charger(setup: GuidedSetup, steps: PersonSteps) -> Procedure[GuidedR
     return _result(seen)
 
 
-def _until(setup: GuidedSetup, steps: PersonSteps, *, is_charging: bool) -> Procedure[_Seen]:
+def _until(setup: GuidedSetup, steps: PersonSteps, *, is_charging: bool) -> Procedure[_ChargeSeen]:
     view: EngineView = yield Inspect()
     began, heard_at, said_at = view.now, view.now, None
     confirmed, agreeing = steps.ask(), 0
@@ -86,7 +86,7 @@ def _until(setup: GuidedSetup, steps: PersonSteps, *, is_charging: bool) -> Proc
     charging, voltage = (yield from _read(_CHARGING)), (yield from _read(_VOLTAGE))
     if charging is None or voltage is None:
         raise BreakOff(marked("The charge state could not be read."))
-    return _Seen(bool(charging), float(voltage))
+    return _ChargeSeen(bool(charging), float(voltage))
 
 
 def _read(request: Request) -> Procedure[Value | None]:
@@ -95,7 +95,7 @@ def _read(request: Request) -> Procedure[Value | None]:
     return reading.value if isinstance(reading, Reading) else None
 
 
-def _result(seen: list[_Seen]) -> GuidedResult:
+def _result(seen: list[_ChargeSeen]) -> GuidedResult:
     names = (marked("Unplugged"), marked("Plugged in"), marked("Unplugged again"))
     measured = [
         MeasuredValue(

@@ -6,7 +6,7 @@ test, and locks the module where the test may have made it active.
 
 from typing import Final
 
-from PySide6.QtCore import QEvent, QObject, QSignalBlocker, QSize, Qt
+from PySide6.QtCore import QEvent, QObject, QSignalBlocker, QSize, Qt, QTimer
 from PySide6.QtGui import QHideEvent, QShowEvent
 from PySide6.QtWidgets import (
     QApplication,
@@ -42,7 +42,7 @@ from ui.services.page import Page
 from ui.style.icons import MEANING_ICONS, icon
 from ui.style.theme import Meaning, Space
 from ui.widgets.controls import Shortcut, control
-from ui.widgets.labels import IconLabel, text_label
+from ui.widgets.labels import ElidedLabel, IconLabel, text_label
 from ui.widgets.naming import named
 from ui.widgets.notice_bar import Notice, NoticeBar
 from ui.widgets.sliders import WheelGuard
@@ -72,7 +72,7 @@ class TestsPage(Page):
         self.who.setMaxLength(LONGEST_NAME)
         texts.bind(self.who.setPlaceholderText, "your name")
         self.module = ModuleField("tests_module", services.naming, texts, guard)
-        self.title = text_label("tests_title", "title")
+        self.title = named(ElidedLabel(), "tests_title", "title")
         self.picture, self.steps, self.instruction = GuidedPicture(), StepList(), Instruction()
         self.safety = text_label("tests_safety")
         self.made_safe = named(QCheckBox(), "tests_made_safe")
@@ -144,6 +144,8 @@ class TestsPage(Page):
         for row in self.acts.values():
             row.setVisible(row is act)
         place = self._act_corner if is_asked else places.get(work.stage, self._ready)
+        if place is self._act_corner and self._region.currentWidget() is not place:
+            QTimer.singleShot(0, self, lambda: self._scroll.ensureWidgetVisible(self._act_corner))
         self._region.setCurrentWidget(place)
         self._views.setCurrentWidget(self.result if work.stage is Stage.DONE else self._doing)
         self.result.show_outcome(work.outcome)
@@ -285,7 +287,7 @@ class TestsPage(Page):
             label = named(QLabel(), f"{field.objectName()}_caption", "small")
             label.setBuddy(field)
             self._services.texts.bind(label.setText, caption)
-            field.setFixedWidth(140)
+            field.setFixedWidth(128)
             head.addWidget(label)
             head.addWidget(field)
         self._make_doing()
@@ -293,7 +295,7 @@ class TestsPage(Page):
         self._views = QStackedLayout(content)
         self._views.addWidget(self._doing)
         self._views.addWidget(self.result)
-        scroll = control(QScrollArea(), self._services.texts, "tests_scroll", says="Guided test")
+        scroll = self._scroll = control(QScrollArea(), self._services.texts, "tests_scroll", says="Guided test")
         scroll.setWidgetResizable(True)
         scroll.setWidget(content)
         foot = QHBoxLayout()

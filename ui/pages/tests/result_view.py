@@ -50,7 +50,8 @@ class ResultView(QWidget):
         self.table.setVerticalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
         header = self.table.horizontalHeader()
         header.setSectionResizeMode(QHeaderView.ResizeMode.Stretch)
-        header.setSectionResizeMode(len(COLUMNS) - 1, QHeaderView.ResizeMode.ResizeToContents)
+        for place in (0, len(COLUMNS) - 1):
+            header.setSectionResizeMode(place, QHeaderView.ResizeMode.ResizeToContents)
         row = QHBoxLayout()
         row.setSpacing(Space.S)
         row.addWidget(self.mark)
