@@ -285,20 +285,26 @@ class Series(Readable):
         if not (np.isfinite(times).all() and np.isfinite(values).all()):
             raise ValueError("times and values have to be finite")
         newest = self._times[-1] if len(self._exact) else -math.inf
-        if times[0] < newest or (np.diff(times) < 0).any():
+        if times[0] < newest or (times[1:] < times[:-1]).any():
             raise ValueError("times run backwards")
         self._exact.append(times, values)
         self._summarise(times, values)
 
     def _summarise(self, times: Seconds, values: Values) -> None:
-        numbers = np.floor(times / SUMMARY_S)
-        firsts = np.flatnonzero(np.concatenate(([True], numbers[1:] != numbers[:-1])))
-        batch = _buckets(times, values, firsts)
+        first, last = math.floor(times[0] / SUMMARY_S), math.floor(times[-1] / SUMMARY_S)
+        if first == last:  # a few samples: the usual case, without arrays of one
+            batch = Envelope(times[:1], times[-1:], values.min(keepdims=True), values.max(keepdims=True))
+        else:
+            numbers = np.floor(times / SUMMARY_S)
+            firsts = np.flatnonzero(np.concatenate(([True], numbers[1:] != numbers[:-1])))
+            batch = _buckets(times, values, firsts)
         start, end, low, high = (self._summary.column(number) for number in range(4))
-        if len(start) and math.floor(start[-1] / SUMMARY_S) == numbers[0]:
+        if len(start) and math.floor(start[-1] / SUMMARY_S) == first:
             end[-1] = batch.end_s[0]
             low[-1] = min(low[-1], batch.low[0])
             high[-1] = max(high[-1], batch.high[0])
+            if first == last:
+                return
             batch = Envelope(batch.start_s[1:], batch.end_s[1:], batch.low[1:], batch.high[1:])
         self._summary.append(*batch)
 
