@@ -22,6 +22,8 @@ LISTEN_FIRST_S = 2.2
 """A stream that was on before shows two reports within this time, down to one a second."""
 BRIEF_LISTEN_S = 0.2
 """Where the stream is what was asked for. Whether it was on before is known then from the rate at which it streams."""
+BRIEF_UNPOLLED_S = 0.5
+"""Until then the status is not asked for: the stream is about to begin."""
 LEAST_EXPECTED = 3.0
 """Reports that a stream would have sent meanwhile. One that is slower may have been on unnoticed."""
 STREAM_STARTS_S = 1.5
@@ -130,7 +132,8 @@ def _turn(course: _StreamProgress, switch: StreamSwitch, sight: EngineView, *, r
         return
     yield from _steer_stream(course, switch, sight)
     polled = [*_polled(switch, sight), *(_SETTINGS if read_all else ())]
-    if course.listens_briefly and sight.now - sight.opened_at < BRIEF_LISTEN_S:
+    is_beginning = course.listens_briefly and switch.began_at is None and not course.has_come
+    if is_beginning and sight.now - sight.opened_at < BRIEF_UNPOLLED_S:
         # Nothing that a streamed report could be mistaken for the answer of.
         polled = [one for one in polled if one[0].command is not STATUS]
     due = [one for one in polled if sight.now >= course.due.get(one[0], 0.0)]
@@ -140,7 +143,7 @@ def _turn(course: _StreamProgress, switch: StreamSwitch, sight: EngineView, *, r
         course.due[request] = sight.now + every_s
         yield from _ask(request, attempts=1)  # it is asked again soon anyway
         yield from _confirm_change(course, request, sight)
-    course.rests_until = min(course.due.get(request, 0.0) for request, _ in polled)
+    course.rests_until = 0.0 if is_beginning else min(course.due.get(request, 0.0) for request, _ in polled)
 
 
 def _confirm_change(course: _StreamProgress, request: Request, before: EngineView) -> Procedure[None]:

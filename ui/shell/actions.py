@@ -33,7 +33,7 @@ class Actions:
         self._texts = texts
         file, module = self._menu("menu_file", marked("&File")), self._menu("menu_module", marked("&Module"))
         view, help_menu = self._menu("menu_view", marked("&View")), self._menu("menu_help", marked("&Help"))
-        self.open = self._action(file, "act_open", marked("Open…"), "Ctrl+Shift+O")
+        self.open = self._action(file, "act_open", marked("Open…"), "Ctrl+Alt+O")
         self.recent = QMenu(window)
         self._add_menu(file, self.recent, "menu_recent", marked("Recent files"))
         file.addSeparator()
