@@ -92,6 +92,7 @@ def main(argv: Sequence[str] | None = None) -> int:
 
 
 def _run_or_refuse(words: list[str]) -> int:
+    console.set_verbosity(argparse.Namespace())
     try:
         return _run(words)
     except SystemExit as end:  # argparse: help, or used wrongly

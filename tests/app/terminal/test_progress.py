@@ -1,0 +1,97 @@
+"""Progress on a terminal: only for what takes longer than half a second, and gone afterwards."""
+
+import io
+from argparse import Namespace
+from contextlib import redirect_stderr
+from types import SimpleNamespace
+
+import pytest
+
+import app.__main__ as program
+from app.terminal import console
+
+pytest_plugins = ["tests.support.cli_fixtures"]
+pytestmark = pytest.mark.usefixtures("speaks_english", "user_files")
+
+
+class Terminal(io.StringIO):
+    """Standard error that is a terminal."""
+
+    def isatty(self) -> bool:
+        return True
+
+    @property
+    def left(self) -> str:
+        """What still stands there: the last line, without what was wiped."""
+        return self.getvalue().rpartition("\n")[2].rpartition("\r")[2].removesuffix("\x1b[K")
+
+
+@pytest.fixture
+def terminal() -> Terminal:
+    console.set_verbosity(Namespace())
+    return Terminal()
+
+
+@pytest.fixture
+def clock(monkeypatch: pytest.MonkeyPatch) -> list[float]:
+    now = [100.0]
+    monkeypatch.setattr("app.terminal.console.time", SimpleNamespace(monotonic=lambda: now[0]))
+    return now
+
+
+def test_what_is_done_soon_shows_nothing(terminal: Terminal, clock: list[float]) -> None:
+    with redirect_stderr(terminal):
+        for _ in range(4):
+            console.say_in_passing("reading")
+            clock[0] += 0.1
+        console.end_passing()
+        clock[0] += 1.0
+        console.say_in_passing("something else")
+        assert terminal.getvalue() == ""
+
+
+def test_what_takes_longer_is_shown_and_taken_away(terminal: Terminal, clock: list[float]) -> None:
+    with redirect_stderr(terminal):
+        console.say_in_passing("reading")
+        clock[0] += 0.5
+        console.say_in_passing("reading")
+        assert terminal.left == "reading"
+        shown = terminal.getvalue()
+        console.say_in_passing("reading")
+        assert terminal.getvalue() == shown
+        console.say_in_passing("writing")
+        assert terminal.left == "writing"
+        console.end_passing()
+        assert terminal.left == ""
+
+
+def test_a_sentence_takes_its_place(terminal: Terminal, clock: list[float], capsys: pytest.CaptureFixture[str]) -> None:
+    with redirect_stderr(terminal):
+        console.say_in_passing("reading")
+        clock[0] += 1.0
+        console.say_in_passing("reading")
+        console.say("There is no port.")
+        assert terminal.getvalue().endswith("\r\x1b[KThere is no port.\n")
+        console.say_in_passing("reading")
+        console.write_lines(["a result"])
+        assert terminal.left == ""
+        console.end_passing()
+
+
+def test_elsewhere_there_is_none(clock: list[float], capsys: pytest.CaptureFixture[str]) -> None:
+    console.say_in_passing("reading")
+    clock[0] += 1.0
+    console.say_in_passing("reading")
+    console.end_passing()
+    assert capsys.readouterr() == ("", "")
+
+
+@pytest.mark.parametrize("words", [["--json"], ["--quiet", "--json"]])
+def test_what_is_being_read_is_said_meanwhile(
+    words: list[str], port: str, terminal: Terminal, capsys: pytest.CaptureFixture[str], hasty: None
+) -> None:
+    with redirect_stderr(terminal):
+        assert program.main(["read", "--port", f"{port}?mute_codes=34", *words]) == 4
+        assert ("Reading: Cell voltage (9/9)" in terminal.getvalue()) is ("--quiet" not in words)
+        assert terminal.left == ""
+        assert capsys.readouterr().out.count("\n") == 1
