@@ -29,6 +29,7 @@ class Terminal(io.StringIO):
 @pytest.fixture
 def terminal() -> Terminal:
     console.set_verbosity(Namespace())
+    console.end_passing()
     return Terminal()
 
 
@@ -48,6 +49,7 @@ def test_what_is_done_soon_shows_nothing(terminal: Terminal, clock: list[float])
         clock[0] += 1.0
         console.say_in_passing("something else")
         assert terminal.getvalue() == ""
+        console.end_passing()
 
 
 def test_what_takes_longer_is_shown_and_taken_away(terminal: Terminal, clock: list[float]) -> None:
