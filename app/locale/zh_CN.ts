@@ -1814,8 +1814,8 @@
         <translation>诊断包中的文件</translation>
     </message>
     <message>
-        <source>Files of this program ({endings})</source>
-        <translation>本程序的文件 ({endings})</translation>
+        <source>Files of this program</source>
+        <translation>本程序的文件</translation>
     </message>
     <message>
         <source>Find my module</source>

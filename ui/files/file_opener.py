@@ -59,7 +59,7 @@ class FileOpener(QObject):
         endings = " ".join(f"*{suffix}" for page in self._pages() for suffix in page.suffixes)
         recent = self._preferences.recent_files
         folder = Path(recent[0]).parent if recent else Path.home()
-        path = self.choose(self._window, folder, tr("Open"), tr("Files of this program ({endings})", endings=endings))
+        path = self.choose(self._window, folder, tr("Open"), f"{tr('Files of this program')} ({endings})")
         if path is not None:
             self.open(path)
 

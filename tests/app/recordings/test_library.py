@@ -294,7 +294,7 @@ def test_a_name_that_is_none_or_many(kept_at: Path, tmp_path: Path, capsys: pyte
 def test_a_file_of_another_kind_is_refused(kept_at: Path, capsys: pytest.CaptureFixture[str]) -> None:
     recorded(kept_at, 0.1)
     assert program.main(["recordings", "export", "latest", "x.txt"]) == 2
-    assert "ends neither with .csv nor with .mcap" in Printed(capsys).err
+    assert "ends with none of .csv, .mcap, .dpscap" in Printed(capsys).err
 
 
 def test_a_file_that_cannot_be_written(kept_at: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
