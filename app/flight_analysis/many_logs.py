@@ -3,6 +3,7 @@
 import multiprocessing
 import os
 import signal
+import threading
 from collections import deque
 from collections.abc import Callable, Generator, Iterator, Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
@@ -99,7 +100,7 @@ def _in_processes(
     """
     # Started from nothing: a copy of a process with threads may hang, and Windows knows no copies.
     context = multiprocessing.get_context("spawn")
-    pool = ProcessPoolExecutor(processes, context, initializer=_leave_interrupts)
+    pool = ProcessPoolExecutor(processes, context, initializer=_begin_worker)
     path_of: dict[Future[SummarisedLog], Path] = {}
     suspects: list[Path] = []
     try:
@@ -126,6 +127,15 @@ def _in_processes(
         pool.shutdown(wait=True, cancel_futures=True)
 
 
-def _leave_interrupts() -> None:
-    """Ctrl-C is for the program that started this process, which then ends it."""
+def _begin_worker() -> None:
+    """Ctrl-C is for the program that started this process, which then ends it; and none outlives that program."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
+    threading.Thread(target=_end_with_program, name="dps-s program", daemon=True).start()
+
+
+def _end_with_program() -> None:
+    """Where that program was ended at once nothing tells its workers."""
+    program = multiprocessing.parent_process()
+    if program is not None:
+        program.join()
+    os._exit(1)

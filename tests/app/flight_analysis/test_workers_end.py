@@ -1,0 +1,32 @@
+"""No worker process outlives the program, however that ends."""
+
+import subprocess
+import sys
+from pathlib import Path
+
+from tests.support.processes import ENVIRONMENT, ROOT
+
+PROGRAM = """
+import os, sys
+from pathlib import Path
+from app.flight_analysis.many_logs import summarise_logs
+
+if __name__ == "__main__":
+    folder = Path(sys.argv[1])
+    for number, _ in enumerate(summarise_logs(sorted(folder.glob("*.csv")), processes=2)):
+        print("read", flush=True)
+        os._exit(0)
+"""
+
+
+def test_workers_end_with_a_program_that_ends_at_once(tmp_path: Path) -> None:
+    """They hold its output open: it is at its end when the last of them is."""
+    for number in range(40):
+        (tmp_path / f"{number}.csv").write_text("time_s,tilt_deg\n0,1\n1,2\n", encoding="utf-8")
+    program = tmp_path / "program.py"
+    program.write_text(PROGRAM, encoding="utf-8")
+    done = subprocess.run(
+        [sys.executable, str(program), str(tmp_path)],
+        cwd=ROOT, env={**ENVIRONMENT, "PYTHONPATH": str(ROOT)}, capture_output=True, text=True, timeout=60, check=False,
+    )  # fmt: skip
+    assert done.stdout == "read\n"
