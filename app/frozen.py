@@ -55,19 +55,11 @@ def _is_screen_missing() -> bool:
 
 
 def _missing_libraries(*, is_window: bool) -> str | None:
-    from app.system.qt_libraries import INSTALL, missing, package_manager, package_names, wanted_libraries
+    from app.system.qt_libraries import lacking_sentence, wanted_libraries
 
     asked = (Path(sys._MEIPASS) / "system-libraries.txt").read_text(encoding="utf-8").split()  # type: ignore[attr-defined]
     wanted = wanted_libraries(is_screen_wanted=is_window)
-    lacking = missing(tuple(library for library in wanted if library.soname in asked))
-    if not lacking:
-        return None
-    manager = package_manager()
-    if manager is None:
-        names = ", ".join(library.soname for library in lacking)
-        return f"Qt needs system libraries that are not here: {names}."
-    command = f"{INSTALL[manager]} {' '.join(package_names(lacking, manager))}"
-    return f"Qt needs system libraries that are not here. Type: sudo {command}"
+    return lacking_sentence(tuple(library for library in wanted if library.soname in asked))
 
 
 def _run_without_console() -> int:

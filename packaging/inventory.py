@@ -115,7 +115,12 @@ def _from_distribution(distribution: metadata.Distribution) -> Part:
 
 def _own_texts(distribution: metadata.Distribution) -> tuple[Path, ...]:
     named = {Path(text).name for text in distribution.metadata.get_all("License-File") or ()}
-    files = [file for file in distribution.files or () if ".dist-info" in file.as_posix() and file.name in named]
+    files = [
+        file
+        for file in distribution.files or ()
+        if ".dist-info" in file.as_posix()
+        and (file.name in named if named else file.name.startswith(("LICENSE", "LICENCE", "COPYING")))
+    ]
     return tuple(Path(str(distribution.locate_file(file))) for file in files)
 
 

@@ -1,6 +1,6 @@
 """All packages, by one command:  python3 packaging/bootstrap.py package
 
-Builds wheel, sdist and bundle, on Linux the .deb, on Windows the installer where Inno Setup is here, on macOS the disk
+Builds wheel, sdist and bundle, on Linux the .deb, on Windows the installer where NSIS is here, on macOS the disk
 image; writes SHA256SUMS; then runs the tests that install, start and use what was built (tests/packages). Everything is
 put into dist/, which is made again.
 """
@@ -47,7 +47,7 @@ def build(dist: Path = DIST, work: Path = WORK) -> Path:
         from windows.installer import make_installer
 
         _do("installer")
-        make_installer(release, bundle, dist)
+        make_installer(release, bundle, dist, work / "icons")
     papers = bundle / "Contents" / "Resources" if sys.platform == "darwin" else bundle
     shutil.copyfile(papers / BILL, dist / f"{release.bundle_name}.cdx.json")
     _write_sums(dist)

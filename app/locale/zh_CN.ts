@@ -10300,6 +10300,10 @@
         <translation>“{name}”无法设置；可以设置的有：{names}。</translation>
     </message>
     <message>
+        <source>“{name}” in {place} is not this program's: install it with pipx or uv tool.</source>
+        <translation>{place} 中的“{name}”不属于本程序：请用 pipx 或 uv tool 安装本程序。</translation>
+    </message>
+    <message>
         <source>“{name}” is not known here.</source>
         <translation>此处没有“{name}”这一项。</translation>
     </message>

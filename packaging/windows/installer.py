@@ -1,37 +1,44 @@
-"""Not run here: written for Windows, never executed by us. The installer, by Inno Setup 6 from installer.iss."""
+"""The installer for Windows, by NSIS from installer.nsi; NSIS runs on Windows and on Linux."""
 
-import os
 import shutil
 import subprocess
 from pathlib import Path
 
-from environment import ROOT, SetupError, say
+from environment import SetupError, say
 from release import Release
 
-SCRIPT = ROOT / "packaging" / "windows" / "installer.iss"
+SCRIPT = Path(__file__).with_name("installer.nsi")
 
 
-def make_installer(release: Release, bundle: Path, dist: Path) -> Path | None:
-    """Build it; None, and a sentence, where Inno Setup is not installed. Raises SetupError where it fails."""
-    compiler = _compiler()
+def make_installer(release: Release, bundle: Path, dist: Path, icons: Path) -> Path | None:
+    """Build it; None, and a sentence, where NSIS is not installed. Raises SetupError where it fails."""
+    compiler = shutil.which("makensis")
     if compiler is None:
-        say("Inno Setup 6 is not installed here, so there is no installer; the bundle and its .zip are complete.")
+        say("NSIS is not installed here, so there is no installer; the bundle and its .zip are complete.")
         return None
-    name = f"{release.bundle_name}-setup"
-    command = [str(compiler), "/Qp", f"/DAppVersion={release.version}", f"/DBundle={bundle}", f"/DOutput={dist}"]
-    command += [f"/DOutputName={name}", f"/DIcons={ROOT / 'build' / 'package' / 'icons'}", str(SCRIPT)]
-    done = subprocess.run(command, capture_output=True, text=True, errors="replace", check=False)
+    target = dist / f"{bundle.name}-setup.exe"
+    done = subprocess.run(
+        [compiler, *arguments(release, bundle, target, icons / "dps-s-configurator.ico")],
+        capture_output=True,
+        text=True,
+        errors="replace",
+        check=False,
+    )
     if done.returncode != 0:
-        raise SetupError(f"{done.stdout}{done.stderr}\nInno Setup failed; it says why above.", exit_code=4)
-    return dist / f"{name}.exe"
+        raise SetupError(f"{done.stdout}{done.stderr}\nNSIS failed; it says why above.", exit_code=4)
+    return target
 
 
-def _compiler() -> Path | None:
-    found = shutil.which("ISCC")
-    if found is not None:
-        return Path(found)
-    for variable in ("ProgramFiles(x86)", "ProgramFiles"):
-        place = Path(os.environ.get(variable, "")) / "Inno Setup 6" / "ISCC.exe"
-        if place.is_file():
-            return place
-    return None
+def arguments(release: Release, bundle: Path, target: Path, icon: Path) -> list[str]:
+    """What makensis is told."""
+    numbers = [int("".join(filter(str.isdigit, part)) or 0) for part in release.version.split("+")[0].split(".")]
+    size = sum(path.stat().st_size for path in bundle.rglob("*") if path.is_file())
+    defined = {
+        "VERSION": release.version,
+        "NUMBERS": ".".join(map(str, [*numbers, 0, 0, 0, 0][:4])),
+        "BUNDLE": str(bundle),
+        "OUTPUT": str(target),
+        "ICON": str(icon),
+        "SIZE_KB": str(size // 1024),
+    }
+    return ["-V2", "-WX", *(f"-D{name}={value}" for name, value in defined.items()), str(SCRIPT)]

@@ -1,7 +1,7 @@
-"""The tests of the program for Windows, under Wine:  python3 packaging/bootstrap.py windows [setup | quick | SUITE ...]
+"""The tests of the program for Windows, under Wine:  python3 packaging/bootstrap.py windows [WHAT]
 
-Without arguments everything is run that suites.py names. `quick` runs a short part where Wine is prepared, and says so
-where it is not. The table of results is written to build/windows/results.md.
+Without arguments everything is run that suites.py names. `package` builds bundle and installer and tries them. `quick`
+runs a short part where Wine is prepared, and says so where it is not. The results are in build/windows/results.md.
 """
 
 import argparse
@@ -19,7 +19,7 @@ sys.path.insert(0, str(Path(__file__).parents[1]))
 from environment import ROOT, SetupError, say
 
 from windows import wine
-from windows.suites import CANNOT_BE_TOLD, QUICK, SUITES, Suite
+from windows.suites import CANNOT_BE_TOLD, INSTALLER, QUICK, SUITES, Suite
 
 _OPTIONS: Final = ("-q", "-p", "no:cacheprovider", "-o", "faulthandler_timeout=120", "--tb=short")
 _SCREEN: Final = ("xvfb-run", "-a", "-s", "-screen 0 1920x1080x24")
@@ -135,7 +135,9 @@ def main(arguments: list[str]) -> int:
         prog="bootstrap.py windows", description="Test the program for Windows under Wine."
     )
     titles = [suite.title for suite in SUITES]
-    parser.add_argument("what", nargs="*", help=f"setup, quick, or suites by their titles: {', '.join(titles)}")
+    parser.add_argument(
+        "what", nargs="*", help=f"setup, quick, package, or suites by their titles: {', '.join(titles)}"
+    )
     chosen = parser.parse_args(arguments).what
     try:
         if chosen == ["quick"]:
@@ -148,6 +150,12 @@ def main(arguments: list[str]) -> int:
         say(f"Windows is ready in {wine.PLACE.name} ({time.monotonic() - started:.0f} s).")
         if chosen == ["setup"]:
             return 0
+        if chosen == ["package"]:
+            from windows.make_package import make_package
+
+            made = make_package()
+            say(f"{made.name}: {made.stat().st_size / 1e6:.1f} MB, {time.monotonic() - started:.0f} s")
+            return run_suites([INSTALLER])
         return run_suites([suite for suite in SUITES if not chosen or suite.title in chosen])
     except SetupError as error:
         print(error, file=sys.stderr)

@@ -56,6 +56,7 @@ QUICK: Final = Suite(
     "offscreen",
     150,
 )  # fmt: skip
+INSTALLER: Final = Suite("Installer in a fresh Windows", ("tests/windows/test_installer.py",), None, 1500)
 CANNOT_BE_TOLD: Final[dict[str, str]] = {
     "tests/app/engine/test_reconnect.py::test_a_link_behind_which_an_adapter_has_come_is_left_alone": (
         "a link into /dev, which Wine follows when it is deleted"

@@ -10,6 +10,7 @@ import shutil
 import subprocess
 import sys
 import tarfile
+import time
 import zipfile
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
@@ -30,6 +31,8 @@ SOURCE: Final = "C:\\source"
 PREPARE_LIMIT_S: Final = 1800
 """For each step; most of it is the downloading."""
 TIMED_OUT: Final = 124
+LINGER_S: Final = 5
+"""How long Windows' own services may hold the output open after the program has ended."""
 _SUITE: Final = "trixie"  # Wine 8 of Debian 12 lacks what pyserial's list of ports calls
 _PACKAGES: Final = ("wine", "wine64", "xvfb", "xauth", "imagemagick", "fonts-wqy-microhei", "fonts-liberation", "nsis")
 _COMPILER: Final = "gcc-mingw-w64-x86-64-win32"
@@ -241,15 +244,24 @@ def inside(
         encoding="utf-8",
         errors="replace",
     )
-    try:
-        said, errors = process.communicate("", timeout=limit_s)
-    except subprocess.TimeoutExpired:
-        process.kill()
-        if "wineserver" not in command[-1]:
-            shut_down(prefix)  # Windows' own services hold the pipes open
-        said, errors = process.communicate()
-        return subprocess.CompletedProcess(command, TIMED_OUT, said, errors)
-    return subprocess.CompletedProcess(command, process.returncode, said, errors)
+    if process.stdin is not None:
+        process.stdin.close()
+    process.stdin = None
+    ends, over = time.monotonic() + limit_s, 0
+    while True:
+        try:
+            said, errors = process.communicate(timeout=1.0)
+        except subprocess.TimeoutExpired:
+            over += process.poll() is not None
+            is_late = time.monotonic() > ends
+            if is_late:
+                process.kill()
+            if (is_late or over == LINGER_S) and "wineserver" not in command[-1]:
+                shut_down(prefix)  # Windows' own services hold the pipes open
+        else:
+            break
+    code = TIMED_OUT if time.monotonic() > ends else process.returncode
+    return subprocess.CompletedProcess(command, code, said, errors)
 
 
 def entered(command: Sequence[str]) -> list[str]:

@@ -168,14 +168,12 @@ def test_texts_that_the_inventory_names_are_there(made: dict[str, ModuleType]) -
             assert (inventory.LICENCE_FOLDER / name).stat().st_size > 500
 
 
-# Windows, macOS and the forge, which are never run here.
+# macOS and the forge, which are never run here, and Windows, which only Wine runs.
 
 
 @pytest.mark.parametrize(
     "path",
     [
-        "packaging/windows/installer.iss",
-        "packaging/windows/installer.py",
         "packaging/macos/disk_image.py",
         ".github/workflows/packages.yml",
     ],
@@ -187,30 +185,22 @@ def test_what_was_never_run_says_so_first(path: str) -> None:
 
 
 def test_the_installer_names_only_what_is_built(made: dict[str, ModuleType]) -> None:
-    text = (PACKAGING / "windows" / "installer.iss").read_text(encoding="utf-8")
-    sections = configparser.ConfigParser(
-        allow_no_value=True, strict=False, interpolation=None, comment_prefixes=(";", "#"), delimiters=("=",)
-    )
-    sections.read_string(text)
-    assert set(sections) - {"DEFAULT"} == {
-        "Setup",
-        "Languages",
-        "Tasks",
-        "InstallDelete",
-        "Files",
-        "Icons",
-        "Registry",
-        "Run",
-    }
-    setup = sections["Setup"]
-    assert setup["AppVersion"] == "{#AppVersion}"
-    assert re.fullmatch(r"\{\{[0-9A-F]{8}(-[0-9A-F]{4}){3}-[0-9A-F]{12}\}", setup["AppId"])
+    text = (PACKAGING / "windows" / "installer.nsi").read_text(encoding="utf-8")
     spec = (PACKAGING / "dps-s.spec").read_text(encoding="utf-8")
-    for program in re.findall(r"\{app\}\\([\w-]+)\.exe", text):
+    for program in re.findall(r"\$INSTDIR\\(dps-s[\w-]*)\.exe", text):
         assert f'program("{program}"' in spec
-    given = set(re.findall(r"/D(\w+)=", (PACKAGING / "windows" / "installer.py").read_text(encoding="utf-8")))
-    assert set(re.findall(r"\{#(\w+)\}", text)) - {"AppName"} <= given
-    assert not re.search(r"\d+\.\d+\.\d+", setup["AppVersion"] + setup["AppVerName"])
+    own = set(re.findall(r"!define (\w+)", text)) | {"TARGET"}
+    given = set(re.findall(r'"([A-Z_]+)": ', (PACKAGING / "windows" / "installer.py").read_text(encoding="utf-8")))
+    assert set(re.findall(r"\$\{([A-Z]\w*)\}", text)) - own - {"LANG_ENGLISH", "LANG_SIMPCHINESE"} == given
+    for word in re.findall(r"\$\((\w+)\)", text):
+        assert text.count(f"LangString {word} ") == 2, "in both languages"
+    assert not re.search(r"\d+\.\d+\.\d+", text)
+
+
+def test_the_uninstaller_takes_nothing_of_the_users() -> None:
+    text = (PACKAGING / "windows" / "installer.nsi").read_text(encoding="utf-8")
+    taken = re.findall(r"RMDir /r \"([^\"]+)\"", text[text.index('Section "Uninstall"') :])
+    assert taken == ["$INSTDIR\\_internal", "$INSTDIR\\licences"]
 
 
 def test_the_forge_calls_what_ci_calls() -> None:

@@ -1,0 +1,92 @@
+; The installer of DPS-S Configurator for Windows, for the user alone and without administrator rights.
+; packaging/windows/installer.py calls makensis with VERSION, NUMBERS (four of them), BUNDLE, OUTPUT, ICON and SIZE_KB.
+!ifdef TARGET ; a 64-bit setup, where NSIS has that: Debian's has, that of its makers has not
+  Target ${TARGET}
+!endif
+Unicode true
+!include "MUI2.nsh"
+
+!define TITLE "DPS-S Configurator"
+!define NAME "dps-s-configurator"
+!define UNINSTALL "Software\Microsoft\Windows\CurrentVersion\Uninstall\${NAME}"
+!define CLASSES "Software\Classes"
+
+Name "${TITLE}"
+OutFile "${OUTPUT}"
+RequestExecutionLevel user
+InstallDir "$LOCALAPPDATA\Programs\${TITLE}"
+InstallDirRegKey HKCU "${UNINSTALL}" "InstallLocation"
+SetCompressor /SOLID lzma
+ManifestDPIAware true
+BrandingText "${TITLE} ${VERSION}"
+VIProductVersion "${NUMBERS}"
+VIAddVersionKey "ProductName" "${TITLE}"
+VIAddVersionKey "FileDescription" "${TITLE} setup"
+VIAddVersionKey "FileVersion" "${VERSION}"
+VIAddVersionKey "ProductVersion" "${VERSION}"
+VIAddVersionKey "LegalCopyright" "MIT licence"
+
+!define MUI_ICON "${ICON}"
+!define MUI_UNICON "${ICON}"
+!define MUI_ABORTWARNING
+!define MUI_FINISHPAGE_RUN "$INSTDIR\dps-s-window.exe"
+!insertmacro MUI_PAGE_LICENSE "${BUNDLE}/licences/${NAME}/LICENSE.txt"
+!insertmacro MUI_PAGE_DIRECTORY
+!insertmacro MUI_PAGE_INSTFILES
+!insertmacro MUI_PAGE_FINISH
+!insertmacro MUI_UNPAGE_CONFIRM
+!insertmacro MUI_UNPAGE_INSTFILES
+!insertmacro MUI_LANGUAGE "English"
+!insertmacro MUI_LANGUAGE "SimpChinese"
+
+LangString IN_USE ${LANG_ENGLISH} "${TITLE} is running. Close it, then try again."
+LangString IN_USE ${LANG_SIMPCHINESE} "DPS-S 上位机正在运行。请先关闭，然后重试。"
+Section
+  SetOutPath "$INSTDIR"
+  ; Files of an older version that the new one no longer has would be loaded in place of nothing.
+  ClearErrors
+  IfFileExists "$INSTDIR\dps-s-window.exe" 0 free
+    Delete "$INSTDIR\dps-s-window.exe"
+    IfErrors 0 free
+    MessageBox MB_OK|MB_ICONSTOP "$(IN_USE)" /SD IDOK
+    Abort "$(IN_USE)"
+  free:
+  RMDir /r "$INSTDIR\_internal"
+  RMDir /r "$INSTDIR\licences"
+  File /r "${BUNDLE}/*"
+  WriteUninstaller "$INSTDIR\uninstall.exe"
+
+  CreateShortcut "$SMPROGRAMS\${TITLE}.lnk" "$INSTDIR\dps-s-window.exe"
+
+  ; "dps-s" in the Run box and "start dps-s" in a console find the program; PATH stays as it is.
+  WriteRegStr HKCU "Software\Microsoft\Windows\CurrentVersion\App Paths\dps-s.exe" "" "$INSTDIR\dps-s.exe"
+
+  WriteRegStr HKCU "${UNINSTALL}" "DisplayName" "${TITLE}"
+  WriteRegStr HKCU "${UNINSTALL}" "DisplayVersion" "${VERSION}"
+  WriteRegStr HKCU "${UNINSTALL}" "DisplayIcon" "$INSTDIR\dps-s-window.exe"
+  WriteRegStr HKCU "${UNINSTALL}" "InstallLocation" "$INSTDIR"
+  WriteRegStr HKCU "${UNINSTALL}" "UninstallString" '"$INSTDIR\uninstall.exe"'
+  WriteRegStr HKCU "${UNINSTALL}" "QuietUninstallString" '"$INSTDIR\uninstall.exe" /S'
+  WriteRegDWORD HKCU "${UNINSTALL}" "EstimatedSize" ${SIZE_KB}
+  WriteRegDWORD HKCU "${UNINSTALL}" "NoModify" 1
+  WriteRegDWORD HKCU "${UNINSTALL}" "NoRepair" 1
+SectionEnd
+
+Section "Uninstall"
+  ClearErrors
+  Delete "$INSTDIR\dps-s-window.exe"
+  IfErrors 0 free
+    MessageBox MB_OK|MB_ICONSTOP "$(IN_USE)" /SD IDOK
+    Abort "$(IN_USE)"
+  free:
+  ; Only what the installer brought: the user's data lies elsewhere, and what a user put here stays.
+  RMDir /r "$INSTDIR\_internal"
+  RMDir /r "$INSTDIR\licences"
+  Delete "$INSTDIR\dps-s.exe"
+  Delete "$INSTDIR\sbom.cdx.json"
+  Delete "$INSTDIR\uninstall.exe"
+  RMDir "$INSTDIR"
+  Delete "$SMPROGRAMS\${TITLE}.lnk"
+  DeleteRegKey HKCU "Software\Microsoft\Windows\CurrentVersion\App Paths\dps-s.exe"
+  DeleteRegKey HKCU "${UNINSTALL}"
+SectionEnd

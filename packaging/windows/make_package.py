@@ -1,0 +1,70 @@
+"""Bundle and installer for Windows, made on Linux: one by the Python for Windows under Wine, the other by NSIS."""
+
+import os
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+from environment import ROOT, SetupError, say
+from release import read_release
+
+from windows import wine
+from windows.installer import SCRIPT, arguments
+
+SOURCE = wine.DRIVE / "source"
+PACKAGES = wine.PLACE / "packages"
+LIMIT_S = 1800
+
+
+def make_package() -> Path:
+    """The installer, in `PACKAGES` with the bundle's .zip and its list of parts. Raises SetupError."""
+    release = read_release()
+    wine.copy_source()
+    say("Building the wheel ...")
+    wheel = _wheel(release.epoch)
+    say("Building the bundle on the Python for Windows ...")
+    made = wine.inside(
+        ["wine", wine.PYTHON, "packaging/windows/build_bundle.py", f"C:\\{wheel.name}"],
+        folder="/place/prefix/drive_c/source", limit_s=LIMIT_S,
+        SOURCE_DATE_EPOCH=str(release.epoch), QT_QPA_PLATFORM="offscreen",
+    )  # fmt: skip
+    wine.shut_down()
+    if made.returncode != 0:
+        raise SetupError(f"{made.stdout}\nThe bundle could not be built; it says why above.", exit_code=4)
+    bundle = next(path for path in (SOURCE / "dist").iterdir() if path.is_dir())
+    if list(bundle.rglob("icuuc.dll")):
+        raise SetupError("The stub of icuuc.dll got into the bundle.")
+    say("Building the installer ...")
+    return _installer(bundle)
+
+
+def _wheel(epoch: int) -> Path:
+    folder = wine.PLACE / "wheel"
+    shutil.rmtree(folder, ignore_errors=True)
+    command = [sys.executable, "-m", "build", "--no-isolation", "--wheel", "--outdir", str(folder), str(ROOT)]
+    done = subprocess.run(
+        command, env={**os.environ, "SOURCE_DATE_EPOCH": str(epoch)}, stdout=subprocess.PIPE,
+        stderr=subprocess.STDOUT, text=True, errors="replace", check=False,
+    )  # fmt: skip
+    if done.returncode != 0:
+        raise SetupError(f"{done.stdout}\nThe wheel could not be built; it says why above.", exit_code=4)
+    return Path(shutil.copy(next(folder.glob("*.whl")), wine.DRIVE))
+
+
+def _installer(bundle: Path) -> Path:
+    shutil.rmtree(PACKAGES, ignore_errors=True)
+    PACKAGES.mkdir()
+    target = PACKAGES / f"{bundle.name}-setup.exe"
+    icon = SOURCE / "build" / "package" / "icons" / "dps-s-configurator.ico"
+    words = [
+        word.replace(str(wine.PLACE), "/place").replace(str(SCRIPT), f"/checkout/{SCRIPT.relative_to(ROOT)}")
+        for word in arguments(read_release(), bundle, target, icon)
+    ]
+    done = wine.inside(["makensis", "-DTARGET=amd64-unicode", *words], limit_s=LIMIT_S)
+    if done.returncode != 0 or not target.is_file():
+        raise SetupError(f"{done.stdout}\nNSIS failed; it says why above.", exit_code=4)
+    for path in bundle.parent.iterdir():
+        if path.is_file():
+            shutil.copy(path, PACKAGES)
+    return target

@@ -1,0 +1,106 @@
+"""The installer for Windows in a fresh Windows: installed silently, used on a module, and taken away again."""
+
+import json
+import shutil
+import time
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+from tests.support.processes import run_module
+from tests.windows.conftest import PORT, WindowsProgram
+
+PNG = b"\x89PNG\r\n\x1a\n"
+UNINSTALL_S = 60
+_KEY = "HKCU\\Software\\Microsoft\\Windows\\CurrentVersion\\Uninstall\\dps-s-configurator"
+
+
+@pytest.fixture(scope="module")
+def fresh() -> Iterator[Path]:
+    """A Windows that has never seen the program, with the setup, and a simulated module on COM5."""
+    from windows.wine import DRIVE, PLACE, connect_com_port, new_prefix, shut_down
+
+    prefix = PLACE / "installed"
+    shutil.rmtree(prefix, ignore_errors=True)
+    prefix.mkdir()
+    new_prefix(prefix)
+    windows = prefix / "drive_c" / "windows"
+    # What Windows has and Wine lacks; no package contains it.
+    shutil.copy(DRIVE / "windows" / "system32" / "icuuc.dll", windows / "system32")
+    shutil.copytree(DRIVE / "windows" / "Fonts", windows / "Fonts", dirs_exist_ok=True)
+    shutil.copy(next((PLACE / "packages").glob("*-setup.exe")), prefix / "drive_c" / "setup.exe")
+    with run_module("--history", "2", "--cell", "4.1") as module:
+        connect_com_port(5, Path(module.port), prefix)
+        yield prefix
+        shut_down(prefix)
+
+
+def _wine(prefix: Path, *words: str) -> int:
+    from windows.wine import inside
+
+    return inside(["wine", *words], prefix=prefix, limit_s=240).returncode
+
+
+def _places(prefix: Path) -> tuple[Path, Path, Path]:
+    """Where the program, its entry in the Start menu, and the user's data are."""
+    local = prefix / "drive_c" / "users" / "root" / "AppData" / "Local"
+    menu = prefix / "drive_c/users/root/AppData/Roaming/Microsoft/Windows/Start Menu/Programs"
+    return local / "Programs" / "DPS-S Configurator", menu / "DPS-S Configurator.lnk", local
+
+
+def _in_windows(prefix: Path, path: Path) -> str:
+    return f"C:\\{path.relative_to(prefix / 'drive_c')}".replace("/", "\\")
+
+
+def _files(folder: Path) -> list[Path]:
+    return [path for path in folder.rglob("*") if path.is_file()]
+
+
+def test_it_is_installed_used_and_taken_away(fresh: Path) -> None:
+    program, entry, local = _places(fresh)
+    assert _wine(fresh, "C:\\setup.exe", "/S") == 0
+    assert (program / "dps-s-window.exe").is_file()
+    assert entry.is_file()
+    assert not list(program.rglob("icuuc.dll"))
+    dps_s = WindowsProgram((_in_windows(fresh, program / "dps-s.exe"),), prefix=fresh)
+
+    said = json.loads(dps_s.run("read", "--port", PORT, "--json", limit_s=240).stdout)
+    assert said["errors"] == {}
+    assert said["settings"]["attitude_threshold_deg"] == 60
+
+    checked = dps_s.run("preflight", "--port", PORT, "--enable-triggers", "--report", "C:\\check.pdf", limit_s=240)
+    assert checked.returncode in (0, 1), checked.stderr
+    report = (fresh / "drive_c" / "check.pdf").read_bytes()
+    assert report.startswith(b"%PDF-")
+    assert b"/FontFile" in report, "the fonts are embedded"
+    assert "INTACT" in dps_s.run("verify", "C:\\check.pdf", limit_s=240).stdout
+
+    _check_window(fresh, program)
+
+    data = {path for path in _files(local) if program not in path.parents}
+    assert any(path.suffix == ".sqlite" or "dps-s" in path.as_posix() for path in data)
+    assert _wine(fresh, _in_windows(fresh, program / "uninstall.exe"), "/S") == 0
+    ends = time.monotonic() + UNINSTALL_S
+    while program.exists() and time.monotonic() < ends:
+        time.sleep(0.5)
+    assert not program.exists()
+    assert not entry.exists()
+    assert _wine(fresh, "reg", "query", _KEY) != 0
+    assert {path for path in data if "dps-s" in path.as_posix()} <= set(_files(local)), "the user's data stays"
+
+
+def _check_window(prefix: Path, program: Path) -> None:
+    """The window on Qt's windows platform, connected over the COM port."""
+    from windows.wine import inside
+
+    window = _in_windows(prefix, program / "dps-s-window.exe")
+    words = ["gui", "--port", PORT, "--offscreen-seconds", "20", "--evidence", "C:\\evidence"]
+    screen = ["xvfb-run", "-a", "-s", "-screen 0 1920x1080x24"]
+    done = inside([*screen, "wine", window, *words], prefix=prefix, limit_s=300)
+    assert done.returncode == 0, done.stdout
+    evidence = prefix / "drive_c" / "evidence"
+    assert (evidence / "live.png").read_bytes().startswith(PNG)
+    seen = json.loads((evidence / "values.json").read_text(encoding="utf-8"))
+    assert seen["presence"] == "online"
+    assert seen["port"] == PORT
