@@ -4,7 +4,9 @@ A scene brings the window into its state, waits until the program says that it i
 taken. All scenes of one language run in one window, in the order of `SCENES`.
 """
 
+import math
 import sys
+import tempfile
 from collections.abc import Callable
 from functools import partial
 from pathlib import Path
@@ -17,6 +19,7 @@ from PySide6.QtWidgets import QAbstractButton, QApplication, QLabel, QLineEdit, 
 
 from app.diagnosis.link_state import Phase
 from app.engine.ports import PortInfo
+from app.flight_analysis.flight_set import FlightGroup
 from app.simulator import bench
 from app.text.i18n import CHINESE, ENGLISH, tr
 from ui.acts.ritual_widget import RitualWidget
@@ -24,6 +27,7 @@ from ui.core.port_watcher import PortWatcher
 from ui.core.preferences import Preferences
 from ui.main import WindowOptions, assemble, start
 from ui.pages.diagnosis.page import DiagnosisPage
+from ui.pages.flights.page import FlightsPage
 from ui.pages.live.page import LivePage
 from ui.pages.live.what_if_panel import WhatIfPanel
 from ui.pages.preflight.controller import Standing
@@ -133,7 +137,7 @@ def settings(studio: Studio) -> None:
     studio.until(lambda: not work.is_busy, "it is still writing")
     work.edit(lambda: work.form.type_text("freefall_acceleration_g", "0.6"))
     studio.until(lambda: work.can_send, "nothing can be sent")
-    work.dismiss()
+    work.job.dismiss()
     page.refresh()
     page.scroll_area.verticalScrollBar().setValue(page.rows["attitude_threshold_deg"].y())
     studio.run(0.3)
@@ -217,6 +221,34 @@ def recordings(studio: Studio) -> None:
     studio.take("recordings", page)
 
 
+def flights(studio: Studio) -> None:
+    """Surveys with turns that are steep, and two crashes, sorted."""
+    with tempfile.TemporaryDirectory() as folder:
+        surveys = [write_flight(Path(folder) / f"survey-{one}.csv", peak_deg=30 + 4 * one) for one in range(1, 6)]
+        crashes = [write_flight(Path(folder) / f"crash-{one}.csv", lost_s=30.0 + one) for one in range(1, 3)]
+        page = studio.page("flights", FlightsPage)
+        page.open_paths([*surveys, *crashes])
+        studio.until(lambda: not page.work.loading.is_running, "the logs were not read")
+        page.work.move([str(one) for one in crashes], FlightGroup.MUST)
+        studio.until(lambda: not page.work.is_proposing, "nothing was proposed")
+        studio.run(0.3)
+        studio.take("flights", page)
+
+
+def write_flight(path: Path, *, peak_deg: float = 20.0, lost_s: float = math.inf) -> Path:
+    """A minute of a flight with one turn; it tumbles and falls from `lost_s` on."""
+    rows = ["time_s,tilt_deg,acceleration_g"]
+    for number in range(60 * 50):
+        at_s = number / 50
+        since_s = max(0.0, at_s - lost_s)
+        tilt = 6 * abs(math.sin(at_s / 3)) + peak_deg * math.exp(-(((at_s - 20) / 1.5) ** 2)) + 90 * since_s
+        falls = 0.1 < since_s < 3.0 or 40.0 < at_s < 40.0 + peak_deg / 100
+        force = 8.0 if 3.0 <= since_s < 3.1 else 0.3 if falls else 1.0
+        rows.append(f"{at_s:.2f},{min(tilt, 175):.1f},{force}")
+    path.write_text("\n".join(rows) + "\n", encoding="utf-8")
+    return path
+
+
 def why(studio: Studio) -> None:
     """A module at another baud rate, just switched on."""
     other = bench.module(OTHER_NAME, OTHER_OPTIONS)
@@ -245,6 +277,7 @@ SCENES: Final[tuple[Callable[[Studio], None], ...]] = (
     preflight,
     deploy,
     recordings,
+    flights,
     why,
 )
 
