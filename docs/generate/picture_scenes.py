@@ -131,12 +131,12 @@ def settings(studio: Studio) -> None:
     """One setting written and verified, one edited and not sent yet."""
     page = studio.page("settings", SettingsPage)
     work = page.work
-    studio.until(lambda: work.can_edit and work.can_send, "nothing can be edited")
+    studio.until(lambda: work.can_edit and work.job.can_run, "nothing can be edited")
     work.edit(lambda: work.form.type_text("attitude_threshold_deg", "65"))
     page.write.click()
-    studio.until(lambda: not work.is_busy, "it is still writing")
+    studio.until(lambda: not work.job.is_running, "it is still writing")
     work.edit(lambda: work.form.type_text("freefall_acceleration_g", "0.6"))
-    studio.until(lambda: work.can_send, "nothing can be sent")
+    studio.until(lambda: work.job.can_run, "nothing can be sent")
     work.job.dismiss()
     page.refresh()
     page.scroll_area.verticalScrollBar().setValue(page.rows["attitude_threshold_deg"].y())
