@@ -26,6 +26,8 @@ BRIEF_UNPOLLED_S = 0.5
 """Until then the status is not asked for: the stream is about to begin."""
 LEAST_EXPECTED = 3.0
 """Reports that a stream would have sent meanwhile. One that is slower may have been on unnoticed."""
+RESTART_NOTICED_S = 2.0
+"""A restart noticed so soon after "on" may have been before it: what streams then was switched on here."""
 STREAM_STARTS_S = 1.5
 """No report this long after a confirmed "on": this module does not stream."""
 POLL_EVERY_S = 0.1
@@ -79,6 +81,8 @@ class _StreamProgress:
     intent: Future[None] | None = None
     """That it is switched on is being written down."""
     switched_on_at: float | None = None
+    may_be_ours: bool = False
+    """It restarted about when it was switched on: a stream that shows is ours to switch off."""
     is_hopeless: bool = False
     """It was switched on and nothing came; polled until the next restart."""
     restarts: int = 0
@@ -118,6 +122,8 @@ def _turn(course: _StreamProgress, switch: StreamSwitch, sight: EngineView, *, r
         return
     if sight.device.restarts != course.restarts:
         course.restarts = sight.device.restarts
+        on_at = course.switched_on_at
+        course.may_be_ours = on_at is not None and sight.now - on_at < RESTART_NOTICED_S
         course.switched_on_at, course.is_hopeless, course.has_read = None, False, False
         course.intent = None
     if sight.device.last_sleep != course.last_sleep:
@@ -181,6 +187,8 @@ def _steer_stream(course: _StreamProgress, switch: StreamSwitch, sight: EngineVi
             course.switched_on_at, memory.is_taken_over, memory.was_left_on = sight.now, True, False
         elif not sight.device.is_streaming and listened_s >= LISTEN_FIRST_S:
             memory.forget()
+    if course.may_be_ours and course.switched_on_at is None and sight.device.is_streaming:
+        course.switched_on_at, course.may_be_ours = sight.now, False
     if not switch.is_on:
         yield from _switch_off(course, switch)
         return

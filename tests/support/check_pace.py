@@ -2,12 +2,14 @@
 
 import pytest
 
+from app.engine import identity
 from app.limits.expectations import CheckLimits
 from app.preflight import line_checks, run
 
 STILL_S = 0.5
 TRIAL_EVERY_S = 0.012
 ROUND_TRIP_MAX_MS = 450.0
+IDENTIFIED_WITHIN_S = 30.0
 
 
 def hurry_check(patch: pytest.MonkeyPatch, *, still_s: float = STILL_S, trials: int = 2) -> None:
@@ -16,5 +18,6 @@ def hurry_check(patch: pytest.MonkeyPatch, *, still_s: float = STILL_S, trials: 
     patch.setattr(run, "TRIAL_EVERY_S", TRIAL_EVERY_S)
     patch.setattr(line_checks, "STILL_S", still_s / 2)
     patch.setattr(line_checks, "TRIALS_NEEDED", trials)
+    patch.setattr(identity, "READ_WITHIN_S", IDENTIFIED_WITHIN_S)
     assert CheckLimits.__init__.__kwdefaults__ is not None
     patch.setitem(CheckLimits.__init__.__kwdefaults__, "round_trip_max_ms", ROUND_TRIP_MAX_MS)

@@ -290,6 +290,7 @@ def test_out_of_sight_it_remembers_and_draws_nothing(qtbot: QtBot, qapp: QApplic
         qtbot.waitUntil(lambda: "60° fires" in page.panel.gauge.accessibleName(), timeout=WAIT_MS)
         qtbot.waitUntil(lambda: bench.state().is_streaming, timeout=WAIT_MS)
         assembly.window.go_to("diagnosis")
+        qtbot.waitUntil(lambda: not page.isVisible(), timeout=WAIT_MS)  # the other page may have to be made first
         span, count = page.plot.span, len(page.data.tilt)
         asked: list[Path] = []
         page.save.ask_path = lambda _parent, _title, path, _filter: asked.append(path)
