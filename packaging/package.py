@@ -95,11 +95,14 @@ def _write_sums(dist: Path) -> None:
 
 def main(arguments: list[str]) -> int:
     parser = argparse.ArgumentParser(prog="bootstrap.py package", description="Build and test all packages in dist/.")
-    parser.add_argument("--only-build", action="store_true", help="do not run their tests")
+    part = parser.add_mutually_exclusive_group()
+    part.add_argument("--only-build", action="store_true", help="do not run their tests")
+    part.add_argument("--only-test", action="store_true", help="test what was built before")
     chosen = parser.parse_args(arguments)
     started = time.monotonic()
     try:
-        build()
+        if not chosen.only_test:
+            build()
     except SetupError as error:
         print(error, file=sys.stderr)
         return error.exit_code
@@ -109,7 +112,8 @@ def main(arguments: list[str]) -> int:
     if chosen.only_build:
         return 0
     variables = {"QT_QPA_PLATFORM": "offscreen", **os.environ, "DPS_S_DIST": str(DIST)}
-    command = [sys.executable, "-m", "pytest", "-n", "2", "--dist", "worksteal", "tests/packages"]
+    once_more = ("--reruns", "1", "--max-suite-reruns", "1", "--rerun-show-tracebacks")
+    command = [sys.executable, "-m", "pytest", "-n", "2", "--dist", "worksteal", *once_more, "tests/packages"]
     return subprocess.run(command, cwd=ROOT, env=variables, check=False).returncode
 
 
