@@ -7,6 +7,7 @@ so that hands, faults and accidents fall into the middle of what is under way. `
 from collections.abc import Callable, Mapping
 from typing import Any, Final
 
+from app.engine.procedure import Procedure
 from app.engine.session import Run
 from app.engine.snapshots import Snapshot
 from app.procedures.act import Armed, Performed, perform, rehearse
@@ -42,6 +43,7 @@ class Desk(DeskPort):
         self.on_survive: Callable[[PowerCycleResult], None] = lambda _survival: None
         self.on_lock: Callable[[Locked], None] = lambda _locked: None
         self._settings_job: Run[Any] | None = None
+        self.guided: Any = None
         self._asked_at: dict[Act, float] = {}
         self._restarts, self._was_online = 0, False
         super().__init__(options, is_watching=is_watching)
@@ -130,6 +132,17 @@ class Desk(DeskPort):
     def cancel(self) -> None:
         if self._settings_job is not None:
             self._settings_job.cancel()
+
+    # Guided tests
+
+    def guide(self, procedure: Procedure[Any]) -> None:
+        """A part of a guided test; `guided` is what came of it."""
+        self.guided = None
+        if self.is_open and not self.is_busy:
+            self._settings_job = self.run(procedure, self._end_guided)
+
+    def _end_guided(self, run: Run[Any]) -> None:
+        self.guided = run.result
 
     # Commands
 

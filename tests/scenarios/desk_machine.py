@@ -10,6 +10,8 @@ from typing import Any, ClassVar
 from hypothesis import strategies as st
 from hypothesis.stateful import RuleBasedStateMachine, initialize, invariant, precondition, rule
 
+from app.guided.catalogue import GUIDED_TESTS, GuidedTest, measure, prepare
+from app.guided.status_watch import GuidedSetup, PersonSteps
 from app.safety.acts import Act
 from app.safety.ritual import DISARMING, Input, Stage
 from app.settings.profile_file import parse_profile, profile_text
@@ -133,6 +135,44 @@ class DeskMachine(RuleBasedStateMachine):
     def lock(self, wait_s: float) -> None:
         self.desk.lock()
         self.desk.wait(wait_s)
+
+    # Hands on a guided test
+
+    @rule(
+        test=st.sampled_from(GUIDED_TESTS),
+        is_confirmed=st.booleans(),
+        presses=st.integers(0, 3),
+        tilt_deg=st.sampled_from([0.0, 5.0, 90.0]),
+        wait_s=st.sampled_from([0.1, 2.0]),
+        then=THEN,
+    )
+    def guide(
+        self, test: GuidedTest, is_confirmed: bool, presses: int, tilt_deg: float, wait_s: float, then: str
+    ) -> None:
+        """What it needs of acts a person confirms; whoever activated the module for it locks it."""
+        self._bring_in_order(is_active=False)
+        desk, steps = self.desk, PersonSteps()
+        desk.guide(prepare(test))
+        desk.wait(1.0)
+        setup = desk.guided
+        if test.act is not None and is_confirmed:
+            desk.ask(test.act)
+            desk.go(test.act)
+            desk.wait(1.0)
+        if isinstance(setup, GuidedSetup):
+            desk.guide(measure(test, setup, steps))
+        desk.bench.set_tilt(tilt_deg)
+        for _ in range(presses):
+            desk.wait(0.5)
+            steps.confirm()
+        desk.wait(wait_s)
+        if desk.permits:
+            self._follow(then)
+        desk.cancel()
+        desk.bench.set_tilt(0.0)
+        if test.is_active:
+            desk.lock()
+            desk.wait(1.0)
 
     # Hands on the ritual
 
