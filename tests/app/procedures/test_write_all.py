@@ -49,6 +49,13 @@ def test_all_are_verified_and_the_baud_rate_comes_last() -> None:
     assert set(journal.outcomes.values()) == {Outcome.CONFIRMED}
 
 
+def test_on_a_good_line_everything_is_read_once_more_at_the_end_and_no_oftener() -> None:
+    rig = Rig()
+    assert write(rig, freefall_time=1.2).is_fine
+    reading = BY_NAME["attitude_threshold"].query()
+    assert rig.line.requests.count(reading) == 4  # before and at the end, each time twice alike
+
+
 def test_one_bad_value_and_nothing_is_sent() -> None:
     rig = Rig()
     with pytest.raises(ValueRefused):
