@@ -2,6 +2,7 @@
 
 import logging
 from functools import partial
+from math import inf
 
 from PySide6.QtCore import QObject, Signal
 
@@ -18,6 +19,7 @@ from ui.services.storage import Storage
 
 _log = logging.getLogger(__name__)
 LONGEST_NAME = 60
+KEEP_AGAIN_S = 1.0
 
 
 class ModuleName(QObject):
@@ -38,8 +40,11 @@ class ModuleName(QObject):
         self._adapter = ""
         self._read: dict[str, IdentityEvidence] = {}
         """What was last read of the modules of this session, by name."""
-        self._meeting: BackgroundTask[Module] = BackgroundTask("dps-s module", self)
-        self._saving: BackgroundTask[None] = BackgroundTask("dps-s evidence", self)
+        self._kept: dict[str, IdentityEvidence] = {}
+        """What of it is in the store."""
+        self._tried_at = -inf
+        self._meeting: BackgroundTask[None] = BackgroundTask("dps-s module", self)
+        self._saving: BackgroundTask[bool] = BackgroundTask("dps-s evidence", self)
 
     def follow(self, connector: Connector, storage: Storage) -> None:
         """Once for a window; a second time does nothing."""
@@ -96,25 +101,24 @@ class ModuleName(QObject):
         return self._adapter
 
     def remember_adapter(self) -> None:
-        """So that the module is known again where it is plugged in."""
-        store = self._store
+        """So that the module is known again where it is plugged in, by what was read of it."""
+        store, evidence = self._store, self._read.get(self.name)
         if store is not None and self.name:
-            meet = partial(store.meet_module, self.name, self._adapter)
             self._meeting.run_in(
                 store.queue,
-                meet,
-                lambda _module: self.keep_evidence(),
+                partial(_meet, store, self.name, self._adapter, evidence),
+                lambda _none: None if evidence is not None else self.keep_evidence(),
                 lambda trouble: _log.warning("The adapter of a module cannot be kept: %s", trouble),
             )
 
     def keep_evidence(self) -> None:
-        """What was last read of the module of this name, once it is in the store."""
-        store, module_id, evidence = self._store, self.module_id, self._read.get(self.name)
-        if store is not None and module_id is not None and evidence is not None and not self._saving.is_running:
+        """What was last read of the module of this name, where it is in the store by then."""
+        store, evidence = self._store, self._read.get(self.name)
+        if store is not None and evidence is not None and not self._saving.is_running:
             self._saving.run_in(
                 store.queue,
-                partial(store.keep_evidence, module_id, evidence),
-                lambda _none: self._end_saving(evidence),
+                partial(_keep, store, self.name, evidence),
+                partial(self._end_saving, self.name, evidence),
                 lambda trouble: _log.warning("What was read of a module cannot be kept: %s", trouble),
             )
 
@@ -173,13 +177,34 @@ class ModuleName(QObject):
         if not is_module or self._connector is None or self._connector.is_recording:
             return
         evidence = evidence_of(batch.device.values, is_fresh=True)
-        if evidence.is_complete and self._read.get(self.name) != evidence:
-            self._read[self.name] = evidence
+        if not evidence.is_complete:
+            return
+        is_new, self._read[self.name] = self._read.get(self.name) != evidence, evidence
+        # The store may be opened, and the module be in it, only after the module was read.
+        if is_new or (self._kept.get(self.name) != evidence and batch.at - self._tried_at > KEEP_AGAIN_S):
+            self._tried_at = batch.at
             self.keep_evidence()
 
-    def _end_saving(self, evidence: IdentityEvidence) -> None:
+    def _end_saving(self, name: str, evidence: IdentityEvidence, is_kept: bool) -> None:
+        if is_kept:
+            self._kept[name] = evidence
         if self._read.get(self.name) != evidence:
             self.keep_evidence()
+
+
+def _meet(store: Store, name: str, adapter: str, evidence: IdentityEvidence | None) -> None:
+    """In the store's thread, in one: the window may be gone afterwards."""
+    module = store.meet_module(name, adapter)
+    if evidence is not None:
+        store.keep_evidence(module.id, evidence)
+
+
+def _keep(store: Store, name: str, evidence: IdentityEvidence) -> bool:
+    """In the store's thread, behind what brought the module into it; False where nothing did."""
+    module = next((one for one in store.modules() if one.name == name), None)
+    if module is not None:
+        store.keep_evidence(module.id, evidence)
+    return module is not None
 
 
 def whose(name: str) -> str:

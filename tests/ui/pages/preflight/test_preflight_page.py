@@ -1,7 +1,9 @@
 """The Pre-flight page by real clicks on the simulated module: run, fail, repair, run again, print; what voids it."""
 
 import json
+import threading
 import time
+from functools import partial
 from pathlib import Path
 
 import pytest
@@ -9,8 +11,10 @@ from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QApplication, QLineEdit, QWidget
 from pytestqt.qtbot import QtBot
 
+from app.engine.identity import evidence_of
 from app.preflight.findings import CheckResult
 from app.records.verification import RecordState, verify_file
+from app.store.store import Store
 from protocol.catalogue import BY_NAME
 from tests.support.check_pace import hurry_check
 from tests.support.window.fakes_ui import WAIT_MS
@@ -190,6 +194,27 @@ def test_a_module_is_named_once(qtbot: QtBot, qapp: QApplication, tmp_path: Path
         edit = bench.find(QLineEdit, "preflight_module_edit")
         qtbot.waitUntil(lambda: edit.text() == "M-07", timeout=8000)  # once it is proven to be the same module
         assert bench.triggers.module.currentText() == "M-07"
+
+
+def test_a_slow_disk_and_a_short_session_do_not_make_a_module_unknown(
+    qtbot: QtBot, qapp: QApplication, tmp_path: Path, quick: None
+) -> None:
+    with on_bench(qtbot, qapp, tmp_path, "short") as bench:
+        connector = bench.assembly.connector
+        qtbot.waitUntil(lambda: evidence_of(connector.device.values, is_fresh=True).is_complete, timeout=WAIT_MS)
+        store = bench.assembly.storage.store
+        assert isinstance(store, Store)
+        disk = threading.Event()
+        store.queue.submit(partial(disk.wait, 10))
+        name_module(bench, "M-07")
+        seen: list[object] = []
+        bench.assembly.connector.batch.connect(seen.append)
+        qtbot.waitUntil(lambda: len(seen) > 2, timeout=WAIT_MS)
+        bench.preflight._services.naming.remember_adapter()  # as when a check was filed
+        disk.set()
+    with on_bench(qtbot, qapp, tmp_path, "short") as bench:
+        edit = bench.find(QLineEdit, "preflight_module_edit")
+        qtbot.waitUntil(lambda: edit.text() == "M-07", timeout=8000)
 
 
 def test_hostile_names_do_no_harm(qtbot: QtBot, qapp: QApplication, tmp_path: Path, quick: None) -> None:
