@@ -210,7 +210,7 @@ class SerialLine:
             raise PortError(PortTrouble.LOST, self.port, str(error)) from error
 
     def _read_in_time(self, longest_s: float, gather_s: float, interrupts: int) -> bytes:
-        """One wait for the first byte and one for the rest: pyserial waits in slices, and for each byte count anew."""
+        """Waits once for the first byte and once for the rest; pyserial polls in slices, for each byte again."""
         port = self._serial.fileno()
         ready, _, _ = select.select([port, interrupts], [], [], max(0.0, longest_s))
         if port not in ready:

@@ -47,10 +47,10 @@ def falls_of(stretch: Stretch, limits: TriggerLimits, judge: Judge) -> Falls:
     times = stretch.time_s
     is_below = stretch.acceleration_g < limits.freefall_acceleration_g
     edges = np.flatnonzero(np.diff(is_below, prepend=False, append=False))
-    goes_on = np.zeros(len(times), np.bool_)
-    goes_on[1:] = is_below[1:] & is_below[:-1] & (np.diff(times) <= LONGEST_GAP_S)
-    firsts = np.flatnonzero(is_below & ~goes_on)
-    lasts = np.flatnonzero(is_below & ~np.append(goes_on[1:], np.False_))
+    continues = np.zeros(len(times), np.bool_)
+    continues[1:] = is_below[1:] & is_below[:-1] & (np.diff(times) <= LONGEST_GAP_S)
+    firsts = np.flatnonzero(is_below & ~continues)
+    lasts = np.flatnonzero(is_below & ~np.append(continues[1:], np.False_))
     since_s = times[firsts]
     begun_s, last_s = judge.falls_since_s, judge.last_s
     is_falling = begun_s is not None and last_s is not None and times[0] - last_s <= LONGEST_GAP_S

@@ -99,18 +99,18 @@ def _freefall_curves(stretch: Stretch, is_judged: Flags, resets_s: tuple[float, 
     time_s = stretch.time_s
     steps = np.rint(stretch.acceleration_g * TENTH_G.per_unit).astype(np.int64)
     steps[~is_judged] = MOST_ACCELERATION_STEPS + 1
-    begins_anew = np.diff(time_s, prepend=-np.inf) > LONGEST_GAP_S
+    restarts = np.diff(time_s, prepend=-np.inf) > LONGEST_GAP_S
     resets = np.searchsorted(time_s, resets_s, "left")
-    begins_anew[resets[resets < len(time_s)]] = True
+    restarts[resets[resets < len(time_s)]] = True
     wanted_s = np.arange(MOST_TIME_STEPS + 1) / CENTISECOND.per_unit
     for step in range(1, MOST_ACCELERATION_STEPS + 1):
         is_below = steps < step
         if not is_below.any():
             continue
-        goes_on = is_below & ~begins_anew
-        goes_on[1:] &= is_below[:-1]
-        firsts = np.flatnonzero(is_below & ~goes_on)
-        lasts = np.flatnonzero(is_below & ~np.append(goes_on[1:], np.False_))
+        continues = is_below & ~restarts
+        continues[1:] &= is_below[:-1]
+        firsts = np.flatnonzero(is_below & ~continues)
+        lasts = np.flatnonzero(is_below & ~np.append(continues[1:], np.False_))
         lasted_s = time_s[lasts] - time_s[firsts]
         longest_s[step] = lasted_s.max()
         fall = np.searchsorted(np.maximum.accumulate(lasted_s), wanted_s - ROUNDING_S, "left")

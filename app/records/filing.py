@@ -81,11 +81,11 @@ def file_check(
     checks = CheckStore(store.database) if store is not None else None
     try:
         if store is not None and checks is not None:
-            module_id = next((one.id for one in store.modules() if one.name == name), None)
-            if module_id is not None and known is None:
+            module = store.module_named(name) if name is not None and known is None else None
+            if module is not None:
                 with _damage_as_trouble(store):
                     past = replace(
-                        _past(checks, module_id, name, evidence), tests=_tests(store, module_id, evidence, at)
+                        _past(checks, module.id, name, evidence), tests=_tests(store, module.id, evidence, at)
                     )
     except StoreTrouble as error:
         trouble, checks = error, None

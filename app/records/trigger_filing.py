@@ -40,9 +40,9 @@ class Filing:
         history, checks = reading.history, CheckStore(store.database)
         slots = [one.raw for one in history.records]
         with store.database.together():
-            module_id = next((one.id for one in store.modules() if one.name == self.name), None)
-            if module_id is not None and not self.is_same_module:
-                past = checks.past(module_id, self.name, slots, is_confirmed=history.is_confirmed)
+            known = store.module_named(self.name)
+            if known is not None and not self.is_same_module:
+                past = checks.past(known.id, self.name, slots, is_confirmed=history.is_confirmed)
                 is_lower = went_back(past.boot_count, reading.boot_count)
                 if is_lower or not past.is_same_module:
                     return Doubtful(past.boot_count if is_lower else None)

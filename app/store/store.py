@@ -65,6 +65,9 @@ class PendingBaud:
     at: str
 
 
+_MODULES = "SELECT id, name, adapter, first_seen_at, last_seen_at FROM modules"
+
+
 class Store:
     """Every method may be called from any thread and raises `StoreTrouble`."""
 
@@ -93,14 +96,17 @@ class Store:
             "last_seen_at = excluded.last_seen_at",
             (name, adapter, now, now),
         )
-        return next(module for module in self.modules() if module.name == name)
+        (module,) = self.database.read(f"{_MODULES} WHERE name = ?", (name,))
+        return Module(*module)
 
     def modules(self) -> tuple[Module, ...]:
         """The last seen first."""
-        rows = self.database.read(
-            "SELECT id, name, adapter, first_seen_at, last_seen_at FROM modules ORDER BY last_seen_at DESC, id DESC"
-        )
-        return tuple(Module(*row) for row in rows)
+        return tuple(Module(*row) for row in self.database.read(f"{_MODULES} ORDER BY last_seen_at DESC, id DESC"))
+
+    def module_named(self, name: str) -> Module | None:
+        """None where no module of this name has been met."""
+        rows = self.database.read(f"{_MODULES} WHERE name = ?", (name,))
+        return Module(*rows[0]) if rows else None
 
     def keep_evidence(self, module_id: int, evidence: IdentityEvidence) -> None:
         """What was last read of a module: by it the module is known again."""

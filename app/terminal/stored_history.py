@@ -33,8 +33,8 @@ def may_be_another(conversation: "Conversation", store: "Store | None", module: 
 
     name = clean(module.strip())
     try:
-        module_id = next((one.id for one in store.modules() if one.name == name), None) if store is not None else None
-        known = store.evidence(module_id) if store is not None and module_id is not None else None
+        past = store.module_named(name) if store is not None else None
+        known = store.evidence(past.id) if store is not None and past is not None else None
     except StoreTrouble as error:
         say(error.sentence)
         return True
@@ -67,9 +67,9 @@ def keep_visit(
         try:
             if store.notice is not None:
                 say(store.notice)
-            checks, known = CheckStore(store.database), {one.name: one.id for one in store.modules()}
-            if name in known and not is_same_module:
-                against = _against(store, known[name], name, slots, found, history)
+            checks, known = CheckStore(store.database), store.module_named(name)
+            if known is not None and not is_same_module:
+                against = _against(store, known.id, name, slots, found, history)
                 if against:
                     say(tr("Not kept: this may be another module than {module} ({differences}).", module=name,
                            differences=listed(against)))  # fmt: skip

@@ -201,7 +201,7 @@ def _meet(store: Store, name: str, adapter: str, evidence: IdentityEvidence | No
 
 def _keep(store: Store, name: str, evidence: IdentityEvidence) -> bool:
     """In the store's thread, behind what brought the module into it; False where nothing did."""
-    module = next((one for one in store.modules() if one.name == name), None)
+    module = store.module_named(name)
     if module is not None:
         store.keep_evidence(module.id, evidence)
     return module is not None

@@ -15,9 +15,9 @@ def bash(root: CommandNode, settings: Values) -> str:
     """To be sourced, or put where bash-completion looks for `dps-s`."""
     return _BASH.format(
         paths=_paths(root),
-        values=_value_cases(root, _bash_values),
+        values=_value_cases(root, _BASH_VALUES),
         options="\n".join(f'        "{one.path}") words="{_joined(_flags(one))}" ;;' for one in root.all()),
-        arguments="\n".join(f'        "{one.path}") {_positional(one, _bash_values)} ;;' for one in root.all()),
+        arguments="\n".join(f'        "{one.path}") {_positional(one, _BASH_VALUES)} ;;' for one in root.all()),
         names=_joined(f"{name}=" for name in settings),
         setting_values="\n".join(_setting_cases(settings)),
     )
@@ -35,11 +35,11 @@ def zsh(root: CommandNode, settings: Values) -> str:
     )
     return _ZSH.format(
         paths=_paths(root),
-        values=_value_cases(root, _zsh_values),
+        values=_value_cases(root, _ZSH_VALUES),
         commands=described,
         options=options,
         arguments="\n".join(
-            f"        {_quoted(one.path)}) {_positional(one, _zsh_values)} ;;" for one in root.all() if not one.commands
+            f"        {_quoted(one.path)}) {_positional(one, _ZSH_VALUES)} ;;" for one in root.all() if not one.commands
         ),
         names=_joined(f"{name}=" for name in settings),
         setting_values="\n".join(_setting_cases(settings)),
@@ -100,28 +100,25 @@ def _setting_cases(settings: Values) -> list[str]:
     return [f'        {name}) words="{_joined(values)}" ;;' for name, values in settings.items() if values]
 
 
-def _bash_values(one: Argument) -> str:
-    match one.kind:
-        case Kind.FILES:
-            return "_dps_s_files"
-        case Kind.WORDS:
-            return f'_dps_s_words "{_joined(one.words)}"'
-        case Kind.SETTINGS:
-            return "_dps_s_settings"
-        case Kind.NOTHING_KNOWN:
-            return ":"
+def _values(files: str, words: str) -> Callable[[Argument], str]:
+    """What completes the value of an option or argument, in one shell's functions."""
+
+    def of(one: Argument) -> str:
+        match one.kind:
+            case Kind.FILES:
+                return files
+            case Kind.WORDS:
+                return words.format(_joined(one.words))
+            case Kind.SETTINGS:
+                return "_dps_s_settings"
+            case Kind.NOTHING_KNOWN:
+                return ":"
+
+    return of
 
 
-def _zsh_values(one: Argument) -> str:
-    match one.kind:
-        case Kind.FILES:
-            return "_files"
-        case Kind.WORDS:
-            return f"compadd -- {_joined(one.words)}"
-        case Kind.SETTINGS:
-            return "_dps_s_settings"
-        case Kind.NOTHING_KNOWN:
-            return ":"
+_BASH_VALUES = _values("_dps_s_files", '_dps_s_words "{}"')
+_ZSH_VALUES = _values("_files", "compadd -- {}")
 
 
 def _zsh_pair(node: CommandNode) -> str:

@@ -140,8 +140,8 @@ def on_bench(qtbot: QtBot, qapp: QApplication, folder: Path, name: str, *, is_co
 def kept(bench: OnBench, module: str = "") -> list[str]:
     store = bench.assembly.storage.store
     assert isinstance(store, Store)
-    module_id = next((one.id for one in store.modules() if one.name == module), None)
-    return [one.verdict for one in CheckStore(store.database).checks(module_id)]
+    known = store.module_named(module)
+    return [one.verdict for one in CheckStore(store.database).checks(known.id if known is not None else None)]
 
 
 def said(bench: OnBench) -> str:

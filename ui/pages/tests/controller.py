@@ -309,8 +309,10 @@ def _why(error: BaseException) -> str:
 
 
 def _last(store: Store, name: str, *, counts_simulated: bool) -> Mapping[GuidedKind, KeptTest]:
-    module_id = next((one.id for one in store.modules() if one.name == name), None)
-    return GuidedStore(store.database).last(module_id, counts_simulated=counts_simulated)
+    module = store.module_named(name)
+    return GuidedStore(store.database).last(
+        module.id if module is not None else None, counts_simulated=counts_simulated
+    )
 
 
 def _keep(store: Store, result: GuidedResult, *, name: str, adapter: str, who: str, is_simulated: bool) -> int:
