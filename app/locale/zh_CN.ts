@@ -3054,6 +3054,10 @@
         <translation>未命名的模块</translation>
     </message>
     <message>
+        <source>More</source>
+        <translation>更多</translation>
+    </message>
+    <message>
         <source>More light reads higher.</source>
         <translation>光线越强，读数越高。</translation>
     </message>

@@ -8,6 +8,8 @@ from PySide6.QtGui import QKeyEvent
 from PySide6.QtWidgets import QWidget
 
 from app.engine.worker import Batch
+from ui.core.texts import Texts
+from ui.services.page_header import PageHeader
 
 
 class Page(QWidget):
@@ -34,6 +36,10 @@ class Page(QWidget):
     def key(self) -> str:
         """In the navigation."""
         return self.objectName().removesuffix("_page")
+
+    def make_header(self, texts: Texts, title: str, *actions: QWidget) -> PageHeader:
+        """The first row of the page; `title` is English, marked."""
+        return PageHeader(self.key, texts, title, *actions)
 
     def open_file(self, path: Path) -> None:
         """A file of one of `suffixes`."""

@@ -70,7 +70,7 @@ def palette(theme: Theme) -> QPalette:
     for colour_role, colour in colours.items():
         one.setColor(colour_role, QColor(colour))
     for colour_role in (role.WindowText, role.Text, role.ButtonText):
-        one.setColor(QPalette.ColorGroup.Disabled, colour_role, QColor(theme.muted))
+        one.setColor(QPalette.ColorGroup.Disabled, colour_role, QColor(theme.disabled))
     return one
 
 

@@ -67,6 +67,11 @@ class Icon(Enum):
     )
     CHECK = '<path d="m4.5 12.8 5 5 10-11.3"/>'
     CROSS = '<path d="m6 6 12 12M18 6 6 18"/>'
+    MENU = '<path d="M4 6.5h16M4 12h16M4 17.5h16"/>'
+    MORE = (
+        f'<g {_FULL}><circle cx="5.5" cy="12" r="1.7"/><circle cx="12" cy="12" r="1.7"/>'
+        '<circle cx="18.5" cy="12" r="1.7"/></g>'
+    )
     LIVE = '<path d="M2.5 12.5h4l2.6-7.5 4.6 14 3-8.5 1.4 2h3.4"/>'
     SETTINGS = (
         '<path d="M4 7h9M19 7h1M4 17h1M11 17h9"/><circle cx="16" cy="7" r="2.8"/><circle cx="8" cy="17" r="2.8"/>'
@@ -186,6 +191,17 @@ def _rendered(fragment: str, colour: str, pixels: int) -> QPixmap:
     return QPixmap.fromImage(image)
 
 
+def _widened(picture: QPixmap, width: int, ratio: float) -> QPixmap:
+    """The picture at the left of empty room: Qt leaves only 4 px between the icon and the text of a button."""
+    wide = QPixmap(width, picture.height())
+    wide.setDevicePixelRatio(ratio)
+    wide.fill(Qt.GlobalColor.transparent)
+    painter = QPainter(wide)
+    painter.drawPixmap(0, 0, picture)
+    painter.end()
+    return wide
+
+
 class _Engine(QIconEngine):
     """Paints one icon in the colour that the theme has for it at that moment."""
 
@@ -198,7 +214,7 @@ class _Engine(QIconEngine):
     def _colour(self, mode: QIcon.Mode) -> QColor:
         theme = current()
         if mode == QIcon.Mode.Disabled:
-            return QColor(theme.muted)
+            return QColor(theme.disabled)
         return QColor(theme.on_primary) if self._is_on_primary else theme.ink(self._meaning)
 
     def paint(self, painter: QPainter, rect: QRect, mode: QIcon.Mode, _state: QIcon.State) -> None:
@@ -207,12 +223,14 @@ class _Engine(QIconEngine):
         square.moveCenter(rect.center())
         draw(painter, self._icon, square, self._colour(mode))
 
-    def pixmap(self, size: QSize, mode: QIcon.Mode, _state: QIcon.State) -> QPixmap:
-        return pixmap(self._icon, min(size.width(), size.height()), self._colour(mode))
+    def pixmap(self, size: QSize, mode: QIcon.Mode, state: QIcon.State) -> QPixmap:
+        return self.scaledPixmap(size, mode, state, 1.0)
 
     def scaledPixmap(self, size: QSize, mode: QIcon.Mode, _state: QIcon.State, scale: float) -> QPixmap:
         # Since Qt 6.8 the size is in logical pixels.
-        return pixmap(self._icon, min(size.width(), size.height()), self._colour(mode), ratio=scale)
+        side = min(size.width(), size.height())
+        picture = pixmap(self._icon, side, self._colour(mode), ratio=scale)
+        return picture if size.width() <= side else _widened(picture, round(size.width() * scale), scale)
 
     def clone(self) -> QIconEngine:
         return _Engine(self._icon, self._meaning, is_on_primary=self._is_on_primary)

@@ -27,6 +27,7 @@ QStatusBar { background: $sunken; border-top: 1px solid $divider; color: $muted;
 QStatusBar::item { border: none; }
 QToolBar#head, QToolBar#foot { border: none; padding: 0; margin: 0; spacing: 0; background: $sunken; }
 QFrame[role="card"] { background: $surface; border: ${edge}px solid $divider; border-radius: 8px; }
+QFrame[role="card"] QFrame[role="card"], QFrame[role="card"] QAbstractItemView { border-color: transparent; }
 QFrame[role="bar"] { background: $sunken; border: none; }
 QToolBar#head QFrame[role="bar"] { border-bottom: ${edge}px solid $divider; }
 QToolBar#foot QFrame[role="bar"] { border-top: ${edge}px solid $divider; }
@@ -53,17 +54,20 @@ QToolButton { min-height: 19px; }
 QPushButton:hover, QToolButton:hover { background: $raised; }
 QPushButton:pressed, QToolButton:pressed, QToolButton:checked { background: $sunken; }
 QPushButton:focus, QToolButton:focus { border: 2px solid $focus; padding: ${focus_v}px ${focus_h}px; }
-QPushButton:disabled, QToolButton:disabled { color: $muted; border: ${edge}px dashed $border; background: $window; }
+QPushButton:disabled, QToolButton:disabled {
+    color: $disabled; border: ${edge}px solid $disabled_edge; background: $window;
+}
 QPushButton[role="primary"] { background: $primary; color: $on_primary; border-color: $primary; font-weight: 700; }
 QPushButton[role="primary"]:hover { background: $primary_hover; }
 QPushButton[role="primary"]:focus { border-color: $focus; }
-QPushButton[role="primary"]:disabled { background: $window; color: $muted; border-color: $border; }
+QPushButton[role="primary"]:disabled { background: $window; color: $disabled; border-color: $disabled_edge; }
 QPushButton[role="danger"] { color: $danger_ink; border-color: $danger_ink; }
 QPushButton[role="danger"]:hover { background: $danger_wash; }
 QPushButton[role="danger"]:pressed { background: $danger_fill; color: $on_danger; }
-QPushButton[role="danger"]:disabled { color: $muted; border-color: $border; background: $window; }
+QPushButton[role="danger"]:disabled { color: $disabled; border-color: $disabled_edge; background: $window; }
 QPushButton[role="quiet"], QToolButton[role="quiet"] { background: transparent; border-color: transparent; }
 QPushButton[role="quiet"]:hover, QToolButton[role="quiet"]:hover { background: $raised; }
+QPushButton[role="quiet"]:disabled, QToolButton[role="quiet"]:disabled { border-color: transparent; }
 QPushButton[role="quiet"]:focus, QToolButton[role="quiet"]:focus { border-color: $focus; }
 QToolButton[role="segment"] { border-color: transparent; background: transparent; color: $muted; padding: 4px; }
 QToolButton[role="segment"]:checked { background: $sunken; color: $text; border-color: $border; }
@@ -79,8 +83,9 @@ QLineEdit:focus, QSpinBox:focus, QDoubleSpinBox:focus, QComboBox:focus, QPlainTe
     border: 2px solid $focus; padding: ${field_v}px ${field_h}px;
 }
 QLineEdit:disabled, QSpinBox:disabled, QDoubleSpinBox:disabled, QComboBox:disabled {
-    color: $muted; background: $window; border: ${edge}px dashed $border;
+    color: $disabled; background: $window; border: ${edge}px solid $disabled_edge;
 }
+QTextEdit[readOnly="true"]:focus { border: ${edge}px solid $border; padding: 3px 8px; }
 QComboBox QAbstractItemView { border: ${edge}px solid $border; selection-background-color: $selection; }
 QSpinBox, QDoubleSpinBox { padding-right: 26px; }
 QSpinBox:focus, QDoubleSpinBox:focus { padding-right: 26px; }
@@ -109,7 +114,7 @@ QCheckBox::indicator { border-radius: 4px; }
 QRadioButton::indicator { border-radius: ${round}px; }
 QCheckBox::indicator:checked { background: $primary; border-color: $primary; image: url("$check"); }
 QRadioButton::indicator:checked { background: $on_primary; width: 6px; height: 6px; border: ${dot}px solid $primary; }
-QCheckBox::indicator:disabled, QRadioButton::indicator:disabled { border: ${edge}px dashed $border; }
+QCheckBox::indicator:disabled, QRadioButton::indicator:disabled { border: ${edge}px solid $disabled; }
 QCheckBox:focus, QRadioButton:focus { color: $focus; }
 QCheckBox::indicator:focus, QRadioButton::indicator:focus { border-color: $focus; }
 
@@ -145,7 +150,7 @@ QScrollBar::add-page, QScrollBar::sub-page { background: transparent; }
 QMenu { background: $surface; border: ${edge}px solid $border; padding: 4px; }
 QMenu::item { padding: 6px 24px 6px 12px; border-radius: 4px; }
 QMenu::item:selected { background: $selection; color: $text; }
-QMenu::item:disabled { color: $muted; }
+QMenu::item:disabled { color: $disabled; }
 QMenu::separator { height: 1px; background: $divider; margin: 4px 8px; }
 QSplitter::handle { background: $divider; }
 """)
@@ -162,6 +167,8 @@ def style_sheet(theme: Theme) -> str:
         raised=theme.raised,
         text=theme.text,
         muted=theme.muted,
+        disabled=theme.disabled,
+        disabled_edge=theme.divider if theme.border_px == 1 else theme.disabled,
         border=theme.border,
         divider=theme.divider,
         selection=theme.selection,

@@ -72,6 +72,7 @@ class Theme:
 
     ``window`` is behind everything, ``surface`` is a card or a field, ``sunken`` a bar or a header,
     ``raised`` what lies under the pointer.  ``border`` bounds a control, ``divider`` only parts two areas.
+    ``disabled`` is the ink of what cannot be used now: as faint as 3:1 allows.
     """
 
     name: str
@@ -82,6 +83,7 @@ class Theme:
     raised: str
     text: str
     muted: str
+    disabled: str
     border: str
     divider: str
     selection: str
@@ -127,6 +129,7 @@ LIGHT: Final = Theme(
     raised="#F4F5F7",
     text="#15181C",
     muted="#565E69",
+    disabled="#85898F",
     border="#7F8792",
     divider="#DCDFE4",
     selection="#DCE7F6",
@@ -154,6 +157,7 @@ DARK: Final = Theme(
     raised="#242A31",
     text="#E9ECEF",
     muted="#A3ABB6",
+    disabled="#767D86",
     border="#737D8A",
     divider="#2B3138",
     selection="#23405F",
@@ -181,6 +185,7 @@ SUNLIGHT: Final = Theme(
     raised="#F1F1F1",
     text="#000000",
     muted="#333333",
+    disabled="#6E6E6E",
     border="#000000",
     divider="#000000",
     selection="#FFE48A",

@@ -13,6 +13,8 @@ from ui.widgets.naming import named
 from ui.widgets.step_button import StepButton
 
 ICON_PX: Final = 16
+TEXT_GAP_PX: Final = 2
+"""Between the icon and the text of a button, beside the 4 px of Qt."""
 _KEY: Final = "key"
 Control = TypeVar("Control", bound=QWidget)
 
@@ -53,7 +55,7 @@ def control(
             one.setCheckable(True)
         if picture is not None:
             one.setIcon(icon(picture, is_on_primary=role == "primary"))
-            one.setIconSize(QSize(ICON_PX, ICON_PX))
+            one.setIconSize(QSize(ICON_PX + (TEXT_GAP_PX if text else 0), ICON_PX))
             if text and isinstance(one, QToolButton):
                 one.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonTextBesideIcon)
         if slot is not None:

@@ -1,6 +1,7 @@
 """Contrast of every theme, the style sheet, and the choice that follows the system."""
 
 import re
+from itertools import pairwise
 
 import pytest
 import shiboken6
@@ -19,11 +20,14 @@ from PySide6.QtWidgets import (
 from pytestqt.qtbot import QtBot
 
 from tests.support.window.contrast import contrast, surfaces_of
+from ui.core.texts import Texts
+from ui.services.page_header import HEIGHT_PX, PageHeader
 from ui.style import appearance, theme
 from ui.style.appearance import Appearance
 from ui.style.icons import MEANING_ICONS, Icon, app_icon, battery, icon, pixmap
 from ui.style.style_sheet import style_sheet
 from ui.style.theme import DARK, LIGHT, SUNLIGHT, THEMES, Choice, Meaning, Size, Theme
+from ui.widgets.controls import control
 
 # Qt's offscreen platform says so at every window with a least size.
 each_theme = pytest.mark.parametrize("one", THEMES, ids=lambda one: one.name)
@@ -82,7 +86,7 @@ def test_sunlight_is_black_on_white_with_thick_lines() -> None:
 
 @each_theme
 def test_the_style_sheet_uses_only_colours_of_the_theme(one: Theme) -> None:
-    known = {one.text, one.muted, one.border, one.divider, one.selection, one.primary, one.on_primary}
+    known = {one.text, one.muted, one.disabled, one.border, one.divider, one.selection, one.primary, one.on_primary}
     known |= set(surfaces_of(one)) | {one.danger.ink, one.danger.fill, one.danger.on_fill, one.danger.wash}
     known |= {one.information.ink, one.attention.ink}
     used = set(re.findall(r"#[0-9A-Fa-f]{6}\b", style_sheet(one)))
@@ -122,6 +126,29 @@ def test_the_focus_moves_nothing(qapp: QApplication, qtbot: QtBot) -> None:
         assert button.sizeHint() == before
 
 
+def test_an_icon_and_its_text_are_6_px_apart(qtbot: QtBot) -> None:
+    for kind in (QPushButton, QToolButton):
+        button = control(kind(), Texts(), "save", "|", picture=Icon.RECORD)
+        qtbot.addWidget(button)
+        button.show()
+        image = button.grab().toImage()
+        line, ground = image.height() // 2, image.pixelColor(8, image.height() // 2)
+        inked = [x for x in range(8, image.width() - 8) if image.pixelColor(x, line) != ground]
+        gap = max(after - before for before, after in pairwise(inked))
+        assert 6 <= gap - 1 <= 11, kind  # the disc does not fill its square, nor the letter its own
+
+
+def test_the_header_of_a_page_is_of_one_height(qtbot: QtBot) -> None:
+    texts = Texts()
+    bare, full = PageHeader("live", texts, "Live"), PageHeader("settings", texts, "Settings", QPushButton("Read all"))
+    full.add_rare("act_defaults", "Load defaults", lambda: None)
+    for header in (bare, full):
+        qtbot.addWidget(header)
+        header.show()
+    assert bare.height() == full.height() == HEIGHT_PX
+    assert (bare.more.isVisible(), full.more.isVisible()) == (False, True)
+
+
 def test_what_stands_in_one_row_is_of_one_height(qapp: QApplication, qtbot: QtBot) -> None:
     for one in THEMES:
         appearance.apply(qapp, one)
@@ -140,10 +167,10 @@ def test_what_stands_in_one_row_is_of_one_height(qapp: QApplication, qtbot: QtBo
             QComboBox(),
             QLineEdit(),
         ]
-        for control in controls:
-            row.addWidget(control)
+        for one_of_them in controls:
+            row.addWidget(one_of_them)
         window.show()
-        heights = {control.sizeHint().height() for control in controls}
+        heights = {one_of_them.sizeHint().height() for one_of_them in controls}
         assert len(heights) == 1, (one.name, heights)
 
 

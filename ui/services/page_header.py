@@ -1,0 +1,51 @@
+"""Header of a page: its title at the left, its actions at the right, what is rare in a menu."""
+
+from typing import Final
+
+from PySide6.QtGui import QAction
+from PySide6.QtWidgets import QHBoxLayout, QLabel, QMenu, QSizePolicy, QToolButton, QWidget
+
+from ui.core.texts import Texts
+from ui.style.icons import Icon
+from ui.style.theme import Space
+from ui.widgets.controls import control
+from ui.widgets.layouts import in_row
+from ui.widgets.naming import named
+
+HEIGHT_PX: Final = 40
+
+
+class PageHeader(QWidget):
+    """`name` is the page's key, `title` its English title, marked. The same height on every page."""
+
+    def __init__(self, name: str, texts: Texts, title: str, *actions: QWidget) -> None:
+        super().__init__()
+        self.setObjectName(f"{name}_header")
+        self._name, self._texts = name, texts
+        self.title = control(QLabel(), texts, f"{name}_title", title, role="title")
+        self._menu: QMenu | None = None
+        self.more = control(QToolButton(), texts, f"{name}_more", says="More", tip="More", picture=Icon.MORE,
+                            role="quiet")  # fmt: skip
+        self.more.setPopupMode(QToolButton.ToolButtonPopupMode.InstantPopup)
+        self.more.hide()
+        self.row: QHBoxLayout = in_row((self.title, 1), self.more, of=self, spacing=Space.S, margins=0)
+        self.setMinimumHeight(HEIGHT_PX)
+        self.setSizePolicy(QSizePolicy.Policy.Preferred, QSizePolicy.Policy.Fixed)
+        for action in actions:
+            self.add(action)
+
+    def add(self, action: QWidget) -> None:
+        """One more action, at the right of those that are there."""
+        self.row.insertWidget(self.row.indexOf(self.more), action)
+
+    def add_rare(self, name: str, text: str, slot: object) -> QAction:
+        """An entry of the menu behind "⋯"; `text` is English, marked."""
+        if self._menu is None:
+            self._menu = named(QMenu(self), f"{self._name}_more_menu")
+            self.more.setMenu(self._menu)
+            self.more.show()
+        action = named(QAction(self), name)
+        self._texts.bind(action.setText, text)
+        action.triggered.connect(slot)
+        self._menu.addAction(action)
+        return action
