@@ -3,8 +3,9 @@
 While the computer sleeps nothing is heard of the module, and the clock that ages are told by may stand still: what is
 twelve minutes old would pass for fresh, and what was armed before would be armed still.
 
-- Where the system has a clock that goes on asleep (Linux, macOS), that one is compared with the one that does not.
-- Else (Windows), and for a machine that was stopped as a whole, a turn of the loop took far longer than it ever waits.
+- The system tells how long it slept: by a clock that goes on asleep (Linux, macOS), or by two counts of interrupt
+  time, of which one leaves sleep out (Windows).
+- A machine that was stopped as a whole knows nothing of it: a turn of the loop took far longer than it ever waits.
 
 The time of day says nothing: people and time servers set it.
 """
@@ -19,12 +20,14 @@ SHORTEST_S = 1.0
 LONGEST_TURN_S = 5.0
 """A turn of the loop waits for 0.02 s, and works for a second where the disk is slow."""
 
+_INTERRUPT_TIMES_PER_S = 10_000_000
+
 Clock = Callable[[], float]
 
 
 @dataclass(frozen=True, slots=True)
 class ClockReading:
-    """Both clocks at one instant, in seconds. `with_sleep_s` is None where no clock goes on asleep."""
+    """Both clocks at one instant, in seconds. `with_sleep_s` is None where the system does not tell of sleep."""
 
     awake_s: float
     with_sleep_s: float | None = None
@@ -41,13 +44,41 @@ def slept_s(before: ClockReading, now: ClockReading) -> float:
 
 
 def sleepless_clock() -> Clock | None:
-    """The clock that goes on while the computer sleeps; None where there is none."""
-    name = "CLOCK_MONOTONIC" if sys.platform == "darwin" else "CLOCK_BOOTTIME"
-    number: int | None = getattr(time, name, None)
-    if number is None or not hasattr(time, "clock_gettime"):
-        return None
-    which = number
-    return lambda: time.clock_gettime(which)
+    """`time.monotonic` plus the time that the computer slept; None where the system does not tell."""
+    if sys.platform == "win32":
+        return plus_time_asleep(time.monotonic, *_interrupt_times())
+    else:  # noqa: RET505  mypy would call it unreachable
+        name = "CLOCK_MONOTONIC" if sys.platform == "darwin" else "CLOCK_BOOTTIME"
+        number: int | None = getattr(time, name, None)
+        if number is None or not hasattr(time, "clock_gettime"):
+            return None
+        which = number
+        return lambda: time.clock_gettime(which)
+
+
+def plus_time_asleep(clock: Clock, with_sleep: Clock, without_sleep: Clock) -> Clock:
+    """`clock` plus what the other two disagree about; whether `clock` itself goes on asleep does not matter."""
+    return lambda: clock() + with_sleep() - without_sleep()
+
+
+if sys.platform == "win32":
+    import ctypes
+
+    def _interrupt_times() -> tuple[Clock, Clock]:
+        """The interrupt time with and without sleep and hibernation, both as of the last clock interrupt."""
+        base = ctypes.WinDLL("kernelbase")
+
+        def reads(name: str) -> Clock:
+            query = getattr(base, name)
+
+            def read() -> float:
+                count = ctypes.c_uint64()
+                query(ctypes.byref(count))
+                return count.value / _INTERRUPT_TIMES_PER_S
+
+            return read
+
+        return reads("QueryInterruptTime"), reads("QueryUnbiasedInterruptTime")
 
 
 class SleepDetector:

@@ -18,7 +18,15 @@ from app.safety.acts import REQUESTS, Act
 from app.safety.journal import Outcome
 from app.safety.permit import Origin, Permit
 from app.simulator import bench
-from app.system.sleep_detector import LONGEST_TURN_S, SHORTEST_S, ClockReading, SleepDetector, sleepless_clock, slept_s
+from app.system.sleep_detector import (
+    LONGEST_TURN_S,
+    SHORTEST_S,
+    ClockReading,
+    SleepDetector,
+    plus_time_asleep,
+    sleepless_clock,
+    slept_s,
+)
 from protocol.catalogue import SERIAL_OUTPUT, Hazard
 from protocol.link_states import Presence
 from tests.support.journals import FakeJournal
@@ -26,6 +34,8 @@ from tests.support.line.batches import Batches
 from tests.support.line.sim_line import INSTANT_S, Rig
 
 NIGHT_S = 8 * 3600.0
+CLOCK_TICK_S = 0.05
+"""Windows counts interrupt time in steps of up to 0.016 s."""
 EVERYTHING = {command.key for command in READABLE[1:]}
 
 
@@ -98,6 +108,38 @@ def test_a_time_of_day_that_leaps_changes_nothing(leap_s: float, monkeypatch: py
     true_time = time.time
     monkeypatch.setattr(time, "time", lambda: true_time() + leap_s)
     assert sleeps.poll() == 0
+
+
+@pytest.mark.parametrize("goes_on_asleep", [True, False], ids=["Windows", "Linux"])
+def test_a_sleep_shorter_than_a_long_turn_is_seen_by_what_two_clocks_disagree_about(goes_on_asleep: bool) -> None:
+    """Windows' monotonic clock goes on asleep: alone it shows only sleeps that are longer than any turn."""
+    awake_s, asleep_s = 100.0, 0.0
+
+    def clock() -> float:
+        return awake_s + asleep_s * goes_on_asleep
+
+    sleeps = SleepDetector(clock, plus_time_asleep(clock, lambda: 7 + awake_s + asleep_s, lambda: 3 + awake_s))
+    awake_s += LONGEST_TURN_S / 2
+    assert sleeps.poll() == 0
+    asleep_s += SHORTEST_S
+    assert sleeps.poll() == pytest.approx(SHORTEST_S)
+    asleep_s += NIGHT_S
+    assert sleeps.poll() == pytest.approx(NIGHT_S)
+    assert sleeps.poll() == 0
+
+
+def test_this_system_tells_of_sleep_and_its_clock_goes_as_fast_as_the_monotonic_one() -> None:
+    clock = sleepless_clock()
+    assert clock is not None
+
+    def least_and_most_asleep_s() -> tuple[float, float]:
+        before_s = time.monotonic()
+        now_s = clock()
+        return now_s - time.monotonic() - CLOCK_TICK_S, now_s - before_s + CLOCK_TICK_S
+
+    (least_s, most_s), (least_later_s, most_later_s) = least_and_most_asleep_s(), least_and_most_asleep_s()
+    assert most_s >= 0
+    assert max(least_s, least_later_s) <= min(most_s, most_later_s)
 
 
 # What follows from it
