@@ -29,3 +29,9 @@ def test_what_cannot_be_told_is_a_test_and_has_a_reason(suites: ModuleType) -> N
         tree = ast.parse((ROOT / path).read_text(encoding="utf-8"))
         assert function in {node.name for node in ast.walk(tree) if isinstance(node, ast.FunctionDef)}, name
         assert reason
+
+
+def test_no_test_of_the_program_is_left_out(suites: ModuleType) -> None:
+    tried = {ROOT / name for suite in suites.SUITES for name in suite.tests}
+    files = {path for top in ("protocol", "app", "ui") for path in (ROOT / "tests" / top).rglob("test_*.py")}
+    assert {path for path in files if not tried & {path, *path.parents}} == set()
