@@ -10130,6 +10130,10 @@
         <translation>{value}（!）{fault}，限值 {limit}</translation>
     </message>
     <message>
+        <source>{value} V bay open</source>
+        <translation>{value} V 伞仓打开</translation>
+    </message>
+    <message>
         <source>{value} g draft</source>
         <translation>{value} g 试算</translation>
     </message>

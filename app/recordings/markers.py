@@ -1,6 +1,6 @@
 """Markers on the time line, derived from the worker's batches."""
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from enum import Enum
 
@@ -9,6 +9,7 @@ from app.engine.playback import is_playback
 from app.engine.worker import Batch, Connection, PortState
 from protocol.catalogue import RESET_BELOW_THRESHOLD_DEG
 from protocol.events import Event, Restarted
+from protocol.fields import Value
 from protocol.link_states import Presence
 
 
@@ -162,19 +163,31 @@ class MarkerTracker:
 
 def limits_of(device: DeviceView, at: float) -> ModuleLimits:
     """Nothing while a value is in doubt, or while the trigger is switched off."""
-    fires = _limit(device, "attitude_threshold_deg", "attitude_trigger", at)
-    light = device.fresh("light_threshold_v", at)
+    return _limits(lambda key: device.fresh(key, at))
+
+
+def last_limits(device: DeviceView) -> ModuleLimits:
+    """As last said, also what is in doubt by now."""
+
+    def last(key: str) -> Value | None:
+        known = device.values.get(key)
+        return None if known is None else known.value
+
+    return _limits(last)
+
+
+def _limits(find: Callable[[str], Value | None]) -> ModuleLimits:
+    def limit(key: str, switch: str) -> float | None:
+        value = find(key)
+        return None if value is None or find(switch) is False else float(value)
+
+    fires, light = limit("attitude_threshold_deg", "attitude_trigger"), find("light_threshold_v")
     return ModuleLimits(
         fires_deg=fires,
         rearms_deg=None if fires is None else fires - RESET_BELOW_THRESHOLD_DEG,
-        free_fall_g=_limit(device, "freefall_acceleration_g", "freefall_trigger", at),
+        free_fall_g=limit("freefall_acceleration_g", "freefall_trigger"),
         light_v=None if light is None else float(light),
     )
-
-
-def _limit(device: DeviceView, key: str, switch: str, at: float) -> float | None:
-    value, is_on = device.fresh(key, at), device.fresh(switch, at)
-    return None if value is None or is_on is False else float(value)
 
 
 KIND_OF_WORD: Mapping[str, MarkerKind] = {kind.value: kind for kind in MarkerKind}

@@ -1,4 +1,4 @@
-"""Caches grid, scales and labels of the plots as a picture.
+"""Caches grid, scales, labels and steady limits of the plots as a picture.
 
 While the plots follow the newest samples, nothing of it moves from draw to draw, and painting it by hand each time
 would cost as much as the curves.
@@ -18,7 +18,7 @@ def _looks_of(picture: Picture, ratio: float) -> Hashable:
     boxes = tuple((box.x(), box.y(), box.width(), box.height()) for box in (lane.box for lane in picture.lanes))
     lanes = tuple((lane.scale, tr(lane.lane.title)) for lane in picture.lanes)
     ticks = tuple((round(picture.x(tick.time_s), 1), tick.label) for tick in picture.ticks)
-    return picture.theme.name, ratio, boxes, lanes, ticks
+    return picture.theme.name, ratio, boxes, lanes, ticks, picture.limits.background_key
 
 
 class PlotBackground:

@@ -13,7 +13,8 @@ from PySide6.QtWidgets import QGraphicsItem, QStyleOptionGraphicsItem, QWidget
 
 from ui.plots.background import PlotBackground
 from ui.plots.curve import LaneCurve
-from ui.plots.paint import Picture, gutter_px, paint_front
+from ui.plots.limits import gutter_px
+from ui.plots.paint import Picture, paint_front
 from ui.plots.view import Lane, Span
 from ui.style.theme import Size, Theme, font
 
@@ -107,6 +108,11 @@ class Canvas(pg.GraphicsView):  # type: ignore[misc]  # pyqtgraph has no types
     def shown(self) -> Span | None:
         """The span of the last draw, None before the first."""
         return None if self._picture is None else self._picture.span
+
+    def fit_scales(self) -> None:
+        """The vertical scales may shrink again with the next draw."""
+        for lane in self.lanes:
+            lane.fit_scale()
 
     def draw_curves(self, span: Span) -> None:
         """Give every curve the points of a span."""

@@ -65,6 +65,7 @@ class LaneCurve:
         self.number = number
         self.box = QRectF()
         self.scale: Scale = lane.scales[0]
+        self._least_scale = 0
         self.gaps: list[Span] = []
         self._line_px = 1
         self._pen = QPen()
@@ -76,6 +77,10 @@ class LaneCurve:
         self._pen.setCosmetic(True)
         self._pen.setCapStyle(Qt.PenCapStyle.SquareCap)
         self._line_px = theme.line_px
+
+    def fit_scale(self) -> None:
+        """Choose the scale by what is in sight at the next draw; from then on it only grows."""
+        self._least_scale = 0
 
     def place(self, box: QRectF) -> None:
         """Put the lane where it belongs."""
@@ -91,7 +96,8 @@ class LaneCurve:
         if newest is not None and newest.time_s < span.end_s - lane.gap_s:
             what.gaps.append(Span(newest.time_s, span.end_s))
         self.gaps = what.gaps
-        self.scale = scale = fitting_scale(lane.scales, *self._extremes(envelope, span))
+        self.scale = scale = fitting_scale(lane.scales[self._least_scale :], *self._extremes(envelope, span))
+        self._least_scale = lane.scales.index(scale)
         x = self.box.left() + what.x * (self.box.width() / span.length_s)
         y = self.box.bottom() - (what.y - scale.low) * (self.box.height() / (scale.high - scale.low))
         breaks = [-1, *np.flatnonzero(np.isnan(x)).tolist(), len(x)] if what.gaps else [-1, len(x)]
@@ -114,7 +120,9 @@ class LaneCurve:
         seen = [
             change.value
             for limit in self.lane.limits
-            for change in limit.steps.between(span.start_s, span.end_s)
+            for steps in (limit.steps, limit.stale)
+            if steps is not None
+            for change in steps.between(span.start_s, span.end_s)
             if change.value is not None
         ]
         if len(envelope.low):

@@ -6,17 +6,16 @@ cost when they scroll.
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from itertools import pairwise
 from typing import Final
 
 from PySide6.QtCore import QPointF, QRectF, Qt
-from PySide6.QtGui import QColor, QFontMetricsF, QPainter, QPen
+from PySide6.QtGui import QColor, QFontMetricsF, QPainter
 
-from app.samples.step_function import StepPoint
 from app.text.i18n import tr
 from ui.plots.axis import Tick, ago_text, clock_text
 from ui.plots.curve import LaneCurve
-from ui.plots.view import Limit, Mark, Span
+from ui.plots.limits import LimitPicture, limit_text, paint_limit_labels, paint_limit_lines
+from ui.plots.view import Mark, Span
 from ui.style import icons
 from ui.style.shapes import cleared_word, pen
 from ui.style.theme import Size, Theme, font
@@ -42,26 +41,15 @@ class Picture:
     wall_offset_s: float
     strip: QRectF
     has_focus: bool
+    limits: LimitPicture
 
     def x(self, time_s: float) -> float:
         """The place of a time in the scene."""
         return self.lanes[0].x(time_s, self.span)
 
 
-def number(value: float, decimals: int) -> str:
-    """A value with its sign in the typographer's minus."""
-    return f"{value:.{decimals}f}".replace("-", "−")
-
-
-def gutter_px(lanes: Sequence[LaneCurve]) -> float:
-    """Room at the right for the widest label of a limit."""
-    metrics = QFontMetricsF(font(Size.SMALL, is_bold=True))
-    labels = [tr(limit.label, value="000") for lane in lanes for limit in lane.lane.limits]
-    return max((metrics.horizontalAdvance(label) for label in labels), default=0.0) + 12
-
-
 def paint_back(painter: QPainter, picture: Picture) -> None:
-    """Titles, grid, scales and the time line."""
+    """Titles, grid, scales, the time line, and the limits that do not move."""
     theme = picture.theme
     small = font(Size.SMALL)
     metrics = QFontMetricsF(small)
@@ -84,8 +72,10 @@ def paint_back(painter: QPainter, picture: Picture) -> None:
             painter.drawLine(QPointF(box.left(), y), QPointF(box.right(), y))
             painter.setPen(QColor(theme.muted))
             room = QRectF(0, y - metrics.height() / 2, box.left() - 6, metrics.height())
-            painter.drawText(room, _RIGHT, number(value, 0 if float(scale.step).is_integer() else 1))
+            painter.drawText(room, _RIGHT, limit_text(value, 0 if float(scale.step).is_integer() else 1))
         _title(painter, theme, lane)
+    paint_limit_lines(painter, picture.limits.steady, theme)
+    paint_limit_labels(painter, picture.limits.labels)
     painter.setFont(small)
     painter.setPen(QColor(theme.muted))
     for room, label in _tick_labels(picture, metrics):
@@ -116,10 +106,10 @@ def _title(painter: QPainter, theme: Theme, lane: LaneCurve) -> None:
 
 
 def paint_front(painter: QPainter, picture: Picture) -> None:
-    """Limits, gaps, marks and the cursor."""
+    """Gaps, limits that begin or end in sight, marks and the cursor."""
     for lane in picture.lanes:
         _paint_gaps(painter, picture, lane)
-        _paint_limits(painter, picture, lane)
+    paint_limit_lines(painter, picture.limits.moving, picture.theme)
     _paint_marks(painter, picture)
     if picture.cursor_s is not None:
         _paint_cursor(painter, picture, picture.cursor_s)
@@ -145,97 +135,41 @@ def _paint_gaps(painter: QPainter, picture: Picture, lane: LaneCurve) -> None:
             cleared_word(painter, picture.theme, room, word, small)
 
 
-def _paint_limits(painter: QPainter, picture: Picture, lane: LaneCurve) -> None:
-    """Each limit as it was at each time, and what stands now named at the right, on the line."""
-    theme, span, box = picture.theme, picture.span, lane.box
-    labels: list[tuple[float, str, Limit]] = []
-    for limit in lane.lane.limits:
-        changes = limit.steps.between(span.start_s, span.end_s)
-        if len(changes) > 1 and changes[-1].value is None and lane.x(changes[-1].time_s, span) > box.right() - 1:
-            changes.pop()  # it ends with the picture, as in a recording: what stood until then is named all the same
-        ink = theme.tint(limit.meaning).ink
-        for n, change in enumerate(changes):
-            if change.value is None:
-                continue
-            is_last = n + 1 == len(changes)
-            left = max(box.left(), lane.x(change.time_s, span))
-            right = box.right() if is_last else lane.x(changes[n + 1].time_s, span)
-            y = round(lane.y(change.value)) + 0.5
-            painter.setPen(_limit_pen(limit, ink, theme))
-            painter.drawLine(QPointF(left, y), QPointF(right, y))
-            text = number(change.value, limit.decimals)
-            if is_last:
-                labels.append((y, tr(limit.label, value=text), limit))
-            elif change.value != _next_value(changes[n + 1 :]):  # the same again is named where it ends
-                _past_label(painter, QRectF(left, y - 18, right - left, 16), text, ink)
-    bold = font(Size.SMALL, is_bold=True)
-    height = QFontMetricsF(bold).height()
-    painter.setFont(bold)
-    for y, (_, text, limit) in zip(_apart([one[0] for one in labels], height), labels, strict=True):
-        painter.setPen(QColor(theme.tint(limit.meaning).ink))
-        room = QRectF(box.right() + 6, y - height / 2, 300, height)
-        painter.drawText(room, _LEFT | Qt.TextFlag.TextDontClip, text)  # Chinese beside figures is higher
-
-
-def _next_value(changes: Sequence[StepPoint]) -> float | None:
-    """What the limit is next known to be."""
-    return next((one.value for one in changes if one.value is not None), None)
-
-
-def _limit_pen(limit: Limit, ink: str, theme: Theme) -> QPen:
-    one = pen(ink, theme.line_px, is_dashed=True)
-    if limit.is_draft:
-        one.setDashPattern([9, 3, 2, 3])  # told from the module's own also without colour
-    return one
-
-
-def _past_label(painter: QPainter, room: QRectF, text: str, ink: str) -> None:
-    bold = font(Size.SMALL, is_bold=True)
-    width = QFontMetricsF(bold).horizontalAdvance(text)
-    if room.width() > width + 8:
-        painter.setFont(bold)
-        painter.setPen(QColor(ink))
-        painter.drawText(room.adjusted(0, 0, -4, 0), _RIGHT, text)
-
-
-def _apart(places: list[float], distance: float) -> list[float]:
-    """The places, pushed apart around their middle until labels of that height do not touch."""
-    order = sorted(range(len(places)), key=lambda n: places[n])
-    moved = list(places)
-    for _ in range(4 * len(order)):  # pushing two apart may push one of them onto a third
-        for upper, lower in pairwise(order):
-            lacking = distance - (moved[lower] - moved[upper])
-            if lacking > 0:
-                moved[upper] -= lacking / 2
-                moved[lower] += lacking / 2
-    return moved
-
-
 def _paint_marks(painter: QPainter, picture: Picture) -> None:
-    """Newest first: a word only where it does not run into the next one."""
+    """All lines; then the icons and then the words, the most important and newest first, each where it hides none."""
     theme, strip = picture.theme, picture.strip
     bold = font(Size.SMALL, is_bold=True)
     metrics = QFontMetricsF(bold)
     painter.setFont(bold)
-    free = strip.right() + 80
-    for mark in sorted(picture.marks, key=lambda one: one.time_s, reverse=True):
-        x = picture.x(mark.time_s)
-        if not strip.left() <= x <= strip.right():
-            continue
-        ink = theme.ink(mark.meaning)
-        painter.setPen(pen(_faint(ink, theme), 1))
+    marks = [mark for mark in picture.marks if strip.left() <= picture.x(mark.time_s) <= strip.right()]
+    marks.sort(key=lambda one: (one.rank, -one.time_s))
+    for mark in reversed(marks):
+        x = round(picture.x(mark.time_s)) + 0.5
+        painter.setPen(pen(_faint(theme.ink(mark.meaning), theme), 1))
         for lane in picture.lanes:
-            painter.drawLine(QPointF(round(x) + 0.5, lane.box.top()), QPointF(round(x) + 0.5, lane.box.bottom()))
-        if x + _MARK_PX > free:
-            continue
-        top = strip.top() + (strip.height() - _MARK_PX) / 2
-        icons.draw(painter, mark.icon, QRectF(x - _MARK_PX / 2, top, _MARK_PX, _MARK_PX), ink)
-        word = tr(mark.word)
-        left = x + _MARK_PX / 2 + 3
-        if left + metrics.horizontalAdvance(word) < free:
-            painter.setPen(ink)
+            painter.drawLine(QPointF(x, lane.box.top()), QPointF(x, lane.box.bottom()))
+    shown = placed_marks([picture.x(mark.time_s) for mark in marks])
+    taken = [(x - _MARK_PX / 2, x + _MARK_PX / 2) for _, x in shown]
+    top = strip.top() + (strip.height() - _MARK_PX) / 2
+    for number, x in shown:
+        mark = marks[number]
+        icons.draw(painter, mark.icon, QRectF(x - _MARK_PX / 2, top, _MARK_PX, _MARK_PX), theme.ink(mark.meaning))
+    for number, x in shown:
+        word, left = tr(marks[number].word), x + _MARK_PX / 2 + 3
+        right = left + metrics.horizontalAdvance(word)
+        if right < strip.right() + 80 and not any(a < right + 4 and left - 2 < b for a, b in taken):
+            taken.append((left, right))
+            painter.setPen(theme.ink(marks[number].meaning))
             painter.drawText(QPointF(left, strip.center().y() + metrics.ascent() / 2 - 1), word)
-        free = x - _MARK_PX / 2 - 4
+
+
+def placed_marks(places: Sequence[float]) -> list[tuple[int, float]]:
+    """Which of the marks get an icon, the most important first, and where: none lies on one that came before it."""
+    shown: list[tuple[int, float]] = []
+    for number, x in enumerate(places):
+        if all(abs(x - other) >= _MARK_PX + 4 for _, other in shown):
+            shown.append((number, x))
+    return shown
 
 
 def _faint(ink: QColor, theme: Theme) -> QColor:
@@ -282,7 +216,7 @@ def reading(lane: LaneCurve, at_s: float, span: Span) -> str:
     found = lane.lane.series.around(at_s, within_s=min(lane.lane.gap_s, max(0.002, span.length_s / 50)))
     if found is None:
         return tr("no data")
-    low, high = number(found.low, lane.lane.decimals), number(found.high, lane.lane.decimals)
+    low, high = limit_text(found.low, lane.lane.decimals), limit_text(found.high, lane.lane.decimals)
     gap = "" if lane.lane.unit == "°" else " "
     text = f"{low}{gap}{lane.lane.unit}" if low == high else f"{low} … {high}{gap}{lane.lane.unit}"
     judge = lane.lane.outside

@@ -19,6 +19,7 @@ from ui.core.texts import Texts
 from ui.plots.axis import before_now, clock_times
 from ui.plots.canvas import Canvas
 from ui.plots.header import PlotHeader
+from ui.plots.limits import limit_picture
 from ui.plots.paint import Picture, cursor_time, reading
 from ui.plots.view import Lane, Mark, Span, TimeView
 from ui.style.theme import Space, current
@@ -170,6 +171,7 @@ class TimePlot(QWidget):
     def back_to_live(self) -> None:
         """Follow the newest samples, in the length that was chosen; show all of a recording."""
         self._view.follow()
+        self._canvas.fit_scales()
         self._redraw()
 
     def look_at(self, time_s: float) -> None:
@@ -186,6 +188,7 @@ class TimePlot(QWidget):
     def choose_window(self, window_s: float) -> None:
         """Choose the length of the time line, in seconds."""
         self._view.choose(window_s, now_s=self._now_s)
+        self._canvas.fit_scales()
         self._redraw()
 
     def show_clock_time(self, shows_clock: bool, /) -> None:
@@ -217,13 +220,18 @@ class TimePlot(QWidget):
     def _zoom(self, factor: float, part: float) -> None:
         span = self.span
         self._view.zoom(factor, at_s=span.start_s + part * span.length_s, now_s=self._now_s)
+        self._canvas.fit_scales()
         self._redraw()
 
     def _looks(self, now_s: float) -> Hashable:
         """What the picture depends on that may change by itself."""
         span = self._pixel_aligned(self._view.span(now_s))
         lanes = [lane.lane for lane in self._canvas.lanes]
-        limits = tuple(limit.steps.value for lane in lanes for limit in lane.limits)
+        limits = tuple(
+            (limit.steps.value, None if limit.stale is None else limit.stale.value)
+            for lane in lanes
+            for limit in lane.limits
+        )
         if self._view.is_live:  # a sample belongs to the pixel that is not over yet
             return span, limits
         newest = (lane.series.last for lane in lanes)
@@ -253,6 +261,7 @@ class TimePlot(QWidget):
             wall_offset_s=self._wall_offset_s,
             strip=self._canvas.strip,
             has_focus=self._canvas.hasFocus(),
+            limits=limit_picture(self._canvas.lanes, span, current()),
         )
         self._canvas.show_picture(picture)
         self._read_off(picture)

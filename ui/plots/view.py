@@ -44,13 +44,15 @@ class Scale(NamedTuple):
 class Limit:
     """A limit over time; ``label`` is English with ``{value}`` in it, ``meaning`` that of what it causes.
 
-    A draft is no limit of the module's: somebody tries it on what was measured."""
+    A draft is no limit of the module's: somebody tries it on what was measured.  ``stale`` is the value that was last
+    known, while nothing confirms it."""
 
     steps: StepFunction
     label: str
     meaning: Meaning
     decimals: int = 0
     is_draft: bool = False
+    stale: StepFunction | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -75,12 +77,13 @@ class Lane:
 
 @dataclass(frozen=True, slots=True)
 class Mark:
-    """Something that happened; ``word`` is English."""
+    """Something that happened; ``word`` is English.  ``rank`` 0 is the most important: it is never hidden by others."""
 
     time_s: float
     word: str
     icon: Icon
     meaning: Meaning | None = None
+    rank: int = 0
 
 
 class TimeView:

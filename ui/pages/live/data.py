@@ -6,6 +6,7 @@ are looked at one by one.  Times are monotonic seconds.
 
 from collections import deque
 from collections.abc import Collection
+from dataclasses import dataclass, field
 from typing import Final, Protocol
 
 import numpy as np
@@ -15,7 +16,7 @@ from app.engine.device import StatusSample as Status
 from app.engine.worker import Batch
 from app.limits.out_of_limits import LimitsInUse, Outside, outside_of
 from app.recordings.excerpt import Excerpt
-from app.recordings.markers import Marker, MarkerKind, MarkerTracker, ModuleLimits, charging_at
+from app.recordings.markers import Marker, MarkerKind, MarkerTracker, ModuleLimits, charging_at, last_limits
 from app.samples.ring_buffers import Readable, Series
 from app.samples.step_function import StepFunction
 from protocol.fields import Value
@@ -34,27 +35,50 @@ _TRIGGERED: Final = 2
 _ACTIVE: Final = 1
 
 
+# The most important first: where two are at one place, the first one is shown.
 _MARKS: Final[dict[MarkerKind, tuple[str, Icon, Meaning | None]]] = {
-    MarkerKind.CONNECTED: (marked("connected"), Icon.LINK, Meaning.INFORMATION),
-    MarkerKind.RECORDING: (marked("recording"), Icon.PLAY, Meaning.INFORMATION),
-    MarkerKind.RECONNECTED: (marked("reconnected"), Icon.LINK, Meaning.INFORMATION),
-    MarkerKind.PORT_LOST: (marked("port lost"), Icon.UNPLUGGED, Meaning.ATTENTION),
-    MarkerKind.OFFLINE: (marked("offline"), Icon.LINK_LOST, Meaning.ATTENTION),
+    MarkerKind.TRIGGERED: (marked("triggered"), Icon.PARACHUTE, Meaning.DANGER),
     MarkerKind.RESTARTED: (marked("restarted"), Icon.RESTART, Meaning.ATTENTION),
     MarkerKind.ACTIVATED: (marked("activated"), Icon.ACTIVE, Meaning.ATTENTION),
     MarkerKind.LOCKED: (marked("locked"), Icon.LOCK, None),
-    MarkerKind.TRIGGERED: (marked("triggered"), Icon.PARACHUTE, Meaning.DANGER),
-    MarkerKind.TRIGGER_ENDED: (marked("trigger ended"), Icon.NOT_TRIGGERED, None),
-    MarkerKind.CHARGER_CONNECTED: (marked("charger connected"), Icon.BOLT, None),
+    MarkerKind.PORT_LOST: (marked("port lost"), Icon.UNPLUGGED, Meaning.ATTENTION),
+    MarkerKind.OFFLINE: (marked("offline"), Icon.LINK_LOST, Meaning.ATTENTION),
     MarkerKind.DAMAGED: (marked("damaged data left out"), Icon.WARNING, Meaning.DANGER),
+    MarkerKind.RECONNECTED: (marked("reconnected"), Icon.LINK, Meaning.INFORMATION),
+    MarkerKind.TRIGGER_ENDED: (marked("trigger ended"), Icon.NOT_TRIGGERED, None),
+    MarkerKind.CONNECTED: (marked("connected"), Icon.LINK, Meaning.INFORMATION),
+    MarkerKind.RECORDING: (marked("recording"), Icon.PLAY, Meaning.INFORMATION),
+    MarkerKind.CHARGER_CONNECTED: (marked("charger connected"), Icon.BOLT, None),
     MarkerKind.CHARGER_REMOVED: (marked("charger removed"), Icon.PLUG, None),
 }
+_RANKS: Final = {kind: rank for rank, kind in enumerate(_MARKS)}
 
 
 def mark_of(happening: Marker) -> Mark:
     """How the plots show it."""
     word, icon, meaning = _MARKS[happening.kind]
-    return Mark(happening.time_s, word, icon, meaning)
+    return Mark(happening.time_s, word, icon, meaning, _RANKS[happening.kind])
+
+
+@dataclass(frozen=True, slots=True)
+class StaleLimits:
+    """What the limits were last known to be, while nothing confirms it."""
+
+    fires: StepFunction = field(default_factory=StepFunction)
+    rearms: StepFunction = field(default_factory=StepFunction)
+    falls: StepFunction = field(default_factory=StepFunction)
+    lights: StepFunction = field(default_factory=StepFunction)
+
+    def put(self, at: float, fresh: ModuleLimits, known: ModuleLimits) -> None:
+        """`known`: also what is stale. None where the trigger was last said to be off."""
+        self.fires.put(at, known.fires_deg if fresh.fires_deg is None else None)
+        self.rearms.put(at, known.rearms_deg if fresh.rearms_deg is None else None)
+        self.falls.put(at, known.free_fall_g if fresh.free_fall_g is None else None)
+        self.lights.put(at, known.light_v if fresh.light_v is None else None)
+
+    def clear(self) -> None:
+        for steps in (self.fires, self.rearms, self.falls, self.lights):
+            steps.clear()
 
 
 class Measured(Protocol):
@@ -65,6 +89,8 @@ class Measured(Protocol):
     @property
     def acceleration(self) -> Readable: ...
     @property
+    def light(self) -> Readable: ...
+    @property
     def cell(self) -> Readable: ...
     @property
     def fires(self) -> StepFunction: ...
@@ -72,6 +98,8 @@ class Measured(Protocol):
     def rearms(self) -> StepFunction: ...
     @property
     def falls(self) -> StepFunction: ...
+    @property
+    def lights(self) -> StepFunction: ...
     @property
     def markers(self) -> Collection[Marker]: ...
 
@@ -88,6 +116,7 @@ class LiveData:
         self.rearms = StepFunction()
         self.falls = StepFunction()
         self.lights = StepFunction()
+        self.stale = StaleLimits()
         self.markers: deque[Marker] = deque(maxlen=_HAPPENINGS_KEPT)
         # In step with tilt and acceleration, sample by sample; its summary is not used.
         self._flags = Series(summary_buckets=2)
@@ -105,6 +134,7 @@ class LiveData:
             series.clear()
         for steps in (self.fires, self.rearms, self.falls, self.lights):
             steps.clear()
+        self.stale.clear()
         self.markers.clear()
         self._first_s = None
         self._follower = MarkerTracker()
@@ -120,7 +150,7 @@ class LiveData:
         if batch.samples:
             self._add_samples(batch.samples)
         self._add_slow(batch.device)
-        self._put_limits(self._follower.limits, batch.at)
+        self._put_limits(self._follower.limits, batch)
         self.markers.extend(new)
         # The very first connection is the beginning of the time line, and no news on it.
         shown = new[1:] if not count and new and new[0].kind is MarkerKind.CONNECTED else new
@@ -167,15 +197,18 @@ class LiveData:
             if last is None or known.at > last.time_s:
                 series.append(known.at, float(known.value))
 
-    def _put_limits(self, limits: ModuleLimits, at: float) -> None:
+    def _put_limits(self, limits: ModuleLimits, batch: Batch) -> None:
+        at = batch.at
         self.fires.put(at, limits.fires_deg)
         self.rearms.put(at, limits.rearms_deg)
         self.falls.put(at, limits.free_fall_g)
         self.lights.put(at, limits.light_v)
+        self.stale.put(at, limits, last_limits(batch.device))
 
 
-def lanes(data: Measured, in_use: LimitsInUse) -> tuple[Lane, ...]:
+def lanes(data: Measured, in_use: LimitsInUse, stale: StaleLimits | None = None) -> tuple[Lane, ...]:
     """The plots of the page, from the top down."""
+    stale = stale or StaleLimits()
 
     def cell_outside(volts: float, time_s: float) -> Outside | None:
         charging = charging_at(data.markers, time_s)
@@ -189,8 +222,8 @@ def lanes(data: Measured, in_use: LimitsInUse) -> tuple[Lane, ...]:
             data.tilt,
             (Scale(0, 90, 30), Scale(0, 180, 45)),
             (
-                Limit(data.fires, marked("{value}° fires"), Meaning.DANGER),
-                Limit(data.rearms, marked("{value}° rearms"), Meaning.INFORMATION),
+                Limit(data.fires, marked("{value}° fires"), Meaning.DANGER, stale=stale.fires),
+                Limit(data.rearms, marked("{value}° rearms"), Meaning.INFORMATION, stale=stale.rearms),
             ),
             weight=3,
         ),
@@ -199,9 +232,19 @@ def lanes(data: Measured, in_use: LimitsInUse) -> tuple[Lane, ...]:
             "g",
             data.acceleration,
             (Scale(0, 2, 1), Scale(0, 4, 2), Scale(0, 8, 4), Scale(0, 16, 8), Scale(0, 26, 13)),
-            (Limit(data.falls, marked("{value} g free fall"), Meaning.DANGER, 1),),
+            (Limit(data.falls, marked("{value} g free fall"), Meaning.DANGER, 1, stale=stale.falls),),
             decimals=1,
             weight=2,
+        ),
+        Lane(
+            marked("Light"),
+            "V",
+            data.light,
+            (Scale(0, 4, 2), Scale(0, 8, 4), Scale(0, 26, 13)),
+            (Limit(data.lights, marked("{value} V bay open"), Meaning.ATTENTION, 1, stale=stale.lights),),
+            decimals=1,
+            weight=1.2,
+            gap_s=SLOW_GAP_S,
         ),
         Lane(
             marked("Cell voltage"),

@@ -60,7 +60,7 @@ class LivePage(StreamPage):
         self._sitting = SessionTracker()
         self.panel = LivePanel(texts)
         self.fired = WhatIfOnLive(services, self.panel, self)
-        drawn = self.fired.panel.lines.added_to(lanes(self.data, self._in_use))
+        drawn = self.fired.panel.lines.added_to(lanes(self.data, self._in_use, self.data.stale))
         self._live_plot = TimePlot(drawn, texts, wall_offset_s=self.wall.offset_s)
         self._plots = named(QStackedWidget(), "live_plot_stack")
         self._recorded = RecordedView(texts, self._plots, self.panel, self._in_use)

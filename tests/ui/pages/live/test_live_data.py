@@ -146,7 +146,9 @@ def test_a_trigger_that_is_switched_off_has_no_limit() -> None:
 
 def test_the_lanes_show_these_series() -> None:
     data = LiveData()
-    assert [lane.series for lane in lanes(data, LimitsInUse())] == [data.tilt, data.acceleration, data.cell]
+    assert [lane.series for lane in lanes(data, LimitsInUse())] == [
+        data.tilt, data.acceleration, data.light, data.cell,
+    ]  # fmt: skip
     assert [limit.steps for limit in lanes(data, LimitsInUse())[0].limits] == [data.fires, data.rearms]
 
 
