@@ -148,8 +148,9 @@ def assemble(
     services = Services(connector, texts, appearance, lock, storage, preferences, log=log)
     connector.remember_stream(storage.stream_memory)
     services.naming.follow(connector, storage)
-    storage.sessions.follow(connector)
-    services.naming.changed.connect(lambda: storage.sessions.name_module(services.naming.name))
+    storage.sessions.follow(connector.current)
+    module = services.naming.of(connector.current)
+    module.changed.connect(lambda: storage.sessions.name_module(module.name))
     window = MainWindow(services, ports, language_switch, preferences, entries=entries)
     for owned in (connector, services.naming):  # else what is connected to their signals lives for ever, and they by it
         owned.setParent(window)

@@ -15,6 +15,7 @@ from app.procedures.lock import Locked, lock, waiting_sentence
 from app.safety.journal import Journal, Outcome
 from app.text.i18n import tr
 from ui.core.connector import Connector
+from ui.core.port_connection import PortConnection
 from ui.style.theme import Meaning
 from ui.widgets.notice_bar import Choice, Notice
 
@@ -22,9 +23,10 @@ _SHOWN_FROM = 2
 """A LOCK that is reported after its first frame is not worth a notice."""
 
 
-class LockControl(QObject):
-    """`press` sends LOCK at once and goes on until the module reports that it is locked, or for ten seconds.
+class PortLock(QObject):
+    """LOCK on one port.
 
+    `press` sends it at once and goes on until the module reports that it is locked, or for ten seconds.
     While the port is lost it waits for it, within that time. `failed` stays until a report says that the module is
     locked, or another module is connected.
     """
@@ -34,7 +36,7 @@ class LockControl(QObject):
     """A line for the status bar."""
 
     def __init__(
-        self, connector: Connector, journal_of: Callable[[Target | None], Journal], parent: QObject | None = None
+        self, connector: PortConnection, journal_of: Callable[[Target | None], Journal], parent: QObject | None = None
     ) -> None:
         super().__init__(parent)
         self._connector, self._journal_of = connector, journal_of
@@ -63,19 +65,6 @@ class LockControl(QObject):
     def is_unproven(self) -> bool:
         """It was pressed, and the module has not reported that it is locked."""
         return self.is_going_on or self.failed is not None
-
-    def bind(self, control: QAbstractButton | QAction) -> None:
-        """Let a button or a menu entry press it; it is enabled while LOCK is possible."""
-
-        def show() -> None:
-            control.setEnabled(self.is_possible)
-
-        if isinstance(control, QAction):
-            control.triggered.connect(self.press)
-        else:
-            control.clicked.connect(self.press)
-        self.changed.connect(show)
-        show()
 
     def press(self, _is_checked: bool = False, *, then: Callable[[], object] | None = None) -> None:
         """Pressed again while it goes on, it leaves at once again and the time begins again. `then` is called when the
@@ -201,3 +190,95 @@ class LockControl(QObject):
                 self._finish(Locked(outcome=outcome, sent=repeat.sent, is_port_lost=True))
                 return
         self.changed.emit()
+
+
+class LockControl(QObject):
+    """LOCK of the module that the pages show; `of` is that of any port. `changed` and `said` are the shown one's."""
+
+    changed = Signal()
+    said = Signal(str)
+
+    def __init__(
+        self, connector: Connector, journal_of: Callable[[Target | None], Journal], parent: QObject | None = None
+    ) -> None:
+        super().__init__(parent)
+        self._connector, self._journal_of = connector, journal_of
+        self._locks: dict[PortConnection, PortLock] = {}
+        self._shown = self.of(connector.current)
+        self._relay(self._shown)
+        connector.added.connect(self.of)
+        connector.removed.connect(self._forget)
+        connector.chosen.connect(self._follow)
+
+    def of(self, connection: PortConnection) -> PortLock:
+        if connection not in self._locks:
+            self._locks[connection] = PortLock(connection, self._journal_of, self)
+        return self._locks[connection]
+
+    @property
+    def is_possible(self) -> bool:
+        return self._shown.is_possible
+
+    @property
+    def is_going_on(self) -> bool:
+        return self._shown.is_going_on
+
+    @property
+    def is_unproven(self) -> bool:
+        return self._shown.is_unproven
+
+    @property
+    def failed(self) -> Locked | None:
+        return self._shown.failed
+
+    @property
+    def confirmed(self) -> Locked | None:
+        return self._shown.confirmed
+
+    def bind(self, control: QAbstractButton | QAction) -> None:
+        """Let a button or a menu entry press it; it is enabled while LOCK is possible."""
+
+        def show() -> None:
+            control.setEnabled(self.is_possible)
+
+        if isinstance(control, QAction):
+            control.triggered.connect(self.press)
+        else:
+            control.clicked.connect(self.press)
+        self.changed.connect(show)
+        show()
+
+    def press(self, _is_checked: bool = False, *, then: Callable[[], object] | None = None) -> None:
+        self._shown.press(then=then)
+
+    def press_all(self) -> int:
+        """LOCK on every open port, each by itself: none waits for another. How many it is pressed on."""
+        locks = [one for one in map(self.of, self._connector.connections) if one.is_possible]
+        for one in locks:
+            one.press()
+        return len(locks)
+
+    def ensure_locked(self) -> None:
+        self._shown.ensure_locked()
+
+    def end(self) -> None:
+        self._shown.end()
+
+    def notice(self, more: tuple[Choice, ...] = ()) -> Notice | None:
+        return self._shown.notice(more)
+
+    def _relay(self, lock: PortLock) -> None:
+        lock.changed.connect(self.changed)
+        lock.said.connect(self.said)
+
+    def _follow(self) -> None:
+        self._shown.changed.disconnect(self.changed)
+        self._shown.said.disconnect(self.said)
+        self._shown = self.of(self._connector.current)
+        self._relay(self._shown)
+        self.changed.emit()
+
+    def _forget(self, connection: PortConnection) -> None:
+        lock = self._locks.pop(connection, None)
+        if lock is not None:
+            lock.deleteLater()

@@ -15,6 +15,7 @@ from app.text.i18n import tr
 from app.text.messages import clean
 from ui.core.background_task import BackgroundTask
 from ui.core.connector import Connector
+from ui.core.port_connection import PortConnection
 from ui.services.storage import Storage
 
 _log = logging.getLogger(__name__)
@@ -22,9 +23,10 @@ LONGEST_NAME = 60
 KEEP_AGAIN_S = 1.0
 
 
-class ModuleName(QObject):
-    """`changed`: it is another name now, or none. At another adapter it is the module that was last seen there.
+class PortModule(QObject):
+    """Name of the module on one port.
 
+    `changed`: it is another name now, or none. At another adapter it is the module that was last seen there.
     A module that may be another one than the one that is meant has no name until that is proven or a person decides.
     """
 
@@ -35,7 +37,7 @@ class ModuleName(QObject):
         self.name = ""
         self.meant = ""
         """The module that is meant, while it is not proven to be the one that answers."""
-        self._connector: Connector | None = None
+        self._connector: PortConnection | None = None
         self._keeping: Storage | None = None
         self._adapter = ""
         self._read: dict[str, IdentityEvidence] = {}
@@ -46,14 +48,12 @@ class ModuleName(QObject):
         self._meeting: BackgroundTask[None] = BackgroundTask("dps-s module", self)
         self._saving: BackgroundTask[bool] = BackgroundTask("dps-s evidence", self)
 
-    def follow(self, connector: Connector, storage: Storage) -> None:
-        """Once for a window; a second time does nothing."""
-        if self._connector is None:
-            self._connector, self._keeping = connector, storage
-            connector.expect(self._expected_at)
-            connector.changed.connect(self._watch_identity)
-            connector.batch.connect(self._on_batch)
-            self._watch_identity()
+    def follow(self, connector: PortConnection, storage: Storage) -> None:
+        self._connector, self._keeping = connector, storage
+        connector.expect(self._expected_at)
+        connector.changed.connect(self._watch_identity)
+        connector.batch.connect(self._on_batch)
+        self._watch_identity()
 
     @property
     def known(self) -> tuple[Module, ...]:
@@ -190,6 +190,86 @@ class ModuleName(QObject):
             self._kept[name] = evidence
         if self._read.get(self.name) != evidence:
             self.keep_evidence()
+
+
+class ModuleName(QObject):
+    """The name of the module that the pages show; `of` is that on any port. `changed` is the shown one's."""
+
+    changed = Signal()
+
+    def __init__(self) -> None:
+        super().__init__()
+        self._connector: Connector | None = None
+        self._storage: Storage | None = None
+        self._modules: dict[PortConnection, PortModule] = {}
+        self._shown = PortModule()
+        self._shown.setParent(self)
+        self._shown.changed.connect(self.changed)
+
+    def follow(self, connector: Connector, storage: Storage) -> None:
+        """Once for a window; a second time does nothing."""
+        if self._connector is None:
+            self._connector, self._storage = connector, storage
+            self._modules[connector.current] = self._shown
+            self._shown.follow(connector.current, storage)
+            connector.added.connect(self.of)
+            connector.removed.connect(self._forget)
+            connector.chosen.connect(self._show)
+
+    def of(self, connection: PortConnection) -> PortModule:
+        if connection not in self._modules:
+            module = self._modules[connection] = PortModule()
+            module.setParent(self)
+            if self._storage is not None:
+                module.follow(connection, self._storage)
+        return self._modules[connection]
+
+    @property
+    def name(self) -> str:
+        return self._shown.name
+
+    @property
+    def meant(self) -> str:
+        return self._shown.meant
+
+    @property
+    def known(self) -> tuple[Module, ...]:
+        return self._shown.known
+
+    @property
+    def module_id(self) -> int | None:
+        return self._shown.module_id
+
+    @property
+    def adapter(self) -> str:
+        return self._shown.adapter
+
+    def choose(self, name: str) -> None:
+        self._shown.choose(name)
+
+    def vouch(self) -> None:
+        self._shown.vouch()
+
+    def take_as_new(self) -> None:
+        self._shown.take_as_new()
+
+    def remember_adapter(self) -> None:
+        self._shown.remember_adapter()
+
+    def keep_evidence(self) -> None:
+        self._shown.keep_evidence()
+
+    def _show(self) -> None:
+        if self._connector is not None:
+            self._shown.changed.disconnect(self.changed)
+            self._shown = self.of(self._connector.current)
+            self._shown.changed.connect(self.changed)
+            self.changed.emit()
+
+    def _forget(self, connection: PortConnection) -> None:
+        module = self._modules.pop(connection, None)
+        if module is not None:
+            module.deleteLater()
 
 
 def _meet(store: Store, name: str, adapter: str, evidence: IdentityEvidence | None) -> None:

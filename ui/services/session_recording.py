@@ -17,7 +17,8 @@ from app import version
 from app.engine.playback import is_playback
 from app.engine.target import Target
 from app.engine.worker import Batch, Connection, PortState, Worker
-from ui.core.connector import Connector
+from ui.core.connector import MakeWorker
+from ui.core.port_connection import PortConnection
 from ui.services.tour_port import TOUR_PORT
 
 if TYPE_CHECKING:
@@ -26,7 +27,6 @@ if TYPE_CHECKING:
     from app.recordings.recorder import Recorder
 
 _log = logging.getLogger(__name__)
-MakeWorker = Callable[[Callable[[Batch], None]], Worker]
 
 
 class SessionTracker:
@@ -91,7 +91,7 @@ class SessionRecording:
         """From the first session on."""
         self._sitting = SessionTracker()
         self._lock = threading.Lock()
-        self._connector: Connector | None = None
+        self._connector: PortConnection | None = None
         self._module = ""
         """The name of the module that is connected."""
 
@@ -116,7 +116,7 @@ class SessionRecording:
 
         return made
 
-    def follow(self, connector: Connector) -> None:
+    def follow(self, connector: PortConnection) -> None:
         """Learn from it which adapter a port is, and when a person gives a port up."""
         self._connector = connector
         connector.changed.connect(self._watch_wish)
@@ -157,7 +157,7 @@ class SessionRecording:
                 self._end()
             self._hold_stream(connector)
 
-    def _hold_stream(self, connector: Connector | None) -> None:
+    def _hold_stream(self, connector: PortConnection | None) -> None:
         """What is recorded needs every report, whatever page is in sight."""
         if connector is not None:
             connector.stream.is_recorded = self._recorder is not None and self._recorder.is_recording

@@ -100,7 +100,7 @@ def connected(qtbot: QtBot, qapp: QApplication, folder: Path, desk: Desk, identi
         assembly.connector.connect_to(Target(desk.name, 115200, identity))
         wait_online(qtbot, assembly)
         qtbot.waitUntil(lambda: fresh(assembly) == KEYS, timeout=WAIT_MS)
-        qtbot.waitUntil(lambda: not assembly.connector._return.is_due(0.0), timeout=WAIT_MS)
+        qtbot.waitUntil(lambda: not assembly.connector.current._return.is_due(0.0), timeout=WAIT_MS)
         yield assembly
 
 

@@ -140,7 +140,7 @@ def test_a_command_is_shown_and_copied(qtbot: QtBot, qapp: QApplication, tmp_pat
         refused = Connection(
             PortState.CLOSED, target.device, 115200, PortError(PortTrouble.NOT_ALLOWED, target.device, "denied")
         )
-        assembly.connector._take(Batch(time.monotonic(), refused, DeviceView(), None))
+        assembly.connector.current._take(Batch(time.monotonic(), refused, DeviceView(), None))
         qtbot.waitUntil(lambda: cause_of(page) is Cause.NO_PERMISSION, timeout=WAIT_MS)
         if sys.platform.startswith("linux"):
             assert page.why.command.text() == "sudo usermod -aG dialout $USER"

@@ -1,0 +1,131 @@
+"""Ports without threads: each remembers what it was told, and says what the test wants, at the time the test wants."""
+
+from collections.abc import Callable
+from types import MappingProxyType
+from typing import Any
+
+from app.engine.device import DeviceView, How, Known, StaleReason
+from app.engine.identity import NOBODY_MEANT, Identity
+from app.engine.procedure import PortLost
+from app.engine.target import Target
+from app.engine.transport import PortError, PortTrouble
+from app.engine.worker import Batch, Connection, Job, PortState
+from protocol.catalogue import SERIAL_OUTPUT, Request
+from protocol.fields import Value
+from protocol.link_states import Presence
+from ui.core.connector import Connector
+from ui.core.port_connection import PortConnection
+from ui.core.port_watcher import PortWatcher
+
+VALUES: dict[str, Value] = {
+    "tilt_deg": 7,
+    "acceleration_g": 1.0,
+    "triggered": False,
+    "active": False,
+    "cell_voltage_v": 4.0,
+    "charging": False,
+    "light_v": 0.3,
+    "boot_count": 37,
+}
+
+
+class FakeWorker:
+    """Stands in for `Worker`. `jobs`: all that were submitted, with whether they were urgent."""
+
+    def __init__(self, callback: Callable[[Batch], None], clock: Callable[[], float]) -> None:
+        self._callback, self._clock = callback, clock
+        self.jobs: list[tuple[Job[Any], bool]] = []
+        self.opened: list[str] = []
+        self.connection = Connection()
+        self.values: dict[str, Known] = {}
+        self.presence = Presence.UNKNOWN
+        self.publish_every_s = 0.0
+        self.is_stopped = False
+
+    # What the window calls
+
+    def start(self) -> None: ...
+
+    def open(self, port: str, baud_rate: int, *_: object) -> None:
+        self.opened.append(port)
+        self.connection = Connection(PortState.OPENING, port, baud_rate)
+
+    def close(self) -> None:
+        self.connection = Connection(PortState.CLOSED, self.connection.port, self.connection.baud_rate)
+
+    def submit(self, job: Job[Any], *, is_urgent: bool = False) -> Job[Any]:
+        self.jobs.append((job, is_urgent))
+        return job
+
+    def vouch(self, _seen: Identity | None = None) -> None: ...
+
+    def stop(self, _deadline_s: float = 2.0) -> bool:
+        self.is_stopped = True
+        return True
+
+    # What the test calls
+
+    def say(self, **values: Value) -> None:
+        """It is open and online, and this is known now."""
+        self.connection = Connection(PortState.OPEN, self.connection.port, self.connection.baud_rate)
+        self.presence = Presence.ONLINE
+        now = self._clock()
+        self.values |= {key: Known(value, How.READ, now) for key, value in values.items()}
+        self.hand_over()
+
+    def unplug(self) -> None:
+        trouble = PortError(PortTrouble.LOST, self.connection.port, "unplugged")
+        self.connection = Connection(PortState.CLOSED, self.connection.port, self.connection.baud_rate, trouble)
+        self.values = {
+            key: Known(one.value, one.how, one.at, StaleReason.LINK_LOST) for key, one in self.values.items()
+        }
+        self.end_jobs()
+
+    def end_jobs(self, error: Exception | None = None) -> None:
+        """All that were submitted end with this."""
+        ended = tuple(job for job, _ in self.jobs if not job.is_done)
+        for job in ended:
+            job.run.throw(error or PortLost(), self._clock())
+            if not job.run.is_done:
+                job.run.throw(error or PortLost(), self._clock())
+            job.finish()
+        self.hand_over(finished=ended)
+
+    def hand_over(self, *, finished: tuple[Job[Any], ...] = (), identity: Identity = NOBODY_MEANT) -> None:
+        view = DeviceView(MappingProxyType(dict(self.values)), self.presence, self._clock())
+        self._callback(Batch(self._clock(), self.connection, view, None, finished=finished, identity=identity))
+
+    def wanted(self, *, is_urgent: bool) -> list[Job[Any]]:
+        return [job for job, urgent in self.jobs if urgent is is_urgent]
+
+
+def is_change(request: Request) -> bool:
+    """It changes more of the module than what it says by itself."""
+    return not request.is_repeatable and request.command is not SERIAL_OUTPUT
+
+
+class FakePorts:
+    """A `Connector` whose ports are all fakes, on a clock that the test moves."""
+
+    def __init__(self) -> None:
+        self.now_s = 1000.0
+        self.workers: list[FakeWorker] = []
+        self.watcher = PortWatcher(lambda _deadline_s: [])
+        self.connector = Connector(self.watcher, make_worker=self.make, clock=lambda: self.now_s)
+
+    def make(self, callback: Callable[[Batch], None]) -> Any:
+        self.workers.append(FakeWorker(callback, lambda: self.now_s))
+        return self.workers[-1]
+
+    def plug_in(self, device: str, **values: Value) -> tuple[PortConnection, FakeWorker]:
+        """A module on another port (the first time on the first one), open and known."""
+        first = self.connector.connections[0]
+        connection = first if not first.is_wanted else self.connector.add(self.make)
+        worker = self.workers[self.connector.connections.index(connection)]
+        connection.connect_to(Target(device, 115200))
+        worker.say(**VALUES | values)
+        return connection, worker
+
+    def stop(self) -> None:
+        self.connector.stop(1.0)
+        self.watcher.stop(1.0)

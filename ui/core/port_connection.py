@@ -1,0 +1,400 @@
+"""One port as the window sees it: target, state, reconnection. Pages use `Connector`, which shows one of them."""
+
+import logging
+import time
+from collections.abc import Callable
+from dataclasses import replace
+from functools import partial
+from typing import Any
+
+from PySide6.QtCore import QObject, QTimer, Signal
+
+from app.diagnosis.link_state import LinkState, link_state
+from app.engine.device import DeviceView
+from app.engine.identity import NOBODY_MEANT, Expected, Identity, IdentityEvidence, Trust, evidence_of
+from app.engine.ports import PortInfo
+from app.engine.procedure import Procedure, Report, Result, Slept
+from app.engine.reconnect import Absence, Address, Reconnection
+from app.engine.target import Target
+from app.engine.transport import PortError
+from app.engine.worker import Batch, Connection, Job, PortState, Worker
+from app.procedures.find import Found, find_rate
+from app.procedures.greet import Greeting, greet
+from app.procedures.stream import StreamSwitch, watch
+from app.safety.last_known import LastKnown, SeenActivation
+from app.store.stream_memory import StreamMemory
+from protocol.link_states import Presence
+from ui.core.bridge import Bridge
+from ui.core.port_watcher import PortWatcher
+
+_log = logging.getLogger(__name__)
+
+FOLLOW_EVERY_MS = 100
+"""While a port is waited for: how often it is looked whether to do something about it."""
+
+
+class PortConnection(QObject):
+    """Owns a worker. Reconnects by itself after a loss, by the rules of `app.engine.reconnect`."""
+
+    changed = Signal()
+    """Something about the link, or whether the module has triggered or is active, is different from before."""
+    batch = Signal(object)
+    """Each `Batch`, after the state was brought up to date with it."""
+    forgotten = Signal()
+    """What was connected before was nobody's module: nothing of it is to be shown any more."""
+    came_online = Signal(object)
+    """The `Target`, whenever a module answers on it."""
+    stream_left_on = Signal()
+    """An earlier session had left the serial output on; this one switches it off."""
+    slept = Signal(float)
+    """The computer slept for so many seconds while the port was open: nothing that was known counts any more."""
+
+    def __init__(
+        self,
+        ports: PortWatcher,
+        *,
+        make_worker: Callable[[Callable[[Batch], None]], Worker] = Worker,
+        clock: Callable[[], float] = time.monotonic,
+        parent: QObject | None = None,
+    ) -> None:
+        super().__init__(parent)
+        self.clock = clock
+        self.stream = StreamSwitch(is_wanted=False)
+        self._bridge = Bridge(self)
+        self._bridge.batch.connect(self._take)
+        self._worker = make_worker(self._bridge.deliver)
+        self._ports = ports
+        self._ports.listed.connect(self._take_ports)
+        self._target: Target | None = None
+        self._last: Batch | None = None
+        self._greeting: Greeting | None = None
+        self._endings: dict[Job[Any], Callable[[Job[Any]], None]] = {}
+        self._finding: Job[Found] | None = None
+        self._greeter: Job[Greeting] | None = None
+        self._is_wanted = False
+        self._is_forgotten = False
+        self._last_known = LastKnown()
+        self.forgotten.connect(self._last_known.forget)
+        self._whose = ""
+        self._proven_rate: int | None = None
+        """At which the module last answered."""
+        self._return = Reconnection()
+        self._is_listing = False
+        """The list of ports under way was begun for `_return`, and the port is still as it was then."""
+        self._expected_of: Callable[[Target], Expected | None] = lambda _target: None
+        self._memory_of: Callable[[Target], StreamMemory] = lambda _target: StreamMemory()
+        self.stream_memory = StreamMemory()  # of the connection that was opened last
+        self._is_left_on_said = False
+        self._lost = NOBODY_MEANT
+        """Of the port that was lost: what was last read of its module, in `now` where that was proven."""
+        self._new_modules = 0
+        """How many a person has called new on the port of another."""
+        self._trouble: PortError | None = None
+        """The last; it stays in sight between two attempts to reconnect."""
+        self._is_ordered = False
+        """An opening was ordered of which no batch has told yet."""
+        self._was_mistaken = False
+        """What was open last was another adapter's port: what is known is of a module that nobody meant."""
+        self._follow_up = QTimer(self)
+        self._follow_up.setInterval(FOLLOW_EVERY_MS)
+        self._follow_up.timeout.connect(self._follow)
+        self._worker.start()
+
+    # What is known
+
+    @property
+    def target(self) -> Target | None:
+        return self._target
+
+    @property
+    def whose(self) -> str:
+        """Names what somebody connected to: the adapter, or the port. The same when it comes back by another name."""
+        return self._whose
+
+    @property
+    def identity(self) -> Identity:
+        """Whether it is the module that is meant; until that is proven only questions are sent."""
+        if self._is_ordered:
+            return Identity(Trust.OPEN)  # what was said last was of another opening
+        return NOBODY_MEANT if self._last is None or not self.is_open else self._last.identity
+
+    @property
+    def absence(self) -> Absence | None:
+        """Why a port that was lost is not open again; None where none was lost."""
+        return self._return.absence
+
+    @property
+    def returns(self) -> int:
+        """How often a port that was lost was opened again by itself."""
+        return self._return.returns
+
+    @property
+    def last(self) -> Batch | None:
+        return self._last
+
+    @property
+    def device(self) -> DeviceView:
+        return DeviceView() if self._last is None or self._is_forgotten else self._last.device
+
+    @property
+    def connection(self) -> Connection:
+        return Connection() if self._last is None else self._last.connection
+
+    @property
+    def is_open(self) -> bool:
+        return self.connection.state is PortState.OPEN
+
+    @property
+    def is_wanted(self) -> bool:
+        """Somebody asked for a connection and has not ended it, whether or not it stands."""
+        return self._is_wanted
+
+    @property
+    def state(self) -> LinkState:
+        connection = self.connection
+        if self._is_ordered and self._target is not None:
+            connection = Connection(PortState.OPENING, self._target.device, self._target.baud_rate)
+        if self._is_returning:
+            connection = replace(connection, trouble=self._trouble)
+        elif not self._is_wanted and connection.state is PortState.CLOSED:
+            connection = replace(connection, trouble=None)  # nobody wants that port any more
+        known, off_at = (self.device, self._greeting), self._last_known.switched_off_at
+        is_finding = self._finding is not None
+        return link_state(connection, *known, is_finding=is_finding, absence=self.absence, switched_off_at=off_at)
+
+    @property
+    def _is_returning(self) -> bool:
+        return self.absence is not None and self.absence.is_waiting
+
+    @property
+    def is_recording(self) -> bool:
+        """There is no module: a capture is played, and nothing but questions is asked."""
+        return self._target is not None and self._target.is_recording and self._is_wanted
+
+    @property
+    def ports(self) -> PortWatcher:
+        return self._ports
+
+    @property
+    def is_active(self) -> bool:
+        """As far as is known the module will fire by its thresholds. A doubtful "active" counts as active; one that
+        was only recorded does not."""
+        return not self.is_recording and self.activation.may_fire
+
+    @property
+    def activation(self) -> SeenActivation:
+        return self._last_known.activation(self.device, self.clock())
+
+    def note_shutdown(self) -> None:
+        """The module acknowledged our own shut-down and is silent: no fault until it answers again."""
+        self._last_known.note_shutdown(self.clock(), time.time())
+        self.changed.emit()
+
+    # What can be done
+
+    def connect_to(self, target: Target) -> None:
+        """Open `target`, closing what is open."""
+        self._is_wanted = True
+        whose, self._whose = self._whose, target.key
+        self._proven_rate = None
+        self._is_listing = False
+        self._return.want(Address(target.device, target.identity))
+        expected = None if target.is_recording else self._expected_of(target)
+        self._open(target, is_another=whose != self._whose, expected=expected)
+
+    def disconnect_port(self) -> None:
+        self._is_wanted = False
+        self._is_listing = False
+        self._return.give_up()
+        self._is_ordered = False
+        self._worker.close()
+        self.changed.emit()
+
+    def forget_module(self) -> None:
+        """Of what is not connected any more, show nothing: it was nobody's. What a real module said stays, as stale."""
+        if not self._is_wanted:
+            self._is_forgotten, self._target = True, None
+            self.forgotten.emit()
+            self.changed.emit()
+
+    def find_rate(self) -> None:
+        """Go through all baud rates on the open port."""
+        if self._finding is not None or not self.is_open:
+            return
+        self._finding = self.run(find_rate(self.connection.baud_rate), self._end_finding)
+        self.changed.emit()
+
+    def expect(self, expected_of: Callable[[Target], Expected | None]) -> None:
+        """What was last read of the module that is known at a port, asked before the port is opened."""
+        self._expected_of = expected_of
+
+    def remember_stream(self, memory_of: Callable[[Target], StreamMemory]) -> None:
+        """Where it is kept that the serial output was switched on."""
+        self._memory_of = memory_of
+
+    def vouch(self, seen: Identity | None = None) -> None:
+        """A person says that it is the module that is meant; `seen` is what was said of it when they did."""
+        self._worker.vouch(seen)
+
+    def take_as_new(self, seen: Identity | None = None) -> None:
+        """A person says that it is another module: what was known of the first one is not this one's."""
+        self._new_modules += 1
+        target = self._target
+        self._whose = f"{target.key if target is not None else ''}#{self._new_modules}"
+        self.forgotten.emit()
+        self._worker.vouch(seen)
+        self.changed.emit()
+
+    def run(
+        self,
+        procedure: Procedure[Result],
+        then: Callable[[Job[Result]], None],
+        *,
+        is_urgent: bool = False,
+        on_progress: Callable[[Report], None] | None = None,
+    ) -> Job[Result]:
+        """Hand a procedure to the worker; `then` is called in the window's thread when it has ended, `on_progress`
+        in the worker's: it may only remember what it is given. See `Session.run`."""
+        job = Job(procedure, on_progress)
+        self._endings[job] = then
+        return self._worker.submit(job, is_urgent=is_urgent)
+
+    def stop(self, deadline_s: float) -> bool:
+        """Close the port and end the worker, within `deadline_s`; whether it ended."""
+        self._is_wanted = False
+        self._follow_up.stop()
+        self._bridge.close()
+        return self._worker.stop(deadline_s)
+
+    # What happens
+
+    def _open(self, target: Target, *, is_another: bool = False, expected: Expected | None = None) -> None:
+        self._target = target
+        self._is_forgotten = self._was_mistaken = False
+        self._greeting = None
+        self._finding = self._greeter = None
+        self._is_ordered = True
+        self.stream_memory = self._memory_of(target)
+        background = partial(watch, self.stream, memory=self.stream_memory)
+        self._worker.open(target.device, target.baud_rate, background, is_another, expected)
+        if target.finds_rate:
+            self._finding = self.run(find_rate(target.baud_rate), self._end_finding)
+        else:
+            self._greeter = self.run(greet(), self._end_greeting)
+        self.changed.emit()
+
+    def _take(self, batch: Batch) -> None:
+        is_left_on = self.stream_memory.is_taken_over
+        if is_left_on and not self._is_left_on_said:
+            self.stream_left_on.emit()
+        self._is_left_on_said = is_left_on
+        last, was_online, before = self._last, self._is_online(), (self.state, self.identity, self.device.reported)
+        is_news = last is None or batch.connection != last.connection
+        if is_news:
+            _log.info("Port: %s", batch.connection)
+        self._last = batch
+        if self._target is not None and batch.connection.port == self._target.device:
+            self._last_known.feed(self.device, self._whose)
+        if batch.connection.state is not PortState.CLOSED or batch.connection.trouble is not None:
+            self._is_ordered = False
+        for job in batch.finished:
+            then = self._endings.pop(job, None)
+            if then is not None:
+                then(job)
+        if is_news:
+            self._take_connection(batch.connection)
+        rate = batch.device.fresh("baud_rate", batch.at)
+        self._proven_rate = rate if isinstance(rate, int) else self._proven_rate
+        if self._is_online() and not was_online and self._target is not None:
+            self.came_online.emit(self._target)
+        sleep = batch.device.last_sleep
+        if sleep is not None and (last is None or sleep != last.device.last_sleep):
+            _log.info("The computer slept for %.0f s", sleep.lasted_s)
+            self.slept.emit(sleep.lasted_s)
+        self.batch.emit(batch)
+        if (self.state, self.identity, self.device.reported) != before:
+            self.changed.emit()
+
+    def _is_online(self) -> bool:
+        return self.is_open and self.device.presence is Presence.ONLINE
+
+    # Coming back
+
+    def _take_connection(self, connection: Connection) -> None:
+        self._trouble = connection.trouble or self._trouble
+        address = self._return.address
+        if address is None or connection.port != address.device:
+            return  # of a port that was left meanwhile
+        self._is_listing = False
+        if connection.trouble is not None and self._last is not None and not self._was_mistaken:
+            lost = self._last.identity
+            self._lost = (
+                replace(lost, now=evidence_of(self._last.device.values, is_fresh=False)) if lost.is_proven else lost
+            )
+        self._return.feed(connection, self.clock())
+        if self._return.absence is not None or connection.state is PortState.OPEN:
+            self._follow_up.start()
+
+    def _follow(self) -> None:
+        """List the ports where the rules want them."""
+        if not self._is_returning and not self._return.is_due(self.clock()):
+            self._follow_up.stop()
+        elif self._is_ordered or self._is_listing or self.connection.state is PortState.OPENING:
+            pass
+        elif self._return.is_due(self.clock()):
+            if self._return.needs_ports:
+                self._is_listing = self._ports.refresh()  # one that is under way may be from before the loss
+            else:
+                self._come_back(())
+
+    def _take_ports(self) -> None:
+        is_ours, self._is_listing = self._is_listing, False
+        if is_ours and self._ports.is_current:
+            self._come_back(self._ports.ports)
+
+    def _come_back(self, ports: tuple[PortInfo, ...]) -> None:
+        before, target = self.state, self._target
+        found = self._return.poll(ports, self.clock())
+        if found is not None and target is not None:
+            expected = self._expected_again()
+            self._return.opening(found)
+            rate = self._proven_rate or target.baud_rate
+            back = replace(target, device=found.device, baud_rate=rate)
+            self._open(back, is_another=self._was_mistaken, expected=expected)
+        elif self._return.is_mistaken:
+            self._leave_mistaken()
+        elif self.state != before:
+            self.changed.emit()
+
+    def _expected_again(self) -> Expected | None:
+        """The module that was lost. Of one that had said nothing there is nothing to compare."""
+        is_adapter_same = self._return.is_adapter_same
+        lost = self._lost
+        if not lost.is_proven and lost.before is not None:
+            return Expected(lost.before, is_adapter_same=is_adapter_same and lost.is_adapter_same)
+        return (
+            None
+            if is_adapter_same and lost.now == IdentityEvidence()
+            else Expected(lost.now, is_adapter_same=is_adapter_same)
+        )
+
+    def _leave_mistaken(self) -> None:
+        _log.warning("Another adapter is at %s: closed", self.connection.port)
+        self._worker.close()
+        self._follow_up.start()
+        self._is_forgotten = self._was_mistaken = True
+        self._proven_rate = None
+        self.forgotten.emit()
+        self.changed.emit()
+
+    def _end_greeting(self, job: Job[Greeting]) -> None:
+        if job is self._greeter and job.run.error is None:
+            self._greeting = job.outcome()
+
+    def _end_finding(self, job: Job[Found]) -> None:
+        if job is not self._finding:
+            return  # of a port that was left meanwhile
+        self._finding = None
+        if isinstance(job.run.error, Slept) or (job.run.error is None and job.outcome().baud_rate is None):
+            _log.info("No module was found at any baud rate: %s", job.run.error or job.outcome().tried)
+            self._greeter = self.run(greet(), self._end_greeting)  # says what is on the line instead
