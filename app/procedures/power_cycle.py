@@ -28,10 +28,10 @@ _BOOT_COUNT = BY_NAME["boot_count"]
 
 
 class Retention(Enum):
-    """The value is its English, translatable word."""
+    """What became of a setting. Where that is not known, the value says why, in translatable English."""
 
-    KEPT = marked("pinned")
-    LOST = marked("lost")
+    KEPT = "kept"
+    LOST = "lost"
     UNREADABLE = marked("cannot be read: unknown after the restart")
     NOT_READ = marked("could not be read back")
 

@@ -11,10 +11,14 @@ from PySide6.QtWidgets import QWidget
 from app.text.i18n import ENGLISH, language
 from protocol.translatable import marked
 from ui.core.texts import Texts
+from ui.style.theme import current
 from ui.widgets.document_window import DocumentWindow
 
 GUIDE: Final = Path(__file__).parent / "guide"
 _WIDEST_PX: Final = 660
+_INK: Final = "#1a1c1e"
+_PAPER: Final = "#ffffff"
+"""In drawings."""
 
 
 def guide_page(folder: Path = GUIDE) -> Path | None:
@@ -42,6 +46,7 @@ class GuideViewer(DocumentWindow):
         self._shown = page
         self.show_markdown(page.read_text(encoding="utf-8"), QUrl.fromLocalFile(f"{self._folder.as_posix()}/"))
         self._fit_pictures()
+        self._colour_drawings()
         self.text.moveCursor(QTextCursor.MoveOperation.Start)
 
     def follow(self, link: QUrl) -> None:
@@ -79,6 +84,15 @@ class GuideViewer(DocumentWindow):
             document.addResource(QTextDocument.ResourceType.ImageResource.value, url, image)
         document.markContentsDirty(0, document.characterCount())
 
+    def _colour_drawings(self) -> None:
+        """Drawings in the colours of the theme; their files have ink on paper."""
+        document, theme = self.text.document(), current()
+        for drawing in sorted(self._folder.glob("images/*.svg")):
+            svg = drawing.read_text(encoding="utf-8").replace(_INK, theme.text).replace(_PAPER, theme.surface)
+            url = document.baseUrl().resolved(QUrl(f"images/{drawing.name}"))
+            document.addResource(QTextDocument.ResourceType.ImageResource.value, url, QImage.fromData(svg.encode()))
+        document.markContentsDirty(0, document.characterCount())
+
     def sizeHint(self) -> QSize:
         return QSize(_WIDEST_PX + 80, 560)
 
@@ -86,6 +100,8 @@ class GuideViewer(DocumentWindow):
         super().changeEvent(event)
         if event.type() == QEvent.Type.LanguageChange and hasattr(self, "_shown"):
             self.refresh()
+        elif event.type() == QEvent.Type.PaletteChange and hasattr(self, "_shown"):
+            self._colour_drawings()
 
 
 def anchor_of(heading: str) -> str:

@@ -1,6 +1,7 @@
 """The user guide can not go stale: its words are those on the screen, its pictures are there, its languages agree."""
 
 import re
+import runpy
 from itertools import pairwise
 from pathlib import Path
 
@@ -15,6 +16,7 @@ from app.text import i18n
 from app.text.i18n import CHINESE, ENGLISH, LANGUAGES, read_translations
 from ui.core.texts import Texts
 from ui.help.guide_viewer import GUIDE, GuideViewer, anchor_of
+from ui.style.theme import THEMES, Theme
 
 ROOT = Path(__file__).resolve().parents[3]
 TS = ROOT / "app" / "locale" / "zh_CN.ts"
@@ -158,11 +160,15 @@ def test_the_viewer_shows_it(language: str, qtbot: QtBot, qapp: QApplication) ->
 
 
 def test_pictures_are_made_for_every_language_by_one_script() -> None:
-    """`docs/generate/picture_scenes.py` names what it takes."""
+    """`docs/generate/picture_scenes.py` names what it takes, `wiring_picture.py` draws the rest."""
     scenes = (ROOT / "docs" / "generate" / "picture_scenes.py").read_text(encoding="utf-8")
     taken = set(re.findall(r'\.take\("([\w-]+)"', scenes))
-    shown = {Path(name).stem.removesuffix(f"-{ENGLISH}") for name in pictures(text_of(ENGLISH))}
-    assert taken == shown
+    shown = {name for name in pictures(text_of(ENGLISH)) if name.endswith(".png")}
+    assert {f"images/{name}-{ENGLISH}.png" for name in taken} == shown
+    namespace = runpy.run_path(str(ROOT / "docs" / "generate" / "wiring_picture.py"))
+    for language in LANGUAGES:
+        drawing = GUIDE / "images" / f"wiring-{language}.svg"
+        assert drawing.read_text(encoding="utf-8") == namespace["wiring_svg"](language)
 
 
 def test_the_page_on_adapters_names_what_the_udev_rule_knows() -> None:
@@ -176,3 +182,16 @@ def test_the_page_on_adapters_names_what_the_udev_rule_knows() -> None:
     for command in re.findall(r"sudo udevadm .+", rule.partition("\n\n")[0]):
         assert command in about
     assert f"packaging/linux/{RULE_NAME}" in about
+
+
+@pytest.mark.parametrize("theme", THEMES, ids=lambda one: one.name)
+def test_a_drawing_has_the_colours_of_the_theme(theme: Theme, qtbot: QtBot, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("ui.help.guide_viewer.current", lambda: theme)
+    parent = QWidget()
+    qtbot.addWidget(parent)
+    viewer = GuideViewer(Texts(), parent)
+    url = viewer.text.document().baseUrl().resolved(QUrl("images/wiring-en.svg"))
+    drawing = viewer.text.document().resource(QTextDocument.ResourceType.ImageResource.value, url)
+    assert isinstance(drawing, QImage)
+    assert drawing.pixelColor(2, 2).name() == theme.surface.lower()
+    assert drawing.pixelColor(160, 125).name() == theme.text.lower()  # the cable
