@@ -270,8 +270,8 @@
         <translation>已被改动：{parts}。</translation>
     </message>
     <message>
-        <source>ARMED for {seconds:.0f} s more. Hold the button for 2 s.</source>
-        <translation>已预备，还剩 {seconds:.0f} 秒。请按住按钮 2 秒。</translation>
+        <source>ARMED for {seconds:.0f} s more.</source>
+        <translation>已预备，剩余 {seconds:.0f} 秒。</translation>
     </message>
     <message>
         <source>About</source>
@@ -402,6 +402,10 @@
         <translation>所有串口及其制造商和序列号；新出现的有标记。“模拟模块”不需要硬件。双击或回车即可连接。</translation>
     </message>
     <message>
+        <source>All three steps; nothing is sent</source>
+        <translation>完整三步，不发送任何内容</translation>
+    </message>
+    <message>
         <source>All {count} checks hold; warnings: {looks}.</source>
         <translation>全部 {count} 项检查通过；警告：{looks} 项。</translation>
     </message>
@@ -478,12 +482,12 @@
         <translation>应用 {count} 项</translation>
     </message>
     <message>
-        <source>Arm for 10 s</source>
-        <translation>预备 10 秒</translation>
+        <source>Arm</source>
+        <translation>预备</translation>
     </message>
     <message>
-        <source>Arm: the next ten seconds it can be held</source>
-        <translation>预备：接下来十秒内可以按住</translation>
+        <source>Arm for 10 s</source>
+        <translation>预备 10 秒</translation>
     </message>
     <message>
         <source>Arming state</source>
@@ -658,10 +662,6 @@
         <translation>伞仓打开</translation>
     </message>
     <message>
-        <source>Begin: choose, arm, then hold for two seconds</source>
-        <translation>开始：选择、预备，然后按住两秒</translation>
-    </message>
-    <message>
         <source>Begins the change of the module's speed; it asks once more. The vendor advises not to change it: whoever talks to the module must use the new speed from then on.</source>
         <translation>开始更改模块的波特率；会再问一次。厂家建议不要更改：此后与模块通信的各方都必须使用新的波特率。</translation>
     </message>
@@ -724,6 +724,10 @@
     <message>
         <source>Broken off: the connection was lost. What was not read back is not known.</source>
         <translation>通信中断。未回读的内容未知。</translation>
+    </message>
+    <message>
+        <source>By mouse or space bar; letting go cancels</source>
+        <translation>用鼠标或空格键；松开即取消</translation>
     </message>
     <message>
         <source>Bytes</source>
@@ -958,6 +962,10 @@
         <translation>已保存的检查</translation>
     </message>
     <message>
+        <source>Choose</source>
+        <translation>选择</translation>
+    </message>
+    <message>
         <source>Choose a column in each row.</source>
         <translation>请在每一行选择一列。</translation>
     </message>
@@ -1014,8 +1022,8 @@
         <translation>选择“立即启用”（--enable-triggers）：只有得到应答的设置才能说明其状态。</translation>
     </message>
     <message>
-        <source>Chosen. Next: arm it. {frame} is what would leave.</source>
-        <translation>已选择。下一步：预备。将发送的帧为 {frame}。</translation>
+        <source>Choose, arm, then hold for 2 s</source>
+        <translation>选择、预备、按住 2 秒</translation>
     </message>
     <message>
         <source>Clamps after</source>
@@ -1308,10 +1316,6 @@
     <message>
         <source>Damaged: {count} bytes are left out.</source>
         <translation>文件损坏：略去 {count} 字节。</translation>
-    </message>
-    <message>
-        <source>Dangerous: each asks again, is written into the log first, and is sent once</source>
-        <translation>危险：每项都会再次确认，先写入日志，且只发送一次</translation>
     </message>
     <message>
         <source>Dark</source>
@@ -1930,16 +1934,16 @@
         <translation>不得触发的飞行日志</translation>
     </message>
     <message>
-        <source>Forbid deploying</source>
-        <translation>禁止串口触发开伞</translation>
-    </message>
-    <message>
-        <source>Forbid deploying…</source>
-        <translation>禁止串口触发…</translation>
-    </message>
-    <message>
         <source>Forbid now</source>
         <translation>立即禁止</translation>
+    </message>
+    <message>
+        <source>Forbid serial trigger</source>
+        <translation>禁止串口触发</translation>
+    </message>
+    <message>
+        <source>Forbid serial trigger…</source>
+        <translation>禁止串口触发…</translation>
     </message>
     <message>
         <source>Forbids deploying over serial only; for how long, the vendor does not say.</source>
@@ -2118,12 +2122,12 @@
         <translation>十六进制文本 (*.txt *.hex *.log)</translation>
     </message>
     <message>
-        <source>Hold for two seconds</source>
-        <translation>按住两秒</translation>
+        <source>Hold for 2 s</source>
+        <translation>按住 2 秒</translation>
     </message>
     <message>
-        <source>Hold for two seconds, by mouse or by the space bar; letting go cancels</source>
-        <translation>用鼠标或空格键按住两秒；松开即取消</translation>
+        <source>Hold for two seconds</source>
+        <translation>按住两秒</translation>
     </message>
     <message>
         <source>Hold it level and still, half a metre above the cushion.</source>
@@ -2222,6 +2226,10 @@
         <translation>不可信</translation>
     </message>
     <message>
+        <source>In standby.</source>
+        <translation>待机。</translation>
+    </message>
+    <message>
         <source>In the profile</source>
         <translation>配置文件中</translation>
     </message>
@@ -2264,6 +2272,10 @@
     <message>
         <source>It asks questions only and takes about six seconds. Set the aircraft level and do not touch it.</source>
         <translation>检查只发送查询，约需六秒。请将飞行器放平，不要触碰。</translation>
+    </message>
+    <message>
+        <source>It can be held for the next 10 s</source>
+        <translation>之后 10 秒内可按住</translation>
     </message>
     <message>
         <source>It can be set and acknowledged, not read back.</source>
@@ -2834,6 +2846,10 @@
         <translation>能锁定</translation>
     </message>
     <message>
+        <source>Locks at once</source>
+        <translation>立即锁定</translation>
+    </message>
+    <message>
         <source>Log</source>
         <translation>日志</translation>
     </message>
@@ -2918,8 +2934,16 @@
         <translation>MCAP (*.mcap)</translation>
     </message>
     <message>
+        <source>Maintenance</source>
+        <translation>维护</translation>
+    </message>
+    <message>
         <source>Make it active</source>
         <translation>激活它</translation>
+    </message>
+    <message>
+        <source>Make safe</source>
+        <translation>转入安全</translation>
     </message>
     <message>
         <source>Make sure which module this is, and name it.</source>
@@ -3212,6 +3236,10 @@
     <message>
         <source>Next step of the tour</source>
         <translation>导览的下一步</translation>
+    </message>
+    <message>
+        <source>Next: arm it. It would send {frame}.</source>
+        <translation>下一步：预备。将发送 {frame}。</translation>
     </message>
     <message>
         <source>No acceleration: the free-fall trigger is not judged.</source>
@@ -3550,6 +3578,10 @@
         <translation>不会向任何模块发送内容。</translation>
     </message>
     <message>
+        <source>Nothing is sent.</source>
+        <translation>不发送任何内容。</translation>
+    </message>
+    <message>
         <source>Nothing to decode: give the bytes in hex, or - to read them from standard input.</source>
         <translation>没有可解码的内容：请给出十六进制字节，或用 - 从标准输入读取。</translation>
     </message>
@@ -3606,8 +3638,8 @@
         <translation>当前</translation>
     </message>
     <message>
-        <source>Now: {tilt:.0f}°, {low:.1f} g to {high:.1f} g, moved by {change:.0f}° in 2 s.</source>
-        <translation>当前：{tilt:.0f}°，{low:.1f} g 至 {high:.1f} g，2 秒内变化 {change:.0f}°。</translation>
+        <source>Now {tilt:.0f}°, {low:.1f}–{high:.1f} g, moved {change:.0f}° in 2 s</source>
+        <translation>当前 {tilt:.0f}°，{low:.1f}–{high:.1f} g，2 秒内变化 {change:.0f}°</translation>
     </message>
     <message>
         <source>OK</source>
@@ -3812,6 +3844,10 @@
     <message>
         <source>Open…</source>
         <translation>打开…</translation>
+    </message>
+    <message>
+        <source>Operation</source>
+        <translation>运行</translation>
     </message>
     <message>
         <source>Other port</source>
@@ -4134,6 +4170,10 @@
         <translation>回放记录：{name}，已播完</translation>
     </message>
     <message>
+        <source>REHEARSAL</source>
+        <translation>演练</translation>
+    </message>
+    <message>
         <source>Raw bytes</source>
         <translation>原始字节</translation>
     </message>
@@ -4226,6 +4266,10 @@
         <translation>正在读取：{what}</translation>
     </message>
     <message>
+        <source>Ready to fire. Lock it before you touch it.</source>
+        <translation>随时可能开伞。触碰前请先锁定。</translation>
+    </message>
+    <message>
         <source>Rearms, {direction}</source>
         <translation>复位角度，{direction}</translation>
     </message>
@@ -4312,10 +4356,6 @@
     <message>
         <source>Refuses what is set</source>
         <translation>拒绝设置</translation>
-    </message>
-    <message>
-        <source>Rehearsal, nothing is sent.</source>
-        <translation>演练，不发送任何内容。</translation>
     </message>
     <message>
         <source>Rehearsal: {frame} would have been sent. Nothing was.</source>
@@ -4984,6 +5024,10 @@
     <message>
         <source>Stay</source>
         <translation>取消</translation>
+    </message>
+    <message>
+        <source>Step {number}: {name}</source>
+        <translation>第 {number} 步：{name}</translation>
     </message>
     <message>
         <source>Stop motors and fans, do not touch the aircraft, and check again.</source>
@@ -5846,10 +5890,6 @@
         <translation>厂家规则有两种解读，结果不同：</translation>
     </message>
     <message>
-        <source>The whole ritual; nothing is sent at its end</source>
-        <translation>完整流程；最后不发送任何内容</translation>
-    </message>
-    <message>
         <source>Theme</source>
         <translation>主题</translation>
     </message>
@@ -6140,6 +6180,10 @@
     <message>
         <source>Traffic</source>
         <translation>通信记录</translation>
+    </message>
+    <message>
+        <source>Treat it as ready to fire until it reports LOCKED.</source>
+        <translation>在其报告“已锁定”之前，请视为随时可能开伞。</translation>
     </message>
     <message>
         <source>Treat the module as ACTIVE: it does not report that it is locked.</source>

@@ -27,7 +27,7 @@ TITLES: Mapping[Act, str] = MappingProxyType({
     Act.ACTIVATE: marked("Activate"),
     Act.ZERO: marked("Zero the sensor"),
     Act.SHUTDOWN: marked("Shut down"),
-    Act.FORBID_DEPLOY: marked("Forbid deploying"),
+    Act.FORBID_DEPLOY: marked("Forbid serial trigger"),
     Act.DEPLOY: marked("Deploy"),
     Act.CHANGE_BAUD: marked("Change the baud rate"),
     Act.WRITE: marked("Write a setting"),

@@ -5,7 +5,7 @@ from functools import partial
 from typing import Final
 
 from PySide6.QtCore import Qt, Signal
-from PySide6.QtWidgets import QFrame, QGridLayout
+from PySide6.QtWidgets import QFrame, QStackedLayout, QWidget
 
 from app.engine.worker import Job
 from app.procedures.act import Performed, perform
@@ -21,14 +21,14 @@ from ui.services.context import Services
 from ui.services.running_job import RunningJob
 from ui.style.theme import Space
 from ui.widgets.labels import text_label
-from ui.widgets.layouts import in_column
+from ui.widgets.layouts import in_column, in_row
 from ui.widgets.notice_bar import NoticeBar
 
 ASK_WORDS: Final[Mapping[Act, str]] = {
     Act.ACTIVATE: marked("Activate…"),
     Act.ZERO: marked("Zero the sensor…"),
     Act.SHUTDOWN: marked("Shut down…"),
-    Act.FORBID_DEPLOY: marked("Forbid deploying…"),
+    Act.FORBID_DEPLOY: marked("Forbid serial trigger…"),
 }
 GO_WORDS: Final[Mapping[Act, str]] = {
     Act.ACTIVATE: marked("Activate now"),
@@ -62,6 +62,8 @@ class ActRow(QFrame):
         self.live = text_label(f"{name}_live", "small")
         self.live.setVisible(act is Act.ZERO)
         self.conditions = text_label(f"{name}_conditions", "attention")
+        # In one place, one instead of the other: what is said here never changes the height of the row.
+        self._place, self._words, self._reasons = QStackedLayout(), QWidget(), QStackedLayout()
         self.confirm = Confirm(name, texts, ask=ASK_WORDS[act], go=GO_WORDS[act])
         self.said = NoticeBar(texts)
         self.said.setObjectName(f"{name}_said")
@@ -80,13 +82,15 @@ class ActRow(QFrame):
         # What is armed is in sight on this page; a line more in each row would move the button under the hand.
         told = [one for one in found if one.condition is not Interlock.NOTHING_ELSE_ARMED]
         self.conditions.setText(together(one.sentence for one in told))
-        self.conditions.setVisible(bool(told))
         # An old status alone does not hinder: the engine asks for a new one before it decides.
         in_the_way = [one for one in found if one.condition is not Interlock.FRESH_STATUS]
         if self.act is Act.ZERO:
             self.live.setText(motion_text(self._connector))
         self.confirm.set_possible(not in_the_way and not self._job.is_running)
-        self.said.show_notice(self._job.notice(ASKING, can_cancel=False))
+        notice = self._job.notice(ASKING, can_cancel=False)
+        self.said.show_notice(notice)
+        self._place.setCurrentWidget(self._words if notice is None else self.said)
+        self._reasons.setCurrentWidget(self.conditions if told else self._effect)
 
     def _perform(self) -> None:
         connector, act = self._connector, self.act
@@ -113,11 +117,12 @@ class ActRow(QFrame):
         self._job.dismiss()
 
     def _lay_out(self) -> None:
-        words = in_column(self._title, self._effect, self.live, self.conditions, spacing=2)
-        grid = QGridLayout(self)
-        grid.setContentsMargins(Space.M, Space.S, Space.M, Space.S)
-        grid.setHorizontalSpacing(Space.L)
-        grid.addLayout(words, 0, 0)
-        grid.addWidget(self.confirm, 0, 1, alignment=Qt.AlignmentFlag.AlignVCenter)
-        grid.addWidget(self.said, 1, 0, 1, 2)
-        grid.setColumnStretch(0, 1)
+        self._title.setWordWrap(False)
+        for label in (self._effect, self.conditions):
+            label.setAlignment(Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignTop)
+            self._reasons.addWidget(label)
+        head = in_row(self._title, (self.live, 1), spacing=Space.M)
+        in_column(head, self._reasons, of=self._words, spacing=2, margins=0)
+        for one in (self._words, self.said):
+            self._place.addWidget(one)
+        in_row((self._place, 1), self.confirm, of=self, spacing=Space.L, margins=(Space.M, Space.XS))

@@ -75,7 +75,7 @@ def motion_text(connector: Connector) -> str:
     if motion is None or tilt is None:
         return ""
     return tr(
-        "Now: {tilt:.0f}°, {low:.1f} g to {high:.1f} g, moved by {change:.0f}° in 2 s.",
+        "Now {tilt:.0f}°, {low:.1f}–{high:.1f} g, moved {change:.0f}° in 2 s",
         tilt=tilt,
         low=motion.acceleration_low_g,
         high=motion.acceleration_high_g,

@@ -12,7 +12,7 @@ from typing import Final
 
 from PySide6.QtCore import Qt, QTimer
 from PySide6.QtGui import QHideEvent, QKeyEvent
-from PySide6.QtWidgets import QFrame, QProgressBar, QWidget
+from PySide6.QtWidgets import QFrame, QHBoxLayout, QProgressBar, QStackedLayout, QWidget
 
 from app.engine.worker import Job
 from app.procedures.act import Performed, perform, rehearse
@@ -28,6 +28,7 @@ from protocol.translatable import marked
 from ui.acts.hold_button import HoldButton
 from ui.acts.outcomes import ASKING, SameModule, not_begun, open_conditions, outcome_notice
 from ui.acts.ritual_guard import RitualGuard
+from ui.acts.step_mark import StepMark, StepPlace
 from ui.services.context import Services
 from ui.services.running_job import RunningJob
 from ui.style.theme import Meaning, Space
@@ -35,12 +36,14 @@ from ui.widgets.controls import control
 from ui.widgets.gestures import gestures
 from ui.widgets.labels import text_label
 from ui.widgets.layouts import FlowRow, in_column, in_row
+from ui.widgets.naming import set_role
 from ui.widgets.notice_bar import Notice, NoticeBar
 from ui.widgets.step_button import StepButton, is_in_sight, leave_focus
 
 TICK_MS: Final = 20
 _BAR_PX: Final = 8
-_LINES: Final = 2
+_MARK_PX: Final = 24
+_NOTICE_PX: Final = 40
 _ENDED: Final = {
     Input.CANCEL: marked("Cancelled. Nothing was sent."),
     Input.RAN_OUT: marked("The ten seconds are over. Nothing was sent."),
@@ -78,7 +81,14 @@ class RitualWidget(QFrame):
         self._title = text_label("ritual_title", "strong")
         self._effect = text_label("ritual_effect", "small")
         self.conditions = text_label("ritual_conditions", "attention")
+        # In one place, one instead of the other: what is said never changes the height of the panel.
+        self._reasons, self._place = QStackedLayout(), QStackedLayout()
         self.step = text_label("ritual_step", "strong")
+        self.marks = (
+            StepMark("ritual_step_choose", texts, 1, marked("Choose")),
+            StepMark("ritual_step_arm", texts, 2, marked("Arm")),
+            StepMark("ritual_step_hold", texts, 3, marked("Hold for 2 s")),
+        )
         self.countdown = control(QProgressBar(), texts, "ritual_countdown", says="Time until it is disarmed")
         self.countdown.setTextVisible(False)
         self.countdown.setFixedHeight(_BAR_PX)
@@ -87,21 +97,19 @@ class RitualWidget(QFrame):
         policy.setRetainSizeWhenHidden(True)
         self.countdown.setSizePolicy(policy)
         self.choose = control(StepButton(), texts, "ritual_choose", "Deploy…", role="danger",
-                              tip="Begin: choose, arm, then hold for two seconds",
+                              tip="Choose, arm, then hold for 2 s",
                               slot=partial(self._choose, is_rehearsal=False))  # fmt: skip
         self.rehearse = control(StepButton(), texts, "ritual_rehearse", "Rehearse…",
-                                tip="The whole ritual; nothing is sent at its end",
+                                tip="All three steps; nothing is sent",
                                 slot=partial(self._choose, is_rehearsal=True))  # fmt: skip
         self.arm = control(StepButton(), texts, "ritual_arm", "Arm for 10 s", role="danger",
-                           tip="Arm: the next ten seconds it can be held")  # fmt: skip
+                           tip="It can be held for the next 10 s")  # fmt: skip
         self.hold = control(HoldButton(), texts, "ritual_hold", says="Hold for two seconds",
-                            tip="Hold for two seconds, by mouse or by the space bar; letting go cancels")  # fmt: skip
+                            tip="By mouse or space bar; letting go cancels")  # fmt: skip
         self.cancel = control(StepButton(is_safe=True), texts, "ritual_cancel", "Cancel",
                               tip="Disarm; nothing is sent", key="Esc")  # fmt: skip
         self.said = NoticeBar(texts)
         self.said.setObjectName("ritual_said")
-        texts.bind(self._title.setText, TITLES[Act.DEPLOY])
-        texts.bind(self._effect.setText, EFFECTS[Act.DEPLOY])
         self.arm.chosen.connect(self._arm)
         self.cancel.chosen.connect(partial(self.disarm, Input.CANCEL))
         self.hold.hold_started.connect(self._press)
@@ -127,14 +135,17 @@ class RitualWidget(QFrame):
             self._job.dismiss()
         found = open_conditions(self._services, Act.DEPLOY)
         self.conditions.setText(together(one.sentence for one in found))
-        self.conditions.setVisible(bool(found))
+        is_rehearsal = self.is_under_way and self.ritual.is_rehearsal
+        self._reasons.setCurrentWidget(self.conditions if found and not is_rehearsal else self._effect)
         is_free = not self.is_under_way and not self._job.is_running
         # An old status alone does not hinder: the engine asks for a new one before it decides.
         in_the_way = [one for one in found if one.condition is not Interlock.FRESH_STATUS]
         self.choose.setEnabled(is_free and not in_the_way)
         self.rehearse.setEnabled(is_free)
         self.arm.setEnabled(self.ritual.stage is Stage.CHOSEN and (self.ritual.is_rehearsal or not found))
-        self.said.show_notice(self._job.notice(ASKING, can_cancel=False))
+        notice = self._job.notice(ASKING, can_cancel=False)
+        self.said.show_notice(notice)
+        self._place.setCurrentWidget(self.step if notice is None else self.said)
 
     def disarm(self, why: Input) -> None:
         """Back to the beginning; nothing is sent."""
@@ -258,26 +269,38 @@ class RitualWidget(QFrame):
             (self.choose, not self.is_under_way),
             (self.rehearse, not self.is_under_way),
             (self.countdown, ritual.is_armed),
-            (self.step, self.is_under_way),
         ):
             if widget.isHidden() is is_shown:
                 widget.setVisible(is_shown)
         self.countdown.setValue(round(ritual.armed_left_s(now) * 1000))
         self.hold.show_share(ritual.held_s(now) / HOLD_S)
-        rehearsal = tr("Rehearsal, nothing is sent.") if ritual.is_rehearsal else ""
-        frame = REQUESTS[Act.DEPLOY].encode().hex(" ").upper()
-        match stage:
-            case Stage.CHOSEN:
-                said = tr("Chosen. Next: arm it. {frame} is what would leave.", frame=frame)
-            case Stage.ARMED | Stage.HOLDING:
-                said = tr("ARMED for {seconds:.0f} s more. Hold the button for 2 s.", seconds=ritual.armed_left_s(now))
-            case _:
-                said = ""
-        self.step.setText(f"{rehearsal} {said}".strip())
+        self._show_step(now)
         in_earnest, as_rehearsal = tr("Hold to DEPLOY"), tr("Hold to rehearse")
         self.hold.reserve(in_earnest, as_rehearsal)
         self.hold.setText(as_rehearsal if ritual.is_rehearsal else in_earnest)
         self.refresh()
+
+    def _show_step(self, now: float) -> None:
+        """The three steps, and in words what comes next. A rehearsal has a frame and a title of its own."""
+        stage, is_rehearsal = self.ritual.stage, self.is_under_way and self.ritual.is_rehearsal
+        set_role(self, "rehearsal" if is_rehearsal else "danger-corner")
+        set_role(self.hold, "" if is_rehearsal else "danger")
+        set_role(self.arm, "" if is_rehearsal else "danger")
+        self._title.setText(tr("REHEARSAL") if is_rehearsal else tr(TITLES[Act.DEPLOY]))
+        self._effect.setText(tr("Nothing is sent.") if is_rehearsal else tr(EFFECTS[Act.DEPLOY]))
+        due = {Stage.CHOSEN: 1, Stage.ARMED: 2, Stage.HOLDING: 2}.get(stage, 0)
+        meaning = Meaning.INFORMATION if is_rehearsal else Meaning.DANGER
+        for number, mark in enumerate(self.marks):
+            is_due = number == due and self.is_under_way
+            mark.show_place(StepPlace.DONE if number < due else StepPlace.NOW if is_due else StepPlace.LATER, meaning)
+        frame = REQUESTS[Act.DEPLOY].encode().hex(" ").upper()
+        match stage:
+            case Stage.CHOSEN:
+                self.step.setText(tr("Next: arm it. It would send {frame}.", frame=frame))
+            case Stage.ARMED | Stage.HOLDING:
+                self.step.setText(tr("ARMED for {seconds:.0f} s more.", seconds=self.ritual.armed_left_s(now)))
+            case _:
+                self.step.setText("")
 
     # Qt
 
@@ -293,18 +316,28 @@ class RitualWidget(QFrame):
 
     def _lay_out(self) -> None:
         self._title.setWordWrap(False)
-        head = in_row(self._title, (self._effect, 1), spacing=Space.M)
-        text = QWidget()
-        in_column(self.said, self.conditions, self.step, 1, of=text, spacing=Space.XS, margins=0)
-        # A step more or less does not change the height of the panel.
-        text.setMinimumHeight(self.fontMetrics().lineSpacing() * _LINES + Space.XS)
-        row = FlowRow()
-        row.add(self.choose, self.rehearse)
-        row.add_right(self.cancel, self.arm, self.hold)
-        in_column(head, text, self.countdown, row, of=self, spacing=Space.XS, margins=(Space.M, Space.S))
+        for stack, widgets in ((self._reasons, (self._effect, self.conditions)), (self._place, (self.step, self.said))):
+            for one in widgets:
+                stack.addWidget(one)
+        self.said.setMinimumHeight(_NOTICE_PX)
+        head = in_row(self._title, (self._reasons, 1), spacing=Space.M)
+        # One under the other: the number of a step and its buttons. Cancel has the corner that a hand goes to first.
+        row = FlowRow(spacing_px=Space.XL)
+        starts = in_row(self.rehearse, self.choose, spacing=Space.S)
+        for mark, buttons in zip(self.marks, (starts, in_row(self.arm), in_row(self.hold)), strict=True):
+            row.add(_column(mark, buttons))
+        row.add_right(_column(QWidget(), in_row(self.cancel)))
+        in_column(head, self._place, self.countdown, row, of=self, spacing=Space.XS, margins=(Space.M, Space.S))
         # From Cancel, which has the focus at every step, one Tab leads to what comes next.
         for first, second in pairwise((self.rehearse, self.choose, self.cancel, self.arm, self.hold)):
             self.setTabOrder(first, second)
+
+
+def _column(head: QWidget, buttons: QHBoxLayout) -> QWidget:
+    head.setFixedHeight(_MARK_PX)
+    column = QWidget()
+    in_column((head, Qt.AlignmentFlag.AlignLeft), buttons, 1, of=column, spacing=Space.XS, margins=0)
+    return column
 
 
 def _ended_notice(why: Input, dismiss: Callable[[], None]) -> Notice:

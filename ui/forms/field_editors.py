@@ -1,5 +1,6 @@
 """Creates the editor for a kind of field: number, flag or choice."""
 
+from abc import abstractmethod
 from functools import partial
 from typing import Final
 
@@ -38,8 +39,9 @@ class FieldEditor(QWidget):
     left = Signal()
     """The person is done here: what comes next is another step."""
 
+    @abstractmethod
     def show_draft(self, draft: Draft | None, stands: Value | None) -> None:
-        raise NotImplementedError
+        """Show the edited value, beside what stands on the module."""
 
 
 class NumberEditor(FieldEditor):

@@ -3,7 +3,7 @@
 What a widget is for is its dynamic property ``role``:
 
 - QPushButton: ``primary`` (one on a page), ``danger``, ``quiet`` (no frame); none is an everyday button
-- QFrame: ``card``, ``bar``, ``danger-corner``, ``row``, ``row-failed``
+- QFrame: ``card``, ``bar``, ``danger-corner``, ``rehearsal``, ``row``, ``row-failed``
 - QLabel: ``muted``, ``small``, ``title``, ``heading`` (28 px), ``hero`` (48 px), ``caption``, ``strong``, ``danger``,
   ``attention``
 - QToolButton: ``quiet``, ``segment``
@@ -32,6 +32,7 @@ QFrame[role="bar"] { background: $sunken; border: none; }
 QToolBar#head QFrame[role="bar"] { border-bottom: ${edge}px solid $divider; }
 QToolBar#foot QFrame[role="bar"] { border-top: ${edge}px solid $divider; }
 QFrame[role="danger-corner"] { background: $surface; border: ${edge}px solid $danger_ink; border-radius: 8px; }
+QFrame[role="rehearsal"] { background: $rehearsal; border: 2px dashed $focus; border-radius: 8px; }
 QFrame[role="row"] { background: transparent; border: none; border-bottom: ${edge}px solid $divider; }
 QFrame[role="row-failed"] {
     background: $danger_wash; border: none; border-left: 3px solid $danger_ink; border-bottom: ${edge}px solid $divider;
@@ -181,6 +182,7 @@ def style_sheet(theme: Theme) -> str:
         danger_fill=theme.danger.fill,
         on_danger=theme.danger.on_fill,
         danger_wash=theme.danger.wash,
+        rehearsal=theme.information.wash,
         attention_ink=theme.attention.ink,
         edge=theme.border_px,
         round=7 + theme.border_px,

@@ -1,12 +1,15 @@
-"""Commands page: LOCK at the top, dangerous acts framed below."""
+"""Commands page: the state, then the acts from safe to dangerous; deploying docked below."""
 
+from collections.abc import Mapping
 from typing import Final
 
 from PySide6.QtCore import QSize
 from PySide6.QtWidgets import QFrame, QPushButton, QScrollArea, QWidget
 
-from app.safety.acts import EFFECTS, Act
+from app.safety.acts import EFFECTS, TITLES, Act
+from app.safety.last_known import Activation
 from app.text.i18n import tr
+from protocol.translatable import marked
 from ui.acts.act_row import ActRow
 from ui.acts.ritual_widget import RitualWidget
 from ui.services.context import Services
@@ -15,15 +18,24 @@ from ui.style.icons import Icon
 from ui.style.theme import Meaning, Size, Space
 from ui.widgets.controls import control
 from ui.widgets.labels import text_label
-from ui.widgets.layouts import FlowRow, Gap, in_column
-from ui.widgets.naming import named
+from ui.widgets.layouts import FlowRow, in_column, in_row
+from ui.widgets.naming import named, set_role
 from ui.widgets.notice_bar import Notice, NoticeBar
 from ui.widgets.readout import StateChip
 from ui.widgets.state_chips import show_activation, show_known_trigger
 from ui.widgets.visibility_timer import VisibilityTimer
 
 REFRESH_EVERY_MS: Final = 200
-DANGEROUS: Final = (Act.ACTIVATE, Act.ZERO, Act.SHUTDOWN, Act.FORBID_DEPLOY)
+OPERATION: Final = (Act.ACTIVATE,)
+MAINTENANCE: Final = (Act.ZERO, Act.SHUTDOWN, Act.FORBID_DEPLOY)
+STATE_WORDS: Final[Mapping[Activation, str]] = {
+    Activation.ACTIVE: marked("Ready to fire. Lock it before you touch it."),
+    Activation.WAS_ACTIVE: marked("Treat it as ready to fire until it reports LOCKED."),
+    Activation.LOCKED: marked("In standby."),
+    Activation.WAS_LOCKED: marked("Treat it as ready to fire until it reports LOCKED."),
+    Activation.UNKNOWN: marked("Treat it as ready to fire until it reports LOCKED."),
+}
+"""What the reported state means for the person beside the module."""
 
 
 class CommandsPage(Page):
@@ -37,14 +49,16 @@ class CommandsPage(Page):
         self.trigger = named(StateChip("", size=Size.TITLE), "commands_trigger")
         texts.bind(self.activation.name_unknown, "Activation unknown")
         texts.bind(self.trigger.name_unknown, "Trigger unknown")
+        self.meaning = text_label("commands_state_meaning", "strong")
+        self.meaning.setWordWrap(False)
         self.lock = control(QPushButton(), texts, "commands_lock", "LOCK", says="Lock the module",
-                            tip="Put the module into standby, at once", key="Ctrl+L", picture=Icon.LOCK,
+                            tip="Locks at once", key="Ctrl+L", picture=Icon.LOCK,
                             role="primary")  # fmt: skip
         self.lock.setIconSize(QSize(20, 20))
         services.lock.bind(self.lock)
         self.said = NoticeBar(texts)
         self.said.setObjectName("commands_said")
-        self.acts = {act: ActRow(services, act) for act in DANGEROUS}
+        self.acts = {act: ActRow(services, act) for act in (*OPERATION, *MAINTENANCE)}
         self.ritual = RitualWidget(services)
         self._lay_out()
         VisibilityTimer(self, self.refresh, every_ms=REFRESH_EVERY_MS)
@@ -64,6 +78,7 @@ class CommandsPage(Page):
         self.activation.set_caption(tr("Activation"))
         self.trigger.set_caption(tr("Trigger"))
         show_activation(self.activation, self._connector.activation, now)
+        self.meaning.setText(tr(STATE_WORDS[self._connector.activation.state]))
         show_known_trigger(self.trigger, device.known("triggered", now), now)
 
     def _notice(self) -> Notice | None:
@@ -74,21 +89,37 @@ class CommandsPage(Page):
 
     def _lay_out(self) -> None:
         texts = self._services.texts
-        card = named(QFrame(), "commands_state", "card")
-        row = FlowRow(spacing_px=Space.M)
-        row.add(self.activation, self.trigger)
-        row.add_right(self.lock)
-        effect = text_label("commands_lock_effect", "small")
+        state = FlowRow(spacing_px=Space.M)
+        state.add(self.activation, self.trigger, self.meaning)
+        safe = named(QFrame(), "commands_safe", "card")
+        title, effect = text_label("commands_lock_title", "strong"), text_label("commands_lock_effect", "small")
+        texts.bind(title.setText, TITLES[Act.LOCK])
         texts.bind(effect.setText, EFFECTS[Act.LOCK])
-        in_column(row, effect, self.said, of=card, spacing=Space.XS, margins=Space.M)
-        heading = text_label("commands_danger_heading", "caption")
-        texts.bind(heading.setText, "Dangerous: each asks again, is written into the log first, and is sent once")
-        corner = named(QFrame(), "commands_danger", "danger-corner")
-        in_column(*self.acts.values(), of=corner, spacing=0, margins=2)
+        words = in_column(title, effect, self.said, spacing=2)
+        in_row((words, 1), self.lock, of=safe, spacing=Space.L, margins=(Space.M, Space.XS))
+        groups = (
+            (marked("Make safe"), safe),
+            (marked("Operation"), self._corner("commands_operation", OPERATION)),
+            (marked("Maintenance"), self._corner("commands_maintenance", MAINTENANCE)),
+        )
+        column = in_column(state, spacing=Space.XS, margins=(Space.M, Space.S))
+        for english, frame in groups:
+            caption = text_label(f"{frame.objectName()}_caption", "caption")
+            texts.bind(caption.setText, english)
+            column.addSpacing(Space.XS)
+            column.addWidget(caption)
+            column.addWidget(frame)
+        column.addStretch(1)
         content = named(QWidget(), "commands_content")
-        in_column(card, Gap(Space.M), heading, corner, 1, of=content, spacing=Space.S, margins=(Space.M, Space.S))
+        content.setLayout(column)
         scroll = control(QScrollArea(), texts, "commands_scroll", says="Commands")
         scroll.setWidgetResizable(True)
         scroll.setWidget(content)
         docked = in_column(self.ritual, margins=(Space.M, Space.XS, Space.M, Space.S))
         in_column((scroll, 1), docked, of=self, spacing=0, margins=0)
+
+    def _corner(self, name: str, acts: tuple[Act, ...]) -> QFrame:
+        corner = named(QFrame(), name, "danger-corner")
+        in_column(*(self.acts[act] for act in acts), of=corner, spacing=0, margins=2)
+        set_role(self.acts[acts[-1]], "")  # no line below the last
+        return corner

@@ -254,8 +254,7 @@ class GuidedController(QObject):
     def _forget(self) -> None:
         self.last = {}
         self.cancel(LOST)
-        if not self.is_running:
-            self.stage, self.outcome = Stage.READY, None
+        self.stage, self.outcome = Stage.READY, None
         self.load_last()
 
     # The store

@@ -76,6 +76,57 @@ def test_the_steps_of_an_act_have_places_of_their_own(qapp: QApplication, tmp_pa
             bench.reset()
 
 
+def test_nothing_moves_while_an_act_goes_on(bench: GestureBench) -> None:
+    """Neither what stands against an act nor what came of one moves the next button."""
+    bench.window.resize(1366, 768)
+    bench.window.go_to("commands")
+    ritual = bench.commands.ritual
+    act = ACTS[-2]
+
+    def places() -> list[QRect]:
+        bench.refresh()
+        bench.turn()
+        buttons = [one for row in bench.commands.acts.values() for one in (row.confirm.ask, row.confirm.go)]
+        return [place(one) for one in (*buttons, ritual, ritual.choose, ritual.arm, ritual.hold, ritual.cancel)]
+
+    go_to(bench, act)
+    before = places()
+    bench.go_and_click(first_button(bench, act))
+    assert ritual.ritual.stage is Stage.CHOSEN
+    assert places() == before
+    bench.hand_s += 1.0
+    bench.go_and_click(ritual.arm)
+    assert ritual.ritual.stage is Stage.ARMED
+    assert places() == before
+    bench.go_and_click(ritual.cancel)
+    assert ritual.said.notice is not None
+    assert places() == before
+    bench.settle_module(is_active=False)  # other conditions are open now
+    assert places() == before
+    forbid = bench.commands.acts[Act.FORBID_DEPLOY]
+    bench.go_and_click(forbid.confirm.ask)
+    bench.hand_s += 1.0
+    bench.go_and_click(forbid.confirm.go)
+    bench.until(lambda: forbid.said.notice is not None)
+    assert places() == before
+
+
+def test_the_state_is_said_as_ready_to_fire_and_a_rehearsal_looks_like_one(bench: GestureBench) -> None:
+    page = bench.commands
+    go_to(bench, ACTS[-2])
+    assert "ready to fire" in page.meaning.text().lower()
+    bench.go_and_click(page.ritual.choose)
+    assert page.ritual.property("role") == "danger-corner"
+    bench.reset()
+    bench.go_and_click(page.ritual.rehearse)
+    assert (page.ritual.property("role"), page.ritual._title.text()) == ("rehearsal", "REHEARSAL")
+    assert [mark.accessibleName() for mark in page.ritual.marks] == [
+        "Step 1: Choose, done", "Step 2: Arm, now", "Step 3: Hold for 2 s",
+    ]  # fmt: skip
+    go_to(bench, ACTS[0])
+    assert page.meaning.text() == "In standby."
+
+
 def test_a_question_that_nobody_answers_leaves_nothing_dead(bench: GestureBench) -> None:
     confirm = bench.commands.acts[Act.ACTIVATE].confirm
     bench.go_and_click(confirm.ask)
