@@ -14,14 +14,13 @@ from typing import Final
 from bundle_contents import Entry
 from environment import ROOT, SetupError
 from icon_files import write_program_icons
-from inventory import Part, canonical, parts
+from inventory import Part, licence_folder, parts
 from linux.elf import foreign_run_path, glibc_wanted, make_run_path_relative, outside_libraries
 from release import NAME, TITLE, Release, stamp_times
-from sbom import write_bill
+from sbom import LICENCES, write_bill
 
 SPEC: Final = ROOT / "packaging" / "dps-s.spec"
 BILL: Final = "sbom.cdx.json"
-LICENCES: Final = "licences"
 ASKED: Final = "system-libraries.txt"
 _LINUX_README: Final = ROOT / "packaging" / "linux" / "README.txt"
 _WITH_DEBUG_TABLES: Final = ("libpython3*.so*", "zstandard/*.so", "lz4/**/*.so", "python3*/lib-dynload/*.so")
@@ -43,14 +42,18 @@ def make_bundle(release: Release, wheel: Path, *, work: Path, dist: Path) -> Pat
     built = work / "frozen" / (f"{TITLE}.app" if sys.platform == "darwin" else NAME)
     folder = dist / (built.name if sys.platform == "darwin" else release.bundle_name)
     shutil.move(built, folder)
-    _add_papers(folder / "Contents" / "Resources" if sys.platform == "darwin" else folder, release, found)
+    papers, internal = folder, folder / "_internal"
+    if sys.platform == "darwin":
+        papers, internal = folder / "Contents" / "Resources", folder / "Contents" / "Frameworks"
     if sys.platform.startswith("linux"):
-        _strip(folder / "_internal")
+        _strip(internal)
         # Before Qt is loaded, app/frozen.py looks for those of them that it knows.
-        (folder / "_internal" / ASKED).write_text(
+        (internal / ASKED).write_text(
             "".join(f"{one}\n" for one in sorted(outside_libraries(folder))), encoding="utf-8"
         )
         _write_linux_readme(folder, release)
+    _add_papers(papers, internal, release, found)
+    if sys.platform.startswith("linux"):
         _set_rights(folder)
     elif sys.platform == "darwin":
         from macos.disk_image import sign_again
@@ -84,15 +87,15 @@ def _run_pyinstaller(release: Release, work: Path, places: dict[str, Path]) -> N
         raise SetupError(f"{done.stdout}\nPyInstaller failed; it says why above.", exit_code=4)
 
 
-def _add_papers(folder: Path, release: Release, found: Sequence[Part]) -> None:
-    """The list of parts, and for each part a folder with its licence."""
-    write_bill(folder / BILL, release, found)
+def _add_papers(folder: Path, internal: Path, release: Release, found: Sequence[Part]) -> None:
+    """The list of parts as it stands in `internal`, and for each part a folder with its licence."""
+    write_bill(folder / BILL, release, found, internal)
     own = folder / LICENCES / NAME
     own.mkdir(parents=True)
     shutil.copyfile(ROOT / "LICENSE", own / "LICENSE.txt")
     for part in found:
-        place = folder / LICENCES / canonical(part.name)
-        place.mkdir()
+        place = folder / LICENCES / licence_folder(part)
+        place.mkdir(parents=True)
         for number, text in enumerate(part.texts):
             name = text.name if not (place / text.name).exists() else f"{number}-{text.parent.name}-{text.name}"
             (place / name).write_bytes(text.read_bytes())

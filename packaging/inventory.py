@@ -1,13 +1,14 @@
 """Whose work is in a bundle: the parts that PyInstaller collected, each with version, licence and licence text."""
 
 import platform
+import re
 import subprocess
 import sys
 import sysconfig
 from collections.abc import Iterable
 from dataclasses import dataclass
 from importlib import metadata
-from pathlib import Path
+from pathlib import Path, PurePosixPath
 from typing import Final
 
 from bundle_contents import Entry
@@ -28,6 +29,7 @@ _LICENCES: Final = {
     "shiboken6": "LGPL-3.0-only",
 }
 """SPDX expressions of distributions that do not state one, or that leave a choice."""
+_PYSIDE: Final = "pyside6-essentials"
 _TEXTS: Final = {
     "mcap": ("mcap.txt",),
     "pyserial": ("pyserial.txt",),
@@ -35,21 +37,40 @@ _TEXTS: Final = {
     "shiboken6": _QT_TEXTS,
 }
 """Our copies, for distributions that carry no text."""
-_ALWAYS: Final = ("pyinstaller", "pyinstaller-hooks-contrib")
+_ALWAYS: Final = {
+    "pyinstaller": re.compile(r"PyInstaller/(bootloader/.*/runw?(\.exe)?|hooks/rthooks/.*\.py)$"),
+    "pyinstaller-hooks-contrib": re.compile(r"_pyinstaller_hooks_contrib/rthooks/.*\.py$"),
+}
 """In the executable itself: the loader, and what it runs before the program."""
+_OF_THE_SYSTEM: Final = {
+    "libbz2": "bzip2-1.0.6",
+    "libexpat": "MIT",
+    "libffi": "MIT",
+    "liblzma": "LicenseRef-Public-Domain",
+    "libmpdec": "BSD-2-Clause",
+    "libncursesw": "X11-distribute-modifications-variant",
+    "libsqlite": "blessing",
+    "libssl": "Apache-2.0",
+    "libtinfo": "X11-distribute-modifications-variant",
+    "libuuid": "BSD-3-Clause",
+    "zlib": "Zlib",
+}
+"""SPDX expressions of Debian's packages, whose names begin so."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Part:
-    """One work of others. `licence` is an SPDX expression; None where only its `texts` tell."""
+    """One work of others: `licence` is an SPDX expression, `files` are what the bundle has of it."""
 
     name: str
-    version: str
+    version: str | None
     purl: str | None
-    licence: str | None
+    licence: str
     texts: tuple[Path, ...]
-    is_program_library: bool = True
-    """Of Python's world; else of the operating system's."""
+    files: tuple[Entry, ...]
+    inside: str | None = None
+    """The work whose `files` it is built into."""
+    note: str | None = None
 
 
 def parts(collected: Iterable[Entry], own: Path) -> list[Part]:
@@ -57,21 +78,25 @@ def parts(collected: Iterable[Entry], own: Path) -> list[Part]:
 
     Raises SetupError where the licence text of a part is nowhere: it may not be passed on without.
     """
+    from enclosed_parts import enclosed_parts
+
     entries = [entry for entry in collected if entry.kind != "SYMLINK"]
-    sources = {entry.source for entry in entries}
-    distributions, rest = _owners(sources, own)
-    found = [_from_distribution(metadata.distribution(name)) for name in sorted({*distributions, *_ALWAYS})]
-    found += [_python(), _qt(), *_icu(entries)]
+    owned, python, rest = _owners(entries, own)
+    of_qt = [entry for entry in owned.get(_PYSIDE, ()) if _is_of_qt(entry)]
+    owned[_PYSIDE] = [entry for entry in owned.get(_PYSIDE, ()) if not _is_of_qt(entry)]
+    found = [_from_distribution(metadata.distribution(name), owned.get(name, ())) for name in {*owned, *_ALWAYS}]
+    found += [_python(python), _qt(of_qt), *_icu(entries)]
     if sys.platform.startswith("linux"):
         found += _system_parts(rest)
+    found += enclosed_parts(entries, found)
     for part in found:
         if not part.texts:
             raise SetupError(f"The licence text of {part.name} is not found; put it into {LICENCE_FOLDER}.")
-    return sorted(found, key=lambda part: (part.name.lower(), part.version))
+    return sorted(found, key=lambda part: (part.name.lower(), part.version or ""))
 
 
-def _owners(sources: set[str], own: Path) -> tuple[set[str], set[str]]:
-    """The distributions that some files belong to, and the files that are neither theirs, Python's nor our own."""
+def _owners(entries: Iterable[Entry], own: Path) -> tuple[dict[str, list[Entry]], list[Entry], list[Entry]]:
+    """Files by the distribution that they belong to, Python's, and those that are neither these nor our own."""
     site = Path(sysconfig.get_path("purelib"))
     owner: dict[str, str] = {}
     for distribution in metadata.distributions(path=[str(site)]):
@@ -79,14 +104,17 @@ def _owners(sources: set[str], own: Path) -> tuple[set[str], set[str]]:
         for file in distribution.files or ():
             owner[str(site / file)] = name
     libraries = [Path(sys.base_prefix), Path(sysconfig.get_path("stdlib"))]
-    names, rest = set(), set()
-    for source in sources:
-        path = Path(source)
-        if source in owner:
-            names.add(owner[source])
-        elif not any(path.is_relative_to(one) for one in (own, ROOT)) and not _is_python(path, libraries):
-            rest.add(source)
-    return names, rest
+    owned: dict[str, list[Entry]] = {}
+    python, rest = [], []
+    for entry in entries:
+        path = Path(entry.source)
+        if entry.source in owner:
+            owned.setdefault(owner[entry.source], []).append(entry)
+        elif _is_python(path, libraries):
+            python.append(entry)
+        elif not any(path.is_relative_to(one) for one in (own, ROOT)):
+            rest.append(entry)
+    return owned, python, rest
 
 
 def _is_python(path: Path, libraries: list[Path]) -> bool:
@@ -101,15 +129,30 @@ def canonical(name: str) -> str:
     return name.lower().replace("_", "-").replace(".", "-")
 
 
-def _from_distribution(distribution: metadata.Distribution) -> Part:
+def licence_folder(part: Part) -> str:
+    """Where its texts lie below `licences`: beside those of the work that it is built into."""
+    plain = re.sub(r"[^a-z0-9]+", "-", part.name.lower()).strip("-")
+    if (part.purl or "").startswith("pkg:cargo/"):
+        plain = f"crate-{plain}"  # there is one of the name of OpenSSL
+    return plain if part.inside is None else f"inside-{canonical(part.inside)}/{plain}"
+
+
+def _from_distribution(distribution: metadata.Distribution, files: Iterable[Entry]) -> Part:
     name = canonical(distribution.name)
     stated = distribution.metadata.get_all("License-Expression") or [None]
+    licence = _LICENCES.get(name) or stated[0]
+    if licence is None:
+        raise SetupError(f"{distribution.name} states no licence; look at its text and name it in inventory.py.")
+    if name in _ALWAYS:
+        listed = [str(file) for file in distribution.files or () if _ALWAYS[name].match(file.as_posix())]
+        files = (*files, *(Entry(one, str(distribution.locate_file(one)), "LOADER") for one in listed))
     return Part(
         name=distribution.name,
         version=distribution.version,
         purl=f"pkg:pypi/{name}@{distribution.version}",
-        licence=_LICENCES.get(name) or stated[0],
+        licence=licence,
         texts=tuple(LICENCE_FOLDER / text for text in _TEXTS[name]) if name in _TEXTS else _own_texts(distribution),
+        files=tuple(files),
     )
 
 
@@ -124,7 +167,7 @@ def _own_texts(distribution: metadata.Distribution) -> tuple[Path, ...]:
     return tuple(Path(str(distribution.locate_file(file))) for file in files)
 
 
-def _python() -> Part:
+def _python(files: Iterable[Entry]) -> Part:
     places = (
         Path(sysconfig.get_path("stdlib")) / "LICENSE.txt",
         Path(sys.base_prefix) / "LICENSE.txt",
@@ -137,49 +180,68 @@ def _python() -> Part:
         purl=f"pkg:generic/cpython@{version}",
         licence="Python-2.0.1",
         texts=tuple(place for place in places if place.exists())[:1],
+        files=tuple(files),
     )
 
 
-def _qt() -> Part:
+def _qt(files: Iterable[Entry]) -> Part:
     from PySide6.QtCore import qVersion
 
-    texts = tuple(LICENCE_FOLDER / text for text in _QT_TEXTS)
     return Part(
-        name="Qt", version=qVersion(), purl=f"pkg:generic/qt@{qVersion()}", licence="LGPL-3.0-only", texts=texts
+        name="Qt",
+        version=qVersion(),
+        purl=f"pkg:generic/qt@{qVersion()}",
+        licence="LGPL-3.0-only",
+        texts=tuple(LICENCE_FOLDER / text for text in _QT_TEXTS),
+        files=tuple(files),
     )
 
 
-def _icu(entries: Iterable[Entry]) -> Iterable[Part]:
+def _is_of_qt(entry: Entry) -> bool:
+    """Qt itself, which lies in the folders of PySide6."""
+    path = PurePosixPath(entry.place.replace("\\", "/"))
+    return bool({"Qt", "plugins", "translations"} & {*path.parts}) or path.name.startswith(("Qt6", "QtLibs"))
+
+
+def _icu(entries: list[Entry]) -> Iterable[Part]:
     """Unicode's tables and rules, which come with Qt for Linux; their files bear the version."""
     for entry in entries:
         name, _, version = Path(entry.place).name.partition(".so.")
         if name == "libicudata":
             texts = (LICENCE_FOLDER / "ICU.txt",)
-            yield Part(name="ICU", version=version, purl=f"pkg:generic/icu@{version}", licence="ICU", texts=texts)
+            files = tuple(one for one in entries if Path(one.place).name.startswith("libicu"))
+            purl = f"pkg:generic/icu@{version}"
+            yield Part(name="ICU", version=version, purl=purl, licence="ICU", texts=texts, files=files)
 
 
-def _system_parts(sources: Iterable[str]) -> list[Part]:
+def _system_parts(entries: Iterable[Entry]) -> list[Part]:
     """The libraries of the system's that Python needs, by the Debian packages that they came from."""
-    packages: dict[str, Part] = {}
-    for source in sorted(sources):
-        name = _debian_package(Path(source))
+    packages: dict[str, list[Entry]] = {}
+    for entry in entries:
+        name = _debian_package(Path(entry.source))
         if name is None:
             raise SetupError(
-                f"{source} goes into the bundle, and nothing here tells what it is and how it is licensed."
+                f"{entry.source} goes into the bundle, and nothing here tells what it is and how it is licensed."
             )
-        if name not in packages:
-            version = _output("dpkg-query", "--show", "--showformat=${Version}", name)
-            plain = name.partition(":")[0]
-            text = Path("/usr/share/doc") / plain / "copyright"
-            packages[name] = Part(
-                name=plain,
-                version=version,
-                purl=f"pkg:deb/debian/{plain}@{version.replace('+', '%2B').replace(':', '%3A')}",
-                licence=None,
-                texts=(text.resolve(),) if text.exists() else (),
-                is_program_library=False,
-            )
-    return list(packages.values())
+        packages.setdefault(name, []).append(entry)
+    return [_system_part(name, files) for name, files in packages.items()]
+
+
+def _system_part(package: str, files: Iterable[Entry]) -> Part:
+    plain = package.partition(":")[0]
+    version = _output("dpkg-query", "--show", "--showformat=${Version}", package)
+    licence = next((one for start, one in _OF_THE_SYSTEM.items() if plain.startswith(start)), None)
+    if licence is None:
+        raise SetupError(f"The licence of Debian's {plain} is not named in inventory.py.")
+    text = Path("/usr/share/doc") / plain / "copyright"
+    return Part(
+        name=plain,
+        version=version,
+        purl=f"pkg:deb/debian/{plain}@{version.replace('+', '%2B').replace(':', '%3A')}",
+        licence=licence,
+        texts=(text.resolve(),) if text.exists() else (),
+        files=tuple(files),
+    )
 
 
 def _debian_package(path: Path) -> str | None:

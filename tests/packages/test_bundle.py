@@ -1,5 +1,6 @@
 """The bundle, started as it would be by somebody who has neither Python nor Qt."""
 
+import hashlib
 import json
 import os
 import re
@@ -10,6 +11,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from cyclonedx.schema import SchemaVersion
+from cyclonedx.validation.json import JsonStrictValidator
 from mcap.reader import make_reader
 
 from app.__main__ import ENTRIES
@@ -134,15 +137,38 @@ def test_everything_in_it_is_listed_with_its_licence(bundle: Path, dist: Path, v
     listed = json.loads((papers / "sbom.cdx.json").read_text(encoding="utf-8"))
     assert (papers / "sbom.cdx.json").read_bytes() == next(dist.glob("*.cdx.json")).read_bytes()
     assert listed["metadata"]["component"]["version"] == version
+    assert JsonStrictValidator(SchemaVersion.V1_6).validate_str(json.dumps(listed)) is None
     names = {component["name"] for component in listed["components"]}
     assert {"CPython", "Qt", "PySide6_Essentials", "shiboken6", "numpy", "pyqtgraph", "pyserial", "mcap"} <= names
+    assert {"HarfBuzz-NG", "LibPNG", "PCRE2", "OpenBLAS", "LAPACK", "OpenSSL"} <= names
     assert not {"pytest", "mypy", "hypothesis", "setuptools", "pip"} & names
-    folders = {path.name for path in (papers / "licences").iterdir()}
-    for name in {re.sub(r"[._]", "-", name.lower()) for name in names} | {"dps-s-configurator"}:
-        texts = [path.read_bytes() for path in (papers / "licences" / name).iterdir()]
-        assert texts, f"{name} has no licence text"
+    stated = {"licences/dps-s-configurator"}
+    for component in listed["components"]:
+        assert component["licenses"], component["name"]
+        assert re.fullmatch("[0-9a-f]{64}", component["hashes"][0]["content"])
+        properties = {one["name"]: one["value"] for one in component["properties"]}
+        folder = properties["dps-s:licence-texts"]
+        texts = [path.read_bytes() for path in (papers / folder).iterdir() if path.is_file()]
+        assert texts, f"{component['name']} has no licence text"
         assert all(text.strip() for text in texts)
-    assert len(folders) == len(names) + 1
+        stated.add(folder)
+    folders = {
+        path.parent.relative_to(papers).as_posix() for path in (papers / "licences").rglob("*") if path.is_file()
+    }
+    assert folders == stated
+
+
+def test_the_sums_in_the_list_are_those_of_the_files(bundle: Path) -> None:
+    papers = bundle if sys.platform != "darwin" else bundle.parent / "Resources"
+    internal = bundle / "_internal" if sys.platform != "darwin" else bundle.parent / "Frameworks"
+    listed = json.loads((papers / "sbom.cdx.json").read_text(encoding="utf-8"))
+    files = [file for component in listed["components"] for file in component.get("components", [])]
+    for file in files:
+        content = (internal / file["name"]).read_bytes()
+        assert hashlib.sha256(content).hexdigest() == file["hashes"][0]["content"], file["name"]
+    names = {file["name"] for file in files}
+    libraries = {path for path in internal.rglob("*.so*") if not path.is_symlink()}
+    assert {path.relative_to(internal).as_posix() for path in libraries} <= names
 
 
 def test_the_packed_bundle_is_the_folder(bundle: Path, dist: Path, tmp_path: Path, version: str) -> None:

@@ -1,7 +1,6 @@
 """How packages are made, as far as that can be told without making them (tests/packages makes sure of the rest)."""
 
 import configparser
-import json
 import re
 import struct
 from collections.abc import Iterator
@@ -19,13 +18,11 @@ MODULES = (
     "bundle",
     "bundle_contents",
     "icon_files",
-    "inventory",
     "linux.debian",
     "linux.elf",
     "linux.man_page",
     "package",
     "release",
-    "sbom",
     "tools",
     "windows.installer",
 )
@@ -126,46 +123,6 @@ def test_icons_of_windows_and_macos_hold_every_size(made: dict[str, ModuleType])
     apple = made["icon_files"].icns()
     assert apple[:4] == b"icns"
     assert struct.unpack_from(">I", apple, 4)[0] == len(apple)
-
-
-# What a bundle is made of.
-
-
-def _part(made: dict[str, ModuleType], name: str, licence: str | None) -> Any:
-    return made["inventory"].Part(name=name, version="1", purl=f"pkg:pypi/{name}@1", licence=licence, texts=())
-
-
-def test_the_bill_of_materials_has_the_shape_of_cyclonedx(made: dict[str, ModuleType], release: Any) -> None:
-    found = [_part(made, "one", "MIT"), _part(made, "two", "MIT AND Zlib"), _part(made, "three", None)]
-    bill = made["sbom"].bill_of_materials(release, found)
-    assert (bill["bomFormat"], bill["specVersion"], bill["version"]) == ("CycloneDX", "1.6", 1)
-    assert re.fullmatch(r"urn:uuid:[0-9a-f]{8}(-[0-9a-f]{4}){3}-[0-9a-f]{12}", bill["serialNumber"])
-    assert bill["metadata"]["timestamp"] == "2023-11-14T22:13:20Z"
-    own = bill["metadata"]["component"]["bom-ref"]
-    references = [component["bom-ref"] for component in bill["components"]]
-    assert len({own, *references}) == 4
-    assert {one["ref"] for one in bill["dependencies"]} == {own, *references}
-    assert set(bill["dependencies"][0]["dependsOn"]) == set(references)
-    licences = [component.get("licenses") for component in bill["components"]]
-    assert licences == [[{"license": {"id": "MIT"}}], [{"expression": "MIT AND Zlib"}], None]
-    assert made["sbom"].bill_of_materials(release, found) == bill
-    json.dumps(bill)
-
-
-def test_a_part_without_a_licence_stops_the_build(
-    made: dict[str, ModuleType], monkeypatch: pytest.MonkeyPatch, tmp_path: Path
-) -> None:
-    inventory = made["inventory"]
-    monkeypatch.setattr(inventory, "_python", lambda: _part(made, "nameless", "MIT"))
-    with pytest.raises(import_module("environment").SetupError, match="The licence text of nameless"):
-        inventory.parts([], tmp_path)
-
-
-def test_texts_that_the_inventory_names_are_there(made: dict[str, ModuleType]) -> None:
-    inventory = made["inventory"]
-    for names in inventory._TEXTS.values():
-        for name in names:
-            assert (inventory.LICENCE_FOLDER / name).stat().st_size > 500
 
 
 # macOS and the forge, which are never run here, and Windows, which only Wine runs.

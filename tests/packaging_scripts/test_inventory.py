@@ -1,0 +1,144 @@
+"""Whose work is in a bundle, and the list that says so."""
+
+import hashlib
+import json
+import re
+from collections.abc import Iterator
+from importlib import import_module
+from importlib.metadata import version
+from pathlib import Path
+from types import ModuleType
+from typing import Any
+
+import pytest
+from cyclonedx.schema import SchemaVersion
+from cyclonedx.validation.json import JsonStrictValidator
+from license_expression import get_spdx_licensing
+
+from tests.support.setup_files import PACKAGING
+
+MODULES = ("bundle_contents", "enclosed_parts", "environment", "inventory", "release", "sbom")
+
+
+@pytest.fixture(scope="module")
+def made() -> Iterator[dict[str, ModuleType]]:
+    """The modules of packaging/, by name."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.syspath_prepend(str(PACKAGING))
+        yield {name: import_module(name) for name in MODULES}
+
+
+def part(made: dict[str, ModuleType], name: str, licence: str, *, files: tuple[Any, ...] = (), **more: Any) -> Any:
+    values = {"version": "1", "purl": f"pkg:pypi/{name}@1", "texts": (), **more}
+    return made["inventory"].Part(name=name, licence=licence, files=files, **values)
+
+
+def test_the_list_is_valid_and_has_hash_and_licence_of_every_part(made: dict[str, ModuleType], tmp_path: Path) -> None:
+    entry = made["bundle_contents"].Entry
+    source, shipped = tmp_path / "source.so", tmp_path / "internal"
+    source.write_bytes(b"as it was built")
+    (shipped / "lib").mkdir(parents=True)
+    (shipped / "lib/one.so").write_bytes(b"as it is shipped")
+    files = (entry("lib/one.so", str(source), "BINARY"), entry("two", str(source), "PYMODULE"))
+    found = [
+        part(made, "one", "MIT", files=files[:1]),
+        part(made, "two", "MIT AND Zlib", files=files),
+        part(made, "three", "LicenseRef-Own", files=files[:1], purl=None, version=None, inside="one", note="old"),
+    ]
+    release = made["release"].Release("1.2.3", 1_700_000_000)
+    bill = made["sbom"].bill_of_materials(release, found, shipped)
+    assert JsonStrictValidator(SchemaVersion.V1_6).validate_str(json.dumps(bill)) is None
+    assert bill["metadata"]["timestamp"] == "2023-11-14T22:13:20Z"
+    one, two, three = bill["components"]
+    assert one["hashes"] == three["hashes"] == one["components"][0]["hashes"]
+    assert one["hashes"][0]["content"] == hashlib.sha256(b"as it is shipped").hexdigest()
+    assert [file["name"] for file in two["components"]] == ["lib/one.so"]
+    lines = "".join(
+        f"{hashlib.sha256(content).hexdigest()}  {name}\n"
+        for name, content in (("lib/one.so", b"as it is shipped"), ("two", b"as it was built"))
+    )
+    assert two["hashes"][0]["content"] == hashlib.sha256(lines.encode()).hexdigest()
+    assert [made["sbom"]._licences(one.licence) for one in found] == [
+        [{"license": {"id": "MIT"}}],
+        [{"expression": "MIT AND Zlib"}],
+        [{"expression": "LicenseRef-Own"}],
+    ]
+    assert {"name": "dps-s:inside", "value": "one"} in three["properties"]
+    assert len({one["bom-ref"] for one in bill["components"]}) == 3
+    assert made["sbom"].bill_of_materials(release, found, shipped) == bill
+
+
+def test_a_part_without_a_licence_text_stops_the_build(
+    made: dict[str, ModuleType], monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    inventory = made["inventory"]
+    monkeypatch.setattr(inventory, "_python", lambda files: part(made, "nameless", "MIT"))
+    with pytest.raises(made["environment"].SetupError, match="The licence text of nameless"):
+        inventory.parts([], tmp_path)
+
+
+def test_texts_that_the_inventory_names_are_there(made: dict[str, ModuleType]) -> None:
+    inventory, enclosed = made["inventory"], made["enclosed_parts"]
+    paths = [inventory.LICENCE_FOLDER / name for names in inventory._TEXTS.values() for name in names]
+    paths += [enclosed.RUST_TEXTS / f"{name}.txt" for name in enclosed._LICENCES_OF_CRATES]
+    paths += [inventory.LICENCE_FOLDER / text for one in enclosed._OF_NUMPY for text in one.texts]
+    for path in paths:
+        assert path.stat().st_size > 500, path
+
+
+def notices(made: dict[str, ModuleType]) -> tuple[str, list[dict[str, Any]]]:
+    listed = json.loads((made["enclosed_parts"].QT_NOTICES / "parts.json").read_text(encoding="utf-8"))
+    return listed["documentation"], listed["parts"]
+
+
+def test_the_notices_are_of_the_series_of_qt_that_is_installed(made: dict[str, ModuleType]) -> None:
+    """A newer series has other third-party parts: docs/generate/qt_notices.py writes its notices."""
+    documentation, listed = notices(made)
+    assert documentation.split(".")[:2] == version("PySide6_Essentials").split(".")[:2]
+    assert {"FreeType", "HarfBuzz", "libpng", "PCRE2", "zlib"} <= {
+        word for word in ("FreeType", "HarfBuzz", "libpng", "PCRE2", "zlib")
+        if any(word.lower() in one["name"].lower() for one in listed)
+    }  # fmt: skip
+    texts = {path.name for path in made["enclosed_parts"].QT_NOTICES.glob("*.txt")}
+    assert texts == {one["file"] for one in listed}
+    for name in texts:
+        text = (made["enclosed_parts"].QT_NOTICES / name).read_text(encoding="utf-8")
+        assert len(text) > 400, name
+        assert re.search(r"copyright|public domain|©|written by", text, re.IGNORECASE), name
+
+
+def test_every_licence_is_an_spdx_expression(made: dict[str, ModuleType]) -> None:
+    inventory, enclosed = made["inventory"], made["enclosed_parts"]
+    stated = {one["licence"] for one in notices(made)[1]} | {one.licence for one in enclosed._OF_NUMPY}
+    stated |= {
+        *inventory._LICENCES.values(),
+        *inventory._OF_THE_SYSTEM.values(),
+        *enclosed._LICENCES_OF_CRATES.values(),
+    }
+    plain = {re.sub(r"LicenseRef-[\w.-]+", "MIT", one) for one in stated}
+    wrong = {one: found for one in plain if (found := get_spdx_licensing().validate(one).errors)}
+    assert wrong == {}
+
+
+@pytest.mark.parametrize(
+    ("system", "file", "holds", "lacks"),
+    [
+        ("linux", "PySide6/Qt/lib/libQt6Gui.so.6", {"HarfBuzz-NG", "XCB-XInput"}, {"Freetype 2", "PCRE2"}),
+        ("win32", "PySide6\\Qt6Gui.dll", {"HarfBuzz-NG", "Freetype 2", "D3D12 Memory Allocator"}, {"XCB-XInput"}),
+        ("darwin", "PySide6/Qt/lib/QtCore.framework/Versions/A/QtCore", {"PCRE2", "QEventDispatcher on macOS"}, set()),
+        ("linux", "PySide6/QtGui.abi3.so", set(), {"HarfBuzz-NG"}),
+    ],
+)
+def test_what_is_built_into_qt_depends_on_system_and_library(
+    made: dict[str, ModuleType], monkeypatch: pytest.MonkeyPatch, tmp_path: Path,
+    system: str, file: str, holds: set[str], lacks: set[str],
+) -> None:  # fmt: skip
+    source = tmp_path / "library"
+    source.write_bytes(b"...\0libpng version 9.8.7\0")
+    monkeypatch.setattr("sys.platform", system)
+    entry = made["bundle_contents"].Entry(file, str(source), "BINARY")
+    found = {one.name: one for one in made["enclosed_parts"].enclosed_parts([entry], [])}
+    assert holds <= found.keys()
+    assert not lacks & found.keys()
+    if "LibPNG" in found:
+        assert (found["LibPNG"].version, found["LibPNG"].note) == ("9.8.7", None)
