@@ -50,6 +50,8 @@ LEFT_OUT_MODULES: Final = (
     "matplotlib",
     "pip",
     "pkg_resources",
+    "psycopg",
+    "psycopg_binary",
     "pytest",
     "readline",  # of an interactive Python; under the GPL
     "scipy",

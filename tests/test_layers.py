@@ -39,6 +39,7 @@ ROOMS = (
     "app/stations",
     "app/preflight",
     "app/records",
+    "app/archive",
     "app/recordings",
     "app/firing",
     "app/flight_logs",

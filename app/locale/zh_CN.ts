@@ -5166,6 +5166,10 @@
         <translation>适配器已重新插入，但串口暂时无法打开；程序会继续尝试。</translation>
     </message>
     <message>
+        <source>The address must read like {example}; in a password, / @ ? and # are written as %2F %40 %3F %23.</source>
+        <translation>地址格式应为 {example}；密码中的 / @ ? # 须写作 %2F %40 %3F %23。</translation>
+    </message>
+    <message>
         <source>The aircraft that the module sits in</source>
         <translation>安装该模块的飞行器</translation>
     </message>
@@ -5176,6 +5180,14 @@
     <message>
         <source>The angle of the threshold itself fires; the acceleration of the threshold itself is no fall.</source>
         <translation>角度等于阈值即触发；加速度等于阈值不算失重。</translation>
+    </message>
+    <message>
+        <source>The archive server needs psycopg, which is not installed: {command}</source>
+        <translation>使用归档服务器需要 psycopg，尚未安装：{command}</translation>
+    </message>
+    <message>
+        <source>The archive server {server} cannot be used: {why}</source>
+        <translation>无法使用归档服务器 {server}：{why}</translation>
     </message>
     <message>
         <source>The attitude threshold is not known: read the settings first.</source>
@@ -6276,6 +6288,10 @@
     <message>
         <source>Two acceleration sensors disagree by more than {limit:.1f} g for {seconds:.2f} s; not judged.</source>
         <translation>两个加速度传感器有 {seconds:.2f} s 相差超过 {limit:.1f} g；不作判断。</translation>
+    </message>
+    <message>
+        <source>Two stations use the name “{one}”. Is it the same module?</source>
+        <translation>两个站点都使用名称“{one}”。是同一个模块吗？</translation>
     </message>
     <message>
         <source>Type a new name, or choose a module that was here before.</source>
@@ -7810,6 +7826,10 @@
         <translation>无效的选择：%(value)r（可选：%(choices)s）</translation>
     </message>
     <message>
+        <source>it cannot be read</source>
+        <translation>无法读取</translation>
+    </message>
+    <message>
         <source>it could not be read again</source>
         <translation>无法重新读取</translation>
     </message>
@@ -7834,6 +7854,10 @@
         <translation>不是 JSON，或已损坏</translation>
     </message>
     <message>
+        <source>it is not whole</source>
+        <translation>内容不完整</translation>
+    </message>
+    <message>
         <source>it is the named module, although its boot count says otherwise</source>
         <translation>尽管开机次数不符，确为所命名的模块</translation>
     </message>
@@ -7848,6 +7872,10 @@
     <message>
         <source>it says {stated}, its checks give {follows}</source>
         <translation>记录写的是 {stated}，按其检查项应为 {follows}</translation>
+    </message>
+    <message>
+        <source>it was altered</source>
+        <translation>已被修改</translation>
     </message>
     <message>
         <source>it was broken off while writing; what stands is not known</source>
@@ -7868,6 +7896,10 @@
     <message>
         <source>it wobbles a few degrees, as in the wind</source>
         <translation>像在风中一样晃动几度</translation>
+    </message>
+    <message>
+        <source>its station did not sign it</source>
+        <translation>并非由所属站点签名</translation>
     </message>
     <message>
         <source>keep what is read under this name, and tell what is new</source>
@@ -9578,6 +9610,10 @@
         <translation>{file} 已损坏</translation>
     </message>
     <message>
+        <source>{file} is no archive file.</source>
+        <translation>{file} 不是归档文件。</translation>
+    </message>
+    <message>
         <source>{file} is no profile: {why}</source>
         <translation>{file} 不是配置文件：{why}</translation>
     </message>
@@ -9594,6 +9630,10 @@
         <translation>{file} 不是由本程序写入的；不向其追加。</translation>
     </message>
     <message>
+        <source>{file} was written by a newer version of this program.</source>
+        <translation>{file} 由本程序的更新版本写入。</translation>
+    </message>
+    <message>
         <source>{file}: the name of the report must end in .pdf.</source>
         <translation>{file}：报告文件名必须以 .pdf 结尾。</translation>
     </message>
@@ -9604,6 +9644,10 @@
     <message>
         <source>{hours} h {minutes} min {seconds} s</source>
         <translation>{hours} 小时 {minutes} 分 {seconds} 秒</translation>
+    </message>
+    <message>
+        <source>{kind} of {at} ({id}): {why}.</source>
+        <translation>{kind}，{at}（{id}）：{why}。</translation>
     </message>
     <message>
         <source>{late}, {drop:.0f} m lower</source>
@@ -10358,6 +10402,14 @@
     <message>
         <source>“{name}” is not known here.</source>
         <translation>此处没有“{name}”这一项。</translation>
+    </message>
+    <message>
+        <source>“{one}” and “{other}” keep the same trigger records. Are they the same module?</source>
+        <translation>“{one}”与“{other}”的触发记录相同。是同一个模块吗？</translation>
+    </message>
+    <message>
+        <source>“{one}” and “{other}” were said to be different, and the same as a third.</source>
+        <translation>“{one}”与“{other}”被指定为不同模块，却又都被指定为与第三个模块相同。</translation>
     </message>
     <message>
         <source>“{text}” ends with none of {endings}</source>

@@ -252,15 +252,19 @@ class CheckStore:
         return value if isinstance(value, dict) else None
 
     def same_number(self, record: Mapping[str, object]) -> str | None:
-        """Hash of another record that has this one's number in its chain."""
-        module, adapter = record.get("module"), record.get("adapter")
+        """Hash of another record that has this one's number in its chain. Each station has chains of its own."""
+        module, adapter, station = record.get("module"), record.get("adapter"), record.get("station")
         number, hash_ = record.get("number"), record.get("hash")
         if not isinstance(number, int) or not -_LARGEST <= number <= _LARGEST or not isinstance(hash_, str):
             return None
-        values = (clean(str(adapter)), number, clean(hash_), None if module is None else clean(str(module)))
+        values = (
+            clean(str(adapter)), number, clean(hash_), None if module is None else clean(str(module)),
+            None if station is None else clean(str(station)),
+        )  # fmt: skip
         rows = self._database.read(
             "SELECT c.hash FROM preflight_checks c LEFT JOIN modules m ON m.id = c.module_id WHERE m.name IS ?4 AND "
-            "(c.module_id IS NOT NULL OR c.adapter IS ?1) AND c.number = ?2 AND c.hash <> ?3 LIMIT 1",
+            "(c.module_id IS NOT NULL OR c.adapter IS ?1) AND c.number = ?2 AND c.hash <> ?3 AND "
+            "(?5 IS NULL OR coalesce(json_extract(c.record, '$.station'), ?5) = ?5) LIMIT 1",
             values,
         )
         return rows[0][0] if rows else None

@@ -187,9 +187,11 @@ class Opened:
     set_aside: SetAside | None = None
 
 
-def open_database(folder: Path, *, clock: Clock = utc_now, migrations: Sequence[Sequence[str]] = MIGRATIONS) -> Opened:
-    """Raises `StoreTrouble` where the program has to go on without it."""
-    path = folder / FILE_NAME
+def open_database(
+    folder: Path, *, clock: Clock = utc_now, migrations: Sequence[Sequence[str]] = MIGRATIONS, name: str = FILE_NAME
+) -> Opened:
+    """Raises `StoreTrouble` where the program has to go on without it. Only the store itself is copied every hour."""
+    path = folder / name
     try:
         folder.mkdir(parents=True, exist_ok=True)
         try:
@@ -278,8 +280,8 @@ def _open(path: Path, clock: Clock, migrations: Sequence[Sequence[str]]) -> Data
     except BaseException:
         connection.close()
         raise
-    copies = Copier(path.absolute(), clock, is_good=_check_copy)
-    if had_content:
+    copies = Copier(path.absolute(), clock, is_good=_check_copy) if path.name == FILE_NAME else None
+    if had_content and copies is not None:
         copies.start_if_due()
     return Database(path, connection, clock, reading=reading, copies=copies)
 

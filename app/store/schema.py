@@ -28,6 +28,17 @@ MODULE_STATE_TABLES: tuple[str, ...] = (
     """,
 )
 
+SETTLEMENT_TABLES: tuple[str, ...] = (
+    """
+    CREATE TABLE module_settlements (
+        id INTEGER PRIMARY KEY AUTOINCREMENT,
+        at TEXT NOT NULL,
+        content TEXT NOT NULL
+    ) STRICT
+    """,
+)
+"""Whether modules of several stations are the same one, as a person said."""
+
 MIGRATIONS: tuple[tuple[str, ...], ...] = (
     (
         """
@@ -85,4 +96,5 @@ MIGRATIONS: tuple[tuple[str, ...], ...] = (
     MODULE_STATE_TABLES,
     ("ALTER TABLE streams_left_on ADD COLUMN boot_count INTEGER",),
     GUIDED_TABLES,
+    SETTLEMENT_TABLES,
 )

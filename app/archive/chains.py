@@ -1,0 +1,109 @@
+"""Chains of checks and audit logs of all stations: verifiable wherever their facts are.
+
+What was altered is refused at its own signature. A chain tells more: that a record in it is missing, or stands twice.
+"""
+
+from collections import Counter
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+
+from app.archive.facts import Fact, FactKind
+from app.archive.local_facts import LocalFacts
+from app.records.check_store import CheckStore
+from app.records.record import Record
+from app.records.verification import RecordState, chain_name, verify
+from app.store.audit_chain import chain_hash
+from app.text.messages import UserMessage
+
+
+class ArchivedRecords:
+    """`KeptRecords` for `verify`: the checks of this computer, and those of other stations."""
+
+    def __init__(self, facts: LocalFacts, own: CheckStore | None = None) -> None:
+        self._facts, self._own = facts, own
+
+    def record(self, hash_: str) -> Record | None:
+        found = self._own.record(hash_) if self._own is not None else None
+        return found or next((record_of(fact) for fact in self._facts.linked(hash_)), None)
+
+    def same_number(self, record: Mapping[str, object]) -> str | None:
+        found = self._own.same_number(record) if self._own is not None else None
+        module = record.get("module")
+        if found is not None or not isinstance(module, str):
+            return found
+        others = (record_of(fact) or {} for fact in self._facts.of_kind(FactKind.CHECK, module))
+        return next((str(one.get("hash")) for one in others if _is_double(one, record)), None)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ChainState:
+    """`missing`: how many links are not here (yet). `faults`: what stands against it."""
+
+    station: str
+    module: str | None
+    is_audit: bool
+    count: int
+    missing: int
+    faults: tuple[UserMessage, ...] = ()
+
+
+def record_of(fact: Fact) -> Record | None:
+    record = fact.content.get("record")
+    return record if isinstance(record, dict) else None
+
+
+def chains_in(facts: LocalFacts) -> list[ChainState]:
+    """Of every station: one of its audit log, and one of checks for each module. Raises `ArchiveTrouble`."""
+    return [*_audit_chains(facts), *_check_chains(facts)]
+
+
+def _check_chains(facts: LocalFacts) -> list[ChainState]:
+    chains: dict[tuple[str, object, object], list[Record]] = {}
+    for fact in facts.of_kind(FactKind.CHECK):
+        record = record_of(fact)
+        if record is not None:
+            chains.setdefault((fact.station, *chain_name(record)), []).append(record)
+    states = []
+    kept = ArchivedRecords(facts)
+    for (station, module, _adapter), records in sorted(chains.items(), key=lambda one: tuple(map(str, one[0]))):
+        verified = [verify(one, kept) for one in records]
+        bad = (RecordState.ALTERED, RecordState.CHAIN_BROKEN, RecordState.UNREADABLE)
+        faults = [one.sentences()[0] for one in verified if one.state in bad]
+        links = _missing((one.get("previous"), one.get("hash")) for one in records)
+        name = module if isinstance(module, str) else None
+        states.append(ChainState(station=station, module=name, is_audit=False, count=len(records), missing=links,
+                                 faults=tuple(faults)))  # fmt: skip
+    return states
+
+
+def _audit_chains(facts: LocalFacts) -> list[ChainState]:
+    chains: dict[str, list[Mapping[str, object]]] = {}
+    for fact in facts.of_kind(FactKind.AUDIT):
+        chains.setdefault(fact.station, []).append(fact.content)
+    return [
+        ChainState(station=station, module=None, is_audit=True, count=len(links),
+                   missing=_missing((one.get("previous"), one.get("hash")) for one in links if _is_link(one)))
+        for station, links in sorted(chains.items())
+    ]  # fmt: skip
+
+
+def _missing(links: Iterable[tuple[object, object]]) -> int:
+    """How many links are named as the one before and are not there. The first has none before it."""
+    pairs = list(links)
+    there = {hash_ for _, hash_ in pairs}
+    return sum(1 for previous in Counter(previous for previous, _ in pairs) if previous and previous not in there)
+
+
+def _is_link(content: Mapping[str, object]) -> bool:
+    previous, entry = content.get("previous"), content.get("entry")
+    if not isinstance(previous, str) or not isinstance(entry, list):
+        return False
+    return all(one is None or isinstance(one, str | int) for one in entry) and (
+        chain_hash(previous, *entry) == content.get("hash")
+    )
+
+
+def _is_double(one: Record, record: Mapping[str, object]) -> bool:
+    if one.get("hash") == record.get("hash"):
+        return False
+    return all(one.get(key) == record.get(key) for key in ("number", "module", "station"))

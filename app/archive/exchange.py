@@ -1,0 +1,83 @@
+"""The union of two sets of facts: what one has and the other lacks, page by page.
+
+Each page is whole by itself, and what is missing is found by comparing. So an exchange may be broken off anywhere, may
+run twice, beside another one, and in any order: the next one goes on where facts are missing.
+"""
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, field
+from typing import Final
+
+from app.archive.fact_set import FactSet
+from app.archive.facts import Fact, FactRefused, FactRow, RefusedFact, checked
+
+PAGE: Final = 200
+MOST_REFUSALS: Final = 1000
+"""That are named; more are counted."""
+
+
+@dataclass(slots=True)
+class Exchanged:
+    """`refused`: what the other side holds and was not taken over. `damaged`: what this side holds and was not sent."""
+
+    sent: int = 0
+    received: int = 0
+    refused: list[RefusedFact] = field(default_factory=list)
+    damaged: list[RefusedFact] = field(default_factory=list)
+    refused_count: int = 0
+
+    @property
+    def is_whole(self) -> bool:
+        return not self.refused_count and not self.damaged
+
+
+OnProgress = Callable[[Exchanged], None]
+"""After each page. May raise, to break off."""
+
+
+def exchange(
+    here: FactSet,
+    there: FactSet,
+    *,
+    sends: bool = True,
+    receives: bool = True,
+    on_page: OnProgress = lambda _done: None,
+    page: int = PAGE,
+) -> Exchanged:
+    """`here` is this computer. Raises `ArchiveTrouble`; what was exchanged before stays."""
+    done = Exchanged()
+    mine, theirs = here.digests(), there.digests()
+    for bucket in sorted(mine.keys() | theirs.keys()):
+        if mine.get(bucket) == theirs.get(bucket):
+            continue
+        known, offered = here.rows(bucket), there.rows(bucket)
+        if receives:
+            # Also what is here already and reads differently there: one of the two was altered, and is named.
+            for ids in _pages([one for one, digest in offered.items() if known.get(one) != digest], page):
+                facts, refused = _checked(there.read(ids))
+                done.received += here.add([one for one in facts if one.id not in known])
+                done.refused += refused[: MOST_REFUSALS - len(done.refused)]
+                done.refused_count += len(refused)
+                on_page(done)
+        if sends:
+            for ids in _pages([one for one in known if one not in offered], page):
+                facts, damaged = _checked(here.read(ids))
+                done.sent += there.add(facts)
+                done.damaged += damaged
+                on_page(done)
+    return done
+
+
+def _checked(rows: Sequence[FactRow]) -> tuple[list[Fact], list[RefusedFact]]:
+    facts, refused = [], []
+    for row in rows:
+        try:
+            facts.append(checked(row))
+        except FactRefused as error:
+            refused.append(error.refusal)
+    return facts, refused
+
+
+def _pages(ids: Sequence[str], page: int) -> Iterator[Sequence[str]]:
+    for start in range(0, len(ids), page):
+        yield ids[start : start + page]

@@ -1,0 +1,154 @@
+"""Facts in one file, for stations without a server: a USB stick carries them.
+
+    JSON Lines   the first line says what it is; each line after it is one fact
+    export       adds what the file lacks; what others exported into it stays
+    import       takes over what this computer lacks
+
+A file is a set of facts like a server, and is read as hostile: what was altered in it is named and left out.
+"""
+
+import json
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+from typing import IO, Final, NamedTuple
+
+from app.archive.fact_set import ArchiveTrouble, Digests, digests_of_rows
+from app.archive.facts import (
+    FACT_COLUMNS,
+    LONGEST_PAYLOAD,
+    Fact,
+    FactRefused,
+    FactRow,
+    RefusedFact,
+    checked,
+    row_digest,
+)
+from app.system.files import whole_file
+from app.text.messages import said
+from app.text.sentences import reason_of
+from protocol.translatable import marked
+
+FORMAT: Final = "dps-s archive"
+VERSION: Final = 1
+_LONGEST_LINE: Final = 2 * LONGEST_PAYLOAD
+_COPIED_AT_ONCE: Final = 1 << 20
+
+
+class _Place(NamedTuple):
+    start: int
+    length: int
+    digest: str
+
+
+class FactFile:
+    """A `FactSet` over a file."""
+
+    def __init__(self, path: Path, *, is_new: bool = False) -> None:
+        """`is_new`: it may be missing. Raises `ArchiveTrouble`."""
+        self.path = path
+        self.refused: list[RefusedFact] = []
+        """Lines of it that are no facts."""
+        self._places: dict[str, _Place] = {}
+        self._added: set[str] = set()
+        self._draft: IO[bytes] | None = None
+        try:
+            if not is_new or path.exists():
+                with path.open("rb") as file:
+                    self._scan(file)
+        except (OSError, ValueError) as error:  # ValueError: a NUL in the name
+            raise ArchiveTrouble(
+                said(marked("{file} cannot be read: {why}."), file=path, why=reason_of(error))
+            ) from error
+
+    def digests(self) -> Digests:
+        return digests_of_rows((id_, place.digest) for id_, place in self._places.items())
+
+    def rows(self, bucket: str) -> Mapping[str, str]:
+        return {id_: place.digest for id_, place in self._places.items() if id_.startswith(bucket)}
+
+    def read(self, ids: Sequence[str]) -> Sequence[FactRow]:
+        places = sorted(self._places[one] for one in ids if one in self._places)
+        try:
+            with self.path.open("rb") as file:
+                return [_row(_line_at(file, place)) for place in places]
+        except OSError as error:
+            raise ArchiveTrouble(
+                said(marked("{file} cannot be read: {why}."), file=self.path, why=reason_of(error))
+            ) from error
+
+    @contextmanager
+    def writing(self) -> Iterator[None]:
+        """What is added inside is in the file when this ends, with what was there before; or the file stays as it was.
+        Raises `ArchiveTrouble`."""
+        try:
+            with whole_file(self.path) as file:
+                self._copy_to(file)
+                self._draft = file
+                yield
+        except (OSError, ValueError) as error:
+            raise ArchiveTrouble(
+                said(marked("{file} cannot be written: {why}."), file=self.path, why=reason_of(error))
+            ) from error
+        finally:
+            self._draft = None
+
+    def add(self, facts: Sequence[Fact]) -> int:
+        """Within `writing`."""
+        if self._draft is None:
+            raise RuntimeError("nothing is being written")
+        new = {one.id: one for one in facts if one.id not in self._places and one.id not in self._added}
+        for fact in new.values():
+            row = dict(zip(FACT_COLUMNS, fact.row, strict=True))
+            self._draft.write(json.dumps(row, separators=(",", ":")).encode("ascii") + b"\n")
+        self._added |= new.keys()
+        return len(new)
+
+    def _copy_to(self, file: IO[bytes]) -> None:
+        """What the file holds already, else its first line."""
+        last = b"\n"
+        if not self.path.is_file():
+            file.write(json.dumps({"format": FORMAT, "version": VERSION}).encode() + b"\n")
+            return
+        with self.path.open("rb") as old:
+            while part := old.read(_COPIED_AT_ONCE):
+                file.write(part)
+                last = part[-1:]
+        if last != b"\n":  # a file that was cut off
+            file.write(b"\n")
+
+    def _scan(self, file: IO[bytes]) -> None:
+        head = _parsed(file.readline(_LONGEST_LINE))
+        if head.get("format") != FORMAT:
+            raise ArchiveTrouble(said(marked("{file} is no archive file."), file=self.path))
+        if head.get("version") != VERSION:
+            text = marked("{file} was written by a newer version of this program.")
+            raise ArchiveTrouble(said(text, file=self.path))
+        start = file.tell()
+        while line := file.readline(_LONGEST_LINE):
+            row = _row(line)
+            try:
+                fact = checked(row)
+            except FactRefused as error:
+                self.refused.append(error.refusal)
+            else:
+                self._places[fact.id] = _Place(start, len(line), row_digest(fact.row))
+            start += len(line)
+
+
+def _line_at(file: IO[bytes], place: _Place) -> bytes:
+    file.seek(place.start)
+    return file.read(place.length)
+
+
+def _row(line: bytes) -> FactRow:
+    value = _parsed(line)
+    return tuple(value.get(name) for name in FACT_COLUMNS)
+
+
+def _parsed(line: bytes) -> Mapping[str, object]:
+    try:
+        value = json.loads(line)
+    except (ValueError, RecursionError):
+        return {}
+    return value if isinstance(value, dict) else {}

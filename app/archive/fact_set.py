@@ -1,0 +1,55 @@
+"""What has facts: this computer, a server, a file. One shape for all, so that one code makes their union."""
+
+import hashlib
+from collections.abc import Iterable, Mapping, Sequence
+from typing import Final, Protocol
+
+from app.archive.facts import Fact, FactRow
+from app.text.messages import UserMessage
+
+BUCKET: Final = 2
+"""Characters of an id by which a set is compared part by part."""
+
+Digests = Mapping[str, tuple[int, str]]
+"""By the beginning of the ids: how many facts there are, and a digest of them."""
+
+
+class FactSet(Protocol):
+    """Facts are only ever added. Raises `ArchiveTrouble` where it cannot be read or written."""
+
+    def digests(self) -> Digests:
+        """What differs in a part differs here."""
+        ...
+
+    def rows(self, bucket: str) -> Mapping[str, str]:
+        """The digest of each row whose id begins so, by id."""
+        ...
+
+    def read(self, ids: Sequence[str]) -> Sequence[FactRow]:
+        """Unchecked, in any order; those that are there."""
+        ...
+
+    def add(self, facts: Sequence[Fact]) -> int:
+        """All of them or none are in it when this returns; how many are new. What is there already stays as it is."""
+        ...
+
+
+class ArchiveTrouble(Exception):
+    """A server or file cannot be used. `message` is for people; nothing of a password is in it."""
+
+    def __init__(self, message: UserMessage) -> None:
+        super().__init__(message.in_english())
+        self.message = message
+
+
+def digest_of(rows: Iterable[tuple[str, str]]) -> str:
+    """Of the rows of one part, by id."""
+    together = "".join(digest for _, digest in sorted(rows))
+    return hashlib.md5(together.encode(), usedforsecurity=False).hexdigest()
+
+
+def digests_of_rows(rows: Iterable[tuple[str, str]]) -> Digests:
+    parts: dict[str, list[tuple[str, str]]] = {}
+    for id_, digest in rows:
+        parts.setdefault(id_[:BUCKET], []).append((id_, digest))
+    return {bucket: (len(part), digest_of(part)) for bucket, part in parts.items()}

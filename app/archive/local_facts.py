@@ -1,0 +1,196 @@
+"""The facts that this computer knows, its own and other stations', in a SQLite file beside the store.
+
+A file of its own, so that opening, copying and writing the store stay as fast as they are. All of it but what was told
+by other stations can be made again from the store, and that is on the server or in their files.
+"""
+
+from collections.abc import Mapping, Sequence
+from contextlib import AbstractContextManager
+from pathlib import Path
+from typing import Final, NamedTuple
+
+from app.archive.fact_set import ArchiveTrouble, Digests, digests_of_rows
+from app.archive.facts import FACT_COLUMNS, Fact, FactKind, FactRow, row_digest
+from app.store.database import Clock, Database, StoreTrouble, open_database, utc_now
+from app.text.messages import UserMessage
+
+FACTS_FILE: Final = "archive.sqlite"
+_COLUMNS: Final = ", ".join(FACT_COLUMNS)
+_MOST_VALUES: Final = 500
+"""In one statement."""
+
+FACT_TABLES: Final[tuple[tuple[str, ...], ...]] = (
+    (
+        """
+        CREATE TABLE facts (
+            number INTEGER PRIMARY KEY AUTOINCREMENT,
+            id TEXT NOT NULL UNIQUE,
+            kind TEXT NOT NULL,
+            station TEXT NOT NULL,
+            made_at TEXT NOT NULL,
+            payload TEXT NOT NULL,
+            signature TEXT NOT NULL,
+            digest TEXT NOT NULL,
+            module TEXT,
+            link TEXT
+        ) STRICT
+        """,
+        "CREATE INDEX facts_compared ON facts (id, digest)",
+        "CREATE INDEX facts_by_module ON facts (module, station, kind)",
+        "CREATE INDEX facts_by_link ON facts (link)",
+        "CREATE INDEX facts_by_kind ON facts (kind, number)",
+        "CREATE TABLE sources (name TEXT PRIMARY KEY, last INTEGER NOT NULL) STRICT",
+        """
+        CREATE TABLE exchanges (
+            place TEXT PRIMARY KEY,
+            at TEXT NOT NULL,
+            last INTEGER NOT NULL
+        ) STRICT
+        """,
+    ),
+)
+
+
+class LastExchange(NamedTuple):
+    """With a server or a file. `last`: the number of the last fact here that is there, too."""
+
+    place: str
+    at: str
+    last: int
+
+
+class LocalFacts:
+    """A `FactSet`, and what is asked of it here. Any thread may call. Raises `ArchiveTrouble`."""
+
+    def __init__(self, database: Database, notice: str | None = None) -> None:
+        self.database = database
+        self.notice = notice
+        """That a damaged file was set aside."""
+
+    def close(self) -> None:
+        self.database.close()
+
+    def together(self) -> AbstractContextManager[None]:
+        return self.database.together()
+
+    # The set
+
+    def digests(self) -> Digests:
+        return digests_of_rows(self._read("SELECT id, digest FROM facts"))
+
+    def rows(self, bucket: str) -> Mapping[str, str]:
+        return dict(self._read("SELECT id, digest FROM facts WHERE id >= ? AND id < ?", (bucket, f"{bucket}g")))
+
+    def read(self, ids: Sequence[str]) -> Sequence[FactRow]:
+        found: list[FactRow] = []
+        for start in range(0, len(ids), _MOST_VALUES):
+            part = ids[start : start + _MOST_VALUES]
+            places = ", ".join("?" * len(part))
+            found += self._read(f"SELECT {_COLUMNS} FROM facts WHERE id IN ({places})", part)  # noqa: S608
+        return found
+
+    def add(self, facts: Sequence[Fact]) -> int:
+        if not facts:
+            return 0
+        try:
+            with self.database.together():
+                before = self.last_number()
+                for fact in facts:
+                    self.database.write(
+                        f"INSERT INTO facts ({_COLUMNS}, digest, module, link) "  # noqa: S608
+                        "VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?) ON CONFLICT DO NOTHING",
+                        (*fact.row, row_digest(fact.row), *_looked_up_by(fact)),
+                    )
+                return self.count_after(before)
+        except StoreTrouble as error:
+            raise _trouble(error) from error
+
+    # What is asked of it
+
+    def has(self, ids: Sequence[str]) -> set[str]:
+        found: set[str] = set()
+        for start in range(0, len(ids), _MOST_VALUES):
+            part = ids[start : start + _MOST_VALUES]
+            places = ", ".join("?" * len(part))
+            found |= {row[0] for row in self._read(f"SELECT id FROM facts WHERE id IN ({places})", part)}  # noqa: S608
+        return found
+
+    def of_kind(self, kind: FactKind, module: str | None = None) -> list[Fact]:
+        """In the order in which they came here; `module`: only those of the modules of this name."""
+        query = f"SELECT {_COLUMNS} FROM facts WHERE kind = ?"  # noqa: S608
+        values: tuple[str, ...] = (kind.value,)
+        if module is not None:
+            query, values = f"{query} AND module = ?", (*values, module)
+        return [Fact(*row) for row in self._read(f"{query} ORDER BY number", values)]
+
+    def linked(self, link: str) -> list[Fact]:
+        """By the hash of a check's record, or of a link of the audit log."""
+        query = f"SELECT {_COLUMNS} FROM facts WHERE link = ?"  # noqa: S608
+        return [Fact(*row) for row in self._read(query, (link,))]
+
+    def counts(self) -> Mapping[str, int]:
+        """By station."""
+        return dict(self._read("SELECT station, count(*) FROM facts GROUP BY station"))
+
+    def last_number(self) -> int:
+        return int(self._read("SELECT coalesce(max(number), 0) FROM facts")[0][0])
+
+    def count_after(self, number: int) -> int:
+        return int(self._read("SELECT count(*) FROM facts WHERE number > ?", (number,))[0][0])
+
+    # How far it got
+
+    def last_collected(self, source: str) -> int:
+        rows = self._read("SELECT last FROM sources WHERE name = ?", (source,))
+        return rows[0][0] if rows else 0
+
+    def note_collected(self, source: str, last: int) -> None:
+        self._write(
+            "INSERT INTO sources (name, last) VALUES (?, ?) ON CONFLICT (name) DO UPDATE SET last = excluded.last",
+            (source, last),
+        )
+
+    def last_exchange(self, place: str) -> LastExchange | None:
+        rows = self._read("SELECT place, at, last FROM exchanges WHERE place = ?", (place,))
+        return LastExchange(*rows[0]) if rows else None
+
+    def note_exchange(self, place: str, last: int) -> None:
+        """Whole: all facts up to the number `last` are there."""
+        self._write(
+            "INSERT INTO exchanges (place, at, last) VALUES (?, ?, ?) "
+            "ON CONFLICT (place) DO UPDATE SET at = excluded.at, last = excluded.last",
+            (place, self.database.now(), last),
+        )
+
+    def _read(self, query: str, values: Sequence[object] = ()) -> list[tuple]:  # type: ignore[type-arg]
+        try:
+            return self.database.read(query, values)
+        except StoreTrouble as error:
+            raise _trouble(error) from error
+
+    def _write(self, statement: str, values: Sequence[object]) -> None:
+        try:
+            self.database.write(statement, values)
+        except StoreTrouble as error:
+            raise _trouble(error) from error
+
+
+def open_facts(folder: Path, *, clock: Clock = utc_now) -> LocalFacts:
+    """Made where there is none; a damaged one is set aside. Raises `ArchiveTrouble`."""
+    try:
+        opened = open_database(folder, clock=clock, migrations=FACT_TABLES, name=FACTS_FILE)
+    except StoreTrouble as error:
+        raise _trouble(error) from error
+    return LocalFacts(opened.database, opened.set_aside.sentence if opened.set_aside is not None else None)
+
+
+def _looked_up_by(fact: Fact) -> tuple[str | None, str | None]:
+    """The name of its module, and the hash of the chain's link that it is."""
+    content = fact.content
+    record = content.get("record")
+    module, link = content.get("module"), record.get("hash") if isinstance(record, dict) else content.get("hash")
+    return module if isinstance(module, str) else None, link if isinstance(link, str) else None
+
+
+def _trouble(error: StoreTrouble) -> ArchiveTrouble:
+    return ArchiveTrouble(UserMessage(error.sentence))

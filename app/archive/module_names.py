@@ -1,0 +1,240 @@
+"""Which modules of several stations are the same one.
+
+A module has no number of its own. Everywhere it is what one station calls it: (station, name). Two of them are one
+module only when a person has said so; until then they are shown beside each other. What a person says is a fact itself,
+so it reaches every station, and the last word on a pair counts: the highest revision, whatever the clocks say.
+"""
+
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from enum import Enum
+from itertools import combinations
+from typing import Final, NamedTuple
+
+from app.archive.facts import Fact, FactKind
+from app.archive.local_facts import LocalFacts
+from app.text.messages import UserMessage, clean, said
+from protocol.translatable import marked
+
+LONGEST_NAME: Final = 200
+
+
+class NamedModule(NamedTuple):
+    """A module as one station (its public key) calls it."""
+
+    station: str
+    name: str
+
+
+Pair = tuple[NamedModule, NamedModule]
+"""The smaller one first."""
+Leader = Callable[[NamedModule], NamedModule]
+"""The one that stands for all that are the same module."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Settlement:
+    """What a person said of two modules. `name`: what the one module is called, where they are the same."""
+
+    pair: Pair
+    is_same: bool
+    name: str
+    who: str
+    revision: int
+    made_at: str = ""
+    id: str = ""
+
+    def content(self) -> dict[str, object]:
+        """As a fact."""
+        return {
+            "modules": [list(one) for one in self.pair], "is_same": self.is_same, "name": self.name, "who": self.who,
+            "revision": self.revision,
+        }  # fmt: skip
+
+    @property
+    def rank(self) -> tuple[int, str, str]:
+        return (self.revision, self.made_at, self.id)
+
+
+class ConflictKind(Enum):
+    """The value is its name in JSON."""
+
+    SAME_NAME = "same_name"
+    """Two stations use one name: one module, or two?"""
+    SAME_RECORDS = "same_records"
+    """Two names, and the same trigger records: one module, named twice?"""
+    CONTRADICTION = "contradiction"
+    """Said to be different, and each said to be the same as a third."""
+
+
+_QUESTIONS: Final[Mapping[ConflictKind, str]] = {
+    ConflictKind.SAME_NAME: marked("Two stations use the name “{one}”. Is it the same module?"),
+    ConflictKind.SAME_RECORDS: marked("“{one}” and “{other}” keep the same trigger records. Are they the same module?"),
+    ConflictKind.CONTRADICTION: marked("“{one}” and “{other}” were said to be different, and the same as a third."),
+}
+
+
+@dataclass(frozen=True, slots=True)
+class Conflict:
+    """For a person to settle."""
+
+    kind: ConflictKind
+    pair: Pair
+
+    def question(self) -> UserMessage:
+        one, other = (clean(module.name, longest=60) for module in self.pair)
+        return said(_QUESTIONS[self.kind], one=one, other=other)
+
+
+@dataclass(frozen=True, slots=True)
+class KnownModule:
+    """One module, as far as people have said. `members`: what the stations call it."""
+
+    name: str
+    members: tuple[NamedModule, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class ModuleNames:
+    """`modules` by name. `conflicts`: what nobody has settled."""
+
+    modules: tuple[KnownModule, ...]
+    conflicts: tuple[Conflict, ...]
+
+    def module_of(self, member: NamedModule) -> KnownModule | None:
+        return next((one for one in self.modules if member in one.members), None)
+
+    def named(self, name: str) -> tuple[KnownModule, ...]:
+        """By its name, or by what a station calls it."""
+        wanted = _folded(name)
+        exact = tuple(one for one in self.modules if _folded(one.name) == wanted)
+        return exact or tuple(
+            one for one in self.modules if any(_folded(member.name) == wanted for member in one.members)
+        )
+
+
+def pair_of(one: NamedModule, other: NamedModule) -> Pair:
+    return (one, other) if one <= other else (other, one)
+
+
+def module_of_fact(fact: Fact) -> NamedModule | None:
+    """Whom a fact is about; None for a module without a name."""
+    name = fact.content.get("module")
+    return NamedModule(fact.station, name) if isinstance(name, str) and name and len(name) <= LONGEST_NAME else None
+
+
+def settlements_in(facts: LocalFacts) -> dict[Pair, Settlement]:
+    """The last word on each pair."""
+    last: dict[Pair, Settlement] = {}
+    for fact in facts.of_kind(FactKind.SETTLEMENT):
+        found = _settlement(fact)
+        if found is not None and (found.pair not in last or last[found.pair].rank < found.rank):
+            last[found.pair] = found
+    return last
+
+
+def names_of(facts: LocalFacts) -> ModuleNames:
+    """Raises `ArchiveTrouble`."""
+    members = {found for fact in facts.of_kind(FactKind.MODULE) if (found := module_of_fact(fact)) is not None}
+    settled = settlements_in(facts)
+    members |= {one for pair in settled for one in pair}
+    return _names(sorted(members), settled, _records_by_module(facts))
+
+
+def _names(
+    members: Sequence[NamedModule], settled: Mapping[Pair, Settlement], records: Mapping[NamedModule, frozenset[str]]
+) -> ModuleNames:
+    group = {one: one for one in members}
+
+    def leader(one: NamedModule) -> NamedModule:
+        while group[one] != one:
+            one = group[one]
+        return one
+
+    for pair, settlement in sorted(settled.items()):
+        if settlement.is_same:
+            first, second = sorted((leader(pair[0]), leader(pair[1])))
+            group[second] = first
+    groups: dict[NamedModule, list[NamedModule]] = {}
+    for one in members:
+        groups.setdefault(leader(one), []).append(one)
+    modules = [KnownModule(_name_of(part, settled.values()), tuple(part)) for part in groups.values()]
+    conflicts = [*_contradictions(settled, leader), *_open(members, settled, records, leader)]
+    return ModuleNames(tuple(sorted(modules, key=lambda one: (_folded(one.name), one.members))), tuple(conflicts))
+
+
+def _name_of(members: Sequence[NamedModule], settlements: Iterable[Settlement]) -> str:
+    said_names = [one for one in settlements if one.is_same and one.name and one.pair[0] in members]
+    return max(said_names, key=lambda one: one.rank).name if said_names else members[0].name
+
+
+def _contradictions(settled: Mapping[Pair, Settlement], leader: Leader) -> Iterator[Conflict]:
+    for pair, settlement in sorted(settled.items()):
+        if not settlement.is_same and leader(pair[0]) == leader(pair[1]):
+            yield Conflict(ConflictKind.CONTRADICTION, pair)
+
+
+def _open(
+    members: Sequence[NamedModule],
+    settled: Mapping[Pair, Settlement],
+    records: Mapping[NamedModule, frozenset[str]],
+    leader: Leader,
+) -> Iterator[Conflict]:
+    """As few questions as may settle it: of three by one name the first is asked about with each of the others."""
+    apart = {(leader(pair[0]), leader(pair[1])) for pair, one in settled.items() if not one.is_same}
+    apart |= {(second, first) for first, second in apart}
+    by_name: dict[str, list[NamedModule]] = {}
+    by_record: dict[str, list[NamedModule]] = {}
+    for one in members:
+        by_name.setdefault(_folded(one.name), []).append(one)
+        for raw in records.get(one, ()):
+            by_record.setdefault(raw, []).append(one)
+    asked = {one: one for one in map(leader, members)}
+
+    def asked_with(one: NamedModule) -> NamedModule:
+        while asked[one] != one:
+            one = asked[one]
+        return one
+
+    for kind, parts in ((ConflictKind.SAME_NAME, by_name), (ConflictKind.SAME_RECORDS, by_record)):
+        for part in parts.values():
+            for one, other in combinations(part, 2):
+                leaders = (leader(one), leader(other))
+                first, second = map(asked_with, leaders)
+                if one.station != other.station and first != second and leaders not in apart:
+                    asked[second] = first
+                    yield Conflict(kind, pair_of(one, other))
+
+
+def _records_by_module(facts: LocalFacts) -> dict[NamedModule, frozenset[str]]:
+    found: dict[NamedModule, set[str]] = {}
+    for fact in facts.of_kind(FactKind.TRIGGER_RECORD):
+        module, raw = module_of_fact(fact), fact.content.get("raw")
+        if module is not None and isinstance(raw, str):
+            found.setdefault(module, set()).add(raw)
+    return {module: frozenset(raws) for module, raws in found.items()}
+
+
+def _settlement(fact: Fact) -> Settlement | None:
+    """None for what no version of this program writes."""
+    content = fact.content
+    modules, is_same, name, who, revision = (
+        content.get(key) for key in ("modules", "is_same", "name", "who", "revision")
+    )
+    if not (isinstance(modules, list) and len(modules) == 2 and all(_is_module(one) for one in modules)):
+        return None
+    if not (isinstance(is_same, bool) and isinstance(name, str) and isinstance(who, str) and type(revision) is int):
+        return None
+    one, other = (NamedModule(*module) for module in modules)
+    return Settlement(
+        pair=pair_of(one, other), is_same=is_same, name=clean(name, longest=LONGEST_NAME), who=clean(who),
+        revision=revision, made_at=fact.made_at, id=fact.id,
+    )  # fmt: skip
+
+
+def _is_module(value: object) -> bool:
+    return isinstance(value, list) and len(value) == 2 and all(isinstance(one, str) and one for one in value)
+
+
+def _folded(name: str) -> str:
+    return " ".join(name.split()).casefold()

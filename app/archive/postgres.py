@@ -1,0 +1,166 @@
+"""Facts on a PostgreSQL server: one table, to which rows are only ever added.
+
+The SQL is what CockroachDB, YugabyteDB and Citus take, too. psycopg is loaded here, when a server is used, and nowhere
+else. The password comes from libpq's own places (PGPASSFILE, a service file), from the keyring, or from the address.
+"""
+
+import logging
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager, suppress
+from importlib import import_module
+from string import hexdigits
+from typing import TYPE_CHECKING, Any, Final
+
+from app.archive.fact_set import BUCKET, ArchiveTrouble, Digests
+from app.archive.facts import FACT_COLUMNS, LONGEST_PAYLOAD, Fact, FactRow
+from app.archive.server_url import ServerUrl, server_url
+from app.text.messages import UserMessage, said
+from protocol.translatable import marked
+
+if TYPE_CHECKING:
+    import psycopg
+
+_log = logging.getLogger(__name__)
+
+INSTALL: Final = 'pip install "dps-s-configurator[archive]"'
+KEYRING_SERVICE: Final = "dps-s archive"
+CONNECT_LIMIT_S: Final = 10
+STATEMENT_LIMIT_S: Final = 120
+TABLE: Final = "dps_s_facts"
+CREATE_TABLE: Final = (
+    f"CREATE TABLE IF NOT EXISTS {TABLE} (id TEXT PRIMARY KEY, kind TEXT NOT NULL, station TEXT NOT NULL, "
+    "made_at TEXT NOT NULL, payload TEXT NOT NULL, signature TEXT NOT NULL)"
+)
+_ALIVE: Final = {
+    "keepalives_idle": "10",
+    "keepalives_interval": "5",
+    "keepalives_count": "3",
+    "tcp_user_timeout": "20000",
+}
+"""A server that is gone is noticed within half a minute."""
+_COLUMNS: Final = ", ".join(FACT_COLUMNS)
+_DIGEST: Final = "md5(" + " || '|' || ".join(FACT_COLUMNS) + ")"
+"""`row_digest` in SQL."""
+_NO_TABLE: Final = "42P01"
+_NO_PASSWORD: Final = ("no password supplied", "password authentication failed", "28P01", "28000")
+
+
+class PostgresFacts:
+    """A `FactSet` on a server; made by `open_server`. Used by one thread."""
+
+    def __init__(self, url: ServerUrl, connection: "psycopg.Connection[Any]") -> None:
+        self.url = url
+        self._connection = connection
+
+    def close(self) -> None:
+        """Never raises."""
+        with suppress(Exception):
+            self._connection.close()
+
+    def digests(self) -> Digests:
+        rows = self._read(
+            f"SELECT substr(id, 1, {BUCKET}), count(*), md5(string_agg({_DIGEST}, '' ORDER BY id)) "  # noqa: S608
+            f"FROM {TABLE} GROUP BY substr(id, 1, {BUCKET})"
+        )
+        return {str(bucket): (int(count), str(digest)) for bucket, count, digest in rows}
+
+    def rows(self, bucket: str) -> Mapping[str, str]:
+        query = f"SELECT id, {_DIGEST} FROM {TABLE} WHERE substr(id, 1, {BUCKET}) = %s"  # noqa: S608
+        values: tuple[str, ...] = (bucket,)
+        if all(one in hexdigits for one in bucket):  # by the key's index
+            query, values = f"{query} AND id >= %s AND id < %s", (bucket, bucket, f"{bucket}g")
+        return {str(id_): str(digest) for id_, digest in self._read(query, values)}
+
+    def read(self, ids: Sequence[str]) -> Sequence[FactRow]:
+        """What is longer than any fact comes cut, so that it fits no id."""
+        places = ", ".join(["%s"] * len(ids))
+        shown = ", ".join(f"substr({name}, 1, {LONGEST_PAYLOAD + 1})" for name in FACT_COLUMNS)
+        return self._read(f"SELECT {shown} FROM {TABLE} WHERE id IN ({places})", ids)  # noqa: S608
+
+    def add(self, facts: Sequence[Fact]) -> int:
+        if not facts:
+            return 0
+        places = ", ".join(["(%s, %s, %s, %s, %s, %s)"] * len(facts))
+        values = [value for fact in facts for value in fact.row]
+        statement = f"INSERT INTO {TABLE} ({_COLUMNS}) VALUES {places} ON CONFLICT DO NOTHING"  # noqa: S608
+        with _troubles(self.url):
+            return max(0, self._connection.execute(statement, values).rowcount)
+
+    def _read(self, query: str, values: Sequence[object] = ()) -> list[tuple[Any, ...]]:
+        with _troubles(self.url):
+            return self._connection.execute(query, values).fetchall()
+
+
+def open_server(text: str) -> PostgresFacts:
+    """Raises `ArchiveTrouble`."""
+    url = server_url(text)
+    connection = _connect(url)
+    try:
+        with _troubles(url):
+            connection.execute(f"SET statement_timeout = '{STATEMENT_LIMIT_S}s'")
+            _find_table(connection)
+    except BaseException:
+        connection.close()
+        raise
+    return PostgresFacts(url, connection)
+
+
+def _connect(url: ServerUrl) -> "psycopg.Connection[Any]":
+    try:
+        import psycopg
+    except ImportError as error:
+        text = marked("The archive server needs psycopg, which is not installed: {command}")
+        raise ArchiveTrouble(said(text, command=INSTALL)) from error
+    given: dict[str, Any] = {**_ALIVE, "connect_timeout": CONNECT_LIMIT_S, **dict(url.secrets)}
+    for name, _value in url.options:
+        given.pop(name, None)  # the address says otherwise
+    if url.password:
+        given["password"] = url.password
+    try:
+        return psycopg.connect(url.shown, autocommit=True, **given)
+    except psycopg.Error as error:
+        password = None if "password" in given else _password_of_keyring(url, error)
+        if password is None:
+            raise _trouble(url, error) from None
+        url = url._replace(password=password)
+        with _troubles(url):
+            return psycopg.connect(url.shown, autocommit=True, **given | {"password": password})
+
+
+def _password_of_keyring(url: ServerUrl, error: Exception) -> str | None:
+    """Where the server asks for one and libpq found none; None without a keyring, or without an entry in it."""
+    if not any(sign in str(error) for sign in _NO_PASSWORD):
+        return None
+    try:
+        found = import_module("keyring").get_password(KEYRING_SERVICE, f"{url.user}@{url.place}")
+    except Exception as trouble:  # noqa: BLE001  a keyring may be locked, absent or broken in ways of its own
+        _log.info("The keyring gives no password: %s", type(trouble).__name__)
+        return None
+    return found if isinstance(found, str) and found else None
+
+
+def _find_table(connection: "psycopg.Connection[Any]") -> None:
+    """Makes it where it is missing and this role may; else PostgreSQL says that it may not."""
+    import psycopg
+
+    try:
+        connection.execute(f"SELECT id FROM {TABLE} LIMIT 1")  # noqa: S608
+    except psycopg.Error as error:
+        if error.sqlstate != _NO_TABLE:
+            raise
+        connection.execute(CREATE_TABLE)
+
+
+@contextmanager
+def _troubles(url: ServerUrl) -> Iterator[None]:
+    import psycopg
+
+    try:
+        yield
+    except (psycopg.Error, UnicodeError) as error:
+        raise _trouble(url, error) from None
+
+
+def _trouble(url: ServerUrl, error: Exception) -> ArchiveTrouble:
+    why = UserMessage(url.scrubbed(str(error)) or type(error).__name__)
+    return ArchiveTrouble(said(marked("The archive server {server} cannot be used: {why}"), server=url.shown, why=why))

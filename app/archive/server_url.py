@@ -1,0 +1,55 @@
+"""The address of an archive server, and the same without its password: only that is shown, stored or logged.
+
+postgresql://USER@HOST:PORT/DATABASE?sslmode=verify-full
+"""
+
+import re
+from typing import Final, NamedTuple
+from urllib.parse import parse_qsl, quote, unquote, urlencode
+
+from app.archive.fact_set import ArchiveTrouble
+from app.text.messages import clean, said
+from protocol.translatable import marked
+
+SCHEMES: Final = ("postgresql", "postgres")
+LONGEST_URL: Final = 2000
+_SECRETS: Final = ("password", "sslpassword", "oauth_client_secret", "scram_client_key", "scram_server_key")
+_URL: Final = re.compile(r"(?P<scheme>\w+)://(?:(?P<user>[^@/?#]*)@)?(?P<place>[^@?#]*)(?:\?(?P<query>[^@#]*))?")
+
+
+class ServerUrl(NamedTuple):
+    """`shown`: without any password; it leads to the same database. `password`: as given, for this connection only."""
+
+    shown: str
+    user: str
+    place: str
+    """Host, port and database."""
+    password: str
+    options: tuple[tuple[str, str], ...]
+    """Those without a secret."""
+    secrets: tuple[tuple[str, str], ...]
+
+    def scrubbed(self, text: str) -> str:
+        """What a library says, without the passwords."""
+        for secret in (self.password, *(value for _, value in self.secrets)):
+            if secret:
+                text = text.replace(secret, "…").replace(quote(secret, safe=""), "…")
+        return clean(" ".join(text.split()), longest=300)
+
+
+def server_url(text: str) -> ServerUrl:
+    """Raises `ArchiveTrouble`; nothing of what was typed is in its sentence, because a password may be."""
+    found = _URL.fullmatch(text.strip()) if len(text) <= LONGEST_URL else None
+    if found is None or found["scheme"].lower() not in SCHEMES:
+        example = "postgresql://USER@HOST/DATABASE"
+        text = marked(
+            "The address must read like {example}; in a password, / @ ? and # are written as %2F %40 %3F %23."
+        )
+        raise ArchiveTrouble(said(text, example=example))
+    user, _, password = (found["user"] or "").partition(":")
+    given = parse_qsl(found["query"] or "", keep_blank_values=True)
+    secrets = tuple((name, value) for name, value in given if name.lower() in _SECRETS)
+    options = tuple((name, value) for name, value in given if name.lower() not in _SECRETS)
+    shown = f"postgresql://{user + '@' if user else ''}{found['place']}"
+    shown += f"?{urlencode(options)}" if options else ""
+    return ServerUrl(shown, unquote(user), found["place"], unquote(password), options, secrets)

@@ -1,0 +1,211 @@
+"""Facts of several stations: what is collected, what a file carries, and that what was altered is named."""
+
+import json
+import sqlite3
+from collections.abc import Iterator
+from contextlib import ExitStack
+from pathlib import Path
+
+import pytest
+
+from app.archive.exchange import Exchanged, exchange
+from app.archive.fact_file import FactFile
+from app.archive.fact_set import ArchiveTrouble
+from app.archive.facts import FactKind, FactRefused, checked, fact_id, make_fact
+from app.archive.local_facts import FACTS_FILE
+from app.guided.results import GuidedVerdict
+from app.store.database import FILE_NAME
+from app.trigger_records.history import Judgement
+from tests.support.records.archive_stations import NOON, ArchiveStation, archive_station
+from tests.support.records.stations_made import station
+
+AT = NOON.isoformat(timespec="milliseconds")
+
+
+@pytest.fixture
+def stations(tmp_path: Path) -> Iterator[list[ArchiveStation]]:
+    with ExitStack() as stack:
+        yield [stack.enter_context(archive_station(tmp_path / name)) for name in "ABC"]
+
+
+def _live(one: ArchiveStation, module: str) -> None:
+    one.meet(module)
+    one.visit(module, 1, 2)
+    one.judge(module, Judgement.REAL)
+    one.snapshot(module)
+    one.test(module)
+    one.act()
+    one.check(module)
+
+
+def _export(one: ArchiveStation, path: Path) -> Exchanged:
+    one.collect()
+    file = FactFile(path, is_new=True)
+    with file.writing():
+        return exchange(one.facts, file, receives=False)
+
+
+def _import(one: ArchiveStation, path: Path) -> Exchanged:
+    return exchange(one.facts, FactFile(path), sends=False)
+
+
+def test_everything_that_a_station_records_is_a_fact_once(stations: list[ArchiveStation]) -> None:
+    one = stations[0]
+    _live(one, "M-07")
+    assert one.collect() > 0
+    assert one.collect() == 0
+    kinds = {kind.value: len(one.facts.of_kind(kind)) for kind in FactKind}
+    assert kinds == {
+        "module": 1, "trigger_record": 2, "judgement": 2, "settings_snapshot": 1, "preflight_check": 1,
+        "guided_test": 1, "audit_link": 2, "settlement": 0,
+    }  # fmt: skip
+    one.judge("M-07", Judgement.FALSE)
+    one.act(is_settled=False)
+    assert one.collect() == 3
+
+
+def test_a_store_that_was_restored_from_a_copy_loses_no_later_fact(tmp_path: Path) -> None:
+    with archive_station(tmp_path) as one:
+        one.act()
+    copy = (tmp_path / FILE_NAME).read_bytes()
+    with archive_station(tmp_path) as one:
+        one.snapshot("M-07")
+        one.act()
+        one.collect()
+        before = one.ids()
+    (tmp_path / FILE_NAME).write_bytes(copy)
+    with archive_station(tmp_path) as one:
+        for threshold in (50, 70):  # the rows have the numbers of those that are gone
+            one.snapshot("M-09", threshold)
+            one.act(is_settled=False)
+        one.collect()
+        assert before < one.ids()
+        links = {row[0] for row in one.store.database.read("SELECT hash FROM audit_chain")}
+        assert links <= {fact.content["hash"] for fact in one.facts.of_kind(FactKind.AUDIT)}
+        found = [fact.content["settings"] for fact in one.facts.of_kind(FactKind.SNAPSHOT, "M-09")]
+        assert found == [{"attitude_threshold_deg": 50}, {"attitude_threshold_deg": 70}]
+
+
+def test_what_was_altered_in_the_audit_log_is_not_shared(stations: list[ArchiveStation]) -> None:
+    one = stations[0]
+    one.act()
+    with sqlite3.connect(one.folder / FILE_NAME) as connection:
+        connection.execute("DROP TRIGGER audit_changed")
+        connection.execute("UPDATE audit SET port = 'elsewhere'")
+    connection.close()
+    one.collect()
+    assert one.facts.of_kind(FactKind.AUDIT) == []
+
+
+def test_a_stick_carries_the_facts_of_all_in_any_order(stations: list[ArchiveStation], tmp_path: Path) -> None:
+    stick = tmp_path / "stick.dpsarchive"
+    for number, one in enumerate(stations):
+        _live(one, f"M-0{number}")
+    for one in (*stations, *stations):
+        _export(one, stick)
+        _import(one, stick)
+    everything = stations[0].content()
+    assert all(one.content() == everything for one in stations)
+    assert len(everything) == len({row[0] for row in everything}) == sum(len(one.ids()) for one in stations) / 3
+    assert _export(stations[0], stick).sent == _import(stations[1], stick).received == 0
+
+
+def test_an_export_that_breaks_off_leaves_the_file_as_it_was(stations: list[ArchiveStation], tmp_path: Path) -> None:
+    stick, one = tmp_path / "stick", stations[0]
+    _live(one, "M-01")
+    _export(one, stick)
+    before = stick.read_bytes()
+    _live(one, "M-02")
+    one.collect()
+    file = FactFile(stick, is_new=True)
+
+    def pull_out(_done: Exchanged) -> None:
+        raise OSError(5, "Input/output error")
+
+    with pytest.raises(ArchiveTrouble, match="cannot be written"), file.writing():
+        exchange(one.facts, file, receives=False, on_page=pull_out)
+    assert stick.read_bytes() == before
+    assert list(tmp_path.glob("*.part")) == []
+
+
+def _alterations(line: dict[str, str]) -> Iterator[dict[str, str]]:
+    """Whatever a person could do to a line: change one part, also with a new id, or sign it with another key."""
+    payload = line["payload"].replace("M-01", "M-02")
+    yield {**line, "payload": payload}
+    yield {**line, "payload": payload, "id": fact_id(line["kind"], line["station"], line["made_at"], payload)}
+    yield {**line, "made_at": "2020-01-01T00:00:00.000+00:00"}
+    yield {**line, "kind": "settlement"}
+    yield {**line, "signature": line["signature"][::-1]}
+    other = make_fact(FactKind.MODULE, line["made_at"], {"module": "M-02"}, station("stranger"))
+    yield dict(zip(line, other.row, strict=True)) | {"station": line["station"]}
+    yield {key: value for key, value in line.items() if key != "kind"}
+    yield {**line, "payload": "[" * 100_000}
+    yield {**line, "id": "../../etc/passwd\x1b[2J"}
+
+
+def test_whatever_was_altered_is_named_and_not_taken_over(stations: list[ArchiveStation], tmp_path: Path) -> None:
+    one, other, stick = stations[0], stations[1], tmp_path / "stick"
+    one.meet("M-01")
+    _export(one, stick)
+    head, text = stick.read_text(encoding="utf-8").splitlines()
+    line = json.loads(text)
+    bad = list(_alterations(line))
+    for altered in bad:
+        with pytest.raises(FactRefused) as caught:
+            checked(tuple(altered.get(name) for name in line))
+        assert "\x1b" not in caught.value.refusal.sentence().in_words()
+    stick.write_text("\n".join((head, *map(json.dumps, bad), "no JSON", "{}", "[]", text[:50])), encoding="utf-8")
+    assert len(FactFile(stick).refused) == len(bad) + 4
+    assert _import(other, stick).received == 0
+    assert _export(one, stick).sent == 1  # the true one is added to it again
+    assert _import(other, stick).received == 1
+    assert other.ids() == one.ids()
+
+
+def test_a_damaged_fact_of_this_computer_is_not_sent(stations: list[ArchiveStation], tmp_path: Path) -> None:
+    one = stations[0]
+    one.meet("M-01")
+    one.collect()
+    with sqlite3.connect(one.folder / FACTS_FILE) as connection:
+        connection.execute('UPDATE facts SET payload = \'{"module":"M-99"}\'')
+    connection.close()
+    done = _export(one, tmp_path / "stick")
+    assert (done.sent, len(done.damaged), done.is_whole) == (0, 1, False)
+
+
+def test_a_fact_of_a_newer_version_is_kept_and_passed_on(stations: list[ArchiveStation], tmp_path: Path) -> None:
+    one, other, stick = stations[0], stations[1], tmp_path / "stick"
+
+    class Newer:
+        value = "parachute_repack"
+
+    fact = make_fact(Newer, AT, {"module": "M-01", "by": "Li"}, one.station)  # type: ignore[arg-type]
+    one.facts.add([fact])
+    _export(one, stick)
+    assert _import(other, stick).received == 1
+    assert other.ids() == {fact.id}
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ("", "is no archive file"),
+        ("PK\x03\x04", "is no archive file"),
+        ('{"format": "dps-s archive", "version": 2}\n', "newer version"),
+        ("[" * 100_000, "is no archive file"),
+    ],
+)
+def test_another_file_is_refused_in_a_sentence(tmp_path: Path, text: str, said: str) -> None:
+    path = tmp_path / "other"
+    path.write_text(text, encoding="utf-8")
+    with pytest.raises(ArchiveTrouble, match=said):
+        FactFile(path)
+    assert path.read_text(encoding="utf-8") == text
+
+
+def test_a_result_says_what_it_was(stations: list[ArchiveStation]) -> None:
+    one = stations[0]
+    one.test("M-01", GuidedVerdict.FAILED)
+    one.collect()
+    (fact,) = one.facts.of_kind(FactKind.GUIDED_TEST, "M-01")
+    assert (fact.content["verdict"], fact.content["who"], fact.made_at) == ("failed", "Li", AT)

@@ -1,0 +1,140 @@
+"""An archive on a PostgreSQL server: what was altered on it, who may do what, passwords, connections that break."""
+
+import logging
+import re
+from collections.abc import Iterator
+from contextlib import ExitStack, closing
+from pathlib import Path
+
+import pytest
+
+from app.archive.exchange import Exchanged, exchange
+from app.archive.fact_set import ArchiveTrouble
+from app.archive.postgres import TABLE, open_server
+from tests.support.archive_server import PASSWORD, ArchiveServer, archive_server
+from tests.support.records.archive_stations import ArchiveStation, archive_station
+
+PAGE = Path(__file__).parents[3] / "docs" / "archive.md"
+
+
+@pytest.fixture(scope="module")
+def server() -> Iterator[ArchiveServer]:
+    with archive_server() as one:
+        yield one
+
+
+@pytest.fixture
+def stations(tmp_path: Path, server: ArchiveServer) -> Iterator[list[ArchiveStation]]:
+    server.run(f"DROP TABLE IF EXISTS {TABLE}")
+    with ExitStack() as stack:
+        yield [stack.enter_context(archive_station(tmp_path / name)) for name in "AB"]
+
+
+def _sync(one: ArchiveStation, url: str) -> Exchanged:
+    one.collect()
+    with closing(open_server(url)) as there:
+        return exchange(one.facts, there, page=5)
+
+
+def test_what_was_altered_on_the_server_is_named_and_not_taken_over(
+    stations: list[ArchiveStation], server: ArchiveServer
+) -> None:
+    one, other = stations
+    for number in range(3):
+        one.check("M-07", cell_v=3.937 + number)
+    one.act()
+    assert _sync(one, server.url()).sent == 6
+    assert _sync(one, server.url()) == Exchanged()
+    server.run(
+        f"UPDATE {TABLE} SET payload = replace(payload, '3.937', '4.137')",
+        f"INSERT INTO {TABLE} SELECT repeat('f', 64), kind, station, made_at, payload, signature FROM {TABLE} "
+        "WHERE kind = 'module'",
+        f"INSERT INTO {TABLE} VALUES ('', '', '', '', '', ''), ('zz" + "9" * 100_000 + "', 'ü', '\x1b[2J', '', '', '')",
+    )
+    for station, received in ((other, 5), (other, 0), (one, 0)):
+        done = _sync(station, server.url())
+        assert (done.received, done.sent, done.refused_count) == (received, 0, 4)
+    assert {one.kind for one in done.refused} == {"preflight_check", "module", "", "ü"}
+    assert "was altered" in " ".join(one.sentence().in_words() for one in done.refused)
+    assert max(len(one.sentence().in_words()) for one in done.refused) < 250
+    server.run(f"DELETE FROM {TABLE} WHERE length(id) <> 64 OR id LIKE 'fff%' OR kind = 'preflight_check'")
+    assert _sync(one, server.url()).sent == 3
+    assert _sync(other, server.url()).received == 1
+    assert other.content() == one.content()
+
+
+def test_a_role_that_may_only_add_and_read_is_enough(stations: list[ArchiveStation], server: ArchiveServer) -> None:
+    """As docs/archive.md says how to set the server up."""
+    one, other = stations
+    block = re.search(r"```sql\n(.+?)```", PAGE.read_text(encoding="utf-8"), re.DOTALL)
+    assert block is not None
+    server.run("DROP DATABASE IF EXISTS dps_s", "DROP ROLE IF EXISTS dps_s_station")
+    first, *rest = [line for line in block[1].split(";\n") if line.strip()]
+    assert first.startswith("CREATE DATABASE dps_s")
+    server.run(first)
+    server.run(*(line.replace("a long password", PASSWORD) for line in rest if "\\connect" not in line),
+               database="dps_s")  # fmt: skip
+    url = server.url("dps_s", "dps_s_station")
+    one.meet("M-07")
+    assert _sync(one, url).sent == 1
+    assert _sync(other, url).received == 1
+    import psycopg
+
+    with psycopg.connect(url, autocommit=True) as connection:
+        for statement in ("DELETE FROM {}", "UPDATE {} SET kind = 'x'", "TRUNCATE {}", "DROP TABLE {}"):
+            with pytest.raises(psycopg.errors.InsufficientPrivilege):
+                connection.execute(statement.format(TABLE).encode())
+    server.run("CREATE DATABASE empty_one")
+    with pytest.raises(ArchiveTrouble, match="permission denied"):
+        _sync(one, server.url("empty_one", "dps_s_station"))
+
+
+def test_the_password_comes_from_the_systems_places_and_shows_nowhere(
+    stations: list[ArchiveStation], server: ArchiveServer, tmp_path: Path, monkeypatch: pytest.MonkeyPatch,
+    caplog: pytest.LogCaptureFixture,
+) -> None:  # fmt: skip
+    caplog.set_level(logging.DEBUG)
+    one = stations[0]
+    server.run("DROP ROLE IF EXISTS guarded", f"CREATE ROLE guarded LOGIN SUPERUSER PASSWORD '{PASSWORD}'")
+    plain = server.tcp_url("guarded")
+    with pytest.raises(ArchiveTrouble, match="no password supplied") as caught:
+        _sync(one, plain)
+    assert plain in str(caught.value)
+    with pytest.raises(ArchiveTrouble, match="authentication failed") as caught:
+        _sync(one, server.tcp_url("guarded", "wrong-one"))
+    assert "wrong-one" not in str(caught.value)
+    with closing(open_server(server.tcp_url("guarded", PASSWORD))) as there:
+        assert there.url.shown == plain
+    monkeypatch.setattr("app.archive.postgres.import_module", lambda _name: _Keyring)
+    with closing(open_server(plain)):
+        assert _Keyring.asked == ("dps-s archive", f"guarded@127.0.0.1:{server.port}/archive")
+    monkeypatch.undo()
+    passwords = tmp_path / "pgpass"
+    passwords.write_text(f"127.0.0.1:{server.port}:archive:guarded:{PASSWORD}\n", encoding="utf-8")
+    passwords.chmod(0o600)
+    monkeypatch.setenv("PGPASSFILE", str(passwords))
+    _sync(one, plain)
+    monkeypatch.delenv("PGPASSFILE")
+    service = tmp_path / "services"
+    service.write_text(
+        f"[hangar]\nhost=127.0.0.1\nport={server.port}\nuser=guarded\ndbname=archive\npassword={PASSWORD}\n",
+        encoding="utf-8",
+    )
+    monkeypatch.setenv("PGSERVICEFILE", str(service))
+    _sync(one, "postgresql:///?service=hangar")
+    assert PASSWORD not in caplog.text
+    assert all(PASSWORD.encode() not in path.read_bytes() for path in one.folder.rglob("*") if path.is_file())
+
+
+class _Keyring:
+    asked: tuple[str, str] = ("", "")
+
+    @classmethod
+    def get_password(cls, service: str, user: str) -> str:
+        cls.asked = (service, user)
+        return PASSWORD
+
+
+def test_tls_is_as_the_address_says(server: ArchiveServer) -> None:
+    with pytest.raises(ArchiveTrouble, match="SSL"):
+        open_server(f"{server.tcp_url('guarded', PASSWORD)}?sslmode=require")

@@ -1,0 +1,100 @@
+"""A PostgreSQL server of the test run's own: in a private folder, on a Unix socket and a port of its own."""
+
+import os
+import shutil
+import socket
+import subprocess
+import tempfile
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+
+OWNER = "postgres"
+PASSWORD = "secret/of@the?test"
+_PLACES = sorted(Path("/usr/lib/postgresql").glob("*/bin"), reverse=True)
+
+
+def server_programs() -> Path | None:
+    """The folder of PostgreSQL's own programs; None where no server is installed."""
+    found = shutil.which("initdb")
+    places = [*([Path(found).resolve().parent] if found else []), *_PLACES]
+    return next((one for one in places if (one / "initdb").exists() and (one / "postgres").exists()), None)
+
+
+@dataclass(frozen=True)
+class ArchiveServer:
+    """`folder`: where its socket is."""
+
+    folder: Path
+    port: int
+
+    def url(self, database: str = "archive", user: str = OWNER) -> str:
+        """By the socket, without a password."""
+        return f"postgresql://{user}@/{database}?host={self.folder}&port={self.port}"
+
+    def tcp_url(self, user: str, password: str = "", database: str = "archive") -> str:
+        from urllib.parse import quote
+
+        secret = f":{quote(password, safe='')}" if password else ""
+        return f"postgresql://{user}{secret}@127.0.0.1:{self.port}/{database}"
+
+    def run(self, *statements: str, database: str = "archive") -> list[tuple[object, ...]]:
+        """As the server's owner; the rows of the last one."""
+        import psycopg
+
+        with psycopg.connect(self.url(database), autocommit=True) as connection:
+            for statement in statements:
+                cursor = connection.execute(statement.encode())
+            return cursor.fetchall() if cursor.description else []
+
+
+@contextmanager
+def archive_server() -> Iterator[ArchiveServer]:
+    """Started, with an empty database; stopped and removed at the end."""
+    programs = server_programs()
+    assert programs is not None
+    folder = Path(tempfile.mkdtemp(prefix="dps-s-pg-"))
+    who: Mapping[str, object] = {}
+    if os.geteuid() == 0:  # PostgreSQL refuses root
+        import pwd
+
+        names = {one.pw_name: one for one in pwd.getpwall()}
+        user = names.get("postgres") or names["nobody"]
+        os.chown(folder, user.pw_uid, user.pw_gid)
+        who = {"user": user.pw_uid, "group": user.pw_gid, "extra_groups": []}
+    with socket.socket() as free:
+        free.bind(("127.0.0.1", 0))
+        port = free.getsockname()[1]
+    data = folder / "data"
+    environment = {**os.environ, "LC_ALL": "C", "HOME": str(folder)}
+    quiet = {"stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL, "env": environment, "cwd": folder, **who}
+    try:
+        subprocess.run(
+            [programs / "initdb", "-D", data, "-U", OWNER, "-A", "trust", "--no-sync", "-E", "UTF8", "--locale=C"],
+            check=True, **quiet,
+        )  # type: ignore[call-overload]  # fmt: skip
+        with (data / "pg_hba.conf").open("w", encoding="utf-8") as rules:
+            rules.write("local all all trust\nhost all all 127.0.0.1/32 scram-sha-256\n")
+        options = {
+            "listen_addresses": "127.0.0.1", "port": port, "unix_socket_directories": folder, "fsync": "off",
+            "shared_buffers": "16MB", "max_connections": 20, "autovacuum": "off", "jit": "off",
+        }  # fmt: skip
+        settings = [part for name, value in options.items() for part in ("-c", f"{name}={value}")]
+        server = subprocess.Popen([programs / "postgres", "-D", data, *settings], **quiet)  # type: ignore[call-overload]
+        try:
+            found = ArchiveServer(folder, port)
+            wait = [programs / "pg_isready", "-h", folder, "-p", str(port), "-t", "1"]
+            while subprocess.run(wait, check=False, **quiet).returncode != 0:  # type: ignore[call-overload]
+                assert server.poll() is None, "the server ended"
+            found.run("CREATE DATABASE archive", database="postgres")
+            yield found
+        finally:
+            server.terminate()  # smart: sessions of tests are closed by then
+            try:
+                server.wait(10)
+            except subprocess.TimeoutExpired:
+                server.kill()
+                server.wait(10)
+    finally:
+        shutil.rmtree(folder, ignore_errors=True)

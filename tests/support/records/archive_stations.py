@@ -1,0 +1,121 @@
+"""Stations of an archive: each with its store, its key and its facts, in a folder of its own."""
+
+import json
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from datetime import UTC, datetime
+from pathlib import Path
+
+from app import version
+from app.archive.collection import collect
+from app.archive.local_facts import LocalFacts, open_facts
+from app.engine.snapshots import Snapshot
+from app.guided.guided_store import GuidedStore
+from app.guided.results import GuidedKind, GuidedResult, GuidedVerdict, MeasuredValue
+from app.records.check_store import CheckStore
+from app.records.record import Circumstances, Record, seal
+from app.safety.acts import Act
+from app.safety.journal import Outcome
+from app.stations.station import Station, own_station
+from app.store.store import Store, open_store
+from app.text.messages import UserMessage
+from app.trigger_records.history import Judgement
+from tests.support.records.preflight_rig import check
+
+FRAME = bytes.fromhex("42 61 25 01 00 26")
+NOON = datetime(2026, 1, 2, 12, 0, tzinfo=UTC)
+_SLOT = bytes.fromhex("41 75 35 01 00 6C 3C 05 10 00 0C 2F 00 00 00 00")
+
+
+def slot(number: int) -> bytes:
+    """A trigger record; another one for each number."""
+    return _SLOT[:4] + number.to_bytes(2, "big") + _SLOT[6:]
+
+
+@dataclass
+class ArchiveStation:
+    folder: Path
+    store: Store
+    facts: LocalFacts
+    station: Station
+
+    def collect(self) -> int:
+        return collect(self.store, self.facts, self.station)
+
+    def ids(self) -> set[str]:
+        return {row[0] for row in self.facts.database.read("SELECT id FROM facts")}
+
+    def content(self) -> list[tuple[str, ...]]:
+        """All that it knows, in an order that is the same everywhere."""
+        query = "SELECT id, kind, station, made_at, payload, signature FROM facts ORDER BY id"
+        return self.facts.database.read(query)
+
+    # What happens at a station
+
+    def meet(self, module: str, adapter: str = "usb 1") -> int:
+        return self.store.meet_module(module, adapter).id
+
+    def visit(self, module: str, *numbers: int) -> None:
+        checks = CheckStore(self.store.database)
+        slots = [slot(one) for one in numbers]
+        checks.visit(self.meet(module), slots, port="p", boot_count=7, is_confirmed=True)
+
+    def judge(self, module: str, judgement: Judgement) -> None:
+        checks = CheckStore(self.store.database)
+        for record in checks.records(self.meet(module)):
+            checks.judge(record.id, judgement, "seen")
+
+    def snapshot(self, module: str, threshold: int = 60) -> None:
+        found = Snapshot(settings={"attitude_threshold_deg": threshold}, boot_count=7)
+        self.store.keep_snapshot(found, port="p", module_id=self.meet(module))
+
+    def test(self, module: str, verdict: GuidedVerdict = GuidedVerdict.PASSED) -> None:
+        text = UserMessage("x")
+        result = GuidedResult(GuidedKind.TILT, (MeasuredValue(text, text, text, verdict, 61.0),))
+        GuidedStore(self.store.database).add(
+            result, module_id=self.meet(module), adapter="usb 1", who="Li", is_simulated=False, program=version()
+        )
+
+    def act(self, *, is_settled: bool = True) -> None:
+        entry = self.store.begin(Act.LOCK, FRAME, {"tilt_deg": 1}, port="p", origin="window")
+        if is_settled:
+            self.store.settle(entry, Outcome.CONFIRMED, {"active": False})
+
+    def check(self, module: str, verdict: str = "GO", cell_v: float = 4.0) -> Record:
+        """The record of a check, as it is kept; its content is that of a real one."""
+        base = json.loads(_base_record())
+        at = self.store.database.now()
+
+        def make(number: int, previous: str | None) -> Record:
+            content = {**base, "module": module, "number": number, "previous": previous, "at": at, "verdict": verdict}
+            for one in content["checks"]:
+                if one["id"] == "cell_voltage":
+                    one["measured"] = cell_v
+            return seal(content, self.station)
+
+        return CheckStore(self.store.database).append_check(make, self.meet(module))
+
+
+_base: list[str] = []
+
+
+def _base_record() -> str:
+    if not _base:
+        from app.records.record import make_record
+
+        checked = check()
+        circumstances = Circumstances(at=NOON, program_version=version(), who="Li", module="M", aircraft="A")
+        _base.append(json.dumps(make_record(checked.assessment, circumstances, checked.log)))
+    return _base[0]
+
+
+@contextmanager
+def archive_station(folder: Path, *, clock: Callable[[], datetime] = lambda: NOON) -> Iterator[ArchiveStation]:
+    store = open_store(folder, clock=clock)
+    facts = open_facts(folder, clock=clock)
+    try:
+        yield ArchiveStation(folder, store, facts, own_station(folder))
+    finally:
+        facts.close()
+        store.close()
