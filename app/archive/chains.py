@@ -19,17 +19,18 @@ from app.text.messages import UserMessage
 class ArchivedRecords:
     """`KeptRecords` for `verify`: the checks of this computer, and those of other stations."""
 
-    def __init__(self, facts: LocalFacts, own: CheckStore | None = None) -> None:
+    def __init__(self, facts: LocalFacts | None, own: CheckStore | None = None) -> None:
         self._facts, self._own = facts, own
 
     def record(self, hash_: str) -> Record | None:
         found = self._own.record(hash_) if self._own is not None else None
-        return found or next((record_of(fact) for fact in self._facts.linked(hash_)), None)
+        linked = self._facts.linked(hash_) if self._facts is not None and found is None else ()
+        return found or next(map(record_of, linked), None)
 
     def same_number(self, record: Mapping[str, object]) -> str | None:
         found = self._own.same_number(record) if self._own is not None else None
         module = record.get("module")
-        if found is not None or not isinstance(module, str):
+        if found is not None or self._facts is None or not isinstance(module, str):
             return found
         others = (record_of(fact) or {} for fact in self._facts.of_kind(FactKind.CHECK, module))
         return next((str(one.get("hash")) for one in others if _is_double(one, record)), None)

@@ -4,6 +4,7 @@ A file of its own, so that opening, copying and writing the store stay as fast a
 by other stations can be made again from the store, and that is on the server or in their files.
 """
 
+import logging
 from collections.abc import Mapping, Sequence
 from contextlib import AbstractContextManager
 from pathlib import Path
@@ -13,6 +14,8 @@ from app.archive.fact_set import ArchiveTrouble, Digests, digests_of_rows
 from app.archive.facts import FACT_COLUMNS, Fact, FactKind, FactRow, row_digest
 from app.store.database import Clock, Database, StoreTrouble, open_database, utc_now
 from app.text.messages import UserMessage
+
+_log = logging.getLogger(__name__)
 
 FACTS_FILE: Final = "archive.sqlite"
 _COLUMNS: Final = ", ".join(FACT_COLUMNS)
@@ -182,6 +185,15 @@ def open_facts(folder: Path, *, clock: Clock = utc_now) -> LocalFacts:
     except StoreTrouble as error:
         raise _trouble(error) from error
     return LocalFacts(opened.database, opened.set_aside.sentence if opened.set_aside is not None else None)
+
+
+def find_facts(folder: Path) -> LocalFacts | None:
+    """None where there is no archive, and where it cannot be read; none is made."""
+    try:
+        return open_facts(folder) if (folder / FACTS_FILE).exists() else None
+    except ArchiveTrouble as error:
+        _log.warning("The archive cannot be read: %s", error)
+        return None
 
 
 def _looked_up_by(fact: Fact) -> tuple[str | None, str | None]:

@@ -60,10 +60,14 @@ def run(args: argparse.Namespace) -> int:
 
 
 def _verify(args: argparse.Namespace, stations: "Stations", store: "Store | None") -> int:
+    from app.archive.chains import ArchivedRecords
+    from app.archive.local_facts import find_facts
     from app.records.check_store import CheckStore
     from app.records.verification import RecordState, verify_file
+    from app.store.store import data_folder
 
-    kept = CheckStore(store.database) if store is not None else None
+    facts = find_facts(data_folder())
+    kept = ArchivedRecords(facts, CheckStore(store.database) if store is not None else None)
     try:
         verification = verify_file(args.file, kept, stations.find)
         if args.trust is not None:
@@ -74,6 +78,9 @@ def _verify(args: argparse.Namespace, stations: "Stations", store: "Store | None
         why = reason_of(error)
         say(tr("{file} cannot be read: {why}.", file=args.file, why=why))
         return USED_WRONGLY
+    finally:
+        if facts is not None:
+            facts.close()
     write_lines([one.in_words() for one in verification.sentences()])
     if verification.state is RecordState.UNREADABLE:
         return USED_WRONGLY

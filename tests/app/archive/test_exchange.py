@@ -8,12 +8,16 @@ from pathlib import Path
 
 import pytest
 
+from app.archive.chains import ArchivedRecords, chains_in
 from app.archive.exchange import Exchanged, exchange
 from app.archive.fact_file import FactFile
 from app.archive.fact_set import ArchiveTrouble
 from app.archive.facts import FactKind, FactRefused, checked, fact_id, make_fact
 from app.archive.local_facts import FACTS_FILE
 from app.guided.results import GuidedVerdict
+from app.records.check_store import CheckStore
+from app.records.verification import Chain, verify
+from app.stations.station import encoded
 from app.store.database import FILE_NAME
 from app.trigger_records.history import Judgement
 from tests.support.records.archive_stations import NOON, ArchiveStation, archive_station
@@ -209,3 +213,31 @@ def test_a_result_says_what_it_was(stations: list[ArchiveStation]) -> None:
     one.collect()
     (fact,) = one.facts.of_kind(FactKind.GUIDED_TEST, "M-01")
     assert (fact.content["verdict"], fact.content["who"], fact.made_at) == ("failed", "Li", AT)
+
+
+def test_a_chain_is_verified_after_an_exchange_and_a_missing_link_is_counted(
+    stations: list[ArchiveStation], tmp_path: Path
+) -> None:
+    """Two stations have a check with the same number of a module by the same name: each in a chain of its own."""
+    one, other, stick = stations[0], stations[1], tmp_path / "stick"
+    records = [one.check("M-07", cell_v=4.0 - number / 10) for number in range(3)]
+    for _ in range(3):
+        other.check("M-07")
+        other.act()
+    _export(one, stick)
+    lines = stick.read_text(encoding="utf-8").splitlines(keepends=True)
+    parts = [line for line in lines if str(records[1]["hash"]) in line and str(records[2]["hash"]) not in line]
+    assert len(parts) == 1
+    (tmp_path / "part").write_text("".join(line for line in lines if line not in parts), encoding="utf-8")
+    _import(other, tmp_path / "part")
+    other.collect()
+    kept = ArchivedRecords(other.facts, CheckStore(other.store.database))
+    assert verify(records[2], kept).chain is Chain.NOT_AT_HAND
+    theirs = encoded(one.station.public)
+    assert [(one.count, one.missing) for one in chains_in(other.facts) if one.station == theirs] == [(2, 1)]
+    _import(other, stick)
+    assert [verify(record, kept).chain for record in records] == [Chain.FIRST, Chain.LINKED, Chain.LINKED]
+    chains = chains_in(other.facts)
+    assert [(one.is_audit, one.count, one.missing, one.faults) for one in chains] == [
+        (True, 6, 0, ()), (False, 3, 0, ()), (False, 3, 0, ())
+    ]  # fmt: skip
