@@ -38,12 +38,14 @@ from ui.help.help_actions import HelpActions
 from ui.services.context import PageEntry, Services
 from ui.services.lock import LockControl
 from ui.services.page import Page
+from ui.services.state_announcer import StateAnnouncer
 from ui.services.storage import Storage
 from ui.services.tour_port import is_tour
 from ui.shell.main_window import MainWindow
 from ui.shell.shutdown import end_process
 from ui.shell.unattended_run import has_seen_status, leave_evidence
 from ui.shell.uncaught_errors import UncaughtErrors
+from ui.style.accessible_roles import install_accessible_roles
 from ui.style.appearance import Appearance
 from ui.style.icons import Icon, app_icon
 from ui.style.theme import Choice, Meaning
@@ -134,6 +136,7 @@ def assemble(
     entries: tuple[PageEntry, ...] = PAGES,
 ) -> Assembly:
     """The window, not yet shown, with nothing connected."""
+    install_accessible_roles()
     preferences = preferences or Preferences()
     texts = Texts()
     language_switch = LanguageSwitch(app, texts)
@@ -145,6 +148,7 @@ def assemble(
     storage.is_recording = lambda: connector.is_recording
     storage.is_touring = lambda: connector.is_wanted and is_tour(connector.target)
     lock = LockControl(connector, storage.journal, connector)
+    StateAnnouncer(connector, lock, connector)
     services = Services(connector, texts, appearance, lock, storage, preferences, log=log)
     connector.remember_stream(storage.stream_memory)
     services.naming.follow(connector, storage)

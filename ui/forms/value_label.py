@@ -47,8 +47,7 @@ class ValueLabel(PaintedWidget):
         super().__init__()
         self.setObjectName(f"{command.name}_stands")
         self._command = command
-        self._text = ""
-        self._note = ""
+        self._text = self._note = self._name = ""
         self.freshness = Freshness.UNKNOWN
         self.setSizePolicy(QSizePolicy.Policy.Fixed, QSizePolicy.Policy.Fixed)
         self.show_known(None, 0.0)
@@ -69,12 +68,12 @@ class ValueLabel(PaintedWidget):
             freshness = Freshness.STALE if known.is_stale else Freshness.FRESH
             text, note = value_text(self._command, known.value), how_known(known, now)
         name = tr("{setting} on the module: {value}", setting=tr(self._command.title), value=text)
-        if (freshness, text, note, name) == (self.freshness, self._text, self._note, self.accessibleName()):
+        if (freshness, text, note, name) == (self.freshness, self._text, self._note, self._name):
             return
+        self._name = name
         self.freshness, self._text, self._note = freshness, text, note
         self.setToolTip(note)
-        self.setAccessibleDescription(note)  # not in the name: an age would be read aloud every second
-        self.announce(name)
+        self.announce(f"{name}, {note}" if note else name, name=name)
 
     def sizeHint(self) -> QSize:
         title, small = QFontMetricsF(font(Size.TITLE)), QFontMetricsF(font(Size.SMALL))

@@ -75,7 +75,7 @@ class TiltGauge(PaintedWidget):
             name += f", {self._age}"
         if self._fire_deg is not None:
             name += f", {tr('{value}° fires', value=f'{self._fire_deg:g}')}"
-        self.announce(name)
+        self.announce(name, name=tr("Tilt"))
         self.setToolTip(name)
 
     def sizeHint(self) -> QSize:

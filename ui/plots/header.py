@@ -114,7 +114,7 @@ class PlotHeader(QWidget):
             if not self.isVisible() or self.row.sizeHint().width() <= self.width():
                 break
             self.chip.show_state(word, picture, meaning)
-        self.chip.setAccessibleName(spoken)
+        self.chip.announce(spoken, name=f"{tr('Plots')}: {short}")  # how far behind changes all the time
         self.chip.setToolTip(spoken)
 
     def minimumSizeHint(self) -> QSize:

@@ -54,7 +54,7 @@ class Histogram(PaintedWidget):
         self._classes = classes
         total = sum(one.count for one in classes)
         said = "; ".join(f"{_bound(one)}: {one.count}" for one in classes if one.count)
-        self.announce(tr("Round trips: {n}. {classes}", n=total, classes=said))
+        self.announce(tr("Round trips: {n}. {classes}", n=total, classes=said), name=tr("Round trips"))
 
     def sizeHint(self) -> QSize:
         return QSize(320, 130)
@@ -126,7 +126,8 @@ class ReasonBars(PaintedWidget):
         if shown != self._counts or not self.accessibleName():
             self._counts = shown
             said = "; ".join(f"{tr(REASON_WORDS[reason])}: {count}" for reason, count in shown)
-            self.announce(tr("Invalid bytes. {reasons}", reasons=said) if shown else tr("No invalid bytes"))
+            text = tr("Invalid bytes. {reasons}", reasons=said) if shown else tr("No invalid bytes")
+            self.announce(text, name=tr("Invalid bytes"))
 
     def sizeHint(self) -> QSize:
         return QSize(320, 130)

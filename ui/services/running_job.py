@@ -9,6 +9,7 @@ from PySide6.QtCore import QObject, Signal
 from app.engine.procedure import Procedure, Report, Result
 from app.engine.worker import Job
 from app.text.i18n import tr
+from ui.core.announcer import announcer
 from ui.core.connector import Connector
 from ui.style.theme import Meaning
 from ui.widgets.notice_bar import Choice, Notice
@@ -53,8 +54,11 @@ class RunningJob(QObject):
         self._job = self.progress = None
 
     def say(self, make: Callable[[], Notice | None] | None) -> None:
-        """In the language in use whenever it is shown; None takes it back."""
+        """In the language in use whenever it is shown; None takes it back. A screen reader says it once."""
         self._notice = make
+        said = None if make is None else make()
+        if said is not None:
+            announcer().say(said.text, is_urgent=said.meaning is Meaning.DANGER)
         self.changed.emit()
 
     def say_text(self, meaning: Meaning, make: Callable[[], str]) -> None:

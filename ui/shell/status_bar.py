@@ -13,7 +13,7 @@ from ui.core.texts import Texts
 from ui.style.icons import Icon
 from ui.style.theme import Meaning, Space
 from ui.widgets.controls import control
-from ui.widgets.labels import ElidedLabel, IconLabel
+from ui.widgets.labels import ElidedLabel, IconLabel, TickingLabel
 from ui.widgets.layouts import in_row
 from ui.widgets.naming import named
 
@@ -44,20 +44,18 @@ class StatusBar(QFrame):
         self._written_at = 0.0
         self._passing = ""
         self._passing_until = 0.0
-        self.figures = control(
-            QLabel(), texts, "link_figures", tip="Frames a second, usual round trip, lag, invalid bytes"
-        )
+        self.figures = control(TickingLabel(), texts, "link_figures", says="Link statistics",
+                               tip="Frames a second, usual round trip, lag, invalid bytes")  # fmt: skip
         self.sign = IconLabel("line_fault_sign", _SIGN_PX)
         self.sign.show_icon(Icon.WARNING, Meaning.ATTENTION)
         self.sign.setFixedSize(_SIGN_PX, _SIGN_PX)
         self.fault = named(QLabel(), "line_fault", "attention")
         texts.bind(self.fault.setAccessibleDescription, "What is the matter with the line")
         self.passing = named(ElidedLabel(), "passing_message")
-        self.age = control(QLabel(), texts, "last_heard", tip="Time since the last frame")
+        self.age = control(TickingLabel(), texts, "last_heard", says="Time since the last frame",
+                           tip="Time since the last frame")  # fmt: skip
         # Described, not named: a name would be read aloud in place of the text.
-        texts.bind(self.figures.setAccessibleDescription, "Link statistics")
         texts.bind(self.passing.setAccessibleDescription, "Message")
-        texts.bind(self.age.setAccessibleDescription, "Time since the last frame")
         marked = in_row(self.figures, self.sign, self.fault, spacing=Space.XS)
         self.passing.setAlignment(Qt.AlignmentFlag.AlignCenter)
         row = in_row(marked, (self.passing, 1), self.age, of=self, spacing=Space.L, margins=(Space.M, Space.XS))

@@ -104,7 +104,9 @@ class PortButton(QPushButton):
         if (title, phase, said, module) == (self._title, self._phase, self._words, self._module):
             return
         self._title, self._phase, self._words, self._module = title, phase, said, module
-        name = tr("Port {port}: {state}", port=title, state=said.word)
+        # Since when it is offline would be told again each second.
+        word = tr("Offline") if phase is Phase.OFFLINE else said.word
+        name = tr("Port {port}: {state}", port=title, state=word)
         self.setAccessibleName(f"{name}, {module}" if module else name)
         self.setAccessibleDescription(f"{said.what} {said.next_step}".strip())
         self.update()
@@ -173,7 +175,7 @@ class TopBar(QFrame):
         self.activation.setObjectName("activation_chip")
         self.trigger = StateChip("")
         self.trigger.setObjectName("trigger_chip")
-        self.cell = StateChip("")
+        self.cell = StateChip("", is_measured=True)
         self.cell.setObjectName("cell_chip")
         texts.bind(self.activation.set_caption, "Activation")
         texts.bind(self.trigger.set_caption, "Trigger")

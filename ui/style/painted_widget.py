@@ -1,9 +1,10 @@
 """Base of widgets that paint themselves."""
 
 from enum import Enum
+from typing import ClassVar
 
 from PySide6.QtCore import QEvent, Qt
-from PySide6.QtGui import QAccessible, QAccessibleEvent, QColor, QPainter
+from PySide6.QtGui import QAccessible, QColor, QPainter
 from PySide6.QtWidgets import QWidget
 
 from ui.style.theme import Meaning, current
@@ -21,6 +22,10 @@ class Freshness(Enum):
 
 class PaintedWidget(QWidget):
     """A widget that paints itself: it measures and repaints after a change of font, theme or language."""
+
+    accessible_role: ClassVar = QAccessible.Role.StaticText
+    """See `ui.style.accessible_roles`."""
+    _spoken = ""
 
     def changeEvent(self, event: QEvent) -> None:
         if event.type() in (QEvent.Type.FontChange, QEvent.Type.PaletteChange, QEvent.Type.LanguageChange):
@@ -40,12 +45,16 @@ class PaintedWidget(QWidget):
             painter.fillRect(self.rect(), QColor(current().surface))
         return painter
 
-    def announce(self, name: str) -> None:
-        """Give the widget its name, tell screen readers if that is a new one, and paint again."""
-        if name != self.accessibleName():
-            self.setAccessibleName(name)
-            QAccessible.updateAccessibility(QAccessibleEvent(self, QAccessible.Event.NameChanged))
+    def announce(self, text: str, *, name: str = "") -> None:
+        """Let screen readers say `text`, and paint again. `name`: the part of it that neither ticks nor is measured;
+        screen readers learn at once when that changes, of the rest when they ask."""
+        self._spoken = text
+        self.setAccessibleName(name or text)
         self.update()
+
+    def accessibleName(self) -> str:
+        """Whole, as a screen reader gets it."""
+        return self._spoken or super().accessibleName()
 
 
 def paint_banner(widget: QWidget, meaning: Meaning) -> None:

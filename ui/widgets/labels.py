@@ -1,9 +1,9 @@
 """Labels: running text, one line that gives way, and an icon in the theme's colours."""
 
-from typing import Final
+from typing import ClassVar, Final
 
 from PySide6.QtCore import QEvent, QSize, Qt
-from PySide6.QtGui import QFontMetrics, QPainter, QPaintEvent, QResizeEvent
+from PySide6.QtGui import QAccessible, QFontMetrics, QPainter, QPaintEvent, QResizeEvent
 from PySide6.QtWidgets import QLabel
 
 from ui.style.icons import Icon, pixmap
@@ -53,6 +53,18 @@ class ElidedLabel(QLabel):
 
     def _tell(self) -> None:
         self.setToolTip("" if self._fitting() == self.text() else self.text())
+
+
+class TickingLabel(QLabel):
+    """A figure or an age that changes all the time. Its accessible name says of what: screen readers are told the text
+    when they ask, and not of each change."""
+
+    accessible_role: ClassVar = QAccessible.Role.StaticText
+
+    def accessibleName(self) -> str:
+        """Whole, as a screen reader gets it."""
+        subject = super().accessibleName()
+        return f"{subject}: {self.text()}" if self.text() else subject
 
 
 class IconLabel(QLabel):

@@ -87,7 +87,7 @@ class Readout(PaintedWidget):
         name = f"{self._caption}: {value}"
         if self._limit:
             name += f", {tr('limit {value}', value=self._limit)}"
-        self.announce(f"{name}, {self._note}" if self._note else name)
+        self.announce(f"{name}, {self._note}" if self._note else name, name=self._caption)
 
     def _widths(self) -> tuple[float, float, float]:
         """Of the number, the gap behind it and the unit."""
@@ -175,12 +175,12 @@ class StateChip(PaintedWidget):
     """One state as icon, word and colour.
 
     What is good or neutral stays quiet; attention and danger are filled; unknown is hatched and dashed; a stale
-    state is dashed and carries its age.  It starts as unknown.
+    state is dashed and carries its age.  It starts as unknown.  ``is_measured``: its word holds a measured value.
     """
 
-    def __init__(self, caption: str, *, size: Size = Size.BODY) -> None:
+    def __init__(self, caption: str, *, size: Size = Size.BODY, is_measured: bool = False) -> None:
         super().__init__()
-        self._caption, self._size = caption, size
+        self._caption, self._size, self._is_measured = caption, size, is_measured
         self._icon: Icon | str = Icon.UNKNOWN
         self._word = tr("unknown")
         self._meaning: Meaning | None = Meaning.UNKNOWN
@@ -241,13 +241,11 @@ class StateChip(PaintedWidget):
             self._changed()
 
     def set_age(self, age: str) -> None:
-        """How old a state is that still holds, behind the word. Not in the accessible name: an age would be read aloud
-        every second."""
+        """How old a state is that still holds, behind the word."""
         if age != self._certain_age:
             self._certain_age = age
-            self.setAccessibleDescription(age)
             self.updateGeometry()
-            self.update()
+            self._changed()
 
     def show_unknown(self) -> None:
         """Nobody knows."""
@@ -255,7 +253,8 @@ class StateChip(PaintedWidget):
 
     def _changed(self) -> None:
         name = f"{self._caption}: {self._word}"
-        self.announce(", ".join(filter(None, (name, self._detail, self._age))))
+        text = ", ".join(filter(None, (name, self._detail, self._age or self._certain_age)))
+        self.announce(text, name=self._caption if self._is_measured else name)
         self.setToolTip(self.accessibleName())
 
     @property

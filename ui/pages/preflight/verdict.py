@@ -13,6 +13,7 @@ from PySide6.QtCore import QPointF, QRectF, QSize, Qt
 from PySide6.QtGui import QColor, QFont, QFontMetricsF, QPainter, QPainterPath, QPaintEvent, QPen, QPolygonF
 from PySide6.QtWidgets import QSizePolicy
 
+from ui.core.announcer import announcer
 from ui.pages.preflight.controller import Standing
 from ui.style.painted_widget import PaintedWidget
 from ui.style.shapes import hatch, pen
@@ -28,6 +29,7 @@ _LOUD: Final = {
     Standing.READY: Meaning.INFORMATION,
     Standing.NO_GO: Meaning.DANGER,
 }
+_SPOKEN: Final = (*_LOUD, Standing.VOID)
 
 
 @dataclass(frozen=True, slots=True)
@@ -53,11 +55,13 @@ class VerdictBanner(PaintedWidget):
 
     def show_announcement(self, announcement: Announcement) -> None:
         if announcement != self.announcement or not self.accessibleName():
-            self.announcement = announcement
+            before, self.announcement = self.announcement, announcement
+            if announcement.standing in _SPOKEN and announcement.standing is not before.standing:
+                announcer().say(f"{announcement.word}. {announcement.head}")
             parts = (announcement.word, announcement.head, *announcement.lines)
             text = ". ".join(part.rstrip(".。") for part in parts if part)
             self.setToolTip(text)
-            self.announce(text)
+            self.announce(text, name=announcement.word)
 
     def sizeHint(self) -> QSize:
         return QSize(640, HEIGHT_PX)
