@@ -38,7 +38,7 @@ from ui.help.help_actions import HelpActions
 from ui.services.context import PageEntry, Services
 from ui.services.lock import LockControl
 from ui.services.page import Page
-from ui.services.state_announcer import StateAnnouncer
+from ui.services.state_announcer import announce_states
 from ui.services.storage import Storage
 from ui.services.tour_port import is_tour
 from ui.shell.main_window import MainWindow
@@ -148,7 +148,7 @@ def assemble(
     storage.is_recording = lambda: connector.is_recording
     storage.is_touring = lambda: connector.is_wanted and is_tour(connector.target)
     lock = LockControl(connector, storage.journal, connector)
-    StateAnnouncer(connector, lock, connector)
+    announce_states(connector, lock)
     services = Services(connector, texts, appearance, lock, storage, preferences, log=log)
     connector.remember_stream(storage.stream_memory)
     services.naming.follow(connector, storage)

@@ -4450,6 +4450,10 @@
         <translation>横滚和俯仰（°）</translation>
     </message>
     <message>
+        <source>Round trips</source>
+        <translation>往返时间</translation>
+    </message>
+    <message>
         <source>Round trips, by how many milliseconds they took</source>
         <translation>往返时间分布（毫秒）</translation>
     </message>

@@ -1,4 +1,4 @@
-"""Tells screen readers what becomes of the module: triggered, active, locked, link lost, LOCK failed."""
+"""Tells screen readers what becomes of a module: triggered, active, locked, link lost, LOCK failed."""
 
 from typing import Final
 
@@ -10,59 +10,72 @@ from app.text.i18n import tr
 from app.text.sentences import together
 from ui.core.announcer import announcer
 from ui.core.connector import Connector
-from ui.services.lock import LockControl
+from ui.core.port_connection import PortConnection
+from ui.services.lock import LockControl, PortLock
 
 _STANDS: Final = frozenset({Phase.ONLINE, Phase.LATE})
 _LOST: Final = frozenset({Phase.OFFLINE, Phase.LOST, Phase.FAILED})
 
 
-class StateAnnouncer(QObject):
-    """Each once, when it becomes so. A doubt alone (an age, a question without an answer) is not told."""
+def announce_states(connector: Connector, lock: LockControl) -> None:
+    """Of the modules on all ports, those that are added later too."""
 
-    def __init__(self, connector: Connector, lock: LockControl, parent: QObject) -> None:
-        super().__init__(parent)
-        self._connector, self._lock = connector, lock
+    def add(connection: PortConnection) -> None:
+        StateAnnouncer(connection, lock.of(connection), connector)
+
+    for connection in connector.connections:
+        add(connection)
+    connector.added.connect(add)
+
+
+class StateAnnouncer(QObject):
+    """Each state once, when it becomes so. A doubt alone (an age, a question without an answer) is not told."""
+
+    def __init__(self, connection: PortConnection, lock: PortLock, connector: Connector) -> None:
+        super().__init__(connection)
+        self._connection, self._lock, self._connector = connection, lock, connector
         self._is_linked = self._is_triggered = self._has_failed = False
         self._activation = Activation.UNKNOWN
-        connector.changed.connect(self._look)
+        connection.changed.connect(self._look)
         lock.changed.connect(self._look)
 
     def _look(self) -> None:
-        if self._connector.is_recording:
+        if self._connection.is_recording:
             return  # nothing of it is so now
+        self._look_at_link()
         self._look_at_trigger()
         self._look_at_activation()
-        self._look_at_link()
         failed, had_failed = self._lock.failed, self._has_failed
         self._has_failed = failed is not None
         if failed is not None and not had_failed:
-            announcer().say(failed.sentence, is_urgent=True)
-
-    def _look_at_trigger(self) -> None:
-        known = self._connector.device.fresh("triggered", self._connector.clock())
-        if known is None:
-            return  # what it was stands until it is known
-        was, self._is_triggered = self._is_triggered, known is True
-        if self._is_triggered and not was:
-            announcer().say(tr("TRIGGERED"), is_urgent=True)
-
-    def _look_at_activation(self) -> None:
-        state = self._connector.activation.state
-        if state not in (Activation.ACTIVE, Activation.LOCKED):
-            return
-        was, self._activation = self._activation, state
-        if state is not was:
-            announcer().say(tr("ACTIVE") if state is Activation.ACTIVE else tr("LOCKED"))
+            self._say(failed.sentence, is_urgent=True)
 
     def _look_at_link(self) -> None:
-        connector = self._connector
-        state = connector.state
-        if self._is_linked and state.phase in _LOST:
+        connection = self._connection
+        state = connection.state
+        was, self._is_linked = self._is_linked, state.phase in _STANDS
+        if was and state.phase in _LOST:
             self._activation, self._is_triggered = Activation.UNKNOWN, False  # told again when it answers again
-            said = words(state, connector.clock())
-            parts = [said.what]
-            if connector.is_active:
+            parts = [words(state, connection.clock()).what]
+            if connection.is_active:
                 parts.append(tr("The module was ACTIVE when it was last heard: treat it as ready to fire."))
-            announcer().say(together(parts), is_urgent=True)
-        if state.phase in _STANDS or state.phase in _LOST or state.phase is Phase.CLOSED:
-            self._is_linked = state.phase in _STANDS
+            self._say(together(parts), is_urgent=True)
+
+    def _look_at_trigger(self) -> None:
+        is_triggered = self._connection.device.fresh("triggered", self._connection.clock())
+        if is_triggered is None:
+            return  # what was told stands until it is known
+        was, self._is_triggered = self._is_triggered, is_triggered is True
+        if self._is_triggered and not was:
+            self._say(tr("TRIGGERED"), is_urgent=True)
+
+    def _look_at_activation(self) -> None:
+        state = self._connection.activation.state
+        if state in (Activation.ACTIVE, Activation.LOCKED) and state is not self._activation:
+            self._activation = state
+            self._say(tr("ACTIVE") if state is Activation.ACTIVE else tr("LOCKED"))
+
+    def _say(self, text: str, *, is_urgent: bool = False) -> None:
+        if len(self._connector.connections) > 1 and self._connection.target is not None:
+            text = f"{self._connection.target.device}: {text}"
+        announcer().say(text, is_urgent=is_urgent)
