@@ -40,6 +40,7 @@ ROOMS = (
     "app/preflight",
     "app/records",
     "app/archive",
+    "app/fleet",
     "app/recordings",
     "app/firing",
     "app/flight_logs",

@@ -258,6 +258,10 @@
         <translation>已激活</translation>
     </message>
     <message>
+        <source>ACTIVE without a check that holds</source>
+        <translation>已激活，但没有有效的飞行前检查</translation>
+    </message>
+    <message>
         <source>ACTIVE: from now on it would fire by its thresholds. LOCK is on every page, one click or Ctrl+L, and goes before everything else. Press it.</source>
         <translation>已激活：从现在起会按阈值开伞。每一页上都有“锁定”，点一下或按 Ctrl+L 即可，并优先于其他一切。请按下它。</translation>
     </message>
@@ -806,6 +810,10 @@
         <translation>已取消：已读取 {done}/{total} 个日志。</translation>
     </message>
     <message>
+        <source>Cannot be read back: {names}.</source>
+        <translation>无法回读：{names}。</translation>
+    </message>
+    <message>
         <source>Capture (*.dpscap)</source>
         <translation>抓包文件 (*.dpscap)</translation>
     </message>
@@ -854,6 +862,10 @@
         <translation>更改波特率…</translation>
     </message>
     <message>
+        <source>Changed without being written: {names}.</source>
+        <translation>未写入却已改变：{names}。</translation>
+    </message>
+    <message>
         <source>Changed without being written: {names}. See Settings.</source>
         <translation>未写入却发生变化：{names}。请查看参数页。</translation>
     </message>
@@ -892,6 +904,10 @@
     <message>
         <source>Check again</source>
         <translation>重新检查</translation>
+    </message>
+    <message>
+        <source>Check again: {why}</source>
+        <translation>请重新检查：{why}</translation>
     </message>
     <message>
         <source>Check cable and power, and check again.</source>
@@ -952,6 +968,10 @@
     <message>
         <source>Checking whether it is the same module…</source>
         <translation>正在确认是否为同一模块…</translation>
+    </message>
+    <message>
+        <source>Checking…</source>
+        <translation>正在检查…</translation>
     </message>
     <message>
         <source>Checks</source>
@@ -2482,6 +2502,10 @@
         <translation>倾角 {tilt:.0f}°。超过红色标记时，激活的模块会开伞；这一个已锁定，不会动作。</translation>
     </message>
     <message>
+        <source>It may be another module: choose it and say which one it is.</source>
+        <translation>可能是另一个模块：请选中它，并确认是哪一个。</translation>
+    </message>
+    <message>
         <source>It moves: {low:.0f}° to {high:.0f}°, {weak:.1f} g to {strong:.1f} g within two seconds.</source>
         <translation>模块未静止：2 秒内 {low:.0f}° 至 {high:.0f}°，{weak:.1f} g 至 {strong:.1f} g。</translation>
     </message>
@@ -2500,6 +2524,10 @@
     <message>
         <source>It tilts to {tilt}°: no threshold up to {most}° lets it pass.</source>
         <translation>它的倾角达到 {tilt}°：不超过 {most}° 的阈值都会触发。</translation>
+    </message>
+    <message>
+        <source>It was ACTIVE when it was last heard: treat it as ACTIVE.</source>
+        <translation>最后一次通信时为已激活：请按已激活对待。</translation>
     </message>
     <message>
         <source>It was locked for {time}: judged as if it had been active.</source>
@@ -2624,6 +2652,10 @@
     <message>
         <source>LOCK is not reported yet. It is sent again when the port comes back.</source>
         <translation>模块尚未报告锁定。串口恢复后将再次发送锁定命令。</translation>
+    </message>
+    <message>
+        <source>LOCK is not reported: treat it as ACTIVE.</source>
+        <translation>模块未报告锁定：请按已激活对待。</translation>
     </message>
     <message>
         <source>LOCK puts the module into standby. Until it reports LOCKED, treat it as ready to fire.</source>
@@ -3070,6 +3102,10 @@
         <translation>{port} 上的模块，波特率 {rate}，应答晚 {seconds:.1f} s</translation>
     </message>
     <message>
+        <source>Module without a name</source>
+        <translation>未命名模块</translation>
+    </message>
+    <message>
         <source>Module {name}</source>
         <translation>模块 {name}</translation>
     </message>
@@ -3168,6 +3204,10 @@
     <message>
         <source>NO-GO, and it names why: nobody has vouched for the two old trigger records. You have just read them, so say so in that row.</source>
         <translation>禁止飞行，并说明了原因：两条旧的触发记录还没有人确认。您刚刚看过它们，请在这一行确认。</translation>
+    </message>
+    <message>
+        <source>NO-GO: {why}</source>
+        <translation>禁止飞行：{why}</translation>
     </message>
     <message>
         <source>NOT CHECKED</source>
@@ -3442,6 +3482,10 @@
         <translation>不应答的命令</translation>
     </message>
     <message>
+        <source>Not as written: {names}.</source>
+        <translation>与写入值不符：{names}。</translation>
+    </message>
+    <message>
         <source>Not charging</source>
         <translation>未充电</translation>
     </message>
@@ -3548,6 +3592,10 @@
     <message>
         <source>Note on this trigger</source>
         <translation>对此次触发的备注</translation>
+    </message>
+    <message>
+        <source>Nothing</source>
+        <translation>无</translation>
     </message>
     <message>
         <source>Nothing can be added to an MCAP file; choose another name.</source>
@@ -3854,6 +3902,10 @@
         <translation>其他串口</translation>
     </message>
     <message>
+        <source>Out of its limit: {why}</source>
+        <translation>超出限值：{why}</translation>
+    </message>
+    <message>
         <source>Over a bad line a value may be missing or wrong.</source>
         <translation>线路不良时，数值可能缺失或错误。</translation>
     </message>
@@ -3942,6 +3994,10 @@
         <translation>从头回放</translation>
     </message>
     <message>
+        <source>Please wait…</source>
+        <translation>请稍候…</translation>
+    </message>
+    <message>
         <source>Plots</source>
         <translation>曲线</translation>
     </message>
@@ -4016,6 +4072,10 @@
     <message>
         <source>Pre-flight check of a parachute module</source>
         <translation>伞降模块飞行前检查</translation>
+    </message>
+    <message>
+        <source>Pre-flight check of {count} modules</source>
+        <translation>{count} 个模块的飞行前检查</translation>
     </message>
     <message>
         <source>Preferences</source>
@@ -4152,6 +4212,10 @@
     <message>
         <source>READY, GO or NO-GO</source>
         <translation>待激活、可以飞行或禁止飞行</translation>
+    </message>
+    <message>
+        <source>READY: activate it before the flight.</source>
+        <translation>待激活：请在飞行前激活。</translation>
     </message>
     <message>
         <source>READY: all checks hold and the module is locked. Activated, it becomes GO. A restart, a lost link or any change makes it void by itself, and so do fifteen minutes.</source>
@@ -4480,6 +4544,10 @@
     <message>
         <source>Run the check.</source>
         <translation>请开始检查。</translation>
+    </message>
+    <message>
+        <source>Run the pre-flight check.</source>
+        <translation>请执行飞行前检查。</translation>
     </message>
     <message>
         <source>Runs all checks, with questions only: nothing on the module is changed. Takes about six seconds.</source>
@@ -5108,6 +5176,10 @@
     <message>
         <source>TRIGGERED</source>
         <translation>已触发！</translation>
+    </message>
+    <message>
+        <source>TRIGGERED: lock it and read its trigger records.</source>
+        <translation>已触发：请锁定并读取触发记录。</translation>
     </message>
     <message>
         <source>Table (*.csv)</source>
@@ -5776,6 +5848,10 @@
     <message>
         <source>The readings with the bay closed and open overlap: light does not tell the two apart.</source>
         <translation>伞仓关闭与打开时的读数重叠：光线无法区分两种状态。</translation>
+    </message>
+    <message>
+        <source>The record and the report of each module lie beside this one.</source>
+        <translation>每个模块的记录和报告与本报告在同一文件夹。</translation>
     </message>
     <message>
         <source>The record is not signed.</source>
@@ -6762,6 +6838,10 @@
         <translation>为什么触发、何时触发，以及当时的设置和测量值。选择一条记录，可注明它是台架测试、真实触发还是误触发。</translation>
     </message>
     <message>
+        <source>Why not</source>
+        <translation>原因</translation>
+    </message>
+    <message>
         <source>Why?</source>
         <translation>为什么？</translation>
     </message>
@@ -6872,6 +6952,10 @@
     <message>
         <source>Written and read back equal.</source>
         <translation>已写入，回读一致。</translation>
+    </message>
+    <message>
+        <source>Written before that: {names}.</source>
+        <translation>此前已写入：{names}。</translation>
     </message>
     <message>
         <source>Written to {folder}: {names}.</source>
@@ -7372,6 +7456,10 @@
     <message>
         <source>cell voltage</source>
         <translation>电芯电压</translation>
+    </message>
+    <message>
+        <source>cell voltage {fault}, limit {limit}</source>
+        <translation>电芯电压{fault}，限值 {limit}</translation>
     </message>
     <message>
         <source>cell voltage, 0.02 V</source>
@@ -8026,6 +8114,10 @@
         <translation>配置文件的第 N 项人工检查已查看且正常</translation>
     </message>
     <message>
+        <source>matches already</source>
+        <translation>已一致</translation>
+    </message>
+    <message>
         <source>may be skipped, and is printed so</source>
         <translation>可跳过，打印时注明</translation>
     </message>
@@ -8324,6 +8416,10 @@
     <message>
         <source>not named yet</source>
         <translation>尚未命名</translation>
+    </message>
+    <message>
+        <source>not reached</source>
+        <translation>未连接上</translation>
     </message>
     <message>
         <source>not read</source>
@@ -8636,6 +8732,10 @@
     <message>
         <source>records: {count}</source>
         <translation>记录：{count}</translation>
+    </message>
+    <message>
+        <source>refused</source>
+        <translation>被拒绝</translation>
     </message>
     <message>
         <source>replace the file</source>
@@ -9350,6 +9450,10 @@
         <translation>电芯每小时下降的电压（V）</translation>
     </message>
     <message>
+        <source>waiting</source>
+        <translation>等待中</translation>
+    </message>
+    <message>
         <source>warning</source>
         <translation>警告</translation>
     </message>
@@ -9400,6 +9504,14 @@
     <message>
         <source>writing</source>
         <translation>写入中</translation>
+    </message>
+    <message>
+        <source>written and verified</source>
+        <translation>已写入并核对</translation>
+    </message>
+    <message>
+        <source>written; some cannot be read back</source>
+        <translation>已写入，部分无法回读</translation>
     </message>
     <message>
         <source>wrong checksum</source>

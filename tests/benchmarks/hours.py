@@ -72,7 +72,7 @@ class Hours:
         self.now_s = 100_000.0
         self.frames = 0
         self._app, self._connector, self._page = app, assembly.connector, live_page(assembly)
-        self._connector.clock = lambda: self.now_s
+        self._connector.clock = self._connector.current.clock = lambda: self.now_s
         self._deliver: Callable[[Batch], None] = assembly.connector.current._bridge.deliver
         self._session = Session(_CannedLine(), lambda: self.now_s)
         self._source = np.random.default_rng(1)

@@ -1,0 +1,191 @@
+"""What the fleet board says about one module, what it needs next, and the order of all."""
+
+import re
+from collections.abc import Iterable
+from dataclasses import dataclass, field
+from enum import Enum
+
+from app.diagnosis.link_state import LinkState, Phase, words
+from app.engine.device import DeviceView, Known
+from app.engine.identity import Identity
+from app.fleet.verdicts import HeldVerdict
+from app.limits.out_of_limits import LimitsInUse, Outside, value_outside
+from app.preflight.verdict import Verdict
+from app.procedures.lock import Locked, waiting_sentence
+from app.safety.last_known import Activation, SeenActivation
+from app.text.i18n import tr
+from app.text.sentences import listed, together
+from protocol.translatable import marked
+
+_BUSY = (Phase.OPENING, Phase.FINDING, Phase.ASKING)
+_DIGITS = re.compile(r"(\d+)")
+
+
+class Need(Enum):
+    """What a module needs next, the most urgent first; the value is a sentence, translatable."""
+
+    TRIGGERED = marked("TRIGGERED: lock it and read its trigger records.")
+    NOT_LOCKED = marked("LOCK is not reported: treat it as ACTIVE.")
+    WAS_ACTIVE = marked("It was ACTIVE when it was last heard: treat it as ACTIVE.")
+    IDENTITY = marked("It may be another module: choose it and say which one it is.")
+    LINK = marked("Not connected")
+    NO_GO = marked("NO-GO: {why}")
+    OUTSIDE = marked("Out of its limit: {why}")
+    ACTIVE = marked("ACTIVE without a check that holds")
+    VOID = marked("Check again: {why}")
+    CHECK = marked("Run the pre-flight check.")
+    ACTIVATE = marked("READY: activate it before the flight.")
+    WAIT = marked("Please wait…")
+    NOTHING = marked("Nothing")
+
+    @property
+    def rank(self) -> int:
+        return _RANKS[self]
+
+
+_RANKS = {need: rank for rank, need in enumerate(Need)}
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class LockState:
+    """LOCK of one module. `failed`: the last one was not reported."""
+
+    sent: int | None = None
+    """While it goes on: how often it has left."""
+    failed: Locked | None = None
+    confirmed: Locked | None = None
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Card:
+    """All that the board shows of one module. `trigger` keeps its last value with its age; `cell` and `tilt` are given
+    only while they are current: a number from before a loss would be taken for a live one."""
+
+    name: str
+    port: str
+    link: LinkState
+    activation: SeenActivation
+    trigger: Known | None
+    cell_v: float | None
+    cell_outside: Outside | None
+    tilt_deg: int | None
+    verdict: HeldVerdict | None
+    is_checking: bool
+    lock: LockState
+    need: Need
+    is_recorded: bool = False
+    is_shown: bool = False
+    """The other pages show this module."""
+
+    @property
+    def is_online(self) -> bool:
+        return self.link.phase is Phase.ONLINE
+
+    @property
+    def title(self) -> str:
+        return self.name or tr("Module without a name")
+
+    def next_step(self, now: float) -> str:
+        """`need` with its reason, in the language in use."""
+        match self.need:
+            case Need.NOT_LOCKED if self.lock.sent is not None:
+                return waiting_sentence(self.lock.sent)
+            case Need.NOT_LOCKED if self.lock.failed is not None:
+                return self.lock.failed.sentence
+            case Need.LINK:
+                said = words(self.link, now)
+                return together((said.what, said.next_step))
+            case Need.NO_GO if self.verdict is not None:
+                return tr(Need.NO_GO.value, why=listed(one.in_words() for one in self.verdict.against))
+            case Need.VOID if self.verdict is not None and self.verdict.void is not None:
+                return tr(Need.VOID.value, why=self.verdict.void.said.in_words())
+            case Need.OUTSIDE if self.cell_outside is not None:
+                fault = self.cell_outside
+                why = tr("cell voltage {fault}, limit {limit}", fault=tr(fault.fault.value), limit=fault.limit)
+                return tr(Need.OUTSIDE.value, why=why)
+            case Need.WAIT if self.is_checking:
+                return tr("Checking…")
+            case Need.WAIT:
+                return words(self.link, now).what
+            case _:
+                return tr(self.need.value)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Member:
+    """What is known of one port at one moment: a card is made of it."""
+
+    port: str
+    link: LinkState
+    device: DeviceView
+    activation: SeenActivation
+    name: str = ""
+    identity: Identity = field(default_factory=Identity)
+    verdict: HeldVerdict | None = None
+    is_checking: bool = False
+    lock: LockState = field(default_factory=LockState)
+    is_recorded: bool = False
+    is_shown: bool = False
+
+
+def card_of(member: Member, now: float, in_use: LimitsInUse) -> Card:
+    device = member.device
+    is_live = member.link.phase is Phase.ONLINE
+    cell = device.fresh("cell_voltage_v", now) if is_live else None
+    tilt = device.fresh("tilt_deg", now) if is_live else None
+    outside = value_outside("cell_voltage_v", device, now, in_use) if cell is not None else None
+    return Card(
+        name=member.name,
+        port=member.port,
+        link=member.link,
+        activation=member.activation,
+        trigger=device.known("triggered", now),
+        cell_v=None if cell is None else float(cell),
+        cell_outside=outside,
+        tilt_deg=None if tilt is None else int(tilt),
+        verdict=member.verdict,
+        is_checking=member.is_checking,
+        lock=member.lock,
+        need=need_of(member, now, has_low_cell=outside is not None),
+        is_recorded=member.is_recorded,
+        is_shown=member.is_shown,
+    )
+
+
+def need_of(member: Member, now: float, *, has_low_cell: bool = False) -> Need:
+    """The most urgent thing that a person can do about this module."""
+    triggered = member.device.known("triggered", now)
+    state, verdict = member.activation.state, member.verdict
+    if triggered is not None and triggered.value is True:
+        return Need.TRIGGERED
+    if member.lock.failed is not None or member.lock.sent is not None:
+        return Need.NOT_LOCKED
+    if state is Activation.WAS_ACTIVE:
+        return Need.WAS_ACTIVE
+    if member.identity.is_for_a_person:
+        return Need.IDENTITY
+    if member.link.phase in _BUSY or (member.is_checking and member.link.phase is Phase.ONLINE):
+        return Need.WAIT
+    if member.link.phase is not Phase.ONLINE:
+        return Need.LINK
+    if verdict is not None and verdict.verdict is Verdict.NO_GO:
+        return Need.NO_GO
+    if has_low_cell:
+        return Need.OUTSIDE
+    if verdict is not None and verdict.verdict is Verdict.GO:
+        return Need.NOTHING
+    if state is Activation.ACTIVE:
+        return Need.ACTIVE
+    if verdict is None:
+        return Need.CHECK
+    return Need.VOID if verdict.verdict is None else Need.ACTIVATE
+
+
+def by_need(cards: Iterable[Card]) -> list[Card]:
+    """Who needs a person first; among equals by name, then by port, numbers as numbers."""
+    return sorted(cards, key=lambda card: (card.need.rank, not card.name, _natural(card.name), _natural(card.port)))
+
+
+def _natural(text: str) -> tuple[tuple[int, str], ...]:
+    parts = _DIGITS.split(text.casefold())
+    return tuple((int(part), "") if part.isdigit() and part.isascii() else (-1, part) for part in parts)

@@ -1,0 +1,152 @@
+"""Pre-flight checks of several modules side by side: who is GO, who is not and why, and one report of all."""
+
+import html
+import json
+from collections import Counter
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from app.fleet.verdicts import titles_against
+from app.preflight.verdict import Verdict
+from app.records.filing import Filed, local_now
+from app.records.report_files import Printer, ReportRefused, suggested_name, write_report
+from app.stations.station import Station
+from app.system.files import write_whole
+from app.text.i18n import CHINESE, language, tr
+from app.text.messages import clean
+from app.text.sentences import listed
+from protocol.translatable import marked
+
+FORMAT = "dps-s pre-flight set"
+_COLOURS = {Verdict.GO: "#0b5d1e", Verdict.READY: "#0b4a9e", Verdict.NO_GO: "#a4001d"}
+NOT_CHECKED = marked("not checked")
+
+
+@dataclass(frozen=True, slots=True)
+class SetMember:
+    """`filed` None: it was not reached, and `trouble` says why."""
+
+    port: str
+    name: str = ""
+    filed: Filed | None = None
+    trouble: str = ""
+
+    @property
+    def verdict(self) -> Verdict | None:
+        return None if self.filed is None else self.filed.assessment.verdict
+
+    @property
+    def title(self) -> str:
+        return clean(self.name) or tr("Module without a name")
+
+    @property
+    def why(self) -> str:
+        """What stands against it, in the language in use; empty for GO and READY."""
+        if self.filed is None or self.trouble:
+            return self.trouble
+        return listed(one.in_words() for one in titles_against(self.filed))
+
+
+def word_of(verdict: Verdict | None) -> str:
+    return tr(NOT_CHECKED if verdict is None else verdict.value)
+
+
+def summary(members: Sequence[SetMember]) -> str:
+    """ "2 GO, 1 READY, 1 NO-GO"."""
+    counts = Counter(one.verdict for one in members)
+    order = (Verdict.GO, Verdict.READY, Verdict.NO_GO, None)
+    return listed(f"{counts[verdict]} {word_of(verdict)}" for verdict in order if counts[verdict])
+
+
+def plain_set(members: Sequence[SetMember]) -> dict[str, object]:
+    """For a file: verdict and reasons of each in English, and the hash of its own record."""
+    return {
+        "format": FORMAT,
+        "at": local_now().isoformat(timespec="seconds"),
+        "modules": [
+            {
+                "port": one.port,
+                "module": one.name or None,
+                "verdict": None if one.verdict is None else one.verdict.value,
+                "against": [] if one.filed is None else [each.in_english() for each in titles_against(one.filed)],
+                "trouble": one.trouble or None,
+                "hash": None if one.filed is None else one.filed.record.get("hash"),
+            }
+            for one in members
+        ],
+    }
+
+
+def report_body(members: Sequence[SetMember]) -> str:
+    """One table on a page: for a printer."""
+    head = "".join(
+        f'<td style="color:#555555">{html.escape(tr(text))}</td>'
+        for text in (marked("Verdict"), marked("Module"), marked("Port"), marked("Why not"))
+    )
+    rows = []
+    for one in members:
+        colour = _COLOURS.get(one.verdict or Verdict.NO_GO, "#a4001d")
+        cells = (one.title, clean(one.port), clean(one.why))
+        rows.append(
+            f'<tr><td bgcolor="{colour}"><font color="#ffffff"><b>{html.escape(word_of(one.verdict))}</b></font></td>'
+            + "".join(f"<td>{html.escape(cell)}</td>" for cell in cells)
+            + "</tr>"
+        )
+    title = html.escape(tr("Pre-flight check of {count} modules", count=len(members)))
+    at = html.escape(local_now().isoformat(sep=" ", timespec="minutes"))
+    note = html.escape(tr("The record and the report of each module lie beside this one."))
+    return (
+        f'<p><font size="5"><b>{title}</b></font> {at}</p><p>{html.escape(summary(members))}</p>'
+        f'<table width="100%" cellpadding="4" cellspacing="0" border="1"><tr>{head}</tr>{"".join(rows)}</table>'
+        f"<p>{note}</p>"
+    )
+
+
+def _page(members: Sequence[SetMember]) -> bytes:
+    return (
+        f'<!DOCTYPE html>\n<html lang="{"zh-CN" if language() == CHINESE else "en"}"><head><meta charset="utf-8">\n'
+        "<meta http-equiv=\"Content-Security-Policy\" content=\"default-src 'none'; style-src 'unsafe-inline'\">\n"
+        f"<title>{html.escape(tr('Pre-flight check of {count} modules', count=len(members)))}</title>\n"
+        "<style>body{font-family:sans-serif;max-width:190mm;margin:8mm auto}</style></head>\n"
+        f"<body>{report_body(members)}</body></html>"
+    ).encode()
+
+
+def check_set_target(path: Path) -> None:
+    """Before anything is sent: can the reports go there? Raises `ReportRefused`."""
+    if path.suffix.lower() != ".pdf":
+        raise ReportRefused(tr("{file}: the name of the report must end in .pdf.", file=path.name))
+    if not path.parent.is_dir():
+        raise ReportRefused(tr("There is no folder {folder}.", folder=path.parent))
+    for target in (path, path.with_suffix(".html"), path.with_suffix(".json")):
+        if target.exists() and not _is_ours(target.with_suffix(".json")):
+            raise ReportRefused(tr("{file} is there and is no pre-flight report: choose another name.", file=target))
+
+
+def _is_ours(path: Path) -> bool:
+    try:
+        found = json.loads(path.read_bytes())
+    except (OSError, ValueError, RecursionError):
+        return False
+    return isinstance(found, dict) and found.get("format") == FORMAT
+
+
+def write_set_reports(
+    path: Path, members: Sequence[SetMember], printer: Printer | None, station: Station | None = None
+) -> tuple[Path, ...]:
+    """FILE.pdf with FILE.html and FILE.json about all, and "FILE 01 M-07 … GO" with the report of each module. What was
+    written. Raises `OSError` or `RuntimeError`, then as far as it came."""
+    plain = json.dumps(plain_set(members), ensure_ascii=False, indent=1).encode()
+    json_path, html_path = path.with_suffix(".json"), path.with_suffix(".html")
+    write_whole(json_path, plain)
+    write_whole(html_path, _page(members))
+    written = [json_path, html_path]
+    for number, one in enumerate(members, 1):
+        if one.filed is not None:
+            name = f"{path.stem} {number:02} {suggested_name(one.filed.record)}.pdf"
+            written += write_report(path.with_name(name), one.filed.record, printer, station)
+    if printer is not None:
+        write_whole(path, printer(report_body(members), plain))
+        written.append(path)
+    return tuple(written)

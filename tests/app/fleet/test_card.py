@@ -1,0 +1,153 @@
+"""What the board says about a module, and who comes first."""
+
+from dataclasses import replace
+from types import MappingProxyType
+
+import pytest
+
+from app.diagnosis.link_state import LinkState, Phase
+from app.engine.device import DeviceView, How, Known, StaleReason
+from app.engine.identity import Identity, Trust
+from app.fleet.card import LockState, Member, Need, by_need, card_of, need_of
+from app.fleet.verdicts import HeldVerdict, Verdicts, titles_against
+from app.limits.out_of_limits import LimitsInUse
+from app.preflight.evidence import Disturbance
+from app.preflight.verdict import Verdict, Void, assess
+from app.procedures.lock import Locked
+from app.records.filing import Filed
+from app.safety.journal import Outcome
+from app.safety.last_known import Activation, SeenActivation
+from protocol.fields import Value
+from protocol.link_states import Presence
+from tests.support.records.preflight_rig import Checked, check
+
+NOW = 100.0
+FAILED = Locked(outcome=Outcome.UNKNOWN, sent=50)
+GO, READY, NO_GO = (HeldVerdict(one, 90.0) for one in (Verdict.GO, Verdict.READY, Verdict.NO_GO))
+VOID = HeldVerdict(None, 90.0, Void(Disturbance.RESTARTED))
+VALUES: dict[str, Value] = {"tilt_deg": 7, "triggered": False, "cell_voltage_v": 4.0}
+
+
+def view(at: float = NOW, stale: StaleReason | None = None, **values: Value) -> DeviceView:
+    known = {key: Known(value, How.READ, at, stale) for key, value in (VALUES | values).items()}
+    return DeviceView(MappingProxyType(known), Presence.ONLINE, 0.0)
+
+
+def member(
+    phase: Phase = Phase.ONLINE, state: Activation = Activation.LOCKED, device: DeviceView | None = None
+) -> Member:
+    link = LinkState(phase, "/dev/ttyUSB0", 115200)
+    return Member(port="ttyUSB0", link=link, device=device or view(), activation=SeenActivation(state, 99.0))
+
+
+TABLE = {
+    "it has triggered": (member(device=view(triggered=True)), Need.TRIGGERED),
+    "it had triggered when it was lost": (
+        member(Phase.LOST, device=view(triggered=True, stale=StaleReason.LINK_LOST)), Need.TRIGGERED,
+    ),
+    "LOCK was not reported": (replace(member(), lock=LockState(failed=FAILED)), Need.NOT_LOCKED),
+    "LOCK goes on while the port is lost": (replace(member(Phase.LOST), lock=LockState(sent=3)), Need.NOT_LOCKED),
+    "lost while active": (member(Phase.LOST, Activation.WAS_ACTIVE), Need.WAS_ACTIVE),
+    "perhaps another one": (replace(member(), identity=Identity(Trust.ANOTHER)), Need.IDENTITY),
+    "lost": (member(Phase.LOST, Activation.WAS_LOCKED), Need.LINK),
+    "no answer": (member(Phase.SILENT, Activation.UNKNOWN), Need.LINK),
+    "being opened": (member(Phase.OPENING, Activation.UNKNOWN), Need.WAIT),
+    "NO-GO": (replace(member(), verdict=NO_GO), Need.NO_GO),
+    "NO-GO while lost": (replace(member(Phase.LOST), verdict=NO_GO), Need.LINK),
+    "active and never checked": (member(state=Activation.ACTIVE), Need.ACTIVE),
+    "active, the check void": (replace(member(state=Activation.ACTIVE), verdict=VOID), Need.ACTIVE),
+    "being checked": (replace(member(), is_checking=True, verdict=NO_GO), Need.WAIT),
+    "never checked": (member(), Need.CHECK),
+    "the check void": (replace(member(), verdict=VOID), Need.VOID),
+    "READY": (replace(member(), verdict=READY), Need.ACTIVATE),
+    "GO": (replace(member(state=Activation.ACTIVE), verdict=GO), Need.NOTHING),
+    "GO with a low cell": (
+        replace(member(state=Activation.ACTIVE, device=view(cell_voltage_v=3.5)), verdict=GO), Need.OUTSIDE,
+    ),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", TABLE)
+def test_what_it_needs_next(name: str) -> None:
+    one, need = TABLE[name]
+    card = card_of(one, NOW, LimitsInUse())
+    assert card.need is need
+    assert card.next_step(NOW)
+    assert "{" not in card.next_step(NOW)
+
+
+def test_who_needs_a_person_comes_first() -> None:
+    cards = [card_of(one, NOW, LimitsInUse()) for one, _ in TABLE.values()]
+    ordered = by_need(cards)
+    assert [card.need.rank for card in ordered] == sorted(card.need.rank for card in cards)
+    assert ordered[0].need is Need.TRIGGERED
+    assert ordered[-1].need is Need.NOTHING
+    names = [card_of(replace(member(), name=name), NOW, LimitsInUse()) for name in ("", "M-10", "M-2", "m-1")]
+    assert [card.name for card in by_need(names)] == ["m-1", "M-2", "M-10", ""]
+
+
+@pytest.mark.parametrize("phase", [one for one in Phase if one is not Phase.ONLINE])
+def test_a_card_that_is_not_connected_shows_no_number(phase: Phase) -> None:
+    card = card_of(member(phase), NOW, LimitsInUse())
+    assert (card.tilt_deg, card.cell_v, card.cell_outside) == (None, None, None)
+    assert card.need is not Need.NOTHING
+
+
+def test_old_numbers_are_not_shown_although_the_link_stands() -> None:
+    card = card_of(member(device=view(NOW - 60.0)), NOW, LimitsInUse())
+    assert (card.tilt_deg, card.cell_v) == (None, None)
+    fresh = card_of(member(), NOW, LimitsInUse())
+    assert (fresh.tilt_deg, fresh.cell_v) == (7, 4.0)
+
+
+# Verdicts
+
+
+def checked(**options: str) -> tuple[Checked, Filed]:
+    found = check(options=options)
+    return found, Filed(found.assessment, {})
+
+
+def test_a_verdict_holds_until_something_speaks_against_it_and_stays_void_then() -> None:
+    found, filed = checked()
+    rig, verdicts = found.rig, Verdicts()
+    now, device = rig.clock(), rig.session.device.view(rig.clock())
+    assert verdicts.held("a", device, now, is_open=True) is None
+    verdicts.keep("a", filed)
+    held = verdicts.held("a", device, now, is_open=True)
+    assert held is not None
+    assert held.verdict is Verdict.READY
+    verdicts.poll("a", device, now, is_open=False)  # unplugged for a moment
+    held = verdicts.held("a", device, now, is_open=True)
+    assert held is not None
+    assert (held.verdict, held.void) == (None, Void(Disturbance.DISCONNECTED))
+    verdicts.keep("a", filed)
+    assert verdicts.held("b", device, now, is_open=True) is None
+    late = verdicts.held("a", device, now + 3600.0, is_open=True)
+    assert late is not None
+    assert late.verdict is None
+
+
+def test_ready_is_not_go_because_it_was_activated_and_go_is_ready_when_it_is_locked() -> None:
+    found, filed = checked()
+    device, now, verdicts = found.rig.session.device.view(found.rig.clock()), found.rig.clock(), Verdicts()
+    active = replace(device, values=MappingProxyType({**device.values, "active": Known(True, How.READ, now)}))
+    verdicts.keep("a", filed)
+    held = verdicts.held("a", active, now, is_open=True)
+    assert held is not None
+    assert held.verdict is None
+    case = filed.assessment.case
+    assert case.evidence.status is not None
+    seen_active = replace(case, evidence=replace(case.evidence, status=replace(case.evidence.status, active=True)))
+    verdicts.keep("b", Filed(assess(seen_active), {}))
+    both = (verdicts.held("b", each, now, is_open=True) for each in (active, device))
+    assert [one and one.verdict for one in both] == [Verdict.GO, Verdict.READY]
+
+
+def test_no_go_names_what_stands_against_it() -> None:
+    _, filed = checked(cell="3.4")
+    assert filed.assessment.verdict is Verdict.NO_GO
+    held = HeldVerdict(Verdict.NO_GO, 90.0, None, titles_against(filed))
+    card = card_of(replace(member(), verdict=held), NOW, LimitsInUse())
+    assert "Cell voltage" in card.next_step(NOW)
+    assert need_of(replace(member(), verdict=held), NOW) is Need.NO_GO

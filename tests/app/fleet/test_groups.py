@@ -1,0 +1,103 @@
+"""Checks and profiles for several modules, on in-process lines: each by itself, none waits for another."""
+
+import json
+from pathlib import Path
+
+import pytest
+
+from app.engine.procedure import Cancelled, PortLost
+from app.fleet.check_set import SetMember, check_set_target, plain_set, summary, word_of, write_set_reports
+from app.fleet.profile_table import (
+    Applied,
+    AppliedProfile,
+    broken_off,
+    column,
+    outcome_of,
+    result_line,
+    settings_in,
+)
+from app.limits.expectations import Expectations
+from app.preflight.evidence import FrameLog
+from app.preflight.verdict import Verdict
+from app.procedures.read import read_everything
+from app.procedures.write_all import Leave, write_all
+from app.records.filing import Filed, Person, file_check
+from app.records.report_files import ReportRefused
+from app.settings.profiles import Match, Profile
+from protocol.catalogue import BAUD_RATE, BY_NAME
+from tests.support.journals import FakeJournal
+from tests.support.line.sim_line import Rig
+from tests.support.records.preflight_rig import check
+
+PROFILE = Profile(
+    name="Show",
+    settings={"attitude_threshold_deg": 70, "freefall_time_s": 1.2, "attitude_trigger": True, "baud_rate": 9600},
+)
+
+
+def filed(**options: str) -> Filed:
+    found = check(options=options)
+    evidence = found.assessment.case.evidence
+    return file_check(evidence, Expectations(), Person(), FrameLog(), store=None, program_version="1")
+
+
+def test_one_report_for_the_set_and_one_for_each(tmp_path: Path) -> None:
+    members = (
+        SetMember("/dev/a", "M-<1>", filed()),
+        SetMember("/dev/b", "", filed(cell="3.4")),
+        SetMember("/dev/c", "M-3", None, "No module answers."),
+    )
+    assert [one.verdict for one in members] == [Verdict.READY, Verdict.NO_GO, None]
+    assert "Cell voltage" in members[1].why
+    assert members[2].why == "No module answers."
+    assert summary(members) == f"1 READY, 1 NO-GO, 1 {word_of(None)}"
+    target = tmp_path / "set.pdf"
+    check_set_target(target)
+    written = write_set_reports(target, members, lambda body, attached: f"{body}{attached!r}".encode())
+    assert sorted(path.name for path in tmp_path.iterdir()) == sorted(path.name for path in written)
+    assert sum(path.suffix == ".pdf" for path in written) == 3
+    found = json.loads(target.with_suffix(".json").read_bytes())
+    assert found["modules"] == json.loads(json.dumps(plain_set(members)))["modules"]
+    assert [one["verdict"] for one in found["modules"]] == ["READY", "NO-GO", None]
+    page = target.with_suffix(".html").read_text(encoding="utf-8")
+    assert "M-&lt;1&gt;" in page
+    assert "No module answers." in page
+    check_set_target(target)  # our own is replaced
+    other = tmp_path / "other.pdf"
+    other.write_text("a thesis", encoding="utf-8")
+    with pytest.raises(ReportRefused):
+        check_set_target(other)
+
+
+def test_a_profile_is_compared_written_and_verified_on_each() -> None:
+    rigs = {"a": Rig(), "b": Rig({"mute_codes": f"{BY_NAME['freefall_time'].code:02X}"}), "c": Rig({"active": "yes"})}
+    results: dict[str, AppliedProfile] = {}
+    for port, rig in rigs.items():
+        rig.run(read_everything())
+        table = column(PROFILE, rig.session.device.view(rig.clock()), rig.clock(), port=port, title=port)
+        assert [one.command for one in table.rows] == list(settings_in(PROFILE))
+        assert BAUD_RATE not in settings_in(PROFILE)
+        assert {one.match for one in table.rows} <= {Match.DIFFERENT, Match.UNKNOWN}
+        report = rig.run(write_all(table.changes, Leave(journal=FakeJournal())))
+        results[port] = outcome_of(report)
+    assert results["a"].state is Applied.ACKNOWLEDGED  # the trigger cannot be read back, and that is said
+    assert tr_title("attitude_trigger") in results["a"].why
+    assert results["b"].state is Applied.FAILED
+    assert results["c"].state is Applied.REFUSED  # active: nothing is written
+    assert results["c"].why
+    assert result_line(results) == "1 written; some cannot be read back, 1 refused, 1 FAILED"
+    rig = rigs["a"]
+    again = column(PROFILE, rig.session.device.view(rig.clock()), rig.clock(), port="a", title="a")
+    assert [change.command.name for change in again.changes] == []
+
+
+def tr_title(name: str) -> str:
+    return BY_NAME[name].title
+
+
+def test_what_was_broken_off_is_never_fine() -> None:
+    for error in (PortLost(), Cancelled()):
+        found = broken_off((), error)
+        assert found.state is Applied.FAILED
+        assert not found.state.is_fine
+        assert "not known" in found.why
