@@ -62,6 +62,7 @@ ROOMS = (
     "ui/plots",
     "ui/services",
     "ui/acts",
+    "ui/preferences",
     "ui/connect",
     "ui/simulator",
     "ui/pages",

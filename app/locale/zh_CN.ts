@@ -26,6 +26,10 @@
         <translation>模块(&amp;M)</translation>
     </message>
     <message>
+        <source>&amp;Page</source>
+        <translation>页面(&amp;P)</translation>
+    </message>
+    <message>
         <source>&amp;View</source>
         <translation>视图(&amp;V)</translation>
     </message>
@@ -234,6 +238,10 @@
         <translation>测试所依据的参数无法读取。</translation>
     </message>
     <message>
+        <source>A short tone when the module triggers, falls silent or restarts</source>
+        <translation>模块触发、通信中断或重启时发出短促提示音</translation>
+    </message>
+    <message>
         <source>A simulated module, written from the vendor's table. Prints the port to open as its first line and runs until it is stopped (Ctrl-C). The same options go into the query of sim://NAME?option=value.</source>
         <translation>按厂家协议表编写的模拟模块。第一行打印要打开的串口，一直运行到被停止（Ctrl-C）。同样的选项也可写入 sim://NAME?option=value 的查询部分。</translation>
     </message>
@@ -438,6 +446,10 @@
         <translation>已激活的模块在倾覆或坠落时自动开伞；锁定的模块须先激活。</translation>
     </message>
     <message>
+        <source>An address, or another rate than 115200</source>
+        <translation>其他地址，或不同于 115200 的波特率</translation>
+    </message>
+    <message>
         <source>An earlier session had left the serial output on; it is switched off when it is no longer needed.</source>
         <translation>上次运行异常退出时未关闭串口输出；不再需要时将关闭。</translation>
     </message>
@@ -622,6 +634,10 @@
         <translation>返回当前通信</translation>
     </message>
     <message>
+        <source>Back to the page</source>
+        <translation>返回页面</translation>
+    </message>
+    <message>
         <source>Back to the settings</source>
         <translation>返回设置</translation>
     </message>
@@ -708,10 +724,6 @@
     <message>
         <source>Break the check off; it is void then</source>
         <translation>中断检查；检查随即作废</translation>
-    </message>
-    <message>
-        <source>Bright</source>
-        <translation>浅色</translation>
     </message>
     <message>
         <source>Broken off: it is not known whether the module is at {rate} baud now. Use “Find my module”.</source>
@@ -998,10 +1010,6 @@
         <translation>选择串口并连接。列表会自动跟随插拔。</translation>
     </message>
     <message>
-        <source>Choose a port in the list, or the simulated module; then Connect.</source>
-        <translation>在列表中选择串口或模拟模块，然后点“连接”。</translation>
-    </message>
-    <message>
         <source>Choose a port, connect or disconnect (Ctrl+K)</source>
         <translation>选择串口、连接或断开（Ctrl+K）</translation>
     </message>
@@ -1118,10 +1126,6 @@
         <translation>关闭此面板</translation>
     </message>
     <message>
-        <source>Close this sheet</source>
-        <translation>关闭此面板</translation>
-    </message>
-    <message>
         <source>Close {program} and connect again.</source>
         <translation>请关闭 {program}，然后重新连接。</translation>
     </message>
@@ -1214,10 +1218,6 @@
         <translation>请重新连接。若再次失败，请在“诊断”页保存诊断包。</translation>
     </message>
     <message>
-        <source>Connect opens the port and reads the module; that activates nothing.</source>
-        <translation>“连接”会打开串口并读取模块；这不会激活模块。</translation>
-    </message>
-    <message>
         <source>Connect the simulated module</source>
         <translation>连接模拟模块</translation>
     </message>
@@ -1232,6 +1232,10 @@
     <message>
         <source>Connected: this button says which port is open and how the link stands, on every page. Your own module is chosen here too (Ctrl+K).</source>
         <translation>已连接：每一页上，这个按钮都显示打开的是哪个串口、连接状态如何。您自己的模块也在这里选择（Ctrl+K）。</translation>
+    </message>
+    <message>
+        <source>Connecting only reads the module.</source>
+        <translation>连接只读取模块数据。</translation>
     </message>
     <message>
         <source>Connecting the simulated module…</source>
@@ -1338,7 +1342,7 @@
         <translation>文件损坏：略去 {count} 字节。</translation>
     </message>
     <message>
-        <source>Dark</source>
+        <source>Dark mode</source>
         <translation>深色</translation>
     </message>
     <message>
@@ -1812,6 +1816,10 @@
     <message>
         <source>Exporting {name}</source>
         <translation>正在导出 {name}</translation>
+    </message>
+    <message>
+        <source>Export…</source>
+        <translation>导出…</translation>
     </message>
     <message>
         <source>External power</source>
@@ -2790,6 +2798,10 @@
         <translation>伞仓内有光说明已打开；未校准时，“光线越强读数越高”只是假定。</translation>
     </message>
     <message>
+        <source>Light mode</source>
+        <translation>浅色</translation>
+    </message>
+    <message>
         <source>Light threshold</source>
         <translation>光线阈值</translation>
     </message>
@@ -3066,6 +3078,10 @@
         <translation>正在重新测量倾角。</translation>
     </message>
     <message>
+        <source>Menu</source>
+        <translation>菜单</translation>
+    </message>
+    <message>
         <source>Message</source>
         <translation>消息</translation>
     </message>
@@ -3254,6 +3270,10 @@
         <translation>不自动删除所选数据记录；回收站中的将恢复</translation>
     </message>
     <message>
+        <source>New here? Take the tour</source>
+        <translation>初次使用？开始导览</translation>
+    </message>
+    <message>
         <source>New here? The tour goes from the first connection to GO in a few minutes, on a simulated module.</source>
         <translation>第一次使用？导览会在模拟模块上，用几分钟从首次连接走到飞行前检查。</translation>
     </message>
@@ -3412,6 +3432,10 @@
     <message>
         <source>No serial port found. Plug the adapter in: it appears here automatically.</source>
         <translation>未找到串口。请插入适配器，它会自动出现在这里。</translation>
+    </message>
+    <message>
+        <source>No shortcuts on this page</source>
+        <translation>本页没有快捷键</translation>
     </message>
     <message>
         <source>No simulated module is connected.</source>
@@ -3706,6 +3730,10 @@
         <translation>已离线 {time}</translation>
     </message>
     <message>
+        <source>On a simulated module, in a few minutes</source>
+        <translation>在模拟模块上进行，只需几分钟</translation>
+    </message>
+    <message>
         <source>On the module</source>
         <translation>模块上</translation>
     </message>
@@ -3902,6 +3930,10 @@
         <translation>其他串口</translation>
     </message>
     <message>
+        <source>Other port or baud rate</source>
+        <translation>其他串口或波特率</translation>
+    </message>
+    <message>
         <source>Out of its limit: {why}</source>
         <translation>超出限值：{why}</translation>
     </message>
@@ -3920,6 +3952,10 @@
     <message>
         <source>PAGE NOT SIGNED: only the record in it is intact. Rely on the line below.</source>
         <translation>页面未签名：仅其中的记录完好，请以下一行为准。</translation>
+    </message>
+    <message>
+        <source>Page names beside icons</source>
+        <translation>图标旁显示页面名称</translation>
     </message>
     <message>
         <source>Pages</source>
@@ -4080,6 +4116,10 @@
     <message>
         <source>Preferences</source>
         <translation>偏好设置</translation>
+    </message>
+    <message>
+        <source>Preferences…</source>
+        <translation>首选项…</translation>
     </message>
     <message>
         <source>Press LOCK</source>
@@ -4706,6 +4746,10 @@
         <translation>把这条线路上的数据保存为文本文件。</translation>
     </message>
     <message>
+        <source>Save…</source>
+        <translation>保存…</translation>
+    </message>
+    <message>
         <source>Saving {name}…</source>
         <translation>正在保存 {name}…</translation>
     </message>
@@ -5006,6 +5050,10 @@
         <translation>{port} 上有数据，但在 {rate} 波特率下读不出任何帧。</translation>
     </message>
     <message>
+        <source>Sounds: triggered, lost, restarted</source>
+        <translation>提示音：触发、通信中断、重启</translation>
+    </message>
+    <message>
         <source>Source</source>
         <translation>来源</translation>
     </message>
@@ -5224,6 +5272,10 @@
     <message>
         <source>Tests</source>
         <translation>测试</translation>
+    </message>
+    <message>
+        <source>Text size</source>
+        <translation>文字大小</translation>
     </message>
     <message>
         <source>That did not work: {why}.</source>
@@ -6844,6 +6896,10 @@
     <message>
         <source>Why?</source>
         <translation>为什么？</translation>
+    </message>
+    <message>
+        <source>Wide sidebar</source>
+        <translation>加宽侧栏</translation>
     </message>
     <message>
         <source>Windows has no pseudo-terminals: use --tcp 127.0.0.1:0</source>

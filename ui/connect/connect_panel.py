@@ -1,5 +1,6 @@
-"""Panel for choosing a port and connecting, over the page so that the module's state stays visible."""
+"""Choosing a port and connecting, in the room of the page: the module's state stays visible above it."""
 
+from collections.abc import Callable
 from functools import partial
 
 from PySide6.QtCore import QEvent, Qt, Signal
@@ -11,6 +12,7 @@ from PySide6.QtWidgets import (
     QLabel,
     QLineEdit,
     QPushButton,
+    QScrollArea,
     QSizePolicy,
     QToolButton,
     QWidget,
@@ -35,26 +37,33 @@ from ui.widgets.naming import named
 from ui.widgets.sliders import WheelGuard
 
 SIMULATED_PORT = "sim://demo?lifelike&noise=1"
+CARD_PX = 520
 FIND_RATE = 0
 """The entry of the rate box that stands for "find it"."""
 
 
-class ConnectPanel(QFrame):
-    """Refreshes itself while it is open; nothing in it waits for a port."""
+class ConnectPanel(QScrollArea):
+    """A card in the middle. Refreshes itself while it is open; nothing in it waits for a port."""
 
     connect_wanted = Signal(object)
     """A `Target`."""
     disconnect_wanted = Signal()
+    tour_wanted = Signal()
+    shown = Signal()
+    """Opened or closed."""
 
     def __init__(self, connector: Connector, ports: PortWatcher, texts: Texts, parent: QWidget | None = None) -> None:
         super().__init__(parent)
         self.setObjectName("connect_panel")
-        self.setProperty("role", "card")
-        self.setAutoFillBackground(True)
+        self.setFrameShape(QFrame.Shape.NoFrame)
+        self.setWidgetResizable(True)
+        self.setFocusPolicy(Qt.FocusPolicy.NoFocus)
         self._connector = connector
         self._ports = ports
         self._texts = texts
         self._last: LastPort | None = None
+        self.offers_tour: Callable[[], bool] = bool
+        """Nobody has connected or taken the tour on this computer."""
         self.list = PortList()
         self.other = control(QLineEdit(), texts, "port_address", says="Other port",
                              tip="A port that is not in the list: a device, a pseudo-terminal "
@@ -67,8 +76,13 @@ class ConnectPanel(QFrame):
                                          key="Ctrl+D", slot=self.disconnect_wanted)  # fmt: skip
         self.empty = named(QLabel(), "no_ports_hint")
         self.said = named(QLabel(), "connect_state")
+        self.tour = control(QPushButton(), texts, "connect_tour", "New here? Take the tour", role="quiet",
+                            tip="On a simulated module, in a few minutes", slot=self.tour_wanted)  # fmt: skip
+        self.options = control(QToolButton(), texts, "connect_options", "Other port or baud rate",
+                               tip="An address, or another rate than 115200", picture=Icon.CHEVRON_DOWN, role="quiet",
+                               is_checkable=True)  # fmt: skip
         self._close = control(
-            QToolButton(), texts, "connect_close", says="Close", tip="Close this sheet", key="Esc", slot=self.hide
+            QToolButton(), texts, "connect_close", says="Close", tip="Back to the page", key="Esc", slot=self.hide
         )
         WheelGuard(self).guard(self.rate)
         self._build()
@@ -88,6 +102,7 @@ class ConnectPanel(QFrame):
             self.rate.setCurrentIndex(max(0, self.rate.findData(last.baud_rate)))
             if not last.identity and not last.device.startswith("sim:"):
                 self.other.setText(last.device)
+            self.options.setChecked(bool(self.other.text()) or self.rate.currentIndex() > 0)
         self.refresh()
 
     def refresh(self) -> None:
@@ -127,6 +142,7 @@ class ConnectPanel(QFrame):
             self.empty.setText(f"{nothing} {tr('If it does not, try another cable.')}")
         else:
             self.empty.setText(tr("Looking for ports…"))
+        self.tour.setVisible(self.offers_tour())
         self._show_state()
 
     def chosen_target(self) -> Target | None:
@@ -146,31 +162,40 @@ class ConnectPanel(QFrame):
         if target is not None:
             self.connect_wanted.emit(target)
 
-    def height_for(self, width: int) -> int:
-        """The height at which nothing is cut off."""
-        layout = self._layout
-        return layout.totalHeightForWidth(width) if layout.hasHeightForWidth() else layout.totalSizeHint().height()
-
     # Making
 
     def _build(self) -> None:
-        title = control(QLabel(), self._texts, "connect_title", "Connect", role="title")
+        title = control(QLabel(), self._texts, "connect_title", "Choose a port", role="title")
         self._close.setIcon(icon(Icon.CROSS))
         self._close.setProperty("role", "quiet")
+        self._form = named(QWidget(), "connect_form")
+        self._form.setLayout(self._build_form())
+        self._form.hide()
+        self.options.toggled.connect(self._form.setVisible)
         head = in_row((title, 1), self._close)
-        buttons = in_row(1, self.disconnect_button, self.connect_button, spacing=Space.S)
-        parts = head, (self.list, 1), self.empty, self._build_form(), self.said, buttons
-        self._layout = in_column(*parts, of=self, spacing=Space.S, margins=(Space.L, Space.M, Space.L, Space.L))
+        buttons = in_row(self.tour, 1, self.disconnect_button, self.connect_button, spacing=Space.S)
+        options = in_row(self.options, 1)
+        parts = head, self.list, self.empty, options, self._form, self.said, buttons
+        card = named(QFrame(), "connect_card", "card")
+        card.setMaximumWidth(CARD_PX)
+        in_column(*parts, of=card, spacing=Space.M, margins=(Space.XL, Space.L, Space.XL, Space.XL))
         for label in (self.empty, self.said):
             label.setWordWrap(True)
             label.setTextFormat(Qt.TextFormat.PlainText)
             label.setSizePolicy(QSizePolicy.Policy.Preferred, QSizePolicy.Policy.Minimum)
-        self.empty.setProperty("role", "muted")
+            label.setProperty("role", "muted")
         self.connect_button.setProperty("role", "primary")
         self.connect_button.setMinimumWidth(120)
+        ground = named(QWidget(), "connect_ground")
+        middle = in_row(1, (card, 100), 1)
+        in_column(1, middle, 2, of=ground, margins=Space.M)
+        self.setWidget(ground)
+        for transparent in (self.viewport(), ground):
+            transparent.setAutoFillBackground(False)
 
     def _build_form(self) -> QGridLayout:
         form = QGridLayout()
+        form.setContentsMargins(0, 0, 0, 0)
         form.setHorizontalSpacing(Space.M)
         form.setVerticalSpacing(Space.S)
         for row, (field, english) in enumerate(((self.other, marked("Other port")), (self.rate, marked("Baud rate")))):
@@ -191,7 +216,7 @@ class ConnectPanel(QFrame):
 
     def _name(self) -> None:
         bind = self._texts.bind
-        bind(self.setAccessibleName, "Connect")
+        bind(self.setAccessibleName, "Choose a port")
         bind(self.list.setAccessibleName, "Ports")
         bind(self.other.setPlaceholderText, "device or socket://host:port")
 
@@ -224,17 +249,16 @@ class ConnectPanel(QFrame):
         said = words(state, self._connector.clock())
         is_closed = state.phase is Phase.CLOSED
         self.said.setText(self._what_next() if is_closed else f"{said.what} {said.next_step}".strip())
+        self.said.setVisible(bool(self.said.text()))
         self._show_buttons()
 
     def _what_next(self) -> str:
         """As long as nothing is connected."""
         target = self.chosen_target()
-        if target is None:
-            return tr("Choose a port in the list, or the simulated module; then Connect.")
-        return tr("Connect opens the port and reads the module; that activates nothing.")
+        return "" if target is None else tr("Connecting only reads the module.")
 
     def _show_buttons(self) -> None:
-        self.disconnect_button.setEnabled(self._connector.is_wanted)
+        self.disconnect_button.setVisible(self._connector.is_wanted)
         self.connect_button.setEnabled(self.chosen_target() is not None)
 
     # Qt
@@ -247,6 +271,7 @@ class ConnectPanel(QFrame):
 
     def showEvent(self, event: QShowEvent) -> None:
         super().showEvent(event)
+        self.shown.emit()
         self._ports.watch(True)
         self.refresh()
         self.list.setFocus()
@@ -256,6 +281,7 @@ class ConnectPanel(QFrame):
         self._ports.watch(False)
         if not event.spontaneous():
             self._ports.settle()
+        self.shown.emit()
 
     def changeEvent(self, event: QEvent) -> None:
         super().changeEvent(event)

@@ -9,6 +9,7 @@ from PySide6.QtCore import QByteArray, QSettings
 from protocol.catalogue import DEFAULT_BAUD_RATE
 
 APPLICATION = "dps-s-configurator"
+MOST_ZOOM_PERCENT = 150
 MOST_RECENT = 8
 """Profiles."""
 
@@ -51,6 +52,32 @@ class Preferences:
     @theme.setter
     def theme(self, name: str) -> None:
         self._settings.setValue("theme", name)
+
+    @property
+    def zoom_percent(self) -> int:
+        """The size of text and controls."""
+        text = self._text("zoom_percent") or ""
+        return int(text) if text.isdecimal() and 100 <= int(text) <= MOST_ZOOM_PERCENT else 100
+
+    @zoom_percent.setter
+    def zoom_percent(self, percent: int) -> None:
+        self._settings.setValue("zoom_percent", str(percent))
+
+    @property
+    def has_sounds(self) -> bool:
+        return self._text("sounds") == "yes"
+
+    @has_sounds.setter
+    def has_sounds(self, is_wanted: bool) -> None:
+        self._settings.setValue("sounds", "yes" if is_wanted else "no")
+
+    @property
+    def is_sidebar_wide(self) -> bool:
+        return self._text("window/sidebar") == "wide"
+
+    @is_sidebar_wide.setter
+    def is_sidebar_wide(self, is_wide: bool) -> None:
+        self._settings.setValue("window/sidebar", "wide" if is_wide else "narrow")
 
     @property
     def last_port(self) -> LastPort | None:

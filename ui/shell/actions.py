@@ -1,28 +1,19 @@
-"""Menu bar: all actions of the window with their shortcuts."""
+"""Menu: all actions of the window with their shortcuts."""
 
 from collections.abc import Callable
 from functools import partial
 
 from PySide6.QtCore import Qt
-from PySide6.QtGui import QAction, QActionGroup, QKeySequence
-from PySide6.QtWidgets import QMainWindow, QMenu
+from PySide6.QtGui import QAction, QKeySequence
+from PySide6.QtWidgets import QMainWindow, QMenu, QWidget
 
-from app.text.i18n import CHINESE, ENGLISH
+from app.text.i18n import tr
 from protocol.translatable import marked
 from ui.core.texts import Texts
 from ui.services.context import PageEntry
 from ui.style.icons import Icon, icon
-from ui.style.theme import Choice
+from ui.widgets.controls import Shortcut
 from ui.widgets.naming import named
-
-_THEMES = (
-    (Choice.AUTO, marked("System")),
-    (Choice.LIGHT, marked("Bright")),
-    (Choice.DARK, marked("Dark")),
-    (Choice.SUNLIGHT, marked("Sunlight")),
-)
-# Each language in its own words, so that whoever is lost in the other one finds it.
-_LANGUAGES = ((ENGLISH, "English"), (CHINESE, "简体中文"))
 
 
 class Actions:
@@ -31,36 +22,42 @@ class Actions:
     def __init__(self, window: QMainWindow, texts: Texts, entries: tuple[PageEntry, ...]) -> None:
         self._window = window
         self._texts = texts
+        self.main = named(QMenu(window), "main_menu")
         file, module = self._menu("menu_file", marked("&File")), self._menu("menu_module", marked("&Module"))
+        self.page = self._menu("menu_page", marked("&Page"))
         view, help_menu = self._menu("menu_view", marked("&View")), self._menu("menu_help", marked("&Help"))
         self.open = self._action(file, "act_open", marked("Open…"), "Ctrl+Alt+O")
-        self.recent = QMenu(window)
+        self.recent = QMenu(file)
         self._add_menu(file, self.recent, "menu_recent", marked("Recent files"))
+        self.save = self._action(file, "act_save", marked("Save…"), None)
+        self.export = self._action(file, "act_export", marked("Export…"), None)
+        file.aboutToShow.connect(self._offer_saving)
         file.addSeparator()
         self.connect = self._action(file, "act_connect", marked("Connect…"), "Ctrl+K")
         self.disconnect = self._action(file, "act_disconnect", marked("Disconnect"), "Ctrl+D")
         file.addSeparator()
+        self.preferences = self._action(file, "act_preferences", marked("Preferences…"), "Ctrl+,")
         self.quit = self._action(file, "act_quit", marked("Quit"), "Ctrl+Q")
         self.lock = self._action(module, "act_lock", marked("LOCK"), "Ctrl+L")
         self.lock.setShortcutContext(Qt.ShortcutContext.ApplicationShortcut)
         self.lock.setIcon(icon(Icon.LOCK))
         self.find_rate = self._action(module, "act_find_rate", marked("Find the rate"), None)
+        self.simulator = self._action(module, "act_simulator", marked("Simulated module panel"), "F4")
+        self.simulator.setCheckable(True)
+        self.page.aboutToShow.connect(self._fill_page)
         self.pages = {
-            entry.key: self._action(view, f"act_page_{entry.key}", entry.title, f"Ctrl+{number}")
+            entry.key: self._action(
+                view, f"act_page_{entry.key}", entry.title, f"Ctrl+{number}" if number < 10 else None
+            )
             for number, entry in enumerate(entries, start=1)
         }
         view.addSeparator()
-        themes, languages = QMenu(window), QMenu(window)
-        self._add_menu(view, themes, "menu_theme", marked("Theme"))
-        self.themes = self._choices(themes, "theme", [(choice.value, title) for choice, title in _THEMES])
-        self._add_menu(view, languages, "menu_language", marked("Language"))
-        self.languages = self._choices(languages, "language", list(_LANGUAGES))
-        self.simulator = self._action(view, "act_simulator", marked("Simulated module panel"), "F4")
-        self.simulator.setCheckable(True)
+        self.names = self._action(view, "act_names", marked("Wide sidebar"), "Ctrl+B")
+        self.names.setCheckable(True)
         self.full_screen = self._action(view, "act_full_screen", marked("Full screen"), "F11")
         self.full_screen.setCheckable(True)
-        self.tour = self._action(help_menu, "act_tour", marked("Tour on a simulated module"), None)
         self.guide = self._action(help_menu, "act_guide", marked("User guide"), "F1")
+        self.tour = self._action(help_menu, "act_tour", marked("Tour on a simulated module"), None)
         self.keys = self._action(help_menu, "act_keys", marked("Keyboard shortcuts"), "Ctrl+F1")
         help_menu.addSeparator()
         self.what = self._action(help_menu, "act_what", marked("What is this? Point at it"), "Shift+F1")
@@ -69,18 +66,56 @@ class Actions:
         )
         help_menu.addSeparator()
         self.about = self._action(help_menu, "act_about", marked("About"), None)
+        self.find_page: Callable[[], QWidget | None] = lambda: None
+        """The page in sight."""
 
-    def choose(self, group: dict[str, QAction], key: str) -> None:
-        """Tick the entry of this key, where there is one."""
-        if key in group:
-            group[key].setChecked(True)
+    def page_shortcuts(self) -> list[Shortcut]:
+        """What can be done with a key on the page in sight."""
+        page = self.find_page()
+        found = [] if page is None else page.findChildren(Shortcut)
+        return [one for one in found if one.control.isVisible()]
+
+    def _saving(self, key: str) -> Shortcut | None:
+        """What this key saves on the page in sight."""
+        keys = QKeySequence(key)
+        return next((one for one in self.page_shortcuts() if keys in one.shortcuts()), None)
+
+    def _offer_saving(self) -> None:
+        """Save and Export are what the page in sight offers with Ctrl+S and Ctrl+Shift+S."""
+        for action, key in ((self.save, "Ctrl+S"), (self.export, "Ctrl+Shift+S")):
+            offered = self._saving(key)
+            action.setEnabled(offered is not None and offered.control.isEnabled())
+            action.setToolTip("" if offered is None else offered.control.accessibleName())
+
+    def save_page(self) -> None:
+        self._press("Ctrl+S")
+
+    def export_page(self) -> None:
+        self._press("Ctrl+Shift+S")
+
+    def _press(self, key: str) -> None:
+        offered = self._saving(key)
+        if offered is not None and offered.control.isEnabled():
+            offered.trigger()
+
+    def _fill_page(self) -> None:
+        self.page.clear()
+        for one in self.page_shortcuts():
+            keys = one.shortcut().toString(QKeySequence.SequenceFormat.NativeText)
+            action = self.page.addAction(f"{one.control.accessibleName().replace('&', '&&')}\t{keys}")
+            action.setObjectName(f"{one.objectName()}_entry")
+            action.setEnabled(one.control.isEnabled())
+            action.triggered.connect(one.trigger)
+        if self.page.isEmpty():
+            self.page.addAction(tr("No shortcuts on this page")).setEnabled(False)
 
     def when_chosen(self, group: dict[str, QAction], act: Callable[[str], None]) -> None:
         for key, action in group.items():
             action.triggered.connect(partial(_call, act, key))
 
     def _menu(self, name: str, english: str) -> QMenu:
-        menu = named(self._window.menuBar().addMenu(""), name)
+        menu = named(QMenu(self.main), name)
+        self.main.addMenu(menu)
         self._texts.bind(menu.setTitle, english)
         return menu
 
@@ -98,18 +133,6 @@ class Actions:
         # Also on the window: a shortcut of a menu that is hidden would be dead.
         self._window.addAction(action)
         return action
-
-    def _choices(self, menu: QMenu, kind: str, entries: list[tuple[str, str]]) -> dict[str, QAction]:
-        group = QActionGroup(menu)
-        actions = {}
-        for key, title in entries:
-            action = named(QAction(menu), f"act_{kind}_{key}")
-            action.setCheckable(True)
-            self._texts.bind(action.setText, title)
-            group.addAction(action)
-            menu.addAction(action)
-            actions[key] = action
-        return actions
 
 
 def _call(act: Callable[[str], None], key: str, _is_checked: bool = False) -> None:

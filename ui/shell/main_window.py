@@ -4,9 +4,9 @@ import logging
 from collections.abc import Callable
 from functools import partial
 
-from PySide6.QtCore import QEvent, QPoint, QSize, Qt, QTimer, Signal
-from PySide6.QtGui import QCloseEvent, QKeyEvent, QResizeEvent
-from PySide6.QtWidgets import QMainWindow, QStackedWidget, QToolBar, QWidget
+from PySide6.QtCore import QEvent, QSize, Qt, QTimer, Signal
+from PySide6.QtGui import QCloseEvent, QKeyEvent, QKeySequence, QResizeEvent, QShortcut, QShowEvent
+from PySide6.QtWidgets import QMainWindow, QToolBar, QWidget
 
 from app.diagnosis.link_state import NextStep
 from app.engine.target import Target
@@ -19,11 +19,13 @@ from ui.core.language_switch import LanguageSwitch
 from ui.core.port_watcher import PortWatcher
 from ui.core.preferences import LastPort, Preferences
 from ui.files.file_opener import FileOpener, FilePage
+from ui.preferences.dialog import PreferencesDialog
 from ui.services.context import PageEntry, Services
 from ui.services.page import Page, StreamPage
 from ui.services.tour_port import is_tour
 from ui.shell.actions import Actions
 from ui.shell.attention import Attention
+from ui.shell.page_area import PageArea
 from ui.shell.page_maker import PageMaker
 from ui.shell.recording_sign import RecordingSign, trouble_notice
 from ui.shell.resume import ResumeWatcher
@@ -31,9 +33,10 @@ from ui.shell.shutdown import close_down
 from ui.shell.sidebar import Sidebar
 from ui.shell.status_bar import StatusBar
 from ui.shell.top_bar import TopBar
+from ui.shell.window_size import fit_screen
 from ui.simulator.dock import SimulatorDock
 from ui.style.icons import app_icon
-from ui.style.theme import Choice, Space
+from ui.style.theme import Choice
 from ui.widgets.layouts import in_column, in_row
 from ui.widgets.naming import named
 from ui.widgets.notice_bar import NoticeBar
@@ -44,9 +47,8 @@ _log = logging.getLogger(__name__)
 SMALLEST = QSize(900, 520)
 FIRST_SIZE = QSize(1180, 720)
 WIDE_ENOUGH = 1280
-"""For the panel of the simulated module beside a page with the navigation in words."""
+"""For the panel of the simulated module beside a page with the names in the sidebar."""
 REFRESH_EVERY_MS = 100
-PANEL_WIDTH = 440
 
 
 class MainWindow(QMainWindow):
@@ -87,18 +89,21 @@ class MainWindow(QMainWindow):
         self.notice_bar = NoticeBar(texts)
         self.recording_bar = RecordingBar(self._connector, texts)
         self.navigation = Sidebar(entries, texts)
-        self.stack = QStackedWidget()
-        self.stack.setObjectName("pages")
+        self.area = PageArea()
+        self.stack = self.area.stack
+        self.panel = ConnectPanel(self._connector, ports, texts)
         self.status_bar = StatusBar(self._connector, texts, in_use=services.in_use)
         sessions = services.storage.sessions
         self.recording_sign = RecordingSign(lambda: sessions.sign)
         self.status_bar.add(self.recording_sign)
         self._lay_out()
-        self.panel = ConnectPanel(self._connector, ports, texts, self.centre)
         self.simulator = SimulatorDock(self._connector, texts, self)
         self.addDockWidget(Qt.DockWidgetArea.RightDockWidgetArea, self.simulator)
         self.simulator.hide()
         self.menus = Actions(self, texts, entries)
+        self.menus.find_page = self.stack.currentWidget
+        self.top_bar.menu.setMenu(self.menus.main)
+        self.preferences: PreferencesDialog | None = None
         acts = {
             NextStep.CHOOSE_PORT: self.toggle_panel,
             NextStep.FIND_RATE: self._connector.find_rate,
@@ -116,7 +121,7 @@ class MainWindow(QMainWindow):
         )
         self.attention.find_identity = lambda: identity_notice(self._connector.identity, services.naming)
         self.files = FileOpener(self, self._file_pages, self.go_to, preferences=self._remembered, say=self.say)
-        services.appearance.apply_theme(self, self.centre, self.stack)
+        services.appearance.apply_theme(self, self.centre, *self.area.holders)
         self._wire()
         self._restore()
         self._timer = QTimer(self)
@@ -130,21 +135,16 @@ class MainWindow(QMainWindow):
     def _lay_out(self) -> None:
         centre = self.centre = QWidget()
         centre.setObjectName("centre")
-        body = in_row(self.navigation, (self.stack, 1), spacing=0)
+        body = in_row(self.navigation, (self.area, 1), (self.panel, 1), spacing=0)
         in_column(self.recording_bar, self.notice_bar, (body, 1), of=centre, spacing=0, margins=0)
-        self._add_bar("head", Qt.ToolBarArea.TopToolBarArea, self.top_bar)
+        self.setMenuWidget(self.top_bar)  # like the foot, past the panels at the sides
         self.setCentralWidget(centre)
-        self._add_bar("foot", Qt.ToolBarArea.BottomToolBarArea, self.status_bar)
-        self.setMinimumSize(SMALLEST)
-
-    def _add_bar(self, name: str, area: Qt.ToolBarArea, content: QWidget) -> None:
-        """A tool bar goes past the panels at the sides: nothing of it has to be cut for them."""
-        bar = named(QToolBar(), name)
-        bar.setMovable(False)
-        bar.setContextMenuPolicy(Qt.ContextMenuPolicy.PreventContextMenu)
-        bar.toggleViewAction().setVisible(False)
-        bar.addWidget(content)
-        self.addToolBar(area, bar)
+        foot = named(QToolBar(), "foot")
+        foot.setMovable(False)
+        foot.setContextMenuPolicy(Qt.ContextMenuPolicy.PreventContextMenu)
+        foot.toggleViewAction().setVisible(False)
+        foot.addWidget(self.status_bar)
+        self.addToolBar(Qt.ToolBarArea.BottomToolBarArea, foot)
 
     def _wire(self) -> None:
         menus, connector = self.menus, self._connector
@@ -155,9 +155,15 @@ class MainWindow(QMainWindow):
         self.top_bar.panel_wanted.connect(self.toggle_panel)
         self.panel.connect_wanted.connect(self.connect_to)
         self.panel.disconnect_wanted.connect(self.disconnect_port)
+        self.panel.shown.connect(self._share_room)
+        self.panel.tour_wanted.connect(menus.tour.trigger)
         self.navigation.page_wanted.connect(self._show_page)
         menus.open.triggered.connect(self.files.ask)
         menus.recent.aboutToShow.connect(partial(self.files.fill, menus.recent))
+        menus.save.triggered.connect(menus.save_page)
+        menus.export.triggered.connect(menus.export_page)
+        menus.preferences.triggered.connect(self.show_preferences)
+        menus.names.toggled.connect(self.use_sidebar)
         menus.connect.triggered.connect(self.toggle_panel)
         menus.disconnect.triggered.connect(self.disconnect_port)
         menus.quit.triggered.connect(self.close)
@@ -166,12 +172,11 @@ class MainWindow(QMainWindow):
         self._services.lock.said.connect(self.say)
         menus.find_rate.triggered.connect(connector.find_rate)
         menus.simulator.toggled.connect(self.simulator.setVisible)
-        self.simulator.topLevelChanged.connect(self._share_room)
         self.simulator.visibilityChanged.connect(self._tick_simulator)
+        self.simulator.topLevelChanged.connect(self._give_room)
         menus.full_screen.toggled.connect(self._show_full_screen)
         menus.when_chosen(menus.pages, self.go_to)
-        menus.when_chosen(menus.themes, self._use_theme)
-        menus.when_chosen(menus.languages, self._use_language)
+        QShortcut(QKeySequence("F10"), self, self.top_bar.menu.showMenu)
         ResumeWatcher(connector, self, self._services.armed, self.status_bar)
 
     def _restore(self) -> None:
@@ -181,9 +186,10 @@ class MainWindow(QMainWindow):
             self.restoreGeometry(preferences.geometry)
         if preferences.layout is not None:
             self.restoreState(preferences.layout)
-        self.menus.choose(self.menus.themes, self._services.appearance.choice.value)
-        self.menus.choose(self.menus.languages, self._speech.language)
+        fit_screen(self, SMALLEST)
+        self.menus.names.setChecked(preferences.is_sidebar_wide)
         self._ports.remember_seen(preferences.seen_ports)
+        self.panel.offers_tour = lambda: preferences.last_port is None and not preferences.has_seen_tour
         self.panel.prefer(preferences.last_port)
         self.navigation.setCurrentRow(0)
         self.navigation.setFocus()
@@ -205,7 +211,6 @@ class MainWindow(QMainWindow):
         page.page_wanted.connect(self.go_to)
         page.ports_wanted.connect(self.show_panel)
         page.tour_wanted.connect(self.menus.tour.trigger)
-        page.covered_px = self._covered_px
         if key == self.navigation.chosen:
             self.stack.setCurrentWidget(page)
 
@@ -213,16 +218,10 @@ class MainWindow(QMainWindow):
         pages = ((key, self._pages[key]) for key in self._entries if key in self._pages)
         return [FilePage(key, page.suffixes, page.open_file) for key, page in pages if page.suffixes]
 
-    def _covered_px(self) -> int:
-        """How much of a page's left lies under the sheet with the ports."""
-        if not self.panel.isVisible():
-            return 0
-        return max(0, self.panel.mapTo(self, self.panel.rect().topRight()).x() - self.stack.mapTo(self, QPoint()).x())
-
     # What a person does
 
     def toggle_panel(self) -> None:
-        """Open or close the sheet with the ports."""
+        """Open or close the list of ports."""
         if self.panel.isVisible():
             self.panel.hide()
             self._refresh_notice()
@@ -230,10 +229,8 @@ class MainWindow(QMainWindow):
             self.show_panel()
 
     def show_panel(self) -> None:
-        """Open the sheet with the ports."""
-        self._place_panel()
+        """Open the list of ports, in the room of the page."""
         self.panel.show()
-        self.panel.raise_()
         self._refresh_notice()
 
     def connect_to(self, target: Target) -> None:
@@ -246,6 +243,7 @@ class MainWindow(QMainWindow):
         self.attention.leave(self._connector.disconnect_port)
 
     def go_to(self, key: str) -> None:
+        self.panel.hide()
         self.navigation.choose(key)
 
     def say(self, text: str) -> None:
@@ -284,8 +282,6 @@ class MainWindow(QMainWindow):
         # Whoever looks at a recording needs no port either.
         self.attention.is_choosing = self.panel.isVisible() or self._services.storage.recordings.is_shown
         self.attention.refresh()
-        if self.panel.isVisible():
-            self._place_panel()
 
     def _tell_of_recording(self, sentence: str) -> None:
         """Nothing is recorded any more; the link goes on."""
@@ -309,20 +305,36 @@ class MainWindow(QMainWindow):
 
     def _show_page(self, key: str) -> None:
         self._connector.stream.is_wanted = self._entries[key].wants_stream
-        self.panel.hide()  # it would lie over the page that somebody just asked for
+        self.panel.hide()
         page = self._pages.get(key)
         if page is not None and self.stack.indexOf(page) >= 0:
             self.stack.setCurrentWidget(page)
         else:
             self._maker.want(key)
 
-    def _use_theme(self, key: str) -> None:
+    def show_preferences(self) -> None:
+        if self.preferences is None:
+            self.preferences = PreferencesDialog(
+                self._services.texts, self._remembered, self, use_language=self.use_language,
+                use_theme=self.use_theme, use_zoom=self.use_zoom, use_sidebar=self.menus.names.setChecked,
+            )  # fmt: skip
+        self.preferences.bring_up()
+
+    def use_theme(self, key: str) -> None:
         self._services.appearance.choose(Choice(key))
         self._remembered.theme = key
 
-    def _use_language(self, name: str) -> None:
+    def use_zoom(self, percent: int) -> None:
+        self._services.appearance.zoom(percent)
+        self._remembered.zoom_percent = percent
+
+    def use_language(self, name: str) -> None:
         self._speech.use(name)
         self._remembered.language = name
+
+    def use_sidebar(self, is_wide: bool) -> None:
+        self.navigation.show_wide(is_wide)
+        self._remembered.is_sidebar_wide = is_wide
 
     def _show_full_screen(self, is_wanted: bool) -> None:
         self.setWindowState(
@@ -333,26 +345,21 @@ class MainWindow(QMainWindow):
 
     def _tick_simulator(self) -> None:
         self.menus.simulator.setChecked(not self.simulator.isHidden())
-        self._share_room()
+        self._give_room()
+
+    def _give_room(self) -> None:
+        """The sidebar gives its names up before a page has to scroll sideways."""
+        beside = not self.simulator.isHidden() and not self.simulator.isFloating()
+        self.navigation.give_room(beside and self.width() < WIDE_ENOUGH)
 
     def _share_room(self) -> None:
-        """The navigation gives its words up before a page has to be cut."""
-        has_room = self.width() >= WIDE_ENOUGH or self.simulator.isHidden() or self.simulator.isFloating()
-        self.navigation.be_narrow(not has_room)
-
-    def _place_panel(self) -> None:
-        centre = self.centre
-        top = 0
-        if self.notice_bar.isVisible():
-            top = self.notice_bar.geometry().bottom() + 1
-        room = centre.height() - top - Space.S
-        width = min(PANEL_WIDTH, centre.width() - 2 * Space.S)
-        self.panel.setGeometry(Space.S, top, width, min(room, self.panel.height_for(width)))
+        """The list of ports stands in the place of the page: nothing lies over anything."""
+        self.area.setVisible(self.panel.isHidden())
 
     # Qt
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
-        """Esc that nobody else wanted: close the sheet, the page's step back, or stay where one is."""
+        """Esc that nobody else wanted: close the list of ports, the page's step back, or stay where one is."""
         page = self.stack.currentWidget()
         if event.key() != Qt.Key.Key_Escape:
             super().keyPressEvent(event)
@@ -363,9 +370,13 @@ class MainWindow(QMainWindow):
 
     def resizeEvent(self, event: QResizeEvent) -> None:
         super().resizeEvent(event)
-        self._share_room()
-        if self.panel.isVisible():
-            self._place_panel()
+        self._give_room()
+
+    def showEvent(self, event: QShowEvent) -> None:
+        super().showEvent(event)
+        handle = self.windowHandle()
+        if not event.spontaneous() and handle is not None:
+            handle.screenChanged.connect(lambda _screen: fit_screen(self, SMALLEST))
 
     def changeEvent(self, event: QEvent) -> None:
         super().changeEvent(event)

@@ -2,9 +2,9 @@
 
 from functools import partial
 
-from PySide6.QtCore import QEvent, QSize, Qt, Signal
-from PySide6.QtGui import QColor, QFontMetrics, QPainter, QPaintEvent
-from PySide6.QtWidgets import QFrame, QPushButton, QSizePolicy, QWidget
+from PySide6.QtCore import QEvent, QRect, QSize, Qt, Signal
+from PySide6.QtGui import QColor, QFontMetrics, QPainter, QPaintEvent, QResizeEvent
+from PySide6.QtWidgets import QFrame, QPushButton, QSizePolicy, QToolButton, QWidget
 
 from app.diagnosis.link_state import LinkState, LinkWords, Phase, words
 from app.engine.device import DeviceView
@@ -17,13 +17,17 @@ from ui.core.texts import Texts
 from ui.services.lock import LockControl
 from ui.services.module_name import ModuleName
 from ui.style.icons import Icon, battery, draw, icon
-from ui.style.theme import Meaning, Size, Space, current, font
-from ui.widgets.controls import control
+from ui.style.theme import Meaning, Size, Space, current, font, scaled
+from ui.widgets.controls import TEXT_GAP_PX, control
+from ui.widgets.labels import ElidedLabel
 from ui.widgets.layouts import in_row
+from ui.widgets.naming import named
 from ui.widgets.readout import StateChip
 from ui.widgets.recording_bar import recording_name, recording_word
 from ui.widgets.state_chips import age_of, show_activation, show_known_trigger
 
+BAR_PX = 48
+_AROUND_PX = 6
 EMPTY_CELL_V = 3.3
 FULL_CELL_V = 4.2
 """A lithium cell's usual range, for the picture of the battery only."""
@@ -58,7 +62,7 @@ def phase_meaning(phase: Phase) -> Meaning | None:
 def port_title(state: LinkState, target: Target | None) -> str:
     """ "ttyUSB0 CP2102 · 115200", or what stands for it while no port is chosen."""
     if state.phase is Phase.CLOSED or (not state.port and target is None):
-        return tr("Choose a port")
+        return tr("Not connected")
     device = target.device if target is not None else state.port
     if device.startswith("sim:"):
         return tr("Simulated module")
@@ -69,21 +73,16 @@ def port_title(state: LinkState, target: Target | None) -> str:
 
 
 class PortButton(QPushButton):
-    """Port and link state on two lines; opens the connect panel."""
-
-    _ICON_PX = 20
+    """Port and link state on two lines; opens the list of ports."""
 
     def __init__(self, texts: Texts) -> None:
         super().__init__()
         self.setObjectName("port_button")
-        self._title = self._module = ""
+        self._title = ""
         self._words: LinkWords | None = None
         self._phase = Phase.CLOSED
         self.setProperty("role", "quiet")
-        self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Fixed)
-        self.setMaximumWidth(380)
-        # The application's style sheet sets the height of buttons, whatever the size hint says.
-        self.setStyleSheet("#port_button { min-height: 34px; }")
+        self.setSizePolicy(QSizePolicy.Policy.Preferred, QSizePolicy.Policy.Expanding)
         texts.bind(self.setToolTip, "Choose a port, connect or disconnect (Ctrl+K)")
 
     @property
@@ -94,58 +93,52 @@ class PortButton(QPushButton):
     def title(self) -> str:
         return self._title
 
-    @property
-    def headline(self) -> str:
-        """The upper line: which module, where it has a name, and where it is plugged in."""
-        return f"{self._module} · {self._title}" if self._module else self._title
-
-    def show_link(self, title: str, phase: Phase, said: LinkWords, *, module: str = "") -> None:
-        """`module`: its name, empty where it has none."""
-        if (title, phase, said, module) == (self._title, self._phase, self._words, self._module):
+    def show_link(self, title: str, phase: Phase, said: LinkWords) -> None:
+        if (title, phase, said) == (self._title, self._phase, self._words):
             return
-        self._title, self._phase, self._words, self._module = title, phase, said, module
+        self._title, self._phase, self._words = title, phase, said
         # Since when it is offline would be told again each second.
         word = tr("Offline") if phase is Phase.OFFLINE else said.word
-        name = tr("Port {port}: {state}", port=title, state=word)
-        self.setAccessibleName(f"{name}, {module}" if module else name)
+        self.setAccessibleName(tr("Port {port}: {state}", port=title, state=word))
         self.setAccessibleDescription(f"{said.what} {said.next_step}".strip())
         self.update()
 
     def sizeHint(self) -> QSize:
-        return QSize(300, 44)
+        return QSize(scaled(280), scaled(BAR_PX) - 2 * _AROUND_PX)
 
     def minimumSizeHint(self) -> QSize:
-        return QSize(120, 44)
+        return QSize(scaled(100), scaled(BAR_PX) - 2 * _AROUND_PX)
 
     def paintEvent(self, event: QPaintEvent) -> None:
         super().paintEvent(event)  # frame, hover and focus by the style; the text is empty
         theme = current()
         painter = QPainter(self)
-        square = self._ICON_PX
+        square = scaled(20)
         left, right = Space.S, self.width() - Space.S
         ink = theme.ink(phase_meaning(self._phase))
-        icon_rect = self.rect().adjusted(left, 0, 0, 0)
-        icon_rect.setSize(QSize(square, square))
-        icon_rect.moveTop((self.height() - square) // 2)
+        icon_rect = QRect(left, (self.height() - square) // 2, square, square)
         draw(painter, _PHASE_ICONS[self._phase], icon_rect, ink)
-        chevron = self.rect()
-        chevron.setSize(QSize(12, 12))
-        chevron.moveTo(right - 12, (self.height() - 12) // 2)
+        chevron = QRect(right - 12, (self.height() - 12) // 2, 12, 12)
         draw(painter, Icon.CHEVRON_DOWN, chevron, QColor(theme.muted))
         text_left = left + square + Space.S
         room = right - 12 - Space.S - text_left
         half = self.height() // 2
         is_fine = self._phase is Phase.ONLINE
-        lines = (
-            (self.headline, Size.BODY, True, QColor(theme.text), 3, Qt.AlignmentFlag.AlignBottom),
-            (self.word, Size.SMALL, False, QColor(theme.muted) if is_fine else ink, half, Qt.AlignmentFlag.AlignTop),
-        )
-        for text, size, is_bold, colour, top, vertical in lines:
+        lines = [
+            (self._title, Size.BODY, True, QColor(theme.text), 1, half - 1, Qt.AlignmentFlag.AlignBottom),
+            (self.word, Size.SMALL, False, QColor(theme.muted) if is_fine else ink, half, half - 1,
+             Qt.AlignmentFlag.AlignTop),
+        ]  # fmt: skip
+        if self._title == self.word:
+            lines = [
+                (self._title, Size.BODY, True, QColor(theme.text), 0, self.height(), Qt.AlignmentFlag.AlignVCenter)
+            ]
+        for text, size, is_bold, colour, top, high, vertical in lines:
             one = font(size, is_bold=is_bold)
             painter.setFont(one)
             painter.setPen(colour)
             fitting = QFontMetrics(one).elidedText(text, Qt.TextElideMode.ElideRight, room)
-            painter.drawText(text_left, top, room, half - 3, Qt.AlignmentFlag.AlignLeft | vertical, fitting)
+            painter.drawText(text_left, top, room, high, Qt.AlignmentFlag.AlignLeft | vertical, fitting)
         painter.end()
 
 
@@ -169,8 +162,13 @@ class TopBar(QFrame):
         self.setProperty("role", "bar")
         self._connector, self._naming = connector, naming
         self._in_use = in_use or LimitsInUse()
+        self.menu = control(QToolButton(), texts, "menu_button", says="Menu", tip="Menu", key="F10",
+                            picture=Icon.MENU, role="quiet")  # fmt: skip
+        self.menu.setPopupMode(QToolButton.ToolButtonPopupMode.InstantPopup)
         self.port = PortButton(texts)
         self.port.clicked.connect(self.panel_wanted)
+        self.name = named(ElidedLabel(), "module_name", "strong")
+        texts.bind(self.name.setAccessibleDescription, "Module")
         self.activation = StateChip("")
         self.activation.setObjectName("activation_chip")
         self.trigger = StateChip("")
@@ -184,20 +182,36 @@ class TopBar(QFrame):
         for chip, name in explained:
             _explain(texts, chip, BY_NAME[name])
         self.lock = self._make_lock(texts, lock)
+        self.name.setAlignment(Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter)
         row = in_row(
-            (self.port, 1),
-            0,
-            self.activation,
-            self.trigger,
-            self.cell,
-            of=self,
-            spacing=Space.S,
-            margins=(Space.S, Space.XS, Space.M, Space.XS),
-        )
+            self.menu, self.port, (self.name, 1), self.activation, self.trigger, self.cell, of=self,
+            spacing=Space.S, margins=(Space.XS, _AROUND_PX, Space.M, _AROUND_PX),
+        )  # fmt: skip
         row.addSpacing(Space.S)
         row.addWidget(self.lock)
+        for one in (self.menu, self.activation, self.trigger, self.cell, self.lock):
+            one.setSizePolicy(QSizePolicy.Policy.Fixed, QSizePolicy.Policy.Expanding)
+        self._fit()
         self._reserve()
         self.refresh()
+
+    def _fit(self) -> None:
+        """One height for everything in it, in the theme in use."""
+        self.setFixedHeight(scaled(BAR_PX))
+        self.menu.setFixedWidth(scaled(36))
+        self.menu.setIconSize(QSize(scaled(20), scaled(20)))
+        self.lock.setMinimumWidth(scaled(96))
+
+    def _share_room(self) -> None:
+        """Where the bar is too narrow for all, the ages of the cell and the trigger give way, never LOCK."""
+        chips = (self.cell, self.trigger, self.activation)
+        for chip in chips:
+            chip.hide_age(False)
+        for chip in chips:
+            if self.layout().minimumSize().width() <= self.width():
+                break
+            chip.hide_age(True)
+            self.layout().invalidate()
 
     def _reserve(self) -> None:
         """Room for the widest word, so that nothing jumps when a state changes."""
@@ -208,17 +222,22 @@ class TopBar(QFrame):
         self.trigger.name_unknown(tr("Trigger unknown"))
         self.cell.name_unknown(tr("Cell unknown"))
 
+    def resizeEvent(self, event: QResizeEvent) -> None:
+        super().resizeEvent(event)
+        self._share_room()
+
     def changeEvent(self, event: QEvent) -> None:
         super().changeEvent(event)
         if event.type() == QEvent.Type.LanguageChange:
             self._reserve()
             self.refresh()
+        elif event.type() == QEvent.Type.PaletteChange and hasattr(self, "lock"):
+            self._fit()
 
     def _make_lock(self, texts: Texts, lock: LockControl) -> QPushButton:
         button = control(QPushButton(), texts, "lock_button", "LOCK", says="LOCK: put the module into standby",
                          tip="Put the module into standby, at once", key="Ctrl+L")  # fmt: skip
-        button.setIconSize(QSize(16, 16))
-        button.setStyleSheet("#lock_button { min-height: 28px; min-width: 72px; }")
+        button.setIconSize(QSize(16 + TEXT_GAP_PX, 16))
         lock.bind(button)
         _explain(texts, button, BY_NAME["activation"])
         self._dress_lock(button, is_main=False)
@@ -232,10 +251,13 @@ class TopBar(QFrame):
         if recorded:
             said = LinkWords(recorded, tr("A recording is played. Nothing is sent to any module."), "", None)
         phase = Phase.ASKING if recorded else state.phase  # never the green of a module that answers
-        self.port.show_link(port_title(state, connector.target), phase, said, module=self._module)
+        self.port.show_link(port_title(state, connector.target), phase, said)
+        if self.name.text() != self._module:
+            self.name.setText(self._module)
         show_activation(self.activation, connector.activation, now)
         show_known_trigger(self.trigger, device.known("triggered", now), now)
         self._show_cell(device, now)
+        self._share_room()
         is_main = connector.is_open and connector.is_active
         if is_main != (self.lock.property("role") == "primary"):
             self._dress_lock(self.lock, is_main=is_main)

@@ -8,7 +8,7 @@ from PySide6.QtWidgets import QApplication, QWidget
 from shiboken6 import isValid
 
 from ui.style.style_sheet import style_sheet
-from ui.style.theme import DARK, LIGHT, SUNLIGHT, Choice, Size, Theme, use
+from ui.style.theme import DARK, LIGHT, SUNLIGHT, Choice, Size, Theme, scale_in_use, scaled, use, zoom
 
 _BY_CHOICE: Final = {Choice.LIGHT: LIGHT, Choice.DARK: DARK, Choice.SUNLIGHT: SUNLIGHT}
 # Simplified Chinese shapes, best first; the system's own font stays the first of all.
@@ -23,7 +23,7 @@ _CHINESE_FAMILIES: Final = (
 )
 
 _WORN: Final = "theme"
-"""Property of a part of a window: the name of the theme whose style sheet it wears."""
+"""Property of a part of a window: the name of the theme whose style sheet it wears, and its size."""
 
 
 def apply(app: QApplication, theme: Theme) -> None:
@@ -81,7 +81,7 @@ def _base_font() -> QFont:
     # The family's real name: beside a name that exists, an alias such as "Sans Serif" would be passed over.
     families = [QFontInfo(system).family(), *(name for name in _CHINESE_FAMILIES if name in present)]
     one = QFont(families)
-    one.setPixelSize(Size.BODY)
+    one.setPixelSize(scaled(Size.BODY))
     one.setFeature(QFont.Tag("tnum"), 1)
     return one
 
@@ -130,10 +130,11 @@ class Appearance(QObject):
     def dress(self, part: QWidget) -> None:
         """Let a part wear the style sheet of the theme in use. By itself that happens when it is first shown: too late
         for one that is measured before."""
-        if part.property(_WORN) != self._applied.name:
+        worn = f"{self._applied.name} {scale_in_use()}"
+        if part.property(_WORN) != worn:
             if part.property(_WORN) is None:
                 part.installEventFilter(self)
-            part.setProperty(_WORN, self._applied.name)
+            part.setProperty(_WORN, worn)
             part.setStyleSheet(style_sheet(self._applied))
 
     def _parts(self) -> list[QWidget]:
@@ -146,6 +147,11 @@ class Appearance(QObject):
         if choice is not self._choice:
             self._choice = choice
             self._apply()
+
+    def zoom(self, percent: int) -> None:
+        """Make text and controls larger, or as large as usual."""
+        zoom(percent)
+        self._apply()
 
     def _follow(self) -> None:
         if self._choice is Choice.AUTO and self._wanted() is not self._applied:

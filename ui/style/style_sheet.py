@@ -12,24 +12,31 @@ Buttons and fields are of one height: Qt makes a tool button 3 px higher than it
 Bold is 700: a Chinese font without a bold cut of its own is made bolder by Qt from there on, and not below.
 """
 
+import re
+from functools import partial
 from pathlib import Path
 from string import Template
 from typing import Final
 
-from ui.style.theme import Theme
+from ui.style.theme import Theme, scale_in_use
 
 # A style sheet takes pictures from files only, so the arrows and check marks of each theme are files.
 _ARROWS: Final = Path(__file__).parent / "arrows"
+_SCALED: Final = re.compile(r"\b(?:font-size|padding|min-height|min-width|width|height|spacing): [^;]+;")
+_PX: Final = re.compile(r"(\d+)px")
 _SHEET: Final = Template("""
 * { outline: none; }
 QToolTip { background: $text; color: $window; border: none; padding: 4px 8px; font-size: 12px; }
 QStatusBar { background: $sunken; border-top: 1px solid $divider; color: $muted; font-size: 12px; }
 QStatusBar::item { border: none; }
-QToolBar#head, QToolBar#foot { border: none; padding: 0; margin: 0; spacing: 0; background: $sunken; }
+QToolBar#foot { border: none; padding: 0; margin: 0; spacing: 0; background: $sunken; }
 QFrame[role="card"] { background: $surface; border: ${edge}px solid $divider; border-radius: 8px; }
 QFrame[role="card"] QFrame[role="card"], QFrame[role="card"] QAbstractItemView { border-color: transparent; }
+QFrame[role="card"] QAbstractItemView:focus { border-color: $focus; }
+QToolButton#menu_button { padding: 4px; }
+QPushButton#connect_tour, QToolButton#connect_options { padding-left: 0; }
 QFrame[role="bar"] { background: $sunken; border: none; }
-QToolBar#head QFrame[role="bar"] { border-bottom: ${edge}px solid $divider; }
+QFrame#top_bar { border-bottom: ${edge}px solid $divider; }
 QToolBar#foot QFrame[role="bar"] { border-top: ${edge}px solid $divider; }
 QFrame[role="danger-corner"] { background: $surface; border: ${edge}px solid $danger_ink; border-radius: 8px; }
 QFrame[role="rehearsal"] { background: $rehearsal; border: 2px dashed $focus; border-radius: 8px; }
@@ -51,7 +58,7 @@ QPushButton, QToolButton {
     background: $surface; color: $text; border: ${edge}px solid $border; border-radius: 6px;
     padding: 4px 12px; min-height: 22px;
 }
-QToolButton { min-height: 19px; }
+QToolButton { min-height: @tool; }
 QPushButton:hover, QToolButton:hover { background: $raised; }
 QPushButton:pressed, QToolButton:pressed, QToolButton:checked { background: $sunken; }
 QPushButton:focus, QToolButton:focus { border: 2px solid $focus; padding: ${focus_v}px ${focus_h}px; }
@@ -128,12 +135,9 @@ QHeaderView::section {
     background: $sunken; color: $muted; border: none; border-bottom: ${edge}px solid $divider; padding: 4px 8px;
     font-size: 12px; font-weight: 700;
 }
-QListView[role="navigation"] { background: $window; border: none; border-radius: 0; padding: 8px; }
-QListView[role="navigation"]::item { color: $muted; padding: 8px 12px; border-radius: 6px; margin: 1px 0; }
-QListView[role="navigation"]::item:hover { background: $sunken; }
-QListView[role="navigation"]::item:selected { background: $page; color: $text; }
-QListView[role="navigation"]:focus { border: none; }
-QListView[role="navigation"]::item:selected:focus { border: 2px solid $focus; }
+QListView[role="navigation"], QListView[role="navigation"]:focus {
+    background: $window; border: none; border-radius: 0; padding: 4px 0;
+}
 
 QProgressBar {
     background: $sunken; border: ${edge}px solid $border; border-radius: 4px; min-height: 8px; text-align: center;
@@ -161,7 +165,7 @@ def style_sheet(theme: Theme) -> str:
     """The style sheet of a theme.  A frame that grows with the focus takes its width from the padding, so that
     nothing moves."""
     grown_px = 2 - theme.border_px
-    return _SHEET.substitute(
+    sheet = _SHEET.substitute(
         window=theme.window,
         surface=theme.surface,
         sunken=theme.sunken,
@@ -173,7 +177,6 @@ def style_sheet(theme: Theme) -> str:
         border=theme.border,
         divider=theme.divider,
         selection=theme.selection,
-        page=theme.selection if theme.border_px > 1 else theme.sunken,  # a light grey is lost in the sun
         primary=theme.primary,
         on_primary=theme.on_primary,
         primary_hover=theme.muted if not theme.is_dark else theme.text,
@@ -196,3 +199,11 @@ def style_sheet(theme: Theme) -> str:
         field_v=3 - grown_px,
         field_h=8 - grown_px,
     )
+    scale = max(scale_in_use(), theme.scale)
+    if scale != 1:
+        sheet = _SCALED.sub(partial(_times, scale), sheet)
+    return sheet.replace("@tool", f"{round(22 * scale) - 3}px")
+
+
+def _times(scale: float, found: re.Match[str]) -> str:
+    return _PX.sub(lambda px: f"{round(int(px[1]) * scale)}px", found[0])

@@ -93,6 +93,8 @@ class Theme:
     meanings: Mapping[Meaning, Tint]
     line_px: int
     border_px: int
+    scale: float = 1.0
+    """How much larger than at its usual size text and controls are."""
 
     @property
     def danger(self) -> Tint:
@@ -203,10 +205,12 @@ SUNLIGHT: Final = Theme(
     ),
     line_px=2,
     border_px=2,
+    scale=1.25,
 )
 THEMES: Final = (LIGHT, DARK, SUNLIGHT)
 
 _in_use: Theme = LIGHT
+_zoom = 1.0
 
 
 def current() -> Theme:
@@ -220,13 +224,28 @@ def use(theme: Theme) -> None:
     _in_use = theme
 
 
+def zoom(percent: int) -> None:
+    """Make text and controls larger than usual; a theme that is larger by itself stays so."""
+    global _zoom  # noqa: PLW0603  as the theme
+    _zoom = percent / 100
+
+
+def scale_in_use() -> float:
+    return max(_zoom, _in_use.scale)
+
+
+def scaled(px: float) -> int:
+    """A length of text or of a control, in the size in use."""
+    return round(px * scale_in_use())
+
+
 def font(size: Size = Size.BODY, *, is_bold: bool = False) -> QFont:
     """The application's font with figures of one width, in one of the five sizes.
 
     Bold is a calm medium where the font has one, and truly bold in sunlight.
     """
     one = QFont(QApplication.font())
-    one.setPixelSize(size)
+    one.setPixelSize(scaled(size))
     strong = QFont.Weight.Medium if _in_use.line_px == 1 else QFont.Weight.Bold
     one.setWeight(strong if is_bold else QFont.Weight.Normal)
     return one

@@ -190,6 +190,7 @@ class StateChip(PaintedWidget):
         self._unknown = ""
         self._detail = ""
         self._reserved: tuple[str, ...] = ()
+        self._hides_age = False
         self.setSizePolicy(QSizePolicy.Policy.Fixed, QSizePolicy.Policy.Fixed)
         self._changed()
 
@@ -247,6 +248,13 @@ class StateChip(PaintedWidget):
             self.updateGeometry()
             self._changed()
 
+    def hide_age(self, is_hidden: bool) -> None:
+        """Where there is no room for it: what is stale stays dashed, and its age is in the tooltip."""
+        if is_hidden != self._hides_age:
+            self._hides_age = is_hidden
+            self.updateGeometry()
+            self.update()
+
     def show_unknown(self) -> None:
         """Nobody knows."""
         self.show_state(tr("unknown"), Icon.UNKNOWN, Meaning.UNKNOWN)
@@ -267,7 +275,7 @@ class StateChip(PaintedWidget):
             return self._unknown
         if self._certain_age and not self._age:
             return f"{self._word} {self._certain_age}"
-        return f"{self._word} · {self._age}" if self._age else self._word
+        return f"{self._word} · {self._age}" if self._age and not self._hides_age else self._word
 
     def _icon_px(self) -> int:
         return self._size + 4

@@ -19,7 +19,7 @@ from tests.support.window.cut_off import cut_off, cut_off_in_paint
 from tests.support.window.painted_text import picture_of, watching
 from tests.support.window.spoken import outside_brackets, said_by
 from tests.support.window.walk import SMALL_SCREEN, walking
-from ui.shell.actions import _LANGUAGES
+from ui.preferences.dialog import LANGUAGES
 from ui.shell.main_window import SMALLEST
 
 SENTENCES = (
@@ -58,7 +58,7 @@ def test_placeholders_are_filled_in() -> None:
 
 def test_it_is_for_developers_only() -> None:
     assert PSEUDO not in i18n.LANGUAGES
-    assert PSEUDO not in dict(_LANGUAGES)
+    assert PSEUDO not in dict(LANGUAGES)
     words = [sys.executable, "-m", "app", "gui", "--help"]
     told = subprocess.run(words, check=True, capture_output=True, text=True)
     assert PSEUDO not in told.stdout

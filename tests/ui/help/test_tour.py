@@ -251,6 +251,9 @@ def test_it_is_offered_until_it_was_taken_or_declined(qtbot: QtBot, qapp: QAppli
         return found
 
     with guest(qtbot, qapp, tmp_path) as one:
+        panel = one.assembly.window.panel
+        assert panel.tour.isVisible()
+        panel.hide()
         assert offer(one.assembly).isVisible()
         decline = one.assembly.window.findChild(QPushButton, "live_tour_decline")
         assert decline is not None
@@ -259,6 +262,7 @@ def test_it_is_offered_until_it_was_taken_or_declined(qtbot: QtBot, qapp: QAppli
     with guest(qtbot, qapp, tmp_path) as one:
         one.assembly.window.refresh()
         assert offer(one.assembly).isHidden()
+        assert one.assembly.window.panel.tour.isHidden()
         assert one.assembly.window.menus.tour.isEnabled()
 
 

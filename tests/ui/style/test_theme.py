@@ -12,7 +12,6 @@ from PySide6.QtWidgets import (
     QComboBox,
     QHBoxLayout,
     QLineEdit,
-    QListWidget,
     QPushButton,
     QToolButton,
     QWidget,
@@ -21,7 +20,9 @@ from pytestqt.qtbot import QtBot
 
 from tests.support.window.contrast import contrast, surfaces_of
 from ui.core.texts import Texts
+from ui.main import PAGES
 from ui.services.page_header import HEIGHT_PX, PageHeader
+from ui.shell.sidebar import Sidebar
 from ui.style import appearance, theme
 from ui.style.appearance import Appearance
 from ui.style.icons import MEANING_ICONS, Icon, app_icon, battery, icon, pixmap
@@ -182,24 +183,15 @@ def test_bold_is_bold_enough_for_a_chinese_font_without_a_bold_cut() -> None:
 @each_theme
 def test_the_page_in_sight_is_marked_so_that_it_is_seen(one: Theme, qapp: QApplication, qtbot: QtBot) -> None:
     appearance.apply(qapp, one)
-    pages = QListWidget()
-    pages.setProperty("role", "navigation")
+    pages = Sidebar(PAGES, Texts())
     qtbot.addWidget(pages)
-    pages.addItems(["Live", "Settings"])
+    pages.resize(pages.width(), 600)
     pages.setCurrentRow(1)
     pages.show()
     chosen = pages.visualItemRect(pages.item(1))
+    assert chosen.height() >= 32  # for gloves
     ground = QColor(pages.grab().toImage().pixelColor(chosen.right() - 8, chosen.center().y())).name().upper()
     assert ground == (one.selection if one is SUNLIGHT else one.sunken)
-
-
-def test_rows_of_the_navigation_are_high_enough_for_gloves(qtbot: QtBot) -> None:
-    pages = QListWidget()
-    pages.setProperty("role", "navigation")
-    qtbot.addWidget(pages)
-    pages.addItems(["Live", "Settings"])
-    pages.show()
-    assert pages.visualItemRect(pages.item(1)).height() >= 32
 
 
 def test_auto_follows_the_system_and_a_choice_does_not(

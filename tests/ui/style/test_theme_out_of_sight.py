@@ -53,7 +53,13 @@ def test_a_page_out_of_sight_is_dressed_when_it_is_shown(qapp: QApplication, qtb
         QApplication.processEvents()
         assert paints.dressed > 0
         assert paints.inks
-        assert {ink.upper() for ink in paints.inks} <= {DARK.text, DARK.muted, DARK.on_primary, DARK.danger.ink}
+        assert {ink.upper() for ink in paints.inks} <= {
+            DARK.text,
+            DARK.muted,
+            DARK.disabled,
+            DARK.on_primary,
+            DARK.danger.ink,
+        }
         followed = page.grab().toImage()
         assembly.appearance.choose(Choice.LIGHT)
         QApplication.processEvents()

@@ -1,0 +1,119 @@
+"""Preferences in one dialog. What is chosen holds at once; LOCK stays in reach beside it."""
+
+from collections.abc import Callable
+from functools import partial
+
+from PySide6.QtWidgets import (
+    QAbstractButton,
+    QCheckBox,
+    QComboBox,
+    QDialog,
+    QDialogButtonBox,
+    QFormLayout,
+    QLabel,
+    QLayout,
+    QWidget,
+)
+
+from app.text.i18n import CHINESE, ENGLISH, language
+from protocol.translatable import marked
+from ui.core.preferences import Preferences
+from ui.core.texts import Texts
+from ui.style.theme import Choice, Space
+from ui.widgets.controls import control
+from ui.widgets.layouts import in_column
+from ui.widgets.naming import named
+from ui.widgets.sliders import WheelGuard
+
+THEMES = (
+    (Choice.AUTO, marked("System")),
+    (Choice.LIGHT, marked("Light mode")),
+    (Choice.DARK, marked("Dark mode")),
+    (Choice.SUNLIGHT, marked("Sunlight")),
+)
+# Each language in its own words, so that whoever is lost in the other one finds it.
+LANGUAGES = ((ENGLISH, "English"), (CHINESE, "简体中文"))
+ZOOMS = (100, 125, 150)
+
+
+class PreferencesDialog(QDialog):
+    """`use_language`, `use_theme`, `use_zoom` and `use_sidebar` apply and remember a choice."""
+
+    def __init__(
+        self,
+        texts: Texts,
+        preferences: Preferences,
+        parent: QWidget,
+        *,
+        use_language: Callable[[str], None],
+        use_theme: Callable[[str], None],
+        use_zoom: Callable[[int], None],
+        use_sidebar: Callable[[bool], None],
+    ) -> None:
+        super().__init__(parent)
+        self.setObjectName("preferences_dialog")
+        self.setModal(False)
+        self._texts, self._preferences = texts, preferences
+        texts.bind(self.setWindowTitle, "Preferences")
+        texts.bind(self.setAccessibleName, "Preferences")
+        self.language, self.theme, self.zoom = (self._box(name) for name in ("language", "theme", "zoom"))
+        for name, title in LANGUAGES:
+            self.language.addItem(title, name)
+        for row, (choice, title) in enumerate(THEMES):
+            self.theme.addItem("", choice.value)
+            texts.bind(partial(self.theme.setItemText, row), title)
+        for percent in ZOOMS:
+            self.zoom.addItem(f"{percent} %", percent)
+        self.sounds = control(QCheckBox(), texts, "preferences_sounds", "Sounds: triggered, lost, restarted",
+                              tip="A short tone when the module triggers, falls silent or restarts")  # fmt: skip
+        self.sidebar = control(QCheckBox(), texts, "preferences_sidebar", "Wide sidebar", tip="Page names beside icons")
+        form = QFormLayout()
+        form.setHorizontalSpacing(Space.L)
+        form.setVerticalSpacing(Space.M)
+        # In both languages: whoever cannot read the other one looks for this row.
+        form.addRow(named(QLabel("Language · 语言"), "preferences_language_label"), self.language)
+        for name, box, english in (("theme", self.theme, marked("Theme")), ("zoom", self.zoom, marked("Text size"))):
+            label = control(QLabel(), texts, f"preferences_{name}_label", english)
+            label.setBuddy(box)
+            texts.bind(box.setAccessibleName, english)
+            texts.bind(box.setToolTip, english)
+            form.addRow(label, box)
+        texts.bind(self.language.setAccessibleName, "Language")
+        texts.bind(self.language.setToolTip, "Language")
+        self.buttons = named(QDialogButtonBox(QDialogButtonBox.StandardButton.Close), "preferences_buttons")
+        self.buttons.rejected.connect(self.reject)
+        close: QAbstractButton = self.buttons.button(QDialogButtonBox.StandardButton.Close)
+        control(close, texts, "preferences_close", "Close", tip="Close (Esc)")
+        in_column(
+            form, self.sounds, self.sidebar, self.buttons, of=self, spacing=Space.L, margins=Space.XL
+        ).setSizeConstraint(QLayout.SizeConstraint.SetFixedSize)
+        self.refresh()
+        self.language.activated.connect(lambda row: use_language(self.language.itemData(row)))
+        self.theme.activated.connect(lambda row: use_theme(self.theme.itemData(row)))
+        self.zoom.activated.connect(lambda row: use_zoom(self.zoom.itemData(row)))
+        self.sidebar.clicked.connect(use_sidebar)
+        self.sounds.clicked.connect(self._use_sounds)
+
+    def refresh(self) -> None:
+        """Show what is chosen now."""
+        preferences = self._preferences
+        self.language.setCurrentIndex(self.language.findData(language()))
+        self.theme.setCurrentIndex(max(0, self.theme.findData(preferences.theme)))
+        self.zoom.setCurrentIndex(max(0, self.zoom.findData(preferences.zoom_percent)))
+        self.sounds.setChecked(preferences.has_sounds)
+        self.sidebar.setChecked(preferences.is_sidebar_wide)
+
+    def bring_up(self) -> None:
+        self.refresh()
+        self.show()
+        self.raise_()
+        self.activateWindow()
+
+    def _box(self, name: str) -> QComboBox:
+        box = named(QComboBox(), f"preferences_{name}")
+        box.setMinimumWidth(180)
+        WheelGuard(self).guard(box)
+        return box
+
+    def _use_sounds(self, is_wanted: bool) -> None:
+        self._preferences.has_sounds = is_wanted
