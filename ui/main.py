@@ -48,7 +48,7 @@ from ui.shell.uncaught_errors import UncaughtErrors
 from ui.style.accessible_roles import install_accessible_roles
 from ui.style.appearance import Appearance
 from ui.style.icons import Icon, app_icon
-from ui.style.theme import Choice, Meaning
+from ui.style.theme import Choice, Meaning, zoom
 from ui.widgets.notice_bar import Notice
 
 _log = logging.getLogger(__name__)
@@ -141,6 +141,7 @@ def assemble(
     texts = Texts()
     language_switch = LanguageSwitch(app, texts)
     language_switch.use(_language(options, preferences))
+    zoom(preferences.zoom_percent)
     appearance = Appearance(app, _theme(preferences))
     ports = ports or PortWatcher()
     storage = storage or Storage()

@@ -1,8 +1,8 @@
 """Preferences in one dialog. What is chosen holds at once; LOCK stays in reach beside it."""
 
-from collections.abc import Callable
 from functools import partial
 
+from PySide6.QtGui import QAction
 from PySide6.QtWidgets import (
     QAbstractButton,
     QCheckBox,
@@ -17,8 +17,8 @@ from PySide6.QtWidgets import (
 
 from app.text.i18n import CHINESE, ENGLISH, language
 from protocol.translatable import marked
-from ui.core.preferences import Preferences
 from ui.core.texts import Texts
+from ui.preferences.choices import Choices
 from ui.style.theme import Choice, Space
 from ui.widgets.controls import control
 from ui.widgets.layouts import in_column
@@ -37,23 +37,13 @@ ZOOMS = (100, 125, 150)
 
 
 class PreferencesDialog(QDialog):
-    """`use_language`, `use_theme`, `use_zoom` and `use_sidebar` apply and remember a choice."""
+    """`wide` is the window's action for the sidebar: chosen there or here, it is one thing."""
 
-    def __init__(
-        self,
-        texts: Texts,
-        preferences: Preferences,
-        parent: QWidget,
-        *,
-        use_language: Callable[[str], None],
-        use_theme: Callable[[str], None],
-        use_zoom: Callable[[int], None],
-        use_sidebar: Callable[[bool], None],
-    ) -> None:
+    def __init__(self, texts: Texts, choices: Choices, wide: QAction, parent: QWidget) -> None:
         super().__init__(parent)
         self.setObjectName("preferences_dialog")
         self.setModal(False)
-        self._texts, self._preferences = texts, preferences
+        self._remembered = choices.remembered
         texts.bind(self.setWindowTitle, "Preferences")
         texts.bind(self.setAccessibleName, "Preferences")
         self.language, self.theme, self.zoom = (self._box(name) for name in ("language", "theme", "zoom"))
@@ -88,15 +78,16 @@ class PreferencesDialog(QDialog):
             form, self.sounds, self.sidebar, self.buttons, of=self, spacing=Space.L, margins=Space.XL
         ).setSizeConstraint(QLayout.SizeConstraint.SetFixedSize)
         self.refresh()
-        self.language.activated.connect(lambda row: use_language(self.language.itemData(row)))
-        self.theme.activated.connect(lambda row: use_theme(self.theme.itemData(row)))
-        self.zoom.activated.connect(lambda row: use_zoom(self.zoom.itemData(row)))
-        self.sidebar.clicked.connect(use_sidebar)
-        self.sounds.clicked.connect(self._use_sounds)
+        self.language.activated.connect(lambda row: choices.use_language(self.language.itemData(row)))
+        self.theme.activated.connect(lambda row: choices.use_theme(self.theme.itemData(row)))
+        self.zoom.activated.connect(lambda row: choices.use_zoom(self.zoom.itemData(row)))
+        self.sidebar.clicked.connect(wide.setChecked)
+        wide.toggled.connect(self.sidebar.setChecked)
+        self.sounds.clicked.connect(choices.use_sounds)
 
     def refresh(self) -> None:
         """Show what is chosen now."""
-        preferences = self._preferences
+        preferences = self._remembered
         self.language.setCurrentIndex(self.language.findData(language()))
         self.theme.setCurrentIndex(max(0, self.theme.findData(preferences.theme)))
         self.zoom.setCurrentIndex(max(0, self.zoom.findData(preferences.zoom_percent)))
@@ -114,6 +105,3 @@ class PreferencesDialog(QDialog):
         box.setMinimumWidth(180)
         WheelGuard(self).guard(box)
         return box
-
-    def _use_sounds(self, is_wanted: bool) -> None:
-        self._preferences.has_sounds = is_wanted

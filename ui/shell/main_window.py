@@ -19,6 +19,7 @@ from ui.core.language_switch import LanguageSwitch
 from ui.core.port_watcher import PortWatcher
 from ui.core.preferences import LastPort, Preferences
 from ui.files.file_opener import FileOpener, FilePage
+from ui.preferences.choices import Choices
 from ui.preferences.dialog import PreferencesDialog
 from ui.services.context import PageEntry, Services
 from ui.services.page import Page, StreamPage
@@ -36,7 +37,6 @@ from ui.shell.top_bar import TopBar
 from ui.shell.window_size import fit_screen
 from ui.simulator.dock import SimulatorDock
 from ui.style.icons import app_icon
-from ui.style.theme import Choice
 from ui.widgets.layouts import in_column, in_row
 from ui.widgets.naming import named
 from ui.widgets.notice_bar import NoticeBar
@@ -72,7 +72,8 @@ class MainWindow(QMainWindow):
         super().__init__()
         self.setObjectName("main_window")
         self.setWindowIcon(app_icon())
-        self._services, self._ports, self._speech, self._remembered = services, ports, language_switch, preferences
+        self._services, self._ports, self._remembered = services, ports, preferences
+        self.choices = Choices(services.appearance, language_switch, preferences)
         self._connector: Connector = services.connector
         self._entries = {entry.key: entry for entry in entries}
         self._maker = PageMaker(services, entries, self._place, self)
@@ -103,7 +104,7 @@ class MainWindow(QMainWindow):
         self.menus = Actions(self, texts, entries)
         self.menus.find_page = self.stack.currentWidget
         self.top_bar.menu.setMenu(self.menus.main)
-        self.preferences: PreferencesDialog | None = None
+        self._preferences: PreferencesDialog | None = None
         acts = {
             NextStep.CHOOSE_PORT: self.toggle_panel,
             NextStep.FIND_RATE: self._connector.find_rate,
@@ -313,24 +314,9 @@ class MainWindow(QMainWindow):
             self._maker.want(key)
 
     def show_preferences(self) -> None:
-        if self.preferences is None:
-            self.preferences = PreferencesDialog(
-                self._services.texts, self._remembered, self, use_language=self.use_language,
-                use_theme=self.use_theme, use_zoom=self.use_zoom, use_sidebar=self.menus.names.setChecked,
-            )  # fmt: skip
-        self.preferences.bring_up()
-
-    def use_theme(self, key: str) -> None:
-        self._services.appearance.choose(Choice(key))
-        self._remembered.theme = key
-
-    def use_zoom(self, percent: int) -> None:
-        self._services.appearance.zoom(percent)
-        self._remembered.zoom_percent = percent
-
-    def use_language(self, name: str) -> None:
-        self._speech.use(name)
-        self._remembered.language = name
+        if self._preferences is None:
+            self._preferences = PreferencesDialog(self._services.texts, self.choices, self.menus.names, self)
+        self._preferences.bring_up()
 
     def use_sidebar(self, is_wide: bool) -> None:
         self.navigation.show_wide(is_wide)

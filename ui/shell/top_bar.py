@@ -162,6 +162,7 @@ class TopBar(QFrame):
         self.setProperty("role", "bar")
         self._connector, self._naming = connector, naming
         self._in_use = in_use or LimitsInUse()
+        self._shared: tuple[object, ...] = ()
         self.menu = control(QToolButton(), texts, "menu_button", says="Menu", tip="Menu", key="F10",
                             picture=Icon.MENU, role="quiet")  # fmt: skip
         self.menu.setPopupMode(QToolButton.ToolButtonPopupMode.InstantPopup)
@@ -183,7 +184,7 @@ class TopBar(QFrame):
             _explain(texts, chip, BY_NAME[name])
         self.lock = self._make_lock(texts, lock)
         self.name.setAlignment(Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter)
-        row = in_row(
+        row = self._row = in_row(
             self.menu, self.port, (self.name, 1), self.activation, self.trigger, self.cell, of=self,
             spacing=Space.S, margins=(Space.XS, _AROUND_PX, Space.M, _AROUND_PX),
         )  # fmt: skip
@@ -205,13 +206,18 @@ class TopBar(QFrame):
     def _share_room(self) -> None:
         """Where the bar is too narrow for all, the ages of the cell and the trigger give way, never LOCK."""
         chips = (self.cell, self.trigger, self.activation)
+        shown = (self.width(), *(chip.accessibleName() for chip in chips))
+        if shown == self._shared:
+            return
+        self._shared = shown
         for chip in chips:
             chip.hide_age(False)
+        self._row.invalidate()
         for chip in chips:
-            if self.layout().minimumSize().width() <= self.width():
+            if self._row.minimumSize().width() <= self.width():
                 break
             chip.hide_age(True)
-            self.layout().invalidate()
+            self._row.invalidate()
 
     def _reserve(self) -> None:
         """Room for the widest word, so that nothing jumps when a state changes."""

@@ -164,12 +164,12 @@ def test_chinese_while_running(qtbot: QtBot, qapp: QApplication, tmp_path: Path)
     with window(qapp, tmp_path) as assembly:
         shell = assembly.window
         qtbot.waitUntil(lambda: shell.stack.count() > 0, timeout=WAIT_MS)
-        shell.use_language(str(translation))
+        shell.choices.use_language(str(translation))
         assert shell.top_bar.lock.text() == "锁定"
         assert shell.top_bar.port.word == "未连接"
         assert shell.top_bar.activation.word == "未知"
         assert shell.navigation.item(shell.navigation.count() - 1).text() == "通信"
-        shell.use_language("en")
+        shell.choices.use_language("en")
         assert language() == "en"
         assert shell.top_bar.lock.text() == "LOCK"
         assert shell.navigation.item(shell.navigation.count() - 1).text() == "Traffic"
@@ -177,16 +177,16 @@ def test_chinese_while_running(qtbot: QtBot, qapp: QApplication, tmp_path: Path)
 
 def test_qt_speaks_chinese_too(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
     with window(qapp, tmp_path) as assembly:
-        assembly.window.use_language("zh_CN")
+        assembly.window.choices.use_language("zh_CN")
         assert qapp.translate("QPlatformTheme", "Cancel") == "取消"
-        assembly.window.use_language("en")
+        assembly.window.choices.use_language("en")
         assert qapp.translate("QPlatformTheme", "Cancel") == "Cancel"
 
 
 def test_what_is_chosen_is_remembered(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
     with simulated("kept"), window(qapp, tmp_path) as assembly:
-        assembly.window.use_theme("dark")
-        assembly.window.use_language("zh_CN")
+        assembly.window.choices.use_theme("dark")
+        assembly.window.choices.use_language("zh_CN")
         assembly.window.resize(assembly.window.width(), 610)
         size = assembly.window.size()
         assembly.connector.connect_to(Target("sim://kept", 57600 * 2, title="kept"))

@@ -1,0 +1,29 @@
+"""Applies and remembers what is chosen in the preferences."""
+
+from ui.core.language_switch import LanguageSwitch
+from ui.core.preferences import Preferences
+from ui.style.appearance import Appearance
+from ui.style.theme import Choice
+
+
+class Choices:
+    """Each choice holds at once, and at the next start."""
+
+    def __init__(self, appearance: Appearance, language_switch: LanguageSwitch, preferences: Preferences) -> None:
+        self._appearance, self._language_switch = appearance, language_switch
+        self.remembered = preferences
+
+    def use_language(self, name: str) -> None:
+        self._language_switch.use(name)
+        self.remembered.language = name
+
+    def use_theme(self, key: str) -> None:
+        self._appearance.choose(Choice(key))
+        self.remembered.theme = key
+
+    def use_zoom(self, percent: int) -> None:
+        self._appearance.zoom(percent)
+        self.remembered.zoom_percent = percent
+
+    def use_sounds(self, is_wanted: bool) -> None:
+        self.remembered.has_sounds = is_wanted
