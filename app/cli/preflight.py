@@ -18,23 +18,27 @@ from app.terminal.console import (
     add_json_argument,
     add_port_arguments,
     as_json,
+    end_passing,
     note,
     padded,
     say,
+    say_in_passing,
     write_lines,
 )
 from app.text.i18n import tr
 from app.text.sentences import aside, listed, together
 
 if TYPE_CHECKING:
+    from app.fleet.check_set import SetMember
     from app.limits.expectations import Expectations
-    from app.preflight.evidence import Evidence, FrameLog
     from app.records.filing import Filed
     from app.records.record import Record
     from app.records.report_files import Printer
     from app.store.store import Store
+    from app.terminal.interruption import Interruption
 
 LONGEST_NAME = 200
+_WAIT_S = 0.1
 
 
 def add_parser(subparsers: "argparse._SubParsersAction[argparse.ArgumentParser]") -> None:
@@ -43,7 +47,7 @@ def add_parser(subparsers: "argparse._SubParsersAction[argparse.ArgumentParser]"
         description=tr(
             "Check whether the module is fit to fly: all checks are run and listed. READY: everything holds and the "
             "module is locked; GO: and it is active. Exit code 0 for both, 1 for NO-GO, 3 where no module answers. "
-            "Nothing is ever activated, zeroed or deployed."
+            "Nothing is ever activated, zeroed or deployed. Several ports are checked at once."
         ),
     )
     add_port_arguments(parser, takes_several=True)
@@ -73,39 +77,9 @@ def _name(text: str) -> str:
 
 def run(args: argparse.Namespace) -> int:
     ports = [args.port] if isinstance(args.port, str) else list(dict.fromkeys(args.port))
-    if len(ports) == 1:
-        return _check(argparse.Namespace(**{**vars(args), "port": ports[0]}))
-    if args.module is not None or args.report is not None:
-        say(tr("With several ports neither --module nor --report: they are of one module."))
-        return USED_WRONGLY
-    codes: list[int] = []
-    for port in ports:
-        if not args.json:
-            write_lines([*([""] if codes else []), port])
-        codes.append(_check_or_say(argparse.Namespace(**{**vars(args), "port": port})))
-    return next((code for code in (USED_WRONGLY, SAID_NO, NO_LINK, PARTLY) if code in codes), DONE)
-
-
-def _check_or_say(args: argparse.Namespace) -> int:
-    """A module that cannot be reached keeps no other one from being checked."""
-    from app.terminal.connection import link_trouble
-
-    try:
-        return _check(args)
-    except Exception as error:
-        trouble = link_trouble(error)
-        if trouble is None:
-            raise
-        say(trouble)
-        return NO_LINK
-
-
-def _check(args: argparse.Namespace) -> int:
-    from app import version
-    from app.preflight.evidence import Evidence, FrameLog
-    from app.records.filing import Person, file_check
-    from app.terminal.command_journal import adapter_of
-
+    if len(ports) > 1:
+        return _check_several(args, ports)
+    args = argparse.Namespace(**{**vars(args), "port": ports[0]})
     try:
         expectations = _expectations(args.profile, args.done)
         if args.report is not None:
@@ -114,17 +88,137 @@ def _check(args: argparse.Namespace) -> int:
         say(str(error))
         return USED_WRONGLY
     store = _store()
-    evidence, log, adapter = Evidence(port=args.port), FrameLog(), adapter_of(args.port)
     try:
-        trouble = _gather(args, evidence, log, store, adapter)
-        person = Person(who=args.who, module=args.module, aircraft=args.aircraft,
-                        are_records_looked_at=args.records_looked_at, is_same_module=args.same_module)  # fmt: skip
-        filed = file_check(evidence, expectations, person, log, store=store, program_version=version(),
-                           adapter=adapter)  # fmt: skip
+        found = _gather(args, ports[0], store)
+        filed = _file(args, found, expectations, store)
     finally:
         if store is not None:
             store.close()
-    return _conclude(args, filed, trouble)
+    return _conclude(args, filed, found.trouble)
+
+
+class _Gathered:
+    """What was found out on one port. `trouble`: why the link was lost in the middle, in a sentence for people;
+    `error`: why there was none."""
+
+    def __init__(self, port: str) -> None:
+        from app.preflight.evidence import Evidence, FrameLog
+        from app.terminal.command_journal import adapter_of
+
+        self.evidence, self.log, self.adapter = Evidence(port=port), FrameLog(), adapter_of(port)
+        self.trouble: str | None = None
+        self.error: BaseException | None = None
+
+
+def _file(args: argparse.Namespace, found: _Gathered, expectations: "Expectations", store: "Store | None") -> "Filed":
+    from app import version
+    from app.records.filing import Person, file_check
+
+    person = Person(who=args.who, module=args.module, aircraft=args.aircraft,
+                    are_records_looked_at=args.records_looked_at, is_same_module=args.same_module)  # fmt: skip
+    return file_check(
+        found.evidence, expectations, person, found.log, store=store, program_version=version(), adapter=found.adapter
+    )
+
+
+# Several modules
+
+
+def _check_several(args: argparse.Namespace, ports: list[str]) -> int:
+    """All at once; a module that cannot be reached keeps no other one from being checked."""
+    from app.fleet.check_set import SetMember, check_set_target
+    from app.terminal.connection import link_trouble
+
+    if args.module is not None:
+        say(tr("With several ports no --module: it is the name of one."))
+        return USED_WRONGLY
+    try:
+        expectations = _expectations(args.profile, args.done)
+        if args.report is not None:
+            check_set_target(args.report)
+    except ValueError as error:
+        say(str(error))
+        return USED_WRONGLY
+    members: list[SetMember] = []
+    codes: list[int] = []
+    store = _store()
+    try:
+        for port, found in zip(ports, _gather_all(args, ports, store), strict=True):
+            if not args.json:
+                write_lines([*([""] if members else []), port])
+            if found.error is not None:
+                trouble = link_trouble(found.error) if isinstance(found.error, Exception) else None
+                if trouble is None:
+                    raise found.error
+                say(trouble)
+                codes.append(NO_LINK)
+                members.append(SetMember(port, trouble=trouble))
+                continue
+            filed = _file(args, found, expectations, store)
+            codes.append(_conclude(argparse.Namespace(**{**vars(args), "report": None}), filed, found.trouble))
+            members.append(SetMember(port, "", filed, found.trouble or ""))
+    finally:
+        if store is not None:
+            store.close()
+    if not args.json:
+        write_lines(["", *_summary_of(members)])
+    if args.report is not None and not _report_set(args.report, members, args.printer):
+        codes.append(PARTLY)
+    return next((code for code in (USED_WRONGLY, SAID_NO, NO_LINK, PARTLY) if code in codes), DONE)
+
+
+def _gather_all(args: argparse.Namespace, ports: list[str], store: "Store | None") -> list[_Gathered]:
+    """Every port in a thread of its own; this one waits for all, and for Ctrl-C."""
+    import threading
+
+    from app.terminal.interruption import Interruption
+
+    gathered = {port: _Gathered(port) for port in ports}
+    with Interruption() as interruption:
+
+        def gather(port: str) -> None:
+            try:
+                gathered[port] = _gather(args, port, store, interruption)
+            except BaseException as error:  # noqa: BLE001  said, or raised again, in the main thread
+                gathered[port].error = error
+
+        threads = [threading.Thread(target=gather, args=(port,), name=f"dps-s {port}", daemon=True) for port in ports]
+        for thread in threads:
+            thread.start()
+        while alive := [thread for thread in threads if thread.is_alive()]:
+            say_in_passing(tr("Checking {count} modules, {done} done", count=len(ports), done=len(ports) - len(alive)))
+            alive[0].join(_WAIT_S)
+        end_passing()
+        interruption.check()
+    return list(gathered.values())
+
+
+def _summary_of(members: "Sequence[SetMember]") -> list[str]:
+    """Who is GO, who is not and why."""
+    from app.fleet.check_set import summary, word_of
+    from app.terminal.console import display_width
+
+    words = [word_of(one.verdict) for one in members]
+    first, second = max(map(display_width, words)) + 2, max(display_width(one.port) for one in members) + 2
+    rows = zip(words, members, strict=True)
+    return [
+        summary(members),
+        *((padded(word, first) + padded(one.port, second) + one.why).rstrip() for word, one in rows),
+    ]
+
+
+def _report_set(path: Path, members: "Sequence[SetMember]", printer: "Printer | None") -> bool:
+    from app.fleet.check_set import write_set_reports
+    from app.stations.station import station_to_sign
+    from app.store.store import data_folder
+
+    try:
+        written = write_set_reports(path, members, printer, station_to_sign(data_folder()))
+    except (OSError, RuntimeError, ImportError) as error:
+        say(tr("The report cannot be written: {why}.", why=error))
+        return False
+    note(tr("Written: {files}.", files=listed(map(str, written))))
+    return path in written
 
 
 def _conclude(args: argparse.Namespace, filed: "Filed", trouble: str | None) -> int:
@@ -187,9 +281,9 @@ def _store() -> "Store | None":
 
 
 def _gather(
-    args: argparse.Namespace, evidence: "Evidence", log: "FrameLog", store: "Store | None", adapter: str
-) -> str | None:
-    """Why the link was lost in the middle, in a sentence for people; None where it was not."""
+    args: argparse.Namespace, port: str, store: "Store | None", interruption: "Interruption | None" = None
+) -> _Gathered:
+    """Raises what means that there is no link."""
     from app.preflight.evidence import Disturbance
     from app.preflight.run import run_preflight
     from app.safety.journal import Journal, NoJournal
@@ -198,25 +292,29 @@ def _gather(
     from app.terminal.stored_history import may_be_another
     from app.text.messages import clean
 
+    found = _Gathered(port)
+    evidence = found.evidence
     journal: Journal = NoJournal()
     if store is not None:
         name = clean((args.module or "").strip())
-        journal = StoreJournal(store, port=args.port, origin="preflight", adapter=adapter, module=name)
-    with connected(args.port, args.baud, on_batch=lambda batch: log.feed(batch.events)) as conversation:
+        journal = StoreJournal(store, port=port, origin="preflight", adapter=found.adapter, module=name)
+    with connected(
+        port, args.baud, on_batch=lambda batch: found.log.feed(batch.events), interruption=interruption
+    ) as conversation:
         try:
             is_enabling = args.enable_triggers and not (
                 args.module and not args.same_module and may_be_another(conversation, store, args.module)
             )
             conversation.run(run_preflight(evidence, is_enabling=is_enabling, journal=journal))
         except Exception as error:
-            trouble = link_trouble(error)
-            if trouble is None:
+            found.trouble = link_trouble(error)
+            if found.trouble is None:
                 raise
             evidence.disturbance = evidence.disturbance or Disturbance.DISCONNECTED
-            return trouble
+            return found
     if evidence.disturbance is Disturbance.SILENT:
-        return tr("The module on {port} stopped answering. Check its power and the wiring.", port=args.port)
-    return None
+        found.trouble = tr("The module on {port} stopped answering. Check its power and the wiring.", port=port)
+    return found
 
 
 def _report(path: Path, record: "Record", printer: "Printer | None") -> bool:

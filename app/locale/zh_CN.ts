@@ -970,8 +970,8 @@
         <translation>请检查接线：TX 与 RX 短接，或模块未连接。</translation>
     </message>
     <message>
-        <source>Check whether the module is fit to fly: all checks are run and listed. READY: everything holds and the module is locked; GO: and it is active. Exit code 0 for both, 1 for NO-GO, 3 where no module answers. Nothing is ever activated, zeroed or deployed.</source>
-        <translation>检查模块是否可以飞行：所有检查都执行并列出。READY（待激活）：全部通过且模块锁定；GO（可以飞行）：全部通过且模块已激活。退出码：两者均为 0，NO-GO（禁止飞行）为 1，没有模块应答为 3。绝不激活、置零或开伞。</translation>
+        <source>Check whether the module is fit to fly: all checks are run and listed. READY: everything holds and the module is locked; GO: and it is active. Exit code 0 for both, 1 for NO-GO, 3 where no module answers. Nothing is ever activated, zeroed or deployed. Several ports are checked at once.</source>
+        <translation>检查模块是否可以飞行：所有检查都执行并列出。READY（待激活）：全部通过且模块锁定；GO（可以飞行）：全部通过且模块已激活。退出码：两者均为 0，NO-GO（禁止飞行）为 1，没有模块应答为 3。绝不激活、置零或开伞。多个串口同时检查。</translation>
     </message>
     <message>
         <source>Checked by</source>
@@ -980,6 +980,10 @@
     <message>
         <source>Checking whether it is the same module…</source>
         <translation>正在确认是否为同一模块…</translation>
+    </message>
+    <message>
+        <source>Checking {count} modules, {done} done</source>
+        <translation>正在检查 {count} 个模块，已完成 {done} 个</translation>
     </message>
     <message>
         <source>Checking…</source>
@@ -6914,8 +6918,8 @@
         <translation>接有外接供电时，读到的不是电芯电压。</translation>
     </message>
     <message>
-        <source>With several ports neither --module nor --report: they are of one module.</source>
-        <translation>指定多个串口时不能使用 --module 或 --report：它们只属于一个模块。</translation>
+        <source>With several ports no --module: it is the name of one.</source>
+        <translation>指定多个串口时不能使用 --module：它是一个模块的名称。</translation>
     </message>
     <message>
         <source>Without --yes it says so and sends nothing (exit code 2). What is done is written to the audit log.</source>
@@ -9563,7 +9567,7 @@
     </message>
     <message>
         <source>written and verified</source>
-        <translation>已写入并核对</translation>
+        <translation>已写入，已验证</translation>
     </message>
     <message>
         <source>written; some cannot be read back</source>

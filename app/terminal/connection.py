@@ -7,7 +7,7 @@ that Ctrl-C is heard. Every way out closes the port in good order.
 import queue
 import time
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager, suppress
+from contextlib import contextmanager, nullcontext, suppress
 from typing import TYPE_CHECKING, TypeVar
 
 from app.engine.device import DeviceView
@@ -188,14 +188,20 @@ def _trace() -> "Trace | None":
 
 @contextmanager
 def connected(
-    port: str, baud_rate: int | None, *, on_batch: Callable[[Batch], None] | None = None, is_greeted: bool = True
+    port: str,
+    baud_rate: int | None,
+    *,
+    on_batch: Callable[[Batch], None] | None = None,
+    is_greeted: bool = True,
+    interruption: Interruption | None = None,
 ) -> Iterator[Conversation]:
     """Open `port`, make sure that a module answers on it, and close it afterwards.
 
-    `baud_rate` None tries them all. Without `is_greeted` nothing is sent. Raises `PortError`, `NoAnswer`, `NoLink`.
+    `baud_rate` None tries them all. Without `is_greeted` nothing is sent. `interruption`: of the main thread, where
+    this is another one. Raises `PortError`, `NoAnswer`, `NoLink`.
     """
-    with Interruption() as interruption:
-        conversation = Conversation(interruption, on_batch)
+    with Interruption() if interruption is None else nullcontext(interruption) as watched:
+        conversation = Conversation(watched, on_batch)
         try:
             try:
                 conversation.open(port, baud_rate or USUAL_RATE)
@@ -203,7 +209,8 @@ def connected(
                     _greet(conversation, port, baud_rate)
                 yield conversation
             finally:
-                interruption.stand_down()
+                if interruption is None:
+                    watched.stand_down()
         finally:
             # Reached whatever strikes above, and nothing breaks in here.
             conversation.close()

@@ -10,6 +10,7 @@ import os
 import re
 import shutil
 import sys
+import threading
 import time
 import unicodedata
 from collections.abc import Iterable, Iterator, Sequence
@@ -167,7 +168,9 @@ class _Passing:
 
 def say_in_passing(words: str) -> None:
     """Progress: one line on standard error that the next one replaces, once it has lasted for half a second; nothing
-    where that is no terminal."""
+    where that is no terminal, and from other threads than the main one."""
+    if threading.current_thread() is not threading.main_thread():
+        return
     if _Verbosity.level < 0 or sys.stderr is None or not sys.stderr.isatty():
         return
     now = time.monotonic()
@@ -182,6 +185,8 @@ def say_in_passing(words: str) -> None:
 
 def end_passing() -> None:
     """What took so long is done: the line of `say_in_passing` is taken away."""
+    if threading.current_thread() is not threading.main_thread():
+        return
     _Passing.began_at = None
     _clear_passing()
 

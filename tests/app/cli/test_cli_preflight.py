@@ -288,9 +288,10 @@ def test_a_module_by_the_name_of_another_is_not_set(
     assert (found["attitude_trigger"], found["boot_count"]) == ("unknown", "fail")
 
 
-def test_several_ports_are_checked_one_after_the_other(port: str, capsys: pytest.CaptureFixture[str]) -> None:
-    """One object a line; the worst decides."""
-    words = ["preflight", "--enable-triggers", "--records-looked-at", "--json"]
+@pytest.mark.usefixtures("qapp")
+def test_several_ports_are_checked_at_once(port: str, capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
+    """One object a line; the worst decides; one report of all and one of each."""
+    words = ["preflight", "--enable-triggers", "--records-looked-at", "--json", "--report", str(tmp_path / "set.pdf")]
     ports = [f"{port}-a", f"{port}-b?cell=3.5", f"{port}-c?mute=yes"]
     assert program.main([*words, *(word for one in ports for word in ("--port", one))]) == 1
     printed = Printed(capsys)
@@ -298,5 +299,20 @@ def test_several_ports_are_checked_one_after_the_other(port: str, capsys: pytest
     assert [one["read"]["link"]["port"] for one in found] == ports[:2]
     assert [one["verdict"] for one in found] == ["READY", "NO-GO"]
     assert f"No module answers on {ports[2]}" in printed.err
+    assert len(list(tmp_path.glob("*.pdf"))) == 3
+    kept = json.loads((tmp_path / "set.json").read_bytes())["modules"]
+    assert [one["verdict"] for one in kept] == ["READY", "NO-GO", None]
+    assert kept[1]["against"] == ["Cell voltage"]
     assert program.main([*words, "--port", ports[0], "--port", ports[2]]) == 3
     assert program.main([*words, "--port", ports[0], "--port", ports[1], "--module", "M-07"]) == 2
+
+
+def test_the_list_of_several_says_who_is_not_go_and_why(port: str, capsys: pytest.CaptureFixture[str]) -> None:
+    ports = [f"{port}-d?cell=3.5", f"{port}-e"]
+    words = ["preflight", "--enable-triggers", "--records-looked-at"]
+    assert program.main([*words, *(word for one in ports for word in ("--port", one))]) == 1
+    last = Printed(capsys).out.splitlines()[-3:]
+    assert last[0] == "1 READY, 1 NO-GO"
+    assert last[1].split("  ", 1)[0] == "NO-GO"
+    assert last[1].endswith("Cell voltage")
+    assert last[2].startswith("READY  ")
