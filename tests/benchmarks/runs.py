@@ -19,6 +19,7 @@ MODULES: Final = {
     "reading": "tests.benchmarks.reading",
     "lock": "tests.benchmarks.lock",
     "startup": "tests.benchmarks.window.startup",
+    "connecting": "tests.benchmarks.window.connecting",
     "switching": "tests.benchmarks.window.switching",
     "plots": "tests.benchmarks.window.plots",
     "gui": "tests.benchmarks.window.gui",
