@@ -6258,10 +6258,6 @@
         <translation>距上一帧的时间</translation>
     </message>
     <message>
-        <source>Time under the cursor</source>
-        <translation>光标处的时间</translation>
-    </message>
-    <message>
         <source>Time until it is disarmed</source>
         <translation>距离解除的时间</translation>
     </message>
@@ -7398,6 +7394,10 @@
         <translation>波特率：{rates}，或用 auto 逐一尝试；默认 115200</translation>
     </message>
     <message>
+        <source>bay closed</source>
+        <translation>伞仓关闭</translation>
+    </message>
+    <message>
         <source>bay open</source>
         <translation>伞仓打开</translation>
     </message>
@@ -7552,6 +7552,10 @@
     <message>
         <source>charger removed</source>
         <translation>外接供电已断开</translation>
+    </message>
+    <message>
+        <source>charger unknown</source>
+        <translation>充电状态未知</translation>
     </message>
     <message>
         <source>charging</source>

@@ -24,13 +24,17 @@ _ARM: Final = 0.6
 
 
 class TiltGauge(PaintedWidget):
-    """The gauge; it starts as unknown and without a threshold.  Degrees outside 0 to 180 are drawn at the end."""
+    """The gauge; it starts as unknown and without a threshold.  Degrees outside 0 to 180 are drawn at the end.
 
-    def __init__(self) -> None:
+    A compact one has no figures: they stand beside it."""
+
+    def __init__(self, *, is_compact: bool = False) -> None:
         super().__init__()
+        self._is_compact = is_compact
         self._tilt_deg: float | None = None
         self._fire_deg: float | None = None
         self._reset_deg: float | None = None
+        self._is_limit_stale = False
         self._freshness = Freshness.UNKNOWN
         self._age = ""
         self._face = QPixmap()
@@ -45,10 +49,10 @@ class TiltGauge(PaintedWidget):
         """How the tilt shown is known."""
         return self._freshness
 
-    def set_threshold(self, fire_deg: float | None, *, reset_deg: float | None = None) -> None:
+    def set_threshold(self, fire_deg: float | None, *, reset_deg: float | None = None, is_stale: bool = False) -> None:
         """From which tilt the module fires, and below which it is ready again; None: not known, nothing is drawn."""
-        if (fire_deg, reset_deg) != (self._fire_deg, self._reset_deg):
-            self._fire_deg, self._reset_deg = fire_deg, reset_deg
+        if (fire_deg, reset_deg, is_stale) != (self._fire_deg, self._reset_deg, self._is_limit_stale):
+            self._fire_deg, self._reset_deg, self._is_limit_stale = fire_deg, reset_deg, is_stale
             self._changed()
 
     def show_tilt(self, tilt_deg: float) -> None:
@@ -75,6 +79,8 @@ class TiltGauge(PaintedWidget):
             name += f", {self._age}"
         if self._fire_deg is not None:
             name += f", {tr('{value}° fires', value=f'{self._fire_deg:g}')}"
+            if self._is_limit_stale:
+                name += f" ({tr('stale')})"
         self.announce(name, name=tr("Tilt"))
         self.setToolTip(name)
 
@@ -82,15 +88,28 @@ class TiltGauge(PaintedWidget):
         return QSize(232, self.heightForWidth(232))
 
     def minimumSizeHint(self) -> QSize:
-        return QSize(160, self.heightForWidth(160))
+        width = 64 if self._is_compact else 160
+        return QSize(width, self.heightForWidth(width))
 
     def heightForWidth(self, width: int) -> int:
-        radius = (width - 2 * _side()) / 2
-        return round(radius * (1 + _DISC) + _margin() + 6)
+        radius = (width - 2 * self._side()) / 2
+        return round(radius * (1 + _DISC) + self._margin() + 6)
+
+    def width_for(self, height: int) -> int:
+        """How wide it has to be to fill that height."""
+        return round(2 * (height - self._margin() - 6) / (1 + _DISC) + 2 * self._side())
+
+    def _margin(self) -> float:
+        """Room for the labels above the arc."""
+        return 4.0 if self._is_compact else QFontMetricsF(font(Size.SMALL)).height() + 8
+
+    def _side(self) -> float:
+        """Room for the label beside each end of the arc."""
+        return 4.0 if self._is_compact else QFontMetricsF(font(Size.SMALL)).horizontalAdvance("180") + 10
 
     def _radius(self) -> float:
-        by_width = (self.width() - 2 * _side()) / 2
-        by_height = (self.height() - _margin() - 6) / (1 + _DISC)
+        by_width = (self.width() - 2 * self._side()) / 2
+        by_height = (self.height() - self._margin() - 6) / (1 + _DISC)
         return max(20.0, min(by_width, by_height))
 
     def paintEvent(self, _event: QPaintEvent) -> None:
@@ -98,13 +117,15 @@ class TiltGauge(PaintedWidget):
         painter = self.begin_paint()
         radius = self._radius()
         painter.drawPixmap(0, 0, self._painted_face(theme, radius))
-        painter.translate(self.width() / 2, _margin() + radius)
+        painter.translate(self.width() / 2, self._margin() + radius)
         if self._tilt_deg is None:
             disc = QRectF(-radius * _DISC, -radius * _DISC, 2 * radius * _DISC, 2 * radius * _DISC)
-            cleared_word(painter, theme, disc, tr("unknown"), font(Size.BODY, is_bold=True))
+            cleared_word(
+                painter, theme, disc, "?" if self._is_compact else tr("unknown"), font(Size.BODY, is_bold=True)
+            )
         else:
             self._paint_aircraft(painter, theme, radius, self._tilt_deg)
-        if self._age:
+        if self._age and not self._is_compact:
             below = QRectF(-radius, radius * 0.36, 2 * radius, 24)
             cleared_word(painter, theme, below, self._age, font(Size.SMALL, is_bold=True))
         painter.end()
@@ -113,14 +134,23 @@ class TiltGauge(PaintedWidget):
         """All that does not move with the tilt, painted once."""
         ratio = self.devicePixelRatioF()
         small = font(Size.SMALL).key()
-        face_of = theme.name, small, ratio, self.size(), self._freshness, self._fire_deg, self._reset_deg
+        face_of = (
+            theme.name,
+            small,
+            ratio,
+            self.size(),
+            self._freshness,
+            self._fire_deg,
+            self._reset_deg,
+            self._is_limit_stale,
+        )
         if face_of != self._face_of:
             self._face_of, self._face = face_of, QPixmap(self.size() * ratio)
             self._face.setDevicePixelRatio(ratio)
             self._face.fill(Qt.GlobalColor.transparent)
             painter = QPainter(self._face)
             painter.setRenderHint(QPainter.RenderHint.Antialiasing)
-            painter.translate(self.width() / 2, _margin() + radius)
+            painter.translate(self.width() / 2, self._margin() + radius)
             self._paint_ground(painter, theme, radius)
             self._paint_scale(painter, theme, radius)
             painter.end()
@@ -158,24 +188,30 @@ class TiltGauge(PaintedWidget):
             is_labelled = degrees % 45 == 0
             painter.setPen(pen(theme.border, theme.border_px))
             painter.drawLine(_at(degrees, radius), _at(degrees, radius - (8 if is_labelled else 4)))
-            if is_labelled and not self._is_near_mark(degrees):
+            if is_labelled and not self._is_compact and not self._is_near_mark(degrees):
                 painter.setPen(QColor(theme.muted))
                 _label(painter, degrees, radius, f"{degrees}")
         if self._fire_deg is not None:
             fire = _clamped(self._fire_deg)
-            colour = theme.tint(Meaning.DANGER).ink
-            painter.setPen(pen(colour, thick))
+            colour = theme.muted if self._is_limit_stale else theme.tint(Meaning.DANGER).ink
+            painter.setPen(pen(colour, thick, is_dashed=self._is_limit_stale))
             painter.drawArc(box, round(fire * 16), round((_LARGEST_DEG - fire) * 16))
             painter.setPen(pen(colour, 1.0 + theme.line_px))
             painter.drawLine(_at(fire, radius + 4), _at(fire, radius * _DISC + 3))
             painter.setFont(font(Size.SMALL, is_bold=True))
-            _label(painter, fire + self._apart_deg(), radius, f"{self._fire_deg:g}°")
+            self._label(painter, fire + self._apart_deg(), radius, f"{self._fire_deg:g}°")
         if self._reset_deg is not None:
             reset = _clamped(self._reset_deg)
-            painter.setPen(pen(theme.tint(Meaning.INFORMATION).ink, 1.0 + theme.line_px))
+            painter.setPen(
+                pen(theme.muted if self._is_limit_stale else theme.tint(Meaning.INFORMATION).ink, 1.0 + theme.line_px)
+            )
             painter.drawLine(_at(reset, radius + 2), _at(reset, radius - 8))
             painter.setFont(font(Size.SMALL))
-            _label(painter, reset - self._apart_deg(), radius, f"{self._reset_deg:g}°")
+            self._label(painter, reset - self._apart_deg(), radius, f"{self._reset_deg:g}°")
+
+    def _label(self, painter: QPainter, degrees: float, radius: float, text: str) -> None:
+        if not self._is_compact:
+            _label(painter, degrees, radius, text)
 
     def _apart_deg(self) -> float:
         """How far the labels of the two marks step aside, so that they do not touch."""
@@ -190,7 +226,7 @@ class TiltGauge(PaintedWidget):
     def _paint_aircraft(self, painter: QPainter, theme: Theme, radius: float, tilt_deg: float) -> None:
         """A multicopter from behind, turned by the tilt, with a needle from its right arm to the scale."""
         is_stale = self._freshness is Freshness.STALE
-        fires = self._fire_deg is not None and tilt_deg >= self._fire_deg
+        fires = self._fire_deg is not None and not self._is_limit_stale and tilt_deg >= self._fire_deg
         ink = QColor(theme.muted) if is_stale else theme.ink(Meaning.DANGER if fires else None)
         arm = radius * _ARM
         width = max(2.0, radius / 26) * (1.0 if theme.line_px == 1 else 1.3)
@@ -215,16 +251,6 @@ class TiltGauge(PaintedWidget):
         painter.setBrush(QColor(theme.surface))
         painter.drawRoundedRect(QRectF(-radius * 0.17, -radius * 0.1, radius * 0.34, radius * 0.18), 5, 5)
         painter.restore()
-
-
-def _margin() -> float:
-    """Room for the labels above the arc."""
-    return QFontMetricsF(font(Size.SMALL)).height() + 8
-
-
-def _side() -> float:
-    """Room for the label beside each end of the arc."""
-    return QFontMetricsF(font(Size.SMALL)).horizontalAdvance("180") + 10
 
 
 def _clamped(degrees: float) -> float:

@@ -5,6 +5,7 @@ is fresh, stale or unknown.
 """
 
 from collections.abc import Iterable
+from math import ceil
 from typing import Final
 
 from PySide6.QtCore import QPointF, QRectF, QSize, Qt
@@ -23,10 +24,10 @@ _RIGHT: Final = Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter
 
 
 class Readout(PaintedWidget):
-    """Caption, number, smaller unit and, where there is one, the limit.
+    """Caption, number with its smaller unit and limit, and a line below that says what is the matter or how old it is.
 
-    ``template`` is the widest number expected, such as "000.0"; its width stays reserved.  ``size`` is that of
-    the number.  It starts as unknown.
+    All begin at the left edge.  ``template`` is the widest number expected, such as "000.0"; its width stays reserved.
+    ``size`` is that of the number.  It starts as unknown.
     """
 
     def __init__(
@@ -36,6 +37,8 @@ class Readout(PaintedWidget):
         self._caption, self._unit, self._template, self._size, self._limit = caption, unit, template, size, limit
         self._text = ""
         self._note = ""
+        self._notes: tuple[str, ...] = ()
+        self._widest_limit = ""
         self._meaning: Meaning | None = None
         self._freshness = Freshness.UNKNOWN
         self.setSizePolicy(QSizePolicy.Policy.Preferred, QSizePolicy.Policy.Fixed)
@@ -61,8 +64,12 @@ class Readout(PaintedWidget):
         """The limit with its unit, such as "1.8 V", shown after a slash; empty for none."""
         if limit != self._limit:
             self._limit = limit
-            self.updateGeometry()
             self._changed()
+
+    def reserve(self, notes: Iterable[str], *, limit: str = "") -> None:
+        """Keep room for the widest of these notes and for that limit, so that nothing beside it moves."""
+        self._notes, self._widest_limit = tuple(notes), limit
+        self.updateGeometry()
 
     def show_value(self, text: str, *, meaning: Meaning | None = None, note: str = "") -> None:
         """A fresh value; a meaning colours it and adds its icon, and the note says in words what is the matter."""
@@ -91,9 +98,8 @@ class Readout(PaintedWidget):
 
     def _widths(self) -> tuple[float, float, float]:
         """Of the number, the gap behind it and the unit."""
-        unit_size = Size.BODY if self._size < Size.HERO else Size.TITLE
         number = QFontMetricsF(font(self._size, is_bold=True)).horizontalAdvance(self._template)
-        unit = QFontMetricsF(font(self._size if self._unit == "°" else unit_size)).horizontalAdvance(self._unit)
+        unit = QFontMetricsF(font(self._unit_font_size())).horizontalAdvance(self._unit)
         return (number, 0.0 if self._unit == "°" else float(Space.XS), unit)
 
     def _unit_font_size(self) -> Size:
@@ -101,15 +107,20 @@ class Readout(PaintedWidget):
             return self._size
         return Size.BODY if self._size < Size.HERO else Size.TITLE
 
+    def _number_px(self) -> float:
+        """Of number, unit and limit."""
+        metrics = QFontMetricsF(font(Size.BODY))
+        limits = [metrics.horizontalAdvance(f"/ {one}") + Space.S for one in (self._limit, self._widest_limit) if one]
+        return sum(self._widths()) + max(limits, default=0.0)
+
     def sizeHint(self) -> QSize:
-        small, body = QFontMetricsF(font(Size.SMALL)), QFontMetricsF(font(Size.BODY))
-        width = sum(self._widths())
-        if self._limit:
-            width += Space.S + body.horizontalAdvance(f"/ {self._limit}")
-        # Room for an age beside the caption, so that none has to be cut when it appears.
-        width = max(width, small.horizontalAdvance(f"{self._caption}    000 min"))
+        small = QFontMetricsF(font(Size.SMALL))
+        notes = max((small.horizontalAdvance(one) for one in self._notes), default=0.0)
+        width = max(
+            self._number_px(), small.horizontalAdvance(self._caption), small.horizontalAdvance("000 min") + 8, notes
+        )
         number = QFontMetricsF(font(self._size, is_bold=True))
-        return QSize(round(width) + 2, round(small.height() + Space.XS / 2 + number.height()))
+        return QSize(round(width) + 2, ceil(2 * small.height() + number.height()) + 2)
 
     def minimumSizeHint(self) -> QSize:
         return self.sizeHint()
@@ -118,53 +129,58 @@ class Readout(PaintedWidget):
         theme = current()
         painter = self.begin_paint()
         small = font(Size.SMALL)
-        metrics = QFontMetricsF(small)
-        head = QRectF(0, 0, self.width(), metrics.height())
+        line_px = QFontMetricsF(small).height()
         painter.setFont(small)
         painter.setPen(QColor(theme.muted))
-        painter.drawText(head, _LEFT, self._caption)
+        number_px = QFontMetricsF(font(self._size, is_bold=True)).height()
+        top = max(0.0, (self.height() - number_px) / 2 - line_px)
+        painter.drawText(QRectF(0, top, self.width(), line_px), _LEFT, self._caption)
+        body = QRectF(0, top + line_px, self.width(), number_px)
         if self._note:
-            left = metrics.horizontalAdvance(self._caption) + Space.S
-            if self._meaning is not None:
-                side = Size.SMALL
-                square = QRectF(left, (head.height() - side) / 2, side, side)
-                icons.draw(painter, icons.MEANING_ICONS[self._meaning], square, theme.ink(self._meaning))
-                left += side + Space.XS
-            room = QRectF(left, 0, max(0.0, self.width() - left), head.height())
-            painter.setPen(theme.ink(self._meaning) if self._meaning else QColor(theme.muted))
-            painter.drawText(room, _LEFT, metrics.elidedText(self._note, Qt.TextElideMode.ElideRight, room.width()))
-        body = QRectF(0, head.bottom() + Space.XS / 2, self.width(), self.height() - head.bottom() - Space.XS / 2)
+            self._paint_note(painter, QRectF(0, body.bottom(), self.width(), line_px))
         if self._freshness is Freshness.UNKNOWN:
-            number, gap, unit = self._widths()
             unknown_font = font(Size.SMALL, is_bold=True)
-            least = QFontMetricsF(unknown_font).horizontalAdvance(tr("unknown")) + 32
-            box = QRectF(0, body.top() + 2, min(self.width(), max(number + gap + unit, least)), body.height() - 4)
-            unknown_box(painter, theme, box, tr("unknown"), unknown_font)
+            least = QFontMetricsF(unknown_font).horizontalAdvance(tr("unknown")) + 24
+            width = min(self.width(), max(sum(self._widths()), least))
+            unknown_box(
+                painter, theme, QRectF(0, body.top() + 2, width, body.height() - 4), tr("unknown"), unknown_font
+            )
         else:
             self._paint_number(painter, body)
         painter.end()
+
+    def _paint_note(self, painter: QPainter, room: QRectF) -> None:
+        theme, metrics = current(), QFontMetricsF(font(Size.SMALL))
+        if self._meaning is not None:
+            side = Size.SMALL
+            square = QRectF(0, room.top() + (room.height() - side) / 2, side, side)
+            icons.draw(painter, icons.MEANING_ICONS[self._meaning], square, theme.ink(self._meaning))
+            room = room.adjusted(side + Space.XS, 0, 0, 0)
+        painter.setPen(theme.ink(self._meaning) if self._meaning else QColor(theme.muted))
+        painter.drawText(room, _LEFT, metrics.elidedText(self._note, Qt.TextElideMode.ElideRight, room.width()))
 
     def _paint_number(self, painter: QPainter, body: QRectF) -> None:
         theme = current()
         number_font = font(self._size, is_bold=True)
         metrics = QFontMetricsF(number_font)
         number, gap, unit = self._widths()
-        number = max(number, metrics.horizontalAdvance(self._text))
+        text_px = metrics.horizontalAdvance(self._text)
+        number = max(number, text_px)
         base = body.top() + (body.height() - metrics.height()) / 2 + metrics.ascent()
         is_stale = self._freshness is Freshness.STALE
-        colour = QColor(theme.muted) if is_stale else theme.ink(self._meaning)
         painter.setFont(number_font)
-        painter.setPen(colour)
-        painter.drawText(QPointF(number - metrics.horizontalAdvance(self._text), base), self._text)
+        painter.setPen(QColor(theme.muted) if is_stale else theme.ink(self._meaning))
+        painter.drawText(QPointF(0, base), self._text)
         painter.setFont(font(self._unit_font_size()))
         painter.setPen(QColor(theme.muted))
-        painter.drawText(QPointF(number + gap, base), self._unit)
+        # A degree sign is part of its number; every other unit stays where it is.
+        painter.drawText(QPointF(text_px if self._unit == "°" else number + gap, base), self._unit)
         right = number + gap + unit
         if is_stale:
             # Dimmed alone would be colour alone: a stale number is struck under with dashes too.
             painter.setPen(pen(theme.muted, theme.border_px, is_dashed=True))
             line = min(base + 4, self.height() - 1.0)
-            painter.drawLine(QPointF(number - metrics.horizontalAdvance(self._text), line), QPointF(right, line))
+            painter.drawLine(QPointF(0, line), QPointF(text_px, line))
         if self._limit:
             painter.setFont(font(Size.BODY))
             painter.setPen(QColor(theme.muted))

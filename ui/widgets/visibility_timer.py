@@ -30,6 +30,16 @@ class VisibilityTimer(QObject):
             self._timer.timeout.connect(tick or refresh)
         widget.installEventFilter(self)
 
+    def restart(self) -> None:
+        """The next tick is a whole period from now."""
+        if self._timer is not None:
+            self._timer.start()
+
+    def stop(self) -> None:
+        """No tick until it is shown again."""
+        if self._timer is not None:
+            self._timer.stop()
+
     def eventFilter(self, _watched: QObject, event: QEvent) -> bool:
         match event.type():
             case QEvent.Type.Show:

@@ -195,7 +195,10 @@ def live(qtbot: QtBot, qapp: QApplication) -> Iterator[Bench]:
 def test_live_marks_cell_and_bay(live: Bench) -> None:
     live.say()
     cell, light = live.find(Readout, "live_cell"), live.find(Readout, "live_light")
-    assert (cell.accessibleName(), light.accessibleName()) == ("Cell voltage: 3.94 V", "Light: 0.3 V, limit 1.8 V")
+    assert (cell.accessibleName(), light.accessibleName()) == (
+        "Cell voltage: 3.94 V, not charging",
+        "Light: 0.3 V, limit 1.8 V, bay closed",
+    )
     live.say(cell_voltage_v=3.52, light_v=2.1)
     assert cell.accessibleName() == "Cell voltage: 3.52 V, limit 3.80 V, low"
     assert light.accessibleName() == "Light: 2.1 V, limit 1.8 V, bay open"

@@ -1,7 +1,6 @@
 """The time plots: what is in sight, what is drawn, and how they answer to mouse and keyboard."""
 
 import math
-from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -15,7 +14,6 @@ from app.samples.step_function import StepFunction
 from tests.support.window.painted_text import watching
 from ui.core.texts import Texts
 from ui.plots.canvas import Canvas
-from ui.plots.limits import apart
 from ui.plots.time_plot import TimePlot
 from ui.plots.view import Lane, Limit, Mark, Scale, Span
 from ui.style import appearance, theme
@@ -283,12 +281,6 @@ def test_no_part_of_a_time_looks_out_from_under_that_of_the_cursor(bench: Bench)
             assert picture.pixelColor(x, y) == QColor(LIGHT.surface), (x, y)
 
 
-def test_a_limit_beyond_the_scale_widens_it(bench: Bench) -> None:
-    bench.fire.put(NOW_S - 30, 120)
-    bench.plot.draw(NOW_S)
-    assert bench.canvas.lanes[0].scale == Scale(0, 180, 45)
-
-
 def test_marks_are_drawn_in_the_order_of_time(bench: Bench) -> None:
     before = bench.plot.picture().toImage()
     bench.plot.add_mark(Mark(NOW_S - 10, "triggered", Icon.PARACHUTE, Meaning.DANGER))
@@ -402,54 +394,3 @@ def test_an_empty_plot_draws(qapp: QApplication, qtbot: QtBot) -> None:
     assert not [place for place in empty.pixels(LIGHT.curves[0]) if box.contains(QPointF(place))]
     empty.canvas.set_cursor(0.5)
     assert empty.plot.reading.endswith("Tilt no data, Acceleration no data")
-
-
-# What is never hidden
-
-
-def test_the_most_important_mark_keeps_its_icon(bench: Bench) -> None:
-    """Whichever comes first: two marks 0.2 s apart, of which only one icon has room."""
-    for first, second in (("triggered", "activated"), ("activated", "triggered")):
-        bench.plot.reset()
-        for number, word in enumerate((first, second)):
-            rank, icon = (0, Icon.PARACHUTE) if word == "triggered" else (2, Icon.ACTIVE)
-            bench.plot.add_mark(Mark(NOW_S - 20 + 0.2 * number, word, icon, Meaning.DANGER, rank))
-        with watching() as drawn:
-            bench.plot.draw(NOW_S)
-            bench.canvas.viewport().repaint()
-        assert [one.text for one in drawn if one.text in (first, second)] == ["triggered"]
-
-
-@pytest.mark.parametrize("places", [[50.0, 51.0], [2.0, 1.0, 3.0], [98.0, 99.0, 99.5], [0.0, 0.0], [10.0, 90.0], []])
-def test_labels_of_limits_never_overlap(places: list[float]) -> None:
-    found = sorted(apart(places, 15, 0, 100))
-    assert all(lower - upper >= 14.99 for upper, lower in pairwise(found))
-    assert all(-0.01 <= one <= 100.01 for one in found)
-    if places == [10.0, 90.0]:
-        assert found == places
-
-
-def test_a_stale_limit_stays_and_says_that_it_is_stale(bench: Bench) -> None:
-    stale = bench.canvas.lanes[0].lane.limits[0].stale
-    assert stale is not None
-    bench.fire.put(NOW_S, None)
-    stale.put(NOW_S, 60)
-    with watching() as drawn:
-        bench.plot.draw(NOW_S + 30)
-        bench.canvas.viewport().repaint()
-    assert {"60° fires", "stale"} <= {one.text for one in drawn}
-    lane = bench.canvas.lanes[0]
-    y = round(lane.y(60))
-    grey = [p for p in bench.pixels(LIGHT.muted) if abs(p.y() - y) <= 1 and p.x() > lane.box.center().x()]
-    assert grey
-    assert not [p for p in bench.pixels(LIGHT.danger.ink) if p.x() > lane.box.center().x() + 2]
-
-
-def test_an_axis_grows_and_does_not_shrink_while_it_follows(bench: Bench) -> None:
-    bench.tilt.append([NOW_S + 1, NOW_S + 2], [120, 10])
-    bench.plot.draw(NOW_S + 2)
-    bench.tilt.append([NOW_S + 70, NOW_S + 90], [10, 10])
-    bench.plot.draw(NOW_S + 90)  # the peak is out of sight
-    assert bench.canvas.lanes[0].scale == Scale(0, 180, 45)
-    bench.plot.choose_window(10)
-    assert bench.canvas.lanes[0].scale == Scale(0, 90, 30)

@@ -3,16 +3,15 @@
 from dataclasses import dataclass
 from typing import Final
 
-from app.limits.out_of_limits import LimitsInUse, Outside, outside_of
+from app.limits.out_of_limits import LimitsInUse, outside_of
 from app.recordings.markers import charging_at
 from app.recordings.recording import Recording
 from app.safety.last_known import Activation, SeenActivation
 from app.samples.ring_buffers import Readable
 from app.samples.step_function import StepFunction
 from app.text.i18n import tr
-from protocol.catalogue import RESET_BELOW_THRESHOLD_DEG
 from ui.pages.live.data import SLOW_GAP_S
-from ui.pages.live.panel import CELL, CHARGER, FALLING, OVER, LivePanel, PanelLimits
+from ui.pages.live.panel import CELL, CHARGER, FALLING, OVER, LivePanel, PanelLimits, bay_note, charge_note
 from ui.plots.axis import clock_text
 from ui.style.icons import Icon
 from ui.style.theme import Meaning
@@ -66,23 +65,26 @@ def show_moment(panel: LivePanel, moment: CursorValues | None, in_use: LimitsInU
     fires_deg, falls_g = moment.limits.fires_deg, moment.limits.falls_g
     panel.moment.show_state(moment.time_text, Icon.HISTORY, Meaning.INFORMATION)
     panel.name_cell(CHARGER if moment.is_charging else CELL)
-    panel.gauge.set_threshold(fires_deg, reset_deg=None if fires_deg is None else fires_deg - RESET_BELOW_THRESHOLD_DEG)
+    panel.show_tilt_limit(moment.limits)
     if moment.tilt_deg is None:
         panel.gauge.show_unknown()
     else:
         panel.gauge.show_tilt(moment.tilt_deg)
     is_over = moment.tilt_deg is not None and fires_deg is not None and moment.tilt_deg >= fires_deg
-    _show(panel.tilt, moment.tilt_deg, 0, tr(OVER, value=f"{fires_deg:g}") if is_over else "")
+    over = (Meaning.DANGER, tr(OVER, value=f"{fires_deg:g}")) if is_over else (None, "")
+    _show(panel.tilt, moment.tilt_deg, 0, *over)
     is_falling = moment.acceleration_g is not None and falls_g is not None and moment.acceleration_g < falls_g
-    _show(panel.acceleration, moment.acceleration_g, 1, tr(FALLING) if is_falling else "")
-    panel.light.set_limit("" if moment.limits.light_v is None else f"{moment.limits.light_v:.1f} V")
+    _show(panel.acceleration, moment.acceleration_g, 1, *((Meaning.DANGER, tr(FALLING)) if is_falling else (None, "")))
     measured = {"light_v": moment.light_v, "cell_voltage_v": moment.cell_voltage_v, "charging": moment.is_charging,
                 "light_threshold_v": moment.limits.light_v}  # fmt: skip
     said = {key: value for key, value in measured.items() if value is not None}
     light, cell = outside_of("light_v", said, in_use), outside_of("cell_voltage_v", said, in_use)
+    panel.show_light_limit(moment.light_v, moment.limits)
+    _show(panel.light, moment.light_v, 1, *bay_note(light, moment.limits.light_v))
     panel.cell.set_limit("" if cell is None else cell.limit)
-    _show_outside(panel.light, moment.light_v, 1, light)
-    _show_outside(panel.cell, moment.cell_voltage_v, 2, cell)
+    charge = "" if moment.is_charging is None else charge_note(moment.is_charging)
+    low = (None, charge) if cell is None else (Meaning.ATTENTION, tr(cell.fault.value))
+    _show(panel.cell, moment.cell_voltage_v, 2, *low)
     reported = {None: Activation.UNKNOWN, True: Activation.ACTIVE, False: Activation.LOCKED}[moment.is_active]
     show_activation(panel.activation, SeenActivation(reported), now=0.0)
     show_trigger(panel.trigger, is_triggered=moment.is_triggered)
@@ -99,14 +101,8 @@ def _value(series: Readable, time_s: float, within_s: float) -> float | None:
     return None if found is None else found.high
 
 
-def _show(
-    readout: Readout, value: float | None, decimals: int, note: str = "", meaning: Meaning = Meaning.DANGER
-) -> None:
+def _show(readout: Readout, value: float | None, decimals: int, meaning: Meaning | None, note: str) -> None:
     if value is None:
         readout.show_unknown()
     else:
-        readout.show_value(f"{value:.{decimals}f}", meaning=meaning if note else None, note=note)
-
-
-def _show_outside(readout: Readout, value: float | None, decimals: int, outside: Outside | None) -> None:
-    _show(readout, value, decimals, "" if outside is None else tr(outside.fault.value), Meaning.ATTENTION)
+        readout.show_value(f"{value:.{decimals}f}", meaning=meaning, note=note)

@@ -1,4 +1,4 @@
-"""Live page: values at the left, plots at the right.
+"""Live page: a row of values above the plots.
 
 Each batch draws while the page is in sight, or a timer where none comes: the plots only when they have moved by a
 pixel, the numbers some fifteen times a second and whenever the module's state changes.  Batches are taken all the time:
@@ -8,14 +8,15 @@ the module, which go on below.
 
 from typing import Final, cast
 
-from PySide6.QtCore import QEvent, QTimer, Signal
-from PySide6.QtGui import QHideEvent, QImage, QShowEvent, QWindow
+from PySide6.QtCore import Signal
+from PySide6.QtGui import QImage, QResizeEvent, QWindow
 from PySide6.QtWidgets import QFrame, QStackedLayout, QStackedWidget, QWidget
 
 from app.engine.worker import Batch
 from app.recordings.excerpt import Excerpt
 from app.recordings.recording import Recording
 from app.system.wall_clock import WallClock
+from protocol.translatable import marked
 from ui.core.bridge import joined
 from ui.files.save_bar import Origin, SaveBar, picture_with_foot
 from ui.pages.live.data import LiveData, lanes
@@ -31,6 +32,7 @@ from ui.style.theme import Space
 from ui.widgets.controls import Shortcut
 from ui.widgets.layouts import in_column, in_row
 from ui.widgets.naming import named
+from ui.widgets.visibility_timer import VisibilityTimer
 
 DRAW_EVERY_MS: Final = 100
 """While no batch comes: ages go on, and the picture moves."""
@@ -51,7 +53,7 @@ class LivePage(StreamPage):
 
     def __init__(self, services: Services, parent: QWidget | None = None) -> None:
         super().__init__("live", parent)
-        self._connector = services.connector
+        self._services, self._connector = services, services.connector
         self._in_use = services.in_use
         texts = services.texts
         self._recordings = services.storage.recordings
@@ -59,7 +61,7 @@ class LivePage(StreamPage):
         self.data = LiveData()
         self._sitting = SessionTracker()
         self.panel = LivePanel(texts)
-        self.fired = WhatIfOnLive(services, self.panel, self)
+        self.fired = WhatIfOnLive(services, self)
         drawn = self.fired.panel.lines.added_to(lanes(self.data, self._in_use, self.data.stale))
         self._live_plot = TimePlot(drawn, texts, wall_offset_s=self.wall.offset_s)
         self._plots = named(QStackedWidget(), "live_plot_stack")
@@ -78,9 +80,9 @@ class LivePage(StreamPage):
         self._refreshed_at = 0.0
         self._waiting: list[Batch] = []
         self._last: Batch | None = None
-        self._timer = QTimer(self)
-        self._timer.setInterval(DRAW_EVERY_MS)
-        self._timer.timeout.connect(self._tick_alone)
+        self._timer = VisibilityTimer(
+            self, self._show_now, every_ms=DRAW_EVERY_MS, tick=self._tick_alone, retranslate=self._retranslate
+        )
         self._connector.changed.connect(self._follow_link)
         self._connector.forgotten.connect(self._reset)
         self.banner.left.connect(self.back_to_live)
@@ -123,7 +125,7 @@ class LivePage(StreamPage):
         if len(self._waiting) >= _WAITING_MOST:
             self._digest()
         if self.isVisible():
-            self._timer.start()
+            self._timer.restart()
             self._tick()
 
     def draw(self) -> None:
@@ -170,10 +172,20 @@ class LivePage(StreamPage):
         if self.is_empty:
             self._refresh_empty()
             return
-        light = device.fresh("light_threshold_v", now_s)
-        limits = PanelLimits(data.fires.value, data.falls.value, None if light is None else float(light))
+        stale = data.stale
+        limits = PanelLimits(
+            data.fires.value, data.falls.value, data.lights.value, stale.fires.value, stale.lights.value
+        )
         rate = data.reports_per_s(now_s)
         self.panel.show_device(device, now_s, limits=limits, in_use=self._in_use, reports_per_s=rate)
+
+    def _show_now(self) -> None:
+        self.refresh()
+        self.draw()
+
+    def _retranslate(self) -> None:
+        self._recorded.retranslate()
+        self.refresh()
 
     def _tick_alone(self) -> None:
         """No batch came for a while."""
@@ -273,20 +285,15 @@ class LivePage(StreamPage):
         card = self.plots_card = named(QFrame(), "live_plots", "card")
         self._plots.addWidget(self._live_plot)
         in_column((self._plots, 1), of=card, margins=Space.S)
-        self._seen = QWidget()
-        self._seen.setObjectName("live_seen")
-        in_row(
-            self.panel,
-            self.fired.panel,
-            (card, 1),
-            of=self._seen,
-            spacing=Space.S,
-            margins=(Space.M, Space.S, Space.S, Space.XS),
-        )
-        content = QWidget()
-        content.setObjectName("live_content")
-        foot = in_row(self.fired.button, (self.save, 1), spacing=Space.M, margins=(Space.M, 0, Space.S, Space.S))
-        in_column(self.banner, (self._seen, 1), foot, of=content, spacing=0, margins=0)
+        self._seen = named(QWidget(), "live_seen")
+        plots = in_row(self.fired.panel, (card, 1), spacing=Space.S)
+        in_column(self.panel, (plots, 1), of=self._seen, spacing=Space.S, margins=(Space.M, 0, Space.M, Space.S))
+        head = self.make_header(self._services.texts, marked("Live"), self.save, self.fired.button)
+        head.row.setStretchFactor(head.title, 0)
+        head.row.setStretchFactor(self.save, 1)  # it says where something was saved to
+        head.row.setContentsMargins(Space.M, Space.XS, Space.M, Space.XS)
+        content = named(QWidget(), "live_content")
+        in_column(head, self.banner, (self._seen, 1), of=content, spacing=0, margins=0)
         return content
 
     # Qt
@@ -297,21 +304,9 @@ class LivePage(StreamPage):
         self.back_to_live()
         return was_recorded
 
-    def showEvent(self, event: QShowEvent) -> None:
-        super().showEvent(event)
-        self._timer.start()
-        self.refresh()
-        self.draw()
-
-    def hideEvent(self, event: QHideEvent) -> None:
-        super().hideEvent(event)
-        self._timer.stop()
-
-    def changeEvent(self, event: QEvent) -> None:
-        super().changeEvent(event)
-        if event.type() == QEvent.Type.LanguageChange and hasattr(self, "_timer"):
-            self._recorded.retranslate()
-            self.refresh()
+    def resizeEvent(self, event: QResizeEvent) -> None:
+        super().resizeEvent(event)
+        self.panel.fit_height(self.height())
 
 
 def _is_alike(one: Batch, other: Batch) -> bool:

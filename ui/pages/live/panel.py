@@ -1,17 +1,15 @@
-"""Value panel of the Live page: gauge, tilt and everything else that is measured.
+"""Tiles of the Live page: tilt with its gauge, acceleration, light, cell, reports, boot count, in one row.
 
 Each number is fresh, stale with its age, or unknown.  For a recording they are those of the instant under the
-read-off cursor, below its time, and what belongs to the present is put away.  The column is as wide as the widest text
-that can come up in the language in use, so that nothing moves while it is looked at.
+read-off cursor, and what belongs to the present gives its place to that time and to the module's state then.
 """
 
-from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Final
 
-from PySide6.QtCore import QEvent, Qt
-from PySide6.QtGui import QFontMetricsF
-from PySide6.QtWidgets import QFrame, QGridLayout, QScrollArea, QSizePolicy, QVBoxLayout, QWidget
+from PySide6.QtCore import QEvent
+from PySide6.QtGui import QResizeEvent
+from PySide6.QtWidgets import QFrame, QWidget
 
 from app.diagnosis.link_state import duration
 from app.engine.device import DeviceView, Known
@@ -21,22 +19,25 @@ from protocol.catalogue import BY_NAME, RESET_BELOW_THRESHOLD_DEG
 from protocol.link_states import Presence
 from protocol.translatable import marked
 from ui.core.texts import Texts
+from ui.pages.live.light_readout import LightReadout
 from ui.plots.gauge import TiltGauge
-from ui.style.theme import Meaning, Size, Space, font
-from ui.widgets.layouts import in_column, in_row
+from ui.style.theme import Meaning, Size, Space
+from ui.widgets.layouts import FlowRow, in_column, in_row
+from ui.widgets.naming import named
 from ui.widgets.readout import Readout, StateChip
 
-_SCROLL_BAR_PX: Final = 12
-_GAUGE_PX: Final = 280
 _COUNT_EVERY_S: Final = 0.5
 """A rate of reports that trembles by one is nothing to follow."""
-# A column grows up to this for the ages beside the captions; beyond it, only captions and values count.
-_NOTED_PX: Final = 168
-_TOP_LEFT: Final = Qt.AlignmentFlag.AlignTop | Qt.AlignmentFlag.AlignLeft
+_TALL_FROM_PX: Final = 600
+"""Height of the page from which on the gauge is larger."""
+_GAUGES_PX: Final = (76, 112)
+_MOST_APART_PX: Final = 56
 CELL: Final = marked("Cell voltage")
 CHARGER: Final = marked("Charging voltage")
 _CHARGING: Final = marked("charging")
 _NOT_CHARGING: Final = marked("not charging")
+_CHARGER_UNKNOWN: Final = marked("charger unknown")
+BAY_CLOSED: Final = marked("bay closed")
 OVER: Final = marked("over {value}°")
 FALLING: Final = marked("free fall")
 _POLLED: Final = marked("polled")
@@ -46,11 +47,14 @@ _NO_STREAM: Final = marked("no stream")
 
 @dataclass(frozen=True, slots=True)
 class PanelLimits:
-    """What the module fires at, as it said itself; None while that is not known or switched off."""
+    """What the module fires at, as it said itself; None while that is not known or switched off. Those that are stale
+    are only shown: nothing is judged by them."""
 
     fires_deg: float | None
     falls_g: float | None
     light_v: float | None
+    stale_fires_deg: float | None = None
+    stale_light_v: float | None = None
 
 
 class LivePanel(QFrame):
@@ -60,32 +64,33 @@ class LivePanel(QFrame):
         super().__init__()
         self.setObjectName("live_panel")
         self.setProperty("role", "card")
-        self.gauge = TiltGauge()
+        self.gauge = TiltGauge(is_compact=True)
         self.gauge.setObjectName("live_gauge")
-        self.tilt = _readout("live_tilt", "°", "000", Size.HERO)
-        self.acceleration = _readout("live_acceleration", "g", "00.0")
-        self.light = _readout("live_light", "V", "0.0")
+        self.tilt = _readout("live_tilt", "°", "00")
+        self.acceleration = _readout("live_acceleration", "g", "0.0")
+        self.light = LightReadout()
+        self.light.setObjectName("live_light")
         self.cell = _readout("live_cell", "V", "0.00")
-        self.charge = _readout("live_charge", "", "", Size.TITLE)
+        self.stream = _readout("live_stream", "/s", "00")
         self.boot_count = _readout("live_boot_count", "", "000")
-        self.stream = _readout("live_stream", "/s", "0000")
         self.moment = StateChip("")
         self.moment.setObjectName("live_moment")
         self.activation = StateChip("", size=Size.SMALL)
         self.activation.setObjectName("live_activation")
         self.trigger = StateChip("", size=Size.SMALL)
         self.trigger.setObjectName("live_trigger")
-        for widget in (self.gauge, self.tilt, *self._cells):
+        for widget in (self.gauge, *self._tiles):
             widget.lie_on_surface()
-        self._stream_kind: tuple[bool, Presence] | None = None
+        self._stream_kind: tuple[bool, Presence, str] | None = None
         self._counted_at = 0.0
         self._is_recorded = False
         self._cell_caption = CELL
         self._texts = texts
         self._name(texts)
         self._lay_out()
-        self._show_kind()
         self._reserve()
+        self.fit_height(0)
+        self._show_kind()
 
     def be_recorded(self, *, is_recorded: bool) -> None:
         """Show moments of a recording from now on, or the module as it is."""
@@ -94,78 +99,95 @@ class LivePanel(QFrame):
             self._show_kind()
             self._name(self._texts)
 
+    def fit_height(self, page_px: int) -> None:
+        """A larger gauge where the page is high."""
+        height_px = _GAUGES_PX[page_px >= _TALL_FROM_PX]
+        if height_px != self.gauge.height():
+            self.gauge.setFixedSize(self.gauge.width_for(height_px), height_px)
+            self._spread()
+
     def _show_kind(self) -> None:
-        for one in (self.moment, self.activation, self.trigger):
-            one.setVisible(self._is_recorded)
-        for readout in (self.charge, self.boot_count, self.stream):
-            readout.setVisible(not self._is_recorded)
-        # One row more has to find room.
-        self._column.setSpacing(Space.XS if self._is_recorded else Space.S)
-        # Out of sight nobody else tells the layouts: they would be shown in the height that they had before.
-        self._grid.invalidate()
-        self._column.invalidate()
-        self.body.updateGeometry()
+        self._then.setVisible(self._is_recorded)
+        self.stream.setVisible(not self._is_recorded)
+        self._spread()
+
+    def _spread(self) -> None:
+        """Over the whole width; the boot count is there where it needs no second row."""
+        room = self.width() - 2 * Space.M
+        others = (self.gauge, *self._tiles[:4], self._then if self._is_recorded else self.stream)
+        others_px = sum(one.minimumSizeHint().width() for one in others[1:]) + self.gauge.width()
+        boot_px = self.boot_count.minimumSizeHint().width()
+        count = len(others)
+        has_boot_count = not self._is_recorded and others_px + boot_px + count * Space.M <= room
+        self.boot_count.setVisible(has_boot_count)
+        gaps = count if has_boot_count else count - 1
+        left_px = room - others_px - has_boot_count * boot_px
+        self._row.setSpacing(max(int(Space.M), min(_MOST_APART_PX, left_px // gaps)))
 
     def show_device(
         self, device: DeviceView, now_s: float, *, limits: PanelLimits, in_use: LimitsInUse, reports_per_s: float
     ) -> None:
         """Everything as it is known at a monotonic time."""
-        self._show_tilt(device.known("tilt_deg", now_s), now_s, limits.fires_deg)
+        tilt = device.known("tilt_deg", now_s)
+        self._show_tilt(tilt, now_s, limits)
         acceleration = device.known("acceleration_g", now_s)
         is_falling = (
             acceleration is not None and limits.falls_g is not None and float(acceleration.value) < limits.falls_g
         )
-        _show(self.acceleration, acceleration, now_s, 1, Meaning.DANGER if is_falling else None, FALLING)
+        falling = (Meaning.DANGER, tr(FALLING)) if is_falling else (None, "")
+        _show(self.acceleration, acceleration, now_s, 1, *falling)
         light, cell = (value_outside(key, device, now_s, in_use) for key in ("light_v", "cell_voltage_v"))
-        self.light.set_limit("" if limits.light_v is None else f"{limits.light_v:.1f} V")
-        _show_outside(self.light, device.known("light_v", now_s), now_s, 1, light)
+        known_light = device.known("light_v", now_s)
+        self.show_light_limit(None if known_light is None else float(known_light.value), limits)
+        _show(self.light, known_light, now_s, 1, *bay_note(light, limits.light_v))
         charging = device.known("charging", now_s)
         self.name_cell(CHARGER if charging is not None and charging.value is True else CELL)
         self.cell.set_limit("" if cell is None else cell.limit)
-        _show_outside(self.cell, device.known("cell_voltage_v", now_s), now_s, 2, cell)
-        self._show_charge(charging, now_s)
+        charge = charge_note(None if charging is None or charging.is_stale else charging.value is True)
+        note, meaning = (charge, None) if cell is None else (tr(cell.fault.value), Meaning.ATTENTION)
+        _show(self.cell, device.known("cell_voltage_v", now_s), now_s, 2, meaning, note)
         _show(self.boot_count, device.known("boot_count", now_s), now_s, 0)
-        self._show_stream(device, now_s, reports_per_s)
+        self._show_stream(device, now_s, reports_per_s, tilt)
 
-    def _show_tilt(self, known: Known | None, now_s: float, fires_deg: float | None) -> None:
-        self.gauge.set_threshold(
-            fires_deg, reset_deg=None if fires_deg is None else fires_deg - RESET_BELOW_THRESHOLD_DEG
-        )
+    def show_light_limit(self, light_v: float | None, limits: PanelLimits) -> None:
+        """The threshold beside the number and in the bar."""
+        threshold_v = limits.stale_light_v if limits.light_v is None else limits.light_v
+        self.light.set_limit("" if threshold_v is None else f"{threshold_v:.1f} V")
+        self.light.show_bar(light_v, threshold_v, is_limit_stale=limits.light_v is None)
+
+    def show_tilt_limit(self, limits: PanelLimits) -> None:
+        """The threshold beside the number and in the gauge."""
+        is_stale = limits.fires_deg is None and limits.stale_fires_deg is not None
+        fires_deg = limits.stale_fires_deg if is_stale else limits.fires_deg
+        reset_deg = None if fires_deg is None else fires_deg - RESET_BELOW_THRESHOLD_DEG
+        self.gauge.set_threshold(fires_deg, reset_deg=reset_deg, is_stale=is_stale)
+        self.tilt.set_limit("" if fires_deg is None else f"{fires_deg:g}°")
+
+    def _show_tilt(self, known: Known | None, now_s: float, limits: PanelLimits) -> None:
+        self.show_tilt_limit(limits)
         if known is None:
             self.gauge.show_unknown()
             self.tilt.show_unknown()
             return
-        tilt_deg = float(known.value)
+        tilt_deg, fires_deg = float(known.value), limits.fires_deg
         if known.is_stale:
             self.gauge.show_stale(tilt_deg, _age(known, now_s))
-            self.tilt.show_stale(f"{tilt_deg:.0f}", _age(known, now_s))
-            return
-        self.gauge.show_tilt(tilt_deg)
-        if fires_deg is not None and tilt_deg >= fires_deg:
-            note = tr(OVER, value=f"{fires_deg:g}")
-            self.tilt.show_value(f"{tilt_deg:.0f}", meaning=Meaning.DANGER, note=note)
         else:
-            self.tilt.show_value(f"{tilt_deg:.0f}")
+            self.gauge.show_tilt(tilt_deg)
+        is_over = fires_deg is not None and tilt_deg >= fires_deg
+        note = tr(OVER, value=f"{fires_deg:g}") if is_over else ""
+        _show(self.tilt, known, now_s, 0, Meaning.DANGER if is_over else None, note)
 
-    def _show_charge(self, known: Known | None, now_s: float) -> None:
-        if known is None:
-            self.charge.show_unknown()
-            return
-        word = tr(_CHARGING if known.value is True else _NOT_CHARGING)
-        if known.is_stale:
-            self.charge.show_stale(word, _age(known, now_s))
-        else:
-            self.charge.show_value(word)
-
-    def _show_stream(self, device: DeviceView, now_s: float, reports_per_s: float) -> None:
-        kind = device.is_streaming, device.presence
+    def _show_stream(self, device: DeviceView, now_s: float, reports_per_s: float, tilt: Known | None) -> None:
+        age = _age(tilt, now_s) if tilt is not None and tilt.is_stale else ""
+        kind = device.is_streaming, device.presence, age
         if kind == self._stream_kind and now_s - self._counted_at < _COUNT_EVERY_S:
             return
         self._stream_kind, self._counted_at = kind, now_s
         if device.is_streaming:
-            self.stream.show_value(f"{device.stream_hz:.0f}", note=tr(_STREAMED))
+            self.stream.show_value(f"{device.stream_hz:.0f}", note=age or tr(_STREAMED))
         elif device.presence is Presence.ONLINE and reports_per_s > 0:
-            self.stream.show_value(f"{reports_per_s:.0f}", note=tr(_POLLED))
+            self.stream.show_value(f"{reports_per_s:.0f}", note=age or tr(_POLLED))
         else:
             self.stream.show_value("0", note=tr(_NO_STREAM))
 
@@ -179,122 +201,91 @@ class LivePanel(QFrame):
 
     def _name(self, texts: Texts) -> None:
         texts.bind(self.setAccessibleName, "Recorded values" if self._is_recorded else "Measured values")
-        texts.bind(self.moment.set_caption, "Time under the cursor")
-        texts.bind(self.activation.set_caption, "Activation")
-        texts.bind(self.trigger.set_caption, "Trigger")
-        texts.bind(self.tilt.set_caption, "Tilt")
-        texts.bind(self.acceleration.set_caption, "Acceleration")
-        texts.bind(self.light.set_caption, "Light")
-        texts.bind(self.cell.set_caption, self._cell_caption)
-        texts.bind(self.charge.set_caption, "Charger")
-        texts.bind(self.boot_count.set_caption, "Boot count")
-        texts.bind(self.stream.set_caption, "Reports")
+        for one, caption in (
+            (self.moment, "Time under the cursor"),
+            (self.activation, "Activation"),
+            (self.trigger, "Trigger"),
+            (self.tilt, "Tilt"),
+            (self.acceleration, "Acceleration"),
+            (self.light, "Light"),
+            (self.cell, self._cell_caption),
+            (self.boot_count, "Boot count"),
+            (self.stream, "Reports"),
+        ):
+            texts.bind(one.set_caption, caption)
         texts.bind(self.tilt.setToolTip, "Angle between aircraft and horizontal plane")
         texts.bind(self.acceleration.setToolTip, "1 g at rest, near 0 g in free fall")
         texts.bind(self.stream.setToolTip, "Status reports a second: streamed by the module, or polled")
-        for readout, command in (
-            (self.light, "light"),
-            (self.cell, "cell_voltage"),
-            (self.charge, "charging"),
-            (self.boot_count, "boot_count"),
-        ):
+        for readout, command in ((self.light, "light"), (self.cell, "cell_voltage"), (self.boot_count, "boot_count")):
             texts.bind(readout.setToolTip, BY_NAME[command].explanation)
         for readout, command in (
             (self.tilt, "attitude_threshold"),
             (self.acceleration, "freefall_acceleration"),
             (self.light, "light_threshold"),
             (self.cell, "cell_voltage"),
-            (self.charge, "charging"),
             (self.boot_count, "boot_count"),
             (self.stream, "serial_output"),
         ):
             entry = BY_NAME[command]
-            term = "{title} ({term}): {explanation}"
-            readout.setWhatsThis(
-                term.format(title=tr(entry.title), term=entry.vendor_term, explanation=tr(entry.explanation))
-            )
+            readout.setWhatsThis(f"{tr(entry.title)} ({entry.vendor_term}): {tr(entry.explanation)}")
 
     def _lay_out(self) -> None:
-        self.body = QWidget()
-        self.body.setObjectName("live_numbers")
-        column = self._column = QVBoxLayout(self.body)
-        column.setContentsMargins(Space.S, Space.S, 0, Space.S)
-        column.setSpacing(Space.S)
-        # It takes the height that the numbers leave, and gives it back first.
-        self.gauge.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Expanding)
-        column.addWidget(self.moment)
-        column.addWidget(self.gauge, 1)
-        column.addWidget(self.tilt)
-        self._grid = QGridLayout()
-        self._grid.setHorizontalSpacing(Space.S)
-        self._grid.setVerticalSpacing(Space.S)
-        for number, readout in enumerate(self._cells):
-            self._grid.addWidget(readout, number // 2, number % 2, _TOP_LEFT)
-        column.addLayout(self._grid)
-        chips = in_row(self.activation, self.trigger, 1, spacing=Space.S)
-        column.addLayout(chips)
-        column.addStretch(0)
-        area = QScrollArea()
-        area.setObjectName("live_scroll")
-        area.setWidgetResizable(True)
-        area.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
-        area.setFocusPolicy(Qt.FocusPolicy.NoFocus)
-        area.setWidget(self.body)
-        area.viewport().setAutoFillBackground(False)
-        self.body.setAutoFillBackground(False)
-        in_column(area, of=self, margins=1)
+        self._then = named(QWidget(), "live_then")
+        chips = in_row(self.activation, self.trigger, 1, spacing=Space.XS)
+        in_column(self.moment, chips, of=self._then, spacing=Space.XS, margins=0)
+        self._row = FlowRow(self, spacing_px=Space.M)
+        self._row.setContentsMargins(Space.M, Space.XS, Space.M, Space.XS)
+        self._row.add(self.gauge, *self._tiles, self._then)
 
     @property
-    def _cells(self) -> tuple[Readout, ...]:
-        return (self.acceleration, self.light, self.cell, self.charge, self.boot_count, self.stream)
+    def _tiles(self) -> tuple[Readout, ...]:
+        return (self.tilt, self.acceleration, self.light, self.cell, self.stream, self.boot_count)
 
     def _reserve(self) -> None:
-        """Make the columns as wide as anything that may stand in them."""
-        small, body = QFontMetricsF(font(Size.SMALL)), QFontMetricsF(font(Size.BODY))
-        title, number = QFontMetricsF(font(Size.TITLE, is_bold=True)), QFontMetricsF(font(Size.NUMBER, is_bold=True))
+        """Keep room for anything that may be said, so that nothing moves."""
         age = tr("{time} ago", time=tr("{value:.0f} min", value=10))
-        left_heads = (
-            (tr("Acceleration"), (tr(FALLING), age)),
-            (tr("Boot count"), (age,)),
-            (tr(CELL), (age,)),
-            # With an age of seconds: for longer ones it would set the width of everything.
-            (tr(CHARGER), (tr("{time} ago", time=tr("{value:.0f} s", value=9)),)),
-        )
-        right_heads = (
-            (tr("Light"), (age, f"{tr(OutOfLimit.BAY_OPEN.value)}    ")),
-            (tr("Charger"), (age,)),
-            (tr("Reports"), (tr(_STREAMED), tr(_POLLED), tr(_NO_STREAM))),
-        )
-        light_px = number.horizontalAdvance("0.0") + Space.XS + Space.S + body.horizontalAdvance("V/ 0.0 V")
-        cell_px = number.horizontalAdvance("0.00") + Space.XS + Space.S + body.horizontalAdvance("V/ 0.00 V")
-        values_px = (
-            max(cell_px, number.horizontalAdvance("00.0") + Space.XS + body.horizontalAdvance("V")),
-            max(light_px, *(title.horizontalAdvance(tr(word)) for word in (_CHARGING, _NOT_CHARGING))),
-        )
-        body_px = int(Space.S)
-        for column, heads in enumerate((left_heads, right_heads)):
-            captions_px = max(small.horizontalAdvance(caption) for caption, _ in heads)
-            noted_px = min(_NOTED_PX, _widest(small, heads))
-            width_px = round(max(captions_px, values_px[column], noted_px)) + 4
-            for one in self._cells[column::2]:
-                one.setFixedWidth(width_px)
-            body_px += width_px
-        self.gauge.setMinimumHeight(self.gauge.minimumSizeHint().height())
-        self.gauge.setMaximumHeight(self.gauge.heightForWidth(min(body_px, _GAUGE_PX)))
-        self.setFixedWidth(body_px + Space.S + _SCROLL_BAR_PX + 4)
+        sign = "    "
+        self.tilt.reserve((tr(OVER, value=180) + sign, age), limit="180°")
+        self.acceleration.reserve((tr(FALLING) + sign, age))
+        self.light.reserve((tr(OutOfLimit.BAY_OPEN.value) + sign, tr(BAY_CLOSED), age), limit="00.0 V")
+        low = (tr(OutOfLimit.CELL_LOW.value), tr(OutOfLimit.CELL_HIGH.value))
+        words = (_CHARGING, _NOT_CHARGING, _CHARGER_UNKNOWN, CELL, CHARGER)
+        self.cell.reserve((*low, *(tr(one) for one in words), age), limit="0.00 V")
+        self.stream.reserve((tr(_STREAMED), tr(_POLLED), tr(_NO_STREAM), age))
+        self.boot_count.reserve((age,))
+        self._spread()
+
+    # Qt
+
+    def resizeEvent(self, event: QResizeEvent) -> None:
+        super().resizeEvent(event)
+        self._spread()
 
     def changeEvent(self, event: QEvent) -> None:
         super().changeEvent(event)
         if event.type() in (QEvent.Type.FontChange, QEvent.Type.StyleChange, QEvent.Type.LanguageChange):
-            if hasattr(self, "_grid"):
+            if hasattr(self, "_then"):
                 self._reserve()
             if event.type() is QEvent.Type.LanguageChange:
                 self._stream_kind = None
                 self._name(self._texts)
 
 
-def _readout(name: str, unit: str, template: str, size: Size = Size.NUMBER) -> Readout:
-    one = Readout("", unit=unit, template=template, size=size)
+def bay_note(outside: Outside | None, threshold_v: float | None) -> tuple[Meaning | None, str]:
+    """Whether the light says that the bay is open; nothing without a threshold."""
+    if outside is not None:
+        return Meaning.ATTENTION, tr(outside.fault.value)
+    return None, "" if threshold_v is None else tr(BAY_CLOSED)
+
+
+def charge_note(is_charging: bool | None) -> str:
+    if is_charging is None:
+        return tr(_CHARGER_UNKNOWN)
+    return tr(_CHARGING) if is_charging else tr(_NOT_CHARGING)
+
+
+def _readout(name: str, unit: str, template: str) -> Readout:
+    one = Readout("", unit=unit, template=template)
     one.setObjectName(name)
     return one
 
@@ -309,21 +300,8 @@ def _show(
     if known.is_stale:
         readout.show_stale(text, _age(known, now_s))
     else:
-        readout.show_value(text, meaning=meaning, note=tr(note) if meaning is not None else "")
-
-
-def _show_outside(readout: Readout, known: Known | None, now_s: float, decimals: int, outside: Outside | None) -> None:
-    """The limit itself stands beside the number."""
-    if outside is None:
-        _show(readout, known, now_s, decimals)
-    else:
-        _show(readout, known, now_s, decimals, Meaning.ATTENTION, outside.fault.value)
+        readout.show_value(text, meaning=meaning, note=note)
 
 
 def _age(known: Known, now_s: float) -> str:
     return tr("{time} ago", time=duration(now_s - known.at))
-
-
-def _widest(metrics: QFontMetricsF, heads: Iterable[tuple[str, Iterable[str]]]) -> float:
-    """Of captions with any of their notes beside them."""
-    return max(metrics.horizontalAdvance(caption + note) for caption, notes in heads for note in notes) + Space.S

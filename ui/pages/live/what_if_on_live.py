@@ -1,8 +1,7 @@
-"""Places "Would it have fired?" on the Live page: a button below the plots, a panel in place of the values."""
+"""Places "Would it have fired?" on the Live page: a button in its header, a panel beside the plots."""
 
 from collections.abc import Mapping
 from math import inf
-from typing import Final
 
 from PySide6.QtCore import QObject
 from PySide6.QtWidgets import QToolButton, QWidget
@@ -11,25 +10,22 @@ from app.firing.what_if_drafts import ATTITUDE_THRESHOLD, FREEFALL_ACCELERATION,
 from app.recordings.recording import Recording
 from app.samples.step_function import StepFunction
 from ui.pages.live.data import LiveData
-from ui.pages.live.panel import LivePanel
 from ui.pages.live.what_if_panel import WIDTH_PX, WhatIfPanel
 from ui.services.context import Services
 from ui.style.icons import Icon
 from ui.widgets.controls import control
 
-BESIDE_PX: Final = 1240
-"""From this width of the page on there is room for the numbers too."""
-
 
 class WhatIfOnLive(QObject):
     """Belongs to the page; `panel` and `button` are put into its layout."""
 
-    def __init__(self, services: Services, numbers: LivePanel, page: QWidget) -> None:
+    def __init__(self, services: Services, page: QWidget) -> None:
         super().__init__(page)
-        self._page, self._numbers, self._connector = page, numbers, services.connector
+        self._connector = services.connector
         self._recording: Recording | None = None
         self.panel = WhatIfPanel(services)
         self.panel.hide()
+        self.panel.setFixedWidth(WIDTH_PX)
         self.button = control(QToolButton(), services.texts, "live_would_fire", "Would it have fired?",
                               tip="Try thresholds on what was measured; nothing is sent", key="Ctrl+T",
                               picture=Icon.PARACHUTE)  # fmt: skip
@@ -50,7 +46,6 @@ class WhatIfOnLive(QObject):
 
     def refresh(self) -> None:
         """A few times a second while the page is in sight."""
-        self._share_room()
         if self.button.isChecked():
             self.panel.refresh(self._standing())
 
@@ -63,14 +58,6 @@ class WhatIfOnLive(QObject):
             self.button.setFocus()
             if self.panel.lines.show(None, None):
                 self.panel.lines_changed.emit()
-
-    def _share_room(self) -> None:
-        """The panel takes the place of the numbers, so that the plots keep theirs; the numbers stay where both fit."""
-        is_open = self.button.isChecked()
-        has_room = self._page.width() >= BESIDE_PX
-        self._numbers.setVisible(not is_open or has_room)
-        if is_open:
-            self.panel.setFixedWidth(WIDTH_PX if has_room else max(WIDTH_PX, self._numbers.sizeHint().width()))
 
     def _try(self, values: object) -> None:
         """Drafts from Settings."""

@@ -15,6 +15,7 @@ from PySide6.QtWidgets import (
     QPushButton,
     QScrollArea,
     QToolButton,
+    QWidget,
 )
 from pytestqt.qtbot import QtBot
 
@@ -31,7 +32,6 @@ from tests.support.window.fakes_ui import WAIT_MS, simulated, wait_online, windo
 from tests.support.window.live_bench import Bench, live_bench
 from ui.main import PAGES, Assembly
 from ui.pages.live.page import LivePage
-from ui.pages.live.what_if_on_live import BESIDE_PX
 from ui.pages.settings.page import SettingsPage
 
 FREEFALL_TIME = "fired_freefall_time_wanted"
@@ -228,17 +228,14 @@ def test_the_draft_is_a_line_beside_the_modules_own(live: Bench) -> None:
 # The place on the page
 
 
-def test_it_takes_the_place_of_the_numbers_where_both_do_not_fit(live: Bench) -> None:
+def test_the_numbers_and_the_plots_stay_in_sight_beside_it(live: Bench) -> None:
+    live.page.resize(876, 500)
     tell(live, 0, 0, 0)
     toggle(live)
-    assert not live.page.panel.isVisible()
-    live.page.resize(BESIDE_PX, 600)
-    live.page.refresh()
+    plots = live.find(QWidget, "live_plots")
     assert live.page.panel.isVisible()
-    live.page.resize(876, 500)
-    toggle(live)
-    assert live.page.panel.isVisible()
-    assert not live.page.fired.panel.isVisible()
+    assert plots.isVisible()
+    assert live.page.rect().contains(plots.mapTo(live.page, plots.rect().bottomRight()))
 
 
 def test_by_keyboard(live: Bench) -> None:

@@ -114,13 +114,13 @@ def test_the_numbers_are_those_under_the_cursor(opened: Desk) -> None:
     live = opened.live
     live.refresh()
     panel = live.panel
-    assert panel.tilt.accessibleName() == "Tilt: 10°"  # of the last report
+    assert panel.tilt.accessibleName() == "Tilt: 10°, limit 60°"  # of the last report
     assert panel.activation.accessibleName() == "Activation: ACTIVE"
     live.plot.look_at(1000.0 + SECONDS / 2 + 0.5)
     live.refresh()
-    assert panel.tilt.accessibleName() == "Tilt: 75°, over 60°"
+    assert panel.tilt.accessibleName() == "Tilt: 75°, limit 60°, over 60°"
     assert panel.trigger.accessibleName() == "Trigger: TRIGGERED"
-    assert panel.light.accessibleName() == "Light: 0.4 V, limit 1.8 V"
+    assert panel.light.accessibleName() == "Light: 0.4 V, limit 1.8 V, bay closed"
     assert panel.cell.accessibleName() == "Cell voltage: 3.90 V"
     at = f"{NOON.astimezone():%H:%M}"[:2]
     assert panel.moment.accessibleName().startswith(f"Time under the cursor: {at}:01:00.5")
@@ -310,12 +310,12 @@ def test_from_the_empty_page_to_a_recording_and_back_while_a_module_goes_on(
         live.refresh()
         count = len(live.data.tilt)
         desk.wait(lambda: len(live.data.tilt) > count + 3)
-        assert live.panel.tilt.accessibleName() == "Tilt: 10°"
+        assert live.panel.tilt.accessibleName() == "Tilt: 10°, limit 60°"
         assert main.top_bar.lock.isEnabled()
         assert main.top_bar.activation.word == "LOCKED"
 
         desk.click(live.banner.back)
-        desk.wait(lambda: live.panel.tilt.accessibleName() == "Tilt: 33°")
+        desk.wait(lambda: live.panel.tilt.accessibleName() == "Tilt: 33°, limit 60°")
         assert live.panel.tilt.freshness is Freshness.FRESH
         assert live.plot.is_live
         assert not live.panel.moment.isVisible()

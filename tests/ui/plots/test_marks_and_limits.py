@@ -1,0 +1,75 @@
+"""Marks, limits and axes of the plots: the important is never hidden, and nothing jumps."""
+
+from itertools import pairwise
+
+import pytest
+from PySide6.QtWidgets import QApplication
+from pytestqt.qtbot import QtBot
+
+from tests.support.window.painted_text import watching
+from tests.ui.plots.test_time_plot import NOW_S, Bench
+from ui.plots.limits import apart
+from ui.plots.view import Mark, Scale
+from ui.style import appearance
+from ui.style.icons import Icon
+from ui.style.theme import LIGHT, Meaning
+
+
+@pytest.fixture
+def bench(qapp: QApplication, qtbot: QtBot) -> Bench:
+    appearance.apply(qapp, LIGHT)
+    return Bench(qtbot)
+
+
+def test_the_most_important_mark_keeps_its_icon(bench: Bench) -> None:
+    """Whichever comes first: two marks 0.2 s apart, of which only one icon has room."""
+    for first, second in (("triggered", "activated"), ("activated", "triggered")):
+        bench.plot.reset()
+        for number, word in enumerate((first, second)):
+            rank, icon = (0, Icon.PARACHUTE) if word == "triggered" else (2, Icon.ACTIVE)
+            bench.plot.add_mark(Mark(NOW_S - 20 + 0.2 * number, word, icon, Meaning.DANGER, rank))
+        with watching() as drawn:
+            bench.plot.draw(NOW_S)
+            bench.canvas.viewport().repaint()
+        assert [one.text for one in drawn if one.text in (first, second)] == ["triggered"]
+
+
+@pytest.mark.parametrize("places", [[50.0, 51.0], [2.0, 1.0, 3.0], [98.0, 99.0, 99.5], [0.0, 0.0], [10.0, 90.0], []])
+def test_labels_of_limits_never_overlap(places: list[float]) -> None:
+    found = sorted(apart(places, 15, 0, 100))
+    assert all(lower - upper >= 14.99 for upper, lower in pairwise(found))
+    assert all(-0.01 <= one <= 100.01 for one in found)
+    if places == [10.0, 90.0]:
+        assert found == places
+
+
+def test_a_stale_limit_stays_and_says_that_it_is_stale(bench: Bench) -> None:
+    stale = bench.canvas.lanes[0].lane.limits[0].stale
+    assert stale is not None
+    bench.fire.put(NOW_S, None)
+    stale.put(NOW_S, 60)
+    with watching() as drawn:
+        bench.plot.draw(NOW_S + 30)
+        bench.canvas.viewport().repaint()
+    assert {"60° fires", "stale"} <= {one.text for one in drawn}
+    lane = bench.canvas.lanes[0]
+    y = round(lane.y(60))
+    grey = [p for p in bench.pixels(LIGHT.muted) if abs(p.y() - y) <= 1 and p.x() > lane.box.center().x()]
+    assert grey
+    assert not [p for p in bench.pixels(LIGHT.danger.ink) if p.x() > lane.box.center().x() + 2]
+
+
+def test_an_axis_grows_and_does_not_shrink_while_it_follows(bench: Bench) -> None:
+    bench.tilt.append([NOW_S + 1, NOW_S + 2], [120, 10])
+    bench.plot.draw(NOW_S + 2)
+    bench.tilt.append([NOW_S + 70, NOW_S + 90], [10, 10])
+    bench.plot.draw(NOW_S + 90)  # the peak is out of sight
+    assert bench.canvas.lanes[0].scale == Scale(0, 180, 45)
+    bench.plot.choose_window(10)
+    assert bench.canvas.lanes[0].scale == Scale(0, 90, 30)
+
+
+def test_a_limit_beyond_the_scale_widens_it(bench: Bench) -> None:
+    bench.fire.put(NOW_S - 30, 120)
+    bench.plot.draw(NOW_S)
+    assert bench.canvas.lanes[0].scale == Scale(0, 180, 45)
