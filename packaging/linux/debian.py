@@ -14,13 +14,20 @@ from release import COMMAND, MAINTAINER, NAME, TITLE, Release, stamp_times
 
 from app.system.qt_libraries import ALWAYS, FOR_WAYLAND, FOR_X
 from linux.elf import glibc_wanted, outside_libraries
-from linux.man_page import write_manual_page
+from linux.man_page import manual_page, what_the_program_says
 
 LINUX: Final = ROOT / "packaging" / "linux"
 RULE: Final = LINUX / "60-dps-s.rules"
 METAINFO: Final = "io.github.dps_s.configurator.metainfo.xml"
 PLACE: Final = f"usr/lib/{NAME}"
 REVISION: Final = "1"
+COMPLETIONS: Final = {
+    "bash": f"usr/share/bash-completion/completions/{COMMAND}",
+    "zsh": f"usr/share/zsh/vendor-completions/_{COMMAND}",
+    "fish": f"usr/share/fish/vendor_completions.d/{COMMAND}.fish",
+}
+_COMPRESSION: Final = ("-Zzstd", "-z9")
+"""A sixth of the time that xz takes, and 7 % larger; Debian 12 and Ubuntu 22.04 read it."""
 _OF_LIBC: Final = frozenset(
     {"ld-linux-x86-64.so.2", "ld-linux-aarch64.so.1", "libc.so.6", "libdl.so.2", "libm.so.6", "libpthread.so.0"}
     | {"libresolv.so.2", "librt.so.1", "libutil.so.1"}
@@ -61,7 +68,7 @@ def make_deb(release: Release, bundle: Path, *, work: Path, dist: Path) -> Path:
     _set_rights(root)
     stamp_times(root, release.epoch)
     target = dist / f"{NAME}_{release.version}-{REVISION}_{architecture}.deb"
-    command = ["dpkg-deb", "--root-owner-group", "-Zxz", "-z1", "--build", str(root), str(target)]
+    command = ["dpkg-deb", "--root-owner-group", *_COMPRESSION, "--build", str(root), str(target)]
     variables = {"SOURCE_DATE_EPOCH": str(release.epoch), "PATH": "/usr/sbin:/usr/bin:/sbin:/bin"}
     subprocess.run(command, env=variables, check=True, stdout=subprocess.DEVNULL)
     return target
@@ -79,6 +86,10 @@ def _lay_out(root: Path, release: Release, bundle: Path) -> None:
     _write(root / "usr/share/metainfo" / METAINFO, metainfo.encode())
     write_theme_icons(root / "usr/share/icons/hicolor")
     _write(root / "usr/lib/udev/rules.d" / RULE.name, RULE.read_bytes())
+    _write(root / "usr/share/mime/packages" / f"{NAME}.xml", (LINUX / f"{NAME}.xml").read_bytes())
+    scripts = what_the_program_says(*(["completion", shell] for shell in COMPLETIONS))
+    for place, script in zip(COMPLETIONS.values(), scripts, strict=True):
+        _write(root / place, script.encode())
     _write_papers(root, release)
 
 
@@ -87,10 +98,7 @@ def _write_papers(root: Path, release: Release) -> None:
     _write(papers / "copyright", (LINUX / "copyright").read_bytes())
     _write_zipped(papers / "changelog.gz", (ROOT / "CHANGELOG.md").read_bytes())
     _write_zipped(papers / "changelog.Debian.gz", _changelog(release).encode())
-    manual = root / "usr/share/man/man1" / f"{COMMAND}.1"
-    write_manual_page(manual, release)
-    _write_zipped(manual.with_suffix(".1.gz"), manual.read_bytes())
-    manual.unlink()
+    _write_zipped(root / "usr/share/man/man1" / f"{COMMAND}.1.gz", manual_page(release).encode())
     _write(root / "usr/share/lintian/overrides" / NAME, (LINUX / "lintian-overrides").read_bytes())
 
 

@@ -58,6 +58,10 @@ def test_it_installs_runs_and_leaves_nothing(system: System, deb: Path, version:
         f"usr/share/icons/hicolor/scalable/apps/{NAME}.svg",
         "usr/share/man/man1/dps-s.1.gz",
         "usr/lib/udev/rules.d/60-dps-s.rules",
+        f"usr/share/mime/packages/{NAME}.xml",
+        "usr/share/bash-completion/completions/dps-s",
+        "usr/share/zsh/vendor-completions/_dps-s",
+        "usr/share/fish/vendor_completions.d/dps-s.fish",
     } <= installed
     for side in (16, 22, 24, 32, 48, 64, 128, 256, 512):
         assert f"usr/share/icons/hicolor/{side}x{side}/apps/{NAME}.png" in installed
@@ -112,6 +116,23 @@ def test_desktop_entry_and_metadata_are_valid(tree: Path) -> None:
     ):
         done = subprocess.run(command, capture_output=True, text=True, check=False)
         assert done.returncode == 0, done.stdout + done.stderr
+
+
+def test_the_package_names_a_chinese_font_and_has_the_input_plugins(deb: Path, tree: Path) -> None:
+    assert "fonts-wqy-microhei | fonts-noto-cjk" in field(deb, "Recommends")
+    plugins = tree / "usr/lib" / NAME / "_internal/PySide6/Qt/plugins/platforminputcontexts"
+    names = {path.name for path in plugins.iterdir()}
+    assert {"libibusplatforminputcontextplugin.so", "libcomposeplatforminputcontextplugin.so"} <= names
+
+
+def test_the_completions_know_every_command(tree: Path, packaging_on_path: None) -> None:
+    from linux.debian import COMPLETIONS
+
+    from app.__main__ import ENTRIES
+
+    for place in COMPLETIONS.values():
+        script = (tree / place).read_text(encoding="utf-8")
+        assert [entry.name for entry in ENTRIES if entry.name not in script] == [], place
 
 
 def test_files_belong_to_root_and_can_be_read_by_all(deb: Path) -> None:

@@ -1,6 +1,7 @@
 """How packages are made, as far as that can be told without making them (tests/packages makes sure of the rest)."""
 
 import configparser
+import json
 import re
 import struct
 from collections.abc import Iterator
@@ -184,11 +185,52 @@ def test_the_metadata_names_what_is_installed(made: dict[str, ModuleType]) -> No
     assert (debian.LINUX / "dps-s-configurator.desktop").exists()
     entry = configparser.ConfigParser(interpolation=None)
     entry.read(debian.LINUX / "dps-s-configurator.desktop", encoding="utf-8")
-    assert entry["Desktop Entry"]["Exec"] == "dps-s"
+    assert entry["Desktop Entry"]["Exec"] == "dps-s %f"
+    types = {one.attrib["type"] for one in ElementTree.parse(debian.LINUX / f"{debian.NAME}.xml").getroot()}
+    assert set(entry["Desktop Entry"]["MimeType"].rstrip(";").split(";")) == types
+    assert {one.text for one in root.iter("mediatype")} == types
     assert entry["Desktop Entry"]["Icon"] == "dps-s-configurator"
     from ui.main import run
 
     assert 'setDesktopFileName("dps-s-configurator")' in Path(run.__code__.co_filename).read_text(encoding="utf-8")
+
+
+def test_files_of_the_program_are_known_to_the_desktop(made: dict[str, ModuleType]) -> None:
+    """By the magic that the file for shared-mime-info names; held against files that the program writes."""
+    from app.captures.writer import MAGIC
+    from app.flight_logs.module_reports import MCAP_MAGIC
+    from app.flight_logs.ulog_file import MAGIC as ULOG_MAGIC
+    from app.records.record import FORMAT
+    from app.settings.profile_file import profile_text
+    from app.settings.profiles import Profile
+
+    tree = ElementTree.parse(made["linux.debian"].LINUX / f"{made['linux.debian'].NAME}.xml").getroot()
+    files = {
+        "capture": f"{MAGIC}\n".encode(),
+        "profile": profile_text(Profile(name="H6", settings={})).encode(),
+        "check": json.dumps({"format": FORMAT, "version": 2}, indent=1).encode(),
+        "mcap": MCAP_MAGIC,
+        "ulog": ULOG_MAGIC,
+    }
+    for kind in tree:
+        name = kind.attrib["type"].rpartition("-")[2]
+        others = {other for other, content in files.items() if any(_matches(one, content) for one in _magic(kind))}
+        assert others == {name}
+
+
+_NAMESPACE = "{http://www.freedesktop.org/standards/shared-mime-info}"
+
+
+def _magic(kind: ElementTree.Element) -> list[ElementTree.Element]:
+    return kind.findall(f"{_NAMESPACE}magic/{_NAMESPACE}match")
+
+
+def _matches(rule: ElementTree.Element, content: bytes) -> bool:
+    first, _, last = rule.attrib["offset"].partition(":")
+    value = rule.attrib["value"].encode().decode("unicode_escape").encode("latin-1")
+    found = content.find(value, int(first), int(last or first) + len(value))
+    inner = rule.findall(f"{_NAMESPACE}match")
+    return found >= 0 and (not inner or any(_matches(one, content) for one in inner))
 
 
 def test_a_run_path_of_the_machine_becomes_the_librarys_folder(made: dict[str, ModuleType], tmp_path: Path) -> None:
