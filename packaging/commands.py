@@ -171,16 +171,23 @@ def main(arguments: list[str]) -> int:
         epilog=_explanations(),
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
+    parser.add_argument("--yes", action="store_true", help="do not ask before system packages are installed")
     parser.add_argument("command", choices=[*COMMANDS, "clean"], metavar="command")
     parser.add_argument("arguments", nargs=argparse.REMAINDER, help="passed on")
-    chosen = parser.parse_args(arguments[:1])
+    first = next((number for number, word in enumerate(arguments) if not word.startswith("-")), len(arguments))
+    chosen = parser.parse_args(arguments[: first + 1])
+    if chosen.yes:
+        os.environ[environment.YES] = "1"
     try:
         if chosen.command == "clean":
             clean()
             return 0
+        system_libraries.make_ready(
+            is_screen_wanted=chosen.command in ("demo", "run"), is_packaging=chosen.command == "package"
+        )
         environment.make_ready()
-        system_libraries.make_ready(VENV_PYTHON, is_screen_wanted=chosen.command in ("demo", "run"))
-        return COMMANDS[chosen.command].run(arguments[1:])
+        system_libraries.prove_qt(VENV_PYTHON)
+        return COMMANDS[chosen.command].run(arguments[first + 1 :])
     except SetupError as error:
         print(error, file=sys.stderr)
         return error.exit_code

@@ -26,6 +26,8 @@ BIN = VENV / ("Scripts" if os.name == "nt" else "bin")
 VENV_PYTHON = BIN / ("python.exe" if os.name == "nt" else "python")
 STAMP = VENV / "bootstrap.json"
 QT_PROVEN = VENV / "qt-proven"
+YES = "DPS_S_SETUP_YES"
+"""Environment variable: nobody is asked before something is installed. `--yes` sets it."""
 
 
 class SetupError(Exception):
@@ -104,7 +106,6 @@ def _make() -> None:
 def _rebuild() -> None:
     if not os.access(ROOT, os.W_OK):
         raise SetupError(f"{ROOT} cannot be written by this user, and .venv has to go there.")
-    need_venv_module()
     if VENV.is_symlink() or VENV.is_file():
         VENV.unlink()
     elif VENV.exists():
@@ -118,36 +119,45 @@ def _rebuild() -> None:
         raise SetupError(f"{made.stdout}\nPython's own venv module could not make {VENV}; it says why above.")
 
 
-def need_venv_module() -> None:
-    """Make sure that this Python has ``venv`` and ``ensurepip``, which Debian and Ubuntu ship apart."""
-    if _has_venv_module():
-        return
-    package = f"python{sys.version_info.major}.{sys.version_info.minor}-venv"
-    if sys.base_prefix != "/usr" or not shutil.which("apt-get"):
-        raise SetupError(
-            f"This Python ({sys.executable}) was built without ensurepip: use another Python 3.11 or later."
-        )
-    install_with_apt([package], reason="Python's venv module is missing")
-    importlib.invalidate_caches()
-    if not _has_venv_module():
-        raise SetupError(f"{package} is installed, yet {sys.executable} still has no ensurepip.")
-
-
-def _has_venv_module() -> bool:
+def has_venv_module() -> bool:
+    """Does this Python have ``venv`` and ``ensurepip``? Debian and Ubuntu ship them apart."""
     return all(importlib.util.find_spec(name) for name in ("venv", "ensurepip"))
 
 
+def venv_package(manager: str | None) -> str:
+    """The package that has them; raises SetupError where none of the system's does."""
+    if sys.base_prefix != "/usr" or manager != "apt":
+        raise SetupError(
+            f"This Python ({sys.executable}) was built without ensurepip: use another Python 3.11 or later."
+        )
+    return f"python{sys.version_info.major}.{sys.version_info.minor}-venv"
+
+
 def install_with_apt(packages: Sequence[str], *, reason: str) -> None:
-    """Install Debian packages where this user may, else raise SetupError with the command to type."""
+    """Install Debian packages where this user may and agrees, else raise SetupError with the command to type."""
     names = " ".join(packages)
     if os.geteuid() != 0:
         raise SetupError(f"{reason}. Type: sudo apt-get install {names}")
-    say(f"{reason}: installing {names}...")
+    say(f"{reason}. This installs it:\n  apt-get install --no-install-recommends {names}")
+    if not _agrees():
+        raise SetupError(f"Nothing was installed. Type: apt-get install {names}")
     for command in (["update", "-q"], ["install", "-q", "-y", "--no-install-recommends", *packages]):
         done = _quietly(["apt-get", *command], DEBIAN_FRONTEND="noninteractive")
         # An unreachable source among several is no reason to stop before the installation was tried.
         if done.returncode != 0 and command[0] == "install":
             raise SetupError(f"{done.stdout}\napt-get install {names} failed; it says why above.")
+    importlib.invalidate_caches()
+
+
+def _agrees() -> bool:
+    """Ask where somebody sits at a terminal; a script, a container and continuous integration are not asked."""
+    if os.environ.get("CI") or os.environ.get(YES) or sys.stdin is None or not sys.stdin.isatty():
+        return True
+    try:
+        answer = input("Install now? [Y/n] ")
+    except EOFError:
+        return False
+    return answer.strip().lower() in ("", "y", "yes")
 
 
 def _pip(*arguments: str) -> None:

@@ -18,7 +18,6 @@ from pathlib import Path
 from bundle import BILL, make_bundle, pack, write_tar
 from environment import ROOT, SetupError, say
 from release import Release, read_release
-from tools import need_tools
 
 DIST = ROOT / "dist"
 WORK = ROOT / "build" / "package"
@@ -27,7 +26,6 @@ SUMS = "SHA256SUMS"
 
 def build(dist: Path = DIST, work: Path = WORK) -> Path:
     """Build everything for the system that this runs on; the folder of the bundle. Raises SetupError."""
-    need_tools()
     release = read_release()
     for folder in (dist, work):
         shutil.rmtree(folder, ignore_errors=True)

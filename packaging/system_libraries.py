@@ -1,15 +1,17 @@
-"""What Qt needs from a Linux system, looked for and installed before Qt is started."""
+"""What the program needs from a Linux system: looked for, named and installed all at once."""
 
 import os
 import shutil
 import subprocess
 import sys
 from pathlib import Path
-from typing import Final
+from typing import Final, NamedTuple
 
-from environment import QT_PROVEN, SetupError, install_with_apt, say
+from environment import QT_PROVEN, VENV_PYTHON, SetupError, has_venv_module, install_with_apt, say, venv_package
+from tools import Tool, missing_tools
 
 from app.system.qt_libraries import (
+    FOR_X,
     INSTALL,
     Library,
     missing,
@@ -30,39 +32,82 @@ _PROBE: Final = "from PySide6.QtWidgets import QApplication, QWidget; a = QAppli
 _PROBE_LIMIT_S: Final = 60
 
 
-def make_ready(venv_python: Path, *, is_screen_wanted: bool) -> None:
-    """Make sure that Qt can start; raises SetupError with the command to type where it cannot.
+class Needed(NamedTuple):
+    """What the system lacks, by its packages; of `further` only that without which less is possible."""
 
-    Qt itself is started, and a font with Chinese glyphs looked for, once for each .venv only: it takes longer.
+    packages: list[str]
+    further: list[str]
+    reasons: list[str]
+
+
+def make_ready(*, is_screen_wanted: bool, is_packaging: bool = False) -> None:
+    """Make sure that the system has everything, before anything is downloaded.
+
+    Installs it where this user may, all at once; else raises SetupError with one command that brings all.
+    What is only useful (a font with Chinese glyphs, Qt's libraries for a screen that is not there yet) comes along and
+    never stops anything; it is looked for only until Qt was proven to start.
     """
     if sys.platform != "linux":
         return
+    manager = package_manager()
+    needed = _needed(manager, is_screen_wanted=is_screen_wanted, is_packaging=is_packaging)
+    if needed.packages:
+        _install(manager, [*needed.packages, *needed.further], reason=" and ".join(needed.reasons))
+        still = _needed(manager, is_screen_wanted=is_screen_wanted, is_packaging=is_packaging)
+        if still.packages:
+            raise SetupError(f"It was installed, and yet this is not here: {', '.join(still.packages)}.")
+    elif needed.further and not QT_PROVEN.exists():
+        try:
+            _install(manager, needed.further, reason="A screen and Chinese want more")
+        except SetupError as error:
+            say(f"{error}\nEnglish without a screen works without it.")
+
+
+def _needed(manager: str | None, *, is_screen_wanted: bool, is_packaging: bool) -> Needed:
+    packages, further, reasons = [], [], []
+    if not VENV_PYTHON.exists() and not has_venv_module():
+        packages.append(venv_package(manager))
+        reasons.append("Python's venv module is missing")
     lacking = missing(wanted_libraries(is_screen_wanted=is_screen_wanted))
     if lacking:
-        _install(lacking, reason="Qt needs system libraries that are not here")
-        still = missing(lacking)
-        if still:
-            names = ", ".join(library.soname for library in still)
-            raise SetupError(f"The packages are installed, yet {names} cannot be loaded.")
-    if not QT_PROVEN.exists():
-        problem = _problem_with_qt(venv_python, platform="offscreen")
-        if problem:
-            raise SetupError(f"{problem}\nQt does not start on this system; what it says is above.")
-        _look_for_chinese_font()
-        QT_PROVEN.touch()
+        packages += _names(lacking, manager)
+        reasons.append("Qt needs system libraries that are not here")
+    tools = missing_tools() if is_packaging else ()
+    if tools:
+        packages += _tool_names(tools, manager)
+        reasons.append("programs that build packages are not here")
+    further += [name for name in _names(missing(FOR_X), manager) if name not in packages]
+    if manager is not None and not has_chinese_font():
+        further.append(CHINESE_FONT[manager])
+    return Needed(packages, further, reasons)
 
 
-def _install(libraries: tuple[Library, ...], *, reason: str) -> None:
-    manager = package_manager()
+def _tool_names(tools: tuple[Tool, ...], manager: str | None) -> list[str]:
+    return [one.program if manager is None else getattr(one, manager) for one in tools]
+
+
+def _names(libraries: tuple[Library, ...], manager: str | None) -> list[str]:
+    return [one.soname for one in libraries] if manager is None else package_names(libraries, manager)
+
+
+def _install(manager: str | None, names: list[str], *, reason: str) -> None:
     if manager == "apt":
-        install_with_apt(package_names(libraries, "apt"), reason=reason)
+        install_with_apt(names, reason=reason)
     elif manager is not None:
-        names = " ".join(package_names(libraries, manager))
         prefix = "" if os.geteuid() == 0 else "sudo "
-        raise SetupError(f"{reason}. Type: {prefix}{INSTALL[manager]} {names}")
+        raise SetupError(f"{reason}. Type: {prefix}{INSTALL[manager]} {' '.join(names)}")
     else:
-        names = ", ".join(library.soname for library in libraries)
-        raise SetupError(f"{reason}: {names}. Install what holds them, then run this again.")
+        raise SetupError(f"{reason}: {', '.join(names)}. Install what holds them, then run this again.")
+
+
+def prove_qt(venv_python: Path) -> None:
+    """Start Qt itself, once for each .venv, because it takes longer; raises SetupError where it does not start."""
+    if sys.platform != "linux" or QT_PROVEN.exists():
+        return
+    problem = _problem_with_qt(venv_python, platform="offscreen")
+    if problem:
+        raise SetupError(f"{problem}\nQt does not start on this system; what it says is above.")
+    QT_PROVEN.touch()
 
 
 def _problem_with_qt(venv_python: Path, platform: str | None = None) -> str | None:
@@ -97,24 +142,6 @@ def why_no_screen(venv_python: Path) -> str | None:
         screen = os.environ.get("WAYLAND_DISPLAY") or os.environ.get("DISPLAY")
         return f"The screen {screen} does not let this user open a window (Qt: {problem.splitlines()[0]})."
     return None
-
-
-def _look_for_chinese_font() -> None:
-    """Install a font with Chinese glyphs where that may be done, else say how: without it there are boxes."""
-    if has_chinese_font():
-        return
-    manager = package_manager()
-    reason = "No font with Chinese glyphs is here"
-    if manager == "apt" and os.geteuid() == 0:
-        try:
-            install_with_apt([CHINESE_FONT[manager]], reason=reason)
-        except SetupError as error:
-            say(f"{error}\nEnglish works without it.")
-    elif manager is not None:
-        command = f"{INSTALL[manager]} {CHINESE_FONT[manager]}"
-        say(f"{reason}; English works without one. For Chinese type: sudo {command}")
-    else:
-        say(f"{reason}; English works without one.")
 
 
 def has_chinese_font() -> bool:

@@ -1,6 +1,7 @@
 """The entry, its commands, and the lock that they install."""
 
 import ast
+import os
 import sys
 import tomllib
 from collections import Counter
@@ -50,6 +51,7 @@ def test_all_after_the_check_waits_for_it() -> None:
         "packaging/commands.py",
         "packaging/environment.py",
         "packaging/system_libraries.py",
+        "packaging/tools.py",
         "app/__init__.py",
         "app/system/__init__.py",
         "app/system/qt_libraries.py",
@@ -64,6 +66,12 @@ def test_the_standard_library_is_enough(name: str) -> None:
     assert {one for one in modules if one.partition(".")[0] not in sys.stdlib_module_names} <= ours
 
 
+def pretend_all_is_ready(setup: SetupFiles, patch: pytest.MonkeyPatch) -> None:
+    patch.setattr(setup.environment, "make_ready", lambda: None)
+    patch.setattr(setup.system_libraries, "make_ready", lambda **_: None)
+    patch.setattr(setup.system_libraries, "prove_qt", lambda python: None)
+
+
 @pytest.fixture
 def ready(setup: SetupFiles, monkeypatch: pytest.MonkeyPatch) -> list[tuple[list[str], dict[str, str]]]:
     """Everything is installed, and programs are recorded."""
@@ -73,8 +81,7 @@ def ready(setup: SetupFiles, monkeypatch: pytest.MonkeyPatch) -> list[tuple[list
         calls.append(([str(word) for word in program], variables))
         return 7
 
-    monkeypatch.setattr(setup.environment, "make_ready", lambda: None)
-    monkeypatch.setattr(setup.system_libraries, "make_ready", lambda *_, **__: None)
+    pretend_all_is_ready(setup, monkeypatch)
     monkeypatch.setattr(setup.commands, "call", call)
     return calls
 
@@ -99,6 +106,15 @@ def test_arguments_are_passed_on(
     monkeypatch.setattr(setup.commands.os, "cpu_count", lambda: 2)
     assert setup.commands.main(arguments) == 7
     assert [program[1:] for program, _ in ready] == [words]
+
+
+def test_yes_stands_before_the_command_and_goes_to_what_installs(
+    setup: SetupFiles, ready: list[Any], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv(setup.environment.YES, "")
+    assert setup.commands.main(["--yes", "run", "set", "--yes"]) == 7
+    assert ready[0][0][1:] == ["set", "--yes"]
+    assert os.environ[setup.environment.YES] == "1"
 
 
 def test_tests_need_no_screen(setup: SetupFiles, ready: list[Any]) -> None:
@@ -129,8 +145,7 @@ def test_demo_without_a_screen_says_so_and_where_the_evidence_is(
         (evidence / "values.json").touch()
         return 0
 
-    monkeypatch.setattr(setup.environment, "make_ready", lambda: None)
-    monkeypatch.setattr(setup.system_libraries, "make_ready", lambda *_, **__: None)
+    pretend_all_is_ready(setup, monkeypatch)
     monkeypatch.setattr(setup.system_libraries, "why_no_screen", lambda python: "No screen.")
     monkeypatch.setattr(setup.commands, "call", call)
     monkeypatch.setattr(setup.commands, "EVIDENCE", evidence)
@@ -147,6 +162,7 @@ def test_a_lacking_machine_is_one_sentence_and_code_3(
     def refuse() -> None:
         raise setup.environment.SetupError("Type: sudo apt-get install libegl1")
 
+    pretend_all_is_ready(setup, monkeypatch)
     monkeypatch.setattr(setup.environment, "make_ready", refuse)
     assert setup.commands.main(["test"]) == 3
     assert capsys.readouterr().err == "Type: sudo apt-get install libegl1\n"

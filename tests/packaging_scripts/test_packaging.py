@@ -24,7 +24,6 @@ MODULES = (
     "linux.man_page",
     "package",
     "release",
-    "tools",
     "windows.installer",
 )
 
@@ -245,18 +244,3 @@ def test_a_run_path_of_the_machine_becomes_the_librarys_folder(made: dict[str, M
 
 def test_the_manual_keeps_what_troff_would_take_for_orders(made: dict[str, ModuleType]) -> None:
     assert made["linux.man_page"]._as_it_stands("a-b\n.x\n'y\n\\n") == [".nf", "a\\-b", "\\&.x", "\\&'y", "\\en", ".fi"]
-
-
-@pytest.mark.parametrize(("manager", "is_root"), [("dnf", False), ("pacman", True)])
-def test_missing_tools_are_named_with_what_to_type(
-    made: dict[str, ModuleType], monkeypatch: pytest.MonkeyPatch, manager: str, is_root: bool
-) -> None:
-    tools = made["tools"]
-    monkeypatch.setattr(tools.sys, "platform", "linux")
-    monkeypatch.setattr(tools.shutil, "which", lambda program: None if program == "objdump" else "/bin/x")
-    monkeypatch.setattr(tools, "package_manager", lambda: manager)
-    monkeypatch.setattr(tools.os, "geteuid", lambda: 0 if is_root else 1000)
-    with pytest.raises(import_module("environment").SetupError) as raised:
-        tools.need_tools()
-    command = {"dnf": "sudo dnf install binutils", "pacman": "pacman -S binutils"}[manager]
-    assert str(raised.value) == f"Programs that build packages are not here. Type: {command}"

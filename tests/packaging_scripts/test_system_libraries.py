@@ -11,75 +11,162 @@ from app.system import qt_libraries
 from tests.support.setup_files import SetupFiles
 
 
-class Apt:
-    """Records what a root or a user would do with apt."""
+class Machine:
+    """A Linux on which some things are not here, and where what apt does is recorded."""
 
-    def __init__(self, setup: SetupFiles, patch: pytest.MonkeyPatch, *, user: int) -> None:
+    def __init__(self, setup: SetupFiles, patch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+        self.setup, self.patch = setup, patch
         self.commands: list[list[str]] = []
         self.code = 0
-        patch.setattr(setup.environment, "_quietly", self._run)
-        patch.setattr(os, "geteuid", lambda: user, raising=False)  # Windows has none
-        patch.setattr(setup.system_libraries, "package_manager", lambda: "apt")
+        self.lacking: set[str] = set()
+        self.manager: str | None = "apt"
+        self.user = 0
+        self.answer: str | None = None
+        """What somebody at a terminal types; None where there is no terminal."""
+        self.asked: list[str] = []
+        system, environment = setup.system_libraries, setup.environment
+        patch.setattr(sys, "platform", "linux")
+        patch.setattr(sys, "base_prefix", "/usr")
+        for name in ("CI", environment.YES, "DISPLAY", "WAYLAND_DISPLAY", "QT_QPA_PLATFORM"):
+            patch.delenv(name, raising=False)
+        patch.setattr(environment, "_quietly", self._run)
+        patch.setattr(os, "geteuid", lambda: self.user, raising=False)  # Windows has none
+        patch.setattr(system, "package_manager", lambda: self.manager)
+        patch.setattr(system, "QT_PROVEN", tmp_path / "qt-proven")
+        patch.setattr(system, "VENV_PYTHON", tmp_path / "python")
+        patch.setattr(system, "has_venv_module", lambda: self.has("venv"))
+        patch.setattr(system, "has_chinese_font", lambda: self.has("font"))
+        patch.setattr(
+            system, "missing_tools", lambda: tuple(t for t in setup.tools.FOR_LINUX if not self.has(t.program))
+        )
+        patch.setattr(qt_libraries, "_loads", self.has)
         patch.setattr(qt_libraries, "_is_after_time_t_64", lambda: False)
+        patch.setattr(sys, "stdin", self)
+        patch.setattr("builtins.input", self._input)
+
+    def has(self, name: str) -> bool:
+        return name not in self.lacking or any("install" in command for command in self.commands if not self.code)
+
+    def isatty(self) -> bool:
+        return self.answer is not None
+
+    def _input(self, question: str) -> str:
+        self.asked.append(question)
+        assert self.answer is not None
+        return self.answer
 
     def _run(self, command: list[str], **variables: str) -> "subprocess.CompletedProcess[str]":
         assert variables == {"DEBIAN_FRONTEND": "noninteractive"}
         self.commands.append(command)
         return subprocess.CompletedProcess(command, returncode=self.code, stdout="apt says so")
 
+    def make_ready(self, *, screen: bool = False, packaging: bool = False) -> list[str]:
+        """The packages that were installed."""
+        self.setup.system_libraries.make_ready(is_screen_wanted=screen, is_packaging=packaging)
+        return self.installed()
 
-def test_root_gets_missing_libraries_installed(setup: SetupFiles, monkeypatch: pytest.MonkeyPatch) -> None:
-    apt, system = Apt(setup, monkeypatch, user=0), setup.system_libraries
-    monkeypatch.setattr(qt_libraries, "_loads", lambda soname: soname != "libEGL.so.1" or bool(apt.commands))
-    monkeypatch.setattr(system, "QT_PROVEN", Path(__file__))
-    monkeypatch.setattr(sys, "platform", "linux")
-    system.make_ready(Path(sys.executable), is_screen_wanted=False)
-    assert [command[1] for command in apt.commands] == ["update", "install"]
-    assert apt.commands[1][-1] == "libegl1"
+    def installed(self) -> list[str]:
+        return [word for command in self.commands if "install" in command for word in command[5:]]
+
+    def refused(self, **wanted: bool) -> str:
+        with pytest.raises(self.setup.environment.SetupError) as caught:
+            self.make_ready(**wanted)
+        assert caught.value.exit_code == 3
+        return str(caught.value)
 
 
-def test_a_user_is_told_the_command(setup: SetupFiles, monkeypatch: pytest.MonkeyPatch) -> None:
-    apt, system = Apt(setup, monkeypatch, user=1000), setup.system_libraries
-    monkeypatch.setattr(qt_libraries, "_loads", lambda soname: soname not in ("libEGL.so.1", "libGL.so.1"))
-    monkeypatch.setattr(sys, "platform", "linux")
-    with pytest.raises(setup.environment.SetupError) as caught:
-        system.make_ready(Path(sys.executable), is_screen_wanted=False)
-    assert "Type: sudo apt-get install libgl1 libegl1" in str(caught.value)
-    assert caught.value.exit_code == 3
-    assert apt.commands == []
+@pytest.fixture
+def machine(setup: SetupFiles, monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Machine:
+    return Machine(setup, monkeypatch, tmp_path)
+
+
+EVERYTHING = {"venv", "libEGL.so.1", "libGL.so.1", "libxcb-cursor.so.0", "font", "objdump"}
+VENV = f"python3.{sys.version_info.minor}-venv"
+
+
+def test_root_gets_all_at_once_for_screen_and_offscreen(machine: Machine) -> None:
+    machine.lacking = EVERYTHING
+    packages = ["libgl1", "libegl1", "libxcb-cursor0", "fonts-wqy-microhei"]
+    assert machine.make_ready() == [VENV, *packages]
+    assert [command[1] for command in machine.commands] == ["update", "install"]
+    assert machine.asked == [], "there is no terminal"
+
+
+def test_a_user_is_told_everything_in_one_command(machine: Machine) -> None:
+    machine.lacking, machine.user = EVERYTHING, 1000
+    said = machine.refused(packaging=True)
+    names = f"{VENV} libgl1 libegl1 binutils libxcb-cursor0 fonts-wqy-microhei"
+    assert said.endswith(f". Type: sudo apt-get install {names}")
+    assert machine.commands == []
+
+
+def test_what_is_only_useful_stops_nobody_and_is_said_once(
+    machine: Machine, capsys: pytest.CaptureFixture[str]
+) -> None:
+    machine.lacking, machine.user = {"libxcb-cursor.so.0", "font"}, 1000
+    assert machine.make_ready() == []
+    assert "sudo apt-get install libxcb-cursor0 fonts-wqy-microhei" in capsys.readouterr().out
+    machine.setup.system_libraries.QT_PROVEN.touch()
+    machine.make_ready()
+    assert capsys.readouterr().out == ""
+    machine.patch.setenv("DISPLAY", ":7")
+    assert "libxcb-cursor0" in machine.refused(screen=True), "on a screen it is needed"
+
+
+@pytest.mark.parametrize(("answer", "is_done"), [("", True), ("y", True), ("Yes", True), ("n", False), ("what", False)])
+def test_at_a_terminal_root_is_asked_before_anything_is_installed(
+    machine: Machine, capsys: pytest.CaptureFixture[str], answer: str, is_done: bool
+) -> None:
+    machine.lacking, machine.answer = {"libEGL.so.1"}, answer
+    if is_done:
+        assert machine.make_ready() == ["libegl1"]
+    else:
+        assert machine.refused() == "Nothing was installed. Type: apt-get install libegl1"
+        assert machine.commands == []
+    assert len(machine.asked) == 1
+    assert "apt-get install --no-install-recommends libegl1" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize("variable", ["CI", "DPS_S_SETUP_YES"])
+def test_nobody_is_asked_where_the_answer_is_given(machine: Machine, variable: str) -> None:
+    machine.lacking, machine.answer = {"libEGL.so.1"}, "n"
+    machine.patch.setenv(variable, "true")
+    assert machine.make_ready() == ["libegl1"]
+    assert machine.asked == []
 
 
 @pytest.mark.parametrize("manager", ["dnf", "pacman", "zypper"])
-def test_other_package_managers_are_named(setup: SetupFiles, monkeypatch: pytest.MonkeyPatch, manager: str) -> None:
-    system = setup.system_libraries
-    monkeypatch.setattr(system, "package_manager", lambda: manager)
-    monkeypatch.setattr(qt_libraries, "_loads", lambda soname: False)
-    monkeypatch.setattr(sys, "platform", "linux")
-    with pytest.raises(setup.environment.SetupError, match=qt_libraries.INSTALL[manager]) as caught:
-        system.make_ready(Path(sys.executable), is_screen_wanted=False)
-    names = str(caught.value).rpartition(qt_libraries.INSTALL[manager])[2].split()
+@pytest.mark.parametrize("user", [0, 1000])
+def test_other_package_managers_are_named(machine: Machine, manager: str, user: int) -> None:
+    machine.manager, machine.user = manager, user
+    machine.lacking = {one.soname for one in qt_libraries.ALWAYS} | {"objdump"}
+    said = machine.refused(packaging=True)
+    command = f"Type: {'sudo ' if user else ''}{qt_libraries.INSTALL[manager]} "
+    names = said.partition(command)[2].split()
     assert len(names) == len(set(names)) > 8
+    assert "binutils" in names
 
 
-def test_a_failed_installation_says_what_apt_said(setup: SetupFiles, monkeypatch: pytest.MonkeyPatch) -> None:
-    apt = Apt(setup, monkeypatch, user=0)
-    apt.code = 100
-    with pytest.raises(setup.environment.SetupError, match="apt says so"):
-        setup.environment.install_with_apt(["libegl1"], reason="No EGL")
+def test_without_a_package_manager_the_libraries_are_named(machine: Machine) -> None:
+    machine.manager, machine.lacking = None, {"libEGL.so.1", "objdump"}
+    said = machine.refused(packaging=True)
+    assert "here: libEGL.so.1, objdump. Install what holds them" in said
 
 
-def test_debians_python_without_venv_gets_its_own_package(setup: SetupFiles, monkeypatch: pytest.MonkeyPatch) -> None:
-    apt, environment = Apt(setup, monkeypatch, user=0), setup.environment
-    monkeypatch.setattr(environment, "_has_venv_module", lambda: bool(apt.commands))
-    monkeypatch.setattr(environment.shutil, "which", lambda name: f"/usr/bin/{name}")
-    monkeypatch.setattr(sys, "base_prefix", "/usr")
-    environment.need_venv_module()
-    assert apt.commands[1][-1] == f"python3.{sys.version_info.minor}-venv"
+def test_a_failed_installation_says_what_apt_said(machine: Machine, capsys: pytest.CaptureFixture[str]) -> None:
+    machine.lacking, machine.code = {"libegl.so.1", "font"}, 100
+    assert machine.make_ready()  # English works without a font
+    assert "apt says so" in capsys.readouterr().out
+    machine.lacking = {"libEGL.so.1"}
+    assert "apt says so" in machine.refused()
 
-    monkeypatch.setattr(sys, "base_prefix", "/opt/python")
-    apt.commands.clear()
-    with pytest.raises(environment.SetupError, match="without ensurepip"):
-        environment.need_venv_module()
+
+def test_a_python_of_nobodys_without_venv_is_said(machine: Machine) -> None:
+    machine.lacking = {"venv"}
+    machine.patch.setattr(sys, "base_prefix", "/opt/python")
+    assert "without ensurepip" in machine.refused()
+    machine.setup.system_libraries.VENV_PYTHON.touch()
+    assert machine.make_ready() == [], "there is a .venv: it is not needed again"
 
 
 @pytest.mark.parametrize(

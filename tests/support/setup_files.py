@@ -21,6 +21,7 @@ class SetupFiles(NamedTuple):
     commands: ModuleType
     environment: ModuleType
     system_libraries: ModuleType
+    tools: ModuleType
 
 
 @contextmanager
