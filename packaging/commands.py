@@ -185,7 +185,7 @@ def main(arguments: list[str]) -> int:
         system_libraries.make_ready(
             is_screen_wanted=chosen.command in ("demo", "run"), is_packaging=chosen.command == "package"
         )
-        environment.make_ready()
+        environment.make_ready(environment.PROGRAM if chosen.command in ("demo", "run") else environment.EVERYTHING)
         system_libraries.prove_qt(VENV_PYTHON)
         return COMMANDS[chosen.command].run(arguments[first + 1 :])
     except SetupError as error:

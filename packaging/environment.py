@@ -26,6 +26,9 @@ BIN = VENV / ("Scripts" if os.name == "nt" else "bin")
 VENV_PYTHON = BIN / ("python.exe" if os.name == "nt" else "python")
 STAMP = VENV / "bootstrap.json"
 QT_PROVEN = VENV / "qt-proven"
+PROGRAM, EVERYTHING = "program", "everything"
+_DEVELOPMENT = "# what building and testing it need"
+"""The line of the lock after which nothing stands that the program needs."""
 YES = "DPS_S_SETUP_YES"
 """Environment variable: nobody is asked before something is installed. `--yes` sets it."""
 
@@ -38,14 +41,23 @@ class SetupError(Exception):
         self.exit_code = exit_code
 
 
-def wanted_stamp() -> dict[str, str]:
+def wanted_stamp(extent: str) -> dict[str, str]:
     """What a .venv that is current was made from.  The place counts, because scripts in .venv contain it."""
     return {
+        "extent": extent,
         "root": str(ROOT),
         "python": f"{sys.implementation.name} {sys.version_info.major}.{sys.version_info.minor}",
         "lock": hashlib.sha256(LOCK.read_bytes()).hexdigest(),
         "pyproject": hashlib.sha256(PYPROJECT.read_bytes()).hexdigest(),
     }
+
+
+def locked(extent: str) -> list[str]:
+    """The lines of the lock that `extent` asks for."""
+    text = LOCK.read_text(encoding="utf-8")
+    if extent == PROGRAM:
+        text = text.partition(_DEVELOPMENT)[0]
+    return [line for line in text.splitlines() if "==" in line]
 
 
 def found_stamp() -> dict[str, str]:
@@ -57,21 +69,21 @@ def found_stamp() -> dict[str, str]:
     return stamp if isinstance(stamp, dict) else {}
 
 
-def make_ready() -> None:
-    """Make sure that .venv has everything.  Raises SetupError."""
-    if _is_current():
+def make_ready(extent: str = EVERYTHING) -> None:
+    """Make sure that .venv has everything, or what the program needs: `PROGRAM`.  Raises SetupError."""
+    if _is_current(extent):
         return
     with _only_one():
-        if _is_current():  # while this one waited, another made it
+        if _is_current(extent):  # while this one waited, another made it
             return
         try:
-            _make()
+            _make(extent)
         except OSError as error:
             raise SetupError(f"{VENV} cannot be made: {error}.") from error
 
 
-def _is_current() -> bool:
-    return found_stamp() == wanted_stamp() and _runs()
+def _is_current(extent: str) -> bool:
+    return found_stamp() in (wanted_stamp(extent), wanted_stamp(EVERYTHING)) and _runs()
 
 
 def _runs() -> bool:
@@ -83,18 +95,20 @@ def _runs() -> bool:
         return False
 
 
-def _make() -> None:
+def _make(extent: str) -> None:
     started = time.monotonic()
-    wanted, found = wanted_stamp(), found_stamp()
+    wanted, found = wanted_stamp(extent), found_stamp()
     can_be_kept = (found.get("root"), found.get("python")) == (wanted["root"], wanted["python"]) and _runs()
     for mark in (STAMP, QT_PROVEN):
         mark.unlink(missing_ok=True)
     if not can_be_kept:
         _rebuild()
-    packages = sum(1 for line in LOCK.read_text(encoding="utf-8").splitlines() if "==" in line)
-    say(f"Installing {packages} packages from packaging/lock.txt into .venv...")
+    listed = VENV / "requirements.txt"
+    packages = locked(extent)
+    listed.write_text("\n".join(packages) + "\n", encoding="utf-8")
+    say(f"Installing {len(packages)} packages from packaging/lock.txt into .venv...")
     # The lock names everything, so nothing is left to resolve; pip takes its index from its own settings.
-    _pip("install", "--no-deps", "--requirement", str(LOCK))
+    _pip("install", "--no-compile", "--no-deps", "--requirement", str(listed))
     _pip("install", "--no-deps", "--no-build-isolation", "--editable", str(ROOT))
     _pip("check")
     half = STAMP.with_suffix(".half")

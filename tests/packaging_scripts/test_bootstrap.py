@@ -67,7 +67,7 @@ def test_the_standard_library_is_enough(name: str) -> None:
 
 
 def pretend_all_is_ready(setup: SetupFiles, patch: pytest.MonkeyPatch) -> None:
-    patch.setattr(setup.environment, "make_ready", lambda: None)
+    patch.setattr(setup.environment, "make_ready", lambda extent: None)
     patch.setattr(setup.system_libraries, "make_ready", lambda **_: None)
     patch.setattr(setup.system_libraries, "prove_qt", lambda python: None)
 
@@ -159,7 +159,7 @@ def test_demo_without_a_screen_says_so_and_where_the_evidence_is(
 def test_a_lacking_machine_is_one_sentence_and_code_3(
     setup: SetupFiles, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    def refuse() -> None:
+    def refuse(extent: str) -> None:
         raise setup.environment.SetupError("Type: sudo apt-get install libegl1")
 
     pretend_all_is_ready(setup, monkeypatch)
@@ -210,6 +210,17 @@ def test_the_lock_is_exact_and_fits_the_project() -> None:
         assert len(versions) == len(fitting), system
         assert set(names) - {name for name, count in Counter(names).items() if count == 1} <= set(versions)
         _check_versions(versions)
+
+
+def test_what_the_program_and_its_installation_need_is_locked_apart(setup: SetupFiles) -> None:
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
+    wanted = {canonicalize_name(Requirement(one).name) for one in project["project"]["dependencies"]}
+    wanted |= {canonicalize_name(Requirement(one).name) for one in project["build-system"]["requires"]}
+    environment = setup.environment
+    found = [canonicalize_name(Requirement(one).name) for one in environment.locked(environment.PROGRAM)]
+    assert wanted <= set(found)
+    assert not {"pytest", "mypy", "ruff", "pyinstaller"} & set(found)
+    assert set(found) < {canonicalize_name(Requirement(one).name) for one in environment.locked(environment.EVERYTHING)}
 
 
 SYSTEMS = [

@@ -19,7 +19,7 @@ class Checkout:
         self.printed = ""
         self.lock = root / "packaging" / "lock.txt"
         self.lock.parent.mkdir(parents=True)
-        self.lock.write_text("numpy==1.0\n", encoding="utf-8")
+        self.lock.write_text(LOCK, encoding="utf-8")
         (root / "pyproject.toml").write_text("[project]\n", encoding="utf-8")
         self.venv = root / ".venv"
         self.python = self.venv / "bin" / "python"
@@ -46,10 +46,10 @@ class Checkout:
             self.python.touch()
         return subprocess.CompletedProcess(command, returncode=int(has_failed), stdout=self.printed)
 
-    def make_ready(self) -> list[str]:
+    def make_ready(self, extent: str = "everything") -> list[str]:
         """Make .venv ready; the kinds of programs that were run for it."""
         self.commands.clear()
-        self.environment.make_ready()
+        self.environment.make_ready(extent)
         return [next(word for word in ("venv", "install", "check") if word in command) for command in self.commands]
 
 
@@ -58,6 +58,7 @@ def checkout(tmp_path: Path, setup: SetupFiles, monkeypatch: pytest.MonkeyPatch)
     return Checkout(tmp_path / "a checkout", setup, monkeypatch)
 
 
+LOCK = "numpy==1.0\n\n# what building and testing it need\npytest==1.0\n"
 WHOLE = ["venv", "install", "install", "check"]
 PACKAGES_ONLY = ["install", "install", "check"]
 
@@ -70,8 +71,17 @@ def test_the_first_call_makes_all_and_the_second_nothing(checkout: Checkout) -> 
 def test_pip_gets_the_lock_and_no_address(checkout: Checkout) -> None:
     checkout.make_ready()
     words = [word for command in checkout.commands for word in command]
-    assert str(checkout.lock) in words
+    assert str(checkout.venv / "requirements.txt") in words
+    assert (checkout.venv / "requirements.txt").read_text(encoding="utf-8") == "numpy==1.0\npytest==1.0\n"
     assert not [word for word in words if "://" in word or "index" in word]
+
+
+def test_the_program_alone_needs_less_and_the_rest_comes_when_it_is_wanted(checkout: Checkout) -> None:
+    assert checkout.make_ready("program") == WHOLE
+    assert (checkout.venv / "requirements.txt").read_text(encoding="utf-8") == "numpy==1.0\n"
+    assert checkout.make_ready("program") == []
+    assert checkout.make_ready() == PACKAGES_ONLY
+    assert checkout.make_ready("program") == [], "everything is enough for the program"
 
 
 @pytest.mark.parametrize("name", ["packaging/lock.txt", "pyproject.toml"])
@@ -111,8 +121,8 @@ def _spoil_stamp(checkout: Checkout, patch: pytest.MonkeyPatch) -> None:
 
 
 def _take_other_python(checkout: Checkout, patch: pytest.MonkeyPatch) -> None:
-    kept = checkout.environment.wanted_stamp()
-    patch.setattr(checkout.environment, "wanted_stamp", lambda: {**kept, "python": "cpython 3.99"})
+    kept = checkout.environment.wanted_stamp("everything")
+    patch.setattr(checkout.environment, "wanted_stamp", lambda extent: {**kept, "python": "cpython 3.99"})
 
 
 def _move(checkout: Checkout, patch: pytest.MonkeyPatch) -> None:
