@@ -54,6 +54,7 @@ ENTRIES = (
     SubCommand("shutdown", "app.cli.act", marked("switch the module off (asks for --yes)")),
     SubCommand("preflight", "app.cli.preflight", marked("check whether the module is fit to fly")),
     SubCommand("verify", "app.cli.verify", marked("tell whether a pre-flight record was altered")),
+    SubCommand("archive", "app.cli.archive.commands", marked("bring the records of all stations together")),
     SubCommand("record", "app.cli.record", marked("record a session into a file")),
     SubCommand("recordings", "app.cli.recordings", marked("list, export and delete recorded sessions")),
     SubCommand("fired", "app.cli.fired", marked("tell whether thresholds would have fired in flight logs")),

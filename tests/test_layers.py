@@ -50,6 +50,7 @@ ROOMS = (
     "app/port_urls",
     "app/terminal",
     "app/cli",
+    "app/cli/archive",
     "app/cli/reference",
     "app/__main__.py",  # puts the command line together, and opens the window
     "app/frozen.py",  # starts it in the packages

@@ -138,8 +138,10 @@ class LocalFacts:
     def last_number(self) -> int:
         return int(self._read("SELECT coalesce(max(number), 0) FROM facts")[0][0])
 
-    def count_after(self, number: int) -> int:
-        return int(self._read("SELECT count(*) FROM facts WHERE number > ?", (number,))[0][0])
+    def count_after(self, number: int, station: str | None = None) -> int:
+        """How many came here later; `station`: only its own."""
+        query = "SELECT count(*) FROM facts WHERE number > ?1 AND (?2 IS NULL OR station = ?2)"
+        return int(self._read(query, (number, station))[0][0])
 
     # How far it got
 

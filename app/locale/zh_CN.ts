@@ -206,6 +206,10 @@
         <translation>模块锁定或重启后，已开始的失重不再计入。</translation>
     </message>
     <message>
+        <source>A person said which module this is.</source>
+        <translation>已由人员确认这是哪个模块。</translation>
+    </message>
+    <message>
         <source>A port that is not in the list: a device, a pseudo-terminal or socket://host:port</source>
         <translation>列表中没有的串口：设备名、伪终端或 socket://主机:端口</translation>
     </message>
@@ -610,6 +614,14 @@
         <translation>姿态：未判断。</translation>
     </message>
     <message>
+        <source>Audit log: {act} begun.</source>
+        <translation>操作记录：{act}，已开始。</translation>
+    </message>
+    <message>
+        <source>Audit log: {act}, outcome: {outcome}.</source>
+        <translation>操作记录：{act}，结果：{outcome}。</translation>
+    </message>
+    <message>
         <source>Back</source>
         <translation>上一步</translation>
     </message>
@@ -724,6 +736,10 @@
     <message>
         <source>Break the check off; it is void then</source>
         <translation>中断检查；检查随即作废</translation>
+    </message>
+    <message>
+        <source>Bring the records of all stations together, on a PostgreSQL server or in a file. Nothing is sent to a module.</source>
+        <translation>汇总所有站点的记录，通过 PostgreSQL 服务器或文件。不向模块发送任何内容。</translation>
     </message>
     <message>
         <source>Broken off: it is not known whether the module is at {rate} baud now. Use “Find my module”.</source>
@@ -1334,6 +1350,10 @@
         <translation>DPS-S 上位机 {version}</translation>
     </message>
     <message>
+        <source>Damaged on this computer and not sent: {count}.</source>
+        <translation>本机上已损坏、未发送：{count} 条。</translation>
+    </message>
+    <message>
         <source>Damaged or altered since it was recorded: some rows are left out.</source>
         <translation>记录后已损坏或被改动：略去部分行。</translation>
     </message>
@@ -1552,6 +1572,10 @@
     <message>
         <source>Drop {height} m</source>
         <translation>坠落 {height} m</translation>
+    </message>
+    <message>
+        <source>Due</source>
+        <translation>到期</translation>
     </message>
     <message>
         <source>Duplicate replies</source>
@@ -2116,6 +2140,22 @@
     <message>
         <source>Guided test</source>
         <translation>引导测试</translation>
+    </message>
+    <message>
+        <source>Guided test not passed: {test}.</source>
+        <translation>引导测试未通过：{test}。</translation>
+    </message>
+    <message>
+        <source>Guided test older than {days} days: {test}.</source>
+        <translation>引导测试已超过 {days} 天：{test}。</translation>
+    </message>
+    <message>
+        <source>Guided test {test} of a SIMULATED module: {verdict}.</source>
+        <translation>模拟模块的引导测试“{test}”：{verdict}。</translation>
+    </message>
+    <message>
+        <source>Guided test {test}: {verdict}.</source>
+        <translation>引导测试“{test}”：{verdict}。</translation>
     </message>
     <message>
         <source>Guided tests</source>
@@ -2726,6 +2766,14 @@
         <translation>最大倾角</translation>
     </message>
     <message>
+        <source>Last check</source>
+        <translation>上次检查</translation>
+    </message>
+    <message>
+        <source>Last exchange</source>
+        <translation>上次同步</translation>
+    </message>
+    <message>
         <source>Least margin: {tilt}°, {fall:.2f} s in {file}.</source>
         <translation>最小裕量：{tilt}°、{fall:.2f} s（{file}）。</translation>
     </message>
@@ -2740,6 +2788,10 @@
     <message>
         <source>Leave the plug alone for a moment.</source>
         <translation>暂时不要碰插头。</translation>
+    </message>
+    <message>
+        <source>Left out, because it is not what a station recorded: {count}.</source>
+        <translation>未导入（与站点的原始记录不符）：{count} 条。</translation>
     </message>
     <message>
         <source>Length in g</source>
@@ -3266,6 +3318,10 @@
         <translation>姓名、日期</translation>
     </message>
     <message>
+        <source>Named {name}.</source>
+        <translation>命名为 {name}。</translation>
+    </message>
+    <message>
         <source>Never counts as falling: nothing is below 0 g.</source>
         <translation>永远不会判定为失重：加速度不可能低于 0 g。</translation>
     </message>
@@ -3362,6 +3418,10 @@
         <translation>未连接模块</translation>
     </message>
     <message>
+        <source>No module in the archive yet.</source>
+        <translation>归档中尚无模块。</translation>
+    </message>
+    <message>
         <source>No new flight logs there.</source>
         <translation>其中没有新的飞行日志。</translation>
     </message>
@@ -3380,6 +3440,10 @@
     <message>
         <source>No port is open.</source>
         <translation>没有打开的串口。</translation>
+    </message>
+    <message>
+        <source>No pre-flight check yet.</source>
+        <translation>尚未做飞行前检查。</translation>
     </message>
     <message>
         <source>No pre-flight record can be read in it: {why}.</source>
@@ -3436,6 +3500,10 @@
     <message>
         <source>No serial port found. Plug the adapter in: it appears here automatically.</source>
         <translation>未找到串口。请插入适配器，它会自动出现在这里。</translation>
+    </message>
+    <message>
+        <source>No server is set: give its address, as in {example}.</source>
+        <translation>未设置服务器：请给出地址，例如 {example}。</translation>
     </message>
     <message>
         <source>No shortcuts on this page</source>
@@ -3614,6 +3682,10 @@
         <translation>未触发</translation>
     </message>
     <message>
+        <source>Not yet shared</source>
+        <translation>尚未共享</translation>
+    </message>
+    <message>
         <source>Note</source>
         <translation>备注</translation>
     </message>
@@ -3656,6 +3728,10 @@
     <message>
         <source>Nothing is sent.</source>
         <translation>不发送任何内容。</translation>
+    </message>
+    <message>
+        <source>Nothing is to be settled.</source>
+        <translation>没有待确认的事项。</translation>
     </message>
     <message>
         <source>Nothing to decode: give the bytes in hex, or - to read them from standard input.</source>
@@ -4118,6 +4194,18 @@
         <translation>{count} 个模块的飞行前检查</translation>
     </message>
     <message>
+        <source>Pre-flight check {number} of a SIMULATED module: {verdict}, checked by {who}.</source>
+        <translation>模拟模块的飞行前检查 {number}：{verdict}，检查人 {who}。</translation>
+    </message>
+    <message>
+        <source>Pre-flight check {number}: {verdict} (void), checked by {who}.</source>
+        <translation>飞行前检查 {number}：{verdict}（已作废），检查人 {who}。</translation>
+    </message>
+    <message>
+        <source>Pre-flight check {number}: {verdict}, checked by {who}.</source>
+        <translation>飞行前检查 {number}：{verdict}，检查人 {who}。</translation>
+    </message>
+    <message>
         <source>Preferences</source>
         <translation>偏好设置</translation>
     </message>
@@ -4440,6 +4528,10 @@
     <message>
         <source>Recordings</source>
         <translation>数据记录</translation>
+    </message>
+    <message>
+        <source>Records</source>
+        <translation>记录</translation>
     </message>
     <message>
         <source>Records left out</source>
@@ -4866,6 +4958,10 @@
         <translation>已发送，未得到确认：请视模块为已激活。</translation>
     </message>
     <message>
+        <source>Sent: {sent}. Received: {received}.</source>
+        <translation>已发送：{sent} 条。已接收：{received} 条。</translation>
+    </message>
+    <message>
         <source>Serial</source>
         <translation>串口</translation>
     </message>
@@ -4876,6 +4972,10 @@
     <message>
         <source>Serial output</source>
         <translation>串口输出</translation>
+    </message>
+    <message>
+        <source>Server</source>
+        <translation>服务器</translation>
     </message>
     <message>
         <source>Set changes other</source>
@@ -4940,6 +5040,10 @@
     <message>
         <source>Settings: want, write, verified</source>
         <translation>设置：目标值、写入、已验证</translation>
+    </message>
+    <message>
+        <source>Settings: {settings}.</source>
+        <translation>参数：{settings}。</translation>
     </message>
     <message>
         <source>Several adapters look the same: choose the port that the module is plugged into.</source>
@@ -5124,6 +5228,10 @@
     <message>
         <source>Station: {fingerprint}, {station}.</source>
         <translation>站点：{fingerprint}，{station}。</translation>
+    </message>
+    <message>
+        <source>Stations</source>
+        <translation>站点</translation>
     </message>
     <message>
         <source>Stations whose signatures count as known on this computer</source>
@@ -5458,6 +5566,10 @@
         <translation>输入不是文本；decode 读取抓包文件和十六进制字节，例如 41 75 32。</translation>
     </message>
     <message>
+        <source>The judgement of a trigger record was taken back.</source>
+        <translation>已撤回对触发记录的判定。</translation>
+    </message>
+    <message>
         <source>The key of this station cannot be used: {why}.</source>
         <translation>本站点的密钥无法使用：{why}。</translation>
     </message>
@@ -5472,6 +5584,14 @@
     <message>
         <source>The last nine triggers, each with the settings and readings of its moment.</source>
         <translation>最近九次触发，每条含触发时的设置和读数。</translation>
+    </message>
+    <message>
+        <source>The last pre-flight check is not GO.</source>
+        <translation>上次飞行前检查的结果不是可以飞行。</translation>
+    </message>
+    <message>
+        <source>The last pre-flight check is older than {days} days, or its clock was wrong.</source>
+        <translation>上次飞行前检查已超过 {days} 天，或当时的时钟有误。</translation>
     </message>
     <message>
         <source>The last status is {seconds:.1f} s old.</source>
@@ -6070,6 +6190,10 @@
         <translation>没有日志文件：{why}</translation>
     </message>
     <message>
+        <source>There is no module “{name}” in the archive.</source>
+        <translation>归档中没有模块“{name}”。</translation>
+    </message>
+    <message>
         <source>There is no port {port}.</source>
         <translation>没有串口 {port}。</translation>
     </message>
@@ -6080,6 +6204,14 @@
     <message>
         <source>There is no serial port. Plug the adapter in; if it stays away, try another cable or its driver.</source>
         <translation>没有串口。请插入适配器；若仍未出现，请更换数据线或安装驱动程序。</translation>
+    </message>
+    <message>
+        <source>There is no such module in the archive: dps-s archive conflicts prints them.</source>
+        <translation>归档中没有这个模块：dps-s archive conflicts 可列出。</translation>
+    </message>
+    <message>
+        <source>There is no such pair of modules in the archive.</source>
+        <translation>归档中没有这样的一对模块。</translation>
     </message>
     <message>
         <source>There is nothing to judge yet.</source>
@@ -6140,6 +6272,10 @@
     <message>
         <source>This says boot {now}, {module} was at {before}: is it the same module?</source>
         <translation>此模块开机次数为 {now}，{module} 上次为 {before}：是同一个模块吗？</translation>
+    </message>
+    <message>
+        <source>This station</source>
+        <translation>本站点</translation>
     </message>
     <message>
         <source>This station: {fingerprint}</source>
@@ -6274,6 +6410,10 @@
         <translation>倾斜到 {tilt}°</translation>
     </message>
     <message>
+        <source>To be settled</source>
+        <translation>待确认</translation>
+    </message>
+    <message>
         <source>To the menus</source>
         <translation>到菜单</translation>
     </message>
@@ -6338,8 +6478,24 @@
         <translation>触发状态</translation>
     </message>
     <message>
+        <source>Trigger record judged: {judgement}.</source>
+        <translation>触发记录的判定：{judgement}。</translation>
+    </message>
+    <message>
+        <source>Trigger record judged: {judgement}; “{note}”.</source>
+        <translation>触发记录的判定：{judgement}；“{note}”。</translation>
+    </message>
+    <message>
+        <source>Trigger record: {what}</source>
+        <translation>触发记录：{what}</translation>
+    </message>
+    <message>
         <source>Trigger records</source>
         <translation>触发记录</translation>
+    </message>
+    <message>
+        <source>Trigger records not yet judged: {count}.</source>
+        <translation>尚未判定的触发记录：{count} 条。</translation>
     </message>
     <message>
         <source>Trigger state is unknown after power-up. Enable the triggers to set it.</source>
@@ -7214,6 +7370,10 @@
         <translation>已激活：在标准输入中键入 tilt 70 即会触发</translation>
     </message>
     <message>
+        <source>add to a file what it lacks</source>
+        <translation>将文件中缺少的内容添加到文件</translation>
+    </message>
+    <message>
         <source>add to the file (.csv and .dpscap)</source>
         <translation>追加到该文件（.csv 和 .dpscap）</translation>
     </message>
@@ -7254,6 +7414,14 @@
         <translation>先发送其他命令的应答：20:22；指定值：20:22=05；延时 500 ms：20:22@500</translation>
     </message>
     <message>
+        <source>an archive file</source>
+        <translation>归档文件</translation>
+    </message>
+    <message>
+        <source>an archive file; made where there is none</source>
+        <translation>归档文件；不存在时新建</translation>
+    </message>
+    <message>
         <source>and {count} more</source>
         <translation>另有 {count} 项</translation>
     </message>
@@ -7276,6 +7444,10 @@
     <message>
         <source>arrived late</source>
         <translation>晚到</translation>
+    </message>
+    <message>
+        <source>as dps-s archive conflicts prints it</source>
+        <translation>格式与 dps-s archive conflicts 的输出相同</translation>
     </message>
     <message>
         <source>as found, before the first change</source>
@@ -7486,6 +7658,10 @@
         <translation>括号嵌套过深。</translation>
     </message>
     <message>
+        <source>bring the records of all stations together</source>
+        <translation>汇总所有站点的记录</translation>
+    </message>
+    <message>
         <source>broken off</source>
         <translation>帧不完整</translation>
     </message>
@@ -7646,6 +7822,14 @@
         <translation>暗于光线阈值</translation>
     </message>
     <message>
+        <source>days after which a check is due; default {days}</source>
+        <translation>检查到期的天数；默认 {days}</translation>
+    </message>
+    <message>
+        <source>days after which a guided test is due; default {days}</source>
+        <translation>引导测试到期的天数；默认 {days}</translation>
+    </message>
+    <message>
         <source>delay of every answer</source>
         <translation>每条应答的延迟</translation>
     </message>
@@ -7754,8 +7938,16 @@
         <translation>以 .csv（表格）、.mcap（PlotJuggler、Foxglove）或 .dpscap（抓包文件）结尾</translation>
     </message>
     <message>
+        <source>everything that was recorded of this module</source>
+        <translation>这个模块的全部记录</translation>
+    </message>
+    <message>
         <source>exactly {limit}</source>
         <translation>等于 {limit}</translation>
+    </message>
+    <message>
+        <source>exchange with a server</source>
+        <translation>与服务器同步</translation>
     </message>
     <message>
         <source>expected %s argument</source>
@@ -8126,6 +8318,10 @@
         <translation>链路</translation>
     </message>
     <message>
+        <source>list modules that may be the same one</source>
+        <translation>列出可能是同一个的模块</translation>
+    </message>
+    <message>
         <source>list the serial ports</source>
         <translation>列出串口</translation>
     </message>
@@ -8216,6 +8412,10 @@
     <message>
         <source>must not fire</source>
         <translation>不得触发</translation>
+    </message>
+    <message>
+        <source>never</source>
+        <translation>从未</translation>
     </message>
     <message>
         <source>never tested</source>
@@ -8396,6 +8596,10 @@
     <message>
         <source>none done yet</source>
         <translation>尚未进行</translation>
+    </message>
+    <message>
+        <source>none set</source>
+        <translation>未设置</translation>
     </message>
     <message>
         <source>none, the record is not signed</source>
@@ -8690,6 +8894,10 @@
         <translation>位置参数</translation>
     </message>
     <message>
+        <source>print CSV and nothing else on standard output</source>
+        <translation>在标准输出上只输出 CSV</translation>
+    </message>
+    <message>
         <source>print JSON and nothing else on standard output</source>
         <translation>标准输出只输出 JSON</translation>
     </message>
@@ -8704,6 +8912,10 @@
     <message>
         <source>print the JSON Schema of an output</source>
         <translation>输出某项结果的 JSON Schema</translation>
+    </message>
+    <message>
+        <source>print the state of all modules, or the whole life of one</source>
+        <translation>输出所有模块的状态，或一个模块的全部经历</translation>
     </message>
     <message>
         <source>print the status as it comes</source>
@@ -8858,6 +9070,10 @@
         <translation>显示执行过程；重复两次则显示每一帧</translation>
     </message>
     <message>
+        <source>say whether two modules are the same one</source>
+        <translation>确认两个模块是否为同一个</translation>
+    </message>
+    <message>
         <source>seconds since it was switched on; 0 lets the two heartbeats be seen</source>
         <translation>已开机的秒数；0 可看到两次开机心跳</translation>
     </message>
@@ -8942,8 +9158,16 @@
         <translation>串口输出：正常输出、只应答不输出，或不应答</translation>
     </message>
     <message>
+        <source>set no server any more; nothing is exchanged</source>
+        <translation>取消已设置的服务器；不同步</translation>
+    </message>
+    <message>
         <source>set the cell voltage</source>
         <translation>设置电芯电压</translation>
+    </message>
+    <message>
+        <source>set this server, without its password; the window then uses it</source>
+        <translation>设置此服务器（不含密码），窗口也使用它</translation>
     </message>
     <message>
         <source>set {name} to {value}</source>
@@ -9052,6 +9276,14 @@
     <message>
         <source>take one out of the trash and keep it</source>
         <translation>从回收站恢复一条并保留</translation>
+    </message>
+    <message>
+        <source>take over from a file what this computer lacks</source>
+        <translation>从文件导入本机缺少的内容</translation>
+    </message>
+    <message>
+        <source>tell what is in the archive and what is not shared yet</source>
+        <translation>显示归档的内容和尚未共享的内容</translation>
     </message>
     <message>
         <source>tell whether a pre-flight record was altered</source>
@@ -9334,6 +9566,14 @@
         <translation>检查项重复：{checks}</translation>
     </message>
     <message>
+        <source>they are one module</source>
+        <translation>是同一个模块</translation>
+    </message>
+    <message>
+        <source>they are two modules</source>
+        <translation>是两个模块</translation>
+    </message>
+    <message>
         <source>this computer</source>
         <translation>本机</translation>
     </message>
@@ -9530,6 +9770,10 @@
         <translation>此处填写的内容</translation>
     </message>
     <message>
+        <source>what the one module is called</source>
+        <translation>该模块的名称</translation>
+    </message>
+    <message>
         <source>what to call that station</source>
         <translation>该站点的名称</translation>
     </message>
@@ -9540,6 +9784,10 @@
     <message>
         <source>who checks</source>
         <translation>检查人</translation>
+    </message>
+    <message>
+        <source>who says so</source>
+        <translation>确认人</translation>
     </message>
     <message>
         <source>within {limit} over two seconds</source>
@@ -9746,6 +9994,10 @@
         <translation>{count}，但触发记录不同：是同一个模块吗？</translation>
     </message>
     <message>
+        <source>{count}, {own} of them of this station</source>
+        <translation>{count} 条，其中本站点 {own} 条</translation>
+    </message>
+    <message>
         <source>{count}: is it the same module?</source>
         <translation>{count}：是同一个模块吗？</translation>
     </message>
@@ -9772,6 +10024,10 @@
     <message>
         <source>{delay:.2f} s after the loss of control</source>
         <translation>失控后 {delay:.2f} s</translation>
+    </message>
+    <message>
+        <source>{example}; default: the server that is set</source>
+        <translation>{example}；默认：已设置的服务器</translation>
     </message>
     <message>
         <source>{file} cannot be read: {why}.</source>
@@ -10466,6 +10722,10 @@
         <translation>{value}° 复位</translation>
     </message>
     <message>
+        <source>{verdict} (simulated)</source>
+        <translation>{verdict}（模拟）</translation>
+    </message>
+    <message>
         <source>{verdict} (void)</source>
         <translation>{verdict}（已作废）</translation>
     </message>
@@ -10594,6 +10854,10 @@
     <message>
         <source>“{text}” ends with none of {endings}</source>
         <translation>“{text}”不以 {endings} 之一结尾</translation>
+    </message>
+    <message>
+        <source>“{text}” is no number of days</source>
+        <translation>“{text}”不是天数</translation>
     </message>
     <message>
         <source>“{text}” is no number of seconds above 0</source>

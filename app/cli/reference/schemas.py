@@ -165,6 +165,64 @@ def _fired() -> Schema:
     return _object({"log": TEXT, "fires": _list(fire), **numbers, "problems": _list(TEXT)})
 
 
+_TIME: Schema = {"type": "string", "format": "date-time"}
+_MEMBER = _object({"station": TEXT, "name": TEXT})
+
+
+def _archive_status() -> Schema:
+    return _object(
+        {
+            "station": TEXT, "facts": COUNT, "own": COUNT, "stations": _map(COUNT), "server": _or_null(TEXT),
+            "not_shared": COUNT, "last_sync_at": _or_null(_TIME), "conflicts": COUNT,
+        }
+    )  # fmt: skip
+
+
+def _archive_exchange() -> Schema:
+    refused = _list(_object(dict.fromkeys(("id", "kind", "made_at", "why"), TEXT)))
+    return _object(
+        {
+            "server": TEXT, "file": TEXT, "sent": COUNT, "received": COUNT, "refused": refused,
+            "refused_count": COUNT, "damaged": refused,
+        },
+        optional=("server", "file"),
+    )  # fmt: skip
+
+
+def _archive_conflicts() -> Schema:
+    kind: Schema = {"enum": ["same_name", "same_records", "contradiction"]}
+    return _object({"conflicts": _list(_object({"kind": kind, "modules": _list(_MEMBER)}))})
+
+
+def _archive_report() -> Schema:
+    """Of all modules, or with --module the life of those by this name."""
+    check = _object(
+        {
+            "at": _TIME, "station": TEXT, "number": COUNT, "verdict": TEXT, "void": YES_NO, "simulated": YES_NO,
+            "who": TEXT, "aircraft": TEXT, "fingerprint": _or_null(TEXT), "hash": TEXT,
+        }
+    )  # fmt: skip
+    kinds: Schema = {
+        "enum": ["no_check", "no_go", "old_check", "trigger_records", "test", "old_test", "conflict"],
+    }
+    state = _object(
+        {
+            "module": TEXT, "members": _list(_MEMBER), "last_at": _or_null(_TIME), "last_check": _or_null(check),
+            "checks": COUNT, "trigger_records": COUNT, "not_judged": COUNT,
+            "tests": _list(_object({"test": TEXT, "verdict": TEXT, "at": _TIME})),
+            "due": _list(_object({"kind": kinds, "text": TEXT})),
+        }
+    )  # fmt: skip
+    event = _object(
+        {"at": _TIME, "station": TEXT, "kind": TEXT, "id": SHA_256, "told": TEXT, "content": {"type": "object"}}
+    )
+    point = _object({"at": _TIME, "station": TEXT, "value": NUMBER})
+    life = _object(
+        {"module": TEXT, "members": _list(_MEMBER), "events": _list(event), "values": _map(_list(point))}
+    )  # fmt: skip
+    return {"oneOf": [_object({"at": _TIME, "modules": _list(state)}), _object({"lives": _list(life)})]}
+
+
 def _preflight() -> Schema:
     check = _object({"id": TEXT, "result": RESULT, "measured": SINGLE, "limit": TEXT, "why": TEXT, "do": TEXT})
     return _object(
@@ -253,6 +311,10 @@ _TITLES = {
     "decode": "dps-s decode --json, one line",
     "recordings": "dps-s recordings list --json",
     "fired": "dps-s fired --json, one line",
+    "archive_status": "dps-s archive status --json",
+    "archive_exchange": "dps-s archive sync, export or import --json",
+    "archive_conflicts": "dps-s archive conflicts --json",
+    "archive_report": "dps-s archive report --json",
 }
 NAMES = tuple(_TITLES)
 
@@ -271,5 +333,9 @@ def schema_of(name: str) -> Schema:
         "decode": _decode,
         "recordings": _recordings,
         "fired": _fired,
+        "archive_status": _archive_status,
+        "archive_exchange": _archive_exchange,
+        "archive_conflicts": _archive_conflicts,
+        "archive_report": _archive_report,
     }[name]()
     return {"$schema": DIALECT, "title": _TITLES[name], **made}

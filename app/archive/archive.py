@@ -1,0 +1,139 @@
+"""The archive of this station: collects its records, exchanges them, says what is not shared yet, settles conflicts."""
+
+from collections.abc import Iterator
+from contextlib import closing, contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+
+from app.archive.collection import collect
+from app.archive.exchange import Exchanged, OnProgress, exchange
+from app.archive.fact_file import FactFile
+from app.archive.fact_set import ArchiveTrouble
+from app.archive.facts import payload_of
+from app.archive.local_facts import LocalFacts, open_facts
+from app.archive.module_names import ModuleNames, NamedModule, Settlement, names_of, pair_of, settlements_in
+from app.archive.server_url import server_url
+from app.stations.station import Station, StationTrouble, encoded, own_station
+from app.store.database import Clock, StoreTrouble, utc_now
+from app.store.store import Store
+from app.text.messages import UserMessage, clean, said
+from protocol.translatable import marked
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ArchiveStatus:
+    """`not_shared`: records of this station that are not on the server `place`, as far as is known here. `last_at`:
+    when all of them were exchanged with it; None where never."""
+
+    facts: int
+    own: int
+    stations: dict[str, int]
+    place: str | None
+    not_shared: int
+    last_at: str | None
+    conflicts: int
+
+
+class Archive:
+    """Made by `open_archive`. Every method may take long, and raises `ArchiveTrouble`; any thread may call."""
+
+    def __init__(self, store: Store, facts: LocalFacts, station: Station) -> None:
+        self.store = store
+        self.facts = facts
+        self.station = station
+
+    @property
+    def public(self) -> str:
+        """This station's public key, as it stands in facts."""
+        return encoded(self.station.public)
+
+    def close(self) -> None:
+        self.facts.close()
+
+    def collect(self) -> int:
+        with _store_troubles():
+            return collect(self.store, self.facts, self.station)
+
+    def sync(self, url: str, *, on_page: OnProgress = lambda _done: None) -> Exchanged:
+        """With a server."""
+        from app.archive.postgres import open_server
+
+        shown = server_url(url).shown
+        self.collect()
+        with closing(open_server(url)) as server:
+            last = self.facts.last_number()
+            done = exchange(self.facts, server, on_page=on_page)
+        if not done.damaged:
+            self.facts.note_exchange(shown, last)
+        return done
+
+    def export(self, path: Path, *, on_page: OnProgress = lambda _done: None) -> Exchanged:
+        """Add to the file what it lacks; the file is made where there is none."""
+        self.collect()
+        file = FactFile(path, is_new=True)
+        with file.writing():
+            return exchange(self.facts, file, receives=False, on_page=on_page)
+
+    def import_file(self, path: Path, *, on_page: OnProgress = lambda _done: None) -> Exchanged:
+        """Take over what this computer lacks."""
+        file = FactFile(path)
+        done = exchange(self.facts, file, sends=False, on_page=on_page)
+        done.refused += file.refused
+        done.refused_count += len(file.refused)
+        return done
+
+    def status(self, url: str | None) -> ArchiveStatus:
+        """`url`: the server that is set."""
+        self.collect()
+        place = server_url(url).shown if url else None
+        last = self.facts.last_exchange(place) if place is not None else None
+        counts = dict(self.facts.counts())
+        return ArchiveStatus(
+            facts=sum(counts.values()),
+            own=counts.get(self.public, 0),
+            stations=counts,
+            place=place,
+            not_shared=self.facts.count_after(last.last if last is not None else 0, self.public),
+            last_at=last.at if last is not None else None,
+            conflicts=len(self.names().conflicts),
+        )
+
+    def names(self) -> ModuleNames:
+        return names_of(self.facts)
+
+    def settle(self, one: NamedModule, other: NamedModule, *, is_same: bool, name: str = "", who: str = "") -> None:
+        """Whether two modules are the same one, as a person says; the last word of all."""
+        names = self.names()
+        unknown = next((module for module in (one, other) if names.module_of(module) is None), None)
+        if unknown is not None or one == other:
+            raise ArchiveTrouble(said(marked("There is no such pair of modules in the archive.")))
+        pair = pair_of(one, other)
+        last = settlements_in(self.facts).get(pair)
+        settlement = Settlement(
+            pair=pair, is_same=is_same, name=clean(name.strip() or one.name) if is_same else "", who=clean(who.strip()),
+            revision=1 if last is None else last.revision + 1,
+        )  # fmt: skip
+        with _store_troubles():
+            self.store.database.write(
+                "INSERT INTO module_settlements (at, content) VALUES (?, ?)",
+                (self.store.database.now(), payload_of(settlement.content())),
+            )
+        self.collect()
+
+
+def open_archive(store: Store, *, clock: Clock = utc_now) -> Archive:
+    """Beside the store; its key is made when there is none. Raises `ArchiveTrouble`."""
+    folder = store.database.path.parent
+    try:
+        station = own_station(folder)
+    except StationTrouble as trouble:
+        raise ArchiveTrouble(UserMessage(trouble.sentence)) from trouble
+    return Archive(store, open_facts(folder, clock=clock), station)
+
+
+@contextmanager
+def _store_troubles() -> Iterator[None]:
+    try:
+        yield
+    except StoreTrouble as error:
+        raise ArchiveTrouble(UserMessage(error.sentence)) from error

@@ -1,0 +1,193 @@
+"""The state of all modules today, over all stations: last check, trigger records, guided tests, and what is due."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from datetime import UTC, datetime
+from enum import Enum
+from typing import Final
+
+from app.archive.chains import record_of
+from app.archive.facts import Fact, FactKind
+from app.archive.local_facts import LocalFacts
+from app.archive.module_names import KnownModule, ModuleNames, NamedModule, module_of_fact
+from app.guided.results import TITLES, GuidedVerdict
+from app.preflight.verdict import Verdict
+from app.records.record import Record
+from app.text.messages import UserMessage, clean, said
+from protocol.translatable import marked
+
+CHECK_DAYS: Final = 30
+TEST_DAYS: Final = 180
+_SECONDS_A_DAY: Final = 86_400.0
+
+
+class DueKind(Enum):
+    """The value is its name in JSON."""
+
+    NO_CHECK = "no_check"
+    NO_GO = "no_go"
+    OLD_CHECK = "old_check"
+    TRIGGER_RECORDS = "trigger_records"
+    TEST = "test"
+    OLD_TEST = "old_test"
+    CONFLICT = "conflict"
+
+
+@dataclass(frozen=True, slots=True)
+class Due:
+    """What a module needs."""
+
+    kind: DueKind
+    text: UserMessage
+
+
+@dataclass(frozen=True, slots=True)
+class CheckLine:
+    """One check, as its record says."""
+
+    at: str
+    station: str
+    number: int
+    verdict: str
+    is_void: bool
+    is_simulated: bool
+    who: str
+    aircraft: str
+    fingerprint: str | None
+    hash: str
+
+    @property
+    def holds(self) -> bool:
+        return not self.is_void and self.verdict in (Verdict.GO.value, Verdict.READY.value)
+
+
+@dataclass(frozen=True, slots=True)
+class GuidedLine:
+    """The last result of one guided test."""
+
+    kind: str
+    verdict: str
+    at: str
+
+
+@dataclass(slots=True)
+class ModuleToday:
+    """One module today. `last_at`: of the newest fact about it; `unjudged`: trigger records that nobody judged."""
+
+    module: KnownModule
+    last_at: str = ""
+    checks: int = 0
+    last_check: CheckLine | None = None
+    trigger_records: int = 0
+    unjudged: int = 0
+    tests: list[GuidedLine] = field(default_factory=list)
+    due: list[Due] = field(default_factory=list)
+
+
+def fleet_state(
+    facts: LocalFacts, names: ModuleNames, now: datetime, *, check_days: int = CHECK_DAYS, test_days: int = TEST_DAYS
+) -> list[ModuleToday]:
+    """By name. Raises `ArchiveTrouble`."""
+    states = {member: state for module in names.modules for state in [ModuleToday(module)] for member in module.members}
+    by_kind = {kind: _by_state(facts.of_kind(kind), states) for kind in FactKind}
+    found = [one for module in names.modules for one in [states[module.members[0]]]]
+    for state in found:
+        mine = {kind: known.get(state.module.members[0], []) for kind, known in by_kind.items()}
+        everything = [fact for some in mine.values() for fact in some]
+        state.last_at = max((fact.made_at for fact in everything), default="")
+        checks = [(fact, record) for fact in mine[FactKind.CHECK] if (record := record_of(fact)) is not None]
+        state.checks = len(checks)
+        state.last_check = _last_check([check_line(fact, record) for fact, record in checks])
+        records = {fact.content.get("raw") for fact in mine[FactKind.TRIGGER_RECORD]}
+        state.trigger_records = len(records)
+        state.unjudged = len(records - _judged(mine[FactKind.JUDGEMENT]))
+        state.tests = _last_tests(mine[FactKind.GUIDED_TEST])
+        state.due = _due(state, names, now, check_days, test_days)
+    return found
+
+
+def check_line(fact: Fact, record: Record) -> CheckLine:
+    def text(key: str) -> str:
+        value = record.get(key)
+        return clean(value) if isinstance(value, str) else ""
+
+    number = record.get("number")
+    return CheckLine(
+        at=fact.made_at, station=fact.station, number=number if type(number) is int else 0, verdict=text("verdict"),
+        is_void=record.get("void") is not None, is_simulated=record.get("is_simulated") is True, who=text("who"),
+        aircraft=text("aircraft"), fingerprint=text("fingerprint") or None, hash=text("hash"),
+    )  # fmt: skip
+
+
+def age_days(at: str, now: datetime) -> float | None:
+    """None for a time that lies ahead by more than a day: a clock was wrong."""
+    days = (now - datetime.fromisoformat(at).astimezone(UTC)).total_seconds() / _SECONDS_A_DAY
+    return None if days < -1 else max(0.0, days)
+
+
+def _by_state(
+    facts: Sequence[Fact], states: Mapping[NamedModule, ModuleToday]
+) -> dict[NamedModule, list[Fact]]:  # fmt: skip
+    """By the first member of the module that each is about."""
+    found: dict[NamedModule, list[Fact]] = {}
+    for fact in facts:
+        member = module_of_fact(fact)
+        if member is not None and member in states:
+            found.setdefault(states[member].module.members[0], []).append(fact)
+    return found
+
+
+def _last_check(lines: Sequence[CheckLine]) -> CheckLine | None:
+    """A station's last check is that of the highest number, whatever its clock said; of several stations the newest.
+    A simulated one only where there is no other."""
+    real = [one for one in lines if not one.is_simulated] or lines
+    last: dict[str, CheckLine] = {}
+    for line in sorted(real, key=lambda one: one.number):
+        last[line.station] = line
+    return max(last.values(), key=lambda one: one.at, default=None)
+
+
+def _judged(judgements: Sequence[Fact]) -> set[object]:
+    """The last judgement of a record counts, and may take an earlier one back."""
+    last: dict[object, Fact] = {}
+    for fact in judgements:
+        raw = fact.content.get("raw")
+        if raw not in last or (last[raw].made_at, last[raw].id) < (fact.made_at, fact.id):
+            last[raw] = fact
+    return {raw for raw, fact in last.items() if fact.content.get("judgement") is not None}
+
+
+def _last_tests(tests: Sequence[Fact]) -> list[GuidedLine]:
+    last: dict[str, GuidedLine] = {}
+    for fact in sorted(tests, key=lambda one: (one.made_at, one.id)):
+        kind, verdict = (fact.content.get(key) for key in ("test", "verdict"))
+        if isinstance(kind, str) and isinstance(verdict, str) and fact.content.get("is_simulated") is not True:
+            last[kind] = GuidedLine(clean(kind), clean(verdict), fact.made_at)
+    return [last[kind] for kind in sorted(last)]
+
+
+def _due(
+    state: ModuleToday, names: ModuleNames, now: datetime, check_days: int, test_days: int
+) -> list[Due]:  # fmt: skip
+    due, check = [], state.last_check
+    if check is None or check.is_simulated:
+        due.append(Due(DueKind.NO_CHECK, said(marked("No pre-flight check yet."))))
+    elif not check.holds:
+        due.append(Due(DueKind.NO_GO, said(marked("The last pre-flight check is not GO."))))
+    elif (age := age_days(check.at, now)) is None or age > check_days:
+        text = marked("The last pre-flight check is older than {days} days, or its clock was wrong.")
+        due.append(Due(DueKind.OLD_CHECK, said(text, days=check_days)))
+    if state.unjudged:
+        text = marked("Trigger records not yet judged: {count}.")
+        due.append(Due(DueKind.TRIGGER_RECORDS, said(text, count=state.unjudged)))
+    titles = {kind.value: title for kind, title in TITLES.items()}
+    for test in state.tests:
+        title = said(titles.get(test.kind, test.kind))
+        if test.verdict != GuidedVerdict.PASSED.value:
+            due.append(Due(DueKind.TEST, said(marked("Guided test not passed: {test}."), test=title)))
+        elif (age := age_days(test.at, now)) is None or age > test_days:
+            text = marked("Guided test older than {days} days: {test}.")
+            due.append(Due(DueKind.OLD_TEST, said(text, days=test_days, test=title)))
+    members = set(state.module.members)
+    open_questions = [one.question() for one in names.conflicts if members & set(one.pair)]
+    return [*due, *(Due(DueKind.CONFLICT, question) for question in open_questions)]

@@ -1,0 +1,150 @@
+"""The whole life of one module over all stations: everything that was recorded of it, and its values over time."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+from app.archive.chains import record_of
+from app.archive.facts import Fact, FactKind
+from app.archive.fleet_state import check_line
+from app.archive.local_facts import LocalFacts
+from app.archive.module_names import KnownModule, module_of_fact
+from app.guided.results import TITLES, VERDICT_WORDS, GuidedKind, GuidedVerdict
+from app.records.check_store import measured_in
+from app.text.messages import UserMessage, clean, said
+from app.trigger_records.history import JUDGEMENT_WORDS, Judgement, sentence
+from app.trigger_records.history import record_of as trigger_record_of
+from protocol.translatable import marked
+
+
+@dataclass(frozen=True, slots=True)
+class LifeEvent:
+    """One fact about a module, told in a sentence."""
+
+    fact: Fact
+    text: UserMessage
+
+
+@dataclass(frozen=True, slots=True)
+class ValuePoint:
+    """A value that a check measured."""
+
+    at: str
+    station: str
+    value: float
+
+
+@dataclass(frozen=True, slots=True)
+class ModuleLife:
+    """The oldest event first."""
+
+    module: KnownModule
+    events: tuple[LifeEvent, ...]
+    values: Mapping[str, tuple[ValuePoint, ...]]
+
+
+def life_of(facts: LocalFacts, module: KnownModule) -> ModuleLife:
+    """Raises `ArchiveTrouble`."""
+    members = set(module.members)
+    found = [
+        fact
+        for kind in FactKind
+        for name in sorted({one.name for one in members})
+        for fact in facts.of_kind(kind, name)
+        if module_of_fact(fact) in members
+    ]
+    found.sort(key=lambda one: (one.made_at, one.id))
+    values: dict[str, list[ValuePoint]] = {}
+    for fact in found:
+        record = record_of(fact) if fact.kind == FactKind.CHECK.value else None
+        for name, value in measured_in(record or {}).items():
+            values.setdefault(name, []).append(ValuePoint(fact.made_at, fact.station, value))
+    points = {name: tuple(some) for name, some in sorted(values.items())}
+    return ModuleLife(module, tuple(LifeEvent(fact, told(fact)) for fact in found), points)
+
+
+def told(fact: Fact) -> UserMessage:
+    """What a fact says; of one that no version of this program writes, its kind."""
+    try:
+        return _TOLD[FactKind(fact.kind)](fact)
+    except (ValueError, KeyError, TypeError, AttributeError):
+        return UserMessage(fact.kind)
+
+
+def _module(fact: Fact) -> UserMessage:
+    return said(marked("Named {name}."), name=_text(fact, "module"))
+
+
+def _trigger_record(fact: Fact) -> UserMessage:
+    raw = bytes.fromhex(_text(fact, "raw"))
+    return said(marked("Trigger record: {what}"), what=sentence(trigger_record_of(raw)))
+
+
+def _judgement(fact: Fact) -> UserMessage:
+    value = fact.content.get("judgement")
+    if value is None:
+        return said(marked("The judgement of a trigger record was taken back."))
+    note = _text(fact, "note")
+    words = said(JUDGEMENT_WORDS[Judgement(value)])
+    if not note:
+        return said(marked("Trigger record judged: {judgement}."), judgement=words)
+    return said(marked("Trigger record judged: {judgement}; “{note}”."), judgement=words, note=note)
+
+
+def _snapshot(fact: Fact) -> UserMessage:
+    settings = fact.content.get("settings")
+    listed = ", ".join(f"{clean(str(name))} {value}" for name, value in sorted(settings.items())) \
+        if isinstance(settings, dict) else ""  # fmt: skip
+    return said(marked("Settings: {settings}."), settings=clean(listed, longest=300))
+
+
+def _check(fact: Fact) -> UserMessage:
+    line = check_line(fact, record_of(fact) or {})
+    text = marked("Pre-flight check {number}: {verdict}, checked by {who}.")
+    if line.is_void:
+        text = marked("Pre-flight check {number}: {verdict} (void), checked by {who}.")
+    elif line.is_simulated:
+        text = marked("Pre-flight check {number} of a SIMULATED module: {verdict}, checked by {who}.")
+    who = UserMessage(line.who) if line.who else said(marked("nobody named"))
+    return said(text, number=line.number, verdict=line.verdict, who=who)
+
+
+def _guided_test(fact: Fact) -> UserMessage:
+    title = said(TITLES[GuidedKind(_text(fact, "test"))])
+    verdict = said(VERDICT_WORDS[GuidedVerdict(_text(fact, "verdict"))])
+    text = marked("Guided test {test}: {verdict}.")
+    if fact.content.get("is_simulated") is True:
+        text = marked("Guided test {test} of a SIMULATED module: {verdict}.")
+    return said(text, test=title, verdict=verdict)
+
+
+def _audit(fact: Fact) -> UserMessage:
+    entry = fact.content["entry"]
+    if not isinstance(entry, list):
+        raise TypeError(entry)
+    act, outcome = clean(str(entry[5])), entry[9]
+    if outcome is None:
+        return said(marked("Audit log: {act} begun."), act=act)
+    return said(marked("Audit log: {act}, outcome: {outcome}."), act=act, outcome=clean(str(outcome)))
+
+
+def _settlement(_fact: Fact) -> UserMessage:
+    return said(marked("A person said which module this is."))
+
+
+def _text(fact: Fact, key: str) -> str:
+    value = fact.content.get(key)
+    if not isinstance(value, str):
+        raise TypeError(key)
+    return clean(value)
+
+
+_TOLD = {
+    FactKind.MODULE: _module,
+    FactKind.TRIGGER_RECORD: _trigger_record,
+    FactKind.JUDGEMENT: _judgement,
+    FactKind.SNAPSHOT: _snapshot,
+    FactKind.CHECK: _check,
+    FactKind.GUIDED_TEST: _guided_test,
+    FactKind.AUDIT: _audit,
+    FactKind.SETTLEMENT: _settlement,
+}

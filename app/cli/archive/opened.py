@@ -1,0 +1,58 @@
+"""The archive of this computer, opened for a command, and how its stations and modules are written."""
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import TYPE_CHECKING
+
+from app.terminal.console import say
+
+if TYPE_CHECKING:
+    from app.archive.archive import Archive
+    from app.archive.module_names import NamedModule
+
+
+@contextmanager
+def opened_archive() -> "Iterator[Archive | None]":
+    """The archive of this computer; None where its records cannot be read, which is said."""
+    from app.archive.archive import open_archive
+    from app.archive.fact_set import ArchiveTrouble
+    from app.store.database import StoreTrouble
+    from app.store.store import open_store
+
+    try:
+        store = open_store()
+    except StoreTrouble as error:
+        say(error.sentence)
+        yield None
+        return
+    try:
+        try:
+            archive = open_archive(store)
+        except ArchiveTrouble as error:
+            say(error.message.in_words())
+            yield None
+            return
+        for notice in (store.notice, archive.facts.notice):
+            if notice is not None:
+                say(notice)
+        try:
+            yield archive
+        finally:
+            archive.close()
+    finally:
+        store.close()
+
+
+def shown_station(public: str) -> str:
+    """A station's fingerprint."""
+    from app.stations.station import KEY_BYTES, decoded, fingerprint_of
+
+    return fingerprint_of(decoded(public, KEY_BYTES) or b"")
+
+
+def shown_member(module: "NamedModule") -> str:
+    return f"{shown_station(module.station)}/{module.name}"
+
+
+def member_json(module: "NamedModule") -> dict[str, object]:
+    return {"station": shown_station(module.station), "name": module.name}

@@ -1,0 +1,187 @@
+"""`dps-s archive report`: the state of all modules today, or the whole life of one; over all stations."""
+
+import argparse
+import csv
+import io
+from datetime import UTC, datetime
+from typing import TYPE_CHECKING
+
+from app.cli.archive.opened import member_json, opened_archive, shown_station
+from app.terminal.console import (
+    DONE,
+    SAID_NO,
+    USED_WRONGLY,
+    add_json_argument,
+    as_json,
+    note,
+    say,
+    table,
+    write,
+    write_lines,
+)
+from app.text.i18n import tr
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable
+
+    from app.archive.fleet_state import CheckLine, ModuleToday
+    from app.archive.module_life import ModuleLife
+
+FLEET_HEAD = (
+    "module", "stations", "last_at", "verdict", "void", "simulated", "check_at", "check_number", "who", "aircraft",
+    "fingerprint", "checks", "trigger_records", "not_judged", "due",
+)  # fmt: skip
+LIFE_HEAD = ("at", "station", "kind", "told", "value_name", "value")
+
+
+def add_report_parser(acts: "argparse._SubParsersAction[argparse.ArgumentParser]") -> None:
+    from app.archive.fleet_state import CHECK_DAYS, TEST_DAYS
+
+    report = acts.add_parser("report", help=tr("print the state of all modules, or the whole life of one"))
+    report.add_argument("--module", metavar="NAME", help=tr("everything that was recorded of this module"))
+    report.add_argument("--check-days", type=_days, default=CHECK_DAYS, metavar="N",
+                        help=tr("days after which a check is due; default {days}", days=CHECK_DAYS))  # fmt: skip
+    report.add_argument("--test-days", type=_days, default=TEST_DAYS, metavar="N",
+                        help=tr("days after which a guided test is due; default {days}", days=TEST_DAYS))  # fmt: skip
+    form = report.add_mutually_exclusive_group()
+    add_json_argument(form)
+    form.add_argument("--csv", action="store_true", help=tr("print CSV and nothing else on standard output"))
+    report.set_defaults(run=run)
+
+
+def _days(text: str) -> int:
+    if text.isdecimal() and 0 < int(text[:9]) <= 100_000:
+        return int(text)
+    raise argparse.ArgumentTypeError(tr("“{text}” is no number of days", text=text))
+
+
+def run(args: argparse.Namespace) -> int:
+    from app.archive.fleet_state import fleet_state
+    from app.archive.module_life import life_of
+
+    with opened_archive() as archive:
+        if archive is None:
+            return USED_WRONGLY
+        archive.collect()
+        names = archive.names()
+        if args.module is not None:
+            lives = [life_of(archive.facts, one) for one in names.named(args.module)]
+            if not lives:
+                say(tr("There is no module “{name}” in the archive.", name=args.module))
+                return SAID_NO
+            return _print_lives(args, lives)
+        now = datetime.now(UTC)
+        states = fleet_state(archive.facts, names, now, check_days=args.check_days, test_days=args.test_days)
+    return _print_fleet(args, states, now)
+
+
+def _print_fleet(args: argparse.Namespace, states: "list[ModuleToday]", now: datetime) -> int:
+    if args.json:
+        write_lines(
+            [as_json({"at": now.isoformat(timespec="seconds"), "modules": [state_json(one) for one in states]})]
+        )
+    elif args.csv:
+        write(_csv(FLEET_HEAD, [_fleet_cells(one) for one in states]))
+    elif not states:
+        note(tr("No module in the archive yet."))
+    else:
+        head = (tr("Module"), tr("Last check"), tr("Verdict"), tr("Trigger records"), tr("Due"))
+        rows = [
+            (one.module.name, one.last_check.at[:16].replace("T", " ") if one.last_check else "",
+             verdict_words(one.last_check), f"{one.trigger_records}", " ".join(due.text.in_words() for due in one.due))
+            for one in states
+        ]  # fmt: skip
+        write_lines(table(head, rows))
+    return DONE
+
+
+def verdict_words(check: "CheckLine | None") -> str:
+    if check is None:
+        return tr("none")
+    if check.is_simulated:
+        return tr("{verdict} (simulated)", verdict=check.verdict)
+    return tr("{verdict} (void)", verdict=check.verdict) if check.is_void else check.verdict
+
+
+def _print_lives(args: argparse.Namespace, lives: "list[ModuleLife]") -> int:
+    if args.json:
+        write_lines([as_json({"lives": [life_json(one) for one in lives]})])
+        return DONE
+    if args.csv:
+        write(_csv(LIFE_HEAD, [row for life in lives for row in _life_rows(life)]))
+        return DONE
+    for life in lives:
+        write_lines([life.module.name])
+        head = (tr("Time"), tr("Station"), "")
+        write_lines(table(head, [
+            (event.fact.made_at[:19].replace("T", " "), shown_station(event.fact.station)[:9], event.text.in_words())
+            for event in life.events
+        ]))  # fmt: skip
+    return DONE
+
+
+def state_json(state: "ModuleToday") -> dict[str, object]:
+    check = state.last_check
+    return {
+        "module": state.module.name,
+        "members": [member_json(one) for one in state.module.members],
+        "last_at": state.last_at or None,
+        "last_check": None if check is None else _check_json(check),
+        "checks": state.checks,
+        "trigger_records": state.trigger_records,
+        "not_judged": state.unjudged,
+        "tests": [{"test": one.kind, "verdict": one.verdict, "at": one.at} for one in state.tests],
+        "due": [{"kind": one.kind.value, "text": one.text.in_english()} for one in state.due],
+    }
+
+
+def _check_json(check: "CheckLine") -> dict[str, object]:
+    return {
+        "at": check.at, "station": shown_station(check.station), "number": check.number, "verdict": check.verdict,
+        "void": check.is_void, "simulated": check.is_simulated, "who": check.who, "aircraft": check.aircraft,
+        "fingerprint": check.fingerprint, "hash": check.hash,
+    }  # fmt: skip
+
+
+def life_json(life: "ModuleLife") -> dict[str, object]:
+    return {
+        "module": life.module.name,
+        "members": [member_json(one) for one in life.module.members],
+        "events": [
+            {"at": one.fact.made_at, "station": shown_station(one.fact.station), "kind": one.fact.kind,
+             "id": one.fact.id, "told": one.text.in_english(), "content": dict(one.fact.content)}
+            for one in life.events
+        ],
+        "values": {
+            name: [{"at": point.at, "station": shown_station(point.station), "value": point.value} for point in points]
+            for name, points in life.values.items()
+        },
+    }  # fmt: skip
+
+
+def _fleet_cells(state: "ModuleToday") -> tuple[object, ...]:
+    check = state.last_check
+    of_check = (check.verdict, check.is_void, check.is_simulated, check.at, check.number, check.who, check.aircraft,
+                check.fingerprint) if check is not None else (None,) * 8  # fmt: skip
+    stations = len({one.station for one in state.module.members})
+    due = " ".join(one.text.in_words() for one in state.due)
+    counts = (state.checks, state.trigger_records, state.unjudged)
+    return (state.module.name, stations, state.last_at, *of_check, *counts, due)
+
+
+def _life_rows(life: "ModuleLife") -> "Iterable[tuple[object, ...]]":
+    for one in life.events:
+        yield (one.fact.made_at, shown_station(one.fact.station), one.fact.kind, one.text.in_words(), None, None)
+    for name, points in life.values.items():
+        for point in points:
+            yield (point.at, shown_station(point.station), "value", "", name, point.value)
+
+
+def _csv(head: tuple[str, ...], rows: "Iterable[tuple[object, ...]]") -> str:
+    from app.text.csv_cells import cell
+
+    text = io.StringIO(newline="")
+    writer = csv.writer(text)
+    writer.writerow(head)
+    writer.writerows([cell(value) for value in row] for row in rows)
+    return text.getvalue()

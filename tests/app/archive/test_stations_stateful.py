@@ -1,0 +1,223 @@
+"""Three stations and a server, whatever happens in whatever order: in the end all know the same, all of it, once.
+
+Longer: `python -m tests.app.archive.test_stations_stateful SEED STEPS`
+"""
+
+import random
+import subprocess
+import sys
+import tempfile
+from collections.abc import Callable, Iterator
+from contextlib import ExitStack, closing, suppress
+from dataclasses import dataclass, field
+from datetime import UTC, datetime, timedelta
+from pathlib import Path
+
+import pytest
+
+from app.archive.archive import Archive
+from app.archive.collection import collect
+from app.archive.exchange import Exchanged
+from app.archive.fact_set import ArchiveTrouble
+from app.archive.local_facts import open_facts
+from app.guided.results import GuidedVerdict
+from app.trigger_records.history import Judgement
+from tests.support.archive_server import ArchiveServer, archive_server
+from tests.support.processes import ENVIRONMENT, ROOT
+from tests.support.records.archive_stations import NOON, ArchiveStation, archive_station
+
+NAMES = ("M-01", "M-02", "M-03")
+_KILLED = """
+import os, signal, sys
+from pathlib import Path
+from app.archive.archive import open_archive
+from app.archive.local_facts import LocalFacts
+from app.store.store import open_store
+
+left, add = int(sys.argv[3]), LocalFacts.add
+
+def count_down(*_):
+    global left
+    left -= 1
+    if left <= 0:
+        os.kill(os.getpid(), signal.SIGKILL)
+
+def added(self, facts):
+    new = add(self, facts)
+    if sys.argv[4] == "while collecting":
+        count_down()
+    return new
+
+LocalFacts.add = added
+archive = open_archive(open_store(Path(sys.argv[1])))
+archive.sync(sys.argv[2], on_page=count_down)
+os.kill(os.getpid(), signal.SIGKILL)
+"""
+
+
+@dataclass
+class Desk:
+    """Everything of one run. `clocks`: how wrong each station's clock is."""
+
+    folder: Path
+    server: ArchiveServer
+    dice: random.Random
+    stack: ExitStack = field(default_factory=ExitStack)
+    stations: list[ArchiveStation] = field(default_factory=list)
+    clocks: list[timedelta] = field(default_factory=lambda: [timedelta()] * 3)
+    ticks: int = 0
+
+    def open(self) -> None:
+        self.stations = [
+            self.stack.enter_context(archive_station(self.folder / name, clock=self._clock(number)))
+            for number, name in enumerate("ABC")
+        ]
+
+    def _clock(self, number: int) -> Callable[[], datetime]:
+        def now() -> datetime:
+            self.ticks += 1
+            return (NOON + timedelta(seconds=self.ticks) + self.clocks[number]).astimezone(UTC)
+
+        return now
+
+    def archive(self, one: ArchiveStation) -> Archive:
+        return Archive(one.store, one.facts, one.station)
+
+    # What may happen
+
+    def record(self) -> None:
+        one, module = self.dice.choice(self.stations), self.dice.choice(NAMES)
+        self.dice.choice((
+            lambda: one.visit(module, *range(self.dice.randint(1, 9))),
+            lambda: one.judge(module, self.dice.choice(list(Judgement))),
+            lambda: one.snapshot(module, self.dice.randint(30, 90)),
+            lambda: one.test(module, self.dice.choice(list(GuidedVerdict))),
+            lambda: one.act(is_settled=self.dice.random() < 0.7),
+            lambda: one.check(module),
+        ))()  # fmt: skip
+
+    def record_much(self) -> None:
+        for _ in range(10):
+            self.record()
+
+    def settle(self) -> None:
+        archive = self.archive(self.dice.choice(self.stations))
+        archive.collect()
+        conflicts = archive.names().conflicts
+        if conflicts:
+            pair = self.dice.choice(conflicts).pair
+            archive.settle(*pair, is_same=self.dice.random() < 0.5, name="one", who="Li")
+
+    def set_clock(self) -> None:
+        self.clocks[self.dice.randrange(3)] = timedelta(days=self.dice.randint(-20, 20))
+
+    def sync(self) -> None:
+        done = self.archive(self.dice.choice(self.stations)).sync(self.server.url())
+        assert done.is_whole
+
+    def sync_cut_off(self) -> None:
+        """The server ends the connection in the middle."""
+        left = self.dice.randint(1, 5)
+
+        def cut(_done: Exchanged) -> None:
+            nonlocal left
+            left -= 1
+            if left == 0:
+                self.server.run(
+                    "SELECT pg_terminate_backend(pid, 5000) FROM pg_stat_activity WHERE pid <> pg_backend_pid() "
+                    "AND datname = 'archive'"
+                )
+
+        with suppress(ArchiveTrouble):
+            self.archive(self.dice.choice(self.stations)).sync(self.server.url(), on_page=cut)
+
+    def sync_killed(self) -> None:
+        """The program is killed in the middle, as by kill -9."""
+        one = self.dice.choice(self.stations)
+        when = self.dice.choice(("while collecting", "while exchanging"))
+        ran = subprocess.run(
+            [sys.executable, "-c", _KILLED, one.folder, self.server.url(), str(self.dice.randint(1, 4)), when],
+            cwd=ROOT, env=ENVIRONMENT, capture_output=True, text=True, check=False,
+        )  # fmt: skip
+        assert ran.returncode == -9, ran.stderr
+
+    def carry_a_stick(self) -> None:
+        one, other = self.dice.sample(self.stations, 2)
+        stick = self.folder / "stick"
+        self.archive(one).export(stick)
+        assert self.archive(other).import_file(stick).is_whole
+
+    # What must be so
+
+    def end(self) -> None:
+        for one in (*self.stations, *self.stations):
+            self.archive(one).sync(self.server.url())
+        everything = self.stations[0].content()
+        assert all(one.content() == everything for one in self.stations), "not all know the same"
+        rows = self.server.run("SELECT id, kind, station, made_at, payload, signature FROM dps_s_facts ORDER BY id")
+        assert rows == everything, "the server knows something else"
+        recorded = {id_ for one in self.stations for id_ in self._recorded(one)}
+        assert {row[0] for row in everything} == recorded, "something was lost or invented"
+        names = [self.archive(one).names() for one in self.stations]
+        assert names[0] == names[1] == names[2]
+        for one in self.stations:
+            assert self.archive(one).status(self.server.url()).not_shared == 0
+
+    def _recorded(self, one: ArchiveStation) -> set[str]:
+        """What its store holds, and earlier judgements that it held: collected from the beginning into another file."""
+        with tempfile.TemporaryDirectory() as folder, closing(open_facts(Path(folder))) as facts:
+            collect(one.store, facts, one.station)
+            ids = {row[0] for row in facts.database.read("SELECT id FROM facts")}
+        mine = one.facts.database.read(
+            "SELECT id FROM facts WHERE kind = 'judgement' AND station = ?", (self.archive(one).public,)
+        )
+        return ids | {row[0] for row in mine}
+
+
+OFTEN = (Desk.record, Desk.record, Desk.record_much, Desk.sync, Desk.sync, Desk.set_clock, Desk.settle,
+         Desk.sync_cut_off, Desk.carry_a_stick)  # fmt: skip
+
+
+def run(server: ArchiveServer, folder: Path, seed: int, steps: int, kills: int) -> None:
+    server.run("DROP TABLE IF EXISTS dps_s_facts")
+    dice = random.Random(seed)
+    desk = Desk(folder, server, dice)
+    with desk.stack:
+        desk.open()
+        acts = [*(dice.choice(OFTEN) for _ in range(steps)), *[Desk.sync_killed] * kills]
+        dice.shuffle(acts)
+        desk.record_much()
+        for act in acts:
+            act(desk)
+        desk.end()
+
+
+@pytest.fixture(scope="module")
+def server() -> Iterator[ArchiveServer]:
+    with archive_server() as one:
+        yield one
+
+
+@pytest.mark.parametrize("seed", [1, 2])
+def test_all_end_equal_nothing_is_lost_and_nothing_doubled(server: ArchiveServer, tmp_path: Path, seed: int) -> None:
+    run(server, tmp_path, seed, steps=25, kills=3)
+
+
+def test_a_program_that_loses_a_page_is_found_out(
+    server: ArchiveServer, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The test can fail: a sync that claims to have shared what it left out."""
+    from app.archive.postgres import PostgresFacts
+
+    monkeypatch.setattr(PostgresFacts, "add", lambda _self, facts: len(facts))
+    with pytest.raises(AssertionError, match="not all know the same"):
+        run(server, tmp_path, 3, steps=6, kills=0)
+
+
+if __name__ == "__main__":
+    _first, _steps = map(int, sys.argv[1:])
+    with archive_server() as _server:
+        for _seed in range(_first, _first + 100):
+            with tempfile.TemporaryDirectory() as _folder:
+                run(_server, Path(_folder), _seed, _steps, 5)
+            print(_seed, flush=True)

@@ -1,0 +1,172 @@
+"""`dps-s archive`: what it prints, keeps and answers; without a server."""
+
+import csv
+import io
+import json
+import sys
+from collections.abc import Iterator
+from contextlib import ExitStack
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+import app.__main__ as program
+from app.guided.results import GuidedVerdict
+from app.store.store import data_folder
+from app.trigger_records.history import Judgement
+from tests.app.cli.reference.test_schemas import faults
+from tests.support.cli_line import Printed, is_one_sentence
+from tests.support.records.archive_stations import ArchiveStation, archive_station
+
+pytestmark = pytest.mark.usefixtures("user_files")
+
+
+@pytest.fixture
+def here(user_files: Path) -> Iterator[ArchiveStation]:
+    with archive_station(data_folder()) as one:
+        yield one
+
+
+@pytest.fixture
+def other(tmp_path: Path) -> Iterator[ArchiveStation]:
+    with ExitStack() as stack:
+        yield stack.enter_context(archive_station(tmp_path / "other"))
+
+
+def say(capsys: pytest.CaptureFixture[str], *words: str, code: int = 0) -> Printed:
+    Printed(capsys)
+    assert program.main(["archive", *words]) == code
+    return Printed(capsys)
+
+
+def told(capsys: pytest.CaptureFixture[str], schema: str, *words: str, code: int = 0) -> Any:
+    found = json.loads(say(capsys, *words, "--json", code=code).out)
+    assert faults(f"archive_{schema}", found) == []
+    return found
+
+
+def _carry(capsys: pytest.CaptureFixture[str], other: ArchiveStation, stick: Path) -> None:
+    """The other station's facts come here."""
+    from app.archive.archive import Archive
+
+    Archive(other.store, other.facts, other.station).export(stick)
+    say(capsys, "import", str(stick))
+
+
+def _due(report: Any) -> dict[str, list[str]]:
+    return {one["module"]: [due["kind"] for due in one["due"]] for one in report["modules"]}
+
+
+def test_status_export_and_import(
+    here: ArchiveStation, other: ArchiveStation, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    here.act()
+    other.check("M-07")
+    stick = tmp_path / "stick"
+    status = told(capsys, "status", "status")
+    assert (status["facts"], status["not_shared"], status["server"]) == (2, 2, None)
+    assert told(capsys, "exchange", "export", str(stick))["sent"] == 2
+    _carry(capsys, other, stick)
+    assert told(capsys, "status", "status")["facts"] == 4
+    text = stick.read_text(encoding="utf-8").replace("M-07", "M-08")
+    stick.write_text(text, encoding="utf-8")
+    found = told(capsys, "exchange", "import", str(stick), code=4)
+    assert (found["refused_count"], {one["why"] for one in found["refused"]}) == (2, {"it was altered"})
+    assert "it was altered" in say(capsys, "import", str(stick), code=4).err
+
+
+def test_what_is_no_file_and_no_server_is_one_sentence(tmp_path: Path, capsys: pytest.CaptureFixture[str],
+                                                      monkeypatch: pytest.MonkeyPatch) -> None:  # fmt: skip
+    assert is_one_sentence(say(capsys, "import", str(tmp_path / "none"), code=2).err)
+    assert is_one_sentence(say(capsys, "export", str(tmp_path / "none" / "x"), code=4).err)
+    assert is_one_sentence(say(capsys, "sync", code=2).err)
+    printed = say(capsys, "sync", "postgresql://li:secret@/x?host=/nowhere/at/all", "--remember", code=3)
+    assert "postgresql://li@/x" in printed.err
+    assert "secret" not in printed.err
+    assert told(capsys, "status", "status")["server"] == "postgresql://li@/x?host=%2Fnowhere%2Fat%2Fall"
+    assert all(b"secret" not in path.read_bytes() for path in data_folder().rglob("*") if path.is_file())
+    say(capsys, "sync", "--forget")
+    assert told(capsys, "status", "status")["server"] is None
+    assert "secret" not in say(capsys, "sync", "mysql://li:secret@db/x", code=2).err
+    monkeypatch.setitem(sys.modules, "psycopg", None)
+    said = say(capsys, "sync", "postgresql://db/x", code=3).err
+    assert 'pip install "dps-s-configurator[archive]"' in said
+
+
+def test_two_modules_by_one_name_are_settled_by_a_person(
+    here: ArchiveStation, other: ArchiveStation, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    here.check("M-07")
+    other.check("m-07 ", "NO-GO")
+    _carry(capsys, other, tmp_path / "stick")
+    assert {one["module"] for one in told(capsys, "report", "report")["modules"]} == {"M-07", "m-07 "}
+    (conflict,) = told(capsys, "conflicts", "conflicts")["conflicts"]
+    assert conflict["kind"] == "same_name"
+    one, two = (f"{module['station']}/{module['name']}" for module in conflict["modules"])
+    assert one in say(capsys, "conflicts").out
+    say(capsys, "settle", one, "nobody/x", "--same", code=2)
+    say(capsys, "settle", one, two, "--same", "--name", "Seven", "--who", "Li")
+    assert told(capsys, "conflicts", "conflicts")["conflicts"] == []
+    (module,) = told(capsys, "report", "report")["modules"]
+    assert (module["module"], module["checks"], len(module["members"])) == ("Seven", 2, 2)
+    say(capsys, "settle", two, one, "--different")
+    assert len(told(capsys, "report", "report")["modules"]) == 2
+
+
+def test_one_module_by_two_names_is_asked_about_and_a_contradiction_shown(
+    here: ArchiveStation, other: ArchiveStation, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    here.visit("A", 1, 2, 3)
+    other.visit("B", 2, 3, 4)
+    other.visit("C", 7)
+    _carry(capsys, other, tmp_path / "stick")
+    (conflict,) = told(capsys, "conflicts", "conflicts")["conflicts"]
+    assert conflict["kind"] == "same_records"
+    a, b = sorted((f"{module['station']}/{module['name']}" for module in conflict["modules"]), key=lambda one: one[-1])
+    c = f"{b[:-1]}C"
+    say(capsys, "settle", a, b, "--different")
+    say(capsys, "settle", a, c, "--same")
+    assert told(capsys, "conflicts", "conflicts")["conflicts"] == []
+    say(capsys, "settle", b, c, "--same")
+    (conflict,) = told(capsys, "conflicts", "conflicts")["conflicts"]
+    assert (conflict["kind"], [module["name"] for module in conflict["modules"]]) in (
+        ("contradiction", ["A", "B"]), ("contradiction", ["B", "A"])
+    )  # fmt: skip
+
+
+def test_the_report_says_what_is_due_and_the_whole_life_of_a_module(
+    here: ArchiveStation, other: ArchiveStation, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    here.check("M-07", cell_v=3.9)
+    here.visit("M-07", 1, 2)
+    here.snapshot("M-07")
+    other.check("M-08", "NO-GO")
+    other.test("M-08", GuidedVerdict.FAILED)
+    other.meet("=HYPERLINK(1)\x1b[2J")
+    _carry(capsys, other, tmp_path / "stick")
+    days = ("--check-days", "90000", "--test-days", "90000")
+    due = {
+        one["module"]: [due["kind"] for due in one["due"]] for one in told(capsys, "report", "report", *days)["modules"]
+    }
+    assert due["M-07"] == ["trigger_records"]
+    assert due["M-08"] == ["no_go", "test"]
+    assert next(iter(due.values())) == ["no_check"]
+    here.judge("M-07", Judgement.REAL)
+    assert _due(told(capsys, "report", "report"))["M-07"] == ["old_check"]
+    (life,) = told(capsys, "report", "report", "--module", "m-07")["lives"]
+    kinds = [event["kind"] for event in life["events"]]
+    assert sorted(set(kinds)) == ["judgement", "module", "preflight_check", "settings_snapshot", "trigger_record"]
+    assert [point["value"] for point in life["values"]["cell_voltage_v"]] == [3.9]
+    text = say(capsys, "report").out + say(capsys, "report", "--module", "M-07").out
+    assert "M-08" in text
+    assert "Pre-flight check 1: GO, checked by Li." in text
+    assert "\x1b" not in text
+    fleet = list(csv.DictReader(io.StringIO(say(capsys, "report", "--csv").out)))
+    assert [row["verdict"] for row in fleet] == ["", "GO", "NO-GO"]
+    assert fleet[0]["module"].startswith("'=")
+    rows = list(csv.DictReader(io.StringIO(say(capsys, "report", "--module", "M-07", "--csv").out)))
+    assert {"value": "3.9", "value_name": "cell_voltage_v"}.items() <= next(
+        row for row in rows if row["value_name"] == "cell_voltage_v"
+    ).items()
+    say(capsys, "report", "--module", "nobody", code=1)
