@@ -294,6 +294,10 @@
         <translation>关于</translation>
     </message>
     <message>
+        <source>About this setting</source>
+        <translation>关于此参数</translation>
+    </message>
+    <message>
         <source>Acceleration</source>
         <translation>加速度</translation>
     </message>
@@ -526,10 +530,6 @@
         <translation>请向本计算机的管理员申请串口访问权限。</translation>
     </message>
     <message>
-        <source>Ask the module for everything</source>
-        <translation>向模块读取全部内容</translation>
-    </message>
-    <message>
         <source>Ask the module for its trigger records</source>
         <translation>向模块读取触发记录</translation>
     </message>
@@ -620,6 +620,10 @@
     <message>
         <source>Audit log: {act}, outcome: {outcome}.</source>
         <translation>操作记录：{act}，结果：{outcome}。</translation>
+    </message>
+    <message>
+        <source>Automatic triggers</source>
+        <translation>自动触发</translation>
     </message>
     <message>
         <source>Back</source>
@@ -742,10 +746,6 @@
         <translation>汇总所有站点的记录，通过 PostgreSQL 服务器或文件。不向模块发送任何内容。</translation>
     </message>
     <message>
-        <source>Broken off: it is not known whether the module is at {rate} baud now. Use “Find my module”.</source>
-        <translation>已中断：不知道模块现在是否为 {rate} 波特。请使用“查找模块”。</translation>
-    </message>
-    <message>
         <source>Broken off: the connection was lost.</source>
         <translation>通信中断。</translation>
     </message>
@@ -756,6 +756,10 @@
     <message>
         <source>Broken off: the connection was lost. What was not read back is not known.</source>
         <translation>通信中断。未回读的内容未知。</translation>
+    </message>
+    <message>
+        <source>Broken off: the module may be at {rate} baud now. Use “Find my module”.</source>
+        <translation>已中断：模块此时可能为 {rate} 波特。请使用“查找模块”。</translation>
     </message>
     <message>
         <source>By mouse or space bar; letting go cancels</source>
@@ -874,7 +878,11 @@
         <translation>记录链：{what}。</translation>
     </message>
     <message>
-        <source>Change it now</source>
+        <source>Change baud rate…</source>
+        <translation>更改波特率…</translation>
+    </message>
+    <message>
+        <source>Change now</source>
         <translation>立即更改</translation>
     </message>
     <message>
@@ -884,10 +892,6 @@
     <message>
         <source>Change the baud rate</source>
         <translation>修改波特率</translation>
-    </message>
-    <message>
-        <source>Change the baud rate…</source>
-        <translation>更改波特率…</translation>
     </message>
     <message>
         <source>Changed without being written: {names}.</source>
@@ -1390,10 +1394,6 @@
         <translation>默认 {value}</translation>
     </message>
     <message>
-        <source>Defaults</source>
-        <translation>默认值</translation>
-    </message>
-    <message>
         <source>Delay</source>
         <translation>延迟</translation>
     </message>
@@ -1494,8 +1494,8 @@
         <translation>已解除：离开了窗口。未发送任何内容。</translation>
     </message>
     <message>
-        <source>Discard all edits</source>
-        <translation>放弃所有修改</translation>
+        <source>Discard edits</source>
+        <translation>放弃修改</translation>
     </message>
     <message>
         <source>Disconnect</source>
@@ -1890,24 +1890,16 @@
         <translation>查找模块应答的波特率。只发送查询，先用 --baud 指定的波特率。无应答时退出码为 3。</translation>
     </message>
     <message>
-        <source>Find the light threshold by measuring</source>
-        <translation>通过测量确定光线阈值</translation>
-    </message>
-    <message>
         <source>Find the rate</source>
         <translation>查找波特率</translation>
     </message>
     <message>
+        <source>Fingerprint</source>
+        <translation>参数校验码</translation>
+    </message>
+    <message>
         <source>Fingerprint of the settings: {code}</source>
         <translation>参数校验码：{code}</translation>
-    </message>
-    <message>
-        <source>Fingerprint of what can be read back: same settings, same code</source>
-        <translation>可回读参数的校验码：设置相同，校验码相同</translation>
-    </message>
-    <message>
-        <source>Fingerprint: not known: {names}</source>
-        <translation>参数校验码：未知：{names}</translation>
     </message>
     <message>
         <source>Finish</source>
@@ -2130,10 +2122,6 @@
         <translation>请在 FILE、--stations、--forget 和 --log 中选择一个；--trust 须与 FILE 一起使用。</translation>
     </message>
     <message>
-        <source>Go through all baud rates until the module answers</source>
-        <translation>逐一尝试所有波特率，直到模块应答</translation>
-    </message>
-    <message>
         <source>Goes through the rows in which the searched text stands.</source>
         <translation>逐行查看含有所查文字的行。</translation>
     </message>
@@ -2348,10 +2336,6 @@
     <message>
         <source>It can be held for the next 10 s</source>
         <translation>之后 10 秒内可按住</translation>
-    </message>
-    <message>
-        <source>It can be set and acknowledged, not read back.</source>
-        <translation>可以设置并得到应答，但无法回读。</translation>
     </message>
     <message>
         <source>It can no longer be read: {why}</source>
@@ -2918,8 +2902,8 @@
         <translation>实时</translation>
     </message>
     <message>
-        <source>Load the vendor's defaults; nothing is written yet</source>
-        <translation>载入厂家默认值；尚未写入</translation>
+        <source>Load defaults</source>
+        <translation>载入默认值</translation>
     </message>
     <message>
         <source>Lock</source>
@@ -3098,8 +3082,8 @@
         <translation>两种状态都测量后才能得到阈值。</translation>
     </message>
     <message>
-        <source>Measure with the bay closed, then open, and take a threshold between</source>
-        <translation>先后在伞仓关闭和打开时测量，取两者之间的阈值</translation>
+        <source>Measure the light threshold</source>
+        <translation>测量光线阈值</translation>
     </message>
     <message>
         <source>Measure, closed</source>
@@ -3342,6 +3326,10 @@
         <translation>上次读取后新增</translation>
     </message>
     <message>
+        <source>New value</source>
+        <translation>目标值</translation>
+    </message>
+    <message>
         <source>Next</source>
         <translation>下一步</translation>
     </message>
@@ -3372,6 +3360,10 @@
     <message>
         <source>No attitude: the attitude trigger is not judged.</source>
         <translation>没有姿态：不判断姿态触发。</translation>
+    </message>
+    <message>
+        <source>No changes</source>
+        <translation>无更改</translation>
     </message>
     <message>
         <source>No check is kept yet. A check is kept as soon as it has been run to its end.</source>
@@ -3654,6 +3646,10 @@
         <translation>未知</translation>
     </message>
     <message>
+        <source>Not known: {names}</source>
+        <translation>未知：{names}</translation>
+    </message>
+    <message>
         <source>Not met: {names}</source>
         <translation>不通过：{names}</translation>
     </message>
@@ -3914,10 +3910,6 @@
         <translation>打开配置文件</translation>
     </message>
     <message>
-        <source>Open a profile and compare it with the module (Ctrl+O); or drop it here</source>
-        <translation>打开配置文件并与模块比较（Ctrl+O）；也可拖放到此处</translation>
-    </message>
-    <message>
         <source>Open a profile…</source>
         <translation>打开配置文件…</translation>
     </message>
@@ -3980,10 +3972,6 @@
     <message>
         <source>Opening…</source>
         <translation>正在打开…</translation>
-    </message>
-    <message>
-        <source>Opens a file with settings and compares it row by row. Nothing is written before you tick rows and apply.</source>
-        <translation>打开设置文件并逐行比较。在您勾选并应用之前，什么也不写入。</translation>
     </message>
     <message>
         <source>Opens the chosen port and reads everything that can be read. That activates nothing.</source>
@@ -4052,6 +4040,10 @@
     <message>
         <source>Parachute bay open</source>
         <translation>伞仓打开</translation>
+    </message>
+    <message>
+        <source>Parameter</source>
+        <translation>参数</translation>
     </message>
     <message>
         <source>Passed</source>
@@ -4256,10 +4248,6 @@
     <message>
         <source>Profile: {name}</source>
         <translation>配置文件：{name}</translation>
-    </message>
-    <message>
-        <source>Profiles that were opened or saved before</source>
-        <translation>以前打开或保存过的配置文件</translation>
     </message>
     <message>
         <source>Program</source>
@@ -4474,10 +4462,6 @@
         <translation>模块已收到；无法回读。</translation>
     </message>
     <message>
-        <source>Recent</source>
-        <translation>最近</translation>
-    </message>
-    <message>
         <source>Recent files</source>
         <translation>最近的文件</translation>
     </message>
@@ -4622,16 +4606,8 @@
         <translation>恢复初始值</translation>
     </message>
     <message>
-        <source>Restore the settings from before the first change of this session</source>
-        <translation>恢复本次会话首次更改之前的设置</translation>
-    </message>
-    <message>
         <source>Result</source>
         <translation>结果</translation>
-    </message>
-    <message>
-        <source>Revert</source>
-        <translation>还原</translation>
     </message>
     <message>
         <source>Reverts after</source>
@@ -4692,6 +4668,10 @@
     <message>
         <source>SIMULATED MODULE: this is no evidence.</source>
         <translation>模拟模块：不能作为证据。</translation>
+    </message>
+    <message>
+        <source>Same settings, same code</source>
+        <translation>参数相同则校验码相同</translation>
     </message>
     <message>
         <source>Samples</source>
@@ -4758,10 +4738,6 @@
         <translation>将最近 60,000 条通信保存为文本文件（Ctrl+S）。本次会话的数据记录（若已开启）保存全部内容。</translation>
     </message>
     <message>
-        <source>Save the module's settings as a profile</source>
-        <translation>将模块的设置保存为配置文件</translation>
-    </message>
-    <message>
         <source>Save the profile</source>
         <translation>保存配置文件</translation>
     </message>
@@ -4792,10 +4768,6 @@
     <message>
         <source>Save values…</source>
         <translation>保存数据…</translation>
-    </message>
-    <message>
-        <source>Save what the module holds now as a profile; what is not known is left out</source>
-        <translation>将模块当前的设置保存为配置文件；未知的项目不包含在内</translation>
     </message>
     <message>
         <source>Saved as {path}.</source>
@@ -4832,10 +4804,6 @@
     <message>
         <source>Saves the bundle as one zip file on this computer. Nothing is sent anywhere.</source>
         <translation>把诊断包保存为本机上的一个 zip 文件。不会发送到任何地方。</translation>
-    </message>
-    <message>
-        <source>Saves what the module holds now as a file, to set up others alike.</source>
-        <translation>把模块现有的设置保存为文件，便于同样设置其他模块。</translation>
     </message>
     <message>
         <source>Saves what went over this line as a text file.</source>
@@ -4966,6 +4934,10 @@
         <translation>串口</translation>
     </message>
     <message>
+        <source>Serial line</source>
+        <translation>串口</translation>
+    </message>
+    <message>
         <source>Serial number</source>
         <translation>序列号</translation>
     </message>
@@ -4976,6 +4948,10 @@
     <message>
         <source>Server</source>
         <translation>服务器</translation>
+    </message>
+    <message>
+        <source>Set and acknowledged, never read back.</source>
+        <translation>可设置并应答，不能回读。</translation>
     </message>
     <message>
         <source>Set changes other</source>
@@ -5200,6 +5176,10 @@
     <message>
         <source>Starts the test, or confirms the step that you have done. It never activates.</source>
         <translation>开始测试，或确认已完成的步骤。绝不会激活模块。</translation>
+    </message>
+    <message>
+        <source>State</source>
+        <translation>状态</translation>
     </message>
     <message>
         <source>State of the simulated module</source>
@@ -6142,8 +6122,8 @@
         <translation>此安装中缺少用户指南。</translation>
     </message>
     <message>
-        <source>The vendor advises not to change it. The program looks for the module at the new rate, the old one, then all; should it be lost, switch it off and on and use “Find my module”.</source>
-        <translation>厂家建议不要更改。程序会先以新波特率、再以旧波特率、然后以全部波特率查找模块；若找不到，请将模块关机再开机，并使用“查找模块”。</translation>
+        <source>The vendor advises not to change it.</source>
+        <translation>厂家建议不要更改。</translation>
     </message>
     <message>
         <source>The vendor does not say whether an angle has to last, or whether the acceleration is filtered</source>
@@ -6292,6 +6272,10 @@
     <message>
         <source>Three axes in m/s²</source>
         <translation>三轴（m/s²）</translation>
+    </message>
+    <message>
+        <source>Thresholds</source>
+        <translation>阈值</translation>
     </message>
     <message>
         <source>Ticked settings are written to the module</source>
@@ -6542,8 +6526,8 @@
         <translation>没有模块也能试用全部功能</translation>
     </message>
     <message>
-        <source>Try it out</source>
-        <translation>试算</translation>
+        <source>Try on recorded data</source>
+        <translation>用数据记录试算</translation>
     </message>
     <message>
         <source>Try proposal</source>
@@ -6764,14 +6748,6 @@
     <message>
         <source>Waiting for the module</source>
         <translation>正在等待模块</translation>
-    </message>
-    <message>
-        <source>Wants the defaults of the vendor's table in every row. Look at them, then write.</source>
-        <translation>在每一行填入厂家协议表的默认值。查看后再写入。</translation>
-    </message>
-    <message>
-        <source>Wants what the module held before this program first wrote to it in this session.</source>
-        <translation>填入本次会话中程序首次写入之前模块的值。</translation>
     </message>
     <message>
         <source>Warning: {name}: {what}</source>
@@ -7074,6 +7050,10 @@
         <translation>指定多个串口时不能使用 --module：它是一个模块的名称。</translation>
     </message>
     <message>
+        <source>With the bay closed, then open</source>
+        <translation>先关闭伞仓，再打开</translation>
+    </message>
+    <message>
         <source>Without --yes it says so and sends nothing (exit code 2). What is done is written to the audit log.</source>
         <translation>不带 --yes 时只作说明，不发送任何内容（退出码 2）。所做的操作会写入操作记录。</translation>
     </message>
@@ -7114,16 +7094,16 @@
         <translation>在已判断的 {time} 内没有达到触发条件。</translation>
     </message>
     <message>
-        <source>Would these values have fired on what was measured? Nothing is sent</source>
-        <translation>这些值在测得的数据上是否会触发？不发送任何内容</translation>
-    </message>
-    <message>
         <source>Write 1 change</source>
         <translation>写入 1 项更改</translation>
     </message>
     <message>
         <source>Write a setting</source>
         <translation>写入设置</translation>
+    </message>
+    <message>
+        <source>Write and verify</source>
+        <translation>写入并验证</translation>
     </message>
     <message>
         <source>Write anyway</source>
@@ -7142,10 +7122,6 @@
         <translation>写入更改</translation>
     </message>
     <message>
-        <source>Write the changes to the module and verify them</source>
-        <translation>将更改写入模块并验证</translation>
-    </message>
-    <message>
         <source>Write to {port} timed out: the adapter or its driver hangs.</source>
         <translation>写入 {port} 超时：适配器或其驱动程序无响应。</translation>
     </message>
@@ -7160,10 +7136,6 @@
     <message>
         <source>Writing: {what}</source>
         <translation>正在写入：{what}</translation>
-    </message>
-    <message>
-        <source>Written and read back equal.</source>
-        <translation>已写入，回读一致。</translation>
     </message>
     <message>
         <source>Written before that: {names}.</source>
@@ -7684,10 +7656,6 @@
     <message>
         <source>cannot be read: unknown after the restart</source>
         <translation>无法读取：重启后未知</translation>
-    </message>
-    <message>
-        <source>cannot be sent</source>
-        <translation>无法发送</translation>
     </message>
     <message>
         <source>cell voltage</source>

@@ -49,7 +49,7 @@ class RowState(Enum):
     ACKNOWLEDGED = marked("acknowledged")
     STALE = marked("stale")
     EDITED = marked("edited")
-    UNFIT = marked("cannot be sent")
+    UNFIT = marked("invalid")
     WRITING = marked("writing")
     VERIFIED = marked("verified")
     CHANGED = marked("changed")

@@ -24,7 +24,7 @@ from ui.widgets.sliders import WheelGuard
 
 _NUMBER_PX: Final = 72
 _STEP_PX: Final = 28
-_FLAG_PX: Final = 96
+_FLAG_PX: Final = 92
 BIG_STEP: Final = 10
 """Page up and down: so many steps."""
 
@@ -162,7 +162,7 @@ class FlagEditor(FieldEditor):
 
     def _button(self, texts: Texts, command: Command, name: str, english: str) -> QToolButton:
         button = control(QToolButton(), texts, f"{command.name}_{name}", english, tip=command.explanation,
-                         is_checkable=True)  # fmt: skip
+                         role="choice", is_checkable=True)  # fmt: skip
         button.setMinimumWidth(_FLAG_PX)
         button.setIconSize(QSize(14, 14))
         button.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonTextBesideIcon)

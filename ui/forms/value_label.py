@@ -15,9 +15,10 @@ from protocol.catalogue import Command
 from protocol.translatable import marked
 from ui.style.painted_widget import Freshness, PaintedWidget
 from ui.style.shapes import pen, unknown_box
-from ui.style.theme import Size, Space, current, font
+from ui.style.theme import Size, current, font
 
-WIDTH_PX: Final = 148
+WIDTH_PX: Final = 112
+_GAP_PX: Final = 2
 _LEFT: Final = Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter
 
 HOW_WORDS: Final[Mapping[How, str]] = {
@@ -76,8 +77,8 @@ class ValueLabel(PaintedWidget):
         self.announce(f"{name}, {note}" if note else name, name=name)
 
     def sizeHint(self) -> QSize:
-        title, small = QFontMetricsF(font(Size.TITLE)), QFontMetricsF(font(Size.SMALL))
-        return QSize(WIDTH_PX, round(title.height() + small.height() + Space.XS / 2))
+        title, small = QFontMetricsF(font(Size.BODY, is_bold=True)), QFontMetricsF(font(Size.SMALL))
+        return QSize(WIDTH_PX, round(title.height() + small.height() + _GAP_PX))
 
     def minimumSizeHint(self) -> QSize:
         return self.sizeHint()
@@ -86,7 +87,7 @@ class ValueLabel(PaintedWidget):
         theme = current()
         painter = QPainter(self)
         painter.setRenderHint(QPainter.RenderHint.Antialiasing)
-        title, small = font(Size.TITLE, is_bold=True), font(Size.SMALL)
+        title, small = font(Size.BODY, is_bold=True), font(Size.SMALL)
         metrics, fine = QFontMetricsF(title), QFontMetricsF(small)
         if self.freshness is Freshness.UNKNOWN:
             word_font = font(Size.SMALL, is_bold=True)
@@ -100,9 +101,9 @@ class ValueLabel(PaintedWidget):
             if is_stale:
                 # Dimmed alone would be colour alone.
                 painter.setPen(pen(theme.muted, theme.border_px, is_dashed=True))
-                line = min(metrics.ascent() + 4, metrics.height())
+                line = min(metrics.ascent() + 3, metrics.height())
                 painter.drawLine(QPointF(0, line), QPointF(metrics.horizontalAdvance(self._text), line))
-        room = QRectF(0, metrics.height() + Space.XS / 2, self.width(), fine.height())
+        room = QRectF(0, metrics.height() + _GAP_PX, self.width(), fine.height())
         painter.setFont(small)
         painter.setPen(QColor(theme.muted))
         painter.drawText(room, _LEFT, fine.elidedText(self._note, Qt.TextElideMode.ElideRight, room.width()))

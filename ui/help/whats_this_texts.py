@@ -71,18 +71,11 @@ ENTRIES: Final[tuple[HelpText, ...]] = tuple(
         ("settings_read", marked("Asks the module for every setting that can be read. Changes nothing.")),
         ("settings_undo", marked("Takes the last edit in this form back. The module is not touched.")),
         ("settings_redo", marked("Does the edit again that was taken back. The module is not touched.")),
-        ("settings_defaults", marked("Wants the defaults of the vendor's table in every row. Look at them, then "
-                                     "write.")),
-        ("settings_as_found", marked("Wants what the module held before this program first wrote to it in this "
-                                     "session.")),
         ("settings_write", marked("Sends each edited row once, then asks for it. A row is verified only when what "
                                   "comes back is equal. Against the vendor's advice it asks for a second click; an "
                                   "ACTIVE module is not written to.")),
         ("fingerprint_view", marked("One code for all settings that can be read: the same settings give the same code "
                                     "on every module.")),
-        ("profile_open", marked("Opens a file with settings and compares it row by row. Nothing is written before you "
-                                "tick rows and apply.")),
-        ("profile_save", marked("Saves what the module holds now as a file, to set up others alike.")),
         ("profile_match_*", marked("Whether the profile and the module agree in this setting.")),
         ("baud_ask", marked("Begins the change of the module's speed; it asks once more. The vendor advises not to "
                             "change it: whoever talks to the module must use the new speed from then on.")),

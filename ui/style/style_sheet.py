@@ -3,10 +3,11 @@
 What a widget is for is its dynamic property ``role``:
 
 - QPushButton: ``primary`` (one on a page), ``danger``, ``quiet`` (no frame); none is an everyday button
-- QFrame: ``card``, ``bar``, ``danger-corner``, ``rehearsal``, ``row``, ``row-failed``
+- QFrame: ``card``, ``bar``, ``danger-corner``, ``rehearsal``, ``row``, ``row-failed``, ``setting``,
+  ``setting-chosen``, ``setting-failed``
 - QLabel: ``muted``, ``small``, ``title``, ``heading`` (28 px), ``hero`` (48 px), ``caption``, ``strong``, ``danger``,
   ``attention``
-- QToolButton: ``quiet``, ``segment``
+- QToolButton: ``quiet``, ``segment``, ``choice`` (one of two, side by side)
 
 Buttons and fields are of one height: Qt makes a tool button 3 px higher than its sheet says, so its sheet says less.
 Bold is 700: a Chinese font without a bold cut of its own is made bolder by Qt from there on, and not below.
@@ -41,6 +42,15 @@ QToolBar#foot QFrame[role="bar"] { border-top: ${edge}px solid $divider; }
 QFrame[role="danger-corner"] { background: $surface; border: ${edge}px solid $danger_ink; border-radius: 8px; }
 QFrame[role="rehearsal"] { background: $rehearsal; border: 2px dashed $focus; border-radius: 8px; }
 QFrame[role="row"] { background: transparent; border: none; border-bottom: ${edge}px solid $divider; }
+QFrame[role="setting"] {
+    background: transparent; border: none; border-left: 3px solid transparent; border-bottom: ${edge}px solid $divider;
+}
+QFrame[role="setting-chosen"] {
+    background: $page; border: none; border-left: 3px solid $focus; border-bottom: ${edge}px solid $divider;
+}
+QFrame[role="setting-failed"] {
+    background: $danger_wash; border: none; border-left: 3px solid $danger_ink; border-bottom: ${edge}px solid $divider;
+}
 QFrame[role="row-failed"] {
     background: $danger_wash; border: none; border-left: 3px solid $danger_ink; border-bottom: ${edge}px solid $divider;
 }
@@ -80,6 +90,8 @@ QPushButton[role="quiet"]:focus, QToolButton[role="quiet"]:focus { border-color:
 QToolButton[role="segment"] { border-color: transparent; background: transparent; color: $muted; padding: 4px; }
 QToolButton[role="segment"]:checked { background: $sunken; color: $text; border-color: $border; }
 QToolButton[role="segment"]:focus { border-color: $focus; padding: ${focus_v}px ${focus_s}px; }
+QToolButton[role="choice"] { padding: 4px; }
+QToolButton[role="choice"]:focus { padding: ${focus_s}px; }
 QToolButton::menu-indicator { image: none; }
 
 QLineEdit, QSpinBox, QDoubleSpinBox, QComboBox, QPlainTextEdit, QTextEdit {

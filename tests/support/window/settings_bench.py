@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any, TypeVar
 
 from PySide6.QtCore import Qt
+from PySide6.QtGui import QAction
 from PySide6.QtWidgets import QApplication, QLineEdit, QPushButton, QWidget
 from pytestqt.qtbot import QtBot
 
@@ -64,6 +65,13 @@ class Desk:
 
     def until(self, is_so: Any, timeout_ms: int = WAIT_MS) -> None:
         self.qtbot.waitUntil(is_so, timeout=timeout_ms)
+
+    def choose_rare(self, name: str) -> None:
+        """An entry of the menu behind "⋯"."""
+        action = self.assembly.window.findChild(QAction, name)
+        assert action is not None, name
+        assert action.isEnabled(), name
+        action.trigger()
 
     def changes(self, *names: str) -> list[bytes]:
         """Frames that were no questions; of these commands only, where some are named. Streaming is not counted."""

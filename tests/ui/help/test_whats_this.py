@@ -211,8 +211,8 @@ def test_range_and_step_are_those_of_the_byte() -> None:
     assert "115200" in what_is(BY_NAME["baud_rate"])
 
 
-def test_advice_stands_beside_each_field(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
-    """In sight at 1024 x 600 once its row is, not only in a tooltip."""
+def test_advice_stands_beside_the_chosen_row(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
+    """In sight at 1024 x 600, not only in a tooltip."""
     with whole_window(qtbot, qapp, tmp_path) as assembly:
         assembly.window.go_to("settings")
         page = assembly.window.findChild(SettingsPage)
@@ -220,13 +220,13 @@ def test_advice_stands_beside_each_field(qtbot: QtBot, qapp: QApplication, tmp_p
         qtbot.waitUntil(page.isVisible, timeout=WAIT_MS)
         page.refresh()
         for key, row in page.rows.items():
-            page.scroll_area.ensureWidgetVisible(row)
-            told = begun(advice_text(row.command))
-            assert row.advice.text() == told, key
+            page.choose(key)
+            told, advice = begun(advice_text(row.command)), page.pane.advice
+            assert advice.text() == told, key
             if told:
-                assert row.advice.isVisible(), key
-                assert not row.advice.visibleRegion().isEmpty(), key
-                qtbot.waitUntil(partial(is_whole, row.advice), timeout=WAIT_MS)
+                assert advice.isVisible(), key
+                assert not advice.visibleRegion().isEmpty(), key
+                qtbot.waitUntil(partial(is_whole, advice), timeout=WAIT_MS)
         assert advice_text(BY_NAME["freefall_time"]) == "Default 1.60 s · longer avoids false triggers, costs height"
 
 

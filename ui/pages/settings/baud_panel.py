@@ -3,7 +3,7 @@
 from collections.abc import Callable
 from functools import partial
 
-from PySide6.QtWidgets import QFrame, QPushButton
+from PySide6.QtWidgets import QFrame, QLabel, QStackedLayout, QWidget
 
 from app.engine.worker import Job
 from app.procedures.baud import BaudChanged, BaudEnd, change_baud
@@ -18,6 +18,7 @@ from ui.acts.confirm import Confirm
 from ui.acts.outcomes import SameModule, open_conditions
 from ui.forms.field_editors import ChoiceEditor, make_editor
 from ui.forms.value_label import ValueLabel
+from ui.pages.settings.row import CELL_GAP, aligned_cells
 from ui.services.context import Services
 from ui.services.running_job import RunningJob
 from ui.style.theme import Meaning, Space
@@ -39,26 +40,21 @@ class BaudPanel(QFrame):
         self._job = RunningJob(services.connector, self)
         self._module = SameModule(services.connector)
         texts = services.texts
-        self._title = text_label("baud_title", "strong")
+        self._title = control(QLabel(), texts, "baud_title", BAUD_RATE.title)
+        self._title.setWordWrap(True)
         self._warning = text_label("baud_warning", "small")
         self.conditions = text_label("baud_conditions", "attention")
+        # In one place, one instead of the other: what is said does not change the height.
+        self._place = QStackedLayout()
         self.stands = ValueLabel(BAUD_RATE)
         editor = make_editor(BAUD_RATE, texts, guard)
         if not isinstance(editor, ChoiceEditor):
             raise TypeError("the baud rate is one of a few")
         self.editor = editor
-        self.confirm = Confirm("baud", texts, ask=marked("Change the baud rate…"), go=marked("Change it now"))
-        self.find_button = control(QPushButton(), texts, "baud_find", "Find my module",
-                                   tip="Go through all baud rates until the module answers")  # fmt: skip
+        self.confirm = Confirm("baud", texts, ask=marked("Change baud rate…"), go=marked("Change now"))
         self.said = NoticeBar(texts)
         self.said.setObjectName("baud_said")
-        texts.bind(self._title.setText, BAUD_RATE.title)
-        texts.bind(
-            self._warning.setText,
-            "The vendor advises not to change it. The program looks for the module at the new rate, the old one, then "
-            "all; should it be lost, switch it off and on and use “Find my module”.",
-        )
-        self.find_button.clicked.connect(self._connector.find_rate)
+        texts.bind(self._warning.setText, "The vendor advises not to change it.")
         self.editor.chosen.connect(lambda _value: self.confirm.withdraw())
         self.confirm.asked.connect(self._job.dismiss)
         self.confirm.confirmed.connect(self._change)
@@ -73,14 +69,14 @@ class BaudPanel(QFrame):
         self.stands.show_known(connector.device.known("baud_rate", now), now)
         found = open_conditions(self._services, Act.CHANGE_BAUD)
         self.conditions.setText(together(one.sentence for one in found))
-        self.conditions.setVisible(bool(found))
         in_the_way = [one for one in found if one.condition is not Interlock.FRESH_STATUS]
         is_another = self.editor.value is not None and self.editor.value != connector.connection.baud_rate
         is_free = self._job.can_run
         self.editor.setEnabled(is_free)
-        self.find_button.setEnabled(is_free)
         self.confirm.set_possible(is_free and is_another and not in_the_way)
-        self.said.show_notice(self._job.notice(marked("Changing the baud rate…"), can_cancel=False))
+        notice = self._job.notice(marked("Changing the baud rate…"), can_cancel=False)
+        self.said.show_notice(notice)
+        self._place.setCurrentWidget(self.said if notice is not None else self.conditions if found else self._warning)
 
     def _change(self) -> None:
         rate = self.editor.value
@@ -111,12 +107,14 @@ class BaudPanel(QFrame):
         return Notice(meaning, changed.sentence, find, self._job.dismiss)
 
     def _lay_out(self) -> None:
-        row = in_row(self.stands, self.editor, 1, self.find_button, self.confirm, spacing=Space.M)
-        in_column(
-            self._title, self._warning, row, self.conditions, self.said, of=self, spacing=Space.XS, margins=Space.M
-        )
+        for one in (self._warning, self.conditions, self.said):
+            self._place.addWidget(one)
+        cells = aligned_cells(self._title, self.stands, self.editor, QWidget())[:3]
+        row = in_row(*cells, 1, spacing=CELL_GAP)
+        below = in_row((self._place, 1), self.confirm, spacing=CELL_GAP)
+        in_column(row, below, of=self, spacing=0, margins=(Space.S + 2, Space.XS, Space.S, Space.XS))
 
 
 def _broken_off(rate: int, dismiss: Callable[[], None]) -> Notice:
-    text = tr("Broken off: it is not known whether the module is at {rate} baud now. Use “Find my module”.", rate=rate)
+    text = tr("Broken off: the module may be at {rate} baud now. Use “Find my module”.", rate=rate)
     return Notice(Meaning.DANGER, text, dismiss=dismiss)

@@ -1,6 +1,6 @@
-"""Settings page: module value, edited value, write and verify.
+"""Settings page: a table of parameters with what the module holds and the new value; write and verify.
 
-The rows scroll; what is said and the buttons below stay in sight.
+The rows scroll; the heads of the columns, the pane of the chosen row, what is said and the buttons stay in sight.
 """
 
 from collections.abc import Mapping
@@ -8,8 +8,13 @@ from functools import partial
 from pathlib import Path
 from typing import Final
 
+from PySide6.QtCore import Qt
+from PySide6.QtGui import QResizeEvent
 from PySide6.QtWidgets import (
+    QApplication,
+    QBoxLayout,
     QFrame,
+    QLabel,
     QPushButton,
     QScrollArea,
     QStackedLayout,
@@ -20,7 +25,8 @@ from app.settings.form import FORM_COMMANDS, RowState
 from app.settings.profiles import Profile
 from app.text.i18n import tr
 from app.text.sentences import together
-from protocol.fields import Value
+from protocol.catalogue import BY_NAME
+from protocol.fields import Flag, Value
 from protocol.link_states import Presence
 from protocol.translatable import marked
 from ui.pages.settings.baud_panel import BaudPanel
@@ -29,18 +35,29 @@ from ui.pages.settings.controller import SettingsController
 from ui.pages.settings.fingerprint_view import FingerprintView
 from ui.pages.settings.profile_compare import ProfileCompare
 from ui.pages.settings.profile_files import SUFFIX, ProfileFiles
-from ui.pages.settings.row import SettingsRow
+from ui.pages.settings.row import CELL_GAP, MARGINS, NAME_PX, STATE_PX, VALUE_PX, WRONG, SettingsRow
+from ui.pages.settings.setting_pane import SettingPane
 from ui.services.context import Services
 from ui.services.page import Page
 from ui.style.icons import Icon
 from ui.style.theme import Meaning, Space
 from ui.widgets.controls import Shortcut, control
 from ui.widgets.layouts import FlowRow, in_column, in_row
+from ui.widgets.naming import named
 from ui.widgets.notice_bar import Notice, NoticeBar
 from ui.widgets.sliders import WheelGuard
 from ui.widgets.visibility_timer import VisibilityTimer
 
 REFRESH_EVERY_MS: Final = 250
+SIDE_FROM_PX: Final = 852
+"""Narrower than this, the pane lies below the table."""
+_SIDE_PX: Final = (180, 300)
+"""The least and the most of the pane at the side."""
+_TABLE_PX: Final = 640
+_BELOW_PX: Final = 84
+_SERIAL: Final = "serial_output"
+_UNBOUNDED: Final = 16_777_215
+"""As wide or high as Qt lets a widget be."""
 
 
 class SettingsPage(Page):
@@ -56,7 +73,10 @@ class SettingsPage(Page):
         self.work = SettingsController(services, self)
         self.rows = {command.key: SettingsRow(command, texts, self._guard) for command in FORM_COMMANDS}
         self.baud = BaudPanel(services, self._guard)
-        self.files = ProfileFiles(services)
+        self.header = self.make_header(texts, marked("Settings"))
+        self.files = ProfileFiles(services, self, self.header)
+        self.pane = SettingPane(texts)
+        self._chosen = FORM_COMMANDS[0].key
         self.compare = ProfileCompare(texts)
         self.calibration = CalibrationPanel(services)
         self.strip = NoticeBar(texts)
@@ -65,7 +85,7 @@ class SettingsPage(Page):
         policy.setRetainSizeWhenHidden(True)
         self.strip.setSizePolicy(policy)
         self.strip.setMinimumHeight(44)
-        self.fingerprint = FingerprintView()
+        self.fingerprint = FingerprintView(texts)
         self._make_buttons()
         self._stack = QStackedLayout(self)
         self._form = self._lay_out()
@@ -84,9 +104,11 @@ class SettingsPage(Page):
         work, device, now = self.work, self._connector.device, self._connector.clock()
         form = work.form
         for row in form.rows(device, now):
-            self.rows[row.command.key].show_row(row, now, is_editable=work.can_edit)
+            key = row.command.key
+            self.rows[key].show_row(row, now, is_editable=work.can_edit, is_chosen=key == self._chosen)
+        self._show_pane()
         count = len(form.changes(device, now))
-        self.write.setText(tr("Write {count} changes", count=count) if count != 1 else tr("Write 1 change"))
+        self.write.setText(_write_words(count))
         has_unfit = form.count_unsent(device, now) > count
         self.write.setEnabled(work.can_write and count > 0 and not has_unfit)
         self.read.setEnabled(work.job.can_run)
@@ -114,6 +136,31 @@ class SettingsPage(Page):
                 )
             return Notice(Meaning.ATTENTION, together(said)) if said else None
         return Notice(Meaning.INFORMATION, tr("Connect a module to see and change its settings."))
+
+    # The chosen row
+
+    def choose(self, key: str) -> None:
+        """Show this setting in the pane."""
+        if key != self._chosen:
+            self._chosen = key
+            self.refresh()
+
+    def _on_focus(self, _old: QWidget | None, now: QWidget | None) -> None:
+        """The row that is edited is the chosen one."""
+        for key, row in self.rows.items():
+            if now is not None and row.isAncestorOf(now):
+                self.choose(key)
+
+    def _show_pane(self) -> None:
+        row = self.rows[self._chosen].row
+        if row is not None:
+            self.pane.show_row(row)
+
+    def _choose_wrong(self) -> None:
+        """After a write: the first setting that is not as it was set."""
+        wrong = [key for key, row in self.rows.items() if row.row is not None and row.row.state in WRONG]
+        if wrong and self._chosen not in wrong:
+            self.choose(wrong[0])
 
     # What a person does
 
@@ -162,22 +209,24 @@ class SettingsPage(Page):
     def _make_buttons(self) -> None:
         texts = self._services.texts
         self.write = control(QPushButton(), texts, "settings_write", says="Write the changes",
-                             tip="Write the changes to the module and verify them", key="Ctrl+Return",
+                             tip="Write and verify", key="Ctrl+Return",
                              picture=Icon.DROP, role="primary", slot=self._write)  # fmt: skip
-        self.read = control(QPushButton(), texts, "settings_read", "Read all", tip="Ask the module for everything",
-                            key="F5", picture=Icon.AGAIN)  # fmt: skip
-        self.undo = control(QPushButton(), texts, "settings_undo", says="Undo", tip="Undo",
-                            key="Ctrl+Z", picture=Icon.UNDO)  # fmt: skip
-        self.redo = control(
-            QPushButton(), texts, "settings_redo", says="Redo", tip="Redo", key="Ctrl+Shift+Z", picture=Icon.REDO
+        self.read = control(QPushButton(), texts, "settings_read", "Read all", tip="Read all", key="F5",
+                            picture=Icon.AGAIN)  # fmt: skip
+        self.undo = control(QPushButton(), texts, "settings_undo", says="Undo", tip="Undo", key="Ctrl+Z",
+                            picture=Icon.UNDO, role="quiet")  # fmt: skip
+        self.redo = control(QPushButton(), texts, "settings_redo", says="Redo", tip="Redo", key="Ctrl+Shift+Z",
+                            picture=Icon.REDO, role="quiet")  # fmt: skip
+        self.revert = control(QPushButton(), texts, "settings_revert", "Discard edits", tip="Discard edits")
+        self.header.add(self.fingerprint)
+        self.header.add(self.read)
+        work = self.work
+        self.defaults = self.header.add_rare(
+            "settings_defaults", marked("Load defaults"), lambda: work.edit(work.form.want_defaults)
         )
-        self.revert = control(QPushButton(), texts, "settings_revert", "Revert", tip="Discard all edits")
-        self.defaults = control(QPushButton(), texts, "settings_defaults", "Defaults",
-                                tip="Load the vendor's defaults; nothing is written yet")  # fmt: skip
-        tip = marked("Would these values have fired on what was measured? Nothing is sent")
-        self.try_out = control(QPushButton(), texts, "settings_try", "Try it out", tip=tip, slot=self._try_out)
-        self.as_found = control(QPushButton(), texts, "settings_as_found", "Restore initial",
-                                tip="Restore the settings from before the first change of this session")  # fmt: skip
+        self.as_found = self.header.add_rare("settings_as_found", marked("Restore initial"), work.want_as_found)
+        self.try_out = self.header.add_rare("settings_try", marked("Try on recorded data"), self._try_out)
+        self.find_rate = self.header.add_rare("settings_find_rate", marked("Find my module"), self._connector.find_rate)
 
     def _wire(self) -> None:
         work, form = self.work, self.work.form
@@ -186,18 +235,22 @@ class SettingsPage(Page):
             row.chosen.connect(lambda key, value: work.edit(partial(form.choose, key, value)))
             row.cancelled.connect(lambda key: work.edit(partial(form.revert, key)))
             row.left.connect(form.end_typing)
-            row.measure_wanted.connect(self._measure)
+            row.pressed.connect(self.choose)
+        self.pane.measure_wanted.connect(self._measure)
         self.read.clicked.connect(work.read_all)
         self.undo.clicked.connect(lambda: work.edit(form.undo))
         self.redo.clicked.connect(lambda: work.edit(form.redo))
         self.revert.clicked.connect(lambda: work.edit(form.revert))
-        self.defaults.clicked.connect(lambda: work.edit(form.want_defaults))
-        self.as_found.clicked.connect(work.want_as_found)
+        application = QApplication.instance()
+        if isinstance(application, QApplication):
+            application.focusChanged.connect(self._on_focus)
+        work.job.changed.connect(self._choose_wrong)
         Shortcut("settings_undo_key", self, self.undo)
         Shortcut("settings_redo_key", self, self.redo, keys=("Ctrl+Shift+Z", "Ctrl+Y"))
         Shortcut("settings_write_key", self, self.write, keys=("Ctrl+Return", "Ctrl+Enter"))
         Shortcut("settings_read_key", self, self.read)
-        Shortcut("settings_open_key", self, self.files.open, keys=("Ctrl+O",))
+        self.files.open.setShortcut("Ctrl+O")
+        self.addAction(self.files.open)
         self.files.opened.connect(self._show_profile)
         self.files.refused.connect(self._show_faults)
         self.files.said.connect(self._say)
@@ -216,27 +269,70 @@ class SettingsPage(Page):
 
     def _lay_out(self) -> QWidget:
         texts = self._services.texts
-        head = in_row((self.fingerprint, 1), self.files, spacing=Space.M, margins=(Space.M, Space.S, Space.M, Space.XS))
-        card = QFrame()
-        card.setObjectName("settings_card")
-        card.setProperty("role", "card")
-        in_column(*self.rows.values(), of=card, spacing=0, margins=1)
-        content = QWidget()
-        content.setObjectName("settings_content")
-        in_column(card, self.baud, 1, of=content, spacing=Space.XL, margins=(Space.M, 0, Space.M, Space.S))
+        table = named(QFrame(), "settings_card", "card")
+        flags = [row for row in self.rows.values() if isinstance(row.command.write, Flag)]
+        editor_px = max(row.editor.sizeHint().width() for row in self.rows.values())
+        for editor in (*(row.editor for row in self.rows.values()), self.baud.editor):
+            editor.setFixedWidth(editor_px)
+        serial = self.rows[BY_NAME[_SERIAL].key]
+        groups = (
+            (marked("Thresholds"), [row for row in self.rows.values() if row not in flags]),
+            (marked("Automatic triggers"), [row for row in flags if row is not serial]),
+            (marked("Serial line"), [serial]),
+        )
+        rows: list[QWidget] = []
+        for number, (english, members) in enumerate(groups):
+            caption = control(QLabel(), texts, f"settings_group_{number}", english, role="caption")
+            caption.setContentsMargins(Space.S, Space.XS, 0, 2)
+            rows += [caption, *members]
+        content = named(QWidget(), "settings_content")
+        in_column(*rows, self.baud, 1, of=content, spacing=0, margins=0)
         self.scroll_area = control(QScrollArea(), texts, "settings_scroll", says="Settings")
         self.scroll_area.setWidgetResizable(True)
+        self.scroll_area.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
         self.scroll_area.setWidget(content)
+        for ground in (content, self.scroll_area.viewport()):
+            ground.setAutoFillBackground(False)  # the card's
+        in_column(self._make_heads(editor_px), (self.scroll_area, 1), of=table, spacing=0, margins=1)
+        self._body = in_row((table, 1), self.pane, spacing=Space.S, margins=(Space.M, 0))
+        head = in_column(self.header, margins=(Space.M, 0))
         foot = FlowRow()
         foot.setContentsMargins(Space.M, Space.XS, Space.M, Space.S)
-        foot.add(self.read, self.undo, self.redo, self.revert, self.defaults, self.as_found, self.try_out)
-        foot.add_right(self.write)
-        form = QWidget()
-        form.setObjectName("settings_form")
-        in_column(head, (self.scroll_area, 1), self.strip, foot, of=form, spacing=0, margins=0)
+        foot.add(self.undo, self.redo)
+        foot.add_right(self.revert, self.write)
+        form = named(QWidget(), "settings_form")
+        in_column(head, (self._body, 1), self.strip, foot, of=form, spacing=0, margins=0)
         return form
 
+    def _make_heads(self, editor_px: int) -> QWidget:
+        texts = self._services.texts
+        heads = named(QFrame(), "settings_heads", "bar")
+        columns = (
+            (marked("Parameter"), NAME_PX),
+            (marked("On the module"), VALUE_PX),
+            (marked("New value"), editor_px),
+            (marked("State"), STATE_PX),
+        )
+        labels = []
+        for number, (english, width) in enumerate(columns):
+            label = control(QLabel(), texts, f"settings_head_{number}", english, role="caption")
+            label.setFixedWidth(width)
+            labels.append(label)
+        left, _top, right, _bottom = MARGINS
+        in_row(*labels, 1, of=heads, spacing=CELL_GAP, margins=(left + 3, Space.XS, right, Space.XS))
+        return heads
+
     # Qt
+
+    def resizeEvent(self, event: QResizeEvent) -> None:
+        """The pane beside the table, or below it."""
+        super().resizeEvent(event)
+        is_beside = self.width() >= SIDE_FROM_PX
+        self._body.setDirection(QBoxLayout.Direction.LeftToRight if is_beside else QBoxLayout.Direction.TopToBottom)
+        least, most = _SIDE_PX
+        side_px = min(most, max(least, self.width() - 2 * Space.M - Space.S - _TABLE_PX))
+        self.pane.setMaximumSize(*((side_px, _UNBOUNDED) if is_beside else (_UNBOUNDED, _BELOW_PX)))
+        self.pane.setMinimumSize(*((side_px, _BELOW_PX) if is_beside else (least, _BELOW_PX)))
 
     def on_escape(self) -> bool:
         """Take a question back, or leave a profile."""
@@ -247,3 +343,9 @@ class SettingsPage(Page):
         else:
             return False
         return True
+
+
+def _write_words(count: int) -> str:
+    if not count:
+        return tr("No changes")
+    return tr("Write 1 change") if count == 1 else tr("Write {count} changes", count=count)

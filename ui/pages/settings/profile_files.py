@@ -4,27 +4,27 @@ from collections.abc import Sequence
 from functools import partial
 from pathlib import Path
 
-from PySide6.QtCore import Signal
-from PySide6.QtWidgets import QMenu, QPushButton, QToolButton, QWidget
+from PySide6.QtCore import QObject, Signal
+from PySide6.QtWidgets import QMenu, QWidget
 
 from app.settings.profile_file import ProfileRefused, read_profile, save_profile
 from app.settings.profiles import Profile, profile_of
 from app.text.i18n import tr
 from protocol.catalogue import SERIAL_OUTPUT, SETTINGS
+from protocol.translatable import marked
 from ui.files.file_dialogs import AskOpen, AskPath, ask_path, ask_profile
 from ui.services.context import Services
-from ui.style.icons import Icon
-from ui.style.theme import Meaning, Space
-from ui.widgets.controls import control
-from ui.widgets.layouts import in_row
+from ui.services.page_header import PageHeader
+from ui.style.theme import Meaning
 from ui.widgets.naming import named
 from ui.widgets.notice_bar import Notice
 
 SUFFIX = ".toml"
 
 
-class ProfileFiles(QWidget):
-    """Three buttons. `opened` gives a `Profile`, `refused` the sentences, one for each error, `said` a `Notice`."""
+class ProfileFiles(QObject):
+    """Entries of the page's menu. `opened` gives a `Profile`, `refused` the sentences, one for each error, `said` a
+    `Notice`."""
 
     opened = Signal(object, object)
     """Profile and path."""
@@ -32,33 +32,24 @@ class ProfileFiles(QWidget):
     """Path and sentences."""
     said = Signal(object)
 
-    def __init__(self, services: Services) -> None:
-        super().__init__()
-        self.setObjectName("profile_files")
+    def __init__(self, services: Services, page: QWidget, header: PageHeader) -> None:
+        super().__init__(page)
         self.ask_open: AskOpen = ask_profile
         self.ask_save: AskPath = ask_path
+        self._page = page
         self._connector, self._remembered = services.connector, services.preferences
-        texts = services.texts
-        self.open = control(QPushButton(), texts, "profile_open", "Open profile…", says="Open a profile",
-                            tip="Open a profile and compare it with the module (Ctrl+O); or drop it here",
-                            picture=Icon.CHECKLIST, slot=self.choose)  # fmt: skip
-        self.save = control(QPushButton(), texts, "profile_save", "Save as profile…",
-                            says="Save the module's settings as a profile",
-                            tip="Save what the module holds now as a profile; what is not known is left out",
-                            picture=Icon.SAVE, slot=self.choose_and_save)  # fmt: skip
-        self.recent = control(QToolButton(), texts, "profile_recent", "Recent", says="Recent profiles",
-                              tip="Profiles that were opened or saved before")  # fmt: skip
-        self.recent.setPopupMode(QToolButton.ToolButtonPopupMode.InstantPopup)
-        self.menu = named(QMenu(self.recent), "profile_recent_menu")
+        self.open = header.add_rare("profile_open", marked("Open profile…"), self.choose)
+        self.recent = header.add_rare("profile_recent", marked("Recent profiles"), self._fill_menu)
+        self.menu = named(QMenu(page), "profile_recent_menu")
         self.recent.setMenu(self.menu)
+        self.save = header.add_rare("profile_save", marked("Save as profile…"), self.choose_and_save)
         self.menu.aboutToShow.connect(self._fill_menu)
-        in_row(self.open, self.recent, self.save, of=self, spacing=Space.S, margins=0)
 
     def refresh(self) -> None:
         self.recent.setEnabled(bool(self._remembered.recent_profiles))
 
     def choose(self) -> None:
-        path = self.ask_open(self, self._folder())
+        path = self.ask_open(self._page, self._folder())
         if path is not None:
             self.open_file(path)
 
@@ -82,7 +73,7 @@ class ProfileFiles(QWidget):
             self._say(Meaning.ATTENTION, tr("Nothing is known of the module's settings: read them first."))
             return
         suggested = self._folder() / f"profile{SUFFIX}"
-        path = self.ask_save(self, tr("Save as a profile"), suggested, tr("Profile (*.toml)"))
+        path = self.ask_save(self._page, tr("Save as a profile"), suggested, tr("Profile (*.toml)"))
         if path is None:
             return
         try:

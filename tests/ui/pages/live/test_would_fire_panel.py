@@ -367,7 +367,7 @@ def test_there_and_back_and_nothing_is_sent(qtbot: QtBot, qapp: QApplication, tm
         assert isinstance(settings, SettingsPage)
         window_.go_to("settings")
         settings.work.edit(lambda: settings.work.form.type_text("attitude_threshold_deg", "70"))
-        qtbot.mouseClick(settings.try_out, Qt.MouseButton.LeftButton)
+        settings.try_out.trigger()
         qtbot.waitUntil(live.fired.panel.isVisible, timeout=WAIT_MS)
         box = live.findChild(QLineEdit, ATTITUDE)
         assert box is not None

@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from PySide6.QtCore import QPoint, QPointF, Qt
+from PySide6.QtCore import QPoint, QPointF, QRect, Qt
 from PySide6.QtGui import QWheelEvent
 from PySide6.QtWidgets import QApplication, QLineEdit, QPushButton, QToolButton
 from pytestqt.qtbot import QtBot
@@ -18,7 +18,9 @@ from app.text.i18n import CHINESE
 from protocol.link_states import Presence
 from tests.support.records.kept_settings import kept_settings
 from tests.support.window.settings_bench import choose, desk, notice, reason, state, type_into, write
+from tests.support.window.steps import let_lay_out
 from ui.style.theme import Meaning
+from ui.widgets.step_button import is_in_sight
 
 TILT, TIME, LIGHT, FLAG = "attitude_threshold_deg", "freefall_time_s", "light_threshold_v", "attitude_trigger"
 
@@ -139,7 +141,10 @@ def test_the_line_beside_a_field_begins_with_a_capital_whichever_part_is_first(
     qtbot: QtBot, qapp: QApplication, tmp_path: Path
 ) -> None:
     with desk(qtbot, qapp, tmp_path) as one:
-        said = {key: row.advice.text() for key, row in one.settings.rows.items()}
+        said = {}
+        for key in one.settings.rows:
+            one.settings.choose(key)
+            said[key] = one.settings.pane.advice.text()
     assert said[LIGHT].startswith("Advised: ")
     assert said[TILT].startswith("Default 60° · advised: ")
 
@@ -191,7 +196,7 @@ def test_undo_redo_revert_and_defaults(qtbot: QtBot, qapp: QApplication, tmp_pat
         assert box.text() == "75"
         one.click("settings_revert")
         assert (box.text(), box.placeholderText()) == ("", "60")
-        one.click("settings_defaults")
+        one.choose_rare("settings_defaults")
         assert (box.text(), focus.text()) == ("60", "1.60")
         one.settings.refresh()
         assert one.settings.write.text() == "Write 2 changes"  # the two flags: nobody knows how they stand
@@ -205,7 +210,7 @@ def test_as_it_was_found_is_one_click_away(qtbot: QtBot, qapp: QApplication, tmp
             type_into(one, "freefall_time", text)
             write(one)
             one.until(lambda: state(one, TIME) is RowState.VERIFIED)
-        one.click("settings_as_found")
+        one.choose_rare("settings_as_found")
         write(one)
         one.until(lambda: one.held("freefall_time") == 1.6 and state(one, TIME) is RowState.VERIFIED)
         store = one.assembly.storage.store
@@ -307,23 +312,39 @@ def test_everything_has_a_name_and_follows_the_language(qtbot: QtBot, qapp: QApp
                     continue
                 assert button.objectName()
                 assert button.accessibleName(), button.objectName()
-                assert button.toolTip(), button.objectName()
         one.assembly.language_switch.use(CHINESE)
         assert one.settings.rows[TILT].command.vendor_term in one.settings.rows[TILT].whatsThis()
 
 
-def test_at_the_smallest_size_the_rows_scroll_and_the_buttons_stay(
-    qtbot: QtBot, qapp: QApplication, tmp_path: Path
+@pytest.mark.parametrize(("width", "height", "least"), [(1366, 768, 8), (1024, 600, 6)])
+def test_the_table_is_dense_and_its_rows_never_move(
+    qtbot: QtBot, qapp: QApplication, tmp_path: Path, width: int, height: int, least: int
 ) -> None:
+    """All eight settings in sight at 1366×768, six at 1024×600; a neighbour's state moves no row."""
     with desk(qtbot, qapp, tmp_path) as one:
-        one.assembly.window.resize(1024, 600)
-        qapp.processEvents()
+        one.assembly.window.resize(width, height)
         page = one.settings
-        for button in (page.write, page.read, page.as_found, page.files.save):
-            corner = button.mapTo(page, button.rect().bottomRight())
-            assert page.rect().contains(corner), button.objectName()
+        rows = [*page.rows.values(), page.baud]
+
+        def places() -> list[QRect]:
+            page.refresh()
+            let_lay_out()
+            return [QRect(row.mapTo(page, QPoint()), row.size()) for row in rows]
+
+        before = places()
+        assert sum(is_in_sight(row) for row in rows) >= least
+        for button in (page.write, page.revert, page.read):
+            assert is_in_sight(button), button.objectName()
         assert page.scroll_area.horizontalScrollBar().maximum() == 0
-        assert page.scroll_area.verticalScrollBar().maximum() > 0
+        type_into(one, "freefall_time", "9999")
+        assert places() == before
+        type_into(one, "freefall_time", "0.1")
+        one.click(one.find(QToolButton, "freefall_trigger_off"))
+        assert page.pane.title.text() == "Free-fall trigger"  # the row that is edited is the chosen one
+        assert places() == before
+        write(one)
+        one.until(lambda: page.strip.notice is not None)
+        assert places() == before
 
 
 def test_what_the_module_does_by_itself_is_said_on_every_page(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:

@@ -1,0 +1,71 @@
+"""Pane beside the table: what the chosen setting is, what its value means, and what the vendor advises."""
+
+from PySide6.QtCore import Signal
+from PySide6.QtWidgets import QFrame, QPushButton, QScrollArea, QWidget
+
+from app.settings.consequences import Weight
+from app.settings.form import FormRow
+from app.settings.setting_texts import advice_text
+from app.text.i18n import tr
+from app.text.sentences import begun, together
+from ui.core.texts import Texts
+from ui.pages.settings.row import WRONG, reason_text
+from ui.style.icons import Icon
+from ui.style.theme import Space
+from ui.widgets.controls import control
+from ui.widgets.labels import text_label
+from ui.widgets.layouts import FlowRow, in_column
+from ui.widgets.naming import named, set_role
+
+
+class SettingPane(QFrame):
+    """`measure_wanted`: the light threshold by measurement."""
+
+    measure_wanted = Signal()
+
+    def __init__(self, texts: Texts) -> None:
+        super().__init__()
+        named(self, "setting_pane", "card")
+        self.title = text_label("setting_title", "strong")
+        self.term = text_label("setting_term", "small")
+        self.what = text_label("setting_what")
+        self.meaning = text_label("setting_meaning")
+        self.reason = text_label("setting_reason", "small")
+        self.advice = text_label("setting_advice", "small")
+        self.measure = control(QPushButton(), texts, "light_threshold_measure", "Measure…",
+                               says="Measure the light threshold", tip="With the bay closed, then open",
+                               picture=Icon.LIGHT, slot=self.measure_wanted)  # fmt: skip
+        content = named(QWidget(), "setting_content")
+        head = FlowRow(spacing_px=Space.S)
+        head.add(self.title, self.term)
+        for one in (self.title, self.term):
+            one.setWordWrap(False)
+        in_column(
+            head, self.reason, self.meaning, self.what, self.advice, self.measure, 1,
+            of=content, spacing=Space.S, margins=(Space.M, Space.S),
+        )  # fmt: skip
+        scroll = control(QScrollArea(), texts, "setting_scroll", says="About this setting")
+        scroll.setWidgetResizable(True)
+        scroll.setWidget(content)
+        for ground in (content, scroll.viewport()):
+            ground.setAutoFillBackground(False)  # the card's
+        in_column(scroll, of=self, margins=1)
+
+    def show_row(self, row: FormRow) -> None:
+        command = row.command
+        title, term = tr(command.title), command.vendor_term
+        reason = reason_text(row)
+        is_loud = any(one.weight is not Weight.PLAIN for one in row.consequences)
+        for label, text in (
+            (self.title, title),
+            (self.term, "" if term == title else term),  # in Chinese it is the title
+            (self.reason, reason),
+            (self.what, tr(command.explanation)),
+            (self.meaning, together(one.sentence for one in row.consequences)),
+            (self.advice, begun(advice_text(command))),
+        ):
+            label.setText(text)
+            label.setVisible(bool(text))
+        set_role(self.reason, "danger" if row.state in WRONG else "small")
+        set_role(self.meaning, "attention" if is_loud else "")
+        self.measure.setVisible(command.name == "light_threshold")
