@@ -74,14 +74,14 @@ class WindowOptions:
     """Opened in the page of its type."""
 
 
-def _page(key: str, title: str, picture: Icon, *, wants_stream: bool = False) -> PageEntry:
+def _page(key: str, title: str, picture: Icon, chapter: str = "", *, wants_stream: bool = False) -> PageEntry:
     """The page of the room `ui/pages/<key>`. Its module is loaded when the page is made, or by `_load_pages`."""
 
     def make(services: Services) -> Page:
         page: Page = getattr(_module(key), f"{key.capitalize()}Page")(services)
         return page
 
-    return PageEntry(key, title, picture, make, wants_stream)
+    return PageEntry(key, title, picture, make, chapter or title, wants_stream)
 
 
 def _module(key: str) -> ModuleType:
@@ -89,12 +89,12 @@ def _module(key: str) -> ModuleType:
 
 
 PAGES: tuple[PageEntry, ...] = (
-    _page("live", marked("Live"), Icon.LIVE, wants_stream=True),
+    _page("live", marked("Live"), Icon.LIVE, "What the window shows", wants_stream=True),
     _page("settings", marked("Settings"), Icon.SETTINGS),
     _page("triggers", marked("Triggers"), Icon.HISTORY),
-    _page("preflight", marked("Pre-flight"), Icon.CHECKLIST),
-    _page("tests", marked("Tests"), Icon.TESTS, wants_stream=True),
-    _page("commands", marked("Commands"), Icon.ACTIVE, wants_stream=True),
+    _page("preflight", marked("Pre-flight"), Icon.CHECKLIST, "Before each flight: READY, GO or NO-GO"),
+    _page("tests", marked("Tests"), Icon.TESTS, "Guided tests", wants_stream=True),
+    _page("commands", marked("Commands"), Icon.ACTIVE, "LOCK, and dangerous commands", wants_stream=True),
     _page("recordings", marked("Recordings"), Icon.RECORDINGS),
     _page("flights", marked("Flight logs"), Icon.MAP),
     _page("diagnosis", marked("Diagnosis"), Icon.DIAGNOSIS),

@@ -5,7 +5,7 @@ from pathlib import Path
 from typing import Final
 
 from PySide6.QtCore import QEvent, QSize, Qt, QUrl
-from PySide6.QtGui import QDesktopServices, QImage, QTextCursor, QTextDocument
+from PySide6.QtGui import QDesktopServices, QImage, QTextBlock, QTextCursor, QTextDocument
 from PySide6.QtWidgets import QWidget
 
 from app.text.i18n import ENGLISH, language
@@ -16,6 +16,7 @@ from ui.widgets.document_window import DocumentWindow
 
 GUIDE: Final = Path(__file__).parent / "guide"
 _WIDEST_PX: Final = 660
+_CHAPTER_LEVEL: Final = 2
 _INK: Final = "#1a1c1e"
 _PAPER: Final = "#ffffff"
 """In drawings."""
@@ -56,19 +57,38 @@ class GuideViewer(DocumentWindow):
         elif link.scheme() in ("http", "https"):
             QDesktopServices.openUrl(link)
 
+    def go_to_chapter(self, english: str) -> None:
+        """The chapter of this title in the English guide, in the language in use; else the beginning."""
+        page = self._folder / f"{ENGLISH}.md"
+        titles = [line[3:].strip() for line in page.read_text(encoding="utf-8").splitlines() if line.startswith("## ")]
+        if english not in titles:
+            self.text.moveCursor(QTextCursor.MoveOperation.Start)
+            return
+        number, block = titles.index(english), self.text.document().begin()
+        while block.isValid():  # the guides have the same chapters in the same order
+            if block.blockFormat().headingLevel() == _CHAPTER_LEVEL:
+                if number == 0:
+                    self._show_block(block)
+                    return
+                number -= 1
+            block = block.next()
+
     def _go_to_heading(self, fragment: str) -> None:
         """Headings have no anchors in Qt's Markdown: the one whose words give this anchor is meant."""
         block = self.text.document().begin()
         while block.isValid():
             if block.blockFormat().headingLevel() and anchor_of(block.text()) == fragment.lower():
-                cursor = self.text.textCursor()
-                cursor.setPosition(block.position())
-                self.text.setTextCursor(cursor)
-                self.text.verticalScrollBar().setValue(
-                    round(self.text.document().documentLayout().blockBoundingRect(block).top())
-                )
+                self._show_block(block)
                 return
             block = block.next()
+
+    def _show_block(self, block: QTextBlock) -> None:
+        """At the upper edge."""
+        cursor = self.text.textCursor()
+        cursor.setPosition(block.position())
+        self.text.setTextCursor(cursor)
+        top = self.text.document().documentLayout().blockBoundingRect(block).top()
+        self.text.verticalScrollBar().setValue(round(top))
 
     def _fit_pictures(self) -> None:
         """Pictures as wide as the text at most; they are of windows of up to twice that."""

@@ -109,6 +109,9 @@ class HelpActions(QObject):
         if self._guide is None:
             self._guide = GuideViewer(self._services.texts, self._window)
         self._guide.bring_up()
+        chosen = "" if self._window.panel.isVisible() else self._window.navigation.chosen
+        chapter = next((entry.chapter for entry in self._entries if entry.key == chosen), "Connect")
+        self._guide.go_to_chapter(chapter)
 
     def show_keys(self) -> None:
         from ui.help.shortcuts import ShortcutsView

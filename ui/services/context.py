@@ -48,5 +48,7 @@ class PageEntry:
     """English, marked."""
     icon: Icon
     make: Callable[[Services], Page]
+    chapter: str = ""
+    """Its chapter of the guide, in English as the guide has it; else that of the same title."""
     wants_stream: bool = False
     """While it is in sight the module streams its status."""

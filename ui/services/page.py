@@ -23,6 +23,8 @@ class Page(QWidget):
     page_wanted = Signal(str)
     """The key of a page."""
     tour_wanted = Signal()
+    shows_link: bool = False
+    """The page itself says that nothing is connected, and leads on."""
     suffixes: tuple[str, ...] = ()
     """Of the files that may be dropped on the window for this page."""
 

@@ -281,7 +281,9 @@ class MainWindow(QMainWindow):
 
     def _refresh_notice(self) -> None:
         # Whoever looks at a recording needs no port either.
-        self.attention.is_choosing = self.panel.isVisible() or self._services.storage.recordings.is_shown
+        page = self.stack.currentWidget()
+        is_told = self.panel.isVisible() or (isinstance(page, Page) and page.shows_link)
+        self.attention.is_choosing = is_told or self._services.storage.recordings.is_shown
         self.attention.refresh()
 
     def _tell_of_recording(self, sentence: str) -> None:

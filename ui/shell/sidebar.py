@@ -3,7 +3,7 @@
 from typing import Final
 
 from PySide6.QtCore import QEvent, QModelIndex, QPersistentModelIndex, QRect, QSize, Qt, Signal
-from PySide6.QtGui import QColor, QFont, QFontMetrics, QKeySequence, QPainter, QPen, QResizeEvent
+from PySide6.QtGui import QColor, QFontMetrics, QKeySequence, QPainter, QPen, QResizeEvent
 from PySide6.QtWidgets import (
     QListView,
     QListWidget,
@@ -18,7 +18,7 @@ from app.text.i18n import tr
 from ui.core.texts import Texts
 from ui.services.context import PageEntry
 from ui.style.icons import Icon, draw, icon
-from ui.style.theme import Size, current, font, scaled
+from ui.style.theme import Size, Space, current, font, scale_in_use, scaled
 
 WIDE_PX: Final = 160
 NARROW_PX: Final = 84
@@ -82,16 +82,24 @@ class Sidebar(QListWidget):
     @property
     def shows_names(self) -> bool:
         """Else there is no room for them; they are in the tooltips."""
-        if self._has_little_room:
-            return False
-        return self.is_wide or self.count() * scaled(NARROW_ROW_PX) <= max(1, self.height() - 8)
+        return not self._has_little_room and (self.is_wide or self._row_px() >= NARROW_ROW_PX)
+
+    @property
+    def scale(self) -> float:
+        """Of what is in a row: as the rest of the window, or less where all rows would not fit."""
+        wanted = WIDE_ROW_PX if self.is_wide else NARROW_ROW_PX
+        return min(scale_in_use(), max(1.0, self._row_px() / wanted))
+
+    def _row_px(self) -> float:
+        """How high each row may be for all to be in sight."""
+        return max(1, self.height() - 2 * Space.XS) / max(1, self.count())
 
     def _fit(self) -> None:
         wide = self.is_wide and not self._has_little_room
         self.setFixedWidth(scaled(WIDE_PX if wide else ICONS_PX if self._has_little_room else NARROW_PX))
-        room = max(1, self.height() - 8) // max(1, self.count())
-        low = min(scaled(NARROW_ROW_PX), max(scaled(_LEAST_ROW_PX), room))
-        row = scaled(WIDE_ROW_PX) if wide else scaled(NARROW_ROW_PX) if self.shows_names else low
+        row = round((WIDE_ROW_PX if self.is_wide else NARROW_ROW_PX) * self.scale)
+        if not self.shows_names:
+            row = min(row, max(_LEAST_ROW_PX, int(self._row_px())))
         for number in range(self.count()):
             if self.item(number).sizeHint().height() != row:
                 self.item(number).setSizeHint(QSize(0, row))
@@ -146,8 +154,10 @@ class _RowPainter(QStyledItemDelegate):
             painter.drawRoundedRect(rect.adjusted(1, 1, -1, -1), 6, 6)
         ink = QColor(theme.text if is_chosen else theme.muted)
         picture: Icon = index.data(_ICON)
-        side = scaled(_ICON_PX)
-        name, one = str(index.data()), _name_font(is_wide=sidebar.is_wide)
+        side = round(_ICON_PX * sidebar.scale)
+        size = Size.BODY if sidebar.is_wide else Size.SMALL
+        name, one = str(index.data()), font(size)
+        one.setPixelSize(round(size * sidebar.scale))
         if sidebar.is_wide and sidebar.shows_names:
             square = QRect(rect.left() + scaled(10), rect.center().y() - side // 2 + 1, side, side)
             room = rect.adjusted(scaled(40), 0, -scaled(4), 0)
@@ -165,7 +175,3 @@ class _RowPainter(QStyledItemDelegate):
             fitting = QFontMetrics(one).elidedText(name, Qt.TextElideMode.ElideRight, room.width())
             painter.drawText(room, flags, fitting)
         painter.restore()
-
-
-def _name_font(*, is_wide: bool) -> QFont:
-    return font(Size.BODY if is_wide else Size.SMALL)

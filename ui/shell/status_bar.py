@@ -109,7 +109,7 @@ class StatusBar(QFrame):
         link = None if last is None else last.link
         now = self._written_at = self._connector.clock()
         if link is None:
-            figures = tr("Not connected")
+            figures = ""  # the top bar says so
         else:
             rate = "–" if self._frames_per_s is None else f"{self._frames_per_s:.0f}"
             trip = link.round_trip_median_s

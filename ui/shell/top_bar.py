@@ -3,7 +3,7 @@
 from functools import partial
 
 from PySide6.QtCore import QEvent, QRect, QSize, Qt, Signal
-from PySide6.QtGui import QColor, QFontMetrics, QPainter, QPaintEvent, QResizeEvent
+from PySide6.QtGui import QColor, QFontMetrics, QPainter, QPaintEvent
 from PySide6.QtWidgets import QFrame, QPushButton, QSizePolicy, QToolButton, QWidget
 
 from app.diagnosis.link_state import LinkState, LinkWords, Phase, words
@@ -162,7 +162,6 @@ class TopBar(QFrame):
         self.setProperty("role", "bar")
         self._connector, self._naming = connector, naming
         self._in_use = in_use or LimitsInUse()
-        self._shared: tuple[object, ...] = ()
         self.menu = control(QToolButton(), texts, "menu_button", says="Menu", tip="Menu", key="F10",
                             picture=Icon.MENU, role="quiet")  # fmt: skip
         self.menu.setPopupMode(QToolButton.ToolButtonPopupMode.InstantPopup)
@@ -170,11 +169,11 @@ class TopBar(QFrame):
         self.port.clicked.connect(self.panel_wanted)
         self.name = named(ElidedLabel(), "module_name", "strong")
         texts.bind(self.name.setAccessibleDescription, "Module")
-        self.activation = StateChip("")
+        self.activation = StateChip("", is_stacked=True)
         self.activation.setObjectName("activation_chip")
-        self.trigger = StateChip("")
+        self.trigger = StateChip("", is_stacked=True)
         self.trigger.setObjectName("trigger_chip")
-        self.cell = StateChip("", is_measured=True)
+        self.cell = StateChip("", is_measured=True, is_stacked=True)
         self.cell.setObjectName("cell_chip")
         texts.bind(self.activation.set_caption, "Activation")
         texts.bind(self.trigger.set_caption, "Trigger")
@@ -184,7 +183,7 @@ class TopBar(QFrame):
             _explain(texts, chip, BY_NAME[name])
         self.lock = self._make_lock(texts, lock)
         self.name.setAlignment(Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter)
-        row = self._row = in_row(
+        row = in_row(
             self.menu, self.port, (self.name, 1), self.activation, self.trigger, self.cell, of=self,
             spacing=Space.S, margins=(Space.XS, _AROUND_PX, Space.M, _AROUND_PX),
         )  # fmt: skip
@@ -203,34 +202,14 @@ class TopBar(QFrame):
         self.menu.setIconSize(QSize(scaled(20), scaled(20)))
         self.lock.setMinimumWidth(scaled(96))
 
-    def _share_room(self) -> None:
-        """Where the bar is too narrow for all, the ages of the cell and the trigger give way, never LOCK."""
-        chips = (self.cell, self.trigger, self.activation)
-        shown = (self.width(), *(chip.accessibleName() for chip in chips))
-        if shown == self._shared:
-            return
-        self._shared = shown
-        for chip in chips:
-            chip.hide_age(False)
-        self._row.invalidate()
-        for chip in chips:
-            if self._row.minimumSize().width() <= self.width():
-                break
-            chip.hide_age(True)
-            self._row.invalidate()
-
     def _reserve(self) -> None:
         """Room for the widest word, so that nothing jumps when a state changes."""
-        self.activation.reserve((tr("LOCKED"), tr("ACTIVE")))
+        self.activation.reserve((tr("LOCKED"), tr("ACTIVE"), tr("was ACTIVE"), tr("Activation")))
         self.trigger.reserve((tr("NOT TRIGGERED"), tr("TRIGGERED")))
-        self.cell.reserve((tr("{volts:.2f} V", volts=4.0),))
-        self.activation.name_unknown(tr("Activation unknown"))
-        self.trigger.name_unknown(tr("Trigger unknown"))
-        self.cell.name_unknown(tr("Cell unknown"))
-
-    def resizeEvent(self, event: QResizeEvent) -> None:
-        super().resizeEvent(event)
-        self._share_room()
+        self.cell.reserve((tr("{volts:.2f} V", volts=4.0), tr("not charging")))
+        self.activation.name_unknown(tr("Activation"))
+        self.trigger.name_unknown(tr("Trigger"))
+        self.cell.name_unknown(tr("Cell"))
 
     def changeEvent(self, event: QEvent) -> None:
         super().changeEvent(event)
@@ -263,7 +242,6 @@ class TopBar(QFrame):
         show_activation(self.activation, connector.activation, now)
         show_known_trigger(self.trigger, device.known("triggered", now), now)
         self._show_cell(device, now)
-        self._share_room()
         is_main = connector.is_open and connector.is_active
         if is_main != (self.lock.property("role") == "primary"):
             self._dress_lock(self.lock, is_main=is_main)

@@ -58,6 +58,9 @@ class NoticeBar(Banner):
         self._dismiss = control(QToolButton(), texts, "notice_dismiss", says="Close this message",
                                 tip="Close this message", picture=Icon.CROSS, role="quiet",
                                 slot=self._close)  # fmt: skip
+        policy = self._dismiss.sizePolicy()
+        policy.setRetainSizeWhenHidden(True)  # no other button ever lies where it comes to lie
+        self._dismiss.setSizePolicy(policy)
         self._buttons: list[QPushButton] = []
         self.row.setContentsMargins(Space.M, Space.XS, Space.M, Space.XS)
         self.row.addWidget(self._text, 1)

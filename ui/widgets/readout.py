@@ -17,7 +17,7 @@ from ui.style import icons
 from ui.style.icons import Icon
 from ui.style.painted_widget import Freshness, PaintedWidget
 from ui.style.shapes import hatch, pen, unknown_box
-from ui.style.theme import Meaning, Size, Space, current, font
+from ui.style.theme import Meaning, Size, Space, current, font, scaled
 
 _LEFT: Final = Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter
 _RIGHT: Final = Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter
@@ -192,11 +192,15 @@ class StateChip(PaintedWidget):
 
     What is good or neutral stays quiet; attention and danger are filled; unknown is hatched and dashed; a stale
     state is dashed and carries its age.  It starts as unknown.  ``is_measured``: its word holds a measured value.
+    ``is_stacked``: what stands behind a comma, and the age, are below the word in small: nothing beside it moves.
     """
 
-    def __init__(self, caption: str, *, size: Size = Size.BODY, is_measured: bool = False) -> None:
+    def __init__(
+        self, caption: str, *, size: Size = Size.BODY, is_measured: bool = False, is_stacked: bool = False
+    ) -> None:
         super().__init__()
-        self._caption, self._size, self._is_measured = caption, size, is_measured
+        self._caption, self._size = caption, size
+        self._is_measured, self._is_stacked = is_measured, is_stacked
         self._icon: Icon | str = Icon.UNKNOWN
         self._word = tr("unknown")
         self._meaning: Meaning | None = Meaning.UNKNOWN
@@ -206,7 +210,6 @@ class StateChip(PaintedWidget):
         self._unknown = ""
         self._detail = ""
         self._reserved: tuple[str, ...] = ()
-        self._hides_age = False
         self.setSizePolicy(QSizePolicy.Policy.Fixed, QSizePolicy.Policy.Fixed)
         self._changed()
 
@@ -226,7 +229,8 @@ class StateChip(PaintedWidget):
         self._changed()
 
     def name_unknown(self, text: str) -> None:
-        """What to say in place of "unknown" where no caption stands beside the chip: "Trigger unknown"."""
+        """What to say in place of "unknown" where no caption stands beside the chip: "Trigger unknown". What is stacked
+        says it above "unknown"."""
         self._unknown = text
         self.updateGeometry()
         self.update()
@@ -264,13 +268,6 @@ class StateChip(PaintedWidget):
             self.updateGeometry()
             self._changed()
 
-    def hide_age(self, is_hidden: bool) -> None:
-        """Where there is no room for it: what is stale stays dashed, and its age is in the tooltip."""
-        if is_hidden != self._hides_age:
-            self._hides_age = is_hidden
-            self.updateGeometry()
-            self.update()
-
     def show_unknown(self) -> None:
         """Nobody knows."""
         self.show_state(tr("unknown"), Icon.UNKNOWN, Meaning.UNKNOWN)
@@ -291,16 +288,31 @@ class StateChip(PaintedWidget):
             return self._unknown
         if self._certain_age and not self._age:
             return f"{self._word} {self._certain_age}"
-        return f"{self._word} · {self._age}" if self._age and not self._hides_age else self._word
+        return f"{self._word} · {self._age}" if self._age else self._word
+
+    @property
+    def _lines(self) -> tuple[str, str]:
+        """Above in the chip's size, below in small; one alone where there is nothing for the other."""
+        if not self._is_stacked:
+            return self._text, ""
+        if self._meaning is Meaning.UNKNOWN and self._unknown:
+            return self._unknown, self._word
+        word, _, more = self._word.partition(", ")
+        return word, self._age or self._certain_age or more
 
     def _icon_px(self) -> int:
-        return self._size + 4
+        return scaled(self._size + 4)
+
+    def _words_px(self) -> float:
+        above, below = self._lines
+        metrics = QFontMetricsF(font(self._size, is_bold=True))
+        return max(metrics.horizontalAdvance(above), QFontMetricsF(font(Size.SMALL)).horizontalAdvance(below))
 
     def sizeHint(self) -> QSize:
         metrics = QFontMetricsF(font(self._size, is_bold=True))
-        word = max(metrics.horizontalAdvance(one) for one in (self._text, *self._reserved))
-        width = Space.S + self._icon_px() + Space.XS + 2 + word + Space.M
-        return QSize(round(width) + 1, max(30, round(metrics.height()) + Space.S))
+        words = max(self._words_px(), *(metrics.horizontalAdvance(one) for one in self._reserved), 0.0)
+        width = Space.S + self._icon_px() + Space.XS + 2 + words + Space.M
+        return QSize(round(width) + 1, max(scaled(30), round(metrics.height()) + Space.S))
 
     def minimumSizeHint(self) -> QSize:
         return self.sizeHint()
@@ -345,8 +357,9 @@ class StateChip(PaintedWidget):
         one = font(self._size, is_bold=True)
         if self._meaning is Meaning.UNKNOWN or self._keeps_colour:
             # The hatching stops around the word.
-            word = QFontMetricsF(one).horizontalAdvance(self._text)
-            ground = QRectF(square.left() - 3, 4, square.width() + word + Space.XS + 10, self.height() - 8.0)
+            ground = QRectF(
+                square.left() - 3, 3, square.width() + self._words_px() + Space.XS + 10, self.height() - 6.0
+            )
             painter.setPen(Qt.PenStyle.NoPen)
             painter.setBrush(QColor(theme.surface))
             painter.drawRoundedRect(ground, 4, 4)
@@ -354,4 +367,11 @@ class StateChip(PaintedWidget):
         icons.draw(painter, self._icon, square, QColor(theme.muted) if is_dim else ink)
         painter.setFont(one)
         painter.setPen(text)
-        painter.drawText(room, _LEFT, self._text)
+        above, below = self._lines
+        if not below:
+            painter.drawText(room, _LEFT, above)
+            return
+        half = self.height() / 2
+        painter.drawText(QRectF(left, 1, room.width(), half), _LEFT, above)
+        painter.setFont(font(Size.SMALL))
+        painter.drawText(QRectF(left, half - 1, room.width(), half), _LEFT, below)

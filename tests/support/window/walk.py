@@ -22,6 +22,7 @@ from app.simulator.bench import SimulatedBench
 from tests.support.check_pace import hurry_check
 from tests.support.flights.many_flights import write_logs
 from tests.support.window.fakes_ui import ADAPTER, SECOND_ADAPTER, WAIT_MS, Ports, simulated, wait_online, window
+from tests.support.window.moved import moved, places
 from tests.support.window.steps import settle
 from ui.main import PAGES, Assembly, WindowOptions
 from ui.pages.commands.page import CommandsPage
@@ -227,6 +228,24 @@ class Walk:
         for entry in PAGES:
             self.window.go_to(entry.key)
             yield self._stop(f"{entry.key}, unplugged")
+
+    def shake(self) -> list[str]:
+        """What moves on the page in sight while the module tilts and is charged."""
+        bench, cell = self.bench, self.window.top_bar.cell
+        self.settle()
+        before = places(self.window)
+        bench.set_tilt(123)
+        bench.set_cell(3.61)
+        bench.set_charger(is_plugged_in=True)
+        self.qtbot.waitUntil(lambda: ", " in cell.word, timeout=WAIT_MS)
+        self.settle()
+        found = moved(before, places(self.window))
+        bench.set_tilt(0)
+        bench.set_cell(4.0)
+        bench.set_charger(is_plugged_in=False)
+        self.qtbot.waitUntil(lambda: ", " not in cell.word, timeout=WAIT_MS)
+        self.settle()
+        return found
 
     def _stop(self, name: str, root: QWidget | None = None) -> Stop:
         self.settle()

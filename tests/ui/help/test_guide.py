@@ -16,6 +16,7 @@ from app.text import i18n
 from app.text.i18n import CHINESE, ENGLISH, LANGUAGES, read_translations
 from ui.core.texts import Texts
 from ui.help.guide_viewer import GUIDE, GuideViewer, anchor_of
+from ui.main import PAGES
 from ui.style.theme import THEMES, Theme
 
 ROOT = Path(__file__).resolve().parents[3]
@@ -107,6 +108,21 @@ def test_the_contents_lead_to_every_chapter(language: str, qtbot: QtBot, qapp: Q
     assert places[0] > 0
     assert places == sorted(places)
     assert len(set(places)) >= len(places) - 2  # the last ones may fit into the last screenful
+
+
+@BOTH
+def test_each_page_has_a_chapter_that_the_guide_opens_at(language: str, qtbot: QtBot, qapp: QApplication) -> None:
+    english = re.findall(r"^## (.+)$", text_of(ENGLISH), flags=re.MULTILINE)
+    own = re.findall(r"^## (.+)$", text_of(language), flags=re.MULTILINE)
+    around = QWidget()
+    qtbot.addWidget(around)
+    i18n.set_language(language)
+    viewer = GuideViewer(Texts(), around)
+    for entry in PAGES:
+        viewer.go_to_chapter(entry.chapter)
+        assert viewer.text.textCursor().block().text() == own[english.index(entry.chapter)]
+    viewer.go_to_chapter("no such chapter")
+    assert viewer.text.textCursor().atStart()
 
 
 @BOTH

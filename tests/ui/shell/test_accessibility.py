@@ -15,6 +15,7 @@ from app.text.i18n import set_language
 from tests.support.garbage import living_garbage
 from tests.support.window.controls import controls_in, goes_back, tab_chain, takes_tab
 from tests.support.window.walk import Walk, walking
+from ui.main import PAGES
 from ui.pages.settings import profile_compare
 from ui.pages.settings import row as settings_row
 from ui.plots.gauge import TiltGauge
@@ -39,6 +40,8 @@ def test_the_walk(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
         for stop in walk.stops():
             found = [*unnamed(stop.root), *mute(stop.root), *out_of_order(stop.root), *silent_paint(stop.root)]
             seen += len(controls_in(stop.root))
+            if stop.name in {entry.key for entry in PAGES}:
+                found += walk.shake()
             for fault in found:
                 faults.setdefault(fault, stop.name)
         for fault in secret_keys(walk):

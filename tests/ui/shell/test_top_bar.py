@@ -15,14 +15,15 @@ from ui.services.lock import LockControl
 from ui.services.module_name import ModuleName
 from ui.shell.top_bar import TopBar
 from ui.style.theme import current
+from ui.widgets.readout import StateChip
 
 
 def test_what_is_unknown_is_named(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
     with window(qapp, tmp_path) as assembly:
         with watching() as drawn:
             assembly.window.top_bar.grab()
-        said = [one.text for one in drawn if "unknown" in one.text]
-        assert said == ["Activation unknown", "Trigger unknown", "Cell unknown"]
+        said = [one.text for one in drawn if isinstance(one.widget, StateChip)]
+        assert said == ["Activation", "unknown", "Trigger", "unknown", "Cell", "unknown"]
 
 
 def test_the_name_of_the_module_that_is_connected_stands_at_the_top(

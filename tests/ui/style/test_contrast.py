@@ -15,6 +15,7 @@ from tests.support.window.painted_text import Drawn, Pixels, colours_in, picture
 from tests.support.window.walk import walking
 from ui.style.style_sheet import style_sheet
 from ui.style.theme import SUNLIGHT, THEMES, Choice, Theme, current
+from ui.widgets.step_button import StepButton
 
 DISABLED = 3.0
 """WCAG asks nothing of what cannot be used now; it should still be read."""
@@ -50,7 +51,7 @@ def weak_in_style(root: QWidget, picture: Pixels) -> Iterator[str]:
         if place.width() < 12 or place.height() < 10 or place.height() < widget.height() / 2:
             continue  # scrolled out of sight, all but a strip without letters
         colour, ratio = colours_in(picture, place).strongest_ink()
-        least = wanted(current()) if widget.isEnabled() else DISABLED
+        least = wanted(current()) if _is_usable(widget) else DISABLED
         if ratio < least - _ROUNDING:
             yield f"{widget.objectName()} {_text_of(widget)!r}: {colour} has {ratio:.2f}"
 
@@ -73,6 +74,11 @@ def weak_in_paint(root: QWidget, picture: Pixels, drawn: list[Drawn]) -> Iterato
             yield f"{name} draws {one.text!r}: {one.colour.name()} on {ground} has {ratio:.2f}"
         if one.colour.alpha() != 255:
             yield f"{one.text!r} is drawn with a colour that lets the ground through"
+
+
+def _is_usable(widget: QWidget) -> bool:
+    """A step of an act is dead for half a second after it appeared."""
+    return widget.isEnabled() and (not isinstance(widget, StepButton) or widget.is_live)
 
 
 def _text_of(widget: QWidget) -> str:

@@ -51,6 +51,8 @@ class LivePage(StreamPage):
     source_changed = Signal()
     """Another recording is looked at, or none, or the module's data start over: `recording` and `data` tell."""
 
+    shows_link = True
+
     def __init__(self, services: Services, parent: QWidget | None = None) -> None:
         super().__init__("live", parent)
         self._services, self._connector = services, services.connector
