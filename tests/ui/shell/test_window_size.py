@@ -1,5 +1,6 @@
 """The window is never larger than the free part of its screen, at any scale."""
 
+import json
 import os
 import subprocess
 import sys
@@ -8,7 +9,6 @@ from pathlib import Path
 import pytest
 from PySide6.QtCore import QRect
 
-from tests.support.window.screens import offscreen
 from ui.shell.window_size import fitting
 
 FREE = QRect(0, 24, 960, 490)
@@ -63,6 +63,15 @@ for theme in ("light", "sunlight"):
 import os
 os._exit(0)
 """
+
+
+def offscreen(folder: Path, width: int, height: int) -> str:
+    """What `QT_QPA_PLATFORM` has to be for one screen of so many pixels; written into `folder`."""
+    path = folder / f"screen-{width}x{height}.json"
+    screen = {"name": "test", "x": 0, "y": 0, "width": width, "height": height,
+              "logicalDpi": 96, "logicalBaseDpi": 96, "dpr": 1}  # fmt: skip
+    path.write_text(json.dumps({"screens": [screen]}), encoding="utf-8")
+    return f"offscreen:configfile={path}"
 
 
 @pytest.mark.parametrize(("width", "height", "scale"), [(1024, 600, 1.0), (1920, 1080, 2.0)])
