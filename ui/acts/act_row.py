@@ -86,6 +86,8 @@ class ActRow(QFrame):
         in_the_way = [one for one in found if one.condition is not Interlock.FRESH_STATUS]
         if self.act is Act.ZERO:
             self.live.setText(motion_text(self._connector))
+            # Tilted and moving at once take two lines: the rows below must not move for it.
+            self.conditions.setMinimumHeight(2 * self.conditions.fontMetrics().lineSpacing())
         self.confirm.set_possible(not in_the_way and not self._job.is_running)
         notice = self._job.notice(ASKING, can_cancel=False)
         self.said.show_notice(notice)

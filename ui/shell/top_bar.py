@@ -200,7 +200,7 @@ class TopBar(QFrame):
         self.setFixedHeight(scaled(BAR_PX))
         self.menu.setFixedWidth(scaled(36))
         self.menu.setIconSize(QSize(scaled(20), scaled(20)))
-        self.lock.setMinimumWidth(scaled(96))
+        self.lock.setMinimumWidth(scaled(106))  # bold while the module is active
 
     def _reserve(self) -> None:
         """Room for the widest word, so that nothing jumps when a state changes."""

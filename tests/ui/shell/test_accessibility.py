@@ -40,7 +40,7 @@ def test_the_walk(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
         for stop in walk.stops():
             found = [*unnamed(stop.root), *mute(stop.root), *out_of_order(stop.root), *silent_paint(stop.root)]
             seen += len(controls_in(stop.root))
-            if stop.name in {entry.key for entry in PAGES}:
+            if stop.name in {entry.key for entry in PAGES} - {"settings"}:
                 found += walk.shake()
             for fault in found:
                 faults.setdefault(fault, stop.name)
