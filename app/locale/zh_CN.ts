@@ -858,10 +858,6 @@
         <translation>电芯</translation>
     </message>
     <message>
-        <source>Cell unknown</source>
-        <translation>电芯电压未知</translation>
-    </message>
-    <message>
         <source>Cell voltage</source>
         <translation>电芯电压</translation>
     </message>

@@ -12,7 +12,7 @@ _PRESSED = (QAbstractButton, QComboBox, QLineEdit)
 
 def places(root: QWidget) -> dict[str, QRect]:
     """Where each control, and each chip of the bar, is in `root`, by its name."""
-    found = [one for one in controls_in(root) if isinstance(one, _PRESSED)]
+    found: list[QWidget] = [one for one in controls_in(root) if isinstance(one, _PRESSED)]
     found += [one for one in root.findChildren(StateChip) if one.isVisible() and one.objectName()]
     return {one.objectName(): QRect(one.mapTo(root, QPoint()), one.size()) for one in found}
 
