@@ -1038,8 +1038,8 @@
         <translation>选择串口…</translation>
     </message>
     <message>
-        <source>Choose a record to judge it or to see its bytes.</source>
-        <translation>选择一条记录以作判断或查看原始字节。</translation>
+        <source>Choose a record.</source>
+        <translation>请选择一条记录。</translation>
     </message>
     <message>
         <source>Choose a row to see all of its bytes.</source>
@@ -1214,12 +1214,12 @@
         <translation>连接</translation>
     </message>
     <message>
-        <source>Connect a module and read its records, or choose a module that was read before.</source>
-        <translation>连接模块并读取记录，或选择以前读取过的模块。</translation>
-    </message>
-    <message>
         <source>Connect a module to see and change its settings.</source>
         <translation>连接模块后即可查看和更改其设置。</translation>
+    </message>
+    <message>
+        <source>Connect a module, or choose one that was read before.</source>
+        <translation>请连接模块，或选择已登记的模块。</translation>
     </message>
     <message>
         <source>Connect a module, then run the check.</source>
@@ -2622,10 +2622,6 @@
         <translation>把模块锁定时测得的数据按激活状态判断</translation>
     </message>
     <message>
-        <source>Judged</source>
-        <translation>判断</translation>
-    </message>
-    <message>
         <source>Judging… {percent} %</source>
         <translation>正在判断… {percent} %</translation>
     </message>
@@ -3594,10 +3590,6 @@
         <translation>未判断</translation>
     </message>
     <message>
-        <source>Not judged yet</source>
-        <translation>尚未判断</translation>
-    </message>
-    <message>
         <source>Not judged: a pause of {longest} without reports at {at}.</source>
         <translation>未判断：{at} 起有 {longest} 没有上报。</translation>
     </message>
@@ -3626,12 +3618,12 @@
         <translation>未判断：解锁电机前或着陆后的 {total:.1f} s。</translation>
     </message>
     <message>
-        <source>Not kept: a capture was played, which is no visit of {module}.</source>
-        <translation>未保存：播放的是捕获文件，不是 {module} 的一次连接。</translation>
+        <source>Not kept.</source>
+        <translation>未保存。</translation>
     </message>
     <message>
-        <source>Not kept: name the module to keep its records, to judge them, and to add a note.</source>
-        <translation>未保存：请给模块命名，以保存记录、作出判断并添加备注。</translation>
+        <source>Not kept: a capture was played, which is no visit of {module}.</source>
+        <translation>未保存：播放的是捕获文件，不是 {module} 的一次连接。</translation>
     </message>
     <message>
         <source>Not kept: this may be another module than {module} ({differences}).</source>
@@ -3664,6 +3656,10 @@
     <message>
         <source>Not recorded</source>
         <translation>未记录</translation>
+    </message>
+    <message>
+        <source>Not reviewed</source>
+        <translation>未复核</translation>
     </message>
     <message>
         <source>Not saved to {path}: {why}. Choose another folder.</source>
@@ -4374,10 +4370,6 @@
         <translation>读取记录</translation>
     </message>
     <message>
-        <source>Read the records to see why and when the module fired.</source>
-        <translation>读取记录，查看模块触发的原因和时间。</translation>
-    </message>
-    <message>
         <source>Read the settings, write what is wrong, and check again. If it changes again, do not fly.</source>
         <translation>读取参数，改正后重新检查。若再次变化，禁止飞行。</translation>
     </message>
@@ -4608,6 +4600,10 @@
     <message>
         <source>Reverts after</source>
         <translation>延时恢复</translation>
+    </message>
+    <message>
+        <source>Reviewed</source>
+        <translation>复核</translation>
     </message>
     <message>
         <source>Roll</source>
@@ -5790,8 +5786,8 @@
         <translation>{port} 上的模块不再应答。请检查供电和接线。</translation>
     </message>
     <message>
-        <source>The module remembers its last nine triggers. They are read only when you ask, and nothing is deleted.</source>
-        <translation>模块保留最近九次触发记录。只有您要求时才读取，而且不会删除任何内容。</translation>
+        <source>The module remembers its last nine triggers. Reading them deletes nothing.</source>
+        <translation>模块保存最近九次触发记录。读取不会删除任何记录。</translation>
     </message>
     <message>
         <source>The module reports that it has fired.</source>
@@ -6192,6 +6188,10 @@
     <message>
         <source>There is nothing to judge yet.</source>
         <translation>还没有可判断的数据。</translation>
+    </message>
+    <message>
+        <source>They are read as soon as the module answers.</source>
+        <translation>模块响应后自动读取。</translation>
     </message>
     <message>
         <source>They lie between {first} and {last}.</source>
@@ -7590,6 +7590,10 @@
         <translation>低于阈值 {limit}</translation>
     </message>
     <message>
+        <source>below {g} g for {time} s</source>
+        <translation>低于 {g} g 持续 {time} 秒</translation>
+    </message>
+    <message>
         <source>below {value:.1f} g</source>
         <translation>低于 {value:.1f} g</translation>
     </message>
@@ -8630,10 +8634,6 @@
         <translation>配置文件中没有</translation>
     </message>
     <message>
-        <source>not judged</source>
-        <translation>未判断</translation>
-    </message>
-    <message>
         <source>not kept on this computer</source>
         <translation>未保存在本机</translation>
     </message>
@@ -8668,6 +8668,10 @@
     <message>
         <source>not read: the port was lost</source>
         <translation>未读取：串口已断开</translation>
+    </message>
+    <message>
+        <source>not reviewed</source>
+        <translation>未复核</translation>
     </message>
     <message>
         <source>not sent</source>

@@ -226,6 +226,11 @@ class Connector(QObject):
     def take_as_new(self, seen: Identity | None = None) -> None:
         self._current.take_as_new(seen)
 
+    @property
+    def is_busy(self) -> bool:
+        """Something that a person asked for is under way."""
+        return bool(self._jobs)
+
     def run(
         self,
         procedure: Procedure[Result],

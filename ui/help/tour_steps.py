@@ -161,7 +161,7 @@ def _triggers(desk: TourSetup) -> Scene:
             "bench test, real or false."
         )
         return Scene(text, (page.table,), is_done=True)
-    text = tr("The module remembers its last nine triggers. They are read only when you ask, and nothing is deleted.")
+    text = tr("The module remembers its last nine triggers. Reading them deletes nothing.")
     return Scene(text, (page.read,), tr("Read the records"), page.read.click)
 
 

@@ -13,6 +13,7 @@ from PySide6.QtGui import QColor, QFontMetricsF, QPainter, QPainterPath, QPaintE
 from PySide6.QtWidgets import QSizePolicy
 
 from app.text.i18n import tr
+from ui.plots.aircraft import ARM, draw_aircraft, stroke_px
 from ui.style.painted_widget import Freshness, PaintedWidget
 from ui.style.shapes import cleared_word, hatch, pen
 from ui.style.theme import Meaning, Size, Theme, current, font
@@ -20,7 +21,6 @@ from ui.style.theme import Meaning, Size, Theme, current, font
 _LARGEST_DEG: Final = 180.0
 # Radii as parts of the arc's.
 _DISC: Final = 0.74
-_ARM: Final = 0.6
 
 
 class TiltGauge(PaintedWidget):
@@ -228,8 +228,7 @@ class TiltGauge(PaintedWidget):
         is_stale = self._freshness is Freshness.STALE
         fires = self._fire_deg is not None and not self._is_limit_stale and tilt_deg >= self._fire_deg
         ink = QColor(theme.muted) if is_stale else theme.ink(Meaning.DANGER if fires else None)
-        arm = radius * _ARM
-        width = max(2.0, radius / 26) * (1.0 if theme.line_px == 1 else 1.3)
+        arm, width = radius * ARM, stroke_px(theme, radius)
         painter.save()
         painter.rotate(-_clamped(tilt_deg))
         painter.setPen(pen(ink, width * 0.7, is_dashed=True))
@@ -239,17 +238,7 @@ class TiltGauge(PaintedWidget):
         needle.lineTo(radius - 12, 5)
         needle.closeSubpath()
         painter.fillPath(needle, ink)
-        stroke = pen(ink, width)
-        stroke.setCapStyle(Qt.PenCapStyle.RoundCap)
-        painter.setPen(stroke)
-        painter.drawLine(QPointF(-arm, 0), QPointF(arm, 0))
-        for side in (-1, 1):
-            hub = side * arm * 0.86
-            painter.drawLine(QPointF(hub, 0), QPointF(hub, -radius * 0.1))
-            painter.drawLine(QPointF(hub - radius * 0.17, -radius * 0.1), QPointF(hub + radius * 0.17, -radius * 0.1))
-            painter.drawLine(QPointF(side * radius * 0.1, radius * 0.07), QPointF(side * radius * 0.17, radius * 0.2))
-        painter.setBrush(QColor(theme.surface))
-        painter.drawRoundedRect(QRectF(-radius * 0.17, -radius * 0.1, radius * 0.34, radius * 0.18), 5, 5)
+        draw_aircraft(painter, theme, radius, ink)
         painter.restore()
 
 

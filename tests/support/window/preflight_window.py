@@ -120,12 +120,15 @@ class OnBench:
 
 @contextmanager
 def on_bench(qtbot: QtBot, qapp: QApplication, folder: Path, name: str, *, is_connected: bool = True,
-             **options: object) -> Iterator[OnBench]:  # fmt: skip
+             reads_triggers: bool = False, **options: object) -> Iterator[OnBench]:  # fmt: skip
     with simulated(name, **options) as bench, window(qapp, folder, entries=ENTRIES) as assembly:
         assembly.window.resize(1024, 600)
         qtbot.waitUntil(lambda: assembly.window.findChild(TriggersPage) is not None, timeout=WAIT_MS)
         qtbot.waitUntil(lambda: assembly.window.findChild(PreflightPage) is not None, timeout=WAIT_MS)
         one = OnBench(qtbot, assembly, bench, name)
+        triggers = assembly.window.findChild(TriggersPage)
+        assert triggers is not None
+        triggers.work.reads_by_itself = reads_triggers
 
         def note(batch: Batch) -> None:
             one.sent += [event.request for event in batch.events if isinstance(event, Sent)]

@@ -17,7 +17,8 @@ from ui.widgets.layouts import FlowRow, in_row
 from ui.widgets.naming import named
 from ui.widgets.sliders import WheelGuard
 
-_SWITCH_PX: Final = 76
+_SWITCH_PX: Final = 108
+"""With the sign of the chosen one."""
 
 
 class WhatIfFields(QWidget):

@@ -37,7 +37,7 @@ from ui.widgets.layouts import FlowRow, in_column, in_row
 from ui.widgets.naming import named
 from ui.widgets.sliders import WheelGuard
 
-WIDTH_PX: Final = 352
+WIDTH_PX: Final = 376
 _LIST_PX: Final = 116
 _LOOKS: Final = {
     WhatIfKind.JUDGING: (Icon.CLOCK, Meaning.INFORMATION),

@@ -19,6 +19,7 @@ from app.store.store import Store
 from app.text.i18n import tr
 from app.trigger_records.history import Judgement, in_order, record_of
 from protocol.catalogue import BY_NAME
+from protocol.link_states import Presence
 from protocol.messages import TriggerRecord
 from protocol.translatable import marked
 from ui.core.background_task import BackgroundTask
@@ -73,6 +74,9 @@ class TriggersController(QObject):
         self.job = RunningJob(services.connector, self)
         self.job.changed.connect(self.changed)
         self._whose: str | None = None
+        self.reads_by_itself = True
+        """Once of each module, as soon as the page is in sight: the records are only asked for."""
+        self._read_of: str | None = None
         self._filing: BackgroundTask[Visit | Doubtful] = BackgroundTask("dps-s triggers", self)
         self._judging: dict[int, tuple[Judgement | None, str]] = {}
         """What a person has said and is not in the store yet, by record."""
@@ -104,6 +108,16 @@ class TriggersController(QObject):
     def read(self) -> None:
         if self.can_read:
             self.job.run(read_triggers(), self._end)
+
+    def read_unasked(self) -> None:
+        """Called while the page is in sight."""
+        connector = self._connector
+        is_online = connector.is_open and connector.device.presence is Presence.ONLINE
+        if not (self.reads_by_itself and is_online and self.can_read and self.reading is None):
+            return
+        if not (connector.is_busy or connector.is_recording or self._read_of == self._whose):
+            self._read_of = self._whose
+            self.read()
 
     def judge(self, record_id: int, judgement: Judgement | None, note: str) -> None:
         """Kept at once; where that fails it can be tried again."""
@@ -225,7 +239,7 @@ class TriggersController(QObject):
         whose = self._connector.whose if self._connector.is_wanted else None
         if whose != self._whose:
             self._forget_visit()
-            self._whose, self.reading = whose, None
+            self._whose, self.reading, self._read_of = whose, None, None
             self._show_archive()
         self.changed.emit()
 

@@ -1,4 +1,4 @@
-"""Details of the selected trigger record: sentence, bytes, judgement and note."""
+"""Details of the selected trigger record: picture, sentence, bytes, review and note."""
 
 from functools import partial
 from typing import Final
@@ -14,13 +14,16 @@ from app.trigger_records.history import JUDGEMENT_WORDS, Judgement, sentence
 from protocol.translatable import marked
 from ui.core.texts import Texts
 from ui.pages.triggers.controller import TriggerRow
+from ui.pages.triggers.model import sources_in_words
+from ui.plots.trigger_picture import TriggerPicture
 from ui.style.theme import Size, Space
 from ui.widgets.controls import control
 from ui.widgets.labels import text_label
-from ui.widgets.layouts import in_column, in_row
+from ui.widgets.layouts import FlowRow, Gap, in_column, in_row
 from ui.widgets.naming import named
 
 JUDGEMENTS: Final = (None, *Judgement)
+WIDTH_PX: Final = 328
 
 
 class TriggersDetail(QFrame):
@@ -34,6 +37,7 @@ class TriggersDetail(QFrame):
         self.setProperty("role", "card")
         self.row: TriggerRow | None = None
         self._note_of: int | None = None
+        self.picture = TriggerPicture("triggers_picture")
         self.told = text_label("triggers_told", "strong", is_selectable=True)
         self.seen = text_label("triggers_seen", "small", is_selectable=True)
         self.bytes = text_label("triggers_bytes", "muted", is_selectable=True)
@@ -45,7 +49,7 @@ class TriggersDetail(QFrame):
         self.buttons: dict[Judgement | None, QToolButton] = {}
         for judgement in JUDGEMENTS:
             name = "none" if judgement is None else judgement.name.lower()
-            text = marked("not judged") if judgement is None else JUDGEMENT_WORDS[judgement]
+            text = marked("not reviewed") if judgement is None else JUDGEMENT_WORDS[judgement]
             button = control(QToolButton(), texts, f"triggers_judge_{name}", text, role="segment",
                              tip="What it was, as far as a person knows; kept with the record",
                              slot=partial(self._judge, judgement))  # fmt: skip
@@ -64,7 +68,7 @@ class TriggersDetail(QFrame):
         """`otherwise`: what to say where there is no single row."""
         self.row = row
         has_row = row is not None
-        for widget in (self.raw, self.note, *self.buttons.values()):
+        for widget in (self.picture, self.raw, self.note, *self.buttons.values()):
             widget.setVisible(has_row)
         self.seen.setVisible(has_row)
         self.bytes.setVisible(has_row and self.raw.isChecked())
@@ -73,6 +77,7 @@ class TriggersDetail(QFrame):
             self._note_of = None
             return
         self.told.setText(sentence(row.record).in_words())
+        self.picture.show_record(row.record, sources_in_words(row.record.sources))
         self.bytes.setText(row.record.raw.hex(" ").upper())
         fixed = QFontDatabase.systemFont(QFontDatabase.SystemFont.FixedFont)
         fixed.setPixelSize(Size.SMALL)
@@ -93,7 +98,7 @@ class TriggersDetail(QFrame):
         if row.is_being_kept:
             return tr("It is being kept…")
         if not row.is_kept:
-            return tr("Not kept: name the module to keep its records, to judge them, and to add a note.")
+            return tr("Not kept.")
         seen = tr("First seen {time}.", time=local_time(row.seen.first_seen_at))
         where = tr("The module still keeps it.") if row.is_on_module else tr("Known from an earlier visit.")
         return f"{seen} {where}"
@@ -111,5 +116,20 @@ class TriggersDetail(QFrame):
             self.judged.emit(row.seen.id, row.seen.judgement, self.note.text())
 
     def _lay_out(self) -> None:
-        judging = in_row(*self.buttons.values(), (self.note, 1), self.raw, spacing=Space.XS)
-        in_column(self.told, self.bytes, self.seen, judging, of=self, spacing=Space.XS, margins=(Space.M, Space.S))
+        self.setFixedWidth(WIDTH_PX)
+        judging = FlowRow(spacing_px=Space.XS)
+        judging.add(*self.buttons.values())
+        raw = in_row(self.seen, self.raw, spacing=Space.S)
+        in_column(
+            self.picture,
+            self.told,
+            Gap(Space.XS),
+            judging,
+            self.note,
+            1,
+            self.bytes,
+            raw,
+            of=self,
+            spacing=Space.S,
+            margins=Space.M,
+        )

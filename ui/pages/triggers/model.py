@@ -37,7 +37,7 @@ class Show(Enum):
     ON_MODULE = marked("On the module now")
     NEW = marked("New since the last visit")
     IMPLAUSIBLE = marked("Implausible")
-    UNJUDGED = marked("Not judged yet")
+    UNJUDGED = marked("Not reviewed")
 
 
 def told(row: TriggerRow) -> str:
@@ -115,7 +115,7 @@ COLUMNS: Final = (
         picture=_cell_icon,
         ink=lambda row: Meaning.ATTENTION if row.record.implausible else None,
     ),
-    TableColumn[TriggerRow](marked("Judged"), _judged),
+    TableColumn[TriggerRow](marked("Reviewed"), _judged),
 )
 
 

@@ -1,4 +1,4 @@
-"""Triggers page: every trigger record of a module as one sentence, newest first."""
+"""Triggers page: every trigger record of a module, newest first, and what is known of the chosen one beside it."""
 
 from functools import partial
 from pathlib import Path
@@ -18,6 +18,7 @@ from app.records.trigger_archive import write_archive
 from app.store.database import StoreTrouble
 from app.text.i18n import tr
 from app.text.sentences import reason_of
+from protocol.translatable import marked
 from ui.connect.module_field import ModuleField
 from ui.files.file_dialogs import AskPath, ask_path
 from ui.forms.table_kit import RowsFilter
@@ -38,7 +39,10 @@ from ui.widgets.notice_bar import Choice, Notice, NoticeBar
 from ui.widgets.sliders import WheelGuard
 from ui.widgets.visibility_timer import VisibilityTimer
 
-_FIELD_PX: Final = 180
+_FIELD_PX: Final = 184
+_SEARCH_PX: Final = 140
+_READ_EVERY_MS: Final = 500
+"""Until the module is online and nothing else is under way."""
 
 
 class TriggersPage(Page):
@@ -61,14 +65,12 @@ class TriggersPage(Page):
         self.module = ModuleField("triggers_module", services.naming, services.texts, guard)
         self.module.setFixedWidth(_FIELD_PX)
         self.count, self.news = named(QLabel(), "triggers_count"), named(QLabel(), "triggers_news")
-        self.count.setProperty("role", "title")
+        self.count.setProperty("role", "strong")
         self.news.setProperty("role", "small")
-        for label in (self.count, self.news):
-            label.setWordWrap(True)
         self.show_box = self._make_show(guard)
         self.search = control(QLineEdit(), services.texts, "triggers_search", says="Search the records",
                               tip="Only records in which all these words stand", key="Ctrl+F")  # fmt: skip
-        self.search.setFixedWidth(_FIELD_PX)
+        self.search.setFixedWidth(_SEARCH_PX)
         self.search.setClearButtonEnabled(True)
         self._make_buttons()
         self.empty = EmptyState("triggers_empty", Icon.HISTORY)
@@ -78,7 +80,10 @@ class TriggersPage(Page):
         self._stack.addWidget(self.table)
         self._lay_out()
         self._wire()
-        VisibilityTimer(self, self.refresh, retranslate=self._retranslate)
+        VisibilityTimer(
+            self, self._come_into_sight, every_ms=_READ_EVERY_MS, tick=self.work.read_unasked,
+            retranslate=self._retranslate,
+        )  # fmt: skip
         self.refresh()
 
     def refresh(self) -> None:
@@ -88,6 +93,8 @@ class TriggersPage(Page):
         has_rows = bool(work.rows)
         self._stack.setCurrentWidget(self.table if has_rows else self.empty)
         self.detail.setVisible(has_rows)
+        if has_rows and not self.table.selectionModel().hasSelection():
+            self.table.selectRow(0)
         self.empty.title.setText(empty_title(work))
         self.empty_text.setText(empty_text(work, is_open=self._connector.is_open))
         self.count.setText(count_text(work))
@@ -97,6 +104,10 @@ class TriggersPage(Page):
             widget.setEnabled(has_rows)
         self.strip.show_notice(work.notice() or self._idle_notice())
         self._show_detail()
+
+    def _come_into_sight(self) -> None:
+        self.work.read_unasked()
+        self.refresh()
 
     # What is said
 
@@ -118,7 +129,7 @@ class TriggersPage(Page):
             self.detail.show_row(rows[0], "")
         else:
             several = tr("{count} records are chosen.", count=len(rows))
-            self.detail.show_row(None, several if rows else tr("Choose a record to judge it or to see its bytes."))
+            self.detail.show_row(None, several if rows else tr("Choose a record."))
 
     # What a person does
 
@@ -205,12 +216,21 @@ class TriggersPage(Page):
         Shortcut("triggers_search_key", self, self.search, self.search.setFocus)
 
     def _lay_out(self) -> None:
-        titles = in_column(self.count, self.news, spacing=0)
-        head, foot = in_row((titles, 1), self.search, self.show_box, self.module, spacing=Space.S), FlowRow()
+        texts = self._services.texts
+        head = self.make_header(texts, marked("Triggers"), self.search, self.show_box, self.module, self.read)
+        foot = FlowRow()
         foot.add(self.copy, self.save_page, self.save_archive)
-        foot.add_right(self.read)
+        says = in_row(self.count, self.news, 1, spacing=Space.M)
+        lists = in_row((self._stack, 1), self.detail, spacing=Space.S)
         in_column(
-            head, (self._stack, 1), self.detail, self.strip, foot, of=self, spacing=Space.S, margins=(Space.M, Space.S)
+            head,
+            says,
+            (lists, 1),
+            self.strip,
+            foot,
+            of=self,
+            spacing=Space.S,
+            margins=(Space.M, Space.XS, Space.M, Space.S),
         )
 
     # Qt

@@ -45,5 +45,5 @@ def empty_text(work: TriggersController, *, is_open: bool) -> str:
     if work.reading is not None:
         return tr("No records came, and no two readings agreed. Read again, or check the line.")
     if is_open:
-        return tr("Read the records to see why and when the module fired.")
-    return tr("Connect a module and read its records, or choose a module that was read before.")
+        return tr("They are read as soon as the module answers.")
+    return tr("Connect a module, or choose one that was read before.")

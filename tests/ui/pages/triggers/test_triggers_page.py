@@ -13,7 +13,7 @@ from app.simulator.quirks import Delivery
 from app.text.i18n import tr
 from app.trigger_records.history import Judgement
 from tests.support.window.fakes_ui import WAIT_MS
-from tests.support.window.preflight_window import OnBench, on_bench
+from tests.support.window.preflight_window import CHECK_MS, OnBench, on_bench
 from ui.pages.triggers.model import Column
 from ui.style.theme import Meaning
 
@@ -65,12 +65,24 @@ def test_without_a_module_it_says_what_to_do(qtbot: QtBot, qapp: QApplication, t
 def test_a_module_that_never_fired(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
     with on_bench(qtbot, qapp, tmp_path, "never") as bench:
         page = bench.triggers
-        assert "Read the records" in page.empty_text.text()
+        assert "as soon as the module answers" in page.empty_text.text()
         bench.read_triggers()
         assert "has never fired" in page.empty_text.text()
         assert page.empty.title.text() == "No trigger records"
         assert page.count.text() == "0 trigger records"
         assert bench.acts == []
+
+
+def test_the_records_are_read_as_soon_as_the_page_is_in_sight(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
+    """By questions only, once; without a click, and not again after a cancel."""
+    with on_bench(qtbot, qapp, tmp_path, "unasked", reads_triggers=True) as bench:
+        page = bench.triggers
+        qtbot.waitUntil(lambda: page.work.reading is not None and not page.work.is_busy, timeout=CHECK_MS)
+        assert page.empty.title.text() == "No trigger records"
+        assert bench.acts == []
+        page.work.reading = None  # as after a cancel
+        page.work.read_unasked()
+        assert not page.work.is_busy
 
 
 def test_the_worked_example_as_a_row_and_a_sentence(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
