@@ -46,7 +46,7 @@ QFrame[role="setting"] {
     background: transparent; border: none; border-left: 3px solid transparent; border-bottom: ${edge}px solid $divider;
 }
 QFrame[role="setting-chosen"] {
-    background: $page; border: none; border-left: 3px solid $focus; border-bottom: ${edge}px solid $divider;
+    background: $selection; border: none; border-left: 3px solid $focus; border-bottom: ${edge}px solid $divider;
 }
 QFrame[role="setting-failed"] {
     background: $danger_wash; border: none; border-left: 3px solid $danger_ink; border-bottom: ${edge}px solid $divider;
