@@ -1,5 +1,6 @@
 ; The installer of DPS-S Configurator for Windows, for the user alone and without administrator rights.
-; packaging/windows/installer.py calls makensis with VERSION, NUMBERS (four of them), BUNDLE, OUTPUT, ICON and SIZE_KB.
+; packaging/windows/installer.py calls makensis with VERSION, NUMBERS (four of them), BUNDLE, OUTPUT, ICON, SIZE_KB and
+; FILE_TYPES, a script with two macros that it has written from packaging/file_types.py.
 !ifdef TARGET ; a 64-bit setup, where NSIS has that: Debian's has, that of its makers has not
   Target ${TARGET}
 !endif
@@ -41,6 +42,12 @@ VIAddVersionKey "LegalCopyright" "MIT licence"
 
 LangString IN_USE ${LANG_ENGLISH} "${TITLE} is running. Close it, then try again."
 LangString IN_USE ${LANG_SIMPCHINESE} "DPS-S 上位机正在运行。请先关闭，然后重试。"
+!include "${FILE_TYPES}"
+
+!macro FILE_TYPES_HAVE_CHANGED
+  System::Call 'shell32::SHChangeNotify(i 0x08000000, i 0, p 0, p 0)' ; SHCNE_ASSOCCHANGED
+!macroend
+
 Section
   SetOutPath "$INSTDIR"
   ; Files of an older version that the new one no longer has would be loaded in place of nothing.
@@ -60,6 +67,9 @@ Section
 
   ; "dps-s" in the Run box and "start dps-s" in a console find the program; PATH stays as it is.
   WriteRegStr HKCU "Software\Microsoft\Windows\CurrentVersion\App Paths\dps-s.exe" "" "$INSTDIR\dps-s.exe"
+
+  !insertmacro REGISTER_FILE_TYPES
+  !insertmacro FILE_TYPES_HAVE_CHANGED
 
   WriteRegStr HKCU "${UNINSTALL}" "DisplayName" "${TITLE}"
   WriteRegStr HKCU "${UNINSTALL}" "DisplayVersion" "${VERSION}"
@@ -88,5 +98,7 @@ Section "Uninstall"
   RMDir "$INSTDIR"
   Delete "$SMPROGRAMS\${TITLE}.lnk"
   DeleteRegKey HKCU "Software\Microsoft\Windows\CurrentVersion\App Paths\dps-s.exe"
+  !insertmacro REMOVE_FILE_TYPES
+  !insertmacro FILE_TYPES_HAVE_CHANGED
   DeleteRegKey HKCU "${UNINSTALL}"
 SectionEnd

@@ -2,12 +2,15 @@
 
 import shutil
 import subprocess
+from collections.abc import Iterator
 from pathlib import Path
 
 from environment import SetupError, say
+from file_types import FILE_TYPES, FileType
 from release import Release
 
 SCRIPT = Path(__file__).with_name("installer.nsi")
+FILE_TYPES_NAME = "file-types.nsh"
 
 
 def make_installer(release: Release, bundle: Path, dist: Path, icons: Path) -> Path | None:
@@ -16,9 +19,10 @@ def make_installer(release: Release, bundle: Path, dist: Path, icons: Path) -> P
     if compiler is None:
         say("NSIS is not installed here, so there is no installer; the bundle and its .zip are complete.")
         return None
-    target = dist / f"{bundle.name}-setup.exe"
+    target, file_types = dist / f"{bundle.name}-setup.exe", icons / FILE_TYPES_NAME
+    write_file_types(file_types)
     done = subprocess.run(
-        [compiler, *arguments(release, bundle, target, icons / "dps-s-configurator.ico")],
+        [compiler, *arguments(release, bundle, target, icons / "dps-s-configurator.ico", file_types)],
         capture_output=True,
         text=True,
         errors="replace",
@@ -29,7 +33,7 @@ def make_installer(release: Release, bundle: Path, dist: Path, icons: Path) -> P
     return target
 
 
-def arguments(release: Release, bundle: Path, target: Path, icon: Path) -> list[str]:
+def arguments(release: Release, bundle: Path, target: Path, icon: Path, file_types: Path) -> list[str]:
     """What makensis is told."""
     numbers = [int("".join(filter(str.isdigit, part)) or 0) for part in release.version.split("+")[0].split(".")]
     size = sum(path.stat().st_size for path in bundle.rglob("*") if path.is_file())
@@ -39,6 +43,57 @@ def arguments(release: Release, bundle: Path, target: Path, icon: Path) -> list[
         "BUNDLE": str(bundle),
         "OUTPUT": str(target),
         "ICON": str(icon),
+        "FILE_TYPES": str(file_types),
         "SIZE_KB": str(size // 1024),
     }
     return ["-V2", "-WX", *(f"-D{name}={value}" for name, value in defined.items()), str(SCRIPT)]
+
+
+def write_file_types(target: Path) -> None:
+    """The part of the script that registers the types of files for the user, and removes them."""
+    text = "\n".join([
+        *(line for one in FILE_TYPES for line in _names(one)),
+        "!macro REGISTER_FILE_TYPES",
+        *(f"  {line}" for one in FILE_TYPES for line in _registration(one)),
+        "!macroend",
+        "!macro REMOVE_FILE_TYPES",
+        *(f"  {line}" for one in FILE_TYPES for line in _removal(one)),
+        "!macroend",
+        "",
+    ])  # fmt: skip
+    target.write_text(text, encoding="utf-8-sig")  # without the mark NSIS on Windows takes it for the ANSI code page
+
+
+def _class_of(one: FileType) -> str:
+    """What Windows calls a ProgID."""
+    return f"DPS-S.{one.key}"
+
+
+def _names(one: FileType) -> Iterator[str]:
+    yield f'LangString TYPE_{one.key} ${{LANG_ENGLISH}} "{one.english}"'
+    yield f'LangString TYPE_{one.key} ${{LANG_SIMPCHINESE}} "{one.chinese}"'
+
+
+def _registration(one: FileType) -> Iterator[str]:
+    own, program = f'HKCU "${{CLASSES}}\\{_class_of(one)}', "$INSTDIR\\dps-s-window.exe"
+    yield f'WriteRegStr {own}" "" "$(TYPE_{one.key})"'
+    yield f'WriteRegStr {own}\\DefaultIcon" "" "{program},0"'
+    yield f'WriteRegStr {own}\\shell\\open\\command" "" \'"{program}" "%1"\''
+    for ending in one.mime_types:
+        yield f'WriteRegStr HKCU "${{CLASSES}}\\{ending}\\OpenWithProgids" "{_class_of(one)}" ""'
+        if one.is_own:
+            yield f'WriteRegStr HKCU "${{CLASSES}}\\{ending}" "" "{_class_of(one)}"'
+
+
+def _removal(one: FileType) -> Iterator[str]:
+    """What other programs have put there stays."""
+    yield f'DeleteRegKey HKCU "${{CLASSES}}\\{_class_of(one)}"'
+    for ending in one.mime_types:
+        key = f'HKCU "${{CLASSES}}\\{ending}'
+        yield f'DeleteRegValue {key}\\OpenWithProgids" "{_class_of(one)}"'
+        yield f'DeleteRegKey /ifnosubkeys /ifnovalues {key}\\OpenWithProgids"'
+        if one.is_own:
+            yield f'ReadRegStr $0 {key}" ""'
+            yield f'StrCmp $0 "{_class_of(one)}" 0 +2'
+            yield f'DeleteRegValue {key}" ""'
+        yield f'DeleteRegKey /ifnosubkeys /ifnovalues {key}"'

@@ -10,7 +10,7 @@ from environment import ROOT, SetupError, say
 from release import read_release
 
 from windows import wine
-from windows.installer import SCRIPT, arguments
+from windows.installer import FILE_TYPES_NAME, SCRIPT, arguments, write_file_types
 
 SOURCE = wine.DRIVE / "source"
 PACKAGES = wine.PLACE / "packages"
@@ -57,9 +57,11 @@ def _installer(bundle: Path) -> Path:
     PACKAGES.mkdir()
     target = PACKAGES / f"{bundle.name}-setup.exe"
     icon = SOURCE / "build" / "package" / "icons" / "dps-s-configurator.ico"
+    file_types = icon.with_name(FILE_TYPES_NAME)
+    write_file_types(file_types)
     words = [
         word.replace(str(wine.PLACE), "/place").replace(str(SCRIPT), f"/checkout/{SCRIPT.relative_to(ROOT)}")
-        for word in arguments(read_release(), bundle, target, icon)
+        for word in arguments(read_release(), bundle, target, icon, file_types)
     ]
     done = wine.inside(["makensis", "-DTARGET=amd64-unicode", *words], limit_s=LIMIT_S)
     if done.returncode != 0 or not target.is_file():

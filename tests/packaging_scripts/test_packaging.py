@@ -18,6 +18,7 @@ from tests.support.setup_files import PACKAGING, ROOT
 MODULES = (
     "bundle",
     "bundle_contents",
+    "file_types",
     "icon_files",
     "linux.debian",
     "linux.elf",
@@ -152,6 +153,27 @@ def test_the_installer_names_only_what_is_built(made: dict[str, ModuleType]) -> 
     for word in re.findall(r"\$\((\w+)\)", text):
         assert text.count(f"LangString {word} ") == 2, "in both languages"
     assert not re.search(r"\d+\.\d+\.\d+", text)
+
+
+def test_the_types_of_files_are_those_that_the_window_opens(made: dict[str, ModuleType]) -> None:
+    from ui.main import PAGES
+
+    pages = (getattr(import_module(f"ui.pages.{one.key}.page"), f"{one.key.capitalize()}Page") for one in PAGES)
+    opened = {suffix for page in pages for suffix in page.suffixes}
+    assert {ending for one in made["file_types"].FILE_TYPES for ending in one.mime_types} == opened
+
+
+def test_every_type_of_file_that_setup_registers_is_removed(made: dict[str, ModuleType], tmp_path: Path) -> None:
+    script = tmp_path / "file-types.nsh"
+    made["windows.installer"].write_file_types(script)
+    registered, removed = script.read_text(encoding="utf-8-sig").split("!macro REMOVE_FILE_TYPES")
+    for key, name in re.findall(r'WriteRegStr (HKCU "[^"]+") "([^"]*)"', registered):
+        whole = key.replace("\\DefaultIcon", "").replace("\\shell\\open\\command", "")
+        assert f"DeleteRegKey {whole}" in removed or f'DeleteRegValue {key} "{name}"' in removed
+    for kind in made["file_types"].FILE_TYPES:
+        assert f'DeleteRegKey HKCU "${{CLASSES}}\\DPS-S.{kind.key}"' in removed
+        for ending in kind.mime_types:
+            assert f'DeleteRegKey HKCU "${{CLASSES}}\\{ending}' not in removed, "others' entries would go with it"
 
 
 def test_the_uninstaller_takes_nothing_of_the_users() -> None:

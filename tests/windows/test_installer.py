@@ -1,6 +1,7 @@
 """The installer for Windows in a fresh Windows: installed silently, used on a module, and taken away again."""
 
 import json
+import re
 import shutil
 import time
 from collections.abc import Iterator
@@ -13,6 +14,7 @@ from tests.windows.conftest import PORT, WindowsProgram
 
 PNG = b"\x89PNG\r\n\x1a\n"
 UNINSTALL_S = 60
+_CLASSES = "HKCU\\Software\\Classes"
 _KEY = "HKCU\\Software\\Microsoft\\Windows\\CurrentVersion\\Uninstall\\dps-s-configurator"
 
 
@@ -53,12 +55,23 @@ def _in_windows(prefix: Path, path: Path) -> str:
     return f"C:\\{path.relative_to(prefix / 'drive_c')}".replace("/", "\\")
 
 
+def _registered_classes(prefix: Path) -> str:
+    """What the user's part of the registry holds about types of files."""
+    assert _wine(prefix, "reg", "export", _CLASSES, "C:\\classes.reg", "/y") == 0
+    return (prefix / "drive_c" / "classes.reg").read_text(encoding="utf-16")
+
+
 def _files(folder: Path) -> list[Path]:
     return [path for path in folder.rglob("*") if path.is_file()]
 
 
 def test_it_is_installed_used_and_taken_away(fresh: Path) -> None:
+    from file_types import FILE_TYPES
+
     program, entry, local = _places(fresh)
+    # As if another program had been there before: its entries are to stay.
+    assert _wine(fresh, "reg", "add", f"{_CLASSES}\\.csv\\OpenWithProgids", "/v", "Another.Table", "/f") == 0
+    classes = _registered_classes(fresh)
     assert _wine(fresh, "C:\\setup.exe", "/S") == 0
     assert (program / "dps-s-window.exe").is_file()
     assert entry.is_file()
@@ -76,7 +89,16 @@ def test_it_is_installed_used_and_taken_away(fresh: Path) -> None:
     assert b"/FontFile" in report, "the fonts are embedded"
     assert "INTACT" in dps_s.run("verify", "C:\\check.pdf", limit_s=240).stdout
 
-    _check_window(fresh, program)
+    recorded = dps_s.run("record", "C:\\line.dpscap", "--port", PORT, "--seconds", "2", limit_s=240)
+    assert recorded.returncode == 0, recorded.stderr
+    _check_window(fresh, _open_command(fresh, ".dpscap"))
+    opened = next(local.rglob("window.ini")).read_text(encoding="utf-8")
+    assert "line.dpscap" in opened
+    assert all(
+        f"[HKEY_CURRENT_USER\\Software\\Classes\\{ending}\\OpenWithProgids]" in _registered_classes(fresh)
+        for one in FILE_TYPES
+        for ending in one.mime_types
+    )
 
     data = {path for path in _files(local) if program not in path.parents}
     assert any(path.suffix == ".sqlite" or "dps-s" in path.as_posix() for path in data)
@@ -87,17 +109,30 @@ def test_it_is_installed_used_and_taken_away(fresh: Path) -> None:
     assert not program.exists()
     assert not entry.exists()
     assert _wine(fresh, "reg", "query", _KEY) != 0
+    assert _registered_classes(fresh) == classes
     assert {path for path in data if "dps-s" in path.as_posix()} <= set(_files(local)), "the user's data stays"
 
 
-def _check_window(prefix: Path, program: Path) -> None:
-    """The window on Qt's windows platform, connected over the COM port."""
+def _open_command(prefix: Path, ending: str) -> list[str]:
+    """The words by which Windows opens a file of this type."""
     from windows.wine import inside
 
-    window = _in_windows(prefix, program / "dps-s-window.exe")
-    words = ["gui", "--port", PORT, "--offscreen-seconds", "20", "--evidence", "C:\\evidence"]
+    def default(key: str) -> str:
+        said = inside(["wine", "reg", "query", f"{_CLASSES}\\{key}", "/ve"], prefix=prefix, limit_s=60).stdout
+        return said.partition("REG_SZ")[2].strip()
+
+    return re.findall(r'"([^"]+)"', default(f"{default(ending)}\\shell\\open\\command"))
+
+
+def _check_window(prefix: Path, open_command: list[str]) -> None:
+    """A file opened in the window on Qt's windows platform, connected over the COM port."""
+    from windows.wine import inside
+
+    program, file = open_command
+    assert file == "%1"
+    words = ["C:\\line.dpscap", "--port", PORT, "--offscreen-seconds", "20", "--evidence", "C:\\evidence"]
     screen = ["xvfb-run", "-a", "-s", "-screen 0 1920x1080x24"]
-    done = inside([*screen, "wine", window, *words], prefix=prefix, limit_s=300)
+    done = inside([*screen, "wine", program, *words], prefix=prefix, limit_s=300)
     assert done.returncode == 0, done.stdout
     evidence = prefix / "drive_c" / "evidence"
     assert (evidence / "live.png").read_bytes().startswith(PNG)
