@@ -1,5 +1,6 @@
 """The Windows that packaging/windows/wine.py has prepared. Without it (an ordinary test run) nothing is collected."""
 
+import contextlib
 import os
 import subprocess
 import sys
@@ -27,13 +28,35 @@ class WindowsProgram:
     folder: str = "/"
     prefix: Path | None = None
     variables: dict[str, str] = field(default_factory=dict)
+    screen: tuple[str, ...] = ()
+    """The command that gives it one."""
 
     def run(self, *words: str, limit_s: float = 120, **variables: str) -> "subprocess.CompletedProcess[str]":
         from windows.wine import inside
 
-        command = ["wine", *self.words, *words]
+        command = [*self.screen, "wine", *self.words, *words]
         own = {**self.variables, **variables}
         return inside(command, folder=self.folder, prefix=self.prefix, limit_s=limit_s, is_error_apart=True, **own)
+
+    def on_a_console(self, *words: str, code_page: int, limit_s: float = 120, **variables: str) -> str:
+        """What a person sees: a terminal of Linux' is a console of this code page to Wine."""
+        from windows.wine import entered, environment
+
+        command = f"chcp {code_page} & {' '.join((*self.words, *words))}"
+        own = {**self.variables, **variables, "LC_CTYPE": "C.UTF-8", "TERM": "xterm"}
+        ours, theirs = os.openpty()
+        process = subprocess.Popen(
+            entered(["timeout", f"{limit_s:.0f}", "wine", "cmd", "/c", command]),
+            env=environment(self.prefix) | {"FOLDER": self.folder} | own,
+            stdin=theirs, stdout=theirs, stderr=theirs, start_new_session=True,
+        )  # fmt: skip
+        os.close(theirs)
+        said = b""
+        with contextlib.suppress(OSError), os.fdopen(ours, "rb", buffering=0) as terminal:  # an error is its end
+            while part := terminal.read(65536):
+                said += part
+        process.wait(timeout=60)
+        return said.decode()
 
     @contextmanager
     def running(self, *words: str, **variables: str) -> Iterator["subprocess.Popen[bytes]"]:
@@ -41,7 +64,7 @@ class WindowsProgram:
         from windows.wine import entered, environment, shut_down
 
         process = subprocess.Popen(
-            entered(["wine", *self.words, *words]),
+            entered([*self.screen, "wine", *self.words, *words]),
             env=environment(self.prefix) | {"FOLDER": self.folder} | self.variables | variables,
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,

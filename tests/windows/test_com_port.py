@@ -4,6 +4,8 @@ import json
 import re
 from pathlib import Path
 
+import pytest
+
 from tests.support.processes import RunningModule
 from tests.windows.conftest import PORT, WindowsProgram
 
@@ -28,6 +30,14 @@ def test_redirected_output_is_utf_8(dps_s: WindowsProgram, module: RunningModule
     assert "60°" in done.stdout.replace(" ", "")
     assert "�" not in done.stdout
     assert "…" in dps_s.run("--help").stdout
+
+
+@pytest.mark.parametrize("code_page", [437, 936])
+def test_a_console_shows_every_letter_whatever_its_code_page(dps_s: WindowsProgram, code_page: int) -> None:
+    seen = dps_s.on_a_console("--help", code_page=code_page, LANG="zh_CN.UTF-8")
+    assert f"code page: {code_page}" in seen
+    assert "激活模块" in seen
+    assert "…" in seen
 
 
 def test_the_history_is_read(dps_s: WindowsProgram, module: RunningModule) -> None:

@@ -1,7 +1,6 @@
 """The installer for Windows in a fresh Windows: installed silently, used on a module, and taken away again."""
 
 import json
-import re
 import shutil
 import time
 from collections.abc import Iterator
@@ -13,7 +12,8 @@ from tests.support.processes import run_module
 from tests.windows.conftest import PORT, WindowsProgram
 
 PNG = b"\x89PNG\r\n\x1a\n"
-UNINSTALL_S = 60
+UNINSTALL_S, OPENED_S = 60, 180
+SCREEN = ("xvfb-run", "-a", "-s", "-screen 0 1920x1080x24")
 _CLASSES = "HKCU\\Software\\Classes"
 _KEY = "HKCU\\Software\\Microsoft\\Windows\\CurrentVersion\\Uninstall\\dps-s-configurator"
 
@@ -89,16 +89,13 @@ def test_it_is_installed_used_and_taken_away(fresh: Path) -> None:
     assert b"/FontFile" in report, "the fonts are embedded"
     assert "INTACT" in dps_s.run("verify", "C:\\check.pdf", limit_s=240).stdout
 
+    _check_window(fresh, program)
     recorded = dps_s.run("record", "C:\\line.dpscap", "--port", PORT, "--seconds", "2", limit_s=240)
     assert recorded.returncode == 0, recorded.stderr
-    _check_window(fresh, _open_command(fresh, ".dpscap"))
-    opened = next(local.rglob("window.ini")).read_text(encoding="utf-8")
-    assert "line.dpscap" in opened
-    assert all(
-        f"[HKEY_CURRENT_USER\\Software\\Classes\\{ending}\\OpenWithProgids]" in _registered_classes(fresh)
-        for one in FILE_TYPES
-        for ending in one.mime_types
-    )
+    _check_double_click(fresh, local)
+    now = _registered_classes(fresh)
+    for ending in (ending for one in FILE_TYPES for ending in one.mime_types):
+        assert f"[HKEY_CURRENT_USER\\Software\\Classes\\{ending}\\OpenWithProgids]" in now
 
     data = {path for path in _files(local) if program not in path.parents}
     assert any(path.suffix == ".sqlite" or "dps-s" in path.as_posix() for path in data)
@@ -113,29 +110,31 @@ def test_it_is_installed_used_and_taken_away(fresh: Path) -> None:
     assert {path for path in data if "dps-s" in path.as_posix()} <= set(_files(local)), "the user's data stays"
 
 
-def _open_command(prefix: Path, ending: str) -> list[str]:
-    """The words by which Windows opens a file of this type."""
+def _check_window(prefix: Path, program: Path) -> None:
+    """The window on Qt's windows platform, connected over the COM port."""
     from windows.wine import inside
 
-    def default(key: str) -> str:
-        said = inside(["wine", "reg", "query", f"{_CLASSES}\\{key}", "/ve"], prefix=prefix, limit_s=60).stdout
-        return said.partition("REG_SZ")[2].strip()
-
-    return re.findall(r'"([^"]+)"', default(f"{default(ending)}\\shell\\open\\command"))
-
-
-def _check_window(prefix: Path, open_command: list[str]) -> None:
-    """A file opened in the window on Qt's windows platform, connected over the COM port."""
-    from windows.wine import inside
-
-    program, file = open_command
-    assert file == "%1"
-    words = ["C:\\line.dpscap", "--port", PORT, "--offscreen-seconds", "20", "--evidence", "C:\\evidence"]
-    screen = ["xvfb-run", "-a", "-s", "-screen 0 1920x1080x24"]
-    done = inside([*screen, "wine", program, *words], prefix=prefix, limit_s=300)
+    window = _in_windows(prefix, program / "dps-s-window.exe")
+    words = ["gui", "--port", PORT, "--offscreen-seconds", "20", "--evidence", "C:\\evidence"]
+    done = inside([*SCREEN, "wine", window, *words], prefix=prefix, limit_s=300)
     assert done.returncode == 0, done.stdout
     evidence = prefix / "drive_c" / "evidence"
     assert (evidence / "live.png").read_bytes().startswith(PNG)
     seen = json.loads((evidence / "values.json").read_text(encoding="utf-8"))
     assert seen["presence"] == "online"
     assert seen["port"] == PORT
+
+
+def _check_double_click(prefix: Path, local: Path) -> None:
+    """Windows opens a capture in the window, which then names it among the recent files; ended as by a power cut."""
+
+    def is_opened() -> bool:
+        return any("line.dpscap" in path.read_text(encoding="utf-8") for path in local.rglob("window.ini"))
+
+    assert not is_opened()
+    start = WindowsProgram(("start", "/wait", "C:\\line.dpscap"), prefix=prefix, screen=SCREEN)
+    with start.running():
+        ends = time.monotonic() + OPENED_S
+        while not is_opened() and time.monotonic() < ends:
+            time.sleep(0.5)
+    assert is_opened()
