@@ -62,10 +62,11 @@ def run_suite(suite: Suite, limit_s: float) -> Result:
 
 
 def _on_windows(words: Sequence[str], platform: str, limit_s: float) -> str:
-    command = ["wine", wine.PYTHON, "-m", "pytest", *words, "--junitxml=C:\\report.xml"]
+    program = [wine.PYTHON, "-m", "pytest", *words, "--junitxml=C:\\report.xml"]
+    command = wine.with_variables(program, QT_QPA_PLATFORM=platform)
     if platform == "windows":
         command = [*_SCREEN, *command]
-    done = wine.inside(command, folder="/place/prefix/drive_c/source", limit_s=limit_s, QT_QPA_PLATFORM=platform)
+    done = wine.inside(command, folder="/place/prefix/drive_c/source", limit_s=limit_s)
     wine.shut_down()
     return done.stdout
 

@@ -27,7 +27,7 @@ def make_package() -> Path:
     made = wine.inside(
         ["wine", wine.PYTHON, "packaging/windows/build_bundle.py", f"C:\\{wheel.name}"],
         folder="/place/prefix/drive_c/source", limit_s=LIMIT_S,
-        SOURCE_DATE_EPOCH=str(release.epoch), QT_QPA_PLATFORM="offscreen",
+        SOURCE_DATE_EPOCH=str(release.epoch),
     )  # fmt: skip
     wine.shut_down()
     if made.returncode != 0:

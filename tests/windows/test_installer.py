@@ -21,7 +21,7 @@ _KEY = "HKCU\\Software\\Microsoft\\Windows\\CurrentVersion\\Uninstall\\dps-s-con
 @pytest.fixture(scope="module")
 def fresh() -> Iterator[Path]:
     """A Windows that has never seen the program, with the setup, and a simulated module on COM5."""
-    from windows.wine import DRIVE, PLACE, connect_com_port, new_prefix, shut_down
+    from windows.wine import DRIVE, PLACE, connect_com_port, install_fonts, new_prefix, shut_down
 
     prefix = PLACE / "installed"
     shutil.rmtree(prefix, ignore_errors=True)
@@ -30,7 +30,7 @@ def fresh() -> Iterator[Path]:
     windows = prefix / "drive_c" / "windows"
     # What Windows has and Wine lacks; no package contains it.
     shutil.copy(DRIVE / "windows" / "system32" / "icuuc.dll", windows / "system32")
-    shutil.copytree(DRIVE / "windows" / "Fonts", windows / "Fonts", dirs_exist_ok=True)
+    install_fonts(prefix)
     shutil.copy(next((PLACE / "packages").glob("*-setup.exe")), prefix / "drive_c" / "setup.exe")
     with run_module("--history", "2", "--cell", "4.1") as module:
         connect_com_port(5, Path(module.port), prefix)
