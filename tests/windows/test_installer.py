@@ -1,6 +1,7 @@
 """The installer for Windows in a fresh Windows: installed silently, used on a module, and taken away again."""
 
 import json
+import re
 import shutil
 import time
 from collections.abc import Iterator
@@ -92,7 +93,7 @@ def test_it_is_installed_used_and_taken_away(fresh: Path) -> None:
     _check_window(fresh, program)
     recorded = dps_s.run("record", "C:\\line.dpscap", "--port", PORT, "--seconds", "2", limit_s=240)
     assert recorded.returncode == 0, recorded.stderr
-    _check_double_click(fresh, local)
+    _check_open_command(fresh, local)
     now = _registered_classes(fresh)
     for ending in (ending for one in FILE_TYPES for ending in one.mime_types):
         assert f"[HKEY_CURRENT_USER\\Software\\Classes\\{ending}\\OpenWithProgids]" in now
@@ -125,16 +126,27 @@ def _check_window(prefix: Path, program: Path) -> None:
     assert seen["port"] == PORT
 
 
-def _check_double_click(prefix: Path, local: Path) -> None:
-    """Windows opens a capture in the window, which then names it among the recent files; ended as by a power cut."""
+def _check_open_command(prefix: Path, local: Path) -> None:
+    """What Windows starts for a capture: the window opens it, and is then ended as by a power cut.
+
+    Wine itself does not look for types of files in the user's part of the registry.
+    """
+    command = _default(prefix, f"{_default(prefix, '.dpscap')}\\shell\\open\\command")
+    words = [word.replace("%1", "C:\\line.dpscap") for word in re.findall(r'"([^"]+)"', command)]
 
     def is_opened() -> bool:
         return any("line.dpscap" in path.read_text(encoding="utf-8") for path in local.rglob("window.ini"))
 
     assert not is_opened()
-    start = WindowsProgram(("start", "/wait", "C:\\line.dpscap"), prefix=prefix, screen=SCREEN)
-    with start.running():
+    with WindowsProgram(tuple(words), prefix=prefix, screen=SCREEN).running():
         ends = time.monotonic() + OPENED_S
         while not is_opened() and time.monotonic() < ends:
             time.sleep(0.5)
     assert is_opened()
+
+
+def _default(prefix: Path, key: str) -> str:
+    from windows.wine import inside
+
+    said = inside(["wine", "reg", "query", f"{_CLASSES}\\{key}", "/ve"], prefix=prefix, limit_s=60).stdout
+    return said.partition("REG_SZ")[2].strip()
