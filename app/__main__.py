@@ -78,7 +78,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     translate_argparse()
     try:
         code = _run_or_refuse(words)
-        sys.stdout.flush()
+        console.write("")  # what argparse has printed may still be held back
     except KeyboardInterrupt as interrupted:
         # As a shell reports it: 130 for Ctrl-C, 143 for SIGTERM.
         code = 128 + getattr(interrupted, "number", 2)

@@ -5,6 +5,7 @@ and nothing else: English, UTF-8, whatever language the computer speaks.
 """
 
 import argparse
+import errno
 import math
 import os
 import re
@@ -207,10 +208,15 @@ def write(text: str) -> None:
     try:
         sys.stdout.write(text)
         sys.stdout.flush()
-    except BrokenPipeError:
-        raise
     except OSError as error:
+        if is_closed_pipe(error):
+            raise BrokenPipeError from error
         raise OutputLost(reason_of(error)) from error
+
+
+def is_closed_pipe(error: OSError) -> bool:
+    """Whoever read standard output has ended; Windows calls that an invalid argument."""
+    return isinstance(error, BrokenPipeError) or (sys.platform == "win32" and error.errno == errno.EINVAL)
 
 
 def write_lines(lines: Iterable[str]) -> None:

@@ -248,4 +248,5 @@ def font(size: Size = Size.BODY, *, is_bold: bool = False) -> QFont:
     one.setPixelSize(scaled(size))
     strong = QFont.Weight.Medium if _in_use.line_px == 1 else QFont.Weight.Bold
     one.setWeight(strong if is_bold else QFont.Weight.Normal)
+    one.setKerning(False)  # Arial and Liberation Sans move one 1 closer to the next
     return one

@@ -2,6 +2,7 @@
 
 import json
 import subprocess
+import sys
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -235,6 +236,7 @@ def test_verify_says_what_became_of_a_damaged_store(capsys: pytest.CaptureFixtur
     assert "It was kept as" in Printed(capsys).err
 
 
+@pytest.mark.skipif(sys.platform == "win32", reason="pseudo-terminals are POSIX")
 def test_the_installed_program_prints_without_a_screen(tmp_path: Path) -> None:
     """A process of its own, a pseudo-terminal, no display: the whole way, at its own pace."""
     environment = {key: value for key, value in ENVIRONMENT.items() if key not in ("QT_QPA_PLATFORM", "DISPLAY")}

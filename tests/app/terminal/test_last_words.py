@@ -1,5 +1,7 @@
 """What is printed after a signal takes a second at most, though nobody reads the pipe."""
 
+import errno
+import io
 import os
 import signal
 import sys
@@ -8,7 +10,7 @@ import threading
 import pytest
 
 from app.terminal import interruption
-from app.terminal.console import write
+from app.terminal.console import OutputLost, write
 from app.terminal.interruption import last_words
 
 MORE_THAN_A_PIPE_HOLDS = "x" * 2_000_000
@@ -28,6 +30,21 @@ def test_a_pipe_that_nobody_reads_is_given_up(monkeypatch: pytest.MonkeyPatch) -
     assert signal.getsignal(signal.SIGALRM) is before
     assert signal.getitimer(signal.ITIMER_REAL)[0] == 0
     os.close(reading)
+
+
+class _ClosedPipe(io.StringIO):
+    def flush(self) -> None:
+        raise OSError(errno.EINVAL, "Invalid argument")
+
+
+@pytest.mark.parametrize(("platform", "raised"), [("win32", BrokenPipeError), ("linux", OutputLost)])
+def test_windows_calls_a_closed_pipe_an_invalid_argument(
+    monkeypatch: pytest.MonkeyPatch, platform: str, raised: type[Exception]
+) -> None:
+    monkeypatch.setattr(sys, "platform", platform)
+    monkeypatch.setattr(sys, "stdout", _ClosedPipe())
+    with pytest.raises(raised):
+        write("the end\n")
 
 
 def test_what_is_read_arrives_whole(capfd: pytest.CaptureFixture[str]) -> None:

@@ -166,6 +166,7 @@ def test_an_error_of_ours_beside_the_window_closes_the_port_and_is_said(
         wait_online(qtbot, assembly)
 
 
+@POSIX_ONLY
 def test_killed_and_started_again(tmp_path: Path) -> None:
     """kill -9 leaves a port that can be opened, a store that can be read, and no word of it to the next one."""
     code = """if True:

@@ -111,6 +111,7 @@ def test_figures_are_of_one_width(qapp: QApplication) -> None:
         metrics = QFontMetricsF(theme.font(size, is_bold=True))
         assert len({metrics.horizontalAdvance(digit * 4) for digit in "0123456789"}) == 1
     assert theme.font().featureValue(QFont.Tag("tnum")) == 1
+    assert not theme.font().kerning()
 
 
 def test_the_focus_moves_nothing(qapp: QApplication, qtbot: QtBot) -> None:

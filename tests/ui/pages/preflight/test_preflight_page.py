@@ -14,7 +14,7 @@ from pytestqt.qtbot import QtBot
 from app.engine.identity import evidence_of
 from app.preflight.findings import CheckResult
 from app.records.verification import RecordState, verify_file
-from app.store.store import Store
+from app.store.store import Store, data_folder
 from protocol.catalogue import BY_NAME
 from tests.support.check_pace import hurry_check
 from tests.support.window.fakes_ui import WAIT_MS
@@ -239,10 +239,10 @@ def test_hostile_names_do_no_harm(qtbot: QtBot, qapp: QApplication, tmp_path: Pa
 
 
 def test_without_a_store_the_verdict_stands_and_says_that_it_was_not_kept(
-    qtbot: QtBot, qapp: QApplication, tmp_path: Path, quick: None, user_files: Path
+    qtbot: QtBot, qapp: QApplication, tmp_path: Path, quick: None
 ) -> None:
-    (user_files / "data").parent.mkdir(parents=True, exist_ok=True)
-    (user_files / "data").write_text("a file where the folder should be", encoding="utf-8")
+    data_folder().parent.mkdir(parents=True, exist_ok=True)
+    data_folder().write_text("a file where the folder should be", encoding="utf-8")
     with on_bench(qtbot, qapp, tmp_path, "homeless") as bench:
         assert bench.check() is Standing.READY
         assert "The check was not kept." in said(bench)
