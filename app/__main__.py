@@ -12,9 +12,7 @@ import os
 import sys
 from collections.abc import Callable, Sequence
 from importlib import import_module
-from importlib.util import find_spec
 from itertools import takewhile
-from pathlib import Path
 from typing import NamedTuple
 
 from app.cli.gui import is_file_name
@@ -92,27 +90,6 @@ def main(argv: Sequence[str] | None = None) -> int:
     except Exception as error:  # noqa: BLE001  the program's top: people get a sentence, never a traceback
         code = _explain(error)
     return code
-
-
-def _obstacle() -> str | None:
-    """Why no window can open here, as one sentence; None where nothing stands against it."""
-    from app.system.qt_libraries import lacking_sentence, libraries_of_the_screen
-
-    foreign = _foreign_package()
-    if foreign is None and sys.platform.startswith("linux"):
-        return lacking_sentence(libraries_of_the_screen())
-    return foreign
-
-
-def _foreign_package() -> str | None:
-    """The sentence about a package `ui` that another program has put in the place of ours; None where it is ours."""
-    home = Path(__file__).resolve().parents[1] / "ui"
-    found = find_spec("ui")
-    places = [] if found is None else [Path(place) for place in found.submodule_search_locations or ()]
-    if any(place.resolve() == home for place in places) and (home / "main.py").is_file():
-        return None
-    place = places[0] if places else home
-    return tr("“{name}” in {place} is not this program's: install it with pipx or uv tool.", name="ui", place=place)
 
 
 def _run_or_refuse(words: list[str]) -> int:
@@ -205,7 +182,9 @@ def _open_window(args: argparse.Namespace) -> int:
     if args.file is not None and not args.file.is_file():
         console.say(tr("{file} cannot be read: {why}.", file=args.file, why=tr("there is no such file")))
         return console.USED_WRONGLY
-    obstacle = None if getattr(sys, "frozen", False) else _obstacle()  # the bundle has looked before
+    from app.system.screen import window_obstacle
+
+    obstacle = window_obstacle()
     if obstacle is not None:
         console.say(obstacle)
         return console.NO_LINK
@@ -266,6 +245,10 @@ def _explain(error: Exception) -> int:
         console.say(error.sentence)
         return console.USED_WRONGLY
     sentence = link_trouble(error)
+    if isinstance(error, ImportError):
+        from app.system.screen import missing_libraries
+
+        sentence = missing_libraries()
     if sentence is not None:
         console.say(sentence)
         return console.NO_LINK

@@ -19,9 +19,10 @@ from linux.elf import foreign_run_path, glibc_wanted, make_run_path_relative, ou
 from release import NAME, TITLE, Release, stamp_times
 from sbom import LICENCES, write_bill
 
+from app.system.screen import ASKED
+
 SPEC: Final = ROOT / "packaging" / "dps-s.spec"
 BILL: Final = "sbom.cdx.json"
-ASKED: Final = "system-libraries.txt"
 _LINUX_README: Final = ROOT / "packaging" / "linux" / "README.txt"
 _WITH_DEBUG_TABLES: Final = ("libpython3*.so*", "zstandard/*.so", "lz4/**/*.so", "python3*/lib-dynload/*.so")
 """Of these a third to a half is for debuggers. Qt's and numpy's libraries stay as their makers ship them."""
@@ -47,7 +48,7 @@ def make_bundle(release: Release, wheel: Path, *, work: Path, dist: Path) -> Pat
         papers, internal = folder / "Contents" / "Resources", folder / "Contents" / "Frameworks"
     if sys.platform.startswith("linux"):
         _strip(internal)
-        # Before Qt is loaded, app/frozen.py looks for those of them that it knows.
+        # Before Qt is loaded, app/system/screen.py looks for those of them that it knows.
         (internal / ASKED).write_text(
             "".join(f"{one}\n" for one in sorted(outside_libraries(folder))), encoding="utf-8"
         )

@@ -53,6 +53,7 @@ ROOMS = (
     "app/cli/archive",
     "app/cli/reference",
     "app/__main__.py",  # puts the command line together, and opens the window
+    "app/start.py",  # starts it where pip installed it
     "app/frozen.py",  # starts it in the packages
     "ui",
     "ui/style",

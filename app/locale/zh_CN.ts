@@ -4294,6 +4294,14 @@
         <translation>立即使模块进入待机。始终允许，从不二次询问，优先于其他一切发送。旁边的标签显示模块随后报告的状态。</translation>
     </message>
     <message>
+        <source>Qt needs system libraries that are not here. Type: {command}</source>
+        <translation>缺少 Qt 所需的系统库。请输入：{command}</translation>
+    </message>
+    <message>
+        <source>Qt needs system libraries that are not here: {names}.</source>
+        <translation>缺少 Qt 所需的系统库：{names}。</translation>
+    </message>
+    <message>
         <source>Quaternion</source>
         <translation>四元数</translation>
     </message>
@@ -6026,6 +6034,10 @@
         <translation>结果未保存。</translation>
     </message>
     <message>
+        <source>The screen {screen} does not let this user open a window.</source>
+        <translation>屏幕 {screen} 不允许此用户打开窗口。</translation>
+    </message>
+    <message>
         <source>The selected row in full</source>
         <translation>所选行的完整内容</translation>
     </message>
@@ -6172,6 +6184,10 @@
     <message>
         <source>There is no recording “{name}”: dps-s recordings list shows all.</source>
         <translation>没有名为“{name}”的数据记录：dps-s recordings list 可列出全部。</translation>
+    </message>
+    <message>
+        <source>There is no screen here: neither DISPLAY nor WAYLAND_DISPLAY is set.</source>
+        <translation>此处没有屏幕：DISPLAY 和 WAYLAND_DISPLAY 均未设置。</translation>
     </message>
     <message>
         <source>There is no serial port. Plug the adapter in; if it stays away, try another cable or its driver.</source>

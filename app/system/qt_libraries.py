@@ -92,24 +92,6 @@ def _loads(soname: str) -> bool:
     return True
 
 
-def lacking_sentence(libraries: tuple[Library, ...]) -> str | None:
-    """What is not here of them, and the command that installs it; None where nothing is lacking."""
-    lacking = missing(libraries)
-    if not lacking:
-        return None
-    manager = package_manager()
-    if manager is None:
-        names = ", ".join(library.soname for library in lacking)
-        return f"Qt needs system libraries that are not here: {names}."
-    command = f"{INSTALL[manager]} {' '.join(package_names(lacking, manager))}"
-    return f"Qt needs system libraries that are not here. Type: sudo {command}"
-
-
-def libraries_of_the_screen() -> tuple[Library, ...]:
-    """Without these Qt ends the program when it opens a window on the screen that there is."""
-    return tuple(library for library in wanted_libraries(is_screen_wanted=True) if library not in ALWAYS)
-
-
 def package_manager() -> str | None:
     """``apt``, ``dnf``, ``pacman`` or ``zypper``, whichever is here."""
     programs = {"apt": "apt-get", "dnf": "dnf", "zypper": "zypper", "pacman": "pacman"}

@@ -1,48 +1,11 @@
-"""The packaged program: what it says where Qt would abort, and the library path of programs that it starts."""
+"""The packaged program: the library path of programs that it starts, and what it says where there is no console."""
 
 import os
 import sys
-from pathlib import Path
 
 import pytest
 
 from app import frozen
-from app.system import qt_libraries
-
-
-@pytest.mark.parametrize(
-    ("words", "sentence"),
-    [
-        (["read", "--port", "x"], None),
-        (["--version"], None),
-        (["gui", "--help"], None),
-        ([], "There is no screen here"),
-        (["--port", "x"], "There is no screen here"),
-        (["gui", "--demo"], "There is no screen here"),
-    ],
-)
-def test_a_window_without_a_screen_is_one_sentence(
-    monkeypatch: pytest.MonkeyPatch, words: list[str], sentence: str | None
-) -> None:
-    monkeypatch.setattr("sys.platform", "linux")
-    for name in ("DISPLAY", "WAYLAND_DISPLAY", "QT_QPA_PLATFORM"):
-        monkeypatch.delenv(name, raising=False)
-    said = frozen.what_qt_lacks(words)
-    assert said is None if sentence is None else (said or "").startswith(sentence)
-
-
-def test_missing_libraries_are_named_with_what_to_type(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
-    (tmp_path / "system-libraries.txt").write_text("libxcb-cursor.so.0\nlibc.so.6\n", encoding="utf-8")
-    monkeypatch.setattr("sys.platform", "linux")
-    monkeypatch.setattr("sys._MEIPASS", str(tmp_path), raising=False)
-    monkeypatch.setenv("DISPLAY", ":0")
-    monkeypatch.setenv("QT_QPA_PLATFORM", "xcb")
-    monkeypatch.setattr(qt_libraries, "package_manager", lambda: "apt")
-    monkeypatch.setattr(qt_libraries, "_loads", lambda soname: False)
-    said = frozen.what_qt_lacks(["gui"])
-    assert said == "Qt needs system libraries that are not here. Type: sudo apt-get install libxcb-cursor0"
-    monkeypatch.setattr(qt_libraries, "_loads", lambda soname: soname == "libxcb-cursor.so.0")
-    assert frozen.what_qt_lacks(["gui"]) is None
 
 
 @pytest.mark.parametrize("original", [None, "/opt/lib"])

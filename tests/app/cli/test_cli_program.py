@@ -4,11 +4,9 @@ import argparse
 import errno
 import io
 import json
-import subprocess
 import sys
 import threading
 from importlib import import_module
-from pathlib import Path
 
 import pytest
 import serial
@@ -16,10 +14,8 @@ import serial
 import app.__main__ as program
 from app.engine import ports as port_list
 from app.engine import transport
-from app.system import qt_libraries
 from app.terminal import connection
 from tests.support.cli_line import Printed, is_one_sentence
-from tests.support.setup_files import ROOT
 
 pytest_plugins = ["tests.support.cli_fixtures"]
 pytestmark = pytest.mark.usefixtures("speaks_english")
@@ -161,34 +157,6 @@ def test_a_bug_in_the_worker_is_one_calm_line(
     printed = Printed(capsys)
     assert printed.err.startswith("The program met an error that it did not expect: ")
     assert printed.err.count("\n") == 1
-
-
-@pytest.mark.skipif(not sys.platform.startswith("linux"), reason="Qt brings its libraries elsewhere")
-def test_a_screen_without_the_libraries_of_qt_is_a_command_to_type(
-    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
-    """Qt itself would end the program with a riddle."""
-    monkeypatch.setenv("DISPLAY", ":0")
-    monkeypatch.delenv("WAYLAND_DISPLAY", raising=False)
-    monkeypatch.setenv("QT_QPA_PLATFORM", "xcb")
-    monkeypatch.setattr(qt_libraries, "package_manager", lambda: "apt")
-    monkeypatch.setattr(qt_libraries, "_loads", lambda soname: soname != "libxcb-cursor.so.0")
-    assert program.main(["gui"]) == 3
-    said = capsys.readouterr().err.strip()
-    assert said == "Qt needs system libraries that are not here. Type: sudo apt-get install libxcb-cursor0"
-
-
-def test_a_package_of_another_program_is_one_sentence(tmp_path: Path) -> None:
-    """Another wheel has put its own `ui` in the place of ours."""
-    (tmp_path / "ui").mkdir()
-    (tmp_path / "ui" / "__init__.py").touch()
-    code = "import sys; from app.__main__ import main; sys.path.insert(0, sys.argv[1]); sys.exit(main(['gui']))"
-    ran = subprocess.run(
-        [sys.executable, "-c", code, str(tmp_path)], cwd=ROOT, capture_output=True, encoding="utf-8", check=False
-    )
-    assert ran.returncode == 3
-    assert ran.stderr.startswith(f"“ui” in {tmp_path / 'ui'} is not this program's")
-    assert len(ran.stderr.splitlines()) == 1
 
 
 def test_redirected_output_on_windows_is_utf_8(monkeypatch: pytest.MonkeyPatch) -> None:

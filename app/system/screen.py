@@ -1,0 +1,75 @@
+"""Whether a window can open here: said in one sentence before Qt ends the program with a riddle (Linux only)."""
+
+import ctypes
+import os
+import sys
+from pathlib import Path
+from typing import Final
+
+from app.system.qt_libraries import (
+    ALWAYS,
+    INSTALL,
+    Library,
+    missing,
+    package_manager,
+    package_names,
+    wanted_libraries,
+)
+from app.text.i18n import tr
+
+ASKED: Final = "system-libraries.txt"
+"""In a bundle: what it takes from the system, one name a line."""
+
+
+def window_obstacle() -> str | None:
+    """Why no window can open; None where nothing stands against it."""
+    if not sys.platform.startswith("linux"):
+        return None
+    platform = os.environ.get("QT_QPA_PLATFORM", "").partition(":")[0]
+    x, wayland = os.environ.get("DISPLAY"), os.environ.get("WAYLAND_DISPLAY")
+    if platform in ("", "xcb", "wayland") and not (x or wayland):
+        return tr("There is no screen here: neither DISPLAY nor WAYLAND_DISPLAY is set.")
+    # Of the others some serve parts of Qt that are not used: where one is really missed, importing Qt fails.
+    if missing(tuple(one for one in _wanted() if one not in ALWAYS or _is_bundle())):
+        return missing_libraries()
+    if platform == "xcb" or (not platform and not wayland):
+        return tr("The screen {screen} does not let this user open a window.", screen=x) if _refuses_x() else None
+    return None
+
+
+def missing_libraries() -> str | None:
+    """What Qt needs and is not here, and the command that installs all of it; None where nothing is missing."""
+    lacking = missing(_wanted()) if sys.platform.startswith("linux") else ()
+    if not lacking:
+        return None
+    manager = package_manager()
+    if manager is None:
+        names = ", ".join(library.soname for library in lacking)
+        return tr("Qt needs system libraries that are not here: {names}.", names=names)
+    command = f"sudo {INSTALL[manager]} {' '.join(package_names(lacking, manager))}"
+    return tr("Qt needs system libraries that are not here. Type: {command}", command=command)
+
+
+def _is_bundle() -> bool:
+    return hasattr(sys, "_MEIPASS")
+
+
+def _wanted() -> tuple[Library, ...]:
+    wanted = wanted_libraries(is_screen_wanted=True)
+    if not _is_bundle():
+        return wanted
+    asked = (Path(sys._MEIPASS) / ASKED).read_text(encoding="utf-8").split()  # type: ignore[attr-defined]
+    return tuple(library for library in wanted if library.soname in asked)
+
+
+def _refuses_x() -> bool:
+    """Does the screen that DISPLAY names turn this user away, or is there none?"""
+    try:
+        xcb = ctypes.CDLL("libxcb.so.1")
+    except OSError:
+        return False
+    xcb.xcb_connect.restype = ctypes.c_void_p
+    connection = ctypes.c_void_p(xcb.xcb_connect(None, None))
+    is_refused = bool(xcb.xcb_connection_has_error(connection))
+    xcb.xcb_disconnect(connection)
+    return is_refused
