@@ -86,11 +86,14 @@ class EvidenceCollector:
         misses = link.counters.time_outs - self._mark.counters.time_outs
         is_answering = is_online and has_answered and misses < MISSES_OF_A_DEAF_MODULE
         since = self._base if is_answering else self._mark
+        counters = link.counters - since.counters
+        # A request that was under way at the mark and timed out since was sent all the same.
+        counters.sent = max(counters.sent, counters.time_outs)
         self._seen = replace(
             self._seen,
             is_answering=is_answering,
             was_online=self._seen.was_online or has_answered,
-            counters=link.counters - since.counters,
+            counters=counters,
             bytes_received=link.bytes_received - since.bytes_received,
             round_trip_minimum_s=link.round_trip_minimum_s,
             round_trip_median_s=link.round_trip_median_s,

@@ -1266,6 +1266,10 @@
         <translation>连接</translation>
     </message>
     <message>
+        <source>Connection: the most likely cause and its fix. Traffic: every frame. Statistics: lost replies, round trips, invalid bytes. Support: what to send to whoever helps.</source>
+        <translation>连接：最可能的原因和处理方法。通信：每一帧。统计：丢失的响应、往返时间、无效字节。支持：发给协助人员的资料。</translation>
+    </message>
+    <message>
         <source>Connects a module that exists only in this program. It behaves as the vendor's table says; no parachute is connected to it.</source>
         <translation>连接一个只存在于本程序中的模块。它按厂家协议表工作，没有连接降落伞。</translation>
     </message>
@@ -1754,10 +1758,6 @@
         <translation>收发的每一帧（Alt+2）</translation>
     </message>
     <message>
-        <source>Every frame that was sent and received, decoded, with rejected bytes and the reason.</source>
-        <translation>发送和接收的每一帧及其解码，还有无效字节和原因。</translation>
-    </message>
-    <message>
         <source>Every kept check with its verdict. Choose one to print it as it was.</source>
         <translation>保存的每次检查及其结论。选择一条可按原样打印。</translation>
     </message>
@@ -1772,10 +1772,6 @@
     <message>
         <source>Everything received is recorded automatically; see Recordings.</source>
         <translation>线路上的所有内容都会自动记录，见“数据记录”页。</translation>
-    </message>
-    <message>
-        <source>Everything that somebody who helps needs, to look at before you send it.</source>
-        <translation>协助者所需的全部内容，发送前可以先查看。</translation>
     </message>
     <message>
         <source>Everywhere</source>
@@ -2026,8 +2022,8 @@
         <translation>收到的帧有损坏：{bytes} 字节中有 {rejected} 字节无效。</translation>
     </message>
     <message>
-        <source>Frames of the module</source>
-        <translation>模块发来的帧</translation>
+        <source>Frames received</source>
+        <translation>收到的帧</translation>
     </message>
     <message>
         <source>Frames sent and received</source>
@@ -2256,10 +2252,6 @@
     <message>
         <source>How this measurement went from check to check, with its limit.</source>
         <translation>这个测量值在历次检查中的变化及其限值。</translation>
-    </message>
-    <message>
-        <source>How well the line does: lost answers, round trips, rejected bytes, restarts.</source>
-        <translation>线路状况：丢失的应答、往返时间、无效字节、重启。</translation>
     </message>
     <message>
         <source>INTACT: signed by {station}, and every part is as it was recorded.</source>
@@ -2748,6 +2740,10 @@
     <message>
         <source>Last exchange</source>
         <translation>上次同步</translation>
+    </message>
+    <message>
+        <source>Last invalid bytes</source>
+        <translation>最近的无效字节</translation>
     </message>
     <message>
         <source>Least margin: {tilt}°, {fall:.2f} s in {file}.</source>
@@ -4314,10 +4310,6 @@
         <translation>仅查询，约数秒；请勿移动模块。</translation>
     </message>
     <message>
-        <source>Questions without an answer</source>
-        <translation>未应答的询问</translation>
-    </message>
-    <message>
         <source>Quit</source>
         <translation>退出</translation>
     </message>
@@ -4586,6 +4578,14 @@
         <translation>坠落中的报告数</translation>
     </message>
     <message>
+        <source>Requests</source>
+        <translation>请求</translation>
+    </message>
+    <message>
+        <source>Requests without reply</source>
+        <translation>无响应的请求</translation>
+    </message>
+    <message>
         <source>Restart</source>
         <translation>重启</translation>
     </message>
@@ -4626,16 +4626,20 @@
         <translation>横滚和俯仰（°）</translation>
     </message>
     <message>
+        <source>Round trip, median</source>
+        <translation>往返时间（中位数）</translation>
+    </message>
+    <message>
         <source>Round trips</source>
         <translation>往返时间</translation>
     </message>
     <message>
-        <source>Round trips, by how many milliseconds they took</source>
-        <translation>往返时间分布（毫秒）</translation>
-    </message>
-    <message>
         <source>Round trips: {n}. {classes}</source>
         <translation>往返：{n} 次。{classes}</translation>
+    </message>
+    <message>
+        <source>Round-trip time, ms</source>
+        <translation>往返时间（毫秒）</translation>
     </message>
     <message>
         <source>Row found before</source>
@@ -4896,10 +4900,6 @@
     <message>
         <source>Sends the change once, then looks for the module at the new speed, the old one, and all others.</source>
         <translation>更改命令只发送一次，然后依次在新波特率、旧波特率和其他所有波特率上寻找模块。</translation>
-    </message>
-    <message>
-        <source>Sent</source>
-        <translation>已发送</translation>
     </message>
     <message>
         <source>Sent once; now it is asked for.</source>
@@ -5556,10 +5556,6 @@
     <message>
         <source>The largest tilt</source>
         <translation>最大倾角</translation>
-    </message>
-    <message>
-        <source>The last invalid bytes</source>
-        <translation>最近无效字节</translation>
     </message>
     <message>
         <source>The last nine triggers, each with the settings and readings of its moment.</source>
@@ -6710,10 +6706,6 @@
         <translation>用户指南</translation>
     </message>
     <message>
-        <source>Usual round trip</source>
-        <translation>通常往返时间</translation>
-    </message>
-    <message>
         <source>VOID</source>
         <translation>作废</translation>
     </message>
@@ -6744,6 +6736,10 @@
     <message>
         <source>Verify a record</source>
         <translation>校验记录</translation>
+    </message>
+    <message>
+        <source>Views of the diagnosis</source>
+        <translation>诊断视图</translation>
     </message>
     <message>
         <source>Void: {why}.</source>
@@ -6906,10 +6902,6 @@
         <translation>读到的内容无法写出：{error}。</translation>
     </message>
     <message>
-        <source>What was seen</source>
-        <translation>观察到的情况</translation>
-    </message>
-    <message>
         <source>What was seen before a restart or a break says nothing about the module now.</source>
         <translation>重启或中断之前看到的情况不能说明模块现在的状态。</translation>
     </message>
@@ -7026,10 +7018,6 @@
         <translation>为什么连不上？（Alt+1）</translation>
     </message>
     <message>
-        <source>Why it does not connect: one cause, one next step.</source>
-        <translation>为什么连接不上：最可能的原因和处理方法。</translation>
-    </message>
-    <message>
         <source>Why it fired, when, and what was set and measured at that moment. Choose a record to say what it was: bench test, real or false.</source>
         <translation>为什么触发、何时触发，以及当时的设置和测量值。选择一条记录，可注明它是台架测试、真实触发还是误触发。</translation>
     </message>
@@ -7078,8 +7066,8 @@
         <translation>模块没有名称，该结果不计入飞行前检查。</translation>
     </message>
     <message>
-        <source>Without an answer</source>
-        <translation>未应答</translation>
+        <source>Without reply</source>
+        <translation>无响应</translation>
     </message>
     <message>
         <source>Without the stream</source>

@@ -141,11 +141,9 @@ ENTRIES: Final[tuple[HelpText, ...]] = tuple(
         ("ritual_hold", marked("Held for two seconds, by mouse or space bar, it sends the command once. Letting go "
                                "before sends nothing.")),
         # Diagnosis
-        ("diagnosis_why", marked("Why it does not connect: one cause, one next step.")),
-        ("diagnosis_traffic", marked("Every frame that was sent and received, decoded, with rejected bytes and the "
-                                     "reason.")),
-        ("diagnosis_figures", marked("How well the line does: lost answers, round trips, rejected bytes, restarts.")),
-        ("diagnosis_bundle", marked("Everything that somebody who helps needs, to look at before you send it.")),
+        ("diagnosis_tabs", marked("Connection: the most likely cause and its fix. Traffic: every frame. Statistics: "
+                                  "lost replies, round trips, invalid bytes. Support: what to send to whoever "
+                                  "helps.")),
         ("capture_open", marked("Opens what was saved from a line before, to look at it or to play it through the "
                                 "window.")),
         ("capture_save", marked("Saves what went over this line as a text file.")),

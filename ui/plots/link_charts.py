@@ -213,7 +213,7 @@ class OverTime(PaintedWidget):
         worst = f"{max(slowest) * 1000:.1f} ms" if slowest else "–"
         return (
             _Lane(tr("Slowest answer"), None, tuple(one.slowest_s for one in slices), worst),
-            _Lane(tr("Without an answer"), Meaning.ATTENTION, tuple(one.time_outs for one in slices), f"{missed:,}"),
+            _Lane(tr("Without reply"), Meaning.ATTENTION, tuple(one.time_outs for one in slices), f"{missed:,}"),
             _Lane(tr("Invalid bytes"), Meaning.ATTENTION, tuple(one.rejected_bytes for one in slices), f"{rejected:,}"),
         )
 

@@ -94,6 +94,13 @@ QToolButton[role="choice"] { padding: 4px; }
 QToolButton[role="choice"]:focus { padding: ${focus_s}px; }
 QToolButton::menu-indicator { image: none; }
 
+QTabBar::tab {
+    background: transparent; color: $muted; border: none; border-bottom: 3px solid transparent; padding: 6px 14px;
+}
+QTabBar::tab:selected { color: $text; font-weight: 700; border-bottom-color: $text; }
+QTabBar::tab:hover { color: $text; }
+QTabBar::tab:selected:focus { border-bottom-color: $focus; }
+
 QLineEdit, QSpinBox, QDoubleSpinBox, QComboBox, QPlainTextEdit, QTextEdit {
     background: $surface; color: $text; border: ${edge}px solid $border; border-radius: 6px; padding: 3px 8px;
     selection-background-color: $selection; selection-color: $text; min-height: 24px;

@@ -21,9 +21,9 @@ REFRESH_EVERY_MS: Final = 500
 LOSS_ATTENTION: Final = 0.01
 """More than one question in a hundred without an answer is worth a look."""
 _NUMBERS: Final = (
-    ("sent", marked("Sent")),
-    ("lost", marked("Without an answer")),
-    ("trip", marked("Usual round trip")),
+    ("sent", marked("Requests")),
+    ("lost", marked("Without reply")),
+    ("trip", marked("Round trip, median")),
     ("late", marked("95th percentile")),
     ("rejected", marked("Invalid bytes")),
     ("restarts", marked("Restarts")),
@@ -132,8 +132,9 @@ class LinkStatisticsView(QScrollArea):
         return card
 
     def _lay_out(self, services: Services) -> None:
-        numbers = in_row(*((one, 1) for one in self.totals.values()), spacing=Space.L)
-        title = marked("Round trips, by how many milliseconds they took")
+        numbers = named(QFrame(), "figures_totals", "card")
+        in_row(*((one, 1) for one in self.totals.values()), of=numbers, spacing=Space.M, margins=(Space.M, Space.S))
+        title = marked("Round-trip time, ms")
         trips = self._caption(services, "figures_trips_title", title)
         reasons = self._caption(services, "figures_reasons_title", marked("Invalid bytes, by reason"))
         pair = in_row(

@@ -3,10 +3,11 @@
 Out of sight it only remembers: the frames, the figures and what is seen of the port.
 """
 
+from functools import partial
 from pathlib import Path
 from typing import Final
 
-from PySide6.QtWidgets import QButtonGroup, QStackedWidget, QToolButton, QWidget
+from PySide6.QtWidgets import QStackedWidget, QTabBar, QWidget
 
 from app.captures.reader import FAULTS_KEPT
 from app.diagnosis.link_statistics import LinkStatistics
@@ -23,7 +24,7 @@ from ui.services.context import Services
 from ui.services.page import StreamPage
 from ui.style.theme import Meaning, Space
 from ui.widgets.controls import Shortcut, control
-from ui.widgets.layouts import FlowRow, in_column
+from ui.widgets.layouts import in_column, in_row
 from ui.widgets.notice_bar import Choice, Notice, NoticeBar
 from ui.widgets.recording_bar import recording_target
 
@@ -59,7 +60,8 @@ class DiagnosisPage(StreamPage):
         self.stack.setObjectName("diagnosis_views")
         for view in (self.why, self.traffic, self.figures, self.bundle):
             self.stack.addWidget(view)
-        self.segments = self._make_segments()
+        self.tabs = self._make_tabs()
+        self.tabs.currentChanged.connect(self.stack.setCurrentIndex)
         self._lay_out()
         self.files.opened.connect(self._show_capture)
         self.files.said.connect(self._say)
@@ -88,8 +90,7 @@ class DiagnosisPage(StreamPage):
     def go_to(self, key: str) -> None:
         """Bring a view into sight: "why", "traffic", "figures" or "bundle"."""
         keys = [one[0] for one in _VIEWS]
-        self.segments[key].setChecked(True)
-        self.stack.setCurrentIndex(keys.index(key))
+        self.tabs.setCurrentIndex(keys.index(key))
 
     def open_file(self, path: Path) -> None:
         """A capture, dropped on the window or chosen elsewhere."""
@@ -159,22 +160,26 @@ class DiagnosisPage(StreamPage):
 
     # Making
 
-    def _make_segments(self) -> dict[str, QToolButton]:
-        group = QButtonGroup(self)
-        segments = {}
-        for number, (key, title, explanation) in enumerate(_VIEWS):
-            button = control(QToolButton(), self._texts, f"diagnosis_{key}", title, tip=explanation, role="segment")
-            button.setCheckable(True)
-            button.setStyleSheet("QToolButton { padding-left: 12px; padding-right: 12px; }")
-            group.addButton(button, number)
-            segments[key] = button
-            Shortcut(f"diagnosis_{key}_key", self, button, keys=(f"Alt+{number + 1}",))
-        group.idClicked.connect(lambda number: self.go_to(_VIEWS[number][0]))
-        return segments
+    def _make_tabs(self) -> QTabBar:
+        tabs = control(QTabBar(), self._texts, "diagnosis_tabs", says="Views of the diagnosis")
+        tabs.setDrawBase(False)
+        tabs.setExpanding(False)
+        views = (self.why, self.traffic, self.figures, self.bundle)
+        for number, (view, (key, title, explanation)) in enumerate(zip(views, _VIEWS, strict=True)):
+            tabs.addTab("")
+            self._texts.bind(view.setAccessibleName, title)
+            self._texts.bind(partial(tabs.setTabText, number), title)
+            self._texts.bind(partial(tabs.setTabToolTip, number), explanation)
+            Shortcut(f"diagnosis_{key}_key", self, view, partial(self._choose, key),
+                     keys=(f"Alt+{number + 1}",))  # fmt: skip
+        return tabs
+
+    def _choose(self, key: str) -> None:
+        self.go_to(key)
+        self.tabs.setFocus()
 
     def _lay_out(self) -> None:
-        bar = FlowRow(spacing_px=Space.XS)
-        bar.setContentsMargins(Space.M, Space.S, Space.M, 0)
-        bar.add(*self.segments.values())
-        bar.add_right(self.files)
-        in_column(bar, self.strip, (self.stack, 1), of=self, spacing=Space.XS, margins=0)
+        head = self.make_header(self._texts, marked("Diagnosis"), self.files)
+        head.row.setContentsMargins(Space.M, Space.XS, Space.M, 0)
+        tabs = in_row(self.tabs, 1, margins=(Space.M, 0))
+        in_column(head, tabs, self.strip, (self.stack, 1), of=self, spacing=Space.XS, margins=0)

@@ -9,7 +9,7 @@ from typing import Final
 
 from PySide6.QtCore import QSize, Qt, Signal
 from PySide6.QtGui import QFontDatabase, QGuiApplication
-from PySide6.QtWidgets import QFrame, QGridLayout, QLabel, QPushButton, QScrollArea, QWidget
+from PySide6.QtWidgets import QFrame, QLabel, QPushButton, QScrollArea, QWidget
 
 from app.diagnosis.adapter_facts import AdapterFacts, PortHistory, facts_about
 from app.diagnosis.causes import Cause, Diagnosis, diagnose
@@ -74,12 +74,12 @@ REMEDIES: Final = {
 _SEEN: Final = (
     ("port", marked("Port")),
     ("received", marked("Bytes received")),
-    ("frames", marked("Frames of the module")),
+    ("frames", marked("Frames received")),
     ("rejected", marked("Invalid bytes")),
     ("echo", marked("Echoed frames")),
-    ("unanswered", marked("Questions without an answer")),
-    ("trip", marked("Usual round trip")),
-    ("noise", marked("The last invalid bytes")),
+    ("unanswered", marked("Requests without reply")),
+    ("trip", marked("Round trip, median")),
+    ("noise", marked("Last invalid bytes")),
 )
 _NOISE_SHOWN: Final = 16
 
@@ -267,22 +267,28 @@ class WhyPanel(QScrollArea):
         button = in_row(self.act, 1)
         said = in_column(self.what, self.next_step, self.command, button, spacing=Space.S)
         in_row((self._picture, Qt.AlignmentFlag.AlignTop), (said, 1), of=card, spacing=Space.L, margins=Space.L)
-        title = control(QLabel(), self._texts, "why_seen_title", "What was seen", role="caption")
-        grid = QGridLayout()
-        grid.setHorizontalSpacing(Space.XL)
-        grid.setVerticalSpacing(Space.XS)
-        grid.setColumnStretch(1, 1)
-        for number, (key, english) in enumerate(_SEEN):
-            name = named(QLabel(), f"why_seen_{key}_name")
-            name.setProperty("role", "muted")
-            self._texts.bind(name.setText, english)
-            self._texts.bind(self.seen[key].setAccessibleDescription, english)  # a name would hide the value
-            grid.addWidget(name, number, 0, Qt.AlignmentFlag.AlignTop)
-            grid.addWidget(self.seen[key], number, 1)
+        tiles = {key: self._tile(key, english) for key, english in _SEEN}
+        for key in ("noise", "port"):
+            self.seen[key].setProperty("role", "strong")
+        rows = [
+            in_row(*((tiles[key], 1) for key in keys), spacing=Space.L)
+            for keys in (("trip", "unanswered", "rejected", "echo"), ("received", "frames", "port"))
+        ]
+        facts = named(QFrame(), "why_facts", "card")
+        in_column(*rows, tiles["noise"], of=facts, spacing=Space.M, margins=(Space.L, Space.M))
         content = QWidget()
         content.setObjectName("why_content")
-        in_column(card, title, grid, 1, of=content, spacing=Space.M, margins=(Space.M, Space.S))
+        in_column(card, facts, 1, of=content, spacing=Space.S, margins=(Space.M, Space.S))
         self.setWidget(content)
+
+    def _tile(self, key: str, english: str) -> QWidget:
+        caption = control(QLabel(), self._texts, f"why_seen_{key}_name", english, role="small")
+        value = self.seen[key]
+        value.setProperty("role", "title")
+        self._texts.bind(value.setAccessibleDescription, english)  # a name would hide the value
+        tile = named(QWidget(), f"why_seen_{key}_tile")
+        in_column(caption, value, of=tile, spacing=0, margins=0)
+        return tile
 
 
 def _write(label: QLabel, text: str) -> None:

@@ -42,7 +42,7 @@ def test_search_goes_on_and_round_and_says_when_there_is_nothing(
 ) -> None:
     with diagnosis(qtbot, qapp, tmp_path) as (assembly, page):
         traffic = page.traffic
-        click(qtbot, page.segments["traffic"])
+        page.go_to("traffic")
         traffic.model.keep([*streamed(3000), sent("light"), *streamed(2000), sent("boot_count")])
         traffic.draw()
         qtbot.keyClick(assembly.window, Qt.Key.Key_F, Qt.KeyboardModifier.ControlModifier)
@@ -88,7 +88,7 @@ def test_marks_are_seen_filtered_and_outlive_the_list(qapp: QApplication) -> Non
 
 def test_mark_by_key(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
     with diagnosis(qtbot, qapp, tmp_path) as (_assembly, page):
-        click(qtbot, page.segments["traffic"])
+        page.go_to("traffic")
         page.traffic.model.keep([sent("light"), sent("boot_count")])
         page.traffic.draw()
         page.traffic.table.selectRow(1)

@@ -194,6 +194,22 @@ def test_what_came_at_another_rate_does_not_count() -> None:
     assert diagnose(evidence) is None
 
 
+def test_never_more_requests_time_out_than_were_sent() -> None:
+    """One was under way when the module last answered: it had been sent before what is counted begins."""
+    collector = EvidenceCollector()
+    collector.begin("sim://x")
+    opened, online = Connection(PortState.OPEN, "sim://x", 115200), DeviceView(presence=Presence.ONLINE)
+    collector.on_batch(Batch(1.0, opened, online, link(Counters())))
+    answered = Counters(sent=11)
+    answered.by_role[Role.ANSWER] = 10
+    collector.on_batch(Batch(2.0, opened, online, link(answered)))
+    late = Counters(sent=24, time_outs=14)
+    late.by_role[Role.ANSWER] = 10
+    collector.on_batch(Batch(9.0, opened, online, link(late)))
+    found = collector.evidence().counters
+    assert (found.time_outs, found.sent) == (14, 14)
+
+
 # Figures
 
 
@@ -215,7 +231,7 @@ def test_figures_show_loss_reasons_and_round_trips(qtbot: QtBot, qapp: QApplicat
         page.on_batch(Batch(now - 1, opened, DeviceView(), link(counters), events=exchanges(now, [0.003] * 3 + [0.05])))
         lost = PortError(PortTrouble.LOST, "sim://x", "gone")
         page.on_batch(Batch(now, Connection(PortState.CLOSED, "sim://x", 115200, lost), DeviceView(), None))
-        click(qtbot, page.segments["figures"])
+        page.go_to("figures")
         shown = {key: total.number.text() for key, total in page.figures.totals.items()}
         assert shown["sent"] == "10"
         assert shown["lost"] == "2 (20 %)"
@@ -267,7 +283,7 @@ def test_what_the_preview_shows_is_what_is_saved(qtbot: QtBot, qapp: QApplicatio
         page.bundle._log = log
         assembly.connector.connect_to(Target("sim://bundle", 115200))
         wait_online(qtbot, assembly)
-        click(qtbot, page.segments["bundle"])
+        page.go_to("bundle")
         qtbot.waitUntil(lambda: page.bundle.bundle is not None, timeout=WAIT_MS)
         qtbot.waitUntil(page.bundle.save.isEnabled, timeout=WAIT_MS)
         bundle = page.bundle.bundle
@@ -291,7 +307,7 @@ def test_what_the_preview_shows_is_what_is_saved(qtbot: QtBot, qapp: QApplicatio
 
 def test_a_bundle_that_cannot_be_saved_is_said(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
     with diagnosis(qtbot, qapp, tmp_path) as (_assembly, page):
-        click(qtbot, page.segments["bundle"])
+        page.go_to("bundle")
         qtbot.waitUntil(page.bundle.save.isEnabled, timeout=WAIT_MS)
         qtbot.waitUntil(lambda: page.bundle.bundle is not None, timeout=WAIT_MS)
         page.bundle.ask_path = lambda _parent, _title, _suggested, _filter: tmp_path / "gone" / "support.zip"
