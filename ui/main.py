@@ -22,6 +22,7 @@ from app import version
 from app.engine.target import Target
 from app.procedures.act import Armed
 from app.system.logs import Log, start_log
+from app.system.tones import Tone, TonePlayer
 from app.system.uncaught import catch_uncaught_errors
 from app.text.i18n import LANGUAGES, system_language, tr
 from protocol.translatable import marked
@@ -149,7 +150,13 @@ def assemble(
     storage.is_recording = lambda: connector.is_recording
     storage.is_touring = lambda: connector.is_wanted and is_tour(connector.target)
     lock = LockControl(connector, storage.journal, connector)
-    announce_states(connector, lock)
+    tones = TonePlayer()
+
+    def play(tone: Tone) -> None:
+        if preferences.has_sounds and not tones.play(tone):
+            app.beep()
+
+    announce_states(connector, lock, play)
     services = Services(connector, texts, appearance, lock, storage, preferences, log=log)
     connector.remember_stream(storage.stream_memory)
     services.naming.follow(connector, storage)
@@ -159,6 +166,7 @@ def assemble(
     window = MainWindow(services, ports, language_switch, preferences, entries=entries)
     for owned in (connector, services.naming):  # else what is connected to their signals lives for ever, and they by it
         owned.setParent(window)
+    window.closing.connect(tones.close)
     help_actions = HelpActions(window, services, entries)
     load = _load_pages if entries is PAGES else None
     return Assembly(

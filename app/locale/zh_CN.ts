@@ -3338,6 +3338,10 @@
         <translation>下一步：预备。将发送 {frame}。</translation>
     </message>
     <message>
+        <source>Next: enable the triggers and run the check.</source>
+        <translation>接下来：使能触发并运行检查。</translation>
+    </message>
+    <message>
         <source>No acceleration: the free-fall trigger is not judged.</source>
         <translation>没有加速度：不判断失重触发。</translation>
     </message>
@@ -4364,6 +4368,10 @@
     <message>
         <source>Read everything that can be read. What cannot be had is shown as unknown; exit code 4 then.</source>
         <translation>读取全部可读内容。无法取得的显示为未知，此时退出码为 4。</translation>
+    </message>
+    <message>
+        <source>Read the record</source>
+        <translation>读取记录</translation>
     </message>
     <message>
         <source>Read the records</source>
@@ -5730,6 +5738,10 @@
         <translation>模块尚未报告状态。</translation>
     </message>
     <message>
+        <source>The module has triggered. Next: read the trigger record, LOCK, then pack and check again.</source>
+        <translation>模块已触发。接下来：读取触发记录、锁定，然后重新装伞并检查。</translation>
+    </message>
+    <message>
         <source>The module is ACTIVE: it fires by its thresholds, with or without this program.</source>
         <translation>模块处于激活状态：无论本程序是否运行，达到阈值都会开伞。</translation>
     </message>
@@ -5830,8 +5842,8 @@
         <translation>模块已重启，但开机次数不能证明曾断电。</translation>
     </message>
     <message>
-        <source>The module restarted: activation, triggers and serial output from before no longer count.</source>
-        <translation>模块已重启：此前的激活状态、触发开关和串口输出不再有效。</translation>
+        <source>The module restarted: activation, triggers and serial output are as after power-up.</source>
+        <translation>模块已重启：激活、触发和串口输出均恢复为上电状态。</translation>
     </message>
     <message>
         <source>The module stays locked; keep clear of its opening all the same. A spring under the lid is still loaded: secure it before you open the bay.</source>

@@ -1,11 +1,13 @@
-"""Tells screen readers what becomes of a module: triggered, active, locked, link lost, LOCK failed."""
+"""Tells screen readers, and by a tone, what becomes of a module: triggered, active, locked, link lost, LOCK failed."""
 
+from collections.abc import Callable
 from typing import Final
 
 from PySide6.QtCore import QObject
 
 from app.diagnosis.link_state import Phase, words
 from app.safety.last_known import Activation
+from app.system.tones import Tone
 from app.text.i18n import tr
 from app.text.sentences import together
 from ui.core.announcer import announcer
@@ -17,11 +19,13 @@ _STANDS: Final = frozenset({Phase.ONLINE, Phase.LATE})
 _LOST: Final = frozenset({Phase.OFFLINE, Phase.LOST, Phase.FAILED})
 
 
-def announce_states(connector: Connector, lock: LockControl) -> None:
-    """Of the modules on all ports, those that are added later too."""
+def announce_states(
+    connector: Connector, lock: LockControl, play: Callable[[Tone], object] = lambda _tone: None
+) -> None:
+    """Of the modules on all ports, those that are added later too. `play` is called with the tone of what happened."""
 
     def add(connection: PortConnection) -> None:
-        StateAnnouncer(connection, lock.of(connection), connector)
+        StateAnnouncer(connection, lock.of(connection), connector, play)
 
     for connection in connector.connections:
         add(connection)
@@ -31,8 +35,11 @@ def announce_states(connector: Connector, lock: LockControl) -> None:
 class StateAnnouncer(QObject):
     """Each state once, when it becomes so. A doubt alone (an age, a question without an answer) is not told."""
 
-    def __init__(self, connection: PortConnection, lock: PortLock, connector: Connector) -> None:
+    def __init__(
+        self, connection: PortConnection, lock: PortLock, connector: Connector, play: Callable[[Tone], object]
+    ) -> None:
         super().__init__(connection)
+        self._play, self._restarts = play, connection.device.restarts
         self._connection, self._lock, self._connector = connection, lock, connector
         self._is_linked = self._is_triggered = self._has_failed = False
         self._activation = Activation.UNKNOWN
@@ -45,6 +52,7 @@ class StateAnnouncer(QObject):
         self._look_at_link()
         self._look_at_trigger()
         self._look_at_activation()
+        self._look_at_restarts()
         failed, had_failed = self._lock.failed, self._has_failed
         self._has_failed = failed is not None
         if failed is not None and not had_failed:
@@ -60,6 +68,7 @@ class StateAnnouncer(QObject):
             if connection.is_active:
                 parts.append(tr("The module was ACTIVE when it was last heard: treat it as ready to fire."))
             self._say(together(parts), is_urgent=True)
+            self._play(Tone.LOST)
 
     def _look_at_trigger(self) -> None:
         is_triggered = self._connection.device.fresh("triggered", self._connection.clock())
@@ -68,6 +77,13 @@ class StateAnnouncer(QObject):
         was, self._is_triggered = self._is_triggered, is_triggered is True
         if self._is_triggered and not was:
             self._say(tr("TRIGGERED"), is_urgent=True)
+            self._play(Tone.TRIGGERED)
+
+    def _look_at_restarts(self) -> None:
+        """By a tone alone: what it means stands in the notice of the window."""
+        was, self._restarts = self._restarts, self._connection.device.restarts
+        if self._restarts > was and self._is_linked:
+            self._play(Tone.RESTARTED)
 
     def _look_at_activation(self) -> None:
         state = self._connection.activation.state

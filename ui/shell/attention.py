@@ -7,12 +7,13 @@ from PySide6.QtCore import QObject
 
 from app.diagnosis.link_state import NextStep, Phase
 from app.text.i18n import tr
+from app.text.sentences import together
 from ui.core.connector import Connector
 from ui.services.lock import LockControl
 from ui.services.storage import PendingEdits
 from ui.shell.notices import leaving_notice, link_notice, unsent_notice
 from ui.style.theme import Meaning
-from ui.widgets.notice_bar import Notice, NoticeBar
+from ui.widgets.notice_bar import Choice, Notice, NoticeBar
 
 
 class Attention(QObject):
@@ -38,6 +39,9 @@ class Attention(QObject):
         """The question which module it is, where that has to be decided."""
         self._connector, self._bar, self._lock, self._acts = connector, bar, lock, acts
         self._unsent = pending_edits or PendingEdits()
+        self.go_to: Callable[[str], None] = lambda _page: None
+        """Brings the page of this key into sight."""
+        self._has_read_trigger = False
         self._question: Callable[[], Notice] | None = None
         self._is_still_asked: Callable[[], bool] = bool
         self._is_about_closing = False
@@ -161,7 +165,7 @@ class Attention(QObject):
             return locking if said is None else replace(locking, text=f"{locking.text} {said.text}")
         if self._told and (said is None or state.phase is Phase.CLOSED):
             return self._told[0]()
-        return said or self._module_notice()
+        return said or self._trigger_notice() or self._module_notice()
 
     def _module_notice(self) -> Notice | None:
         """What the module did by itself: said on every page."""
@@ -180,8 +184,27 @@ class Attention(QObject):
             return None
         if device.restarts == self._restarts:
             return None
-        text = tr("The module restarted: activation, triggers and serial output from before no longer count.")
-        return Notice(Meaning.ATTENTION, text, dismiss=self._forget_restart)
+        text = tr("The module restarted: activation, triggers and serial output are as after power-up.")
+        check = Choice("after_restart", tr("Pre-flight"), lambda: self.go_to("preflight"), is_main=True)
+        advice = tr("Next: enable the triggers and run the check.")
+        return Notice(Meaning.ATTENTION, together([text, advice]), (check,), dismiss=self._forget_restart)
+
+    def _trigger_notice(self) -> Notice | None:
+        """What comes next, as long as the module reports that it has triggered."""
+        connector = self._connector
+        known = connector.device.known("triggered", connector.clock())
+        if known is not None and known.value is False:
+            self._has_read_trigger = False
+        is_triggered = connector.is_open and known is not None and known.value is True
+        if not is_triggered or self._has_read_trigger or connector.is_recording:
+            return None
+        text = tr("The module has triggered. Next: read the trigger record, LOCK, then pack and check again.")
+        look = Choice("after_trigger", tr("Read the record"), lambda: self.go_to("triggers"), is_main=True)
+        return Notice(Meaning.DANGER, text, (look,), dismiss=self._forget_trigger)
+
+    def _forget_trigger(self) -> None:
+        self._has_read_trigger = True
+        self.refresh()
 
     def _forget_restart(self) -> None:
         self._restarts = self._connector.device.restarts

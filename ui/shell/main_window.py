@@ -120,6 +120,7 @@ class MainWindow(QMainWindow):
             pending_edits=services.pending_edits,
             parent=self,
         )
+        self.attention.go_to = self.go_to
         self.attention.find_identity = lambda: identity_notice(self._connector.identity, services.naming)
         self.files = FileOpener(self, self._file_pages, self.go_to, preferences=self._remembered, say=self.say)
         services.appearance.apply_theme(self, self.centre, *self.area.holders)

@@ -26,8 +26,10 @@ def link_notice(
         steps = (NextStep.CONNECT_AGAIN, NextStep.CHOOSE_PORT)
     if NextStep.WHY in acts and state.phase in _ASKS_WHY:
         steps = (*steps, NextStep.WHY)
-    choices = tuple(Choice(step.value, _step_text(step), acts[step]) for step in steps)
     is_calm = state.phase in (Phase.CLOSED, Phase.SWITCHED_OFF)
+    choices = tuple(
+        Choice(step.value, _step_text(step), acts[step], is_main=step is steps[0] and not is_calm) for step in steps
+    )
     meaning = Meaning.INFORMATION if is_calm else Meaning.ATTENTION
     return Notice(meaning, together(parts), choices)
 

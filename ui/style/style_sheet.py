@@ -196,6 +196,7 @@ def style_sheet(theme: Theme) -> str:
         border=theme.border,
         divider=theme.divider,
         selection=theme.selection,
+        page=theme.selection if theme.border_px > 1 else theme.sunken,  # a light grey is lost in the sun
         primary=theme.primary,
         on_primary=theme.on_primary,
         primary_hover=theme.muted if not theme.is_dark else theme.text,

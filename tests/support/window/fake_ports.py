@@ -40,6 +40,7 @@ class FakeWorker:
         self.values: dict[str, Known] = {}
         self.presence = Presence.UNKNOWN
         self.publish_every_s = 0.0
+        self.restarts = 0
         self.is_stopped = False
 
     # What the window calls
@@ -92,7 +93,7 @@ class FakeWorker:
         self.hand_over(finished=ended)
 
     def hand_over(self, *, finished: tuple[Job[Any], ...] = (), identity: Identity = NOBODY_MEANT) -> None:
-        view = DeviceView(MappingProxyType(dict(self.values)), self.presence, self._clock())
+        view = DeviceView(MappingProxyType(dict(self.values)), self.presence, self._clock(), restarts=self.restarts)
         self._callback(Batch(self._clock(), self.connection, view, None, finished=finished, identity=identity))
 
     def wanted(self, *, is_urgent: bool) -> list[Job[Any]]:

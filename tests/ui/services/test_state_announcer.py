@@ -7,6 +7,7 @@ from PySide6.QtWidgets import QWidget
 from pytestqt.qtbot import QtBot
 
 from app.safety.journal import NoJournal
+from app.system.tones import Tone
 from tests.support.window.fake_ports import FakePorts
 from ui.core.announcer import announcer
 from ui.services.lock import LockControl
@@ -21,6 +22,7 @@ class Listener:
     def __init__(self, ports: FakePorts) -> None:
         self.ports = ports
         self._said: list[str] = []
+        self.played: list[Tone] = []
         announcer().announced.connect(self._take)
 
     def _take(self, text: str, is_urgent: bool) -> None:
@@ -40,8 +42,8 @@ def listener(qtbot: QtBot) -> Iterator[Listener]:
     window.show()
     ports = FakePorts()
     lock = LockControl(ports.connector, lambda _target: NoJournal())
-    announce_states(ports.connector, lock)
     made = Listener(ports)
+    announce_states(ports.connector, lock, made.played.append)
     yield made
     announcer().announced.disconnect(made._take)
     ports.stop()
@@ -59,6 +61,10 @@ def test_each_state_is_told_once_when_it_becomes_so(qtbot: QtBot, listener: List
     assert listener.heard(qtbot, 1) == ["TRIGGERED!"]
     module.say(triggered=True, active=False)
     assert listener.heard(qtbot, 1) == ["LOCKED"]
+    assert listener.played == [Tone.TRIGGERED]
+    module.restarts += 1
+    module.say(active=False)
+    qtbot.waitUntil(lambda: listener.played == [Tone.TRIGGERED, Tone.RESTARTED])
 
 
 def test_a_lost_link_is_told_with_what_it_means_and_the_state_again_afterwards(
@@ -69,6 +75,7 @@ def test_a_lost_link_is_told_with_what_it_means_and_the_state_again_afterwards(
     module.unplug()
     (lost,) = listener.heard(qtbot, 1)
     assert lost.endswith("treat it as ready to fire.!")
+    assert listener.played == [Tone.LOST]
     connection.connect_to(connection.target)  # type: ignore[arg-type]
     module.say(active=True, triggered=True)
     assert listener.heard(qtbot, 2) == ["TRIGGERED!", "ACTIVE"]
