@@ -6,6 +6,7 @@ from typing import Final
 from PySide6.QtCore import QObject
 
 from app.diagnosis.link_state import Phase, words
+from app.engine.worker import Batch
 from app.safety.last_known import Activation
 from app.system.tones import Tone
 from app.text.i18n import tr
@@ -44,6 +45,7 @@ class StateAnnouncer(QObject):
         self._is_linked = self._is_triggered = self._has_failed = False
         self._activation = Activation.UNKNOWN
         connection.changed.connect(self._look)
+        connection.batch.connect(self._look_at_restarts)
         lock.changed.connect(self._look)
 
     def _look(self) -> None:
@@ -52,7 +54,6 @@ class StateAnnouncer(QObject):
         self._look_at_link()
         self._look_at_trigger()
         self._look_at_activation()
-        self._look_at_restarts()
         failed, had_failed = self._lock.failed, self._has_failed
         self._has_failed = failed is not None
         if failed is not None and not had_failed:
@@ -79,7 +80,7 @@ class StateAnnouncer(QObject):
             self._say(tr("TRIGGERED"), is_urgent=True)
             self._play(Tone.TRIGGERED)
 
-    def _look_at_restarts(self) -> None:
+    def _look_at_restarts(self, _batch: Batch) -> None:
         """By a tone alone: what it means stands in the notice of the window."""
         was, self._restarts = self._restarts, self._connection.device.restarts
         if self._restarts > was and self._is_linked:
