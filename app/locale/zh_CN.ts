@@ -498,10 +498,6 @@
         <translation>期间除锁定外的操作均被拒绝。请改用线缆，或将无线透传靠近。</translation>
     </message>
     <message>
-        <source>Apply what is ticked</source>
-        <translation>应用勾选的项目</translation>
-    </message>
-    <message>
         <source>Apply {count} ticked</source>
         <translation>应用 {count} 项</translation>
     </message>
@@ -2178,10 +2174,6 @@
         <translation>按住 2 秒</translation>
     </message>
     <message>
-        <source>Hold for two seconds</source>
-        <translation>按住两秒</translation>
-    </message>
-    <message>
         <source>Hold it level and still, half a metre above the cushion.</source>
         <translation>在软垫上方半米处水平拿稳。</translation>
     </message>
@@ -2774,6 +2766,10 @@
         <translation>合加速度（m/s²）</translation>
     </message>
     <message>
+        <source>Length of the time line</source>
+        <translation>时间轴长度</translation>
+    </message>
+    <message>
         <source>Length of the time line: {length}</source>
         <translation>时间轴长度：{length}</translation>
     </message>
@@ -2924,6 +2920,10 @@
     <message>
         <source>Log</source>
         <translation>日志</translation>
+    </message>
+    <message>
+        <source>Log file</source>
+        <translation>日志文件</translation>
     </message>
     <message>
         <source>Log file: {path}</source>
@@ -7128,10 +7128,6 @@
     <message>
         <source>Write it again</source>
         <translation>再次写入</translation>
-    </message>
-    <message>
-        <source>Write the changes</source>
-        <translation>写入更改</translation>
     </message>
     <message>
         <source>Write to {port} timed out: the adapter or its driver hangs.</source>

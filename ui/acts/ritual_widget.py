@@ -104,7 +104,7 @@ class RitualWidget(QFrame):
                                 slot=partial(self._choose, is_rehearsal=True))  # fmt: skip
         self.arm = control(StepButton(), texts, "ritual_arm", "Arm for 10 s", role="danger",
                            tip="It can be held for the next 10 s")  # fmt: skip
-        self.hold = control(HoldButton(), texts, "ritual_hold", says="Hold for two seconds",
+        self.hold = control(HoldButton(), texts, "ritual_hold",
                             tip="By mouse or space bar; letting go cancels")  # fmt: skip
         self.cancel = control(StepButton(is_safe=True), texts, "ritual_cancel", "Cancel",
                               tip="Disarm; nothing is sent", key="Esc")  # fmt: skip

@@ -17,7 +17,7 @@ from protocol.translatable import marked
 from ui.core.texts import Texts
 from ui.style.icons import Icon, icon
 from ui.style.theme import Space
-from ui.widgets.controls import control
+from ui.widgets.controls import ChoiceButton, control
 from ui.widgets.layouts import in_row
 from ui.widgets.naming import named
 from ui.widgets.sliders import WheelGuard
@@ -161,7 +161,7 @@ class FlagEditor(FieldEditor):
             self.chosen.emit(value)
 
     def _button(self, texts: Texts, command: Command, name: str, english: str) -> QToolButton:
-        button = control(QToolButton(), texts, f"{command.name}_{name}", english, tip=command.explanation,
+        button = control(ChoiceButton(), texts, f"{command.name}_{name}", english, tip=command.explanation,
                          role="choice", is_checkable=True)  # fmt: skip
         button.setMinimumWidth(_FLAG_PX)
         button.setIconSize(QSize(14, 14))

@@ -4,11 +4,20 @@ The wheel zooms only when the plots have the focus or Ctrl is held; else it scro
 """
 
 from collections.abc import Callable, Sequence
-from typing import Any
+from typing import Any, ClassVar
 
 import pyqtgraph as pg
 from PySide6.QtCore import QEvent, QPointF, QRectF, Qt, Signal
-from PySide6.QtGui import QFocusEvent, QFontMetricsF, QKeyEvent, QMouseEvent, QPainter, QResizeEvent, QWheelEvent
+from PySide6.QtGui import (
+    QAccessible,
+    QFocusEvent,
+    QFontMetricsF,
+    QKeyEvent,
+    QMouseEvent,
+    QPainter,
+    QResizeEvent,
+    QWheelEvent,
+)
 from PySide6.QtWidgets import QGraphicsItem, QStyleOptionGraphicsItem, QWidget
 
 from ui.plots.background import PlotBackground
@@ -46,6 +55,7 @@ class _Layer(QGraphicsItem):
 class Canvas(pg.GraphicsView):  # type: ignore[misc]  # pyqtgraph has no types
     """Draws what it is given and says what a person wants; it decides nothing."""
 
+    accessible_role: ClassVar = QAccessible.Role.Chart
     panned = Signal(float)
     """Moved by this part of the view, negative to the past."""
     zoomed = Signal(float, float)

@@ -13,7 +13,7 @@ from ui.core.texts import Texts
 from ui.plots.view import WINDOWS_S, TimeView
 from ui.style.icons import Icon, icon
 from ui.style.theme import Meaning, Space
-from ui.widgets.controls import control
+from ui.widgets.controls import ChoiceButton, control
 from ui.widgets.layouts import FlowRow
 from ui.widgets.naming import named
 from ui.widgets.readout import StateChip
@@ -69,10 +69,9 @@ class PlotHeader(QWidget):
 
     def _segment(self, texts: Texts, window_s: float) -> QToolButton:
         segment = control(
-            QToolButton(), texts, f"time-plot-window-{window_s:g}", _WINDOW_WORDS[window_s], role="segment"
+            ChoiceButton(), texts, f"time-plot-window-{window_s:g}", _WINDOW_WORDS[window_s], role="segment"
         )
-        segment.setCheckable(True)
-        texts.bind(segment.setAccessibleName, "Length of the time line: {length}", length=f"{window_s:g} s")
+        texts.bind(segment.setAccessibleDescription, "Length of the time line")
         texts.bind(segment.setToolTip, "Length of the time line: {length}", length=f"{window_s:g} s")
         return segment
 

@@ -2,10 +2,10 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Final
+from typing import ClassVar, Final
 
 from PySide6.QtCore import QPointF, QRectF, QSize, Qt
-from PySide6.QtGui import QColor, QFontMetricsF, QPainter, QPaintEvent, QPen, QPolygonF
+from PySide6.QtGui import QAccessible, QColor, QFontMetricsF, QPainter, QPaintEvent, QPen, QPolygonF
 from PySide6.QtWidgets import QSizePolicy
 
 from app.diagnosis.link_state import duration
@@ -41,6 +41,8 @@ def percent_text(share: float) -> str:
 
 class Histogram(PaintedWidget):
     """How many round trips took how long; the heights are shares of all."""
+
+    accessible_role: ClassVar = QAccessible.Role.Chart
 
     def __init__(self) -> None:
         super().__init__()
@@ -115,6 +117,8 @@ def _bound(one: TripClass) -> str:
 class ReasonBars(PaintedWidget):
     """Rejected bytes by reason, most first; nothing else is as wide as its number."""
 
+    accessible_role: ClassVar = QAccessible.Role.Chart
+
     def __init__(self) -> None:
         super().__init__()
         self.setObjectName("figures_reasons")
@@ -181,6 +185,8 @@ class _Lane:
 class OverTime(PaintedWidget):
     """Three lanes over one time line: the slowest answer, questions without one, rejected bytes; with marks for
     restarts of the module and losses of the port."""
+
+    accessible_role: ClassVar = QAccessible.Role.Chart
 
     def __init__(self) -> None:
         super().__init__()

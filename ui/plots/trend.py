@@ -1,10 +1,10 @@
 """Small trend chart of one measured value over all checks."""
 
 from collections.abc import Sequence
-from typing import Final
+from typing import ClassVar, Final
 
 from PySide6.QtCore import QPointF, QRectF, QSize, Qt
-from PySide6.QtGui import QColor, QFontMetricsF, QPainter, QPaintEvent, QPolygonF
+from PySide6.QtGui import QAccessible, QColor, QFontMetricsF, QPainter, QPaintEvent, QPolygonF
 from PySide6.QtWidgets import QSizePolicy
 
 from app.records.check_store import Point
@@ -20,6 +20,8 @@ _MOST_POINTS: Final = 200
 
 class Trend(PaintedWidget):
     """Checks are equally far apart: between two lie days, and then minutes."""
+
+    accessible_role: ClassVar = QAccessible.Role.Chart
 
     def __init__(self, name: str) -> None:
         super().__init__()

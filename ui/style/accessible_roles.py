@@ -7,13 +7,13 @@ The name is asked for when somebody wants to know it, so it may hold a measured 
 only where Qt's own property changes: see `PaintedWidget.announce` and `TickingLabel`.
 """
 
-from typing import Final
+from typing import Final, cast
 
 from PySide6.QtCore import QObject
-from PySide6.QtGui import QAccessible, QAccessibleInterface
-from PySide6.QtWidgets import QAccessibleWidget, QFrame, QWidget
+from PySide6.QtGui import QAccessible, QAccessibleActionInterface, QAccessibleInterface
+from PySide6.QtWidgets import QAbstractButton, QAccessibleWidget, QFrame, QScrollArea, QWidget
 
-_CONTAINERS: Final = (QWidget, QFrame)
+_CONTAINERS: Final = (QWidget, QFrame, QScrollArea)
 """What Qt's own role says nothing of."""
 
 
@@ -24,14 +24,60 @@ class _Accessible(QAccessibleWidget):
         return told or super().text(kind)
 
 
+class _Leaf(_Accessible):
+    """A picture: what it is painted on is nothing of its own."""
+
+    def childCount(self) -> int:
+        return 0
+
+
+class _Choice(_Accessible):
+    """A button with a state."""
+
+    def text(self, kind: QAccessible.Text) -> str:
+        return super().text(kind) or (self._button.text() if kind is QAccessible.Text.Name else "")
+
+    def state(self) -> QAccessible.State:
+        state = super().state()
+        state.checkable, state.checked = True, self._button.isChecked()
+        return state
+
+    def actionNames(self) -> list[str]:
+        return [QAccessibleActionInterface.pressAction(), *super().actionNames()]
+
+    def doAction(self, name: str) -> None:
+        if name == QAccessibleActionInterface.pressAction():
+            self._button.click()
+        else:
+            super().doAction(name)
+
+    @property
+    def _button(self) -> QAbstractButton:
+        return cast("QAbstractButton", self.widget())
+
+
+class _Container(_Accessible):
+    """A group as soon as it has a name, or can be scrolled by keys."""
+
+    def role(self) -> QAccessible.Role:
+        is_group = self.state().focusable or self.text(QAccessible.Text.Name)
+        return QAccessible.Role.Grouping if is_group else QAccessible.Role.Client
+
+
+_KINDS: Final[dict[QAccessible.Role, type[_Accessible]]] = {
+    QAccessible.Role.Chart: _Leaf,
+    QAccessible.Role.RadioButton: _Choice,
+}
+
+
 def _make(class_name: str, one: QObject) -> QAccessibleInterface | None:
     """Called by Qt for the class of `one` and all those above it, until it gets an answer."""
     if not isinstance(one, QWidget) or type(one).__name__ != class_name:
         return None
-    role = getattr(one, "accessible_role", None)
-    if role is None and one.accessibleName() and _qt_class(one) in _CONTAINERS:
-        role = QAccessible.Role.Grouping
-    return None if role is None else _Accessible(one, role)
+    role: QAccessible.Role | None = getattr(one, "accessible_role", None)
+    if role is not None:
+        return _KINDS.get(role, _Accessible)(one, role)
+    return _Container(one) if _qt_class(one) in _CONTAINERS else None
 
 
 def _qt_class(one: QWidget) -> type:

@@ -1,9 +1,9 @@
 """Makes a control from one description: object name, texts in the language in use, shortcut, icon, role, slot."""
 
-from typing import Final, TypeVar
+from typing import ClassVar, Final, TypeVar
 
 from PySide6.QtCore import QSize, Qt
-from PySide6.QtGui import QAction, QKeySequence
+from PySide6.QtGui import QAccessible, QAction, QKeySequence
 from PySide6.QtWidgets import QAbstractButton, QLabel, QToolButton, QWidget
 
 from app.text.i18n import tr
@@ -43,14 +43,18 @@ def control(
     is_checkable: bool = False,
     slot: object = None,
 ) -> Control:
-    """`one`, complete. `text`, `says` (the accessible name; a button's is else its text) and `tip` are English.
+    """`one`, complete. `text`, `says` and `tip` are English. `says` is the accessible name; that of a button with a
+    text is its text, which is what somebody who speaks to the computer says, and `says` describes it.
 
     `key` is the shortcut that its tooltip names. `role` is one of the style sheet's. `slot` is called when a button is
     clicked, or when the press of a step counted.
     """
     named(one, name, role)
     if isinstance(one, QAbstractButton):
-        says = says or text
+        if text:
+            says, description = text, says
+            if description not in ("", says):
+                texts.bind(one.setAccessibleDescription, description)
         if is_checkable:
             one.setCheckable(True)
         if picture is not None:
@@ -70,6 +74,17 @@ def control(
     elif tip:
         texts.bind(one.setToolTip, tip)
     return one
+
+
+class ChoiceButton(QToolButton):
+    """One of several beside each other, or none while nothing is known or wanted; a radio button to a screen reader.
+    Which is pressed stays with whoever handles the clicks."""
+
+    accessible_role: ClassVar = QAccessible.Role.RadioButton
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.setCheckable(True)
 
 
 class Shortcut(QAction):

@@ -14,6 +14,7 @@ from app.settings.form import RowState
 from app.text.i18n import set_language
 from tests.support.garbage import living_garbage
 from tests.support.window.controls import controls_in, goes_back, tab_chain, takes_tab
+from tests.support.window.screen_reader import misnamed, unheard
 from tests.support.window.walk import Walk, walking
 from ui.main import PAGES
 from ui.pages.settings import profile_compare
@@ -38,7 +39,8 @@ def test_the_walk(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
     with walking(qtbot, qapp, tmp_path) as walk:
         seen = 0
         for stop in walk.stops():
-            found = [*unnamed(stop.root), *mute(stop.root), *out_of_order(stop.root), *silent_paint(stop.root)]
+            found = [*unnamed(stop.root), *mute(stop.root), *out_of_order(stop.root), *silent_paint(stop.root),
+                     *unheard(stop.root), *misnamed(stop.root)]  # fmt: skip
             seen += len(controls_in(stop.root))
             if stop.name in {entry.key for entry in PAGES} - {"settings"}:
                 found += walk.shake()

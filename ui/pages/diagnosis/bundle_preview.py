@@ -32,6 +32,7 @@ from ui.services.context import Services
 from ui.style.icons import Icon
 from ui.style.theme import Meaning, Size, Space
 from ui.widgets.controls import control
+from ui.widgets.labels import TickingLabel
 from ui.widgets.layouts import in_column, in_row
 from ui.widgets.naming import named
 from ui.widgets.notice_bar import Notice
@@ -116,7 +117,8 @@ class BundlePreview(QWidget):
         self.renew = control(QPushButton(), texts, "bundle_renew", "Renew", says="Refresh the preview",
                              tip="Refresh the preview, with what happened since", picture=Icon.AGAIN,
                              slot=self.make)  # fmt: skip
-        self._where = named(QLabel(), "bundle_log_path", "small")
+        self._where = named(TickingLabel(), "bundle_log_path", "small")
+        texts.bind(self._where.setAccessibleName, "Log file")
         self._where.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
         self._lay_out()
         VisibilityTimer(self, self.make, retranslate=self._retranslate)

@@ -3,7 +3,7 @@
 from typing import Final
 
 from PySide6.QtCore import QSize, Qt
-from PySide6.QtWidgets import QFrame, QLabel, QScrollArea, QToolButton, QWidget
+from PySide6.QtWidgets import QFrame, QLabel, QScrollArea, QWidget
 
 from app.diagnosis.link_statistics import COARSE_KEPT, COARSE_S, FINE_KEPT, FINE_S, LinkStatistics
 from app.text.i18n import tr
@@ -12,7 +12,7 @@ from ui.plots.link_charts import Histogram, OverTime, ReasonBars, Stretch, perce
 from ui.services.context import Services
 from ui.style.icons import Icon, pixmap
 from ui.style.theme import Meaning, Space, current
-from ui.widgets.controls import control
+from ui.widgets.controls import ChoiceButton, control
 from ui.widgets.layouts import Gap, in_column, in_row
 from ui.widgets.naming import named
 from ui.widgets.visibility_timer import VisibilityTimer
@@ -78,10 +78,10 @@ class LinkStatisticsView(QScrollArea):
         for key, title in _NUMBERS:
             texts.bind(self.totals[key].caption.setText, title)
         self.trips, self.reasons, self.over_time = Histogram(), ReasonBars(), OverTime()
-        self.fine = control(QToolButton(), texts, "figures_minutes", "10 min", says="The last ten minutes",
+        self.fine = control(ChoiceButton(), texts, "figures_minutes", "10 min", says="The last ten minutes",
                             tip="The last ten minutes, second by second", role="segment",
                             is_checkable=True)  # fmt: skip
-        self.coarse = control(QToolButton(), texts, "figures_hours", "12 h", says="The last twelve hours",
+        self.coarse = control(ChoiceButton(), texts, "figures_hours", "12 h", says="The last twelve hours",
                               tip="The last twelve hours, minute by minute", role="segment",
                               is_checkable=True)  # fmt: skip
         self.fine.setChecked(True)

@@ -3,12 +3,12 @@
 from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import lru_cache
-from typing import Final, NamedTuple
+from typing import ClassVar, Final, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 from PySide6.QtCore import QPointF, QRectF, QSize, Qt, Signal
-from PySide6.QtGui import QColor, QFontMetricsF, QImage, QKeyEvent, QMouseEvent, QPainter, QPaintEvent
+from PySide6.QtGui import QAccessible, QColor, QFontMetricsF, QImage, QKeyEvent, QMouseEvent, QPainter, QPaintEvent
 from PySide6.QtWidgets import QSizePolicy
 
 from app.firing.judge import TriggerLimits
@@ -129,6 +129,8 @@ class FireMapView(PaintedWidget):
     """Attitude threshold in degrees, free-fall time in seconds."""
     opened = Signal()
     """Double click or Enter: the flights of this cell."""
+
+    accessible_role: ClassVar = QAccessible.Role.Chart
 
     def __init__(self) -> None:
         super().__init__()

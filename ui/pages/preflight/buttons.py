@@ -40,7 +40,9 @@ class PreflightButtons(QWidget):
     def show_work(self, work: PreflightController) -> None:
         is_checking = work.standing is Standing.CHECKING
         self.run.setEnabled(work.can_check)
-        self._texts.bind(self.run.setText, "Run the check" if work.filed is None else "Check again")
+        words = "Run the check" if work.filed is None else "Check again"
+        self._texts.bind(self.run.setText, words)
+        self._texts.bind(self.run.setAccessibleName, words)
         self.enable.setEnabled(work.can_enable)
         self._emphasise(self.enable if work.can_enable and not work.are_triggers_known else self.run)
         self.enable.setVisible(not is_checking)

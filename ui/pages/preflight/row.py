@@ -4,7 +4,7 @@ looked at."""
 from typing import Final, NamedTuple
 
 from PySide6.QtCore import Qt, Signal
-from PySide6.QtWidgets import QButtonGroup, QFrame, QGridLayout, QToolButton, QWidget
+from PySide6.QtWidgets import QButtonGroup, QFrame, QGridLayout, QWidget
 
 from app.preflight.findings import RESULT_WORDS, Check, CheckResult
 from app.preflight.verdict import MANUAL_WORDS, Judged
@@ -15,7 +15,7 @@ from protocol.translatable import marked
 from ui.core.texts import Texts
 from ui.style.icons import Icon
 from ui.style.theme import Meaning, Size, Space
-from ui.widgets.controls import control
+from ui.widgets.controls import ChoiceButton, control
 from ui.widgets.labels import text_label
 from ui.widgets.naming import named
 from ui.widgets.readout import StateChip
@@ -149,9 +149,9 @@ class ManualRow(QFrame):
         self._text = text_label(f"{name}_text", "strong")
         self._text.setText(clean(line.text))
         self._need = text_label(f"{name}_need", "muted")
-        self.done = control(QToolButton(), texts, f"{name}_done", "OK", tip="You checked it: OK", is_checkable=True)
+        self.done = control(ChoiceButton(), texts, f"{name}_done", "OK", tip="You checked it: OK", is_checkable=True)
         self.bad = control(
-            QToolButton(), texts, f"{name}_bad", "Not OK", tip="You checked it: not OK", is_checkable=True
+            ChoiceButton(), texts, f"{name}_bad", "Not OK", tip="You checked it: not OK", is_checkable=True
         )
         grid = _grid(self)
         grid.setColumnMinimumWidth(2, 0)

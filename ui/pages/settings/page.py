@@ -208,8 +208,7 @@ class SettingsPage(Page):
 
     def _make_buttons(self) -> None:
         texts = self._services.texts
-        self.write = control(QPushButton(), texts, "settings_write", says="Write the changes",
-                             tip="Write and verify", key="Ctrl+Return",
+        self.write = control(QPushButton(), texts, "settings_write", tip="Write and verify", key="Ctrl+Return",
                              picture=Icon.DROP, role="primary", slot=self._write)  # fmt: skip
         self.read = control(QPushButton(), texts, "settings_read", "Read all", tip="Read all", key="F5",
                             picture=Icon.AGAIN)  # fmt: skip
