@@ -790,6 +790,10 @@
         <translation>自相矛盾：{parts}。</translation>
     </message>
     <message>
+        <source>CSV…</source>
+        <translation>CSV…</translation>
+    </message>
+    <message>
         <source>Calibrate it with the bay closed and open, and keep it in a profile.</source>
         <translation>在伞仓关闭和打开时校准，并保存到配置文件。</translation>
     </message>
@@ -1758,8 +1762,8 @@
         <translation>保存的每次检查及其结论。选择一条可按原样打印。</translation>
     </message>
     <message>
-        <source>Every session is recorded by itself, from the first byte that comes over a port until the port is closed. There is nothing to switch on.</source>
-        <translation>每次会话都会自动记录，从串口收到第一个字节起，到串口关闭为止，无需任何操作。</translation>
+        <source>Every session is recorded by itself; there is nothing to switch on.</source>
+        <translation>每次连接都会自动记录，无需任何操作。</translation>
     </message>
     <message>
         <source>Every session that was recorded. Open one to look at it on the Live page.</source>
@@ -1784,14 +1788,6 @@
     <message>
         <source>Explain every check</source>
         <translation>解释每项检查</translation>
-    </message>
-    <message>
-        <source>Export CSV…</source>
-        <translation>导出 CSV…</translation>
-    </message>
-    <message>
-        <source>Export MCAP…</source>
-        <translation>导出 MCAP…</translation>
     </message>
     <message>
         <source>Export all…</source>
@@ -3004,6 +3000,10 @@
     <message>
         <source>MCAP (*.mcap)</source>
         <translation>MCAP (*.mcap)</translation>
+    </message>
+    <message>
+        <source>MCAP…</source>
+        <translation>MCAP…</translation>
     </message>
     <message>
         <source>Maintenance</source>
@@ -6368,6 +6368,10 @@
     <message>
         <source>Tilt, not triggered</source>
         <translation>倾角，未触发</translation>
+    </message>
+    <message>
+        <source>Tilt, up to {value}°</source>
+        <translation>倾角，最大 {value}°</translation>
     </message>
     <message>
         <source>Tilt: level</source>
@@ -9920,6 +9924,10 @@
     <message>
         <source>{count} recordings</source>
         <translation>{count} 条数据记录</translation>
+    </message>
+    <message>
+        <source>{count} recordings are chosen.</source>
+        <translation>已选择 {count} 条数据记录。</translation>
     </message>
     <message>
         <source>{count} recordings begin with “{name}”: say more of the name.</source>

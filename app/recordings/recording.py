@@ -262,6 +262,23 @@ def open_recording(folder: Path) -> Recording:
         raise RecordingUnreadable(reason_of(error)) from error
 
 
+def tilt_outline(folder: Path, buckets: int) -> tuple[tuple[float, float], ...]:
+    """Lowest and highest tilt of each stretch of time, for a small picture; nothing is checked. Empty: no tilt, or it
+    cannot be read."""
+    try:
+        opening = read_opening(folder)
+        extents = read_extents(folder, opening, is_checked=False)
+        entry = entry_of(folder, opening, extents, size_bytes=0, is_running=False)
+        recording = Recording(entry, opening, extents)
+    except (Unreadable, OSError, ValueError):
+        return ()
+    try:
+        found = recording.tilt.decimated(recording.start_s, max(recording.end_s, recording.start_s + 1.0), buckets)
+        return tuple(zip(found.low.tolist(), found.high.tolist(), strict=True))
+    finally:
+        recording.close()
+
+
 def _number(value: object) -> float | None:
     """A finite one."""
     if isinstance(value, bool) or not isinstance(value, int | float):

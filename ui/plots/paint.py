@@ -70,7 +70,8 @@ def paint_back(painter: QPainter, picture: Picture) -> None:
             y = round(lane.y(value)) + 0.5
             painter.setPen(pen(theme.border if step == 0 else grid, 1))
             painter.drawLine(QPointF(box.left(), y), QPointF(box.right(), y))
-            if 0 < step < steps and box.height() / steps < metrics.height():
+            is_last = step in (0, steps) if box.height() >= metrics.height() else step == steps
+            if not is_last and box.height() / steps < metrics.height():
                 continue  # no room for its figure
             painter.setPen(QColor(theme.muted))
             room = QRectF(0, y - metrics.height() / 2, box.left() - 6, metrics.height())

@@ -97,7 +97,7 @@ QToolButton::menu-indicator { image: none; }
 QTabBar::tab {
     background: transparent; color: $muted; border: none; border-bottom: 3px solid transparent; padding: 6px 14px;
 }
-QTabBar::tab:selected { color: $text; font-weight: 700; border-bottom-color: $text; }
+QTabBar::tab:selected { color: $text; border-bottom-color: $text; }
 QTabBar::tab:hover { color: $text; }
 QTabBar::tab:selected:focus { border-bottom-color: $focus; }
 

@@ -7,6 +7,7 @@ from functools import partial
 from pathlib import Path
 from typing import Final
 
+from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QStackedWidget, QTabBar, QWidget
 
 from app.captures.reader import FAULTS_KEPT
@@ -164,6 +165,8 @@ class DiagnosisPage(StreamPage):
         tabs = control(QTabBar(), self._texts, "diagnosis_tabs", says="Views of the diagnosis")
         tabs.setDrawBase(False)
         tabs.setExpanding(False)
+        tabs.setUsesScrollButtons(False)
+        tabs.setElideMode(Qt.TextElideMode.ElideNone)
         views = (self.why, self.traffic, self.figures, self.bundle)
         for number, (view, (key, title, explanation)) in enumerate(zip(views, _VIEWS, strict=True)):
             tabs.addTab("")

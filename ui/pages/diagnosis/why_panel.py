@@ -235,6 +235,7 @@ class WhyPanel(QScrollArea):
             "trip": "–" if trip_s is None else f"{trip_s * 1000:.1f} ms",
             "noise": noise.hex(" ").upper() or "–",
         }
+        self._noise.setVisible(bool(noise))
         for key, text in shown.items():
             _write(self.seen[key], text)
 
@@ -271,11 +272,12 @@ class WhyPanel(QScrollArea):
         for key in ("noise", "port"):
             self.seen[key].setProperty("role", "strong")
         rows = [
-            in_row(*((tiles[key], 1) for key in keys), spacing=Space.L)
+            in_row(*((tiles[key], 2 if key == "port" else 1) for key in keys), spacing=Space.L)
             for keys in (("trip", "unanswered", "rejected", "echo"), ("received", "frames", "port"))
         ]
         facts = named(QFrame(), "why_facts", "card")
-        in_column(*rows, tiles["noise"], of=facts, spacing=Space.M, margins=(Space.L, Space.M))
+        self._noise = tiles["noise"]
+        in_column(*rows, self._noise, of=facts, spacing=Space.M, margins=(Space.L, Space.M))
         content = QWidget()
         content.setObjectName("why_content")
         in_column(card, facts, 1, of=content, spacing=Space.S, margins=(Space.M, Space.S))

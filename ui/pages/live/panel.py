@@ -32,6 +32,12 @@ _TALL_FROM_PX: Final = 600
 """Height of the page from which on the gauge is larger."""
 _GAUGES_PX: Final = (76, 112)
 _MOST_APART_PX: Final = 56
+_RESIZING: Final = (
+    QEvent.Type.FontChange,
+    QEvent.Type.StyleChange,
+    QEvent.Type.PaletteChange,
+    QEvent.Type.LanguageChange,
+)
 CELL: Final = marked("Cell voltage")
 CHARGER: Final = marked("Charging voltage")
 _CHARGING: Final = marked("charging")
@@ -108,21 +114,21 @@ class LivePanel(QFrame):
 
     def _show_kind(self) -> None:
         self._then.setVisible(self._is_recorded)
-        self.stream.setVisible(not self._is_recorded)
         self._spread()
 
     def _spread(self) -> None:
-        """Over the whole width; the boot count is there where it needs no second row."""
+        """Over the whole width. Reports, which the status bar counts too, and boot count only where they fit."""
         room = self.width() - 2 * Space.M
-        others = (self.gauge, *self._tiles[:4], self._then if self._is_recorded else self.stream)
-        others_px = sum(one.minimumSizeHint().width() for one in others[1:]) + self.gauge.width()
-        boot_px = self.boot_count.minimumSizeHint().width()
-        count = len(others)
-        has_boot_count = not self._is_recorded and others_px + boot_px + count * Space.M <= room
-        self.boot_count.setVisible(has_boot_count)
-        gaps = count if has_boot_count else count - 1
-        left_px = room - others_px - has_boot_count * boot_px
-        self._row.setSpacing(max(int(Space.M), min(_MOST_APART_PX, left_px // gaps)))
+        here = [self.gauge, *self._tiles[:4], *([self._then] if self._is_recorded else [])]
+        px = sum(one.minimumSizeHint().width() for one in here[1:]) + self.gauge.width()
+        for tile in (self.stream, self.boot_count):
+            tile_px = tile.minimumSizeHint().width()
+            fits = not self._is_recorded and px + tile_px + len(here) * Space.M <= room
+            tile.setVisible(fits)
+            if fits:
+                here.append(tile)
+                px += tile_px
+        self._row.setSpacing(max(int(Space.M), min(_MOST_APART_PX, (room - px) // (len(here) - 1))))
 
     def show_device(
         self, device: DeviceView, now_s: float, *, limits: PanelLimits, in_use: LimitsInUse, reports_per_s: float
@@ -263,7 +269,7 @@ class LivePanel(QFrame):
 
     def changeEvent(self, event: QEvent) -> None:
         super().changeEvent(event)
-        if event.type() in (QEvent.Type.FontChange, QEvent.Type.StyleChange, QEvent.Type.LanguageChange):
+        if event.type() in _RESIZING:
             if hasattr(self, "_then"):
                 self._reserve()
             if event.type() is QEvent.Type.LanguageChange:

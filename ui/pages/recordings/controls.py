@@ -10,7 +10,7 @@ from ui.style.icons import Icon
 from ui.style.theme import Space
 from ui.widgets.controls import control
 from ui.widgets.empty_state import EmptyState
-from ui.widgets.layouts import in_row
+from ui.widgets.layouts import in_column, in_row
 
 
 class RecordingsButtons(QWidget):
@@ -21,9 +21,9 @@ class RecordingsButtons(QWidget):
         self.setObjectName("recordings_buttons")
         self._texts = texts
         self._releases: bool | None = None
-        self.csv = control(QPushButton(), texts, "recordings_csv", "Export CSV…", says="Export the recording as CSV",
+        self.csv = control(QPushButton(), texts, "recordings_csv", "CSV…", says="Export the recording as CSV",
                            tip="All of it as a table, CSV", key="Ctrl+S", picture=Icon.TABLE)  # fmt: skip
-        self.mcap = control(QPushButton(), texts, "recordings_mcap", "Export MCAP…",
+        self.mcap = control(QPushButton(), texts, "recordings_mcap", "MCAP…",
                             says="Export the recording as MCAP",
                             tip="All of it with the bytes of the line, for PlotJuggler and Foxglove",
                             key="Ctrl+Shift+S", picture=Icon.SAVE)  # fmt: skip
@@ -35,7 +35,9 @@ class RecordingsButtons(QWidget):
         self.open = control(QPushButton(), texts, "recordings_open", "Open", says="Open the recording on the Live page",
                             tip="Look at the recording on the Live page", key="Enter", picture=Icon.LIVE,
                             role="primary")  # fmt: skip
-        in_row(self.csv, self.mcap, self.keep, self.delete, 1, self.open, of=self, spacing=Space.S, margins=0)
+        exports = in_row((self.csv, 1), (self.mcap, 1), spacing=Space.S)
+        marks = in_row((self.keep, 1), (self.delete, 1), spacing=Space.S)
+        in_column(self.open, exports, marks, of=self, spacing=Space.S, margins=0)
         self.show_chosen((), is_idle=True)
 
     def show_chosen(self, chosen: Sequence[RecordingEntry], *, is_idle: bool) -> None:
@@ -70,6 +72,5 @@ class NoRecordings(EmptyState):
         texts.bind(self.title.setText, "No recordings yet")
         texts.bind(
             self.text.setText,
-            "Every session is recorded by itself, from the first byte that comes over a port until the port is closed. "
-            "There is nothing to switch on.",
+            "Every session is recorded by itself; there is nothing to switch on.",
         )

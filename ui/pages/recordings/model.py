@@ -18,14 +18,15 @@ from ui.style.theme import Meaning
 
 
 class Column(IntEnum):
-    WHEN = 0
-    MODULE = 1
-    PORT = 2
-    DURATION = 3
-    SAMPLES = 4
-    SIZE = 5
-    KEPT = 6
-    REMARKS = 7
+    TILT = 0
+    WHEN = 1
+    MODULE = 2
+    PORT = 3
+    DURATION = 4
+    SAMPLES = 5
+    SIZE = 6
+    KEPT = 7
+    REMARKS = 8
 
 
 def _if_known(text: Callable[[RecordingEntry], str]) -> Callable[[RecordingEntry], str]:
@@ -45,10 +46,12 @@ def _ink(entry: RecordingEntry) -> Meaning | None:
 
 
 COLUMNS: Final = (
+    TableColumn[RecordingEntry](marked("Tilt"), lambda _entry: "", lambda entry: entry.started_at.timestamp()),
     TableColumn[RecordingEntry](
         marked("When"),
         lambda entry: f"{entry.started_at.astimezone():%Y-%m-%d %H:%M}",
         lambda entry: entry.started_at.timestamp(),
+        picture=_remark_icon,
         ink=_ink,
     ),
     TableColumn[RecordingEntry](marked("Module"), lambda entry: entry.module or "—", ink=_ink),

@@ -9,10 +9,13 @@ from PySide6.QtWidgets import QLabel, QLineEdit, QStackedWidget, QWidget
 from app.recordings.entry_texts import size_text, told, when_text
 from app.recordings.library import RecordingEntry
 from app.text.i18n import tr
+from protocol.translatable import marked
 from ui.files.file_dialogs import AskPath, ask_path, default_name
 from ui.forms.table_kit import RowsFilter
-from ui.pages.recordings.controls import NoRecordings, RecordingsButtons
+from ui.pages.recordings.controls import NoRecordings
+from ui.pages.recordings.detail import RecordingsDetail
 from ui.pages.recordings.model import recordings_model
+from ui.pages.recordings.outlines import Outlines
 from ui.pages.recordings.table import RecordingsTable
 from ui.services.context import Services
 from ui.services.page import Page
@@ -44,11 +47,12 @@ class RecordingsPage(Page):
         """It is being asked whether these may be deleted."""
         self.model = recordings_model(self)
         self.filter = RowsFilter(self.model, self)
-        self.table = RecordingsTable(self.filter)
+        self.outlines = Outlines(self)
+        self.table = RecordingsTable(self.filter, self.outlines)
         self.strip = NoticeBar(services.texts)
         self.strip.setObjectName("recordings_notice")
         self.count, self.bounds = named(QLabel(), "recordings_count"), named(QLabel(), "recordings_bounds")
-        self.count.setProperty("role", "title")
+        self.count.setProperty("role", "strong")
         self.bounds.setProperty("role", "small")
         self.search = control(QLineEdit(), services.texts, "recordings_search", says="Search the recordings",
                               tip="Only recordings in which all these words stand", key="Ctrl+F")  # fmt: skip
@@ -57,7 +61,8 @@ class RecordingsPage(Page):
         bind = services.texts.bind
         bind(self.search.setPlaceholderText, "Search")
         bind(self.table.setAccessibleName, "Recordings")
-        self.buttons = RecordingsButtons(services.texts)
+        self.detail = RecordingsDetail(services.texts, self.outlines)
+        self.buttons = self.detail.buttons
         self.empty = NoRecordings(services.texts)
         self._stack = QStackedWidget()
         self._stack.addWidget(self.empty)
@@ -75,6 +80,10 @@ class RecordingsPage(Page):
         if {one.folder for one in self.table.chosen()} != {one.folder for one in chosen}:
             self.table.choose(chosen)
         has_entries = bool(work.entries)
+        self.outlines.read(work.entries)
+        self.detail.setVisible(has_entries)
+        if has_entries and not self.table.chosen() and not self._doomed:
+            self.table.selectRow(0)
         self._stack.setCurrentWidget(self.table if has_entries else self.empty)
         count = len(work.entries)
         self.count.setText(tr("1 recording") if count == 1 else tr("{count} recordings", count=f"{count:,}"))
@@ -87,7 +96,11 @@ class RecordingsPage(Page):
         self.strip.show_notice(self._notice())
 
     def _refresh_buttons(self) -> None:
-        self.buttons.show_chosen(self.table.chosen(), is_idle=self.work.doing is None)
+        self.detail.show_chosen(self.table.chosen(), is_idle=self.work.doing is None)
+
+    def _refresh_outlines(self) -> None:
+        self._refresh_buttons()
+        self.outlines.read(self.work.entries)
 
     # What is said
 
@@ -185,6 +198,7 @@ class RecordingsPage(Page):
 
     def _wire(self) -> None:
         self.work.changed.connect(self.refresh)
+        self.outlines.changed.connect(self._refresh_outlines)
         self.work.opened.connect(self._go_to_live)
         self.buttons.open.clicked.connect(self._open_chosen)
         self.buttons.csv.clicked.connect(partial(self._export, ExportKind.CSV))
@@ -202,9 +216,11 @@ class RecordingsPage(Page):
         self.table.measure()
 
     def _lay_out(self) -> None:
-        head = in_row((in_column(self.count, self.bounds, spacing=0), 1), self.search, spacing=Space.S)
+        head = self.make_header(self._services.texts, marked("Recordings"), self.search)
+        says = in_row(self.count, self.bounds, 1, spacing=Space.M)
+        lists = in_row((self._stack, 1), self.detail, spacing=Space.S)
         in_column(
-            head, (self._stack, 1), self.strip, self.buttons, of=self, spacing=Space.S, margins=(Space.M, Space.S)
+            head, says, (lists, 1), self.strip, of=self, spacing=Space.S, margins=(Space.M, Space.XS, Space.M, Space.S)
         )
 
     # Qt

@@ -2,22 +2,43 @@
 
 from typing import Final
 
-from PySide6.QtCore import QModelIndex, Qt, Signal
-from PySide6.QtGui import QFontMetrics, QKeyEvent
-from PySide6.QtWidgets import QHeaderView, QTableView, QWidget
+from PySide6.QtCore import QModelIndex, QRectF, Qt, Signal
+from PySide6.QtGui import QFontMetrics, QKeyEvent, QPainter
+from PySide6.QtWidgets import QHeaderView, QStyledItemDelegate, QStyleOptionViewItem, QTableView, QWidget
 
 from app.recordings.library import RecordingEntry
 from app.text.i18n import tr
-from ui.forms.table_kit import RowsFilter, list_rows
+from ui.forms.table_kit import ROW_ROLE, Index, RowsFilter, list_rows
 from ui.pages.recordings.model import COLUMNS, Column
-from ui.style.theme import Size, Space, font
+from ui.pages.recordings.outlines import Outlines, draw_outline
+from ui.style.theme import Size, Space, current, font
 from ui.widgets.naming import named
 
-ROW_PX: Final = 32
+ROW_PX: Final = 44
+_OUTLINE_PX: Final = 132
+_BESIDE: Final = (Column.PORT, Column.SAMPLES, Column.SIZE, Column.REMARKS)
+"""What the detail beside the table says; the rows are searched with it."""
 _PAD_PX: Final = 5
 _FRAME_PX: Final = 8
 """What the style takes at both sides of a cell."""
 _ICON_PX: Final = 24
+
+
+class OutlineDelegate(QStyledItemDelegate):
+    """Paints the small picture of a recording's tilt."""
+
+    def __init__(self, outlines: Outlines, parent: QTableView) -> None:
+        super().__init__(parent)
+        self._outlines = outlines
+
+    def paint(self, painter: QPainter, option: QStyleOptionViewItem, index: Index) -> None:
+        super().paint(painter, option, index)
+        entry = index.data(ROW_ROLE)
+        if isinstance(entry, RecordingEntry):
+            painter.save()
+            box = QRectF(option.rect).adjusted(_FRAME_PX, 7, -_FRAME_PX, -7)
+            draw_outline(painter, box, self._outlines.of(entry), current())
+            painter.restore()
 
 
 class RecordingsTable(QTableView):
@@ -25,7 +46,7 @@ class RecordingsTable(QTableView):
     """A person wants to look at what is chosen."""
     delete_wanted = Signal()
 
-    def __init__(self, model: RowsFilter[RecordingEntry], parent: QWidget | None = None) -> None:
+    def __init__(self, model: RowsFilter[RecordingEntry], outlines: Outlines, parent: QWidget | None = None) -> None:
         super().__init__(parent)
         named(self, "recordings_table")
         self._filter = model
@@ -34,6 +55,10 @@ class RecordingsTable(QTableView):
         self.sortByColumn(Column.WHEN, Qt.SortOrder.DescendingOrder)
         self.setAlternatingRowColors(True)
         list_rows(self, row_px=ROW_PX)
+        self.setItemDelegateForColumn(Column.TILT, OutlineDelegate(outlines, self))
+        for column in _BESIDE:
+            self.setColumnHidden(column, True)
+        outlines.changed.connect(self.viewport().update)
         columns = self.horizontalHeader()
         columns.setSectionResizeMode(Column.MODULE, QHeaderView.ResizeMode.Stretch)
         columns.setMinimumSectionSize(56)
@@ -47,20 +72,17 @@ class RecordingsTable(QTableView):
         body, strong = QFontMetrics(font(Size.BODY)), QFontMetrics(font(Size.SMALL, is_bold=True))
         texts = {
             Column.WHEN: "0000-00-00 00:00",
-            Column.PORT: "sim://demo0",
             Column.DURATION: "00:00:00",
-            Column.SAMPLES: "00,000,000",
-            Column.SIZE: tr("{value:.1f} MB", value=88.8),
             Column.KEPT: tr("pinned"),
-            Column.REMARKS: tr("being recorded"),
         }
+        self.setColumnWidth(Column.TILT, _OUTLINE_PX)
         self.horizontalHeader().setMinimumSectionSize(
             max(56, strong.horizontalAdvance(tr(COLUMNS[Column.MODULE].title)) + Space.XL)
         )
         for column, text in texts.items():
             # The sorted one has an arrow beside its head.
             head = strong.horizontalAdvance(tr(COLUMNS[column].title)) + Space.XL + 2
-            extra = _ICON_PX if column in (Column.KEPT, Column.REMARKS) else 0
+            extra = _ICON_PX if column in (Column.KEPT, Column.WHEN) else 0
             self.setColumnWidth(column, max(body.horizontalAdvance(text) + extra + 2 * _PAD_PX + _FRAME_PX, head))
 
     def chosen(self) -> tuple[RecordingEntry, ...]:

@@ -15,6 +15,7 @@ from pytestqt.qtbot import QtBot
 from app.engine.target import Target
 from app.recordings.entry_texts import size_text
 from app.recordings.export import ExportCancelled
+from app.recordings.recording import open_recording, tilt_outline
 from tests.support.records.recordings_desk import SECONDS, Desk, made, record
 from tests.support.records.recordings_made import NOON
 from tests.support.window.fakes_ui import WAIT_MS, simulated, wait_online, window
@@ -82,6 +83,21 @@ def test_a_damaged_one_is_listed_and_says_why(one: Desk) -> None:
     one.page.table.selectRow(one.texts(Column.REMARKS).index("cannot be read"))
     assert not one.page.buttons.open.isEnabled()
     assert one.page.buttons.delete.isEnabled()
+
+
+def test_each_has_a_small_picture_of_its_tilt(one: Desk) -> None:
+    page, entry = one.page, one.library.entries()[0]
+    page.refresh()
+    one.wait(lambda: bool(page.outlines.of(entry)))
+    recording = open_recording(entry.folder)
+    highest = recording.tilt.decimated(recording.start_s, recording.end_s).high.max()
+    recording.close()
+    assert max(high for _, high in page.outlines.of(entry)) == highest
+    page.table.selectRow(0)
+    assert page.detail.picture.accessibleName() == f"Tilt, up to {highest:.0f}°"
+    assert page.detail.facts["duration"].text() == one.texts(Column.DURATION)[0]
+    (entry.folder / "session.json").write_text("{", encoding="utf-8")
+    assert tilt_outline(entry.folder, 8) == ()
 
 
 def test_one_that_vanished_meanwhile_is_said(one: Desk) -> None:

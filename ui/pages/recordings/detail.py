@@ -1,0 +1,102 @@
+"""Details of the selected recording: its tilt, what it is, and what can be done with it."""
+
+from collections.abc import Sequence
+from typing import Final
+
+from PySide6.QtCore import QRectF, QSize
+from PySide6.QtGui import QPaintEvent
+from PySide6.QtWidgets import QFrame, QLabel, QSizePolicy
+
+from app.recordings.entry_texts import remarks, size_text, when_text
+from app.recordings.library import RecordingEntry
+from app.text.durations import stopwatch
+from app.text.i18n import tr
+from protocol.translatable import marked
+from ui.core.texts import Texts
+from ui.pages.recordings.controls import RecordingsButtons
+from ui.pages.recordings.outlines import Outline, Outlines, draw_outline
+from ui.style.painted_widget import PaintedWidget
+from ui.style.theme import Space, current
+from ui.widgets.controls import control
+from ui.widgets.labels import text_label
+from ui.widgets.layouts import in_column, in_row
+from ui.widgets.naming import named
+
+WIDTH_PX: Final = 304
+_FACTS: Final = (
+    ("module", marked("Module")),
+    ("port", marked("Port")),
+    ("duration", marked("Duration")),
+    ("samples", marked("Samples")),
+    ("size", marked("Size")),
+    ("remarks", marked("Remarks")),
+)
+
+
+class OutlinePicture(PaintedWidget):
+    """The tilt of one recording, as wide as there is room."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.setObjectName("recordings_outline")
+        self._outline: Outline = ()
+        self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Fixed)
+        self.lie_on_surface()
+
+    def show_outline(self, outline: Outline) -> None:
+        self._outline = outline
+        self.announce(
+            tr("Tilt") if not outline else tr("Tilt, up to {value}°", value=round(max(h for _, h in outline)))
+        )
+
+    def sizeHint(self) -> QSize:
+        return QSize(200, 72)
+
+    def paintEvent(self, _event: QPaintEvent) -> None:
+        painter = self.begin_paint()
+        draw_outline(painter, QRectF(self.rect()).adjusted(1, 6, -1, -2), self._outline, current())
+        painter.end()
+
+
+class RecordingsDetail(QFrame):
+    """`buttons` act on what is chosen; the page connects them."""
+
+    def __init__(self, texts: Texts, outlines: Outlines) -> None:
+        super().__init__()
+        named(self, "recordings_detail", "card")
+        self._outlines = outlines
+        self.buttons = RecordingsButtons(texts)
+        self.picture = OutlinePicture()
+        self.title = text_label("recordings_detail_title", "strong", is_selectable=True)
+        self.facts = {key: text_label(f"recordings_{key}", "", is_selectable=True) for key, _ in _FACTS}
+        rows = []
+        for key, english in _FACTS:
+            name = control(QLabel(), texts, f"recordings_{key}_name", english, role="muted")
+            name.setFixedWidth(88)
+            texts.bind(self.facts[key].setAccessibleDescription, english)
+            rows.append(in_row(name, (self.facts[key], 1), spacing=Space.S))
+        self.setFixedWidth(WIDTH_PX)
+        in_column(self.title, self.picture, *rows, 1, self.buttons, of=self, spacing=Space.XS, margins=Space.M)
+
+    def show_chosen(self, chosen: Sequence[RecordingEntry], *, is_idle: bool) -> None:
+        """One recording, or how many are chosen."""
+        self.buttons.show_chosen(chosen, is_idle=is_idle)
+        one = chosen[0] if len(chosen) == 1 else None
+        self.picture.show_outline(() if one is None else self._outlines.of(one))
+        if one is None:
+            self.title.setText(tr("{count} recordings are chosen.", count=len(chosen)) if chosen else "")
+            for label in self.facts.values():
+                label.setText("")
+            return
+        is_known = one.trouble is None
+        self.title.setText(when_text(one))
+        shown = {
+            "module": one.module or "—",
+            "port": one.port or "—",
+            "duration": stopwatch(one.duration_s) if is_known else "—",
+            "samples": f"{one.sample_count:,}" if is_known else "—",
+            "size": size_text(one.size_bytes),
+            "remarks": one.trouble or remarks(one) or "—",
+        }
+        for key, text in shown.items():
+            self.facts[key].setText(text)

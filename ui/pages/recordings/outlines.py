@@ -1,0 +1,79 @@
+"""Small pictures of the tilt over a recorded session, read in the background and kept."""
+
+from collections.abc import Iterable
+from pathlib import Path
+from typing import TYPE_CHECKING, Final
+
+from PySide6.QtCore import QLineF, QObject, QRectF, Signal
+from PySide6.QtGui import QColor, QPainter
+
+from ui.core.background_task import BackgroundTask, Running
+from ui.style.shapes import pen
+from ui.style.theme import Theme
+
+if TYPE_CHECKING:  # it loads numpy, which the window's first paint does not wait for
+    from app.recordings.library import RecordingEntry
+
+BUCKETS: Final = 96
+_AT_ONCE: Final = 8
+"""So many are read before any is shown."""
+_TOP_DEG: Final = 90.0
+Outline = tuple[tuple[float, float], ...]
+
+
+class Outlines(QObject):
+    """`changed`: more of them are known."""
+
+    changed = Signal()
+
+    def __init__(self, parent: QObject | None = None) -> None:
+        super().__init__(parent)
+        self._known: dict[Path, tuple[int, Outline]] = {}
+        """With the size of the recording then: one under way grows."""
+        self._reading: BackgroundTask[dict[Path, tuple[int, Outline]]] = BackgroundTask("dps-s outlines", self)
+
+    def of(self, entry: "RecordingEntry") -> Outline:
+        """Empty while it is not known."""
+        return self._known.get(entry.folder, (0, ()))[1]
+
+    def read(self, entries: Iterable["RecordingEntry"]) -> None:
+        """Those that are missing, a few at a time; called again and again while the page is in sight."""
+        if self._reading.is_running:
+            return
+        missing = [
+            (one.folder, one.sample_count)
+            for one in entries
+            if one.trouble is None and self._known.get(one.folder, (-1, ()))[0] != one.sample_count
+        ][:_AT_ONCE]
+        if missing:
+            self._reading.run(lambda running: _outlines(missing, running), self._take, lambda _error: None)
+
+    def _take(self, found: dict[Path, tuple[int, Outline]]) -> None:
+        self._known |= found
+        self.changed.emit()
+
+
+def _outlines(missing: list[tuple[Path, int]], running: Running) -> dict[Path, tuple[int, Outline]]:
+    from app.recordings.recording import tilt_outline
+
+    return {folder: (count, tilt_outline(folder, BUCKETS)) for folder, count in missing if not running.is_cancelled()}
+
+
+def draw_outline(painter: QPainter, box: QRectF, outline: Outline, theme: Theme) -> None:
+    """The tilt from 0 to 90°, or to 180° where it went further."""
+    painter.setPen(pen(theme.divider if theme.border_px == 1 else theme.muted, 1))
+    painter.drawLine(box.bottomLeft(), box.bottomRight())
+    if not outline:
+        return
+    top_deg = _TOP_DEG if max(high for _, high in outline) <= _TOP_DEG else 2 * _TOP_DEG
+    step = box.width() / len(outline)
+    lines, before = [], None
+    for number, (low, high) in enumerate(outline):
+        x = box.left() + (number + 0.5) * step
+        top, bottom = (box.bottom() - one / top_deg * box.height() for one in (high, low))
+        if before is not None:
+            lines.append(QLineF(before[0], before[1], x, bottom))
+        lines.append(QLineF(x, bottom, x, min(top, bottom - 0.5)))
+        before = x, top
+    painter.setPen(pen(QColor(theme.curves[0]), theme.line_px))
+    painter.drawLines(lines)
