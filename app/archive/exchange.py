@@ -4,12 +4,13 @@ Each page is whole by itself, and what is missing is found by comparing. So an e
 run twice, beside another one, and in any order: the next one goes on where facts are missing.
 """
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import partial
 from typing import Final
 
 from app.archive.fact_set import FactSet
-from app.archive.facts import Fact, FactRefused, FactRow, RefusedFact, checked
+from app.archive.facts import Fact, FactRefused, FactRow, RefusedFact, checked, kept
 
 PAGE: Final = 200
 MOST_REFUSALS: Final = 1000
@@ -54,25 +55,29 @@ def exchange(
         if receives:
             # Also what is here already and reads differently there: one of the two was altered, and is named.
             for ids in _pages([one for one, digest in offered.items() if known.get(one) != digest], page):
-                facts, refused = _checked(there.read(ids))
+                facts, refused = _sorted(there.read(ids), checked)
                 done.received += here.add([one for one in facts if one.id not in known])
                 done.refused += refused[: MOST_REFUSALS - len(done.refused)]
                 done.refused_count += len(refused)
                 on_page(done)
         if sends:
             for ids in _pages([one for one in known if one not in offered], page):
-                facts, damaged = _checked(here.read(ids))
+                facts, damaged = _sorted(here.read(ids), partial(_kept, known))
                 done.sent += there.add(facts)
                 done.damaged += damaged
                 on_page(done)
     return done
 
 
-def _checked(rows: Sequence[FactRow]) -> tuple[list[Fact], list[RefusedFact]]:
+def _kept(known: Mapping[str, str], row: FactRow) -> Fact:
+    return kept(row, known[str(row[0])])
+
+
+def _sorted(rows: Sequence[FactRow], check: Callable[[FactRow], Fact]) -> tuple[list[Fact], list[RefusedFact]]:
     facts, refused = [], []
     for row in rows:
         try:
-            facts.append(checked(row))
+            facts.append(check(row))
         except FactRefused as error:
             refused.append(error.refusal)
     return facts, refused

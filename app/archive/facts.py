@@ -135,6 +135,13 @@ def checked(row: FactRow) -> Fact:
     return Fact(id_, kind, station, made_at, payload, signature)
 
 
+def kept(row: FactRow, digest: str) -> Fact:
+    """A fact of this computer, which was checked when it came: `digest` is from then. Raises `FactRefused`."""
+    if row_digest(row) != digest:
+        raise _refused(row, marked("it was altered"))
+    return Fact(*map(str, row))
+
+
 def utc_time(text: str) -> str:
     """A time in UTC, to the millisecond, so that times of all stations sort as text. Raises `ValueError`."""
     at = datetime.fromisoformat(text)

@@ -26,6 +26,7 @@ MODULES: Final = {
     "cpu": "tests.benchmarks.cpu",
     "memory": "tests.benchmarks.memory",
     "recording": "tests.benchmarks.recording",
+    "archive": "tests.benchmarks.records.archive",
     "flights": "tests.benchmarks.flights",
     "flights_page": "tests.benchmarks.window.flights_page",
     "recordings_view": "tests.benchmarks.window.recordings_view",
