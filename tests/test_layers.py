@@ -78,6 +78,7 @@ ROOMS = (
     "ui/pages/flights",
     "ui/pages/diagnosis",
     "ui/shell",
+    "ui/archive",
     "ui/help",
     "ui/main.py",  # puts the window together
 )

@@ -26,6 +26,7 @@ from app.system.tones import Tone, TonePlayer
 from app.system.uncaught import catch_uncaught_errors
 from app.text.i18n import LANGUAGES, system_language, tr
 from protocol.translatable import marked
+from ui.archive.archive_actions import ArchiveActions
 from ui.connect.baud_recovery import BaudRecovery
 from ui.connect.connect_panel import SIMULATED_PORT
 from ui.core.background_task import BackgroundTask
@@ -114,6 +115,7 @@ class Assembly:
 
     window: MainWindow
     help: HelpActions
+    archive: ArchiveActions
     connector: Connector
     ports: PortWatcher
     appearance: Appearance
@@ -168,9 +170,20 @@ def assemble(
         owned.setParent(window)
     window.closing.connect(tones.close)
     help_actions = HelpActions(window, services, entries)
+    archive = ArchiveActions(window, services)
     load = _load_pages if entries is PAGES else None
     return Assembly(
-        window, help_actions, connector, ports, appearance, language_switch, storage, lock, services.armed, load
+        window,
+        help_actions,
+        archive,
+        connector,
+        ports,
+        appearance,
+        language_switch,
+        storage,
+        lock,
+        services.armed,
+        load,
     )
 
 

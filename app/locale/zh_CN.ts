@@ -366,6 +366,10 @@
         <translation>是否激活</translation>
     </message>
     <message>
+        <source>Add to a file what it lacks</source>
+        <translation>将文件中缺少的内容添加到文件</translation>
+    </message>
+    <message>
         <source>Add to a profile…</source>
         <translation>写入已有配置文件…</translation>
     </message>
@@ -422,6 +426,10 @@
         <translation>所有串口及其制造商和序列号；新出现的有标记。“模拟模块”不需要硬件。双击或回车即可连接。</translation>
     </message>
     <message>
+        <source>All shared, last {time}</source>
+        <translation>已全部共享，上次 {time}</translation>
+    </message>
+    <message>
         <source>All three steps; nothing is sent</source>
         <translation>完整三步，不发送任何内容</translation>
     </message>
@@ -436,6 +444,10 @@
     <message>
         <source>Also while it was locked</source>
         <translation>锁定期间也判断</translation>
+    </message>
+    <message>
+        <source>Altered on the server: {count}</source>
+        <translation>服务器上被修改：{count} 条</translation>
     </message>
     <message>
         <source>Altitude</source>
@@ -500,6 +512,26 @@
     <message>
         <source>Apply {count} ticked</source>
         <translation>应用 {count} 项</translation>
+    </message>
+    <message>
+        <source>Archive</source>
+        <translation>归档</translation>
+    </message>
+    <message>
+        <source>Archive (*.dpsarchive)</source>
+        <translation>归档文件 (*.dpsarchive)</translation>
+    </message>
+    <message>
+        <source>Archive of all stations</source>
+        <translation>所有站点的归档</translation>
+    </message>
+    <message>
+        <source>Archive of all stations…</source>
+        <translation>所有站点的归档…</translation>
+    </message>
+    <message>
+        <source>Archive: {text}</source>
+        <translation>归档：{text}</translation>
     </message>
     <message>
         <source>Arm</source>
@@ -1782,6 +1814,14 @@
         <translation>示例：</translation>
     </message>
     <message>
+        <source>Exchange with the server now</source>
+        <translation>立即与服务器同步</translation>
+    </message>
+    <message>
+        <source>Exchanging…</source>
+        <translation>正在同步…</translation>
+    </message>
+    <message>
         <source>Explain captured bytes. What was asked is taken from the host's frames in the capture, else from --asked; with neither, a whole trigger record of 16 bytes wins over a reply of six.</source>
         <translation>解释捕获的字节。所查询的内容取自捕获中上位机的帧，否则取自 --asked；两者皆无时，完整的 16 字节触发记录优先于 6 字节答复。</translation>
     </message>
@@ -1800,6 +1840,10 @@
     <message>
         <source>Export shown…</source>
         <translation>导出所显示的…</translation>
+    </message>
+    <message>
+        <source>Export the archive</source>
+        <translation>导出归档</translation>
     </message>
     <message>
         <source>Export the recording as CSV</source>
@@ -2260,6 +2304,14 @@
     <message>
         <source>Implausible</source>
         <translation>不可信</translation>
+    </message>
+    <message>
+        <source>Import an archive</source>
+        <translation>导入归档</translation>
+    </message>
+    <message>
+        <source>Import…</source>
+        <translation>导入…</translation>
     </message>
     <message>
         <source>In standby.</source>
@@ -3154,6 +3206,10 @@
         <translation>模块 {name}</translation>
     </message>
     <message>
+        <source>Modules</source>
+        <translation>模块</translation>
+    </message>
+    <message>
         <source>Modules without a name</source>
         <translation>未命名的模块</translation>
     </message>
@@ -3486,6 +3542,10 @@
         <translation>未找到串口。请插入适配器，它会自动出现在这里。</translation>
     </message>
     <message>
+        <source>No server is set. Export and Import exchange through a file.</source>
+        <translation>未设置服务器。可用导出和导入通过文件同步。</translation>
+    </message>
+    <message>
         <source>No server is set: give its address, as in {example}.</source>
         <translation>未设置服务器：请给出地址，例如 {example}。</translation>
     </message>
@@ -3672,6 +3732,10 @@
     <message>
         <source>Not yet shared</source>
         <translation>尚未共享</translation>
+    </message>
+    <message>
+        <source>Not yet shared: {count}. Last exchange: {time}.</source>
+        <translation>尚未共享：{count} 条。上次同步：{time}。</translation>
     </message>
     <message>
         <source>Note</source>
@@ -4518,6 +4582,10 @@
         <translation>遗漏的触发记录</translation>
     </message>
     <message>
+        <source>Records of the module</source>
+        <translation>模块的记录</translation>
+    </message>
+    <message>
         <source>Records that the chosen station signed no longer count as known</source>
         <translation>所选站点签名的记录不再视为已知</translation>
     </message>
@@ -4682,8 +4750,16 @@
         <translation>模拟模块：不能作为证据。</translation>
     </message>
     <message>
+        <source>Same module</source>
+        <translation>同一个模块</translation>
+    </message>
+    <message>
         <source>Same settings, same code</source>
         <translation>参数相同则校验码相同</translation>
+    </message>
+    <message>
+        <source>Same: “{name}”</source>
+        <translation>同一个：“{name}”</translation>
     </message>
     <message>
         <source>Samples</source>
@@ -5002,6 +5078,10 @@
         <translation>请在适配器驱动程序的设置（端口，高级）中把延迟计时器设为 1 ms。</translation>
     </message>
     <message>
+        <source>Set this server and exchange</source>
+        <translation>设置此服务器并同步</translation>
+    </message>
+    <message>
         <source>Set to {value} s</source>
         <translation>设为 {value} s</translation>
     </message>
@@ -5226,6 +5306,10 @@
         <translation>本机信任其签名的站点</translation>
     </message>
     <message>
+        <source>Stations: {one}, {other}.</source>
+        <translation>站点：{one}、{other}。</translation>
+    </message>
+    <message>
         <source>Statistics</source>
         <translation>统计</translation>
     </message>
@@ -5318,6 +5402,10 @@
         <translation>关机后使模块重新开机。</translation>
     </message>
     <message>
+        <source>Sync now</source>
+        <translation>立即同步</translation>
+    </message>
+    <message>
         <source>System</source>
         <translation>跟随系统</translation>
     </message>
@@ -5336,6 +5424,10 @@
     <message>
         <source>Take back, close, or end what is begun; it never sends anything</source>
         <translation>收回、关闭或结束已开始的操作；绝不发送任何内容</translation>
+    </message>
+    <message>
+        <source>Take over from a file what this computer lacks</source>
+        <translation>从文件导入本机缺少的内容</translation>
     </message>
     <message>
         <source>Take the tour</source>
@@ -6222,6 +6314,10 @@
         <translation>位于 {first} 与 {last} 之间。</translation>
     </message>
     <message>
+        <source>They stay beside each other</source>
+        <translation>两者并列显示</translation>
+    </message>
+    <message>
         <source>They were restored from the copy of {when}: what was recorded since is missing.</source>
         <translation>已从 {when} 的备份恢复；此后的记录缺失。</translation>
     </message>
@@ -6586,6 +6682,10 @@
         <translation>两个加速度传感器有 {seconds:.2f} s 相差超过 {limit:.1f} g；不作判断。</translation>
     </message>
     <message>
+        <source>Two modules</source>
+        <translation>两个模块</translation>
+    </message>
+    <message>
         <source>Two stations use the name “{one}”. Is it the same module?</source>
         <translation>两个站点都使用名称“{one}”。是同一个模块吗？</translation>
     </message>
@@ -6692,6 +6792,10 @@
     <message>
         <source>Until you decide, only queries are sent.</source>
         <translation>在您确认之前，仅发送查询命令。</translation>
+    </message>
+    <message>
+        <source>Use</source>
+        <translation>使用</translation>
     </message>
     <message>
         <source>Use a device name, socket://HOST:PORT or rfc2217://HOST:PORT.</source>
@@ -7084,6 +7188,10 @@
     <message>
         <source>Without reply</source>
         <translation>无响应</translation>
+    </message>
+    <message>
+        <source>Without the password: see the guide</source>
+        <translation>不含密码：见用户手册</translation>
     </message>
     <message>
         <source>Without the stream</source>
@@ -8734,6 +8842,10 @@
         <translation>到 {angle:.0f}° 仍未触发</translation>
     </message>
     <message>
+        <source>nothing due</source>
+        <translation>没有到期事项</translation>
+    </message>
+    <message>
         <source>nothing happens to the module or the link meanwhile</source>
         <translation>检查期间模块和链路无异常</translation>
     </message>
@@ -9906,6 +10018,14 @@
         <translation>{count} 项未验证，但此后读到的值与所需一致。</translation>
     </message>
     <message>
+        <source>{count} not yet shared</source>
+        <translation>{count} 条尚未共享</translation>
+    </message>
+    <message>
+        <source>{count} not yet shared, last {time}</source>
+        <translation>{count} 条尚未共享，上次 {time}</translation>
+    </message>
+    <message>
         <source>{count} of them are kept.</source>
         <translation>其中 {count} 个设为保留。</translation>
     </message>
@@ -10516,6 +10636,10 @@
     <message>
         <source>{text} is no number</source>
         <translation>{text} 不是数字</translation>
+    </message>
+    <message>
+        <source>{text} · to settle: {count}</source>
+        <translation>{text} · 待确认：{count}</translation>
     </message>
     <message>
         <source>{threshold:.1f} V, {closed:.1f} V away from the closed bay and {open:.1f} V from the open one.</source>

@@ -36,6 +36,7 @@ class Actions:
         self.connect = self._action(file, "act_connect", marked("Connect…"), "Ctrl+K")
         self.disconnect = self._action(file, "act_disconnect", marked("Disconnect"), "Ctrl+D")
         file.addSeparator()
+        self.archive = self._action(file, "act_archive", marked("Archive of all stations…"), None)
         self.preferences = self._action(file, "act_preferences", marked("Preferences…"), "Ctrl+,")
         self.quit = self._action(file, "act_quit", marked("Quit"), "Ctrl+Q")
         self.lock = self._action(module, "act_lock", marked("LOCK"), "Ctrl+L")

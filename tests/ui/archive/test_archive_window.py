@@ -1,0 +1,133 @@
+"""The archive in the window: quiet by itself, through a file by hand, questions answered by a person."""
+
+import subprocess
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+from PySide6.QtWidgets import QApplication
+from pytestqt.qtbot import QtBot
+
+from app.archive.archive import Archive
+from app.archive.server_setting import keep_server
+from app.store.store import data_folder
+from tests.support.processes import ENVIRONMENT, ROOT
+from tests.support.records.archive_stations import ArchiveStation, archive_station
+from tests.support.window.fakes_ui import window
+from ui.archive.archive_dialog import ArchiveDialog
+from ui.main import Assembly
+
+pytestmark = pytest.mark.qt_log_ignore("does not support", extend=True)
+WAIT_MS = 30_000
+NOWHERE = "postgresql://li:secret@/x?host=/nowhere/at/all"
+
+
+@pytest.fixture
+def here(user_files: Path) -> Iterator[ArchiveStation]:
+    with archive_station(data_folder()) as one:
+        yield one
+
+
+@pytest.fixture
+def stick(tmp_path: Path) -> Path:
+    """With what another station recorded: a module by the same name, a check that is NO-GO."""
+    path = tmp_path / "stick.dpsarchive"
+    with archive_station(tmp_path / "other") as other:
+        other.check("M-07", "NO-GO")
+        Archive(other.store, other.facts, other.station).export(path)
+    return path
+
+
+def _dialog(qtbot: QtBot, assembly: Assembly) -> ArchiveDialog:
+    archive = assembly.archive
+    qtbot.waitUntil(lambda: assembly.window._maker.is_done, timeout=WAIT_MS)
+    assembly.window.menus.archive.trigger()
+    assert archive.dialog is not None
+    _wait(qtbot, archive.dialog)
+    return archive.dialog
+
+
+def _wait(qtbot: QtBot, dialog: ArchiveDialog) -> None:
+    """Until nothing is read or exchanged any more."""
+
+    def is_idle() -> bool:
+        return not (dialog._exchange.is_running or dialog._loading.is_running or dialog._living.is_running)
+
+    qtbot.waitUntil(is_idle, timeout=WAIT_MS)
+
+
+def test_without_a_server_nothing_is_shown_and_a_file_carries_everything(
+    here: ArchiveStation, stick: Path, qtbot: QtBot, qapp: QApplication, tmp_path: Path
+) -> None:
+    here.check("M-07")
+    here.visit("M-07", 1)
+    with window(qapp, tmp_path) as assembly:
+        dialog = _dialog(qtbot, assembly)
+        assert not assembly.archive.line.isVisible()
+        assert not dialog.sync.isEnabled()
+        assert [row.module.name for row in dialog.modules.model.rows] == ["M-07"]
+        assert "Pre-flight check 1: GO" in " ".join(row.text.in_words() for row in dialog.life.model.rows)
+        dialog.ask_open = lambda parent: stick
+        dialog.import_.click()
+        _wait(qtbot, dialog)
+        assert "Received: 2." in dialog.state.text()
+        assert [row.module.name for row in dialog.modules.model.rows] == ["M-07", "M-07"]
+        assert dialog.question.isVisible()
+        assert "Is it the same module?" in dialog.asked.text()
+        dialog.same.click()
+        _wait(qtbot, dialog)
+        assert not dialog.question.isVisible()
+        (module,) = dialog.modules.model.rows
+        assert (module.checks, len(module.module.members)) == (2, 2)
+        dialog.ask_save = lambda parent: stick
+        dialog.export.click()
+        _wait(qtbot, dialog)
+        assert "Sent: 4." in dialog.state.text()
+        stick.write_text(stick.read_text(encoding="utf-8").replace("NO-GO", "GO"), encoding="utf-8")
+        dialog.import_.click()
+        _wait(qtbot, dialog)
+        assert "Left out, because it is not what a station recorded: 1." in dialog.state.text()
+
+
+def test_a_server_that_is_away_is_a_quiet_line_and_its_password_is_kept_nowhere(
+    here: ArchiveStation, qtbot: QtBot, qapp: QApplication, tmp_path: Path
+) -> None:
+    here.act()
+    keep_server(data_folder(), NOWHERE)
+    with window(qapp, tmp_path) as assembly:
+        line = assembly.archive.line
+        qtbot.waitUntil(line.isVisible, timeout=WAIT_MS)
+        assert line.text() == "2 not yet shared"
+        assert "postgresql://li@/x" in line.toolTip()
+        dialog = _dialog(qtbot, assembly)
+        dialog.server.setText(NOWHERE)
+        dialog.use.click()
+        assert dialog.server.text() == "postgresql://li@/x?host=%2Fnowhere%2Fat%2Fall"
+        _wait(qtbot, dialog)
+        assert "cannot be used" in dialog.state.text()
+        for wrong in ("mysql://li:secret@db/x", "postgresql://li:se/cret@db/x"):
+            dialog.server.setText(wrong)
+            dialog.use.click()
+            assert "must read like" in dialog.state.text()
+        dialog.server.setText("")
+        dialog.use.click()
+        _wait(qtbot, dialog)
+        assert not line.isVisible()
+    files = [path for path in (*data_folder().rglob("*"), *tmp_path.rglob("*")) if path.is_file()]
+    assert all(b"secret" not in path.read_bytes() for path in files)
+
+
+def test_no_start_loads_what_only_a_server_needs() -> None:
+    program = "import sys, ui.main; ui.main._load_pages(); print(*sys.modules)"
+    ran = subprocess.run([sys.executable, "-c", program], cwd=ROOT, env={**ENVIRONMENT, "QT_QPA_PLATFORM": "offscreen"},
+                         capture_output=True, text=True, check=True)  # fmt: skip
+    loaded = set(ran.stdout.split())
+    assert "ui.archive.archive_actions" in loaded
+    assert not loaded & {
+        "psycopg",
+        "keyring",
+        "app.archive.postgres",
+        "app.archive.archive",
+        "ui.archive.archive_dialog",
+    }

@@ -1,0 +1,280 @@
+"""The archive: server, exchange, questions about modules, every module today and its whole life."""
+
+from contextlib import closing
+from dataclasses import dataclass
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import Final
+
+from PySide6.QtCore import QEvent, QSize, Qt
+from PySide6.QtWidgets import (
+    QDialog,
+    QFileDialog,
+    QFrame,
+    QLabel,
+    QLineEdit,
+    QPushButton,
+    QSplitter,
+    QWidget,
+)
+
+from app.archive.archive import Archive, open_archive
+from app.archive.exchange import Exchanged
+from app.archive.fact_set import ArchiveTrouble
+from app.archive.fleet_state import ModuleToday, fleet_state
+from app.archive.module_life import LifeEvent, life_of
+from app.archive.module_names import Conflict
+from app.store.store import Store
+from app.text.i18n import tr
+from app.text.messages import UserMessage, clean
+from ui.archive.archive_exchange import ArchiveExchange, last_time
+from ui.archive.archive_tables import life_table, modules_table, short_station
+from ui.core.background_task import BackgroundTask
+from ui.services.context import Services
+from ui.style.icons import Icon
+from ui.style.theme import Meaning, Space
+from ui.widgets.controls import control
+from ui.widgets.labels import IconLabel, text_label
+from ui.widgets.layouts import in_column, in_row
+from ui.widgets.naming import named
+
+FIRST_SIZE: Final = QSize(940, 640)
+SUFFIX: Final = ".dpsarchive"
+_SIGN_PX: Final = 16
+
+
+@dataclass(frozen=True, slots=True)
+class Loaded:
+    """What the tables show."""
+
+    states: tuple[ModuleToday, ...]
+    conflicts: tuple[Conflict, ...]
+
+
+class ArchiveDialog(QDialog):
+    """Not modal: LOCK stays in reach beside it. Files and server are read and written in a background thread."""
+
+    def __init__(self, exchange: ArchiveExchange, services: Services, parent: QWidget) -> None:
+        super().__init__(parent)
+        self.setObjectName("archive_dialog")
+        self.setModal(False)
+        self.resize(FIRST_SIZE)
+        self._exchange, self._services = exchange, services
+        texts = services.texts
+        texts.bind(self.setWindowTitle, "Archive of all stations")
+        texts.bind(self.setAccessibleName, "Archive of all stations")
+        self.ask_save, self.ask_open = _ask_save, _ask_open
+        self._loading: BackgroundTask[Loaded] = BackgroundTask("dps-s archive list", self)
+        self._living: BackgroundTask[tuple[LifeEvent, ...]] = BackgroundTask("dps-s archive life", self)
+        self._conflicts: tuple[Conflict, ...] = ()
+        self.server = control(QLineEdit(), texts, "archive_server", says="Server",
+                              tip="Without the password: see the guide")  # fmt: skip
+        self.server.setPlaceholderText("postgresql://USER@HOST/DATABASE?sslmode=verify-full")
+        self.use = control(QPushButton(), texts, "archive_use_server", "Use", tip="Set this server and exchange",
+                           slot=self._use_server)  # fmt: skip
+        self.server.returnPressed.connect(self.use.click)
+        self.sign = IconLabel("archive_sign", _SIGN_PX)
+        self.state = text_label("archive_state", is_selectable=True)
+        self.sync = control(QPushButton(), texts, "archive_sync", "Sync now", tip="Exchange with the server now",
+                            picture=Icon.AGAIN, slot=exchange.sync)  # fmt: skip
+        self.export = control(QPushButton(), texts, "archive_export", "Export…", tip="Add to a file what it lacks",
+                              picture=Icon.SAVE, slot=self._export)  # fmt: skip
+        self.import_ = control(QPushButton(), texts, "archive_import", "Import…",
+                               tip="Take over from a file what this computer lacks", picture=Icon.FOLDER,
+                               slot=self._import)  # fmt: skip
+        label = control(QLabel(), texts, "archive_server_label", "Server")
+        label.setBuddy(self.server)
+        self._lay_out_question()
+        self.modules = modules_table(self)
+        self.life = life_table(self)
+        texts.bind(self.modules.view.setAccessibleName, "Modules")
+        texts.bind(self.life.view.setAccessibleName, "Records of the module")
+        self.modules.view.selectionModel().selectionChanged.connect(lambda _new, _old: self._show_life())
+        split = named(QSplitter(Qt.Orientation.Vertical), "archive_split")
+        split.addWidget(self.modules.view)
+        split.addWidget(self.life.view)
+        in_column(
+            in_row(label, (self.server, 1), self.use, spacing=Space.S),
+            in_row(self.sign, (self.state, 1), self.sync, self.export, self.import_, spacing=Space.S),
+            self.question, (split, 1),
+            of=self, spacing=Space.M, margins=Space.L,
+        )  # fmt: skip
+        exchange.changed.connect(self._refresh)
+        self._refresh()
+
+    def bring_up(self) -> None:
+        self.server.setText(self._exchange.server or "")
+        self.show()
+        self.raise_()
+        self.activateWindow()
+        self._exchange.refresh()
+
+    def _lay_out_question(self) -> None:
+        """One question at a time, with an answer for each name."""
+        texts = self._services.texts
+        self.question = named(QFrame(), "archive_question", "card")
+        self.asked = text_label("archive_asked")
+        self.same = control(QPushButton(), texts, "archive_same", says="Same module", slot=lambda: self._settle(0))
+        self.same_other = control(QPushButton(), texts, "archive_same_other", says="Same module",
+                                  slot=lambda: self._settle(1))  # fmt: skip
+        self.different = control(QPushButton(), texts, "archive_different", "Two modules",
+                                 tip="They stay beside each other", slot=lambda: self._settle(None))  # fmt: skip
+        sign = IconLabel("archive_question_sign", _SIGN_PX)
+        sign.show_icon(Icon.WARNING, Meaning.ATTENTION)
+        in_row(sign, (self.asked, 1), self.same, self.same_other, self.different, of=self.question,
+               spacing=Space.S, margins=Space.S)  # fmt: skip
+        self.question.hide()
+
+    # What a person does
+
+    def _use_server(self) -> None:
+        try:
+            self._exchange.use_server(self.server.text())
+        except ArchiveTrouble as error:
+            self._say(error.message.in_words(), Meaning.ATTENTION)
+            return
+        self.server.setText(self._exchange.server or "")  # without its password
+
+    def _export(self) -> None:
+        path = self.ask_save(self)
+        if path is not None:
+            self._exchange.run(lambda archive, on_page: archive.export(path, on_page=on_page))
+
+    def _import(self) -> None:
+        path = self.ask_open(self)
+        if path is not None:
+            self._exchange.run(lambda archive, on_page: archive.import_file(path, on_page=on_page))
+
+    def _settle(self, name_of: int | None) -> None:
+        """`name_of`: whose name the one module has; None: they are two."""
+        if not self._conflicts or self._exchange.is_running:
+            return
+        one, other = self._conflicts[0].pair
+        name = "" if name_of is None else (one, other)[name_of].name
+        who = self._services.preferences.who
+
+        def settle(archive: Archive, _on_page: object) -> None:
+            archive.settle(one, other, is_same=name_of is not None, name=name, who=who)
+
+        self._exchange.run(settle)
+
+    # What is shown
+
+    def _refresh(self) -> None:
+        exchange, seen = self._exchange, self._exchange.seen
+        is_free = not exchange.is_running
+        if not self.server.isModified():
+            self.server.setText(exchange.server or "")
+        self.sync.setEnabled(is_free and exchange.server is not None)
+        for button in (self.export, self.import_, self.use, self.same, self.same_other, self.different):
+            button.setEnabled(is_free)
+        if not is_free:
+            self._say(tr("Exchanging…"), None)
+            return
+        if exchange.trouble is not None:
+            self._say(exchange.trouble.in_words(), Meaning.ATTENTION)
+        elif seen is not None:
+            altered = seen.done is not None and not seen.done.is_whole
+            self._say(_state_words(seen.status.not_shared, seen.status.last_at, exchange.server, seen.done),
+                      Meaning.ATTENTION if altered else None)  # fmt: skip
+        if self.isVisible():
+            self._load()
+
+    def _say(self, text: str, meaning: Meaning | None) -> None:
+        self.state.setText(text)
+        self.sign.show_icon(Icon.BUNDLE if meaning is None else Icon.WARNING, meaning, is_muted=meaning is None)
+
+    def _load(self) -> None:
+        storage = self._services.storage
+
+        def load() -> Loaded:
+            store = storage.open_store()
+            if not isinstance(store, Store):
+                raise ArchiveTrouble(UserMessage(store.sentence))
+            with closing(open_archive(store)) as archive:
+                names = archive.names()
+                states = fleet_state(archive.facts, names, datetime.now(UTC))
+                return Loaded(tuple(states), names.conflicts)
+
+        self._loading.run(lambda _running: load(), self._show, self._fail)
+
+    def _show(self, loaded: Loaded) -> None:
+        self.modules.model.show_rows(loaded.states)
+        self._conflicts = loaded.conflicts
+        self._show_question()
+        if loaded.states and not self.modules.view.selectionModel().hasSelection():
+            self.modules.view.selectRow(0)
+        self._show_life()
+
+    def _show_question(self) -> None:
+        self.question.setVisible(bool(self._conflicts))
+        if not self._conflicts:
+            return
+        first = self._conflicts[0]
+        one, other = first.pair
+        stations = tr("Stations: {one}, {other}.", one=short_station(one.station), other=short_station(other.station))
+        self.asked.setText(f"{first.question().in_words()} {stations}")
+        has_two_names = one.name != other.name
+        self.same_other.setVisible(has_two_names)
+        for button, module in ((self.same, one), (self.same_other, other)):
+            name = clean(module.name, longest=30)
+            text = tr("Same: “{name}”", name=name) if has_two_names else tr("Same module")
+            button.setText(text)
+            button.setAccessibleName(text)
+
+    def _show_life(self) -> None:
+        chosen = self.modules.chosen()
+        if chosen is None:
+            self.life.model.show_rows(())
+            return
+        module, storage = chosen.module, self._services.storage
+
+        def load() -> tuple[LifeEvent, ...]:
+            store = storage.open_store()
+            if not isinstance(store, Store):
+                return ()
+            with closing(open_archive(store)) as archive:
+                return tuple(reversed(life_of(archive.facts, module).events))
+
+        self._living.run(lambda _running: load(), self.life.model.show_rows, self._fail)
+
+    def _fail(self, error: Exception) -> None:
+        if not isinstance(error, ArchiveTrouble):
+            raise error
+        self._say(error.message.in_words(), Meaning.ATTENTION)
+
+    def changeEvent(self, event: QEvent) -> None:
+        super().changeEvent(event)
+        if event.type() == QEvent.Type.LanguageChange and hasattr(self, "life"):
+            self.modules.model.retranslate()
+            self.life.model.retranslate()
+            self._show_question()
+            self._refresh()
+
+
+def _state_words(not_shared: int, last_at: str | None, server: str | None, done: Exchanged | None) -> str:
+    parts = []
+    if server is not None:
+        parts.append(tr("Not yet shared: {count}. Last exchange: {time}.", count=not_shared, time=last_time(last_at)))
+    if done is not None:
+        parts.append(tr("Sent: {sent}. Received: {received}.", sent=done.sent, received=done.received))
+        if done.refused_count:
+            text = tr("Left out, because it is not what a station recorded: {count}.", count=done.refused_count)
+            parts += [text, *(one.sentence().in_words() for one in done.refused[:3])]
+        if done.damaged:
+            parts.append(tr("Damaged on this computer and not sent: {count}.", count=len(done.damaged)))
+    return " ".join(parts) or tr("No server is set. Export and Import exchange through a file.")
+
+
+def _ask_save(parent: QWidget) -> Path | None:
+    """An existing file is added to, so nothing is asked before it."""
+    options = QFileDialog.Option.DontConfirmOverwrite
+    name, _filter = QFileDialog.getSaveFileName(
+        parent, tr("Export the archive"), f"dps-s{SUFFIX}", tr("Archive (*.dpsarchive)"), options=options
+    )
+    return Path(name) if name else None
+
+
+def _ask_open(parent: QWidget) -> Path | None:
+    name, _filter = QFileDialog.getOpenFileName(parent, tr("Import an archive"), "", tr("Archive (*.dpsarchive)"))
+    return Path(name) if name else None

@@ -1,0 +1,163 @@
+"""Exchanges this station's records in a background thread: by itself where a server is set, or when asked to."""
+
+import logging
+from collections.abc import Callable
+from contextlib import closing
+from dataclasses import dataclass
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import TYPE_CHECKING, Final
+
+from PySide6.QtCore import QObject, QTimer, Signal
+
+from app.store.store import Store
+from app.system.gil_yield import GilYield
+from app.text.i18n import tr
+from app.text.messages import UserMessage
+from ui.core.background_task import BackgroundTask, Running
+from ui.services.storage import Storage
+
+if TYPE_CHECKING:
+    from app.archive.archive import Archive, ArchiveStatus
+    from app.archive.exchange import Exchanged
+
+_log = logging.getLogger(__name__)
+EVERY_MS: Final = 60_000
+"""How often it is asked whether there is something to share."""
+AT_LEAST_EVERY_S: Final = 300.0
+"""So often what other stations recorded is fetched, also where nothing is to be shared."""
+Act = Callable[["Archive", Callable[["Exchanged"], None]], "Exchanged | None"]
+
+
+class _Ended(Exception):
+    """The window closes."""
+
+
+@dataclass(frozen=True, slots=True)
+class Seen:
+    """What came of one turn. `trouble`: why the server or file could not be used."""
+
+    status: "ArchiveStatus"
+    done: "Exchanged | None" = None
+    trouble: UserMessage | None = None
+
+
+class ArchiveExchange(QObject):
+    """One exchange at a time; the window never waits for it."""
+
+    changed = Signal()
+
+    def __init__(self, storage: Storage, parent: QObject) -> None:
+        super().__init__(parent)
+        self._storage = storage
+        self._task: BackgroundTask[Seen] = BackgroundTask("dps-s archive", self)
+        self._timer = QTimer(self, interval=EVERY_MS)
+        self._timer.timeout.connect(self._exchange_if_due)
+        self.server: str | None = None
+        """The one that is set."""
+        self.seen: Seen | None = None
+        self.trouble: UserMessage | None = None
+
+    @property
+    def is_running(self) -> bool:
+        return self._task.is_running
+
+    @property
+    def folder(self) -> Path:
+        return self._storage.folder
+
+    def start(self) -> None:
+        """The pages are made: from now on it is nobody's start that takes longer."""
+        from app.archive.server_setting import kept_server
+
+        self.server = kept_server(self.folder)
+        if self.server is not None:
+            self._timer.start()
+            self._exchange_if_due()
+
+    def use_server(self, text: str) -> None:
+        """Set it, and exchange at once with the address as typed; "" sets none. Raises `ArchiveTrouble`."""
+        from app.archive.server_setting import keep_server
+
+        self.server = keep_server(self.folder, text)
+        if self.server is None:
+            self._timer.stop()
+            self.refresh()
+            return
+        self._timer.start()
+        self.run(lambda archive, on_page: archive.sync(text, on_page=on_page))
+
+    def sync(self) -> None:
+        server = self.server
+        if server is not None:
+            self.run(lambda archive, on_page: archive.sync(server, on_page=on_page))
+
+    def refresh(self) -> None:
+        """Count what is not shared; no server is asked."""
+        self.run(lambda _archive, _on_page: None)
+
+    def run(self, act: Act) -> None:
+        """One exchange; what came of it is in `seen` when `changed` is emitted."""
+        server, storage = self.server, self._storage
+        self._task.run(lambda running: _work(storage, server, act, running), self._take, self._fail)
+        self.changed.emit()
+
+    def _exchange_if_due(self) -> None:
+        server = self.server
+        if server is not None and not self._task.is_running:
+            self.run(
+                lambda archive, on_page: archive.sync(server, on_page=on_page) if _is_due(archive, server) else None
+            )
+
+    def _take(self, seen: Seen) -> None:
+        self.seen, self.trouble = seen, seen.trouble
+        self.changed.emit()
+
+    def _fail(self, error: Exception) -> None:
+        from app.archive.fact_set import ArchiveTrouble
+
+        if isinstance(error, ArchiveTrouble):
+            self.trouble = error.message
+        elif not isinstance(error, _Ended):
+            _log.error("The archive could not be used", exc_info=error)
+            self.trouble = UserMessage(type(error).__name__)
+        self.changed.emit()
+
+
+def last_time(at: str | None) -> str:
+    """Of the last exchange: the time where it was today, else the day."""
+    if at is None:
+        return tr("never")
+    when = datetime.fromisoformat(at).astimezone()
+    return f"{when:%H:%M}" if when.date() == datetime.now(UTC).astimezone().date() else f"{when:%Y-%m-%d}"
+
+
+def _is_due(archive: "Archive", server: str) -> bool:
+    status = archive.status(server)
+    if status.not_shared or status.last_at is None:
+        return True
+    age_s = (datetime.now(UTC) - datetime.fromisoformat(status.last_at)).total_seconds()
+    return not 0 <= age_s < AT_LEAST_EVERY_S
+
+
+def _work(storage: Storage, server: str | None, act: Act, running: Running) -> Seen:
+    """In a thread of its own; breaks off between two pages where the window closes."""
+    from app.archive.archive import open_archive
+    from app.archive.fact_set import ArchiveTrouble
+
+    store, rest = storage.open_store(), GilYield()
+    if not isinstance(store, Store):
+        raise ArchiveTrouble(UserMessage(store.sentence))
+
+    def on_page(_done: "Exchanged") -> None:
+        rest.checkpoint()
+        if running.is_cancelled():
+            raise _Ended
+
+    with closing(open_archive(store)) as archive:
+        done, trouble = None, None
+        try:
+            done = act(archive, on_page)
+        except ArchiveTrouble as error:
+            trouble = error.message
+        return Seen(archive.status(server), done, trouble)

@@ -1,0 +1,51 @@
+"""Quiet line in the status bar: how many records are not shared yet, and when they were last."""
+
+from PySide6.QtCore import QEvent, Qt
+from PySide6.QtWidgets import QToolButton
+
+from app.text.i18n import tr
+from ui.archive.archive_exchange import ArchiveExchange, last_time
+from ui.core.texts import Texts
+from ui.style.icons import Icon, icon
+from ui.style.theme import Meaning
+from ui.widgets.controls import control
+
+
+class ArchiveLine(QToolButton):
+    """Hidden without a server. A click opens the archive."""
+
+    def __init__(self, exchange: ArchiveExchange, texts: Texts) -> None:
+        super().__init__()
+        control(self, texts, "archive_line", says="Archive", tip="Archive", role="quiet")
+        self.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonTextBesideIcon)
+        self._exchange = exchange
+        exchange.changed.connect(self.refresh)
+        self.refresh()
+
+    def refresh(self) -> None:
+        seen = self._exchange.seen
+        self.setVisible(self._exchange.server is not None and seen is not None)
+        if seen is None:
+            return
+        count, last = seen.status.not_shared, seen.status.last_at
+        if last is None:
+            text = tr("{count} not yet shared", count=count)
+        elif count:
+            text = tr("{count} not yet shared, last {time}", count=count, time=last_time(last))
+        else:
+            text = tr("All shared, last {time}", time=last_time(last))
+        altered = seen.done.refused_count if seen.done is not None else 0
+        if altered:
+            text = tr("Altered on the server: {count}", count=altered)
+        elif seen.status.conflicts:
+            text = tr("{text} · to settle: {count}", text=text, count=seen.status.conflicts)
+        self.setIcon(icon(Icon.WARNING, Meaning.ATTENTION) if altered else icon(Icon.BUNDLE))
+        self.setText(text)
+        trouble = self._exchange.trouble
+        self.setToolTip(trouble.in_words() if trouble is not None else tr("Archive"))
+        self.setAccessibleName(tr("Archive: {text}", text=text))
+
+    def changeEvent(self, event: QEvent) -> None:
+        super().changeEvent(event)
+        if event.type() == QEvent.Type.LanguageChange and hasattr(self, "_exchange"):
+            self.refresh()
