@@ -170,21 +170,11 @@ def assemble(
         owned.setParent(window)
     window.closing.connect(tones.close)
     help_actions = HelpActions(window, services, entries)
-    archive = ArchiveActions(window, services)
     load = _load_pages if entries is PAGES else None
     return Assembly(
-        window,
-        help_actions,
-        archive,
-        connector,
-        ports,
-        appearance,
-        language_switch,
-        storage,
-        lock,
-        services.armed,
-        load,
-    )
+        window, help_actions, ArchiveActions(window, services), connector, ports, appearance, language_switch, storage,
+        lock, services.armed, load,
+    )  # fmt: skip
 
 
 def start(assembly: Assembly, options: WindowOptions) -> None:
