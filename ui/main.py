@@ -37,6 +37,7 @@ from ui.core.port_watcher import PortWatcher
 from ui.core.preferences import Preferences
 from ui.core.texts import Texts
 from ui.help.help_actions import HelpActions
+from ui.preferences.missing_font import need_fonts
 from ui.services.context import PageEntry, Services
 from ui.services.lock import LockControl
 from ui.services.page import Page
@@ -266,12 +267,15 @@ def run(options: WindowOptions) -> int:
     if not isinstance(app, QApplication):
         raise TypeError("a program without a screen's application object cannot open a window")
     app.setApplicationName("dps-s-configurator")
-    app.setApplicationDisplayName("DPS-S Configurator")
     app.setDesktopFileName("dps-s-configurator")
     app.setWindowIcon(app_icon())
     with _memory(options) as folder, _logging(folder) as log:
         preferences = Preferences() if folder is None else Preferences(folder / "window.ini")
         assembly = assemble(app, options, preferences=preferences, storage=Storage(folder), log=log)
+        window = assembly.window
+        need_fonts(
+            assembly.language_switch, window.choices, tell=window.attention.tell, dismiss=window.attention.forget_told
+        )
         _stay(app, assembly, options)
     end_process(assembly.exit_code)
     return assembly.exit_code

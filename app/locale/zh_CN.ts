@@ -3398,6 +3398,10 @@
         <translation>接下来：使能触发并运行检查。</translation>
     </message>
     <message>
+        <source>No Chinese font is installed. Install one (such as fonts-noto-cjk), then start this program again.</source>
+        <translation>未安装中文字体。请安装一种（例如 fonts-noto-cjk），然后重新启动本程序。</translation>
+    </message>
+    <message>
         <source>No acceleration: the free-fall trigger is not judged.</source>
         <translation>没有加速度：不判断失重触发。</translation>
     </message>
@@ -4259,7 +4263,7 @@
     </message>
     <message>
         <source>Preferences…</source>
-        <translation>首选项…</translation>
+        <translation>偏好设置…</translation>
     </message>
     <message>
         <source>Press LOCK</source>

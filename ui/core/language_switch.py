@@ -3,12 +3,18 @@
 import logging
 
 from PySide6.QtCore import QEvent, QLibraryInfo, QLocale, QTranslator
+from PySide6.QtGui import QFontDatabase
 from PySide6.QtWidgets import QApplication
 
-from app.text.i18n import CHINESE, language, set_language
+from app.text.i18n import CHINESE, language, set_language, tr
 from ui.core.texts import Texts
 
 _log = logging.getLogger(__name__)
+
+
+def has_font_for(name: str) -> bool:
+    """Whether some font of the system has this language's characters."""
+    return name != CHINESE or bool(QFontDatabase.families(QFontDatabase.WritingSystem.SimplifiedChinese))
 
 
 class LanguageSwitch:
@@ -32,6 +38,7 @@ class LanguageSwitch:
         if name == CHINESE:
             self._translator = self._load(name)
         QLocale.setDefault(QLocale(name if name == CHINESE else "en"))
+        self._app.setApplicationDisplayName(tr("DPS-S Configurator"))  # some systems add it to each window's title
         self._texts.retranslate()
         for window in self._app.topLevelWidgets():
             self._app.sendEvent(window, QEvent(QEvent.Type.LanguageChange))

@@ -1,5 +1,7 @@
 """Applies and remembers what is chosen in the preferences."""
 
+from collections.abc import Callable
+
 from ui.core.language_switch import LanguageSwitch
 from ui.core.preferences import Preferences
 from ui.style.appearance import Appearance
@@ -12,8 +14,14 @@ class Choices:
     def __init__(self, appearance: Appearance, language_switch: LanguageSwitch, preferences: Preferences) -> None:
         self._appearance, self._language_switch = appearance, language_switch
         self.remembered = preferences
+        self.has_font_for: Callable[[str], bool] = lambda _name: True
+        self.report_no_font: Callable[[], object] = lambda: None
 
     def use_language(self, name: str) -> None:
+        """Without a font of the system for it, the language stays and that is said."""
+        if not self.has_font_for(name):
+            self.report_no_font()
+            return
         self._language_switch.use(name)
         self.remembered.language = name
 

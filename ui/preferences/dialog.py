@@ -32,7 +32,7 @@ THEMES = (
     (Choice.SUNLIGHT, marked("Sunlight")),
 )
 # Each language in its own words, so that whoever is lost in the other one finds it.
-LANGUAGES = ((ENGLISH, "English"), (CHINESE, "简体中文"))
+LANGUAGES = ((ENGLISH, "English"), (CHINESE, "简体中文 (Chinese)"))
 ZOOMS = (100, 125, 150)
 
 
@@ -78,12 +78,13 @@ class PreferencesDialog(QDialog):
             form, self.sounds, self.sidebar, self.buttons, of=self, spacing=Space.L, margins=Space.XL
         ).setSizeConstraint(QLayout.SizeConstraint.SetFixedSize)
         self.refresh()
-        self.language.activated.connect(lambda row: choices.use_language(self.language.itemData(row)))
+        self.language.activated.connect(self._use_language)
+        self._choices = choices
         self.theme.activated.connect(lambda row: choices.use_theme(self.theme.itemData(row)))
         self.zoom.activated.connect(lambda row: choices.use_zoom(self.zoom.itemData(row)))
-        self.sidebar.clicked.connect(wide.setChecked)
+        self.sidebar.toggled.connect(wide.setChecked)
         wide.toggled.connect(self.sidebar.setChecked)
-        self.sounds.clicked.connect(choices.use_sounds)
+        self.sounds.toggled.connect(choices.use_sounds)
 
     def refresh(self) -> None:
         """Show what is chosen now."""
@@ -105,3 +106,7 @@ class PreferencesDialog(QDialog):
         box.setMinimumWidth(180)
         WheelGuard(self).guard(box)
         return box
+
+    def _use_language(self, row: int) -> None:
+        self._choices.use_language(self.language.itemData(row))
+        self.refresh()

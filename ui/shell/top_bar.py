@@ -202,6 +202,12 @@ class TopBar(QFrame):
         self.menu.setIconSize(QSize(scaled(20), scaled(20)))
         self.lock.setMinimumWidth(scaled(106))  # bold while the module is active
 
+    def open_menu(self) -> None:
+        """Below its button; does not wait until it is closed again."""
+        menu = self.menu.menu()
+        if menu is not None:
+            menu.popup(self.menu.mapToGlobal(self.menu.rect().bottomLeft()))
+
     def _reserve(self) -> None:
         """Room for the widest word, so that nothing jumps when a state changes."""
         self.activation.reserve((tr("LOCKED"), tr("ACTIVE"), tr("was ACTIVE"), tr("Activation")))

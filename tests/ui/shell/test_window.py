@@ -175,6 +175,11 @@ def test_chinese_while_running(qtbot: QtBot, qapp: QApplication, tmp_path: Path)
         assert shell.navigation.item(shell.navigation.count() - 1).text() == "Traffic"
 
 
+def test_the_title_is_wholly_in_the_language_in_use(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
+    with window(qapp, tmp_path, options=WindowOptions(language="zh_CN")) as assembly:
+        assert assembly.window.windowTitle() == qapp.applicationDisplayName() == "DPS-S 上位机"
+
+
 def test_qt_speaks_chinese_too(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
     with window(qapp, tmp_path) as assembly:
         assembly.window.choices.use_language("zh_CN")

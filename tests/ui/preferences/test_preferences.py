@@ -1,0 +1,92 @@
+"""The dialog of preferences: each choice holds at once and at the next start; a language needs a font."""
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+from PySide6.QtCore import Qt
+from PySide6.QtWidgets import QApplication, QComboBox
+from pytestqt.qtbot import QtBot
+
+from app.text.i18n import language
+from tests.support.window.fakes_ui import WAIT_MS, window
+from ui.core.preferences import Preferences
+from ui.main import WindowOptions
+from ui.preferences.dialog import PreferencesDialog
+from ui.style.theme import Choice, scale_in_use
+
+
+def choose(box: QComboBox, data: object) -> None:
+    """As a person does: the row, then the signal of that."""
+    box.setCurrentIndex(box.findData(data))
+    box.activated.emit(box.currentIndex())
+
+
+def test_what_is_chosen_holds_at_once_and_is_remembered(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> None:
+    assert not Preferences(tmp_path / "window.ini").has_sounds  # off unless somebody wants them
+    with window(qapp, tmp_path, options=WindowOptions(language="en")) as assembly:
+        main = assembly.window
+        main.activateWindow()
+        qtbot.waitUntil(main.isActiveWindow, timeout=WAIT_MS)
+        qtbot.keyClick(main, Qt.Key.Key_Comma, Qt.KeyboardModifier.ControlModifier)
+        dialog = main.findChild(PreferencesDialog)
+        assert dialog is not None
+        assert dialog.isVisible()
+        assert not dialog.isModal()  # LOCK stays in reach
+        usual = main.top_bar.height()
+        choose(dialog.zoom, 125)
+        qtbot.waitUntil(lambda: main.top_bar.height() == round(usual * 1.25), timeout=WAIT_MS)
+        choose(dialog.theme, "sunlight")
+        assert scale_in_use() == 1.25  # not twice as large
+        choose(dialog.language, "zh_CN")
+        assert dialog.windowTitle() == "偏好设置"
+        dialog.sounds.click()
+        dialog.sidebar.click()
+        assert main.navigation.is_wide
+        main.menus.names.trigger()
+        assert not dialog.sidebar.isChecked()
+        choose(dialog.zoom, 100)
+        choose(dialog.theme, "dark")
+    after = Preferences(tmp_path / "window.ini")
+    assert (after.language, after.theme, after.zoom_percent) == ("zh_CN", "dark", 100)
+    assert (after.has_sounds, after.is_sidebar_wide) == (True, False)
+    with window(qapp, tmp_path, options=WindowOptions()) as assembly:
+        assert (language(), assembly.appearance.choice) == ("zh_CN", Choice.DARK)
+        assembly.appearance.choose(Choice.LIGHT)
+
+
+NO_CHINESE = """
+import os, sys
+from pathlib import Path
+from PySide6.QtWidgets import QApplication
+from app.text.i18n import language
+from ui.core.preferences import Preferences
+from ui.main import WindowOptions, assemble
+from ui.preferences.missing_font import need_fonts
+from ui.services.storage import Storage
+app = QApplication([])
+folder = Path(sys.argv[1])
+options = WindowOptions(language="zh_CN")
+assembly = assemble(app, options, preferences=Preferences(folder / "w.ini"), storage=Storage(folder), entries=())
+window = assembly.window
+need_fonts(assembly.language_switch, window.choices, tell=window.attention.tell, dismiss=window.attention.forget_told)
+print(language(), window.windowTitle(), window.notice_bar.notice.text)
+window.choices.use_language("zh_CN")
+print(language(), sep="")
+os._exit(0)
+"""
+
+
+def test_without_a_chinese_font_it_says_so_in_english(tmp_path: Path) -> None:
+    (tmp_path / "fonts.conf").write_text(
+        f"<?xml version='1.0'?><fontconfig><dir>{tmp_path}/none</dir><cachedir>{tmp_path}/c</cachedir></fontconfig>",
+        encoding="utf-8",
+    )
+    environment = {**os.environ, "FONTCONFIG_FILE": str(tmp_path / "fonts.conf")}
+    command = [sys.executable, "-c", NO_CHINESE, str(tmp_path)]
+    ended = subprocess.run(command, env=environment, timeout=120, check=True, capture_output=True, text=True)
+    first, second = ended.stdout.splitlines()
+    assert first.startswith("en DPS-S Configurator No Chinese font is installed.")
+    assert "fonts-noto-cjk" in first
+    assert second == "en"
