@@ -17,7 +17,7 @@ from pathlib import Path
 
 from bundle import BILL, make_bundle, pack, write_tar
 from environment import ROOT, SetupError, say
-from release import Release, read_release
+from release import Release, read_release, refusals
 
 DIST = ROOT / "dist"
 WORK = ROOT / "build" / "package"
@@ -96,7 +96,12 @@ def main(arguments: list[str]) -> int:
     part = parser.add_mutually_exclusive_group()
     part.add_argument("--only-build", action="store_true", help="do not run their tests")
     part.add_argument("--only-test", action="store_true", help="test what was built before")
+    parser.add_argument("--release", action="store_true", help="build only what may be passed on")
     chosen = parser.parse_args(arguments)
+    reasons = refusals() if chosen.release else []
+    if reasons:
+        print("\n".join(["This cannot be released:", *reasons]), file=sys.stderr)
+        return 3
     started = time.monotonic()
     try:
         if not chosen.only_test:

@@ -6,18 +6,19 @@ import re
 import subprocess
 import sys
 import tomllib
+from collections.abc import Sequence
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from pathlib import Path
-from typing import Final
+from typing import Any, Final
 
 from environment import PYPROJECT, ROOT
 
 NAME: Final = "dps-s-configurator"
 TITLE: Final = "DPS-S Configurator"
 COMMAND: Final = "dps-s"
-MAINTAINER: Final = "DPS-S Configurator contributors <dps-s-configurator@localhost>"
-"""Debian wants an address; until the project has one, mail goes to whoever installed the package."""
+PROJECT: Final = ROOT / "packaging" / "project.toml"
+_PLACEHOLDER: Final = "localhost"
 _SYSTEMS: Final = {"win32": "windows", "darwin": "macos"}
 
 
@@ -47,6 +48,29 @@ def read_release() -> Release:
     """The version of the checkout, at the time of its last commit unless SOURCE_DATE_EPOCH says another."""
     project = tomllib.loads(PYPROJECT.read_text(encoding="utf-8"))["project"]
     return Release(project["version"], _epoch())
+
+
+def project() -> dict[str, str]:
+    """Maintainer, addresses and pages, as packaging/project.toml states them."""
+    return {key: value for key, value in _stated().items() if isinstance(value, str)}
+
+
+def refusals(python: Sequence[int] = sys.version_info[:3]) -> list[str]:
+    """Why nothing that is built here may be released, a sentence each."""
+    found = [
+        f"packaging/project.toml: {key} is a placeholder." for key, value in project().items() if _PLACEHOLDER in value
+    ]
+    series, patch = f"{python[0]}.{python[1]}", python[2]
+    oldest = _stated()["python"].get(series)
+    if oldest is None:
+        found.append(f"A release brings none of Python {series}: packaging/project.toml states no version of it.")
+    elif patch < oldest:
+        found.append(f"Python {series}.{patch} is too old to be passed on: build with {series}.{oldest} or later.")
+    return found
+
+
+def _stated() -> dict[str, Any]:
+    return tomllib.loads(PROJECT.read_text(encoding="utf-8"))
 
 
 def _epoch() -> int:

@@ -10,7 +10,7 @@ from typing import Final
 
 from environment import ROOT, SetupError
 from icon_files import write_theme_icons
-from release import COMMAND, MAINTAINER, NAME, TITLE, Release, stamp_times
+from release import COMMAND, NAME, TITLE, Release, project, stamp_times
 
 from app.system.qt_libraries import ALWAYS, FOR_WAYLAND, FOR_X
 from linux.elf import glibc_wanted, outside_libraries
@@ -111,11 +111,16 @@ def _write_zipped(path: Path, content: bytes) -> None:
     _write(path, gzip.compress(content, 9, mtime=0))
 
 
+def _maintainer() -> str:
+    stated = project()
+    return f"{stated['maintainer']} <{stated['address']}>"
+
+
 def _changelog(release: Release) -> str:
     return (
         f"{NAME} ({release.version}-{REVISION}) unstable; urgency=medium\n\n"
         f"  * Version {release.version}; what changed is in changelog.gz.\n\n"
-        f" -- {MAINTAINER}  {release.time:%a, %d %b %Y %H:%M:%S} +0000\n"
+        f" -- {_maintainer()}  {release.time:%a, %d %b %Y %H:%M:%S} +0000\n"
     )
 
 
@@ -126,11 +131,12 @@ def control_text(release: Release, root: Path, architecture: str) -> str:
         "Package": NAME,
         "Version": f"{release.version}-{REVISION}",
         "Architecture": architecture,
-        "Maintainer": MAINTAINER,
+        "Maintainer": _maintainer(),
         "Installed-Size": str(-(-size // 1024)),
         "Depends": ", ".join(dependencies(root / PLACE)),
         "Recommends": "fonts-wqy-microhei | fonts-noto-cjk",
         "Suggests": ", ".join(_with_new_name(package) for package in _OPTIONAL.values()),
+        "Homepage": project()["home_page"],
         "Section": "electronics",
         "Priority": "optional",
     }

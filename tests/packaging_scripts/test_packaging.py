@@ -19,6 +19,7 @@ MODULES = (
     "bundle",
     "bundle_contents",
     "file_types",
+    "file_types",
     "icon_files",
     "linux.debian",
     "linux.elf",
@@ -208,6 +209,8 @@ def test_the_metadata_names_what_is_installed(made: dict[str, ModuleType]) -> No
     entry.read(debian.LINUX / "dps-s-configurator.desktop", encoding="utf-8")
     assert entry["Desktop Entry"]["Exec"] == "dps-s %f"
     types = {one.attrib["type"] for one in ElementTree.parse(debian.LINUX / f"{debian.NAME}.xml").getroot()}
+    named = {kind for one in made["file_types"].FILE_TYPES for kind in one.mime_types.values()}
+    assert {kind for kind in named if kind.startswith("application/vnd.")} <= types
     assert set(entry["Desktop Entry"]["MimeType"].rstrip(";").split(";")) == types
     assert {one.text for one in root.iter("mediatype")} == types
     assert entry["Desktop Entry"]["Icon"] == "dps-s-configurator"
@@ -229,12 +232,12 @@ def test_files_of_the_program_are_known_to_the_desktop(made: dict[str, ModuleTyp
     files = {
         "capture": f"{MAGIC}\n".encode(),
         "profile": profile_text(Profile(name="H6", settings={})).encode(),
-        "check": json.dumps({"format": FORMAT, "version": 2}, indent=1).encode(),
+        "record": json.dumps({"format": FORMAT, "version": 2}, indent=1).encode(),
         "mcap": MCAP_MAGIC,
         "ulog": ULOG_MAGIC,
     }
     for kind in tree:
-        name = kind.attrib["type"].rpartition("-")[2]
+        name = kind.attrib["type"].rpartition(".")[2]
         others = {other for other, content in files.items() if any(_matches(one, content) for one in _magic(kind))}
         assert others == {name}
 
@@ -266,3 +269,56 @@ def test_a_run_path_of_the_machine_becomes_the_librarys_folder(made: dict[str, M
 
 def test_the_manual_keeps_what_troff_would_take_for_orders(made: dict[str, ModuleType]) -> None:
     assert made["linux.man_page"]._as_it_stands("a-b\n.x\n'y\n\\n") == [".nf", "a\\-b", "\\&.x", "\\&'y", "\\en", ".fi"]
+
+
+# Releases.
+
+
+def test_a_release_is_refused_while_a_placeholder_is_left(
+    made: dict[str, ModuleType], monkeypatch: pytest.MonkeyPatch, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    release = made["release"]
+    monkeypatch.setattr(made["package"], "build", lambda: pytest.fail("nothing may be built"))
+    assert made["package"].main(["--release"]) == 3
+    said = capsys.readouterr().err
+    for key, value in release.project().items():
+        assert (f"{key} is a placeholder." in said) == ("localhost" in value)
+    filled = tmp_path / "project.toml"
+    filled.write_text(release.PROJECT.read_text(encoding="utf-8").replace("localhost", "example.org"), encoding="utf-8")
+    monkeypatch.setattr(release, "PROJECT", filled)
+    newest = release._stated()["python"]
+    assert all(release.refusals((3, int(series.partition(".")[2]), patch)) == [] for series, patch in newest.items())
+
+
+@pytest.mark.parametrize(
+    ("python", "said"),
+    [
+        ((3, 11, 7), r"Python 3\.11\.7 is too old to be passed on: build with 3\.11\.\d+ or later\."),
+        ((3, 10, 99), r"A release brings none of Python 3\.10: .+"),
+    ],
+)
+def test_a_release_is_refused_with_an_old_python(
+    made: dict[str, ModuleType], python: tuple[int, ...], said: str
+) -> None:
+    assert re.fullmatch(said, made["release"].refusals(python)[-1])
+
+
+def test_who_maintains_it_is_stated_once(made: dict[str, ModuleType]) -> None:
+    stated = made["release"].project()
+    assert {"maintainer", "address", "home_page", "issues", "downloads"} == stated.keys()
+    pages = [*ROOT.glob("*.md"), *(ROOT / "docs").glob("*.md"), *(ROOT / ".github").rglob("*.*")]
+    files = [path for path in (*pages, *(PACKAGING / "linux").iterdir()) if path.is_file()]
+    for path in files:
+        text = path.read_text(encoding="utf-8")
+        assert not [value for key, value in stated.items() if key != "maintainer" and value in text], path
+    for page in ("SECURITY.md", "CONTRIBUTING.md"):
+        assert "(packaging/project.toml)" in (ROOT / page).read_text(encoding="utf-8")
+
+
+@pytest.mark.parametrize("path", sorted((ROOT / ".github" / "ISSUE_TEMPLATE").glob("*.md")), ids=lambda path: path.stem)
+def test_issue_templates_have_the_head_that_the_forge_reads(path: Path) -> None:
+    _, head, body = path.read_text(encoding="utf-8").split("---\n", 2)
+    assert {line.partition(":")[0] for line in head.splitlines()} == {"name", "about"}
+    assert "**" in body
+    if path.stem == "fault":
+        assert "SECURITY.md" in body
