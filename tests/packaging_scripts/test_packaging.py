@@ -1,6 +1,7 @@
 """How packages are made, as far as that can be told without making them (tests/packages makes sure of the rest)."""
 
 import configparser
+import hashlib
 import json
 import re
 import struct
@@ -19,6 +20,7 @@ MODULES = (
     "bundle",
     "bundle_contents",
     "file_types",
+    "fill_manifests",
     "file_types",
     "icon_files",
     "linux.debian",
@@ -134,6 +136,8 @@ def test_icons_of_windows_and_macos_hold_every_size(made: dict[str, ModuleType])
     "path",
     [
         "packaging/macos/disk_image.py",
+        "packaging/manifests/flatpak.yml",
+        "packaging/manifests/winget.yaml",
         ".github/workflows/packages.yml",
     ],
 )
@@ -272,6 +276,28 @@ def test_the_manual_keeps_what_troff_would_take_for_orders(made: dict[str, Modul
 
 
 # Releases.
+
+
+def test_manifests_are_filled_in_for_the_packages_that_are_there(
+    made: dict[str, ModuleType], release: Any, tmp_path: Path
+) -> None:
+    names = ["dps-s-configurator-1.2.3-linux-x86_64.tar.gz", "dps-s-configurator-1.2.3-windows-x86_64-setup.exe"]
+    assert made["fill_manifests"].fill_manifests(tmp_path, release) == []
+    for name in names:
+        (tmp_path / name).write_bytes(b"a package")
+    written = made["fill_manifests"].fill_manifests(tmp_path, release)
+    assert {path.name for path in written} == {"flatpak.yml", "winget.yaml"}
+    for path, name in zip(written, names, strict=True):
+        head, *lines = path.read_text(encoding="utf-8").splitlines()
+        text = "\n".join(lines)
+        assert "never executed by us" in head
+        assert not re.search(r"@[A-Z0-9_]+@", text)
+        assert hashlib.sha256(b"a package").hexdigest() in text
+        assert f"/download/v1.2.3/{name}'" in text
+        assert all((len(line) - len(line.lstrip())) % 2 == 0 for line in lines)
+    flatpak = (PACKAGING / "manifests" / "flatpak.yml").read_text(encoding="utf-8")
+    for file in re.findall(r" linux/(\S+)", flatpak):
+        assert (PACKAGING / "linux" / file).is_file(), file
 
 
 def test_a_release_is_refused_while_a_placeholder_is_left(
