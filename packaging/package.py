@@ -97,6 +97,7 @@ def main(arguments: list[str]) -> int:
     part.add_argument("--only-build", action="store_true", help="do not run their tests")
     part.add_argument("--only-test", action="store_true", help="test what was built before")
     parser.add_argument("--release", action="store_true", help="build only what may be passed on")
+    parser.add_argument("--installers", action="store_true", help="install the wheel by pipx and by uv, too")
     chosen = parser.parse_args(arguments)
     reasons = refusals() if chosen.release else []
     if reasons:
@@ -115,6 +116,8 @@ def main(arguments: list[str]) -> int:
     if chosen.only_build:
         return 0
     variables = {"QT_QPA_PLATFORM": "offscreen", **os.environ, "DPS_S_DIST": str(DIST)}
+    if chosen.installers:
+        variables["DPS_S_INSTALLERS"] = "1"
     once_more = ("--reruns", "1", "--max-suite-reruns", "1", "--rerun-show-tracebacks")
     command = [sys.executable, "-m", "pytest", "-n", "2", "--dist", "worksteal", *once_more, "tests/packages"]
     return subprocess.run(command, cwd=ROOT, env=variables, check=False).returncode

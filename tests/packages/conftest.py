@@ -13,6 +13,8 @@ from tests.support.setup_files import PACKAGING
 
 DIST = "DPS_S_DIST"
 collect_ignore_glob = [] if DIST in os.environ else ["test_*.py"]
+if "DPS_S_INSTALLERS" not in os.environ:
+    collect_ignore_glob.append("test_installers.py")
 if not sys.platform.startswith("linux"):
     collect_ignore_glob.append("test_deb.py")
 
