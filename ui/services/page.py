@@ -2,9 +2,10 @@
 
 from collections.abc import Callable
 from pathlib import Path
+from typing import ClassVar
 
 from PySide6.QtCore import Qt, Signal
-from PySide6.QtGui import QKeyEvent
+from PySide6.QtGui import QAccessible, QKeyEvent
 from PySide6.QtWidgets import QWidget
 
 from app.engine.worker import Batch
@@ -16,6 +17,7 @@ class Page(QWidget):
     """It learns from Qt's show and hide events whether it is seen, a change of language from `changeEvent`, and a
     change of theme from `Services.appearance`. State it polls while it is seen: see `VisibilityTimer`."""
 
+    accessible_role: ClassVar = QAccessible.Role.Section
     connect_wanted = Signal(object)
     """To this `Target`; the window asks first where that is risky."""
     ports_wanted = Signal()

@@ -178,6 +178,7 @@ class MainWindow(QMainWindow):
         self.simulator.topLevelChanged.connect(self._give_room)
         menus.full_screen.toggled.connect(self._show_full_screen)
         menus.when_chosen(menus.pages, self.go_to)
+        menus.when_chosen(menus.pages, self.navigation.enter)
         QShortcut(QKeySequence("F10"), self, self.top_bar.open_menu)
         ResumeWatcher(connector, self, self._services.armed, self.status_bar)
 

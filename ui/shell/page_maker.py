@@ -63,5 +63,7 @@ class PageMaker(QObject):
             self._place(key, self.pages[key])
         else:
             key = self._unmade.pop(0)
-            self.pages[key] = self._entries[key].make(self._services)
+            entry = self._entries[key]
+            page = self.pages[key] = entry.make(self._services)
+            self._services.texts.bind(page.setAccessibleName, entry.title)
             self._unplaced.append(key)

@@ -57,6 +57,11 @@ class Sidebar(QListWidget):
         self._fit()
         self.currentItemChanged.connect(self._tell)
 
+    def enter(self, _key: str) -> None:
+        """The keyboard goes on in the page that was just chosen by its key."""
+        self.setFocus()
+        self.focusNextChild()
+
     def choose(self, key: str) -> bool:
         """Go to a page; whether there is one of that key."""
         for row in range(self.count()):

@@ -57,11 +57,12 @@ class _Choice(_Accessible):
 
 
 class _Container(_Accessible):
-    """A group as soon as it has a name, or can be scrolled by keys."""
+    """A group as soon as it has a name. What is scrolled is a section: of a group all labels are read at once."""
 
     def role(self) -> QAccessible.Role:
-        is_group = self.state().focusable or self.text(QAccessible.Text.Name)
-        return QAccessible.Role.Grouping if is_group else QAccessible.Role.Client
+        if isinstance(self.widget(), QScrollArea):
+            return QAccessible.Role.Section
+        return QAccessible.Role.Grouping if self.text(QAccessible.Text.Name) else QAccessible.Role.Client
 
 
 _KINDS: Final[dict[QAccessible.Role, type[_Accessible]]] = {

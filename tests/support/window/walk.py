@@ -26,6 +26,7 @@ from tests.support.window.moved import moved, places
 from tests.support.window.steps import settle
 from ui.main import PAGES, Assembly, WindowOptions
 from ui.pages.commands.page import CommandsPage
+from ui.pages.diagnosis.page import DiagnosisPage
 from ui.pages.flights.page import FlightsPage
 from ui.pages.live.page import LivePage
 from ui.pages.preflight.controller import Standing
@@ -201,7 +202,7 @@ class Walk:
 
     def _on_diagnosis(self) -> Iterator[Stop]:
         for key in ("traffic", "figures", "bundle", "why"):
-            self.press(f"diagnosis_{key}")
+            self.find(DiagnosisPage).go_to(key)
             yield self._stop(f"diagnosis, {key}")
 
     def _around(self) -> Iterator[Stop]:

@@ -22,9 +22,11 @@ def test_tab_goes_everywhere_and_is_caught_nowhere(qtbot: QtBot, qapp: QApplicat
         walk.connect()
         window.activateWindow()
         qtbot.waitUntil(window.isActiveWindow)
-        for entry in PAGES:
-            window.go_to(entry.key)
+        for number, entry in enumerate(PAGES):
+            qtbot.keyClick(window, Qt.Key(Qt.Key.Key_1 + number), Qt.KeyboardModifier.ControlModifier)
             walk.settle()
+            page, focused = window.stack.currentWidget(), QApplication.focusWidget()
+            assert page is not None and focused is not None and page.isAncestorOf(focused), entry.key
             window.navigation.setFocus()
             for key in (Qt.Key.Key_Tab, Qt.Key.Key_Backtab):
                 reached = pressed_through(qtbot, window, key)
