@@ -13,6 +13,7 @@ from PySide6.QtWidgets import (
     QPlainTextEdit,
     QScrollArea,
     QScrollBar,
+    QTabBar,
     QWidget,
 )
 
@@ -31,7 +32,7 @@ def controls_in(root: QWidget) -> list[QWidget]:
         and (isinstance(one, CONTROLS) or takes_tab(one))
         and not isinstance(one, QScrollBar | QScrollArea)
         and not isinstance(one.parent(), QAbstractSpinBox | QComboBox | QLineEdit | QAbstractScrollArea)
-        and not isinstance(one.parent(), QDialogButtonBox)
+        and not isinstance(one.parent(), QDialogButtonBox | QTabBar)
     ]
 
 

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 from PySide6.QtGui import QAccessible, QAction
-from PySide6.QtWidgets import QAbstractButton, QApplication, QLabel, QScrollArea, QWidget
+from PySide6.QtWidgets import QAbstractButton, QApplication, QLabel, QScrollArea, QTabBar, QWidget
 from pytestqt.qtbot import QtBot
 
 from app.diagnosis.link_state import Phase
@@ -113,7 +113,9 @@ def silent_paint(root: QWidget) -> list[str]:
 
 def secret_keys(walk: Walk) -> list[str]:
     """A key that no menu and no tooltip tells of is as good as none."""
-    told = " ".join(one.toolTip() for one in walk.window.findChildren(QWidget))
+    tips = [one.toolTip() for one in walk.window.findChildren(QWidget)]
+    tips += [bar.tabToolTip(tab) for bar in walk.window.findChildren(QTabBar) for tab in range(bar.count())]
+    told = " ".join(tips)
     return [
         f"nothing tells of {action.shortcut().toString()} ({action.objectName()})"
         for action in walk.window.findChildren(QAction)

@@ -26,7 +26,9 @@ def test_tab_goes_everywhere_and_is_caught_nowhere(qtbot: QtBot, qapp: QApplicat
             qtbot.keyClick(window, Qt.Key(Qt.Key.Key_1 + number), Qt.KeyboardModifier.ControlModifier)
             walk.settle()
             page, focused = window.stack.currentWidget(), QApplication.focusWidget()
-            assert page is not None and focused is not None and page.isAncestorOf(focused), entry.key
+            assert page is not None
+            assert focused is not None
+            assert page.isAncestorOf(focused), entry.key
             window.navigation.setFocus()
             for key in (Qt.Key.Key_Tab, Qt.Key.Key_Backtab):
                 reached = pressed_through(qtbot, window, key)
