@@ -1,5 +1,6 @@
 """`dps-s` as a user meets it: a process of its own, on the pseudo-terminal of a simulated module in another process."""
 
+import csv
 import json
 import os
 import select
@@ -15,6 +16,9 @@ from typing import IO
 import pytest
 import serial
 
+from app.captures.entries import Way
+from app.captures.reader import read_capture
+from app.recordings.library import RecordingLibrary
 from tests.support.processes import PROGRAM, ROOT, RunningModule, run_module
 
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="there are no pseudo-terminals on Windows")
@@ -96,6 +100,37 @@ def test_monitor_interrupted_leaves_the_module_silent(module: RunningModule) -> 
     assert (process.returncode, errors) == (0, "")
     assert [json.loads(line)["tilt_deg"] for line in (*lines, *rest.splitlines())][-1] == 0
     assert len(lines) > 20, "it did not stream"
+    assert is_quiet(module.port)
+
+
+@pytest.mark.usefixtures("user_files")
+@pytest.mark.parametrize("name", ["a.csv", "a.dpscap"])
+def test_record_interrupted_leaves_file_and_recording_whole(name: str, module: RunningModule, tmp_path: Path) -> None:
+    path, library = tmp_path / name, RecordingLibrary()
+    with subprocess.Popen(
+        [*PROGRAM, "record", "--port", module.port, str(path)],
+        cwd=ROOT, env=ENVIRONMENT | os.environ, text=True, stdout=subprocess.PIPE, stderr=subprocess.PIPE,
+    ) as process:  # fmt: skip
+        deadline = time.monotonic() + LONGEST_S
+        while not (library.entries() and library.entries()[0].sample_count > 100) and time.monotonic() < deadline:
+            select.select([], [], [], 0.1)
+        process.send_signal(signal.SIGINT)
+        printed, errors = process.communicate(timeout=LONGEST_S)
+    assert (process.returncode, errors) == (0, "")
+    assert "written to" in printed
+    (entry,) = library.entries()
+    assert entry.trouble is None
+    assert not entry.is_running
+    assert not entry.was_cut_off
+    if name.endswith(".csv"):
+        with path.open(encoding="utf-8-sig", newline="") as file:
+            rows = list(csv.DictReader(file))
+        assert sum(bool(row["tilt_deg"]) for row in rows) == entry.sample_count > 100
+    else:
+        capture = read_capture(path)
+        assert capture.faults == ()
+        received = b"".join(one.raw for one in capture.entries if one.way is Way.IN)
+        assert received.count(b"Au2") >= entry.sample_count > 100
     assert is_quiet(module.port)
 
 
