@@ -5,7 +5,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 import pytest
-from PySide6.QtWidgets import QApplication, QLabel
+from PySide6.QtWidgets import QAbstractButton, QApplication, QLabel, QWidget
 from pytestqt.qtbot import QtBot
 
 from app.records.verification import RecordState, verify
@@ -13,6 +13,7 @@ from tests.support.check_pace import hurry_check
 from tests.support.window.preflight_window import OnBench, find_in, kept, name_module, on_bench
 from tests.support.window.steps import settle
 from ui.pages.preflight.controller import Standing
+from ui.widgets.step_button import StepButton
 
 
 @pytest.fixture
@@ -34,11 +35,21 @@ def activate(bench: OnBench) -> None:
     bench.click(row.confirm.go)
 
 
-def test_ready_leads_to_the_activation_and_becomes_go(
+def counted_presses(page: QWidget) -> list[str]:
+    """The buttons of the page whose presses counted, from now on."""
+    pressed: list[str] = []
+    for button in page.findChildren(QAbstractButton):
+        counts = button.chosen if isinstance(button, StepButton) else button.clicked
+        counts.connect(lambda *_, button=button: pressed.append(button.objectName()))
+    return pressed
+
+
+def test_three_presses_lead_from_ready_to_the_activation_and_to_go(
     qtbot: QtBot, qapp: QApplication, tmp_path: Path, quick: None
 ) -> None:
     with on_bench(qtbot, qapp, tmp_path, "ready") as bench:
         page = bench.preflight
+        pressed = counted_presses(page)
         name_module(bench, "M-07")
         assert not page.activation.isVisible()
         assert bench.check() is Standing.READY
@@ -46,6 +57,7 @@ def test_ready_leads_to_the_activation_and_becomes_go(
         ready = page.work.record
         activate(bench)
         bench.wait_standing(Standing.GO)
+        assert len(pressed) == 3, pressed
         assert bench.bench.state().is_active
         assert [one.command.name for one in bench.acts[2:]] == ["activation"]
         assert not page.activation.isVisible()
