@@ -13,6 +13,8 @@ from app.archive.fact_set import FactSet
 from app.archive.facts import Fact, FactRefused, FactRow, RefusedFact, checked, kept
 
 PAGE: Final = 200
+BUCKETS_AT_ONCE: Final = 16
+"""Whose ids are compared at a time: a sixteenth of the set at most."""
 MOST_REFUSALS: Final = 1000
 """That are named; more are counted."""
 
@@ -48,20 +50,19 @@ def exchange(
     """`here` is this computer. Raises `ArchiveTrouble`; what was exchanged before stays."""
     done = Exchanged()
     mine, theirs = here.digests(), there.digests()
-    for bucket in sorted(mine.keys() | theirs.keys()):
-        if mine.get(bucket) == theirs.get(bucket):
-            continue
-        known, offered = here.rows(bucket), there.rows(bucket)
+    differing = [one for one in sorted(mine.keys() | theirs.keys()) if mine.get(one) != theirs.get(one)]
+    for buckets in _parts(differing, BUCKETS_AT_ONCE):
+        known, offered = here.rows(buckets), there.rows(buckets)
         if receives:
             # Also what is here already and reads differently there: one of the two was altered, and is named.
-            for ids in _pages([one for one, digest in offered.items() if known.get(one) != digest], page):
+            for ids in _parts([one for one, digest in offered.items() if known.get(one) != digest], page):
                 facts, refused = _sorted(there.read(ids), checked)
                 done.received += here.add([one for one in facts if one.id not in known])
                 done.refused += refused[: MOST_REFUSALS - len(done.refused)]
                 done.refused_count += len(refused)
                 on_page(done)
         if sends:
-            for ids in _pages([one for one in known if one not in offered], page):
+            for ids in _parts([one for one in known if one not in offered], page):
                 facts, damaged = _sorted(here.read(ids), partial(_kept, known))
                 done.sent += there.add(facts)
                 done.damaged += damaged
@@ -83,6 +84,6 @@ def _sorted(rows: Sequence[FactRow], check: Callable[[FactRow], Fact]) -> tuple[
     return facts, refused
 
 
-def _pages(ids: Sequence[str], page: int) -> Iterator[Sequence[str]]:
-    for start in range(0, len(ids), page):
-        yield ids[start : start + page]
+def _parts(ids: Sequence[str], length: int) -> Iterator[Sequence[str]]:
+    for start in range(0, len(ids), length):
+        yield ids[start : start + length]

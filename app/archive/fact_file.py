@@ -13,7 +13,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import IO, Final, NamedTuple
 
-from app.archive.fact_set import ArchiveTrouble, Digests, digests_of_rows
+from app.archive.fact_set import BUCKET, ArchiveTrouble, Digests, digests_of_rows
 from app.archive.facts import (
     FACT_COLUMNS,
     LONGEST_PAYLOAD,
@@ -64,8 +64,9 @@ class FactFile:
     def digests(self) -> Digests:
         return digests_of_rows((id_, place.digest) for id_, place in self._places.items())
 
-    def rows(self, bucket: str) -> Mapping[str, str]:
-        return {id_: place.digest for id_, place in self._places.items() if id_.startswith(bucket)}
+    def rows(self, buckets: Sequence[str]) -> Mapping[str, str]:
+        wanted = set(buckets)
+        return {id_: place.digest for id_, place in self._places.items() if id_[:BUCKET] in wanted}
 
     def read(self, ids: Sequence[str]) -> Sequence[FactRow]:
         places = sorted(self._places[one] for one in ids if one in self._places)

@@ -21,8 +21,8 @@ class FactSet(Protocol):
         """What differs in a part differs here."""
         ...
 
-    def rows(self, bucket: str) -> Mapping[str, str]:
-        """The digest of each row whose id begins so, by id."""
+    def rows(self, buckets: Sequence[str]) -> Mapping[str, str]:
+        """The digest of each row whose id begins with one of these, by id."""
         ...
 
     def read(self, ids: Sequence[str]) -> Sequence[FactRow]:

@@ -11,7 +11,7 @@ from app.archive.facts import Fact, FactKind
 from app.archive.local_facts import LocalFacts
 from app.archive.module_names import KnownModule, ModuleNames, NamedModule, module_of_fact
 from app.guided.results import TITLES, GuidedVerdict
-from app.preflight.verdict import Verdict
+from app.preflight.verdict import VERDICT_WORDS, Verdict, verdict_named
 from app.records.record import Record
 from app.text.messages import UserMessage, clean, said
 from protocol.translatable import marked
@@ -55,6 +55,14 @@ class CheckLine:
     aircraft: str
     fingerprint: str | None
     hash: str
+
+    @property
+    def words(self) -> UserMessage:
+        """Its verdict, and what takes from it."""
+        word = said(VERDICT_WORDS[verdict_named(self.verdict)])
+        if self.is_simulated:
+            return said(marked("{verdict} (simulated)"), verdict=word)
+        return said(marked("{verdict} (void)"), verdict=word) if self.is_void else word
 
     @property
     def holds(self) -> bool:

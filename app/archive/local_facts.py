@@ -10,7 +10,7 @@ from contextlib import AbstractContextManager
 from pathlib import Path
 from typing import Final, NamedTuple
 
-from app.archive.fact_set import ArchiveTrouble, Digests, digests_of_rows
+from app.archive.fact_set import BUCKET, ArchiveTrouble, Digests, digests_of_rows
 from app.archive.facts import FACT_COLUMNS, Fact, FactKind, FactRow, row_digest
 from app.store.database import Clock, Database, StoreTrouble, open_database, utc_now
 from app.text.messages import UserMessage
@@ -81,8 +81,10 @@ class LocalFacts:
     def digests(self) -> Digests:
         return digests_of_rows(self._read("SELECT id, digest FROM facts"))
 
-    def rows(self, bucket: str) -> Mapping[str, str]:
-        return dict(self._read("SELECT id, digest FROM facts WHERE id >= ? AND id < ?", (bucket, f"{bucket}g")))
+    def rows(self, buckets: Sequence[str]) -> Mapping[str, str]:
+        places = ", ".join("?" * len(buckets))
+        query = f"SELECT id, digest FROM facts WHERE substr(id, 1, {BUCKET}) IN ({places})"  # noqa: S608
+        return dict(self._read(query, buckets))
 
     def read(self, ids: Sequence[str]) -> Sequence[FactRow]:
         found: list[FactRow] = []

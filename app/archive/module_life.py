@@ -99,13 +99,9 @@ def _snapshot(fact: Fact) -> UserMessage:
 
 def _check(fact: Fact) -> UserMessage:
     line = check_line(fact, record_of(fact) or {})
-    text = marked("Pre-flight check {number}: {verdict}, checked by {who}.")
-    if line.is_void:
-        text = marked("Pre-flight check {number}: {verdict} (void), checked by {who}.")
-    elif line.is_simulated:
-        text = marked("Pre-flight check {number} of a SIMULATED module: {verdict}, checked by {who}.")
     who = UserMessage(line.who) if line.who else said(marked("nobody named"))
-    return said(text, number=line.number, verdict=line.verdict, who=who)
+    text = marked("Pre-flight check {number}: {verdict}, checked by {who}.")
+    return said(text, number=line.number, verdict=line.words, who=who)
 
 
 def _guided_test(fact: Fact) -> UserMessage:

@@ -8,7 +8,6 @@ import logging
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from importlib import import_module
-from string import hexdigits
 from typing import TYPE_CHECKING, Any, Final
 
 from app.archive.fact_set import BUCKET, ArchiveTrouble, Digests
@@ -64,12 +63,10 @@ class PostgresFacts:
         )
         return {str(bucket): (int(count), str(digest)) for bucket, count, digest in rows}
 
-    def rows(self, bucket: str) -> Mapping[str, str]:
-        query = f"SELECT id, {_DIGEST} FROM {TABLE} WHERE substr(id, 1, {BUCKET}) = %s"  # noqa: S608
-        values: tuple[str, ...] = (bucket,)
-        if all(one in hexdigits for one in bucket):  # by the key's index
-            query, values = f"{query} AND id >= %s AND id < %s", (bucket, bucket, f"{bucket}g")
-        return {str(id_): str(digest) for id_, digest in self._read(query, values)}
+    def rows(self, buckets: Sequence[str]) -> Mapping[str, str]:
+        places = ", ".join(["%s"] * len(buckets))
+        query = f"SELECT id, {_DIGEST} FROM {TABLE} WHERE substr(id, 1, {BUCKET}) IN ({places})"  # noqa: S608
+        return {str(id_): str(digest) for id_, digest in self._read(query, buckets)}
 
     def read(self, ids: Sequence[str]) -> Sequence[FactRow]:
         """What is longer than any fact comes cut, so that it fits no id."""

@@ -4246,14 +4246,6 @@
         <translation>{count} 个模块的飞行前检查</translation>
     </message>
     <message>
-        <source>Pre-flight check {number} of a SIMULATED module: {verdict}, checked by {who}.</source>
-        <translation>模拟模块的飞行前检查 {number}：{verdict}，检查人 {who}。</translation>
-    </message>
-    <message>
-        <source>Pre-flight check {number}: {verdict} (void), checked by {who}.</source>
-        <translation>飞行前检查 {number}：{verdict}（已作废），检查人 {who}。</translation>
-    </message>
-    <message>
         <source>Pre-flight check {number}: {verdict}, checked by {who}.</source>
         <translation>飞行前检查 {number}：{verdict}，检查人 {who}。</translation>
     </message>

@@ -27,6 +27,7 @@ from app.archive.module_names import Conflict
 from app.store.store import Store
 from app.text.i18n import tr
 from app.text.messages import UserMessage, clean
+from app.text.sentences import together
 from ui.archive.archive_exchange import ArchiveExchange, last_time
 from ui.archive.archive_tables import life_table, modules_table, short_station
 from ui.core.background_task import BackgroundTask
@@ -38,7 +39,7 @@ from ui.widgets.labels import IconLabel, text_label
 from ui.widgets.layouts import in_column, in_row
 from ui.widgets.naming import named
 
-FIRST_SIZE: Final = QSize(940, 640)
+FIRST_SIZE: Final = QSize(940, 560)
 SUFFIX: Final = ".dpsarchive"
 _SIGN_PX: Final = 16
 
@@ -213,7 +214,7 @@ class ArchiveDialog(QDialog):
         first = self._conflicts[0]
         one, other = first.pair
         stations = tr("Stations: {one}, {other}.", one=short_station(one.station), other=short_station(other.station))
-        self.asked.setText(f"{first.question().in_words()} {stations}")
+        self.asked.setText(together((first.question().in_words(), stations)))
         has_two_names = one.name != other.name
         self.same_other.setVisible(has_two_names)
         for button, module in ((self.same, one), (self.same_other, other)):
@@ -263,7 +264,7 @@ def _state_words(not_shared: int, last_at: str | None, server: str | None, done:
             parts += [text, *(one.sentence().in_words() for one in done.refused[:3])]
         if done.damaged:
             parts.append(tr("Damaged on this computer and not sent: {count}.", count=len(done.damaged)))
-    return " ".join(parts) or tr("No server is set. Export and Import exchange through a file.")
+    return together(parts) or tr("No server is set. Export and Import exchange through a file.")
 
 
 def _ask_save(parent: QWidget) -> Path | None:

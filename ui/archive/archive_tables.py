@@ -12,6 +12,7 @@ from app.archive.module_life import LifeEvent
 from app.stations.station import KEY_BYTES, decoded, fingerprint_of
 from app.text.i18n import tr
 from app.text.messages import clean
+from app.text.sentences import together
 from protocol.translatable import marked
 from ui.forms.table_kit import RowsFilter, RowsModel, TableColumn, list_rows
 from ui.style.icons import Icon, icon
@@ -63,20 +64,19 @@ def short_station(public: str) -> str:
 
 
 def _verdict(row: ModuleToday) -> str:
-    check = row.last_check
-    if check is None:
-        return tr("none")
-    if check.is_simulated:
-        return tr("{verdict} (simulated)", verdict=check.verdict)
-    return tr("{verdict} (void)", verdict=check.verdict) if check.is_void else check.verdict
+    return tr("none") if row.last_check is None else row.last_check.words.in_words()
 
 
 def _is_no_go(row: ModuleToday) -> bool:
     return row.last_check is not None and not row.last_check.holds
 
 
+def _due(row: ModuleToday) -> str:
+    return together(one.text.in_words() for one in row.due)
+
+
 def _told(row: ModuleToday) -> str:
-    return f"{clean(row.module.name)}: " + (" ".join(one.text.in_words() for one in row.due) or tr("nothing due"))
+    return f"{clean(row.module.name)}: " + (_due(row) or tr("nothing due"))
 
 
 def _local(at: str) -> str:
@@ -93,7 +93,7 @@ _MODULE_COLUMNS: Final = (
     ),
     TableColumn[ModuleToday](marked("Trigger records"), lambda row: str(row.trigger_records)),
     TableColumn[ModuleToday](
-        marked("Due"), lambda row: " ".join(one.text.in_words() for one in row.due),
+        marked("Due"), _due,
         ink=lambda row: Meaning.ATTENTION if row.due else None,
         picture=lambda row: icon(Icon.WARNING, Meaning.ATTENTION) if row.due else None,
     ),

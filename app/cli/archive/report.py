@@ -20,6 +20,7 @@ from app.terminal.console import (
     write_lines,
 )
 from app.text.i18n import tr
+from app.text.sentences import together
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
@@ -86,21 +87,18 @@ def _print_fleet(args: argparse.Namespace, states: "list[ModuleToday]", now: dat
         note(tr("No module in the archive yet."))
     else:
         head = (tr("Module"), tr("Last check"), tr("Verdict"), tr("Trigger records"), tr("Due"))
-        rows = [
-            (one.module.name, one.last_check.at[:16].replace("T", " ") if one.last_check else "",
-             verdict_words(one.last_check), f"{one.trigger_records}", " ".join(due.text.in_words() for due in one.due))
-            for one in states
-        ]  # fmt: skip
-        write_lines(table(head, rows))
+        write_lines(table(head, [_fleet_row(one) for one in states]))
     return DONE
 
 
-def verdict_words(check: "CheckLine | None") -> str:
-    if check is None:
-        return tr("none")
-    if check.is_simulated:
-        return tr("{verdict} (simulated)", verdict=check.verdict)
-    return tr("{verdict} (void)", verdict=check.verdict) if check.is_void else check.verdict
+def _fleet_row(state: "ModuleToday") -> tuple[str, ...]:
+    check = state.last_check
+    at, verdict = (check.at[:16].replace("T", " "), check.words.in_words()) if check else ("", tr("none"))
+    return (state.module.name, at, verdict, f"{state.trigger_records}", _due(state))
+
+
+def _due(state: "ModuleToday") -> str:
+    return together(one.text.in_words() for one in state.due)
 
 
 def _print_lives(args: argparse.Namespace, lives: "list[ModuleLife]") -> int:
@@ -164,9 +162,8 @@ def _fleet_cells(state: "ModuleToday") -> tuple[object, ...]:
     of_check = (check.verdict, check.is_void, check.is_simulated, check.at, check.number, check.who, check.aircraft,
                 check.fingerprint) if check is not None else (None,) * 8  # fmt: skip
     stations = len({one.station for one in state.module.members})
-    due = " ".join(one.text.in_words() for one in state.due)
     counts = (state.checks, state.trigger_records, state.unjudged)
-    return (state.module.name, stations, state.last_at, *of_check, *counts, due)
+    return (state.module.name, stations, state.last_at, *of_check, *counts, _due(state))
 
 
 def _life_rows(life: "ModuleLife") -> "Iterable[tuple[object, ...]]":

@@ -29,16 +29,18 @@ def figures(count: int = FACTS) -> list[Figure]:
         began = time.perf_counter()
         _fill(one, count)
         filled = time.perf_counter()
+        worked = time.process_time()
         sent = _sync(one, server.url())
         received = _sync(other, server.url())
+        worked = time.process_time() - worked
         again = _sync(other, server.url())
         both = sent + received
         return [
             Figure(f"{count:,} facts signed and kept", f"{filled - began:.1f} s"),
             Figure(f"{count:,} facts to the server", f"{sent:.1f} s"),
             Figure(f"{count:,} facts from the server, each checked", f"{received:.1f} s"),
-            Figure(f"{count:,} facts synchronised, both ways together", f"{both:.1f} s", f"<= {AIM_S:g} s",
-                   is_met=both <= AIM_S),
+            Figure(f"{count:,} facts synchronised, both ways together", f"{both:.1f} s; {worked:.1f} s of "
+                   "processor time without the server", f"<= {AIM_S:g} s", is_met=both <= AIM_S),
             Figure("once more, with nothing new", f"{again:.2f} s"),
         ]  # fmt: skip
 
