@@ -61,7 +61,7 @@ def make_deb(release: Release, bundle: Path, *, work: Path, dist: Path) -> Path:
     control = root / "DEBIAN"
     control.mkdir()
     architecture = _output("dpkg", "--print-architecture")
-    (control / "control").write_text(control_text(release, root, architecture), encoding="utf-8")
+    (control / "control").write_text(control_text(release, root, bundle, architecture), encoding="utf-8")
     (control / "md5sums").write_text(_sums(root), encoding="utf-8")
     for script in ("postinst", "postrm"):
         (control / script).write_bytes((LINUX / script).read_bytes())
@@ -124,8 +124,8 @@ def _changelog(release: Release) -> str:
     )
 
 
-def control_text(release: Release, root: Path, architecture: str) -> str:
-    """The control file of what lies in `root`."""
+def control_text(release: Release, root: Path, bundle: Path, architecture: str) -> str:
+    """The control file of what lies in `root`, where `bundle` was copied to."""
     size = sum(path.lstat().st_size for path in root.rglob("*") if path.is_file() or path.is_symlink())
     fields = {
         "Package": NAME,
@@ -133,7 +133,7 @@ def control_text(release: Release, root: Path, architecture: str) -> str:
         "Architecture": architecture,
         "Maintainer": _maintainer(),
         "Installed-Size": str(-(-size // 1024)),
-        "Depends": ", ".join(dependencies(root / PLACE)),
+        "Depends": ", ".join(dependencies(bundle)),
         "Recommends": "fonts-wqy-microhei | fonts-noto-cjk",
         "Suggests": ", ".join(_with_new_name(package) for package in _OPTIONAL.values()),
         "Homepage": project()["home_page"],

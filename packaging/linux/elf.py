@@ -5,6 +5,7 @@ import re
 import subprocess
 from collections.abc import Iterator
 from dataclasses import dataclass
+from functools import cache
 from pathlib import Path
 from typing import Final, NamedTuple
 
@@ -41,6 +42,13 @@ def wanted_by(folder: Path) -> Iterator[Wanted]:
 
 
 def _shown(path: Path) -> str:
+    state = path.stat()
+    return _dumped(path, state.st_size, state.st_mtime_ns)
+
+
+@cache
+def _dumped(path: Path, _size: int, _changed: int) -> str:
+    """Asked for several times of each file of a bundle; a file that is written to is asked for again."""
     variables = {**os.environ, "LC_ALL": "C"}  # no locale changes the form
     done = subprocess.run(["objdump", "-p", str(path)], capture_output=True, text=True, check=True, env=variables)
     return done.stdout

@@ -18,9 +18,9 @@ INSTALLING_S = 5 * LONGEST_S
 
 
 def pip(python: Path, *words: str) -> str:
-    """It takes its index from its own settings, as bootstrap.py has it."""
+    """The checkout's, working on another environment; it takes its index from its own settings."""
     variables = {**os.environ, "PIP_DISABLE_PIP_VERSION_CHECK": "1", "PIP_USER": "0"}
-    command = [str(python), "-m", "pip", *words]
+    command = [sys.executable, "-m", "pip", "--python", str(python), *words]
     done = subprocess.run(command, env=variables, capture_output=True, text=True, timeout=INSTALLING_S, check=False)
     assert done.returncode == 0, done.stdout + done.stderr
     return done.stdout
@@ -30,29 +30,32 @@ def pip(python: Path, *words: str) -> str:
 def environment(tmp_path: Path) -> Iterator[Path]:
     """The folder of programs of an environment in which nothing is installed."""
     place = tmp_path / "environment"
-    subprocess.run([sys.executable, "-m", "venv", str(place)], check=True)
+    subprocess.run([sys.executable, "-m", "venv", "--without-pip", str(place)], check=True)
     yield place / ("Scripts" if os.name == "nt" else "bin")
     shutil.rmtree(place, ignore_errors=True)
 
 
 def test_wheel_and_sdist_install_and_run(environment: Path, dist: Path, version: str, tmp_path: Path) -> None:
-    """The wheel with all that it asks for; then, where that is, the sdist in its place."""
+    """The wheel with all that it asks for; then the sdist in its place, which holds the same, as another test tells."""
     python = environment / ("python.exe" if os.name == "nt" else "python")
     dps_s = environment / ("dps-s.exe" if os.name == "nt" else "dps-s")
     wheel, sdist = next(dist.glob("*.whl")), next(dist.glob("dps_s_configurator-*.tar.gz"))
+    program = Program((str(dps_s),), tmp_path / "home")
     # The newest of what the program asks for may not be what was tested: the lock says which.
     pip(python, "install", "--quiet", "--no-compile", "--constraint", str(LOCK), str(wheel))
-    for number, package in enumerate((wheel, sdist)):
-        if package is sdist:
-            pip(python, "uninstall", "--quiet", "--yes", "dps-s-configurator")
-            assert not dps_s.exists()
-            pip(python, "install", "--quiet", "--no-deps", str(sdist))
-        program = Program((str(dps_s),), tmp_path / f"home{number}")
-        done = program.run("--version")
-        assert (done.returncode, done.stdout) == (0, f"DPS-S Configurator {version}\n")
-        check_reading(program)
-        check_window(program, tmp_path / f"evidence{number}")
-        assert pip(python, "check").strip() == "No broken requirements found."
+    check_version(program, version)
+    check_reading(program)
+    check_window(program, tmp_path / "evidence")
+    assert pip(python, "check").strip() == "No broken requirements found."
+    pip(python, "uninstall", "--quiet", "--yes", "dps-s-configurator")
+    assert not dps_s.exists()
+    pip(python, "install", "--quiet", "--no-deps", "--no-compile", str(sdist))
+    check_version(program, version)
+
+
+def check_version(program: Program, version: str) -> None:
+    done = program.run("--version")
+    assert (done.returncode, done.stdout) == (0, f"DPS-S Configurator {version}\n")
 
 
 def test_both_hold_the_same_program(dist: Path) -> None:
