@@ -4,6 +4,10 @@
 <context>
     <name>dps-s</name>
     <message>
+        <source> days</source>
+        <translation> 天</translation>
+    </message>
+    <message>
         <source> or </source>
         <translation>或</translation>
     </message>
@@ -342,6 +346,10 @@
         <translation>激活模块。</translation>
     </message>
     <message>
+        <source>Activated by</source>
+        <translation>由谁激活</translation>
+    </message>
+    <message>
         <source>Activates</source>
         <translation>能激活</translation>
     </message>
@@ -364,6 +372,14 @@
     <message>
         <source>Active?</source>
         <translation>是否激活</translation>
+    </message>
+    <message>
+        <source>Add</source>
+        <translation>添加</translation>
+    </message>
+    <message>
+        <source>Add a manual check</source>
+        <translation>添加人工检查</translation>
     </message>
     <message>
         <source>Add to a file what it lacks</source>
@@ -390,12 +406,12 @@
         <translation>飞行器 {name}</translation>
     </message>
     <message>
-        <source>All</source>
-        <translation>全部</translation>
+        <source>Airframe</source>
+        <translation>机型</translation>
     </message>
     <message>
-        <source>All checks that are kept, and what they measured</source>
-        <translation>本机保存的所有检查及其实测值</translation>
+        <source>All</source>
+        <translation>全部</translation>
     </message>
     <message>
         <source>All files (*)</source>
@@ -548,6 +564,10 @@
     <message>
         <source>Arms for ten seconds. Nothing is sent yet.</source>
         <translation>预备十秒钟。此时什么也不发送。</translation>
+    </message>
+    <message>
+        <source>As PDF, HTML and JSON</source>
+        <translation>PDF、HTML 和 JSON</translation>
     </message>
     <message>
         <source>As the module has it</source>
@@ -766,10 +786,6 @@
         <translation>开机次数 {before} → {after}。</translation>
     </message>
     <message>
-        <source>Break the check off; it is void then</source>
-        <translation>中断检查；检查随即作废</translation>
-    </message>
-    <message>
         <source>Bring the records of all stations together, on a PostgreSQL server or in a file. Nothing is sent to a module.</source>
         <translation>汇总所有站点的记录，通过 PostgreSQL 服务器或文件。不向模块发送任何内容。</translation>
     </message>
@@ -980,6 +996,10 @@
     <message>
         <source>Check its power and the cable; it is asked again every 2 s.</source>
         <translation>请检查模块供电和接线；每 2 秒重新询问一次。</translation>
+    </message>
+    <message>
+        <source>Check only</source>
+        <translation>仅检查</translation>
     </message>
     <message>
         <source>Check plug, cable and adapter, and test again.</source>
@@ -1242,6 +1262,10 @@
         <translation>通过串口配置、测试和监视 DPS-S 伞降模块。</translation>
     </message>
     <message>
+        <source>Confirm that it is the named module and check again</source>
+        <translation>确认是该名称的模块并重新检查</translation>
+    </message>
+    <message>
         <source>Connect</source>
         <translation>连接</translation>
     </message>
@@ -1316,6 +1340,10 @@
     <message>
         <source>Continue</source>
         <translation>继续</translation>
+    </message>
+    <message>
+        <source>Continue editing</source>
+        <translation>继续编辑</translation>
     </message>
     <message>
         <source>Copy</source>
@@ -1710,6 +1738,14 @@
         <translation>回显帧</translation>
     </message>
     <message>
+        <source>Edit profile</source>
+        <translation>编辑配置文件</translation>
+    </message>
+    <message>
+        <source>Edit profile…</source>
+        <translation>编辑配置文件…</translation>
+    </message>
+    <message>
         <source>Edited, not sent: the module still holds the old value. The line below says what it means.</source>
         <translation>已修改，尚未发送：模块仍是旧值。下面一行说明它意味着什么。</translation>
     </message>
@@ -1718,8 +1754,8 @@
         <translation>在真实窗口中用模拟模块走八步</translation>
     </message>
     <message>
-        <source>Enable both automatic triggers on the module, and check again</source>
-        <translation>在模块上启用两种自动触发，并重新检查</translation>
+        <source>Enable both triggers and check again</source>
+        <translation>启用两种触发并重新检查</translation>
     </message>
     <message>
         <source>Enable now</source>
@@ -1756,6 +1792,10 @@
     <message>
         <source>End all faults</source>
         <translation>结束所有故障</translation>
+    </message>
+    <message>
+        <source>End the check; it is void then</source>
+        <translation>结束检查；检查作废</translation>
     </message>
     <message>
         <source>End the test; the module is locked where it was activated</source>
@@ -1824,10 +1864,6 @@
     <message>
         <source>Explain captured bytes. What was asked is taken from the host's frames in the capture, else from --asked; with neither, a whole trigger record of 16 bytes wins over a reply of six.</source>
         <translation>解释捕获的字节。所查询的内容取自捕获中上位机的帧，否则取自 --asked；两者皆无时，完整的 16 字节触发记录优先于 6 字节答复。</translation>
-    </message>
-    <message>
-        <source>Explain every check</source>
-        <translation>解释每项检查</translation>
     </message>
     <message>
         <source>Export all…</source>
@@ -2176,6 +2212,10 @@
     <message>
         <source>Guided tests</source>
         <translation>引导测试</translation>
+    </message>
+    <message>
+        <source>Guided tests that must have passed</source>
+        <translation>必须通过的引导测试</translation>
     </message>
     <message>
         <source>Guided tests, last done</source>
@@ -2578,10 +2618,6 @@
         <translation>它会自动重新连接，而且只连接同一个适配器。</translation>
     </message>
     <message>
-        <source>It says what the module should be like, and what a person looks at</source>
-        <translation>配置文件说明模块应有的状态和人工检查项目</translation>
-    </message>
-    <message>
         <source>It stays triggered until it is locked: the other directions were not tested.</source>
         <translation>锁定前一直处于触发状态：其他方向未测试。</translation>
     </message>
@@ -2890,6 +2926,10 @@
         <translation>要求</translation>
     </message>
     <message>
+        <source>Limits: unticked is the program's own</source>
+        <translation>限值：未勾选时使用程序默认值</translation>
+    </message>
+    <message>
         <source>Line {line}: {what}</source>
         <translation>第 {line} 行：{what}</translation>
     </message>
@@ -3082,6 +3122,10 @@
         <translation>正在确认没有变化</translation>
     </message>
     <message>
+        <source>Manual check {number}</source>
+        <translation>人工检查 {number}</translation>
+    </message>
+    <message>
         <source>Manual checks</source>
         <translation>人工检查</translation>
     </message>
@@ -3098,6 +3142,14 @@
         <translation>标记</translation>
     </message>
     <message>
+        <source>Mark all records as reviewed and check again</source>
+        <translation>将全部记录标为已审阅并重新检查</translation>
+    </message>
+    <message>
+        <source>Mark as reviewed</source>
+        <translation>标为已审阅</translation>
+    </message>
+    <message>
         <source>Mark reviewed</source>
         <translation>标记为已查看</translation>
     </message>
@@ -3108,10 +3160,6 @@
     <message>
         <source>Mark the selected rows, or take their marks off</source>
         <translation>标记所选行，或取消其标记</translation>
-    </message>
-    <message>
-        <source>Mark the trigger records as reviewed, and check again</source>
-        <translation>确认已查看触发记录，并重新检查</translation>
     </message>
     <message>
         <source>Meaning</source>
@@ -3338,6 +3386,10 @@
         <translation>模块名称</translation>
     </message>
     <message>
+        <source>Name of the profile</source>
+        <translation>配置文件名称</translation>
+    </message>
+    <message>
         <source>Name the module, so that it is known again.</source>
         <translation>请给模块命名，以便下次识别。</translation>
     </message>
@@ -3364,6 +3416,14 @@
     <message>
         <source>New here? The tour goes from the first connection to GO in a few minutes, on a simulated module.</source>
         <translation>第一次使用？导览会在模拟模块上，用几分钟从首次连接走到飞行前检查。</translation>
+    </message>
+    <message>
+        <source>New profile</source>
+        <translation>新建配置文件</translation>
+    </message>
+    <message>
+        <source>New profile…</source>
+        <translation>新建配置文件…</translation>
     </message>
     <message>
         <source>New since the last visit</source>
@@ -3702,12 +3762,20 @@
         <translation>未知：{names}</translation>
     </message>
     <message>
+        <source>Not met: {count}</source>
+        <translation>未满足：{count}</translation>
+    </message>
+    <message>
         <source>Not met: {names}</source>
         <translation>不通过：{names}</translation>
     </message>
     <message>
         <source>Not now</source>
         <translation>暂不</translation>
+    </message>
+    <message>
+        <source>Not older than so many days</source>
+        <translation>不得早于此天数</translation>
     </message>
     <message>
         <source>Not opened</source>
@@ -3970,10 +4038,6 @@
         <translation>打开配置文件</translation>
     </message>
     <message>
-        <source>Open a profile…</source>
-        <translation>打开配置文件…</translation>
-    </message>
-    <message>
         <source>Open capture…</source>
         <translation>打开抓包…</translation>
     </message>
@@ -4108,6 +4172,10 @@
     <message>
         <source>Passed</source>
         <translation>通过</translation>
+    </message>
+    <message>
+        <source>Passed checks</source>
+        <translation>已通过的检查</translation>
     </message>
     <message>
         <source>Past checks</source>
@@ -4272,10 +4340,6 @@
     <message>
         <source>Print the JSON Schema of what a command prints with --json, or of the record of a check.</source>
         <translation>输出命令 --json 结果的 JSON Schema，或检查记录的 JSON Schema。</translation>
-    </message>
-    <message>
-        <source>Print the check as PDF, HTML and JSON</source>
-        <translation>将检查打印为 PDF、HTML 和 JSON</translation>
     </message>
     <message>
         <source>Print the chosen record</source>
@@ -4614,6 +4678,10 @@
         <translation>备注</translation>
     </message>
     <message>
+        <source>Remove</source>
+        <translation>移除</translation>
+    </message>
+    <message>
         <source>Remove from this page</source>
         <translation>从本页移除</translation>
     </message>
@@ -4656,6 +4724,10 @@
     <message>
         <source>Requests without reply</source>
         <translation>无响应的请求</translation>
+    </message>
+    <message>
+        <source>Required</source>
+        <translation>必需</translation>
     </message>
     <message>
         <source>Restart</source>
@@ -4722,14 +4794,6 @@
         <translation>上一个匹配行（Shift+回车）</translation>
     </message>
     <message>
-        <source>Run all checks: questions only</source>
-        <translation>进行全部检查：只发送查询</translation>
-    </message>
-    <message>
-        <source>Run the check</source>
-        <translation>开始检查</translation>
-    </message>
-    <message>
         <source>Run the check.</source>
         <translation>请开始检查。</translation>
     </message>
@@ -4762,6 +4826,10 @@
         <translation>样本数</translation>
     </message>
     <message>
+        <source>Save</source>
+        <translation>保存</translation>
+    </message>
+    <message>
         <source>Save a capture</source>
         <translation>保存抓包文件</translation>
     </message>
@@ -4780,6 +4848,10 @@
     <message>
         <source>Save as profile…</source>
         <translation>另存为配置文件…</translation>
+    </message>
+    <message>
+        <source>Save as…</source>
+        <translation>另存为…</translation>
     </message>
     <message>
         <source>Save capture…</source>
@@ -4908,14 +4980,6 @@
     <message>
         <source>Saving… {percent} %</source>
         <translation>正在保存… {percent} %</translation>
-    </message>
-    <message>
-        <source>Say that it is the named module, and check again</source>
-        <translation>确认是所命名的模块，并重新检查</translation>
-    </message>
-    <message>
-        <source>Say why each check matters, also where it passes</source>
-        <translation>说明每项检查的意义，包括通过的项目</translation>
     </message>
     <message>
         <source>Says that it is the named module although its boot count does not follow, and checks again.</source>
@@ -5122,6 +5186,10 @@
         <translation>仅显示按所选阈值会触发的飞行日志</translation>
     </message>
     <message>
+        <source>Show or hide</source>
+        <translation>显示或隐藏</translation>
+    </message>
+    <message>
         <source>Show the newest samples again (End, or a double click on the plots)</source>
         <translation>重新显示最新数据（End 键，或双击曲线）</translation>
     </message>
@@ -5202,6 +5270,10 @@
         <translation>人工跳过：{count} 项。</translation>
     </message>
     <message>
+        <source>Skipped, it is a NO-GO</source>
+        <translation>跳过则禁止飞行</translation>
+    </message>
+    <message>
         <source>Slowest answer</source>
         <translation>最慢应答</translation>
     </message>
@@ -5252,6 +5324,10 @@
     <message>
         <source>Start the test, or go on to the next step</source>
         <translation>开始测试，或进入下一步</translation>
+    </message>
+    <message>
+        <source>Start; only asks the module</source>
+        <translation>开始；仅查询模块</translation>
     </message>
     <message>
         <source>Started</source>
@@ -5484,10 +5560,6 @@
     <message>
         <source>The address must read like {example}; in a password, / @ ? and # are written as %2F %40 %3F %23.</source>
         <translation>地址格式应为 {example}；密码中的 / @ ? # 须写作 %2F %40 %3F %23。</translation>
-    </message>
-    <message>
-        <source>The aircraft that the module sits in</source>
-        <translation>安装该模块的飞行器</translation>
     </message>
     <message>
         <source>The angle at which it fires: too small fires in a turn, too large too late.</source>
@@ -6052,6 +6124,10 @@
     <message>
         <source>The profile has no manual item {number}.</source>
         <translation>配置文件没有第 {number} 项人工检查。</translation>
+    </message>
+    <message>
+        <source>The profile has unsaved edits.</source>
+        <translation>配置文件有未保存的修改。</translation>
     </message>
     <message>
         <source>The profile is of format {format}; this program knows {known}. Use a newer version of it.</source>
@@ -6878,8 +6954,8 @@
         <translation>警告：{name}：{what}</translation>
     </message>
     <message>
-        <source>Was a record or a report altered? Or drop the file here</source>
-        <translation>记录或报告是否被改动？也可将文件拖到此处</translation>
+        <source>Warnings: {count}</source>
+        <translation>警告：{count}</translation>
     </message>
     <message>
         <source>Watching tilt and acceleration for two seconds</source>
@@ -6892,6 +6968,10 @@
     <message>
         <source>What a module does other than it says.</source>
         <translation>模块的实际行为与应答不符。</translation>
+    </message>
+    <message>
+        <source>What a person checks</source>
+        <translation>由人检查的内容</translation>
     </message>
     <message>
         <source>What a person could do to a real module on the bench, done to the simulated one.</source>
@@ -6956,6 +7036,10 @@
     <message>
         <source>What only a person can look at. It counts for this flight only.</source>
         <translation>只能由人查看的项目。仅对本次飞行有效。</translation>
+    </message>
+    <message>
+        <source>What the check expects</source>
+        <translation>检查的要求</translation>
     </message>
     <message>
         <source>What the module says arrives late.</source>
@@ -7270,14 +7354,6 @@
         <translation>波特率不对？</translation>
     </message>
     <message>
-        <source>You checked it: OK</source>
-        <translation>已检查：正常</translation>
-    </message>
-    <message>
-        <source>You checked it: not OK</source>
-        <translation>已检查：不正常</translation>
-    </message>
-    <message>
         <source>You may not open {port}.</source>
         <translation>您没有权限打开 {port}。</translation>
     </message>
@@ -7286,12 +7362,12 @@
         <translation>您有权打开 {port}，但当前登录会话尚未生效。</translation>
     </message>
     <message>
-        <source>Your name, as it is kept with the result</source>
-        <translation>您的姓名，将与结果一起保存</translation>
+        <source>Your name in the record</source>
+        <translation>记录中的姓名</translation>
     </message>
     <message>
-        <source>Your name, as it will stand in the record</source>
-        <translation>您的姓名，将写入记录</translation>
+        <source>Your name, as it is kept with the result</source>
+        <translation>您的姓名，将与结果一起保存</translation>
     </message>
     <message>
         <source>Zero</source>
@@ -7372,6 +7448,10 @@
     <message>
         <source>a number is needed</source>
         <translation>需要一个数</translation>
+    </message>
+    <message>
+        <source>a person</source>
+        <translation>人员</translation>
     </message>
     <message>
         <source>a restart brings the default settings back</source>
@@ -8466,10 +8546,6 @@
         <translation>已一致</translation>
     </message>
     <message>
-        <source>may be skipped, and is printed so</source>
-        <translation>可跳过，打印时注明</translation>
-    </message>
-    <message>
         <source>measuring… {done} readings</source>
         <translation>正在测量…已读 {done} 次</translation>
     </message>
@@ -8916,6 +8992,10 @@
     <message>
         <source>open this profile, capture, recording or check</source>
         <translation>打开此配置文件、抓包文件、数据记录或检查记录</translation>
+    </message>
+    <message>
+        <source>optional</source>
+        <translation>可选</translation>
     </message>
     <message>
         <source>options</source>
@@ -9388,6 +9468,10 @@
     <message>
         <source>tell whether thresholds would have fired in flight logs</source>
         <translation>判断这些阈值在飞行日志中是否会触发</translation>
+    </message>
+    <message>
+        <source>the aircraft</source>
+        <translation>飞机</translation>
     </message>
     <message>
         <source>the aircraft activates it</source>
@@ -9966,6 +10050,14 @@
         <translation>{angle:.0f}° ± {tolerance:.0f}°</translation>
     </message>
     <message>
+        <source>{check}, at least</source>
+        <translation>{check}，至少</translation>
+    </message>
+    <message>
+        <source>{check}, at most</source>
+        <translation>{check}，至多</translation>
+    </message>
+    <message>
         <source>{check}: judged {measured}, read {read}</source>
         <translation>{check}：判定值 {measured}，读取值 {read}</translation>
     </message>
@@ -10036,6 +10128,10 @@
     <message>
         <source>{count} of {total} would have fired.</source>
         <translation>{total} 个中有 {count} 个会触发。</translation>
+    </message>
+    <message>
+        <source>{count} passed</source>
+        <translation>{count} 项通过</translation>
     </message>
     <message>
         <source>{count} recordings</source>

@@ -1,17 +1,20 @@
-"""Scrolling list of checks and manual items."""
+"""Scrolling list: what failed with its action, then the manual checks, then what passed, folded."""
 
 from collections.abc import Mapping
 from typing import Final
 
 from PySide6.QtCore import Qt, Signal
-from PySide6.QtWidgets import QCheckBox, QFrame, QScrollArea, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QFrame, QLabel, QScrollArea, QToolButton, QWidget
 
 from app.preflight.checks import CHECKS
+from app.preflight.findings import CheckResult
 from app.preflight.verdict import VALID_FOR_S
 from app.settings.profiles import ManualLine
+from app.text.i18n import tr
 from ui.core.texts import Texts
 from ui.pages.preflight.controller import PreflightController, Standing, Statement
 from ui.pages.preflight.row import CheckRow, ManualRow
+from ui.style.icons import Icon, icon
 from ui.style.theme import Space
 from ui.widgets.controls import control
 from ui.widgets.layouts import in_column
@@ -40,25 +43,30 @@ class CheckList(QScrollArea):
         """By the item's number: whether it is in order, and when that was said, in the connector's seconds."""
         self.rows = {check.id: CheckRow(check, texts) for check in CHECKS}
         self.manual: list[ManualRow] = []
-        self._manual_card, self._manual_rows = _card("preflight_manual")
-        self._manual_card.hide()
-        self.explain = control(QCheckBox(), texts, "preflight_explain", "Explain every check",
-                               tip="Say why each check matters, also where it passes")  # fmt: skip
-        card, rows = _card("preflight_checks")
+        self._order: list[str] = []
+        """Of the checks that did not pass."""
+        self._failed = _Section("preflight_failed")
+        self._manual = _Section("preflight_manual")
+        self._passed = _Section("preflight_passed")
+        self.fold = control(QToolButton(), texts, "preflight_fold", says="Passed checks", tip="Show or hide",
+                            is_checkable=True, role="quiet")  # fmt: skip
+        self.fold.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonTextBesideIcon)
+        self.fold.toggled.connect(self._show_fold)
         for row in self.rows.values():
-            rows.addWidget(row)
+            self._passed.rows.addWidget(row)
             row.act_wanted.connect(self._act)
-        content = QWidget()
-        content.setObjectName("preflight_content")
+        content = named(QWidget(), "preflight_content")
         in_column(
-            self._manual_card,
-            self.explain,
-            card,
+            self._failed,
+            self._manual,
+            (self.fold, Qt.AlignmentFlag.AlignLeft),
+            self._passed.card,
             1,
             of=content,
-            spacing=Space.S,
+            spacing=Space.XS,
             margins=(Space.M, 0, Space.M, Space.S),
         )
+        self._show_fold()
         self.setWidgetResizable(True)
         self.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
         self.setWidget(content)
@@ -74,14 +82,14 @@ class CheckList(QScrollArea):
         """Other items: what was ticked before was said of others."""
         self._ticks.clear()
         for row in self.manual:
-            self._manual_rows.removeWidget(row)
+            self._manual.rows.removeWidget(row)
             row.hide()
             row.deleteLater()
         self.manual = [ManualRow(number, line, self._texts) for number, line in enumerate(lines, 1)]
         for row in self.manual:
             row.ticked.connect(self._tick)
-            self._manual_rows.addWidget(row)
-        self._manual_card.setVisible(bool(self.manual))
+            self._manual.rows.addWidget(row)
+        self._manual.setVisible(bool(self.manual))
 
     def forget_ticks(self) -> None:
         self._ticks.clear()
@@ -96,16 +104,41 @@ class CheckList(QScrollArea):
     def show_work(self, work: PreflightController) -> None:
         assessment, standing = work.assessment, work.standing
         judged = {} if assessment is None else {one.check.id: one for one in assessment.checks}
-        is_checking, is_explained = standing is Standing.CHECKING, self.explain.isChecked()
+        is_checking, is_void = standing is Standing.CHECKING, standing is Standing.VOID
+        failed = [id_ for id_, one in judged.items() if one.finding.result is not CheckResult.PASS]
+        failed.sort(key=lambda id_: not judged[id_].stands_against)  # warnings after what is against GO
+        self._sort(failed)
         for id_, row in self.rows.items():
             found = judged.get(id_)
             if found is None:
-                row.show_waiting(is_checking=is_checking, is_explained=is_explained or not is_checking)
+                row.show_waiting(is_checking=is_checking)
             else:
-                is_void = standing is Standing.VOID
-                row.show_judged(found, is_void=is_void, is_explained=is_explained, can_act=work.can_check)
+                row.show_judged(found, is_void=is_void, can_act=work.can_check)
         for item in self.manual:
             item.show_state(self.ticks.get(item.number), can_tick=not is_checking)
+        passed = len(self.rows) - len(failed)
+        against = sum(judged[id_].stands_against for id_ in failed)
+        titles = [tr("Not met: {count}", count=against)] if against else []
+        if len(failed) > against:
+            titles.append(tr("Warnings: {count}", count=len(failed) - against))
+        self._failed.show_title(" · ".join(titles))
+        self._manual.show_title(tr("Manual checks"))
+        self.fold.setText(tr("{count} passed", count=passed) if judged else tr("{count} checks", count=passed))
+
+    def _sort(self, failed: list[str]) -> None:
+        """What did not pass at the top, the rest below the fold, each in its order."""
+        if failed == self._order:
+            return
+        self._order = failed
+        for section, ids in ((self._failed, failed), (self._passed, [id_ for id_ in self.rows if id_ not in failed])):
+            for id_ in ids:
+                section.rows.addWidget(self.rows[id_])
+        self._failed.setVisible(bool(failed))
+
+    def _show_fold(self) -> None:
+        is_open = self.fold.isChecked()
+        self.fold.setIcon(icon(Icon.CHEVRON_DOWN if is_open else Icon.CHEVRON_RIGHT))
+        self._passed.card.setVisible(is_open)
 
     def allow_acts(self, is_allowed: bool) -> None:
         for row in self.rows.values():
@@ -125,6 +158,17 @@ class CheckList(QScrollArea):
         self.ticked.emit()
 
 
-def _card(name: str) -> tuple[QFrame, QVBoxLayout]:
-    card = named(QFrame(), name, "card")
-    return card, in_column(of=card, spacing=0, margins=1)
+class _Section(QWidget):
+    """A heading above a card with rows; hidden at first."""
+
+    def __init__(self, name: str) -> None:
+        super().__init__()
+        named(self, f"{name}_section")
+        self._title = named(QLabel(), f"{name}_title", "caption")
+        self.card = named(QFrame(), f"{name}_checks", "card")
+        self.rows = in_column(of=self.card, spacing=0, margins=1)
+        in_column(self._title, self.card, of=self, spacing=Space.XS, margins=0)
+        self.hide()
+
+    def show_title(self, text: str) -> None:
+        self._title.setText(text)

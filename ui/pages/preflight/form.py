@@ -5,7 +5,7 @@ from functools import partial
 from pathlib import Path
 from typing import Final
 
-from PySide6.QtCore import Signal
+from PySide6.QtCore import Qt, Signal
 from PySide6.QtWidgets import QComboBox, QGridLayout, QLabel, QLineEdit, QMenu, QSizePolicy, QToolButton, QWidget
 
 from app.records.check_store import CheckStore
@@ -19,6 +19,7 @@ from protocol.translatable import marked
 from ui.connect.module_field import ModuleField
 from ui.files.file_dialogs import AskOpen, ask_profile
 from ui.services.context import Services
+from ui.style.icons import Icon
 from ui.style.theme import Space
 from ui.widgets.controls import control
 from ui.widgets.naming import named
@@ -33,6 +34,8 @@ class PreflightForm(QWidget):
 
     changed = Signal()
     refused = Signal(object, object)
+    edit_wanted = Signal()
+    """The profile, or a new one."""
 
     def __init__(self, services: Services, guard: WheelGuard) -> None:
         super().__init__()
@@ -40,14 +43,14 @@ class PreflightForm(QWidget):
         self._services = services
         self.ask_open: AskOpen = ask_profile
         self.profile: Profile | None = None
+        self.path: Path | None = None
+        """Of the profile."""
         texts, preferences = services.texts, services.preferences
         self.who = control(QLineEdit(preferences.who), texts, "preflight_who", says="Checked by",
-                           tip="Your name, as it will stand in the record")  # fmt: skip
+                           tip="Your name in the record")  # fmt: skip
         self.who.setMaxLength(LONGEST_NAME)
         self.module = ModuleField("preflight_module", services.naming, texts, guard)
-        self.aircraft = control(
-            QComboBox(), texts, "preflight_aircraft", says="Aircraft", tip="The aircraft that the module sits in"
-        )
+        self.aircraft = control(QComboBox(), texts, "preflight_aircraft", says="Aircraft", tip="Aircraft")
         self.aircraft.setEditable(True)
         self.aircraft.setInsertPolicy(QComboBox.InsertPolicy.NoInsert)
         self.aircraft.setMinimumContentsLength(8)
@@ -59,8 +62,11 @@ class PreflightForm(QWidget):
         self.aircraft.setEditText(preferences.aircraft)
         edit.setMaxLength(LONGEST_NAME)
         self.choose = control(QToolButton(), texts, "preflight_profile",
-                              tip="It says what the module should be like, and what a person looks at")  # fmt: skip
+                              tip="What the check expects",
+                              picture=Icon.CHEVRON_DOWN)  # fmt: skip
         self.choose.setPopupMode(QToolButton.ToolButtonPopupMode.InstantPopup)
+        self.choose.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonTextBesideIcon)
+        self.choose.setLayoutDirection(Qt.LayoutDirection.RightToLeft)  # the arrow behind the name
         self.choose.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Fixed)
         self.menu = named(QMenu(self.choose), "preflight_profile_menu")
         self.menu.aboutToShow.connect(self._fill_menu)
@@ -93,12 +99,13 @@ class PreflightForm(QWidget):
         except ProfileRefused as refusal:
             self.refused.emit(path, refusal.sentences)
             return
+        self.path = path
         self._services.preferences.add_profile(path)
         self.show_profile()
         self.changed.emit()
 
     def use_none(self) -> None:
-        self.profile = None
+        self.profile = self.path = None
         self.show_profile()
         self.changed.emit()
 
@@ -142,7 +149,9 @@ class PreflightForm(QWidget):
             action = partial(self.use_profile, Path(name))
             self._add(f"preflight_profile_{number}", Path(name).name.replace("&", "&&"), action, tip=name)
         self.menu.addSeparator()
-        self._add("preflight_profile_open", tr("Open a profile…"), self.choose_file)
+        self._add("preflight_profile_open", tr("Open profile…"), self.choose_file)
+        words = tr("New profile…") if self.profile is None else tr("Edit profile…")
+        self._add("preflight_profile_edit", words, self.edit_wanted.emit)
 
     def _add(self, name: str, text: str, act: Callable[[], None], *, tip: str = "") -> None:
         action = named(self.menu.addAction(text), name)

@@ -15,12 +15,14 @@ from app.store.database import StoreTrouble
 from app.store.store import Store
 from app.text.i18n import tr
 from app.text.sentences import together
+from protocol.translatable import marked
 from ui.acts.act_row import ActRow
 from ui.pages.preflight.buttons import PreflightButtons
 from ui.pages.preflight.check_history import CheckHistory
 from ui.pages.preflight.check_list import CheckList
 from ui.pages.preflight.controller import PreflightController, Standing, Statement
 from ui.pages.preflight.form import PreflightForm
+from ui.pages.preflight.profile_editor import ProfileEditor
 from ui.pages.preflight.record_files import SUFFIXES, RecordFiles
 from ui.pages.preflight.texts import announcement
 from ui.pages.preflight.verdict import VerdictBanner
@@ -55,14 +57,16 @@ class PreflightPage(Page):
         self.activation.hide()
         self.list = CheckList(services.texts)
         self.history = CheckHistory(services, guard)
+        self.editor = ProfileEditor(services, guard)
         self.strip = NoticeBar(services.texts)
         self.strip.setObjectName("preflight_notice")
-        self.buttons = PreflightButtons(services.texts)
+        self.header = self.make_header(services.texts, marked("Pre-flight"))
+        self.buttons = PreflightButtons(services.texts, self.header)
         self._notice: Notice | None = None
         self._named = services.naming.name
         self._stack = QStackedLayout(self)
         self._check = self._lay_out()
-        for view in (self._check, self.history):
+        for view in (self._check, self.history, self.editor):
             self._stack.addWidget(view)
         self._wire()
         VisibilityTimer(self, self.refresh, every_ms=REFRESH_EVERY_MS, tick=self.tick, retranslate=self._retranslate)
@@ -128,6 +132,15 @@ class PreflightPage(Page):
     def show_history(self) -> None:
         self.history.open()
         self._stack.setCurrentWidget(self.history)
+
+    def edit_profile(self) -> None:
+        """The profile of the check, or a new one."""
+        self.editor.edit(self.form.profile, self.form.path)
+        self._stack.setCurrentWidget(self.editor)
+
+    def _take_profile(self, path: Path) -> None:
+        self.show_check()
+        self.form.use_profile(path)
 
     def say(self, notice: Notice) -> None:
         self._notice = Notice(notice.meaning, notice.text, notice.choices, self.dismiss)
@@ -215,12 +228,14 @@ class PreflightPage(Page):
         buttons.cancel.clicked.connect(work.cancel)
         buttons.print.clicked.connect(self.print)
         buttons.history.clicked.connect(self.show_history)
-        buttons.verify.clicked.connect(self.files.choose_and_verify)
-        self.list.explain.toggled.connect(self._show_rows)
+        buttons.verify.triggered.connect(self.files.choose_and_verify)
         self.list.check_wanted.connect(self.check)
         self.list.ticked.connect(self._enter)
         self.form.changed.connect(self._take_form)
         self.form.refused.connect(self._show_faults)
+        self.form.edit_wanted.connect(self.edit_profile)
+        self.editor.saved.connect(self._take_profile)
+        self.editor.closed.connect(self.show_check)
         self.files.said.connect(self.say)
         self.files.stations_changed.connect(self.history.stations.refresh)
         self.history.closed.connect(self.show_check)
@@ -234,7 +249,7 @@ class PreflightPage(Page):
         Shortcut("preflight_history_key", self, buttons.history, self.show_history)
 
     def _lay_out(self) -> QWidget:
-        head = in_column(self.banner, self.form, spacing=Space.S, margins=(Space.M, Space.S))
+        head = in_column(self.header, self.banner, self.form, spacing=Space.XS, margins=(Space.M, 0, Space.M, Space.S))
         view = QWidget()
         view.setObjectName("preflight_check")
         in_column(head, self.activation, (self.list, 1), self.strip, self.buttons, of=view, spacing=0, margins=0)
@@ -246,6 +261,8 @@ class PreflightPage(Page):
         """Break the check off, close the past checks, or close a message."""
         if self._stack.currentWidget() is self.history:
             self.show_check()
+        elif self._stack.currentWidget() is self.editor:
+            self.editor.leave()
         elif self.work.standing is Standing.CHECKING:
             self.work.cancel()
         elif self._notice is not None:

@@ -4,7 +4,7 @@ looked at."""
 from typing import Final, NamedTuple
 
 from PySide6.QtCore import Qt, Signal
-from PySide6.QtWidgets import QButtonGroup, QFrame, QGridLayout, QWidget
+from PySide6.QtWidgets import QButtonGroup, QFrame, QGridLayout
 
 from app.preflight.findings import RESULT_WORDS, Check, CheckResult
 from app.preflight.verdict import MANUAL_WORDS, Judged
@@ -17,7 +17,7 @@ from ui.style.icons import Icon
 from ui.style.theme import Meaning, Size, Space
 from ui.widgets.controls import ChoiceButton, control
 from ui.widgets.labels import text_label
-from ui.widgets.naming import named
+from ui.widgets.naming import named, set_role
 from ui.widgets.readout import StateChip
 from ui.widgets.step_button import StepButton
 
@@ -39,16 +39,16 @@ LOOKS: Final = {
 }
 _ENABLE: Final = (
     marked("Enable now"),
-    marked("Enable both automatic triggers on the module, and check again"),
+    marked("Enable both triggers and check again"),
 )
 ACTS: Final = {
     "attitude_trigger": _ENABLE,
     "freefall_trigger": _ENABLE,
     "trigger_records": (
-        marked("Mark reviewed"),
-        marked("Mark the trigger records as reviewed, and check again"),
+        marked("Mark as reviewed"),
+        marked("Mark all records as reviewed and check again"),
     ),
-    "boot_count": (marked("It is this module"), marked("Say that it is the named module, and check again")),
+    "boot_count": (marked("It is this module"), marked("Confirm that it is the named module and check again")),
 }
 """What a person can do about a check, here and with one click: the button's text and its tooltip."""
 
@@ -86,17 +86,17 @@ class CheckRow(QFrame):
         self._grid = grid
         self._is_wide = False
 
-    def show_waiting(self, *, is_checking: bool, is_explained: bool) -> None:
+    def show_waiting(self, *, is_checking: bool) -> None:
         """Nothing is known."""
         word = tr("checking…") if is_checking else tr("not checked")
         self.chip.show_state(word, Icon.CONNECTING if is_checking else Icon.UNKNOWN, None)
         self.measured.setText("")
         self.limit.setText("")
         self._show_act(is_shown=False)
-        self._show_texts(tr(self.check.why), is_explained=is_explained)
-        _give_role(self, "row")
+        self._show_texts(tr(self.check.why), is_explained=False)
+        set_role(self, "row")
 
-    def show_judged(self, judged: Judged, *, is_void: bool, is_explained: bool, can_act: bool) -> None:
+    def show_judged(self, judged: Judged, *, is_void: bool, can_act: bool) -> None:
         finding = judged.finding
         look = LOOKS[finding.result]
         word = tr(RESULT_WORDS[finding.result])
@@ -107,11 +107,11 @@ class CheckRow(QFrame):
         self.limit.setText(finding.limit.in_words())
         is_fine = finding.result is CheckResult.PASS
         do = "" if is_fine else f" → {judged.do.in_words()}"
-        self._show_texts(f"{tr(self.check.why)}{do}", is_explained=is_explained or not is_fine)
+        self._show_texts(f"{tr(self.check.why)}{do}", is_explained=not is_fine)
         self._show_act(is_shown=self.check.id in ACTS and judged.stands_against)
         self.act.setEnabled(can_act)
-        _give_role(self, "row-failed" if judged.stands_against and not is_void else "row")
-        _give_role(self.measured, "muted" if is_void else ("strong" if not is_fine else ""))
+        set_role(self, "row-failed" if judged.stands_against and not is_void else "row")
+        set_role(self.measured, "muted" if is_void else ("strong" if not is_fine else ""))
 
     def _show_act(self, *, is_shown: bool) -> None:
         """Where there is nothing to click the reason takes the room."""
@@ -149,10 +149,8 @@ class ManualRow(QFrame):
         self._text = text_label(f"{name}_text", "strong")
         self._text.setText(clean(line.text))
         self._need = text_label(f"{name}_need", "muted")
-        self.done = control(ChoiceButton(), texts, f"{name}_done", "OK", tip="You checked it: OK", is_checkable=True)
-        self.bad = control(
-            ChoiceButton(), texts, f"{name}_bad", "Not OK", tip="You checked it: not OK", is_checkable=True
-        )
+        self.done = control(ChoiceButton(), texts, f"{name}_done", "OK", tip="OK", is_checkable=True)
+        self.bad = control(ChoiceButton(), texts, f"{name}_bad", "Not OK", tip="Not OK", is_checkable=True)
         grid = _grid(self)
         grid.setColumnMinimumWidth(2, 0)
         for column, stretch in ((1, 5), (2, 4), (3, 0)):
@@ -178,11 +176,11 @@ class ManualRow(QFrame):
         }[state]
         self.chip.set_caption(clean(self.line.text))
         self.chip.show_state(tr(MANUAL_WORDS[state]), icon, meaning)
-        self._need.setText(tr("required") if self.line.is_required else tr("may be skipped, and is printed so"))
+        self._need.setText(tr("required") if self.line.is_required else tr("optional"))
         for button, is_on in ((self.done, state is True), (self.bad, state is False)):
             button.setChecked(is_on)
             button.setEnabled(can_tick)
-        _give_role(self, "row-failed" if state is False else "row")
+        set_role(self, "row-failed" if state is False else "row")
         self.setAccessibleName(f"{clean(self.line.text)}, {self.chip.word}")
 
     def _tick(self, state: bool | None) -> None:
@@ -205,10 +203,3 @@ def _chip(name: str) -> StateChip:
     chip = named(StateChip("", size=Size.SMALL), name)
     chip.setMinimumWidth(CHIP_PX)
     return chip
-
-
-def _give_role(widget: QWidget, role: str) -> None:
-    if widget.property("role") != role:
-        widget.setProperty("role", role)
-        widget.style().unpolish(widget)
-        widget.style().polish(widget)

@@ -1,0 +1,281 @@
+"""Editor of a profile: what the pre-flight check expects, its limits, guided tests and manual checks.
+
+Its settings stay as they are: they are edited on the Settings page. The rules are those by which a file is read.
+"""
+
+from dataclasses import replace
+from pathlib import Path
+from typing import Final
+
+from PySide6.QtCore import Qt, Signal
+from PySide6.QtWidgets import (
+    QComboBox,
+    QFrame,
+    QGridLayout,
+    QLabel,
+    QLineEdit,
+    QPushButton,
+    QScrollArea,
+    QWidget,
+)
+
+from app.guided.catalogue import GUIDED_TESTS
+from app.limits.expectations import CheckLimits
+from app.limits.limits import SOFT_LIMITS
+from app.preflight.checks import CHECKS
+from app.settings.profile_file import ProfileRefused, parse_profile, profile_text, save_profile
+from app.settings.profiles import LIMITS, LONGEST_NAME, MOST_ITEMS, MOST_TEST_DAYS, ActivatedBy, ManualLine, Profile
+from app.text.i18n import tr
+from app.text.sentences import reason_of
+from protocol.translatable import marked
+from ui.files.file_dialogs import AskPath, ask_path
+from ui.pages.preflight.profile_fields import ManualEditor, OptionalNumber
+from ui.services.context import Services
+from ui.style.icons import Icon
+from ui.style.theme import Meaning, Space
+from ui.widgets.controls import control
+from ui.widgets.labels import text_label
+from ui.widgets.layouts import in_column, in_row
+from ui.widgets.naming import named
+from ui.widgets.notice_bar import Choice, Notice, NoticeBar
+from ui.widgets.sliders import WheelGuard
+from ui.widgets.visibility_timer import VisibilityTimer
+
+SUFFIX: Final = ".toml"
+_USUAL_TEST_DAYS: Final = 180
+_CHECK_TITLES: Final = {check.id: check.title for check in CHECKS}
+_ACTIVATED: Final = {ActivatedBy.PERSON: marked("a person"), ActivatedBy.AIRCRAFT: marked("the aircraft")}
+
+
+class ProfileEditor(QWidget):
+    """`saved`: the path of the file. `closed`: back to the check."""
+
+    saved = Signal(object)
+    closed = Signal()
+
+    def __init__(self, services: Services, guard: WheelGuard) -> None:
+        super().__init__()
+        self.setObjectName("profile_editor")
+        self.ask_save: AskPath = ask_path
+        self._texts, self._preferences = services.texts, services.preferences
+        self._path: Path | None = None
+        self._original = Profile(name="")
+        texts = services.texts
+        self.title = named(QLabel(), "profile_editor_title", "title")
+        self.name = control(QLineEdit(), texts, "profile_editor_name", says="Name of the profile")
+        self.airframe = control(QLineEdit(), texts, "profile_editor_airframe", says="Airframe")
+        for line in (self.name, self.airframe):
+            line.setMaxLength(LONGEST_NAME)
+            line.textEdited.connect(self.refresh)
+        self.activated_by = control(QComboBox(), texts, "profile_editor_activated_by", says="Activated by")
+        for who in _ACTIVATED:
+            self.activated_by.addItem("", who)
+        guard.guard(self.activated_by)
+        self.activated_by.activated.connect(self.refresh)
+        ours = CheckLimits()
+        self.limits = {
+            name: OptionalNumber(f"profile_limit_{name}", getattr(ours, name), bound.low, bound.high,
+                                 unit=SOFT_LIMITS[name].shown.partition("}")[2], guard=guard)
+            for name, bound in LIMITS.items()
+        }  # fmt: skip
+        days = _USUAL_TEST_DAYS, 1, MOST_TEST_DAYS
+        self.tests = {
+            test.kind: OptionalNumber(f"profile_test_{test.kind.value}", *days, guard=guard) for test in GUIDED_TESTS
+        }
+        for number in (*self.limits.values(), *self.tests.values()):
+            number.changed.connect(self.refresh)
+        self.manual: list[ManualEditor] = []
+        self.add = control(QPushButton(), texts, "profile_manual_add", "Add", says="Add a manual check",
+                           slot=lambda: self._add_manual(ManualLine("")))  # fmt: skip
+        self.strip = NoticeBar(texts)
+        self.strip.setObjectName("profile_editor_notice")
+        self.cancel = control(QPushButton(), texts, "profile_editor_cancel", "Cancel", tip="Cancel", key="Esc",
+                              slot=self.leave)  # fmt: skip
+        self.save_as = control(QPushButton(), texts, "profile_editor_save_as", "Save as…", slot=self.choose_and_save)
+        self.save = control(QPushButton(), texts, "profile_editor_save", "Save", tip="Save", key="Ctrl+S",
+                            picture=Icon.SAVE, role="primary", slot=self._save)  # fmt: skip
+        self._lay_out()
+        VisibilityTimer(self, self.refresh)
+
+    # What is edited
+
+    def edit(self, profile: Profile | None, path: Path | None) -> None:
+        """`profile` None: a new one. `path`: where it came from."""
+        self._original, self._path = profile or Profile(name=""), path
+        one = self._original
+        self.name.setText(one.name)
+        self.airframe.setText(one.airframe)
+        self.activated_by.setCurrentIndex(self.activated_by.findData(one.activated_by))
+        for name, number in self.limits.items():
+            number.show_value(one.limits.get(name))
+        for kind, number in self.tests.items():
+            number.show_value(one.tests_within_days.get(kind))
+        for row in tuple(self.manual):
+            self._remove_manual(row)
+        for line in one.manual:
+            self._add_manual(line)
+        self.strip.show_notice(None)
+        self.refresh()
+        self.name.setFocus()
+
+    @property
+    def profile(self) -> Profile:
+        """As it is edited now."""
+        limits = {name: value for name, number in self.limits.items() if (value := number.value) is not None}
+        tests = {kind: int(value) for kind, number in self.tests.items() if (value := number.value) is not None}
+        return replace(
+            self._original,
+            name=self.name.text().strip(),
+            airframe=self.airframe.text().strip(),
+            activated_by=self.activated_by.currentData() or ActivatedBy.PERSON,
+            limits=limits,
+            tests_within_days=tests,
+            manual=tuple(row.line for row in self.manual),
+        )
+
+    @property
+    def is_edited(self) -> bool:
+        return self.profile != self._original
+
+    def faults(self) -> tuple[str, ...]:
+        """What a file with this content would be refused for."""
+        try:
+            parse_profile(profile_text(self.profile).encode("utf-8", "surrogatepass"))
+        except ProfileRefused as refusal:
+            return tuple(fault.message.in_words() for fault in refusal.faults)
+        return ()
+
+    def refresh(self) -> None:
+        """The texts in the language in use, and whether it can be saved."""
+        self.title.setText(tr("Edit profile") if self._path is not None else tr("New profile"))
+        for name, number in self.limits.items():
+            soft, bound = SOFT_LIMITS[name], LIMITS[name]
+            check = tr(_CHECK_TITLES[soft.check])
+            title = tr("{check}, at most", check=check) if soft.is_most else tr("{check}, at least", check=check)
+            number.show_title(title, tr(bound.why))
+        for test in GUIDED_TESTS:
+            number = self.tests[test.kind]
+            number.show_title(tr(test.title), tr("Not older than so many days"))
+            number.box.setSuffix(tr(" days"))
+        for place, who in enumerate(_ACTIVATED.values()):
+            self.activated_by.setItemText(place, tr(who))
+        for row in self.manual:
+            row.show_texts()
+        self.add.setEnabled(len(self.manual) < MOST_ITEMS)
+        faults = self.faults()
+        if faults:
+            self.strip.show_notice(Notice(Meaning.ATTENTION, "\n".join(faults[:3])))
+        elif self.strip.notice is not None and not self.strip.notice.choices:
+            self.strip.show_notice(None)
+        self.save.setEnabled(not faults and (self.is_edited or self._path is None))
+        self.save_as.setEnabled(not faults)
+
+    # What a person does
+
+    def leave(self) -> None:
+        """Back to the check; edits are discarded only when that is said."""
+        if not self.is_edited:
+            self.closed.emit()
+            return
+        keep = Choice("keep", tr("Continue editing"), lambda: self.strip.show_notice(None))
+        discard = Choice("discard", tr("Discard edits"), self.closed.emit, is_step=True)
+        self.strip.show_notice(Notice(Meaning.ATTENTION, tr("The profile has unsaved edits."), (keep, discard)))
+
+    def choose_and_save(self) -> None:
+        recent = self._preferences.recent_profiles
+        folder = self._path.parent if self._path is not None else Path(recent[0]).parent if recent else Path.home()
+        name = self._path.name if self._path is not None else f"profile{SUFFIX}"
+        path = self.ask_save(self, tr("Save as a profile"), folder / name, tr("Profile (*.toml)"))
+        if path is not None:
+            self._save_to(path)
+
+    def _save(self) -> None:
+        if self._path is None:
+            self.choose_and_save()
+        else:
+            self._save_to(self._path)
+
+    def _save_to(self, path: Path) -> None:
+        profile = self.profile
+        try:
+            save_profile(path, replace(profile, name=profile.name or path.stem))
+        except (OSError, ProfileRefused) as error:
+            why = reason_of(error) if isinstance(error, OSError) else " ".join(error.sentences)
+            text = tr("{path} was not saved: {why}.", path=path, why=why)
+            self.strip.show_notice(Notice(Meaning.DANGER, text, dismiss=lambda: self.strip.show_notice(None)))
+            return
+        self.saved.emit(path)
+
+    def _add_manual(self, line: ManualLine) -> None:
+        row = ManualEditor(len(self.manual) + 1, line, self._texts)
+        row.changed.connect(self.refresh)
+        row.removed.connect(lambda: self._remove_manual(row))
+        self.manual.append(row)
+        self._manual_rows.addWidget(row)
+        self.refresh()
+        row.text.setFocus()
+
+    def _remove_manual(self, row: ManualEditor) -> None:
+        self.manual.remove(row)
+        self._manual_rows.removeWidget(row)
+        row.hide()
+        row.deleteLater()
+        for number, one in enumerate(self.manual, 1):
+            one.number = number
+        self.refresh()
+
+    # Making
+
+    def _lay_out(self) -> None:
+        head = QGridLayout()
+        head.setHorizontalSpacing(Space.S)
+        fields = (
+            (marked("Name"), self.name),
+            (marked("Airframe"), self.airframe),
+            (marked("Activated by"), self.activated_by),
+        )
+        for place, (english, field) in enumerate(fields):
+            label = control(QLabel(), self._texts, f"{field.objectName()}_caption", english, role="small")
+            label.setBuddy(field)
+            head.addWidget(label, 0, place)
+            head.addWidget(field, 1, place)
+            head.setColumnStretch(place, 1)
+        manual = QWidget()
+        self._manual_rows = in_column(of=manual, spacing=Space.XS, margins=0)
+        content = named(QWidget(), "profile_editor_content")
+        column = in_column(head, spacing=Space.S, margins=(Space.M, 0, Space.M, Space.S))
+        column.addWidget(self._caption("limits", marked("Limits: unticked is the program's own")))
+        column.addWidget(_card("profile_limits", list(self.limits.values())))
+        column.addWidget(self._caption("tests", marked("Guided tests that must have passed")))
+        column.addWidget(_card("profile_tests", list(self.tests.values())))
+        column.addWidget(self._caption("manual", marked("Manual checks")))
+        column.addWidget(manual)
+        column.addWidget(self.add, 0, Qt.AlignmentFlag.AlignLeft)
+        column.addStretch(1)
+        content.setLayout(column)
+        scroll = control(QScrollArea(), self._texts, "profile_editor_scroll", says="Profile")
+        scroll.setWidgetResizable(True)
+        scroll.setWidget(content)
+        top = in_row(self.title, margins=(Space.M, Space.S))
+        foot = in_row(
+            1, self.cancel, self.save_as, self.save, spacing=Space.S, margins=(Space.M, Space.XS, Space.M, Space.S)
+        )
+        in_column(top, (scroll, 1), self.strip, foot, of=self, spacing=0, margins=0)
+
+    def _caption(self, name: str, english: str) -> QLabel:
+        label = text_label(f"profile_editor_{name}", "caption")
+        self._texts.bind(label.setText, english)
+        return label
+
+
+def _card(name: str, numbers: list[OptionalNumber]) -> QFrame:
+    """In two columns."""
+    card = named(QFrame(), name, "card")
+    grid = QGridLayout(card)
+    grid.setContentsMargins(Space.M, Space.S, Space.M, Space.S)
+    grid.setHorizontalSpacing(Space.XL)
+    grid.setVerticalSpacing(Space.XS)
+    for place, number in enumerate(numbers):
+        grid.addWidget(number, place // 2, place % 2)
+        grid.setColumnStretch(place % 2, 1)
+    return card
