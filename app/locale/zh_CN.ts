@@ -298,6 +298,10 @@
         <translation>关于</translation>
     </message>
     <message>
+        <source>About six seconds; only asks the module. Set the aircraft level and do not touch it.</source>
+        <translation>约 6 秒，仅查询模块。请将飞机放平，不要触碰。</translation>
+    </message>
+    <message>
         <source>About this setting</source>
         <translation>关于此参数</translation>
     </message>
@@ -1278,8 +1282,8 @@
         <translation>请连接模块，或选择已登记的模块。</translation>
     </message>
     <message>
-        <source>Connect a module, then run the check.</source>
-        <translation>连接模块，然后开始检查。</translation>
+        <source>Connect a module.</source>
+        <translation>请连接模块。</translation>
     </message>
     <message>
         <source>Connect again</source>
@@ -2396,10 +2400,6 @@
     <message>
         <source>Is level reported as 0°?</source>
         <translation>水平放置时是否显示 0°？</translation>
-    </message>
-    <message>
-        <source>It asks questions only and takes about six seconds. Set the aircraft level and do not touch it.</source>
-        <translation>检查只发送查询，约需六秒。请将飞行器放平，不要触碰。</translation>
     </message>
     <message>
         <source>It can be held for the next 10 s</source>
@@ -4170,6 +4170,10 @@
         <translation>参数</translation>
     </message>
     <message>
+        <source>Part of the profile. Nothing changes before it is saved.</source>
+        <translation>配置文件的内容。保存之前不会改变任何东西。</translation>
+    </message>
+    <message>
         <source>Passed</source>
         <translation>通过</translation>
     </message>
@@ -4794,10 +4798,6 @@
         <translation>上一个匹配行（Shift+回车）</translation>
     </message>
     <message>
-        <source>Run the check.</source>
-        <translation>请开始检查。</translation>
-    </message>
-    <message>
         <source>Run the pre-flight check.</source>
         <translation>请执行飞行前检查。</translation>
     </message>
@@ -5320,6 +5320,10 @@
     <message>
         <source>Start it again.</source>
         <translation>请重新开始。</translation>
+    </message>
+    <message>
+        <source>Start the check.</source>
+        <translation>开始检查。</translation>
     </message>
     <message>
         <source>Start the test, or go on to the next step</source>
@@ -6206,6 +6210,10 @@
         <translation>结果未保存。</translation>
     </message>
     <message>
+        <source>The results below are out of date. Check again.</source>
+        <translation>以下结果已失效。请重新检查。</translation>
+    </message>
+    <message>
         <source>The screen {screen} does not let this user open a window.</source>
         <translation>屏幕 {screen} 不允许此用户打开窗口。</translation>
     </message>
@@ -7080,10 +7088,6 @@
     <message>
         <source>What to send to whoever helps (Alt+4)</source>
         <translation>发给提供帮助的人的资料（Alt+4）</translation>
-    </message>
-    <message>
-        <source>What was found below no longer says anything about the module. Check again.</source>
-        <translation>下面的结果已不能说明模块现在的状态。请重新检查。</translation>
     </message>
     <message>
         <source>What was left out of the log or looks wrong in it</source>

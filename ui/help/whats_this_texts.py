@@ -109,6 +109,8 @@ ENTRIES: Final[tuple[HelpText, ...]] = tuple(
         ("check_*_result", marked("How this check came out: pass, look, FAIL, or unknown. Unknown never counts as "
                                   "GO.")),
         ("manual_*", marked("What only a person can look at. It counts for this flight only.")),
+        ("profile_limit_*|profile_test_*|profile_editor_*|profile_manual_*",
+         marked("Part of the profile. Nothing changes before it is saved.")),
         ("preflight_enable", marked("Enables both automatic triggers on the module, then runs all checks. Needed once "
                                     "after each start of the module: it cannot be asked how they stand.")),
         ("preflight_run", marked("Runs all checks, with questions only: nothing on the module is changed. Takes about "

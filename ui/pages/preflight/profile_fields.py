@@ -1,6 +1,6 @@
 """Fields of the profile editor: a number that may be left out, and a manual check."""
 
-from PySide6.QtCore import QSignalBlocker, Signal
+from PySide6.QtCore import QSignalBlocker, Qt, Signal
 from PySide6.QtWidgets import QCheckBox, QDoubleSpinBox, QLineEdit, QToolButton, QWidget
 
 from app.settings.profiles import LONGEST_NAME, ManualLine
@@ -42,6 +42,7 @@ class OptionalNumber(QWidget):
         self.box.setSingleStep(0.1 if high <= 5 and default % 1 else 1)
         self.box.setSuffix(unit)
         self.box.setFixedWidth(_NUMBER_PX)
+        self.box.setAlignment(Qt.AlignmentFlag.AlignRight)
         guard.guard(self.box)
         self.tick.toggled.connect(self._on_tick)
         self.box.valueChanged.connect(self.changed)

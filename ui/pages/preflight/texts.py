@@ -25,7 +25,7 @@ def announcement(work: PreflightController, *, is_connected: bool) -> Announceme
             return _checking(work)
         case Standing.VOID:
             why = begun(work.void.said.in_words()) if work.void is not None else ""
-            lines = (tr("What was found below no longer says anything about the module. Check again."),)
+            lines = (tr("The results below are out of date. Check again."),)
             return Announcement(standing, tr("VOID"), why, lines)
         case Standing.GO | Standing.READY | Standing.NO_GO:
             return _judged(work, standing)
@@ -40,15 +40,15 @@ def _before(work: PreflightController, *, is_connected: bool) -> _Before:
     """What to do first. A module that has just been started always needs its triggers enabled."""
     if is_connected and work.reported_active:
         what = tr("The module is ACTIVE: nothing is written. To enable the triggers, lock it first.")
-        return _Before(tr("Run the check."), (what, tr("Do not touch the aircraft.")))
+        return _Before(tr("Start the check."), (what, tr("Do not touch the aircraft.")))
     if is_connected and work.may_fire:
         what = tr("The module was ACTIVE when it was last heard: treat it as ready to fire.")
-        return _Before(tr("Run the check."), (what,))
+        return _Before(tr("Start the check."), (what,))
     if is_connected and not work.are_triggers_known:
         why = tr("Trigger state is unknown after power-up. Enable the triggers to set it.")
         return _Before(tr("Enable triggers and check."), (why, tr("Set the aircraft level and do not touch it.")))
-    todo = tr("Run the check.") if is_connected else tr("Connect a module, then run the check.")
-    what = tr("It asks questions only and takes about six seconds. Set the aircraft level and do not touch it.")
+    todo = tr("Start the check.") if is_connected else tr("Connect a module.")
+    what = tr("About six seconds; only asks the module. Set the aircraft level and do not touch it.")
     return _Before(todo, (what,))
 
 
