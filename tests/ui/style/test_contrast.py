@@ -33,9 +33,7 @@ def test_every_text_in_the_window_is_readable(qtbot: QtBot, qapp: QApplication, 
     seen = 0
     with walking(qtbot, qapp, tmp_path, theme=choice) as walk:
         for stop in walk.stops():
-            unusable = {
-                one for one in stop.root.findChildren(QWidget) if not _is_usable(one)
-            }  # at the picture, not after
+            unusable = unusable_in(stop.root)
             with watching() as drawn:
                 picture = picture_of(stop.root)
             found = [*weak_in_style(stop.root, picture, unusable), *weak_in_paint(stop.root, picture, drawn)]
@@ -43,6 +41,11 @@ def test_every_text_in_the_window_is_readable(qtbot: QtBot, qapp: QApplication, 
             seen += len(drawn)
     assert seen > 300
     assert not weak, "\n".join(sorted(weak))
+
+
+def unusable_in(root: QWidget) -> set[QWidget]:
+    """When the picture is taken: half a second later a dead step is live."""
+    return {one for one in root.findChildren(QWidget) if not _is_usable(one)}
 
 
 def weak_in_style(root: QWidget, picture: Pixels, unusable: set[QWidget]) -> Iterator[str]:

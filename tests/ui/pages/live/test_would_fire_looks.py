@@ -11,7 +11,7 @@ from tests.support.window.cut_off import cut_off, cut_off_in_paint
 from tests.support.window.live_bench import Bench, live_bench
 from tests.support.window.painted_text import picture_of, watching
 from tests.ui.shell.test_accessibility import mute, out_of_order, silent_paint, unnamed
-from tests.ui.style.test_contrast import weak_in_paint, weak_in_style
+from tests.ui.style.test_contrast import unusable_in, weak_in_paint, weak_in_style
 from ui.style.theme import Choice
 
 
@@ -62,4 +62,4 @@ def test_every_text_can_be_read(qtbot: QtBot, qapp: QApplication, choice: Choice
         page = opened(bench).page
         with watching() as drawn:
             picture = picture_of(page)
-        assert not [*weak_in_style(page, picture), *weak_in_paint(page, picture, drawn)]
+        assert not [*weak_in_style(page, picture, unusable_in(page)), *weak_in_paint(page, picture, drawn)]
