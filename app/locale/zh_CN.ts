@@ -6662,6 +6662,10 @@
         <translation>触发状态</translation>
     </message>
     <message>
+        <source>Trigger record</source>
+        <translation>触发记录</translation>
+    </message>
+    <message>
         <source>Trigger record judged: {judgement}.</source>
         <translation>触发记录的判定：{judgement}。</translation>
     </message>

@@ -61,7 +61,9 @@ def draw_free_fall(painter: QPainter, box: QRectF, below_g: float, for_s: float)
     """The aircraft falling level; the words say below what and for how long."""
     theme = current()
     words = font(Size.SMALL, is_bold=True)
-    line = QFontMetricsF(words).height()
+    metrics = QFontMetricsF(words)
+    text = tr("below {g} g for {time} s", g=f"{below_g:.1f}", time=f"{for_s:.2f}")
+    line = metrics.height() * (1 if metrics.horizontalAdvance(text) < box.width() else 2)
     radius = max(24.0, min((box.height() - line) * 0.62, box.width() / 2.6))
     centre = QPointF(box.center().x(), box.top() + (box.height() - line) * 0.42)
     danger = QColor(theme.danger.ink)
@@ -76,8 +78,8 @@ def draw_free_fall(painter: QPainter, box: QRectF, below_g: float, for_s: float)
     _arrow_down(painter, QPointF(centre.x(), centre.y() + radius * 0.3), radius * 0.36, danger)
     painter.setFont(words)
     painter.setPen(danger)
-    text = tr("below {g} g for {time} s", g=f"{below_g:.1f}", time=f"{for_s:.2f}")
-    painter.drawText(QRectF(box.left(), box.bottom() - line, box.width(), line), _CENTRE, text)
+    room = QRectF(box.left(), box.bottom() - line, box.width(), line)
+    painter.drawText(room, _CENTRE | Qt.TextFlag.TextWordWrap, text)
 
 
 def _arrow_down(painter: QPainter, top: QPointF, length: float, colour: QColor) -> None:
@@ -113,7 +115,7 @@ class TriggerPicture(PaintedWidget):
         self.announce(words)
 
     def sizeHint(self) -> QSize:
-        return QSize(280, 120)
+        return QSize(280, 96)
 
     def paintEvent(self, _event: QPaintEvent) -> None:
         painter = self.begin_paint()

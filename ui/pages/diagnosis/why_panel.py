@@ -27,7 +27,7 @@ from ui.style.icons import MEANING_ICONS, Icon, icon
 from ui.style.theme import Meaning, Size, Space
 from ui.widgets.controls import control
 from ui.widgets.labels import IconLabel, text_label
-from ui.widgets.layouts import in_column, in_row
+from ui.widgets.layouts import Gap, in_column, in_row
 from ui.widgets.naming import named
 from ui.widgets.visibility_timer import VisibilityTimer
 
@@ -272,8 +272,8 @@ class WhyPanel(QScrollArea):
         for key in ("noise", "port"):
             self.seen[key].setProperty("role", "strong")
         rows = [
-            in_row(*((tiles[key], 2 if key == "port" else 1) for key in keys), spacing=Space.L)
-            for keys in (("trip", "unanswered", "rejected", "echo"), ("received", "frames", "port"))
+            in_row(*((tiles[key], 1) for key in ("trip", "unanswered", "rejected", "echo")), spacing=Space.L),
+            in_row((tiles["received"], 1), (tiles["frames"], 1), (tiles["port"], 2), Gap(Space.L), spacing=Space.L),
         ]
         facts = named(QFrame(), "why_facts", "card")
         self._noise = tiles["noise"]

@@ -118,7 +118,7 @@ class LivePanel(QFrame):
 
     def _spread(self) -> None:
         """Over the whole width. Reports, which the status bar counts too, and boot count only where they fit."""
-        room = self.width() - 2 * Space.M
+        room = self.contentsRect().width() - 2 * Space.M
         here = [self.gauge, *self._tiles[:4], *([self._then] if self._is_recorded else [])]
         px = sum(one.minimumSizeHint().width() for one in here[1:]) + self.gauge.width()
         for tile in (self.stream, self.boot_count):

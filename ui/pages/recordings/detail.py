@@ -40,7 +40,7 @@ class OutlinePicture(PaintedWidget):
         super().__init__()
         self.setObjectName("recordings_outline")
         self._outline: Outline = ()
-        self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Fixed)
+        self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Preferred)
         self.lie_on_surface()
 
     def show_outline(self, outline: Outline) -> None:
@@ -51,6 +51,9 @@ class OutlinePicture(PaintedWidget):
 
     def sizeHint(self) -> QSize:
         return QSize(200, 72)
+
+    def minimumSizeHint(self) -> QSize:
+        return QSize(120, 24)
 
     def paintEvent(self, _event: QPaintEvent) -> None:
         painter = self.begin_paint()

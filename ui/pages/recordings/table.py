@@ -15,7 +15,7 @@ from ui.style.theme import Size, Space, current, font
 from ui.widgets.naming import named
 
 ROW_PX: Final = 44
-_OUTLINE_PX: Final = 132
+_OUTLINE_PX: Final = 112
 _BESIDE: Final = (Column.PORT, Column.SAMPLES, Column.SIZE, Column.REMARKS)
 """What the detail beside the table says; the rows are searched with it."""
 _PAD_PX: Final = 5

@@ -4,7 +4,7 @@ from functools import partial
 from typing import Final
 
 from PySide6.QtCore import Signal
-from PySide6.QtGui import QFontDatabase
+from PySide6.QtGui import QFontDatabase, QFontMetrics
 from PySide6.QtWidgets import QFrame, QLineEdit, QToolButton
 
 from app.records.check_store import LONGEST_NOTE
@@ -16,14 +16,16 @@ from ui.core.texts import Texts
 from ui.pages.triggers.controller import TriggerRow
 from ui.pages.triggers.model import sources_in_words
 from ui.plots.trigger_picture import TriggerPicture
-from ui.style.theme import Size, Space
+from ui.style.theme import Size, Space, font
 from ui.widgets.controls import control
 from ui.widgets.labels import text_label
 from ui.widgets.layouts import FlowRow, Gap, in_column, in_row
 from ui.widgets.naming import named
 
 JUDGEMENTS: Final = (None, *Judgement)
-WIDTH_PX: Final = 328
+WIDTH_PX: Final = 344
+_WITH_PICTURE_LINES: Final = 28
+"""Height of the page in lines of text."""
 
 
 class TriggersDetail(QFrame):
@@ -37,6 +39,7 @@ class TriggersDetail(QFrame):
         self.setProperty("role", "card")
         self.row: TriggerRow | None = None
         self._note_of: int | None = None
+        self._has_picture = True
         self.picture = TriggerPicture("triggers_picture")
         self.told = text_label("triggers_told", "strong", is_selectable=True)
         self.seen = text_label("triggers_seen", "small", is_selectable=True)
@@ -68,8 +71,9 @@ class TriggersDetail(QFrame):
         """`otherwise`: what to say where there is no single row."""
         self.row = row
         has_row = row is not None
-        for widget in (self.picture, self.raw, self.note, *self.buttons.values()):
+        for widget in (self.raw, self.note, *self.buttons.values()):
             widget.setVisible(has_row)
+        self.picture.setVisible(has_row and self._has_picture)
         self.seen.setVisible(has_row)
         self.bytes.setVisible(has_row and self.raw.isChecked())
         if row is None:
@@ -115,8 +119,12 @@ class TriggersDetail(QFrame):
         if row is not None and row.is_kept and self.note.text() != row.seen.note:
             self.judged.emit(row.seen.id, row.seen.judgement, self.note.text())
 
+    def fit_height(self, page_px: int) -> None:
+        """The words come before the picture where not both have room."""
+        self._has_picture = page_px >= _WITH_PICTURE_LINES * QFontMetrics(font()).height()
+        self.picture.setVisible(self.row is not None and self._has_picture)
+
     def _lay_out(self) -> None:
-        self.setFixedWidth(WIDTH_PX)
         judging = FlowRow(spacing_px=Space.XS)
         judging.add(*self.buttons.values())
         raw = in_row(self.seen, self.raw, spacing=Space.S)

@@ -4,12 +4,14 @@ from functools import partial
 from pathlib import Path
 from typing import Final
 
-from PySide6.QtGui import QGuiApplication
+from PySide6.QtCore import Qt
+from PySide6.QtGui import QGuiApplication, QResizeEvent
 from PySide6.QtWidgets import (
     QComboBox,
     QLabel,
     QLineEdit,
     QPushButton,
+    QScrollArea,
     QStackedWidget,
     QWidget,
 )
@@ -23,7 +25,7 @@ from ui.connect.module_field import ModuleField
 from ui.files.file_dialogs import AskPath, ask_path
 from ui.forms.table_kit import RowsFilter
 from ui.pages.triggers.controller import TriggerRow, TriggersController
-from ui.pages.triggers.detail import TriggersDetail
+from ui.pages.triggers.detail import WIDTH_PX, TriggersDetail
 from ui.pages.triggers.model import Show, as_text, csv_name, is_chosen, triggers_model
 from ui.pages.triggers.table import TriggersTable
 from ui.pages.triggers.texts import count_text, empty_text, empty_title, news_text
@@ -39,7 +41,6 @@ from ui.widgets.notice_bar import Choice, Notice, NoticeBar
 from ui.widgets.sliders import WheelGuard
 from ui.widgets.visibility_timer import VisibilityTimer
 
-_FIELD_PX: Final = 184
 _SEARCH_PX: Final = 140
 _READ_EVERY_MS: Final = 500
 """Until the module is online and nothing else is under way."""
@@ -63,7 +64,7 @@ class TriggersPage(Page):
         self.strip.setObjectName("triggers_notice")
         guard = WheelGuard(self)
         self.module = ModuleField("triggers_module", services.naming, services.texts, guard)
-        self.module.setFixedWidth(_FIELD_PX)
+        self.module.setMinimumContentsLength(14)
         self.count, self.news = named(QLabel(), "triggers_count"), named(QLabel(), "triggers_news")
         self.count.setProperty("role", "strong")
         self.news.setProperty("role", "small")
@@ -173,7 +174,8 @@ class TriggersPage(Page):
         for number, show in enumerate(Show):
             box.addItem("", show)
             self._services.texts.bind(partial(box.setItemText, number), show.value)
-        box.setSizeAdjustPolicy(QComboBox.SizeAdjustPolicy.AdjustToContents)
+        box.setMinimumContentsLength(10)
+        box.setSizeAdjustPolicy(QComboBox.SizeAdjustPolicy.AdjustToMinimumContentsLengthWithIcon)
         guard.guard(box)
         return box
 
@@ -217,11 +219,17 @@ class TriggersPage(Page):
 
     def _lay_out(self) -> None:
         texts = self._services.texts
-        head = self.make_header(texts, marked("Triggers"), self.search, self.show_box, self.module, self.read)
+        head = self.make_header(texts, marked("Triggers"), self.search, self.show_box, self.read)
         foot = FlowRow()
         foot.add(self.copy, self.save_page, self.save_archive)
-        says = in_row(self.count, self.news, 1, spacing=Space.M)
-        lists = in_row((self._stack, 1), self.detail, spacing=Space.S)
+        says = in_row(self.count, self.news, 1, self.module, spacing=Space.M)
+        beside = control(QScrollArea(), texts, "triggers_scroll", says="Trigger record")
+        beside.setWidgetResizable(True)
+        beside.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
+        beside.setFocusPolicy(Qt.FocusPolicy.NoFocus)
+        beside.setFixedWidth(WIDTH_PX)
+        beside.setWidget(self.detail)
+        lists = in_row((self._stack, 1), beside, spacing=Space.S)
         in_column(
             head,
             says,
@@ -234,6 +242,10 @@ class TriggersPage(Page):
         )
 
     # Qt
+
+    def resizeEvent(self, event: QResizeEvent) -> None:
+        super().resizeEvent(event)
+        self.detail.fit_height(self.height())
 
     def on_escape(self) -> bool:
         """Break the reading off, or close a message."""
