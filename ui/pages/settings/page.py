@@ -109,6 +109,7 @@ class SettingsPage(Page):
         self._show_pane()
         count = len(form.changes(device, now))
         self.write.setText(_write_words(count))
+        self.write.setAccessibleName(self.write.text())
         has_unfit = form.count_unsent(device, now) > count
         self.write.setEnabled(work.can_write and count > 0 and not has_unfit)
         self.read.setEnabled(work.job.can_run)
