@@ -29,6 +29,8 @@ _LICENCES: Final = {
     "shiboken6": "LGPL-3.0-only",
 }
 """SPDX expressions of distributions that do not state one, or that leave a choice."""
+_WHERE_UNSTATED: Final = {"numpy": "BSD-3-Clause AND 0BSD AND MIT AND Zlib AND CC0-1.0"}
+"""Of versions that state none: the one for Windows is older than the one for Linux."""
 _PYSIDE: Final = "pyside6-essentials"
 _TEXTS: Final = {
     "mcap": ("mcap.txt",),
@@ -140,7 +142,7 @@ def licence_folder(part: Part) -> str:
 def _from_distribution(distribution: metadata.Distribution, files: Iterable[Entry]) -> Part:
     name = canonical(distribution.name)
     stated = distribution.metadata.get_all("License-Expression") or [None]
-    licence = _LICENCES.get(name) or stated[0]
+    licence = _LICENCES.get(name) or stated[0] or _WHERE_UNSTATED.get(name)
     if licence is None:
         raise SetupError(f"{distribution.name} states no licence; look at its text and name it in inventory.py.")
     if name in _ALWAYS:

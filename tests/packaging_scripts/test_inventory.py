@@ -5,7 +5,7 @@ import json
 import re
 from collections.abc import Iterator
 from importlib import import_module
-from importlib.metadata import version
+from importlib.metadata import Distribution, version
 from pathlib import Path
 from types import ModuleType
 from typing import Any
@@ -142,3 +142,19 @@ def test_what_is_built_into_qt_depends_on_system_and_library(
     assert not lacks & found.keys()
     if "LibPNG" in found:
         assert (found["LibPNG"].version, found["LibPNG"].note) == ("9.8.7", None)
+
+
+def test_a_distribution_that_states_no_licence_is_named_by_us_or_stops_the_build(
+    made: dict[str, ModuleType], tmp_path: Path
+) -> None:
+    """The numpy for Windows states none in a form that can be read."""
+    inventory = made["inventory"]
+    for name in ("numpy", "nameless"):
+        folder = tmp_path / f"{name}-1.0.dist-info"
+        folder.mkdir()
+        (folder / "METADATA").write_text(f"Metadata-Version: 2.1\nName: {name}\nVersion: 1.0\n", encoding="utf-8")
+        (folder / "RECORD").touch()
+    numpy, nameless = (Distribution.at(tmp_path / f"{name}-1.0.dist-info") for name in ("numpy", "nameless"))
+    assert "BSD-3-Clause" in inventory._from_distribution(numpy, ()).licence
+    with pytest.raises(made["environment"].SetupError, match="nameless states no licence"):
+        inventory._from_distribution(nameless, ())
