@@ -100,12 +100,11 @@ class LocalFacts:
         try:
             with self.database.together():
                 before = self.last_number()
-                for fact in facts:
-                    self.database.write(
-                        f"INSERT INTO facts ({_COLUMNS}, digest, module, link) "  # noqa: S608
-                        "VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?) ON CONFLICT DO NOTHING",
-                        (*fact.row, row_digest(fact.row), *_looked_up_by(fact)),
-                    )
+                self.database.write_all(
+                    f"INSERT INTO facts ({_COLUMNS}, digest, module, link) "  # noqa: S608
+                    "VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?) ON CONFLICT DO NOTHING",
+                    [(*fact.row, row_digest(fact.row), *_looked_up_by(fact)) for fact in facts],
+                )
                 return self.count_after(before)
         except StoreTrouble as error:
             raise _trouble(error) from error

@@ -17,7 +17,7 @@ import errno
 import shutil
 import sqlite3
 import threading
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import closing, contextmanager, suppress
 from dataclasses import dataclass
 from datetime import UTC, datetime
@@ -128,6 +128,14 @@ class Database:
         """One statement, one commit; the id of the row that it inserted. Durable when it returns."""
         with self._lock:
             return self._execute(statement, values).lastrowid or 0
+
+    def write_all(self, statement: str, rows: Iterable[Sequence[Any]]) -> None:
+        """One statement for each row; within `together` one commit."""
+        with self._lock:
+            try:
+                self._connection.executemany(statement, rows)
+            except sqlite3.Error as error:
+                raise trouble_of(error, self.path) from error
 
     def read(self, query: str, values: Sequence[Any] = ()) -> list[Any]:
         """Everything that was committed; within `together` also what is not committed yet."""
